@@ -1,0 +1,130 @@
+//! What a user can set: the parameters and the inputs of the cradle.
+
+/// Force law of a contact, `contact.model`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ContactModel {
+    /// `F = k r (d/d_ref)^(p-1) d`.
+    PowerLaw,
+    /// `F = K r d^(3/2)` with `K` from the elastic constants of two equal spheres (Hertz 1882).
+    Hertz,
+}
+
+/// Damping of a contact, `contact.dampingLaw`. All laws act only while the overlap is positive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DampingLaw {
+    /// Adds `c` times the rate of the overlap; may pull just before the balls part.
+    KelvinVoigt,
+    /// The same with the total force clipped at zero.
+    KelvinVoigtNoPull,
+    /// Multiplies the elastic force by `1 + alpha` times the rate of the overlap, clipped at zero
+    /// (Hunt and Crossley 1975).
+    HuntCrossley,
+}
+
+/// All parameters of a cradle of `n` balls. Vectors over balls have length `n`, vectors over
+/// contacts `n - 1`; the ranges are those of the variables table and hold for every value here.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameters {
+    /// Gravity g, m/s2, >= 0; 0 gives free balls on a line.
+    pub gravity: f64,
+    /// Mass of a ball with ratio 1, kg, > 0.
+    pub mass: f64,
+    /// Mass of each ball over `mass`, 1, > 0.
+    pub mass_ratio: Vec<f64>,
+    /// Radius of the balls, m, > 0 (Hertz contacts and drawing).
+    pub radius: f64,
+    /// Young's modulus E of the balls, Pa, > 0 (Hertz contacts).
+    pub young_modulus: f64,
+    /// Poisson's ratio nu of the balls, 1, 0 to 0.5 (Hertz contacts).
+    pub poisson_ratio: f64,
+    /// Length of a pendulum with ratio 1, m, > 0.
+    pub length: f64,
+    /// Length of each pendulum over `length`, 1, > 0.
+    pub length_ratio: Vec<f64>,
+    /// Viscous drag b on every ball, kg/s, >= 0.
+    pub drag: f64,
+    /// Which force law the contacts follow.
+    pub contact_model: ContactModel,
+    /// Secant stiffness k at the reference overlap, N/m, > 0.
+    pub stiffness: f64,
+    /// Stiffness of each contact over `stiffness`, 1, > 0.
+    pub stiffness_ratio: Vec<f64>,
+    /// Overlap d_ref at which the secant stiffness is `stiffness`, m, > 0.
+    pub overlap_ref: f64,
+    /// Exponent p of the power law, 1, 1 to 10.
+    pub exponent: f64,
+    /// Distance, m, >= 0, that neighbours travel beyond their gap before the contact spring acts.
+    pub dead_band: f64,
+    /// Gap of each contact at rest, m; negative where neighbours are pre-compressed.
+    pub gap: Vec<f64>,
+    /// Which damping law the contacts follow.
+    pub damping_law: DampingLaw,
+    /// Damping c of the Kelvin-Voigt laws, N.s/m, >= 0.
+    pub damping: f64,
+    /// Factor alpha of the Hunt-Crossley law, s/m, >= 0.
+    pub hunt_crossley: f64,
+    /// Position of each ball at the start time, m.
+    pub x_start: Vec<f64>,
+    /// Velocity of each ball at the start time, m/s.
+    pub v_start: Vec<f64>,
+    /// Relative tolerance of the solver, 1, 1e-14 to 1e-3.
+    pub tolerance: f64,
+}
+
+impl Parameters {
+    /// The defaults for `n >= 1` balls: the first `max(1, min(2, n - 1))` are lifted by 0.1 m.
+    pub fn default_for(n: usize) -> Self {
+        let lifted = n.saturating_sub(1).clamp(1, 2);
+        let contacts = n.saturating_sub(1);
+        Self {
+            gravity: 9.81,
+            mass: 1.0,
+            mass_ratio: vec![1.0; n],
+            radius: 0.0313,
+            young_modulus: 2.1e11,
+            poisson_ratio: 0.3,
+            length: 1.962,
+            length_ratio: vec![1.0; n],
+            drag: 0.0,
+            contact_model: ContactModel::PowerLaw,
+            stiffness: 1e10,
+            stiffness_ratio: vec![1.0; contacts],
+            overlap_ref: 1e-6,
+            exponent: 1.0,
+            dead_band: 2.6e-6,
+            gap: vec![0.0; contacts],
+            damping_law: DampingLaw::KelvinVoigt,
+            damping: 0.0,
+            hunt_crossley: 0.0,
+            x_start: (0..n).map(|i| if i < lifted { -0.1 } else { 0.0 }).collect(),
+            v_start: vec![0.0; n],
+            tolerance: 1e-12,
+        }
+    }
+
+    /// Number of balls n.
+    pub fn balls(&self) -> usize {
+        self.mass_ratio.len()
+    }
+
+    /// Number of contacts, n - 1.
+    pub fn contacts(&self) -> usize {
+        self.stiffness_ratio.len()
+    }
+}
+
+/// The inputs of the cradle, held constant until they are set anew.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Inputs {
+    /// External force on each ball, N.
+    pub force: Vec<f64>,
+    /// Acceleration of the support, m/s2; positions are relative to it.
+    pub support_acceleration: f64,
+}
+
+impl Inputs {
+    /// No force on any of `n` balls, support at rest.
+    pub fn zero(n: usize) -> Self {
+        Self { force: vec![0.0; n], support_acceleration: 0.0 }
+    }
+}
