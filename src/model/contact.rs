@@ -115,7 +115,8 @@ mod tests {
     #[test]
     fn energy_is_the_integral_of_the_force() {
         for p in [1.0, 1.5, 2.3, 4.0] {
-            let by_quadrature = crate::solver::quadrature::gauss_legendre(|s| 2.0 * s * law(p).elastic_force(s * s), 0.0, 1e-3, 4);
+            let by_quadrature =
+                crate::solver::quadrature::gauss_legendre(|s| 2.0 * s * law(p).elastic_force(s * s), 0.0, 1e-3, 4);
             let energy = law(p).elastic_energy(1e-6);
             assert!((by_quadrature / energy - 1.0).abs() < 1e-11, "p = {p}");
         }

@@ -17,6 +17,21 @@ pub fn integral(c: &[f64], t: f64) -> f64 {
     t * c.iter().enumerate().rev().fold(0.0, |sum, (k, &c)| sum * t + c / (k + 1) as f64)
 }
 
+/// The coefficients of the derivative; one fewer.
+pub fn differentiated(c: &[f64]) -> Vec<f64> {
+    c.iter().enumerate().skip(1).map(|(k, &c)| k as f64 * c).collect()
+}
+
+/// The coefficients of the polynomial with these derivatives at 0.
+pub fn from_derivatives(derivatives: &[f64]) -> Vec<f64> {
+    let mut factorial = 1.0;
+    let term = |(k, d): (usize, &f64)| {
+        factorial *= k.max(1) as f64;
+        d / factorial
+    };
+    derivatives.iter().enumerate().map(term).collect()
+}
+
 /// Coefficient `k` of the product of two series, from their first `k + 1` coefficients.
 pub fn product_term(a: &[f64], b: &[f64], k: usize) -> f64 {
     a[..=k].iter().zip(b[..=k].iter().rev()).map(|(a, b)| a * b).sum()
