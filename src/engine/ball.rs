@@ -16,11 +16,11 @@ pub(crate) fn degree(push: &Push) -> usize {
 /// The same polynomial seen from `tau` (s) later.
 pub(crate) fn shifted(push: &Push, tau: f64) -> Push {
     let mut later = *push;
-    for j in 0..MAX_FORCE_ORDER {
+    for (j, later) in later.iter_mut().enumerate() {
         let mut power = 1.0;
         for (k, &p) in push.iter().enumerate().skip(j + 1) {
             power *= tau / (k - j) as f64;
-            later[j] += p * power;
+            *later += p * power;
         }
     }
     later
