@@ -129,11 +129,11 @@ impl Cluster {
         self.series.contact_loss(i - self.window.start, self.mode(i) == Mode::Pressing, tau)
     }
 
-    /// What member `ball` (index `i`) gathers from the start of the segment to `tau`: see [`Tally`].
-    pub fn tally(&self, i: usize, ball: &Ball, tau: f64) -> Tally {
+    /// What member `ball` (index `i`), which had gathered `tally` at the start of the segment, has gathered `tau` after it.
+    pub fn tally(&self, i: usize, tally: &Tally, ball: &Ball, tau: f64) -> Tally {
         let j = i - self.window.start;
         let flight = &self.flights[j];
-        let mut tally = ball.tally;
+        let mut tally = *tally;
         tally.x_integral += flight.x * tau + self.series.displacement_integral(j, tau);
         tally.work += ball.mass * self.series.work(j, &flight.push, tau);
         let gamma = ball.oscillator.gamma();
