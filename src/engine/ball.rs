@@ -16,6 +16,9 @@ pub(crate) fn degree(push: &Push) -> usize {
 /// The same polynomial seen from `tau` (s) later.
 pub(crate) fn shifted(push: &Push, tau: f64) -> Push {
     let mut later = *push;
+    if degree(push) == 0 {
+        return later;
+    }
     for (j, later) in later.iter_mut().enumerate() {
         let mut power = 1.0;
         for (k, &p) in push.iter().enumerate().skip(j + 1) {
@@ -77,6 +80,9 @@ impl Flight {
     /// The work of the push per unit of mass since the anchor, m2/s2: `integral f v = f D - f' I_1 + f'' I_2 - ...` with
     /// the repeated integrals `I_k` of the displacement D.
     pub fn work(&self, o: &Oscillator, tau: f64, u: &Basis) -> f64 {
+        if degree(&self.push) == 0 {
+            return if self.push[0] == 0.0 { 0.0 } else { self.push[0] * self.displacement(o, u) };
+        }
         let later = shifted(&self.push, tau);
         let terms = (0..=degree(&self.push)).map(|j| later[j] * self.response(o, u, j + 1));
         terms.enumerate().map(|(j, term)| if j % 2 == 0 { term } else { -term }).sum()
@@ -150,13 +156,21 @@ impl Ball {
     /// The sums at the time `t`, in flight.
     pub fn tally_at(&self, t: DoubleDouble) -> Tally {
         let tau = t - self.anchor;
+        self.tally_after(tau.value(), &self.oscillator.basis(tau, self.tally_terms()))
+    }
+
+    /// How many functions of the oscillator the sums need.
+    fn tally_terms(&self) -> usize {
+        if degree(&self.flight.push) == 0 { 4 } else { BASIS }
+    }
+
+    /// The sums `tau` after the anchor, from the oscillator's functions at that time.
+    fn tally_after(&self, tau: f64, u: &Basis) -> Tally {
         let (o, flight) = (&self.oscillator, &self.flight);
-        let terms = if degree(&flight.push) == 0 { 4 } else { BASIS };
-        let u = o.basis(tau, terms);
         let mut tally = self.tally;
-        tally.x_integral += flight.x * tau.value() + flight.displacement_integral(o, &u);
-        tally.work += self.mass * flight.work(o, tau.value(), &u);
-        tally.drag_loss += self.drag_loss(tau.value());
+        tally.x_integral += flight.x * tau + flight.displacement_integral(o, u);
+        tally.work += self.mass * flight.work(o, tau, u);
+        tally.drag_loss += self.drag_loss(tau);
         tally
     }
 
@@ -174,12 +188,21 @@ impl Ball {
         gauss_legendre(power, 0.0, tau, panels)
     }
 
-    /// Moves the anchor to `t` along the flight.
-    pub fn land(&mut self, t: DoubleDouble) {
-        if t != self.anchor {
-            self.tally = self.tally_at(t);
-            self.flight = self.flight_at(t);
-            self.anchor = t;
+    /// Moves the anchor to `t` along the flight; returns the displacement, m.
+    pub fn land(&mut self, t: DoubleDouble) -> f64 {
+        if t == self.anchor {
+            return 0.0;
         }
+        let tau = t - self.anchor;
+        let u = self.oscillator.basis(tau, self.tally_terms());
+        let displacement = self.flight.displacement(&self.oscillator, &u);
+        self.tally = self.tally_after(tau.value(), &u);
+        self.flight = Flight {
+            x: self.flight.x + displacement,
+            v: self.flight.velocity(&self.oscillator, &u),
+            push: shifted(&self.flight.push, tau.value()),
+        };
+        self.anchor = t;
+        displacement
     }
 }

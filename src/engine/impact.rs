@@ -111,8 +111,7 @@ impl Engine {
         if self.balls[i].anchor == t {
             return;
         }
-        let displacement = self.balls[i].moved(t).0;
-        self.balls[i].land(t);
+        let displacement = self.balls[i].land(t);
         if i > 0 && self.contacts[i - 1].waits {
             self.contacts[i - 1].overlap -= displacement;
         }

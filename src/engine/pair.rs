@@ -11,8 +11,9 @@
 //!
 //! where alpha and beta are what gravity and inputs do during the contact. For p = 1 that is an arc tangent; else it is
 //! expanded in alpha and beta, which are of the order of (contact time / period)^2. The terms follow from the action integral
-//! `S(E) = integral sqrt(E - P(q)) dq`, whose derivative by E is the time (Landau and Lifshitz, Mechanics, sections 12 and 49),
-//! and from `integral q^m / sqrt(E - q^(p+1)) dq = E^(e_m) B_m`, with Euler's beta function in `B_m`.
+//! `integral sqrt(E - P(q)) dq`, whose derivative by E is half the time (Landau and Lifshitz, Mechanics, sections 12 and 49),
+//! and from `integral q^m / sqrt(E - q^(p+1)) dq = E^(s - 1/2) B(s, 1/2) / (p+1)` with `s = (m+1) / (p+1)` and Euler's beta
+//! function B.
 
 use std::cell::OnceCell;
 
@@ -21,40 +22,59 @@ use super::cluster::Cluster;
 use crate::model::{ContactLaw, Damping};
 use crate::solver::double_double::DoubleDouble;
 
-/// Largest alpha or beta that the expansion is used for: its error is of third order, below the rounding.
-const SMALL: f64 = 2e-6;
+/// Terms of the expansion, and the largest `alpha + |beta|` it is used for: what it leaves out is below the rounding.
+const TERMS: usize = 7;
+const SMALL: f64 = 1e-3;
 
-/// `B_m = B((m+1)/(p+1), 1/2) / (p+1)` for m = 0 to 4, and the exponents `e_m = (m+1)/(p+1) - 1/2`.
+/// Coefficients of the expansion for one exponent of the force law.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shape {
-    b: [f64; 5],
-    e: [f64; 5],
+    /// Of `beta^(k-j) alpha^j` in the integral of `dq / sqrt(...)`.
+    time: [[f64; TERMS]; TERMS],
+    /// The same for `q dq / sqrt(...)`.
+    overlap: [[f64; TERMS]; TERMS],
 }
 
 impl Shape {
     /// For the exponent `p` of the force law.
     pub fn new(p: f64) -> Self {
-        let share = |m: usize| (m + 1) as f64 / (p + 1.0);
-        let beta = |m: usize| {
-            let gammas = libm::tgamma(share(m)) / libm::tgamma(share(m) + 0.5);
-            std::f64::consts::PI.sqrt() * gammas / (p + 1.0)
-        };
-        Self { b: std::array::from_fn(beta), e: std::array::from_fn(|m| share(m) - 0.5) }
+        Self { time: coefficients(p, 0), overlap: coefficients(p, 1) }
     }
+}
 
-    /// `integral dq / sqrt(1 - q^(p+1) - beta q - alpha q^2)` between the roots at 0 and near 1.
-    fn time(&self, alpha: f64, beta: f64) -> f64 {
-        let (b, e) = (&self.b, &self.e);
-        let second = beta * beta * e[2] * (e[2] - 1.0) * b[2]
-            + 2.0 * alpha * beta * e[3] * (e[3] - 1.0) * b[3]
-            + alpha * alpha * e[4] * (e[4] - 1.0) * b[4];
-        b[0] - (beta * e[1] * b[1] + alpha * e[2] * b[2]) + 0.5 * second
+/// With `P = q^(p+1) + P_1` the integral of `q^g / sqrt(1 - P)` is the sum over k of `(-1)^k / k! (d/dE)^k` of the integral
+/// of `q^g P_1^k / sqrt(E - q^(p+1))` at E = 1.
+fn coefficients(p: f64, g: usize) -> [[f64; TERMS]; TERMS] {
+    let mut table = [[0.0; TERMS]; TERMS];
+    for k in 0..TERMS {
+        let mut binomial = 1.0;
+        for j in 0..=k {
+            let share = (k + j + g + 1) as f64 / (p + 1.0);
+            let beta_function = std::f64::consts::PI.sqrt() * libm::tgamma(share) / libm::tgamma(share + 0.5) / (p + 1.0);
+            let derivatives = (0..k).fold(1.0, |product, i| product * (share - 0.5 - i as f64) / -((i + 1) as f64));
+            table[k][j] = binomial * beta_function * derivatives;
+            binomial *= (k - j) as f64 / (j + 1) as f64;
+        }
     }
+    table
+}
 
-    /// The same integral with `q` in the numerator, to first order.
-    fn time_times_overlap(&self, alpha: f64, beta: f64) -> f64 {
-        self.b[1] - (beta * self.e[2] * self.b[2] + alpha * self.e[3] * self.b[3])
+/// Sums the expansion up to where it no longer changes.
+fn expansion(table: &[[f64; TERMS]; TERMS], alpha: f64, beta: f64) -> f64 {
+    let mut sum = 0.0;
+    for (k, row) in table.iter().enumerate() {
+        // beta^k (row_0 + row_1 alpha/beta + ...) without the division.
+        let (mut term, mut alpha_power) = (0.0, 1.0);
+        for (j, c) in row[..=k].iter().enumerate() {
+            term += c * alpha_power * (j..k).fold(1.0, |power, _| power * beta);
+            alpha_power *= alpha;
+        }
+        sum += term;
+        if term.abs() < 1e-18 * sum {
+            break;
+        }
     }
+    sum
 }
 
 /// The overlap during an impact: how long, how much, and its integral.
@@ -168,13 +188,49 @@ fn course(law: &ContactLaw, shape: &Shape, omega2: f64, mass: f64, rate: f64, pu
     if !(alpha + beta.abs() < SMALL) {
         return None;
     }
-    // 1 = q^(p+1) + alpha q^2 + beta q at the peak, by one Newton step from the first-order root.
-    let first = (alpha + beta) / (p + 1.0);
-    let second = first * (0.5 * p * first - (2.0 * alpha + beta) / (p + 1.0));
-    let peak_overlap = reach * (1.0 - first - second);
+    // 1 = q^(p+1) + alpha q^2 + beta q at the peak: Newton from the first-order root.
+    let mut q = 1.0 - (alpha + beta) / (p + 1.0);
+    for _ in 0..if alpha + beta.abs() > 1e-8 { 3 } else { 0 } {
+        let power = libm::pow(q, p);
+        q -= (q * (power + alpha * q + beta) - 1.0) / ((p + 1.0) * power + 2.0 * alpha * q + beta);
+    }
     Some(Course {
-        duration: 2.0 * reach / rate * shape.time(alpha, beta),
-        peak_overlap,
-        overlap_integral: 2.0 * reach * reach / rate * shape.time_times_overlap(alpha, beta),
+        duration: 2.0 * reach / rate * expansion(&shape.time, alpha, beta),
+        peak_overlap: reach * q,
+        overlap_integral: 2.0 * reach * reach / rate * expansion(&shape.overlap, alpha, beta),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solver::quadrature::gauss_legendre;
+
+    /// `integral q^g dq / sqrt(1 - q^(p+1) - beta q - alpha q^2)` up to the root, by quadrature: with `q = root (1 - s^2)`
+    /// the integrand is smooth at the root, and with whole p at 0; the difference under the root costs some digits.
+    fn by_quadrature(p: f64, alpha: f64, beta: f64, g: i32) -> f64 {
+        let rest = |q: f64| 1.0 - libm::pow(q, p + 1.0) - beta * q - alpha * q * q;
+        let mut root = 1.0;
+        for _ in 0..50 {
+            root += rest(root) / ((p + 1.0) * libm::pow(root, p) + beta + 2.0 * alpha * root);
+        }
+        let integrand = |s: f64| {
+            let q = root * (1.0 - s * s);
+            2.0 * s * root * q.powi(g) / (rest(q) - rest(root)).sqrt()
+        };
+        gauss_legendre(integrand, 0.0, 1.0, 20)
+    }
+
+    #[test]
+    fn expansion_agrees_with_quadrature() {
+        for p in [2.0, 3.0, 5.0] {
+            for (alpha, beta) in [(0.0, 0.0), (1e-4, 2e-4), (3e-4, -6e-4)] {
+                let shape = Shape::new(p);
+                for (table, g) in [(&shape.time, 0), (&shape.overlap, 1)] {
+                    let (sum, quadrature) = (expansion(table, alpha, beta), by_quadrature(p, alpha, beta, g));
+                    assert!((sum / quadrature - 1.0).abs() < 1e-9, "p={p} g={g}: {sum} {quadrature}");
+                }
+            }
+        }
+    }
 }

@@ -3,7 +3,7 @@
 use super::ball::{Ball, Flight, degree};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::oscillator::Oscillator;
-use crate::solver::root::{Smooth, first_positive};
+use crate::solver::root::{Smooth, first_positive, safe_step};
 
 /// The overlap (negative while apart) since an anchor.
 ///
@@ -83,12 +83,63 @@ impl Separation {
             return Forecast::Never;
         }
         let start = (from - self.anchor).value();
-        let horizon = start + self.reach();
+        let reach = self.reach();
+        if start == 0.0 {
+            // Most forecasts are overtaken by events: a bound that costs little comes first.
+            let step = safe_step(self, 0.0, self.at_anchor(), reach);
+            if step > 0.02 * reach {
+                return Forecast::OpenUntil(self.anchor + step);
+            }
+        } else if let Some(tau) = self.next_wave(start) {
+            return Forecast::Onset(self.anchor + tau);
+        }
+        let horizon = start + reach;
         match first_positive(self, start, horizon) {
             Some(tau) => Forecast::Onset(self.anchor + self.polished(tau)),
             None if horizon.is_finite() && horizon < FAR => Forecast::OpenUntil(self.anchor + horizon),
             None => Forecast::Never,
         }
+    }
+
+    /// Overlap, rate and acceleration at the anchor.
+    fn at_anchor(&self) -> [f64; 3] {
+        let acceleration = |o: &Oscillator, flight: &Flight| flight.acceleration(o, 0.0, 0.0, flight.v);
+        match &self.motion {
+            Motion::Relative(o, flight) => [self.overlap, flight.v, acceleration(o, flight)],
+            Motion::Both([(ol, left), (or, right)]) => {
+                [self.overlap, left.v - right.v, acceleration(ol, left) - acceleration(or, right)]
+            }
+        }
+    }
+
+    /// The next rise through zero of a plain wave, `start` being known not to lie behind it; `None` where the motion is no
+    /// plain wave or only grazes.
+    fn next_wave(&self, start: f64) -> Option<DoubleDouble> {
+        let Motion::Relative(o, flight) = &self.motion else { return None };
+        if o.gamma() > 0.0 || o.omega2() == 0.0 || degree(&flight.push) > 0 {
+            return None;
+        }
+        // overlap + equilibrium + sine sin(omega t) - equilibrium cos(omega t)
+        let equilibrium = flight.push[0] / o.omega2() - flight.x;
+        let sine = flight.v / o.omega();
+        let amplitude = (sine * sine + equilibrium * equilibrium).sqrt();
+        let level = -(self.overlap + equilibrium) / amplitude;
+        if !(level.abs() < 0.999_999) {
+            return None;
+        }
+        let turn = std::f64::consts::TAU;
+        let phase = libm::atan2(sine, -equilibrium) - libm::acos(level);
+        let turns = libm::ceil((o.omega() * start - 1e-9 - phase) / turn);
+        let mut tau = DoubleDouble::from((phase + turns * turn) / o.omega());
+        for _ in 0..4 {
+            let [overlap, rate, _] = self.evaluate(tau);
+            let correction = -overlap / rate;
+            tau += correction;
+            if correction.abs() <= 8.0 * f64::EPSILON * tau.value() {
+                return Some(tau);
+            }
+        }
+        None
     }
 
     /// The crossing next to `tau` to more digits than a double of this size has: on a swing of a second its last place is
@@ -108,7 +159,7 @@ impl Separation {
                 return f64::INFINITY;
             }
             let equilibrium = flight.push[0] / o.omega2() - flight.x;
-            side * equilibrium + libm::hypot(equilibrium, flight.v / o.omega())
+            side * equilibrium + (equilibrium * equilibrium + flight.v * flight.v / o.omega2()).sqrt()
         };
         let reach = match &self.motion {
             Motion::Relative(o, flight) => highest(o, flight, 1.0),
@@ -155,7 +206,7 @@ impl Smooth for Separation {
                 power *= end / j as f64;
             }
             let a = flight.acceleration(o, 0.0, 0.0, flight.v);
-            let amplitude = libm::hypot(a, o.omega() * flight.v) + push_rate * end;
+            let amplitude = (a * a + o.omega2() * flight.v * flight.v).sqrt() + push_rate * end;
             push_rate + (o.omega() + 2.0 * o.gamma()) * amplitude
         };
         match &self.motion {

@@ -23,6 +23,17 @@ pub const BASIS: usize = 2 * MAX_FORCE_ORDER + 4;
 /// `U_0, U_1, ...` at one time.
 pub type Basis = [f64; BASIS];
 
+/// `1 / k`: a product is cheaper than a division.
+const INVERSE: [f64; 64] = {
+    let mut inverse = [0.0; 64];
+    let mut k = 1;
+    while k < 64 {
+        inverse[k] = 1.0 / k as f64;
+        k += 1;
+    }
+    inverse
+};
+
 /// Natural frequency and decay of an oscillator.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Oscillator {
@@ -75,7 +86,7 @@ impl Oscillator {
         let (damping, stiffness) = (2.0 * self.gamma * t, self.omega2 * t * t);
         let mut powers = [1.0; BASIS];
         for k in 1..count {
-            powers[k] = powers[k - 1] * t / k as f64;
+            powers[k] = powers[k - 1] * t * INVERSE[k];
         }
         let (top, below) = (count - 1, count - 2);
         // Terms a_m t^k / (k+m)! with a_0 = 1, a_1 = -2 gamma t, a_(m+2) = -2 gamma t a_(m+1) - omega^2 t^2 a_m.
@@ -83,8 +94,8 @@ impl Oscillator {
         let (mut falling_top, mut falling_below) = (1.0, 1.0);
         let (mut sum_top, mut sum_below) = (1.0, 1.0);
         for m in 1..40 {
-            falling_top /= (top + m) as f64;
-            falling_below /= (below + m) as f64;
+            falling_top *= INVERSE[top + m];
+            falling_below *= INVERSE[below + m];
             let (term_top, term_below) = (a_next * falling_top, a_next * falling_below);
             sum_top += term_top;
             sum_below += term_below;
@@ -129,7 +140,7 @@ impl Oscillator {
         for _ in 0..doublings {
             let mut powers = [1.0; BASIS];
             for k in 1..count {
-                powers[k] = powers[k - 1] * h / k as f64;
+                powers[k] = powers[k - 1] * h * INVERSE[k];
             }
             let mut twice = [0.0; BASIS];
             twice[0] = u[0] * u[0] - self.omega2 * u[1] * u[1];

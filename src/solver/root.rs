@@ -50,7 +50,7 @@ pub fn first_positive(g: &impl Smooth, from: f64, until: f64) -> Option<f64> {
 }
 
 /// A step from `t` within `window` on which `g` provably does not become positive; the largest that a few tries give.
-fn safe_step(g: &impl Smooth, t: f64, [value, slope, curvature]: [f64; 3], window: f64) -> f64 {
+pub fn safe_step(g: &impl Smooth, t: f64, [value, slope, curvature]: [f64; 3], window: f64) -> f64 {
     let mut span = window;
     let mut best = 0.0_f64;
     for _ in 0..8 {
