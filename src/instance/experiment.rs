@@ -23,8 +23,7 @@ impl Experiment {
             return Err(Refusal::number("startTime", self.start, "s", "any finite value"));
         }
         match self.stop {
-            // Not "stop <= start": that would let NaN through.
-            Some(stop) if !(stop > self.start) => {
+            Some(stop) if stop.is_nan() || stop <= self.start => {
                 Err(Refusal::number("stopTime", stop, "s", format!("later than startTime = {} s", self.start)))
             }
             _ => Ok(()),
