@@ -171,8 +171,10 @@ mod tests {
     use std::cell::RefCell;
     use std::rc::Rc;
 
-    fn component() -> (fmi2Component, Rc<RefCell<Vec<(Severity, String)>>>) {
-        let lines = Rc::new(RefCell::new(Vec::new()));
+    type Lines = Rc<RefCell<Vec<(Severity, String)>>>;
+
+    fn component() -> (fmi2Component, Lines) {
+        let lines = Lines::default();
         let kept = lines.clone();
         let sink = move |severity, _, text: &str| kept.borrow_mut().push((severity, text.to_owned()));
         let log = Log::new(Some(Box::new(sink)), false);
