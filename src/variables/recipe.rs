@@ -155,7 +155,7 @@ mod tests {
     #[test]
     fn doubles_survive_bit_for_bit() {
         let mut recipe = Recipe::new(1);
-        for value in [0.1 + 0.2, 1.0 / 3.0, 2.2250738585072011e-308, f64::MAX, 0.702481473104] {
+        for value in [0.1 + 0.2, 1.0 / 3.0, f64::MIN_POSITIVE, f64::MAX, 0.702481473104] {
             recipe.start.insert("v_start[1]".into(), StartValue::Number(value));
             let read = Recipe::from_json(recipe.to_json().as_bytes()).unwrap();
             assert_eq!(read.settings().unwrap().parameters.v_start[0].to_bits(), value.to_bits());
