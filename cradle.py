@@ -17,6 +17,7 @@ import subprocess
 import sys
 import sysconfig
 import time
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -61,19 +62,17 @@ def run(command: list, check: bool = True, watch=None, **options) -> int:
     return code
 
 
+@contextmanager
 def stage(title: str):
-    """Announces a stage and, as a context manager, says how long it took."""
-
-    class Stage:
-        def __enter__(self):
-            self.begin = time.perf_counter()
-            say(f"\n== {title}")
-
-        def __exit__(self, kind, *_):
-            outcome = "done" if kind is None else "stopped"
-            say(f"== {title}: {outcome} after {time.perf_counter() - self.begin:.1f} s")
-
-    return Stage()
+    """Announces a stage and says at its end how long it took."""
+    begin = time.perf_counter()
+    outcome = "stopped"
+    say(f"\n== {title}")
+    try:
+        yield
+        outcome = "done"
+    finally:
+        say(f"== {title}: {outcome} after {time.perf_counter() - begin:.1f} s")
 
 
 # ---------------------------------------------------------------- what both commands need
@@ -95,12 +94,12 @@ def make_venv() -> None:
     """.venv with the packages of requirements.txt; nothing to do when they have not changed."""
     requirements = ROOT / "requirements.txt"
     stamp = VENV / "requirements.sha256"
-    wanted = hashlib.sha256(requirements.read_bytes()).hexdigest()
+    # The checkout's path counts as well: a virtual environment does not survive being moved.
+    wanted = hashlib.sha256(requirements.read_bytes() + str(ROOT).encode()).hexdigest()
     if PYTHON.exists() and stamp.exists() and stamp.read_text() == wanted:
         say("  .venv is up to date")
         return
-    if shutil.rmtree.avoids_symlink_attacks or VENV.exists():
-        shutil.rmtree(VENV, ignore_errors=True)
+    shutil.rmtree(VENV, ignore_errors=True)
     if run([sys.executable, "-m", "venv", VENV], check=False) != 0:
         raise Stop("this Python cannot make virtual environments: on Debian, `apt install python3-venv`.")
     run(

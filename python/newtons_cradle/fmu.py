@@ -162,30 +162,39 @@ class Fmu:
 
 
 class Run:
-    """One instance, initialised and ready to step. `values`: start values by variable name."""
+    """One instance, initialised and ready to step. `values`: start values by variable name.
 
-    def __init__(self, fmu: Fmu, values: Mapping[str, float] | None = None, *, start_time: float = 0.0):
-        self.fmu, self.time = fmu, start_time
+    With `initialize=False` it is only instantiated, and `initialize()` is left to the caller.
+    """
+
+    def __init__(self, fmu: Fmu, values: Mapping[str, float] | None = None, *, initialize: bool = True):
+        self.fmu, self.time = fmu, 0.0
         self.log: list[LogLine] = []
         self._callbacks = _router.callbacks(self.log)
+        self._alive = False
         self.slave = FMU2Slave(
             guid=fmu.description.guid,
             modelIdentifier=fmu.description.coSimulation.modelIdentifier,
             unzipDirectory=fmu.folder,
             instanceName="cradle",
         )
-        self._alive = False
         try:
             self._call(self.slave.instantiate, callbacks=self._callbacks)
             self._alive = True
             self._call(self.slave.setDebugLogging, True, ["logEvents"])
             self.set(values or {})
-            self._call(self.slave.setupExperiment, startTime=start_time)
-            self._call(self.slave.enterInitializationMode)
-            self._call(self.slave.exitInitializationMode)
+            if initialize:
+                self.initialize()
         except BaseException:
             self.close()
             raise
+
+    def initialize(self, start_time: float = 0.0) -> None:
+        """Brings an instance that was only instantiated to its start time (s). Raises FmuError."""
+        self._call(self.slave.setupExperiment, startTime=start_time)
+        self._call(self.slave.enterInitializationMode)
+        self._call(self.slave.exitInitializationMode)
+        self.time = start_time
 
     def __enter__(self):
         return self
