@@ -1,0 +1,50 @@
+"""Against an independent quadruple-precision computation (reference.json)."""
+
+import json
+from pathlib import Path
+
+import newtons_cradle as nc
+import numpy as np
+import pytest
+
+DATA = json.loads((Path(__file__).parent / "reference.json").read_text())
+CHAINS = {case["id"]: case for case in DATA["free_chain"]}
+STATES = {case["id"]: case for case in DATA["cradle_states"]}
+
+
+def floats(texts) -> np.ndarray:
+    """Decimal strings as doubles."""
+    return np.array([float(text) for text in texts])
+
+
+@pytest.mark.parametrize("case", CHAINS)
+def test_free_chain(fmu, case):
+    """Final velocities to 1e-9, the contacts' opening times, peaks and impulses with them."""
+    chain = CHAINS[case]
+    with fmu.start(nc.chain(chain["p"], chain["strikers"])) as run:
+        run.step_to(10.0)
+        v = np.array([run.get(f"v[{i}]") for i in range(1, 6)])
+        opened = [run.get(f"t_release[{i}]") for i in range(1, 5)]
+        impulse = [run.get(f"impulse[{i}]") for i in range(1, 5)]
+        peak = [run.get(f"F_peak[{i}]") for i in range(1, 5)]
+        assert run.get("t_next") == 1e30
+    assert np.abs(v - floats(chain["v_final"])).max() <= 1e-9
+    assert opened == pytest.approx(floats(chain["t_open"]), abs=1e-8)
+    assert impulse == pytest.approx(floats(chain["impulse"]), abs=1e-9)
+    assert peak == pytest.approx(floats(chain["F_peak"]), abs=1e-8)
+
+
+@pytest.mark.parametrize("case", STATES)
+def test_cradle_state(fmu, case):
+    """Positions to 1e-8 of the amplitude, velocities to 1e-8 of omega times it."""
+    state = STATES[case]
+    amplitude, omega = state["amplitude"], np.sqrt(state["omega2"])
+    values = nc.power_law(state["k"], state["p"], state["gap"])
+    values |= nc.lifted(state["lifted_left"], amplitude=amplitude)
+    values |= {"gravity": state["omega2"], "pendulum.length": 1.0, "ball.mass": state["m"]}
+    with fmu.start(values) as run:
+        run.step_to(state["t"])
+        x = np.array([run.get(f"x[{i}]") for i in range(1, 6)])
+        v = np.array([run.get(f"v[{i}]") for i in range(1, 6)])
+    assert np.abs(x - floats(state["x"])).max() <= 1e-8 * amplitude
+    assert np.abs(v - floats(state["v"])).max() <= 1e-8 * amplitude * omega
