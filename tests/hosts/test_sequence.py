@@ -1,5 +1,7 @@
 """When and in which order the contacts close."""
 
+from itertools import pairwise
+
 import newtons_cradle as nc
 import numpy as np
 import pytest
@@ -69,7 +71,7 @@ def test_the_moving_balls_step_through_table_1(separate):
     _, micro = separate[0]
     free = np.all(micro.stack("F") == 0, axis=1)
     moving = np.abs(micro.stack("v")[free]) > 0.5 * SPEED
-    states = [moving[0], *(b for a, b in zip(moving, moving[1:], strict=False) if np.any(a != b))]
+    states = [moving[0], *(b for a, b in pairwise(moving) if np.any(a != b))]
     assert ["".join("01"[m] for m in s) for s in states] == ["11000", "10100", "01010", "00101", "00011"]
 
 
