@@ -40,7 +40,7 @@ def draw(result: nc.Result, path) -> None:
         figure,
         path,
         "Five balls, two lifted by 1 m, dead band 0.26 µm. Each click of the cradle is a spike in every contact, "
-        "all at once at this scale. Figure 5 opens the first one: six pulses, one after the other, within 1.3 µs. "
+        "all at once at this scale. Figure 5 opens the first one: six pulses, one after the other, within a microsecond. "
         "The pulses fall between the communication points (10 ms); their height is the peak from the pulse log.",
     )
 

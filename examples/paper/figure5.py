@@ -31,7 +31,7 @@ def case(fmu: nc.Fmu, out, label: str, dead_band: float) -> dict:
     macro = fmu.simulate(values, stop=STOP, progress=nc.Progress(f"Figure 5 {label}, 10 s"))
     names = [f"{what}[{i}]" for what in "Fxv" for i in range(1, 6) if (what, i) != ("F", 5)]
     with fmu.start(values) as zoomed:
-        onset, micro = zoomed.zoom(span=1.4e-6, step=1e-9, record=names, before=5e-8)
+        onset, micro = zoomed.zoom(span=1.1e-6, step=1e-9, record=names, before=5e-8)
         v_after = [zoomed.get(f"v[{i}]") for i in range(1, 6)]
     stem = "figure5_" + label.replace(" ", "_")
     save_csv(out / f"{stem}.csv", macro.samples)

@@ -36,7 +36,7 @@ class Check:
 
 def within(figure: str, what: str, value: float, wanted: float, tolerance: float, unit: str = "") -> Check:
     """A number that must lie within an absolute tolerance of a known one."""
-    digits = max(3, int(np.ceil(-np.log10(tolerance / max(abs(wanted), tolerance)))) + 1)
+    digits = max(4, int(np.ceil(-np.log10(tolerance / max(abs(wanted), tolerance)))) + 3)
     shown = f"{value:.{digits}g} {unit}".strip()
     required = f"{wanted:.{digits}g} ± {tolerance:.0e} {unit}".strip()
     return Check(figure, what, shown, required, bool(abs(value - wanted) <= tolerance))
@@ -135,7 +135,7 @@ def stacked(rows: int, title: str, *, height: float = 1.25, columns: int = 1):
 def finish(figure, path: Path, caption: str) -> None:
     """Puts the caption (one paragraph, wrapped here) below the strips and writes the PNG."""
     figure.supxlabel(
-        textwrap.fill(caption, 128), fontsize=8.5, color="#444444", x=0.01, ha="left", linespacing=1.5
+        textwrap.fill(caption, 150), fontsize=8.5, color="#444444", x=0.01, ha="left", linespacing=1.5
     )
     figure.savefig(path, dpi=130)
     plt.close(figure)
