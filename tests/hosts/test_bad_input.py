@@ -48,8 +48,16 @@ def refused_set(run, name, value, setter="setReal") -> str:
     return refused(run, getattr(run.slave, setter), [run.fmu.variables[name].valueReference], [value])
 
 
+def start_of(run, name) -> float:
+    """The start value of the description; an enumeration's integer likewise."""
+    return float(run.fmu.variables[name].start)
+
+
 def still_works(run) -> None:
-    """The instance goes on as if nothing had been asked: the default run's first impact is there."""
+    """The instance goes on as if nothing had been asked: the default run's first impact is there.
+
+    Every refused value would move that impact or put it elsewhere in the log, had it been applied.
+    """
     if run.time == 0.0:
         run.initialize()
     run.step_to(1.0)
@@ -83,25 +91,23 @@ BAD_VALUES = [  # variable, value, what its message says about the value, and ab
 
 @pytest.mark.parametrize(("name", "value", "says", "allowed"), BAD_VALUES)
 def test_bad_value(bare, name, value, says, allowed):
-    old = bare.get(name)
     text = refused_set(bare, name, value)
     assert name in text
     assert re.search(says, text.replace(name, "")), text
     assert re.search(allowed, text.replace(name, "")), text
-    assert bare.get(name) == old
     still_works(bare)
+    assert bare.get(name) == start_of(bare, name)
 
 
 @pytest.mark.parametrize(
     ("name", "value"), [("contact.model", 0), ("contact.model", 99), ("contact.dampingLaw", -1)]
 )
 def test_bad_choice(bare, name, value):
-    old = bare.get(name)
     text = refused_set(bare, name, value, "setInteger")
     assert name in text and str(value) in text
     assert re.search("powerLaw|kelvinVoigt", text), text
-    assert bare.get(name) == old
     still_works(bare)
+    assert bare.get(name) == start_of(bare, name)
 
 
 def test_one_bad_value_spoils_the_whole_call_and_nothing_else(bare):
@@ -109,8 +115,8 @@ def test_one_bad_value_spoils_the_whole_call_and_nothing_else(bare):
     references = [bare.fmu.variables[name].valueReference for name in names]
     text = refused(bare, bare.slave.setReal, references, [2.0, -1.0, 1.6])
     assert "pendulum.length" in text
-    assert [bare.get(name) for name in names] == [1.0, 1.962, 9.81]
     still_works(bare)
+    assert [bare.get(name) for name in names] == [1.0, 1.962, 9.81]
 
 
 @pytest.mark.parametrize("kind", ["Real", "Integer", "Boolean", "String"])
@@ -134,13 +140,13 @@ def test_unknown_value_reference(ready, kind, reference):
         ("inContact[1]", "Integer", 1),
     ],
 )
-def test_wrong_type(bare, name, wrong, value):
-    reference = bare.fmu.variables[name].valueReference
-    others = [v for v in bare.fmu.description.modelVariables if v.valueReference == reference]
+def test_wrong_type(ready, name, wrong, value):
+    reference = ready.fmu.variables[name].valueReference
+    others = [v for v in ready.fmu.description.modelVariables if v.valueReference == reference]
     assert [v.name for v in others] == [name], "value references are unique over all types"
-    assert name in refused(bare, getattr(bare.slave, f"set{wrong}"), [reference], [value])
-    assert name in refused(bare, getattr(bare.slave, f"get{wrong}"), [reference])
-    still_works(bare)
+    assert name in refused(ready, getattr(ready.slave, f"set{wrong}"), [reference], [value])
+    assert name in refused(ready, getattr(ready.slave, f"get{wrong}"), [reference])
+    still_works(ready)
 
 
 @pytest.mark.parametrize(
@@ -273,6 +279,17 @@ DAMAGE = {
     "rubbish at the end": lambda data: data + b"\n\xff}]garbage = what",
     "zeros": lambda data: bytes(len(data)),
 }
+
+
+def test_resources_of_another_cradle(fmu, copy):
+    """Intact, but not what the description was made for."""
+    for path in resources_of(copy):
+        text = path.read_text()
+        assert '"balls": 5' in text
+        path.write_text(text.replace('"balls": 5', '"balls": 7'))
+    worked, log = instantiate(copy, fmu.description.guid)
+    assert not worked
+    assert any(fmu.description.guid in line.text for line in log if line.status >= ERROR), log
 
 
 @pytest.mark.parametrize("damage", DAMAGE)
