@@ -29,12 +29,12 @@ def run(fmu: nc.Fmu, out) -> list[Check]:
 def draw(result: nc.Result, path) -> None:
     """One strip per contact, a line from zero to the peak for each pulse of the log."""
     contacts = result.stack("F").shape[1]
-    figure, axes = stacked(contacts, "Figure 4 - contact forces over ten seconds")
+    figure, axes = stacked(contacts, "Figure 4: contact forces over ten seconds")
     for i, axis in enumerate(axes[:, 0]):
         pulses = result.pulses[result.pulses["contact"] == i + 1]
         axis.vlines(pulses["onset"], 0, pulses["peak"] / 1e6, color=COLOURS[i], linewidth=1.4)
         axis.axhline(0, color=COLOURS[i], linewidth=0.8)
-        axis.set(ylabel=f"F[{i + 1}] (MN)\nballs {i + 1}-{i + 2}", ylim=(0, None), xlim=(0, STOP))
+        axis.set(ylabel=f"F[{i + 1}] (MN)\nballs {i + 1}-{i + 2}", ylim=(0, 18), xlim=(0, STOP))
     axes[-1, 0].set_xlabel("time (s)")
     finish(
         figure,

@@ -99,18 +99,21 @@ def table1(data: dict) -> list[tuple]:
 
 
 def save_table1(states: list[tuple], path) -> None:
-    """Table 1 as the paper prints it."""
+    """Table 1 as the paper prints it, to a CSV file and to the terminal."""
+    rows = [["state", *(f"ball {i}" for i in range(1, 6))]]
+    for i, state in enumerate(states):
+        name = "begin" if i == 0 else "end" if i == len(states) - 1 else f"intermediate {i}"
+        rows.append([name, *("moving" if moving else "stopped" for moving in state)])
     with path.open("w", newline="", encoding="ascii") as file:
-        table = csv.writer(file)
-        table.writerow(["state", *(f"ball {i}" for i in range(1, 6))])
-        for i, state in enumerate(states):
-            name = "begin" if i == 0 else "end" if i == len(states) - 1 else f"intermediate {i}"
-            table.writerow([name, *("moving" if moving else "stopped" for moving in state)])
+        csv.writer(file).writerows(rows)
+    print("  Table 1, from the micro view whenever no contact is closed:")
+    for row in rows:
+        print("    " + "".join(cell.ljust(16 if i == 0 else 9) for i, cell in enumerate(row)).rstrip())
 
 
 def draw(without: dict, with_band: dict, path) -> None:
     """Two columns (without, with), one strip per contact, time in µs from the first onset."""
-    figure, axes = stacked(4, "Figure 5 - the first impact, nanosecond by nanosecond", columns=2, height=1.2)
+    figure, axes = stacked(4, "Figure 5: the first impact, nanosecond by nanosecond", columns=2, height=1.2)
     headings = ["without a dead band: the pulses overlap", "with a dead band of 0.26 µm: one after the other"]
     for column, (data, heading) in enumerate(zip((without, with_band), headings, strict=True)):
         time = (data["micro"]["time"] - data["onset"]) * 1e6
@@ -118,7 +121,7 @@ def draw(without: dict, with_band: dict, path) -> None:
             force = data["micro"][f"F[{i + 1}]"] / 1e6
             axis.fill_between(time, force, color=COLOURS[i], alpha=0.25, linewidth=0)
             axis.plot(time, force, color=COLOURS[i])
-            axis.set(xlim=(time[0], time[-1]), ylim=(0, 19))
+            axis.set(xlim=(time[0], time[-1]), ylim=(0, 18))
             if column == 0:
                 axis.set_ylabel(f"F[{i + 1}] (MN)\nballs {i + 1}-{i + 2}")
         axes[0, column].set_title(heading, fontsize=10, loc="left")

@@ -31,7 +31,7 @@ def run(fmu: nc.Fmu, out, seconds: float = 10.0) -> list[Check]:
             f"middle ball's amplitude after {len(complete)} sequences",
             swing[-1],
             len(complete) * SHIFT,
-            0.03 * len(complete) * SHIFT,
+            1e-3 * len(complete) * SHIFT,
             "m",
         ),
     ]
@@ -47,7 +47,7 @@ def is_sequenced(sequence: np.ndarray) -> bool:
 def draw(result: nc.Result, swing: np.ndarray, path) -> None:
     """One strip per ball, and the middle ball magnified."""
     time = result["time"]
-    figure, axes = stacked(6, "Figure 6 - positions of the five balls", height=1.05)
+    figure, axes = stacked(6, "Figure 6: positions of the five balls", height=1.05)
     for i, axis in enumerate(axes[:5, 0]):
         axis.plot(time, result[f"x[{i + 1}]"], color=COLOURS[i])
         axis.set(ylabel=f"x[{i + 1}] (m)", ylim=(-1.15, 1.15))
@@ -59,8 +59,8 @@ def draw(result: nc.Result, swing: np.ndarray, path) -> None:
         figure,
         path,
         "Two balls swing and three wait; the middle ball, in turn the third of either side, should stand still. Bottom "
-        f"strip, a million times magnified: each click shifts it by {SHIFT * 1e6:.3f} µm (twice the dead band plus half a "
-        "pulse's travel), so its amplitude (dashed) grows linearly, to 1e-4 of the others' after 240 s.",
+        f"strip, a million times magnified: each click shifts it by {SHIFT * 1e6:.3f} µm, twice the sum of the dead band and half "
+        "a pulse's travel, so its amplitude (dashed) grows linearly, to 1e-4 of the others' after 240 s.",
     )
 
 

@@ -5,7 +5,7 @@ import sys
 import figure4
 import figure5
 import figure6
-from support import command_line, nc, print_checks, save_checks
+from support import command_line, nc, print_checks, save_checks, shorter
 
 
 def main() -> int:
@@ -19,7 +19,9 @@ def main() -> int:
     save_checks(checks, options.out / "checks.csv")
     print("\nMeasured on this machine, through FMPy:\n")
     holds = print_checks(checks)
-    print(f"\n{sum(c.holds for c in checks)} of {len(checks)} hold. Pictures and CSV files: {options.out}")
+    print(
+        f"\n{sum(c.holds for c in checks)} of {len(checks)} hold. Pictures and CSV files: {shorter(options.out)}"
+    )
     return 0 if holds else 1
 
 

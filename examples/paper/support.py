@@ -139,5 +139,9 @@ def finish(figure, path: Path, caption: str) -> None:
     )
     figure.savefig(path, dpi=130)
     plt.close(figure)
-    shown = path.relative_to(ROOT) if path.is_relative_to(ROOT) else path
-    print(f"  wrote {shown}")
+    print(f"  wrote {shorter(path)}")
+
+
+def shorter(path: Path) -> Path:
+    """The path as seen from the checkout, where it lies in it."""
+    return path.relative_to(ROOT) if path.is_relative_to(ROOT) else path

@@ -1,4 +1,4 @@
-"""Progress of a run: a bar on a terminal, a line each quarter elsewhere (logs of a build server)."""
+"""Progress of a run: a bar on a terminal, elsewhere a line every few seconds (logs of a build server)."""
 
 import sys
 import time
@@ -9,7 +9,7 @@ class Progress:
 
     def __init__(self, label: str, stream=None):
         self.label, self.stream = label, stream or sys.stdout
-        self.begin = time.perf_counter()
+        self.begin = self.spoke = time.perf_counter()
         self.bar = self.stream.isatty()
         self.shown = -1
         self.closed = False
@@ -27,10 +27,8 @@ class Progress:
                 end = f" {seconds:.1f} s\n" if done else ""
                 self.stream.write(f"\r  {self.label:<44} [{filled:<30}] {percent:3d} %{end}")
                 self.shown = percent
-        else:
-            quarter = int(4 * min(fraction, 1.0))
-            if quarter > max(self.shown, 0) or done:
-                self.stream.write(f"  {self.label:<44} {25 * quarter:3d} %  {seconds:.1f} s\n")
-                self.shown = quarter
+        elif done or self.begin + seconds > self.spoke + 5.0:
+            self.stream.write(f"  {self.label:<44} {100 * min(fraction, 1.0):3.0f} %  {seconds:.1f} s\n")
+            self.spoke = self.begin + seconds
         self.stream.flush()
         self.closed = done

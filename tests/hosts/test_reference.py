@@ -9,6 +9,7 @@ import pytest
 
 DATA = json.loads((Path(__file__).parent / "reference.json").read_text())
 CHAINS = {case["id"]: case for case in DATA["free_chain"]}
+DAMPED = {case["id"]: case for case in DATA["damped_chain"]}
 STATES = {case["id"]: case for case in DATA["cradle_states"]}
 
 
@@ -48,3 +49,36 @@ def test_cradle_state(fmu, case):
         v = np.array([run.get(f"v[{i}]") for i in range(1, 6)])
     assert np.abs(x - floats(state["x"])).max() <= 1e-8 * amplitude
     assert np.abs(v - floats(state["v"])).max() <= 1e-8 * amplitude * omega
+
+
+@pytest.mark.parametrize("case", DAMPED)
+def test_damped_chain(fmu, case):
+    """Final velocities to 1e-9 for each damping law, and the losses that go with them."""
+    chain = DAMPED[case]
+    values = nc.chain(chain["p"], chain["strikers"]) | {"contact.dampingLaw": chain["dampingLaw"]}
+    values |= {"contact.damping": chain.get("c", 0.0), "contact.huntCrossley": chain.get("alpha", 0.0)}
+    wanted = floats(chain["v_final"])
+    with fmu.start(values) as run:
+        run.step_to(10.0)
+        v = np.array([run.get(f"v[{i}]") for i in range(1, 6)])
+        assert run.pulses["release"].max() == pytest.approx(float(chain["duration"]), abs=1e-8)
+        assert run.get("E_dissipated") == pytest.approx(0.5 * (chain["strikers"] - sum(wanted**2)), abs=1e-9)
+    assert np.abs(v - wanted).max() <= 1e-9
+
+
+def test_hertz_contact_of_two_steel_balls(fmu):
+    """Peak, length and impulse of one collision against the closed form, from elastic constants."""
+    radius, young, poisson, mass, v = 0.02, 2e11, 0.28, 0.25, 0.7
+    values = {"gravity": 0.0, "contact.model": 2, "contact.deadBand": 0.0, "ball.mass": mass}
+    values |= {"ball.radius": radius, "ball.youngModulus": young, "ball.poissonRatio": poisson}
+    values |= {f"x_start[{i}]": 1.0 * i for i in range(1, 6)} | {"v_start[1]": v}
+    k = 4 / 3 * young / (2 * (1 - poisson**2)) * np.sqrt(radius / 2)
+    overlap = (2.5 * (mass / 2) * v**2 / (2 * k)) ** 0.4
+    length = 2 * overlap / v * 1.4716375921623523287
+    with fmu.start(values) as run:
+        run.step_to(1.0 / v + 0.1)
+        (pulse,) = run.pulses
+    assert pulse["contact"] == 1
+    assert pulse["peak"] == pytest.approx(k * overlap**1.5, rel=1e-9)
+    assert pulse["release"] - pulse["onset"] == pytest.approx(length, rel=1e-9)
+    assert pulse["impulse"] == pytest.approx(mass * v, rel=1e-12)

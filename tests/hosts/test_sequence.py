@@ -72,7 +72,7 @@ def test_the_moving_balls_step_through_table_1(separate):
     free = np.all(micro.stack("F") == 0, axis=1)
     moving = np.abs(micro.stack("v")[free]) > 0.5 * SPEED
     states = [moving[0], *(b for a, b in pairwise(moving) if np.any(a != b))]
-    assert ["".join("01"[m] for m in s) for s in states] == ["11000", "10100", "01010", "00101", "00011"]
+    assert ["".join("01"[int(m)] for m in s) for s in states] == ["11000", "10100", "01010", "00101", "00011"]
 
 
 def test_the_log_and_the_micro_view_tell_of_the_same_pulses(separate):
