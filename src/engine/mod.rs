@@ -1,6 +1,30 @@
 //! Drives a run: flight, collision phases, events and the ledger of pulses.
+//!
+//! - A ball that touches nothing is in *flight*: a closed form of its state at its anchor ([`ball`]).
+//! - Two neighbours in flight have a forecast of their next onset ([`separation`]); the earliest event is on top of a queue.
+//! - Balls that touch form a *cluster*, followed by Taylor series from switching to switching ([`cluster`], [`taylor`]).
+//! - Onsets and releases form, merge, split and dissolve clusters ([`events`]).
+//!
+//! Events happen at their own times, never at communication points: between changes of the inputs the trajectory is the same,
+//! bit for bit, however a host cuts its steps. What a host asks for at a communication point is evaluated there ([`observe`])
+//! and moves nothing.
 
-use crate::model::{Inputs, Parameters};
+mod ball;
+mod cluster;
+mod events;
+mod ledger;
+mod observe;
+mod separation;
+mod taylor;
+
+use crate::model::{Cradle, Inputs, Parameters};
+use crate::solver::double_double::DoubleDouble;
+use crate::solver::queue::EventQueue;
+use ball::{Ball, Flight, Push};
+use cluster::{Cluster, Mode};
+use ledger::Ledger;
+use separation::Separation;
+use taylor::Control;
 
 /// Time given for "never" where an event lies ahead, s.
 pub const NEVER: f64 = 1e30;
@@ -51,131 +75,180 @@ pub struct Work {
     pub events: u64,
 }
 
+/// A contact of the cradle: its ledger, and how it stands.
+#[derive(Clone, Debug)]
+struct Contact {
+    ledger: Ledger,
+    /// The cluster whose window it belongs to; otherwise it is open and `separation` describes it.
+    cluster: Option<u32>,
+    separation: Option<Separation>,
+    /// Whether its entry in the event queue is an onset, or only the end of what has been looked at.
+    closes: bool,
+    /// Overlap (m) and mode while clusters are taken apart and formed anew.
+    overlap: f64,
+    mode: Mode,
+}
+
+/// Totals at the start of the step under way.
+#[derive(Clone, Copy, Debug, Default)]
+struct StepStart {
+    time: f64,
+    /// Integral of the force on the support; taken only when an event is about to move the anchors.
+    support_impulse: Option<f64>,
+}
+
 /// A cradle and its trajectory up to the current time.
 #[derive(Clone, Debug)]
 pub struct Engine {
+    cradle: Cradle,
+    inputs: Inputs,
+    control: Control,
     time: f64,
-    n: usize,
+    balls: Vec<Ball>,
+    contacts: Vec<Contact>,
+    clusters: Vec<Option<Cluster>>,
+    queue: EventQueue,
+    /// Number of the current step; 0 before the first.
+    step: u64,
+    step_start: StepStart,
+    contact_loss: f64,
+    energy_at_start: f64,
+    work: Work,
+    /// Time of the last event and how many came without any progress of time.
+    last_event: DoubleDouble,
+    standstill: usize,
 }
 
-#[allow(unused_variables)]
 impl Engine {
-    /// Starts a run at `start_time` (s) with the start values of `parameters`.
+    /// Starts a run at `start_time` (s) with the start values of `parameters`, whose values are in their ranges.
     pub fn new(parameters: &Parameters, inputs: &Inputs, start_time: f64) -> Result<Self, EngineError> {
-        Ok(Self { time: start_time, n: parameters.balls() })
+        let cradle = Cradle::new(parameters);
+        let start = DoubleDouble::from(start_time);
+        let state = parameters.x_start.iter().zip(&parameters.v_start).enumerate();
+        let balls = state.zip(&cradle.balls).map(|((i, (&x, &v)), model)| {
+            let push = push(inputs, i, model.mass);
+            Ball::new(model, start, Flight { x, v, push })
+        });
+        let balls: Vec<Ball> = balls.collect();
+        let contacts = vec![
+            Contact {
+                ledger: Ledger::default(),
+                cluster: None,
+                separation: None,
+                closes: false,
+                overlap: 0.0,
+                mode: Mode::Open
+            };
+            cradle.contacts.len()
+        ];
+        let mut engine = Self {
+            queue: EventQueue::new(contacts.len()),
+            inputs: inputs.clone(),
+            control: Control::new(parameters.tolerance),
+            time: start_time,
+            balls,
+            contacts,
+            clusters: Vec::new(),
+            step: 0,
+            step_start: StepStart { time: start_time, support_impulse: None },
+            contact_loss: 0.0,
+            energy_at_start: 0.0,
+            work: Work::default(),
+            last_event: start,
+            standstill: 0,
+            cradle,
+        };
+        engine.close_where_overlapping(start);
+        engine.form(0..engine.contacts.len(), start);
+        engine.energy_at_start = engine.total_energy();
+        engine.check_finite()?;
+        Ok(engine)
     }
+
     /// Current time, s.
     pub fn time(&self) -> f64 {
         self.time
     }
+
     /// From the current time on, `inputs` act. No change of the trajectory if they are the ones that act already.
     pub fn hold(&mut self, inputs: &Inputs) -> Result<(), EngineError> {
-        Ok(())
+        if *inputs != self.inputs {
+            self.take_apart();
+            self.inputs.clone_from(inputs);
+            for (i, ball) in self.balls.iter_mut().enumerate() {
+                ball.flight.push = push(inputs, i, ball.mass);
+            }
+            self.put_together();
+        }
+        self.check_finite()
     }
+
     /// From the current time on, the drag and contact damping of `parameters` (the tunable ones) act.
     pub fn retune(&mut self, parameters: &Parameters) -> Result<(), EngineError> {
-        Ok(())
+        let cradle = Cradle::new(parameters);
+        if cradle != self.cradle {
+            self.take_apart();
+            for (ball, model) in self.balls.iter_mut().zip(&cradle.balls) {
+                *ball = Ball { tally: ball.tally, ..Ball::new(model, ball.anchor, ball.flight) };
+            }
+            self.cradle = cradle;
+            self.put_together();
+        }
+        self.check_finite()
     }
-    /// Moves the current time to `time` (s, later than the current one); pulses that finish on the way are appended
-    /// to `pulses` in the order of their release. The values "over the last step" refer to this call.
+
+    /// Moves the current time to `time` (s, not before the current one); pulses that finish on the way are appended to
+    /// `pulses` in the order of their release. The values "over the last step" refer to this call.
     pub fn advance(&mut self, time: f64, pulses: &mut Vec<Pulse>) -> Result<(), EngineError> {
+        self.begin_step();
+        let until = DoubleDouble::from(time);
+        while let Some((t, key)) = self.queue.first()
+            && t <= until
+        {
+            self.process(t, key, pulses)?;
+        }
         self.time = time;
         Ok(())
     }
-    /// First onset strictly after the current time, s; [`NEVER`] if there is none.
-    pub fn next_onset(&self) -> f64 {
-        NEVER
+
+    /// Everything in flight and anchored at the current time, the contacts with their overlaps and modes.
+    fn take_apart(&mut self) {
+        let now = DoubleDouble::from(self.time);
+        for id in 0..self.clusters.len() {
+            self.dissolve(id, now);
+        }
+        for i in 0..self.contacts.len() {
+            self.stop_separation(i, now);
+        }
+        for ball in &mut self.balls {
+            ball.land(now);
+        }
     }
-    /// Position of ball `i`, m.
-    pub fn x(&self, i: usize) -> f64 {
-        0.0
+
+    /// The reverse, from what is in flight and overlaps now.
+    fn put_together(&mut self) {
+        let now = DoubleDouble::from(self.time);
+        for i in 0..self.contacts.len() {
+            if self.contacts[i].mode != Mode::Open {
+                let rate = self.balls[i].flight.v - self.balls[i + 1].flight.v;
+                self.contacts[i].mode = Mode::of_closed(&self.cradle.contacts[i], self.contacts[i].overlap, rate);
+            }
+        }
+        self.form(0..self.contacts.len(), now);
     }
-    /// Velocity of ball `i`, m/s.
-    pub fn v(&self, i: usize) -> f64 {
-        0.0
+
+    fn check_finite(&self) -> Result<(), EngineError> {
+        let infinite = |ball: &Ball| !(ball.flight.x.is_finite() && ball.flight.v.is_finite());
+        match self.balls.iter().position(infinite) {
+            Some(ball) => Err(EngineError::NotFinite { time: self.time, ball }),
+            None => Ok(()),
+        }
     }
-    /// Acceleration of ball `i`, m/s2.
-    pub fn a(&self, i: usize) -> f64 {
-        0.0
-    }
-    /// Force in contact `i`, N.
-    pub fn force(&self, i: usize) -> f64 {
-        0.0
-    }
-    /// Overlap of contact `i`, m; negative while apart.
-    pub fn overlap(&self, i: usize) -> f64 {
-        0.0
-    }
-    /// Whether the overlap of contact `i` is positive.
-    pub fn in_contact(&self, i: usize) -> bool {
-        false
-    }
-    /// Integral of the force in contact `i` since the start, N.s.
-    pub fn impulse(&self, i: usize) -> f64 {
-        0.0
-    }
-    /// Mean of the force in contact `i` over the last step, N.
-    pub fn force_mean(&self, i: usize) -> f64 {
-        0.0
-    }
-    /// Largest force in contact `i` in the last step, N; 0 if the contact was open throughout.
-    pub fn force_peak(&self, i: usize) -> f64 {
-        0.0
-    }
-    /// Onsets of contact `i` so far.
-    pub fn pulses(&self, i: usize) -> u64 {
-        0
-    }
-    /// Last onset of contact `i`, s; -1e30 before the first.
-    pub fn last_onset(&self, i: usize) -> f64 {
-        -NEVER
-    }
-    /// Last release of contact `i`, s; -1e30 before the first.
-    pub fn last_release(&self, i: usize) -> f64 {
-        -NEVER
-    }
-    /// Kinetic energy of ball `i`, J.
-    pub fn kinetic_energy(&self, i: usize) -> f64 {
-        0.0
-    }
-    /// Energy of ball `i` in the field of gravity, J.
-    pub fn gravity_energy(&self, i: usize) -> f64 {
-        0.0
-    }
-    /// Elastic energy of contact `i`, J.
-    pub fn contact_energy(&self, i: usize) -> f64 {
-        0.0
-    }
-    /// Kinetic, gravity and contact energy of all, J.
-    pub fn total_energy(&self) -> f64 {
-        0.0
-    }
-    /// Energy dissipated by drag and contacts since the start, J.
-    pub fn dissipated_energy(&self) -> f64 {
-        0.0
-    }
-    /// Work of the external forces and of the support's acceleration since the start, J.
-    pub fn external_work(&self) -> f64 {
-        0.0
-    }
-    /// `total + dissipated - external - total at the start`, J: the engine's own energy error.
-    pub fn energy_residual(&self) -> f64 {
-        0.0
-    }
-    /// Sum of `m v`, kg.m/s.
-    pub fn momentum(&self) -> f64 {
-        0.0
-    }
-    /// Horizontal force on the support, N.
-    pub fn support_force(&self) -> f64 {
-        0.0
-    }
-    /// Mean of the force on the support over the last step, N.
-    pub fn support_force_mean(&self) -> f64 {
-        0.0
-    }
-    /// Work counters since the start.
-    pub fn work(&self) -> Work {
-        Work::default()
-    }
+}
+
+/// Acceleration of ball `i` by the inputs, m/s2.
+fn push(inputs: &Inputs, i: usize, mass: f64) -> Push {
+    let mut push = Push::default();
+    push[0] = inputs.force[i] / mass - inputs.support_acceleration;
+    push
 }

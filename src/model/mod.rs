@@ -1,5 +1,9 @@
 //! The physics of the cradle in SI units. Knows neither FMI nor numerical methods.
 
+mod contact;
+mod cradle;
 mod parameters;
 
+pub use contact::{ContactLaw, Damping};
+pub use cradle::{BallModel, Cradle, hertz_stiffness};
 pub use parameters::{ContactModel, DampingLaw, Inputs, Parameters};

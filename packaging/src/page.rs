@@ -1,0 +1,93 @@
+//! The page of documentation that travels in the FMU. Its table comes from the table of variables.
+
+use std::fmt::Write;
+
+use newtons_cradle::variables::{
+    Access, Causality, Escaped, MODEL_IDENTIFIER, Number, Row, STEP_SIZE, STOP_TIME, Settings, Shape, TABLE,
+    Variability, Variable,
+};
+
+const TEMPLATE: &str = include_str!("../assets/index.html");
+
+/// The page of the FMU with these start values.
+pub fn html(start: &Settings) -> String {
+    TEMPLATE
+        .replace("{{model}}", MODEL_IDENTIFIER)
+        .replace("{{version}}", env!("CARGO_PKG_VERSION"))
+        .replace("{{balls}}", &start.balls().to_string())
+        .replace("{{stop_time}}", &Number(STOP_TIME).to_string())
+        .replace("{{step_size}}", &Number(STEP_SIZE).to_string())
+        .replace("{{parameters}}", &rows(start, &[Causality::Parameter, Causality::CalculatedParameter]))
+        .replace("{{inputs}}", &rows(start, &[Causality::Input]))
+        .replace("{{outputs}}", &rows(start, &[Causality::Output]))
+        .replace("{{locals}}", &rows(start, &[Causality::Local]))
+}
+
+fn rows(start: &Settings, causalities: &[Causality]) -> String {
+    let mut html = String::new();
+    for (position, row) in TABLE.iter().enumerate().filter(|(_, row)| causalities.contains(&row.causality)) {
+        let (name, unit) = (row.name, row.unit());
+        let index = if row.shape == Shape::Scalar { "" } else { "[i]" };
+        let value = start_value(start, position, row);
+        let description = Escaped(row.description).to_string().replace("{i}", "i").replace("{j}", "i+1");
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            html,
+            "<tr><td><code>{name}{index}</code></td><td>{unit}</td><td>{value}</td><td>{description}{}</td></tr>",
+            Escaped(&remarks(row))
+        );
+    }
+    html
+}
+
+/// Start value, if all balls or contacts have the same.
+fn start_value(start: &Settings, position: usize, row: &'static Row) -> String {
+    let values: Vec<String> = (0..row.shape.len(start.balls()))
+        .filter_map(|index| {
+            let variable = Variable { row, position, index };
+            let item = |choice: &newtons_cradle::variables::Choice| {
+                variable.item(start).and_then(|value| choice.item(value)).map(|item| item.name.to_owned())
+            };
+            match row.access {
+                Access::Choice(choice) => item(choice),
+                _ => variable.real(start).map(|value| Number(value).to_string()),
+            }
+        })
+        .collect();
+    match values.as_slice() {
+        [] => String::new(),
+        [first, rest @ ..] if rest.iter().all(|value| value == first) => first.clone(),
+        [first, .., last] => format!("{first} &hellip; {last}"),
+        [first] => first.clone(),
+    }
+}
+
+/// What is allowed and when.
+fn remarks(row: &Row) -> String {
+    let mut text = String::new();
+    if let Access::Choice(choice) = row.access {
+        let _ = write!(text, ": {choice}");
+    }
+    if row.causality == Causality::Parameter && (row.range.min.is_some() || row.range.max.is_some()) {
+        let _ = write!(text, ". Allowed: {}", row.range);
+    }
+    if row.variability == Variability::Tunable {
+        text.push_str(". May also be changed between steps");
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_variable_is_on_the_page() {
+        let html = html(&Settings::default_for(5));
+        for row in TABLE {
+            let index = if row.shape == Shape::Scalar { "" } else { "[i]" };
+            assert!(html.contains(&format!("<code>{}{index}</code>", row.name)), "{}", row.name);
+        }
+        assert!(!html.contains("{{") && !html.contains("}}"));
+    }
+}

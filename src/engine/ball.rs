@@ -1,0 +1,163 @@
+//! One ball: its flight since its anchor, and what it has gathered since the start.
+
+use crate::model::BallModel;
+use crate::solver::double_double::DoubleDouble;
+use crate::solver::oscillator::{BASIS, Basis, MAX_FORCE_ORDER, Oscillator};
+use crate::solver::quadrature::gauss_legendre;
+
+/// Acceleration by the inputs, as derivatives at the anchor: `push[j]` in m/s^(2+j).
+pub(crate) type Push = [f64; MAX_FORCE_ORDER + 1];
+
+/// Highest derivative of the push that is not zero.
+pub(crate) fn degree(push: &Push) -> usize {
+    (1..=MAX_FORCE_ORDER).rev().find(|&j| push[j] != 0.0).unwrap_or(0)
+}
+
+/// The same polynomial seen from `tau` (s) later.
+pub(crate) fn shifted(push: &Push, tau: f64) -> Push {
+    let mut later = *push;
+    for j in 0..MAX_FORCE_ORDER {
+        let mut power = 1.0;
+        for (k, &p) in push.iter().enumerate().skip(j + 1) {
+            power *= tau / (k - j) as f64;
+            later[j] += p * power;
+        }
+    }
+    later
+}
+
+/// Contact-free motion from an anchor on: a closed form of the time since then.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Flight {
+    /// Position at the anchor, m.
+    pub x: f64,
+    /// Velocity at the anchor, m/s.
+    pub v: f64,
+    /// Acceleration by the inputs.
+    pub push: Push,
+}
+
+impl Flight {
+    /// How many functions of the oscillator the state needs; one more for the integral of the displacement.
+    pub fn terms(&self) -> usize {
+        3 + degree(&self.push)
+    }
+
+    /// Displacement since the anchor, m, from the oscillator's functions at that time.
+    pub fn displacement(&self, o: &Oscillator, u: &Basis) -> f64 {
+        self.response(o, u, 1)
+    }
+
+    /// Integral of the displacement since the anchor, m.s.
+    pub fn displacement_integral(&self, o: &Oscillator, u: &Basis) -> f64 {
+        self.response(o, u, 2)
+    }
+
+    /// Velocity, m/s.
+    pub fn velocity(&self, o: &Oscillator, u: &Basis) -> f64 {
+        self.response(o, u, 0)
+    }
+
+    /// The displacement integrated `level - 1` times: `v U_level + A U_(level+1) + push_1 U_(level+2) + ...`.
+    fn response(&self, o: &Oscillator, u: &Basis, level: usize) -> f64 {
+        let at_rest = self.push[0] - o.omega2() * self.x;
+        let forced: f64 = (1..=degree(&self.push)).map(|j| self.push[j] * u[level + 1 + j]).sum();
+        self.v * u[level] + at_rest * u[level + 1] + forced
+    }
+
+    /// Acceleration `tau` after the anchor, m/s2, where the displacement and the velocity are the given ones.
+    pub fn acceleration(&self, o: &Oscillator, tau: f64, displacement: f64, v: f64) -> f64 {
+        let mut push = 0.0;
+        for j in (0..=degree(&self.push)).rev() {
+            push = self.push[j] + push * tau / (j + 1) as f64;
+        }
+        push - o.omega2() * self.x - o.omega2() * displacement - 2.0 * o.gamma() * v
+    }
+
+    /// The work of the push per unit of mass since the anchor, m2/s2: `integral f v = f D - f' I_1 + f'' I_2 - ...` with
+    /// the repeated integrals `I_k` of the displacement D.
+    pub fn work(&self, o: &Oscillator, tau: f64, u: &Basis) -> f64 {
+        let later = shifted(&self.push, tau);
+        let terms = (0..=degree(&self.push)).map(|j| later[j] * self.response(o, u, j + 1));
+        terms.enumerate().map(|(j, term)| if j % 2 == 0 { term } else { -term }).sum()
+    }
+}
+
+/// Sums over time that a ball carries along.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Tally {
+    /// Integral of the position, m.s.
+    pub x_integral: f64,
+    /// Energy lost to drag, J.
+    pub drag_loss: f64,
+    /// Work of the inputs, J.
+    pub work: f64,
+}
+
+/// A ball and its motion. While it belongs to a cluster, that cluster holds its state and `flight` is out of date.
+#[derive(Clone, Debug)]
+pub(crate) struct Ball {
+    pub mass: f64,
+    pub oscillator: Oscillator,
+    /// Time that `flight` and `tally` refer to.
+    pub anchor: DoubleDouble,
+    pub flight: Flight,
+    pub tally: Tally,
+    /// The cluster it belongs to.
+    pub cluster: Option<u32>,
+}
+
+impl Ball {
+    pub fn new(model: &BallModel, anchor: DoubleDouble, flight: Flight) -> Self {
+        let oscillator = Oscillator::new(model.omega2, model.gamma);
+        Self { mass: model.mass, oscillator, anchor, flight, tally: Tally::default(), cluster: None }
+    }
+
+    /// Displacement since the anchor (m) and velocity (m/s) at the time `t`, in flight.
+    pub fn moved(&self, t: DoubleDouble) -> (f64, f64) {
+        let u = self.oscillator.basis(t - self.anchor, self.flight.terms());
+        (self.flight.displacement(&self.oscillator, &u), self.flight.velocity(&self.oscillator, &u))
+    }
+
+    /// The same motion anchored at `t`.
+    pub fn flight_at(&self, t: DoubleDouble) -> Flight {
+        let (displacement, v) = self.moved(t);
+        Flight { x: self.flight.x + displacement, v, push: shifted(&self.flight.push, (t - self.anchor).value()) }
+    }
+
+    /// The sums at the time `t`, in flight.
+    pub fn tally_at(&self, t: DoubleDouble) -> Tally {
+        let tau = t - self.anchor;
+        let (o, flight) = (&self.oscillator, &self.flight);
+        let terms = if degree(&flight.push) == 0 { 4 } else { BASIS };
+        let u = o.basis(tau, terms);
+        let mut tally = self.tally;
+        tally.x_integral += flight.x * tau.value() + flight.displacement_integral(o, &u);
+        tally.work += self.mass * flight.work(o, tau.value(), &u);
+        tally.drag_loss += self.drag_loss(tau.value());
+        tally
+    }
+
+    /// Energy lost to drag within `tau` (s) after the anchor, in flight, J.
+    fn drag_loss(&self, tau: f64) -> f64 {
+        let o = &self.oscillator;
+        if o.gamma() == 0.0 {
+            return 0.0;
+        }
+        let power = |s: f64| {
+            let v = self.flight.velocity(o, &o.basis(s.into(), self.flight.terms()));
+            2.0 * o.gamma() * self.mass * v * v
+        };
+        let panels = (1.0 + tau * (o.omega() + 2.0 * o.gamma())).min(1e6) as usize;
+        gauss_legendre(power, 0.0, tau, panels)
+    }
+
+    /// Moves the anchor to `t` along the flight.
+    pub fn land(&mut self, t: DoubleDouble) {
+        if t != self.anchor {
+            self.tally = self.tally_at(t);
+            self.flight = self.flight_at(t);
+            self.anchor = t;
+        }
+    }
+}

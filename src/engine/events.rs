@@ -1,0 +1,240 @@
+//! The events of a run: onsets, releases and switchings, and what they do to the clusters.
+
+use std::ops::Range;
+
+use super::cluster::{Cluster, Mode, Switch, WindowContact};
+use super::separation::{Forecast, Separation};
+use super::taylor::Series;
+use super::{Engine, EngineError, Pulse};
+use crate::solver::double_double::DoubleDouble;
+
+impl Engine {
+    /// Handles the event of queue entry `key` at time `t`.
+    pub(super) fn process(&mut self, t: DoubleDouble, key: usize, pulses: &mut Vec<Pulse>) -> Result<(), EngineError> {
+        self.watch_progress(t, key)?;
+        self.keep_step_start();
+        match self.contacts[key].cluster {
+            Some(id) => self.end_segment(id as usize, pulses)?,
+            None if self.contacts[key].closes => self.close(key, t, key..key + 1),
+            None => self.forecast(key, t),
+        }
+        Ok(())
+    }
+
+    /// The segment of cluster `id` is over: go on, or switch what switches there.
+    fn end_segment(&mut self, id: usize, pulses: &mut Vec<Pulse>) -> Result<(), EngineError> {
+        let Some(mut cluster) = self.clusters[id].take() else { return Ok(()) };
+        let t = cluster.end();
+        self.fold(&mut cluster, t);
+        if let Some(ball) = cluster.flights.iter().position(|f| !(f.x.is_finite() && f.v.is_finite())) {
+            return Err(EngineError::NotFinite { time: t.value(), ball: cluster.window.start + ball });
+        }
+        let switch = cluster.switch;
+        match switch {
+            None => self.follow(id, cluster),
+            Some((i, Switch::Clip | Switch::Unclip)) => {
+                let mode = if switch == Some((i, Switch::Clip)) { Mode::Clipped } else { Mode::Pressing };
+                cluster.contacts[i - cluster.window.start].mode = mode;
+                self.count_event();
+                self.follow(id, cluster);
+            }
+            Some((i, Switch::Release)) => {
+                let range = cluster.window_contacts();
+                self.release_members(cluster, t);
+                (self.contacts[i].overlap, self.contacts[i].mode) = (0.0, Mode::Open);
+                pulses.push(self.contacts[i].ledger.close_pulse(i, t));
+                self.count_event();
+                self.form(range, t);
+            }
+            Some((i, Switch::Onset)) => {
+                let range = cluster.window_contacts();
+                self.release_members(cluster, t);
+                self.close(i, t, range);
+            }
+        }
+        Ok(())
+    }
+
+    /// Contact `i` closes at time `t`: the clusters that its balls belong to or border on become one, with the contacts of
+    /// `range`, which have left theirs.
+    fn close(&mut self, i: usize, t: DoubleDouble, range: Range<usize>) {
+        let mut range = range.start.min(i.saturating_sub(1))..range.end.max((i + 2).min(self.contacts.len()));
+        for ball in i.saturating_sub(1)..(i + 3).min(self.balls.len()) {
+            if let Some(id) = self.balls[ball].cluster {
+                if let Some(cluster) = &self.clusters[id as usize] {
+                    let others = cluster.window_contacts();
+                    range = range.start.min(others.start)..range.end.max(others.end);
+                }
+                self.dissolve(id as usize, t);
+            }
+        }
+        self.stop_separation(i, t);
+        self.contacts[i].overlap = 0.0;
+        let rate = self.balls[i].moved(t).1 - self.balls[i + 1].moved(t).1;
+        self.contacts[i].mode = Mode::of_closed(&self.cradle.contacts[i], 0.0, rate);
+        self.contacts[i].ledger.open_pulse(t, self.step);
+        self.count_event();
+        self.form(range, t);
+    }
+
+    /// Contacts that overlap at the start are closed from then on.
+    pub(super) fn close_where_overlapping(&mut self, start: DoubleDouble) {
+        for i in 0..self.contacts.len() {
+            let (left, right) = (&self.balls[i].flight, &self.balls[i + 1].flight);
+            let (law, contact) = (&self.cradle.contacts[i], &mut self.contacts[i]);
+            contact.overlap = left.x - right.x - law.clearance;
+            if contact.overlap > 0.0 {
+                contact.mode = Mode::of_closed(law, contact.overlap, left.v - right.v);
+                contact.ledger.open_pulse(start, self.step);
+                self.work.events += 1;
+            }
+        }
+    }
+
+    /// Forms clusters of what is closed among the contacts of `range` and lets the others fly. None of them is in a cluster.
+    pub(super) fn form(&mut self, range: Range<usize>, t: DoubleDouble) {
+        let closed = |engine: &Self, i: usize| i < range.end && engine.contacts[i].mode != Mode::Open;
+        let mut i = range.start;
+        while i < range.end {
+            if closed(self, i) {
+                let first = i;
+                let mut last = i;
+                // Groups whose outermost balls are neighbours act on one another before long: one cluster.
+                while let Some(next) = [last + 1, last + 2].into_iter().find(|&j| closed(self, j)) {
+                    last = next;
+                }
+                self.found(first..last + 2, t);
+                i = last + 1;
+            } else {
+                i += 1;
+            }
+        }
+        for i in range {
+            if self.contacts[i].cluster.is_none() {
+                self.fly(i, t);
+            }
+        }
+    }
+
+    /// A new cluster of the balls `members` at time `t`.
+    fn found(&mut self, members: Range<usize>, t: DoubleDouble) {
+        let window = members.start.saturating_sub(1)..(members.end + 1).min(self.balls.len());
+        let id = self.clusters.iter().position(Option::is_none).unwrap_or_else(|| {
+            self.clusters.push(None);
+            self.clusters.len() - 1
+        });
+        for i in members.clone() {
+            self.balls[i].land(t);
+            self.balls[i].cluster = Some(id as u32);
+        }
+        let contacts = window.start..window.end - 1;
+        let contacts = contacts.map(|i| {
+            self.stop_separation(i, t);
+            let contact = &mut self.contacts[i];
+            contact.cluster = Some(id as u32);
+            WindowContact { overlap: contact.overlap, mode: contact.mode }
+        });
+        let contacts = contacts.collect();
+        let flights = window.clone().map(|i| self.balls[i].flight_at(t)).collect();
+        let series = Series::default();
+        let cluster = Cluster { members, window, start: t, flights, contacts, series, length: 0.0, switch: None };
+        self.follow(id, cluster);
+    }
+
+    /// Computes the next segment of a cluster and puts it back in its place.
+    fn follow(&mut self, id: usize, mut cluster: Cluster) {
+        cluster.expand(&self.balls, &self.cradle.contacts, &self.control);
+        let closed = cluster.contacts.iter().filter(|c| c.mode != Mode::Open).count() as u64;
+        self.work.steps = self.work.steps.saturating_add(1);
+        self.work.evaluations = self.work.evaluations.saturating_add(closed);
+        self.queue.set(cluster.key(), cluster.end());
+        self.clusters[id] = Some(cluster);
+    }
+
+    /// Moves the start of the cluster's segment to `t`, a time on it, and enters in the ledgers what happened till then.
+    fn fold(&mut self, cluster: &mut Cluster, t: DoubleDouble) {
+        let tau = (t - cluster.start).value().min(cluster.length);
+        let step_start = (DoubleDouble::from(self.step_start.time) - cluster.start).value().clamp(0.0, tau);
+        for i in cluster.window_contacts() {
+            if cluster.mode(i) != Mode::Open {
+                let in_step = cluster.peak(i, step_start, tau);
+                let peak = in_step.max(cluster.peak(i, 0.0, step_start));
+                self.contacts[i].ledger.add(cluster.impulse(i, tau), peak, in_step);
+                self.contact_loss += cluster.contact_loss(i, &self.cradle.contacts[i], tau);
+            }
+        }
+        for i in cluster.members.clone() {
+            self.balls[i].tally = cluster.tally(i, &self.balls[i], tau);
+            self.balls[i].anchor = t;
+        }
+        cluster.move_start(tau, &self.balls);
+        cluster.start = t;
+    }
+
+    /// Ends cluster `id`, if it is there, at time `t`: its members are in flight, its contacts hold their overlaps and modes.
+    pub(super) fn dissolve(&mut self, id: usize, t: DoubleDouble) {
+        if let Some(mut cluster) = self.clusters[id].take() {
+            self.fold(&mut cluster, t);
+            self.release_members(cluster, t);
+        }
+    }
+
+    fn release_members(&mut self, cluster: Cluster, t: DoubleDouble) {
+        self.queue.remove(cluster.key());
+        for i in cluster.members.clone() {
+            let ball = &mut self.balls[i];
+            (ball.flight, ball.anchor, ball.cluster) = (cluster.flights[i - cluster.window.start], t, None);
+        }
+        for (i, state) in cluster.window_contacts().zip(&cluster.contacts) {
+            let contact = &mut self.contacts[i];
+            (contact.overlap, contact.mode, contact.cluster) = (state.overlap, state.mode, None);
+        }
+    }
+
+    /// Contact `i`, if it is between balls in flight, holds its overlap at `t` and has no forecast any more.
+    pub(super) fn stop_separation(&mut self, i: usize, t: DoubleDouble) {
+        if let Some(separation) = self.contacts[i].separation.take() {
+            self.contacts[i].overlap = separation.at_time(t).0;
+            self.queue.remove(i);
+        }
+    }
+
+    /// Contact `i` is open and both its balls are in flight from `t` on.
+    fn fly(&mut self, i: usize, t: DoubleDouble) {
+        let overlap = self.contacts[i].overlap.min(0.0);
+        self.contacts[i].separation = Some(Separation::new(&self.balls[i], &self.balls[i + 1], t, overlap));
+        self.forecast(i, t);
+    }
+
+    /// Looks from `t` on for the next onset of contact `i`, whose balls are in flight.
+    fn forecast(&mut self, i: usize, t: DoubleDouble) {
+        let Some(separation) = &self.contacts[i].separation else { return };
+        match separation.forecast(t) {
+            Forecast::Onset(time) => {
+                self.contacts[i].closes = true;
+                self.queue.set(i, time);
+            }
+            Forecast::OpenUntil(time) => {
+                self.contacts[i].closes = false;
+                self.queue.set(i, time);
+            }
+            Forecast::Never => self.queue.remove(i),
+        }
+    }
+
+    fn count_event(&mut self) {
+        self.work.events = self.work.events.saturating_add(1);
+    }
+
+    /// Fails when events follow each other without any progress of time beyond what one impact can bring about.
+    fn watch_progress(&mut self, t: DoubleDouble, contact: usize) -> Result<(), EngineError> {
+        if t > self.last_event {
+            (self.last_event, self.standstill) = (t, 0);
+        }
+        self.standstill += 1;
+        if self.standstill > 100 + 20 * self.balls.len() {
+            return Err(EngineError::Stalled { time: t.value(), contact });
+        }
+        Ok(())
+    }
+}

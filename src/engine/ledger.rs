@@ -1,0 +1,85 @@
+//! What a contact remembers: its pulses, their impulse and peak, and its share in the step under way.
+
+use crate::solver::double_double::DoubleDouble;
+
+use super::{NEVER, Pulse};
+
+/// The ledger of one contact.
+#[derive(Clone, Debug)]
+pub(crate) struct Ledger {
+    /// Onsets so far.
+    pub pulses: u64,
+    /// Time of the last onset, s.
+    pub onset: f64,
+    /// Time of the last release, s.
+    pub release: f64,
+    /// Integral of the force up to the start of the current segment, N.s.
+    pub impulse: DoubleDouble,
+    /// The part of it that belongs to the last pulse, N.s.
+    pulse_impulse: f64,
+    /// Largest force of the last pulse so far, N.
+    pulse_peak: f64,
+    /// Number of the step that the two fields below belong to.
+    step: u64,
+    /// `impulse` at the start of that step, N.s.
+    step_impulse: DoubleDouble,
+    /// Largest force in that step up to the start of the current segment, N.
+    step_peak: f64,
+}
+
+impl Default for Ledger {
+    fn default() -> Self {
+        Self {
+            pulses: 0,
+            onset: -NEVER,
+            release: -NEVER,
+            impulse: DoubleDouble::default(),
+            pulse_impulse: 0.0,
+            pulse_peak: 0.0,
+            step: 0,
+            step_impulse: DoubleDouble::default(),
+            step_peak: 0.0,
+        }
+    }
+}
+
+impl Ledger {
+    /// The contact has been followed into step number `step`, at whose start its impulse was `impulse`.
+    pub fn begin_step(&mut self, step: u64, impulse: DoubleDouble) {
+        if self.step != step {
+            (self.step, self.step_impulse, self.step_peak) = (step, impulse, 0.0);
+        }
+    }
+
+    /// The contact closes at `time`, in step number `step`.
+    pub fn open_pulse(&mut self, time: DoubleDouble, step: u64) {
+        self.begin_step(step, self.impulse);
+        self.pulses += 1;
+        self.onset = time.value_up();
+        (self.pulse_impulse, self.pulse_peak) = (0.0, 0.0);
+    }
+
+    /// A stretch of a pulse is done: its impulse (N.s), its largest force and the largest within the current step (N).
+    pub fn add(&mut self, impulse: f64, peak: f64, step_peak: f64) {
+        self.impulse += impulse;
+        self.pulse_impulse += impulse;
+        self.pulse_peak = self.pulse_peak.max(peak);
+        self.step_peak = self.step_peak.max(step_peak);
+    }
+
+    /// The contact opens at `time`.
+    pub fn close_pulse(&mut self, contact: usize, time: DoubleDouble) -> Pulse {
+        self.release = time.value_up();
+        Pulse { contact, onset: self.onset, release: self.release, peak: self.pulse_peak, impulse: self.pulse_impulse }
+    }
+
+    /// Impulse gathered since step number `step` began, if it is now `impulse`, N.s.
+    pub fn impulse_in_step(&self, step: u64, impulse: DoubleDouble) -> f64 {
+        if self.step == step { (impulse - self.step_impulse).value() } else { 0.0 }
+    }
+
+    /// Largest force in step number `step` up to the start of the current segment, N.
+    pub fn peak_in_step(&self, step: u64) -> f64 {
+        if self.step == step { self.step_peak } else { 0.0 }
+    }
+}

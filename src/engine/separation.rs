@@ -1,0 +1,166 @@
+//! An open contact between two balls in flight: its overlap as a closed form, and when it will close.
+
+use super::ball::{Ball, Flight, degree};
+use crate::solver::double_double::DoubleDouble;
+use crate::solver::oscillator::Oscillator;
+use crate::solver::root::{Smooth, first_positive};
+
+/// The overlap (negative while apart) since an anchor.
+///
+/// It is kept as its value at the anchor plus the displacements since then, so that a gap of 1e-12 m right after a release
+/// has its digits although the positions are of the order of 1 m.
+#[derive(Clone, Debug)]
+pub(crate) struct Separation {
+    anchor: DoubleDouble,
+    overlap: f64,
+    motion: Motion,
+}
+
+#[derive(Clone, Debug)]
+enum Motion {
+    /// Equal pendulums: the difference of the two motions is a motion of the same kind.
+    Relative(Oscillator, Flight),
+    /// Unequal pendulums: left and right.
+    Both([(Oscillator, Flight); 2]),
+}
+
+/// What is known about the next closing of an open contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Forecast {
+    /// It closes at this time.
+    Onset(DoubleDouble),
+    /// It stays open until this time; what comes then has not been looked at.
+    OpenUntil(DoubleDouble),
+    /// It stays open for ever.
+    Never,
+}
+
+/// Periods that one forecast looks ahead where the closing is not a closed form.
+const PERIODS_AHEAD: f64 = 2.0;
+
+impl Separation {
+    /// The contact between `left` and `right`, which are both anchored at or before `anchor`, with its overlap there.
+    pub fn new(left: &Ball, right: &Ball, anchor: DoubleDouble, overlap: f64) -> Self {
+        let (l, r) = (left.flight_at(anchor), right.flight_at(anchor));
+        let motion = if left.oscillator == right.oscillator {
+            let mut push = l.push;
+            push.iter_mut().zip(&r.push).for_each(|(p, r)| *p -= r);
+            // The clearance drops out of the difference of the positions; only their difference pulls back.
+            Motion::Relative(left.oscillator, Flight { x: l.x - r.x, v: l.v - r.v, push })
+        } else {
+            Motion::Both([(left.oscillator, l), (right.oscillator, r)])
+        };
+        Self { anchor, overlap, motion }
+    }
+
+    /// Overlap (m) and its rate (m/s) at the time `t`.
+    pub fn at_time(&self, t: DoubleDouble) -> (f64, f64) {
+        let [overlap, rate, _] = self.evaluate(t - self.anchor);
+        (overlap, rate)
+    }
+
+    fn evaluate(&self, tau: DoubleDouble) -> [f64; 3] {
+        let part = |o: &Oscillator, flight: &Flight| {
+            let u = o.basis(tau, flight.terms());
+            let (d, v) = (flight.displacement(o, &u), flight.velocity(o, &u));
+            [d, v, flight.acceleration(o, tau.value(), d, v)]
+        };
+        match &self.motion {
+            Motion::Relative(o, flight) => {
+                let [d, v, a] = part(o, flight);
+                [self.overlap + d, v, a]
+            }
+            Motion::Both([(ol, left), (or, right)]) => {
+                let ([dl, vl, al], [dr, vr, ar]) = (part(ol, left), part(or, right));
+                [self.overlap + (dl - dr), vl - vr, al - ar]
+            }
+        }
+    }
+
+    /// The next closing after `from`, a time at or after the anchor.
+    pub fn forecast(&self, from: DoubleDouble) -> Forecast {
+        if self.stays_apart() {
+            return Forecast::Never;
+        }
+        let start = (from - self.anchor).value();
+        let horizon = start + self.reach();
+        match first_positive(self, start, horizon) {
+            Some(tau) => Forecast::Onset(self.anchor + self.polished(tau)),
+            None if horizon.is_finite() && horizon < FAR => Forecast::OpenUntil(self.anchor + horizon),
+            None => Forecast::Never,
+        }
+    }
+
+    /// The crossing next to `tau` to more digits than a double of this size has: on a swing of a second its last place is
+    /// worth a billionth of a stiff contact.
+    fn polished(&self, tau: f64) -> DoubleDouble {
+        let [overlap, rate, _] = self.evaluate(tau.into());
+        let correction = -overlap / rate;
+        let resolution = 4.0 * f64::EPSILON * tau;
+        if rate > 0.0 && correction.abs() <= resolution { DoubleDouble::from(tau) + correction } else { tau.into() }
+    }
+
+    /// Whether the amplitudes alone rule a contact out.
+    fn stays_apart(&self) -> bool {
+        // Highest value of the displacement, signed by `side`: equilibrium plus amplitude, which drag only shrinks.
+        let highest = |o: &Oscillator, flight: &Flight, side: f64| {
+            if degree(&flight.push) > 0 || o.omega2() == 0.0 {
+                return f64::INFINITY;
+            }
+            let equilibrium = flight.push[0] / o.omega2() - flight.x;
+            side * equilibrium + libm::hypot(equilibrium, flight.v / o.omega())
+        };
+        let reach = match &self.motion {
+            Motion::Relative(o, flight) => highest(o, flight, 1.0),
+            Motion::Both([(ol, left), (or, right)]) => highest(ol, left, 1.0) + highest(or, right, -1.0),
+        };
+        self.overlap + reach <= 0.0
+    }
+
+    /// How far ahead a forecast looks, s.
+    fn reach(&self) -> f64 {
+        let parts: &[(Oscillator, Flight)] = match &self.motion {
+            Motion::Relative(o, flight) => &[(*o, *flight)],
+            Motion::Both(parts) => parts,
+        };
+        let slowest = parts.iter().map(|(o, _)| o.omega().max(o.gamma())).fold(f64::INFINITY, f64::min);
+        let fastest = parts.iter().map(|(o, _)| o.omega()).fold(0.0, f64::max);
+        if fastest > 0.0 {
+            PERIODS_AHEAD * std::f64::consts::TAU / fastest
+        } else if slowest > 0.0 {
+            // Free balls with drag come to rest within some dozens of decay times.
+            100.0 / slowest
+        } else {
+            FAR
+        }
+    }
+}
+
+/// Further than any simulation goes, s.
+const FAR: f64 = 1e15;
+
+impl Smooth for Separation {
+    fn at(&self, t: f64) -> [f64; 3] {
+        self.evaluate(t.into())
+    }
+
+    /// `w = v'' + 2 gamma v' + omega^2 v` is the rate of the push, so `sqrt(a^2 + omega^2 v^2)` grows at most by its integral;
+    /// the third derivative of the position follows from the equation of motion.
+    fn third_derivative_bound(&self, t: f64, span: f64) -> f64 {
+        let bound = |o: &Oscillator, flight: &Flight| {
+            let end = t + span;
+            let (mut push_rate, mut power) = (0.0, 1.0);
+            for j in 1..=degree(&flight.push) {
+                push_rate += flight.push[j].abs() * power;
+                power *= end / j as f64;
+            }
+            let a = flight.acceleration(o, 0.0, 0.0, flight.v);
+            let amplitude = libm::hypot(a, o.omega() * flight.v) + push_rate * end;
+            push_rate + (o.omega() + 2.0 * o.gamma()) * amplitude
+        };
+        match &self.motion {
+            Motion::Relative(o, flight) => bound(o, flight),
+            Motion::Both([(ol, left), (or, right)]) => bound(ol, left) + bound(or, right),
+        }
+    }
+}

@@ -1,0 +1,86 @@
+//! Creating and freeing components.
+
+use std::ffi::CStr;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::ptr::null_mut;
+
+use super::border::Component;
+use super::types::{
+    fmi2Boolean, fmi2CallbackFunctions, fmi2CoSimulation, fmi2Component, fmi2False, fmi2String, fmi2Type,
+};
+use super::{logger, resources};
+use crate::instance::{Instance, Log};
+use crate::variables::{Description, Settings};
+
+/// Creates an instance. NULL, with a line in the log, if the GUID is not that of the description that belongs to this
+/// binary and the FMU's resources, if the resources are damaged, or if this is not to be a co-simulation.
+///
+/// # Safety
+/// See the [module](super).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2Instantiate(
+    instanceName: fmi2String,
+    fmuType: fmi2Type,
+    fmuGUID: fmi2String,
+    fmuResourceLocation: fmi2String,
+    functions: *const fmi2CallbackFunctions,
+    _visible: fmi2Boolean,
+    loggingOn: fmi2Boolean,
+) -> fmi2Component {
+    if functions.is_null() || !functions.is_aligned() {
+        return null_mut(); // Nobody to tell.
+    }
+    // SAFETY: checked above, and the host promises that it points to its functions.
+    let functions = unsafe { *functions };
+    // SAFETY: the host promises texts closed by a null byte.
+    let [name, guid, location] =
+        [instanceName, fmuGUID, fmuResourceLocation].map(|text| unsafe { optional_text(text) }.unwrap_or_default());
+    let created = catch_unwind(AssertUnwindSafe(|| {
+        let log = Log::new(logger::sink(&functions, name), loggingOn != fmi2False);
+        match settings(name, fmuType, guid, location) {
+            Ok(settings) => Component::into_raw(Instance::new(settings, log)),
+            Err(reason) => {
+                log.error(format_args!("fmi2Instantiate: {reason}"));
+                null_mut()
+            }
+        }
+    }));
+    created.unwrap_or(null_mut())
+}
+
+/// Frees a component in any phase; NULL is ignored.
+///
+/// # Safety
+/// See the [module](super).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2FreeInstance(c: fmi2Component) {
+    // SAFETY: the host promises that `c` is NULL or a component it does not use again.
+    unsafe { Component::free(c) }
+}
+
+/// The start values of the FMU whose description has this GUID, or why there are none.
+fn settings(name: &CStr, kind: fmi2Type, guid: &CStr, location: &CStr) -> Result<Settings, String> {
+    if name.is_empty() {
+        return Err("instanceName is missing or empty; allowed: any other text".to_owned());
+    }
+    if kind != fmi2CoSimulation {
+        return Err(format!("fmuType = {kind} is refused; allowed: fmi2CoSimulation ({fmi2CoSimulation})"));
+    }
+    let recipe = resources::load(location.to_bytes())?;
+    let settings = recipe.settings().map_err(|error| format!("resources: {error}"))?;
+    let own = Description::of(&settings).guid();
+    if guid.to_bytes() != own.as_bytes() {
+        let guid = guid.to_string_lossy();
+        return Err(format!(
+            "fmuGUID = {guid} is refused; allowed: {own}, that of the description that belongs to this binary and resources"
+        ));
+    }
+    Ok(settings)
+}
+
+/// # Safety
+/// `text` is NULL or a text closed by a null byte that lives for `'a`.
+unsafe fn optional_text<'a>(text: fmi2String) -> Option<&'a CStr> {
+    // SAFETY: not NULL here, the rest is the caller's promise.
+    if text.is_null() { None } else { Some(unsafe { CStr::from_ptr(text) }) }
+}

@@ -1,0 +1,154 @@
+//! The recipe in the FMU's resources, found by the location that hosts give in very different ways.
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::{fs, io};
+
+use crate::variables::{FILE_NAME, Recipe};
+
+/// Largest file that is read: n = 10000 with every value changed has 3 MB.
+const MAX_BYTES: u64 = 32 << 20;
+
+/// The recipe at `location`; the default one if there is no location or no file. Only the one file is looked for.
+pub(super) fn load(location: &[u8]) -> Result<Recipe, String> {
+    if location.is_empty() {
+        return Ok(Recipe::default());
+    }
+    for folder in folders(location, cfg!(windows))? {
+        let file = os_path(folder).join(FILE_NAME);
+        let length = match fs::metadata(&file) {
+            Ok(metadata) => metadata.len(),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
+            Err(error) => return Err(format!("{}: {error}", file.display())),
+        };
+        if length > MAX_BYTES {
+            return Err(format!("{}: {length} bytes; allowed: at most {MAX_BYTES}", file.display()));
+        }
+        let text = fs::read(&file).map_err(|error| format!("{}: {error}", file.display()))?;
+        return Recipe::from_json(&text).map_err(|error| format!("{}: {error}", file.display()));
+    }
+    Ok(Recipe::default())
+}
+
+/// The folders that `location` may mean, the likelier one first: most hosts encode it, some do not.
+fn folders(location: &[u8], windows: bool) -> Result<Vec<Vec<u8>>, String> {
+    let Some(rest) = strip_scheme(location) else {
+        let text = String::from_utf8_lossy(location);
+        if text.contains("://") {
+            return Err(format!("fmuResourceLocation = {text} is refused; allowed: a location that starts with file:"));
+        }
+        return Ok(vec![location.to_vec()]); // A plain path, from a host that does not know better.
+    };
+    let decoded = decode(rest);
+    let mut folders = vec![path(&decoded, windows)?];
+    if decoded != rest {
+        folders.push(path(rest, windows)?);
+    }
+    Ok(folders)
+}
+
+fn strip_scheme(location: &[u8]) -> Option<&[u8]> {
+    let (scheme, rest) = location.split_at_checked(5)?;
+    scheme.eq_ignore_ascii_case(b"file:").then_some(rest)
+}
+
+/// Replaces `%41` by `A`; what does not decode stays as it is.
+fn decode(text: &[u8]) -> Vec<u8> {
+    let mut decoded = Vec::with_capacity(text.len());
+    let mut rest = text;
+    while let [first, tail @ ..] = rest {
+        let byte = match (first, tail) {
+            (b'%', [high, low, ..]) => hexadecimal(*high).zip(hexadecimal(*low)).map(|(high, low)| high << 4 | low),
+            _ => None,
+        };
+        decoded.push(byte.unwrap_or(*first));
+        rest = match (byte, tail) {
+            (Some(_), [_, _, tail @ ..]) => tail,
+            _ => tail,
+        };
+    }
+    decoded
+}
+
+fn hexadecimal(digit: u8) -> Option<u8> {
+    char::from(digit).to_digit(16).and_then(|value| u8::try_from(value).ok())
+}
+
+/// The path behind `file:`, with one to four slashes in front, a host name between, or a Windows drive.
+fn path(rest: &[u8], windows: bool) -> Result<Vec<u8>, String> {
+    let slashes = rest.iter().take_while(|byte| **byte == b'/').count();
+    let (_, bare) = rest.split_at(slashes);
+    if windows && let [drive, b':' | b'|', tail @ ..] = bare {
+        return Ok([&[*drive, b':'], tail].concat());
+    }
+    match slashes {
+        0 => Err(format!(
+            "fmuResourceLocation = file:{} is refused; allowed: an absolute path",
+            String::from_utf8_lossy(rest)
+        )),
+        2 => match bare.strip_prefix(b"localhost/") {
+            Some(path) => path_from_host(path, windows),
+            None if windows => Ok([b"//", bare].concat()),
+            None => Err(format!(
+                "fmuResourceLocation = file:{} is refused; allowed: a path on this machine, as in file:///path",
+                String::from_utf8_lossy(rest)
+            )),
+        },
+        4 if windows => Ok([b"//", bare].concat()),
+        _ => Ok([b"/", bare].concat()),
+    }
+}
+
+fn path_from_host(bare: &[u8], windows: bool) -> Result<Vec<u8>, String> {
+    path(&[b"/", bare].concat(), windows)
+}
+
+#[cfg(unix)]
+fn os_path(path: Vec<u8>) -> PathBuf {
+    use std::os::unix::ffi::OsStringExt;
+    PathBuf::from(OsString::from_vec(path))
+}
+
+#[cfg(not(unix))]
+fn os_path(path: Vec<u8>) -> PathBuf {
+    PathBuf::from(OsString::from(String::from_utf8_lossy(&path).into_owned()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn on(windows: bool, location: &str) -> Vec<String> {
+        let folders = folders(location.as_bytes(), windows).unwrap();
+        folders.into_iter().map(|folder| String::from_utf8(folder).unwrap()).collect()
+    }
+
+    #[test]
+    fn every_host_is_understood() {
+        for location in ["file:///a/r", "file:/a/r", "file:////a/r", "file://localhost/a/r", "FILE:///a/r", "/a/r"] {
+            assert_eq!(on(false, location), ["/a/r"], "{location}");
+        }
+        assert_eq!(on(false, "file:///a/r/"), ["/a/r/"]);
+        assert_eq!(on(false, "file:///a%20b/r"), ["/a b/r", "/a%20b/r"]);
+        assert_eq!(on(false, "file:///a b/100%/%zz/r"), ["/a b/100%/%zz/r"]);
+        assert_eq!(on(false, "file:///a/r%"), ["/a/r%"]);
+        assert_eq!(on(false, "file:///a/r%2"), ["/a/r%2"]);
+    }
+
+    #[test]
+    fn windows_is_understood() {
+        for location in ["file:///C:/a/r", "file:/C:/a/r", "file:////C:/a/r", "file://C:/a/r", "file:///C|/a/r"] {
+            assert_eq!(on(true, location), ["C:/a/r"], "{location}");
+        }
+        assert_eq!(on(true, "file:///C%3A/a/r").first().unwrap(), "C:/a/r");
+        assert_eq!(on(true, "file://server/share/r"), ["//server/share/r"]);
+        assert_eq!(on(true, "file:////server/share/r"), ["//server/share/r"]);
+    }
+
+    #[test]
+    fn other_places_are_refused() {
+        for location in ["http://example.org/r", "file:r", "file://elsewhere/r"] {
+            assert!(folders(location.as_bytes(), false).unwrap_err().contains("allowed: "), "{location}");
+        }
+    }
+}

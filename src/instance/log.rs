@@ -1,0 +1,69 @@
+//! Log lines of an instance: which are wanted, and where they go.
+
+use std::fmt::Arguments;
+
+use crate::variables::{LOG_CATEGORIES, LogCategory};
+
+/// How serious a log line is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// Information.
+    Ok,
+    /// Something is not quite right, the run can go on.
+    Warning,
+    /// A refused call or a failed step.
+    Error,
+    /// The instance is lost.
+    Fatal,
+}
+
+/// Takes a log line to the host.
+pub type Sink = Box<dyn Fn(Severity, LogCategory, &str)>;
+
+/// The log of one instance. Errors are always told; the rest only where the host switched the category on.
+pub struct Log {
+    sink: Option<Sink>,
+    enabled: [bool; LOG_CATEGORIES.len()],
+}
+
+impl Log {
+    /// A log to `sink`, or to nowhere; `on` switches all categories.
+    pub fn new(sink: Option<Sink>, on: bool) -> Self {
+        Self { sink, enabled: [on; LOG_CATEGORIES.len()] }
+    }
+
+    /// Switches logging on for `categories` only, for all of them if there are none, or off.
+    pub fn switch(&mut self, on: bool, categories: &[LogCategory]) {
+        self.enabled = LOG_CATEGORIES.map(|category| on && (categories.is_empty() || categories.contains(&category)));
+    }
+
+    /// Whether a line of `category` that is no warning or error would be told.
+    pub fn wants(&self, category: LogCategory) -> bool {
+        let position = LOG_CATEGORIES.iter().position(|known| *known == category);
+        self.sink.is_some() && position.and_then(|position| self.enabled.get(position)).is_some_and(|on| *on)
+    }
+
+    /// Tells the host, if it wants to know.
+    pub fn write(&self, severity: Severity, category: LogCategory, text: Arguments<'_>) {
+        if let Some(sink) = &self.sink
+            && (severity >= Severity::Warning || self.wants(category))
+        {
+            sink(severity, category, &text.to_string());
+        }
+    }
+
+    /// Information about the solver.
+    pub fn solver(&self, text: Arguments<'_>) {
+        self.write(Severity::Ok, LogCategory::Solver, text);
+    }
+
+    /// A refused call or a failed step.
+    pub fn error(&self, text: Arguments<'_>) {
+        self.write(Severity::Error, LogCategory::Error, text);
+    }
+
+    /// The end of an instance.
+    pub fn fatal(&self, text: Arguments<'_>) {
+        self.write(Severity::Fatal, LogCategory::Error, text);
+    }
+}

@@ -1,0 +1,170 @@
+//! One running instance of the FMU, independent of the version of the standard.
+//!
+//! [`Instance`] is told what the host wants in Rust types; the folder of an FMI version translates. It asks
+//! [`Instance::require`] whether a call is legal in the current phase before it makes the call: once, in one place.
+
+mod experiment;
+mod legality;
+mod log;
+mod refusal;
+mod step;
+mod values;
+
+pub use experiment::Experiment;
+pub use legality::{Call, PHASES, Phase};
+pub use log::{Log, Severity, Sink};
+pub use refusal::Refusal;
+
+use crate::engine::{Engine, Pulse};
+use crate::variables::{Settings, TABLE, Variable};
+
+/// Everything that changes while an instance runs: all that a saved state has to hold.
+#[derive(Clone)]
+struct Run {
+    phase: Phase,
+    settings: Settings,
+    experiment: Option<Experiment>,
+    /// The run itself. In Initialization Mode it is built when a calculated value is asked for, and dropped when a
+    /// setting changes.
+    engine: Option<Engine>,
+    /// An input was changed since the engine was last told.
+    inputs_changed: bool,
+    /// A tunable parameter was changed since the engine was last told.
+    tunables_changed: bool,
+    /// It was logged that the host steps past its own stop time.
+    past_stop_told: bool,
+}
+
+impl Run {
+    fn new(start: &Settings) -> Self {
+        Self {
+            phase: Phase::Instantiated,
+            settings: start.clone(),
+            experiment: None,
+            engine: None,
+            inputs_changed: false,
+            tunables_changed: false,
+            past_stop_told: false,
+        }
+    }
+}
+
+/// One instance.
+pub struct Instance {
+    /// Start values of the description, which a reset returns to.
+    start: Settings,
+    run: Run,
+    /// Pulses that finished in the last step; kept so that a step need not allocate.
+    pulses: Vec<Pulse>,
+    log: Log,
+}
+
+impl Instance {
+    /// An instance with the start values of its description.
+    pub fn new(start: Settings, log: Log) -> Self {
+        let run = Run::new(&start);
+        Self { start, run, pulses: Vec::new(), log }
+    }
+
+    /// The phase it is in.
+    #[inline]
+    pub fn phase(&self) -> Phase {
+        self.run.phase
+    }
+
+    /// Number of balls n.
+    #[inline]
+    pub fn balls(&self) -> usize {
+        self.run.settings.balls()
+    }
+
+    /// Its log.
+    pub fn log(&self) -> &Log {
+        &self.log
+    }
+
+    /// Its log, to switch categories.
+    pub fn log_mut(&mut self) -> &mut Log {
+        &mut self.log
+    }
+
+    /// Refuses a call that is not legal in the current phase. To be asked before every call.
+    #[inline]
+    pub fn require(&self, call: Call) -> Result<(), Refusal> {
+        let phase = self.run.phase;
+        if call.is_legal_in(phase) { Ok(()) } else { Err(Refusal::Phase { call, phase }) }
+    }
+
+    /// Takes start time, stop time and tolerance; the last call before initialization counts.
+    pub fn set_up(&mut self, experiment: Experiment) -> Result<(), Refusal> {
+        experiment.check()?;
+        self.run.experiment = Some(experiment);
+        Ok(())
+    }
+
+    /// Enters Initialization Mode.
+    pub fn enter_initialization(&mut self) -> Result<(), Refusal> {
+        if self.run.experiment.is_none() {
+            return Err(Refusal::Missing("the experiment must be set up first, so that the start time is known"));
+        }
+        self.run.phase = Phase::InitializationMode;
+        Ok(())
+    }
+
+    /// Builds the run and enters step mode. Fails, staying in Initialization Mode, if no run can start like this.
+    pub fn exit_initialization(&mut self) -> Result<(), Refusal> {
+        self.engine()?;
+        self.run.inputs_changed = false;
+        self.run.tunables_changed = false;
+        self.run.phase = Phase::StepMode;
+        self.tell_ignored_parameters();
+        Ok(())
+    }
+
+    /// Ends the run; its last values can still be read.
+    pub fn terminate(&mut self) -> Result<(), Refusal> {
+        self.run.phase = Phase::Terminated;
+        Ok(())
+    }
+
+    /// Back to where it was after it was created; which log categories are on is kept.
+    pub fn reset(&mut self) -> Result<(), Refusal> {
+        self.run = Run::new(&self.start);
+        self.pulses.clear();
+        Ok(())
+    }
+
+    /// The run, built first where that has not happened yet.
+    #[inline]
+    fn engine(&mut self) -> Result<&mut Engine, Refusal> {
+        if self.run.engine.is_none() {
+            self.run.engine = Some(self.build()?);
+        }
+        self.run.engine.as_mut().ok_or(Refusal::Missing("nothing is calculated yet"))
+    }
+
+    #[cold]
+    fn build(&self) -> Result<Engine, Refusal> {
+        let experiment = self.run.experiment.unwrap_or_default();
+        let mut parameters = self.run.settings.parameters.clone();
+        parameters.tolerance = experiment.tighten(parameters.tolerance);
+        Engine::new(&parameters, &self.run.settings.inputs, experiment.start).map_err(Refusal::Start)
+    }
+
+    /// Tells of parameters that are not the default and have no effect because another law is selected.
+    fn tell_ignored_parameters(&self) {
+        let settings = &self.run.settings;
+        if !self.log.wants(crate::variables::LogCategory::Solver) {
+            return;
+        }
+        let defaults = Settings::default_for(1);
+        for (position, row) in TABLE.iter().enumerate().filter(|(_, row)| !(row.used)(&settings.parameters)) {
+            let variable = Variable { row, position, index: 0 };
+            if let (Some(value), Some(default)) = (variable.real(settings), variable.real(&defaults))
+                && value != default
+            {
+                self.log.solver(format_args!("{variable} has no effect: the law it belongs to is not selected"));
+            }
+        }
+    }
+}

@@ -1,0 +1,60 @@
+//! Why a call was refused.
+
+use super::legality::{Call, Phase};
+use crate::engine::EngineError;
+use crate::variables::{Number, Refused};
+
+/// Why a call was refused. Unless it says otherwise, the instance is as it was before the call.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Refusal {
+    /// The call is not legal in this phase.
+    Phase { call: Call, phase: Phase },
+    /// A value, a value reference, a name or a type is not accepted.
+    Value(Refused),
+    /// An argument is not accepted.
+    Argument { name: &'static str, value: String, allowed: String },
+    /// Something has to happen first.
+    Missing(&'static str),
+    /// The FMU does not offer this.
+    Unsupported(&'static str),
+    /// The run cannot start with these parameters.
+    Start(EngineError),
+    /// The run cannot go on; the instance is in the error state.
+    Step(EngineError),
+}
+
+impl Refusal {
+    /// An argument that is a number.
+    pub(crate) fn number(name: &'static str, value: f64, unit: &str, allowed: impl Into<String>) -> Self {
+        Self::Argument { name, value: format!("{} {unit}", Number(value)), allowed: allowed.into() }
+    }
+}
+
+impl std::fmt::Display for Refusal {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Phase { call, phase } => {
+                write!(f, "not allowed in {phase}")?;
+                for (i, legal) in call.legal_phases().enumerate() {
+                    let separator = if i == 0 { "; allowed: in " } else { ", " };
+                    write!(f, "{separator}{legal}")?;
+                }
+                Ok(())
+            }
+            Self::Value(refused) => write!(f, "{refused}"),
+            Self::Argument { name, value, allowed } => write!(f, "{name} = {value} is refused; allowed: {allowed}"),
+            Self::Missing(what) => write!(f, "{what}"),
+            Self::Unsupported(what) => write!(f, "{what}"),
+            Self::Start(error) => write!(f, "the run cannot start: {error}"),
+            Self::Step(error) => write!(f, "the run cannot go on: {error}"),
+        }
+    }
+}
+
+impl std::error::Error for Refusal {}
+
+impl From<Refused> for Refusal {
+    fn from(refused: Refused) -> Self {
+        Self::Value(refused)
+    }
+}

@@ -1,0 +1,112 @@
+//! Communication steps.
+
+use super::{Instance, Phase, Refusal};
+use crate::engine::Pulse;
+use crate::variables::LogCategory;
+
+/// How far the host's clock may be off from ours, relative to the larger of 1 s and the time.
+const CLOCK_TOLERANCE: f64 = 1e-12;
+
+impl Instance {
+    /// Time that the last step reached, s.
+    pub fn time(&self) -> f64 {
+        match &self.run.engine {
+            Some(engine) => engine.time(),
+            None => self.run.experiment.unwrap_or_default().start,
+        }
+    }
+
+    /// Steps from `current`, the host's time in s, by `step` > 0 s. The new time is exactly `current + step`.
+    ///
+    /// # Errors
+    /// Refused, with nothing changed, if the times are no times or `current` is not where the instance is. If the
+    /// engine cannot go on the instance enters the error state.
+    #[inline]
+    pub fn step(&mut self, current: f64, step: f64) -> Result<(), Refusal> {
+        let own = self.time();
+        // Comparisons that are false for NaN, so that NaN is refused.
+        let in_time = (current - own).abs() <= CLOCK_TOLERANCE * own.abs().max(1.0);
+        let next = current + step;
+        if !(in_time && step > 0.0 && next.is_finite()) {
+            return Err(refuse_times(own, current, step));
+        }
+        if self.run.inputs_changed || self.run.tunables_changed {
+            self.tell_engine()?;
+        }
+        if let Some(stop) = self.run.experiment.and_then(|experiment| experiment.stop)
+            && next > stop
+            && !self.run.past_stop_told
+        {
+            self.tell_past_stop(next, stop);
+        }
+        if next <= own {
+            // A step below the resolution of the clock, from a host whose clock lags by some ulps: it is there already.
+            return Ok(());
+        }
+        let advanced = match &mut self.run.engine {
+            Some(engine) => engine.advance(next, &mut self.pulses),
+            None => return Err(Refusal::Missing("nothing is calculated yet")),
+        };
+        if !self.pulses.is_empty() {
+            self.tell_pulses();
+        }
+        advanced.map_err(|error| self.fail(error))
+    }
+
+    #[cold]
+    fn fail(&mut self, error: crate::engine::EngineError) -> Refusal {
+        self.run.phase = Phase::Error;
+        Refusal::Step(error)
+    }
+
+    /// Hands changed inputs and tunable parameters to the engine.
+    fn tell_engine(&mut self) -> Result<(), Refusal> {
+        let run = &mut self.run;
+        let Some(engine) = &mut run.engine else { return Ok(()) };
+        let mut told = Ok(());
+        if std::mem::take(&mut run.inputs_changed) {
+            told = engine.hold(&run.settings.inputs);
+        }
+        let retuned = std::mem::take(&mut run.tunables_changed);
+        if retuned && told.is_ok() {
+            told = engine.retune(&run.settings.parameters);
+        }
+        if retuned {
+            self.tell_ignored_parameters();
+        }
+        told.map_err(|error| self.fail(error))
+    }
+
+    #[cold]
+    fn tell_past_stop(&mut self, next: f64, stop: f64) {
+        self.run.past_stop_told = true;
+        self.log
+            .solver(format_args!("the step to t = {next} s goes past stopTime = {stop} s; it is made all the same"));
+    }
+
+    /// One line for each pulse that finished in the step. 17 digits, so that they read back as the same doubles.
+    #[cold]
+    fn tell_pulses(&mut self) {
+        if self.log.wants(LogCategory::Events) {
+            for Pulse { contact, onset, release, peak, impulse } in &self.pulses {
+                let contact = contact + 1;
+                self.log.write(
+                    super::Severity::Ok,
+                    LogCategory::Events,
+                    format_args!("contact={contact} onset={onset:.16e} release={release:.16e} peak={peak:.16e} impulse={impulse:.16e}"),
+                );
+            }
+        }
+        self.pulses.clear();
+    }
+}
+
+#[cold]
+fn refuse_times(own: f64, current: f64, step: f64) -> Refusal {
+    if !(step > 0.0 && step.is_finite()) {
+        Refusal::number("communicationStepSize", step, "s", "finite and > 0 s")
+    } else {
+        let allowed = format!("the time reached, {own} s, to within 1e-12 of max(1 s, |t|)");
+        Refusal::number("currentCommunicationPoint", current, "s", allowed)
+    }
+}

@@ -1,0 +1,101 @@
+//! Reading and setting variables by value reference.
+
+use super::{Instance, Phase, Refusal};
+use crate::variables::{Access, Refused, Type, Variability, Variable};
+
+impl Instance {
+    /// Reads a real variable.
+    #[inline]
+    pub fn real(&mut self, reference: u32) -> Result<f64, Refusal> {
+        let variable = self.variable(reference)?;
+        match variable.row.access {
+            Access::Real(get) => Ok(get(self.engine()?, variable.index)),
+            _ => variable.real(&self.run.settings).ok_or_else(|| variable.wrong_type(Type::Real).into()),
+        }
+    }
+
+    /// Reads an integer or an enumeration; counts that do not fit are `i32::MAX`.
+    pub fn integer(&mut self, reference: u32) -> Result<i32, Refusal> {
+        let variable = self.variable(reference)?;
+        match variable.row.access {
+            Access::Count(get) => Ok(i32::try_from(get(self.engine()?, variable.index)).unwrap_or(i32::MAX)),
+            _ => variable.item(&self.run.settings).ok_or_else(|| variable.wrong_type(Type::Integer).into()),
+        }
+    }
+
+    /// Reads a boolean.
+    pub fn boolean(&mut self, reference: u32) -> Result<bool, Refusal> {
+        let variable = self.variable(reference)?;
+        match variable.row.access {
+            Access::Flag(get) => Ok(get(self.engine()?, variable.index)),
+            _ => Err(variable.wrong_type(Type::Boolean).into()),
+        }
+    }
+
+    /// Sets real variables: all of them, or none if any of it is refused.
+    ///
+    /// A value takes effect with the next step (in Initialization Mode: with the next value read). Setting what is
+    /// set already is no change.
+    pub fn set_reals(&mut self, references: &[u32], values: &[f64]) -> Result<(), Refusal> {
+        for (reference, value) in references.iter().zip(values) {
+            self.settable(*reference, Type::Real)?.check_real(*value)?;
+        }
+        for (reference, value) in references.iter().zip(values) {
+            let variable = self.variable(*reference)?;
+            if variable.set_real(&mut self.run.settings, *value) {
+                self.changed(variable);
+            }
+        }
+        Ok(())
+    }
+
+    /// Sets enumerations: all of them, or none if any of it is refused.
+    pub fn set_integers(&mut self, references: &[u32], values: &[i32]) -> Result<(), Refusal> {
+        for (reference, value) in references.iter().zip(values) {
+            self.settable(*reference, Type::Integer)?.check_item(*value)?;
+        }
+        for (reference, value) in references.iter().zip(values) {
+            let variable = self.variable(*reference)?;
+            if variable.set_item(&mut self.run.settings, *value) {
+                self.changed(variable);
+            }
+        }
+        Ok(())
+    }
+
+    /// Says why variables cannot be set as values of type `asked`, of which the interface has none that are settable.
+    pub fn set_none(&mut self, references: &[u32], asked: Type) -> Result<(), Refusal> {
+        references.iter().try_for_each(|reference| self.settable(*reference, asked).map(|_| ()))
+    }
+
+    /// Says why a variable cannot be read as a string: there are none.
+    pub fn string(&self, reference: u32) -> Refusal {
+        match self.variable(reference) {
+            Ok(variable) => variable.wrong_type(Type::String).into(),
+            Err(refusal) => refusal,
+        }
+    }
+
+    #[inline]
+    fn variable(&self, reference: u32) -> Result<Variable, Refusal> {
+        let balls = self.balls();
+        Variable::at(reference, balls).ok_or_else(|| Refused::UnknownReference { reference, balls }.into())
+    }
+
+    fn settable(&self, reference: u32, asked: Type) -> Result<Variable, Refusal> {
+        let variable = self.variable(reference)?;
+        variable.check_settable(asked, self.run.phase == Phase::StepMode)?;
+        Ok(variable)
+    }
+
+    /// Remembers that the engine does not know of a setting yet.
+    fn changed(&mut self, variable: Variable) {
+        if self.run.phase != Phase::StepMode {
+            self.run.engine = None;
+        } else if variable.row.variability == Variability::Tunable {
+            self.run.tunables_changed = true;
+        } else {
+            self.run.inputs_changed = true;
+        }
+    }
+}

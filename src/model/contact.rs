@@ -1,0 +1,124 @@
+//! The force law of one contact.
+
+/// Damping of a contact, with its coefficient.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Damping {
+    /// Elastic contact.
+    None,
+    /// Adds `c` (N.s/m) times the rate of the overlap; `pull` tells whether the total may be negative.
+    KelvinVoigt { c: f64, pull: bool },
+    /// Multiplies the elastic force by `1 + alpha` (s/m) times the rate of the overlap; never negative.
+    HuntCrossley { alpha: f64 },
+}
+
+/// One contact: the elastic law `F = k (d / d_ref)^(p-1) d` for overlaps d > 0, and its damping.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactLaw {
+    /// Secant stiffness k at the overlap `overlap_ref`, N/m.
+    pub stiffness: f64,
+    /// Reference overlap d_ref, m.
+    pub overlap_ref: f64,
+    /// Exponent p, 1 to 10.
+    pub exponent: f64,
+    /// Distance between the neighbours' surfaces at rest that must close before the spring acts (gap + dead band), m.
+    pub clearance: f64,
+    /// Damping law.
+    pub damping: Damping,
+}
+
+impl ContactLaw {
+    /// Elastic force at the overlap `d`, N; 0 for `d <= 0`.
+    pub fn elastic_force(&self, d: f64) -> f64 {
+        if d <= 0.0 {
+            return 0.0;
+        }
+        let ratio = d / self.overlap_ref;
+        let power = match self.whole_exponent() {
+            Some(1) => 1.0,
+            Some(p) => (1..p).fold(1.0, |power, _| power * ratio),
+            None if self.exponent == 1.5 => ratio.sqrt(),
+            None => libm::pow(ratio, self.exponent - 1.0),
+        };
+        self.stiffness * power * d
+    }
+
+    /// Elastic energy at the overlap `d`, J; 0 for `d <= 0`.
+    pub fn elastic_energy(&self, d: f64) -> f64 {
+        self.elastic_force(d) * d / (self.exponent + 1.0)
+    }
+
+    /// Total force at the overlap `d` (m) and its rate (m/s) by the formula of the law, not clipped, N; 0 for `d <= 0`.
+    pub fn unclipped_force(&self, d: f64, rate: f64) -> f64 {
+        if d <= 0.0 {
+            return 0.0;
+        }
+        match self.damping {
+            Damping::None => self.elastic_force(d),
+            Damping::KelvinVoigt { c, .. } => self.elastic_force(d) + c * rate,
+            Damping::HuntCrossley { alpha } => self.elastic_force(d) * (1.0 + alpha * rate),
+        }
+    }
+
+    /// The exponent as an integer, if it is one: powers are then products.
+    pub fn whole_exponent(&self) -> Option<usize> {
+        (libm::rint(self.exponent) == self.exponent).then_some(self.exponent as usize)
+    }
+
+    /// Whether the law clips its force at zero.
+    pub fn clips(&self) -> bool {
+        match self.damping {
+            Damping::None | Damping::KelvinVoigt { pull: true, .. } => false,
+            Damping::KelvinVoigt { .. } | Damping::HuntCrossley { .. } => true,
+        }
+    }
+
+    /// Overlap (m) below which the elastic force changes a mass `m` (kg) approaching at `rate` (m/s) by less than the
+    /// velocity `dv` (m/s), acting for the time `d / rate` it takes to close that far but no longer than `duration` (s).
+    pub fn faint_overlap(&self, m: f64, rate: f64, dv: f64, duration: f64) -> f64 {
+        let p = self.exponent;
+        // F = k d_ref (d / d_ref)^p; F d / rate = m dv, or F duration = m dv.
+        let unit = m * dv / (self.stiffness * self.overlap_ref);
+        let by_rate = libm::pow(unit * rate.abs() / self.overlap_ref, 1.0 / (p + 1.0));
+        let by_time = if duration > 0.0 { libm::pow(unit / duration, 1.0 / p) } else { f64::INFINITY };
+        self.overlap_ref * by_rate.max(by_time)
+    }
+
+    /// Duration of the elastic impact of two balls with the reduced mass `m` (kg) closing at `rate` (m/s), s, to a few
+    /// percent: the time scale of the contact.
+    pub fn time_scale(&self, m: f64, rate: f64) -> f64 {
+        if rate <= 0.0 {
+            return f64::INFINITY;
+        }
+        let p = self.exponent;
+        // Energy balance at the largest overlap: k d_ref^2 (d/d_ref)^(p+1) / (p+1) = m rate^2 / 2.
+        let squares = 0.5 * (p + 1.0) * m * rate * rate / (self.stiffness * self.overlap_ref * self.overlap_ref);
+        2.9 * self.overlap_ref * libm::pow(squares, 1.0 / (p + 1.0)) / rate
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn law(exponent: f64) -> ContactLaw {
+        ContactLaw { stiffness: 1e10, overlap_ref: 1e-6, exponent, clearance: 0.0, damping: Damping::None }
+    }
+
+    #[test]
+    fn stiffness_is_the_secant_at_the_reference_overlap() {
+        for p in [1.0, 1.5, 2.0, 2.3, 3.0, 10.0] {
+            assert!((law(p).elastic_force(1e-6) - 1e4).abs() < 1e-10, "p = {p}");
+            assert_eq!(law(p).elastic_force(-1e-6), 0.0);
+        }
+    }
+
+    #[test]
+    fn energy_is_the_integral_of_the_force() {
+        for p in [1.0, 1.5, 2.3, 4.0] {
+            let by_quadrature =
+                crate::solver::quadrature::gauss_legendre(|s| 2.0 * s * law(p).elastic_force(s * s), 0.0, 1e-3, 4);
+            let energy = law(p).elastic_energy(1e-6);
+            assert!((by_quadrature / energy - 1.0).abs() < 1e-11, "p = {p}");
+        }
+    }
+}

@@ -1,0 +1,160 @@
+//! Unevaluated sums of two doubles: about 32 digits for times and for running sums.
+//!
+//! A contact lasts 1e-7 s, and at t = 600 s a double resolves 1e-13 s: a millionth of a contact. Times of events, phases of
+//! pendulums and sums over thousands of pulses therefore carry a second double with what the first cannot hold.
+
+/// `hi + lo` with `|lo|` at most half a unit in the last place of `hi`.
+///
+/// The order is that of the value: for normalised pairs it is the lexicographic one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
+pub struct DoubleDouble {
+    hi: f64,
+    lo: f64,
+}
+
+/// Sum and its rounding error (Knuth, The Art of Computer Programming 2, 4.2.2, theorem B).
+fn two_sum(a: f64, b: f64) -> DoubleDouble {
+    let hi = a + b;
+    let b_seen = hi - a;
+    DoubleDouble { hi, lo: (a - (hi - b_seen)) + (b - b_seen) }
+}
+
+/// Sum and its rounding error for `|a| >= |b|` (Dekker 1971).
+fn quick_two_sum(a: f64, b: f64) -> DoubleDouble {
+    let hi = a + b;
+    DoubleDouble { hi, lo: b - (hi - a) }
+}
+
+/// Product and its rounding error (Dekker 1971), without a fused multiply-add: not every target has one, and all of
+/// them must give the same digits.
+fn two_product(a: f64, b: f64) -> DoubleDouble {
+    let split = |x: f64| {
+        let t = 134_217_729.0 * x; // 2^27 + 1
+        let high = t - (t - x);
+        (high, x - high)
+    };
+    let hi = a * b;
+    let ((a1, a2), (b1, b2)) = (split(a), split(b));
+    DoubleDouble { hi, lo: ((a1 * b1 - hi) + a1 * b2 + a2 * b1) + a2 * b2 }
+}
+
+impl DoubleDouble {
+    /// The value rounded to a double.
+    pub fn value(self) -> f64 {
+        self.hi
+    }
+
+    /// The part that the rounded value does not hold.
+    pub fn rest(self) -> f64 {
+        self.lo
+    }
+
+    /// The smallest double that is not below the value.
+    pub fn value_up(self) -> f64 {
+        if self.lo > 0.0 { self.hi.next_up() } else { self.hi }
+    }
+
+    /// The exact product of two doubles.
+    pub fn product(a: f64, b: f64) -> Self {
+        two_product(a, b)
+    }
+
+    /// The square root of `a >= 0`: one Newton correction of the rounded root.
+    pub fn sqrt(a: f64) -> Self {
+        let root = a.sqrt();
+        if root == 0.0 {
+            return Self::default();
+        }
+        let square = two_product(root, root);
+        quick_two_sum(root, ((a - square.hi) - square.lo) / (2.0 * root))
+    }
+
+    /// Half the value, exactly.
+    pub fn half(self) -> Self {
+        Self { hi: 0.5 * self.hi, lo: 0.5 * self.lo }
+    }
+}
+
+impl From<f64> for DoubleDouble {
+    fn from(hi: f64) -> Self {
+        Self { hi, lo: 0.0 }
+    }
+}
+
+impl std::ops::Add<f64> for DoubleDouble {
+    type Output = Self;
+    fn add(self, b: f64) -> Self {
+        let sum = two_sum(self.hi, b);
+        quick_two_sum(sum.hi, sum.lo + self.lo)
+    }
+}
+
+impl std::ops::AddAssign<f64> for DoubleDouble {
+    fn add_assign(&mut self, b: f64) {
+        *self = *self + b;
+    }
+}
+
+impl std::ops::Add for DoubleDouble {
+    type Output = Self;
+    fn add(self, b: Self) -> Self {
+        let sum = two_sum(self.hi, b.hi);
+        quick_two_sum(sum.hi, sum.lo + (self.lo + b.lo))
+    }
+}
+
+impl std::ops::Neg for DoubleDouble {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self { hi: -self.hi, lo: -self.lo }
+    }
+}
+
+impl std::ops::Sub for DoubleDouble {
+    type Output = Self;
+    fn sub(self, b: Self) -> Self {
+        self + -b
+    }
+}
+
+impl std::ops::Mul for DoubleDouble {
+    type Output = Self;
+    fn mul(self, b: Self) -> Self {
+        let product = two_product(self.hi, b.hi);
+        quick_two_sum(product.hi, product.lo + (self.hi * b.lo + self.lo * b.hi))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keeps_a_nanosecond_fraction_at_ten_minutes() {
+        let onset = DoubleDouble::from(600.0) + 1.234_567_890_123e-9;
+        let difference = onset - DoubleDouble::from(600.0);
+        assert_eq!(difference.value(), 1.234_567_890_123e-9);
+    }
+
+    #[test]
+    fn product_is_exact() {
+        let p = DoubleDouble::product(1.0 + f64::EPSILON, 1.0 + f64::EPSILON);
+        assert_eq!((p.value(), p.rest()), (1.0 + 2.0 * f64::EPSILON, f64::EPSILON * f64::EPSILON));
+    }
+
+    #[test]
+    fn square_root_squares_back() {
+        for a in [5.0, 9.81, 2.9e14, 1e-7] {
+            let root = DoubleDouble::sqrt(a);
+            let square = root * root;
+            assert!(((square.value() - a) + square.rest()).abs() <= 1e-30 * a);
+        }
+    }
+
+    #[test]
+    fn rounding_up_never_lands_before_the_value() {
+        let t = DoubleDouble::from(1.0) + 1e-20;
+        assert!(DoubleDouble::from(t.value_up()) > t && t.value_up() == 1.0_f64.next_up());
+        assert_eq!((DoubleDouble::from(1.0) + -1e-20).value_up(), 1.0);
+    }
+}

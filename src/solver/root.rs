@@ -1,0 +1,134 @@
+//! The first time at which a function becomes positive, never stepping over one.
+//!
+//! Sampling cannot promise that: a contact that grazes between two samples is missed. With a bound on the third derivative a
+//! step can be chosen that provably holds no crossing, and the search walks up to the first one from the safe side. Close to
+//! a simple crossing the steps become Newton's with second derivatives (Halley's order), so the walk ends quickly.
+
+/// A function of time with derivatives and a bound.
+pub trait Smooth {
+    /// Value and first two derivatives at `t`.
+    fn at(&self, t: f64) -> [f64; 3];
+    /// A bound of the absolute third derivative on `[t, t + span]`.
+    fn third_derivative_bound(&self, t: f64, span: f64) -> f64;
+}
+
+/// Steps after which a search gives up: far beyond what any smooth motion takes.
+const MAX_STEPS: usize = 100_000;
+
+/// The first `t` in `[from, until]` from which on `g` is positive, or `None`.
+///
+/// `g(from)` should not be positive; a value that is counts as 0. If `g(from)` is 0 the derivatives decide: rising, the answer
+/// is `from` itself; falling, the search goes on behind it. A maximum that touches 0 within rounding is not a crossing.
+pub fn first_positive(g: &impl Smooth, from: f64, until: f64) -> Option<f64> {
+    let mut t = from;
+    let mut window = until - from;
+    for _ in 0..MAX_STEPS {
+        let [value, slope, curvature] = g.at(t);
+        if value >= 0.0 && (slope > 0.0 || (slope == 0.0 && curvature > 0.0)) {
+            return Some(t);
+        }
+        let rest = until - t;
+        if rest <= 0.0 {
+            return None;
+        }
+        let step = safe_step(g, t, [value.min(0.0), slope, curvature], window.min(rest));
+        if step >= rest {
+            return None;
+        }
+        // Less than the resolution of t: the crossing, if it is one.
+        if t + step <= t {
+            if slope > 0.0 {
+                return Some(t);
+            }
+            t = t.next_up();
+            continue;
+        }
+        t += step;
+        window = 8.0 * step;
+    }
+    None
+}
+
+/// A step from `t` within `window` on which `g` provably does not become positive; the largest that a few tries give.
+fn safe_step(g: &impl Smooth, t: f64, [value, slope, curvature]: [f64; 3], window: f64) -> f64 {
+    let mut span = window;
+    let mut best = 0.0_f64;
+    for _ in 0..8 {
+        // On the span, g <= value + slope s + (curvature + bound span / 3) s^2 / 2.
+        let bent = curvature + g.third_derivative_bound(t, span) * span / 3.0;
+        let reach = first_root_of_parabola(value, slope, bent).min(span);
+        best = best.max(reach);
+        if reach >= 0.3 * span {
+            break;
+        }
+        span = (3.0 * best).max(0.05 * span);
+    }
+    best
+}
+
+/// The first `s > 0` with `value + slope s + bent s^2 / 2 >= 0`, for `value <= 0`; infinite if there is none.
+fn first_root_of_parabola(value: f64, slope: f64, bent: f64) -> f64 {
+    if value == 0.0 {
+        return if slope < 0.0 && bent > 0.0 {
+            -2.0 * slope / bent
+        } else if slope > 0.0 || bent > 0.0 {
+            0.0
+        } else {
+            f64::INFINITY
+        };
+    }
+    let discriminant = slope * slope - 2.0 * bent * value;
+    if discriminant < 0.0 {
+        return f64::INFINITY;
+    }
+    // The form that does not cancel; for a falling slope and a downward parabola the denominator is not positive.
+    let denominator = slope + discriminant.sqrt();
+    if denominator > 0.0 { -2.0 * value / denominator } else { f64::INFINITY }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Wave {
+        offset: f64,
+        amplitude: f64,
+        omega: f64,
+    }
+
+    impl Smooth for Wave {
+        fn at(&self, t: f64) -> [f64; 3] {
+            let (s, c) = libm::sincos(self.omega * t);
+            let (a, w) = (self.amplitude, self.omega);
+            [self.offset + a * s, a * w * c, -a * w * w * s]
+        }
+        fn third_derivative_bound(&self, _: f64, _: f64) -> f64 {
+            self.amplitude.abs() * self.omega.powi(3)
+        }
+    }
+
+    #[test]
+    fn finds_a_crossing_to_the_last_digit() {
+        let g = Wave { offset: -0.5, amplitude: 1.0, omega: 3.0 };
+        let t = first_positive(&g, 0.0, 10.0).unwrap();
+        assert!((t - std::f64::consts::PI / 18.0).abs() < 1e-16);
+    }
+
+    #[test]
+    fn sees_a_grazing_crossing_and_no_other() {
+        let above = Wave { offset: -1.0 + 1e-14, amplitude: 1.0, omega: 1.0 };
+        let t = first_positive(&above, 0.0, 10.0).unwrap();
+        assert!((t - (std::f64::consts::FRAC_PI_2 - (2e-14_f64).sqrt())).abs() < 1e-8);
+        let below = Wave { offset: -1.0 - 1e-14, ..above };
+        assert_eq!(first_positive(&below, 0.0, 10.0), None);
+    }
+
+    #[test]
+    fn leaves_a_start_at_zero_in_the_right_direction() {
+        let rising = Wave { offset: 0.0, amplitude: 1.0, omega: 1.0 };
+        assert_eq!(first_positive(&rising, 0.0, 10.0), Some(0.0));
+        let falling = Wave { amplitude: -1.0, ..rising };
+        let t = first_positive(&falling, 0.0, 10.0).unwrap();
+        assert!((t - std::f64::consts::PI).abs() < 1e-15, "{t}");
+    }
+}

@@ -1,0 +1,175 @@
+//! Truncated power series: slices of coefficients `c[k]` of `t^k`.
+
+use super::root::{self, Smooth};
+
+/// Value at `t`.
+pub fn value(c: &[f64], t: f64) -> f64 {
+    c.iter().rev().fold(0.0, |sum, &c| sum * t + c)
+}
+
+/// First derivative at `t`.
+pub fn derivative(c: &[f64], t: f64) -> f64 {
+    c.iter().enumerate().skip(1).rev().fold(0.0, |sum, (k, &c)| sum * t + k as f64 * c)
+}
+
+/// Integral from 0 to `t`.
+pub fn integral(c: &[f64], t: f64) -> f64 {
+    t * c.iter().enumerate().rev().fold(0.0, |sum, (k, &c)| sum * t + c / (k + 1) as f64)
+}
+
+/// The coefficients of the derivative; one fewer.
+pub fn differentiated(c: &[f64]) -> Vec<f64> {
+    c.iter().enumerate().skip(1).map(|(k, &c)| k as f64 * c).collect()
+}
+
+/// The coefficients of the polynomial with these derivatives at 0.
+pub fn from_derivatives(derivatives: &[f64]) -> Vec<f64> {
+    let mut factorial = 1.0;
+    let term = |(k, d): (usize, &f64)| {
+        factorial *= k.max(1) as f64;
+        d / factorial
+    };
+    derivatives.iter().enumerate().map(term).collect()
+}
+
+/// Coefficient `k` of the product of two series, from their first `k + 1` coefficients.
+pub fn product_term(a: &[f64], b: &[f64], k: usize) -> f64 {
+    a[..=k].iter().zip(b[..=k].iter().rev()).map(|(a, b)| a * b).sum()
+}
+
+/// Coefficient `k >= 1` of `c^p` for real `p` and `c[0] > 0`, from the coefficients `power[..k]` before it.
+///
+/// The recursion follows from `c q' = p c' q` for `q = c^p` (J. C. P. Miller; Knuth, The Art of Computer Programming 2,
+/// 4.7, equation 9).
+pub fn power_term(c: &[f64], power: &[f64], p: f64, k: usize) -> f64 {
+    let sum: f64 = (1..=k).map(|j| ((p + 1.0) * j as f64 - k as f64) * c[j] * power[k - j]).sum();
+    sum / (k as f64 * c[0])
+}
+
+/// Product of two series integrated from 0 to `t`, exactly for the truncated series.
+pub fn product_integral(a: &[f64], b: &[f64], t: f64) -> f64 {
+    let mut product = vec![0.0; a.len() + b.len()];
+    for (i, a) in a.iter().enumerate() {
+        for (j, b) in b.iter().enumerate() {
+            product[i + j] += a * b;
+        }
+    }
+    integral(&product, t)
+}
+
+/// The largest value on `[from, to]`.
+///
+/// The interval is scanned in eighths for changes of sign of the derivative, each refined to a maximum; a series that a step
+/// controller has cut to its range of fast convergence does not turn more often.
+pub fn maximum(c: &[f64], from: f64, to: f64) -> f64 {
+    const PARTS: usize = 8;
+    let mut best = value(c, from).max(value(c, to));
+    let mut left = from;
+    let mut slope_left = derivative(c, left);
+    for part in 1..=PARTS {
+        let right = from + (to - from) * part as f64 / PARTS as f64;
+        let slope_right = derivative(c, right);
+        if slope_left > 0.0 && slope_right <= 0.0 {
+            best = best.max(value(c, falling_zero_of_derivative(c, left, right)));
+        }
+        (left, slope_left) = (right, slope_right);
+    }
+    best
+}
+
+/// Zero of the derivative between `low` (positive there) and `high` (negative there): secant steps kept inside the bracket
+/// (the Illinois variant of regula falsi, Dowell and Jarratt 1971).
+fn falling_zero_of_derivative(c: &[f64], mut low: f64, mut high: f64) -> f64 {
+    let (mut at_low, mut at_high) = (derivative(c, low), derivative(c, high));
+    for _ in 0..60 {
+        let middle = low + (high - low) * (at_low / (at_low - at_high));
+        let slope = derivative(c, middle);
+        // The value is flat here: half the digits of the place give all digits of the maximum.
+        if slope == 0.0 || (high - low) <= 1e-9 * (high.abs() + low.abs()) {
+            return middle;
+        }
+        if slope > 0.0 {
+            (low, at_low, at_high) = (middle, slope, 0.5 * at_high);
+        } else {
+            (high, at_high, at_low) = (middle, slope, 0.5 * at_low);
+        }
+    }
+    0.5 * (low + high)
+}
+
+/// The first `t` in `[0, until]` from which on the series is positive; see [`root::first_positive`].
+pub fn first_positive(c: &[f64], until: f64) -> Option<f64> {
+    // At a start with vanishing value, slope and curvature the first coefficient that is not zero decides.
+    if c[0] == 0.0 && c[1] == 0.0 && c[2] == 0.0 {
+        let lead = c.iter().position(|&c| c != 0.0)?;
+        if c[lead] > 0.0 {
+            return Some(0.0);
+        }
+        let rest: f64 = c[lead + 1..].iter().rev().fold(0.0, |sum, c| sum * until + c.abs());
+        // On this stretch the leading term outweighs all others.
+        let from = if rest * until <= 0.5 * -c[lead] { until } else { 0.5 * -c[lead] / rest };
+        return root::first_positive(&Series(c), from, until);
+    }
+    root::first_positive(&Series(c), 0.0, until)
+}
+
+struct Series<'a>(&'a [f64]);
+
+impl Smooth for Series<'_> {
+    fn at(&self, t: f64) -> [f64; 3] {
+        let (mut value, mut slope, mut half_curvature) = (0.0, 0.0, 0.0);
+        for &c in self.0.iter().rev() {
+            half_curvature = half_curvature * t + slope;
+            slope = slope * t + value;
+            value = value * t + c;
+        }
+        [value, slope, 2.0 * half_curvature]
+    }
+
+    fn third_derivative_bound(&self, t: f64, span: f64) -> f64 {
+        let end = t + span;
+        self.0.iter().enumerate().skip(3).rev().fold(0.0, |sum, (k, c)| {
+            let k = k as f64;
+            sum * end + k * (k - 1.0) * (k - 2.0) * c.abs()
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn power_recursion_matches_the_binomial_series() {
+        let c = [2.0, 1.0, 0.0, 0.0, 0.0, 0.0];
+        let mut power = vec![libm::pow(2.0, 1.5)];
+        for k in 1..6 {
+            let term = power_term(&c, &power, 1.5, k);
+            power.push(term);
+        }
+        assert!((value(&power, 0.01) - libm::pow(2.01, 1.5)).abs() < 1e-15);
+    }
+
+    #[test]
+    fn maximum_of_a_hump() {
+        // t (1 - t) peaks at 1/4; on [0.6, 1] the left end is the largest.
+        let c = [0.0, 1.0, -1.0];
+        assert!((maximum(&c, 0.0, 1.0) - 0.25).abs() < 1e-15);
+        assert!((maximum(&c, 0.6, 1.0) - 0.24).abs() < 1e-15);
+    }
+
+    #[test]
+    fn crossing_decided_by_the_leading_term() {
+        assert_eq!(first_positive(&[0.0, 0.0, 0.0, 0.0, 1e-30], 1.0), Some(0.0));
+        assert_eq!(first_positive(&[0.0; 6], 1.0), None);
+        let t = first_positive(&[0.0, 0.0, 0.0, -1.0, 2.0], 1.0).unwrap();
+        assert!((t - 0.5).abs() < 1e-15);
+    }
+
+    #[test]
+    fn integrals_of_products() {
+        // (1 + t) (1 - t) integrated to 1 is 2/3.
+        assert!((product_integral(&[1.0, 1.0], &[1.0, -1.0], 1.0) - 2.0 / 3.0).abs() < 1e-15);
+        assert!((integral(&[1.0, 2.0, 3.0], 2.0) - 14.0).abs() < 1e-15);
+    }
+}

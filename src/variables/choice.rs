@@ -1,0 +1,125 @@
+//! Parameters with named items: their integers never change.
+
+use crate::model::{ContactModel, DampingLaw, Parameters};
+
+/// One item of an enumeration.
+#[derive(Debug)]
+pub struct Item {
+    /// Name as in the description.
+    pub name: &'static str,
+    /// The integer hosts use; fixed for ever.
+    pub value: i32,
+    /// Text.
+    pub description: &'static str,
+}
+
+/// An enumeration and where its value is.
+pub struct Choice {
+    /// Name of the type definition.
+    pub type_name: &'static str,
+    /// Its items.
+    pub items: &'static [Item],
+    /// The integer of the current item.
+    pub get: fn(&Parameters) -> i32,
+    /// Selects the item with this integer; one that is not in `items` changes nothing.
+    pub set: fn(&mut Parameters, i32),
+}
+
+impl Choice {
+    /// The item with this integer.
+    pub fn item(&self, value: i32) -> Option<&'static Item> {
+        self.items.iter().find(|item| item.value == value)
+    }
+
+    /// The item of this name.
+    pub fn named(&self, name: &str) -> Option<&'static Item> {
+        self.items.iter().find(|item| item.name == name)
+    }
+}
+
+/// What may be chosen, for messages: `powerLaw (1) or hertz (2)`.
+impl std::fmt::Display for Choice {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        for (i, item) in self.items.iter().enumerate() {
+            let separator = if i == 0 { "" } else { " or " };
+            write!(f, "{separator}{} ({})", item.name, item.value)?;
+        }
+        Ok(())
+    }
+}
+
+const fn item(value: i32, name: &'static str, description: &'static str) -> Item {
+    Item { name, value, description }
+}
+
+/// `contact.model`.
+pub static CONTACT_MODEL: Choice = Choice {
+    type_name: "ContactModel",
+    items: &[
+        item(1, "powerLaw", "F = k r (d/d_ref)^(p-1) d for an overlap d"),
+        item(2, "hertz", "F = K r d^(3/2), K from the elastic constants of two equal spheres (Hertz 1882)"),
+    ],
+    get: |parameters| match parameters.contact_model {
+        ContactModel::PowerLaw => 1,
+        ContactModel::Hertz => 2,
+    },
+    set: |parameters, value| match value {
+        1 => parameters.contact_model = ContactModel::PowerLaw,
+        2 => parameters.contact_model = ContactModel::Hertz,
+        _ => {}
+    },
+};
+
+/// `contact.dampingLaw`.
+pub static DAMPING_LAW: Choice = Choice {
+    type_name: "DampingLaw",
+    items: &[
+        item(1, "kelvinVoigt", "adds c times the rate of the overlap; may pull just before the balls part"),
+        item(2, "kelvinVoigtNoPull", "the same with the total force clipped at 0"),
+        item(
+            3,
+            "huntCrossley",
+            "multiplies the elastic force by 1 + alpha times the rate of the overlap, clipped at 0",
+        ),
+    ],
+    get: |parameters| match parameters.damping_law {
+        DampingLaw::KelvinVoigt => 1,
+        DampingLaw::KelvinVoigtNoPull => 2,
+        DampingLaw::HuntCrossley => 3,
+    },
+    set: |parameters, value| match value {
+        1 => parameters.damping_law = DampingLaw::KelvinVoigt,
+        2 => parameters.damping_law = DampingLaw::KelvinVoigtNoPull,
+        3 => parameters.damping_law = DampingLaw::HuntCrossley,
+        _ => {}
+    },
+};
+
+/// `solver.method`; one so far.
+pub static SOLVER_METHOD: Choice = Choice {
+    type_name: "SolverMethod",
+    items: &[item(1, "eventDriven", "exact flight between contacts, adaptive integration of the balls in contact")],
+    get: |_| 1,
+    set: |_, _| {},
+};
+
+/// Every enumeration.
+pub static CHOICES: &[&Choice] = &[&CONTACT_MODEL, &DAMPING_LAW, &SOLVER_METHOD];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_item_can_be_selected_and_read_back() {
+        for choice in CHOICES {
+            let mut parameters = Parameters::default_for(5);
+            for item in choice.items {
+                (choice.set)(&mut parameters, item.value);
+                assert_eq!((choice.get)(&parameters), item.value, "{}", item.name);
+                assert_eq!(choice.named(item.name).unwrap().value, item.value);
+            }
+            assert!(choice.item(0).is_none() && choice.item(99).is_none());
+        }
+    }
+}

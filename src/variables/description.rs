@@ -1,0 +1,238 @@
+//! modelDescription.xml: the template with everything filled in that depends on n, the start values or the table.
+
+use std::fmt::{self, Write};
+
+use super::row::{Access, Causality, Type, Variability};
+use super::structure::write_structure;
+use super::text::{Escaped, Number};
+use super::{CHOICES, QUANTITIES, Settings, UNITS, Variable, variables};
+
+/// Model name, model identifier and file name.
+pub const MODEL_IDENTIFIER: &str = "NewtonsCradle";
+/// Start of the default experiment, s.
+pub const START_TIME: f64 = 0.0;
+/// End of the default experiment, s.
+pub const STOP_TIME: f64 = 10.0;
+/// Communication step of the default experiment, s.
+pub const STEP_SIZE: f64 = 0.01;
+
+/// The prose and the fixed attributes; `build.rs` has filled in what Cargo knows and checked the placeholders.
+const TEMPLATE: &str = include_str!(concat!(env!("OUT_DIR"), "/modelDescription.xml"));
+
+/// Namespace of the GUIDs: any constant will do, as long as it stays.
+const NAMESPACE: uuid::Uuid = uuid::Uuid::from_u128(0x6c1f_9a52_54f0_4b0e_9c4e_27a5_8d31_70b6);
+
+/// A category of log lines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LogCategory {
+    Events,
+    Solver,
+    Warning,
+    Error,
+}
+
+/// Every category of log lines, in the order of the enumeration.
+pub const LOG_CATEGORIES: [LogCategory; 4] =
+    [LogCategory::Events, LogCategory::Solver, LogCategory::Warning, LogCategory::Error];
+
+impl LogCategory {
+    /// Name in the description and in the host's log.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Events => "logEvents",
+            Self::Solver => "logSolver",
+            Self::Warning => "logStatusWarning",
+            Self::Error => "logStatusError",
+        }
+    }
+
+    const fn description(self) -> &'static str {
+        match self {
+            Self::Events => "One line for each finished pulse: contact, onset, release, peak force and impulse",
+            Self::Solver => "What the solver does with the settings it was given",
+            Self::Warning => "Warnings",
+            Self::Error => "Refused calls and failed steps, with the reason",
+        }
+    }
+}
+
+/// The description of the FMU whose start values are `start`.
+pub struct Description<'a> {
+    start: &'a Settings,
+}
+
+impl<'a> Description<'a> {
+    /// Describes the FMU whose start values are `start`.
+    pub fn of(start: &'a Settings) -> Self {
+        Self { start }
+    }
+
+    /// GUID: a hash of the description less GUID and date, in braces. It is what ties a binary to its description.
+    pub fn guid(&self) -> String {
+        let hash = uuid::Uuid::new_v5(&NAMESPACE, self.render("", "").as_bytes());
+        format!("{{{}}}", hash.hyphenated())
+    }
+
+    /// The whole of modelDescription.xml; `date` is the time of generation as `YYYY-MM-DDThh:mm:ssZ`.
+    pub fn xml(&self, date: &str) -> String {
+        self.render(&self.guid(), date)
+    }
+
+    fn render(&self, guid: &str, date: &str) -> String {
+        let mut out = String::with_capacity(64 * 1024);
+        let mut pieces = TEMPLATE.split("{{");
+        out.push_str(pieces.next().unwrap_or_default());
+        for piece in pieces {
+            let (key, rest) = piece.split_once("}}").unwrap_or_default();
+            // Writing to a string cannot fail.
+            let _ = self.fill(key, guid, date, &mut out);
+            out.push_str(rest);
+        }
+        out
+    }
+
+    /// Every key that `build.rs` leaves for us.
+    fn fill(&self, key: &str, guid: &str, date: &str, out: &mut String) -> fmt::Result {
+        match key {
+            "model" => out.write_str(MODEL_IDENTIFIER),
+            "guid" => out.write_str(guid),
+            "date" => out.write_str(date),
+            "start_time" => write!(out, "{}", Number(START_TIME)),
+            "stop_time" => write!(out, "{}", Number(STOP_TIME)),
+            "step_size" => write!(out, "{}", Number(STEP_SIZE)),
+            "units" => write_units(out),
+            "types" => write_types(out),
+            "log_categories" => write_log_categories(out),
+            "variables" => {
+                variables(self.start.balls()).try_for_each(|variable| write_variable(out, self.start, variable))
+            }
+            "structure" => write_structure(out, self.start.balls()),
+            _ => Ok(()),
+        }
+    }
+}
+
+fn write_units(out: &mut String) -> fmt::Result {
+    for unit in UNITS {
+        write!(out, "    <Unit name=\"{}\"><BaseUnit", unit.name)?;
+        for (base, exponent) in ["kg", "m", "s"].iter().zip(unit.exponents) {
+            if exponent != 0 {
+                write!(out, " {base}=\"{exponent}\"")?;
+            }
+        }
+        out.write_str("/></Unit>\n")?;
+    }
+    Ok(())
+}
+
+fn write_types(out: &mut String) -> fmt::Result {
+    for quantity in QUANTITIES {
+        let (name, unit) = (quantity.name, quantity.unit.name);
+        writeln!(out, "    <SimpleType name=\"{name}\"><Real quantity=\"{name}\" unit=\"{unit}\"/></SimpleType>")?;
+    }
+    for choice in CHOICES {
+        writeln!(out, "    <SimpleType name=\"{}\">\n      <Enumeration>", choice.type_name)?;
+        for item in choice.items {
+            let description = Escaped(item.description);
+            writeln!(
+                out,
+                "        <Item name=\"{}\" value=\"{}\" description=\"{description}\"/>",
+                item.name, item.value
+            )?;
+        }
+        out.write_str("      </Enumeration>\n    </SimpleType>\n")?;
+    }
+    Ok(())
+}
+
+fn write_log_categories(out: &mut String) -> fmt::Result {
+    LOG_CATEGORIES.iter().try_for_each(|category| {
+        let description = Escaped(category.description());
+        writeln!(out, "    <Category name=\"{}\" description=\"{description}\"/>", category.name())
+    })
+}
+
+fn write_variable(out: &mut String, start: &Settings, variable: Variable) -> fmt::Result {
+    let row = variable.row;
+    write!(out, "    <ScalarVariable name=\"{variable}\" valueReference=\"{}\"", variable.reference())?;
+    let (causality, initial) = match row.causality {
+        Causality::Parameter => ("parameter", Some("exact")),
+        Causality::CalculatedParameter => ("calculatedParameter", Some("calculated")),
+        // The standard forbids `initial` on inputs.
+        Causality::Input => ("input", None),
+        Causality::Output => ("output", Some("calculated")),
+        Causality::Local => ("local", Some("calculated")),
+    };
+    let variability = match row.variability {
+        Variability::Fixed => "fixed",
+        Variability::Tunable => "tunable",
+        Variability::Discrete => "discrete",
+        Variability::Continuous => "continuous",
+    };
+    write!(out, " causality=\"{causality}\" variability=\"{variability}\"")?;
+    if let Some(initial) = initial {
+        write!(out, " initial=\"{initial}\"")?;
+    }
+    out.write_str(" description=\"")?;
+    let mut text = String::new();
+    variable.describe(&mut text)?;
+    writeln!(out, "{}\">", Escaped(&text))?;
+    out.write_str("      ")?;
+    write_type(out, start, variable)?;
+    out.write_str("\n    </ScalarVariable>\n")
+}
+
+fn write_type(out: &mut String, start: &Settings, variable: Variable) -> fmt::Result {
+    let row = variable.row;
+    match row.access.data_type() {
+        Type::Real => out.write_str("<Real")?,
+        Type::Integer => out.write_str("<Integer")?,
+        Type::Boolean => out.write_str("<Boolean")?,
+        Type::Enumeration => out.write_str("<Enumeration")?,
+        Type::String => out.write_str("<String")?,
+    }
+    if let Some(quantity) = row.quantity {
+        write!(out, " declaredType=\"{}\" unit=\"{}\"", quantity.name, quantity.unit.name)?;
+    }
+    if let Access::Choice(choice) = row.access {
+        write!(out, " declaredType=\"{}\"", choice.type_name)?;
+    }
+    for (attribute, value) in [("min", row.range.min), ("max", row.range.max), ("nominal", row.nominal)] {
+        if let Some(value) = value {
+            write!(out, " {attribute}=\"{}\"", Number(value))?;
+        }
+    }
+    if row.settable() {
+        if let Some(value) = variable.real(start) {
+            write!(out, " start=\"{}\"", Number(value))?;
+        } else if let Some(value) = variable.item(start) {
+            write!(out, " start=\"{value}\"")?;
+        }
+    }
+    out.write_str("/>")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_is_left_to_fill_in() {
+        let xml = Description::of(&Settings::default_for(5)).xml("2000-01-01T00:00:00Z");
+        assert!(!xml.contains("{{") && !xml.contains("}}"));
+        assert!(xml.contains("generationDateAndTime=\"2000-01-01T00:00:00Z\""));
+        assert!(xml.contains("name=\"x_start[2]\""));
+    }
+
+    #[test]
+    fn guid_follows_the_start_values_and_not_the_date() {
+        let start = Settings::default_for(5);
+        let mut other = start.clone();
+        other.parameters.x_start[0] = -0.2;
+        let guid = Description::of(&start).guid();
+        assert_eq!(guid.len(), 38);
+        assert!(Description::of(&start).xml("a").contains(&guid) && Description::of(&start).xml("b").contains(&guid));
+        assert_ne!(guid, Description::of(&other).guid());
+        assert_ne!(guid, Description::of(&Settings::default_for(4)).guid());
+    }
+}

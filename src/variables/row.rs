@@ -1,0 +1,337 @@
+//! What a row of the table says about a family of variables.
+
+use super::choice::Choice;
+use super::unit::Quantity;
+use crate::engine::Engine;
+use crate::model::{Inputs, Parameters};
+
+/// How many variables a row stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shape {
+    /// One variable, without an index.
+    Scalar,
+    /// One for each ball, `[1]` to `[n]`.
+    Balls,
+    /// One for each contact, `[1]` to `[n-1]`.
+    Contacts,
+}
+
+impl Shape {
+    /// Number of variables for `balls` balls.
+    pub const fn len(self, balls: usize) -> usize {
+        match self {
+            Self::Scalar => 1,
+            Self::Balls => balls,
+            Self::Contacts => balls.saturating_sub(1),
+        }
+    }
+}
+
+/// The data types of the interface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Type {
+    Real,
+    Integer,
+    Boolean,
+    /// Its values travel as integers.
+    Enumeration,
+    /// No variable has this type; hosts may ask for it all the same.
+    String,
+}
+
+/// What a variable is to the host.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Causality {
+    Parameter,
+    CalculatedParameter,
+    Input,
+    Output,
+    Local,
+}
+
+/// When a variable may change.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Variability {
+    /// Not after initialization.
+    Fixed,
+    /// By the host, between steps.
+    Tunable,
+    /// Only at communication points and events.
+    Discrete,
+    /// At any time.
+    Continuous,
+}
+
+/// Where the value is. The data type follows from it, so the two cannot disagree, and a row without it does not compile.
+#[derive(Clone, Copy)]
+pub enum Access {
+    /// Real parameters; the slice has one element for each variable of the row.
+    Parameter { get: fn(&Parameters) -> &[f64], set: fn(&mut Parameters) -> &mut [f64] },
+    /// Real inputs, likewise.
+    Input { get: fn(&Inputs) -> &[f64], set: fn(&mut Inputs) -> &mut [f64] },
+    /// A parameter with named items.
+    Choice(&'static Choice),
+    /// A real number that follows from the parameters alone.
+    Derived(fn(&Parameters) -> f64),
+    /// A real result for ball or contact `i`.
+    Real(fn(&Engine, usize) -> f64),
+    /// A count.
+    Count(fn(&Engine, usize) -> u64),
+    /// A truth value.
+    Flag(fn(&Engine, usize) -> bool),
+}
+
+impl Access {
+    /// Data type of the variables behind it.
+    pub const fn data_type(&self) -> Type {
+        match self {
+            Self::Parameter { .. } | Self::Input { .. } | Self::Derived(_) | Self::Real(_) => Type::Real,
+            Self::Choice(_) => Type::Enumeration,
+            Self::Count(_) => Type::Integer,
+            Self::Flag(_) => Type::Boolean,
+        }
+    }
+}
+
+/// Values a real variable may take, all of them finite.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Range {
+    /// Smallest value, if there is one.
+    pub min: Option<f64>,
+    /// Largest value, if there is one.
+    pub max: Option<f64>,
+    /// Whether `min` itself is refused.
+    pub above_min: bool,
+}
+
+/// Any finite value.
+pub const ANY: Range = Range { min: None, max: None, above_min: false };
+/// Zero or more.
+pub const NOT_NEGATIVE: Range = Range { min: Some(0.0), max: None, above_min: false };
+/// More than zero. The description can only say `min="0"`; its text adds that 0 itself is refused.
+pub const POSITIVE: Range = Range { min: Some(0.0), max: None, above_min: true };
+
+/// `min` to `max`, both included.
+pub const fn between(min: f64, max: f64) -> Range {
+    Range { min: Some(min), max: Some(max), above_min: false }
+}
+
+impl Range {
+    /// Whether `value` is finite and inside.
+    pub fn contains(&self, value: f64) -> bool {
+        let above = match self.min {
+            Some(min) if self.above_min => value > min,
+            Some(min) => value >= min,
+            None => true,
+        };
+        value.is_finite() && above && self.max.is_none_or(|max| value <= max)
+    }
+}
+
+impl std::fmt::Display for Range {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        use super::text::Number;
+        match (self.min, self.max) {
+            (Some(min), Some(max)) => write!(f, "{} to {}", Number(min), Number(max)),
+            (Some(min), None) if self.above_min => write!(f, "finite and > {}", Number(min)),
+            (Some(min), None) => write!(f, "finite and >= {}", Number(min)),
+            (None, Some(max)) => write!(f, "finite and <= {}", Number(max)),
+            (None, None) => write!(f, "any finite value"),
+        }
+    }
+}
+
+/// On what the value at initialization depends.
+#[derive(Clone, Copy, Debug)]
+pub enum Initially {
+    /// On anything.
+    OnAll,
+    /// On these rows (or on one variable of a row, given as `name[i]`): on the scalars as such, on arrays at the same
+    /// ball or contact, at the contacts of the ball, at the balls of the contact, or as a whole where this is a scalar.
+    On(&'static [&'static [&'static str]]),
+}
+
+/// A family of variables: all there is to know of them outside the model.
+pub struct Row {
+    /// Name without index.
+    pub name: &'static str,
+    /// Scalar or array.
+    pub shape: Shape,
+    /// What it is to the host.
+    pub causality: Causality,
+    /// When it may change.
+    pub variability: Variability,
+    /// Declared type of a real, with its unit.
+    pub quantity: Option<&'static Quantity>,
+    /// Values it may take.
+    pub range: Range,
+    /// Order of magnitude, where it is far from 1.
+    pub nominal: Option<f64>,
+    /// Where the value is.
+    pub access: Access,
+    /// Whether the laws selected make use of it; a parameter out of use is ignored.
+    pub used: fn(&Parameters) -> bool,
+    /// Dependencies of a calculated value at initialization.
+    pub initially: Initially,
+    /// Text; `{i}` and `{j}` stand for the index and the one after it.
+    pub description: &'static str,
+}
+
+impl Row {
+    /// Whether the host may set it.
+    pub const fn settable(&self) -> bool {
+        matches!(self.causality, Causality::Parameter | Causality::Input)
+    }
+
+    /// Whether the host may set it between steps.
+    pub const fn settable_between_steps(&self) -> bool {
+        matches!(self.causality, Causality::Input) || matches!(self.variability, Variability::Tunable)
+    }
+
+    /// Unit, or nothing for counts, truth values and choices.
+    pub fn unit(&self) -> &'static str {
+        self.quantity.map_or("", |quantity| quantity.unit.name)
+    }
+}
+
+const fn row(
+    name: &'static str,
+    shape: Shape,
+    causality: Causality,
+    access: Access,
+    quantity: Option<&'static Quantity>,
+    description: &'static str,
+) -> Row {
+    let variability = match (&causality, &access) {
+        (Causality::Parameter | Causality::CalculatedParameter, _) => Variability::Fixed,
+        (_, Access::Count(_) | Access::Flag(_)) => Variability::Discrete,
+        _ => Variability::Continuous,
+    };
+    Row {
+        name,
+        shape,
+        causality,
+        variability,
+        quantity,
+        range: ANY,
+        nominal: None,
+        access,
+        used: |_| true,
+        initially: Initially::OnAll,
+        description,
+    }
+}
+
+/// A real parameter.
+pub const fn parameter(
+    name: &'static str,
+    shape: Shape,
+    quantity: &'static Quantity,
+    range: Range,
+    access: Access,
+    description: &'static str,
+) -> Row {
+    let mut row = row(name, shape, Causality::Parameter, access, Some(quantity), description);
+    row.range = range;
+    row
+}
+
+/// A parameter with named items.
+pub const fn choice(name: &'static str, choice: &'static Choice, description: &'static str) -> Row {
+    row(name, Shape::Scalar, Causality::Parameter, Access::Choice(choice), None, description)
+}
+
+/// A parameter that follows from others.
+pub const fn derived(
+    name: &'static str,
+    quantity: &'static Quantity,
+    access: fn(&Parameters) -> f64,
+    description: &'static str,
+) -> Row {
+    row(name, Shape::Scalar, Causality::CalculatedParameter, Access::Derived(access), Some(quantity), description)
+}
+
+/// A real input.
+pub const fn input(
+    name: &'static str,
+    shape: Shape,
+    quantity: &'static Quantity,
+    access: Access,
+    description: &'static str,
+) -> Row {
+    row(name, shape, Causality::Input, access, Some(quantity), description)
+}
+
+/// A real result of `causality` output or local.
+pub const fn real(
+    name: &'static str,
+    shape: Shape,
+    causality: Causality,
+    quantity: &'static Quantity,
+    access: fn(&Engine, usize) -> f64,
+    description: &'static str,
+) -> Row {
+    row(name, shape, causality, Access::Real(access), Some(quantity), description)
+}
+
+/// A count of `causality` output or local.
+pub const fn count(
+    name: &'static str,
+    shape: Shape,
+    causality: Causality,
+    access: fn(&Engine, usize) -> u64,
+    description: &'static str,
+) -> Row {
+    let mut row = row(name, shape, causality, Access::Count(access), None, description);
+    row.range = NOT_NEGATIVE;
+    row
+}
+
+/// A truth value of `causality` output or local.
+pub const fn flag(
+    name: &'static str,
+    shape: Shape,
+    causality: Causality,
+    access: fn(&Engine, usize) -> bool,
+    description: &'static str,
+) -> Row {
+    row(name, shape, causality, Access::Flag(access), None, description)
+}
+
+impl Row {
+    /// May also be set between steps.
+    pub const fn tunable(mut self) -> Self {
+        self.variability = Variability::Tunable;
+        self
+    }
+
+    /// Changes only at communication points and events.
+    pub const fn discrete(mut self) -> Self {
+        self.variability = Variability::Discrete;
+        self
+    }
+
+    /// Order of magnitude.
+    pub const fn nominal(mut self, nominal: f64) -> Self {
+        self.nominal = Some(nominal);
+        self
+    }
+
+    /// Takes no value below zero.
+    pub const fn not_negative(mut self) -> Self {
+        self.range = NOT_NEGATIVE;
+        self
+    }
+
+    /// Has an effect only where `used` holds.
+    pub const fn used_if(mut self, used: fn(&Parameters) -> bool) -> Self {
+        self.used = used;
+        self
+    }
+
+    /// Depends at initialization on these rows only.
+    pub const fn initially(mut self, on: &'static [&'static [&'static str]]) -> Self {
+        self.initially = Initially::On(on);
+        self
+    }
+}

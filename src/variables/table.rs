@@ -1,0 +1,187 @@
+//! The interface, row by row. Names, units and meanings are a contract with every host: rows may be added, not changed.
+//!
+//! Start values are those of [`Parameters::default_for`], read through the row's own accessor.
+
+use std::slice::{from_mut, from_ref};
+
+use super::choice::{CONTACT_MODEL, DAMPING_LAW, SOLVER_METHOD};
+use super::row::Causality::{Local, Output};
+use super::row::Shape::{Balls, Contacts, Scalar};
+use super::row::{ANY, Access, NOT_NEGATIVE, POSITIVE, Row, between};
+use super::row::{choice, count, derived, flag, input, parameter, real};
+use super::unit::{
+    ACCELERATION, DAMPING, DRAG, ELASTIC_MODULUS, ENERGY, FORCE, IMPULSE, LENGTH, MASS, MOMENTUM, RATIO, SLOWNESS,
+    STIFFNESS, TIME, VELOCITY,
+};
+use crate::engine::{Engine, NEVER};
+use crate::model::{ContactModel, DampingLaw, Parameters};
+
+/// A parameter that is one number of [`Parameters`].
+macro_rules! one {
+    ($field:ident) => {
+        Access::Parameter { get: |p| from_ref(&p.$field), set: |p| from_mut(&mut p.$field) }
+    };
+}
+
+/// A parameter that is a vector of [`Parameters`].
+macro_rules! each {
+    ($field:ident) => {
+        Access::Parameter { get: |p| &p.$field, set: |p| &mut p.$field }
+    };
+}
+
+fn power_law(parameters: &Parameters) -> bool {
+    parameters.contact_model == ContactModel::PowerLaw
+}
+
+fn hertz(parameters: &Parameters) -> bool {
+    parameters.contact_model == ContactModel::Hertz
+}
+
+fn hunt_crossley(parameters: &Parameters) -> bool {
+    parameters.damping_law == DampingLaw::HuntCrossley
+}
+
+fn kelvin_voigt(parameters: &Parameters) -> bool {
+    !hunt_crossley(parameters)
+}
+
+/// Period of ball 1, s; `NEVER` without gravity.
+fn period(parameters: &Parameters) -> f64 {
+    let length = parameters.length * parameters.length_ratio.first().copied().unwrap_or(1.0);
+    (2.0 * std::f64::consts::PI * libm::sqrt(length / parameters.gravity)).min(NEVER)
+}
+
+// What initial values depend on.
+const MASSES: &[&str] = &["ball.mass", "ball.massRatio"];
+const PENDULUMS: &[&str] = &["gravity", "pendulum.length", "pendulum.lengthRatio"];
+const OVERLAP: &[&str] = &["contact.deadBand", "contact.gap", "x_start"];
+const ELASTIC: &[&str] = &[
+    "ball.radius",
+    "ball.youngModulus",
+    "ball.poissonRatio",
+    "contact.model",
+    "contact.stiffness",
+    "contact.stiffnessRatio",
+    "contact.overlapRef",
+    "contact.exponent",
+];
+const DAMPER: &[&str] = &["contact.dampingLaw", "contact.damping", "contact.huntCrossley", "v_start"];
+const SUPPORT: &[&str] = &["pendulum.drag", "x_start", "v_start"];
+
+/// Every variable of the FMU. The position of a row is part of its variables' value references.
+#[rustfmt::skip]
+pub static TABLE: &[Row] = &[
+    parameter("gravity", Scalar, &ACCELERATION, NOT_NEGATIVE, one!(gravity),
+        "Gravity g; 0 gives free balls on a line"),
+    parameter("ball.mass", Scalar, &MASS, POSITIVE, one!(mass),
+        "Mass of a ball with mass ratio 1"),
+    parameter("ball.massRatio", Balls, &RATIO, POSITIVE, each!(mass_ratio),
+        "Mass of ball {i} over ball.mass"),
+    parameter("ball.radius", Scalar, &LENGTH, POSITIVE, one!(radius),
+        "Radius of the balls, for hertz contacts and for drawing").nominal(0.01),
+    parameter("ball.youngModulus", Scalar, &ELASTIC_MODULUS, POSITIVE, one!(young_modulus),
+        "Young's modulus E of the balls, for hertz contacts").nominal(1e11).used_if(hertz),
+    parameter("ball.poissonRatio", Scalar, &RATIO, between(0.0, 0.5), one!(poisson_ratio),
+        "Poisson's ratio of the balls, for hertz contacts").used_if(hertz),
+    parameter("pendulum.length", Scalar, &LENGTH, POSITIVE, one!(length),
+        "Length L of a pendulum with length ratio 1"),
+    parameter("pendulum.lengthRatio", Balls, &RATIO, POSITIVE, each!(length_ratio),
+        "Length of pendulum {i} over pendulum.length"),
+    parameter("pendulum.drag", Scalar, &DRAG, NOT_NEGATIVE, one!(drag),
+        "Viscous drag b on every ball; it reacts on the support").tunable(),
+    choice("contact.model", &CONTACT_MODEL,
+        "Force law of the contacts"),
+    parameter("contact.stiffness", Scalar, &STIFFNESS, POSITIVE, one!(stiffness),
+        "Secant stiffness k at the overlap contact.overlapRef, for powerLaw contacts").nominal(1e10).used_if(power_law),
+    parameter("contact.stiffnessRatio", Contacts, &RATIO, POSITIVE, each!(stiffness_ratio),
+        "Stiffness of the contact of balls {i} and {j} over that of the others"),
+    parameter("contact.overlapRef", Scalar, &LENGTH, POSITIVE, one!(overlap_ref),
+        "Overlap d_ref at which the secant stiffness is contact.stiffness").nominal(1e-6).used_if(power_law),
+    parameter("contact.exponent", Scalar, &RATIO, between(1.0, 10.0), one!(exponent),
+        "Exponent p of the powerLaw contacts").used_if(power_law),
+    parameter("contact.deadBand", Scalar, &LENGTH, NOT_NEGATIVE, one!(dead_band),
+        "Distance beyond the gap that neighbours travel before their contact acts").nominal(1e-6),
+    parameter("contact.gap", Contacts, &LENGTH, ANY, each!(gap),
+        "Gap between balls {i} and {j} at rest; negative if they are pre-compressed").nominal(1e-6),
+    choice("contact.dampingLaw", &DAMPING_LAW,
+        "Damping law of the contacts"),
+    parameter("contact.damping", Scalar, &DAMPING, NOT_NEGATIVE, one!(damping),
+        "Damping c of the kelvinVoigt laws").tunable().used_if(kelvin_voigt),
+    parameter("contact.huntCrossley", Scalar, &SLOWNESS, NOT_NEGATIVE, one!(hunt_crossley),
+        "Damping factor alpha of the huntCrossley law").tunable().used_if(hunt_crossley),
+    parameter("x_start", Balls, &LENGTH, ANY, each!(x_start),
+        "Position of ball {i} at the start time"),
+    parameter("v_start", Balls, &VELOCITY, ANY, each!(v_start),
+        "Velocity of ball {i} at the start time"),
+    choice("solver.method", &SOLVER_METHOD,
+        "Method of solution"),
+    parameter("solver.tolerance", Scalar, &RATIO, between(1e-14, 1e-3), one!(tolerance),
+        "Relative tolerance; a host's own tolerance can only tighten it").nominal(1e-12),
+    derived("pendulum.period", &TIME, period,
+        "Period of ball 1; 1e30 without gravity")
+        .initially(&[&["gravity", "pendulum.length", "pendulum.lengthRatio[1]"]]),
+
+    input("F_ext", Balls, &FORCE, Access::Input { get: |u| &u.force, set: |u| &mut u.force },
+        "External force on ball {i}, to the right"),
+    input("a_support", Scalar, &ACCELERATION, Access::Input {
+        get: |u| from_ref(&u.support_acceleration), set: |u| from_mut(&mut u.support_acceleration),
+    }, "Acceleration of the support, to the right"),
+
+    real("x", Balls, Output, &LENGTH, Engine::x,
+        "Position of ball {i}, to the right of its rest position, relative to the support").initially(&[&["x_start"]]),
+    real("F", Contacts, Output, &FORCE, Engine::force,
+        "Contact force between balls {i} and {j} at this instant, pushing them apart")
+        .initially(&[OVERLAP, ELASTIC, DAMPER]),
+    real("v", Balls, Output, &VELOCITY, Engine::v,
+        "Velocity of ball {i} relative to the support").initially(&[&["v_start"]]),
+    real("E_total", Scalar, Output, &ENERGY, |e, _| e.total_energy(),
+        "Kinetic, gravity and contact energy of all balls")
+        .initially(&[MASSES, PENDULUMS, OVERLAP, ELASTIC, &["v_start"]]),
+    real("p_total", Scalar, Output, &MOMENTUM, |e, _| e.momentum(),
+        "Sum of mass times velocity").initially(&[MASSES, &["v_start"]]),
+    real("F_support", Scalar, Output, &FORCE, |e, _| e.support_force(),
+        "Horizontal force of the pendulums and the drag on the support").initially(&[MASSES, PENDULUMS, SUPPORT]),
+    real("t_next", Scalar, Output, &TIME, |e, _| e.next_onset(),
+        "First onset of any contact strictly after the current time; 1e30 if there is none within 1000 periods").discrete(),
+    real("impulse", Contacts, Output, &IMPULSE, Engine::impulse,
+        "Integral of F[{i}] since the start").initially(&[]),
+    real("F_mean", Contacts, Output, &FORCE, Engine::force_mean,
+        "Mean of F[{i}] over the last step").discrete().initially(&[OVERLAP, ELASTIC, DAMPER]),
+    real("F_peak", Contacts, Output, &FORCE, Engine::force_peak,
+        "Largest F[{i}] in the last step; 0 if the contact never closed").discrete()
+        .initially(&[OVERLAP, ELASTIC, DAMPER]),
+    real("F_support_mean", Scalar, Output, &FORCE, |e, _| e.support_force_mean(),
+        "Mean of F_support over the last step").discrete().initially(&[MASSES, PENDULUMS, SUPPORT]),
+    count("pulses", Contacts, Output, Engine::pulses,
+        "Onsets so far of the contact of balls {i} and {j}").initially(&[OVERLAP]),
+    flag("inContact", Contacts, Output, Engine::in_contact,
+        "Whether balls {i} and {j} overlap").initially(&[OVERLAP]),
+
+    real("t_onset", Contacts, Local, &TIME, Engine::last_onset,
+        "Last onset of the contact of balls {i} and {j}; -1e30 before the first").discrete(),
+    real("t_release", Contacts, Local, &TIME, Engine::last_release,
+        "Last release of the contact of balls {i} and {j}; -1e30 before the first").discrete(),
+    real("overlap", Contacts, Local, &LENGTH, Engine::overlap,
+        "x[{i}] - x[{j}] - contact.gap[{i}] - contact.deadBand; negative while apart").nominal(1e-6),
+    real("a", Balls, Local, &ACCELERATION, Engine::a,
+        "Acceleration of ball {i} relative to the support"),
+    real("E_kinetic", Balls, Local, &ENERGY, Engine::kinetic_energy,
+        "Kinetic energy of ball {i}").not_negative(),
+    real("E_gravity", Balls, Local, &ENERGY, Engine::gravity_energy,
+        "Energy of ball {i} in the field of gravity").not_negative(),
+    real("E_contact", Contacts, Local, &ENERGY, Engine::contact_energy,
+        "Elastic energy of the contact of balls {i} and {j}").not_negative(),
+    real("E_dissipated", Scalar, Local, &ENERGY, |e, _| e.dissipated_energy(),
+        "Energy dissipated by drag and contacts since the start"),
+    real("W_external", Scalar, Local, &ENERGY, |e, _| e.external_work(),
+        "Work of the external forces and of the moving support since the start"),
+    real("E_residual", Scalar, Local, &ENERGY, |e, _| e.energy_residual(),
+        "E_total + E_dissipated - W_external - E_total at the start: the energy error of the solver").nominal(1e-12),
+    count("solver.steps", Scalar, Local, |e, _| e.work().steps,
+        "Integration steps accepted since the start"),
+    count("solver.evaluations", Scalar, Local, |e, _| e.work().evaluations,
+        "Evaluations of the contact forces since the start"),
+    count("solver.events", Scalar, Local, |e, _| e.work().events,
+        "Onsets, releases and switchings of contact laws since the start"),
+];

@@ -1,0 +1,54 @@
+//! Text for hosts and readers: numbers that read back as the same double, and XML escapes.
+
+use std::fmt::{self, Display, Formatter, Write};
+
+/// A number in the shortest form that reads back as the same double: `0.1`, `2.6e-6`, `1e10`.
+pub struct Number(pub f64);
+
+impl Display for Number {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let magnitude = self.0.abs();
+        if magnitude != 0.0 && magnitude.is_finite() && !(1e-3..1e5).contains(&magnitude) {
+            write!(f, "{:e}", self.0)
+        } else {
+            write!(f, "{}", self.0)
+        }
+    }
+}
+
+/// Text that may stand in an XML attribute between double quotes.
+pub struct Escaped<'a>(pub &'a str);
+
+impl Display for Escaped<'_> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        self.0.chars().try_for_each(|c| match c {
+            '&' => f.write_str("&amp;"),
+            '<' => f.write_str("&lt;"),
+            '>' => f.write_str("&gt;"),
+            '"' => f.write_str("&quot;"),
+            c => f.write_char(c),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short_and_read_back() {
+        let samples =
+            [0.0, -0.1, 9.81, 1.0, 1e10, 2.6e-6, 1e30, -1e30, 0.0313, 2.1e11, 1e-14, f64::MAX, 5e-324, 0.1 + 0.2];
+        for value in samples {
+            assert_eq!(Number(value).to_string().parse::<f64>().unwrap().to_bits(), value.to_bits());
+        }
+        assert_eq!(Number(1e10).to_string(), "1e10");
+        assert_eq!(Number(-0.1).to_string(), "-0.1");
+        assert_eq!(Number(f64::NAN).to_string(), "NaN");
+    }
+
+    #[test]
+    fn markup_is_escaped() {
+        assert_eq!(Escaped(r#"a<b & "c">d"#).to_string(), "a&lt;b &amp; &quot;c&quot;&gt;d");
+    }
+}
