@@ -1,18 +1,16 @@
-"""Fixtures of the host tests: which FMU is tested, and the reference numbers.
+"""Fixtures of the host tests: which FMU is tested.
 
 The tests run against target/fmu/NewtonsCradle.fmu; another FMU is chosen by `pytest --fmu FILE` or by
 the environment variable CRADLE_FMU.
 """
 
-import json
 import os
 import sys
 from pathlib import Path
 
 import pytest
 
-HERE = Path(__file__).resolve().parent
-ROOT = HERE.parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "python"))
 
 import newtons_cradle as nc  # noqa: E402
@@ -37,9 +35,3 @@ def fmu(fmu_path) -> nc.Fmu:
     """The FMU under test, unpacked once."""
     with nc.Fmu(fmu_path) as opened:
         yield opened
-
-
-@pytest.fixture(scope="session")
-def reference() -> dict:
-    """Numbers from an independent computation; provenance in the file."""
-    return json.loads((HERE / "reference.json").read_text())
