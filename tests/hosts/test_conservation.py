@@ -42,6 +42,12 @@ def test_momentum_over_each_impact_sequence(run_of_ten_seconds):
     assert np.abs(defects).max() <= 1e-12 * scale
 
 
+def test_momentum_over_all_steps_added_up(run_of_ten_seconds):
+    """From the start to every communication point: the swings in between have to balance, too."""
+    result, scale = run_of_ten_seconds
+    assert np.abs(np.cumsum(nc.momentum_defect(result))).max() <= 1e-12 * scale
+
+
 def test_momentum_over_the_microseconds_of_an_impact(fmu):
     """The same with steps that begin and end close to the impact, where rounding cannot hide."""
     scale = np.sqrt(5)
