@@ -63,10 +63,8 @@ fn shared_library(message: &Value) -> Option<PathBuf> {
     if text(message, "reason")? != "compiler-artifact" || library != PACKAGE.replace('-', "_") {
         return None;
     }
-    let files = message.get("filenames")?.as_array()?.iter().filter_map(Value::as_str).map(PathBuf::from);
-    files
-        .filter(|file| file.extension().is_some_and(|extension| extension == std::env::consts::DLL_EXTENSION))
-        .next_back()
+    let mut files = message.get("filenames")?.as_array()?.iter().filter_map(Value::as_str).map(PathBuf::from);
+    files.rfind(|file| file.extension().is_some_and(|extension| extension == std::env::consts::DLL_EXTENSION))
 }
 
 fn cargo() -> Command {

@@ -162,3 +162,61 @@ fn check<T>(name: &'static str, pointer: *const T, count: usize) -> Result<(), R
     };
     Err(Refusal::Argument { name, value, allowed: format!("an array of {count}") })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::instance::{Log, Severity};
+    use crate::variables::Settings;
+    use std::cell::RefCell;
+    use std::rc::Rc;
+
+    type Lines = Rc<RefCell<Vec<(Severity, String)>>>;
+
+    fn component() -> (fmi2Component, Lines) {
+        let lines = Lines::default();
+        let kept = lines.clone();
+        let sink = move |severity, _, text: &str| kept.borrow_mut().push((severity, text.to_owned()));
+        let log = Log::new(Some(Box::new(sink)), false);
+        (Component::into_raw(Instance::new(Settings::default_for(5), log)), lines)
+    }
+
+    #[test]
+    fn a_panic_is_fatal_and_the_instance_can_only_be_freed() {
+        let (c, lines) = component();
+        let panicking = unsafe { call(c, "fmi2Test", Call::Reset, |_| panic!("by test")) };
+        assert_eq!(panicking, fmi2Status::fmi2Fatal);
+        let (severity, text) = lines.borrow()[0].clone();
+        assert!(severity == Severity::Fatal && text.contains("fmi2Test: internal error") && text.contains("by test"));
+        assert_eq!(unsafe { call(c, "fmi2Reset", Call::Reset, |instance| instance.reset()) }, fmi2Status::fmi2Fatal);
+        unsafe { Component::free(c) };
+    }
+
+    #[test]
+    fn a_call_from_within_a_call_is_refused() {
+        let (c, _) = component();
+        let mut inner = fmi2Status::fmi2OK;
+        let outer = unsafe {
+            call(c, "fmi2Reset", Call::Reset, |_| {
+                inner = call(c, "fmi2Reset", Call::Reset, |instance| instance.reset());
+                Component::free(c); // Left alone.
+                Ok(())
+            })
+        };
+        assert_eq!((outer, inner), (fmi2Status::fmi2OK, fmi2Status::fmi2Error));
+        assert_eq!(unsafe { call(c, "fmi2Reset", Call::Reset, |instance| instance.reset()) }, fmi2Status::fmi2OK);
+        unsafe { Component::free(c) };
+    }
+
+    #[test]
+    fn arrays_are_checked() {
+        let values = [1.0, 2.0];
+        unsafe {
+            assert_eq!(array("value", values.as_ptr(), 2).unwrap(), &values);
+            assert!(array::<f64>("value", std::ptr::null(), 0).unwrap().is_empty());
+            assert!(array::<f64>("value", std::ptr::null(), 1).is_err());
+            assert!(array::<f64>("value", 9 as *const f64, 1).is_err());
+            assert!(array("value", values.as_ptr(), usize::MAX / 2).is_err());
+        }
+    }
+}

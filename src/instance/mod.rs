@@ -16,7 +16,7 @@ pub use log::{Log, Severity, Sink};
 pub use refusal::Refusal;
 
 use crate::engine::{Engine, Pulse};
-use crate::variables::{Settings, TABLE, Variable};
+use crate::variables::{LogCategory, Number, Settings, TABLE, Variable};
 
 /// Everything that changes while an instance runs: all that a saved state has to hold.
 #[derive(Clone)]
@@ -154,7 +154,7 @@ impl Instance {
     /// Tells of parameters that are not the default and have no effect because another law is selected.
     fn tell_ignored_parameters(&self) {
         let settings = &self.run.settings;
-        if !self.log.wants(crate::variables::LogCategory::Solver) {
+        if !self.log.wants(LogCategory::Solver) {
             return;
         }
         let defaults = Settings::default_for(1);
@@ -163,7 +163,8 @@ impl Instance {
             if let (Some(value), Some(default)) = (variable.real(settings), variable.real(&defaults))
                 && value != default
             {
-                self.log.solver(format_args!("{variable} has no effect: the law it belongs to is not selected"));
+                let value = row.quantified(Number(value));
+                self.log.solver(format_args!("{variable} = {value} has no effect: its law is not selected"));
             }
         }
     }

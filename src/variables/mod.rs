@@ -132,7 +132,7 @@ mod tests {
 
     #[test]
     fn every_index_and_row_fits_into_a_reference() {
-        assert!(MAX_BALLS <= 1 << INDEX_BITS);
+        const { assert!(MAX_BALLS <= 1 << INDEX_BITS) };
         assert!(TABLE.len() < 1 << (32 - INDEX_BITS));
         let last = variables(MAX_BALLS).last().unwrap();
         assert_eq!(Variable::at(last.reference(), MAX_BALLS).unwrap().to_string(), last.to_string());

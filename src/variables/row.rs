@@ -192,6 +192,14 @@ impl Row {
     pub fn unit(&self) -> &'static str {
         self.quantity.map_or("", |quantity| quantity.unit.name)
     }
+
+    /// A value with its unit, for messages.
+    pub fn quantified(&self, value: impl std::fmt::Display) -> String {
+        match self.unit() {
+            "" | "1" => value.to_string(),
+            unit => format!("{value} {unit}"),
+        }
+    }
 }
 
 const fn row(

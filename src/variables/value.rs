@@ -95,14 +95,10 @@ impl Variable {
         if self.row.range.contains(value) {
             return Ok(());
         }
-        let unit = match self.row.unit() {
-            "1" => String::new(),
-            unit => format!(" {unit}"),
-        };
         Err(Refused::NotAllowed {
             variable: self.to_string(),
-            value: format!("{}{unit}", Number(value)),
-            allowed: format!("{}{unit}", self.row.range),
+            value: self.row.quantified(Number(value)),
+            allowed: self.row.quantified(self.row.range),
         })
     }
 

@@ -1,0 +1,265 @@
+//! Bad input through the C functions: each is answered with an error that names what it is about and what is allowed,
+//! and leaves an instance that is still usable.
+
+mod host;
+
+use std::fs;
+use std::ptr::{null, null_mut};
+
+use host::{Host, Instantiate, NOBODY, fmi2Error, fmi2OK, guid, resources};
+use newtons_cradle::fmi2::*;
+use newtons_cradle::variables::{FILE_NAME, Recipe, StartValue};
+
+#[test]
+fn parameters_out_of_range_are_refused() {
+    let host = Host::new();
+    let bad = [
+        ("ball.mass", 0.0, "ball.mass = 0 kg is refused; allowed: finite and > 0 kg"),
+        ("ball.mass", -1.0, "ball.mass = -1 kg is refused; allowed: finite and > 0 kg"),
+        ("ball.mass", f64::NAN, "ball.mass = NaN kg is refused"),
+        ("ball.massRatio[3]", f64::INFINITY, "ball.massRatio[3] = inf is refused"),
+        ("x_start[2]", f64::NEG_INFINITY, "x_start[2] = -inf m is refused; allowed: any finite value m"),
+        ("contact.exponent", 0.5, "contact.exponent = 0.5 is refused; allowed: 1 to 10"),
+        ("contact.exponent", 10.5, "contact.exponent = 10.5 is refused; allowed: 1 to 10"),
+        ("ball.poissonRatio", 0.6, "ball.poissonRatio = 0.6 is refused; allowed: 0 to 0.5"),
+        ("gravity", -9.81, "gravity = -9.81 m/s2 is refused; allowed: finite and >= 0 m/s2"),
+        ("solver.tolerance", 0.1, "solver.tolerance = 0.1 is refused; allowed: 1e-14 to 0.001"),
+        ("F_ext[1]", f64::NAN, "F_ext[1] = NaN N is refused"),
+    ];
+    for (name, value, expected) in bad {
+        assert_eq!(host.set(name, value), fmi2Error, "{name} = {value}");
+        let error = host.error();
+        assert!(error.starts_with("fmi2SetReal: ") && error.contains(expected), "{error}");
+    }
+    assert_eq!(host.set_integer("contact.dampingLaw", 4), fmi2Error);
+    let expected =
+        "contact.dampingLaw = 4 is refused; allowed: kelvinVoigt (1) or kelvinVoigtNoPull (2) or huntCrossley (3)";
+    assert!(host.error().contains(expected));
+    host.assert_usable();
+}
+
+#[test]
+fn a_refused_call_sets_nothing() {
+    let host = Host::new();
+    let references = [host.vr("ball.mass"), host.vr("gravity"), host.vr("pendulum.length")];
+    assert_eq!(unsafe { fmi2SetReal(host.c, references.as_ptr(), 3, [2.0, 1.0, 0.0].as_ptr()) }, fmi2Error);
+    assert!(host.error().contains("pendulum.length"));
+    host.start();
+    assert_eq!((host.get("ball.mass"), host.get("gravity")), (1.0, 9.81));
+
+    let references = [host.vr("F_ext[1]"), host.vr("ball.mass")];
+    assert_eq!(unsafe { fmi2SetReal(host.c, references.as_ptr(), 2, [5.0, 2.0].as_ptr()) }, fmi2Error);
+    assert!(host.error().contains("ball.mass cannot be set after initialization"));
+    assert_eq!(host.get("F_ext[1]"), 0.0);
+}
+
+#[test]
+fn unknown_references_and_wrong_types_are_refused() {
+    let host = Host::started();
+    let (mass, x, law, pulses) =
+        (host.vr("ball.mass"), host.vr("x[1]"), host.vr("contact.model"), host.vr("pulses[1]"));
+    let (mut real, mut integer, mut boolean, mut string) = (0.0, 0, 0, null());
+    unsafe {
+        for unknown in [u32::MAX, x + 5, mass + 1] {
+            assert_eq!(fmi2GetReal(host.c, &unknown, 1, &mut real), fmi2Error);
+            assert!(host.error().contains(&format!("value reference {unknown}")));
+            assert_eq!(fmi2SetReal(host.c, &unknown, 1, &1.0), fmi2Error);
+            assert!(host.error().contains(&format!("value reference {unknown}")));
+            assert_eq!(fmi2GetString(host.c, &unknown, 1, &mut string), fmi2Error);
+            assert!(host.error().contains(&format!("value reference {unknown}")));
+        }
+        assert_eq!(fmi2GetReal(host.c, &law, 1, &mut real), fmi2Error);
+        assert!(host.error().contains("contact.model is of type Enumeration, not Real"));
+        assert_eq!(fmi2GetReal(host.c, &pulses, 1, &mut real), fmi2Error);
+        assert!(host.error().contains("pulses[1] is of type Integer, not Real"));
+        assert_eq!(fmi2GetInteger(host.c, &x, 1, &mut integer), fmi2Error);
+        assert!(host.error().contains("x[1] is of type Real, not Integer"));
+        assert_eq!(fmi2GetBoolean(host.c, &x, 1, &mut boolean), fmi2Error);
+        assert!(host.error().contains("x[1] is of type Real, not Boolean"));
+        assert_eq!(fmi2GetString(host.c, &x, 1, &mut string), fmi2Error);
+        assert!(host.error().contains("x[1] is of type Real, not String"));
+        assert_eq!(fmi2SetInteger(host.c, &mass, 1, &1), fmi2Error);
+        assert!(host.error().contains("ball.mass is of type Real, not Integer"));
+        assert_eq!(fmi2SetReal(host.c, &law, 1, &1.0), fmi2Error);
+        assert!(host.error().contains("contact.model is of type Enumeration, not Real"));
+        assert_eq!(fmi2SetBoolean(host.c, &host.vr("inContact[1]"), 1, &1), fmi2Error);
+        assert!(host.error().contains("inContact[1] cannot be set"));
+        assert_eq!(fmi2SetString(host.c, &mass, 1, &c"heavy".as_ptr()), fmi2Error);
+        assert!(host.error().contains("ball.mass is of type Real, not String"));
+    }
+    for name in ["x[1]", "E_residual", "pendulum.period"] {
+        assert_eq!(host.set(name, 1.0), fmi2Error);
+        assert!(host.error().contains(&format!("{name} cannot be set")));
+    }
+    assert_eq!(host.step(0.0, 0.01), fmi2OK);
+}
+
+#[test]
+fn steps_that_are_no_steps_are_refused() {
+    let host = Host::new();
+    assert_eq!(host.step(0.0, 0.01), fmi2Error);
+    assert!(host.error().contains("fmi2DoStep: not allowed in the instantiated state; allowed: in step mode"));
+    host.start();
+    for step in [0.0, -0.0, -0.01, f64::NAN, f64::INFINITY] {
+        assert_eq!(host.step(0.0, step), fmi2Error);
+        assert!(host.error().contains("allowed: finite and > 0 s"), "{step}");
+    }
+    for time in [1e-11, -1e-11, f64::NAN, f64::INFINITY, 1.0] {
+        assert_eq!(host.step(time, 0.01), fmi2Error);
+        assert!(host.error().contains("currentCommunicationPoint = "), "{time}");
+    }
+    assert_eq!(host.step(0.0, 0.01), fmi2OK);
+    assert_eq!(host.step(0.01 + 5e-13, 0.01), fmi2OK);
+    assert_eq!(host.step(0.02 + 5e-13, 1e-9), fmi2OK);
+}
+
+#[test]
+fn experiments_that_are_none_are_refused() {
+    let host = Host::new();
+    assert_eq!(host.enter(), fmi2Error);
+    assert!(host.error().contains("experiment must be set up first"));
+    assert_eq!(host.set_up(f64::NAN), fmi2Error);
+    assert!(host.error().contains("startTime = NaN s"));
+    for stop in [f64::NAN, 0.0, -1.0] {
+        assert_eq!(unsafe { fmi2SetupExperiment(host.c, 0, 0.0, 0.0, 1, stop) }, fmi2Error);
+        assert!(host.error().contains("stopTime = "));
+    }
+    // Nonsense tolerances are ignored.
+    for tolerance in [f64::NAN, -1.0, 0.0, f64::INFINITY] {
+        assert_eq!(unsafe { fmi2SetupExperiment(host.c, 1, tolerance, 0.0, 1, 10.0) }, fmi2OK);
+    }
+    assert!(host.log().is_empty());
+    host.assert_usable();
+}
+
+#[test]
+fn null_pointers_are_refused_unless_nothing_is_asked_for() {
+    let host = Host::started();
+    let x = host.vr("x[1]");
+    unsafe {
+        assert_eq!(fmi2GetReal(host.c, null(), 0, null_mut()), fmi2OK);
+        assert_eq!(fmi2SetReal(host.c, null(), 0, null()), fmi2OK);
+        assert_eq!(fmi2GetString(host.c, null(), 0, null_mut()), fmi2OK);
+        assert_eq!(fmi2SetBoolean(host.c, null(), 0, null()), fmi2OK);
+        assert!(host.log().is_empty());
+        let mut value = 0.0;
+        assert_eq!(fmi2GetReal(host.c, null(), 1, &mut value), fmi2Error);
+        assert!(host.error().contains("vr = NULL is refused; allowed: an array of 1"));
+        assert_eq!(fmi2GetReal(host.c, &x, 1, null_mut()), fmi2Error);
+        assert!(host.error().contains("value = NULL"));
+        assert_eq!(fmi2SetReal(host.c, &x, usize::MAX, &value), fmi2Error);
+        assert!(host.error().contains("an array of"));
+        assert_eq!(fmi2SetDebugLogging(host.c, 1, 1, null()), fmi2Error);
+        assert!(host.error().contains("categories = NULL"));
+        assert_eq!(fmi2SetDebugLogging(host.c, 1, 1, &null()), fmi2Error);
+        assert!(host.error().contains("category = NULL"));
+        assert_eq!(fmi2GetRealStatus(host.c, fmi2LastSuccessfulTime, null_mut()), fmi2Error);
+        assert!(host.error().contains("value = NULL"));
+    }
+    host.assert_usable();
+}
+
+#[test]
+fn nobody_is_refused_by_every_function() {
+    let (mut real, mut integer, mut boolean, mut string, mut size) = (0.0, 0, 0, null(), 0);
+    let (mut status, mut state, mut byte) = (fmi2OK, null_mut(), 0);
+    let zeros = [0_u64; 64]; // Memory that is no component.
+    for c in [NOBODY, zeros.as_ptr().cast_mut().cast(), 1_usize as fmi2Component] {
+        let answers = unsafe {
+            [
+                fmi2SetDebugLogging(c, 1, 0, null()),
+                fmi2SetupExperiment(c, 0, 0.0, 0.0, 0, 0.0),
+                fmi2EnterInitializationMode(c),
+                fmi2ExitInitializationMode(c),
+                fmi2Terminate(c),
+                fmi2Reset(c),
+                fmi2GetReal(c, &0, 1, &mut real),
+                fmi2GetInteger(c, &0, 1, &mut integer),
+                fmi2GetBoolean(c, &0, 1, &mut boolean),
+                fmi2GetString(c, &0, 1, &mut string),
+                fmi2SetReal(c, &0, 1, &1.0),
+                fmi2SetInteger(c, &0, 1, &1),
+                fmi2SetBoolean(c, &0, 1, &1),
+                fmi2SetString(c, &0, 1, &c"".as_ptr()),
+                fmi2GetFMUstate(c, &mut state),
+                fmi2SetFMUstate(c, null_mut()),
+                fmi2FreeFMUstate(c, &mut state),
+                fmi2SerializedFMUstateSize(c, null_mut(), &mut size),
+                fmi2SerializeFMUstate(c, null_mut(), &mut byte, 1),
+                fmi2DeSerializeFMUstate(c, &byte, 1, &mut state),
+                fmi2GetDirectionalDerivative(c, &0, 1, &0, 1, &1.0, &mut real),
+                fmi2SetRealInputDerivatives(c, &0, 1, &1, &1.0),
+                fmi2GetRealOutputDerivatives(c, &0, 1, &1, &mut real),
+                fmi2DoStep(c, 0.0, 0.01, 1),
+                fmi2CancelStep(c),
+                fmi2GetStatus(c, fmi2DoStepStatus, &mut status),
+                fmi2GetRealStatus(c, fmi2LastSuccessfulTime, &mut real),
+                fmi2GetIntegerStatus(c, 0, &mut integer),
+                fmi2GetBooleanStatus(c, fmi2Terminated, &mut boolean),
+                fmi2GetStringStatus(c, fmi2PendingStatus, &mut string),
+            ]
+        };
+        assert_eq!(answers, [fmi2Error; 30]);
+        unsafe { fmi2FreeInstance(c) };
+    }
+}
+
+fn refused(instantiate: Instantiate, expected: &str) {
+    let lines = instantiate.host().map(|_| ()).unwrap_err();
+    let [line] = lines.as_slice() else { panic!("{lines:?}") };
+    assert_eq!((line.status, line.category.as_str()), (fmi2Error, "logStatusError"));
+    assert!(line.text.starts_with("fmi2Instantiate: ") && line.text.contains(expected), "{}", line.text);
+}
+
+#[test]
+fn instances_of_something_else_are_refused() {
+    let wrong = "{00000000-0000-0000-0000-000000000000}".to_owned();
+    refused(Instantiate { guid: Some(wrong), ..Default::default() }, &format!("allowed: {}", guid(5)));
+    refused(Instantiate { guid: None, ..Default::default() }, "fmuGUID =  is refused");
+    refused(Instantiate { guid: Some(guid(4)), ..Default::default() }, "fmuGUID");
+    refused(Instantiate { kind: fmi2ModelExchange, ..Default::default() }, "fmuType = 0 is refused");
+    refused(Instantiate { kind: 7, ..Default::default() }, "fmuType = 7 is refused");
+    refused(Instantiate { name: None, ..Default::default() }, "instanceName");
+    refused(Instantiate { name: Some(""), ..Default::default() }, "instanceName");
+    assert!(unsafe { fmi2Instantiate(c"a".as_ptr(), 1, c"b".as_ptr(), null(), null(), 0, 0) }.is_null());
+}
+
+#[test]
+fn resources_decide_what_is_instantiated() {
+    let mut recipe = Recipe::new(3);
+    recipe.start.insert("x_start[1]".into(), StartValue::Number(-0.25));
+    let (folder, location) = resources("decide", recipe.to_json().as_bytes());
+    let own = newtons_cradle::variables::Description::of(&recipe.settings().unwrap()).guid();
+    for location in [format!("{location}/"), location.replace("file:///", "file:/"), folder.display().to_string()] {
+        let host = Instantiate { guid: Some(own.clone()), location: Some(location), balls: 3, ..Default::default() };
+        let host = host.host().unwrap();
+        host.start();
+        assert_eq!((host.get("x[1]"), host.get("x[3]")), (-0.25, 0.0));
+        let mut value = 0.0;
+        let fourth = Host::new().vr("x[4]");
+        assert_eq!(unsafe { fmi2GetReal(host.c, &fourth, 1, &mut value) }, fmi2Error);
+        assert_eq!(host.reset(), fmi2OK);
+        host.start();
+        assert_eq!(host.get("x_start[1]"), -0.25);
+    }
+    refused(Instantiate { location: Some(location), ..Default::default() }, &format!("allowed: {own}"));
+}
+
+#[test]
+fn missing_resources_mean_the_defaults_and_damaged_ones_are_refused() {
+    let (folder, location) = resources("damaged", b"{ \"format\": 1, ");
+    let with = |location: &str| Instantiate { location: Some(location.to_owned()), ..Default::default() };
+    refused(with(&location), FILE_NAME);
+    fs::write(folder.join(FILE_NAME), b"{\"format\":1,\"balls\":0}").unwrap();
+    refused(with(&location), "balls = 0 is refused; allowed: 1 to 10000");
+    fs::write(folder.join(FILE_NAME), b"{\"format\":1,\"balls\":5,\"start\":{\"ball.mass\":-1}}").unwrap();
+    refused(with(&location), "ball.mass = -1 kg is refused");
+    fs::remove_file(folder.join(FILE_NAME)).unwrap();
+    with(&location).host().unwrap().assert_usable();
+    with("").host().unwrap().assert_usable();
+    with("file:///no/such/folder").host().unwrap().assert_usable();
+    fs::create_dir_all(folder.join(FILE_NAME)).unwrap();
+    refused(with(&location), FILE_NAME);
+    fs::remove_dir(folder.join(FILE_NAME)).unwrap();
+    refused(with("https://example.org/resources"), "fmuResourceLocation = https://example.org/resources is refused");
+}

@@ -1,0 +1,239 @@
+//! A small host for the tests: it drives the exported C functions as a C program would, and keeps the log.
+#![allow(dead_code)] // Not every test uses all of it.
+
+use std::cell::RefCell;
+use std::ffi::{CStr, CString, c_char, c_void};
+use std::path::PathBuf;
+use std::ptr::{null, null_mut};
+use std::{fs, mem};
+
+use newtons_cradle::fmi2::*;
+use newtons_cradle::variables::{Description, FILE_NAME, MODEL_IDENTIFIER, Settings, Variable};
+
+pub use newtons_cradle::fmi2::fmi2Status::{fmi2Error, fmi2OK};
+
+/// A line of the log.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Line {
+    pub instance: String,
+    pub status: fmi2Status,
+    pub category: String,
+    pub text: String,
+}
+
+/// Where the logger writes; it is the component environment.
+pub type Lines = RefCell<Vec<Line>>;
+
+unsafe extern "C" fn logger(
+    environment: fmi2ComponentEnvironment,
+    instance: fmi2String,
+    status: fmi2Status,
+    category: fmi2String,
+    message: fmi2String,
+) {
+    let text = |text: *const c_char| unsafe { CStr::from_ptr(text) }.to_str().unwrap().to_owned();
+    // What printf makes of a format without conversions.
+    let message = text(message).replace("%%", "%");
+    let line = Line { instance: text(instance), status, category: text(category), text: message };
+    unsafe { &*environment.cast::<Lines>() }.borrow_mut().push(line);
+}
+
+/// The callbacks of a host that logs to `lines`.
+pub fn callbacks(lines: &Lines) -> fmi2CallbackFunctions {
+    type Fixed = unsafe extern "C" fn(fmi2ComponentEnvironment, fmi2String, fmi2Status, fmi2String, fmi2String);
+    type Variadic = unsafe extern "C" fn(fmi2ComponentEnvironment, fmi2String, fmi2Status, fmi2String, fmi2String, ...);
+    let fixed: Fixed = logger;
+    fmi2CallbackFunctions {
+        // Rust cannot define variadic functions yet. The FMU passes no variable arguments, and on the platforms the
+        // tests run on the fixed ones travel in the same places.
+        logger: Some(unsafe { mem::transmute::<Fixed, Variadic>(fixed) }),
+        allocateMemory: None,
+        freeMemory: None,
+        stepFinished: None,
+        componentEnvironment: (lines as *const Lines).cast_mut().cast::<c_void>(),
+    }
+}
+
+/// A component and its log.
+pub struct Host {
+    pub c: fmi2Component,
+    pub balls: usize,
+    lines: Box<Lines>,
+}
+
+impl Drop for Host {
+    fn drop(&mut self) {
+        unsafe { fmi2FreeInstance(self.c) }
+    }
+}
+
+/// Arguments of fmi2Instantiate; the defaults are those of a well-behaved host of the default FMU.
+pub struct Instantiate<'a> {
+    pub name: Option<&'a str>,
+    pub kind: fmi2Type,
+    pub guid: Option<String>,
+    pub location: Option<String>,
+    pub logging: bool,
+    pub balls: usize,
+}
+
+impl Default for Instantiate<'_> {
+    fn default() -> Self {
+        Self {
+            name: Some("cradle"),
+            kind: fmi2CoSimulation,
+            guid: Some(guid(5)),
+            location: None,
+            logging: false,
+            balls: 5,
+        }
+    }
+}
+
+/// The GUID of the FMU with default start values.
+pub fn guid(balls: usize) -> String {
+    Description::of(&Settings::default_for(balls)).guid()
+}
+
+impl Instantiate<'_> {
+    /// The component, or the log of a host that got none.
+    pub fn host(self) -> Result<Host, Vec<Line>> {
+        let lines = Box::<Lines>::default();
+        let functions = callbacks(&lines);
+        let [name, guid, location] = [self.name.map(str::to_owned), self.guid, self.location]
+            .map(|text| text.map(|text| CString::new(text).unwrap()));
+        let pointer = |text: &Option<CString>| text.as_ref().map_or(null(), |text| text.as_ptr());
+        let c = unsafe {
+            fmi2Instantiate(
+                pointer(&name),
+                self.kind,
+                pointer(&guid),
+                pointer(&location),
+                &functions,
+                0,
+                self.logging.into(),
+            )
+        };
+        if c.is_null() { Err(lines.take()) } else { Ok(Host { c, balls: self.balls, lines }) }
+    }
+}
+
+impl Host {
+    /// A component of the default FMU.
+    pub fn new() -> Self {
+        Instantiate::default().host().unwrap()
+    }
+
+    /// One that has been initialized at t = 0.
+    pub fn started() -> Self {
+        let host = Self::new();
+        host.start();
+        host
+    }
+
+    /// Sets up, enters and exits Initialization Mode.
+    pub fn start(&self) {
+        assert_eq!(self.set_up(0.0), fmi2OK);
+        assert_eq!(self.enter(), fmi2OK);
+        assert_eq!(self.exit(), fmi2OK);
+    }
+
+    pub fn set_up(&self, start: f64) -> fmi2Status {
+        unsafe { fmi2SetupExperiment(self.c, 0, f64::NAN, start, 0, f64::NAN) }
+    }
+
+    pub fn enter(&self) -> fmi2Status {
+        unsafe { fmi2EnterInitializationMode(self.c) }
+    }
+
+    pub fn exit(&self) -> fmi2Status {
+        unsafe { fmi2ExitInitializationMode(self.c) }
+    }
+
+    pub fn step(&self, time: f64, step: f64) -> fmi2Status {
+        unsafe { fmi2DoStep(self.c, time, step, 1) }
+    }
+
+    pub fn reset(&self) -> fmi2Status {
+        unsafe { fmi2Reset(self.c) }
+    }
+
+    pub fn terminate(&self) -> fmi2Status {
+        unsafe { fmi2Terminate(self.c) }
+    }
+
+    /// Value reference of a variable.
+    pub fn vr(&self, name: &str) -> u32 {
+        Variable::named(name, self.balls).unwrap_or_else(|| panic!("no {name}")).reference()
+    }
+
+    pub fn set(&self, name: &str, value: f64) -> fmi2Status {
+        unsafe { fmi2SetReal(self.c, &self.vr(name), 1, &value) }
+    }
+
+    pub fn set_integer(&self, name: &str, value: i32) -> fmi2Status {
+        unsafe { fmi2SetInteger(self.c, &self.vr(name), 1, &value) }
+    }
+
+    pub fn get(&self, name: &str) -> f64 {
+        let mut value = f64::NAN;
+        assert_eq!(unsafe { fmi2GetReal(self.c, &self.vr(name), 1, &mut value) }, fmi2OK, "{name}: {:?}", self.log());
+        value
+    }
+
+    pub fn get_integer(&self, name: &str) -> i32 {
+        let mut value = -1;
+        assert_eq!(
+            unsafe { fmi2GetInteger(self.c, &self.vr(name), 1, &mut value) },
+            fmi2OK,
+            "{name}: {:?}",
+            self.log()
+        );
+        value
+    }
+
+    pub fn get_boolean(&self, name: &str) -> bool {
+        let mut value = -1;
+        assert_eq!(
+            unsafe { fmi2GetBoolean(self.c, &self.vr(name), 1, &mut value) },
+            fmi2OK,
+            "{name}: {:?}",
+            self.log()
+        );
+        value != 0
+    }
+
+    /// The log so far, which starts anew.
+    pub fn log(&self) -> Vec<Line> {
+        self.lines.take()
+    }
+
+    /// The single line that was logged; an error of the expected category.
+    pub fn error(&self) -> String {
+        let lines = self.log();
+        let [line] = lines.as_slice() else { panic!("not one line but {lines:?}") };
+        assert_eq!((line.status, line.category.as_str()), (fmi2Error, "logStatusError"), "{}", line.text);
+        line.text.clone()
+    }
+
+    /// Still usable: runs from the reset to a step.
+    pub fn assert_usable(&self) {
+        assert_eq!(self.reset(), fmi2OK);
+        self.start();
+        assert_eq!(self.step(0.0, 0.01), fmi2OK);
+        assert!((self.get("x[1]") + 0.1).abs() < 1e-3);
+        self.log();
+    }
+}
+
+/// A folder of resources with this text in it, and its location.
+pub fn resources(test: &str, text: &[u8]) -> (PathBuf, String) {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("{MODEL_IDENTIFIER}-{test}/resources"));
+    fs::create_dir_all(&folder).unwrap();
+    fs::write(folder.join(FILE_NAME), text).unwrap();
+    let location = format!("file://{}", folder.display());
+    (folder, location)
+}
+
+/// A component that does not exist.
+pub const NOBODY: fmi2Component = null_mut();

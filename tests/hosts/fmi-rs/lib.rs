@@ -1,0 +1,1 @@
+//! Nothing: the host is the test.

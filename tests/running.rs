@@ -1,0 +1,274 @@
+//! A run through the C functions: time, values before and after a setter, the log, several instances.
+
+mod host;
+
+use std::ptr::null;
+use std::thread;
+
+use host::{Host, Instantiate, fmi2Error, fmi2OK};
+use newtons_cradle::fmi2::*;
+
+fn logging() -> Host {
+    Instantiate { logging: true, ..Default::default() }.host().unwrap()
+}
+
+#[test]
+fn initialization_mode_shows_the_values_that_are_set() {
+    let host = Host::new();
+    assert_eq!(host.set("x_start[1]", -0.2), fmi2OK);
+    assert_eq!(host.set_up(3.0), fmi2OK);
+    assert_eq!(host.enter(), fmi2OK);
+    assert_eq!(host.get("x[1]"), -0.2);
+    assert_eq!(host.set("x_start[1]", -0.3), fmi2OK);
+    assert_eq!((host.get("x[1]"), host.get("x_start[1]")), (-0.3, -0.3));
+    assert!((host.get("pendulum.period") - 2.0 * std::f64::consts::PI / 5f64.sqrt()).abs() < 1e-12);
+    assert_eq!(host.set("gravity", 0.0), fmi2OK);
+    assert_eq!(host.get("pendulum.period"), 1e30);
+    assert_eq!(host.set("gravity", 9.81), fmi2OK);
+    assert_eq!(host.set_integer("contact.model", 2), fmi2OK);
+    assert_eq!((host.get_integer("contact.model"), host.get_integer("solver.method")), (2, 1));
+    assert_eq!(host.exit(), fmi2OK);
+    assert_eq!((host.get("x[1]"), host.get("t_onset[1]"), host.get_integer("pulses[1]")), (-0.3, -1e30, 0));
+    assert_eq!(host.step(3.0, 0.1), fmi2OK);
+    assert_ne!(host.get("x[1]"), -0.3);
+}
+
+#[test]
+fn before_the_first_step_the_means_are_the_values() {
+    let host = Host::new();
+    assert_eq!(host.set("x_start[2]", 1e-5), fmi2OK);
+    host.start();
+    let (force, support) = (host.get("F[2]"), host.get("F_support"));
+    assert!(force > 0.0 && support != 0.0);
+    assert_eq!((host.get("F_mean[2]"), host.get("F_peak[2]")), (force, force));
+    assert_eq!(host.get("F_support_mean"), support);
+    assert_eq!(
+        (host.get_integer("pulses[2]"), host.get_boolean("inContact[2]"), host.get("t_onset[2]")),
+        (1, true, 0.0)
+    );
+}
+
+#[test]
+fn a_getter_after_a_setter_answers_from_before() {
+    let host = Host::started();
+    assert_eq!(host.step(0.0, 0.1), fmi2OK);
+    let outputs = ["x[5]", "v[5]", "a[5]", "E_total", "F_support", "t_next"];
+    let before = outputs.map(|name| host.get(name));
+    for (name, value) in [("F_ext[5]", 100.0), ("a_support", 3.0), ("pendulum.drag", 0.5)] {
+        assert_eq!(host.set(name, value), fmi2OK);
+        assert_eq!(host.get(name), value);
+    }
+    assert_eq!(outputs.map(|name| host.get(name)), before);
+    assert_eq!(host.step(0.1, 0.1), fmi2OK);
+    assert!(host.get("x[5]") > 0.1 && host.get("E_dissipated") > 0.0);
+}
+
+#[test]
+fn setting_what_is_set_already_is_no_change() {
+    let run = |set: bool| {
+        let host = Host::started();
+        for i in 0..200 {
+            if set {
+                for name in ["F_ext[1]", "a_support", "pendulum.drag", "contact.damping"] {
+                    assert_eq!(host.set(name, 0.0), fmi2OK);
+                }
+            }
+            assert_eq!(host.step(f64::from(i) * 0.01, 0.01), fmi2OK);
+        }
+        ["x[1]", "v[3]", "impulse[2]", "E_residual"].map(|name| host.get(name).to_bits())
+    };
+    assert_eq!(run(true), run(false));
+}
+
+#[test]
+fn the_hosts_time_is_adopted() {
+    let host = Host::started();
+    let mut time = 0.0;
+    let time_reached = |host: &Host| {
+        let mut reached = f64::NAN;
+        assert_eq!(unsafe { fmi2GetRealStatus(host.c, fmi2LastSuccessfulTime, &mut reached) }, fmi2OK);
+        reached
+    };
+    for i in 0..1000 {
+        let current = f64::from(i) * 0.01; // Ulps off the sum of the steps.
+        assert_eq!(host.step(current, 0.01), fmi2OK);
+        time = current + 0.01;
+        assert_eq!(time_reached(&host), time);
+    }
+    // A step below the resolution of the clock is a step all the same.
+    assert_eq!(host.step(time - 1e-12, 1e-15), fmi2OK);
+    assert_eq!(time_reached(&host), time);
+    assert_eq!(host.step(time, 1e-9), fmi2OK);
+    assert!(host.log().is_empty());
+}
+
+#[test]
+fn a_step_past_the_stop_time_is_made_and_told_once() {
+    let host = logging();
+    assert_eq!(unsafe { fmi2SetupExperiment(host.c, 0, 0.0, 0.0, 1, 0.1) }, fmi2OK);
+    assert_eq!((host.enter(), host.exit()), (fmi2OK, fmi2OK));
+    assert_eq!((host.step(0.0, 0.1), host.log().len()), (fmi2OK, 0));
+    assert_eq!((host.step(0.1, 0.1), host.step(0.2, 0.1)), (fmi2OK, fmi2OK));
+    let log = host.log();
+    assert_eq!((log.len(), log[0].status, log[0].category.as_str()), (1, fmi2OK, "logSolver"));
+    assert!(log[0].text.contains("stopTime = 0.1 s"), "{}", log[0].text);
+}
+
+#[test]
+fn every_finished_pulse_is_logged() {
+    let host = logging();
+    host.start();
+    assert_eq!(host.step(0.0, 1.0), fmi2OK);
+    let log = host.log();
+    assert_eq!(log.len(), 6);
+    let mut impulses = [0.0; 4];
+    for line in &log {
+        assert_eq!((line.status, line.category.as_str(), line.instance.as_str()), (fmi2OK, "logEvents", "cradle"));
+        let fields: Vec<(&str, f64)> = line
+            .text
+            .split(' ')
+            .map(|field| field.split_once('=').unwrap())
+            .map(|(key, value)| (key, value.parse().unwrap()))
+            .collect();
+        let [("contact", contact), ("onset", onset), ("release", release), ("peak", peak), ("impulse", impulse)] =
+            fields[..]
+        else {
+            panic!("{}", line.text)
+        };
+        assert!(onset > 0.7 && release > onset && release < 0.8 && peak > 0.0);
+        impulses[contact as usize - 1] += impulse;
+    }
+    for (i, impulse) in impulses.into_iter().enumerate() {
+        let total = host.get(&format!("impulse[{}]", i + 1));
+        assert!((impulse - total).abs() <= 1e-12 * total, "{impulse} {total}");
+    }
+    let onset = host.get("t_onset[3]");
+    assert!(log.iter().any(|line| line.text.contains(&format!("contact=3 onset={onset:.16e} "))));
+}
+
+#[test]
+fn categories_can_be_switched() {
+    let host = logging();
+    let switch = |on: bool, names: &[&std::ffi::CStr]| {
+        let names: Vec<fmi2String> = names.iter().map(|name| name.as_ptr()).collect();
+        unsafe { fmi2SetDebugLogging(host.c, on.into(), names.len(), names.as_ptr()) }
+    };
+    let events = |from: f64| {
+        assert_eq!(host.step(from, 1.5), fmi2OK);
+        host.log().len()
+    };
+    host.start();
+    assert!(events(0.0) > 0);
+    assert_eq!((switch(false, &[]), events(1.5)), (fmi2OK, 0));
+    assert_eq!(switch(true, &[c"logSolver", c"logStatusError"]), fmi2OK);
+    assert_eq!(events(3.0), 0);
+    assert_eq!(switch(true, &[c"logEvents", c"logNothing"]), fmi2Error);
+    assert!(host.error().contains("category = logNothing is refused; allowed: logEvents, logSolver"));
+    assert_eq!(events(4.5), 0);
+    assert_eq!(switch(true, &[c"logEvents"]), fmi2OK);
+    assert!(events(6.0) > 0);
+    assert_eq!(switch(false, &[]), fmi2OK);
+    // Errors are told whatever is switched on.
+    assert_eq!(host.step(7.5, -1.0), fmi2Error);
+    assert!(host.error().contains("communicationStepSize = -1 s"));
+}
+
+#[test]
+fn parameters_of_other_laws_are_told() {
+    let host = logging();
+    assert_eq!(host.set("contact.huntCrossley", 0.5), fmi2OK);
+    assert_eq!(host.set("ball.youngModulus", 1e9), fmi2OK);
+    assert_eq!(host.set("ball.radius", 0.02), fmi2OK);
+    host.start();
+    let told: Vec<String> = host.log().into_iter().map(|line| line.text).collect();
+    assert_eq!(told.len(), 2, "{told:?}");
+    assert!(told[0].starts_with("ball.youngModulus = 1e9 Pa has no effect"), "{told:?}");
+    assert!(told[1].starts_with("contact.huntCrossley = 0.5 s/m has no effect"), "{told:?}");
+    assert_eq!(host.reset(), fmi2OK);
+    host.start();
+    assert!(host.log().is_empty());
+}
+
+#[test]
+fn questions_about_the_last_step_are_answered() {
+    let host = Host::started();
+    let (mut status, mut boolean, mut string) = (fmi2Error, 7, null());
+    unsafe {
+        assert_eq!(fmi2GetStatus(host.c, fmi2DoStepStatus, &mut status), fmi2OK);
+        assert_eq!(fmi2GetBooleanStatus(host.c, fmi2Terminated, &mut boolean), fmi2OK);
+        assert_eq!(fmi2GetStringStatus(host.c, fmi2PendingStatus, &mut string), fmi2OK);
+        assert_eq!((status, boolean, std::ffi::CStr::from_ptr(string)), (fmi2OK, 0, c""));
+        assert_eq!(fmi2GetBooleanStatus(host.c, fmi2DoStepStatus, &mut boolean), fmi2Error);
+        assert!(host.error().contains("fmi2StatusKind = 0 is refused; allowed: fmi2Terminated (3)"));
+        assert_eq!(fmi2GetStatus(host.c, 99, &mut status), fmi2Error);
+        assert!(host.error().contains("fmi2StatusKind = 99"));
+    }
+}
+
+/// Ten seconds, its last values bit by bit.
+fn bits(amplitude: f64) -> Vec<u64> {
+    let host = Host::new();
+    assert_eq!(host.set("x_start[1]", amplitude), fmi2OK);
+    host.start();
+    for i in 0..1000 {
+        assert_eq!(host.step(f64::from(i) * 0.01, 0.01), fmi2OK);
+    }
+    ["x[1]", "v[5]", "impulse[4]", "F_support_mean", "E_residual"].map(|name| host.get(name).to_bits()).to_vec()
+}
+
+#[test]
+fn two_instances_do_not_meet() {
+    let (one, two) = (Host::started(), Host::new());
+    assert_eq!(two.set("x_start[1]", -0.2), fmi2OK);
+    two.start();
+    for i in 0..100 {
+        assert_eq!(one.step(f64::from(i) * 0.01, 0.01), fmi2OK);
+        assert_eq!(two.step(f64::from(i) * 0.01, 0.01), fmi2OK);
+    }
+    drop(one);
+    let alone = Host::new();
+    assert_eq!(alone.set("x_start[1]", -0.2), fmi2OK);
+    alone.start();
+    for i in 0..100 {
+        assert_eq!(alone.step(f64::from(i) * 0.01, 0.01), fmi2OK);
+    }
+    for name in ["x[1]", "v[5]", "impulse[4]", "E_residual"] {
+        assert_eq!(two.get(name).to_bits(), alone.get(name).to_bits(), "{name}");
+    }
+}
+
+#[test]
+fn threads_give_the_bits_of_one() {
+    let expected: Vec<Vec<u64>> = (0..4).map(|i| bits(-0.1 - 0.01 * f64::from(i))).collect();
+    let threads: Vec<_> =
+        (0..16).map(|i| thread::spawn(move || (i % 4, bits(-0.1 - 0.01 * f64::from(i % 4))))).collect();
+    for thread in threads {
+        let (i, bits) = thread.join().unwrap();
+        assert_eq!(bits, expected[i as usize]);
+    }
+}
+
+#[test]
+fn an_instance_may_move_from_thread_to_thread() {
+    let host = Host::started();
+    let c = host.c as usize;
+    for i in 0..4 {
+        let stepped = thread::spawn(move || unsafe { fmi2DoStep(c as fmi2Component, f64::from(i) * 0.25, 0.25, 1) });
+        assert_eq!(stepped.join().unwrap(), fmi2OK);
+    }
+    assert_eq!(host.get_integer("pulses[2]"), 2);
+}
+
+#[test]
+fn any_number_of_balls_runs() {
+    for balls in [1, 2, 3, 13, 100] {
+        let (_, location) =
+            host::resources(&format!("balls-{balls}"), format!("{{\"format\":1,\"balls\":{balls}}}").as_bytes());
+        let host = Instantiate { guid: Some(host::guid(balls)), location: Some(location), balls, ..Default::default() };
+        let host = host.host().unwrap();
+        host.start();
+        assert_eq!((host.step(0.0, 2.0), host.log().len()), (fmi2OK, 0));
+        assert!(host.get("E_residual").abs() <= 1e-10 * host.get("E_total"), "{balls}");
+        assert!(host.get(&format!("x[{balls}]")).is_finite());
+    }
+}
