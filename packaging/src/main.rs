@@ -15,7 +15,7 @@ use newtons_cradle::variables::{MODEL_IDENTIFIER, Recipe};
 
 /// Builds and packs the Newton's cradle FMU.
 #[derive(Parser)]
-#[command(name = "cargo pack", version)]
+#[command(name = "cargo pack", bin_name = "cargo pack", version)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,

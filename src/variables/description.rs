@@ -5,7 +5,7 @@ use std::fmt::{self, Write};
 use super::row::{Access, Causality, Type, Variability};
 use super::structure::write_structure;
 use super::text::{Escaped, Number};
-use super::{CHOICES, QUANTITIES, Settings, UNITS, Variable, variables};
+use super::{CHOICES, QUANTITIES, Row, Settings, TABLE, UNITS, Variable};
 
 /// Model name, model identifier and file name.
 pub const MODEL_IDENTIFIER: &str = "NewtonsCradle";
@@ -103,9 +103,7 @@ impl<'a> Description<'a> {
             "units" => write_units(out),
             "types" => write_types(out),
             "log_categories" => write_log_categories(out),
-            "variables" => {
-                variables(self.start.balls()).try_for_each(|variable| write_variable(out, self.start, variable))
-            }
+            "variables" => TABLE.iter().enumerate().try_for_each(|(i, row)| write_row(out, self.start, i, row)),
             "structure" => write_structure(out, self.start.balls()),
             _ => Ok(()),
         }
@@ -152,16 +150,40 @@ fn write_log_categories(out: &mut String) -> fmt::Result {
     })
 }
 
-fn write_variable(out: &mut String, start: &Settings, variable: Variable) -> fmt::Result {
-    let row = variable.row;
-    write!(out, "    <ScalarVariable name=\"{variable}\" valueReference=\"{}\"", variable.reference())?;
+/// Writes every variable of a row. What they have in common is rendered once: an instance renders all of this to know
+/// its GUID.
+fn write_row(out: &mut String, start: &Settings, position: usize, row: &'static Row) -> fmt::Result {
+    let common = common_attributes(row);
+    let element = element(row);
+    for index in 0..row.shape.len(start.balls()) {
+        let variable = Variable { row, position, index };
+        write!(out, "    <ScalarVariable name=\"{variable}\" valueReference=\"{}\"", variable.reference())?;
+        out.write_str(&common)?;
+        // The texts of the table need no escapes (a test checks it).
+        variable.describe(out)?;
+        out.write_str("\">\n      ")?;
+        out.write_str(&element)?;
+        if row.settable() {
+            match (variable.real(start), variable.item(start)) {
+                (Some(value), _) => write!(out, " start=\"{}\"", Number(value))?,
+                (_, Some(value)) => write!(out, " start=\"{value}\"")?,
+                _ => {}
+            }
+        }
+        out.write_str("/>\n    </ScalarVariable>\n")?;
+    }
+    Ok(())
+}
+
+/// Attributes of a ScalarVariable up to the description's opening quote, less name and value reference.
+fn common_attributes(row: &Row) -> String {
     let (causality, initial) = match row.causality {
-        Causality::Parameter => ("parameter", Some("exact")),
-        Causality::CalculatedParameter => ("calculatedParameter", Some("calculated")),
+        Causality::Parameter => ("parameter", " initial=\"exact\""),
+        Causality::CalculatedParameter => ("calculatedParameter", " initial=\"calculated\""),
         // The standard forbids `initial` on inputs.
-        Causality::Input => ("input", None),
-        Causality::Output => ("output", Some("calculated")),
-        Causality::Local => ("local", Some("calculated")),
+        Causality::Input => ("input", ""),
+        Causality::Output => ("output", " initial=\"calculated\""),
+        Causality::Local => ("local", " initial=\"calculated\""),
     };
     let variability = match row.variability {
         Variability::Fixed => "fixed",
@@ -169,52 +191,49 @@ fn write_variable(out: &mut String, start: &Settings, variable: Variable) -> fmt
         Variability::Discrete => "discrete",
         Variability::Continuous => "continuous",
     };
-    write!(out, " causality=\"{causality}\" variability=\"{variability}\"")?;
-    if let Some(initial) = initial {
-        write!(out, " initial=\"{initial}\"")?;
-    }
-    out.write_str(" description=\"")?;
-    let mut text = String::new();
-    variable.describe(&mut text)?;
-    writeln!(out, "{}\">", Escaped(&text))?;
-    out.write_str("      ")?;
-    write_type(out, start, variable)?;
-    out.write_str("\n    </ScalarVariable>\n")
+    format!(" causality=\"{causality}\" variability=\"{variability}\"{initial} description=\"")
 }
 
-fn write_type(out: &mut String, start: &Settings, variable: Variable) -> fmt::Result {
-    let row = variable.row;
-    match row.access.data_type() {
-        Type::Real => out.write_str("<Real")?,
-        Type::Integer => out.write_str("<Integer")?,
-        Type::Boolean => out.write_str("<Boolean")?,
-        Type::Enumeration => out.write_str("<Enumeration")?,
-        Type::String => out.write_str("<String")?,
+/// The element of the data type up to its start value.
+fn element(row: &Row) -> String {
+    let mut text = match row.access.data_type() {
+        Type::Real => "<Real",
+        Type::Integer => "<Integer",
+        Type::Boolean => "<Boolean",
+        Type::Enumeration => "<Enumeration",
+        Type::String => "<String",
     }
+    .to_owned();
+    let mut attribute = |name: &str, value: &dyn fmt::Display| {
+        // Writing to a string cannot fail.
+        let _ = write!(text, " {name}=\"{value}\"");
+    };
     if let Some(quantity) = row.quantity {
-        write!(out, " declaredType=\"{}\" unit=\"{}\"", quantity.name, quantity.unit.name)?;
+        attribute("declaredType", &quantity.name);
+        attribute("unit", &quantity.unit.name);
     }
     if let Access::Choice(choice) = row.access {
-        write!(out, " declaredType=\"{}\"", choice.type_name)?;
+        attribute("declaredType", &choice.type_name);
     }
-    for (attribute, value) in [("min", row.range.min), ("max", row.range.max), ("nominal", row.nominal)] {
+    for (name, value) in [("min", row.range.min), ("max", row.range.max), ("nominal", row.nominal)] {
         if let Some(value) = value {
-            write!(out, " {attribute}=\"{}\"", Number(value))?;
+            attribute(name, &Number(value));
         }
     }
-    if row.settable() {
-        if let Some(value) = variable.real(start) {
-            write!(out, " start=\"{}\"", Number(value))?;
-        } else if let Some(value) = variable.item(start) {
-            write!(out, " start=\"{value}\"")?;
-        }
-    }
-    out.write_str("/>")
+    text
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn no_text_of_the_table_needs_escapes() {
+        for row in TABLE {
+            let texts = [row.name, row.description].concat();
+            assert_eq!(Escaped(&texts).to_string(), texts);
+        }
+    }
 
     #[test]
     fn nothing_is_left_to_fill_in() {

@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Write};
 
-use super::row::{Causality, Initially, Shape};
+use super::row::{Causality, Initially, Row, Shape};
 use super::{TABLE, Variable, variables};
 
 /// Writes Outputs and InitialUnknowns for `balls` balls.
@@ -16,19 +16,33 @@ pub(super) fn write_structure(out: &mut String, balls: usize) -> fmt::Result {
         writeln!(out, "      <Unknown index=\"{}\" dependencies=\"\"/>", indices.of_variable(variable))?;
     }
     out.write_str("    </Outputs>\n    <InitialUnknowns>\n")?;
-    for variable in variables(balls) {
-        if !matches!(variable.row.causality, Causality::Output | Causality::CalculatedParameter) {
-            continue;
+    for (position, row) in TABLE.iter().enumerate() {
+        if matches!(row.causality, Causality::Output | Causality::CalculatedParameter) {
+            write_initial(out, &indices, position, row)?;
         }
+    }
+    out.write_str("    </InitialUnknowns>\n")
+}
+
+/// Writes the initial unknowns of one row.
+fn write_initial(out: &mut String, indices: &Indices, position: usize, row: &'static Row) -> fmt::Result {
+    let knowns = match row.initially {
+        Initially::OnAll => None,
+        Initially::On(groups) => Some(indices.knowns(groups)),
+    };
+    for index in 0..row.shape.len(indices.balls) {
+        let variable = Variable { row, position, index };
         write!(out, "      <Unknown index=\"{}\"", indices.of_variable(variable))?;
-        if let Initially::On(groups) = variable.row.initially {
-            let dependencies = indices.dependencies(variable, groups);
-            let list: Vec<String> = dependencies.iter().map(usize::to_string).collect();
-            write!(out, " dependencies=\"{}\"", list.join(" "))?;
+        if let Some(knowns) = &knowns {
+            out.write_str(" dependencies=\"")?;
+            for (i, dependency) in indices.dependencies(variable, knowns).into_iter().enumerate() {
+                write!(out, "{}{dependency}", if i == 0 { "" } else { " " })?;
+            }
+            out.write_str("\"")?;
         }
         out.write_str("/>\n")?;
     }
-    out.write_str("    </InitialUnknowns>\n")
+    Ok(())
 }
 
 /// Positions in ModelVariables, counted from 1.
@@ -36,6 +50,12 @@ struct Indices {
     balls: usize,
     /// Index of the first variable of each row.
     first: Vec<usize>,
+}
+
+/// What a value depends on: a row, or one variable of a row, with the index of its first variable.
+struct Known {
+    first: usize,
+    shape: Shape,
 }
 
 impl Indices {
@@ -53,16 +73,24 @@ impl Indices {
         self.first.get(variable.position).map_or(0, |first| first + variable.index)
     }
 
-    /// Indices of what `variable` depends on, ascending.
-    fn dependencies(&self, variable: Variable, groups: &[&[&str]]) -> Vec<usize> {
-        let mut indices = Vec::new();
-        for name in groups.iter().copied().flatten() {
-            if let Some(single) = Variable::named(name, self.balls) {
-                indices.push(self.of_variable(single));
-            } else if let Some((position, row)) = TABLE.iter().enumerate().find(|(_, row)| row.name == *name) {
-                let first = self.first.get(position).copied().unwrap_or_default();
-                indices.extend(neighbours(variable, row.shape, self.balls).map(|index| first + index));
+    /// The rows and variables behind names, looked up once for all variables of a row.
+    fn knowns(&self, groups: &[&[&str]]) -> Vec<Known> {
+        let known = |name: &&str| match Variable::named(name, self.balls) {
+            Some(single) => Some(Known { first: self.of_variable(single), shape: Shape::Scalar }),
+            None => {
+                let position = TABLE.iter().position(|row| row.name == *name)?;
+                Some(Known { first: *self.first.get(position)?, shape: TABLE.get(position)?.shape })
             }
+        };
+        groups.iter().copied().flatten().filter_map(known).collect()
+    }
+
+    /// Indices of what `variable` depends on, ascending.
+    fn dependencies(&self, variable: Variable, knowns: &[Known]) -> Vec<usize> {
+        let mut indices = Vec::new();
+        for known in knowns {
+            let range = neighbours(variable, known.shape, self.balls);
+            indices.extend(range.map(|index| known.first + index));
         }
         indices.sort_unstable();
         indices.dedup();
@@ -101,7 +129,7 @@ mod tests {
         let indices = Indices::of(5);
         let contact = Variable::named("inContact[2]", 5).unwrap();
         let names: Vec<String> = indices
-            .dependencies(contact, &[&["contact.deadBand", "contact.gap", "x_start"]])
+            .dependencies(contact, &indices.knowns(&[&["contact.deadBand", "contact.gap", "x_start"]]))
             .iter()
             .map(|index| variables(5).nth(index - 1).unwrap().to_string())
             .collect();
@@ -111,6 +139,7 @@ mod tests {
     #[test]
     fn one_ball_has_no_contact_to_depend_on() {
         let energy = Variable::named("E_total", 1).unwrap();
-        assert!(Indices::of(1).dependencies(energy, &[&["contact.gap"]]).is_empty());
+        let indices = Indices::of(1);
+        assert!(indices.dependencies(energy, &indices.knowns(&[&["contact.gap"]])).is_empty());
     }
 }

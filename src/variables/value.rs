@@ -174,11 +174,7 @@ impl Variable {
                 _ => write!(out, "{{{piece}")?,
             }
         }
-        if self.row.range.above_min && self.row.settable() {
-            out.write_str("; > 0, 0 itself is refused")
-        } else {
-            Ok(())
-        }
+        if self.row.range.above_min && self.row.settable() { out.write_str("; 0 itself is refused") } else { Ok(()) }
     }
 }
 
