@@ -16,11 +16,11 @@ pub(crate) fn degree(push: &Push) -> usize {
 /// The same polynomial seen from `tau` (s) later.
 pub(crate) fn shifted(push: &Push, tau: f64) -> Push {
     let mut later = *push;
-    for j in 0..MAX_FORCE_ORDER {
+    for (j, later) in later.iter_mut().enumerate() {
         let mut power = 1.0;
         for (k, &p) in push.iter().enumerate().skip(j + 1) {
             power *= tau / (k - j) as f64;
-            later[j] += p * power;
+            *later += p * power;
         }
     }
     later
@@ -94,7 +94,27 @@ pub(crate) struct Tally {
     pub work: f64,
 }
 
-/// A ball and its motion. While it belongs to a cluster, that cluster holds its state and `flight` is out of date.
+impl Tally {
+    pub fn add(&mut self, more: &Self) {
+        self.x_integral += more.x_integral;
+        self.drag_loss += more.drag_loss;
+        self.work += more.work;
+    }
+}
+
+/// What a ball takes part in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Held {
+    /// In flight.
+    Free,
+    /// Member of this cluster.
+    Cluster(u32),
+    /// In an impact of known outcome in this contact.
+    Impact(u32),
+}
+
+/// A ball and its motion. While it belongs to a cluster, that cluster holds its state and `flight` is out of date; in an impact
+/// of known outcome `flight` is what it came with.
 #[derive(Clone, Debug)]
 pub(crate) struct Ball {
     pub mass: f64,
@@ -103,14 +123,13 @@ pub(crate) struct Ball {
     pub anchor: DoubleDouble,
     pub flight: Flight,
     pub tally: Tally,
-    /// The cluster it belongs to.
-    pub cluster: Option<u32>,
+    pub held: Held,
 }
 
 impl Ball {
     pub fn new(model: &BallModel, anchor: DoubleDouble, flight: Flight) -> Self {
         let oscillator = Oscillator::new(model.omega2, model.gamma);
-        Self { mass: model.mass, oscillator, anchor, flight, tally: Tally::default(), cluster: None }
+        Self { mass: model.mass, oscillator, anchor, flight, tally: Tally::default(), held: Held::Free }
     }
 
     /// Displacement since the anchor (m) and velocity (m/s) at the time `t`, in flight.
@@ -121,6 +140,9 @@ impl Ball {
 
     /// The same motion anchored at `t`.
     pub fn flight_at(&self, t: DoubleDouble) -> Flight {
+        if t == self.anchor {
+            return self.flight;
+        }
         let (displacement, v) = self.moved(t);
         Flight { x: self.flight.x + displacement, v, push: shifted(&self.flight.push, (t - self.anchor).value()) }
     }

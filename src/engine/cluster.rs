@@ -7,11 +7,10 @@
 
 use std::ops::Range;
 
-use super::ball::{Ball, Flight, degree, shifted};
+use super::ball::{Ball, Flight, Tally, shifted};
 use super::taylor::{Control, Series};
 use crate::model::{ContactLaw, Damping};
 use crate::solver::double_double::DoubleDouble;
-use crate::solver::series;
 
 /// Whether and how a contact of a window acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -93,14 +92,12 @@ impl Cluster {
 
     /// Displacement of ball `i` of the window since the start of the segment (m) and its velocity (m/s), `tau` after it.
     pub fn moved(&self, i: usize, tau: f64) -> (f64, f64) {
-        let c = self.series.displacement(i - self.window.start);
-        (series::value(c, tau), series::derivative(c, tau))
+        self.series.moved(i - self.window.start, tau)
     }
 
     /// Overlap (m) and its rate (m/s) in contact `i` of the window, `tau` after the start of the segment.
     pub fn overlap(&self, i: usize, tau: f64) -> (f64, f64) {
-        let c = self.series.overlap(i - self.window.start);
-        (series::value(c, tau), series::derivative(c, tau))
+        self.series.overlap(i - self.window.start, tau)
     }
 
     /// Mode of contact `i` on the segment.
@@ -111,7 +108,7 @@ impl Cluster {
     /// Impulse of contact `i` from the start of the segment to `tau`, N.s.
     pub fn impulse(&self, i: usize, tau: f64) -> f64 {
         match self.mode(i) {
-            Mode::Pressing => series::integral(self.series.force(i - self.window.start), tau),
+            Mode::Pressing => self.series.impulse(i - self.window.start, tau),
             Mode::Open | Mode::Clipped => 0.0,
         }
     }
@@ -119,7 +116,7 @@ impl Cluster {
     /// Largest force of contact `i` between `from` and `to` after the start of the segment, N.
     pub fn peak(&self, i: usize, from: f64, to: f64) -> f64 {
         match self.mode(i) {
-            Mode::Pressing if from < to => series::maximum(self.series.force(i - self.window.start), from, to).max(0.0),
+            Mode::Pressing if from < to => self.series.peak(i - self.window.start, from, to).max(0.0),
             _ => 0.0,
         }
     }
@@ -129,27 +126,20 @@ impl Cluster {
         if law.damping == Damping::None || self.mode(i) == Mode::Open {
             return 0.0;
         }
-        let j = i - self.window.start;
-        let excess = self.series.dissipative_force(j, self.mode(i) == Mode::Pressing);
-        series::product_integral(&excess, &self.series.rate(j), tau)
+        self.series.contact_loss(i - self.window.start, self.mode(i) == Mode::Pressing, tau)
     }
 
-    /// What member `ball` (index `i`) gathers from the start of the segment to `tau`: see [`super::ball::Tally`].
-    pub fn tally(&self, i: usize, ball: &Ball, tau: f64) -> super::ball::Tally {
+    /// What member `ball` (index `i`), which had gathered `tally` at the start of the segment, has gathered `tau` after it.
+    pub fn tally(&self, i: usize, tally: &Tally, ball: &Ball, tau: f64) -> Tally {
         let j = i - self.window.start;
-        let (flight, displacement) = (&self.flights[j], self.series.displacement(j));
-        let mut tally = ball.tally;
-        tally.x_integral += flight.x * tau + series::integral(displacement, tau);
+        let flight = &self.flights[j];
+        let mut tally = *tally;
+        tally.x_integral += flight.x * tau + self.series.displacement_integral(j, tau);
+        tally.work += ball.mass * self.series.work(j, &flight.push, tau);
         let gamma = ball.oscillator.gamma();
         if gamma > 0.0 {
-            let v = self.series.velocity(j);
-            tally.drag_loss += 2.0 * gamma * ball.mass * series::product_integral(&v, &v, tau);
+            tally.drag_loss += 2.0 * gamma * ball.mass * self.series.squared_velocity_integral(j, tau);
         }
-        tally.work += ball.mass
-            * match degree(&flight.push) {
-                0 => flight.push[0] * series::value(displacement, tau),
-                _ => series::product_integral(&series::from_derivatives(&flight.push), &self.series.velocity(j), tau),
-            };
         tally
     }
 
@@ -157,17 +147,13 @@ impl Cluster {
     pub fn move_start(&mut self, tau: f64, balls: &[Ball]) {
         self.start += tau;
         for (j, contact) in self.contacts.iter_mut().enumerate() {
-            contact.overlap = series::value(self.series.overlap(j), tau);
+            contact.overlap = self.series.overlap(j, tau).0;
         }
         for (j, flight) in self.flights.iter_mut().enumerate() {
             let i = self.window.start + j;
             *flight = if self.members.contains(&i) {
-                let c = self.series.displacement(j);
-                Flight {
-                    x: flight.x + series::value(c, tau),
-                    v: series::derivative(c, tau),
-                    push: shifted(&flight.push, tau),
-                }
+                let (displacement, v) = self.series.moved(j, tau);
+                Flight { x: flight.x + displacement, v, push: shifted(&flight.push, tau) }
             } else {
                 balls[i].flight_at(self.start)
             };
@@ -181,17 +167,9 @@ impl Cluster {
         self.length = self.series.converges_for();
         self.switch = None;
         for (j, law) in laws.iter().enumerate() {
-            for (watched, falling, switch) in self.series.watches(j, law, self.contacts[j].mode) {
-                let crossing = if falling {
-                    let negative: Vec<f64> = watched.iter().map(|c| -c).collect();
-                    series::first_positive(&negative, self.length)
-                } else {
-                    series::first_positive(&watched, self.length)
-                };
-                if let Some(tau) = crossing.filter(|&tau| tau < self.length || self.switch.is_none()) {
-                    self.length = tau;
-                    self.switch = Some((self.window.start + j, switch));
-                }
+            if let Some((tau, switch)) = self.series.first_switch(j, law, self.contacts[j].mode, self.length) {
+                self.length = tau;
+                self.switch = Some((self.window.start + j, switch));
             }
         }
     }

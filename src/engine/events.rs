@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::ball::Held;
 use super::cluster::{Cluster, Mode, Switch, WindowContact};
 use super::separation::{Forecast, Separation};
 use super::taylor::Series;
@@ -13,10 +14,16 @@ impl Engine {
     pub(super) fn process(&mut self, t: DoubleDouble, key: usize, pulses: &mut Vec<Pulse>) -> Result<(), EngineError> {
         self.watch_progress(t, key)?;
         self.keep_step_start();
-        match self.contacts[key].cluster {
-            Some(id) => self.end_segment(id as usize, pulses)?,
-            None if self.contacts[key].closes => self.close(key, t, key..key + 1),
-            None => self.forecast(key, t),
+        let contact = &self.contacts[key];
+        if let Some(id) = contact.cluster {
+            return self.end_segment(id as usize, pulses);
+        }
+        if contact.impact.is_some() {
+            self.end_impact(key, t, pulses);
+        } else if !contact.closes {
+            self.forecast(key, t);
+        } else if !self.begin_impact(key, t) {
+            self.close(key, t, key..key + 1);
         }
         Ok(())
     }
@@ -58,15 +65,40 @@ impl Engine {
     /// Contact `i` closes at time `t`: the clusters that its balls belong to or border on become one, with the contacts of
     /// `range`, which have left theirs.
     fn close(&mut self, i: usize, t: DoubleDouble, range: Range<usize>) {
-        let mut range = range.start.min(i.saturating_sub(1))..range.end.max((i + 2).min(self.contacts.len()));
-        for ball in i.saturating_sub(1)..(i + 3).min(self.balls.len()) {
-            if let Some(id) = self.balls[ball].cluster {
-                if let Some(cluster) = &self.clusters[id as usize] {
-                    let others = cluster.window_contacts();
-                    range = range.start.min(others.start)..range.end.max(others.end);
+        let closed = |engine: &Self, j: &usize| engine.contacts[*j].mode != Mode::Open;
+        let mut members = range.clone().find(|j| closed(self, j)).map_or(i, |first| first.min(i))
+            ..range.clone().rev().find(|j| closed(self, j)).map_or(i, |last| last.max(i)) + 2;
+        let mut range = range;
+        // Balls next to a member that are held themselves become members, and so on.
+        let mut ball = members.start.saturating_sub(1);
+        while ball < (members.end + 1).min(self.balls.len()) {
+            let freed = match self.balls[ball].held {
+                Held::Free => ball..ball,
+                Held::Impact(contact) => {
+                    self.break_impact(contact as usize, t);
+                    contact as usize..contact as usize + 2
                 }
-                self.dissolve(id as usize, t);
+                Held::Cluster(id) => {
+                    let (balls, contacts) = self.dissolve(id as usize, t);
+                    range = range.start.min(contacts.start)..range.end.max(contacts.end);
+                    balls
+                }
+            };
+            if freed.is_empty() {
+                ball += 1;
+            } else {
+                members = members.start.min(freed.start)..members.end.max(freed.end);
+                ball = members.start.saturating_sub(1);
             }
+        }
+        range = range.start.min(members.start.saturating_sub(1))..range.end.max(members.end.min(self.contacts.len()));
+        for ball in range.start..range.end + 1 {
+            if self.balls[ball].held == Held::Free {
+                self.land(ball, t);
+            }
+        }
+        for j in range.clone() {
+            self.contacts[j].waits = false;
         }
         self.stop_separation(i, t);
         self.contacts[i].overlap = 0.0;
@@ -124,8 +156,8 @@ impl Engine {
             self.clusters.len() - 1
         });
         for i in members.clone() {
-            self.balls[i].land(t);
-            self.balls[i].cluster = Some(id as u32);
+            self.land(i, t);
+            self.balls[i].held = Held::Cluster(id as u32);
         }
         let contacts = window.start..window.end - 1;
         let contacts = contacts.map(|i| {
@@ -152,7 +184,7 @@ impl Engine {
     }
 
     /// Moves the start of the cluster's segment to `t`, a time on it, and enters in the ledgers what happened till then.
-    fn fold(&mut self, cluster: &mut Cluster, t: DoubleDouble) {
+    pub(super) fn fold(&mut self, cluster: &mut Cluster, t: DoubleDouble) {
         let tau = (t - cluster.start).value().min(cluster.length);
         let step_start = (DoubleDouble::from(self.step_start.time) - cluster.start).value().clamp(0.0, tau);
         for i in cluster.window_contacts() {
@@ -164,7 +196,7 @@ impl Engine {
             }
         }
         for i in cluster.members.clone() {
-            self.balls[i].tally = cluster.tally(i, &self.balls[i], tau);
+            self.balls[i].tally = cluster.tally(i, &self.balls[i].tally, &self.balls[i], tau);
             self.balls[i].anchor = t;
         }
         cluster.move_start(tau, &self.balls);
@@ -172,18 +204,20 @@ impl Engine {
     }
 
     /// Ends cluster `id`, if it is there, at time `t`: its members are in flight, its contacts hold their overlaps and modes.
-    pub(super) fn dissolve(&mut self, id: usize, t: DoubleDouble) {
-        if let Some(mut cluster) = self.clusters[id].take() {
-            self.fold(&mut cluster, t);
-            self.release_members(cluster, t);
-        }
+    /// Returns the members and the contacts of the window; empty ranges if it was not there.
+    pub(super) fn dissolve(&mut self, id: usize, t: DoubleDouble) -> (Range<usize>, Range<usize>) {
+        let Some(mut cluster) = self.clusters[id].take() else { return (0..0, 0..0) };
+        let (members, contacts) = (cluster.members.clone(), cluster.window_contacts());
+        self.fold(&mut cluster, t);
+        self.release_members(cluster, t);
+        (members, contacts)
     }
 
     fn release_members(&mut self, cluster: Cluster, t: DoubleDouble) {
         self.queue.remove(cluster.key());
         for i in cluster.members.clone() {
             let ball = &mut self.balls[i];
-            (ball.flight, ball.anchor, ball.cluster) = (cluster.flights[i - cluster.window.start], t, None);
+            (ball.flight, ball.anchor, ball.held) = (cluster.flights[i - cluster.window.start], t, Held::Free);
         }
         for (i, state) in cluster.window_contacts().zip(&cluster.contacts) {
             let contact = &mut self.contacts[i];
@@ -200,8 +234,9 @@ impl Engine {
     }
 
     /// Contact `i` is open and both its balls are in flight from `t` on.
-    fn fly(&mut self, i: usize, t: DoubleDouble) {
+    pub(super) fn fly(&mut self, i: usize, t: DoubleDouble) {
         let overlap = self.contacts[i].overlap.min(0.0);
+        self.contacts[i].waits = false;
         self.contacts[i].separation = Some(Separation::new(&self.balls[i], &self.balls[i + 1], t, overlap));
         self.forecast(i, t);
     }
@@ -222,7 +257,7 @@ impl Engine {
         }
     }
 
-    fn count_event(&mut self) {
+    pub(super) fn count_event(&mut self) {
         self.work.events = self.work.events.saturating_add(1);
     }
 

@@ -2,7 +2,8 @@
 //!
 //! - A ball that touches nothing is in *flight*: a closed form of its state at its anchor ([`ball`]).
 //! - Two neighbours in flight have a forecast of their next onset ([`separation`]); the earliest event is on top of a queue.
-//! - Balls that touch form a *cluster*, followed by Taylor series from switching to switching ([`cluster`], [`taylor`]).
+//! - Two elastic balls that nothing else touches have an *impact* of known outcome ([`pair`], [`impact`]).
+//! - Other balls that touch form a *cluster*, followed by Taylor series from switching to switching ([`cluster`], [`taylor`]).
 //! - Onsets and releases form, merge, split and dissolve clusters ([`events`]).
 //!
 //! Events happen at their own times, never at communication points: between changes of the inputs the trajectory is the same,
@@ -12,8 +13,10 @@
 mod ball;
 mod cluster;
 mod events;
+mod impact;
 mod ledger;
 mod observe;
+mod pair;
 mod separation;
 mod taylor;
 
@@ -23,6 +26,7 @@ use crate::solver::queue::EventQueue;
 use ball::{Ball, Flight, Push};
 use cluster::{Cluster, Mode};
 use ledger::Ledger;
+use pair::{PairImpact, Shape};
 use separation::Separation;
 use taylor::Control;
 
@@ -79,12 +83,18 @@ pub struct Work {
 #[derive(Clone, Debug)]
 struct Contact {
     ledger: Ledger,
-    /// The cluster whose window it belongs to; otherwise it is open and `separation` describes it.
+    /// The cluster whose window it belongs to.
     cluster: Option<u32>,
+    /// The impact of known outcome that is under way in it.
+    impact: Option<PairImpact>,
+    /// Its motion while it is open and both balls are in flight.
     separation: Option<Separation>,
     /// Whether its entry in the event queue is an onset, or only the end of what has been looked at.
     closes: bool,
-    /// Overlap (m) and mode while clusters are taken apart and formed anew.
+    /// Whether it waits, open, for the end of an impact beside it.
+    waits: bool,
+    /// Overlap (m) and mode while clusters are taken apart and formed anew. While it waits: the overlap between where its balls
+    /// are at their anchors, which differ.
     overlap: f64,
     mode: Mode,
 }
@@ -103,6 +113,7 @@ pub struct Engine {
     cradle: Cradle,
     inputs: Inputs,
     control: Control,
+    shape: Shape,
     time: f64,
     balls: Vec<Ball>,
     contacts: Vec<Contact>,
@@ -134,8 +145,10 @@ impl Engine {
             Contact {
                 ledger: Ledger::default(),
                 cluster: None,
+                impact: None,
                 separation: None,
                 closes: false,
+                waits: false,
                 overlap: 0.0,
                 mode: Mode::Open
             };
@@ -145,6 +158,7 @@ impl Engine {
             queue: EventQueue::new(contacts.len()),
             inputs: inputs.clone(),
             control: Control::new(parameters.tolerance),
+            shape: Shape::new(cradle.contacts.first().map_or(1.0, |law| law.exponent)),
             time: start_time,
             balls,
             contacts,
@@ -218,11 +232,15 @@ impl Engine {
             self.dissolve(id, now);
         }
         for i in 0..self.contacts.len() {
+            self.break_impact(i, now);
+        }
+        for i in 0..self.contacts.len() {
             self.stop_separation(i, now);
         }
-        for ball in &mut self.balls {
-            ball.land(now);
+        for i in 0..self.balls.len() {
+            self.land(i, now);
         }
+        self.contacts.iter_mut().for_each(|contact| contact.waits = false);
     }
 
     /// The reverse, from what is in flight and overlaps now.

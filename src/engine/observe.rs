@@ -1,6 +1,6 @@
 //! What can be read at the current time. Nothing here moves the trajectory.
 
-use super::ball::Tally;
+use super::ball::{Held, Tally};
 use super::cluster::{Cluster, Mode};
 use super::{Engine, NEVER, Work};
 use crate::solver::double_double::DoubleDouble;
@@ -13,21 +13,46 @@ impl Engine {
         self.time.into()
     }
 
-    /// The cluster that ball `i` belongs to, and the time since the start of its segment.
-    fn cluster_of_ball(&self, i: usize, t: DoubleDouble) -> Option<(&Cluster, f64)> {
-        let cluster = self.clusters[self.balls[i].cluster? as usize].as_ref()?;
+    /// The cluster with number `id` and the time since the start of its segment.
+    fn cluster(&self, id: u32, t: DoubleDouble) -> Option<(&Cluster, f64)> {
+        let cluster = self.clusters[id as usize].as_ref()?;
         Some((cluster, (t - cluster.start).value()))
     }
 
-    /// The same for contact `i`, which may lie between a member and a spectator.
-    fn cluster_of_contact(&self, i: usize, t: DoubleDouble) -> Option<(&Cluster, f64)> {
-        let cluster = self.clusters[self.contacts[i].cluster? as usize].as_ref()?;
-        Some((cluster, (t - cluster.start).value()))
+    /// The segment of the impact under way in contact `i` that holds the time `t`, and the time since its start.
+    fn inside_at(&self, i: usize, t: DoubleDouble) -> Option<(&Cluster, f64)> {
+        let segments = self.inside(i);
+        let segment = segments.iter().rfind(|segment| segment.start <= t).or(segments.first())?;
+        Some((segment, (t - segment.start).value().max(0.0)))
+    }
+
+    /// What moves ball `i` if it is not in flight, and the time since the start of the segment.
+    fn segment_of_ball(&self, i: usize, t: DoubleDouble) -> Option<(&Cluster, f64)> {
+        match self.balls[i].held {
+            Held::Free => None,
+            Held::Cluster(id) => self.cluster(id, t),
+            Held::Impact(contact) => self.inside_at(contact as usize, t),
+        }
+    }
+
+    /// The segment that contact `i` belongs to, be it between a member and a spectator.
+    fn segment_of_contact(&self, i: usize, t: DoubleDouble) -> Option<(&Cluster, f64)> {
+        match self.contacts[i].cluster {
+            Some(id) => self.cluster(id, t),
+            None => self.inside_at(i, t),
+        }
+    }
+
+    /// Sum over the segments of the impact in contact `i` that are over at `t`.
+    fn over_before(&self, i: usize, t: DoubleDouble, sum: impl Fn(&Cluster) -> f64) -> f64 {
+        let segments = self.inside(i);
+        let current = segments.iter().rposition(|segment| segment.start <= t).unwrap_or(0);
+        segments[..current.min(segments.len())].iter().map(sum).sum()
     }
 
     /// Position (m) and velocity (m/s) of ball `i` at the time `t`, not before its anchor.
     fn state_at(&self, i: usize, t: DoubleDouble) -> (f64, f64) {
-        let (x, (displacement, v)) = match self.cluster_of_ball(i, t) {
+        let (x, (displacement, v)) = match self.segment_of_ball(i, t) {
             Some((cluster, tau)) => (cluster.flights[i - cluster.window.start].x, cluster.moved(i, tau)),
             None => (self.balls[i].flight.x, self.balls[i].moved(t)),
         };
@@ -35,9 +60,23 @@ impl Engine {
     }
 
     fn tally_at(&self, i: usize, t: DoubleDouble) -> Tally {
-        match self.cluster_of_ball(i, t) {
-            Some((cluster, tau)) => cluster.tally(i, &self.balls[i], tau),
-            None => self.balls[i].tally_at(t),
+        match (self.segment_of_ball(i, t), self.balls[i].held) {
+            (Some((cluster, tau)), Held::Impact(contact)) => {
+                let none = Tally::default();
+                let part = |pick: fn(&Tally) -> f64| {
+                    let segment = |s: &Cluster| pick(&s.tally(i, &none, &self.balls[i], s.length));
+                    self.over_before(contact as usize, t, segment)
+                };
+                let mut tally = cluster.tally(i, &self.balls[i].tally, &self.balls[i], tau);
+                tally.add(&Tally {
+                    x_integral: part(|t| t.x_integral),
+                    drag_loss: part(|t| t.drag_loss),
+                    work: part(|t| t.work),
+                });
+                tally
+            }
+            (Some((cluster, tau)), _) => cluster.tally(i, &self.balls[i].tally, &self.balls[i], tau),
+            (None, _) => self.balls[i].tally_at(t),
         }
     }
 
@@ -63,7 +102,7 @@ impl Engine {
 
     /// Force in contact `i`, N.
     pub fn force(&self, i: usize) -> f64 {
-        match self.cluster_of_contact(i, self.now()) {
+        match self.segment_of_contact(i, self.now()) {
             Some((cluster, tau)) if cluster.mode(i) == Mode::Pressing => {
                 let (overlap, rate) = cluster.overlap(i, tau);
                 self.cradle.contacts[i].unclipped_force(overlap, rate)
@@ -74,11 +113,25 @@ impl Engine {
 
     /// Overlap of contact `i`, m; negative while apart.
     pub fn overlap(&self, i: usize) -> f64 {
-        match (self.cluster_of_contact(i, self.now()), &self.contacts[i].separation) {
+        match (self.segment_of_contact(i, self.now()), &self.contacts[i].separation) {
             (Some((cluster, tau)), _) => cluster.overlap(i, tau).0,
             (None, Some(separation)) => separation.at_time(self.now()).0,
-            (None, None) => self.contacts[i].overlap,
+            // Beside an impact.
+            (None, None) => self.waiting_overlap(i),
         }
+    }
+
+    /// Overlap of contact `i` beside an impact, m.
+    fn waiting_overlap(&self, i: usize) -> f64 {
+        // Displacement since the anchor, which is where the ball came into the impact if it is in one.
+        let displacement = |ball: usize| match self.segment_of_ball(ball, self.now()) {
+            Some((segment, tau)) => {
+                let came_with = self.balls[ball].flight.x;
+                (segment.flights[ball - segment.window.start].x - came_with) + segment.moved(ball, tau).0
+            }
+            None => self.balls[ball].moved(self.now()).0,
+        };
+        self.contacts[i].overlap + (displacement(i) - displacement(i + 1))
     }
 
     /// Whether the overlap of contact `i` is positive.
@@ -87,8 +140,9 @@ impl Engine {
     }
 
     fn impulse_at(&self, i: usize, t: DoubleDouble) -> DoubleDouble {
-        let segment = self.cluster_of_contact(i, t).map_or(0.0, |(cluster, tau)| cluster.impulse(i, tau));
-        self.contacts[i].ledger.impulse + segment
+        let before = self.over_before(i, t, |segment| segment.impulse(i, segment.length));
+        let segment = self.segment_of_contact(i, t).map_or(0.0, |(cluster, tau)| cluster.impulse(i, tau));
+        self.contacts[i].ledger.impulse + (before + segment)
     }
 
     /// Integral of the force in contact `i` since the start, N.s.
@@ -115,10 +169,11 @@ impl Engine {
         if self.step_length() == 0.0 {
             return self.force(i);
         }
-        let segment = self.cluster_of_contact(i, self.now()).map_or(0.0, |(cluster, tau)| {
-            let from = (DoubleDouble::from(self.step_start.time) - cluster.start).value().max(0.0);
-            cluster.peak(i, from, tau)
-        });
+        let from = DoubleDouble::from(self.step_start.time);
+        let segment = match self.contacts[i].cluster.and_then(|id| self.cluster(id, self.now())) {
+            Some((cluster, tau)) => cluster.peak(i, (from - cluster.start).value().max(0.0), tau),
+            None => self.impact_peak(i, from, self.now()),
+        };
         segment.max(self.contacts[i].ledger.peak_in_step(self.step))
     }
 
@@ -170,7 +225,7 @@ impl Engine {
         let drag: f64 = (0..self.balls.len()).map(|i| self.tally_at(i, now).drag_loss).sum();
         let contact = |i: usize| {
             let law = &self.cradle.contacts[i];
-            self.cluster_of_contact(i, now).map_or(0.0, |(cluster, tau)| cluster.contact_loss(i, law, tau))
+            self.segment_of_contact(i, now).map_or(0.0, |(cluster, tau)| cluster.contact_loss(i, law, tau))
         };
         drag + self.contact_loss + (0..self.contacts.len()).map(contact).sum::<f64>()
     }
@@ -227,7 +282,8 @@ impl Engine {
         let period = std::f64::consts::TAU / self.balls[0].oscillator.omega();
         let limit = DoubleDouble::from(self.time + ONSET_PERIODS * period);
         let Some((t, key)) = self.queue.first() else { return NEVER };
-        if self.contacts[key].cluster.is_none() && self.contacts[key].closes {
+        let contact = &self.contacts[key];
+        if contact.cluster.is_none() && contact.impact.is_none() && contact.closes {
             return if t <= limit { t.value_up() } else { NEVER };
         }
         // A contact phase is under way, or the forecasts do not reach far enough: follow a copy.
@@ -257,6 +313,12 @@ impl Engine {
         for id in 0..self.clusters.len() {
             let Some(cluster) = &self.clusters[id] else { continue };
             for i in cluster.window_contacts() {
+                let impulse = self.impulse_at(i, self.now());
+                self.contacts[i].ledger.begin_step(self.step, impulse);
+            }
+        }
+        for i in 0..self.contacts.len() {
+            if self.contacts[i].impact.is_some() {
                 let impulse = self.impulse_at(i, self.now());
                 self.contacts[i].ledger.begin_step(self.step, impulse);
             }

@@ -6,9 +6,10 @@
 //! Mathematics 14 (2005): order `1 - ln(epsilon) / 2`, and a step on which the last terms are below epsilon times the scale
 //! of the velocities. The series is its own dense output.
 
-use super::ball::{Ball, Flight};
+use super::ball::{Ball, Flight, Push, degree};
 use super::cluster::{Mode, Switch, WindowContact};
 use crate::model::{ContactLaw, Damping};
+use crate::solver::oscillator::MAX_FORCE_ORDER;
 use crate::solver::series::{self, power_term, product_term};
 
 /// What governs order and step.
@@ -28,11 +29,13 @@ impl Control {
     }
 }
 
-/// Coefficients of the motions and forces of a window.
+/// Coefficients of the motions and forces of a window, as functions of the time since the start of the segment over `unit`.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Series {
     /// Order of the velocities; displacements have one more.
     order: usize,
+    /// Unit of time of the series, s: of the order of what they converge for, lest high powers overflow.
+    unit: f64,
     /// A ball each: displacement since the start of the segment.
     displacements: Vec<f64>,
     /// A contact each: overlap.
@@ -60,39 +63,79 @@ impl Series {
         &rows[j * self.stride()..(j + 1) * self.stride()]
     }
 
-    /// Displacement of ball `j` of the window, m.
-    pub fn displacement(&self, j: usize) -> &[f64] {
+    fn displacement(&self, j: usize) -> &[f64] {
         self.row(&self.displacements, j)
     }
 
-    /// Velocity of ball `j` of the window, m/s.
-    pub fn velocity(&self, j: usize) -> Vec<f64> {
-        series::differentiated(self.displacement(j))
-    }
-
-    /// Overlap of contact `j` of the window, m.
-    pub fn overlap(&self, j: usize) -> &[f64] {
+    fn overlap_row(&self, j: usize) -> &[f64] {
         self.row(&self.overlaps, j)
     }
 
-    /// Rate of the overlap of contact `j` of the window, m/s.
-    pub fn rate(&self, j: usize) -> Vec<f64> {
-        series::differentiated(self.overlap(j))
-    }
-
-    /// Force of contact `j` of the window by its law without clipping, N.
-    pub fn force(&self, j: usize) -> &[f64] {
+    fn force_row(&self, j: usize) -> &[f64] {
         &self.row(&self.forces, j)[..self.order]
     }
 
-    /// The force of contact `j` less its elastic part, N; `pressing` tells whether the law acts or is clipped.
-    pub fn dissipative_force(&self, j: usize, pressing: bool) -> Vec<f64> {
+    /// Coefficients of the derivative of a row by time.
+    fn rate(&self, row: &[f64]) -> Vec<f64> {
+        row.iter().enumerate().skip(1).map(|(k, c)| k as f64 * c / self.unit).collect()
+    }
+
+    /// Displacement of ball `j` of the window since the start of the segment (m) and its velocity (m/s) at `tau` (s).
+    pub fn moved(&self, j: usize, tau: f64) -> (f64, f64) {
+        let [displacement, rate, _] = series::value_and_derivatives(self.displacement(j), tau / self.unit);
+        (displacement, rate / self.unit)
+    }
+
+    /// Integral of that displacement, m.s.
+    pub fn displacement_integral(&self, j: usize, tau: f64) -> f64 {
+        self.unit * series::integral(self.displacement(j), tau / self.unit)
+    }
+
+    /// Overlap of contact `j` of the window (m) and its rate (m/s) at `tau` (s).
+    pub fn overlap(&self, j: usize, tau: f64) -> (f64, f64) {
+        let [overlap, rate, _] = series::value_and_derivatives(self.overlap_row(j), tau / self.unit);
+        (overlap, rate / self.unit)
+    }
+
+    /// Integral of the force of contact `j` by its law without clipping, N.s.
+    pub fn impulse(&self, j: usize, tau: f64) -> f64 {
+        self.unit * series::integral(self.force_row(j), tau / self.unit)
+    }
+
+    /// Largest such force between two times (s), N.
+    pub fn peak(&self, j: usize, from: f64, to: f64) -> f64 {
+        series::maximum(self.force_row(j), from / self.unit, to / self.unit)
+    }
+
+    /// Integral of the squared velocity of ball `j`, m2/s.
+    pub fn squared_velocity_integral(&self, j: usize, tau: f64) -> f64 {
+        let v = self.rate(self.displacement(j));
+        self.unit * series::product_integral(&v, &v, tau / self.unit)
+    }
+
+    /// Work per unit of mass of the acceleration `push` on ball `j`, m2/s2.
+    pub fn work(&self, j: usize, push: &Push, tau: f64) -> f64 {
+        if degree(push) == 0 {
+            return push[0] * self.moved(j, tau).0;
+        }
+        let mut unit = 1.0;
+        let mut scaled = [0.0; MAX_FORCE_ORDER + 1];
+        for (k, p) in push.iter().enumerate() {
+            scaled[k] = p * unit * INVERSE_FACTORIAL[k];
+            unit *= self.unit;
+        }
+        self.unit * series::product_integral(&scaled, &self.rate(self.displacement(j)), tau / self.unit)
+    }
+
+    /// Energy that contact `j` dissipates, J: by the force less its elastic part while `pressing`, by what is clipped otherwise.
+    pub fn contact_loss(&self, j: usize, pressing: bool, tau: f64) -> f64 {
         let elastic = &self.row(&self.elastic, j)[..self.order];
-        if pressing {
-            self.force(j).iter().zip(elastic).map(|(f, e)| f - e).collect()
+        let excess: Vec<f64> = if pressing {
+            self.force_row(j).iter().zip(elastic).map(|(f, e)| f - e).collect()
         } else {
             elastic.iter().map(|e| -e).collect()
-        }
+        };
+        self.unit * series::product_integral(&excess, &self.rate(self.overlap_row(j)), tau / self.unit)
     }
 
     /// How long the series converge to the tolerance, s.
@@ -100,24 +143,34 @@ impl Series {
         self.converges_for
     }
 
-    /// The functions of time whose crossing of zero switches contact `j`, whether it counts when falling, and to what.
-    pub fn watches(&self, j: usize, law: &ContactLaw, mode: Mode) -> Vec<(Vec<f64>, bool, Switch)> {
-        let overlap = self.overlap(j);
+    /// The first switching of contact `j` before `until` (s), and to what.
+    pub fn first_switch(&self, j: usize, law: &ContactLaw, mode: Mode, until: f64) -> Option<(f64, Switch)> {
+        let overlap = self.overlap_row(j);
+        let crossing = |row: &[f64], sign: f64, until: f64, switch: Switch| {
+            let tau = series::first_positive(row, sign, until / self.unit)? * self.unit;
+            (tau < until).then_some((tau, switch))
+        };
         if mode == Mode::Open {
-            return vec![(overlap.to_vec(), false, Switch::Onset)];
+            return crossing(overlap, 1.0, until, Switch::Onset);
         }
-        let mut watches = vec![(overlap.to_vec(), true, Switch::Release)];
+        let release = crossing(overlap, -1.0, until, Switch::Release);
+        if !law.clips() {
+            return release;
+        }
         let push = match law.damping {
-            Damping::KelvinVoigt { pull: false, .. } => self.force(j).to_vec(),
             Damping::HuntCrossley { alpha } => {
-                let mut factor: Vec<f64> = self.rate(j).iter().map(|r| alpha * r).collect();
+                let mut factor: Vec<f64> = self.rate(overlap).iter().map(|r| alpha * r).collect();
                 factor[0] += 1.0;
                 factor
             }
-            _ => return watches,
+            _ => self.force_row(j).to_vec(),
         };
-        watches.push(if mode == Mode::Pressing { (push, true, Switch::Clip) } else { (push, false, Switch::Unclip) });
-        watches
+        let until = release.map_or(until, |(tau, _)| tau);
+        let clip = match mode {
+            Mode::Pressing => crossing(&push, -1.0, until, Switch::Clip),
+            _ => crossing(&push, 1.0, until, Switch::Unclip),
+        };
+        clip.or(release)
     }
 
     /// Computes all coefficients from the state at the start of a segment.
@@ -129,8 +182,9 @@ impl Series {
         laws: &[ContactLaw],
         control: &Control,
     ) {
-        self.begin(flights, contacts, control.order);
         let scale = velocity_scale(flights, contacts, balls, laws);
+        self.unit = unit_of_time(flights, contacts, balls, laws, scale);
+        self.begin(flights, contacts, control.order);
         self.find_faint(contacts, balls, laws, control.epsilon * scale, scale);
         for k in 0..self.order {
             for (j, law) in laws.iter().enumerate() {
@@ -156,11 +210,11 @@ impl Series {
             rows.resize(contacts.len() * stride, 0.0);
         }
         for (j, flight) in flights.iter().enumerate() {
-            self.displacements[j * stride + 1] = flight.v;
+            self.displacements[j * stride + 1] = flight.v * self.unit;
         }
         for (j, contact) in contacts.iter().enumerate() {
             self.overlaps[j * stride] = contact.overlap;
-            self.overlaps[j * stride + 1] = flights[j].v - flights[j + 1].v;
+            self.overlaps[j * stride + 1] = (flights[j].v - flights[j + 1].v) * self.unit;
         }
         self.powers.resize(contacts.len(), Vec::new());
     }
@@ -173,7 +227,7 @@ impl Series {
             let mut faint = 0.0;
             if contact.mode != Mode::Open && law.whole_exponent().is_none() {
                 let mass = reduced_mass(&balls[j], &balls[j + 1]);
-                let rate = self.overlap(j)[1];
+                let rate = self.overlap_row(j)[1] / self.unit;
                 let bound = law.faint_overlap(mass, rate, dv, law.time_scale(mass, scale));
                 if contact.overlap < bound {
                     faint = 2.0 * bound;
@@ -193,7 +247,7 @@ impl Series {
             law.stiffness * law.overlap_ref * power(&mut self.powers[j], overlap, law, k)
         };
         self.elastic[at + k] = elastic;
-        let rate = |k: usize| (k + 1) as f64 * overlap[k + 1];
+        let rate = |k: usize| (k + 1) as f64 * overlap[k + 1] / self.unit;
         self.forces[at + k] = match law.damping {
             Damping::None => elastic,
             Damping::KelvinVoigt { c, .. } => elastic + c * rate(k),
@@ -207,6 +261,8 @@ impl Series {
     /// Coefficient `k` of the accelerations, hence `k + 2` of the displacements and overlaps.
     fn expand_motion(&mut self, flights: &[Flight], contacts: &[WindowContact], balls: &[Ball], k: usize) {
         let stride = self.stride();
+        let unit2 = self.unit * self.unit;
+        let unit_to_k = (0..k.min(MAX_FORCE_ORDER)).fold(1.0, |power, _| power * self.unit);
         let acting = |j: usize| contacts[j].mode == Mode::Pressing;
         for (j, (flight, ball)) in flights.iter().zip(balls).enumerate() {
             let from_left = if j > 0 && acting(j - 1) { self.forces[(j - 1) * stride + k] } else { 0.0 };
@@ -214,11 +270,11 @@ impl Series {
             let d = &mut self.displacements[j * stride..(j + 1) * stride];
             let o = &ball.oscillator;
             let position = if k == 0 { flight.x } else { d[k] };
-            let push = flight.push.get(k).map_or(0.0, |p| p * INVERSE_FACTORIAL[k]);
+            let push = flight.push.get(k).map_or(0.0, |p| p * INVERSE_FACTORIAL[k] * unit_to_k);
             let acceleration = (from_left - from_right) / ball.mass + push
                 - o.omega2() * position
-                - 2.0 * o.gamma() * (k + 1) as f64 * d[k + 1];
-            d[k + 2] = acceleration / ((k + 1) * (k + 2)) as f64;
+                - 2.0 * o.gamma() * (k + 1) as f64 * d[k + 1] / self.unit;
+            d[k + 2] = acceleration * unit2 / ((k + 1) * (k + 2)) as f64;
         }
         for j in 0..contacts.len() {
             let at = j * stride + k + 2;
@@ -236,25 +292,25 @@ impl Series {
                 .map(|d| ((k + 1) as f64 * d[k + 1]).abs())
                 .fold(0.0, f64::max);
             if largest > 0.0 {
-                shortest = shortest.min(libm::pow(dv / largest, 1.0 / k as f64));
+                shortest = shortest.min(libm::pow(dv * self.unit / largest, 1.0 / k as f64));
             }
         }
-        shortest
+        shortest * self.unit
     }
 
     /// Ends the segment where contact `j` leaves the overlaps that are left out.
     fn shorten_where_faint(&mut self, j: usize) {
         if self.faint[j] > 0.0 {
-            let mut above = self.overlap(j).to_vec();
+            let mut above = self.overlap_row(j).to_vec();
             above[0] -= self.faint[j];
-            if let Some(tau) = series::first_positive(&above, self.converges_for) {
-                self.converges_for = tau;
+            if let Some(s) = series::first_positive(&above, 1.0, self.converges_for / self.unit) {
+                self.converges_for = s * self.unit;
             }
         }
     }
 }
 
-const INVERSE_FACTORIAL: [f64; 4] = [1.0, 1.0, 0.5, 1.0 / 6.0];
+const INVERSE_FACTORIAL: [f64; MAX_FORCE_ORDER + 1] = [1.0, 1.0, 0.5, 1.0 / 6.0];
 
 fn reduced_mass(left: &Ball, right: &Ball) -> f64 {
     left.mass * right.mass / (left.mass + right.mass)
@@ -269,6 +325,21 @@ fn velocity_scale(flights: &[Flight], contacts: &[WindowContact], balls: &[Ball]
         (2.0 * law.elastic_energy(contact.overlap) / mass).sqrt()
     });
     stored.fold(moving, f64::max)
+}
+
+/// A time (s) within a few powers of ten of the one that the series will converge for: that of the fastest contact, or of an
+/// overlap about to vanish, whose power is singular there; without contact that of the pendulums.
+fn unit_of_time(flights: &[Flight], contacts: &[WindowContact], balls: &[Ball], laws: &[ContactLaw], scale: f64) -> f64 {
+    let swing = balls.iter().map(|b| b.oscillator.omega() + 2.0 * b.oscillator.gamma()).fold(0.0, f64::max);
+    let mut unit = if swing > 0.0 { 1.0 / swing } else { 1.0 };
+    for (j, (contact, law)) in contacts.iter().zip(laws).enumerate().filter(|(_, (c, _))| c.mode != Mode::Open) {
+        unit = unit.min(law.time_scale(reduced_mass(&balls[j], &balls[j + 1]), scale));
+        let rate = (flights[j].v - flights[j + 1].v).abs();
+        if law.whole_exponent().is_none() && contact.overlap < unit * rate {
+            unit = unit.min((contact.overlap / rate).max(1e-6 * unit));
+        }
+    }
+    unit
 }
 
 /// Coefficient `k` of `(overlap / overlap_ref)^p`, with the lower powers kept in `table`.

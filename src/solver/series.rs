@@ -17,19 +17,15 @@ pub fn integral(c: &[f64], t: f64) -> f64 {
     t * c.iter().enumerate().rev().fold(0.0, |sum, (k, &c)| sum * t + c / (k + 1) as f64)
 }
 
-/// The coefficients of the derivative; one fewer.
-pub fn differentiated(c: &[f64]) -> Vec<f64> {
-    c.iter().enumerate().skip(1).map(|(k, &c)| k as f64 * c).collect()
-}
-
-/// The coefficients of the polynomial with these derivatives at 0.
-pub fn from_derivatives(derivatives: &[f64]) -> Vec<f64> {
-    let mut factorial = 1.0;
-    let term = |(k, d): (usize, &f64)| {
-        factorial *= k.max(1) as f64;
-        d / factorial
-    };
-    derivatives.iter().enumerate().map(term).collect()
+/// Value and first two derivatives at `t`.
+pub fn value_and_derivatives(c: &[f64], t: f64) -> [f64; 3] {
+    let (mut value, mut slope, mut half_curvature) = (0.0, 0.0, 0.0);
+    for &c in c.iter().rev() {
+        half_curvature = half_curvature * t + slope;
+        slope = slope * t + value;
+        value = value * t + c;
+    }
+    [value, slope, 2.0 * half_curvature]
 }
 
 /// Coefficient `k` of the product of two series, from their first `k + 1` coefficients.
@@ -97,33 +93,29 @@ fn falling_zero_of_derivative(c: &[f64], mut low: f64, mut high: f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// The first `t` in `[0, until]` from which on the series is positive; see [`root::first_positive`].
-pub fn first_positive(c: &[f64], until: f64) -> Option<f64> {
+/// The first `t` in `[0, until]` from which on `sign` (1 or -1) times the series is positive; see [`root::first_positive`].
+pub fn first_positive(c: &[f64], sign: f64, until: f64) -> Option<f64> {
+    let mut from = 0.0;
     // At a start with vanishing value, slope and curvature the first coefficient that is not zero decides.
     if c[0] == 0.0 && c[1] == 0.0 && c[2] == 0.0 {
         let lead = c.iter().position(|&c| c != 0.0)?;
-        if c[lead] > 0.0 {
+        if sign * c[lead] > 0.0 {
             return Some(0.0);
         }
         let rest: f64 = c[lead + 1..].iter().rev().fold(0.0, |sum, c| sum * until + c.abs());
         // On this stretch the leading term outweighs all others.
-        let from = if rest * until <= 0.5 * -c[lead] { until } else { 0.5 * -c[lead] / rest };
-        return root::first_positive(&Series(c), from, until);
+        let half = 0.5 * c[lead].abs();
+        from = if rest * until <= half { until } else { half / rest };
     }
-    root::first_positive(&Series(c), 0.0, until)
+    root::first_positive(&Signed(c, sign), from, until)
 }
 
-struct Series<'a>(&'a [f64]);
+/// A series times a sign.
+struct Signed<'a>(&'a [f64], f64);
 
-impl Smooth for Series<'_> {
+impl Smooth for Signed<'_> {
     fn at(&self, t: f64) -> [f64; 3] {
-        let (mut value, mut slope, mut half_curvature) = (0.0, 0.0, 0.0);
-        for &c in self.0.iter().rev() {
-            half_curvature = half_curvature * t + slope;
-            slope = slope * t + value;
-            value = value * t + c;
-        }
-        [value, slope, 2.0 * half_curvature]
+        value_and_derivatives(self.0, t).map(|d| self.1 * d)
     }
 
     fn third_derivative_bound(&self, t: f64, span: f64) -> f64 {
@@ -160,9 +152,9 @@ mod tests {
 
     #[test]
     fn crossing_decided_by_the_leading_term() {
-        assert_eq!(first_positive(&[0.0, 0.0, 0.0, 0.0, 1e-30], 1.0), Some(0.0));
-        assert_eq!(first_positive(&[0.0; 6], 1.0), None);
-        let t = first_positive(&[0.0, 0.0, 0.0, -1.0, 2.0], 1.0).unwrap();
+        assert_eq!(first_positive(&[0.0, 0.0, 0.0, 0.0, 1e-30], 1.0, 1.0), Some(0.0));
+        assert_eq!(first_positive(&[0.0; 6], 1.0, 1.0), None);
+        let t = first_positive(&[0.0, 0.0, 0.0, 1.0, -2.0], -1.0, 1.0).unwrap();
         assert!((t - 0.5).abs() < 1e-15);
     }
 

@@ -1,0 +1,202 @@
+//! Impacts of two balls whose outcome is known at their onset: begun, ended, and given up where something interferes.
+
+use std::ops::Range;
+
+use super::ball::Held;
+use super::cluster::{Cluster, Mode, Switch, WindowContact};
+use super::pair::PairImpact;
+use super::taylor::Series;
+use super::{Engine, Pulse};
+use crate::solver::double_double::DoubleDouble;
+
+impl Engine {
+    /// Begins the closing of contact `i` at `t` as an impact of known outcome, if it is one: two balls that are in flight, and
+    /// stay clear of their neighbours until the impact is over.
+    pub(super) fn begin_impact(&mut self, i: usize, t: DoubleDouble) -> bool {
+        let neighbours = i.saturating_sub(1)..(i + 3).min(self.balls.len());
+        let held = |ball: usize| self.balls[ball].held;
+        if held(i) != Held::Free || held(i + 1) != Held::Free {
+            return false;
+        }
+        if neighbours.clone().any(|ball| matches!(held(ball), Held::Cluster(_))) {
+            return false;
+        }
+        for ball in neighbours.clone() {
+            if self.balls[ball].held == Held::Free {
+                self.land(ball, t);
+            }
+        }
+        for contact in neighbours.start..neighbours.end - 1 {
+            self.stop_separation(contact, t);
+        }
+        let (left, right) = (&self.balls[i], &self.balls[i + 1]);
+        let Some(impact) = PairImpact::new(left, right, &self.cradle.contacts[i], &self.shape) else { return false };
+        let clear_left = i == 0 || self.stays_open(i - 1, t, None, Some(&impact));
+        let clear_right = i + 2 == self.balls.len() || self.stays_open(i + 1, t, Some(&impact), None);
+        if !(clear_left && clear_right) {
+            return false;
+        }
+        self.queue.set(i, impact.end());
+        self.contacts[i].impact = Some(impact);
+        for beside in neighbours.start..neighbours.end - 1 {
+            self.contacts[beside].waits = beside != i;
+        }
+        (self.balls[i].held, self.balls[i + 1].held) = (Held::Impact(i as u32), Held::Impact(i as u32));
+        self.contacts[i].ledger.open_pulse(t, self.step);
+        self.count_event();
+        self.work.steps = self.work.steps.saturating_add(1);
+        self.work.evaluations = self.work.evaluations.saturating_add(1);
+        true
+    }
+
+    /// Whether the open contact `j` provably stays open from `t` on until the impacts of its balls are over: the impact about
+    /// to begin, given for the ball that it moves, and one that may be under way for the other.
+    fn stays_open(&self, j: usize, t: DoubleDouble, left: Option<&PairImpact>, right: Option<&PairImpact>) -> bool {
+        let under_way = |ball: usize| match self.balls[ball].held {
+            Held::Impact(contact) => self.contacts[contact as usize].impact.as_ref(),
+            _ => None,
+        };
+        let (left, right) = (left.or_else(|| under_way(j)), right.or_else(|| under_way(j + 1)));
+        // Displacement since the anchor along the chord of the impact, or straight on in flight.
+        let chord = |ball: usize, impact: Option<&PairImpact>, side: usize, node: DoubleDouble| {
+            let tau = (node - self.balls[ball].anchor).value();
+            impact.map_or(self.balls[ball].flight.v * tau, |impact| impact.chord(side, tau))
+        };
+        let ends = [left, right].into_iter().flatten().map(PairImpact::end);
+        let last = ends.clone().fold(t, |last, end| if end > last { end } else { last });
+        let slack: f64 = [j, j + 1].iter().map(|&ball| self.bend(ball, last)).sum();
+        std::iter::once(t).chain(ends).filter(|node| *node >= t).all(|node| {
+            let apart = chord(j, left, 1, node) - chord(j + 1, right, 0, node);
+            self.contacts[j].overlap + apart + slack < 0.0
+        })
+    }
+
+    /// How far ball `i` can leave the chord of its motion between its anchor and `t`, but for contacts, m.
+    fn bend(&self, i: usize, t: DoubleDouble) -> f64 {
+        let (ball, tau) = (&self.balls[i], (t - self.balls[i].anchor).value());
+        let (o, flight) = (&ball.oscillator, &ball.flight);
+        let acceleration = (flight.push[0] - o.omega2() * flight.x).abs() + o.omega2() * flight.v.abs() * tau;
+        acceleration * tau * tau
+    }
+
+    /// The impact of contact `i` is over at `t`.
+    pub(super) fn end_impact(&mut self, i: usize, t: DoubleDouble, pulses: &mut Vec<Pulse>) {
+        let in_step = self.impact_peak(i, self.step_start.time.into(), t);
+        let Some(impact) = self.contacts[i].impact.take() else { return };
+        self.contacts[i].ledger.add(impact.impulse, impact.peak, in_step);
+        for (side, ball) in [i, i + 1].into_iter().enumerate() {
+            let ball = &mut self.balls[ball];
+            ball.flight.x += impact.displacement;
+            ball.flight.v = impact.velocities[side];
+            ball.anchor = t;
+            ball.tally.add(&impact.tallies[side]);
+            ball.held = Held::Free;
+        }
+        self.shift_neighbours(i, impact.displacement, impact.displacement);
+        self.contacts[i].overlap = 0.0;
+        pulses.push(self.contacts[i].ledger.close_pulse(i, t));
+        self.count_event();
+        for contact in i.saturating_sub(1)..(i + 2).min(self.contacts.len()) {
+            let free = |ball: usize| self.balls[ball].held == Held::Free;
+            if free(contact) && free(contact + 1) {
+                self.land(contact, t);
+                self.land(contact + 1, t);
+                self.fly(contact, t);
+            }
+        }
+    }
+
+    /// Moves the anchor of ball `i`, in flight, to `t`. Contacts that wait for the end of an impact refer to the anchors.
+    pub(super) fn land(&mut self, i: usize, t: DoubleDouble) {
+        if self.balls[i].anchor == t {
+            return;
+        }
+        let displacement = self.balls[i].moved(t).0;
+        self.balls[i].land(t);
+        if i > 0 && self.contacts[i - 1].waits {
+            self.contacts[i - 1].overlap -= displacement;
+        }
+        if i < self.contacts.len() && self.contacts[i].waits {
+            self.contacts[i].overlap += displacement;
+        }
+    }
+
+    /// The contacts beside contact `i` follow its balls, whose anchors have moved by these displacements (m).
+    fn shift_neighbours(&mut self, i: usize, left: f64, right: f64) {
+        if i > 0 {
+            self.contacts[i - 1].overlap -= left;
+        }
+        if i + 1 < self.contacts.len() {
+            self.contacts[i + 1].overlap += right;
+        }
+    }
+
+    /// Gives the known outcome of contact `i` up at `t`, within its impact: the impact is followed from its onset to `t` like
+    /// any other, and left there with its balls in flight and its contact closed.
+    pub(super) fn break_impact(&mut self, i: usize, t: DoubleDouble) {
+        let Some(impact) = self.contacts[i].impact.take() else { return };
+        self.queue.remove(i);
+        let mut cluster = self.alone(i, impact.start);
+        let mut moved = [0.0; 2];
+        loop {
+            let end = if cluster.end() < t && cluster.switch.is_none() { cluster.end() } else { t };
+            let tau = (end - cluster.start).value();
+            for (side, moved) in moved.iter_mut().enumerate() {
+                *moved += cluster.moved(i + side, tau).0;
+            }
+            self.fold(&mut cluster, end);
+            if end == t {
+                break;
+            }
+            cluster.expand(&self.balls, &self.cradle.contacts, &self.control);
+        }
+        for side in 0..2 {
+            let ball = &mut self.balls[i + side];
+            (ball.flight, ball.anchor, ball.held) = (cluster.flights[side], t, Held::Free);
+        }
+        self.shift_neighbours(i, moved[0], moved[1]);
+        (self.contacts[i].overlap, self.contacts[i].mode) = (cluster.contacts[0].overlap, Mode::Pressing);
+    }
+
+    /// The balls of contact `i` as a cluster without spectators, from the onset at `t` on.
+    fn alone(&self, i: usize, t: DoubleDouble) -> Cluster {
+        let members: Range<usize> = i..i + 2;
+        let flights = vec![self.balls[i].flight, self.balls[i + 1].flight];
+        let contacts = vec![WindowContact { overlap: 0.0, mode: Mode::Pressing }];
+        let window = members.clone();
+        let series = Series::default();
+        let mut cluster = Cluster { members, window, start: t, flights, contacts, series, length: 0.0, switch: None };
+        cluster.expand(&self.balls, &self.cradle.contacts, &self.control);
+        cluster
+    }
+
+    /// The segments of the impact under way in contact `i`, computed when they are first looked at.
+    pub(super) fn inside(&self, i: usize) -> &[Cluster] {
+        let Some(impact) = &self.contacts[i].impact else { return &[] };
+        impact.inside.get_or_init(|| {
+            let mut cluster = self.alone(i, impact.start);
+            let mut segments = vec![cluster.clone()];
+            while cluster.switch.is_none_or(|(_, switch)| switch != Switch::Release) && cluster.end() < impact.end() {
+                cluster.move_start(cluster.length, &self.balls);
+                cluster.expand(&self.balls, &self.cradle.contacts, &self.control);
+                segments.push(cluster.clone());
+            }
+            segments
+        })
+    }
+
+    /// Largest force of the impact under way in contact `i` between two times, N.
+    pub(super) fn impact_peak(&self, i: usize, from: DoubleDouble, to: DoubleDouble) -> f64 {
+        match &self.contacts[i].impact {
+            None => 0.0,
+            Some(impact) if from <= impact.start && impact.end() <= to => impact.peak,
+            Some(_) => {
+                let part = |segment: &Cluster| {
+                    let local = |t: DoubleDouble| (t - segment.start).value().clamp(0.0, segment.length);
+                    segment.peak(i, local(from), local(to))
+                };
+                self.inside(i).iter().map(part).fold(0.0, f64::max)
+            }
+        }
+    }
+}
