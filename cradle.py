@@ -1,0 +1,336 @@
+#!/usr/bin/env python3
+"""Newton's cradle as an FMU: run the paper's experiment, or run all tests.
+
+    python3 cradle.py paper     build the FMU, run the experiment through FMPy, write pictures to out/paper
+    python3 cradle.py test      run everything that checks this project
+
+Both need cargo, a C compiler and Python 3.11 or newer. What else is needed goes into this folder: Python
+packages into .venv, compiled code into target. Delete either at any time; it is made again.
+"""
+
+import argparse
+import hashlib
+import os
+import re
+import shutil
+import subprocess
+import sys
+import sysconfig
+import time
+import zipfile
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent
+VENV = ROOT / ".venv"
+PYTHON = VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+FMU = ROOT / "target/fmu/NewtonsCradle.fmu"
+
+
+class Stop(Exception):
+    """Something is missing that this script cannot supply; the message says what to do."""
+
+
+def say(text: str) -> None:
+    """Prints at once, also into a pipe."""
+    print(text, flush=True)
+
+
+def run(command: list, check: bool = True, watch=None, **options) -> int:
+    """Runs a command in the checkout, its output passed on line by line and to `watch(line)`."""
+    say("  $ " + " ".join(str(part).removeprefix(f"{ROOT}{os.sep}") for part in command))
+    environment = os.environ | {"PYTHONUNBUFFERED": "1"} | options.pop("env", {})
+    options = {"cwd": ROOT, "env": environment} | options
+    if watch is None:
+        code = subprocess.run([str(part) for part in command], **options).returncode
+    else:
+        with subprocess.Popen(
+            [str(part) for part in command],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            errors="replace",
+            **options,
+        ) as process:
+            for line in process.stdout:
+                sys.stdout.write(line)
+                sys.stdout.flush()
+                watch(line)
+        code = process.returncode
+    if check and code != 0:
+        raise Stop(f"`{Path(str(command[0])).name}` ended with code {code}; its messages are above.")
+    return code
+
+
+@contextmanager
+def stage(title: str):
+    """Announces a stage and says at its end how long it took."""
+    begin = time.perf_counter()
+    outcome = "stopped"
+    say(f"\n== {title}")
+    try:
+        yield
+        outcome = "done"
+    finally:
+        say(f"== {title}: {outcome} after {time.perf_counter() - begin:.1f} s")
+
+
+# ---------------------------------------------------------------- what both commands need
+
+
+def check_machine() -> None:
+    """Stops with advice when cargo, a C compiler or the Python version is missing."""
+    if sys.version_info < (3, 11):  # noqa: UP036 - the script is the first thing an old Python meets
+        raise Stop(f"Python 3.11 or newer is needed, this is {sys.version.split()[0]}.")
+    if shutil.which("cargo") is None:
+        raise Stop("cargo is missing: install Rust from https://rustup.rs and open a new shell.")
+    if not any(shutil.which(name) for name in ("cc", "gcc", "clang", "cl")):
+        raise Stop(
+            "a C compiler is missing (the linker of Rust programs): on Debian, `apt install gcc libc6-dev`."
+        )
+
+
+def make_venv() -> None:
+    """.venv with the packages of requirements.txt; nothing to do when they have not changed."""
+    requirements = ROOT / "requirements.txt"
+    stamp = VENV / "requirements.sha256"
+    # The checkout's path counts as well: a virtual environment does not survive being moved.
+    wanted = hashlib.sha256(requirements.read_bytes() + str(ROOT).encode()).hexdigest()
+    if PYTHON.exists() and stamp.exists() and stamp.read_text() == wanted:
+        say("  .venv is up to date")
+        return
+    shutil.rmtree(VENV, ignore_errors=True)
+    if run([sys.executable, "-m", "venv", VENV], check=False) != 0:
+        raise Stop("this Python cannot make virtual environments: on Debian, `apt install python3-venv`.")
+    run(
+        [
+            PYTHON,
+            "-m",
+            "pip",
+            "install",
+            "--disable-pip-version-check",
+            "--progress-bar",
+            "off",
+            "-r",
+            requirements,
+        ]
+    )
+    packages = Path(sysconfig.get_path("purelib", "venv", {"base": str(VENV)}))
+    (packages / "newtons_cradle.pth").write_text(f"{ROOT / 'python'}\n")
+    stamp.write_text(wanted)
+
+
+def build_fmu() -> None:
+    """target/fmu/NewtonsCradle.fmu, by the packaging member of the workspace."""
+    run(["cargo", "pack", "build", "--release"])
+    if not FMU.exists():
+        raise Stop(f"`cargo pack build` did not leave {FMU.relative_to(ROOT)}.")
+
+
+# ---------------------------------------------------------------- paper
+
+
+def paper(_options) -> int:
+    """Builds the FMU and runs the paper's experiment through FMPy."""
+    with stage("1/3 Python packages"):
+        make_venv()
+    with stage("2/3 FMU (the first time, compiling takes a minute)"):
+        build_fmu()
+    with stage("3/3 the paper's experiment"):
+        return run([PYTHON, "examples/paper/run_all.py"], check=False)
+
+
+# ---------------------------------------------------------------- test
+
+
+@dataclass
+class Tally:
+    """Counts over all stages, and the remarks to repeat at the end."""
+
+    passed: int = 0
+    failed: int = 0
+    skipped: int = 0
+    remarks: list = field(default_factory=list)
+
+    def skip(self, what: str, why: str) -> None:
+        self.skipped += 1
+        self.remarks.append(f"SKIPPED  {what}: {why}")
+        say(f"\n!! SKIPPED {what}: {why}")
+
+    def fail(self, what: str) -> None:
+        self.failed += 1
+        self.remarks.append(f"FAILED   {what}")
+        say(f"\n!! FAILED {what}")
+
+    def step(self, what: str, command: list, counts=None, **options) -> None:
+        """Runs one stage. `counts(line)` gives (passed, failed, skipped) of a runner's summary line;
+        a stage without any counts as one test, and a crash that no summary shows as one failure."""
+        total = [0, 0, 0]
+
+        def watch(line):
+            for i, number in enumerate((counts and counts(line)) or ()):
+                total[i] += number
+
+        with stage(what):
+            code = run(command, check=False, watch=watch, **options)
+        if counts is None and code == 0:
+            total[0] += 1
+        self.passed, self.skipped = self.passed + total[0], self.skipped + total[2]
+        if code != 0 and total[1] == 0:
+            self.fail(f"{what} (code {code})")
+        elif total[1]:
+            self.failed += total[1]
+            self.remarks.append(f"FAILED   {what}: {total[1]} tests")
+        if total[2]:
+            self.remarks.append(f"SKIPPED  {what}: {total[2]} tests, see above")
+
+
+def cargo_counts(line: str):
+    """(passed, failed, skipped) of `test result: ok. 3 passed; 0 failed; 1 ignored; ...`."""
+    match = re.search(r"test result: \w+\. (\d+) passed; (\d+) failed; (\d+) ignored", line)
+    return match and tuple(map(int, match.groups()))
+
+
+def pytest_counts(line: str):
+    """(passed, failed, skipped) of `=== 34 passed, 1 skipped in 5.01s ===`."""
+    if not re.search(r"\d+ (passed|failed|skipped|errors?)\b.* in [\d.]+s", line):
+        return None
+    numbers = {what: int(n) for n, what in re.findall(r"(\d+) (passed|failed|skipped|error)", line)}
+    failed = numbers.get("failed", 0) + numbers.get("error", 0)
+    return numbers.get("passed", 0), failed, numbers.get("skipped", 0)
+
+
+def test(options) -> int:
+    """Everything that checks the project, then one line of totals."""
+    begin = time.perf_counter()
+    tally = Tally()
+    with stage("Python packages"):
+        make_venv()
+    rust_style(tally)
+    tally.step("Rust tests", ["cargo", "test", "--workspace", "--release"], cargo_counts)
+    python_style(tally)
+    try:
+        with stage("FMU"):
+            build_fmu()
+    except Stop as problem:
+        tally.fail(f"FMU: {problem} Without it the hosts cannot run.")
+    else:
+        hosts = [PYTHON, "-m", "pytest", "tests/hosts", "--fmu", FMU, "-rs", *options.pytest]
+        tally.step("Python hosts", hosts, pytest_counts)
+        rust_host(tally)
+        leak_check(tally)
+    say(f"\n== all tests: {time.perf_counter() - begin:.0f} s")
+    for remark in tally.remarks:
+        say(f"!! {remark}")
+    say(f"{tally.passed} passed, {tally.failed} failed, {tally.skipped} skipped")
+    return 1 if tally.failed else 0
+
+
+def rust_style(tally: Tally) -> None:
+    """rustfmt and clippy, where the toolchain has them."""
+    for what, tool, command in (
+        ("Rust format", "cargo-fmt", ["cargo", "fmt", "--all", "--check"]),
+        ("Rust lints", "cargo-clippy", ["cargo", "clippy", "--workspace", "--all-targets", "--release"]),
+    ):
+        if shutil.which(tool) is None:
+            tally.skip(what, f"{tool} is missing: `rustup component add {tool.removeprefix('cargo-')}`")
+        elif tool == "cargo-clippy":
+            tally.step(what, [*command, "--", "--deny", "warnings"])
+        else:
+            tally.step(what, command)
+
+
+def python_style(tally: Tally) -> None:
+    """ruff, from the virtual environment."""
+    tally.step("Python lints", [PYTHON, "-m", "ruff", "check", "."])
+    tally.step("Python format", [PYTHON, "-m", "ruff", "format", "--check", "."])
+
+
+def rust_host(tally: Tally) -> None:
+    """The `fmi` crate as a host: a workspace of its own, because its bindings need libclang."""
+    manifest = ROOT / "tests/hosts/fmi-rs/Cargo.toml"
+    if not manifest.exists():
+        return tally.skip("Rust host", f"{manifest.relative_to(ROOT)} is not there")
+    if not has_libclang():
+        return tally.skip("Rust host", "libclang is missing: on Debian, `apt install libclang-dev`")
+    command = ["cargo", "test", "--manifest-path", manifest, "--target-dir", ROOT / "target/hosts"]
+    return tally.step("Rust host", command, cargo_counts, env={"CRADLE_FMU": str(FMU)})
+
+
+def has_libclang() -> bool:
+    """Whether libclang's shared library is where bindgen looks for it."""
+    folders = [os.environ.get("LIBCLANG_PATH", "")]
+    if shutil.which("llvm-config"):
+        answer = subprocess.run(["llvm-config", "--libdir"], capture_output=True, text=True)
+        folders.append(answer.stdout.strip())
+    folders += [str(path) for path in Path("/usr/lib").glob("llvm*/lib")]
+    folders += ["/usr/lib", "/usr/lib64", "/usr/lib/x86_64-linux-gnu", "/usr/lib/aarch64-linux-gnu"]
+    names = ("libclang.so*", "libclang-[0-9]*.so*", "libclang.dylib", "libclang.dll")
+    return any(any(Path(f).glob(name)) for f in folders if f for name in names)
+
+
+def leak_check(tally: Tally) -> None:
+    """2,000 cycles of instantiate, run, free in a C host: no crash, and no leak or error under valgrind."""
+    if sys.platform != "linux":
+        return tally.skip("C host", "it is written for Linux")
+    folder = ROOT / "target/hosts/cycles"
+    shutil.rmtree(folder, ignore_errors=True)
+    with zipfile.ZipFile(FMU) as archive:
+        archive.extractall(folder)
+    description = (folder / "modelDescription.xml").read_text(encoding="utf-8")
+    guid = re.search(r'guid="([^"]+)"', description)[1]
+    libraries = list((folder / "binaries").glob(f"linux*/{FMU.stem}.so"))
+    host = folder / "cycles"
+    build = [
+        "cc",
+        "-O1",
+        "-g",
+        "-Wall",
+        "-Wextra",
+        "-Werror",
+        "-o",
+        host,
+        ROOT / "tests/hosts/cycles.c",
+        "-ldl",
+    ]
+    cycles = [host, libraries[0], (folder / "resources").as_uri(), guid, "2000"]
+    try:
+        with stage("C host: compile"):
+            run(build)
+    except Stop as problem:
+        return tally.fail(f"C host: {problem}")
+    if shutil.which("valgrind") is None:
+        tally.step("C host: 2,000 cycles", cycles)
+        return tally.skip(
+            "leak check of the C host", "valgrind is missing: on Debian, `apt install valgrind`"
+        )
+    checks = ["--leak-check=full", "--errors-for-leak-kinds=definite", "--error-exitcode=9"]
+    return tally.step("C host: 2,000 cycles under valgrind", ["valgrind", *checks, *cycles])
+
+
+def main() -> int:
+    """Parses the command line and runs the command."""
+    parser = argparse.ArgumentParser(
+        prog="cradle.py", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    commands = parser.add_subparsers(dest="command", required=True, metavar="{paper,test}")
+    commands.add_parser("paper", help=paper.__doc__).set_defaults(function=paper)
+    tests = commands.add_parser("test", help=test.__doc__)
+    tests.add_argument("pytest", nargs="*", help="more arguments for pytest, after `--`: -- -k threads")
+    tests.set_defaults(function=test)
+    options = parser.parse_args()
+    begin = time.perf_counter()
+    try:
+        check_machine()
+        code = options.function(options)
+    except Stop as problem:
+        say(f"\n{parser.prog} {options.command} stopped: {problem}")
+        return 2
+    if options.command == "paper":
+        say(f"\nTogether {time.perf_counter() - begin:.0f} s.")
+    return code
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,42 @@
+"""What must not change: energy and momentum over a run, as numbers to hold against a tolerance."""
+
+import numpy as np
+
+from .fmu import Result
+from .pulses import impact_sequences
+
+
+def energy_error(result: Result) -> float:
+    """Largest |E_residual| of a run over its start energy (1). Needs E_residual and E_total recorded.
+
+    E_residual is E_total + E_dissipated - W_external - E_total(start): damping and outside work are
+    accounted for, what is left is the solver's own error.
+    """
+    return float(np.max(np.abs(result["E_residual"])) / result["E_total"][0])
+
+
+def momentum_defect(result: Result) -> np.ndarray:
+    """p_total(after) - p_total(before) + h F_support_mean of every step, kg.m/s, shape (steps,).
+
+    Zero for a cradle without external forces: the support is all that changes its momentum.
+    """
+    h = np.diff(result["time"])
+    return np.diff(result["p_total"]) + h * result["F_support_mean"][1:]
+
+
+def momentum_of_sequences(result: Result, pause: float = 0.01) -> np.ndarray:
+    """The same over each impact sequence, kg.m/s, shape (sequences,).
+
+    Each sequence is taken over the whole communication steps around it; sequences that began before
+    the first or ended after the last communication point are left out.
+    """
+    time = result["time"]
+    supported = np.concatenate([[0.0], np.cumsum(np.diff(time) * result["F_support_mean"][1:])])
+    defects = []
+    for sequence in impact_sequences(result.pulses, pause):
+        before = np.searchsorted(time, sequence["onset"].min(), side="left") - 1
+        after = np.searchsorted(time, sequence["release"].max(), side="right")
+        if before >= 0 and after < len(time):
+            change = result["p_total"][after] - result["p_total"][before]
+            defects.append(change + supported[after] - supported[before])
+    return np.array(defects)

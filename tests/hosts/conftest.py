@@ -1,0 +1,37 @@
+"""Fixtures of the host tests: which FMU is tested.
+
+The tests run against target/fmu/NewtonsCradle.fmu; another FMU is chosen by `pytest --fmu FILE` or by
+the environment variable CRADLE_FMU.
+"""
+
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "python"))
+
+import newtons_cradle as nc  # noqa: E402
+
+
+def pytest_addoption(parser):
+    parser.addoption("--fmu", help="the FMU to test (default: CRADLE_FMU, else target/fmu/NewtonsCradle.fmu)")
+
+
+@pytest.fixture(scope="session")
+def fmu_path(request) -> Path:
+    """The FMU file under test."""
+    chosen = request.config.getoption("--fmu") or os.environ.get("CRADLE_FMU")
+    path = Path(chosen) if chosen else ROOT / "target/fmu/NewtonsCradle.fmu"
+    if not path.exists():
+        pytest.exit(f"{path} is missing: build it with `cargo pack build --release`", returncode=2)
+    return path.resolve()
+
+
+@pytest.fixture(scope="session")
+def fmu(fmu_path) -> nc.Fmu:
+    """The FMU under test, unpacked once."""
+    with nc.Fmu(fmu_path) as opened:
+        yield opened

@@ -1,0 +1,47 @@
+"""What the documentation tells people to type works: README's Python, the paper's figures."""
+
+import re
+import subprocess
+import sys
+
+import pytest
+from conftest import ROOT
+
+README = ROOT / "README.md"
+
+
+def python_blocks(text: str) -> list[str]:
+    """The ```python blocks of a Markdown text."""
+    return re.findall(r"```python\n(.*?)```", text, flags=re.DOTALL)
+
+
+@pytest.mark.parametrize("index", range(len(python_blocks(README.read_text(encoding="utf-8")))))
+def test_readme_example(fmu_path, tmp_path, index):
+    """Each example of the README, run as a script in an empty folder."""
+    code = python_blocks(README.read_text(encoding="utf-8"))[index]
+    code = code.replace("target/fmu/NewtonsCradle.fmu", fmu_path.as_posix())
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip()
+
+
+def test_readme_names_what_is_there():
+    """Every file and folder that the README links to exists."""
+    text = README.read_text(encoding="utf-8")
+    links = [target for target in re.findall(r"\]\(([^)#]+)\)", text) if "://" not in target]
+    assert len(links) >= 5
+    assert [target for target in links if not (ROOT / target).exists()] == []
+
+
+def test_the_papers_experiment(fmu_path, tmp_path):
+    """All figures, as the main command runs them; every number of their table holds."""
+    script = ROOT / "examples/paper/run_all.py"
+    command = [sys.executable, script, "--fmu", fmu_path, "--out", tmp_path / "paper"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "FAILS" not in done.stdout
+    for name in ("figure4.png", "figure5.png", "figure6.png"):
+        assert (tmp_path / "paper" / name).read_bytes().startswith(b"\x89PNG")
+    table = (tmp_path / "paper/table1.csv").read_text().splitlines()
+    assert table[0] == "state,ball 1,ball 2,ball 3,ball 4,ball 5"
+    assert table[-1] == "end,stopped,stopped,stopped,moving,moving"

@@ -1,0 +1,65 @@
+"""The helpers themselves, without an FMU: log lines, sequences, order, counts of the test command."""
+
+import sys
+from pathlib import Path
+
+import newtons_cradle as nc
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+from cradle import cargo_counts, pytest_counts
+
+
+def pulses(*rows) -> np.ndarray:
+    """A pulse table from (contact, onset, release) in s."""
+    return np.array([(c, on, off, 1.0, 1.0) for c, on, off in rows], dtype=nc.PULSE)
+
+
+def test_a_log_line_becomes_a_row():
+    line = "contact=3 onset=0.70248147310409812 release=7.0248200000000001e-01 peak=1.5e7 impulse=2.25"
+    assert nc.parse_pulse(line) == (3, 0.70248147310409812, 0.702482, 1.5e7, 2.25)
+
+
+@pytest.mark.parametrize(
+    "line", ["", "contact=3 onset=", "solver: 12 steps", "contact=x onset=1 release=2 peak=3 impulse=4"]
+)
+def test_other_log_lines_are_left_alone(line):
+    assert nc.parse_pulse(line) is None
+
+
+def test_sequences_are_cut_at_pauses_and_not_within_a_long_pulse():
+    table = pulses((1, 0.0, 0.5), (2, 0.1, 0.2), (2, 0.505, 0.6), (1, 1.0, 1.1))
+    assert [list(s["onset"]) for s in nc.impact_sequences(table)] == [[0.0, 0.1, 0.505], [1.0]]
+    assert nc.impact_sequences(pulses()) == []
+
+
+def test_order_groups_simultaneous_onsets():
+    table = pulses((3, 1.0001, 2.0), (1, 1.0, 2.0), (2, 0.0, 0.9), (2, 2.5, 3.0))
+    assert nc.pulse_order(table) == [[2], [1, 3], [2]]
+
+
+def test_only_pulses_that_share_a_ball_can_overlap():
+    assert nc.overlapping_neighbours(pulses((1, 0.0, 1.0), (3, 0.0, 1.0))) == 0
+    assert nc.overlapping_neighbours(pulses((1, 0.0, 1.0), (2, 0.9, 2.0), (3, 1.9, 3.0))) == 2
+    assert nc.overlapping_neighbours(pulses((1, 0.0, 1.0), (2, 1.0, 2.0))) == 0
+
+
+def test_the_momentum_of_a_sequence_shows_a_missing_impulse():
+    """Two balls' worth of momentum against the support's: a defect is found where it was put."""
+    time = np.array([0.0, 0.1, 0.2, 0.3])
+    dtype = [("time", "f8"), ("p_total", "f8"), ("F_support_mean", "f8")]
+    samples = np.array(list(zip(time, [0, -1, -2.5, -3.5], [0, 10, 10, 10], strict=True)), dtype=dtype)
+    result = nc.Result(samples, pulses((1, 0.15, 0.151)))
+    assert nc.momentum_defect(result) == pytest.approx([0.0, -0.5, 0.0])
+    assert nc.momentum_of_sequences(result) == pytest.approx([-0.5])
+
+
+def test_counts_of_the_runners():
+    line = (
+        "test result: FAILED. 12 passed; 1 failed; 2 ignored; 0 measured; 0 filtered out; finished in 0.01s"
+    )
+    assert cargo_counts(line) == (12, 1, 2)
+    assert cargo_counts("running 3 tests") is None
+    assert pytest_counts("=== 2 failed, 34 passed, 1 skipped, 1 error in 5.01s (0:00:05) ===") == (34, 3, 1)
+    assert pytest_counts("tests/hosts/test_x.py ..... [100%]") is None
