@@ -50,7 +50,8 @@ fn coefficients(p: f64, g: usize) -> [[f64; TERMS]; TERMS] {
         let mut binomial = 1.0;
         for j in 0..=k {
             let share = (k + j + g + 1) as f64 / (p + 1.0);
-            let beta_function = std::f64::consts::PI.sqrt() * libm::tgamma(share) / libm::tgamma(share + 0.5) / (p + 1.0);
+            let beta_function =
+                std::f64::consts::PI.sqrt() * libm::tgamma(share) / libm::tgamma(share + 0.5) / (p + 1.0);
             let derivatives = (0..k).fold(1.0, |product, i| product * (share - 0.5 - i as f64) / -((i + 1) as f64));
             table[k][j] = binomial * beta_function * derivatives;
             binomial *= (k - j) as f64 / (j + 1) as f64;

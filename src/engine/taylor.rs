@@ -329,7 +329,13 @@ fn velocity_scale(flights: &[Flight], contacts: &[WindowContact], balls: &[Ball]
 
 /// A time (s) within a few powers of ten of the one that the series will converge for: that of the fastest contact, or of an
 /// overlap about to vanish, whose power is singular there; without contact that of the pendulums.
-fn unit_of_time(flights: &[Flight], contacts: &[WindowContact], balls: &[Ball], laws: &[ContactLaw], scale: f64) -> f64 {
+fn unit_of_time(
+    flights: &[Flight],
+    contacts: &[WindowContact],
+    balls: &[Ball],
+    laws: &[ContactLaw],
+    scale: f64,
+) -> f64 {
     let swing = balls.iter().map(|b| b.oscillator.omega() + 2.0 * b.oscillator.gamma()).fold(0.0, f64::max);
     let mut unit = if swing > 0.0 { 1.0 / swing } else { 1.0 };
     for (j, (contact, law)) in contacts.iter().zip(laws).enumerate().filter(|(_, (c, _))| c.mode != Mode::Open) {
