@@ -208,7 +208,7 @@ def test(options) -> int:
     with stage("Python packages"):
         make_venv()
     rust_style(tally)
-    tally.step("Rust tests", ["cargo", "test", "--workspace", "--release"], cargo_counts)
+    tally.step("Rust tests", ["cargo", "test", "--workspace", "--release", "--no-fail-fast"], cargo_counts)
     python_style(tally)
     try:
         with stage("FMU"):
