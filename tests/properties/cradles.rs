@@ -167,9 +167,6 @@ impl Case {
 
     /// The engine at the start.
     pub fn start(&self) -> Result<Engine, TestCaseError> {
-        if std::env::var("TRACE").is_ok() {
-            eprintln!("{self:?}");
-        }
         Engine::new(&self.p, &self.inputs, 0.0).map_err(ended_early)
     }
 

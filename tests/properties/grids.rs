@@ -11,10 +11,9 @@ use super::cradles::{ANY, Case, Family, cradles, ended_early};
 /// All that a run leaves behind, bit by bit.
 fn bits(engine: &Engine, case: &Case) -> Vec<u64> {
     let (p, n) = (&case.p, case.p.balls());
-    // The search for the next onset does not end yet with free balls under drag, and hardly with contacts that stay closed.
+    // The search for the next onset takes seconds yet, or does not end, under drag and with contacts that stay closed.
     let closed = (p.damping > 0.0 || case.driven()) && (0..n - 1).any(|i| engine.in_contact(i));
-    let endless = closed || p.gravity == 0.0 && p.drag > 0.0;
-    let t_next = if endless { NEVER } else { engine.next_onset() };
+    let t_next = if closed || p.drag > 0.0 { NEVER } else { engine.next_onset() };
     let balls = (0..n).flat_map(|i| [engine.x(i), engine.v(i), engine.a(i)]);
     let contacts = (0..n - 1).flat_map(|i| {
         [engine.force(i), engine.overlap(i), engine.impulse(i), engine.last_onset(i), engine.last_release(i)]
