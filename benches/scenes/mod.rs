@@ -1,0 +1,147 @@
+//! The runs that are measured, as hosts of the C functions that are ready for their first step.
+#![allow(dead_code)] // Not every bench uses all of them.
+
+#[path = "../../tests/host/mod.rs"]
+mod host;
+
+pub use host::{Host, fmi2OK};
+
+use host::Instantiate;
+use newtons_cradle::variables::CHOICES;
+
+/// A real variable and the value to give it.
+type Setting<'a> = (&'a str, f64);
+
+/// An instance of `balls` balls, set up but for its own settings.
+pub fn instance(balls: usize) -> Host {
+    let text = format!("{{\"format\":1,\"balls\":{balls}}}");
+    let location = (balls != 5).then(|| host::resources(&format!("bench-{balls}"), text.as_bytes()).1);
+    let host = Instantiate { guid: Some(host::guid(balls)), location, balls, ..Default::default() }.host();
+    host.unwrap_or_else(|log| panic!("{balls} balls: {log:?}"))
+}
+
+/// All balls at rest in their rest positions, then `settings`.
+fn at_rest(balls: usize, settings: &[Setting]) -> Host {
+    let host = instance(balls);
+    let rest = (1..=balls).map(|i| (format!("x_start[{i}]"), 0.0));
+    for (name, value) in rest.chain(settings.iter().map(|(name, value)| ((*name).to_owned(), *value))) {
+        assert_eq!(host.set(&name, value), fmi2OK, "{name} = {value}: {:?}", host.log());
+    }
+    host
+}
+
+/// Selects an item of an enumeration by its name.
+pub fn choose(host: &Host, variable: &str, type_name: &str, item: &str) {
+    assert_eq!(host.set_integer(variable, choice(type_name, item).unwrap()), fmi2OK, "{variable} = {item}");
+}
+
+/// The integer of an item, if this build has it.
+pub fn choice(type_name: &str, item: &str) -> Option<i32> {
+    let choice = CHOICES.iter().find(|choice| choice.type_name == type_name)?;
+    choice.named(item).map(|item| item.value)
+}
+
+fn started(host: Host) -> Host {
+    host.start();
+    host
+}
+
+/// A scene with a solver other than the default.
+pub fn ten_minutes_by(method: &str, settings: &[Setting]) -> Host {
+    let set_up =
+        [("x_start[1]", -1.0), ("x_start[2]", -1.0), ("contact.stiffness", 2.9e14), ("contact.deadBand", 1.46e-7)];
+    let host = at_rest(5, &set_up);
+    choose(&host, "solver.method", "SolverMethod", method);
+    for (name, value) in settings {
+        assert_eq!(host.set(name, *value), fmi2OK, "{name} = {value}");
+    }
+    started(host)
+}
+
+/// Figure 6's set-up, to be run for 600 s: 2,562 pulses.
+pub fn ten_minutes() -> Host {
+    ten_minutes_by("eventDriven", &[])
+}
+
+/// Cubic contacts, to be run for 600 s: 7,194 pulses.
+pub fn cubic() -> Host {
+    let turn = std::f64::consts::TAU;
+    started(at_rest(
+        5,
+        &[
+            ("gravity", turn * turn),
+            ("pendulum.length", 1.0),
+            ("contact.stiffness", 5e18),
+            ("contact.overlapRef", 1.0),
+            ("contact.exponent", 3.0),
+            ("contact.deadBand", 2e-5),
+            ("x_start[1]", -0.05),
+            ("x_start[2]", -0.05),
+        ],
+    ))
+}
+
+/// Figure 3: waves that cross in thirteen balls, three lifted on the left and two on the right.
+pub fn figure3() -> Host {
+    started(at_rest(
+        13,
+        &[
+            ("pendulum.length", 1.0),
+            ("contact.stiffness", 4e4),
+            ("contact.deadBand", 0.0),
+            ("x_start[1]", -0.1),
+            ("x_start[2]", -0.1),
+            ("x_start[3]", -0.1),
+            ("x_start[12]", 0.1),
+            ("x_start[13]", 0.1),
+        ],
+    ))
+}
+
+/// A line of touching steel balls, the first struck to 1 m/s: the wave is through after 0.2 s.
+pub fn hertz_line(balls: usize) -> Host {
+    let host = at_rest(balls, &[("gravity", 0.0), ("contact.deadBand", 0.0), ("v_start[1]", 1.0)]);
+    choose(&host, "contact.model", "ContactModel", "hertz");
+    started(host)
+}
+
+/// Hunt-Crossley damping with the coefficient of restitution 0.95 at the first impact, at 0.1 m sqrt(g/L): alpha v = 0.0789266
+/// from `a - ln(1 + a) = -b - ln(1 - b)` with `a = alpha v`, `b = 0.95 a`.
+pub fn settling() -> Host {
+    let set_up = [("x_start[1]", -0.1), ("x_start[2]", -0.1), ("contact.huntCrossley", 0.352_970_509)];
+    let host = at_rest(5, &set_up);
+    choose(&host, "contact.dampingLaw", "DampingLaw", "huntCrossley");
+    started(host)
+}
+
+/// A chain pressed by 10 N from both ends with half-critical damping.
+pub fn pressed() -> Host {
+    let half_critical = (1e10f64 / 2.0).sqrt();
+    started(at_rest(5, &[("contact.damping", half_critical), ("F_ext[1]", 10.0), ("F_ext[5]", -10.0)]))
+}
+
+/// The default cradle with Kelvin-Voigt damping in units of the critical one, `c = 2 sqrt(k m / 2)`.
+pub fn damped(critical: f64) -> Host {
+    let c = critical * 2.0 * (1e10f64 / 2.0).sqrt();
+    started(at_rest(5, &[("x_start[1]", -0.1), ("x_start[2]", -0.1), ("contact.damping", c)]))
+}
+
+/// The default cradle.
+pub fn default_cradle() -> Host {
+    damped(0.0)
+}
+
+/// The default cradle where gravity is so weak that nothing touches for weeks.
+pub fn in_flight() -> Host {
+    started(at_rest(5, &[("x_start[1]", -0.1), ("x_start[2]", -0.1), ("gravity", 1e-12)]))
+}
+
+/// One ball lifted, a dead band that separates all pulses: n - 1 of them in each stroke.
+pub fn separated(balls: usize) -> Host {
+    started(at_rest(balls, &[("x_start[1]", -0.1)]))
+}
+
+/// Onsets so far.
+pub fn pulses(host: &Host) -> u64 {
+    (1..host.balls).map(|i| host.get_integer(&format!("pulses[{i}]")) as u64).sum()
+}

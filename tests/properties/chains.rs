@@ -1,0 +1,93 @@
+//! Chains of equal free balls that touch, struck at one end: laws of their outcome, for any exponent.
+
+use newtons_cradle::engine::Engine;
+use newtons_cradle::model::{Inputs, Parameters};
+use proptest::prelude::*;
+
+use super::config;
+use super::cradles::{decades, distance, exponents};
+
+/// `n` balls of 1 kg in touch, the first `strikers` of them at 1 m/s; F = overlap^p in SI units.
+fn chain(n: usize, strikers: usize, exponent: f64) -> Parameters {
+    let mut p = Parameters::default_for(n);
+    (p.gravity, p.stiffness, p.overlap_ref, p.dead_band, p.exponent) = (0.0, 1.0, 1.0, 0.0, exponent);
+    p.x_start = vec![0.0; n];
+    p.v_start = (0..n).map(|i| if i < strikers { 1.0 } else { 0.0 }).collect();
+    p
+}
+
+/// What is left when everything has come apart, by `time` (s).
+struct Outcome {
+    velocities: Vec<f64>,
+    impulses: Vec<f64>,
+    last_release: f64,
+}
+
+fn outcome(p: &Parameters, time: f64) -> Outcome {
+    let n = p.balls();
+    let mut engine = Engine::new(p, &Inputs::zero(n), 0.0).unwrap();
+    engine.advance(time, &mut Vec::new()).unwrap();
+    Outcome {
+        velocities: (0..n).map(|i| engine.v(i)).collect(),
+        impulses: (0..n - 1).map(|i| engine.impulse(i)).collect(),
+        last_release: (0..n - 1).map(|i| engine.last_release(i)).fold(0.0, f64::max),
+    }
+}
+
+/// A number of balls and a smaller number of strikers.
+fn sizes() -> impl Strategy<Value = (usize, usize)> {
+    (2..=8usize).prop_flat_map(|n| (Just(n), 1..n))
+}
+
+proptest! {
+    #![proptest_config(config(100))]
+
+    /// Seen from the centre of mass of the strikers, and mirrored, s strikers on n - s balls are n - s strikers on s.
+    #[test]
+    fn strikers_and_struck_are_exchangeable((n, strikers) in sizes(), exponent in exponents()) {
+        let one = outcome(&chain(n, strikers, exponent), 200.0);
+        let other = outcome(&chain(n, n - strikers, exponent), 200.0);
+        let expected: Vec<f64> = other.velocities.iter().rev().map(|v| 1.0 - v).collect();
+        let off = distance(&one.velocities, &expected);
+        prop_assert!(off < 1e-11, "off by {off:e}");
+    }
+
+    /// Velocities scale with v, impulses with m v, times with `(m / (k v^(p-1)))^(1/(p+1))`.
+    #[test]
+    fn outcomes_scale_with_stiffness_mass_and_velocity(
+        (n, strikers) in sizes(),
+        exponent in exponents(),
+        stiffness in decades(-2.0, 14.0),
+        overlap_ref in decades(-8.0, 0.0),
+        mass in decades(-3.0, 3.0),
+        velocity in decades(-3.0, 1.0),
+    ) {
+        let unit = outcome(&chain(n, strikers, exponent), 200.0);
+        let mut p = chain(n, strikers, exponent);
+        (p.stiffness, p.overlap_ref, p.mass) = (stiffness, overlap_ref, mass);
+        p.v_start.iter_mut().for_each(|v| *v *= velocity);
+        let coefficient = stiffness * overlap_ref.powf(1.0 - exponent);
+        let time = (mass / (coefficient * velocity.powf(exponent - 1.0))).powf(1.0 / (exponent + 1.0));
+        let scaled = outcome(&p, 200.0 * time);
+        let velocities: Vec<f64> = scaled.velocities.iter().map(|v| v / velocity).collect();
+        let impulses: Vec<f64> = scaled.impulses.iter().map(|j| j / (mass * velocity)).collect();
+        let off = distance(&velocities, &unit.velocities).max(distance(&impulses, &unit.impulses));
+        prop_assert!(off < 1e-11, "off by {off:e}");
+        // Balls that part slowly part at a time as unclear.
+        let slowest = unit.velocities.windows(2).map(|v| v[1] - v[0]).fold(1.0, f64::min);
+        let off = (scaled.last_release / time - unit.last_release).abs();
+        prop_assert!(off < 1e-12 + 1e-13 / slowest, "time off by {off:e}, slowest {slowest:e}");
+    }
+
+    /// A common velocity changes nothing else.
+    #[test]
+    fn a_common_velocity_is_only_added((n, strikers) in sizes(), exponent in exponents(), common in -10.0..10.0) {
+        let resting = outcome(&chain(n, strikers, exponent), 200.0);
+        let mut p = chain(n, strikers, exponent);
+        p.v_start.iter_mut().for_each(|v| *v += common);
+        let moving = outcome(&p, 200.0);
+        let velocities: Vec<f64> = moving.velocities.iter().map(|v| v - common).collect();
+        let off = distance(&velocities, &resting.velocities).max(distance(&moving.impulses, &resting.impulses));
+        prop_assert!(off < 1e-10, "off by {off:e}");
+    }
+}

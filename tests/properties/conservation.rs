@@ -1,0 +1,122 @@
+//! Energy and momentum, of every cradle at every time.
+
+use newtons_cradle::engine::Engine;
+use proptest::prelude::*;
+
+use super::config;
+use super::cradles::{ANY, Case, Family, cradles, ended_early, state};
+
+/// Communication points in a run of a property.
+const POINTS: usize = 20;
+
+/// The largest energies that a run has had to do with so far, J: what errors are measured by.
+fn energy_scale(engine: &Engine, n: usize) -> f64 {
+    let contacts: f64 = (0..n - 1).map(|i| engine.contact_energy(i)).sum();
+    engine.total_energy() + engine.dissipated_energy() + engine.external_work().abs() + contacts
+}
+
+/// Runs a case in `POINTS` steps, with `check(engine, scale of the energy)` at the end of each.
+fn follow(case: &Case, mut check: impl FnMut(&Engine, f64) -> Result<(), TestCaseError>) -> Result<(), TestCaseError> {
+    let mut engine = case.start()?;
+    let mut scale = energy_scale(&engine, case.p.balls());
+    check(&engine, scale)?;
+    for point in 1..=POINTS {
+        engine.advance(case.time * point as f64 / POINTS as f64, &mut Vec::new()).map_err(ended_early)?;
+        scale = scale.max(energy_scale(&engine, case.p.balls()));
+        check(&engine, scale)?;
+    }
+    Ok(())
+}
+
+/// No energy comes from nowhere, and none that was lost comes back. The error may grow with the number of contacts.
+fn energy_is_accounted_for(case: &Case, tolerance: f64) -> Result<(), TestCaseError> {
+    let (mut total, mut lost) = (f64::INFINITY, 0.0);
+    follow(case, |engine, scale| {
+        let (residual, time) = (engine.energy_residual(), engine.time());
+        prop_assert!(residual.abs() <= tolerance * scale, "residual {:e} of the energy at {time}", residual / scale);
+        let dissipated = engine.dissipated_energy();
+        prop_assert!(dissipated >= lost - 1e-14 * scale, "{:e} came back at {time}", lost - dissipated);
+        prop_assert!(
+            case.driven() || engine.total_energy() <= total + tolerance * scale,
+            "energy was gained at {time}"
+        );
+        (total, lost) = (engine.total_energy(), dissipated);
+        Ok(())
+    })
+}
+
+/// The momentum changes by the forces from outside and by that on the support, step by step.
+fn momentum_is_accounted_for(case: &Case) -> Result<(), TestCaseError> {
+    let pushed = case.inputs.force.iter().sum::<f64>() - case.inputs.support_acceleration * case.mass();
+    let (mut before, mut scale, mut time) = (f64::NAN, 0.0f64, 0.0);
+    follow(case, |engine, _| {
+        let (_, v) = state(engine, case.p.balls());
+        let masses = case.p.mass_ratio.iter().map(|ratio| ratio * case.p.mass);
+        let step = engine.time() - time;
+        let from_support = engine.support_force_mean() * step;
+        scale = scale.max(masses.zip(&v).map(|(m, v)| m * v.abs()).sum::<f64>());
+        scale = scale.max(from_support.abs()).max(pushed.abs() * step).max(engine.support_force().abs() * step);
+        if !before.is_nan() {
+            let off = engine.momentum() - before - pushed * step + from_support;
+            prop_assert!(off.abs() <= 1e-12 * scale, "momentum off by {:e} at {}", off / scale, engine.time());
+        }
+        (before, time) = (engine.momentum(), engine.time());
+        Ok(())
+    })
+}
+
+proptest! {
+    #![proptest_config(config(400))]
+
+    #[test]
+    fn energy_of_undamped_runs(case in cradles(Family { damped: false, drag: false, ..ANY })) {
+        energy_is_accounted_for(&case, 1e-12)?;
+    }
+
+    #[test]
+    fn energy_of_damped_runs(case in cradles(Family { inputs: false, ..ANY })) {
+        energy_is_accounted_for(&case, 1e-12)?;
+    }
+
+    #[test]
+    fn energy_of_driven_runs(case in cradles(ANY)) {
+        energy_is_accounted_for(&case, 1e-12)?;
+    }
+
+    #[test]
+    fn momentum(case in cradles(ANY)) {
+        momentum_is_accounted_for(&case)?;
+    }
+
+    /// Each ball of a free chain has got what the impulses of its contacts and the inputs gave it.
+    #[test]
+    fn impulses_make_the_velocities(mut case in cradles(Family { drag: false, ..ANY })) {
+        case.p.gravity = 0.0;
+        let n = case.p.balls();
+        let mut largest = 0.0;
+        follow(&case, |engine, _| {
+            for i in 0..n {
+                let mass = case.p.mass * case.p.mass_ratio[i];
+                let from_left = if i > 0 { engine.impulse(i - 1) } else { 0.0 };
+                let from_right = if i + 1 < n { engine.impulse(i) } else { 0.0 };
+                let push = (case.inputs.force[i] - mass * case.inputs.support_acceleration) * engine.time();
+                let momentum = mass * case.p.v_start[i] + push + from_left - from_right;
+                largest = f64::max(largest, from_left.abs() + from_right.abs() + push.abs() + mass * engine.v(i).abs());
+                let off = (mass * engine.v(i) - momentum).abs();
+                prop_assert!(off <= 1e-12 * largest, "ball {i}: off by {:e}", off / largest);
+            }
+            Ok(())
+        })?;
+    }
+}
+
+proptest! {
+    #![proptest_config(config(60))]
+
+    #[test]
+    fn energy_of_pressed_runs(mut case in cradles(Family { pressed: true, ..ANY })) {
+        case.time = case.time.min(1.0);
+        energy_is_accounted_for(&case, 1e-12)?;
+        momentum_is_accounted_for(&case)?;
+    }
+}

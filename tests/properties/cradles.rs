@@ -1,0 +1,222 @@
+//! Random cradles, and what the properties ask of a run.
+
+use newtons_cradle::engine::{Engine, EngineError, Pulse};
+use newtons_cradle::model::{DampingLaw, Inputs, Parameters};
+use proptest::collection::vec;
+use proptest::prelude::*;
+
+/// The most balls of a random cradle.
+const MOST: usize = 6;
+
+/// What the random cradles of a property may have. Each alternative is drawn about half of the time.
+#[derive(Clone, Copy, Default)]
+pub struct Family {
+    /// Masses, lengths and stiffnesses that differ from ball to ball.
+    pub unequal: bool,
+    /// Damping of the contacts by any of the laws.
+    pub damped: bool,
+    /// Drag of the pendulums.
+    pub drag: bool,
+    /// A force on each ball and an acceleration of the support.
+    pub inputs: bool,
+    /// Gaps that differ from contact to contact.
+    pub gaps: bool,
+    /// Pre-compressed contacts, with a stiffness at which they can be followed for seconds.
+    pub pressed: bool,
+}
+
+/// Everything that `Family` can have but pre-compressed contacts.
+pub const ANY: Family = Family { unequal: true, damped: true, drag: true, inputs: true, gaps: true, pressed: false };
+
+/// A random cradle, its inputs, and how long to follow it.
+#[derive(Clone)]
+pub struct Case {
+    pub p: Parameters,
+    pub inputs: Inputs,
+    /// s.
+    pub time: f64,
+}
+
+/// 10 to a power between `low` and `high`.
+pub fn decades(low: f64, high: f64) -> impl Strategy<Value = f64> {
+    (low..high).prop_map(|exponent| 10f64.powf(exponent))
+}
+
+/// Exponents of the force law: those of the paper, and any between.
+pub fn exponents() -> impl Strategy<Value = f64> {
+    prop_oneof![Just(1.0), Just(1.5), Just(2.0), Just(3.0), Just(5.0), 1.0..6.0]
+}
+
+/// `value` or `plain`, each half of the time.
+fn or<T: Clone + std::fmt::Debug + 'static>(plain: T, value: impl Strategy<Value = T> + 'static) -> BoxedStrategy<T> {
+    prop_oneof![Just(plain), value].boxed()
+}
+
+/// `value` if the family has it, else `plain`; with it, still `plain` half of the time.
+fn only_if<T: Clone + std::fmt::Debug + 'static>(
+    has: bool,
+    plain: T,
+    value: impl Strategy<Value = T> + 'static,
+) -> BoxedStrategy<T> {
+    if has { or(plain, value) } else { Just(plain).boxed() }
+}
+
+/// Random cradles of 2 to 6 balls whose largest speeds are of the order of 1 m/s.
+pub fn cradles(family: Family) -> impl Strategy<Value = Case> {
+    let ones = || vec![1.0; MOST];
+    let pendulums = (2..=MOST, or(0.0, 0.5..20.0), 0.2..3.0, decades(-2.0, 1.0));
+    let ratios = (
+        only_if(family.unequal, ones(), vec(decades(-1.0, 1.0), MOST)),
+        only_if(family.unequal, ones(), vec(0.7..1.4, MOST)),
+        only_if(family.unequal, ones(), vec(decades(-2.0, 2.0), MOST)),
+    );
+    let stiffness = if family.pressed { decades(3.0, 6.0).boxed() } else { decades(5.0, 11.0).boxed() };
+    let gap = if family.pressed { (-1e-5..1e-6).boxed() } else { (0.0..1e-4).boxed() };
+    let dead_band = if family.pressed { Just(0.0).boxed() } else { or(0.0, decades(-9.0, -3.0)) };
+    let has_gaps = family.gaps || family.pressed;
+    let contacts = (stiffness, exponents(), dead_band, only_if(has_gaps, vec![0.0; MOST], vec(gap, MOST)));
+    let law =
+        prop_oneof![Just(DampingLaw::KelvinVoigt), Just(DampingLaw::KelvinVoigtNoPull), Just(DampingLaw::HuntCrossley)];
+    let losses = (law, only_if(family.damped, 0.0, decades(-3.0, 0.3)), only_if(family.drag, 0.0, decades(-3.0, 0.3)));
+    let lifted = prop_oneof![2 => Just(0.0), 1 => -1.0..0.0, 1 => 0.0..1.0];
+    let start = (decades(-3.0, -0.5), vec(lifted, MOST), or(vec![0.0; MOST], vec(-1.0..1.0, MOST)));
+    let inputs =
+        (only_if(family.inputs, vec![0.0; MOST], vec(-1.0..1.0, MOST)), only_if(family.inputs, 0.0, -1.0..1.0));
+    (pendulums, ratios, contacts, losses, start, inputs, 0.1..3.0).prop_map(
+        |(pendulums, ratios, contacts, losses, start, inputs, time)| {
+            let (n, gravity, length, mass) = pendulums;
+            let mut p = Parameters::default_for(n);
+            (p.gravity, p.length, p.mass) = (gravity, length, mass);
+            p.mass_ratio = ratios.0[..n].to_vec();
+            p.length_ratio = ratios.1[..n].to_vec();
+            p.stiffness_ratio = ratios.2[..n - 1].to_vec();
+            (p.stiffness, p.exponent, p.dead_band) = (contacts.0 * mass, contacts.1, contacts.2);
+            p.gap = contacts.3[..n - 1].to_vec();
+            p.damping_law = losses.0;
+            // In units of the critical damping, and of the inverse of 1 m/s.
+            (p.damping, p.hunt_crossley) = (losses.1 * mass * (2.0 * contacts.0).sqrt(), losses.1);
+            p.drag = losses.2 * mass;
+            let (amplitude, mut x, v) = start;
+            x.truncate(n);
+            x.sort_by(f64::total_cmp);
+            p.x_start = x.iter().map(|x| amplitude * x).collect();
+            p.v_start = v[..n].to_vec();
+            let mut held = Inputs::zero(n);
+            held.force = inputs.0[..n].iter().map(|f| f * mass).collect();
+            held.support_acceleration = inputs.1;
+            let mut case = Case { p, inputs: held, time };
+            case.narrow();
+            case
+        },
+    )
+}
+
+/// In one line, and by the names of the FMU: a failure is reported with it.
+impl std::fmt::Debug for Case {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { p, inputs, time } = self;
+        write!(f, "n={} time={time:?} gravity={:?} length={:?}", p.balls(), p.gravity, p.length)?;
+        write!(f, " mass={:?} k={:?} d_ref={:?}", p.mass, p.stiffness, p.overlap_ref)?;
+        write!(f, " p={:?} deadBand={:?} drag={:?} {:?}", p.exponent, p.dead_band, p.drag, p.damping_law)?;
+        write!(f, " c={:?} alpha={:?} a_support={:?}", p.damping, p.hunt_crossley, inputs.support_acceleration)?;
+        let vectors = [
+            ("massRatio", &p.mass_ratio, 1.0),
+            ("lengthRatio", &p.length_ratio, 1.0),
+            ("stiffnessRatio", &p.stiffness_ratio, 1.0),
+            ("gap", &p.gap, 0.0),
+            ("x_start", &p.x_start, 0.0),
+            ("v_start", &p.v_start, 0.0),
+            ("F_ext", &inputs.force, 0.0),
+        ];
+        for (name, values, plain) in vectors {
+            if values.iter().any(|value| *value != plain) {
+                write!(f, " {name}={values:?}")?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A run that ended early has failed.
+pub fn ended_early(error: EngineError) -> TestCaseError {
+    TestCaseError::fail(error.to_string())
+}
+
+impl Case {
+    /// Leaves out what the engine cannot do yet.
+    fn narrow(&mut self) {
+        let driven = self.driven();
+        let p = &mut self.p;
+        // Neighbours at rest, in touch without overlap, that inputs press together.
+        if driven {
+            for (i, v) in p.v_start.iter_mut().enumerate().filter(|(_, v)| **v == 0.0) {
+                *v = 0.1 / (i + 1) as f64;
+            }
+        }
+        // The loss of a contact whose force is clipped, where the exponent is not whole or large.
+        if p.damping > 0.0 && p.damping_law == DampingLaw::KelvinVoigtNoPull {
+            p.exponent = p.exponent.round().min(3.0);
+        }
+        // Contacts that stay closed are followed through every ringing: let them be soft.
+        let unequal = p.length_ratio.iter().any(|ratio| *ratio != 1.0);
+        if p.stiffness > 1e6 * p.mass && (driven || unequal && p.damping > 0.0) {
+            p.stiffness *= 1e-5;
+            p.damping *= 1e-5f64.sqrt();
+        }
+    }
+
+    /// The engine at the start.
+    pub fn start(&self) -> Result<Engine, TestCaseError> {
+        Engine::new(&self.p, &self.inputs, 0.0).map_err(ended_early)
+    }
+
+    /// The engine at the end, and all pulses.
+    pub fn run(&self) -> Result<(Engine, Vec<Pulse>), TestCaseError> {
+        let (mut engine, mut pulses) = (self.start()?, Vec::new());
+        engine.advance(self.time, &mut pulses).map_err(ended_early)?;
+        Ok((engine, pulses))
+    }
+
+    /// Positions and velocities at the end.
+    pub fn state(&self) -> Result<(Vec<f64>, Vec<f64>), TestCaseError> {
+        Ok(state(&self.run()?.0, self.p.balls()))
+    }
+
+    /// The largest shift that the rounding of the start positions can cause in the positions (m) and velocities (m/s) at the
+    /// end: properties that compare two runs cannot be had better than a hundred times that.
+    pub fn spread(&self) -> Result<(f64, f64), TestCaseError> {
+        let (x, v) = self.state()?;
+        let reach = x.iter().chain(&self.p.x_start).fold(1e-3, |most: f64, x| most.max(x.abs()));
+        let mut spread = (0.0, 0.0);
+        for variant in 1..4usize {
+            let mut shifted = self.clone();
+            for (i, x) in shifted.p.x_start.iter_mut().enumerate() {
+                let sign = if (i * variant + i / 2) % 2 == 0 { 1.0 } else { -1.0 };
+                *x += sign * variant as f64 * f64::EPSILON * reach;
+            }
+            let (shifted_x, shifted_v) = shifted.state()?;
+            spread = (f64::max(spread.0, distance(&x, &shifted_x)), f64::max(spread.1, distance(&v, &shifted_v)));
+        }
+        Ok(spread)
+    }
+
+    /// Whether inputs act.
+    pub fn driven(&self) -> bool {
+        self.inputs.support_acceleration != 0.0 || self.inputs.force.iter().any(|f| *f != 0.0)
+    }
+
+    /// Sum of the masses, kg.
+    pub fn mass(&self) -> f64 {
+        self.p.mass_ratio.iter().sum::<f64>() * self.p.mass
+    }
+}
+
+/// Positions and velocities of the balls of an engine.
+pub fn state(engine: &Engine, n: usize) -> (Vec<f64>, Vec<f64>) {
+    ((0..n).map(|i| engine.x(i)).collect(), (0..n).map(|i| engine.v(i)).collect())
+}
+
+/// Largest difference of two vectors.
+pub fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}

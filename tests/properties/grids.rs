@@ -1,0 +1,139 @@
+//! Communication points are where one looks, nothing else.
+
+use newtons_cradle::engine::{Engine, NEVER, Pulse};
+use newtons_cradle::model::{Inputs, Parameters};
+use proptest::collection::vec;
+use proptest::prelude::*;
+
+use super::config;
+use super::cradles::{ANY, Case, Family, cradles, ended_early};
+
+/// All that a run leaves behind, bit by bit.
+fn bits(engine: &Engine, case: &Case) -> Vec<u64> {
+    let (p, n) = (&case.p, case.p.balls());
+    // The search for the next onset takes seconds yet, or does not end, under drag and with contacts that stay closed.
+    let closed = (p.damping > 0.0 || case.driven()) && (0..n - 1).any(|i| engine.in_contact(i));
+    let t_next = if closed || p.drag > 0.0 { NEVER } else { engine.next_onset() };
+    let balls = (0..n).flat_map(|i| [engine.x(i), engine.v(i), engine.a(i)]);
+    let contacts = (0..n - 1).flat_map(|i| {
+        [engine.force(i), engine.overlap(i), engine.impulse(i), engine.last_onset(i), engine.last_release(i)]
+    });
+    let sums = [engine.dissipated_energy(), engine.external_work(), engine.energy_residual(), t_next];
+    let work = engine.work();
+    let counts = [work.steps, work.evaluations, work.events].into_iter().chain((0..n - 1).map(|i| engine.pulses(i)));
+    balls.chain(contacts).chain(sums).map(f64::to_bits).chain(counts).collect()
+}
+
+/// The peak is left out: where a communication point lies by it, it may differ in its last place.
+fn pulse_bits(pulse: &Pulse) -> (usize, [u64; 3]) {
+    (pulse.contact, [pulse.onset, pulse.release, pulse.impulse].map(f64::to_bits))
+}
+
+/// What two runs of `case` leave at their common `times`, the second with `between` more communication points in each
+/// stretch, at which everything is read and the inputs are set to what they are.
+fn compare(case: &Case, times: &[f64], between: &[f64]) -> Result<(), TestCaseError> {
+    let (mut coarse, mut fine) = (case.start()?, case.start()?);
+    let (mut coarse_pulses, mut fine_pulses) = (Vec::new(), Vec::new());
+    let mut last = 0.0;
+    for &time in times {
+        coarse.advance(time, &mut coarse_pulses).map_err(ended_early)?;
+        for share in between {
+            let point = last + share * (time - last);
+            if point > fine.time() && point < time {
+                fine.advance(point, &mut fine_pulses).map_err(ended_early)?;
+                bits(&fine, case);
+                fine.hold(&case.inputs).map_err(ended_early)?;
+                fine.retune(&case.p).map_err(ended_early)?;
+            }
+        }
+        fine.advance(time, &mut fine_pulses).map_err(ended_early)?;
+        prop_assert_eq!(bits(&coarse, case), bits(&fine, case), "at {}", time);
+        last = time;
+    }
+    let coarse: Vec<_> = coarse_pulses.iter().map(pulse_bits).collect();
+    let fine: Vec<_> = fine_pulses.iter().map(pulse_bits).collect();
+    prop_assert_eq!(coarse, fine);
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(config(150))]
+
+    #[test]
+    fn random_points_change_nothing(
+        case in cradles(ANY),
+        mut common in vec(0.0..1.0, 1..5),
+        mut between in vec(0.0..1.0, 1..100),
+    ) {
+        common.iter_mut().for_each(|share| *share *= case.time);
+        common.push(case.time);
+        common.sort_by(f64::total_cmp);
+        between.sort_by(f64::total_cmp);
+        compare(&case, &common, &between)?;
+    }
+
+    /// Points close by the first impacts, also within their contacts.
+    #[test]
+    fn points_in_contacts_change_nothing(case in cradles(Family { pressed: false, ..ANY }), shares in vec(0.0..1.0, 5)) {
+        let (_, pulses) = case.run()?;
+        let mut points: Vec<f64> = pulses
+            .iter()
+            .take(20)
+            .flat_map(|pulse| shares.iter().map(|share| pulse.onset + share * (pulse.release - pulse.onset)))
+            .filter(|point| *point < case.time)
+            .collect();
+        points.sort_by(f64::total_cmp);
+        compare(&case, &[case.time], &points.iter().map(|point| point / case.time).collect::<Vec<_>>())?;
+    }
+
+    /// Means and peaks of the steps add up to the impulses and the peaks of the pulses.
+    #[test]
+    fn steps_add_up(case in cradles(ANY), mut points in vec(0.0..1.0, 1..50)) {
+        let n = case.p.balls();
+        let (mut engine, mut pulses) = (case.start()?, Vec::new());
+        points.push(1.0);
+        points.sort_by(f64::total_cmp);
+        let (mut sums, mut peaks) = (vec![0.0; n - 1], vec![0.0f64; n - 1]);
+        for share in points {
+            let before = engine.time();
+            engine.advance(share * case.time, &mut pulses).map_err(ended_early)?;
+            for i in 0..n - 1 {
+                sums[i] += engine.force_mean(i) * (engine.time() - before);
+                peaks[i] = peaks[i].max(engine.force_peak(i));
+            }
+        }
+        for i in 0..n - 1 {
+            let total = engine.impulse(i);
+            prop_assert!((sums[i] - total).abs() <= 1e-12 * total.abs().max(peaks[i] * 1e-9), "{} {total}", sums[i]);
+            let of_pulses = pulses.iter().filter(|pulse| pulse.contact == i);
+            let highest = of_pulses.clone().map(|pulse| pulse.peak).fold(0.0, f64::max);
+            let finished: f64 = of_pulses.map(|pulse| pulse.impulse).sum();
+            if !engine.in_contact(i) {
+                prop_assert!((peaks[i] - highest).abs() <= 1e-12 * highest, "{} {highest}", peaks[i]);
+                prop_assert!((finished - total).abs() <= 1e-12 * total.abs(), "{finished} {total}");
+            }
+        }
+    }
+}
+
+/// The steps that hosts take, over twenty seconds of the default cradle.
+#[test]
+fn steps_by_powers_of_two_change_nothing() {
+    let case = Case { p: Parameters::default_for(5), inputs: Inputs::zero(5), time: 20.0 };
+    let run = |exponent: i32| {
+        let mut engine = case.start().unwrap();
+        let (step, mut states) = (2f64.powi(exponent), Vec::new());
+        let mut pulses = Vec::new();
+        for i in 1..=20 << -exponent {
+            engine.advance(f64::from(i) * step, &mut pulses).unwrap();
+            if i % (1 << (-exponent - 3)) == 0 {
+                states.push(bits(&engine, &case));
+            }
+        }
+        (states, pulses.iter().map(pulse_bits).collect::<Vec<_>>())
+    };
+    let coarse = run(-3);
+    for exponent in [-7, -10, -14] {
+        assert!(run(exponent) == coarse, "2^{exponent}");
+    }
+}

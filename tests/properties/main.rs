@@ -1,0 +1,28 @@
+//! Laws that every run obeys, tried on random cradles.
+//!
+//! The cases are the same in every run of the tests. `PROPTEST_CASES=<number>` tries more or fewer of them and
+//! `PROPTEST_RNG_SEED=<number>` others; a failure is shrunk and printed as the parameters to repeat it with.
+
+mod chains;
+mod conservation;
+mod cradles;
+mod grids;
+mod onsets;
+mod pendulum;
+mod symmetry;
+
+use proptest::test_runner::{Config, RngSeed};
+
+/// `cases` cases from a fixed seed, where the environment asks for nothing else.
+pub fn config(cases: u32) -> Config {
+    let asked = |name: &str| std::env::var(name).is_ok();
+    let default = Config::default();
+    Config {
+        cases: if asked("PROPTEST_CASES") { default.cases } else { cases },
+        rng_seed: if asked("PROPTEST_RNG_SEED") { default.rng_seed } else { RngSeed::Fixed(2002) },
+        // With a fixed seed nothing has to be remembered from one run to the next.
+        failure_persistence: None,
+        max_shrink_iters: 2000,
+        ..default
+    }
+}

@@ -1,0 +1,112 @@
+//! No onset is missed or invented: grazing contacts, contacts that are closed or about to close at the start.
+
+use newtons_cradle::engine::{Engine, NEVER};
+use newtons_cradle::model::{Inputs, Parameters};
+use proptest::prelude::*;
+
+use super::config;
+use super::cradles::{ANY, Case, Family, cradles, decades, ended_early, exponents};
+
+/// Position of ball `i` at `t` as long as it touches nothing: undamped, under constant inputs.
+fn flight(case: &Case, i: usize, t: f64) -> f64 {
+    let (p, mass) = (&case.p, case.p.mass * case.p.mass_ratio[i]);
+    let push = case.inputs.force[i] / mass - case.inputs.support_acceleration;
+    let (x, v, omega) = (p.x_start[i], p.v_start[i], (p.gravity / (p.length * p.length_ratio[i])).sqrt());
+    if omega == 0.0 {
+        return x + v * t + 0.5 * push * t * t;
+    }
+    let rest = push / (omega * omega);
+    rest + (x - rest) * (omega * t).cos() + v / omega * (omega * t).sin()
+}
+
+proptest! {
+    #![proptest_config(config(400))]
+
+    /// The first onset is where a search through the closed form finds the first overlap, and t_next foretells it.
+    #[test]
+    fn the_first_onset_is_the_first_overlap(case in cradles(Family { damped: false, drag: false, ..ANY })) {
+        let n = case.p.balls();
+        let overlap = |i: usize, t: f64| flight(&case, i, t) - flight(&case, i + 1, t) - case.p.gap[i] - case.p.dead_band;
+        // Where nothing is in touch at the start, so that it is clear what comes first.
+        prop_assume!((0..n - 1).all(|i| overlap(i, 0.0) < -1e-12));
+        let mut engine = case.start()?;
+        let foretold = engine.next_onset();
+        let samples = 20_000;
+        let found = (0..=samples)
+            .map(|k| case.time * f64::from(k) / f64::from(samples))
+            .find(|&t| (0..n - 1).any(|i| overlap(i, t) > 1e-13));
+        if let Some(found) = found {
+            prop_assert!(foretold <= found, "foretold {foretold}, found {found}");
+        }
+        if foretold <= case.time {
+            let largest = (0..n - 1).map(|i| overlap(i, foretold)).fold(f64::NEG_INFINITY, f64::max);
+            prop_assert!(largest.abs() < 1e-14, "overlap {largest:e} at {foretold}");
+            engine.advance(foretold, &mut Vec::new()).map_err(ended_early)?;
+            let onsets: u64 = (0..n - 1).map(|i| engine.pulses(i)).sum();
+            prop_assert!(onsets >= 1);
+            prop_assert!((0..n - 1).any(|i| engine.last_onset(i) == foretold || (foretold - engine.last_onset(i)).abs() < 1e-15 * foretold));
+        }
+    }
+
+    /// A ball that swings up to its neighbour and just reaches it, or just does not.
+    #[test]
+    fn grazing(
+        amplitude in decades(-3.0, 0.0),
+        depth in decades(-14.0, -2.0),
+        touches in any::<bool>(),
+        (stiffness, exponent) in (decades(3.0, 12.0), exponents()),
+        mass in decades(-1.0, 1.0),
+    ) {
+        let mut p = Parameters::default_for(2);
+        (p.stiffness, p.exponent, p.mass_ratio) = (stiffness, exponent, vec![1.0, mass]);
+        p.x_start = vec![-amplitude, 0.0];
+        let reach = amplitude * if touches { 1.0 - depth } else { 1.0 + depth };
+        p.dead_band = reach;
+        let mut engine = Engine::new(&p, &Inputs::zero(2), 0.0).unwrap();
+        let omega = (p.gravity / p.length).sqrt();
+        let onset = libm::acos(-reach / amplitude) / omega;
+        let foretold = engine.next_onset();
+        let mut pulses = Vec::new();
+        engine.advance(1.25 * std::f64::consts::PI / omega, &mut pulses).map_err(ended_early)?;
+        if touches {
+            prop_assert_eq!(engine.pulses(0), 1);
+            prop_assert_eq!(pulses.len(), 1);
+            // What rounding of the reach does to the time of the turning point.
+            let unclear = 1e-15 / (2.0 * depth).sqrt() / omega + 1e-15;
+            prop_assert!((engine.last_onset(0) - onset).abs() < 10.0 * unclear, "{} {onset}", engine.last_onset(0));
+            prop_assert!((foretold - engine.last_onset(0)).abs() <= f64::EPSILON * onset);
+        } else {
+            prop_assert_eq!((engine.pulses(0), foretold), (0, NEVER));
+        }
+        prop_assert!(engine.energy_residual().abs() <= 1e-13 * engine.total_energy());
+    }
+
+    /// Contacts that are closed at the start are onsets then; those in touch and about to close are in the first step.
+    #[test]
+    fn contacts_at_the_start(
+        mut case in cradles(Family { damped: true, unequal: true, inputs: true, ..Family::default() }),
+        overlaps in proptest::collection::vec(prop_oneof![2 => Just(0.0), 1 => decades(-12.0, -6.0)], 6),
+    ) {
+        (case.time, case.p.dead_band) = (0.1 * case.time, 0.0);
+        let n = case.p.balls();
+        case.p.x_start = (0..n).map(|i| -overlaps[..i].iter().sum::<f64>()).collect();
+        let mut engine = case.start()?;
+        for i in 0..n - 1 {
+            let overlap = case.p.x_start[i] - case.p.x_start[i + 1];
+            prop_assert_eq!((engine.overlap(i), engine.in_contact(i)), (overlap, overlap > 0.0));
+            let onset = (engine.pulses(i), engine.last_onset(i));
+            prop_assert_eq!(onset, if overlap > 0.0 { (1, 0.0) } else { (0, -NEVER) }, "contact {}", i);
+        }
+        let touch_and_close = |i: &usize| {
+            case.p.x_start[*i] == case.p.x_start[i + 1] && case.p.v_start[*i] > case.p.v_start[i + 1]
+        };
+        let start = engine.total_energy();
+        engine.advance(1e-12, &mut Vec::new()).map_err(ended_early)?;
+        for i in (0..n - 1).filter(touch_and_close) {
+            prop_assert_eq!((engine.pulses(i), engine.last_onset(i)), (1, 0.0), "contact {}", i);
+        }
+        engine.advance(case.time, &mut Vec::new()).map_err(ended_early)?;
+        let scale = start + engine.total_energy() + engine.dissipated_energy() + engine.external_work().abs();
+        prop_assert!(engine.energy_residual().abs() <= 1e-12 * scale, "{:e}", engine.energy_residual() / scale);
+    }
+}

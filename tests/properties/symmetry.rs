@@ -1,0 +1,85 @@
+//! Two runs that a symmetry of the equations makes the same.
+
+use newtons_cradle::engine::Engine;
+use proptest::prelude::*;
+
+use super::config;
+use super::cradles::{ANY, Case, Family, cradles, distance, ended_early, state};
+
+/// The same cradle seen from behind.
+fn mirrored(case: &Case) -> Case {
+    let mut mirror = case.clone();
+    let p = &mut mirror.p;
+    for vector in [&mut p.mass_ratio, &mut p.length_ratio, &mut p.stiffness_ratio, &mut p.gap] {
+        vector.reverse();
+    }
+    for vector in [&mut p.x_start, &mut p.v_start, &mut mirror.inputs.force] {
+        vector.reverse();
+        vector.iter_mut().for_each(|value| *value = -*value);
+    }
+    mirror.inputs.support_acceleration = -mirror.inputs.support_acceleration;
+    mirror
+}
+
+/// Checks that the balls are where they are expected, to what the rounding of the start allows.
+fn assert_same(
+    got: &(Vec<f64>, Vec<f64>),
+    expected: &(Vec<f64>, Vec<f64>),
+    spread: (f64, f64),
+) -> Result<(), TestCaseError> {
+    let scale = |vector: &[f64]| vector.iter().fold(1e-3, |most: f64, value| most.max(value.abs()));
+    let (dx, dv) = (distance(&got.0, &expected.0), distance(&got.1, &expected.1));
+    prop_assert!(dx <= 1e-11 * scale(&expected.0) + 100.0 * spread.0, "x off by {dx:e}, spread {:e}", spread.0);
+    prop_assert!(dv <= 1e-11 * scale(&expected.1) + 100.0 * spread.1, "v off by {dv:e}, spread {:e}", spread.1);
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(config(300))]
+
+    #[test]
+    fn a_mirrored_start_gives_the_mirrored_run(case in cradles(ANY)) {
+        let spread = case.spread()?;
+        prop_assume!(spread.0 < 1e-9 && spread.1 < 1e-9);
+        let mirror = mirrored(&case);
+        let (mut x, mut v) = mirror.state()?;
+        for vector in [&mut x, &mut v] {
+            vector.reverse();
+            vector.iter_mut().for_each(|value| *value = -*value);
+        }
+        assert_same(&(x, v), &case.state()?, spread)?;
+    }
+
+    #[test]
+    fn undamped_runs_can_be_reversed(case in cradles(Family { damped: false, drag: false, ..ANY })) {
+        let (engine, _) = case.run()?;
+        let n = case.p.balls();
+        // A position of 0.1 m holds an overlap of 1e-8 m to 9 digits only: turn back in flight.
+        prop_assume!((0..n - 1).all(|i| !engine.in_contact(i)));
+        let mut back = case.clone();
+        let (x, v) = state(&engine, n);
+        (back.p.x_start, back.p.v_start) = (x, v.iter().map(|v| -v).collect());
+        let spread = back.spread()?;
+        prop_assume!(spread.0 < 1e-9 && spread.1 < 1e-9);
+        let (x, v) = back.state()?;
+        let reversed = (x, v.iter().map(|v| -v).collect());
+        assert_same(&reversed, &(case.p.x_start.clone(), case.p.v_start.clone()), spread)?;
+    }
+
+    #[test]
+    fn a_later_start_shifts_the_run(case in cradles(ANY), start in 0u32..1000) {
+        let spread = case.spread()?;
+        prop_assume!(spread.0 < 1e-9 && spread.1 < 1e-9);
+        let start = f64::from(start);
+        let mut engine = Engine::new(&case.p, &case.inputs, start).map_err(ended_early)?;
+        engine.advance(start + case.time, &mut Vec::new()).map_err(ended_early)?;
+        // The time itself is rounded at the later date.
+        let late = 1e-3f64.max(start) * f64::EPSILON;
+        let n = case.p.balls();
+        let (x, v) = case.state()?;
+        let fastest = v.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+        let rate = (0..n).map(|i| engine.a(i).abs()).fold(0.0, f64::max);
+        let spread = (spread.0 + late * fastest, spread.1 + late * rate);
+        assert_same(&state(&engine, n), &(x, v), spread)?;
+    }
+}
