@@ -87,6 +87,8 @@ pub(crate) struct Modes {
     contacts: Vec<Joint>,
     /// Highest rate of any mode, 1/s.
     pace: f64,
+    /// Rounding of the positions, m.
+    noise: f64,
 }
 
 /// A contact of the window.
@@ -138,6 +140,11 @@ impl Modes {
             }
         }
         let rate = |mode: &NaturalMode| mode.oscillator.omega().max(mode.oscillator.gamma());
+        let amplitude = |(flight, ball): (&Flight, &Ball)| {
+            let omega = ball.oscillator.omega();
+            flight.x.abs() + if omega > 0.0 { flight.v.abs() / omega } else { 0.0 }
+        };
+        modes.noise = 2.0 * f64::EPSILON * flights.iter().zip(balls).map(amplitude).fold(0.0, f64::max);
         modes.pace = modes.groups.iter().flat_map(|group| &group.modes).map(rate).fold(0.0, f64::max);
         for (j, (contact, law)) in contacts.iter().zip(laws).enumerate() {
             let approach = modes.approach(j);
@@ -247,10 +254,10 @@ impl Modes {
         let force = |t: f64| self.force_at(j, t)[0];
         let mut best = force(from).max(force(to));
         let mut t = from;
-        // From where the force passes the best so far up to where it falls again; oscillations die out or repeat.
+        // From where the force passes the best so far, by more than rounding, up to where it falls again.
         for _ in 0..1000 {
             let above =
-                Watch { modes: self, contact: j, kind: Watched::Force, sign: 1.0, level: best + 1e-15 * best.abs() };
+                Watch { modes: self, contact: j, kind: Watched::Force, sign: 1.0, level: best + 1e-12 * best.abs() };
             let Some(rise) = first_positive(&above, t, to) else { break };
             let falling = Watch { modes: self, contact: j, kind: Watched::ForceRate, sign: -1.0, level: 0.0 };
             let Some(top) = first_positive(&falling, rise, to) else { break };
@@ -316,7 +323,9 @@ impl Modes {
     /// The first switching of contact `j` before `until` (s), and to what.
     pub fn first_switch(&self, j: usize, law: &ContactLaw, mode: Mode, until: f64) -> Option<(f64, Switch)> {
         let crossing = |kind: Watched, sign: f64, until: f64, switch: Switch| {
-            let watch = Watch { modes: self, contact: j, kind, sign, level: 0.0 };
+            // Groups that swing side by side approach each other by rounding: that is no onset.
+            let level = if switch == Switch::Onset { self.noise } else { 0.0 };
+            let watch = Watch { modes: self, contact: j, kind, sign, level };
             let tau = first_positive(&watch, 0.0, until)?;
             (tau < until).then_some((tau, switch))
         };
