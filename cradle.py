@@ -27,6 +27,9 @@ VENV = ROOT / ".venv"
 PYTHON = VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 FMU = ROOT / "target/fmu/NewtonsCradle.fmu"
 
+# Which of benches/runs.rs the tests run; the others hold contacts that stay closed and take minutes.
+QUICK_BENCHES = "paper|line|settling|pulses|call"
+
 
 class Stop(Exception):
     """Something is missing that this script cannot supply; the message says what to do."""
@@ -209,6 +212,7 @@ def test(options) -> int:
         make_venv()
     rust_style(tally)
     tally.step("Rust tests", ["cargo", "test", "--workspace", "--release"], cargo_counts)
+    tally.step("Benches, each once", ["cargo", "bench", "--", "--test", QUICK_BENCHES])
     python_style(tally)
     try:
         with stage("FMU"):
