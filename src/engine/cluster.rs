@@ -8,6 +8,7 @@
 use std::ops::Range;
 
 use super::ball::{Ball, Flight, Tally, shifted};
+use super::modes::{self, Modes};
 use super::taylor::{Control, Series};
 use crate::model::{ContactLaw, Damping};
 use crate::solver::double_double::DoubleDouble;
@@ -53,6 +54,23 @@ pub(crate) enum Switch {
     Unclip,
 }
 
+/// How the motion of a window is described.
+#[derive(Clone, Debug)]
+pub(crate) enum Motion {
+    Series(Series),
+    Modes(Modes),
+}
+
+/// Calls the same method of whatever describes the motion.
+macro_rules! of_motion {
+    ($motion:expr, $method:ident($($argument:expr),*)) => {
+        match &$motion {
+            Motion::Series(series) => series.$method($($argument),*),
+            Motion::Modes(modes) => modes.$method($($argument),*),
+        }
+    };
+}
+
 /// Neighbouring balls in contact.
 #[derive(Clone, Debug)]
 pub(crate) struct Cluster {
@@ -67,7 +85,9 @@ pub(crate) struct Cluster {
     /// The contacts of the window, from `window.start` on, at the start of the segment.
     pub contacts: Vec<WindowContact>,
     /// The motion of the window on the current segment.
-    pub series: Series,
+    pub motion: Motion,
+    /// Segments since the last switching.
+    pub quiet: u32,
     /// Length of the current segment, s.
     pub length: f64,
     /// What happens at its end, and in which contact.
@@ -92,12 +112,12 @@ impl Cluster {
 
     /// Displacement of ball `i` of the window since the start of the segment (m) and its velocity (m/s), `tau` after it.
     pub fn moved(&self, i: usize, tau: f64) -> (f64, f64) {
-        self.series.moved(i - self.window.start, tau)
+        of_motion!(self.motion, moved(i - self.window.start, tau))
     }
 
     /// Overlap (m) and its rate (m/s) in contact `i` of the window, `tau` after the start of the segment.
     pub fn overlap(&self, i: usize, tau: f64) -> (f64, f64) {
-        self.series.overlap(i - self.window.start, tau)
+        of_motion!(self.motion, overlap(i - self.window.start, tau))
     }
 
     /// Mode of contact `i` on the segment.
@@ -108,7 +128,7 @@ impl Cluster {
     /// Impulse of contact `i` from the start of the segment to `tau`, N.s.
     pub fn impulse(&self, i: usize, tau: f64) -> f64 {
         match self.mode(i) {
-            Mode::Pressing => self.series.impulse(i - self.window.start, tau),
+            Mode::Pressing => of_motion!(self.motion, impulse(i - self.window.start, tau)),
             Mode::Open | Mode::Clipped => 0.0,
         }
     }
@@ -116,7 +136,7 @@ impl Cluster {
     /// Largest force of contact `i` between `from` and `to` after the start of the segment, N.
     pub fn peak(&self, i: usize, from: f64, to: f64) -> f64 {
         match self.mode(i) {
-            Mode::Pressing if from < to => self.series.peak(i - self.window.start, from, to).max(0.0),
+            Mode::Pressing if from < to => of_motion!(self.motion, peak(i - self.window.start, from, to)).max(0.0),
             _ => 0.0,
         }
     }
@@ -126,7 +146,7 @@ impl Cluster {
         if law.damping == Damping::None || self.mode(i) == Mode::Open {
             return 0.0;
         }
-        self.series.contact_loss(i - self.window.start, self.mode(i) == Mode::Pressing, tau)
+        of_motion!(self.motion, contact_loss(i - self.window.start, self.mode(i) == Mode::Pressing, tau))
     }
 
     /// What member `ball` (index `i`), which had gathered `tally` at the start of the segment, has gathered `tau` after it.
@@ -134,11 +154,15 @@ impl Cluster {
         let j = i - self.window.start;
         let flight = &self.flights[j];
         let mut tally = *tally;
-        tally.x_integral += flight.x * tau + self.series.displacement_integral(j, tau);
-        tally.work += ball.mass * self.series.work(j, &flight.push, tau);
+        tally.x_integral += flight.x * tau + of_motion!(self.motion, displacement_integral(j, tau));
+        tally.work += ball.mass
+            * match &self.motion {
+                Motion::Series(series) => series.work(j, &flight.push, tau),
+                Motion::Modes(modes) => flight.push[0] * modes.moved(j, tau).0,
+            };
         let gamma = ball.oscillator.gamma();
         if gamma > 0.0 {
-            tally.drag_loss += 2.0 * gamma * ball.mass * self.series.squared_velocity_integral(j, tau);
+            tally.drag_loss += 2.0 * gamma * ball.mass * of_motion!(self.motion, squared_velocity_integral(j, tau));
         }
         tally
     }
@@ -147,12 +171,12 @@ impl Cluster {
     pub fn move_start(&mut self, tau: f64, balls: &[Ball]) {
         self.start += tau;
         for (j, contact) in self.contacts.iter_mut().enumerate() {
-            contact.overlap = self.series.overlap(j, tau).0;
+            contact.overlap = of_motion!(self.motion, overlap(j, tau)).0;
         }
         for (j, flight) in self.flights.iter_mut().enumerate() {
             let i = self.window.start + j;
             *flight = if self.members.contains(&i) {
-                let (displacement, v) = self.series.moved(j, tau);
+                let (displacement, v) = of_motion!(self.motion, moved(j, tau));
                 Flight { x: flight.x + displacement, v, push: shifted(&flight.push, tau) }
             } else {
                 balls[i].flight_at(self.start)
@@ -160,17 +184,50 @@ impl Cluster {
         }
     }
 
-    /// Expands the motions about the start of the segment and finds where the segment ends.
+    /// Describes the motion from the start of the segment on and finds where the segment ends.
+    ///
+    /// Right after a switching it is series: they keep the exact zeros of balls that the motion has not reached. Once some
+    /// segments have passed without any switching, the contacts are stiff for the pace of the motion, or closed for long.
     pub fn expand(&mut self, balls: &[Ball], laws: &[ContactLaw], control: &Control) {
         let (balls, laws) = (&balls[self.window.clone()], &laws[self.window_contacts()]);
-        self.series.expand(&self.flights, &self.contacts, balls, laws, control);
-        self.length = self.series.converges_for();
+        let damped = laws.iter().any(|law| law.damping != Damping::None);
+        let patience = if damped { 3 } else { 12 };
+        if self.quiet > patience && modes::apply_to(&self.flights, &self.contacts, balls, laws) {
+            let modes = Modes::new(&self.flights, &self.contacts, balls, laws);
+            self.length = self.horizon(modes.highest_frequency());
+            self.motion = Motion::Modes(modes);
+        } else {
+            let mut series = match std::mem::take(&mut self.motion) {
+                Motion::Series(series) => series,
+                Motion::Modes(_) => Series::default(),
+            };
+            series.expand(&self.flights, &self.contacts, balls, laws, control);
+            self.length = series.converges_for();
+            self.motion = Motion::Series(series);
+        }
         self.switch = None;
         for (j, law) in laws.iter().enumerate() {
-            if let Some((tau, switch)) = self.series.first_switch(j, law, self.contacts[j].mode, self.length) {
+            let switch = of_motion!(self.motion, first_switch(j, law, self.contacts[j].mode, self.length));
+            if let Some((tau, switch)) = switch {
                 self.length = tau;
                 self.switch = Some((self.window.start + j, switch));
             }
         }
+        self.quiet = if self.switch.is_some() { 0 } else { self.quiet.saturating_add(1) };
+    }
+
+    /// How far ahead switchings are looked for, s: some oscillations at first, more and more while nothing happens.
+    fn horizon(&self, frequency: f64) -> f64 {
+        let first = if frequency > 0.0 { 16.0 / frequency } else { 1.0 };
+        (first * libm::exp2(self.quiet.min(60) as f64)).min(LONGEST)
+    }
+}
+
+/// Longest segment, s.
+const LONGEST: f64 = 1e6;
+
+impl Default for Motion {
+    fn default() -> Self {
+        Self::Series(Series::default())
     }
 }

@@ -3,9 +3,8 @@
 use std::ops::Range;
 
 use super::ball::Held;
-use super::cluster::{Cluster, Mode, Switch, WindowContact};
+use super::cluster::{Cluster, Mode, Motion, Switch, WindowContact};
 use super::separation::{Forecast, Separation};
-use super::taylor::Series;
 use super::{Engine, EngineError, Pulse};
 use crate::solver::double_double::DoubleDouble;
 
@@ -168,8 +167,9 @@ impl Engine {
         });
         let contacts = contacts.collect();
         let flights = window.clone().map(|i| self.balls[i].flight_at(t)).collect();
-        let series = Series::default();
-        let cluster = Cluster { members, window, start: t, flights, contacts, series, length: 0.0, switch: None };
+        let motion = Motion::default();
+        let cluster =
+            Cluster { members, window, start: t, flights, contacts, motion, quiet: 0, length: 0.0, switch: None };
         self.follow(id, cluster);
     }
 
@@ -237,7 +237,9 @@ impl Engine {
     pub(super) fn fly(&mut self, i: usize, t: DoubleDouble) {
         let overlap = self.contacts[i].overlap.min(0.0);
         self.contacts[i].waits = false;
-        self.contacts[i].separation = Some(Separation::new(&self.balls[i], &self.balls[i + 1], t, overlap));
+        let clearance = self.cradle.contacts[i].clearance;
+        let separation = Separation::new(&self.balls[i], &self.balls[i + 1], t, overlap, clearance);
+        self.contacts[i].separation = Some(separation);
         self.forecast(i, t);
     }
 

@@ -3,9 +3,8 @@
 use std::ops::Range;
 
 use super::ball::Held;
-use super::cluster::{Cluster, Mode, Switch, WindowContact};
+use super::cluster::{Cluster, Mode, Motion, Switch, WindowContact};
 use super::pair::PairImpact;
-use super::taylor::Series;
 use super::{Engine, Pulse};
 use crate::solver::double_double::DoubleDouble;
 
@@ -163,8 +162,9 @@ impl Engine {
         let flights = vec![self.balls[i].flight, self.balls[i + 1].flight];
         let contacts = vec![WindowContact { overlap: 0.0, mode: Mode::Pressing }];
         let window = members.clone();
-        let series = Series::default();
-        let mut cluster = Cluster { members, window, start: t, flights, contacts, series, length: 0.0, switch: None };
+        let motion = Motion::default();
+        let mut cluster =
+            Cluster { members, window, start: t, flights, contacts, motion, quiet: 0, length: 0.0, switch: None };
         cluster.expand(&self.balls, &self.cradle.contacts, &self.control);
         cluster
     }

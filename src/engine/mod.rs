@@ -15,6 +15,7 @@ mod cluster;
 mod events;
 mod impact;
 mod ledger;
+mod modes;
 mod observe;
 mod pair;
 mod separation;

@@ -46,14 +46,14 @@ impl Shape {
 /// of `q^g P_1^k / sqrt(E - q^(p+1))` at E = 1.
 fn coefficients(p: f64, g: usize) -> [[f64; TERMS]; TERMS] {
     let mut table = [[0.0; TERMS]; TERMS];
-    for k in 0..TERMS {
+    for (k, row) in table.iter_mut().enumerate() {
         let mut binomial = 1.0;
-        for j in 0..=k {
+        for (j, coefficient) in row[..=k].iter_mut().enumerate() {
             let share = (k + j + g + 1) as f64 / (p + 1.0);
             let beta_function =
                 std::f64::consts::PI.sqrt() * libm::tgamma(share) / libm::tgamma(share + 0.5) / (p + 1.0);
             let derivatives = (0..k).fold(1.0, |product, i| product * (share - 0.5 - i as f64) / -((i + 1) as f64));
-            table[k][j] = binomial * beta_function * derivatives;
+            *coefficient = binomial * beta_function * derivatives;
             binomial *= (k - j) as f64 / (j + 1) as f64;
         }
     }
@@ -186,7 +186,7 @@ fn course(law: &ContactLaw, shape: &Shape, omega2: f64, mass: f64, rate: f64, pu
     let ratio = 0.5 * (p + 1.0) * mass * rate * rate / (law.stiffness * law.overlap_ref * law.overlap_ref);
     let reach = law.overlap_ref * libm::pow(ratio, 1.0 / (p + 1.0));
     let (alpha, beta) = (omega2 * reach * reach / (rate * rate), 2.0 * pull * reach / (rate * rate));
-    if !(alpha + beta.abs() < SMALL) {
+    if alpha + beta.abs() >= SMALL {
         return None;
     }
     // 1 = q^(p+1) + alpha q^2 + beta q at the peak: Newton from the first-order root.

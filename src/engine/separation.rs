@@ -14,6 +14,8 @@ pub(crate) struct Separation {
     anchor: DoubleDouble,
     overlap: f64,
     motion: Motion,
+    /// Rounding of the positions that the swing of the two entails, m: a contact that closes no deeper is none.
+    noise: f64,
 }
 
 #[derive(Clone, Debug)]
@@ -39,18 +41,22 @@ pub(crate) enum Forecast {
 const PERIODS_AHEAD: f64 = 2.0;
 
 impl Separation {
-    /// The contact between `left` and `right`, which are both anchored at or before `anchor`, with its overlap there.
-    pub fn new(left: &Ball, right: &Ball, anchor: DoubleDouble, overlap: f64) -> Self {
+    /// The contact between `left` and `right`, which are both anchored at or before `anchor`, with its overlap there (m) and its
+    /// clearance (m).
+    pub fn new(left: &Ball, right: &Ball, anchor: DoubleDouble, overlap: f64, clearance: f64) -> Self {
         let (l, r) = (left.flight_at(anchor), right.flight_at(anchor));
         let motion = if left.oscillator == right.oscillator {
             let mut push = l.push;
             push.iter_mut().zip(&r.push).for_each(|(p, r)| *p -= r);
-            // The clearance drops out of the difference of the positions; only their difference pulls back.
-            Motion::Relative(left.oscillator, Flight { x: l.x - r.x, v: l.v - r.v, push })
+            // The difference of the positions, which gravity pulls on, without their rounding.
+            Motion::Relative(left.oscillator, Flight { x: overlap + clearance, v: l.v - r.v, push })
         } else {
             Motion::Both([(left.oscillator, l), (right.oscillator, r)])
         };
-        Self { anchor, overlap, motion }
+        let amplitude =
+            |o: &Oscillator, f: &Flight| f.x.abs() + if o.omega() > 0.0 { f.v.abs() / o.omega() } else { 0.0 };
+        let noise = 2.0 * f64::EPSILON * amplitude(&left.oscillator, &l).max(amplitude(&right.oscillator, &r));
+        Self { anchor, overlap, motion, noise }
     }
 
     /// Overlap (m) and its rate (m/s) at the time `t`.
@@ -124,7 +130,7 @@ impl Separation {
         let sine = flight.v / o.omega();
         let amplitude = (sine * sine + equilibrium * equilibrium).sqrt();
         let level = -(self.overlap + equilibrium) / amplitude;
-        if !(level.abs() < 0.999_999) {
+        if level.is_nan() || level.abs() > 0.999_999 {
             return None;
         }
         let turn = std::f64::consts::TAU;
@@ -165,7 +171,7 @@ impl Separation {
             Motion::Relative(o, flight) => highest(o, flight, 1.0),
             Motion::Both([(ol, left), (or, right)]) => highest(ol, left, 1.0) + highest(or, right, -1.0),
         };
-        self.overlap + reach <= 0.0
+        self.overlap + reach <= self.noise
     }
 
     /// How far ahead a forecast looks, s.
@@ -195,17 +201,19 @@ impl Smooth for Separation {
         self.evaluate(t.into())
     }
 
-    /// `w = v'' + 2 gamma v' + omega^2 v` is the rate of the push, so `sqrt(a^2 + omega^2 v^2)` grows at most by its integral;
-    /// the third derivative of the position follows from the equation of motion.
+    /// For a push that varies, `sqrt(a^2 + omega^2 v^2)` grows at most by the integral of its rate.
     fn third_derivative_bound(&self, t: f64, span: f64) -> f64 {
         let bound = |o: &Oscillator, flight: &Flight| {
+            let a = flight.acceleration(o, 0.0, 0.0, flight.v);
+            if degree(&flight.push) == 0 {
+                return o.derivative_bound(flight.v, a, t, 3);
+            }
             let end = t + span;
             let (mut push_rate, mut power) = (0.0, 1.0);
             for j in 1..=degree(&flight.push) {
                 push_rate += flight.push[j].abs() * power;
                 power *= end / j as f64;
             }
-            let a = flight.acceleration(o, 0.0, 0.0, flight.v);
             let amplitude = (a * a + o.omega2() * flight.v * flight.v).sqrt() + push_rate * end;
             push_rate + (o.omega() + 2.0 * o.gamma()) * amplitude
         };

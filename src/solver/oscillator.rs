@@ -75,6 +75,8 @@ impl Oscillator {
             self.basis_by_series(t, count)
         } else if self.gamma <= 0.5 * self.omega.value() {
             self.basis_by_waves(tau, count)
+        } else if self.gamma >= 1.25 * self.omega.value() {
+            self.basis_by_decays(t, count)
         } else {
             self.basis_by_doubling(t, reach, count)
         }
@@ -131,8 +133,51 @@ impl Oscillator {
         u
     }
 
-    /// The series at a fraction of the time, then the law of composition of the flow with itself: for strong damping, where
-    /// the upward recursion would cancel.
+    /// Rates of the two decays of an overdamped oscillator, fast and slow, 1/s.
+    fn decays(&self) -> (f64, f64) {
+        let fast = self.gamma + (self.gamma * self.gamma - self.omega2).sqrt();
+        (fast, self.omega2 / fast)
+    }
+
+    /// `U_k` as differences of the repeated integrals of two exponentials, for rates that differ at least by a factor of 4.
+    fn basis_by_decays(&self, t: f64, count: usize) -> Basis {
+        let (fast, slow) = self.decays();
+        let (of_fast, of_slow) = (decay_integrals(fast, t, count), decay_integrals(slow, t, count));
+        let mut u = [0.0; BASIS];
+        u[0] = (fast * of_fast[0] - slow * of_slow[0]) / (fast - slow);
+        for k in 1..count {
+            u[k] = (of_slow[k - 1] - of_fast[k - 1]) / (fast - slow);
+        }
+        u
+    }
+
+    /// Bound of the absolute derivative of order `k` >= 2 of the position from the time `t` on, under a constant force, for
+    /// the velocity `v` and the acceleration `a` at time 0.
+    ///
+    /// The velocity follows the equation without force: a decaying wave, a sum of two decays, or near critical damping a
+    /// decay times at most `|v| + |a + gamma v| t`.
+    pub fn derivative_bound(&self, v: f64, a: f64, t: f64, k: i32) -> f64 {
+        let power = |rate: f64| (1..k).fold(1.0, |power, _| power * rate);
+        let (omega, gamma) = (self.omega.value(), self.gamma);
+        if gamma == 0.0 {
+            return (a * a + self.omega2 * v * v).sqrt() * power(omega) / if omega > 0.0 { omega } else { 1.0 };
+        }
+        let turned = a + gamma * v;
+        if gamma >= 1.25 * omega {
+            let (fast, slow) = self.decays();
+            let (of_fast, of_slow) = ((a + slow * v) / (fast - slow), (a + fast * v) / (fast - slow));
+            let decayed = |amplitude: f64, rate: f64| amplitude.abs() * libm::exp(-rate * t) * power(rate);
+            decayed(of_fast, fast) + decayed(of_slow, slow)
+        } else if gamma <= 0.8 * omega {
+            let sine = turned / self.omega_damped.value();
+            (v * v + sine * sine).sqrt() * libm::exp(-gamma * t) * power(omega)
+        } else {
+            (v.abs() + turned.abs() * (t.max(1.0 / gamma) + 1.0 / omega)) * libm::exp(-gamma * t) * power(2.0 * omega)
+        }
+    }
+
+    /// The series at a fraction of the time, then the law of composition of the flow with itself: near critical damping, where
+    /// the other forms would cancel.
     fn basis_by_doubling(&self, t: f64, reach: f64, count: usize) -> Basis {
         let doublings = libm::ceil(libm::log2(reach / 0.5)).max(1.0) as i32;
         let mut h = t * libm::exp2(-doublings as f64);
@@ -154,6 +199,32 @@ impl Oscillator {
         }
         u
     }
+}
+
+/// `exp(-rate t)` and its repeated integrals from 0.
+fn decay_integrals(rate: f64, t: f64, count: usize) -> Basis {
+    let mut h = [0.0; BASIS];
+    let reach = rate * t;
+    if reach > 1.0 {
+        h[0] = libm::exp(-reach);
+        let mut power = 1.0;
+        for k in 1..count {
+            h[k] = (power - h[k - 1]) / rate;
+            power *= t * INVERSE[k];
+        }
+    } else {
+        let mut power = 1.0;
+        for (k, h) in h.iter_mut().enumerate().take(count) {
+            let (mut term, mut sum) = (1.0, 1.0);
+            for m in 1..25 {
+                term *= -reach * INVERSE[k + m];
+                sum += term;
+            }
+            *h = power * sum;
+            power *= t * INVERSE[k + 1];
+        }
+    }
+    h
 }
 
 #[cfg(test)]

@@ -10,6 +10,10 @@ pub trait Smooth {
     fn at(&self, t: f64) -> [f64; 3];
     /// A bound of the absolute third derivative on `[t, t + span]`.
     fn third_derivative_bound(&self, t: f64, span: f64) -> f64;
+    /// Whether that bound is the tighter the shorter the span.
+    fn bound_depends_on_span(&self) -> bool {
+        false
+    }
 }
 
 /// Steps after which a search gives up: far beyond what any smooth motion takes.
@@ -22,6 +26,9 @@ const MAX_STEPS: usize = 100_000;
 pub fn first_positive(g: &impl Smooth, from: f64, until: f64) -> Option<f64> {
     let mut t = from;
     let mut window = until - from;
+    // Where g is 0 within rounding no bound leads on: steps that double, from next to nothing (of the window or the unit of time).
+    let least = 1e-17 * window.min(1.0);
+    let mut blind = least;
     for _ in 0..MAX_STEPS {
         let [value, slope, curvature] = g.at(t);
         if value >= 0.0 && (slope > 0.0 || (slope == 0.0 && curvature > 0.0)) {
@@ -35,16 +42,17 @@ pub fn first_positive(g: &impl Smooth, from: f64, until: f64) -> Option<f64> {
         if step >= rest {
             return None;
         }
-        // Less than the resolution of t: the crossing, if it is one.
-        if t + step <= t {
-            if slope > 0.0 {
-                return Some(t);
-            }
-            t = t.next_up();
-            continue;
+        if t + step > t && step > least {
+            t += step;
+            window = 8.0 * step;
+            blind = least;
+        } else if slope > 0.0 {
+            // Less than the resolution of t: the crossing.
+            return Some(t);
+        } else {
+            t = t.next_up().max(t + blind);
+            blind *= 2.0;
         }
-        t += step;
-        window = 8.0 * step;
     }
     None
 }
@@ -53,15 +61,19 @@ pub fn first_positive(g: &impl Smooth, from: f64, until: f64) -> Option<f64> {
 pub fn safe_step(g: &impl Smooth, t: f64, [value, slope, curvature]: [f64; 3], window: f64) -> f64 {
     let mut span = window;
     let mut best = 0.0_f64;
+    let mut bound = g.third_derivative_bound(t, span);
     for _ in 0..8 {
         // On the span, g <= value + slope s + (curvature + bound span / 3) s^2 / 2.
-        let bent = curvature + g.third_derivative_bound(t, span) * span / 3.0;
+        let bent = curvature + bound * span / 3.0;
         let reach = first_root_of_parabola(value, slope, bent).min(span);
         best = best.max(reach);
         if reach >= 0.3 * span {
             break;
         }
         span = (3.0 * best).max(0.05 * span);
+        if g.bound_depends_on_span() {
+            bound = g.third_derivative_bound(t, span);
+        }
     }
     best
 }

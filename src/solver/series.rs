@@ -125,6 +125,10 @@ impl Smooth for Signed<'_> {
             sum * end + k * (k - 1.0) * (k - 2.0) * c.abs()
         })
     }
+
+    fn bound_depends_on_span(&self) -> bool {
+        true
+    }
 }
 
 #[cfg(test)]

@@ -1,0 +1,485 @@
+//! The motion of a window whose contacts are linear springs and dashpots, in closed form: by natural modes.
+//!
+//! Balls joined by pressing contacts are groups; a ball that presses on none is a group of its own. A group of m equal balls
+//! with equal contacts is a uniform chain with free ends, whose modes are known: with j = 0 to m - 1
+//!
+//! ```text
+//! phi_j(i) = sqrt(2 / m) cos(pi j (i + 1/2) / m)    (1 / sqrt(m) for j = 0)
+//! lambda_j = 4 sin^2(pi j / (2 m))
+//! omega_j^2 = omega^2 + lambda_j k / mass,    gamma_j = gamma + lambda_j c / (2 mass)
+//! ```
+//!
+//! (Meirovitch, Fundamentals of Vibrations, 2001, chapter 7: damping proportional to the stiffness leaves the modes uncoupled.)
+//! Each coordinate is an oscillator in closed form, so strong damping and contacts that stay closed for minutes cost nothing: the
+//! only work is to find the next switching.
+
+use super::ball::{Ball, Flight, degree};
+use super::cluster::{Mode, Switch, WindowContact};
+use crate::model::{ContactLaw, Damping};
+use crate::solver::oscillator::Oscillator;
+use crate::solver::root::{Smooth, first_positive};
+
+/// Largest group that is taken apart into modes: the table of their shapes grows with the square.
+const LARGEST_GROUP: usize = 32;
+
+/// One natural mode of a group: its coordinate, which starts at 0.
+#[derive(Clone, Debug)]
+struct NaturalMode {
+    oscillator: Oscillator,
+    flight: Flight,
+    lambda: f64,
+}
+
+impl NaturalMode {
+    /// The coordinate, the change of its rate since the start, and its second and third derivatives, each with the sum of the
+    /// magnitudes that it was computed from.
+    ///
+    /// The change, not the rate: what a mode does to balls that hardly move must not be the rounding of the others' motion.
+    fn at(&self, tau: f64) -> [(f64, f64); 4] {
+        let (o, Flight { v: v0, push, .. }) = (&self.oscillator, &self.flight);
+        let (force, omega2, decay) = (push[0], o.omega2(), 2.0 * o.gamma());
+        let u = o.basis(tau.into(), 3);
+        let sum = |a: f64, b: f64, c: f64| (a + b + c, a.abs() + b.abs() + c.abs());
+        let q = sum(v0 * u[1], force * u[2], 0.0);
+        let change = sum(force * u[1], -decay * v0 * u[1], -omega2 * v0 * u[2]);
+        let a = sum(force, -omega2 * q.0, -decay * (v0 + change.0));
+        let jerk = sum(-omega2 * (v0 + change.0), -decay * a.0, 0.0);
+        [q, change, a, (jerk.0, jerk.1 + decay * a.1)]
+    }
+
+    /// The rate of the coordinate, and the sum of the magnitudes that it was computed from.
+    fn rate(&self, tau: f64) -> (f64, f64) {
+        let u = self.oscillator.basis(tau.into(), 3);
+        let (start, force) = (self.flight.v * u[0], self.flight.push[0] * u[1]);
+        (start + force, start.abs() + force.abs())
+    }
+
+    /// `integral q'^2` from the start to `tau`: what the damping takes from `q'^2/2 + omega^2 q^2/2 - f q`.
+    fn squared_velocity_integral(&self, tau: f64) -> f64 {
+        let [(q, _), (change, _), ..] = self.at(tau);
+        let (o, start) = (&self.oscillator, &self.flight);
+        let lost = -0.5 * change * (2.0 * start.v + change) - 0.5 * o.omega2() * q * q + start.push[0] * q;
+        lost / (2.0 * o.gamma())
+    }
+}
+
+/// Balls joined by pressing contacts.
+#[derive(Clone, Debug)]
+struct Group {
+    /// First ball and number of balls.
+    first: usize,
+    size: usize,
+    /// Damping c of the contacts, N.s/m.
+    damping: f64,
+    modes: Vec<NaturalMode>,
+    /// `phi_j(i)` at `j * size + i`.
+    shapes: Vec<f64>,
+}
+
+/// The motion of a window by natural modes.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Modes {
+    groups: Vec<Group>,
+    /// The group of each ball.
+    group_of: Vec<usize>,
+    /// The velocity of each ball at the start, m/s.
+    velocities: Vec<f64>,
+    contacts: Vec<Joint>,
+    /// Highest rate of any mode, 1/s.
+    pace: f64,
+}
+
+/// A contact of the window.
+#[derive(Clone, Debug)]
+struct Joint {
+    /// Overlap at the start, m, and its rate there, m/s.
+    overlap: f64,
+    rate: f64,
+    /// Stiffness, N/m, and damping, N.s/m.
+    stiffness: f64,
+    damping: f64,
+    /// Between two groups of equal pendulums: how their centres approach each other. Taken as one motion, for two groups
+    /// that swing together differ by far less than they swing.
+    approach: Option<NaturalMode>,
+}
+
+/// Whether the closed contacts of a window are linear and join equal balls under constant inputs.
+pub(crate) fn apply_to(flights: &[Flight], contacts: &[WindowContact], balls: &[Ball], laws: &[ContactLaw]) -> bool {
+    let mut joined = 1;
+    for (j, (contact, law)) in contacts.iter().zip(laws).enumerate() {
+        if contact.mode == Mode::Open {
+            joined = 1;
+            continue;
+        }
+        let linear = law.exponent == 1.0 && !matches!(law.damping, Damping::HuntCrossley { .. });
+        let (left, right) = (&balls[j], &balls[j + 1]);
+        let equal = left.mass == right.mass && left.oscillator == right.oscillator;
+        let same_as_before = joined == 1 || law.stiffness == laws[j - 1].stiffness;
+        joined += 1;
+        if !(linear && equal && same_as_before) || joined > LARGEST_GROUP {
+            return false;
+        }
+    }
+    flights.iter().all(|flight| degree(&flight.push) == 0)
+}
+
+impl Modes {
+    /// The motion from the state at the start of a segment, which [`apply_to`] allows.
+    pub fn new(flights: &[Flight], contacts: &[WindowContact], balls: &[Ball], laws: &[ContactLaw]) -> Self {
+        let mut modes = Self::default();
+        let mut first = 0;
+        for i in 0..flights.len() {
+            let joined = contacts.get(i).is_some_and(|contact| contact.mode == Mode::Pressing);
+            modes.group_of.push(modes.groups.len());
+            modes.velocities.push(flights[i].v);
+            if !joined {
+                modes.groups.push(Group::new(first..i + 1, flights, contacts, balls, laws));
+                first = i + 1;
+            }
+        }
+        let rate = |mode: &NaturalMode| mode.oscillator.omega().max(mode.oscillator.gamma());
+        modes.pace = modes.groups.iter().flat_map(|group| &group.modes).map(rate).fold(0.0, f64::max);
+        for (j, (contact, law)) in contacts.iter().zip(laws).enumerate() {
+            let approach = modes.approach(j);
+            let (stiffness, damping) = (law.stiffness, dashpot(law));
+            let (overlap, rate) = (contact.overlap, flights[j].v - flights[j + 1].v);
+            modes.contacts.push(Joint { overlap, rate, stiffness, damping, approach });
+        }
+        modes
+    }
+
+    /// How the centres of the two groups beside contact `j` approach each other, if their pendulums are equal.
+    fn approach(&self, j: usize) -> Option<NaturalMode> {
+        let (left, right) = (&self.groups[self.group_of[j]], &self.groups[self.group_of[j + 1]]);
+        let (l, r) = (&left.modes[0], &right.modes[0]);
+        if std::ptr::eq(left, right) || l.oscillator != r.oscillator {
+            return None;
+        }
+        let mut flight = Flight { x: 0.0, v: left.shapes[0] * l.flight.v - right.shapes[0] * r.flight.v, ..l.flight };
+        flight.push[0] = left.shapes[0] * l.flight.push[0] - right.shapes[0] * r.flight.push[0];
+        Some(NaturalMode { oscillator: l.oscillator, flight, lambda: 0.0 })
+    }
+
+    /// Displacement of ball `i` since the start and its first three derivatives.
+    fn ball_at(&self, i: usize, tau: f64) -> [f64; 4] {
+        let group = &self.groups[self.group_of[i]];
+        let mut sum = Sum::new(0.0, self.velocities[i]);
+        for (mode, shape) in group.modes.iter().zip(group.shapes.chunks_exact(group.size)) {
+            sum.add(shape[i - group.first], &mode.at(tau));
+        }
+        sum.values
+    }
+
+    /// Overlap of contact `j` and its first three derivatives.
+    fn overlap_at(&self, j: usize, tau: f64) -> [f64; 4] {
+        // Early on, changes since the start; once they have undone most of the start, what is left.
+        let late = tau * self.pace > 1.0;
+        let mut sum = Sum::new(self.contacts[j].overlap, if late { 0.0 } else { self.contacts[j].rate });
+        for (mode, stretch) in self.movers(j) {
+            let mut terms = mode.at(tau);
+            if late {
+                terms[1] = mode.rate(tau);
+            }
+            sum.add(stretch, &terms);
+        }
+        sum.without_noise()
+    }
+
+    /// The group that contact `j` joins.
+    fn joining(&self, j: usize) -> Option<&Group> {
+        (self.group_of[j] == self.group_of[j + 1]).then(|| &self.groups[self.group_of[j]])
+    }
+
+    /// The modes that move contact `j`, each with the change of overlap that a unit of its coordinate makes.
+    fn movers(&self, j: usize) -> impl Iterator<Item = (&NaturalMode, f64)> {
+        let (left, right) = (&self.groups[self.group_of[j]], &self.groups[self.group_of[j + 1]]);
+        let joined = std::ptr::eq(left, right);
+        let approach = self.contacts[j].approach.as_ref();
+        let skipped = usize::from(joined || approach.is_some());
+        let of_left = left.modes.iter().zip(left.shapes.chunks_exact(left.size)).skip(skipped);
+        let of_left = of_left.map(move |(mode, shape)| match joined {
+            true => (mode, left.stretch(shape, j)),
+            false => (mode, shape[j - left.first]),
+        });
+        let others = if joined { 0 } else { right.modes.len() };
+        let of_right = right.modes.iter().zip(right.shapes.chunks_exact(right.size)).take(others).skip(skipped);
+        let of_right = of_right.map(move |(mode, shape)| (mode, -shape[j + 1 - right.first]));
+        approach.into_iter().map(|mode| (mode, 1.0)).chain(of_left).chain(of_right)
+    }
+
+    /// Displacement of ball `i` (m) and its velocity (m/s) at `tau` (s).
+    pub fn moved(&self, i: usize, tau: f64) -> (f64, f64) {
+        let [displacement, v, ..] = self.ball_at(i, tau);
+        (displacement, v)
+    }
+
+    /// Integral of that displacement, m.s.
+    pub fn displacement_integral(&self, i: usize, tau: f64) -> f64 {
+        let group = &self.groups[self.group_of[i]];
+        let term = |(mode, shape): (&NaturalMode, &[f64])| {
+            let u = mode.oscillator.basis(tau.into(), 4);
+            shape[i - group.first] * mode.flight.displacement_integral(&mode.oscillator, &u)
+        };
+        group.modes.iter().zip(group.shapes.chunks_exact(group.size)).map(term).sum()
+    }
+
+    /// Overlap of contact `j` (m) and its rate (m/s) at `tau` (s).
+    pub fn overlap(&self, j: usize, tau: f64) -> (f64, f64) {
+        let [overlap, rate, ..] = self.overlap_at(j, tau);
+        (overlap, rate)
+    }
+
+    /// Impulse of the pressing contact `j`, N.s.
+    pub fn impulse(&self, j: usize, tau: f64) -> f64 {
+        let &Joint { overlap, stiffness, damping, .. } = &self.contacts[j];
+        let change: f64 = self
+            .movers(j)
+            .map(|(mode, stretch)| {
+                let u = mode.oscillator.basis(tau.into(), 4);
+                stretch * mode.flight.displacement_integral(&mode.oscillator, &u)
+            })
+            .sum();
+        stiffness * (overlap * tau + change) + damping * (self.overlap(j, tau).0 - overlap)
+    }
+
+    /// Largest force of the pressing contact `j` between two times (s), N.
+    pub fn peak(&self, j: usize, from: f64, to: f64) -> f64 {
+        let force = |t: f64| self.force_at(j, t)[0];
+        let mut best = force(from).max(force(to));
+        let mut t = from;
+        // From where the force passes the best so far up to where it falls again; oscillations die out or repeat.
+        for _ in 0..1000 {
+            let above =
+                Watch { modes: self, contact: j, kind: Watched::Force, sign: 1.0, level: best + 1e-15 * best.abs() };
+            let Some(rise) = first_positive(&above, t, to) else { break };
+            let falling = Watch { modes: self, contact: j, kind: Watched::ForceRate, sign: -1.0, level: 0.0 };
+            let Some(top) = first_positive(&falling, rise, to) else { break };
+            best = best.max(force(top));
+            t = top;
+        }
+        best
+    }
+
+    /// Force of the pressing contact `j` by its law and two derivatives.
+    fn force_at(&self, j: usize, tau: f64) -> [f64; 3] {
+        let &Joint { stiffness, damping, .. } = &self.contacts[j];
+        let d = self.overlap_at(j, tau);
+        std::array::from_fn(|k| {
+            let (elastic, damped) = (stiffness * d[k], damping * d[k + 1]);
+            let force = elastic + damped;
+            if force.abs() <= 8.0 * f64::EPSILON * (elastic.abs() + damped.abs()) { 0.0 } else { force }
+        })
+    }
+
+    /// The rate of that force and two derivatives.
+    fn force_rate_at(&self, j: usize, tau: f64) -> [f64; 3] {
+        let &Joint { stiffness, damping, .. } = &self.contacts[j];
+        let [_, rate, acceleration, jerk] = self.overlap_at(j, tau);
+        let mut fourth = 0.0;
+        for (mode, stretch) in self.movers(j) {
+            let ([_, _, (a, _), (jerk, _)], o) = (mode.at(tau), &mode.oscillator);
+            fourth += stretch * (-o.omega2() * a - 2.0 * o.gamma() * jerk);
+        }
+        [
+            stiffness * rate + damping * acceleration,
+            stiffness * acceleration + damping * jerk,
+            stiffness * jerk + damping * fourth,
+        ]
+    }
+
+    /// Energy that the contacts dissipate in `tau`, J; all that a group's contacts lose is entered at its first one.
+    pub fn contact_loss(&self, j: usize, pressing: bool, tau: f64) -> f64 {
+        let &Joint { overlap, stiffness, .. } = &self.contacts[j];
+        match self.joining(j) {
+            // The shapes are orthogonal also to the contacts: no loss is shared between modes.
+            Some(group) if j == group.first && group.damping > 0.0 => {
+                let loss = |mode: &NaturalMode| group.damping * mode.lambda * mode.squared_velocity_integral(tau);
+                group.modes[1..].iter().map(loss).sum()
+            }
+            None if !pressing => {
+                let end = self.overlap(j, tau).0;
+                0.5 * stiffness * (overlap - end) * (overlap + end)
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// Sum of `integral v^2` over the balls of a group, entered at its first ball `i`, m2/s.
+    pub fn squared_velocity_integral(&self, i: usize, tau: f64) -> f64 {
+        let group = &self.groups[self.group_of[i]];
+        if i != group.first {
+            return 0.0;
+        }
+        group.modes.iter().map(|mode| mode.squared_velocity_integral(tau)).sum()
+    }
+
+    /// The first switching of contact `j` before `until` (s), and to what.
+    pub fn first_switch(&self, j: usize, law: &ContactLaw, mode: Mode, until: f64) -> Option<(f64, Switch)> {
+        let crossing = |kind: Watched, sign: f64, until: f64, switch: Switch| {
+            let watch = Watch { modes: self, contact: j, kind, sign, level: 0.0 };
+            let tau = first_positive(&watch, 0.0, until)?;
+            (tau < until).then_some((tau, switch))
+        };
+        if mode == Mode::Open {
+            return crossing(Watched::Overlap, 1.0, until, Switch::Onset);
+        }
+        let release = crossing(Watched::Overlap, -1.0, until, Switch::Release);
+        if !law.clips() {
+            return release;
+        }
+        let until = release.map_or(until, |(tau, _)| tau);
+        let clip = match mode {
+            Mode::Pressing => crossing(Watched::Force, -1.0, until, Switch::Clip),
+            _ => crossing(Watched::Force, 1.0, until, Switch::Unclip),
+        };
+        clip.or(release)
+    }
+
+    /// Highest natural frequency, rad/s.
+    pub fn highest_frequency(&self) -> f64 {
+        let modes = self.groups.iter().flat_map(|group| &group.modes);
+        modes.map(|mode| mode.oscillator.omega()).fold(0.0, f64::max)
+    }
+}
+
+impl Group {
+    fn new(
+        members: std::ops::Range<usize>,
+        flights: &[Flight],
+        contacts: &[WindowContact],
+        balls: &[Ball],
+        laws: &[ContactLaw],
+    ) -> Self {
+        let (first, size) = (members.start, members.len());
+        let ball = &balls[first];
+        let (stiffness, damping) = if size > 1 { (laws[first].stiffness, dashpot(&laws[first])) } else { (0.0, 0.0) };
+        let (o, mass) = (&ball.oscillator, ball.mass);
+        let angle = std::f64::consts::PI / size as f64;
+        let mut shapes = Vec::with_capacity(size * size);
+        let mut modes = Vec::with_capacity(size);
+        for j in 0..size {
+            let norm = (if j == 0 { 1.0 } else { 2.0 } / size as f64).sqrt();
+            shapes.extend((0..size).map(|i| norm * libm::cos(angle * j as f64 * (i as f64 + 0.5))));
+            let half = libm::sin(0.5 * angle * j as f64);
+            let lambda = 4.0 * half * half;
+            let oscillator = match j {
+                0 => *o,
+                _ => Oscillator::new(o.omega2() + lambda * stiffness / mass, o.gamma() + 0.5 * lambda * damping / mass),
+            };
+            modes.push(NaturalMode { oscillator, flight: Flight::default(), lambda });
+        }
+        let mut group = Self { first, size, damping, modes, shapes };
+        for j in 0..size {
+            let shape = group.shapes[j * size..(j + 1) * size].to_vec();
+            let mut flight = Flight::default();
+            for (i, shape) in members.clone().zip(&shape) {
+                flight.v += shape * flights[i].v;
+                flight.push[0] += shape * flights[i].push[0];
+            }
+            // Gravity pulls on the positions; in the modes that stretch the group only their differences count, which the
+            // overlaps give without rounding.
+            let mut before = 0.0;
+            for contact in first..first + size - 1 {
+                before += shape[contact - first];
+                let overlap = contacts[contact].overlap;
+                let apart = if j == 0 {
+                    flights[contact].x - flights[contact + 1].x
+                } else {
+                    overlap + laws[contact].clearance
+                };
+                flight.push[0] -=
+                    o.omega2() * before * apart + group.stretch(&shape, contact) * stiffness / mass * overlap;
+            }
+            if j == 0 {
+                flight.push[0] -= o.omega2() * (before + shape[size - 1]) * flights[first + size - 1].x;
+            }
+            group.modes[j].flight = flight;
+        }
+        group
+    }
+
+    /// Change of the overlap of contact `j`, which the group contains, for a unit of the coordinate with this shape.
+    fn stretch(&self, shape: &[f64], j: usize) -> f64 {
+        shape[j - self.first] - shape[j + 1 - self.first]
+    }
+}
+
+fn dashpot(law: &ContactLaw) -> f64 {
+    match law.damping {
+        Damping::KelvinVoigt { c, .. } => c,
+        _ => 0.0,
+    }
+}
+
+/// A value with three derivatives, summed over modes, and the magnitudes that went into it.
+struct Sum {
+    values: [f64; 4],
+    magnitudes: [f64; 4],
+}
+
+impl Sum {
+    fn new(value: f64, rate: f64) -> Self {
+        Self { values: [value, rate, 0.0, 0.0], magnitudes: [value.abs(), rate.abs(), 0.0, 0.0] }
+    }
+
+    fn add(&mut self, factor: f64, terms: &[(f64, f64); 4]) {
+        for (k, (term, magnitude)) in terms.iter().enumerate() {
+            self.values[k] += factor * term;
+            self.magnitudes[k] += factor.abs() * magnitude;
+        }
+    }
+
+    /// The values, those that are but rounding set to 0: no search for a crossing should follow noise.
+    fn without_noise(self) -> [f64; 4] {
+        std::array::from_fn(|k| {
+            // The derivatives only lead a search on and may be taken for noise sooner.
+            let noise = if k == 0 { 8.0 } else { 128.0 } * f64::EPSILON * self.magnitudes[k];
+            if self.values[k].abs() <= noise { 0.0 } else { self.values[k] }
+        })
+    }
+}
+
+/// Which function of a contact is watched.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Watched {
+    Overlap,
+    Force,
+    ForceRate,
+}
+
+/// `sign (f - level)` for a function f of contact `contact`.
+struct Watch<'a> {
+    modes: &'a Modes,
+    contact: usize,
+    kind: Watched,
+    sign: f64,
+    level: f64,
+}
+
+impl Smooth for Watch<'_> {
+    fn at(&self, t: f64) -> [f64; 3] {
+        let d = self.modes.overlap_at(self.contact, t);
+        let [value, slope, curvature] = match self.kind {
+            Watched::Overlap => [d[0], d[1], d[2]],
+            Watched::Force => self.modes.force_at(self.contact, t),
+            Watched::ForceRate => self.modes.force_rate_at(self.contact, t),
+        };
+        [self.sign * (value - self.level), self.sign * slope, self.sign * curvature]
+    }
+
+    fn third_derivative_bound(&self, t: f64, _span: f64) -> f64 {
+        let &Joint { stiffness, damping, .. } = &self.modes.contacts[self.contact];
+        let bound = |(mode, stretch): (&NaturalMode, f64)| {
+            let (o, start) = (&mode.oscillator, &mode.flight);
+            let a = start.acceleration(o, 0.0, 0.0, start.v);
+            let order = |k| o.derivative_bound(start.v, a, t, k);
+            stretch.abs()
+                * match self.kind {
+                    Watched::Overlap => order(3),
+                    Watched::Force => stiffness * order(3) + damping * order(4),
+                    Watched::ForceRate => stiffness * order(4) + damping * order(5),
+                }
+        };
+        self.modes.movers(self.contact).map(bound).sum()
+    }
+}
