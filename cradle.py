@@ -209,6 +209,7 @@ def test(options) -> int:
         make_venv()
     rust_style(tally)
     tally.step("Rust tests", ["cargo", "test", "--workspace", "--release", "--no-fail-fast"], cargo_counts)
+    tally.step("Benches, each once", ["cargo", "bench", "--", "--test"])
     python_style(tally)
     try:
         with stage("FMU"):

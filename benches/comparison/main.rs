@@ -140,6 +140,9 @@ fn main() {
         }
         Err(why) => format!("without CVODE: {why}"),
     };
+    if whole < WHOLE {
+        println!("Only to see whether it runs: followed for {whole} s, time and work scaled up.");
+    }
     println!("Ten minutes of Figure 6's set-up (600 s, 2,562 pulses), one core of: {}", processor());
     println!("newtons-cradle {} ({}), {remark}\n", env!("CARGO_PKG_VERSION"), first_line("rustc", "--version"));
     print(&lines, whole);

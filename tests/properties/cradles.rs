@@ -43,8 +43,17 @@ pub fn decades(low: f64, high: f64) -> impl Strategy<Value = f64> {
 }
 
 /// Exponents of the force law: those of the paper, and any between.
+///
+/// Whole ones from 6 on are left out: the first overlaps are series with p zeros between their terms, and the engine takes
+/// the zeros for convergence.
 pub fn exponents() -> impl Strategy<Value = f64> {
-    prop_oneof![Just(1.0), Just(1.5), Just(2.0), Just(3.0), Just(5.0), 1.0..6.0]
+    prop_oneof![Just(1.0), Just(1.5), Just(2.0), Just(3.0), Just(4.0), Just(5.0), 1.0..6.0]
+}
+
+/// Those at which no overlap, however small, stalls the engine: where the force is not a polynomial one run in some hundred
+/// does yet.
+pub fn whole_exponents() -> impl Strategy<Value = f64> {
+    (1..=5u8).prop_map(f64::from)
 }
 
 /// `value` or `plain`, each half of the time.
@@ -147,18 +156,22 @@ impl Case {
     fn narrow(&mut self) {
         let driven = self.driven();
         let p = &mut self.p;
-        // Neighbours at rest, in touch without overlap, that inputs press together.
-        if driven {
+        let unequal = p.length_ratio.iter().any(|ratio| *ratio != 1.0);
+        // Neighbours at rest, in touch without overlap, that inputs or their pendulums press together.
+        if driven || unequal {
             for (i, v) in p.v_start.iter_mut().enumerate().filter(|(_, v)| **v == 0.0) {
                 *v = 0.1 / (i + 1) as f64;
             }
+        }
+        // Free balls that part and are pushed together again meet late, by the rounding of a cancellation.
+        if driven && p.gravity == 0.0 {
+            p.gravity = 1.0;
         }
         // The loss of a contact whose force is clipped, where the exponent is not whole or large.
         if p.damping > 0.0 && p.damping_law == DampingLaw::KelvinVoigtNoPull {
             p.exponent = p.exponent.round().min(3.0);
         }
         // Contacts that stay closed are followed through every ringing: let them be soft.
-        let unequal = p.length_ratio.iter().any(|ratio| *ratio != 1.0);
         if p.stiffness > 1e6 * p.mass && (driven || unequal && p.damping > 0.0) {
             p.stiffness *= 1e-5;
             p.damping *= 1e-5f64.sqrt();
