@@ -143,10 +143,17 @@ impl Cluster {
 
     /// Energy that contact `i` dissipates from the start of the segment to `tau`, J.
     pub fn contact_loss(&self, i: usize, law: &ContactLaw, tau: f64) -> f64 {
-        if law.damping == Damping::None || self.mode(i) == Mode::Open {
-            return 0.0;
+        match self.mode(i) {
+            Mode::Pressing if law.damping != Damping::None => {
+                of_motion!(self.motion, contact_loss(i - self.window.start, tau))
+            }
+            // The spring gives back nothing of what it holds.
+            Mode::Clipped => {
+                let before = self.contacts[i - self.window.start].overlap;
+                law.elastic_energy(before) - law.elastic_energy(self.overlap(i, tau).0)
+            }
+            _ => 0.0,
         }
-        of_motion!(self.motion, contact_loss(i - self.window.start, self.mode(i) == Mode::Pressing, tau))
     }
 
     /// What member `ball` (index `i`), which had gathered `tally` at the start of the segment, has gathered `tau` after it.

@@ -21,6 +21,8 @@ mod pair;
 mod separation;
 mod taylor;
 
+use std::cell::Cell;
+
 use crate::model::{Cradle, Inputs, Parameters};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::queue::EventQueue;
@@ -126,6 +128,8 @@ pub struct Engine {
     contact_loss: f64,
     energy_at_start: f64,
     work: Work,
+    /// What [`Self::next_onset`] found last; it holds until then, or until the inputs change.
+    known_onset: Cell<Option<f64>>,
     /// Time of the last event and how many came without any progress of time.
     last_event: DoubleDouble,
     standstill: usize,
@@ -169,6 +173,7 @@ impl Engine {
             contact_loss: 0.0,
             energy_at_start: 0.0,
             work: Work::default(),
+            known_onset: Cell::new(None),
             last_event: start,
             standstill: 0,
             cradle,
@@ -217,13 +222,15 @@ impl Engine {
     pub fn advance(&mut self, time: f64, pulses: &mut Vec<Pulse>) -> Result<(), EngineError> {
         self.begin_step();
         let until = DoubleDouble::from(time);
+        let mut moved = false;
         while let Some((t, key)) = self.queue.first()
             && t <= until
         {
             self.process(t, key, pulses)?;
+            moved = true;
         }
         self.time = time;
-        Ok(())
+        if moved { self.check_finite() } else { Ok(()) }
     }
 
     /// Everything in flight and anchored at the current time, the contacts with their overlaps and modes.
@@ -254,6 +261,7 @@ impl Engine {
             }
         }
         self.form(0..self.contacts.len(), now);
+        self.known_onset.set(None);
     }
 
     fn check_finite(&self) -> Result<(), EngineError> {

@@ -294,18 +294,13 @@ impl Modes {
         ]
     }
 
-    /// Energy that the contacts dissipate in `tau`, J; all that a group's contacts lose is entered at its first one.
-    pub fn contact_loss(&self, j: usize, pressing: bool, tau: f64) -> f64 {
-        let &Joint { overlap, stiffness, .. } = &self.contacts[j];
+    /// Energy that the pressing contact `j` dissipates in `tau`, J; all that a group's contacts lose is entered at its first one.
+    pub fn contact_loss(&self, j: usize, tau: f64) -> f64 {
         match self.joining(j) {
             // The shapes are orthogonal also to the contacts: no loss is shared between modes.
             Some(group) if j == group.first && group.damping > 0.0 => {
                 let loss = |mode: &NaturalMode| group.damping * mode.lambda * mode.squared_velocity_integral(tau);
                 group.modes[1..].iter().map(loss).sum()
-            }
-            None if !pressing => {
-                let end = self.overlap(j, tau).0;
-                0.5 * stiffness * (overlap - end) * (overlap + end)
             }
             _ => 0.0,
         }

@@ -279,6 +279,16 @@ impl Engine {
     /// First onset strictly after the current time, s, with the inputs continued; [`NEVER`] if there is none within 1000
     /// periods of the first ball.
     pub fn next_onset(&self) -> f64 {
+        if let Some(onset) = self.known_onset.get().filter(|&onset| onset > self.time) {
+            return onset;
+        }
+        let onset = self.find_next_onset();
+        // That there is none so far ahead holds for now only.
+        self.known_onset.set((onset < NEVER).then_some(onset));
+        onset
+    }
+
+    fn find_next_onset(&self) -> f64 {
         let period = std::f64::consts::TAU / self.balls[0].oscillator.omega();
         let limit = DoubleDouble::from(self.time + ONSET_PERIODS * period);
         let Some((t, key)) = self.queue.first() else { return NEVER };

@@ -89,7 +89,7 @@ impl Separation {
             return Forecast::Never;
         }
         let start = (from - self.anchor).value();
-        let reach = self.reach();
+        let reach = self.reach(start);
         if start == 0.0 {
             // Most forecasts are overtaken by events: a bound that costs little comes first.
             let step = safe_step(self, 0.0, self.at_anchor(), reach);
@@ -153,8 +153,7 @@ impl Separation {
     fn polished(&self, tau: f64) -> DoubleDouble {
         let [overlap, rate, _] = self.evaluate(tau.into());
         let correction = -overlap / rate;
-        let resolution = 4.0 * f64::EPSILON * tau;
-        if rate > 0.0 && correction.abs() <= resolution { DoubleDouble::from(tau) + correction } else { tau.into() }
+        if rate > 0.0 && correction.abs() <= 1e-6 * tau { DoubleDouble::from(tau) + correction } else { tau.into() }
     }
 
     /// Whether the amplitudes alone rule a contact out.
@@ -174,8 +173,8 @@ impl Separation {
         self.overlap + reach <= self.noise
     }
 
-    /// How far ahead a forecast looks, s.
-    fn reach(&self) -> f64 {
+    /// How far ahead a forecast looks that starts at `start` after the anchor, s.
+    fn reach(&self, start: f64) -> f64 {
         let parts: &[(Oscillator, Flight)] = match &self.motion {
             Motion::Relative(o, flight) => &[(*o, *flight)],
             Motion::Both(parts) => parts,
@@ -185,8 +184,8 @@ impl Separation {
         if fastest > 0.0 {
             PERIODS_AHEAD * std::f64::consts::TAU / fastest
         } else if slowest > 0.0 {
-            // Free balls with drag come to rest within some dozens of decay times.
-            100.0 / slowest
+            // Free balls with drag settle within some dozens of decay times; after that, further and further.
+            (100.0 / slowest).max(start)
         } else {
             FAR
         }

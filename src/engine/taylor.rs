@@ -127,14 +127,10 @@ impl Series {
         self.unit * series::product_integral(&scaled, &self.rate(self.displacement(j)), tau / self.unit)
     }
 
-    /// Energy that contact `j` dissipates, J: by the force less its elastic part while `pressing`, by what is clipped otherwise.
-    pub fn contact_loss(&self, j: usize, pressing: bool, tau: f64) -> f64 {
+    /// Energy that the pressing contact `j` dissipates by the force less its elastic part, J.
+    pub fn contact_loss(&self, j: usize, tau: f64) -> f64 {
         let elastic = &self.row(&self.elastic, j)[..self.order];
-        let excess: Vec<f64> = if pressing {
-            self.force_row(j).iter().zip(elastic).map(|(f, e)| f - e).collect()
-        } else {
-            elastic.iter().map(|e| -e).collect()
-        };
+        let excess: Vec<f64> = self.force_row(j).iter().zip(elastic).map(|(f, e)| f - e).collect();
         self.unit * series::product_integral(&excess, &self.rate(self.overlap_row(j)), tau / self.unit)
     }
 
@@ -194,7 +190,7 @@ impl Series {
             }
             self.expand_motion(flights, contacts, balls, k);
         }
-        self.converges_for = self.convergence(control.epsilon * scale).min(LONGEST);
+        self.converges_for = self.convergence(control.epsilon * scale, laws).min(LONGEST);
         for j in 0..contacts.len() {
             self.shorten_where_faint(j);
         }
@@ -282,10 +278,14 @@ impl Series {
         }
     }
 
-    /// The time on which the last three terms of the velocities stay below `dv` (m/s).
-    fn convergence(&self, dv: f64) -> f64 {
+    /// The time on which the last terms of the velocities stay below `dv` (m/s).
+    ///
+    /// After an onset, series have gaps: the overlap is `d = u t + c t^(p+2) + ...`, with nothing in between. So many terms
+    /// are looked at that they cannot all fall into a gap.
+    fn convergence(&self, dv: f64, laws: &[ContactLaw]) -> f64 {
+        let gap = laws.iter().map(|law| libm::ceil(law.exponent) as usize).fold(1, usize::max) + 2;
         let mut shortest = f64::INFINITY;
-        for k in self.order - 2..=self.order {
+        for k in self.order.saturating_sub(gap).max(2)..=self.order {
             let largest = self
                 .displacements
                 .chunks_exact(self.stride())
@@ -317,12 +317,18 @@ fn reduced_mass(left: &Ball, right: &Ball) -> f64 {
 }
 
 /// Scale of the velocities (m/s) that local errors are measured by: the largest velocity, and the largest closing rate that the
-/// elastic energies amount to.
+/// elastic energies amount to, or, from rest, what the other accelerations lead to until a contact balances them.
 fn velocity_scale(flights: &[Flight], contacts: &[WindowContact], balls: &[Ball], laws: &[ContactLaw]) -> f64 {
     let moving = flights.iter().map(|f| f.v.abs()).fold(f64::MIN_POSITIVE, f64::max);
     let stored = contacts.iter().zip(laws).enumerate().map(|(j, (contact, law))| {
         let mass = reduced_mass(&balls[j], &balls[j + 1]);
-        (2.0 * law.elastic_energy(contact.overlap) / mass).sqrt()
+        let from_energy = (2.0 * law.elastic_energy(contact.overlap) / mass).sqrt();
+        if moving > 1e-100 || from_energy > 1e-100 {
+            return from_energy;
+        }
+        let pull = |j: usize| (flights[j].push[0] - balls[j].oscillator.omega2() * flights[j].x).abs();
+        let acceleration = pull(j).max(pull(j + 1));
+        (acceleration * law.static_overlap(mass * acceleration)).sqrt()
     });
     stored.fold(moving, f64::max)
 }

@@ -72,6 +72,11 @@ impl ContactLaw {
         }
     }
 
+    /// Overlap (m) at which the elastic force is `force` (N, >= 0).
+    pub fn static_overlap(&self, force: f64) -> f64 {
+        self.overlap_ref * libm::pow(force / (self.stiffness * self.overlap_ref), 1.0 / self.exponent)
+    }
+
     /// Overlap (m) below which the elastic force changes a mass `m` (kg) approaching at `rate` (m/s) by less than the
     /// velocity `dv` (m/s), acting for the time `d / rate` it takes to close that far but no longer than `duration` (s).
     pub fn faint_overlap(&self, m: f64, rate: f64, dv: f64, duration: f64) -> f64 {

@@ -93,9 +93,15 @@ fn first_root_of_parabola(value: f64, slope: f64, bent: f64) -> f64 {
     if discriminant < 0.0 {
         return f64::INFINITY;
     }
-    // The form that does not cancel; for a falling slope and a downward parabola the denominator is not positive.
-    let denominator = slope + discriminant.sqrt();
-    if denominator > 0.0 { -2.0 * value / denominator } else { f64::INFINITY }
+    // Of the two forms of the root the one that does not cancel.
+    if slope >= 0.0 {
+        let denominator = slope + discriminant.sqrt();
+        if denominator > 0.0 { -2.0 * value / denominator } else { f64::INFINITY }
+    } else if bent > 0.0 {
+        (discriminant.sqrt() - slope) / bent
+    } else {
+        f64::INFINITY
+    }
 }
 
 #[cfg(test)]
