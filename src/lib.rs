@@ -1,3 +1,47 @@
+//! Newton's cradle with compliant contacts as an FMI 2.0 co-simulation FMU.
+//!
+//! The model is P. C. Breedveld's (Modelling & simulation of bouncing objects: Newton's cradle revisited, Mechatronics 2002):
+//! neighbouring balls are joined by springs that act only while the balls overlap, so that a collision is a short, stiff,
+//! continuous contact, and the one-after-another transfer of momentum comes out by itself.
+//!
+//! # How it is built
+//!
+//! | module | what it does | knows of |
+//! |---|---|---|
+//! | [`model`] | the physics in SI units: parameters, masses, force laws | nothing |
+//! | [`solver`] | numerics: closed-form oscillators, series, first crossings, an event queue | nothing |
+//! | [`engine`] | a run: flight, impacts, clusters of balls in contact, events, the ledger of pulses | `model`, `solver` |
+//! | [`variables`] | the interface as one table: names, types, units, ranges, description, access | `model`, `engine` |
+//! | [`instance`] | one running instance: phases, legality of calls, steps, log | `variables`, `engine` |
+//! | [`fmi2`] | the C functions of FMI 2.0; the only unsafe code | `instance` |
+//!
+//! A call of a host goes down that list from the bottom: `fmi2` turns C into Rust and asks whether the call is legal now,
+//! `instance` carries it out, `engine` moves the trajectory, and what the host reads is evaluated at its communication point
+//! without moving anything.
+//!
+//! # Three ideas
+//!
+//! 1. *Flight is exact.* Between contacts a ball swings in closed form from its anchor; it is evaluated, never stepped.
+//! 2. *A contact costs only what touches.* Two elastic balls have an outcome in closed form, balls in longer contact are
+//!    followed by Taylor series or, where the contacts are linear and stiff for the pace of the motion, by natural modes.
+//! 3. *The communication grid is not the integration grid.* While the inputs stay as they are, the trajectory is the same bit for
+//!    bit, however a host cuts its steps.
+//!
+//! # Example
+//!
+//! ```
+//! use newtons_cradle::engine::Engine;
+//! use newtons_cradle::model::{Inputs, Parameters};
+//!
+//! let parameters = Parameters::default_for(5);
+//! let mut cradle = Engine::new(&parameters, &Inputs::zero(5), 0.0)?;
+//! let mut pulses = Vec::new();
+//! cradle.advance(10.0, &mut pulses)?;
+//! assert_eq!(pulses.len(), 42);
+//! assert!(cradle.energy_residual().abs() < 1e-12 * cradle.total_energy());
+//! # Ok::<(), newtons_cradle::engine::EngineError>(())
+//! ```
+
 #![deny(unsafe_code)]
 
 pub mod engine;

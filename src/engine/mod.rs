@@ -1,13 +1,13 @@
 //! Drives a run: flight, collision phases, events and the ledger of pulses.
 //!
-//! - A ball that touches nothing is in *flight*: a closed form of its state at its anchor ([`ball`]).
-//! - Two neighbours in flight have a forecast of their next onset ([`separation`]); the earliest event is on top of a queue.
-//! - Two elastic balls that nothing else touches have an *impact* of known outcome ([`pair`], [`impact`]).
-//! - Other balls that touch form a *cluster*, followed by Taylor series from switching to switching ([`cluster`], [`taylor`]).
-//! - Onsets and releases form, merge, split and dissolve clusters ([`events`]).
+//! - A ball that touches nothing is in *flight*: a closed form of its state at its anchor (`ball`).
+//! - Two neighbours in flight have a forecast of their next onset (`separation`); the earliest event is on top of a queue.
+//! - Two elastic balls that nothing else touches have an *impact* of known outcome (`pair`, `impact`).
+//! - Other balls that touch form a *cluster*, followed by Taylor series from switching to switching (`cluster`, `taylor`, `modes`).
+//! - Onsets and releases form, merge, split and dissolve clusters (`events`).
 //!
 //! Events happen at their own times, never at communication points: between changes of the inputs the trajectory is the same,
-//! bit for bit, however a host cuts its steps. What a host asks for at a communication point is evaluated there ([`observe`])
+//! bit for bit, however a host cuts its steps. What a host asks for at a communication point is evaluated there (`observe`)
 //! and moves nothing.
 
 mod ball;
