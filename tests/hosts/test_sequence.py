@@ -76,14 +76,18 @@ def test_the_moving_balls_step_through_table_1(separate):
 
 
 def test_the_log_and_the_micro_view_tell_of_the_same_pulses(separate):
-    """Sampled forces are zero outside the logged pulses and reach the logged peaks."""
+    """Sampled forces are zero outside the logged pulses and reach the logged peaks.
+
+    Onset and release are rounded up to a double: at that very time the force may be one of either side.
+    """
     pulses, micro = separate[0]
     for i in range(1, 5):
         mine = pulses[pulses["contact"] == i]
         closed = np.zeros(len(micro.samples), dtype=bool)
+        inner = ~np.isin(micro["time"], [mine["onset"], mine["release"]])
         for pulse in mine:
             closed |= (micro["time"] > pulse["onset"]) & (micro["time"] < pulse["release"])
-        assert np.array_equal(micro[f"F[{i}]"] > 0, closed)
+        assert np.array_equal((micro[f"F[{i}]"] > 0)[inner], closed[inner])
         assert micro[f"F[{i}]"].max() == pytest.approx(mine["peak"].max(), rel=1e-4)
 
 
