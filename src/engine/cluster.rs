@@ -112,12 +112,16 @@ impl Cluster {
 
     /// Displacement of ball `i` of the window since the start of the segment (m) and its velocity (m/s), `tau` after it.
     pub fn moved(&self, i: usize, tau: f64) -> (f64, f64) {
-        of_motion!(self.motion, moved(i - self.window.start, tau))
+        let j = i - self.window.start;
+        let (displacement, change) = of_motion!(self.motion, moved(j, tau));
+        (displacement, self.flights[j].v + change)
     }
 
     /// Overlap (m) and its rate (m/s) in contact `i` of the window, `tau` after the start of the segment.
     pub fn overlap(&self, i: usize, tau: f64) -> (f64, f64) {
-        of_motion!(self.motion, overlap(i - self.window.start, tau))
+        let j = i - self.window.start;
+        let (overlap, change) = of_motion!(self.motion, overlap(j, tau));
+        (overlap, (self.flights[j].v - self.flights[j + 1].v) + change)
     }
 
     /// Mode of contact `i` on the segment.
@@ -183,8 +187,8 @@ impl Cluster {
         for (j, flight) in self.flights.iter_mut().enumerate() {
             let i = self.window.start + j;
             *flight = if self.members.contains(&i) {
-                let (displacement, v) = of_motion!(self.motion, moved(j, tau));
-                Flight { x: flight.x + displacement, v, push: shifted(&flight.push, tau) }
+                let (displacement, change) = of_motion!(self.motion, moved(j, tau));
+                Flight { x: flight.x + displacement, v: flight.v + change, push: shifted(&flight.push, tau) }
             } else {
                 balls[i].flight_at(self.start)
             };

@@ -82,8 +82,6 @@ pub(crate) struct Modes {
     groups: Vec<Group>,
     /// The group of each ball.
     group_of: Vec<usize>,
-    /// The velocity of each ball at the start, m/s.
-    velocities: Vec<f64>,
     contacts: Vec<Joint>,
     /// Highest rate of any mode, 1/s.
     pace: f64,
@@ -133,7 +131,6 @@ impl Modes {
         for i in 0..flights.len() {
             let joined = contacts.get(i).is_some_and(|contact| contact.mode == Mode::Pressing);
             modes.group_of.push(modes.groups.len());
-            modes.velocities.push(flights[i].v);
             if !joined {
                 modes.groups.push(Group::new(first..i + 1, flights, contacts, balls, laws));
                 first = i + 1;
@@ -167,10 +164,10 @@ impl Modes {
         Some(NaturalMode { oscillator: l.oscillator, flight, lambda: 0.0 })
     }
 
-    /// Displacement of ball `i` since the start and its first three derivatives.
+    /// Displacement of ball `i` since the start, the change of its velocity, and the next two derivatives.
     fn ball_at(&self, i: usize, tau: f64) -> [f64; 4] {
         let group = &self.groups[self.group_of[i]];
-        let mut sum = Sum::new(0.0, self.velocities[i]);
+        let mut sum = Sum::new(0.0, 0.0);
         for (mode, shape) in group.modes.iter().zip(group.shapes.chunks_exact(group.size)) {
             sum.add(shape[i - group.first], &mode.at(tau));
         }
@@ -214,10 +211,10 @@ impl Modes {
         approach.into_iter().map(|mode| (mode, 1.0)).chain(of_left).chain(of_right)
     }
 
-    /// Displacement of ball `i` (m) and its velocity (m/s) at `tau` (s).
+    /// Displacement of ball `i` (m) and the change of its velocity (m/s) till `tau` (s).
     pub fn moved(&self, i: usize, tau: f64) -> (f64, f64) {
-        let [displacement, v, ..] = self.ball_at(i, tau);
-        (displacement, v)
+        let [displacement, change, ..] = self.ball_at(i, tau);
+        (displacement, change)
     }
 
     /// Integral of that displacement, m.s.
@@ -230,10 +227,10 @@ impl Modes {
         group.modes.iter().zip(group.shapes.chunks_exact(group.size)).map(term).sum()
     }
 
-    /// Overlap of contact `j` (m) and its rate (m/s) at `tau` (s).
+    /// Overlap of contact `j` (m) at `tau` (s) and the change of its rate (m/s) till then.
     pub fn overlap(&self, j: usize, tau: f64) -> (f64, f64) {
         let [overlap, rate, ..] = self.overlap_at(j, tau);
-        (overlap, rate)
+        (overlap, rate - self.contacts[j].rate)
     }
 
     /// Impulse of the pressing contact `j`, N.s.

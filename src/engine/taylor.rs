@@ -80,10 +80,15 @@ impl Series {
         row.iter().enumerate().skip(1).map(|(k, c)| k as f64 * c / self.unit).collect()
     }
 
-    /// Displacement of ball `j` of the window since the start of the segment (m) and its velocity (m/s) at `tau` (s).
+    /// Displacement of ball `j` of the window since the start of the segment (m) and the change of its velocity (m/s) till `tau`
+    /// (s). The change: at the start, where many switchings may come at once, it must be exactly 0.
     pub fn moved(&self, j: usize, tau: f64) -> (f64, f64) {
-        let [displacement, rate, _] = series::value_and_derivatives(self.displacement(j), tau / self.unit);
-        (displacement, rate / self.unit)
+        self.with_change_of_rate(self.displacement(j), tau)
+    }
+
+    fn with_change_of_rate(&self, row: &[f64], tau: f64) -> (f64, f64) {
+        let s = tau / self.unit;
+        (series::value(row, s), series::change_of_derivative(row, s) / self.unit)
     }
 
     /// Integral of that displacement, m.s.
@@ -91,10 +96,9 @@ impl Series {
         self.unit * series::integral(self.displacement(j), tau / self.unit)
     }
 
-    /// Overlap of contact `j` of the window (m) and its rate (m/s) at `tau` (s).
+    /// Overlap of contact `j` of the window (m) at `tau` (s) and the change of its rate (m/s) till then.
     pub fn overlap(&self, j: usize, tau: f64) -> (f64, f64) {
-        let [overlap, rate, _] = series::value_and_derivatives(self.overlap_row(j), tau / self.unit);
-        (overlap, rate / self.unit)
+        self.with_change_of_rate(self.overlap_row(j), tau)
     }
 
     /// Integral of the force of contact `j` by its law without clipping, N.s.

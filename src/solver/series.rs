@@ -7,6 +7,11 @@ pub fn value(c: &[f64], t: f64) -> f64 {
     c.iter().rev().fold(0.0, |sum, &c| sum * t + c)
 }
 
+/// First derivative at `t` less that at 0.
+pub fn change_of_derivative(c: &[f64], t: f64) -> f64 {
+    t * c.iter().enumerate().skip(2).rev().fold(0.0, |sum, (k, &c)| sum * t + k as f64 * c)
+}
+
 /// First derivative at `t`.
 pub fn derivative(c: &[f64], t: f64) -> f64 {
     c.iter().enumerate().skip(1).rev().fold(0.0, |sum, (k, &c)| sum * t + k as f64 * c)
