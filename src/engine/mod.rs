@@ -16,6 +16,7 @@ mod events;
 mod impact;
 mod ledger;
 mod modes;
+mod natural;
 mod observe;
 mod pair;
 mod separation;

@@ -1,80 +1,19 @@
 //! The motion of a window whose contacts are linear springs and dashpots, in closed form: by natural modes.
 //!
-//! Balls joined by pressing contacts are groups; a ball that presses on none is a group of its own. A group of m equal balls
-//! with equal contacts is a uniform chain with free ends, whose modes are known: with j = 0 to m - 1
+//! Balls joined by pressing contacts are groups; a ball that presses on none is a group of its own. A group of equal balls with
+//! equal contacts is a uniform chain, whose natural modes are known (`natural`).
 //!
-//! ```text
-//! phi_j(i) = sqrt(2 / m) cos(pi j (i + 1/2) / m)    (1 / sqrt(m) for j = 0)
-//! lambda_j = 4 sin^2(pi j / (2 m))
-//! omega_j^2 = omega^2 + lambda_j k / mass,    gamma_j = gamma + lambda_j c / (2 mass)
-//! ```
-//!
-//! (Meirovitch, Fundamentals of Vibrations, 2001, chapter 7: damping proportional to the stiffness leaves the modes uncoupled.)
 //! Each coordinate is an oscillator in closed form, so strong damping and contacts that stay closed for minutes cost nothing: the
 //! only work is to find the next switching.
 
 use super::ball::{Ball, Flight, degree};
 use super::cluster::{Mode, Switch, WindowContact};
+use super::natural::{Group, NaturalMode, Sum, dashpot};
 use crate::model::{ContactLaw, Damping};
-use crate::solver::oscillator::Oscillator;
 use crate::solver::root::{Smooth, first_positive};
 
 /// Largest group that is taken apart into modes: the table of their shapes grows with the square.
 const LARGEST_GROUP: usize = 32;
-
-/// One natural mode of a group: its coordinate, which starts at 0.
-#[derive(Clone, Debug)]
-struct NaturalMode {
-    oscillator: Oscillator,
-    flight: Flight,
-    lambda: f64,
-}
-
-impl NaturalMode {
-    /// The coordinate, the change of its rate since the start, and its second and third derivatives, each with the sum of the
-    /// magnitudes that it was computed from.
-    ///
-    /// The change, not the rate: what a mode does to balls that hardly move must not be the rounding of the others' motion.
-    fn at(&self, tau: f64) -> [(f64, f64); 4] {
-        let (o, Flight { v: v0, push, .. }) = (&self.oscillator, &self.flight);
-        let (force, omega2, decay) = (push[0], o.omega2(), 2.0 * o.gamma());
-        let u = o.basis(tau.into(), 3);
-        let sum = |a: f64, b: f64, c: f64| (a + b + c, a.abs() + b.abs() + c.abs());
-        let q = sum(v0 * u[1], force * u[2], 0.0);
-        let change = sum(force * u[1], -decay * v0 * u[1], -omega2 * v0 * u[2]);
-        let a = sum(force, -omega2 * q.0, -decay * (v0 + change.0));
-        let jerk = sum(-omega2 * (v0 + change.0), -decay * a.0, 0.0);
-        [q, change, a, (jerk.0, jerk.1 + decay * a.1)]
-    }
-
-    /// The rate of the coordinate, and the sum of the magnitudes that it was computed from.
-    fn rate(&self, tau: f64) -> (f64, f64) {
-        let u = self.oscillator.basis(tau.into(), 3);
-        let (start, force) = (self.flight.v * u[0], self.flight.push[0] * u[1]);
-        (start + force, start.abs() + force.abs())
-    }
-
-    /// `integral q'^2` from the start to `tau`: what the damping takes from `q'^2/2 + omega^2 q^2/2 - f q`.
-    fn squared_velocity_integral(&self, tau: f64) -> f64 {
-        let [(q, _), (change, _), ..] = self.at(tau);
-        let (o, start) = (&self.oscillator, &self.flight);
-        let lost = -0.5 * change * (2.0 * start.v + change) - 0.5 * o.omega2() * q * q + start.push[0] * q;
-        lost / (2.0 * o.gamma())
-    }
-}
-
-/// Balls joined by pressing contacts.
-#[derive(Clone, Debug)]
-struct Group {
-    /// First ball and number of balls.
-    first: usize,
-    size: usize,
-    /// Damping c of the contacts, N.s/m.
-    damping: f64,
-    modes: Vec<NaturalMode>,
-    /// `phi_j(i)` at `j * size + i`.
-    shapes: Vec<f64>,
-}
 
 /// The motion of a window by natural modes.
 #[derive(Clone, Debug, Default)]
@@ -340,103 +279,6 @@ impl Modes {
     pub fn highest_frequency(&self) -> f64 {
         let modes = self.groups.iter().flat_map(|group| &group.modes);
         modes.map(|mode| mode.oscillator.omega()).fold(0.0, f64::max)
-    }
-}
-
-impl Group {
-    fn new(
-        members: std::ops::Range<usize>,
-        flights: &[Flight],
-        contacts: &[WindowContact],
-        balls: &[Ball],
-        laws: &[ContactLaw],
-    ) -> Self {
-        let (first, size) = (members.start, members.len());
-        let ball = &balls[first];
-        let (stiffness, damping) = if size > 1 { (laws[first].stiffness, dashpot(&laws[first])) } else { (0.0, 0.0) };
-        let (o, mass) = (&ball.oscillator, ball.mass);
-        let angle = std::f64::consts::PI / size as f64;
-        let mut shapes = Vec::with_capacity(size * size);
-        let mut modes = Vec::with_capacity(size);
-        for j in 0..size {
-            let norm = (if j == 0 { 1.0 } else { 2.0 } / size as f64).sqrt();
-            shapes.extend((0..size).map(|i| norm * libm::cos(angle * j as f64 * (i as f64 + 0.5))));
-            let half = libm::sin(0.5 * angle * j as f64);
-            let lambda = 4.0 * half * half;
-            let oscillator = match j {
-                0 => *o,
-                _ => Oscillator::new(o.omega2() + lambda * stiffness / mass, o.gamma() + 0.5 * lambda * damping / mass),
-            };
-            modes.push(NaturalMode { oscillator, flight: Flight::default(), lambda });
-        }
-        let mut group = Self { first, size, damping, modes, shapes };
-        for j in 0..size {
-            let shape = group.shapes[j * size..(j + 1) * size].to_vec();
-            let mut flight = Flight::default();
-            for (i, shape) in members.clone().zip(&shape) {
-                flight.v += shape * flights[i].v;
-                flight.push[0] += shape * flights[i].push[0];
-            }
-            // Gravity pulls on the positions; in the modes that stretch the group only their differences count, which the
-            // overlaps give without rounding.
-            let mut before = 0.0;
-            for contact in first..first + size - 1 {
-                before += shape[contact - first];
-                let overlap = contacts[contact].overlap;
-                let apart = if j == 0 {
-                    flights[contact].x - flights[contact + 1].x
-                } else {
-                    overlap + laws[contact].clearance
-                };
-                flight.push[0] -=
-                    o.omega2() * before * apart + group.stretch(&shape, contact) * stiffness / mass * overlap;
-            }
-            if j == 0 {
-                flight.push[0] -= o.omega2() * (before + shape[size - 1]) * flights[first + size - 1].x;
-            }
-            group.modes[j].flight = flight;
-        }
-        group
-    }
-
-    /// Change of the overlap of contact `j`, which the group contains, for a unit of the coordinate with this shape.
-    fn stretch(&self, shape: &[f64], j: usize) -> f64 {
-        shape[j - self.first] - shape[j + 1 - self.first]
-    }
-}
-
-fn dashpot(law: &ContactLaw) -> f64 {
-    match law.damping {
-        Damping::KelvinVoigt { c, .. } => c,
-        _ => 0.0,
-    }
-}
-
-/// A value with three derivatives, summed over modes, and the magnitudes that went into it.
-struct Sum {
-    values: [f64; 4],
-    magnitudes: [f64; 4],
-}
-
-impl Sum {
-    fn new(value: f64, rate: f64) -> Self {
-        Self { values: [value, rate, 0.0, 0.0], magnitudes: [value.abs(), rate.abs(), 0.0, 0.0] }
-    }
-
-    fn add(&mut self, factor: f64, terms: &[(f64, f64); 4]) {
-        for (k, (term, magnitude)) in terms.iter().enumerate() {
-            self.values[k] += factor * term;
-            self.magnitudes[k] += factor.abs() * magnitude;
-        }
-    }
-
-    /// The values, those that are but rounding set to 0: no search for a crossing should follow noise.
-    fn without_noise(self) -> [f64; 4] {
-        std::array::from_fn(|k| {
-            // The derivatives only lead a search on and may be taken for noise sooner.
-            let noise = if k == 0 { 8.0 } else { 128.0 } * f64::EPSILON * self.magnitudes[k];
-            if self.values[k].abs() <= noise { 0.0 } else { self.values[k] }
-        })
     }
 }
 
