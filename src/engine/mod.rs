@@ -20,6 +20,7 @@ mod natural;
 mod observe;
 mod pair;
 mod separation;
+mod simulation;
 mod taylor;
 
 use std::cell::Cell;
@@ -32,6 +33,7 @@ use cluster::{Cluster, Mode};
 use ledger::Ledger;
 use pair::{PairImpact, Shape};
 use separation::Separation;
+pub use simulation::Simulation;
 use taylor::Control;
 
 /// Time given for "never" where an event lies ahead, s.

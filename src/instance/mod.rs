@@ -15,7 +15,7 @@ pub use legality::{Call, PHASES, Phase};
 pub use log::{Log, Severity, Sink};
 pub use refusal::Refusal;
 
-use crate::engine::{Engine, Pulse};
+use crate::engine::{Pulse, Simulation};
 use crate::variables::{LogCategory, Number, Settings, TABLE, Variable};
 
 /// Everything that changes while an instance runs: all that a saved state has to hold.
@@ -26,7 +26,7 @@ struct Run {
     experiment: Option<Experiment>,
     /// The run itself. In Initialization Mode it is built when a calculated value is asked for, and dropped when a
     /// setting changes.
-    engine: Option<Engine>,
+    engine: Option<Simulation>,
     /// An input was changed since the engine was last told.
     inputs_changed: bool,
     /// A tunable parameter was changed since the engine was last told.
@@ -136,7 +136,7 @@ impl Instance {
 
     /// The run, built first where that has not happened yet.
     #[inline]
-    fn engine(&mut self) -> Result<&mut Engine, Refusal> {
+    fn engine(&mut self) -> Result<&mut Simulation, Refusal> {
         if self.run.engine.is_none() {
             self.run.engine = Some(self.build()?);
         }
@@ -144,11 +144,11 @@ impl Instance {
     }
 
     #[cold]
-    fn build(&self) -> Result<Engine, Refusal> {
+    fn build(&self) -> Result<Simulation, Refusal> {
         let experiment = self.run.experiment.unwrap_or_default();
         let mut parameters = self.run.settings.parameters.clone();
         parameters.tolerance = experiment.tighten(parameters.tolerance);
-        Engine::new(&parameters, &self.run.settings.inputs, experiment.start).map_err(Refusal::Start)
+        Simulation::new(&parameters, &self.run.settings.inputs, experiment.start).map_err(Refusal::Start)
     }
 
     /// Tells of parameters that are not the default and have no effect because another law is selected.

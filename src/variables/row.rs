@@ -2,7 +2,7 @@
 
 use super::choice::Choice;
 use super::unit::Quantity;
-use crate::engine::Engine;
+use crate::engine::Simulation;
 use crate::model::{Inputs, Parameters};
 
 /// How many variables a row stands for.
@@ -74,11 +74,11 @@ pub enum Access {
     /// A real number that follows from the parameters alone.
     Derived(fn(&Parameters) -> f64),
     /// A real result for ball or contact `i`.
-    Real(fn(&Engine, usize) -> f64),
+    Real(fn(&Simulation, usize) -> f64),
     /// A count.
-    Count(fn(&Engine, usize) -> u64),
+    Count(fn(&Simulation, usize) -> u64),
     /// A truth value.
-    Flag(fn(&Engine, usize) -> bool),
+    Flag(fn(&Simulation, usize) -> bool),
 }
 
 impl Access {
@@ -276,7 +276,7 @@ pub const fn real(
     shape: Shape,
     causality: Causality,
     quantity: &'static Quantity,
-    access: fn(&Engine, usize) -> f64,
+    access: fn(&Simulation, usize) -> f64,
     description: &'static str,
 ) -> Row {
     row(name, shape, causality, Access::Real(access), Some(quantity), description)
@@ -287,7 +287,7 @@ pub const fn count(
     name: &'static str,
     shape: Shape,
     causality: Causality,
-    access: fn(&Engine, usize) -> u64,
+    access: fn(&Simulation, usize) -> u64,
     description: &'static str,
 ) -> Row {
     let mut row = row(name, shape, causality, Access::Count(access), None, description);
@@ -300,7 +300,7 @@ pub const fn flag(
     name: &'static str,
     shape: Shape,
     causality: Causality,
-    access: fn(&Engine, usize) -> bool,
+    access: fn(&Simulation, usize) -> bool,
     description: &'static str,
 ) -> Row {
     row(name, shape, causality, Access::Flag(access), None, description)

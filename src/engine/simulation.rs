@@ -1,0 +1,84 @@
+//! One run of the cradle, by the method that was selected.
+
+use super::{Engine, EngineError, Pulse, Work};
+use crate::model::{Inputs, Parameters};
+
+/// A run by the selected method. Every method offers what [`Engine`] offers, with the same meaning.
+#[derive(Clone, Debug)]
+pub enum Simulation {
+    /// `eventDriven`.
+    EventDriven(Engine),
+}
+
+/// Calls the same function of whichever method it is.
+macro_rules! of_method {
+    ($simulation:expr, $call:ident($($argument:expr),*)) => {
+        match $simulation {
+            Self::EventDriven(engine) => engine.$call($($argument),*),
+        }
+    };
+}
+
+/// What can be read at the current time: one function for each line.
+macro_rules! observables {
+    ($($name:ident($($i:ident)?) -> $type:ty;)*) => {
+        impl Simulation {
+            $(#[doc = concat!("See [`Engine::", stringify!($name), "`].")]
+            #[inline]
+            pub fn $name(&self $(, $i: usize)?) -> $type {
+                of_method!(self, $name($($i)?))
+            })*
+        }
+    };
+}
+
+observables! {
+    time() -> f64;
+    x(i) -> f64;
+    v(i) -> f64;
+    a(i) -> f64;
+    force(i) -> f64;
+    overlap(i) -> f64;
+    in_contact(i) -> bool;
+    impulse(i) -> f64;
+    force_mean(i) -> f64;
+    force_peak(i) -> f64;
+    pulses(i) -> u64;
+    last_onset(i) -> f64;
+    last_release(i) -> f64;
+    kinetic_energy(i) -> f64;
+    gravity_energy(i) -> f64;
+    contact_energy(i) -> f64;
+    total_energy() -> f64;
+    dissipated_energy() -> f64;
+    external_work() -> f64;
+    energy_residual() -> f64;
+    momentum() -> f64;
+    support_force() -> f64;
+    support_force_mean() -> f64;
+    next_onset() -> f64;
+    work() -> Work;
+}
+
+impl Simulation {
+    /// Starts a run by the method that `parameters` select; see [`Engine::new`].
+    pub fn new(parameters: &Parameters, inputs: &Inputs, start_time: f64) -> Result<Self, EngineError> {
+        Engine::new(parameters, inputs, start_time).map(Self::EventDriven)
+    }
+
+    /// See [`Engine::hold`].
+    pub fn hold(&mut self, inputs: &Inputs) -> Result<(), EngineError> {
+        of_method!(self, hold(inputs))
+    }
+
+    /// See [`Engine::retune`].
+    pub fn retune(&mut self, parameters: &Parameters) -> Result<(), EngineError> {
+        of_method!(self, retune(parameters))
+    }
+
+    /// See [`Engine::advance`].
+    #[inline]
+    pub fn advance(&mut self, time: f64, pulses: &mut Vec<Pulse>) -> Result<(), EngineError> {
+        of_method!(self, advance(time, pulses))
+    }
+}
