@@ -262,10 +262,7 @@ fn an_instance_may_move_from_thread_to_thread() {
 #[test]
 fn any_number_of_balls_runs() {
     for balls in [1, 2, 3, 13, 100] {
-        let (_, location) =
-            host::resources(&format!("balls-{balls}"), format!("{{\"format\":1,\"balls\":{balls}}}").as_bytes());
-        let host = Instantiate { guid: Some(host::guid(balls)), location: Some(location), balls, ..Default::default() };
-        let host = host.host().unwrap();
+        let host = Host::with_balls(balls);
         host.start();
         assert_eq!((host.step(0.0, 2.0), host.log().len()), (fmi2OK, 0));
         assert!(host.get("E_residual").abs() <= 1e-10 * host.get("E_total"), "{balls}");

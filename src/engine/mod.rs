@@ -27,6 +27,7 @@ use std::cell::Cell;
 
 use crate::model::{Cradle, Inputs, Parameters};
 use crate::solver::double_double::DoubleDouble;
+use crate::solver::oscillator::MAX_FORCE_ORDER;
 use crate::solver::queue::EventQueue;
 use ball::{Ball, Flight, Push};
 use cluster::{Cluster, Mode};
@@ -38,6 +39,9 @@ use taylor::Control;
 
 /// Time given for "never" where an event lies ahead, s.
 pub const NEVER: f64 = 1e30;
+
+/// Highest derivative of an input that is taken into account.
+pub const MAX_INPUT_DERIVATIVE: usize = MAX_FORCE_ORDER;
 
 /// One finished contact pulse.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -113,11 +117,32 @@ struct StepStart {
     support_impulse: Option<f64>,
 }
 
+/// The inputs that act: polynomials of the time.
+#[derive(Clone, Debug)]
+struct HeldInputs {
+    /// Time that the values and derivatives refer to, s.
+    since: f64,
+    values: Inputs,
+    /// From the first on; those beyond are zero.
+    derivatives: Vec<Inputs>,
+}
+
+impl HeldInputs {
+    /// Acceleration of ball `i` by them, with its derivatives.
+    fn push(&self, i: usize, mass: f64) -> Push {
+        let mut push = Push::default();
+        for (push, inputs) in push.iter_mut().zip(std::iter::once(&self.values).chain(&self.derivatives)) {
+            *push = inputs.force[i] / mass - inputs.support_acceleration;
+        }
+        push
+    }
+}
+
 /// A cradle and its trajectory up to the current time.
 #[derive(Clone, Debug)]
 pub struct Engine {
     cradle: Cradle,
-    inputs: Inputs,
+    inputs: HeldInputs,
     control: Control,
     shape: Shape,
     time: f64,
@@ -143,11 +168,11 @@ impl Engine {
     pub fn new(parameters: &Parameters, inputs: &Inputs, start_time: f64) -> Result<Self, EngineError> {
         let cradle = Cradle::new(parameters);
         let start = DoubleDouble::from(start_time);
+        let inputs = HeldInputs { since: start_time, values: inputs.clone(), derivatives: Vec::new() };
         let state = parameters.x_start.iter().zip(&parameters.v_start).enumerate();
-        let balls = state.zip(&cradle.balls).map(|((i, (&x, &v)), model)| {
-            let push = push(inputs, i, model.mass);
-            Ball::new(model, start, Flight { x, v, push })
-        });
+        let balls = state
+            .zip(&cradle.balls)
+            .map(|((i, (&x, &v)), model)| Ball::new(model, start, Flight { x, v, push: inputs.push(i, model.mass) }));
         let balls: Vec<Ball> = balls.collect();
         let contacts = vec![
             Contact {
@@ -164,7 +189,7 @@ impl Engine {
         ];
         let mut engine = Self {
             queue: EventQueue::new(contacts.len()),
-            inputs: inputs.clone(),
+            inputs,
             control: Control::new(parameters.tolerance),
             shape: Shape::new(cradle.contacts.first().map_or(1.0, |law| law.exponent)),
             time: start_time,
@@ -193,13 +218,15 @@ impl Engine {
         self.time
     }
 
-    /// From the current time on, `inputs` act. No change of the trajectory if they are the ones that act already.
-    pub fn hold(&mut self, inputs: &Inputs) -> Result<(), EngineError> {
-        if *inputs != self.inputs {
+    /// From the current time on, `inputs` act, changing with these `derivatives` by time, from the first up to order
+    /// [`MAX_INPUT_DERIVATIVE`]. No change of the trajectory if they are constant and act already.
+    pub fn hold(&mut self, inputs: &Inputs, derivatives: &[Inputs]) -> Result<(), EngineError> {
+        let constant = derivatives.is_empty() && self.inputs.derivatives.is_empty();
+        if !constant || *inputs != self.inputs.values {
             self.take_apart();
-            self.inputs.clone_from(inputs);
+            self.inputs = HeldInputs { since: self.time, values: inputs.clone(), derivatives: derivatives.to_vec() };
             for (i, ball) in self.balls.iter_mut().enumerate() {
-                ball.flight.push = push(inputs, i, ball.mass);
+                ball.flight.push = self.inputs.push(i, ball.mass);
             }
             self.put_together();
         }
@@ -274,11 +301,4 @@ impl Engine {
             None => Ok(()),
         }
     }
-}
-
-/// Acceleration of ball `i` by the inputs, m/s2.
-fn push(inputs: &Inputs, i: usize, mass: f64) -> Push {
-    let mut push = Push::default();
-    push[0] = inputs.force[i] / mass - inputs.support_acceleration;
-    push
 }

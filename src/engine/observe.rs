@@ -1,6 +1,6 @@
 //! What can be read at the current time. Nothing here moves the trajectory.
 
-use super::ball::{Held, Tally};
+use super::ball::{Held, Tally, shifted};
 use super::cluster::{Cluster, Mode};
 use super::{Engine, NEVER, Work};
 use crate::solver::double_double::DoubleDouble;
@@ -96,8 +96,8 @@ impl Engine {
         let (x, v) = self.state_at(i, self.now());
         let from_left = if i > 0 { self.force(i - 1) } else { 0.0 };
         let from_right = if i < self.contacts.len() { self.force(i) } else { 0.0 };
-        let push = self.inputs.force[i] / model.mass - self.inputs.support_acceleration;
-        (from_left - from_right) / model.mass + push - model.omega2 * x - 2.0 * model.gamma * v
+        let push = shifted(&self.inputs.push(i, model.mass), self.time - self.inputs.since);
+        (from_left - from_right) / model.mass + push[0] - model.omega2 * x - 2.0 * model.gamma * v
     }
 
     /// Force in contact `i`, N.

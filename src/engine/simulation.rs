@@ -67,8 +67,8 @@ impl Simulation {
     }
 
     /// See [`Engine::hold`].
-    pub fn hold(&mut self, inputs: &Inputs) -> Result<(), EngineError> {
-        of_method!(self, hold(inputs))
+    pub fn hold(&mut self, inputs: &Inputs, derivatives: &[Inputs]) -> Result<(), EngineError> {
+        of_method!(self, hold(inputs, derivatives))
     }
 
     /// See [`Engine::retune`].

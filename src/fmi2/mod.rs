@@ -12,6 +12,7 @@
 mod border;
 mod common;
 mod cosimulation;
+mod derivatives;
 mod instantiate;
 mod logger;
 mod resources;
@@ -21,6 +22,7 @@ mod values;
 
 pub use common::*;
 pub use cosimulation::*;
+pub use derivatives::*;
 pub use instantiate::*;
 pub use types::*;
 pub use unsupported::*;

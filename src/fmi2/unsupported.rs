@@ -118,23 +118,6 @@ pub unsafe extern "C" fn fmi2GetDirectionalDerivative(
 /// # Safety
 /// See the [module](super).
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetRealInputDerivatives(
-    c: fmi2Component,
-    _vr: *const fmi2ValueReference,
-    _nvr: usize,
-    _order: *const fmi2Integer,
-    _value: *const fmi2Real,
-) -> fmi2Status {
-    let capability = "not supported: canInterpolateInputs is false";
-    // SAFETY: the host's promises, see the module.
-    unsafe { refuse(c, "fmi2SetRealInputDerivatives", Call::SetInputDerivatives, capability) }
-}
-
-/// Not supported.
-///
-/// # Safety
-/// See the [module](super).
-#[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetRealOutputDerivatives(
     c: fmi2Component,
     _vr: *const fmi2ValueReference,

@@ -16,6 +16,7 @@ pub use log::{Log, Severity, Sink};
 pub use refusal::Refusal;
 
 use crate::engine::{Pulse, Simulation};
+use crate::model::Inputs;
 use crate::variables::{LogCategory, Number, Settings, TABLE, Variable};
 
 /// Everything that changes while an instance runs: all that a saved state has to hold.
@@ -27,7 +28,9 @@ struct Run {
     /// The run itself. In Initialization Mode it is built when a calculated value is asked for, and dropped when a
     /// setting changes.
     engine: Option<Simulation>,
-    /// An input was changed since the engine was last told.
+    /// Derivatives of the inputs by time over the next step, from the first on; those beyond are zero.
+    input_derivatives: Vec<Inputs>,
+    /// The inputs are not, or do not change, as the engine was last told.
     inputs_changed: bool,
     /// A tunable parameter was changed since the engine was last told.
     tunables_changed: bool,
@@ -42,6 +45,7 @@ impl Run {
             settings: start.clone(),
             experiment: None,
             engine: None,
+            input_derivatives: Vec::new(),
             inputs_changed: false,
             tunables_changed: false,
             past_stop_told: false,
@@ -114,7 +118,7 @@ impl Instance {
     /// Builds the run and enters step mode. Fails, staying in Initialization Mode, if no run can start like this.
     pub fn exit_initialization(&mut self) -> Result<(), Refusal> {
         self.engine()?;
-        self.run.inputs_changed = false;
+        self.run.inputs_changed = !self.run.input_derivatives.is_empty();
         self.run.tunables_changed = false;
         self.run.phase = Phase::StepMode;
         self.tell_ignored_parameters();

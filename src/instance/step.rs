@@ -2,6 +2,7 @@
 
 use super::{Instance, Phase, Refusal};
 use crate::engine::Pulse;
+use crate::model::Inputs;
 use crate::variables::LogCategory;
 
 /// How far the host's clock may be off from ours, relative to the larger of 1 s and the time.
@@ -30,6 +31,7 @@ impl Instance {
         if !(in_time && step > 0.0 && next.is_finite()) {
             return Err(refuse_times(own, current, step));
         }
+        let reached = self.inputs_reached((next - own).max(0.0))?;
         if self.run.inputs_changed || self.run.tunables_changed {
             self.tell_engine()?;
         }
@@ -41,6 +43,7 @@ impl Instance {
         }
         if next <= own {
             // A step below the resolution of the clock, from a host whose clock lags by some ulps: it is there already.
+            self.keep_inputs(reached);
             return Ok(());
         }
         let advanced = match &mut self.run.engine {
@@ -50,7 +53,32 @@ impl Instance {
         if !self.pulses.is_empty() {
             self.tell_pulses();
         }
-        advanced.map_err(|error| self.fail(error))
+        advanced.map_err(|error| self.fail(error))?;
+        self.keep_inputs(reached);
+        Ok(())
+    }
+
+    /// What the inputs with derivatives are after a step of `length` (s); nothing if all stay as they are.
+    fn inputs_reached(&self, length: f64) -> Result<Option<Inputs>, Refusal> {
+        if self.run.input_derivatives.is_empty() {
+            return Ok(None);
+        }
+        let reached = self.run.settings.inputs.continued(&self.run.input_derivatives, length);
+        if reached.is_finite() {
+            Ok(Some(reached))
+        } else {
+            let allowed = "a step on which the inputs, with the derivatives given for it, stay finite";
+            Err(Refusal::number("communicationStepSize", length, "s", allowed))
+        }
+    }
+
+    /// After a step with input derivatives the inputs stay at what they reached.
+    fn keep_inputs(&mut self, reached: Option<Inputs>) {
+        if let Some(reached) = reached {
+            self.run.settings.inputs = reached;
+            self.run.input_derivatives.clear();
+            self.run.inputs_changed = true;
+        }
     }
 
     #[cold]
@@ -65,7 +93,7 @@ impl Instance {
         let Some(engine) = &mut run.engine else { return Ok(()) };
         let mut told = Ok(());
         if std::mem::take(&mut run.inputs_changed) {
-            told = engine.hold(&run.settings.inputs);
+            told = engine.hold(&run.settings.inputs, &run.input_derivatives);
         }
         let retuned = std::mem::take(&mut run.tunables_changed);
         if retuned && told.is_ok() {

@@ -1,6 +1,7 @@
 //! Reading and setting variables by value reference.
 
 use super::{Instance, Phase, Refusal};
+use crate::model::Inputs;
 use crate::variables::{Access, Refused, Type, Variability, Variable};
 
 impl Instance {
@@ -46,6 +47,30 @@ impl Instance {
                 self.changed(variable);
             }
         }
+        Ok(())
+    }
+
+    /// Gives derivatives of inputs by time, `orders` from the first on, for the next step: all of them, or none if any of it
+    /// is refused. After that step the inputs stay at the value they reached.
+    pub fn set_input_derivatives(&mut self, references: &[u32], orders: &[i32], values: &[f64]) -> Result<(), Refusal> {
+        for ((reference, order), value) in references.iter().zip(orders).zip(values) {
+            self.variable(*reference)?.check_input_derivative(*order, *value)?;
+        }
+        let run = &mut self.run;
+        let balls = run.settings.balls();
+        let mut derivatives = std::mem::take(&mut run.input_derivatives);
+        for ((reference, order), value) in references.iter().zip(orders).zip(values) {
+            let order = usize::try_from(*order).unwrap_or_default();
+            if derivatives.len() < order {
+                derivatives.resize(order, Inputs::zero(balls));
+            }
+            if let (Some(variable), Some(inputs)) = (Variable::at(*reference, balls), derivatives.get_mut(order - 1)) {
+                variable.set_input(inputs, *value);
+            }
+        }
+        while derivatives.pop_if(|derivative| derivative.is_zero()).is_some() {}
+        run.inputs_changed |= !derivatives.is_empty();
+        run.input_derivatives = derivatives;
         Ok(())
     }
 

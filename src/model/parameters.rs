@@ -113,7 +113,7 @@ impl Parameters {
     }
 }
 
-/// The inputs of the cradle, held constant until they are set anew.
+/// The inputs of the cradle at one time, or their derivatives by time of one order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Inputs {
     /// External force on each ball, N.
@@ -126,5 +126,27 @@ impl Inputs {
     /// No force on any of `n` balls, support at rest.
     pub fn zero(n: usize) -> Self {
         Self { force: vec![0.0; n], support_acceleration: 0.0 }
+    }
+
+    /// Whether all of them are zero.
+    pub fn is_zero(&self) -> bool {
+        self.support_acceleration == 0.0 && self.force.iter().all(|force| *force == 0.0)
+    }
+
+    /// Whether all of them are finite.
+    pub fn is_finite(&self) -> bool {
+        self.support_acceleration.is_finite() && self.force.iter().all(|force| force.is_finite())
+    }
+
+    /// What they are `tau` (s) later with these derivatives, from the first on, by Taylor's theorem.
+    pub fn continued(&self, derivatives: &[Self], tau: f64) -> Self {
+        let mut later = self.clone();
+        let mut power = 1.0;
+        for (k, derivative) in derivatives.iter().enumerate() {
+            power *= tau / (k + 1) as f64;
+            later.support_acceleration += power * derivative.support_acceleration;
+            later.force.iter_mut().zip(&derivative.force).for_each(|(force, rate)| *force += power * rate);
+        }
+        later
     }
 }

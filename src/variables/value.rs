@@ -3,8 +3,9 @@
 use std::fmt::Write;
 
 use super::Variable;
-use super::row::{Access, Causality, Type};
+use super::row::{ANY, Access, Causality, Type};
 use super::text::Number;
+use crate::engine::MAX_INPUT_DERIVATIVE;
 use crate::model::{Inputs, Parameters};
 
 /// Everything a host can set.
@@ -39,6 +40,8 @@ pub enum Refused {
     WrongType { variable: String, actual: Type, asked: Type },
     /// The variable cannot be set at all.
     NotSettable { variable: String, causality: Causality },
+    /// Derivatives can only be given for inputs.
+    NotInput { variable: String, causality: Causality },
     /// The variable cannot be set any more.
     Fixed { variable: String },
     /// The value is outside of what is allowed.
@@ -61,6 +64,12 @@ impl std::fmt::Display for Refused {
                 write!(
                     f,
                     "{variable} cannot be set: only parameters and inputs can, and it is of causality {causality:?}"
+                )
+            }
+            Self::NotInput { variable, causality } => {
+                write!(
+                    f,
+                    "{variable} can have no derivative set: only inputs can, and it is of causality {causality:?}"
                 )
             }
             Self::Fixed { variable } => {
@@ -100,6 +109,25 @@ impl Variable {
             value: self.row.quantified(Number(value)),
             allowed: self.row.quantified(self.row.range),
         })
+    }
+
+    /// Whether it is an input, and its derivative by time of this order (1/s^order times its unit) may be `value`.
+    pub fn check_input_derivative(&self, order: i32, value: f64) -> Result<(), Refused> {
+        if !matches!(self.row.access, Access::Input { .. }) {
+            return Err(Refused::NotInput { variable: self.to_string(), causality: self.row.causality });
+        }
+        let refused = |variable, value, allowed| Err(Refused::NotAllowed { variable, value, allowed });
+        if !usize::try_from(order).is_ok_and(|order| (1..=MAX_INPUT_DERIVATIVE).contains(&order)) {
+            return refused(
+                format!("order of the derivative of {self}"),
+                order.to_string(),
+                format!("1 to {MAX_INPUT_DERIVATIVE}"),
+            );
+        }
+        if !value.is_finite() {
+            return refused(format!("derivative {order} of {self}"), Number(value).to_string(), ANY.to_string());
+        }
+        Ok(())
     }
 
     /// Whether `value` is the integer of an item.
@@ -153,6 +181,15 @@ impl Variable {
             _ => None,
         };
         slot.is_some_and(|slot| std::mem::replace(slot, value) != value)
+    }
+
+    /// Sets an input, or its derivative of the order that `inputs` holds, to a value that was checked.
+    pub fn set_input(&self, inputs: &mut Inputs, value: f64) {
+        if let Access::Input { set, .. } = self.row.access
+            && let Some(slot) = set(inputs).get_mut(self.index)
+        {
+            *slot = value;
+        }
     }
 
     /// Selects an item that was checked. Says whether that changed anything.

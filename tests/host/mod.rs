@@ -124,6 +124,13 @@ impl Host {
         Instantiate::default().host().unwrap()
     }
 
+    /// A component of the FMU with this many balls.
+    pub fn with_balls(balls: usize) -> Self {
+        let recipe = format!("{{\"format\":1,\"balls\":{balls}}}");
+        let (_, location) = resources(&format!("balls-{balls}"), recipe.as_bytes());
+        Instantiate { guid: Some(guid(balls)), location: Some(location), balls, ..Default::default() }.host().unwrap()
+    }
+
     /// One that has been initialized at t = 0.
     pub fn started() -> Self {
         let host = Self::new();
@@ -173,6 +180,10 @@ impl Host {
 
     pub fn set_integer(&self, name: &str, value: i32) -> fmi2Status {
         unsafe { fmi2SetInteger(self.c, &self.vr(name), 1, &value) }
+    }
+
+    pub fn set_derivative(&self, name: &str, order: i32, value: f64) -> fmi2Status {
+        unsafe { fmi2SetRealInputDerivatives(self.c, &self.vr(name), 1, &order, &value) }
     }
 
     pub fn get(&self, name: &str) -> f64 {

@@ -57,7 +57,7 @@ proptest! {
             expected = (x + rest, v);
             time += duration;
             engine.advance(time, &mut Vec::new()).unwrap();
-            engine.hold(&inputs(later_force, later_support)).unwrap();
+            engine.hold(&inputs(later_force, later_support), &[]).unwrap();
         }
         let scale = 1.0 + 4.0 / omega2;
         let (dx, dv) = ((engine.x(0) - expected.0).abs(), (engine.v(0) - expected.1).abs());
