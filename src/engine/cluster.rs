@@ -137,11 +137,11 @@ impl Cluster {
         }
     }
 
-    /// Largest force of contact `i` between `from` and `to` after the start of the segment, N.
-    pub fn peak(&self, i: usize, from: f64, to: f64) -> f64 {
+    /// The larger of `known` and the largest force of contact `i` between `from` and `to` after the start of the segment, N.
+    pub fn peak(&self, i: usize, from: f64, to: f64, known: f64) -> f64 {
         match self.mode(i) {
-            Mode::Pressing if from < to => of_motion!(self.motion, peak(i - self.window.start, from, to)).max(0.0),
-            _ => 0.0,
+            Mode::Pressing if from < to => of_motion!(self.motion, peak(i - self.window.start, from, to, known)),
+            _ => known,
         }
     }
 

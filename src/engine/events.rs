@@ -189,8 +189,15 @@ impl Engine {
         let step_start = (DoubleDouble::from(self.step_start.time) - cluster.start).value().clamp(0.0, tau);
         for i in cluster.window_contacts() {
             if cluster.mode(i) != Mode::Open {
-                let in_step = cluster.peak(i, step_start, tau);
-                let peak = in_step.max(cluster.peak(i, 0.0, step_start));
+                let ledger = &self.contacts[i].ledger;
+                let (of_pulse, of_step) = (ledger.peak_of_pulse(), ledger.peak_in_step(self.step));
+                // Looked for over the whole segment, so that it does not depend on where the steps begin.
+                let peak = cluster.peak(i, 0.0, tau, of_pulse);
+                let in_step = match step_start == 0.0 {
+                    true if peak > of_pulse => peak,
+                    true if of_step >= peak => of_step,
+                    _ => cluster.peak(i, step_start, tau, of_step),
+                };
                 self.contacts[i].ledger.add(cluster.impulse(i, tau), peak, in_step);
                 self.contact_loss += cluster.contact_loss(i, &self.cradle.contacts[i], tau);
             }

@@ -192,7 +192,7 @@ impl Engine {
             Some(_) => {
                 let part = |segment: &Cluster| {
                     let local = |t: DoubleDouble| (t - segment.start).value().clamp(0.0, segment.length);
-                    segment.peak(i, local(from), local(to))
+                    segment.peak(i, local(from), local(to), 0.0)
                 };
                 self.inside(i).iter().map(part).fold(0.0, f64::max)
             }

@@ -78,6 +78,11 @@ impl Ledger {
         if self.step == step { (impulse - self.step_impulse).value() } else { 0.0 }
     }
 
+    /// Largest force of the last pulse up to the start of the current segment, N.
+    pub fn peak_of_pulse(&self) -> f64 {
+        self.pulse_peak
+    }
+
     /// Largest force in step number `step` up to the start of the current segment, N.
     pub fn peak_in_step(&self, step: u64) -> f64 {
         if self.step == step { self.step_peak } else { 0.0 }

@@ -185,10 +185,10 @@ impl Modes {
         stiffness * (overlap * tau + change) + damping * (self.overlap(j, tau).0 - overlap)
     }
 
-    /// Largest force of the pressing contact `j` between two times (s), N.
-    pub fn peak(&self, j: usize, from: f64, to: f64) -> f64 {
+    /// The larger of `known` and the largest force of the pressing contact `j` between two times (s), N.
+    pub fn peak(&self, j: usize, from: f64, to: f64, known: f64) -> f64 {
         let force = |t: f64| self.force_at(j, t)[0];
-        let mut best = force(from).max(force(to));
+        let mut best = force(from).max(force(to)).max(known);
         let mut t = from;
         // From where the force passes the best so far, by more than rounding, up to where it falls again.
         for _ in 0..1000 {

@@ -170,11 +170,11 @@ impl Engine {
             return self.force(i);
         }
         let from = DoubleDouble::from(self.step_start.time);
-        let segment = match self.contacts[i].cluster.and_then(|id| self.cluster(id, self.now())) {
-            Some((cluster, tau)) => cluster.peak(i, (from - cluster.start).value().max(0.0), tau),
-            None => self.impact_peak(i, from, self.now()),
-        };
-        segment.max(self.contacts[i].ledger.peak_in_step(self.step))
+        let before = self.contacts[i].ledger.peak_in_step(self.step);
+        match self.contacts[i].cluster.and_then(|id| self.cluster(id, self.now())) {
+            Some((cluster, tau)) => cluster.peak(i, (from - cluster.start).value().max(0.0), tau, before),
+            None => self.impact_peak(i, from, self.now()).max(before),
+        }
     }
 
     /// Onsets of contact `i` so far.

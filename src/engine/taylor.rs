@@ -106,9 +106,9 @@ impl Series {
         self.unit * series::integral(self.force_row(j), tau / self.unit)
     }
 
-    /// Largest such force between two times (s), N.
-    pub fn peak(&self, j: usize, from: f64, to: f64) -> f64 {
-        series::maximum(self.force_row(j), from / self.unit, to / self.unit)
+    /// The larger of `known` and the largest such force between two times (s), N.
+    pub fn peak(&self, j: usize, from: f64, to: f64, known: f64) -> f64 {
+        series::maximum(self.force_row(j), from / self.unit, to / self.unit).max(known)
     }
 
     /// Integral of the squared velocity of ball `j`, m2/s.
