@@ -83,7 +83,7 @@ impl Modes {
         modes.noise = 2.0 * f64::EPSILON * flights.iter().zip(balls).map(amplitude).fold(0.0, f64::max);
         modes.pace = modes.groups.iter().flat_map(|group| &group.modes).map(rate).fold(0.0, f64::max);
         for (j, (contact, law)) in contacts.iter().zip(laws).enumerate() {
-            let approach = modes.approach(j);
+            let approach = modes.approach(j, flights, contacts, laws);
             let (stiffness, damping) = (law.stiffness, dashpot(law));
             let (overlap, rate) = (contact.overlap, flights[j].v - flights[j + 1].v);
             modes.contacts.push(Joint { overlap, rate, stiffness, damping, approach });
@@ -92,38 +92,44 @@ impl Modes {
     }
 
     /// How the centres of the two groups beside contact `j` approach each other, if their pendulums are equal.
-    fn approach(&self, j: usize) -> Option<NaturalMode> {
+    fn approach(
+        &self,
+        j: usize,
+        flights: &[Flight],
+        contacts: &[WindowContact],
+        laws: &[ContactLaw],
+    ) -> Option<NaturalMode> {
         let (left, right) = (&self.groups[self.group_of[j]], &self.groups[self.group_of[j + 1]]);
-        let (l, r) = (&left.modes[0], &right.modes[0]);
-        if std::ptr::eq(left, right) || l.oscillator != r.oscillator {
+        let oscillator = left.modes[0].oscillator;
+        if std::ptr::eq(left, right) || oscillator != right.modes[0].oscillator {
             return None;
         }
-        let mut flight = Flight { x: 0.0, v: left.shapes[0] * l.flight.v - right.shapes[0] * r.flight.v, ..l.flight };
-        flight.push[0] = left.shapes[0] * l.flight.push[0] - right.shapes[0] * r.flight.push[0];
-        Some(NaturalMode { oscillator: l.oscillator, flight, lambda: 0.0 })
-    }
-
-    /// Displacement of ball `i` since the start, the change of its velocity, and the next two derivatives.
-    fn ball_at(&self, i: usize, tau: f64) -> [f64; 4] {
-        let group = &self.groups[self.group_of[i]];
-        let mut sum = Sum::new(0.0, 0.0);
-        for (mode, shape) in group.modes.iter().zip(group.shapes.chunks_exact(group.size)) {
-            sum.add(shape[i - group.first], &mode.at(tau));
+        // The centres are as far apart as the balls between them are, each by its share.
+        let mut flight = Flight::default();
+        for c in left.first..right.first + right.size - 1 {
+            let share = match c {
+                _ if c < j => (c + 1 - left.first) as f64 / left.size as f64,
+                _ if c > j => (right.first + right.size - 1 - c) as f64 / right.size as f64,
+                _ => 1.0,
+            };
+            let push = flights[c].push[0] - flights[c + 1].push[0];
+            flight.v += share * (flights[c].v - flights[c + 1].v);
+            flight.push[0] += share * (push - oscillator.omega2() * (contacts[c].overlap + laws[c].clearance));
         }
-        sum.values
+        Some(NaturalMode { oscillator, flight, lambda: 0.0 })
     }
 
-    /// Overlap of contact `j` and its first three derivatives.
-    fn overlap_at(&self, j: usize, tau: f64) -> [f64; 4] {
+    /// Overlap of contact `j` and its first four derivatives.
+    fn overlap_at(&self, j: usize, tau: f64) -> [f64; 5] {
         // Early on, changes since the start; once they have undone most of the start, what is left.
         let late = tau * self.pace > 1.0;
         let mut sum = Sum::new(self.contacts[j].overlap, if late { 0.0 } else { self.contacts[j].rate });
         for (mode, stretch) in self.movers(j) {
-            let mut terms = mode.at(tau);
-            if late {
-                terms[1] = mode.rate(tau);
+            let mut course = mode.at(tau);
+            if !late {
+                course.derivatives[1] = course.change_of_rate;
             }
-            sum.add(stretch, &terms);
+            sum.add(stretch, &course.derivatives);
         }
         sum.without_noise()
     }
@@ -152,8 +158,13 @@ impl Modes {
 
     /// Displacement of ball `i` (m) and the change of its velocity (m/s) till `tau` (s).
     pub fn moved(&self, i: usize, tau: f64) -> (f64, f64) {
-        let [displacement, change, ..] = self.ball_at(i, tau);
-        (displacement, change)
+        let group = &self.groups[self.group_of[i]];
+        let shapes = group.shapes.chunks_exact(group.size).map(|shape| shape[i - group.first]);
+        let term = |(mode, shape): (&NaturalMode, f64)| {
+            let course = mode.at(tau);
+            (shape * course.derivatives[0].0, shape * course.change_of_rate.0)
+        };
+        group.modes.iter().zip(shapes).map(term).fold((0.0, 0.0), |sum, term| (sum.0 + term.0, sum.1 + term.1))
     }
 
     /// Integral of that displacement, m.s.
@@ -203,8 +214,8 @@ impl Modes {
         best
     }
 
-    /// Force of the pressing contact `j` by its law and two derivatives.
-    fn force_at(&self, j: usize, tau: f64) -> [f64; 3] {
+    /// Force of the pressing contact `j` by its law and its first three derivatives.
+    fn force_at(&self, j: usize, tau: f64) -> [f64; 4] {
         let &Joint { stiffness, damping, .. } = &self.contacts[j];
         let d = self.overlap_at(j, tau);
         std::array::from_fn(|k| {
@@ -212,22 +223,6 @@ impl Modes {
             let force = elastic + damped;
             if force.abs() <= 8.0 * f64::EPSILON * (elastic.abs() + damped.abs()) { 0.0 } else { force }
         })
-    }
-
-    /// The rate of that force and two derivatives.
-    fn force_rate_at(&self, j: usize, tau: f64) -> [f64; 3] {
-        let &Joint { stiffness, damping, .. } = &self.contacts[j];
-        let [_, rate, acceleration, jerk] = self.overlap_at(j, tau);
-        let mut fourth = 0.0;
-        for (mode, stretch) in self.movers(j) {
-            let ([_, _, (a, _), (jerk, _)], o) = (mode.at(tau), &mode.oscillator);
-            fourth += stretch * (-o.omega2() * a - 2.0 * o.gamma() * jerk);
-        }
-        [
-            stiffness * rate + damping * acceleration,
-            stiffness * acceleration + damping * jerk,
-            stiffness * jerk + damping * fourth,
-        ]
     }
 
     /// Energy that the pressing contact `j` dissipates in `tau`, J; all that a group's contacts lose is entered at its first one.
@@ -299,13 +294,17 @@ struct Watch<'a> {
     level: f64,
 }
 
+/// The first three of some derivatives.
+fn leading(d: &[f64]) -> [f64; 3] {
+    [d[0], d[1], d[2]]
+}
+
 impl Smooth for Watch<'_> {
     fn at(&self, t: f64) -> [f64; 3] {
-        let d = self.modes.overlap_at(self.contact, t);
         let [value, slope, curvature] = match self.kind {
-            Watched::Overlap => [d[0], d[1], d[2]],
-            Watched::Force => self.modes.force_at(self.contact, t),
-            Watched::ForceRate => self.modes.force_rate_at(self.contact, t),
+            Watched::Overlap => leading(&self.modes.overlap_at(self.contact, t)),
+            Watched::Force => leading(&self.modes.force_at(self.contact, t)),
+            Watched::ForceRate => leading(&self.modes.force_at(self.contact, t)[1..]),
         };
         [self.sign * (value - self.level), self.sign * slope, self.sign * curvature]
     }

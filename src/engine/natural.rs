@@ -15,6 +15,15 @@ use super::cluster::WindowContact;
 use crate::model::{ContactLaw, Damping};
 use crate::solver::oscillator::Oscillator;
 
+/// A coordinate at one time; each value with the sum of the magnitudes that it was computed from.
+pub(crate) struct Course {
+    /// Change of the rate since the start. What a mode does to balls that hardly move must not be the rounding of the others'
+    /// motion.
+    pub change_of_rate: (f64, f64),
+    /// The coordinate and its first four derivatives.
+    pub derivatives: [(f64, f64); 5],
+}
+
 /// One natural mode of a group: its coordinate, which starts at 0.
 #[derive(Clone, Debug)]
 pub(crate) struct NaturalMode {
@@ -24,32 +33,29 @@ pub(crate) struct NaturalMode {
 }
 
 impl NaturalMode {
-    /// The coordinate, the change of its rate since the start, and its second and third derivatives, each with the sum of the
-    /// magnitudes that it was computed from.
-    ///
-    /// The change, not the rate: what a mode does to balls that hardly move must not be the rounding of the others' motion.
-    pub fn at(&self, tau: f64) -> [(f64, f64); 4] {
+    /// The coordinate `tau` (s) after the start.
+    pub fn at(&self, tau: f64) -> Course {
         let (o, Flight { v: v0, push, .. }) = (&self.oscillator, &self.flight);
-        let (force, omega2, decay) = (push[0], o.omega2(), 2.0 * o.gamma());
-        let u = o.basis(tau.into(), 3);
-        let sum = |a: f64, b: f64, c: f64| (a + b + c, a.abs() + b.abs() + c.abs());
-        let q = sum(v0 * u[1], force * u[2], 0.0);
-        let change = sum(force * u[1], -decay * v0 * u[1], -omega2 * v0 * u[2]);
-        let a = sum(force, -omega2 * q.0, -decay * (v0 + change.0));
-        let jerk = sum(-omega2 * (v0 + change.0), -decay * a.0, 0.0);
-        [q, change, a, (jerk.0, jerk.1 + decay * a.1)]
-    }
-
-    /// The rate of the coordinate, and the sum of the magnitudes that it was computed from.
-    pub fn rate(&self, tau: f64) -> (f64, f64) {
-        let u = self.oscillator.basis(tau.into(), 3);
-        let (start, force) = (self.flight.v * u[0], self.flight.push[0] * u[1]);
-        (start + force, start.abs() + force.abs())
+        let force = push[0];
+        let [fourth, third, second, first, u1, u2] = o.derivatives(tau.into());
+        let sum = |a: f64, b: f64| (a + b, a.abs() + b.abs());
+        let slowed = -2.0 * o.gamma() * u1 - o.omega2() * u2;
+        Course {
+            change_of_rate: sum(v0 * slowed, force * u1),
+            derivatives: [
+                sum(v0 * u1, force * u2),
+                sum(v0 * first, force * u1),
+                sum(v0 * second, force * first),
+                sum(v0 * third, force * second),
+                sum(v0 * fourth, force * third),
+            ],
+        }
     }
 
     /// `integral q'^2` from the start to `tau`: what the damping takes from `q'^2/2 + omega^2 q^2/2 - f q`.
     pub fn squared_velocity_integral(&self, tau: f64) -> f64 {
-        let [(q, _), (change, _), ..] = self.at(tau);
+        let course = self.at(tau);
+        let ((change, _), (q, _)) = (course.change_of_rate, course.derivatives[0]);
         let (o, start) = (&self.oscillator, &self.flight);
         let lost = -0.5 * change * (2.0 * start.v + change) - 0.5 * o.omega2() * q * q + start.push[0] * q;
         lost / (2.0 * o.gamma())
@@ -100,11 +106,10 @@ impl Group {
             let shape = group.shapes[j * size..(j + 1) * size].to_vec();
             let mut flight = Flight::default();
             for (i, shape) in members.clone().zip(&shape) {
-                flight.v += shape * flights[i].v;
                 flight.push[0] += shape * flights[i].push[0];
             }
-            // Gravity pulls on the positions; in the modes that stretch the group only their differences count, which the
-            // overlaps give without rounding.
+            // In the modes that stretch the group only the differences of the positions and velocities count, which the
+            // overlaps and their rates give without rounding.
             let mut before = 0.0;
             for contact in first..first + size - 1 {
                 before += shape[contact - first];
@@ -114,11 +119,14 @@ impl Group {
                 } else {
                     overlap + laws[contact].clearance
                 };
+                flight.v += before * (flights[contact].v - flights[contact + 1].v);
                 flight.push[0] -=
                     o.omega2() * before * apart + group.stretch(&shape, contact) * stiffness / mass * overlap;
             }
             if j == 0 {
-                flight.push[0] -= o.omega2() * (before + shape[size - 1]) * flights[first + size - 1].x;
+                let (last, all) = (&flights[first + size - 1], before + shape[size - 1]);
+                flight.v += all * last.v;
+                flight.push[0] -= o.omega2() * all * last.x;
             }
             group.modes[j].flight = flight;
         }
@@ -138,18 +146,18 @@ pub(crate) fn dashpot(law: &ContactLaw) -> f64 {
     }
 }
 
-/// A value with three derivatives, summed over modes, and the magnitudes that went into it.
+/// A value with four derivatives, summed over modes, and the magnitudes that went into it.
 pub(crate) struct Sum {
-    pub values: [f64; 4],
-    magnitudes: [f64; 4],
+    pub values: [f64; 5],
+    magnitudes: [f64; 5],
 }
 
 impl Sum {
     pub fn new(value: f64, rate: f64) -> Self {
-        Self { values: [value, rate, 0.0, 0.0], magnitudes: [value.abs(), rate.abs(), 0.0, 0.0] }
+        Self { values: [value, rate, 0.0, 0.0, 0.0], magnitudes: [value.abs(), rate.abs(), 0.0, 0.0, 0.0] }
     }
 
-    pub fn add(&mut self, factor: f64, terms: &[(f64, f64); 4]) {
+    pub fn add(&mut self, factor: f64, terms: &[(f64, f64); 5]) {
         for (k, (term, magnitude)) in terms.iter().enumerate() {
             self.values[k] += factor * term;
             self.magnitudes[k] += factor.abs() * magnitude;
@@ -157,7 +165,7 @@ impl Sum {
     }
 
     /// The values, those that are but rounding set to 0: no search for a crossing should follow noise.
-    pub fn without_noise(self) -> [f64; 4] {
+    pub fn without_noise(self) -> [f64; 5] {
         std::array::from_fn(|k| {
             // The derivatives only lead a search on and may be taken for noise sooner.
             let noise = if k == 0 { 8.0 } else { 128.0 } * f64::EPSILON * self.magnitudes[k];

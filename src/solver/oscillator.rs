@@ -82,6 +82,32 @@ impl Oscillator {
         }
     }
 
+    /// `U_-3` to `U_2` at `tau` >= 0 (s): the functions go on downwards as derivatives, `U_(k-1) = U_k'`.
+    pub fn derivatives(&self, tau: DoubleDouble) -> [f64; 6] {
+        let basis = self.basis(tau, 3);
+        let mut u = [0.0, 0.0, 0.0, basis[0], basis[1], basis[2]];
+        if self.is_sum_of_decays(tau.value()) {
+            // By the recursion the slow decay would be left over from terms of the size of the fast one.
+            let (fast, slow) = self.decays();
+            let decayed = |rate: f64| libm::exp(-rate * tau.value()) * rate / (fast - slow);
+            let (mut of_fast, mut of_slow) = (decayed(fast), decayed(slow));
+            for k in (0..3).rev() {
+                (of_fast, of_slow) = (-of_fast * fast, -of_slow * slow);
+                u[k] = of_fast - of_slow;
+            }
+        } else {
+            for k in (0..3).rev() {
+                u[k] = -2.0 * self.gamma * u[k + 1] - self.omega2 * u[k + 2];
+            }
+        }
+        u
+    }
+
+    /// Whether the functions at `t` (s) are had as differences of two decays.
+    fn is_sum_of_decays(&self, t: f64) -> bool {
+        self.gamma >= 1.25 * self.omega.value() && (self.omega.value() + 2.0 * self.gamma) * t > 0.5
+    }
+
     /// Power series for the two highest functions, the recursion downwards for the others.
     fn basis_by_series(&self, t: f64, count: usize) -> Basis {
         let mut u = [0.0; BASIS];
