@@ -1,6 +1,6 @@
 //! One ball: its flight since its anchor, and what it has gathered since the start.
 
-use crate::model::BallModel;
+use crate::model::{BallModel, ContactLaw};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::oscillator::{BASIS, Basis, MAX_FORCE_ORDER, Oscillator};
 use crate::solver::quadrature::gauss_legendre;
@@ -40,10 +40,40 @@ pub(crate) struct Flight {
     pub push: Push,
 }
 
+/// How far positions (m) and velocities (m/s) are known.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Rounding {
+    pub position: f64,
+    pub velocity: f64,
+}
+
+impl Rounding {
+    pub fn max(self, other: Self) -> Self {
+        Self { position: self.position.max(other.position), velocity: self.velocity.max(other.velocity) }
+    }
+
+    /// Overlap (m) that is as good as none, far below the rounding: a contact that damping alone opens would never be open.
+    pub fn no_overlap(&self) -> f64 {
+        1e-10 * self.position
+    }
+
+    /// Force (N) that a contact may have by rounding alone.
+    pub fn force(&self, law: &ContactLaw) -> f64 {
+        law.unclipped_force(self.position, self.velocity)
+    }
+}
+
 impl Flight {
     /// How many functions of the oscillator the state needs; one more for the integral of the displacement.
     pub fn terms(&self) -> usize {
         3 + degree(&self.push)
+    }
+
+    /// What rounding leaves open over a swing.
+    pub fn rounding(&self, o: &Oscillator) -> Rounding {
+        let swing = if o.omega() > 0.0 { self.v.abs() / o.omega() } else { 0.0 };
+        let (x, v) = (self.x.abs() + swing, self.v.abs() + o.omega() * self.x.abs());
+        Rounding { position: 2.0 * f64::EPSILON * x, velocity: 2.0 * f64::EPSILON * v }
     }
 
     /// Displacement since the anchor, m, from the oscillator's functions at that time.

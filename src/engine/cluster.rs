@@ -7,7 +7,7 @@
 
 use std::ops::Range;
 
-use super::ball::{Ball, Flight, Tally, shifted};
+use super::ball::{Ball, Flight, Rounding, Tally, shifted};
 use super::modes::{self, Modes};
 use super::taylor::{Control, Series};
 use crate::model::{ContactLaw, Damping};
@@ -217,8 +217,10 @@ impl Cluster {
             self.motion = Motion::Series(series);
         }
         self.switch = None;
+        let rounding = self.flights.iter().zip(balls).map(|(flight, ball)| flight.rounding(&ball.oscillator));
+        let rounding = rounding.fold(Rounding::default(), Rounding::max);
         for (j, law) in laws.iter().enumerate() {
-            let switch = of_motion!(self.motion, first_switch(j, law, self.contacts[j].mode, self.length));
+            let switch = of_motion!(self.motion, first_switch(j, law, self.contacts[j].mode, self.length, &rounding));
             if let Some((tau, switch)) = switch {
                 self.length = tau;
                 self.switch = Some((self.window.start + j, switch));

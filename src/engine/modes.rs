@@ -6,7 +6,7 @@
 //! Each coordinate is an oscillator in closed form, so strong damping and contacts that stay closed for minutes cost nothing: the
 //! only work is to find the next switching.
 
-use super::ball::{Ball, Flight, degree};
+use super::ball::{Ball, Flight, Rounding, degree};
 use super::cluster::{Mode, Switch, WindowContact};
 use super::natural::{Group, NaturalMode, Sum, dashpot};
 use crate::model::{ContactLaw, Damping};
@@ -24,8 +24,6 @@ pub(crate) struct Modes {
     contacts: Vec<Joint>,
     /// Highest rate of any mode, 1/s.
     pace: f64,
-    /// Rounding of the positions, m.
-    noise: f64,
 }
 
 /// A contact of the window.
@@ -76,11 +74,6 @@ impl Modes {
             }
         }
         let rate = |mode: &NaturalMode| mode.oscillator.omega().max(mode.oscillator.gamma());
-        let amplitude = |(flight, ball): (&Flight, &Ball)| {
-            let omega = ball.oscillator.omega();
-            flight.x.abs() + if omega > 0.0 { flight.v.abs() / omega } else { 0.0 }
-        };
-        modes.noise = 2.0 * f64::EPSILON * flights.iter().zip(balls).map(amplitude).fold(0.0, f64::max);
         modes.pace = modes.groups.iter().flat_map(|group| &group.modes).map(rate).fold(0.0, f64::max);
         for (j, (contact, law)) in contacts.iter().zip(laws).enumerate() {
             let approach = modes.approach(j, flights, contacts, laws);
@@ -246,11 +239,22 @@ impl Modes {
         group.modes.iter().map(|mode| mode.squared_velocity_integral(tau)).sum()
     }
 
-    /// The first switching of contact `j` before `until` (s), and to what.
-    pub fn first_switch(&self, j: usize, law: &ContactLaw, mode: Mode, until: f64) -> Option<(f64, Switch)> {
+    /// The first switching of contact `j` before `until` (s), and to what. What does not exceed `rounding` is none.
+    pub fn first_switch(
+        &self,
+        j: usize,
+        law: &ContactLaw,
+        mode: Mode,
+        until: f64,
+        rounding: &Rounding,
+    ) -> Option<(f64, Switch)> {
         let crossing = |kind: Watched, sign: f64, until: f64, switch: Switch| {
-            // Groups that swing side by side approach each other by rounding: that is no onset.
-            let level = if switch == Switch::Onset { self.noise } else { 0.0 };
+            let level = match switch {
+                // Groups that swing side by side approach each other by rounding: that is no onset.
+                Switch::Onset => rounding.position,
+                Switch::Release => rounding.no_overlap(),
+                Switch::Clip | Switch::Unclip => sign * rounding.force(law),
+            };
             let watch = Watch { modes: self, contact: j, kind, sign, level };
             let tau = first_positive(&watch, 0.0, until)?;
             (tau < until).then_some((tau, switch))

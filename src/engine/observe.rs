@@ -105,7 +105,7 @@ impl Engine {
         match self.segment_of_contact(i, self.now()) {
             Some((cluster, tau)) if cluster.mode(i) == Mode::Pressing => {
                 let (overlap, rate) = cluster.overlap(i, tau);
-                self.cradle.contacts[i].unclipped_force(overlap, rate)
+                self.cradle.contacts[i].force(overlap, rate)
             }
             _ => 0.0,
         }

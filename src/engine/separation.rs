@@ -53,9 +53,7 @@ impl Separation {
         } else {
             Motion::Both([(left.oscillator, l), (right.oscillator, r)])
         };
-        let amplitude =
-            |o: &Oscillator, f: &Flight| f.x.abs() + if o.omega() > 0.0 { f.v.abs() / o.omega() } else { 0.0 };
-        let noise = 2.0 * f64::EPSILON * amplitude(&left.oscillator, &l).max(amplitude(&right.oscillator, &r));
+        let noise = l.rounding(&left.oscillator).max(r.rounding(&right.oscillator)).position;
         Self { anchor, overlap, motion, noise }
     }
 

@@ -6,7 +6,7 @@
 //! Mathematics 14 (2005): order `1 - ln(epsilon) / 2`, and a step on which the last terms are below epsilon times the scale
 //! of the velocities. The series is its own dense output.
 
-use super::ball::{Ball, Flight, Push, degree};
+use super::ball::{Ball, Flight, Push, Rounding, degree};
 use super::cluster::{Mode, Switch, WindowContact};
 use crate::model::{ContactLaw, Damping};
 use crate::solver::oscillator::MAX_FORCE_ORDER;
@@ -143,33 +143,46 @@ impl Series {
         self.converges_for
     }
 
-    /// The first switching of contact `j` before `until` (s), and to what.
-    pub fn first_switch(&self, j: usize, law: &ContactLaw, mode: Mode, until: f64) -> Option<(f64, Switch)> {
+    /// The first switching of contact `j` before `until` (s), and to what. What does not exceed `rounding` is none.
+    pub fn first_switch(
+        &self,
+        j: usize,
+        law: &ContactLaw,
+        mode: Mode,
+        until: f64,
+        rounding: &Rounding,
+    ) -> Option<(f64, Switch)> {
         let overlap = self.overlap_row(j);
         let crossing = |row: &[f64], sign: f64, until: f64, switch: Switch| {
-            let tau = series::first_positive(row, sign, until / self.unit)? * self.unit;
+            let level = if switch == Switch::Release { rounding.no_overlap() } else { 0.0 };
+            let tau = series::first_positive(row, sign, level, until / self.unit)? * self.unit;
             (tau < until).then_some((tau, switch))
         };
         if mode == Mode::Open {
-            return crossing(overlap, 1.0, until, Switch::Onset);
+            let onset = crossing(overlap, 1.0, until, Switch::Onset)?;
+            // Balls that swing side by side approach each other by rounding: that is no onset. Where a wave arrives, a ball
+            // in touch and at rest may take longer than this segment to be pressed any deeper.
+            let noise = rounding.position;
+            let deep = series::first_positive(overlap, 1.0, noise, until / self.unit).is_some();
+            let wave = || overlap[1] == 0.0 && self.overlaps.chunks_exact(self.stride()).any(|d| d[0] + d[1] > noise);
+            return (deep || wave()).then_some(onset);
         }
         let release = crossing(overlap, -1.0, until, Switch::Release);
         if !law.clips() {
             return release;
         }
-        let push = match law.damping {
+        let (push, noise) = match law.damping {
             Damping::HuntCrossley { alpha } => {
                 let mut factor: Vec<f64> = self.rate(overlap).iter().map(|r| alpha * r).collect();
                 factor[0] += 1.0;
-                factor
+                (factor, alpha * rounding.velocity)
             }
-            _ => self.force_row(j).to_vec(),
+            _ => (self.force_row(j).to_vec(), rounding.force(law)),
         };
         let until = release.map_or(until, |(tau, _)| tau);
-        let clip = match mode {
-            Mode::Pressing => crossing(&push, -1.0, until, Switch::Clip),
-            _ => crossing(&push, 1.0, until, Switch::Unclip),
-        };
+        let (sign, switch) = if mode == Mode::Pressing { (-1.0, Switch::Clip) } else { (1.0, Switch::Unclip) };
+        let clip = crossing(&push, sign, until, switch)
+            .filter(|_| series::first_positive(&push, sign, sign * noise, until / self.unit).is_some());
         clip.or(release)
     }
 
@@ -305,9 +318,8 @@ impl Series {
     /// Ends the segment where contact `j` leaves the overlaps that are left out.
     fn shorten_where_faint(&mut self, j: usize) {
         if self.faint[j] > 0.0 {
-            let mut above = self.overlap_row(j).to_vec();
-            above[0] -= self.faint[j];
-            if let Some(s) = series::first_positive(&above, 1.0, self.converges_for / self.unit) {
+            let until = self.converges_for / self.unit;
+            if let Some(s) = series::first_positive(self.overlap_row(j), 1.0, self.faint[j], until) {
                 self.converges_for = s * self.unit;
             }
         }

@@ -59,6 +59,12 @@ impl ContactLaw {
         }
     }
 
+    /// Force at the overlap `d` (m) and its rate (m/s), N.
+    pub fn force(&self, d: f64, rate: f64) -> f64 {
+        let force = self.unclipped_force(d, rate);
+        if self.clips() { force.max(0.0) } else { force }
+    }
+
     /// The exponent as an integer, if it is one: powers are then products.
     pub fn whole_exponent(&self) -> Option<usize> {
         (libm::rint(self.exponent) == self.exponent).then_some(self.exponent as usize)

@@ -98,12 +98,13 @@ fn falling_zero_of_derivative(c: &[f64], mut low: f64, mut high: f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// The first `t` in `[0, until]` from which on `sign` (1 or -1) times the series is positive; see [`root::first_positive`].
-pub fn first_positive(c: &[f64], sign: f64, until: f64) -> Option<f64> {
+/// The first `t` in `[0, until]` from which on `sign` (1 or -1) times the series less `level` is positive; see
+/// [`root::first_positive`].
+pub fn first_positive(c: &[f64], sign: f64, level: f64, until: f64) -> Option<f64> {
     let mut from = 0.0;
     // At a start with vanishing value, slope and curvature the first coefficient that is not zero decides.
-    if c[0] == 0.0 && c[1] == 0.0 && c[2] == 0.0 {
-        let lead = c.iter().position(|&c| c != 0.0)?;
+    if c[0] == level && c[1] == 0.0 && c[2] == 0.0 {
+        let lead = 3 + c.iter().skip(3).position(|&c| c != 0.0)?;
         if sign * c[lead] > 0.0 {
             return Some(0.0);
         }
@@ -112,20 +113,25 @@ pub fn first_positive(c: &[f64], sign: f64, until: f64) -> Option<f64> {
         let half = 0.5 * c[lead].abs();
         from = if rest * until <= half { until } else { half / rest };
     }
-    root::first_positive(&Signed(c, sign), from, until)
+    root::first_positive(&Above { c, sign, level }, from, until)
 }
 
-/// A series times a sign.
-struct Signed<'a>(&'a [f64], f64);
+/// `sign (c - level)` for a series c.
+struct Above<'a> {
+    c: &'a [f64],
+    sign: f64,
+    level: f64,
+}
 
-impl Smooth for Signed<'_> {
+impl Smooth for Above<'_> {
     fn at(&self, t: f64) -> [f64; 3] {
-        value_and_derivatives(self.0, t).map(|d| self.1 * d)
+        let [value, slope, curvature] = value_and_derivatives(self.c, t);
+        [value - self.level, slope, curvature].map(|d| self.sign * d)
     }
 
     fn third_derivative_bound(&self, t: f64, span: f64) -> f64 {
         let end = t + span;
-        self.0.iter().enumerate().skip(3).rev().fold(0.0, |sum, (k, c)| {
+        self.c.iter().enumerate().skip(3).rev().fold(0.0, |sum, (k, c)| {
             let k = k as f64;
             sum * end + k * (k - 1.0) * (k - 2.0) * c.abs()
         })
@@ -161,9 +167,9 @@ mod tests {
 
     #[test]
     fn crossing_decided_by_the_leading_term() {
-        assert_eq!(first_positive(&[0.0, 0.0, 0.0, 0.0, 1e-30], 1.0, 1.0), Some(0.0));
-        assert_eq!(first_positive(&[0.0; 6], 1.0, 1.0), None);
-        let t = first_positive(&[0.0, 0.0, 0.0, 1.0, -2.0], -1.0, 1.0).unwrap();
+        assert_eq!(first_positive(&[0.0, 0.0, 0.0, 0.0, 1e-30], 1.0, 0.0, 1.0), Some(0.0));
+        assert_eq!(first_positive(&[0.0; 6], 1.0, 0.0, 1.0), None);
+        let t = first_positive(&[0.0, 0.0, 0.0, 1.0, -2.0], -1.0, 0.0, 1.0).unwrap();
         assert!((t - 0.5).abs() < 1e-15);
     }
 
