@@ -12,7 +12,7 @@
 //! | [`solver`] | numerics: closed-form oscillators, series, first crossings, an event queue | nothing |
 //! | [`engine`] | a run: flight, impacts, clusters of balls in contact, events, the ledger of pulses | `model`, `solver` |
 //! | [`variables`] | the interface as one table: names, types, units, ranges, description, access | `model`, `engine` |
-//! | [`instance`] | one running instance: phases, legality of calls, steps, log | `variables`, `engine` |
+//! | [`instance`] | one running instance: phases, legality of calls, steps, saved states, log | `variables`, `engine` |
 //! | [`fmi2`] | the C functions of FMI 2.0; the only unsafe code | `instance` |
 //!
 //! A call of a host goes down that list from the bottom: `fmi2` turns C into Rust and asks whether the call is legal now,

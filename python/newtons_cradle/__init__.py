@@ -14,7 +14,7 @@ pulse order), `balances` (energy and momentum), `setups` (start values of the pa
 """
 
 from .balances import energy_error, momentum_defect, momentum_of_sequences
-from .fmu import Fmu, FmuError, LogLine, Result, Run
+from .fmu import Fmu, FmuError, LogLine, Result, Run, Saved
 from .progress import Progress
 from .pulses import PULSE, impact_sequences, overlapping_neighbours, parse_pulse, pulse_order
 from .setups import chain, figure5, figure6, lifted, power_law
@@ -27,6 +27,7 @@ __all__ = [
     "Progress",
     "Result",
     "Run",
+    "Saved",
     "chain",
     "energy_error",
     "figure5",

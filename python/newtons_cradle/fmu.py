@@ -97,6 +97,14 @@ class Result:
         return np.column_stack([self.samples[c] for c in columns])
 
 
+@dataclass(frozen=True)
+class Saved:
+    """A saved state: the time it was saved at (s), and the bytes."""
+
+    time: float
+    data: bytes
+
+
 class Fmu:
     """An FMU, unpacked: start as many runs of it as you like, side by side if need be."""
 
@@ -273,6 +281,20 @@ class Run:
             self.step_to(first + i * step)
             recorder.sample()
         return onset, recorder.result()
+
+    def save(self) -> "Saved":
+        """The state of the instance, from which any run of the same FMU can go on, also in another process."""
+        state = self._call(self.slave.getFMUstate)
+        data = self._call(self.slave.serializeFMUstate, state)
+        self._call(self.slave.freeFMUstate, state)
+        return Saved(self.time, data)
+
+    def load(self, saved: "Saved") -> None:
+        """Goes on from a saved state, with the same bits; the log is kept. Raises FmuError."""
+        state = self._call(self.slave.deSerializeFMUstate, saved.data)
+        self._call(self.slave.setFMUstate, state)
+        self._call(self.slave.freeFMUstate, state)
+        self.time = saved.time
 
     def recorder(self, names: Iterable[str]) -> "Recorder":
         """Records the named variables of this run."""

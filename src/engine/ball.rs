@@ -1,5 +1,7 @@
 //! One ball: its flight since its anchor, and what it has gathered since the start.
 
+use serde::{Deserialize, Serialize};
+
 use crate::model::{BallModel, ContactLaw};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::oscillator::{BASIS, Basis, MAX_FORCE_ORDER, Oscillator};
@@ -30,7 +32,7 @@ pub(crate) fn shifted(push: &Push, tau: f64) -> Push {
 }
 
 /// Contact-free motion from an anchor on: a closed form of the time since then.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Flight {
     /// Position at the anchor, m.
     pub x: f64,
@@ -64,6 +66,10 @@ impl Rounding {
 }
 
 impl Flight {
+    pub fn is_finite(&self) -> bool {
+        [self.x, self.v].iter().chain(&self.push).all(|value| value.is_finite())
+    }
+
     /// How many functions of the oscillator the state needs; one more for the integral of the displacement.
     pub fn terms(&self) -> usize {
         3 + degree(&self.push)
@@ -120,7 +126,7 @@ impl Flight {
 }
 
 /// Sums over time that a ball carries along.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Tally {
     /// Integral of the position, m.s.
     pub x_integral: f64,
@@ -131,6 +137,10 @@ pub(crate) struct Tally {
 }
 
 impl Tally {
+    pub fn is_finite(&self) -> bool {
+        [self.x_integral, self.drag_loss, self.work].iter().all(|value| value.is_finite())
+    }
+
     pub fn add(&mut self, more: &Self) {
         self.x_integral += more.x_integral;
         self.drag_loss += more.drag_loss;

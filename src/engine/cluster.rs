@@ -7,6 +7,8 @@
 
 use std::ops::Range;
 
+use serde::{Deserialize, Serialize};
+
 use super::ball::{Ball, Flight, Rounding, Tally, shifted};
 use super::modes::{self, Modes};
 use super::taylor::{Control, Series};
@@ -14,7 +16,7 @@ use crate::model::{ContactLaw, Damping};
 use crate::solver::double_double::DoubleDouble;
 
 /// Whether and how a contact of a window acts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum Mode {
     /// No overlap.
     Open,
@@ -37,7 +39,7 @@ impl Mode {
 }
 
 /// A contact of the window at the start of the segment.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct WindowContact {
     pub overlap: f64,
     pub mode: Mode,
@@ -86,8 +88,9 @@ pub(crate) struct Cluster {
     pub contacts: Vec<WindowContact>,
     /// The motion of the window on the current segment.
     pub motion: Motion,
-    /// Segments since the last switching.
+    /// Segments since the last switching, and how many it were when the current one began.
     pub quiet: u32,
+    pub quiet_before: u32,
     /// Length of the current segment, s.
     pub length: f64,
     /// What happens at its end, and in which contact.
@@ -95,6 +98,31 @@ pub(crate) struct Cluster {
 }
 
 impl Cluster {
+    /// The balls `members`, and as spectators those beside them that are in `window`. The motion is left to
+    /// [`Self::expand`], with the number of segments since the last switching.
+    pub fn new(
+        members: Range<usize>,
+        window: Range<usize>,
+        start: DoubleDouble,
+        flights: Vec<Flight>,
+        contacts: Vec<WindowContact>,
+        quiet: u32,
+    ) -> Self {
+        let motion = Motion::default();
+        Self {
+            members,
+            window,
+            start,
+            flights,
+            contacts,
+            motion,
+            quiet,
+            quiet_before: quiet,
+            length: 0.0,
+            switch: None,
+        }
+    }
+
     /// Contacts of the window, as indices of the cradle.
     pub fn window_contacts(&self) -> Range<usize> {
         self.window.start..self.window.end - 1
@@ -216,6 +244,7 @@ impl Cluster {
             self.length = series.converges_for();
             self.motion = Motion::Series(series);
         }
+        self.quiet_before = self.quiet;
         self.switch = None;
         let rounding = self.flights.iter().zip(balls).map(|(flight, ball)| flight.rounding(&ball.oscillator));
         let rounding = rounding.fold(Rounding::default(), Rounding::max);

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::ball::Held;
-use super::cluster::{Cluster, Mode, Motion, Switch, WindowContact};
+use super::cluster::{Cluster, Mode, Switch, WindowContact};
 use super::separation::{Forecast, Separation};
 use super::{Engine, EngineError, Pulse};
 use crate::solver::double_double::DoubleDouble;
@@ -33,7 +33,9 @@ impl Engine {
         let t = cluster.end();
         self.fold(&mut cluster, t);
         if let Some(ball) = cluster.flights.iter().position(|f| !(f.x.is_finite() && f.v.is_finite())) {
-            return Err(EngineError::NotFinite { time: t.value(), ball: cluster.window.start + ball });
+            let error = EngineError::NotFinite { time: t.value(), ball: cluster.window.start + ball };
+            self.follow(id, cluster); // What is left can still be looked at.
+            return Err(error);
         }
         let switch = cluster.switch;
         match switch {
@@ -167,10 +169,7 @@ impl Engine {
         });
         let contacts = contacts.collect();
         let flights = window.clone().map(|i| self.balls[i].flight_at(t)).collect();
-        let motion = Motion::default();
-        let cluster =
-            Cluster { members, window, start: t, flights, contacts, motion, quiet: 0, length: 0.0, switch: None };
-        self.follow(id, cluster);
+        self.follow(id, Cluster::new(members, window, t, flights, contacts, 0));
     }
 
     /// Computes the next segment of a cluster and puts it back in its place.

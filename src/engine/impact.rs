@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::ball::Held;
-use super::cluster::{Cluster, Mode, Motion, Switch, WindowContact};
+use super::cluster::{Cluster, Mode, Switch, WindowContact};
 use super::pair::PairImpact;
 use super::{Engine, Pulse};
 use crate::solver::double_double::DoubleDouble;
@@ -161,10 +161,7 @@ impl Engine {
         let members: Range<usize> = i..i + 2;
         let flights = vec![self.balls[i].flight, self.balls[i + 1].flight];
         let contacts = vec![WindowContact { overlap: 0.0, mode: Mode::Pressing }];
-        let window = members.clone();
-        let motion = Motion::default();
-        let mut cluster =
-            Cluster { members, window, start: t, flights, contacts, motion, quiet: 0, length: 0.0, switch: None };
+        let mut cluster = Cluster::new(members.clone(), members, t, flights, contacts, 0);
         cluster.expand(&self.balls, &self.cradle.contacts, &self.control);
         cluster
     }

@@ -1,11 +1,13 @@
 //! What a contact remembers: its pulses, their impulse and peak, and its share in the step under way.
 
+use serde::{Deserialize, Serialize};
+
 use crate::solver::double_double::DoubleDouble;
 
-use super::{NEVER, Pulse};
+use super::{LARGEST_COUNT, NEVER, Pulse};
 
 /// The ledger of one contact.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Ledger {
     /// Onsets so far.
     pub pulses: u64,
@@ -44,6 +46,15 @@ impl Default for Ledger {
 }
 
 impl Ledger {
+    /// Whether all sums are finite and the counts can go on.
+    pub fn is_sound(&self) -> bool {
+        let values = [self.onset, self.release, self.pulse_impulse, self.pulse_peak, self.step_peak];
+        values.iter().all(|value| value.is_finite())
+            && self.impulse.is_sound()
+            && self.step_impulse.is_sound()
+            && self.pulses.max(self.step) < LARGEST_COUNT
+    }
+
     /// The contact has been followed into step number `step`, at whose start its impulse was `impulse`.
     pub fn begin_step(&mut self, step: u64, impulse: DoubleDouble) {
         if self.step != step {

@@ -8,7 +8,7 @@
 //!
 //! Events happen at their own times, never at communication points: between changes of the inputs the trajectory is the same,
 //! bit for bit, however a host cuts its steps. What a host asks for at a communication point is evaluated there (`observe`)
-//! and moves nothing.
+//! and moves nothing. A run can be put down as plain data and taken up again (`snapshot`).
 
 mod ball;
 mod cluster;
@@ -21,9 +21,12 @@ mod observe;
 mod pair;
 mod separation;
 mod simulation;
+mod snapshot;
 mod taylor;
 
 use std::cell::Cell;
+
+use serde::{Deserialize, Serialize};
 
 use crate::model::{Cradle, Inputs, Parameters};
 use crate::solver::double_double::DoubleDouble;
@@ -34,7 +37,8 @@ use cluster::{Cluster, Mode};
 use ledger::Ledger;
 use pair::{PairImpact, Shape};
 use separation::Separation;
-pub use simulation::Simulation;
+pub use simulation::{Simulation, SimulationSnapshot};
+pub use snapshot::{Snapshot, Unsound};
 use taylor::Control;
 
 /// Time given for "never" where an event lies ahead, s.
@@ -42,6 +46,9 @@ pub const NEVER: f64 = 1e30;
 
 /// Highest derivative of an input that is taken into account.
 pub const MAX_INPUT_DERIVATIVE: usize = MAX_FORCE_ORDER;
+
+/// Counts stay far below this, 2^62: nothing happens so often.
+const LARGEST_COUNT: u64 = 1 << 62;
 
 /// One finished contact pulse.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,7 +86,7 @@ impl std::fmt::Display for EngineError {
 impl std::error::Error for EngineError {}
 
 /// Work counters since the start; they saturate.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Work {
     /// Integration steps accepted in contact phases.
     pub steps: u64,
@@ -110,7 +117,7 @@ struct Contact {
 }
 
 /// Totals at the start of the step under way.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct StepStart {
     time: f64,
     /// Integral of the force on the support; taken only when an event is about to move the anchors.
@@ -118,7 +125,7 @@ struct StepStart {
 }
 
 /// The inputs that act: polynomials of the time.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct HeldInputs {
     /// Time that the values and derivatives refer to, s.
     since: f64,
@@ -166,9 +173,20 @@ pub struct Engine {
 impl Engine {
     /// Starts a run at `start_time` (s) with the start values of `parameters`, whose values are in their ranges.
     pub fn new(parameters: &Parameters, inputs: &Inputs, start_time: f64) -> Result<Self, EngineError> {
+        let inputs = HeldInputs { since: start_time, values: inputs.clone(), derivatives: Vec::new() };
+        let mut engine = Self::apart(parameters, inputs, start_time);
+        let start = DoubleDouble::from(start_time);
+        engine.close_where_overlapping(start);
+        engine.form(0..engine.contacts.len(), start);
+        engine.energy_at_start = engine.total_energy();
+        engine.check_finite()?;
+        Ok(engine)
+    }
+
+    /// All balls in flight from the start values, their contacts not looked at yet.
+    fn apart(parameters: &Parameters, inputs: HeldInputs, start_time: f64) -> Self {
         let cradle = Cradle::new(parameters);
         let start = DoubleDouble::from(start_time);
-        let inputs = HeldInputs { since: start_time, values: inputs.clone(), derivatives: Vec::new() };
         let state = parameters.x_start.iter().zip(&parameters.v_start).enumerate();
         let balls = state
             .zip(&cradle.balls)
@@ -187,7 +205,7 @@ impl Engine {
             };
             cradle.contacts.len()
         ];
-        let mut engine = Self {
+        Self {
             queue: EventQueue::new(contacts.len()),
             inputs,
             control: Control::new(parameters.tolerance),
@@ -205,12 +223,7 @@ impl Engine {
             last_event: start,
             standstill: 0,
             cradle,
-        };
-        engine.close_where_overlapping(start);
-        engine.form(0..engine.contacts.len(), start);
-        engine.energy_at_start = engine.total_energy();
-        engine.check_finite()?;
-        Ok(engine)
+        }
     }
 
     /// Current time, s.

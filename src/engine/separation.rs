@@ -1,5 +1,7 @@
 //! An open contact between two balls in flight: its overlap as a closed form, and when it will close.
 
+use serde::{Deserialize, Serialize};
+
 use super::ball::{Ball, Flight, degree};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::oscillator::Oscillator;
@@ -9,7 +11,7 @@ use crate::solver::root::{Smooth, first_positive, safe_step};
 ///
 /// It is kept as its value at the anchor plus the displacements since then, so that a gap of 1e-12 m right after a release
 /// has its digits although the positions are of the order of 1 m.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Separation {
     anchor: DoubleDouble,
     overlap: f64,
@@ -18,7 +20,7 @@ pub(crate) struct Separation {
     noise: f64,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 enum Motion {
     /// Equal pendulums: the difference of the two motions is a motion of the same kind.
     Relative(Oscillator, Flight),
@@ -55,6 +57,18 @@ impl Separation {
         };
         let noise = l.rounding(&left.oscillator).max(r.rounding(&right.oscillator)).position;
         Self { anchor, overlap, motion, noise }
+    }
+
+    /// Whether it is one between `left` and `right` at the time `now`, with finite values.
+    pub fn is_sound(&self, left: &Ball, right: &Ball, now: DoubleDouble) -> bool {
+        let (pendulums, finite) = match &self.motion {
+            Motion::Relative(o, flight) => (*o == left.oscillator && *o == right.oscillator, flight.is_finite()),
+            Motion::Both([(ol, l), (or, r)]) => {
+                (*ol == left.oscillator && *or == right.oscillator && ol != or, l.is_finite() && r.is_finite())
+            }
+        };
+        let numbers = self.overlap.is_finite() && self.noise.is_finite() && self.anchor.is_sound();
+        pendulums && finite && numbers && self.anchor <= now
     }
 
     /// Overlap (m) and its rate (m/s) at the time `t`.

@@ -1,6 +1,8 @@
 //! One run of the cradle, by the method that was selected.
 
-use super::{Engine, EngineError, Pulse, Work};
+use serde::{Deserialize, Serialize};
+
+use super::{Engine, EngineError, Pulse, Snapshot, Unsound, Work};
 use crate::model::{Inputs, Parameters};
 
 /// A run by the selected method. Every method offers what [`Engine`] offers, with the same meaning.
@@ -8,6 +10,13 @@ use crate::model::{Inputs, Parameters};
 pub enum Simulation {
     /// `eventDriven`.
     EventDriven(Engine),
+}
+
+/// A run as plain data, by the method.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub enum SimulationSnapshot {
+    /// `eventDriven`.
+    EventDriven(Snapshot),
 }
 
 /// Calls the same function of whichever method it is.
@@ -64,6 +73,27 @@ impl Simulation {
     /// Starts a run by the method that `parameters` select; see [`Engine::new`].
     pub fn new(parameters: &Parameters, inputs: &Inputs, start_time: f64) -> Result<Self, EngineError> {
         Engine::new(parameters, inputs, start_time).map(Self::EventDriven)
+    }
+
+    /// The run as it is now, as plain data.
+    pub fn snapshot(&self) -> SimulationSnapshot {
+        match self {
+            Self::EventDriven(engine) => SimulationSnapshot::EventDriven(engine.snapshot()),
+        }
+    }
+
+    /// See [`Engine::restore`].
+    pub fn restore(
+        parameters: &Parameters,
+        start: f64,
+        snapshot: SimulationSnapshot,
+        failed: bool,
+    ) -> Result<Self, Unsound> {
+        match snapshot {
+            SimulationSnapshot::EventDriven(snapshot) => {
+                Engine::restore(parameters, start, snapshot, failed).map(Self::EventDriven)
+            }
+        }
     }
 
     /// See [`Engine::hold`].

@@ -178,7 +178,7 @@ mod tests {
         let kept = lines.clone();
         let sink = move |severity, _, text: &str| kept.borrow_mut().push((severity, text.to_owned()));
         let log = Log::new(Some(Box::new(sink)), false);
-        (Component::into_raw(Instance::new(Settings::default_for(5), log)), lines)
+        (Component::into_raw(Instance::new(Settings::default_for(5), String::new(), log)), lines)
     }
 
     #[test]

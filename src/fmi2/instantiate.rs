@@ -38,7 +38,7 @@ pub unsafe extern "C" fn fmi2Instantiate(
     let created = catch_unwind(AssertUnwindSafe(|| {
         let log = Log::new(logger::sink(&functions, name), loggingOn != fmi2False);
         match settings(name, fmuType, guid, location) {
-            Ok(settings) => Component::into_raw(Instance::new(settings, log)),
+            Ok((settings, guid)) => Component::into_raw(Instance::new(settings, guid, log)),
             Err(reason) => {
                 log.error(format_args!("fmi2Instantiate: {reason}"));
                 null_mut()
@@ -58,8 +58,8 @@ pub unsafe extern "C" fn fmi2FreeInstance(c: fmi2Component) {
     unsafe { Component::free(c) }
 }
 
-/// The start values of the FMU whose description has this GUID, or why there are none.
-fn settings(name: &CStr, kind: fmi2Type, guid: &CStr, location: &CStr) -> Result<Settings, String> {
+/// The start values of the FMU whose description has this GUID, with the GUID, or why there are none.
+fn settings(name: &CStr, kind: fmi2Type, guid: &CStr, location: &CStr) -> Result<(Settings, String), String> {
     if name.is_empty() {
         return Err("instanceName is missing or empty; allowed: any other text".to_owned());
     }
@@ -75,7 +75,7 @@ fn settings(name: &CStr, kind: fmi2Type, guid: &CStr, location: &CStr) -> Result
             "fmuGUID = {guid} is refused; allowed: {own}, that of the description that belongs to this binary and resources"
         ));
     }
-    Ok(settings)
+    Ok((settings, own))
 }
 
 /// # Safety

@@ -2,7 +2,7 @@
 //! whether they use them or not, and answer fmi2Error.
 
 use super::border::call;
-use super::types::{fmi2Byte, fmi2Component, fmi2FMUstate, fmi2Integer, fmi2Real, fmi2Status, fmi2ValueReference};
+use super::types::{fmi2Component, fmi2Integer, fmi2Real, fmi2Status, fmi2ValueReference};
 use crate::instance::{Call, Refusal};
 
 /// # Safety
@@ -10,88 +10,6 @@ use crate::instance::{Call, Refusal};
 unsafe fn refuse(c: fmi2Component, function: &'static str, kind: Call, capability: &'static str) -> fmi2Status {
     // SAFETY: the host's promises, see the module.
     unsafe { call(c, function, kind, |_| Err(Refusal::Unsupported(capability))) }
-}
-
-const STATE: &str = "not supported: canGetAndSetFMUstate is false";
-const SERIALIZE: &str = "not supported: canSerializeFMUstate is false";
-
-/// Not supported.
-///
-/// # Safety
-/// See the [module](super).
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetFMUstate(c: fmi2Component, _FMUstate: *mut fmi2FMUstate) -> fmi2Status {
-    // SAFETY: the host's promises, see the module.
-    unsafe { refuse(c, "fmi2GetFMUstate", Call::State, STATE) }
-}
-
-/// Not supported.
-///
-/// # Safety
-/// See the [module](super).
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetFMUstate(c: fmi2Component, _FMUstate: fmi2FMUstate) -> fmi2Status {
-    // SAFETY: the host's promises, see the module.
-    unsafe { refuse(c, "fmi2SetFMUstate", Call::State, STATE) }
-}
-
-/// Nothing to free: fine for no state, as the standard asks, and an error for any other.
-///
-/// # Safety
-/// See the [module](super).
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2FreeFMUstate(c: fmi2Component, FMUstate: *mut fmi2FMUstate) -> fmi2Status {
-    // SAFETY: the host's promises, see the module.
-    unsafe {
-        call(c, "fmi2FreeFMUstate", Call::State, |_| {
-            let none = FMUstate.is_null() || (FMUstate.is_aligned() && (*FMUstate).is_null());
-            if none { Ok(()) } else { Err(Refusal::Unsupported(STATE)) }
-        })
-    }
-}
-
-/// Not supported.
-///
-/// # Safety
-/// See the [module](super).
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SerializedFMUstateSize(
-    c: fmi2Component,
-    _FMUstate: fmi2FMUstate,
-    _size: *mut usize,
-) -> fmi2Status {
-    // SAFETY: the host's promises, see the module.
-    unsafe { refuse(c, "fmi2SerializedFMUstateSize", Call::State, SERIALIZE) }
-}
-
-/// Not supported.
-///
-/// # Safety
-/// See the [module](super).
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SerializeFMUstate(
-    c: fmi2Component,
-    _FMUstate: fmi2FMUstate,
-    _serializedState: *mut fmi2Byte,
-    _size: usize,
-) -> fmi2Status {
-    // SAFETY: the host's promises, see the module.
-    unsafe { refuse(c, "fmi2SerializeFMUstate", Call::State, SERIALIZE) }
-}
-
-/// Not supported.
-///
-/// # Safety
-/// See the [module](super).
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
-    c: fmi2Component,
-    _serializedState: *const fmi2Byte,
-    _size: usize,
-    _FMUstate: *mut fmi2FMUstate,
-) -> fmi2Status {
-    // SAFETY: the host's promises, see the module.
-    unsafe { refuse(c, "fmi2DeSerializeFMUstate", Call::State, SERIALIZE) }
 }
 
 /// Not supported.

@@ -1,12 +1,14 @@
 //! What the host says about the run as a whole.
 
+use serde::{Deserialize, Serialize};
+
 use super::Refusal;
 
 /// Tightest relative tolerance.
 const MIN_TOLERANCE: f64 = 1e-14;
 
 /// Start, stop and tolerance of a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Experiment {
     /// Start time, s, finite.
     pub start: f64,

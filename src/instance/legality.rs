@@ -1,7 +1,9 @@
 //! Which call is legal in which phase: the state machine of co-simulation as one table (FMI 2.0.4, section 4.2.4).
 
+use serde::{Deserialize, Serialize};
+
 /// Phases of an instance.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Phase {
     /// Start values can be set, nothing is calculated.
     Instantiated,

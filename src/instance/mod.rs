@@ -7,6 +7,7 @@ mod experiment;
 mod legality;
 mod log;
 mod refusal;
+mod state;
 mod step;
 mod values;
 
@@ -14,26 +15,30 @@ pub use experiment::Experiment;
 pub use legality::{Call, PHASES, Phase};
 pub use log::{Log, Severity, Sink};
 pub use refusal::Refusal;
+pub use state::{State, StateError};
+
+use serde::{Deserialize, Serialize};
 
 use crate::engine::{Pulse, Simulation};
-use crate::model::Inputs;
+use crate::model::{Inputs, Parameters, Tunables};
 use crate::variables::{LogCategory, Number, Settings, TABLE, Variable};
 
 /// Everything that changes while an instance runs: all that a saved state has to hold.
-#[derive(Clone)]
+#[derive(Clone, Serialize, Deserialize)]
 struct Run {
     phase: Phase,
     settings: Settings,
     experiment: Option<Experiment>,
     /// The run itself. In Initialization Mode it is built when a calculated value is asked for, and dropped when a
     /// setting changes.
+    #[serde(skip)]
     engine: Option<Simulation>,
     /// Derivatives of the inputs by time over the next step, from the first on; those beyond are zero.
     input_derivatives: Vec<Inputs>,
     /// The inputs are not, or do not change, as the engine was last told.
     inputs_changed: bool,
-    /// A tunable parameter was changed since the engine was last told.
-    tunables_changed: bool,
+    /// What the engine was last told of the tunable parameters, if they were changed since.
+    tuned_from: Option<Tunables>,
     /// It was logged that the host steps past its own stop time.
     past_stop_told: bool,
 }
@@ -47,14 +52,26 @@ impl Run {
             engine: None,
             input_derivatives: Vec::new(),
             inputs_changed: false,
-            tunables_changed: false,
+            tuned_from: None,
             past_stop_told: false,
         }
+    }
+
+    /// The parameters that the engine acts with.
+    fn acting_parameters(&self) -> Parameters {
+        let mut parameters = self.settings.parameters.clone();
+        parameters.tolerance = self.experiment.unwrap_or_default().tighten(parameters.tolerance);
+        if let Some(tunables) = self.tuned_from {
+            parameters.tune(tunables);
+        }
+        parameters
     }
 }
 
 /// One instance.
 pub struct Instance {
+    /// GUID of its description.
+    guid: String,
     /// Start values of the description, which a reset returns to.
     start: Settings,
     run: Run,
@@ -64,10 +81,10 @@ pub struct Instance {
 }
 
 impl Instance {
-    /// An instance with the start values of its description.
-    pub fn new(start: Settings, log: Log) -> Self {
+    /// An instance with the start values of its description, which has this GUID.
+    pub fn new(start: Settings, guid: String, log: Log) -> Self {
         let run = Run::new(&start);
-        Self { start, run, pulses: Vec::new(), log }
+        Self { guid, start, run, pulses: Vec::new(), log }
     }
 
     /// The phase it is in.
@@ -119,7 +136,7 @@ impl Instance {
     pub fn exit_initialization(&mut self) -> Result<(), Refusal> {
         self.engine()?;
         self.run.inputs_changed = !self.run.input_derivatives.is_empty();
-        self.run.tunables_changed = false;
+        self.run.tuned_from = None;
         self.run.phase = Phase::StepMode;
         self.tell_ignored_parameters();
         Ok(())
@@ -149,10 +166,8 @@ impl Instance {
 
     #[cold]
     fn build(&self) -> Result<Simulation, Refusal> {
-        let experiment = self.run.experiment.unwrap_or_default();
-        let mut parameters = self.run.settings.parameters.clone();
-        parameters.tolerance = experiment.tighten(parameters.tolerance);
-        Simulation::new(&parameters, &self.run.settings.inputs, experiment.start).map_err(Refusal::Start)
+        let start = self.run.experiment.unwrap_or_default().start;
+        Simulation::new(&self.run.acting_parameters(), &self.run.settings.inputs, start).map_err(Refusal::Start)
     }
 
     /// Tells of parameters that are not the default and have no effect because another law is selected.

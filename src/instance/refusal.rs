@@ -1,6 +1,7 @@
 //! Why a call was refused.
 
 use super::legality::{Call, Phase};
+use super::state::StateError;
 use crate::engine::EngineError;
 use crate::variables::{Number, Refused};
 
@@ -13,6 +14,8 @@ pub enum Refusal {
     Value(Refused),
     /// An argument is not accepted.
     Argument { name: &'static str, value: String, allowed: String },
+    /// A saved state is not accepted.
+    State(StateError),
     /// Something has to happen first.
     Missing(&'static str),
     /// The FMU does not offer this.
@@ -43,6 +46,7 @@ impl std::fmt::Display for Refusal {
             }
             Self::Value(refused) => write!(f, "{refused}"),
             Self::Argument { name, value, allowed } => write!(f, "{name} = {value} is refused; allowed: {allowed}"),
+            Self::State(error) => write!(f, "the state is refused: {error}"),
             Self::Missing(what) => write!(f, "{what}"),
             Self::Unsupported(what) => write!(f, "{what}"),
             Self::Start(error) => write!(f, "the run cannot start: {error}"),
@@ -52,6 +56,12 @@ impl std::fmt::Display for Refusal {
 }
 
 impl std::error::Error for Refusal {}
+
+impl From<StateError> for Refusal {
+    fn from(error: StateError) -> Self {
+        Self::State(error)
+    }
+}
 
 impl From<Refused> for Refusal {
     fn from(refused: Refused) -> Self {

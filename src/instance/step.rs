@@ -32,7 +32,7 @@ impl Instance {
             return Err(refuse_times(own, current, step));
         }
         let reached = self.inputs_reached((next - own).max(0.0))?;
-        if self.run.inputs_changed || self.run.tunables_changed {
+        if self.run.inputs_changed || self.run.tuned_from.is_some() {
             self.tell_engine()?;
         }
         if let Some(stop) = self.run.experiment.and_then(|experiment| experiment.stop)
@@ -95,7 +95,7 @@ impl Instance {
         if std::mem::take(&mut run.inputs_changed) {
             told = engine.hold(&run.settings.inputs, &run.input_derivatives);
         }
-        let retuned = std::mem::take(&mut run.tunables_changed);
+        let retuned = run.tuned_from.take().is_some();
         if retuned && told.is_ok() {
             told = engine.retune(&run.settings.parameters);
         }

@@ -1,7 +1,7 @@
 //! Reading and setting variables by value reference.
 
 use super::{Instance, Phase, Refusal};
-use crate::model::Inputs;
+use crate::model::{Inputs, Tunables};
 use crate::variables::{Access, Refused, Type, Variability, Variable};
 
 impl Instance {
@@ -41,10 +41,11 @@ impl Instance {
         for (reference, value) in references.iter().zip(values) {
             self.settable(*reference, Type::Real)?.check_real(*value)?;
         }
+        let before = self.run.settings.parameters.tunables();
         for (reference, value) in references.iter().zip(values) {
             let variable = self.variable(*reference)?;
             if variable.set_real(&mut self.run.settings, *value) {
-                self.changed(variable);
+                self.changed(variable, before);
             }
         }
         Ok(())
@@ -79,10 +80,11 @@ impl Instance {
         for (reference, value) in references.iter().zip(values) {
             self.settable(*reference, Type::Integer)?.check_item(*value)?;
         }
+        let before = self.run.settings.parameters.tunables();
         for (reference, value) in references.iter().zip(values) {
             let variable = self.variable(*reference)?;
             if variable.set_item(&mut self.run.settings, *value) {
-                self.changed(variable);
+                self.changed(variable, before);
             }
         }
         Ok(())
@@ -113,12 +115,12 @@ impl Instance {
         Ok(variable)
     }
 
-    /// Remembers that the engine does not know of a setting yet.
-    fn changed(&mut self, variable: Variable) {
+    /// Remembers that the engine does not know of a setting yet; `before` are the tunable parameters before the call.
+    fn changed(&mut self, variable: Variable, before: Tunables) {
         if self.run.phase != Phase::StepMode {
             self.run.engine = None;
         } else if variable.row.variability == Variability::Tunable {
-            self.run.tunables_changed = true;
+            self.run.tuned_from.get_or_insert(before);
         } else {
             self.run.inputs_changed = true;
         }

@@ -1,7 +1,9 @@
 //! What a user can set: the parameters and the inputs of the cradle.
 
+use serde::{Deserialize, Serialize};
+
 /// Force law of a contact, `contact.model`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ContactModel {
     /// `F = k r (d/d_ref)^(p-1) d`.
     PowerLaw,
@@ -10,7 +12,7 @@ pub enum ContactModel {
 }
 
 /// Damping of a contact, `contact.dampingLaw`. All laws act only while the overlap is positive.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum DampingLaw {
     /// Adds `c` times the rate of the overlap; may pull just before the balls part.
     KelvinVoigt,
@@ -23,7 +25,7 @@ pub enum DampingLaw {
 
 /// All parameters of a cradle of `n` balls. Vectors over balls have length `n`, vectors over
 /// contacts `n - 1`; the ranges are those of the variables table and hold for every value here.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Parameters {
     /// Gravity g, m/s2, >= 0; 0 gives free balls on a line.
     pub gravity: f64,
@@ -107,14 +109,35 @@ impl Parameters {
         self.mass_ratio.len()
     }
 
+    /// The parameters that may change during a run.
+    pub fn tunables(&self) -> Tunables {
+        Tunables { drag: self.drag, damping: self.damping, hunt_crossley: self.hunt_crossley }
+    }
+
+    /// Sets them.
+    pub fn tune(&mut self, tunables: Tunables) {
+        Tunables { drag: self.drag, damping: self.damping, hunt_crossley: self.hunt_crossley } = tunables;
+    }
+
     /// Number of contacts, n - 1.
     pub fn contacts(&self) -> usize {
         self.stiffness_ratio.len()
     }
 }
 
+/// The parameters that may change during a run, in the units of [`Parameters`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Tunables {
+    /// Drag b.
+    pub drag: f64,
+    /// Damping c.
+    pub damping: f64,
+    /// Factor alpha.
+    pub hunt_crossley: f64,
+}
+
 /// The inputs of the cradle at one time, or their derivatives by time of one order.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Inputs {
     /// External force on each ball, N.
     pub force: Vec<f64>,

@@ -3,10 +3,12 @@
 //! A contact lasts 1e-7 s, and at t = 600 s a double resolves 1e-13 s: a millionth of a contact. Times of events, phases of
 //! pendulums and sums over thousands of pulses therefore carry a second double with what the first cannot hold.
 
+use serde::{Deserialize, Serialize};
+
 /// `hi + lo` with `|lo|` at most half a unit in the last place of `hi`.
 ///
 /// The order is that of the value: for normalised pairs it is the lexicographic one.
-#[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd, Serialize, Deserialize)]
 pub struct DoubleDouble {
     hi: f64,
     lo: f64,
@@ -47,6 +49,11 @@ impl DoubleDouble {
     /// The part that the rounded value does not hold.
     pub fn rest(self) -> f64 {
         self.lo
+    }
+
+    /// Whether it is finite, and the first double its rounded value.
+    pub fn is_sound(self) -> bool {
+        self.hi.is_finite() && self.hi + self.lo == self.hi
     }
 
     /// The smallest double that is not below the value.

@@ -12,6 +12,8 @@
 //! `U_k + 2 gamma U_(k+1) + omega^2 U_(k+2) = tau^k / k!`. (For gamma = 0 they are the Stumpff functions of celestial
 //! mechanics, see Stiefel and Scheifele, Linear and Regular Celestial Mechanics, 1971, section 11.)
 
+use serde::{Deserialize, Serialize};
+
 use super::double_double::DoubleDouble;
 
 /// Highest derivative of the force that is taken into account.
@@ -34,14 +36,27 @@ const INVERSE: [f64; 64] = {
     inverse
 };
 
-/// Natural frequency and decay of an oscillator.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Natural frequency and decay of an oscillator; what follows from them is not serialized.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(into = "(f64, f64)", from = "(f64, f64)")]
 pub struct Oscillator {
     omega2: f64,
     omega: DoubleDouble,
     gamma: f64,
     /// Frequency of the damped oscillation, for `gamma <= omega / 2`.
     omega_damped: DoubleDouble,
+}
+
+impl From<Oscillator> for (f64, f64) {
+    fn from(oscillator: Oscillator) -> Self {
+        (oscillator.omega2, oscillator.gamma)
+    }
+}
+
+impl From<(f64, f64)> for Oscillator {
+    fn from((omega2, gamma): (f64, f64)) -> Self {
+        Self::new(omega2, gamma)
+    }
 }
 
 impl Oscillator {

@@ -28,6 +28,11 @@ impl EventQueue {
         self.heap.first().map(|&key| (self.time[key as usize], key as usize))
     }
 
+    /// Time of the entry of `key`.
+    pub fn get(&self, key: usize) -> Option<DoubleDouble> {
+        (self.place[key] != ABSENT).then(|| self.time[key])
+    }
+
     /// Enters `key` at `time`, in place of its old entry if it has one.
     pub fn set(&mut self, key: usize, time: DoubleDouble) {
         self.time[key] = time;

@@ -2,14 +2,16 @@
 
 use std::fmt::Write;
 
-use super::Variable;
+use serde::{Deserialize, Serialize};
+
 use super::row::{ANY, Access, Causality, Type};
 use super::text::Number;
+use super::{TABLE, Variable, variables};
 use crate::engine::MAX_INPUT_DERIVATIVE;
 use crate::model::{Inputs, Parameters};
 
 /// Everything a host can set.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// Parameters of the cradle.
     pub parameters: Parameters,
@@ -26,6 +28,17 @@ impl Settings {
     /// Number of balls n.
     pub fn balls(&self) -> usize {
         self.parameters.balls()
+    }
+
+    /// Whether they are settings of `balls` balls and every value is one that may be set.
+    pub fn are_sound(&self, balls: usize) -> bool {
+        let fits = TABLE.iter().all(|row| match row.access {
+            Access::Parameter { get, .. } => get(&self.parameters).len() == row.shape.len(balls),
+            Access::Input { get, .. } => get(&self.inputs).len() == row.shape.len(balls),
+            _ => true,
+        });
+        let allowed = |variable: Variable| variable.real(self).is_none_or(|value| variable.check_real(value).is_ok());
+        fits && variables(balls).filter(|variable| variable.row.settable()).all(allowed)
     }
 }
 
@@ -217,7 +230,6 @@ impl Variable {
 
 #[cfg(test)]
 mod tests {
-    use super::super::variables;
     use super::*;
 
     #[test]

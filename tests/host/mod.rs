@@ -8,7 +8,7 @@ use std::ptr::{null, null_mut};
 use std::{fs, mem};
 
 use newtons_cradle::fmi2::*;
-use newtons_cradle::variables::{Description, FILE_NAME, MODEL_IDENTIFIER, Settings, Variable};
+use newtons_cradle::variables::{Description, FILE_NAME, MODEL_IDENTIFIER, Settings, Type, Variable, variables};
 
 pub use newtons_cradle::fmi2::fmi2Status::{fmi2Error, fmi2OK};
 
@@ -184,6 +184,55 @@ impl Host {
 
     pub fn set_derivative(&self, name: &str, order: i32, value: f64) -> fmi2Status {
         unsafe { fmi2SetRealInputDerivatives(self.c, &self.vr(name), 1, &order, &value) }
+    }
+
+    /// The state, saved.
+    pub fn save(&self) -> fmi2FMUstate {
+        let mut state = null_mut();
+        assert_eq!(unsafe { fmi2GetFMUstate(self.c, &mut state) }, fmi2OK, "{:?}", self.log());
+        state
+    }
+
+    pub fn restore(&self, state: fmi2FMUstate) -> fmi2Status {
+        unsafe { fmi2SetFMUstate(self.c, state) }
+    }
+
+    pub fn free(&self, mut state: fmi2FMUstate) {
+        assert_eq!(unsafe { fmi2FreeFMUstate(self.c, &mut state) }, fmi2OK);
+        assert!(state.is_null());
+    }
+
+    /// The state as bytes.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let (state, mut size) = (self.save(), 0);
+        assert_eq!(unsafe { fmi2SerializedFMUstateSize(self.c, state, &mut size) }, fmi2OK);
+        let mut bytes = vec![0u8; size];
+        assert_eq!(unsafe { fmi2SerializeFMUstate(self.c, state, bytes.as_mut_ptr().cast(), size) }, fmi2OK);
+        self.free(state);
+        bytes
+    }
+
+    /// Sets the state that the bytes hold, if they are accepted.
+    pub fn set_bytes(&self, bytes: &[u8]) -> fmi2Status {
+        let mut state = null_mut();
+        let status = unsafe { fmi2DeSerializeFMUstate(self.c, bytes.as_ptr().cast(), bytes.len(), &mut state) };
+        if status == fmi2OK {
+            assert_eq!(self.restore(state), fmi2OK);
+            self.free(state);
+        } else {
+            assert!(state.is_null());
+        }
+        status
+    }
+
+    /// Every variable, bit by bit.
+    pub fn everything(&self) -> Vec<u64> {
+        let value = |variable: Variable| match variable.row.access.data_type() {
+            Type::Real => self.get(&variable.to_string()).to_bits(),
+            Type::Boolean => self.get_boolean(&variable.to_string()).into(),
+            _ => self.get_integer(&variable.to_string()) as u64,
+        };
+        variables(self.balls).map(value).collect()
     }
 
     pub fn get(&self, name: &str) -> f64 {

@@ -1,0 +1,384 @@
+//! Saving and restoring: a run goes on with the same bits, and bytes that are no state are refused.
+
+mod host;
+
+use std::ptr::null_mut;
+
+use host::{Host, Instantiate, Line, fmi2Error, fmi2OK};
+use newtons_cradle::fmi2::*;
+use newtons_cradle::variables::{Causality, Type, Variable, variables};
+use uuid::Uuid;
+
+/// What a host sets before the start.
+type Setup = fn(&Host);
+
+fn instantiated(setup: Setup) -> Host {
+    let host = Instantiate { logging: true, ..Default::default() }.host().unwrap();
+    setup(&host);
+    host
+}
+
+/// Cradles whose runs differ in kind: separate and overlapping impacts, all laws, drag, contacts that stay closed, free balls.
+const SETUPS: [(&str, Setup); 8] = [
+    ("separate impacts", |_| {}),
+    ("overlapping impacts", |h| {
+        assert_eq!(h.set("contact.deadBand", 0.0), fmi2OK);
+    }),
+    ("cubic", |h| {
+        assert_eq!((h.set("contact.exponent", 3.0), h.set("contact.deadBand", 1e-8)), (fmi2OK, fmi2OK));
+    }),
+    ("Hertz with Hunt-Crossley damping and drag", |h| {
+        assert_eq!((h.set_integer("contact.model", 2), h.set_integer("contact.dampingLaw", 3)), (fmi2OK, fmi2OK));
+        assert_eq!((h.set("contact.huntCrossley", 0.4), h.set("pendulum.drag", 0.2)), (fmi2OK, fmi2OK));
+        assert_eq!(h.set("contact.deadBand", 0.0), fmi2OK);
+    }),
+    ("clipped dashpots", |h| {
+        assert_eq!((h.set_integer("contact.dampingLaw", 2), h.set("contact.damping", 6e4)), (fmi2OK, fmi2OK));
+        assert_eq!(h.set("contact.deadBand", 0.0), fmi2OK);
+    }),
+    ("pressed together", |h| {
+        assert_eq!((h.set("contact.damping", 2e4), h.set("contact.gap[1]", -1e-5)), (fmi2OK, fmi2OK));
+        assert_eq!(h.set("F_ext[5]", -0.5), fmi2OK);
+    }),
+    ("unequal balls", |h| {
+        for i in 1..=5 {
+            assert_eq!(h.set(&format!("ball.massRatio[{i}]"), 1.0 + 0.3 * f64::from(i)), fmi2OK);
+            assert_eq!(h.set(&format!("pendulum.lengthRatio[{i}]"), 1.0 + 0.1 * f64::from(i)), fmi2OK);
+        }
+    }),
+    ("free balls", |h| {
+        assert_eq!((h.set("gravity", 0.0), h.set("v_start[1]", 1.0)), (fmi2OK, fmi2OK));
+        assert_eq!((h.set("x_start[1]", -0.12), h.set("v_start[5]", -0.5)), (fmi2OK, fmi2OK));
+    }),
+];
+
+/// Communication points: coarse ones, the next onset itself, and fine ones through the impacts that follow it.
+fn points(setup: Setup) -> Vec<f64> {
+    let scout = instantiated(setup);
+    scout.start();
+    let mut points = vec![0.0];
+    let mut go = |h: f64| {
+        let t = points[points.len() - 1];
+        assert_eq!(scout.step(t, h), fmi2OK, "{:?}", scout.log());
+        points.push(t + h);
+        // How far the next onset is.
+        scout.get("t_next") - (t + h)
+    };
+    let mut ahead = 0.0;
+    for _ in 0..3 {
+        ahead = go(0.05);
+    }
+    for _ in 0..3 {
+        if ahead < 10.0 {
+            go(ahead);
+        }
+        for h in [3e-9, 2e-7, 2e-7, 2e-7, 3e-7, 1e-6, 3e-5] {
+            ahead = go(h);
+        }
+    }
+    points
+}
+
+/// What the host does at point `i` besides stepping.
+fn disturb(host: &Host, i: usize) {
+    if i % 4 == 1 {
+        assert_eq!(host.set_derivative("F_ext[2]", 1 + (i % 3) as i32, 0.01), fmi2OK);
+    }
+    if i == 12 {
+        assert_eq!(host.set("pendulum.drag", 0.05), fmi2OK);
+    }
+}
+
+/// Steps through the points from number `from` on; what is read after each step, and what was logged.
+fn run(host: &Host, points: &[f64], from: usize, disturbed: bool) -> Vec<(Vec<u64>, Vec<Line>)> {
+    let step = |i: usize| {
+        if disturbed && i > from {
+            disturb(host, i);
+        }
+        assert_eq!(host.step(points[i], points[i + 1] - points[i]), fmi2OK);
+        (host.everything(), host.log())
+    };
+    (from..points.len() - 1).map(step).collect()
+}
+
+#[test]
+fn a_restored_run_goes_on_with_the_same_bits() {
+    for (name, setup) in SETUPS {
+        let points = points(setup);
+        for disturbed in [false, true] {
+            let whole = instantiated(setup);
+            whole.start();
+            let mut saved = Vec::new();
+            let mut expected = Vec::new();
+            for i in 0..points.len() - 1 {
+                if disturbed {
+                    disturb(&whole, i);
+                }
+                saved.push(whole.to_bytes());
+                assert_eq!(whole.step(points[i], points[i + 1] - points[i]), fmi2OK);
+                expected.push((whole.everything(), whole.log()));
+            }
+            for (i, bytes) in saved.iter().enumerate() {
+                let restored = Instantiate { logging: true, ..Default::default() }.host().unwrap();
+                assert_eq!(restored.set_bytes(bytes), fmi2OK, "{name}, point {i}: {:?}", restored.log());
+                assert_eq!(&restored.to_bytes(), bytes, "{name}, point {i}");
+                assert!(run(&restored, &points, i, disturbed) == expected[i..], "{name}, point {i}");
+            }
+        }
+    }
+}
+
+#[test]
+fn values_read_right_after_a_restore_are_those_saved() {
+    for (name, setup) in SETUPS {
+        let points = points(setup);
+        let (host, other) = (instantiated(setup), Host::new());
+        host.start();
+        for i in 0..points.len() - 1 {
+            assert_eq!(host.step(points[i], points[i + 1] - points[i]), fmi2OK);
+            assert_eq!(other.set_bytes(&host.to_bytes()), fmi2OK);
+            assert_eq!(other.everything(), host.everything(), "{name}, point {i}");
+        }
+    }
+}
+
+/// A master that makes every step whole, goes back and repeats it in two halves ends in the bits of plain halves.
+#[test]
+fn step_doubling_is_plain_stepping() {
+    for (name, setup) in SETUPS {
+        let (plain, doubling) = (instantiated(setup), instantiated(setup));
+        plain.start();
+        doubling.start();
+        let mut state = null_mut();
+        for i in 0..120 {
+            let (t, h) = (f64::from(i) * 0.0125, 0.0125);
+            assert_eq!(unsafe { fmi2GetFMUstate(doubling.c, &mut state) }, fmi2OK);
+            assert_eq!(doubling.set_derivative("F_ext[4]", 1, 0.1), fmi2OK);
+            assert_eq!(doubling.step(t, h), fmi2OK);
+            assert_eq!(doubling.restore(state), fmi2OK);
+            doubling.log();
+            for host in [&plain, &doubling] {
+                assert_eq!((host.step(t, 0.5 * h), host.step(t + 0.5 * h, 0.5 * h)), (fmi2OK, fmi2OK));
+            }
+            assert_eq!(doubling.everything(), plain.everything(), "{name}, step {i}");
+            assert_eq!(doubling.log(), plain.log(), "{name}, step {i}");
+        }
+        doubling.free(state);
+    }
+}
+
+#[test]
+fn a_state_holds_the_phase_the_settings_and_what_is_still_to_be_told() {
+    let host = Host::new();
+    assert_eq!(host.set("ball.mass", 2.0), fmi2OK);
+    let instantiated = host.to_bytes();
+    assert_eq!(unsafe { fmi2SetupExperiment(host.c, 1, f64::NAN, 3.0, 1, 9.0) }, fmi2OK);
+    assert_eq!(host.enter(), fmi2OK);
+    let initializing = host.to_bytes();
+    assert_eq!(host.get("E_total"), 0.1);
+    assert_eq!(host.exit(), fmi2OK);
+    assert_eq!(host.step(3.0, 0.5), fmi2OK);
+    // Set, but not acting before the next step.
+    assert_eq!((host.set("F_ext[1]", 1.0), host.set("pendulum.drag", 0.5)), (fmi2OK, fmi2OK));
+    assert_eq!((host.set_derivative("a_support", 2, 0.5), host.set("pendulum.drag", 0.7)), (fmi2OK, fmi2OK));
+    let pending = host.to_bytes();
+    assert_eq!(host.terminate(), fmi2OK);
+    let terminated = host.to_bytes();
+
+    let other = Host::new();
+    assert_eq!(other.set_bytes(&terminated), fmi2OK);
+    assert_eq!(other.everything(), host.everything());
+    assert_eq!(other.step(3.5, 0.5), fmi2Error);
+    for _ in 0..2 {
+        assert_eq!(other.set_bytes(&pending), fmi2OK);
+        assert_eq!(other.everything(), host.everything());
+        assert_eq!(other.step(3.5, 0.5), fmi2OK);
+    }
+    assert_eq!(host.set_bytes(&pending), fmi2OK);
+    assert_eq!(host.step(3.5, 0.5), fmi2OK);
+    assert_eq!(other.everything(), host.everything());
+    assert_eq!((host.get("a_support"), host.get("pendulum.drag")), (0.5 * 0.5 * 0.25, 0.7));
+
+    assert_eq!(other.set_bytes(&instantiated), fmi2OK);
+    assert_eq!((other.set_up(0.0), other.enter(), other.get("E_total")), (fmi2OK, fmi2OK, 0.1));
+    assert_eq!(other.set_bytes(&initializing), fmi2OK);
+    assert_eq!((other.get("E_total"), other.exit(), other.step(3.0, 0.5)), (0.1, fmi2OK, fmi2OK));
+    other.assert_usable();
+}
+
+#[test]
+fn the_error_state_can_be_saved_and_left() {
+    let host = Host::new();
+    assert_eq!((host.set("gravity", 0.0), host.set("F_ext[1]", -1e300)), (fmi2OK, fmi2OK));
+    host.start();
+    let before = host.save();
+    assert_eq!((host.step(0.0, 1e9), host.set("F_ext[1]", 0.0), host.step(1e9, 1.0)), (fmi2OK, fmi2OK, fmi2Error));
+    host.log();
+    let bytes = host.to_bytes();
+    let other = Host::new();
+    assert_eq!(other.set_bytes(&bytes), fmi2OK, "{:?}", other.log());
+    assert_eq!(other.everything(), host.everything());
+    assert_eq!((other.step(1e9, 1.0), host.restore(before), host.step(0.0, 0.5)), (fmi2Error, fmi2OK, fmi2OK));
+    host.free(before);
+}
+
+#[test]
+fn memory_is_used_again_and_freed_once() {
+    let host = Host::started();
+    let state = host.save();
+    let (mut again, x) = (state, host.get("x[1]"));
+    assert_eq!(host.step(0.0, 0.5), fmi2OK);
+    let later = host.get("x[1]");
+    assert_eq!(unsafe { fmi2GetFMUstate(host.c, &mut again) }, fmi2OK);
+    assert_eq!(again, state);
+    assert_eq!((host.reset(), host.restore(state)), (fmi2OK, fmi2OK));
+    assert!(host.get("x[1]") == later && later != x);
+    host.free(state);
+    host.free(null_mut());
+    unsafe {
+        assert_eq!(fmi2FreeFMUstate(host.c, null_mut()), fmi2OK);
+        assert_eq!(fmi2GetFMUstate(host.c, null_mut()), fmi2Error);
+        assert!(host.error().contains("FMUstate = NULL is refused"));
+        assert_eq!(host.restore(null_mut()), fmi2Error);
+        assert!(host.error().contains("FMUstate = NULL is refused; allowed: a state of this FMU"));
+        let mut size = 0;
+        assert_eq!(fmi2SerializedFMUstateSize(host.c, null_mut(), &mut size), fmi2Error);
+        // A component is no state.
+        assert_eq!(host.restore(host.c), fmi2Error);
+        host.log();
+        let state = host.save();
+        assert_eq!(fmi2SerializedFMUstateSize(host.c, state, null_mut()), fmi2Error);
+        let mut byte = 0;
+        assert_eq!(fmi2SerializeFMUstate(host.c, state, &mut byte, 1), fmi2Error);
+        assert!(host.log()[1].text.contains("size = 1 is refused; allowed: "));
+        assert_eq!(fmi2DeSerializeFMUstate(host.c, std::ptr::null(), 0, &mut null_mut()), fmi2Error);
+        host.free(state);
+    }
+}
+
+/// States of every kind: in flight, within an impact of known outcome, within a cluster, in the error state.
+fn kinds_of_states() -> Vec<Vec<u8>> {
+    let mut states = Vec::new();
+    for (_, setup) in [SETUPS[0], SETUPS[1], SETUPS[3], SETUPS[6]] {
+        let host = instantiated(setup);
+        host.start();
+        assert_eq!(host.step(0.0, 0.5), fmi2OK);
+        states.push(host.to_bytes());
+        let onset = host.get("t_next");
+        assert_eq!(host.set_derivative("F_ext[1]", 1, 1e-3), fmi2OK);
+        assert_eq!(host.step(0.5, onset - 0.5 + 1e-7), fmi2OK);
+        states.push(host.to_bytes());
+    }
+    states
+}
+
+#[test]
+fn damaged_bytes_are_refused() {
+    let host = Host::started();
+    assert_eq!(host.step(0.0, 0.3), fmi2OK);
+    let before = host.everything();
+    let refused = |bytes: &[u8], reason: &str| {
+        assert_eq!(host.set_bytes(bytes), fmi2Error);
+        let error = host.error();
+        assert!(
+            error.starts_with("fmi2DeSerializeFMUstate: the state is refused: ") && error.contains(reason),
+            "{error}"
+        );
+    };
+    for state in kinds_of_states() {
+        for (byte, bit) in (0..state.len()).flat_map(|byte| (0..8).map(move |bit| (byte, bit))) {
+            let mut flipped = state.clone();
+            flipped[byte] ^= 1 << bit;
+            let reason = if byte < 8 {
+                "not the bytes of a state"
+            } else if byte < 12 {
+                "format"
+            } else {
+                "damaged"
+            };
+            refused(&flipped, reason);
+        }
+        for length in 1..state.len() {
+            refused(&state[..length], if length < 28 { "not the bytes of a state" } else { "damaged" });
+        }
+        refused(&[state.as_slice(), &[0]].concat(), "damaged");
+        let mut newer = state.clone();
+        newer[8] += 1;
+        refused(&newer, "format 2 is unknown; known: 1");
+    }
+    refused(b"{\"a\": 1}", "not the bytes of a state");
+    assert_eq!(host.everything(), before);
+    assert_eq!(host.step(0.3, 0.1), fmi2OK);
+}
+
+#[test]
+fn states_of_other_fmus_are_refused() {
+    let (five, four) = (Host::started(), Host::with_balls(4));
+    assert_eq!(four.set_bytes(&five.to_bytes()), fmi2Error);
+    let error = four.error();
+    assert!(error.contains("it belongs to the FMU of 5 ball(s) with the GUID {"), "{error}");
+    assert!(error.contains("allowed: states of the FMU of 4 ball(s) with the GUID {"), "{error}");
+    let state = five.save();
+    assert_eq!(four.restore(state), fmi2Error);
+    assert!(four.error().contains("it belongs to the FMU of 5 ball(s)"));
+    five.free(state);
+    four.assert_usable();
+}
+
+/// Bytes that somebody forged, digest and all: whatever they hold, they are refused or run, and nothing panics.
+#[test]
+fn forged_states_do_no_harm() {
+    let (mut refused, mut accepted) = (0, 0);
+    for state in kinds_of_states() {
+        let content = state.len() - 16;
+        let host = Host::new();
+        assert_eq!(host.set_bytes(&state), fmi2OK);
+        let expected = parameters(&host);
+        for byte in 12..content {
+            for forged in [state[byte] ^ 1, state[byte] ^ 0x80, 0xff] {
+                let mut bytes = state[..content].to_vec();
+                bytes[byte] = forged;
+                let digest = Uuid::new_v5(&Uuid::NAMESPACE_OID, &bytes);
+                bytes.extend(digest.as_bytes());
+                if host.set_bytes(&bytes) == fmi2OK {
+                    accepted += 1;
+                    for name in ["x[1]", "F[2]", "E_residual", "overlap[3]", "F_peak[1]", "F_support_mean"] {
+                        host.get(name);
+                    }
+                    if parameters(&host) != expected {
+                        continue; // Whoever sets a mass of 1e-300 kg has to wait for it to move.
+                    }
+                    let mut time = 0.0;
+                    unsafe { fmi2GetRealStatus(host.c, fmi2LastSuccessfulTime, &mut time) };
+                    let status = host.step(time, 1e-6);
+                    assert!(status == fmi2OK || status == fmi2Error, "byte {byte} as {forged}: {:?}", host.log());
+                    host.log();
+                } else {
+                    refused += 1;
+                    assert!(host.error().contains("the state is refused: "));
+                }
+            }
+        }
+    }
+    assert!(refused > 1000 && accepted > 1000, "{refused} {accepted}");
+}
+
+/// Every real parameter.
+fn parameters(host: &Host) -> Vec<f64> {
+    let real = |v: &Variable| v.row.causality == Causality::Parameter && v.row.access.data_type() == Type::Real;
+    variables(host.balls).filter(real).map(|variable| host.get(&variable.to_string())).collect()
+}
+
+#[test]
+fn a_long_chain_has_a_sensible_size() {
+    let host = Host::with_balls(2000);
+    host.start();
+    assert_eq!(host.step(0.0, 1.0), fmi2OK);
+    let bytes = host.to_bytes();
+    assert!(bytes.len() < 500 * 2000, "{}", bytes.len());
+    let other = Host::with_balls(2000);
+    assert_eq!(other.set_bytes(&bytes), fmi2OK);
+    assert_eq!((host.step(1.0, 1.0), other.step(1.0, 1.0)), (fmi2OK, fmi2OK));
+    assert_eq!(host.get("x[2000]").to_bits(), other.get("x[2000]").to_bits());
+    assert_eq!(host.get("E_residual").to_bits(), other.get("E_residual").to_bits());
+}
