@@ -8,8 +8,8 @@
 //!
 //! | module | what it does | knows of |
 //! |---|---|---|
-//! | [`model`] | the physics in SI units: parameters, masses, force laws | nothing |
-//! | [`solver`] | numerics: closed-form oscillators, series, first crossings, an event queue | nothing |
+//! | [`model`] | the physics in SI units: parameters, masses, force laws | numbers in `solver` |
+//! | [`solver`] | numerics: closed-form oscillators, series, dual numbers, first crossings, an event queue | nothing |
 //! | [`engine`] | a run: flight, impacts, clusters of balls in contact, events, the ledger of pulses | `model`, `solver` |
 //! | [`variables`] | the interface as one table: names, types, units, ranges, description, access | `model`, `engine` |
 //! | [`instance`] | one running instance: phases, legality of calls, steps, saved states, log | `variables`, `engine` |

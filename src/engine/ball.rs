@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::model::{BallModel, ContactLaw};
 use crate::solver::double_double::DoubleDouble;
+use crate::solver::dual::Scalar;
 use crate::solver::oscillator::{BASIS, Basis, MAX_FORCE_ORDER, Oscillator};
 use crate::solver::quadrature::gauss_legendre;
 
@@ -16,15 +17,15 @@ pub(crate) fn degree(push: &Push) -> usize {
 }
 
 /// The same polynomial seen from `tau` (s) later.
-pub(crate) fn shifted(push: &Push, tau: f64) -> Push {
+pub(crate) fn shifted<S: Scalar>(push: &[S; MAX_FORCE_ORDER + 1], tau: S) -> [S; MAX_FORCE_ORDER + 1] {
     let mut later = *push;
-    if degree(push) == 0 {
+    if push[1..].iter().all(|p| p.value() == 0.0 && p.tangent() == 0.0) {
         return later;
     }
     for (j, later) in later.iter_mut().enumerate() {
-        let mut power = 1.0;
+        let mut power = S::from(1.0);
         for (k, &p) in push.iter().enumerate().skip(j + 1) {
-            power *= tau / (k - j) as f64;
+            power = power * (tau / S::from((k - j) as f64));
             *later += p * power;
         }
     }

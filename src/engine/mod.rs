@@ -12,13 +12,16 @@
 
 mod ball;
 mod cluster;
+mod differential;
 mod events;
+mod expansion;
 mod impact;
 mod ledger;
 mod modes;
 mod natural;
 mod observe;
 mod pair;
+mod sensitivity;
 mod separation;
 mod simulation;
 mod snapshot;
@@ -34,8 +37,11 @@ use crate::solver::oscillator::MAX_FORCE_ORDER;
 use crate::solver::queue::EventQueue;
 use ball::{Ball, Flight, Push};
 use cluster::{Cluster, Mode};
+pub use differential::{Differential, MAX_OUTPUT_DERIVATIVE};
+use expansion::State;
 use ledger::Ledger;
 use pair::{PairImpact, Shape};
+pub use sensitivity::NotFollowed;
 use separation::Separation;
 pub use simulation::{Simulation, SimulationSnapshot};
 pub use snapshot::{Snapshot, Unsound};
@@ -117,11 +123,13 @@ struct Contact {
 }
 
 /// Totals at the start of the step under way.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct StepStart {
     time: f64,
     /// Integral of the force on the support; taken only when an event is about to move the anchors.
     support_impulse: Option<f64>,
+    /// The state, taken then as well.
+    state: Option<State>,
 }
 
 /// The inputs that act: polynomials of the time.
@@ -135,13 +143,37 @@ struct HeldInputs {
 }
 
 impl HeldInputs {
+    /// The values and their derivatives, order by order.
+    fn orders(&self) -> impl Iterator<Item = &Inputs> {
+        std::iter::once(&self.values).chain(&self.derivatives)
+    }
+
     /// Acceleration of ball `i` by them, with its derivatives.
     fn push(&self, i: usize, mass: f64) -> Push {
         let mut push = Push::default();
-        for (push, inputs) in push.iter_mut().zip(std::iter::once(&self.values).chain(&self.derivatives)) {
+        for (push, inputs) in push.iter_mut().zip(self.orders()) {
             *push = inputs.force[i] / mass - inputs.support_acceleration;
         }
         push
+    }
+
+    /// The same inputs seen from the time `t` (s).
+    fn at(&self, t: f64) -> Self {
+        let tau = t - self.since;
+        let later = |k: usize| self.derivatives[k].continued(&self.derivatives[k + 1..], tau);
+        let values = self.values.continued(&self.derivatives, tau);
+        Self { since: t, values, derivatives: (0..self.derivatives.len()).map(later).collect() }
+    }
+
+    /// Coefficients of the power series of one of them.
+    fn series(&self, input: impl Fn(&Inputs) -> f64) -> [f64; MAX_FORCE_ORDER + 1] {
+        let mut series = [0.0; MAX_FORCE_ORDER + 1];
+        let mut factorial = 1.0;
+        for (k, (c, inputs)) in series.iter_mut().zip(self.orders()).enumerate() {
+            factorial *= k.max(1) as f64;
+            *c = input(inputs) / factorial;
+        }
+        series
     }
 }
 
@@ -215,7 +247,7 @@ impl Engine {
             contacts,
             clusters: Vec::new(),
             step: 0,
-            step_start: StepStart { time: start_time, support_impulse: None },
+            step_start: StepStart { time: start_time, support_impulse: None, state: None },
             contact_loss: 0.0,
             energy_at_start: 0.0,
             work: Work::default(),

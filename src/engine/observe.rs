@@ -2,6 +2,7 @@
 
 use super::ball::{Held, Tally, shifted};
 use super::cluster::{Cluster, Mode};
+use super::expansion::State;
 use super::{Engine, NEVER, Work};
 use crate::solver::double_double::DoubleDouble;
 
@@ -113,23 +114,35 @@ impl Engine {
 
     /// Overlap of contact `i`, m; negative while apart.
     pub fn overlap(&self, i: usize) -> f64 {
-        match (self.segment_of_contact(i, self.now()), &self.contacts[i].separation) {
-            (Some((cluster, tau)), _) => cluster.overlap(i, tau).0,
-            (None, Some(separation)) => separation.at_time(self.now()).0,
+        self.overlap_at(i, self.now()).0
+    }
+
+    /// Overlap of contact `i` (m) and its mode at the time `t`.
+    fn overlap_at(&self, i: usize, t: DoubleDouble) -> (f64, Mode) {
+        match (self.segment_of_contact(i, t), &self.contacts[i].separation) {
+            (Some((cluster, tau)), _) => (cluster.overlap(i, tau).0, cluster.mode(i)),
+            (None, Some(separation)) => (separation.at_time(t).0, Mode::Open),
             // Beside an impact.
-            (None, None) => self.waiting_overlap(i),
+            (None, None) => (self.waiting_overlap(i, t), Mode::Open),
         }
     }
 
-    /// Overlap of contact `i` beside an impact, m.
-    fn waiting_overlap(&self, i: usize) -> f64 {
+    /// The whole chain at the time `t`, not before any anchor.
+    pub(super) fn state_of_all(&self, t: DoubleDouble) -> State {
+        let (x, v) = (0..self.balls.len()).map(|i| self.state_at(i, t)).unzip();
+        let (overlaps, modes) = (0..self.contacts.len()).map(|i| self.overlap_at(i, t)).unzip();
+        State { x, v, overlaps, modes }
+    }
+
+    /// Overlap of contact `i` beside an impact at the time `t`, m.
+    fn waiting_overlap(&self, i: usize, t: DoubleDouble) -> f64 {
         // Displacement since the anchor, which is where the ball came into the impact if it is in one.
-        let displacement = |ball: usize| match self.segment_of_ball(ball, self.now()) {
+        let displacement = |ball: usize| match self.segment_of_ball(ball, t) {
             Some((segment, tau)) => {
                 let came_with = self.balls[ball].flight.x;
                 (segment.flights[ball - segment.window.start].x - came_with) + segment.moved(ball, tau).0
             }
-            None => self.balls[ball].moved(self.now()).0,
+            None => self.balls[ball].moved(t).0,
         };
         self.contacts[i].overlap + (displacement(i) - displacement(i + 1))
     }
@@ -151,7 +164,7 @@ impl Engine {
     }
 
     /// Length of the last step, s; 0 before the first.
-    fn step_length(&self) -> f64 {
+    pub(super) fn step_length(&self) -> f64 {
         self.time - self.step_start.time
     }
 
@@ -319,7 +332,7 @@ impl Engine {
     /// Starts a new step at the current time.
     pub(super) fn begin_step(&mut self) {
         self.step += 1;
-        self.step_start = super::StepStart { time: self.time, support_impulse: None };
+        self.step_start = super::StepStart { time: self.time, support_impulse: None, state: None };
         for id in 0..self.clusters.len() {
             let Some(cluster) = &self.clusters[id] else { continue };
             for i in cluster.window_contacts() {
@@ -335,10 +348,12 @@ impl Engine {
         }
     }
 
-    /// Takes down what the means over the step need, before the first event of the step moves the anchors.
+    /// Takes down what the means over the step and its sensitivities need, before the first event of the step moves the anchors.
     pub(super) fn keep_step_start(&mut self) {
         if self.step_start.support_impulse.is_none() {
-            self.step_start.support_impulse = Some(self.support_impulse_at(self.step_start.time.into()));
+            let start = self.step_start.time.into();
+            self.step_start.support_impulse = Some(self.support_impulse_at(start));
+            self.step_start.state = Some(self.state_of_all(start));
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Engine, EngineError, Pulse, Snapshot, Unsound, Work};
+use super::{Differential, Engine, EngineError, NotFollowed, Pulse, Snapshot, Unsound, Work};
 use crate::model::{Inputs, Parameters};
 
 /// A run by the selected method. Every method offers what [`Engine`] offers, with the same meaning.
@@ -73,6 +73,31 @@ impl Simulation {
     /// Starts a run by the method that `parameters` select; see [`Engine::new`].
     pub fn new(parameters: &Parameters, inputs: &Inputs, start_time: f64) -> Result<Self, EngineError> {
         Engine::new(parameters, inputs, start_time).map(Self::EventDriven)
+    }
+
+    /// See [`Engine::time_derivative`].
+    pub fn time_derivative(&self, order: usize) -> Differential {
+        of_method!(self, time_derivative(order))
+    }
+
+    /// See [`Engine::sensitivity_of_step`].
+    pub fn sensitivity_of_step(
+        &self,
+        parameters: &Parameters,
+        tangent: &Parameters,
+        inputs: &Inputs,
+    ) -> Result<Differential, NotFollowed> {
+        of_method!(self, sensitivity_of_step(parameters, tangent, inputs))
+    }
+
+    /// See [`Engine::sensitivity_of_start`].
+    pub fn sensitivity_of_start(
+        &self,
+        parameters: &Parameters,
+        tangent: &Parameters,
+        inputs: &Inputs,
+    ) -> Result<Differential, NotFollowed> {
+        of_method!(self, sensitivity_of_start(parameters, tangent, inputs))
     }
 
     /// The run as it is now, as plain data.

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::ball::{Flight, Held, Tally};
 use super::cluster::{Cluster, Mode, WindowContact};
+use super::expansion::State;
 use super::ledger::Ledger;
 use super::pair::PairImpact;
 use super::separation::Separation;
@@ -113,7 +114,7 @@ impl Engine {
             contacts: (0..self.contacts.len()).map(contact).collect(),
             clusters: self.clusters.iter().map(|slot| slot.as_ref().map(cluster)).collect(),
             step: self.step,
-            step_start: self.step_start,
+            step_start: self.step_start.clone(),
             contact_loss: self.contact_loss,
             energy_at_start: self.energy_at_start,
             work: self.work,
@@ -242,12 +243,13 @@ impl Engine {
 impl Snapshot {
     fn check_lengths(&self, parameters: &Parameters) -> Result<(), Unsound> {
         let (balls, contacts) = (parameters.balls(), parameters.contacts());
-        let inputs = std::iter::once(&self.inputs.values).chain(&self.inputs.derivatives);
+
         let fits = self.balls.len() == balls
             && self.contacts.len() == contacts
             && self.clusters.len() <= contacts
             && self.inputs.derivatives.len() <= MAX_INPUT_DERIVATIVE
-            && inputs.into_iter().all(|inputs| inputs.force.len() == balls);
+            && self.inputs.orders().all(|inputs| inputs.force.len() == balls)
+            && self.step_start.state.as_ref().is_none_or(|state| state.is_of(balls));
         require(fits, "it is not as large as the cradle")
     }
 
@@ -255,8 +257,7 @@ impl Snapshot {
     fn check_values(&self, start: f64) -> Result<(), Unsound> {
         let now = DoubleDouble::from(self.time);
         let past = |t: DoubleDouble| t.is_sound() && t <= now && t >= DoubleDouble::from(start);
-        let mut inputs = std::iter::once(&self.inputs.values).chain(&self.inputs.derivatives);
-        require(inputs.all(|inputs| inputs.is_finite()), "an input is not finite")?;
+        require(self.inputs.orders().all(|inputs| inputs.is_finite()), "an input is not finite")?;
         let times = [self.time, self.inputs.since, self.step_start.time].map(DoubleDouble::from);
         require(times.into_iter().chain([self.last_event]).all(past), "a time of the past is not in the past")?;
         let ball = |ball: &BallState| past(ball.anchor) && ball.flight.is_finite() && ball.tally.is_finite();
@@ -267,6 +268,8 @@ impl Snapshot {
             let contacts = cluster.contacts.iter().all(|contact| contact.overlap.is_finite());
             require(past(cluster.start) && flights && contacts, "a cluster is not finite, or of the future")?;
         }
+        let start = self.step_start.state.as_ref().is_none_or(State::is_finite);
+        require(start, "the state at the start of the step is not finite")?;
         let sums = [self.contact_loss, self.energy_at_start, self.step_start.support_impulse.unwrap_or_default()];
         require(sums.iter().all(|sum| sum.is_finite()), "a sum is not finite")?;
         require(self.step < LARGEST_COUNT && self.standstill < LARGEST_COUNT as usize, "a count is too large")

@@ -18,7 +18,6 @@ mod logger;
 mod resources;
 mod states;
 mod types;
-mod unsupported;
 mod values;
 
 pub use common::*;
@@ -27,5 +26,4 @@ pub use derivatives::*;
 pub use instantiate::*;
 pub use states::*;
 pub use types::*;
-pub use unsupported::*;
 pub use values::*;

@@ -3,6 +3,7 @@
 //! [`Instance`] is told what the host wants in Rust types; the folder of an FMI version translates. It asks
 //! [`Instance::require`] whether a call is legal in the current phase before it makes the call: once, in one place.
 
+mod derivatives;
 mod experiment;
 mod legality;
 mod log;

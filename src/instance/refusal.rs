@@ -16,6 +16,8 @@ pub enum Refusal {
     Argument { name: &'static str, value: String, allowed: String },
     /// A saved state is not accepted.
     State(StateError),
+    /// A derivative cannot be given.
+    Derivative(String),
     /// Something has to happen first.
     Missing(&'static str),
     /// The FMU does not offer this.
@@ -47,6 +49,12 @@ impl std::fmt::Display for Refusal {
             Self::Value(refused) => write!(f, "{refused}"),
             Self::Argument { name, value, allowed } => write!(f, "{name} = {value} is refused; allowed: {allowed}"),
             Self::State(error) => write!(f, "the state is refused: {error}"),
+            Self::Derivative(variable) => {
+                write!(
+                    f,
+                    "{variable} has no derivative here: it is not finite, or the step holds too many switchings, or contacts too stiff for its length"
+                )
+            }
             Self::Missing(what) => write!(f, "{what}"),
             Self::Unsupported(what) => write!(f, "{what}"),
             Self::Start(error) => write!(f, "the run cannot start: {error}"),

@@ -32,6 +32,11 @@ impl Instance {
             return Err(refuse_times(own, current, step));
         }
         let reached = self.inputs_reached((next - own).max(0.0))?;
+        if next <= own {
+            // A step below the resolution of the clock, from a host whose clock lags by some ulps: it is there already.
+            self.keep_inputs(reached);
+            return Ok(());
+        }
         if self.run.inputs_changed || self.run.tuned_from.is_some() {
             self.tell_engine()?;
         }
@@ -40,11 +45,6 @@ impl Instance {
             && !self.run.past_stop_told
         {
             self.tell_past_stop(next, stop);
-        }
-        if next <= own {
-            // A step below the resolution of the clock, from a host whose clock lags by some ulps: it is there already.
-            self.keep_inputs(reached);
-            return Ok(());
         }
         let advanced = match &mut self.run.engine {
             Some(engine) => engine.advance(next, &mut self.pulses),

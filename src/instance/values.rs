@@ -104,7 +104,7 @@ impl Instance {
     }
 
     #[inline]
-    fn variable(&self, reference: u32) -> Result<Variable, Refusal> {
+    pub(super) fn variable(&self, reference: u32) -> Result<Variable, Refusal> {
         let balls = self.balls();
         Variable::at(reference, balls).ok_or_else(|| Refused::UnknownReference { reference, balls }.into())
     }

@@ -1,73 +1,78 @@
 //! The force law of one contact.
 
+use crate::solver::dual::Scalar;
+
 /// Damping of a contact, with its coefficient.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Damping {
+pub enum Damping<S = f64> {
     /// Elastic contact.
     None,
     /// Adds `c` (N.s/m) times the rate of the overlap; `pull` tells whether the total may be negative.
-    KelvinVoigt { c: f64, pull: bool },
+    KelvinVoigt { c: S, pull: bool },
     /// Multiplies the elastic force by `1 + alpha` (s/m) times the rate of the overlap; never negative.
-    HuntCrossley { alpha: f64 },
+    HuntCrossley { alpha: S },
 }
 
 /// One contact: the elastic law `F = k (d / d_ref)^(p-1) d` for overlaps d > 0, and its damping.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ContactLaw {
+pub struct ContactLaw<S = f64> {
     /// Secant stiffness k at the overlap `overlap_ref`, N/m.
-    pub stiffness: f64,
+    pub stiffness: S,
     /// Reference overlap d_ref, m.
-    pub overlap_ref: f64,
+    pub overlap_ref: S,
     /// Exponent p, 1 to 10.
-    pub exponent: f64,
+    pub exponent: S,
     /// Distance between the neighbours' surfaces at rest that must close before the spring acts (gap + dead band), m.
-    pub clearance: f64,
+    pub clearance: S,
     /// Damping law.
-    pub damping: Damping,
+    pub damping: Damping<S>,
 }
 
-impl ContactLaw {
+impl<S: Scalar> ContactLaw<S> {
     /// Elastic force at the overlap `d`, N; 0 for `d <= 0`.
-    pub fn elastic_force(&self, d: f64) -> f64 {
-        if d <= 0.0 {
-            return 0.0;
+    pub fn elastic_force(&self, d: S) -> S {
+        if d.value() <= 0.0 {
+            return S::default();
         }
         let ratio = d / self.overlap_ref;
         let power = match self.whole_exponent() {
-            Some(1) => 1.0,
-            Some(p) => (1..p).fold(1.0, |power, _| power * ratio),
-            None if self.exponent == 1.5 => ratio.sqrt(),
-            None => libm::pow(ratio, self.exponent - 1.0),
+            Some(1) => S::from(1.0),
+            Some(p) => (1..p).fold(S::from(1.0), |power, _| power * ratio),
+            None if self.exponent.value() == 1.5 && self.exponent.tangent() == 0.0 => ratio.sqrt(),
+            None => ratio.pow(self.exponent - S::from(1.0)),
         };
         self.stiffness * power * d
     }
 
     /// Elastic energy at the overlap `d`, J; 0 for `d <= 0`.
-    pub fn elastic_energy(&self, d: f64) -> f64 {
-        self.elastic_force(d) * d / (self.exponent + 1.0)
+    pub fn elastic_energy(&self, d: S) -> S {
+        self.elastic_force(d) * d / (self.exponent + S::from(1.0))
     }
 
     /// Total force at the overlap `d` (m) and its rate (m/s) by the formula of the law, not clipped, N; 0 for `d <= 0`.
-    pub fn unclipped_force(&self, d: f64, rate: f64) -> f64 {
-        if d <= 0.0 {
-            return 0.0;
+    pub fn unclipped_force(&self, d: S, rate: S) -> S {
+        if d.value() <= 0.0 {
+            return S::default();
         }
         match self.damping {
             Damping::None => self.elastic_force(d),
             Damping::KelvinVoigt { c, .. } => self.elastic_force(d) + c * rate,
-            Damping::HuntCrossley { alpha } => self.elastic_force(d) * (1.0 + alpha * rate),
+            Damping::HuntCrossley { alpha } => self.elastic_force(d) * (S::from(1.0) + alpha * rate),
         }
     }
 
+    /// The exponent as an integer, if it is one and stays one: powers are then products.
+    pub fn whole_exponent(&self) -> Option<usize> {
+        let exponent = self.exponent.value();
+        (libm::rint(exponent) == exponent && self.exponent.tangent() == 0.0).then_some(exponent as usize)
+    }
+}
+
+impl ContactLaw {
     /// Force at the overlap `d` (m) and its rate (m/s), N.
     pub fn force(&self, d: f64, rate: f64) -> f64 {
         let force = self.unclipped_force(d, rate);
         if self.clips() { force.max(0.0) } else { force }
-    }
-
-    /// The exponent as an integer, if it is one: powers are then products.
-    pub fn whole_exponent(&self) -> Option<usize> {
-        (libm::rint(self.exponent) == self.exponent).then_some(self.exponent as usize)
     }
 
     /// Whether the law clips its force at zero.

@@ -2,61 +2,80 @@
 
 use super::contact::{ContactLaw, Damping};
 use super::parameters::{ContactModel, DampingLaw, Parameters};
+use crate::solver::dual::Scalar;
 
 /// One ball on its pendulum: `x'' + 2 gamma x' + omega2 x = (forces) / mass`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BallModel {
+pub struct BallModel<S = f64> {
     /// Mass, kg.
-    pub mass: f64,
+    pub mass: S,
     /// Square of the natural frequency g/L, 1/s2.
-    pub omega2: f64,
+    pub omega2: S,
     /// Decay rate b/(2 m) of the amplitude, 1/s.
-    pub gamma: f64,
+    pub gamma: S,
 }
 
 /// All balls and contacts.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Cradle {
+pub struct Cradle<S = f64> {
     /// From left to right.
-    pub balls: Vec<BallModel>,
+    pub balls: Vec<BallModel<S>>,
     /// Contact `i` lies between ball `i` and ball `i + 1`.
-    pub contacts: Vec<ContactLaw>,
+    pub contacts: Vec<ContactLaw<S>>,
 }
 
 impl Cradle {
     /// Derives the coefficients of the equations from `p`, whose values are in their ranges.
     pub fn new(p: &Parameters) -> Self {
-        let ball = |(mass_ratio, length_ratio): (&f64, &f64)| {
-            let mass = p.mass * mass_ratio;
-            BallModel { mass, omega2: p.gravity / (p.length * length_ratio), gamma: 0.5 * p.drag / mass }
-        };
-        let contact = |(ratio, gap): (&f64, &f64)| {
-            let (stiffness, overlap_ref, exponent) = match p.contact_model {
-                ContactModel::PowerLaw => (p.stiffness, p.overlap_ref, p.exponent),
-                ContactModel::Hertz => (hertz_stiffness(p), 1.0, 1.5),
-            };
-            let clearance = gap + p.dead_band;
-            ContactLaw { stiffness: stiffness * ratio, overlap_ref, exponent, clearance, damping: damping(p) }
-        };
-        Self {
-            balls: p.mass_ratio.iter().zip(&p.length_ratio).map(ball).collect(),
-            contacts: p.stiffness_ratio.iter().zip(&p.gap).map(contact).collect(),
-        }
+        Self::along(p, p)
     }
 }
 
-/// `K = 4/3 E* sqrt(R*)` of two equal spheres, N/m^(3/2), with `E* = E / (2 (1 - nu^2))` and `R* = R / 2`
-/// (Johnson, Contact Mechanics, 1985, section 4.2).
-pub fn hertz_stiffness(p: &Parameters) -> f64 {
-    let modulus = p.young_modulus / (2.0 * (1.0 - p.poisson_ratio * p.poisson_ratio));
-    4.0 / 3.0 * modulus * (0.5 * p.radius).sqrt()
+impl<S: Scalar> Cradle<S> {
+    /// The same, with the derivatives of the coefficients where the parameters have the derivatives `tangent`.
+    pub fn along(p: &Parameters, tangent: &Parameters) -> Self {
+        let one = |field: fn(&Parameters) -> f64| S::with_tangent(field(p), field(tangent));
+        let each = |field: fn(&Parameters) -> &[f64]| {
+            let pairs = field(p).iter().zip(field(tangent));
+            pairs.map(|(value, tangent)| S::with_tangent(*value, *tangent)).collect::<Vec<S>>()
+        };
+        let ball = |(mass_ratio, length_ratio): (S, S)| {
+            let mass = one(|p| p.mass) * mass_ratio;
+            let omega2 = one(|p| p.gravity) / (one(|p| p.length) * length_ratio);
+            BallModel { mass, omega2, gamma: S::from(0.5) * one(|p| p.drag) / mass }
+        };
+        let (stiffness, overlap_ref, exponent) = match p.contact_model {
+            ContactModel::PowerLaw => (one(|p| p.stiffness), one(|p| p.overlap_ref), one(|p| p.exponent)),
+            ContactModel::Hertz => {
+                let stiffness = hertz_stiffness(one(|p| p.young_modulus), one(|p| p.poisson_ratio), one(|p| p.radius));
+                (stiffness, S::from(1.0), S::from(1.5))
+            }
+        };
+        let damping = damping(p.damping_law, one(|p| p.damping), one(|p| p.hunt_crossley));
+        let contact = |(ratio, gap): (S, S)| {
+            let clearance = gap + one(|p| p.dead_band);
+            ContactLaw { stiffness: stiffness * ratio, overlap_ref, exponent, clearance, damping }
+        };
+        let balls = each(|p| &p.mass_ratio).into_iter().zip(each(|p| &p.length_ratio));
+        let contacts = each(|p| &p.stiffness_ratio).into_iter().zip(each(|p| &p.gap));
+        Self { balls: balls.map(ball).collect(), contacts: contacts.map(contact).collect() }
+    }
 }
 
-fn damping(p: &Parameters) -> Damping {
-    match p.damping_law {
-        DampingLaw::KelvinVoigt if p.damping > 0.0 => Damping::KelvinVoigt { c: p.damping, pull: true },
-        DampingLaw::KelvinVoigtNoPull if p.damping > 0.0 => Damping::KelvinVoigt { c: p.damping, pull: false },
-        DampingLaw::HuntCrossley if p.hunt_crossley > 0.0 => Damping::HuntCrossley { alpha: p.hunt_crossley },
+/// `K = 4/3 E* sqrt(R*)` of two equal spheres, N/m^(3/2), with `E* = E / (2 (1 - nu^2))` and `R* = R / 2`, for Young's modulus E
+/// (Pa), Poisson's ratio nu and the radius R (m) (Johnson, Contact Mechanics, 1985, section 4.2).
+pub fn hertz_stiffness<S: Scalar>(young_modulus: S, poisson_ratio: S, radius: S) -> S {
+    let modulus = young_modulus / (S::from(2.0) * (S::from(1.0) - poisson_ratio * poisson_ratio));
+    S::from(4.0 / 3.0) * modulus * (S::from(0.5) * radius).sqrt()
+}
+
+/// A law without its coefficient is no damping, unless the coefficient is about to change.
+fn damping<S: Scalar>(law: DampingLaw, c: S, alpha: S) -> Damping<S> {
+    let acts = |coefficient: S| coefficient.value() > 0.0 || coefficient.tangent() != 0.0;
+    match law {
+        DampingLaw::KelvinVoigt if acts(c) => Damping::KelvinVoigt { c, pull: true },
+        DampingLaw::KelvinVoigtNoPull if acts(c) => Damping::KelvinVoigt { c, pull: false },
+        DampingLaw::HuntCrossley if acts(alpha) => Damping::HuntCrossley { alpha },
         _ => Damping::None,
     }
 }
@@ -67,8 +86,6 @@ mod tests {
 
     #[test]
     fn hertz_stiffness_of_one_inch_steel_balls() {
-        let mut p = Parameters::default_for(2);
-        (p.young_modulus, p.poisson_ratio, p.radius) = (2.1e11, 0.3, 0.0127);
-        assert!((hertz_stiffness(&p) - 12_259_521_115.776_325).abs() < 1e-4);
+        assert!((hertz_stiffness(2.1e11, 0.3, 0.0127) - 12_259_521_115.776_325).abs() < 1e-4);
     }
 }

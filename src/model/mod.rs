@@ -1,4 +1,4 @@
-//! The physics of the cradle in SI units. Knows neither FMI nor numerical methods.
+//! The physics of the cradle in SI units. Knows neither FMI nor numerical methods; its formulas take doubles and dual numbers.
 
 mod contact;
 mod cradle;

@@ -1,10 +1,11 @@
 //! Truncated power series: slices of coefficients `c[k]` of `t^k`.
 
+use super::dual::Scalar;
 use super::root::{self, Smooth};
 
 /// Value at `t`.
-pub fn value(c: &[f64], t: f64) -> f64 {
-    c.iter().rev().fold(0.0, |sum, &c| sum * t + c)
+pub fn value<S: Scalar>(c: &[S], t: S) -> S {
+    c.iter().rev().fold(S::default(), |sum, &c| sum * t + c)
 }
 
 /// First derivative at `t` less that at 0.
@@ -13,13 +14,13 @@ pub fn change_of_derivative(c: &[f64], t: f64) -> f64 {
 }
 
 /// First derivative at `t`.
-pub fn derivative(c: &[f64], t: f64) -> f64 {
-    c.iter().enumerate().skip(1).rev().fold(0.0, |sum, (k, &c)| sum * t + k as f64 * c)
+pub fn derivative<S: Scalar>(c: &[S], t: S) -> S {
+    c.iter().enumerate().skip(1).rev().fold(S::default(), |sum, (k, &c)| sum * t + S::from(k as f64) * c)
 }
 
 /// Integral from 0 to `t`.
-pub fn integral(c: &[f64], t: f64) -> f64 {
-    t * c.iter().enumerate().rev().fold(0.0, |sum, (k, &c)| sum * t + c / (k + 1) as f64)
+pub fn integral<S: Scalar>(c: &[S], t: S) -> S {
+    t * c.iter().enumerate().rev().fold(S::default(), |sum, (k, &c)| sum * t + c / S::from((k + 1) as f64))
 }
 
 /// Value and first two derivatives at `t`.
@@ -34,17 +35,18 @@ pub fn value_and_derivatives(c: &[f64], t: f64) -> [f64; 3] {
 }
 
 /// Coefficient `k` of the product of two series, from their first `k + 1` coefficients.
-pub fn product_term(a: &[f64], b: &[f64], k: usize) -> f64 {
-    a[..=k].iter().zip(b[..=k].iter().rev()).map(|(a, b)| a * b).sum()
+pub fn product_term<S: Scalar>(a: &[S], b: &[S], k: usize) -> S {
+    a[..=k].iter().zip(b[..=k].iter().rev()).map(|(a, b)| *a * *b).sum()
 }
 
 /// Coefficient `k >= 1` of `c^p` for real `p` and `c[0] > 0`, from the coefficients `power[..k]` before it.
 ///
 /// The recursion follows from `c q' = p c' q` for `q = c^p` (J. C. P. Miller; Knuth, The Art of Computer Programming 2,
 /// 4.7, equation 9).
-pub fn power_term(c: &[f64], power: &[f64], p: f64, k: usize) -> f64 {
-    let sum: f64 = (1..=k).map(|j| ((p + 1.0) * j as f64 - k as f64) * c[j] * power[k - j]).sum();
-    sum / (k as f64 * c[0])
+pub fn power_term<S: Scalar>(c: &[S], power: &[S], p: S, k: usize) -> S {
+    let factor = |j: usize| (p + S::from(1.0)) * S::from(j as f64) - S::from(k as f64);
+    let sum: S = (1..=k).map(|j| factor(j) * c[j] * power[k - j]).sum();
+    sum / (S::from(k as f64) * c[0])
 }
 
 /// Product of two series integrated from 0 to `t`, exactly for the truncated series.
@@ -59,19 +61,25 @@ pub fn product_integral(a: &[f64], b: &[f64], t: f64) -> f64 {
 }
 
 /// The largest value on `[from, to]`.
+pub fn maximum(c: &[f64], from: f64, to: f64) -> f64 {
+    value(c, place_of_maximum(c, from, to))
+}
+
+/// Where on `[from, to]` the value is largest.
 ///
 /// The interval is scanned in eighths for changes of sign of the derivative, each refined to a maximum; a series that a step
 /// controller has cut to its range of fast convergence does not turn more often.
-pub fn maximum(c: &[f64], from: f64, to: f64) -> f64 {
+pub fn place_of_maximum(c: &[f64], from: f64, to: f64) -> f64 {
     const PARTS: usize = 8;
-    let mut best = value(c, from).max(value(c, to));
+    let mut best = if value(c, to) > value(c, from) { to } else { from };
     let mut left = from;
     let mut slope_left = derivative(c, left);
     for part in 1..=PARTS {
         let right = from + (to - from) * part as f64 / PARTS as f64;
         let slope_right = derivative(c, right);
         if slope_left > 0.0 && slope_right <= 0.0 {
-            best = best.max(value(c, falling_zero_of_derivative(c, left, right)));
+            let top = falling_zero_of_derivative(c, left, right);
+            best = if value(c, top) > value(c, best) { top } else { best };
         }
         (left, slope_left) = (right, slope_right);
     }

@@ -2,7 +2,7 @@
 
 use super::choice::Choice;
 use super::unit::Quantity;
-use crate::engine::Simulation;
+use crate::engine::{Differential, Simulation};
 use crate::model::{Inputs, Parameters};
 
 /// How many variables a row stands for.
@@ -171,6 +171,8 @@ pub struct Row {
     pub access: Access,
     /// Whether the laws selected make use of it; a parameter out of use is ignored.
     pub used: fn(&Parameters) -> bool,
+    /// Derivative of a real result, for ball or contact `i`; outputs and derived parameters have one.
+    pub derivative: Option<fn(&Differential, usize) -> f64>,
     /// Dependencies of a calculated value at initialization.
     pub initially: Initially,
     /// Text; `{i}` and `{j}` stand for the index and the one after it.
@@ -225,6 +227,7 @@ const fn row(
         nominal: None,
         access,
         used: |_| true,
+        derivative: None,
         initially: Initially::OnAll,
         description,
     }
@@ -334,6 +337,12 @@ impl Row {
     /// Has an effect only where `used` holds.
     pub const fn used_if(mut self, used: fn(&Parameters) -> bool) -> Self {
         self.used = used;
+        self
+    }
+
+    /// Has this derivative, by time or along a direction.
+    pub const fn derivative(mut self, derivative: fn(&Differential, usize) -> f64) -> Self {
+        self.derivative = Some(derivative);
         self
     }
 

@@ -120,7 +120,8 @@ pub static TABLE: &[Row] = &[
         "Relative tolerance; a host's own tolerance can only tighten it").nominal(1e-12),
     derived("pendulum.period", &TIME, period,
         "Period of ball 1; 1e30 without gravity")
-        .initially(&[&["gravity", "pendulum.length", "pendulum.lengthRatio[1]"]]),
+        .initially(&[&["gravity", "pendulum.length", "pendulum.lengthRatio[1]"]])
+        .derivative(|d, _| d.period),
 
     input("F_ext", Balls, &FORCE, Access::Input { get: |u| &u.force, set: |u| &mut u.force },
         "External force on ball {i}, to the right"),
@@ -129,30 +130,41 @@ pub static TABLE: &[Row] = &[
     }, "Acceleration of the support, to the right"),
 
     real("x", Balls, Output, &LENGTH, Simulation::x,
-        "Position of ball {i}, to the right of its rest position, relative to the support").initially(&[&["x_start"]]),
+        "Position of ball {i}, to the right of its rest position, relative to the support").initially(&[&["x_start"]])
+        .derivative(|d, i| d.x[i]),
     real("F", Contacts, Output, &FORCE, Simulation::force,
         "Contact force between balls {i} and {j} at this instant, pushing them apart")
-        .initially(&[OVERLAP, ELASTIC, DAMPER]),
+        .initially(&[OVERLAP, ELASTIC, DAMPER])
+        .derivative(|d, i| d.force[i]),
     real("v", Balls, Output, &VELOCITY, Simulation::v,
-        "Velocity of ball {i} relative to the support").initially(&[&["v_start"]]),
+        "Velocity of ball {i} relative to the support").initially(&[&["v_start"]])
+        .derivative(|d, i| d.v[i]),
     real("E_total", Scalar, Output, &ENERGY, |s, _| s.total_energy(),
         "Kinetic, gravity and contact energy of all balls")
-        .initially(&[MASSES, PENDULUMS, OVERLAP, ELASTIC, &["v_start"]]),
+        .initially(&[MASSES, PENDULUMS, OVERLAP, ELASTIC, &["v_start"]])
+        .derivative(|d, _| d.energy),
     real("p_total", Scalar, Output, &MOMENTUM, |s, _| s.momentum(),
-        "Sum of mass times velocity").initially(&[MASSES, &["v_start"]]),
+        "Sum of mass times velocity").initially(&[MASSES, &["v_start"]])
+        .derivative(|d, _| d.momentum),
     real("F_support", Scalar, Output, &FORCE, |s, _| s.support_force(),
-        "Horizontal force of the pendulums and the drag on the support").initially(&[MASSES, PENDULUMS, SUPPORT]),
+        "Horizontal force of the pendulums and the drag on the support").initially(&[MASSES, PENDULUMS, SUPPORT])
+        .derivative(|d, _| d.support_force),
     real("t_next", Scalar, Output, &TIME, |s, _| s.next_onset(),
-        "First onset of any contact strictly after the current time; 1e30 if there is none within 1000 periods").discrete(),
+        "First onset of any contact strictly after the current time; 1e30 if there is none within 1000 periods").discrete()
+        .derivative(|d, _| d.next_onset),
     real("impulse", Contacts, Output, &IMPULSE, Simulation::impulse,
-        "Integral of F[{i}] since the start").initially(&[]),
+        "Integral of F[{i}] since the start").initially(&[])
+        .derivative(|d, i| d.impulse[i]),
     real("F_mean", Contacts, Output, &FORCE, Simulation::force_mean,
-        "Mean of F[{i}] over the last step").discrete().initially(&[OVERLAP, ELASTIC, DAMPER]),
+        "Mean of F[{i}] over the last step").discrete().initially(&[OVERLAP, ELASTIC, DAMPER])
+        .derivative(|d, i| d.force_mean[i]),
     real("F_peak", Contacts, Output, &FORCE, Simulation::force_peak,
         "Largest F[{i}] in the last step; 0 if the contact never closed").discrete()
-        .initially(&[OVERLAP, ELASTIC, DAMPER]),
+        .initially(&[OVERLAP, ELASTIC, DAMPER])
+        .derivative(|d, i| d.force_peak[i]),
     real("F_support_mean", Scalar, Output, &FORCE, |s, _| s.support_force_mean(),
-        "Mean of F_support over the last step").discrete().initially(&[MASSES, PENDULUMS, SUPPORT]),
+        "Mean of F_support over the last step").discrete().initially(&[MASSES, PENDULUMS, SUPPORT])
+        .derivative(|d, _| d.support_force_mean),
     count("pulses", Contacts, Output, Simulation::pulses,
         "Onsets so far of the contact of balls {i} and {j}").initially(&[OVERLAP]),
     flag("inContact", Contacts, Output, Simulation::in_contact,

@@ -30,6 +30,15 @@ impl Settings {
         self.parameters.balls()
     }
 
+    /// No direction at all: every real setting is zero.
+    pub fn zero(balls: usize) -> Self {
+        let mut zero = Self::default_for(balls);
+        for variable in variables(balls) {
+            variable.set_real(&mut zero, 0.0);
+        }
+        zero
+    }
+
     /// Whether they are settings of `balls` balls and every value is one that may be set.
     pub fn are_sound(&self, balls: usize) -> bool {
         let fits = TABLE.iter().all(|row| match row.access {
@@ -55,6 +64,8 @@ pub enum Refused {
     NotSettable { variable: String, causality: Causality },
     /// Derivatives can only be given for inputs.
     NotInput { variable: String, causality: Causality },
+    /// The variable has no derivative of the kind asked for.
+    NotDifferentiable { variable: String, allowed: &'static str },
     /// The variable cannot be set any more.
     Fixed { variable: String },
     /// The value is outside of what is allowed.
@@ -84,6 +95,9 @@ impl std::fmt::Display for Refused {
                     f,
                     "{variable} can have no derivative set: only inputs can, and it is of causality {causality:?}"
                 )
+            }
+            Self::NotDifferentiable { variable, allowed } => {
+                write!(f, "{variable} has no such derivative; allowed: {allowed}")
             }
             Self::Fixed { variable } => {
                 write!(f, "{variable} cannot be set after initialization: only inputs and tunable parameters can")

@@ -186,6 +186,22 @@ impl Host {
         unsafe { fmi2SetRealInputDerivatives(self.c, &self.vr(name), 1, &order, &value) }
     }
 
+    /// The derivative of an output by time, of this order.
+    pub fn derivative(&self, name: &str, order: i32) -> f64 {
+        let mut value = f64::NAN;
+        let status = unsafe { fmi2GetRealOutputDerivatives(self.c, &self.vr(name), 1, &order, &mut value) };
+        assert_eq!(status, fmi2OK, "{name}: {:?}", self.log());
+        value
+    }
+
+    /// The derivative of `unknown` along `known`.
+    pub fn sensitivity(&self, unknown: &str, known: &str) -> f64 {
+        let (unknown, known, mut value) = (self.vr(unknown), self.vr(known), f64::NAN);
+        let status = unsafe { fmi2GetDirectionalDerivative(self.c, &unknown, 1, &known, 1, &1.0, &mut value) };
+        assert_eq!(status, fmi2OK, "{unknown}: {:?}", self.log());
+        value
+    }
+
     /// The state, saved.
     pub fn save(&self) -> fmi2FMUstate {
         let mut state = null_mut();

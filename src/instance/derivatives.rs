@@ -1,0 +1,108 @@
+//! Derivatives of the outputs: by time, and along directions of inputs and parameters.
+
+use super::{Instance, Phase, Refusal};
+use crate::engine::{Differential, MAX_OUTPUT_DERIVATIVE};
+use crate::variables::{Causality, Refused, Settings, Type, Variable};
+
+/// What has derivatives by time, and along a direction.
+const OUTPUTS: &str = "real outputs";
+const INITIAL_UNKNOWNS: &str = "real outputs and calculated parameters";
+/// Along what.
+const INPUTS: &str = "inputs; in Initialization Mode real parameters, too";
+
+impl Instance {
+    /// Derivatives of outputs by time at the current time, each of its order, from 1 on. What changes only at events and
+    /// communication points has derivative 0.
+    pub fn output_derivatives(&mut self, references: &[u32], orders: &[i32]) -> Result<Vec<f64>, Refusal> {
+        let mut known: [Option<Differential>; MAX_OUTPUT_DERIVATIVE] = Default::default();
+        let mut derivative = |(reference, order): (&u32, &i32)| {
+            let variable = self.differentiable(*reference, &[Causality::Output], OUTPUTS)?;
+            let wanted = usize::try_from(*order).unwrap_or_default();
+            let Some(slot) = wanted.checked_sub(1).and_then(|place| known.get_mut(place)) else {
+                return Err(Refused::NotAllowed {
+                    variable: format!("order of the derivative of {variable}"),
+                    value: order.to_string(),
+                    allowed: format!("1 to {MAX_OUTPUT_DERIVATIVE}"),
+                }
+                .into());
+            };
+            if slot.is_none() {
+                *slot = Some(self.engine()?.time_derivative(wanted));
+            }
+            self.derivative(variable, slot.as_ref())
+        };
+        references.iter().zip(orders).map(&mut derivative).collect()
+    }
+
+    /// Derivatives of `unknowns` along the direction in which the `knowns` change by `direction`: in Initialization Mode those of
+    /// the start values, later those of the end of the last step along inputs that were held over it.
+    pub fn directional_derivatives(
+        &mut self,
+        unknowns: &[u32],
+        knowns: &[u32],
+        direction: &[f64],
+    ) -> Result<Vec<f64>, Refusal> {
+        let initializing = self.run.phase == Phase::InitializationMode;
+        let mut along = Settings::zero(self.balls());
+        for (known, change) in knowns.iter().zip(direction) {
+            let variable = self.variable(*known)?;
+            let input = variable.row.causality == Causality::Input;
+            let parameter = variable.row.settable() && variable.row.access.data_type() == Type::Real;
+            if !(input || initializing && parameter) {
+                return Err(Refused::NotDifferentiable {
+                    variable: format!("along {variable} nothing"),
+                    allowed: INPUTS,
+                }
+                .into());
+            }
+            if !change.is_finite() {
+                return Err(Refusal::number("dvKnown", *change, variable.row.unit(), "any finite value"));
+            }
+            variable.set_real(&mut along, *change);
+        }
+        let (causalities, allowed): (&[Causality], _) = match initializing {
+            true => (&[Causality::Output, Causality::CalculatedParameter], INITIAL_UNKNOWNS),
+            false => (&[Causality::Output], OUTPUTS),
+        };
+        let unknowns: Vec<Variable> = unknowns
+            .iter()
+            .map(|unknown| self.differentiable(*unknown, causalities, allowed))
+            .collect::<Result<_, _>>()?;
+        let parameters = self.run.acting_parameters();
+        let engine = self.engine()?;
+        let differential = match initializing {
+            true => engine.sensitivity_of_start(&parameters, &along.parameters, &along.inputs),
+            false => engine.sensitivity_of_step(&parameters, &along.parameters, &along.inputs),
+        };
+        let differential = differential.ok();
+        unknowns.into_iter().map(|unknown| self.derivative(unknown, differential.as_ref())).collect()
+    }
+
+    /// The real variable behind a value reference, if it has derivatives and one of these causalities.
+    fn differentiable(
+        &self,
+        reference: u32,
+        causalities: &[Causality],
+        allowed: &'static str,
+    ) -> Result<Variable, Refusal> {
+        let variable = self.variable(reference)?;
+        if variable.row.access.data_type() != Type::Real {
+            return Err(variable.wrong_type(Type::Real).into());
+        }
+        if variable.row.derivative.is_none() || !causalities.contains(&variable.row.causality) {
+            return Err(Refused::NotDifferentiable { variable: variable.to_string(), allowed }.into());
+        }
+        Ok(variable)
+    }
+
+    /// The derivative of `variable`, if there is one and it is finite; after a failed step it may be anything, like the values.
+    fn derivative(&self, variable: Variable, differential: Option<&Differential>) -> Result<f64, Refusal> {
+        let derivative = variable.row.derivative.zip(differential);
+        let derivative = derivative.map_or(f64::NAN, |(get, differential)| get(differential, variable.index));
+        if derivative.is_finite() || self.run.phase == Phase::Error {
+            Ok(derivative)
+        } else {
+            Err(Refusal::Derivative(variable.to_string()))
+        }
+    }
+}

@@ -1,0 +1,168 @@
+//! Dual numbers: a value and its derivative along one direction, carried through every operation.
+//!
+//! What is computed with them has exact derivatives, but for rounding (forward mode of automatic differentiation: Griewank and
+//! Walther, Evaluating Derivatives, 2008, chapter 3). [`Scalar`] is what doubles and dual numbers have in common, so that one
+//! formula serves both.
+
+use std::iter::Sum;
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
+
+/// A number that formulas can be written for: a double or a [`Dual`].
+pub trait Scalar:
+    Copy
+    + std::fmt::Debug
+    + Default
+    + From<f64>
+    + Sum
+    + Neg<Output = Self>
+    + Add<Output = Self>
+    + AddAssign
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+{
+    /// A number of this value and derivative; the latter is lost where there is no room for it.
+    fn with_tangent(value: f64, tangent: f64) -> Self;
+    /// Its value.
+    fn value(self) -> f64;
+    /// Its derivative.
+    fn tangent(self) -> f64;
+    /// The square root.
+    fn sqrt(self) -> Self;
+    /// Its power with a real exponent, for a value above 0.
+    fn pow(self, exponent: Self) -> Self;
+}
+
+impl Scalar for f64 {
+    fn with_tangent(value: f64, _tangent: f64) -> Self {
+        value
+    }
+
+    fn value(self) -> f64 {
+        self
+    }
+
+    fn tangent(self) -> f64 {
+        0.0
+    }
+
+    fn sqrt(self) -> Self {
+        self.sqrt()
+    }
+
+    fn pow(self, exponent: Self) -> Self {
+        libm::pow(self, exponent)
+    }
+}
+
+/// A value and its derivative.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Dual {
+    value: f64,
+    tangent: f64,
+}
+
+impl Scalar for Dual {
+    fn with_tangent(value: f64, tangent: f64) -> Self {
+        Self { value, tangent }
+    }
+
+    fn value(self) -> f64 {
+        self.value
+    }
+
+    fn tangent(self) -> f64 {
+        self.tangent
+    }
+
+    fn sqrt(self) -> Self {
+        let root = self.value.sqrt();
+        let tangent = if self.tangent == 0.0 { 0.0 } else { 0.5 * self.tangent / root };
+        Self { value: root, tangent }
+    }
+
+    fn pow(self, exponent: Self) -> Self {
+        let value = libm::pow(self.value, exponent.value);
+        let of_base = exponent.value * self.tangent / self.value;
+        let of_exponent = if exponent.tangent == 0.0 { 0.0 } else { exponent.tangent * libm::log(self.value) };
+        Self { value, tangent: value * (of_base + of_exponent) }
+    }
+}
+
+impl From<f64> for Dual {
+    fn from(value: f64) -> Self {
+        Self { value, tangent: 0.0 }
+    }
+}
+
+impl Neg for Dual {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self { value: -self.value, tangent: -self.tangent }
+    }
+}
+
+impl Add for Dual {
+    type Output = Self;
+    fn add(self, b: Self) -> Self {
+        Self { value: self.value + b.value, tangent: self.tangent + b.tangent }
+    }
+}
+
+impl AddAssign for Dual {
+    fn add_assign(&mut self, b: Self) {
+        *self = *self + b;
+    }
+}
+
+impl Sub for Dual {
+    type Output = Self;
+    fn sub(self, b: Self) -> Self {
+        self + -b
+    }
+}
+
+impl Mul for Dual {
+    type Output = Self;
+    fn mul(self, b: Self) -> Self {
+        Self { value: self.value * b.value, tangent: self.tangent * b.value + self.value * b.tangent }
+    }
+}
+
+impl Div for Dual {
+    type Output = Self;
+    fn div(self, b: Self) -> Self {
+        let value = self.value / b.value;
+        Self { value, tangent: (self.tangent - value * b.tangent) / b.value }
+    }
+}
+
+impl Sum for Dual {
+    fn sum<I: Iterator<Item = Self>>(terms: I) -> Self {
+        terms.fold(Self::default(), Add::add)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One formula with every operation.
+    fn formula<S: Scalar>(x: S) -> S {
+        let one = S::from(1.0);
+        let sum: S = [x * x, (x + one).sqrt() / x, -x.pow(x - S::from(0.5))].into_iter().sum();
+        sum - one
+    }
+
+    #[test]
+    fn tangents_are_derivatives() {
+        for x in [0.3, 1.0, 2.7] {
+            let dual = formula(Dual::with_tangent(x, 2.0));
+            let h = 1e-4;
+            let slope =
+                (8.0 * (formula(x + h) - formula(x - h)) - (formula(x + 2.0 * h) - formula(x - 2.0 * h))) / (12.0 * h);
+            assert_eq!(dual.value(), formula(x));
+            assert!((dual.tangent() - 2.0 * slope).abs() < 1e-10, "{x}: {} {slope}", dual.tangent());
+        }
+    }
+}

@@ -1,0 +1,321 @@
+//! fmi2GetDirectionalDerivative: exact derivatives, checked against differences of repeated steps with other inputs.
+
+mod host;
+
+use host::{Host, fmi2Error, fmi2OK};
+use newtons_cradle::fmi2::*;
+
+const BALLS: usize = 5;
+
+/// Every real output.
+fn outputs() -> Vec<String> {
+    let each = |name: &str, count: usize| (1..=count).map(|i| format!("{name}[{i}]")).collect::<Vec<_>>();
+    let scalars = ["E_total", "p_total", "F_support", "F_support_mean", "t_next"].map(str::to_owned).to_vec();
+    let contacts = ["F", "impulse", "F_mean", "F_peak"].map(|name| each(name, BALLS - 1)).concat();
+    [each("x", BALLS), each("v", BALLS), contacts, scalars].concat()
+}
+
+/// A step from a state: its start and length, and the inputs held over it.
+struct Step {
+    host: Host,
+    state: fmi2FMUstate,
+    from: f64,
+    length: f64,
+}
+
+impl Step {
+    /// The step with one input changed by `change`; the outputs after it.
+    fn outputs(&self, input: &str, change: f64) -> Vec<f64> {
+        assert_eq!(self.host.restore(self.state), fmi2OK);
+        assert_eq!(self.host.set(input, self.host.get(input) + change), fmi2OK);
+        assert_eq!(self.host.step(self.from, self.length), fmi2OK);
+        outputs().iter().map(|name| self.host.get(name)).collect()
+    }
+
+    /// Checks the derivatives along `input` against central differences of sixth order with steps of `h`.
+    fn check(&self, what: &str, input: &str, h: f64, tolerance: f64) {
+        let exact: Vec<f64> = {
+            self.outputs(input, 0.0);
+            outputs().iter().map(|name| self.host.sensitivity(name, input)).collect()
+        };
+        let sides: Vec<[Vec<f64>; 2]> =
+            (1..=3).map(|k| [1.0, -1.0].map(|sign| self.outputs(input, sign * f64::from(k) * h))).collect();
+        for (j, name) in outputs().iter().enumerate() {
+            let half = |k: usize| 0.5 * (sides[k][0][j] - sides[k][1][j]) / h;
+            let difference = 1.5 * half(0) - 0.3 * half(1) + half(2) / 30.0;
+            // The scale of the kind of output: what the same kind changes by elsewhere.
+            let kind = name.split('[').next().unwrap();
+            let scale = exact.iter().zip(outputs()).filter(|(_, other)| other.split('[').next() == Some(kind));
+            let scale = scale.fold(0.0_f64, |scale, (value, _)| scale.max(value.abs()));
+            // Means are differences of integrals, energies and forces of the support sums over all balls.
+            let over = if name.contains("mean") { self.length.min(1.0) } else { 1.0 };
+            let rounding = 1e-12 * sides[0][0][j].abs().max(1e-1) / over / h;
+            assert!(
+                (exact[j] - difference).abs() <= tolerance * scale + rounding,
+                "{what}: {name} by {input}: {} {difference}, scale {scale}",
+                exact[j]
+            );
+        }
+    }
+}
+
+impl Drop for Step {
+    fn drop(&mut self) {
+        self.host.free(self.state);
+    }
+}
+
+type Setup = fn(&Host);
+
+const LAWS: [(&str, Setup); 7] = [
+    ("linear", |_| {}),
+    ("cubic", |h| assert_eq!(h.set("contact.exponent", 3.0), fmi2OK)),
+    ("not whole", |h| assert_eq!(h.set("contact.exponent", 2.3), fmi2OK)),
+    ("Hertz", |h| assert_eq!(h.set_integer("contact.model", 2), fmi2OK)),
+    ("dashpot", |h| assert_eq!(h.set("contact.damping", 1e4), fmi2OK)),
+    ("dashpot without pull", |h| {
+        assert_eq!((h.set_integer("contact.dampingLaw", 2), h.set("contact.damping", 1e4)), (fmi2OK, fmi2OK));
+    }),
+    ("Hunt-Crossley with drag", |h| {
+        assert_eq!((h.set_integer("contact.dampingLaw", 3), h.set("contact.huntCrossley", 0.4)), (fmi2OK, fmi2OK));
+        assert_eq!((h.set("pendulum.drag", 0.2), h.set("contact.exponent", 1.5)), (fmi2OK, fmi2OK));
+    }),
+];
+
+/// A step from `from` seconds after the onset of the first impact of balls whose impacts are apart.
+fn step(setup: Setup, from: f64, length: f64) -> Step {
+    let host = Host::new();
+    // Gaps that keep the order of the pulses under the changes of the inputs, and inputs that are not 0.
+    for (i, x) in (1..).zip([-0.1, -0.0983, 0.0, 0.0011, 0.0023]) {
+        assert_eq!(host.set(&format!("x_start[{i}]"), x), fmi2OK);
+    }
+    assert_eq!((host.set("F_ext[1]", 0.03), host.set("a_support", -0.01)), (fmi2OK, fmi2OK));
+    setup(&host);
+    host.start();
+    let start = host.get("t_next") + from;
+    assert_eq!(host.step(0.0, start), fmi2OK);
+    Step { state: host.save(), host, from: start, length }
+}
+
+#[test]
+fn they_agree_with_differences() {
+    for (law, setup) in LAWS {
+        // From the onset of the first impact, in s; length; smallest and largest number of onsets within.
+        let steps = [
+            ("in flight", -0.3, 0.2, 0..=0),
+            ("from flight into a pulse", -0.05, 0.05 + 3e-6, 0..=1),
+            ("one pulse", -0.01, 0.0103, 1..=1),
+            ("within a pulse", 2e-6, 3e-6, 0..=0),
+            ("several pulses", -0.05, 0.45, 3..=12),
+        ];
+        for (what, from, length, onsets) in steps {
+            let step = step(setup, from, length);
+            let count = |host: &Host| (1..BALLS).map(|i| host.get_integer(&format!("pulses[{i}]"))).sum::<i32>();
+            let before = count(&step.host);
+            step.outputs("F_ext[1]", 0.0);
+            assert!(onsets.contains(&(count(&step.host) - before)), "{law}, {what}: {}", count(&step.host) - before);
+            for input in ["F_ext[1]", "F_ext[2]", "F_ext[4]", "a_support"] {
+                // A change of 1 N over 50 ms shifts an onset by the length of a pulse or more.
+                let h = if what == "in flight" || what == "within a pulse" { 1e-4 } else { 5e-8 };
+                step.check(&format!("{law}, {what}"), input, h, 1e-6);
+            }
+        }
+    }
+}
+
+#[test]
+fn input_derivatives_of_the_step_are_kept() {
+    let step = step(LAWS[0].1, -0.05, 0.05 + 3e-6);
+    let outputs_with = |change: f64| {
+        assert_eq!(step.host.restore(step.state), fmi2OK);
+        assert_eq!(step.host.set("F_ext[2]", change), fmi2OK);
+        assert_eq!(step.host.set_derivative("F_ext[2]", 1, 0.02), fmi2OK);
+        assert_eq!(step.host.set_derivative("a_support", 2, 0.3), fmi2OK);
+        assert_eq!(step.host.step(step.from, step.length), fmi2OK);
+        ["x[2]", "v[2]", "F[1]", "impulse[1]", "F_mean[1]", "t_next"].map(|name| step.host.get(name))
+    };
+    outputs_with(0.0);
+    let exact = ["x[2]", "v[2]", "F[1]", "impulse[1]", "F_mean[1]", "t_next"]
+        .map(|name| step.host.sensitivity(name, "F_ext[2]"));
+    let (up, down) = (outputs_with(1e-7), outputs_with(-1e-7));
+    for (i, exact) in exact.into_iter().enumerate() {
+        let difference = (up[i] - down[i]) / 2e-7;
+        assert!((exact - difference).abs() <= 1e-5 * exact.abs() + 1e-7, "{i}: {exact} {difference}");
+    }
+}
+
+/// The waves through touching balls, in which all pulses overlap; and balls pressed together by dashpots.
+#[test]
+fn overlapping_pulses_and_lasting_contacts() {
+    for (what, setup) in [
+        // Where balls just touch, or two onsets tie, there is no derivative: a nanometre apart, and unequal.
+        (
+            "wave",
+            (|h| {
+                assert_eq!(h.set("contact.deadBand", 1e-9), fmi2OK);
+                for i in 1..=5 {
+                    assert_eq!(h.set(&format!("ball.massRatio[{i}]"), 1.0 + 0.01 * f64::from(i)), fmi2OK);
+                }
+            }) as Setup,
+        ),
+        ("pressed", |h| {
+            assert_eq!((h.set("contact.damping", 2e4), h.set("contact.deadBand", 0.0)), (fmi2OK, fmi2OK));
+            for i in 1..=5 {
+                assert_eq!(h.set(&format!("x_start[{i}]"), 0.0), fmi2OK);
+            }
+            for i in 1..=4 {
+                assert_eq!(h.set(&format!("contact.gap[{i}]"), -1e-5 - 1e-6 * f64::from(i)), fmi2OK);
+            }
+        }),
+    ] {
+        let host = Host::new();
+        setup(&host);
+        host.start();
+        let from = if what == "wave" { host.get("t_next") - 1e-3 } else { 0.01 };
+        assert_eq!(host.step(0.0, from), fmi2OK);
+        let step = Step { state: host.save(), host, from, length: 1.00005e-3 };
+        for input in ["F_ext[1]", "F_ext[3]", "a_support"] {
+            step.check(what, input, 1e-6, 1e-5);
+        }
+    }
+}
+
+#[test]
+fn a_step_that_ends_at_an_onset_has_the_derivatives_from_the_right() {
+    let host = Host::started();
+    let onset = host.get("t_next");
+    assert_eq!(host.step(0.0, onset), fmi2OK);
+    assert_eq!(host.get_integer("pulses[2]"), 1);
+    // The contact is closed: its force follows the overlap.
+    let overlap = host.sensitivity("x[2]", "F_ext[2]") - host.sensitivity("x[3]", "F_ext[2]");
+    assert!((host.sensitivity("F[2]", "F_ext[2]") / (1e10 * overlap) - 1.0).abs() < 1e-12);
+    // The next onset is another one.
+    let next = host.sensitivity("t_next", "F_ext[2]");
+    assert!(host.get("t_next") > onset && next.is_finite() && next != 0.0);
+}
+
+#[test]
+fn nothing_depends_on_inputs_that_have_not_been_held() {
+    let host = Host::started();
+    for name in outputs() {
+        assert_eq!(host.sensitivity(&name, "F_ext[3]"), 0.0, "{name}");
+    }
+}
+
+#[test]
+fn directions_add_up_and_states_keep_them() {
+    let step = step(LAWS[0].1, -0.05, 0.1);
+    let host = &step.host;
+    let from = host.get("t_next") - 1e-3;
+    let mut now = 0.0;
+    assert_eq!(unsafe { fmi2GetRealStatus(host.c, fmi2LastSuccessfulTime, &mut now) }, fmi2OK);
+    assert_eq!((host.step(now, from - now), host.step(from, 2e-3)), (fmi2OK, fmi2OK));
+    let unknowns: Vec<u32> = outputs().iter().map(|name| host.vr(name)).collect();
+    let along = |host: &Host, direction: [f64; 2]| {
+        let (knowns, mut values) = ([host.vr("F_ext[1]"), host.vr("a_support")], vec![f64::NAN; unknowns.len()]);
+        let status = unsafe {
+            fmi2GetDirectionalDerivative(
+                host.c,
+                unknowns.as_ptr(),
+                unknowns.len(),
+                knowns.as_ptr(),
+                2,
+                direction.as_ptr(),
+                values.as_mut_ptr(),
+            )
+        };
+        assert_eq!(status, fmi2OK);
+        values
+    };
+    let (both, one, other) = (along(host, [2.0, -3.0]), along(host, [1.0, 0.0]), along(host, [0.0, 1.0]));
+    for (j, name) in outputs().iter().enumerate() {
+        let (a, b) = (2.0 * one[j], -3.0 * other[j]);
+        assert!((both[j] - (a + b)).abs() <= 1e-9 * (a.abs() + b.abs()), "{name}: {} {}", both[j], a + b);
+    }
+    let restored = Host::new();
+    assert_eq!(restored.set_bytes(&host.to_bytes()), fmi2OK);
+    let bits = |values: Vec<f64>| values.into_iter().map(f64::to_bits).collect::<Vec<_>>();
+    assert_eq!(bits(along(&restored, [2.0, -3.0])), bits(both));
+}
+
+/// In Initialization Mode the unknowns depend on the parameters and the inputs.
+#[test]
+fn initial_unknowns_agree_with_differences() {
+    let setups: [(&str, Setup); 3] = [
+        ("apart", |_| {}),
+        ("pressed, Hertz with Hunt-Crossley damping", |h| {
+            assert_eq!((h.set_integer("contact.model", 2), h.set_integer("contact.dampingLaw", 3)), (fmi2OK, fmi2OK));
+            assert_eq!((h.set("contact.huntCrossley", 0.4), h.set("x_start[4]", 2e-4)), (fmi2OK, fmi2OK));
+            assert_eq!((h.set("v_start[4]", 0.1), h.set("x_start[5]", 0.01)), (fmi2OK, fmi2OK));
+        }),
+        ("pressed, real power with dashpots and drag", |h| {
+            assert_eq!((h.set("contact.exponent", 1.7), h.set("contact.damping", 1e3)), (fmi2OK, fmi2OK));
+            assert_eq!((h.set("pendulum.drag", 0.2), h.set("x_start[4]", 2e-4)), (fmi2OK, fmi2OK));
+            assert_eq!((h.set("v_start[4]", 0.1), h.set("x_start[5]", 0.01)), (fmi2OK, fmi2OK));
+        }),
+    ];
+    for (what, setup) in setups {
+        let host = Host::new();
+        setup(&host);
+        assert_eq!((host.set_up(0.0), host.enter()), (fmi2OK, fmi2OK));
+        let names: Vec<String> = outputs().into_iter().chain(["pendulum.period".to_owned()]).collect();
+        let all = || names.iter().map(|name| host.get(name)).collect::<Vec<f64>>();
+        let knowns = newtons_cradle::variables::variables(BALLS).filter(|variable| {
+            let real = variable.row.access.data_type() == newtons_cradle::variables::Type::Real;
+            real && variable.row.settable() && variable.row.name != "solver.tolerance"
+        });
+        for known in knowns.map(|known| known.to_string()) {
+            let value = host.get(&known);
+            let h = if value == 0.0 { 1e-7 } else { 1e-5 * value.abs() };
+            let exact: Vec<f64> = names.iter().map(|name| host.sensitivity(name, &known)).collect();
+            let at = |change: f64| {
+                assert_eq!(host.set(&known, value + change), fmi2OK, "{known}");
+                let values = all();
+                assert_eq!(host.set(&known, value), fmi2OK);
+                values
+            };
+            let one_sided = host.set(&known, value - h) != fmi2OK;
+            host.log();
+            assert_eq!(host.set(&known, value), fmi2OK);
+            let (zero, up, up2) = (all(), at(h), at(2.0 * h));
+            let down = if one_sided { None } else { Some(at(-h)) };
+            for (j, name) in names.iter().enumerate() {
+                let difference = match &down {
+                    Some(down) => (up[j] - down[j]) / (2.0 * h),
+                    None => (2.0 * up[j] - 0.5 * up2[j] - 1.5 * zero[j]) / h,
+                };
+                let rounding = 1e-13 * zero[j].abs().max(1e-3) / h;
+                assert!(
+                    (exact[j] - difference).abs() <= 1e-4 * exact[j].abs() + rounding,
+                    "{what}: {name} by {known}: {} {difference}",
+                    exact[j]
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn what_has_no_derivative_is_refused() {
+    let host = Host::new();
+    assert_eq!((host.set_up(0.0), host.enter()), (fmi2OK, fmi2OK));
+    let refused = |unknown: &str, known: &str, change: f64, expected: &str| {
+        let (unknown, known, mut value) = (host.vr(unknown), host.vr(known), 7.0);
+        let status = unsafe { fmi2GetDirectionalDerivative(host.c, &unknown, 1, &known, 1, &change, &mut value) };
+        assert_eq!((status, value), (fmi2Error, 7.0));
+        let error = host.error();
+        assert!(error.starts_with("fmi2GetDirectionalDerivative: ") && error.contains(expected), "{error}");
+    };
+    refused("x[1]", "contact.model", 1.0, "contact.model");
+    refused("x[1]", "v[1]", 1.0, "v[1]");
+    refused("pulses[1]", "F_ext[1]", 1.0, "pulses[1] is of type Integer, not Real");
+    assert_eq!(host.exit(), fmi2OK);
+    refused("x[1]", "x_start[1]", 1.0, "x_start[1]");
+    refused("x[1]", "pendulum.drag", 1.0, "allowed: inputs");
+    refused("overlap[1]", "F_ext[1]", 1.0, "overlap[1] has no such derivative; allowed: real outputs");
+    refused("pendulum.period", "F_ext[1]", 1.0, "pendulum.period");
+    refused("x[1]", "F_ext[1]", f64::NAN, "dvKnown = NaN");
+    assert_eq!(unsafe { fmi2GetDirectionalDerivative(host.c, &u32::MAX, 1, &0, 0, &0.0, &mut 0.0) }, fmi2Error);
+    assert!(host.error().contains("value reference 4294967295"));
+    host.assert_usable();
+}

@@ -1,0 +1,179 @@
+//! fmi2GetRealOutputDerivatives: exact derivatives by time, checked against differences of a finely stepped run.
+
+mod host;
+
+use host::{Host, fmi2Error, fmi2OK};
+use newtons_cradle::fmi2::*;
+
+/// Outputs that vary with the time.
+fn outputs() -> Vec<String> {
+    let each = |name: &str, count: usize| (1..=count).map(|i| format!("{name}[{i}]")).collect::<Vec<_>>();
+    let scalars = ["E_total", "p_total", "F_support"].map(str::to_owned).to_vec();
+    [each("x", 5), each("v", 5), each("F", 4), each("impulse", 4), scalars].concat()
+}
+
+/// The first derivative of equidistant samples in the middle of nine, of eighth order.
+fn difference(samples: &[f64], h: f64) -> f64 {
+    let weights = [4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0];
+    weights.iter().zip(1..).map(|(w, k)| w * (samples[4 + k] - samples[4 - k])).sum::<f64>() / h
+}
+
+/// Steps finely from `start` on and checks the derivatives of orders 1 to 3 against differences of the order before.
+fn check(what: &str, host: &Host, start: f64, h: f64, count: usize) {
+    let names = outputs();
+    // Sampled: the order, the output, the sample.
+    let mut samples = vec![vec![Vec::new(); names.len()]; 4];
+    for i in 0..count {
+        let t = start + i as f64 * h;
+        assert_eq!(host.step(t, start + (i + 1) as f64 * h - t), fmi2OK);
+        for (j, name) in names.iter().enumerate() {
+            samples[0][j].push(host.get(name));
+            for (order, samples) in (1..=3).zip(&mut samples[1..]) {
+                samples[j].push(host.derivative(name, order));
+            }
+        }
+    }
+    for (order, pair) in (1..).zip(samples.windows(2)) {
+        for (j, name) in names.iter().enumerate() {
+            let (before, of_order) = (&pair[0][j], &pair[1][j]);
+            let kind = |name: &str| name.split('[').next().map(str::to_owned);
+            let of_kind = pair[1].iter().zip(&names).filter(|(_, other)| kind(other) == kind(name));
+            let largest =
+                of_kind.flat_map(|(values, _)| values).fold(0.0_f64, |largest, value| largest.max(value.abs()));
+            // What differences make of the rounding of the samples. Those of F_support and p_total are sums over all balls, whose
+            // accelerations nearly cancel.
+            let magnitude =
+                |samples: &[Vec<f64>]| samples.concat().into_iter().fold(0.0_f64, |m, value| m.max(value.abs()));
+            let cancelled = if name.contains('_') { 5.0 * magnitude(&pair[0][..5]) } else { 0.0 };
+            let rounding = (1e-14 * magnitude(&pair[0][j..=j]) + 2e-16 * cancelled) / h;
+            for i in 4..count - 4 {
+                let difference = difference(&before[i - 4..=i + 4], h);
+                let error = (of_order[i] - difference).abs();
+                assert!(
+                    error <= 1e-6 * largest + rounding,
+                    "{what}: order {order} of {name}, sample {i}: {} {difference}, largest {largest}",
+                    of_order[i]
+                );
+            }
+        }
+    }
+}
+
+type Setup = fn(&Host);
+
+const LAWS: [(&str, Setup); 7] = [
+    ("linear", |_| {}),
+    ("cubic", |h| assert_eq!(h.set("contact.exponent", 3.0), fmi2OK)),
+    ("not whole", |h| assert_eq!(h.set("contact.exponent", 2.3), fmi2OK)),
+    ("Hertz", |h| assert_eq!(h.set_integer("contact.model", 2), fmi2OK)),
+    ("dashpot", |h| assert_eq!(h.set("contact.damping", 2e4), fmi2OK)),
+    ("dashpot without pull", |h| {
+        assert_eq!((h.set_integer("contact.dampingLaw", 2), h.set("contact.damping", 2e4)), (fmi2OK, fmi2OK));
+    }),
+    ("Hunt-Crossley with drag", |h| {
+        assert_eq!((h.set_integer("contact.dampingLaw", 3), h.set("contact.huntCrossley", 0.5)), (fmi2OK, fmi2OK));
+        assert_eq!((h.set("pendulum.drag", 0.3), h.set("contact.exponent", 1.5)), (fmi2OK, fmi2OK));
+    }),
+];
+
+#[test]
+fn they_agree_with_differences_in_flight_and_in_contact() {
+    for (law, setup) in LAWS {
+        let host = Host::new();
+        assert_eq!((host.set("contact.deadBand", 0.0), host.set("F_ext[5]", 0.4)), (fmi2OK, fmi2OK));
+        assert_eq!(host.set("a_support", -0.2), fmi2OK);
+        setup(&host);
+        host.start();
+        check(&format!("{law}, in flight"), &host, 0.0, 0.01, 40);
+        let onset = host.get("t_next");
+        assert_eq!(host.step(0.4, onset - 0.4), fmi2OK);
+        // Across the first impact, stretch by stretch; differences across a switching are no derivatives.
+        let mut t = onset;
+        let mut stretches = 0;
+        for _ in 0..60 {
+            let (state, events) = (host.save(), host.get_integer("solver.events"));
+            let (h, count) = (2e-8, 40);
+            assert_eq!(host.step(t, h * count as f64), fmi2OK);
+            let smooth = host.get_integer("solver.events") == events;
+            assert_eq!(host.restore(state), fmi2OK);
+            host.free(state);
+            if smooth && host.get("F[2]") > 1.0 {
+                check(&format!("{law}, in contact"), &host, t, h, count);
+                stretches += 1;
+            } else {
+                assert_eq!(host.step(t, h * count as f64), fmi2OK);
+            }
+            t += h * count as f64;
+        }
+        assert!(stretches > 3, "{law}: {stretches}");
+    }
+}
+
+#[test]
+fn inputs_that_change_count() {
+    let host = Host::started();
+    for (name, order, value) in
+        [("F_ext[5]", 1, 2.0), ("F_ext[5]", 2, -3.0), ("F_ext[5]", 3, 5.0), ("a_support", 1, 0.7)]
+    {
+        assert_eq!(host.set_derivative(name, order, value), fmi2OK);
+    }
+    assert_eq!(host.step(0.0, 0.1), fmi2OK);
+    // v'' = F_ext' / m - a_support' - omega^2 v, and once more.
+    let rate = 2.0 - 3.0 * 0.1 + 0.5 * 5.0 * 0.01;
+    assert!((host.derivative("v[5]", 2) - (rate - 0.7 - 5.0 * host.get("v[5]"))).abs() < 1e-12);
+    let curvature = -3.0 + 5.0 * 0.1;
+    assert!((host.derivative("v[5]", 3) - (curvature - 5.0 * host.get("a[5]"))).abs() < 1e-12);
+    assert!((host.derivative("v[5]", 1) - host.get("a[5]")).abs() < 1e-13);
+}
+
+#[test]
+fn they_exist_before_the_first_step_and_at_an_onset_from_the_right() {
+    let host = Host::new();
+    assert_eq!(host.set("v_start[4]", 0.3), fmi2OK);
+    host.start();
+    assert_eq!((host.derivative("x[4]", 1), host.derivative("x[4]", 2), host.derivative("v[4]", 2)), (0.3, 0.0, -1.5));
+    let dashpot = Host::new();
+    assert_eq!(dashpot.set("contact.damping", 2e4), fmi2OK);
+    dashpot.start();
+    let onset = dashpot.get("t_next");
+    assert_eq!(dashpot.step(0.0, onset), fmi2OK);
+    // F' = k u + c u' with the closing rate u, u' = -2 F / m, F = c u.
+    let (u, f) = (dashpot.get("v[2]") - dashpot.get("v[3]"), dashpot.get("F[2]"));
+    assert!((f / (2e4 * u) - 1.0).abs() < 1e-6);
+    let expected = 1e10 * u - 2e4 * 2.0 * f;
+    assert!((dashpot.derivative("F[2]", 1) / expected - 1.0).abs() < 1e-5);
+    assert!((dashpot.derivative("impulse[2]", 1) - f).abs() < 1e-9 * f);
+}
+
+#[test]
+fn what_changes_at_events_only_does_not_change() {
+    let host = Host::started();
+    assert_eq!(host.step(0.0, 0.75), fmi2OK);
+    for name in ["t_next", "F_mean[2]", "F_peak[2]", "F_support_mean"] {
+        for order in 1..=3 {
+            assert_eq!(host.derivative(name, order), 0.0, "{name}");
+        }
+    }
+}
+
+#[test]
+fn what_has_no_derivative_is_refused() {
+    let host = Host::started();
+    let refused = |name: &str, order: i32, expected: &str| {
+        let (references, mut values) = ([host.vr("x[1]"), host.vr(name)], [7.0; 2]);
+        let status = unsafe {
+            fmi2GetRealOutputDerivatives(host.c, references.as_ptr(), 2, [1, order].as_ptr(), values.as_mut_ptr())
+        };
+        assert_eq!((status, values), (fmi2Error, [7.0; 2]));
+        let error = host.error();
+        assert!(error.starts_with("fmi2GetRealOutputDerivatives: ") && error.contains(expected), "{error}");
+    };
+    refused("x[2]", 0, "order of the derivative of x[2] = 0 is refused; allowed: 1 to 3");
+    refused("F[2]", 4, "order of the derivative of F[2] = 4 is refused; allowed: 1 to 3");
+    refused("F[2]", i32::MIN, "allowed: 1 to 3");
+    refused("overlap[2]", 1, "overlap[2] has no such derivative; allowed: real outputs");
+    refused("ball.mass", 1, "ball.mass has no such derivative");
+    refused("F_ext[1]", 1, "F_ext[1] has no such derivative");
+    refused("pulses[1]", 1, "pulses[1] is of type Integer, not Real");
+    assert_eq!(host.get("x[1]"), -0.1);
+}
