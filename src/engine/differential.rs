@@ -140,8 +140,8 @@ fn support_series(
 }
 
 impl Engine {
-    /// Derivatives of the outputs by time at the current time, of order 1 to [`MAX_OUTPUT_DERIVATIVE`]; see
-    /// [`Differential::by_time`].
+    /// Derivatives of the outputs by time at the current time, of order 1 to [`MAX_OUTPUT_DERIVATIVE`], from the right. What
+    /// changes only at events and communication points has derivative 0.
     pub fn time_derivative(&self, order: usize) -> Differential {
         let state = self.state_of_all(self.time.into());
         Differential::by_time(&self.cradle, &state, &self.inputs.at(self.time), order)

@@ -30,60 +30,73 @@ const CANCELLATION: f64 = 1e-10;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NotFollowed;
 
-/// What a step starts from, and where it leads.
-pub(super) struct Step<'a> {
-    /// Coefficients of the equations, plain and along the direction.
+/// The last step of a run, by whichever method: all that its derivatives follow from.
+pub(super) struct LastStep<'a> {
+    /// Coefficients of the equations.
     pub cradle: &'a Cradle,
-    pub along: Cradle<Dual>,
-    /// At the start of the step.
-    pub state: State<Dual>,
-    pub pushes: Vec<Push<Dual>>,
-    /// Length of the step, s.
+    /// State and inputs at its start.
+    pub start: State,
+    pub inputs: HeldInputs,
+    /// Its length, s; 0 before the first.
     pub length: f64,
-    /// State at its end, as the method of solution has it.
+    /// State at its end.
     pub end: State,
     /// Whether another onset lies ahead.
     pub onset_ahead: bool,
 }
 
-impl Step<'_> {
-    /// The derivatives of the outputs at the end of the step.
-    pub fn differential(self) -> Result<Differential, NotFollowed> {
-        let Self { cradle, along, state, pushes, length, end, onset_ahead } = self;
-        let contacts = cradle.contacts.len();
-        let mut run = Run {
-            cradle,
-            along,
-            state,
-            pushes,
-            elapsed: DoubleDouble::default(),
-            delay: 0.0,
-            largest: 0.0,
-            impulse: vec![Dual::default(); contacts],
-            peak: vec![Dual::default(); contacts],
-            support_impulse: Dual::default(),
-        };
-        if length > 0.0 {
-            run.follow(Some(length))?;
-            run.agree_with(&end);
+impl LastStep<'_> {
+    /// Derivatives of the outputs at its end along `inputs`, which were held over it. Before the first step nothing depends on
+    /// them.
+    pub fn along_inputs(&self, inputs: &Inputs) -> Result<Differential, NotFollowed> {
+        if self.length == 0.0 {
+            return Ok(Differential::zero(self.cradle.balls.len()));
         }
-        let mut differential = run.outputs();
-        if length > 0.0 {
-            differential.force_mean = differential.impulse.iter().map(|impulse| impulse / length).collect();
-            differential.force_peak = run.peak.iter().map(|peak| peak.tangent()).collect();
-            differential.support_force_mean = run.support_impulse.tangent() / length;
-        } else {
-            differential.force_mean.clone_from(&differential.force);
-            differential.force_peak.clone_from(&differential.force);
-            differential.support_force_mean = differential.support_force;
+        let along = Cradle::constant(self.cradle);
+        let pushes = pushes_along(&along, &self.inputs, inputs);
+        let mut run = Run::new(self.cradle, along, lifted(&self.start), pushes);
+        run.follow(Some(self.length))?;
+        run.agree_with(&self.end);
+        let mut outputs = run.outputs();
+        outputs.force_mean = outputs.impulse.iter().map(|impulse| impulse / self.length).collect();
+        outputs.force_peak = run.peak.iter().map(|peak| peak.tangent()).collect();
+        outputs.support_force_mean = run.support_impulse.tangent() / self.length;
+        outputs.next_onset = self.next_onset(run);
+        Ok(outputs)
+    }
+
+    /// Derivatives of the outputs at the start of a run, of which there was no step yet, along a direction of parameters and inputs.
+    pub fn along_parameters(
+        &self,
+        parameters: &Parameters,
+        tangent: &Parameters,
+        inputs: &Inputs,
+    ) -> Result<Differential, NotFollowed> {
+        let along = Cradle::along(parameters, tangent);
+        let pushes = pushes_along(&along, &self.inputs, inputs);
+        let state = start_along(&self.end, &along, tangent);
+        let first = along.balls[0].omega2;
+        let run = Run::new(self.cradle, along, state, pushes);
+        let mut outputs = run.outputs();
+        outputs.force_mean.clone_from(&outputs.force);
+        outputs.force_peak.clone_from(&outputs.force);
+        outputs.support_force_mean = outputs.support_force;
+        if first.value() > 0.0 {
+            outputs.period = (Dual::from(std::f64::consts::TAU) / first.sqrt()).tangent();
         }
-        if onset_ahead {
-            differential.next_onset = match run.follow(None) {
-                Ok(()) => run.delay,
-                Err(NotFollowed) => f64::NAN,
-            };
+        outputs.next_onset = self.next_onset(run);
+        Ok(outputs)
+    }
+
+    /// Derivative of the time of the next onset from where `run` is; NaN if it cannot be followed so far.
+    fn next_onset(&self, mut run: Run) -> f64 {
+        if !self.onset_ahead {
+            return 0.0;
         }
-        Ok(differential)
+        match run.follow(None) {
+            Ok(()) => run.delay,
+            Err(NotFollowed) => f64::NAN,
+        }
     }
 }
 
@@ -103,7 +116,23 @@ struct Run<'a> {
     support_impulse: Dual,
 }
 
-impl Run<'_> {
+impl<'a> Run<'a> {
+    fn new(cradle: &'a Cradle, along: Cradle<Dual>, state: State<Dual>, pushes: Vec<Push<Dual>>) -> Self {
+        let none = vec![Dual::default(); cradle.contacts.len()];
+        Self {
+            cradle,
+            along,
+            state,
+            pushes,
+            elapsed: DoubleDouble::default(),
+            delay: 0.0,
+            largest: 0.0,
+            impulse: none.clone(),
+            peak: none,
+            support_impulse: Dual::default(),
+        }
+    }
+
     /// Follows the motion to the time `until` after the start (s), or just beyond the next onset.
     fn follow(&mut self, until: Option<f64>) -> Result<(), NotFollowed> {
         for _ in 0..MAX_SEGMENTS {
@@ -391,48 +420,16 @@ fn start_along(state: &State, cradle: &Cradle<Dual>, tangent: &Parameters) -> St
 }
 
 impl Engine {
-    /// Derivatives of the outputs at the end of the last step along a direction of the parameters, which acted over that step, and
-    /// of the inputs, which were held over it. Before the first step nothing depends on them.
-    pub fn sensitivity_of_step(
-        &self,
-        parameters: &Parameters,
-        tangent: &Parameters,
-        inputs: &Inputs,
-    ) -> Result<Differential, NotFollowed> {
-        if self.step_length() == 0.0 {
-            return Ok(Differential::zero(self.balls.len()));
-        }
+    /// The last step.
+    pub(super) fn last_step(&self) -> LastStep<'_> {
         let start = self.step_start.time;
-        let along = Cradle::along(parameters, tangent);
-        let state = match &self.step_start.state {
-            Some(state) => lifted(state),
-            None => lifted(&self.state_of_all(start.into())),
-        };
-        let pushes = pushes_along(&along, &self.inputs.at(start), inputs);
-        let end = self.state_of_all(self.time.into());
-        let onset_ahead = self.next_onset() < NEVER;
-        Step { cradle: &self.cradle, along, state, pushes, length: self.step_length(), end, onset_ahead }.differential()
-    }
-
-    /// Derivatives of the outputs at the start along a direction of parameters and inputs.
-    pub fn sensitivity_of_start(
-        &self,
-        parameters: &Parameters,
-        tangent: &Parameters,
-        inputs: &Inputs,
-    ) -> Result<Differential, NotFollowed> {
-        let along = Cradle::along(parameters, tangent);
-        let end = self.state_of_all(self.time.into());
-        let state = start_along(&end, &along, tangent);
-        let pushes = pushes_along(&along, &self.inputs, inputs);
-        let onset_ahead = self.next_onset() < NEVER;
-        let first = along.balls[0].omega2;
-        let step = Step { cradle: &self.cradle, along, state, pushes, length: 0.0, end, onset_ahead };
-        let mut differential = step.differential()?;
-        if first.value() > 0.0 {
-            let period = Dual::from(std::f64::consts::TAU) / first.sqrt();
-            differential.period = period.tangent();
+        LastStep {
+            cradle: &self.cradle,
+            start: self.step_start.state.clone().unwrap_or_else(|| self.state_of_all(start.into())),
+            inputs: self.inputs.at(start),
+            length: self.step_length(),
+            end: self.state_of_all(self.time.into()),
+            onset_ahead: self.next_onset() < NEVER,
         }
-        Ok(differential)
     }
 }

@@ -80,24 +80,20 @@ impl Simulation {
         of_method!(self, time_derivative(order))
     }
 
-    /// See [`Engine::sensitivity_of_step`].
-    pub fn sensitivity_of_step(
-        &self,
-        parameters: &Parameters,
-        tangent: &Parameters,
-        inputs: &Inputs,
-    ) -> Result<Differential, NotFollowed> {
-        of_method!(self, sensitivity_of_step(parameters, tangent, inputs))
+    /// Derivatives of the outputs at the end of the last step along `inputs`, held over that step. Before the first step nothing
+    /// depends on the inputs.
+    pub fn sensitivity_of_step(&self, inputs: &Inputs) -> Result<Differential, NotFollowed> {
+        of_method!(self, last_step()).along_inputs(inputs)
     }
 
-    /// See [`Engine::sensitivity_of_start`].
+    /// Derivatives of the outputs at the start, before the first step, along a direction of parameters and inputs.
     pub fn sensitivity_of_start(
         &self,
         parameters: &Parameters,
         tangent: &Parameters,
         inputs: &Inputs,
     ) -> Result<Differential, NotFollowed> {
-        of_method!(self, sensitivity_of_start(parameters, tangent, inputs))
+        of_method!(self, last_step()).along_parameters(parameters, tangent, inputs)
     }
 
     /// The run as it is now, as plain data.

@@ -18,7 +18,7 @@ use super::{Engine, HeldInputs, LARGEST_COUNT, MAX_INPUT_DERIVATIVE, StepStart, 
 use crate::model::Parameters;
 use crate::solver::double_double::DoubleDouble;
 
-/// See the [module](self).
+/// A run as plain data.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Snapshot {
     time: f64,

@@ -72,7 +72,7 @@ impl Instance {
         let engine = self.engine()?;
         let differential = match initializing {
             true => engine.sensitivity_of_start(&parameters, &along.parameters, &along.inputs),
-            false => engine.sensitivity_of_step(&parameters, &along.parameters, &along.inputs),
+            false => engine.sensitivity_of_step(&along.inputs),
         };
         let differential = differential.ok();
         unknowns.into_iter().map(|unknown| self.derivative(unknown, differential.as_ref())).collect()

@@ -32,6 +32,27 @@ impl Cradle {
 }
 
 impl<S: Scalar> Cradle<S> {
+    /// The same coefficients, which do not change along any direction.
+    pub fn constant(cradle: &Cradle) -> Self {
+        let ball = |ball: &BallModel| BallModel {
+            mass: S::from(ball.mass),
+            omega2: S::from(ball.omega2),
+            gamma: S::from(ball.gamma),
+        };
+        let contact = |law: &ContactLaw| ContactLaw {
+            stiffness: S::from(law.stiffness),
+            overlap_ref: S::from(law.overlap_ref),
+            exponent: S::from(law.exponent),
+            clearance: S::from(law.clearance),
+            damping: match law.damping {
+                Damping::None => Damping::None,
+                Damping::KelvinVoigt { c, pull } => Damping::KelvinVoigt { c: S::from(c), pull },
+                Damping::HuntCrossley { alpha } => Damping::HuntCrossley { alpha: S::from(alpha) },
+            },
+        };
+        Self { balls: cradle.balls.iter().map(ball).collect(), contacts: cradle.contacts.iter().map(contact).collect() }
+    }
+
     /// The same, with the derivatives of the coefficients where the parameters have the derivatives `tangent`.
     pub fn along(p: &Parameters, tangent: &Parameters) -> Self {
         let one = |field: fn(&Parameters) -> f64| S::with_tangent(field(p), field(tangent));
