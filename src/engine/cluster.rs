@@ -10,10 +10,12 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use super::ball::{Ball, Flight, Rounding, Tally, shifted};
+use super::collocation;
 use super::modes::{self, Modes};
 use super::taylor::{Control, Series};
 use crate::model::{ContactLaw, Damping};
 use crate::solver::double_double::DoubleDouble;
+use crate::solver::radau::STAGES;
 
 /// Whether and how a contact of a window acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -43,6 +45,54 @@ impl Mode {
 pub(crate) struct WindowContact {
     pub overlap: f64,
     pub mode: Mode,
+}
+
+/// The balls and contacts of a window at the start of a segment.
+#[derive(Clone, Copy)]
+pub(crate) struct Window<'a> {
+    pub flights: &'a [Flight],
+    pub balls: &'a [Ball],
+    pub contacts: &'a [WindowContact],
+    pub laws: &'a [ContactLaw],
+}
+
+impl Window<'_> {
+    /// Whether there is a contact `j` and it presses.
+    pub fn presses(&self, j: usize) -> bool {
+        self.contacts.get(j).is_some_and(|contact| contact.mode == Mode::Pressing)
+    }
+
+    /// Reduced mass of the balls of contact `j`, kg.
+    pub fn reduced_mass(&self, j: usize) -> f64 {
+        let (left, right) = (self.balls[j].mass, self.balls[j + 1].mass);
+        left * right / (left + right)
+    }
+}
+
+/// What the segments of a cluster so far say about the next one.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Pace {
+    /// Segments since the last switching.
+    quiet: u32,
+    /// How many of them must have passed before implicit collocation is tried.
+    patience: u32,
+    /// Length of its next step, s; 0 if the last segment was of another kind.
+    implicit_length: f64,
+    /// What the last Taylor series converged for, s.
+    explicit_length: f64,
+}
+
+impl Default for Pace {
+    fn default() -> Self {
+        Self { quiet: 0, patience: 24, implicit_length: 0.0, explicit_length: 0.0 }
+    }
+}
+
+impl Pace {
+    /// Whether its lengths are lengths.
+    pub fn is_sound(&self) -> bool {
+        [self.implicit_length, self.explicit_length].iter().all(|length| (0.0..=LONGEST).contains(length))
+    }
 }
 
 /// What ends a segment.
@@ -88,9 +138,11 @@ pub(crate) struct Cluster {
     pub contacts: Vec<WindowContact>,
     /// The motion of the window on the current segment.
     pub motion: Motion,
-    /// Segments since the last switching, and how many it were when the current one began.
-    pub quiet: u32,
-    pub quiet_before: u32,
+    /// The pace from here on, and as it was when the current segment began.
+    pace: Pace,
+    pub pace_before: Pace,
+    /// Evaluations of contact forces for the current segment.
+    pub evaluations: u64,
     /// Length of the current segment, s.
     pub length: f64,
     /// What happens at its end, and in which contact.
@@ -99,25 +151,25 @@ pub(crate) struct Cluster {
 
 impl Cluster {
     /// The balls `members`, and as spectators those beside them that are in `window`. The motion is left to
-    /// [`Self::expand`], with the number of segments since the last switching.
+    /// [`Self::expand`], with the pace of the segments before.
     pub fn new(
         members: Range<usize>,
         window: Range<usize>,
         start: DoubleDouble,
         flights: Vec<Flight>,
         contacts: Vec<WindowContact>,
-        quiet: u32,
+        pace: Pace,
     ) -> Self {
-        let motion = Motion::default();
         Self {
             members,
             window,
             start,
             flights,
             contacts,
-            motion,
-            quiet,
-            quiet_before: quiet,
+            motion: Motion::default(),
+            pace,
+            pace_before: pace,
+            evaluations: 0,
             length: 0.0,
             switch: None,
         }
@@ -228,42 +280,82 @@ impl Cluster {
     /// Right after a switching it is series: they keep the exact zeros of balls that the motion has not reached. Once some
     /// segments have passed without any switching, the contacts are stiff for the pace of the motion, or closed for long.
     pub fn expand(&mut self, balls: &[Ball], laws: &[ContactLaw], control: &Control) {
+        let (flights, contacts) = (std::mem::take(&mut self.flights), std::mem::take(&mut self.contacts));
         let (balls, laws) = (&balls[self.window.clone()], &laws[self.window_contacts()]);
-        let damped = laws.iter().any(|law| law.damping != Damping::None);
-        let patience = if damped { 3 } else { 12 };
-        if self.quiet > patience && modes::apply_to(&self.flights, &self.contacts, balls, laws) {
-            let modes = Modes::new(&self.flights, &self.contacts, balls, laws);
-            self.length = self.horizon(modes.highest_frequency());
-            self.motion = Motion::Modes(modes);
-        } else {
-            let mut series = match std::mem::take(&mut self.motion) {
-                Motion::Series(series) => series,
-                Motion::Modes(_) => Series::default(),
-            };
-            series.expand(&self.flights, &self.contacts, balls, laws, control);
-            self.length = series.converges_for();
-            self.motion = Motion::Series(series);
-        }
-        self.quiet_before = self.quiet;
-        self.switch = None;
-        let rounding = self.flights.iter().zip(balls).map(|(flight, ball)| flight.rounding(&ball.oscillator));
+        let window = Window { flights: &flights, balls, contacts: &contacts, laws };
+        let rounding = flights.iter().zip(balls).map(|(flight, ball)| flight.rounding(&ball.oscillator));
         let rounding = rounding.fold(Rounding::default(), Rounding::max);
+        self.pace_before = self.pace;
+        self.describe(&window, control, &rounding);
+        self.switch = None;
         for (j, law) in laws.iter().enumerate() {
-            let switch = of_motion!(self.motion, first_switch(j, law, self.contacts[j].mode, self.length, &rounding));
+            let switch = of_motion!(self.motion, first_switch(j, law, contacts[j].mode, self.length, &rounding));
             if let Some((tau, switch)) = switch {
                 self.length = tau;
                 self.switch = Some((self.window.start + j, switch));
             }
         }
-        self.quiet = if self.switch.is_some() { 0 } else { self.quiet.saturating_add(1) };
+        self.pace.quiet = if self.switch.is_some() { 0 } else { self.pace.quiet.saturating_add(1) };
+        (self.flights, self.contacts) = (flights, contacts);
+    }
+
+    /// Describes the motion of `window` for as long as the description holds.
+    fn describe(&mut self, window: &Window, control: &Control, rounding: &Rounding) {
+        let damped = window.laws.iter().any(|law| law.damping != Damping::None);
+        let patience = if damped { 3 } else { 12 };
+        self.evaluations = window.contacts.iter().filter(|contact| contact.mode != Mode::Open).count() as u64;
+        if self.pace.quiet > patience && modes::apply_to(window) {
+            let modes = Modes::new(window);
+            self.length = self.horizon(modes.highest_frequency());
+            self.motion = Motion::Modes(modes);
+            return;
+        }
+        let mut series = match std::mem::take(&mut self.motion) {
+            Motion::Series(series) => series,
+            Motion::Modes(_) => Series::default(),
+        };
+        if !self.collocate(&mut series, window, control, rounding) {
+            series.expand(window, control);
+            self.pace.explicit_length = series.converges_for();
+        }
+        self.length = series.converges_for();
+        self.motion = Motion::Series(series);
+    }
+
+    /// Describes the motion by a step of implicit collocation, if one is due that is worth its cost.
+    fn collocate(&mut self, series: &mut Series, window: &Window, control: &Control, rounding: &Rounding) -> bool {
+        let pace = &mut self.pace;
+        let mut length = std::mem::take(&mut pace.implicit_length);
+        if length == 0.0 || pace.quiet == 0 {
+            if pace.quiet < pace.patience {
+                return false;
+            }
+            length = GAIN * pace.explicit_length;
+        }
+        while length > 0.0 && length >= 0.5 * GAIN * pace.explicit_length {
+            let step = collocation::collocate(series, window, length, control.tolerance(), rounding);
+            self.evaluations = self.evaluations.saturating_add(step.evaluations);
+            // The error falls with the power of the number of stages; a step that went wrong altogether says nothing.
+            let change = 0.9 * libm::pow(step.error, -1.0 / STAGES as f64);
+            if step.error <= 1.0 {
+                pace.implicit_length = (length * change.min(4.0)).min(LONGEST);
+                return true;
+            }
+            length *= if change.is_finite() { change.clamp(0.1, 0.7) } else { 0.25 };
+        }
+        pace.patience = pace.quiet.saturating_mul(2);
+        false
     }
 
     /// How far ahead switchings are looked for, s: some oscillations at first, more and more while nothing happens.
     fn horizon(&self, frequency: f64) -> f64 {
         let first = if frequency > 0.0 { 16.0 / frequency } else { 1.0 };
-        (first * libm::exp2(self.quiet.min(60) as f64)).min(LONGEST)
+        (first * libm::exp2(self.pace.quiet.min(60) as f64)).min(LONGEST)
     }
 }
+
+/// How much longer than that of the Taylor series the first step of implicit collocation is to be; half of it is worth its cost.
+const GAIN: f64 = 40.0;
 
 /// Longest segment, s.
 const LONGEST: f64 = 1e6;

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::ball::Held;
-use super::cluster::{Cluster, Mode, Switch, WindowContact};
+use super::cluster::{Cluster, Mode, Pace, Switch, WindowContact};
 use super::separation::{Forecast, Separation};
 use super::{Engine, EngineError, Pulse};
 use crate::solver::double_double::DoubleDouble;
@@ -169,15 +169,14 @@ impl Engine {
         });
         let contacts = contacts.collect();
         let flights = window.clone().map(|i| self.balls[i].flight_at(t)).collect();
-        self.follow(id, Cluster::new(members, window, t, flights, contacts, 0));
+        self.follow(id, Cluster::new(members, window, t, flights, contacts, Pace::default()));
     }
 
     /// Computes the next segment of a cluster and puts it back in its place.
     fn follow(&mut self, id: usize, mut cluster: Cluster) {
         cluster.expand(&self.balls, &self.cradle.contacts, &self.control);
-        let closed = cluster.contacts.iter().filter(|c| c.mode != Mode::Open).count() as u64;
         self.work.steps = self.work.steps.saturating_add(1);
-        self.work.evaluations = self.work.evaluations.saturating_add(closed);
+        self.work.evaluations = self.work.evaluations.saturating_add(cluster.evaluations);
         self.queue.set(cluster.key(), cluster.end());
         self.clusters[id] = Some(cluster);
     }

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::ball::Held;
-use super::cluster::{Cluster, Mode, Switch, WindowContact};
+use super::cluster::{Cluster, Mode, Pace, Switch, WindowContact};
 use super::pair::PairImpact;
 use super::{Engine, Pulse};
 use crate::solver::double_double::DoubleDouble;
@@ -161,7 +161,7 @@ impl Engine {
         let members: Range<usize> = i..i + 2;
         let flights = vec![self.balls[i].flight, self.balls[i + 1].flight];
         let contacts = vec![WindowContact { overlap: 0.0, mode: Mode::Pressing }];
-        let mut cluster = Cluster::new(members.clone(), members, t, flights, contacts, 0);
+        let mut cluster = Cluster::new(members.clone(), members, t, flights, contacts, Pace::default());
         cluster.expand(&self.balls, &self.cradle.contacts, &self.control);
         cluster
     }

@@ -12,6 +12,7 @@
 
 mod ball;
 mod cluster;
+mod collocation;
 mod differential;
 mod events;
 mod expansion;

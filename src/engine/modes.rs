@@ -6,8 +6,8 @@
 //! Each coordinate is an oscillator in closed form, so strong damping and contacts that stay closed for minutes cost nothing: the
 //! only work is to find the next switching.
 
-use super::ball::{Ball, Flight, Rounding, degree};
-use super::cluster::{Mode, Switch, WindowContact};
+use super::ball::{Flight, Rounding, degree};
+use super::cluster::{Mode, Switch, Window};
 use super::natural::{Group, NaturalMode, Sum, dashpot};
 use crate::model::{ContactLaw, Damping};
 use crate::solver::root::{Smooth, first_positive};
@@ -41,9 +41,10 @@ struct Joint {
 }
 
 /// Whether the closed contacts of a window are linear and join equal balls under constant inputs.
-pub(crate) fn apply_to(flights: &[Flight], contacts: &[WindowContact], balls: &[Ball], laws: &[ContactLaw]) -> bool {
+pub(crate) fn apply_to(window: &Window) -> bool {
+    let Window { flights, balls, contacts, laws } = window;
     let mut joined = 1;
-    for (j, (contact, law)) in contacts.iter().zip(laws).enumerate() {
+    for (j, (contact, law)) in contacts.iter().zip(*laws).enumerate() {
         if contact.mode == Mode::Open {
             joined = 1;
             continue;
@@ -62,21 +63,22 @@ pub(crate) fn apply_to(flights: &[Flight], contacts: &[WindowContact], balls: &[
 
 impl Modes {
     /// The motion from the state at the start of a segment, which [`apply_to`] allows.
-    pub fn new(flights: &[Flight], contacts: &[WindowContact], balls: &[Ball], laws: &[ContactLaw]) -> Self {
+    pub fn new(window: &Window) -> Self {
+        let Window { flights, contacts, laws, .. } = window;
         let mut modes = Self::default();
         let mut first = 0;
         for i in 0..flights.len() {
             let joined = contacts.get(i).is_some_and(|contact| contact.mode == Mode::Pressing);
             modes.group_of.push(modes.groups.len());
             if !joined {
-                modes.groups.push(Group::new(first..i + 1, flights, contacts, balls, laws));
+                modes.groups.push(Group::new(first..i + 1, window));
                 first = i + 1;
             }
         }
         let rate = |mode: &NaturalMode| mode.oscillator.omega().max(mode.oscillator.gamma());
         modes.pace = modes.groups.iter().flat_map(|group| &group.modes).map(rate).fold(0.0, f64::max);
-        for (j, (contact, law)) in contacts.iter().zip(laws).enumerate() {
-            let approach = modes.approach(j, flights, contacts, laws);
+        for (j, (contact, law)) in contacts.iter().zip(*laws).enumerate() {
+            let approach = modes.approach(j, window);
             let (stiffness, damping) = (law.stiffness, dashpot(law));
             let (overlap, rate) = (contact.overlap, flights[j].v - flights[j + 1].v);
             modes.contacts.push(Joint { overlap, rate, stiffness, damping, approach });
@@ -85,13 +87,8 @@ impl Modes {
     }
 
     /// How the centres of the two groups beside contact `j` approach each other, if their pendulums are equal.
-    fn approach(
-        &self,
-        j: usize,
-        flights: &[Flight],
-        contacts: &[WindowContact],
-        laws: &[ContactLaw],
-    ) -> Option<NaturalMode> {
+    fn approach(&self, j: usize, window: &Window) -> Option<NaturalMode> {
+        let Window { flights, contacts, laws, .. } = window;
         let (left, right) = (&self.groups[self.group_of[j]], &self.groups[self.group_of[j + 1]]);
         let oscillator = left.modes[0].oscillator;
         if std::ptr::eq(left, right) || oscillator != right.modes[0].oscillator {

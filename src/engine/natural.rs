@@ -10,8 +10,8 @@
 //!
 //! (Meirovitch, Fundamentals of Vibrations, 2001, chapter 7: damping proportional to the stiffness leaves the modes uncoupled.)
 
-use super::ball::{Ball, Flight};
-use super::cluster::WindowContact;
+use super::ball::Flight;
+use super::cluster::Window;
 use crate::model::{ContactLaw, Damping};
 use crate::solver::oscillator::Oscillator;
 
@@ -76,13 +76,8 @@ pub(crate) struct Group {
 }
 
 impl Group {
-    pub fn new(
-        members: std::ops::Range<usize>,
-        flights: &[Flight],
-        contacts: &[WindowContact],
-        balls: &[Ball],
-        laws: &[ContactLaw],
-    ) -> Self {
+    pub fn new(members: std::ops::Range<usize>, window: &Window) -> Self {
+        let Window { flights, balls, contacts, laws } = window;
         let (first, size) = (members.start, members.len());
         let ball = &balls[first];
         let (stiffness, damping) = if size > 1 { (laws[first].stiffness, dashpot(&laws[first])) } else { (0.0, 0.0) };

@@ -9,7 +9,7 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use super::ball::{Flight, Held, Tally};
-use super::cluster::{Cluster, Mode, WindowContact};
+use super::cluster::{Cluster, Mode, Pace, WindowContact};
 use super::expansion::State;
 use super::ledger::Ledger;
 use super::pair::PairImpact;
@@ -68,7 +68,7 @@ struct ClusterState {
     start: DoubleDouble,
     flights: Vec<Flight>,
     contacts: Vec<WindowContact>,
-    quiet: u32,
+    pace: Pace,
 }
 
 /// A snapshot that no run can have left behind, and what gives it away.
@@ -105,7 +105,7 @@ impl Engine {
             start: cluster.start,
             flights: cluster.flights.clone(),
             contacts: cluster.contacts.clone(),
-            quiet: cluster.quiet_before,
+            pace: cluster.pace_before,
         };
         Snapshot {
             time: self.time,
@@ -171,7 +171,7 @@ impl Engine {
 
     /// Puts a cluster into the last slot.
     fn restore_cluster(&mut self, state: ClusterState, courses: &[Course]) -> Result<(), Unsound> {
-        let ClusterState { members, start, flights, contacts, quiet } = state;
+        let ClusterState { members, start, flights, contacts, pace } = state;
         let balls = self.balls.len();
         require(members.start < members.end && members.end <= balls && members.len() > 1, "a cluster has no balls")?;
         let window = members.start.saturating_sub(1)..(members.end + 1).min(balls);
@@ -192,7 +192,7 @@ impl Engine {
             require(ball.held == Held::Free, "a ball is in two clusters")?;
             ball.held = Held::Cluster(id as u32);
         }
-        let mut cluster = Cluster::new(members, window, start, flights, contacts, quiet);
+        let mut cluster = Cluster::new(members, window, start, flights, contacts, pace);
         cluster.expand(&self.balls, &self.cradle.contacts, &self.control);
         self.queue.set(cluster.key(), cluster.end());
         self.clusters[id] = Some(cluster);
@@ -266,7 +266,10 @@ impl Snapshot {
         for cluster in self.clusters.iter().flatten() {
             let flights = cluster.flights.iter().all(Flight::is_finite);
             let contacts = cluster.contacts.iter().all(|contact| contact.overlap.is_finite());
-            require(past(cluster.start) && flights && contacts, "a cluster is not finite, or of the future")?;
+            require(
+                past(cluster.start) && flights && contacts && cluster.pace.is_sound(),
+                "a cluster is not finite, or of the future",
+            )?;
         }
         let start = self.step_start.state.as_ref().is_none_or(State::is_finite);
         require(start, "the state at the start of the step is not finite")?;

@@ -6,8 +6,8 @@
 //! Mathematics 14 (2005): order `1 - ln(epsilon) / 2`, and a step on which the last terms are below epsilon times the scale
 //! of the velocities. The series is its own dense output.
 
-use super::ball::{Ball, Flight, Push, Rounding, degree};
-use super::cluster::{Mode, Switch, WindowContact};
+use super::ball::{Push, Rounding, degree};
+use super::cluster::{Mode, Switch, Window};
 use crate::model::{ContactLaw, Damping};
 use crate::solver::oscillator::MAX_FORCE_ORDER;
 use crate::solver::series::{self, power_term, product_term};
@@ -19,13 +19,20 @@ pub(crate) struct Control {
     epsilon: f64,
     /// Order of the series of the velocities.
     order: usize,
+    /// Relative tolerance of a whole run.
+    tolerance: f64,
 }
 
 impl Control {
     /// For the relative tolerance of a whole run; local errors stay far enough below it for thousands of pulses.
     pub fn new(tolerance: f64) -> Self {
         let epsilon = (1e-5 * tolerance).max(1e-18);
-        Self { epsilon, order: (1.0 - 0.5 * libm::log(epsilon)) as usize }
+        Self { epsilon, order: (1.0 - 0.5 * libm::log(epsilon)) as usize, tolerance }
+    }
+
+    /// Relative tolerance of a whole run.
+    pub fn tolerance(&self) -> f64 {
+        self.tolerance
     }
 }
 
@@ -187,34 +194,32 @@ impl Series {
     }
 
     /// Computes all coefficients from the state at the start of a segment.
-    pub fn expand(
-        &mut self,
-        flights: &[Flight],
-        contacts: &[WindowContact],
-        balls: &[Ball],
-        laws: &[ContactLaw],
-        control: &Control,
-    ) {
-        let scale = velocity_scale(flights, contacts, balls, laws);
-        self.unit = unit_of_time(flights, contacts, balls, laws, scale);
-        self.begin(flights, contacts, control.order);
-        self.find_faint(contacts, balls, laws, control.epsilon * scale, scale);
+    pub fn expand(&mut self, window: &Window, control: &Control) {
+        let Window { contacts, laws, .. } = window;
+        let scale = velocity_scale(window);
+        self.begin(window, control.order, unit_of_time(window, scale));
+        self.find_faint(window, control.epsilon * scale, scale);
         for k in 0..self.order {
             for (j, law) in laws.iter().enumerate() {
                 if contacts[j].mode != Mode::Open {
                     self.expand_force(j, law, k);
                 }
             }
-            self.expand_motion(flights, contacts, balls, k);
+            self.expand_motion(window, k);
         }
         self.converges_for = self.convergence(control.epsilon * scale, laws).min(LONGEST);
-        for j in 0..contacts.len() {
+        for (j, law) in laws.iter().enumerate() {
             self.shorten_where_faint(j);
+            if contacts[j].mode != Mode::Open && law.exponent > 1.0 {
+                self.shorten_where_wrong(j, law, window.reduced_mass(j), scale);
+            }
         }
     }
 
-    fn begin(&mut self, flights: &[Flight], contacts: &[WindowContact], order: usize) {
-        self.order = order;
+    /// Rows of the given order and unit of time with nothing but the state at the start.
+    pub(super) fn begin(&mut self, window: &Window, order: usize, unit: f64) {
+        let Window { flights, contacts, .. } = window;
+        (self.order, self.unit, self.converges_for) = (order, unit, unit);
         let stride = self.stride();
         self.displacements.clear();
         self.displacements.resize(flights.len() * stride, 0.0);
@@ -230,23 +235,41 @@ impl Series {
             self.overlaps[j * stride + 1] = (flights[j].v - flights[j + 1].v) * self.unit;
         }
         self.powers.resize(contacts.len(), Vec::new());
+        self.faint.clear();
+        self.faint.resize(contacts.len(), 0.0);
+    }
+
+    /// Gives ball `j` of the window this polynomial of the scaled time as its velocity, m/s.
+    pub(super) fn set_velocity(&mut self, j: usize, velocity: &[f64]) {
+        let (stride, unit) = (self.stride(), self.unit);
+        integrate(&mut self.displacements[j * stride..(j + 1) * stride], velocity, unit);
+    }
+
+    /// Gives contact `j` this polynomial of the scaled time as the rate of its overlap, m/s.
+    pub(super) fn set_rate(&mut self, j: usize, rate: &[f64]) {
+        let (stride, unit) = (self.stride(), self.unit);
+        integrate(&mut self.overlaps[j * stride..(j + 1) * stride], rate, unit);
+    }
+
+    /// Gives contact `j` these polynomials of the scaled time as its forces, N: elastic, and by the law without clipping.
+    pub(super) fn set_forces(&mut self, j: usize, elastic: &[f64], force: &[f64]) {
+        let at = j * self.stride();
+        self.elastic[at..at + elastic.len()].copy_from_slice(elastic);
+        self.forces[at..at + force.len()].copy_from_slice(force);
     }
 
     /// Where a power that is not whole starts from almost no overlap its series hardly converges, and its force does not
     /// matter: it is left out up to an overlap where it would change the velocities by the local error.
-    fn find_faint(&mut self, contacts: &[WindowContact], balls: &[Ball], laws: &[ContactLaw], dv: f64, scale: f64) {
-        self.faint.clear();
-        for (j, (contact, law)) in contacts.iter().zip(laws).enumerate() {
-            let mut faint = 0.0;
+    fn find_faint(&mut self, window: &Window, dv: f64, scale: f64) {
+        for (j, (contact, law)) in window.contacts.iter().zip(window.laws).enumerate() {
             if contact.mode != Mode::Open && law.whole_exponent().is_none() {
-                let mass = reduced_mass(&balls[j], &balls[j + 1]);
+                let mass = window.reduced_mass(j);
                 let rate = self.overlap_row(j)[1] / self.unit;
                 let bound = law.faint_overlap(mass, rate, dv, law.time_scale(mass, scale));
                 if contact.overlap < bound {
-                    faint = 2.0 * bound;
+                    self.faint[j] = 2.0 * bound;
                 }
             }
-            self.faint.push(faint);
         }
     }
 
@@ -272,12 +295,13 @@ impl Series {
     }
 
     /// Coefficient `k` of the accelerations, hence `k + 2` of the displacements and overlaps.
-    fn expand_motion(&mut self, flights: &[Flight], contacts: &[WindowContact], balls: &[Ball], k: usize) {
+    fn expand_motion(&mut self, window: &Window, k: usize) {
+        let Window { flights, balls, contacts, .. } = window;
         let stride = self.stride();
         let unit2 = self.unit * self.unit;
         let unit_to_k = (0..k.min(MAX_FORCE_ORDER)).fold(1.0, |power, _| power * self.unit);
         let acting = |j: usize| contacts[j].mode == Mode::Pressing;
-        for (j, (flight, ball)) in flights.iter().zip(balls).enumerate() {
+        for (j, (flight, ball)) in flights.iter().zip(*balls).enumerate() {
             let from_left = if j > 0 && acting(j - 1) { self.forces[(j - 1) * stride + k] } else { 0.0 };
             let from_right = if j < contacts.len() && acting(j) { self.forces[j * stride + k] } else { 0.0 };
             let d = &mut self.displacements[j * stride..(j + 1) * stride];
@@ -315,6 +339,28 @@ impl Series {
         shortest * self.unit
     }
 
+    /// Ends the segment where the series of the elastic force of contact `j` is still the force of the law. From rest the
+    /// force starts with a high power of the time, which may lie beyond the order.
+    fn shorten_where_wrong(&mut self, j: usize, law: &ContactLaw, mass: f64, scale: f64) {
+        if self.faint[j] > 0.0 {
+            return;
+        }
+        // Bounded, for states that are not finite.
+        for _ in 0..64 {
+            let s = self.converges_for / self.unit;
+            let overlap = series::value(self.overlap_row(j), s);
+            let by_series = series::value(&self.row(&self.elastic, j)[..self.order], s);
+            if let Some((by_law, _)) = law.elastic_continued(overlap) {
+                let speed_up = |force: f64| force.abs() * self.converges_for / mass;
+                if speed_up(by_law - by_series) <= 1e-13 * (scale + speed_up(by_law)) {
+                    return;
+                }
+            }
+            // Halves reach what is left out where the overlap vanishes.
+            self.converges_for *= 0.5;
+        }
+    }
+
     /// Ends the segment where contact `j` leaves the overlaps that are left out.
     fn shorten_where_faint(&mut self, j: usize) {
         if self.faint[j] > 0.0 {
@@ -328,16 +374,20 @@ impl Series {
 
 const INVERSE_FACTORIAL: [f64; MAX_FORCE_ORDER + 1] = [1.0, 1.0, 0.5, 1.0 / 6.0];
 
-fn reduced_mass(left: &Ball, right: &Ball) -> f64 {
-    left.mass * right.mass / (left.mass + right.mass)
+/// Enters the integral of a polynomial of the scaled time, behind the constant term of `row`.
+fn integrate(row: &mut [f64], rate: &[f64], unit: f64) {
+    for (k, (term, rate)) in row[1..].iter_mut().zip(rate).enumerate() {
+        *term = rate * unit / (k + 1) as f64;
+    }
 }
 
 /// Scale of the velocities (m/s) that local errors are measured by: the largest velocity, and the largest closing rate that the
 /// elastic energies amount to, or, from rest, what the other accelerations lead to until a contact balances them.
-fn velocity_scale(flights: &[Flight], contacts: &[WindowContact], balls: &[Ball], laws: &[ContactLaw]) -> f64 {
+fn velocity_scale(window: &Window) -> f64 {
+    let Window { flights, balls, contacts, laws } = window;
     let moving = flights.iter().map(|f| f.v.abs()).fold(f64::MIN_POSITIVE, f64::max);
-    let stored = contacts.iter().zip(laws).enumerate().map(|(j, (contact, law))| {
-        let mass = reduced_mass(&balls[j], &balls[j + 1]);
+    let stored = contacts.iter().zip(*laws).enumerate().map(|(j, (contact, law))| {
+        let mass = window.reduced_mass(j);
         let from_energy = (2.0 * law.elastic_energy(contact.overlap) / mass).sqrt();
         if moving > 1e-100 || from_energy > 1e-100 {
             return from_energy;
@@ -351,17 +401,12 @@ fn velocity_scale(flights: &[Flight], contacts: &[WindowContact], balls: &[Ball]
 
 /// A time (s) within a few powers of ten of the one that the series will converge for: that of the fastest contact, or of an
 /// overlap about to vanish, whose power is singular there; without contact that of the pendulums.
-fn unit_of_time(
-    flights: &[Flight],
-    contacts: &[WindowContact],
-    balls: &[Ball],
-    laws: &[ContactLaw],
-    scale: f64,
-) -> f64 {
+fn unit_of_time(window: &Window, scale: f64) -> f64 {
+    let Window { flights, balls, contacts, laws } = window;
     let swing = balls.iter().map(|b| b.oscillator.omega() + 2.0 * b.oscillator.gamma()).fold(0.0, f64::max);
     let mut unit = if swing > 0.0 { 1.0 / swing } else { 1.0 };
-    for (j, (contact, law)) in contacts.iter().zip(laws).enumerate().filter(|(_, (c, _))| c.mode != Mode::Open) {
-        unit = unit.min(law.time_scale(reduced_mass(&balls[j], &balls[j + 1]), scale));
+    for (j, (contact, law)) in contacts.iter().zip(*laws).enumerate().filter(|(_, (c, _))| c.mode != Mode::Open) {
+        unit = unit.min(law.time_scale(window.reduced_mass(j), scale));
         let rate = (flights[j].v - flights[j + 1].v).abs();
         if law.whole_exponent().is_none() && contact.overlap < unit * rate {
             unit = unit.min((contact.overlap / rate).max(1e-6 * unit));

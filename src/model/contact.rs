@@ -110,6 +110,32 @@ impl ContactLaw {
         let squares = 0.5 * (p + 1.0) * m * rate * rate / (self.stiffness * self.overlap_ref * self.overlap_ref);
         2.9 * self.overlap_ref * libm::pow(squares, 1.0 / (p + 1.0)) / rate
     }
+
+    /// Elastic force at the overlap `d` (N) and its derivative (N/m), the formula of the law continued to `d <= 0`; `None` where
+    /// it cannot be, because the exponent is not whole.
+    pub fn elastic_continued(&self, d: f64) -> Option<(f64, f64)> {
+        let ratio = d / self.overlap_ref;
+        let power = match self.whole_exponent() {
+            Some(p) => (1..p).fold(1.0, |power, _| power * ratio),
+            None if d > 0.0 => self.elastic_force(d) / (self.stiffness * d),
+            None => return None,
+        };
+        Some((self.stiffness * power * d, self.exponent * self.stiffness * power))
+    }
+
+    /// Force at the overlap `d` (m) and its rate (m/s), not clipped (N), with its derivatives by them (N/m, N.s/m), the formula of
+    /// the law continued to `d <= 0` as in [`Self::elastic_continued`].
+    pub fn continued(&self, d: f64, rate: f64) -> Option<(f64, f64, f64)> {
+        let (elastic, stiffness) = self.elastic_continued(d)?;
+        Some(match self.damping {
+            Damping::None => (elastic, stiffness, 0.0),
+            Damping::KelvinVoigt { c, .. } => (elastic + c * rate, stiffness, c),
+            Damping::HuntCrossley { alpha } => {
+                let factor = 1.0 + alpha * rate;
+                (elastic * factor, stiffness * factor, elastic * alpha)
+            }
+        })
+    }
 }
 
 #[cfg(test)]

@@ -1,9 +1,11 @@
 //! Numerical methods. Knows no cradle.
 
+pub mod block_tridiagonal;
 pub mod double_double;
 pub mod dual;
 pub mod oscillator;
 pub mod quadrature;
 pub mod queue;
+pub mod radau;
 pub mod root;
 pub mod series;

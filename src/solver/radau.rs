@@ -1,0 +1,171 @@
+//! The Radau IIA collocation method with nine stages, of order 17 and L-stable.
+//!
+//! On a step of length h from y_0 the collocation polynomial satisfies the equations at the times `c_i h`, the last of which is
+//! the end of the step: `Y_i = y_0 + h sum_j a_ij f(Y_j)` with the `a_ij` the integrals of the Lagrange polynomials of the
+//! nodes (Hairer and Wanner, Solving Ordinary Differential Equations II, 1996, section IV.5).
+
+use std::sync::LazyLock;
+
+use super::block_tridiagonal::solve_dense;
+use super::quadrature::gauss_legendre;
+
+/// Number of stages.
+pub const STAGES: usize = 9;
+
+/// One value a stage.
+pub type Stages = [f64; STAGES];
+
+/// A linear map of stage values, by rows.
+pub type Matrix = [Stages; STAGES];
+
+/// The coefficients of the method.
+#[derive(Debug)]
+pub struct Radau {
+    /// The nodes `c_i`, in (0, 1].
+    pub nodes: Stages,
+    /// The `a_ij`: integrals from 0 to the nodes.
+    pub integral: Matrix,
+    /// The inverse of `integral`: differentiates what is 0 at 0.
+    pub derivative: Matrix,
+}
+
+/// The only instance that is needed.
+pub static RADAU: LazyLock<Radau> = LazyLock::new(Radau::new);
+
+impl Radau {
+    fn new() -> Self {
+        let nodes = nodes();
+        let lagrange = |j: usize, x: f64| {
+            let others = (0..STAGES).filter(|&k| k != j);
+            others.map(|k| (x - nodes[k]) / (nodes[j] - nodes[k])).product::<f64>()
+        };
+        let entry = |i: usize, j: usize| gauss_legendre(|x| lagrange(j, x), 0.0, nodes[i], 1);
+        let integral: Matrix = std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)));
+        let derivative = inverse(&integral);
+        Self { nodes, integral, derivative }
+    }
+
+    /// Coefficients of the powers of the polynomial through `start` at 0 and the stage values at the nodes.
+    pub fn polynomial_from(&self, start: f64, values: &Stages) -> [f64; STAGES + 1] {
+        let mut nodes = [0.0; STAGES + 1];
+        let mut differences = [start; STAGES + 1];
+        nodes[1..].copy_from_slice(&self.nodes);
+        differences[1..].copy_from_slice(values);
+        powers(&nodes, differences)
+    }
+
+    /// Coefficients of the powers of the polynomial through the stage values at the nodes.
+    pub fn polynomial(&self, values: &Stages) -> Stages {
+        powers(&self.nodes, *values)
+    }
+}
+
+/// The zeros of `P_s(2 c - 1) - P_(s-1)(2 c - 1)`, P the Legendre polynomials, by Newton's method from the extrema of the
+/// Chebyshev polynomials, which lie close by.
+fn nodes() -> Stages {
+    let s = STAGES as f64;
+    let mut nodes = [1.0; STAGES];
+    for (i, node) in nodes.iter_mut().enumerate().take(STAGES - 1) {
+        let mut x = -libm::cos(std::f64::consts::PI * (2 * i + 1) as f64 / (2.0 * s - 0.5));
+        for _ in 0..10 {
+            // Legendre polynomials of the two highest degrees and their derivatives.
+            let (mut below, mut p) = ((1.0, 0.0), (x, 1.0));
+            for k in 1..STAGES {
+                let k = k as f64;
+                let value = ((2.0 * k + 1.0) * x * p.0 - k * below.0) / (k + 1.0);
+                let slope = ((2.0 * k + 1.0) * (p.0 + x * p.1) - k * below.1) / (k + 1.0);
+                (below, p) = (p, (value, slope));
+            }
+            x -= (p.0 - below.0) / (p.1 - below.1);
+        }
+        *node = 0.5 * (1.0 + x);
+    }
+    nodes
+}
+
+/// Newton's divided differences of the values at `nodes`, turned into coefficients of powers. For smooth functions both are
+/// small from the start: nothing cancels, as it would with the inverse of a Vandermonde matrix.
+fn powers<const N: usize>(nodes: &[f64; N], values: [f64; N]) -> [f64; N] {
+    let mut c = values;
+    for level in 1..N {
+        for i in (level..N).rev() {
+            c[i] = (c[i] - c[i - 1]) / (nodes[i] - nodes[i - level]);
+        }
+    }
+    for level in (0..N - 1).rev() {
+        for i in level..N - 1 {
+            c[i] -= nodes[level] * c[i + 1];
+        }
+    }
+    c
+}
+
+/// Product of a matrix and a vector of stage values.
+pub fn times(matrix: &Matrix, values: &Stages) -> Stages {
+    std::array::from_fn(|i| matrix[i].iter().zip(values).map(|(m, v)| m * v).sum())
+}
+
+/// Product of two matrices.
+pub fn product(left: &Matrix, right: &Matrix) -> Matrix {
+    let mut product = [[0.0; STAGES]; STAGES];
+    for (row, left) in product.iter_mut().zip(left) {
+        for (l, right) in left.iter().zip(right) {
+            row.iter_mut().zip(right).for_each(|(p, r)| *p += l * r);
+        }
+    }
+    product
+}
+
+/// Inverse of a matrix.
+pub fn inverse(matrix: &Matrix) -> Matrix {
+    let mut solution = [[0.0; STAGES]; STAGES];
+    solution.iter_mut().enumerate().for_each(|(i, row)| row[i] = 1.0);
+    solve_dense(&mut matrix.clone(), &mut solution);
+    solution
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn integrates_polynomials_to_the_degree_of_the_order() {
+        let radau = Radau::new();
+        for degree in 0..2 * STAGES - 1 {
+            let weights = &radau.integral[STAGES - 1];
+            let integral: f64 = radau.nodes.iter().zip(weights).map(|(c, w)| w * c.powi(degree as i32)).sum();
+            assert!((integral - 1.0 / (degree + 1) as f64).abs() < 1e-15, "degree {degree}: {integral}");
+        }
+        assert_eq!(radau.nodes[STAGES - 1], 1.0);
+    }
+
+    #[test]
+    fn damps_stiff_modes_at_once() {
+        // y' = lambda y: Y = (1 - z A)^-1 y_0.
+        let radau = Radau::new();
+        let last = |z: f64| {
+            let mut matrix = [[0.0; STAGES]; STAGES];
+            for (i, row) in matrix.iter_mut().enumerate() {
+                for (j, entry) in row.iter_mut().enumerate() {
+                    *entry = f64::from(i == j) - z * radau.integral[i][j];
+                }
+            }
+            times(&inverse(&matrix), &[1.0; STAGES])[STAGES - 1]
+        };
+        assert!((last(-1.0) - libm::exp(-1.0)).abs() < 1e-15);
+        assert!(last(-1e8).abs() < 1e-6);
+    }
+
+    #[test]
+    fn differentiates_and_interpolates() {
+        let radau = Radau::new();
+        let values = radau.nodes.map(|c| c * c * c);
+        for (slope, c) in times(&radau.derivative, &values).iter().zip(&radau.nodes) {
+            assert!((slope - 3.0 * c * c).abs() < 1e-12, "{slope} at {c}");
+        }
+        let cubic = radau.polynomial_from(0.0, &values);
+        for (k, c) in cubic.iter().enumerate() {
+            assert!((c - f64::from(k == 3)).abs() < 1e-11, "coefficient {k}: {c}");
+        }
+    }
+}

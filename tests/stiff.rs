@@ -1,0 +1,132 @@
+//! Strong damping, and contacts that stay closed for long: the results of explicit steps at the cost of the slow motion.
+
+use newtons_cradle::engine::{Engine, Work};
+use newtons_cradle::model::{ContactModel, DampingLaw, Inputs, Parameters};
+
+/// Damping at which two balls of 1 kg on a linear contact of the default stiffness just do not oscillate, N.s/m.
+fn critical() -> f64 {
+    2.0 * (1e10f64 / 2.0).sqrt()
+}
+
+/// Five balls that two forces of `press` (N) hold together while they swing by 0.02 m.
+fn pressed(press: f64) -> (Parameters, Inputs) {
+    let mut parameters = Parameters::default_for(5);
+    parameters.x_start = vec![-0.02; 5];
+    parameters.damping = 0.5 * critical();
+    let mut inputs = Inputs::zero(5);
+    (inputs.force[0], inputs.force[4]) = (press, -press);
+    (parameters, inputs)
+}
+
+fn advanced(parameters: &Parameters, inputs: &Inputs, time: f64) -> Engine {
+    let mut engine = Engine::new(parameters, inputs, 0.0).unwrap();
+    engine.advance(time, &mut Vec::new()).unwrap();
+    engine
+}
+
+/// The same run by explicit steps only: inputs that change by next to nothing, time and again, never let the contacts come to
+/// rest.
+fn followed(parameters: &Parameters, inputs: &Inputs, time: f64) -> Engine {
+    let mut engine = Engine::new(parameters, inputs, 0.0).unwrap();
+    let steps = (time / 1e-4).round() as u32;
+    let mut other = inputs.clone();
+    other.force[0] = other.force[0].next_up();
+    for k in 1..=steps {
+        engine.hold(if k % 2 == 0 { inputs } else { &other }, &[]).unwrap();
+        engine.advance(time * f64::from(k) / f64::from(steps), &mut Vec::new()).unwrap();
+    }
+    engine
+}
+
+/// Nonlinear or unequal chains; the equal linear ones have natural modes.
+fn chains() -> Vec<(&'static str, Parameters, Inputs)> {
+    let mut chains = Vec::new();
+    for (name, model, exponent) in [
+        ("cubic", ContactModel::PowerLaw, 3.0),
+        ("exponent 2.3", ContactModel::PowerLaw, 2.3),
+        ("Hertz", ContactModel::Hertz, 1.0),
+        ("linear", ContactModel::PowerLaw, 1.0),
+    ] {
+        for law in [DampingLaw::KelvinVoigt, DampingLaw::KelvinVoigtNoPull] {
+            let (mut parameters, inputs) = pressed(10.0);
+            (parameters.contact_model, parameters.exponent, parameters.damping_law) = (model, exponent, law);
+            parameters.mass_ratio = vec![1.0, 2.0, 1.5, 0.7, 1.0];
+            chains.push((name, parameters, inputs));
+        }
+    }
+    let (mut parameters, inputs) = pressed(10.0);
+    (parameters.contact_model, parameters.drag) = (ContactModel::Hertz, 0.1);
+    parameters.length_ratio = vec![1.0, 1.1, 0.95, 1.0, 1.05];
+    chains.push(("unequal pendulums", parameters, inputs));
+    chains
+}
+
+#[test]
+fn implicit_steps_give_the_results_of_explicit_ones() {
+    for (name, parameters, inputs) in chains() {
+        let (implicit, explicit) = (advanced(&parameters, &inputs, 0.1), followed(&parameters, &inputs, 0.1));
+        let steps = |engine: &Engine| engine.work().steps;
+        assert!(steps(&explicit) > 4 * steps(&implicit), "{name}: {} {}", steps(&explicit), steps(&implicit));
+        for i in 0..5 {
+            let (x, v) = (implicit.x(i) - explicit.x(i), implicit.v(i) - explicit.v(i));
+            assert!(x.abs() < 1e-14 && v.abs() < 1e-13, "{name}, ball {}: {x:e} m, {v:e} m/s", i + 1);
+        }
+        for i in 0..4 {
+            let force = implicit.force(i) / explicit.force(i) - 1.0;
+            assert!(force.abs() < 1e-10, "{name}, contact {}: the force is off by {force:e}", i + 1);
+        }
+    }
+}
+
+#[test]
+fn pressed_chains_swing_as_one() {
+    for (name, parameters, inputs) in chains().into_iter().filter(|(name, ..)| *name != "unequal pendulums") {
+        let engine = advanced(&parameters, &inputs, 100.0);
+        let swing = -0.02 * libm::cos((9.81f64 / 1.962).sqrt() * 100.0);
+        for i in 0..5 {
+            // But for the dead bands, which the forces close.
+            assert!((engine.x(i) - swing).abs() < 2e-5, "{name}: ball {} at {} m, not {swing}", i + 1, engine.x(i));
+        }
+        // Every ball is accelerated as the whole.
+        let mut force = 10.0;
+        for i in 0..4 {
+            let mass = parameters.mass_ratio[i];
+            force -= mass * (engine.a(i) + 5.0 * engine.x(i));
+            let off = engine.force(i) / force - 1.0;
+            assert!(off.abs() < 1e-11, "{name}, contact {}: {off:e}", i + 1);
+        }
+        let scale = engine.dissipated_energy() + engine.total_energy();
+        assert!(engine.energy_residual().abs() < 1e-12 * scale, "{name}: {:e}", engine.energy_residual());
+        assert!(engine.work().steps < 5000, "{name}: {} steps", engine.work().steps);
+    }
+}
+
+#[test]
+fn damping_a_thousand_times_critical_costs_little() {
+    let work = |damping: f64, dead_band: f64| -> Work {
+        let mut parameters = Parameters::default_for(5);
+        (parameters.damping, parameters.dead_band) = (damping * critical(), dead_band);
+        advanced(&parameters, &Inputs::zero(5), 10.0).work()
+    };
+    for dead_band in [0.0, 2.6e-6] {
+        let undamped = work(0.0, dead_band);
+        for factor in [1.0, 10.0, 100.0, 1000.0, 1e4, 1e6] {
+            let damped = work(factor, dead_band);
+            let cheap = damped.evaluations <= 14 * undamped.evaluations && damped.steps <= 8 * undamped.steps;
+            assert!(cheap, "{factor} times critical, dead band {dead_band}: {damped:?}, undamped {undamped:?}");
+        }
+    }
+}
+
+#[test]
+fn balls_at_rest_against_each_other_cause_no_events() {
+    // Without a dead band the balls end up in touch, swinging side by side.
+    for law in [DampingLaw::KelvinVoigt, DampingLaw::KelvinVoigtNoPull] {
+        for factor in [3.0, 10.0, 100.0, 1000.0] {
+            let mut parameters = Parameters::default_for(5);
+            (parameters.damping, parameters.damping_law, parameters.dead_band) = (factor * critical(), law, 0.0);
+            let engine = advanced(&parameters, &Inputs::zero(5), 100.0);
+            assert!(engine.work().events < 500, "{law:?}, {factor} times critical: {:?}", engine.work());
+        }
+    }
+}
