@@ -38,7 +38,8 @@ fn damping(c: &mut Criterion) {
     one_step(c, "settling cradle", "last 100 s of 600 s", scenes::settling, (500.0, 600.0));
     one_step(c, "damping, 10 s", "none", || scenes::damped(0.0), (0.0, 10.0));
     one_step(c, "damping, 10 s", "1000 times critical", || scenes::damped(1000.0), (0.0, 10.0));
-    one_step(c, "pressed chain", "600 s", scenes::pressed, (0.0, 600.0));
+    one_step(c, "pressed chain", "linear, equal, 600 s", scenes::pressed, (0.0, 600.0));
+    one_step(c, "pressed chain", "Hertz, unequal, 600 s", scenes::pressed_steel, (0.0, 600.0));
 }
 
 /// Time per pulse, for few balls and for many.

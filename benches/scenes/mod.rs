@@ -120,6 +120,23 @@ pub fn pressed() -> Host {
     started(at_rest(5, &[("contact.damping", half_critical), ("F_ext[1]", 10.0), ("F_ext[5]", -10.0)]))
 }
 
+/// The same chain with steel balls of different masses, which has no natural modes.
+pub fn pressed_steel() -> Host {
+    let half_critical = (1e10f64 / 2.0).sqrt();
+    let host = at_rest(
+        5,
+        &[
+            ("contact.damping", half_critical),
+            ("F_ext[1]", 10.0),
+            ("F_ext[5]", -10.0),
+            ("ball.massRatio[2]", 2.0),
+            ("ball.massRatio[4]", 0.7),
+        ],
+    );
+    choose(&host, "contact.model", "ContactModel", "hertz");
+    started(host)
+}
+
 /// The default cradle with Kelvin-Voigt damping in units of the critical one, `c = 2 sqrt(k m / 2)`.
 pub fn damped(critical: f64) -> Host {
     let c = critical * 2.0 * (1e10f64 / 2.0).sqrt();

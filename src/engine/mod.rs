@@ -3,7 +3,8 @@
 //! - A ball that touches nothing is in *flight*: a closed form of its state at its anchor (`ball`).
 //! - Two neighbours in flight have a forecast of their next onset (`separation`); the earliest event is on top of a queue.
 //! - Two elastic balls that nothing else touches have an *impact* of known outcome (`pair`, `impact`).
-//! - Other balls that touch form a *cluster*, followed by Taylor series from switching to switching (`cluster`, `taylor`, `modes`).
+//! - Other balls that touch form a *cluster*, followed from switching to switching (`cluster`): by Taylor series (`taylor`) or,
+//!   when nothing has switched for a while, by natural modes (`modes`, `natural`) or implicit collocation (`collocation`).
 //! - Onsets and releases form, merge, split and dissolve clusters (`events`).
 //!
 //! Events happen at their own times, never at communication points: between changes of the inputs the trajectory is the same,
