@@ -1,6 +1,6 @@
 //! Communication points are where one looks, nothing else.
 
-use newtons_cradle::engine::{Engine, NEVER, Pulse};
+use newtons_cradle::engine::{Engine, NEVER, Pulse, Unsound};
 use newtons_cradle::model::{Inputs, Parameters};
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -30,7 +30,7 @@ fn pulse_bits(pulse: &Pulse) -> (usize, [u64; 3]) {
 }
 
 /// What two runs of `case` leave at their common `times`, the second with `between` more communication points in each
-/// stretch, at which everything is read and the inputs are set to what they are.
+/// stretch, at which everything is read, the inputs are set to what they are, and the run goes on from a snapshot.
 fn compare(case: &Case, times: &[f64], between: &[f64]) -> Result<(), TestCaseError> {
     let (mut coarse, mut fine) = (case.start()?, case.start()?);
     let (mut coarse_pulses, mut fine_pulses) = (Vec::new(), Vec::new());
@@ -44,6 +44,8 @@ fn compare(case: &Case, times: &[f64], between: &[f64]) -> Result<(), TestCaseEr
                 bits(&fine, case);
                 fine.hold(&case.inputs, &[]).map_err(ended_early)?;
                 fine.retune(&case.p).map_err(ended_early)?;
+                let restored = Engine::restore(&case.p, 0.0, fine.snapshot(), false);
+                fine = restored.map_err(|Unsound(reason)| TestCaseError::fail(reason))?;
             }
         }
         fine.advance(time, &mut fine_pulses).map_err(ended_early)?;
