@@ -1,11 +1,13 @@
 //! One ball: its flight since its anchor, and what it has gathered since the start.
 
+use std::cell::Cell;
+
 use serde::{Deserialize, Serialize};
 
 use crate::model::{BallModel, ContactLaw};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::dual::Scalar;
-use crate::solver::oscillator::{BASIS, Basis, MAX_FORCE_ORDER, Oscillator};
+use crate::solver::oscillator::{BASIS, MAX_FORCE_ORDER, Oscillator};
 use crate::solver::quadrature::gauss_legendre;
 
 /// Acceleration by the inputs, as derivatives at the anchor: `push[j]` in m/s^(2+j).
@@ -71,9 +73,16 @@ impl Flight {
         [self.x, self.v].iter().chain(&self.push).all(|value| value.is_finite())
     }
 
-    /// How many functions of the oscillator the state needs; one more for the integral of the displacement.
-    pub fn terms(&self) -> usize {
-        3 + degree(&self.push)
+    /// Displacement (m) `tau` after the anchor, and velocity (m/s).
+    #[inline]
+    pub fn at(&self, o: &Oscillator, tau: DoubleDouble) -> (f64, f64) {
+        if degree(&self.push) == 0 {
+            let u: [f64; 3] = o.basis(tau);
+            (self.displacement(o, &u), self.velocity(o, &u))
+        } else {
+            let u: [f64; BASIS] = o.basis(tau);
+            (self.displacement(o, &u), self.velocity(o, &u))
+        }
     }
 
     /// What rounding leaves open over a swing.
@@ -84,22 +93,22 @@ impl Flight {
     }
 
     /// Displacement since the anchor, m, from the oscillator's functions at that time.
-    pub fn displacement(&self, o: &Oscillator, u: &Basis) -> f64 {
+    pub fn displacement(&self, o: &Oscillator, u: &[f64]) -> f64 {
         self.response(o, u, 1)
     }
 
     /// Integral of the displacement since the anchor, m.s.
-    pub fn displacement_integral(&self, o: &Oscillator, u: &Basis) -> f64 {
+    pub fn displacement_integral(&self, o: &Oscillator, u: &[f64]) -> f64 {
         self.response(o, u, 2)
     }
 
     /// Velocity, m/s.
-    pub fn velocity(&self, o: &Oscillator, u: &Basis) -> f64 {
+    pub fn velocity(&self, o: &Oscillator, u: &[f64]) -> f64 {
         self.response(o, u, 0)
     }
 
     /// The displacement integrated `level - 1` times: `v U_level + A U_(level+1) + push_1 U_(level+2) + ...`.
-    fn response(&self, o: &Oscillator, u: &Basis, level: usize) -> f64 {
+    fn response(&self, o: &Oscillator, u: &[f64], level: usize) -> f64 {
         let at_rest = self.push[0] - o.omega2() * self.x;
         let forced: f64 = (1..=degree(&self.push)).map(|j| self.push[j] * u[level + 1 + j]).sum();
         self.v * u[level] + at_rest * u[level + 1] + forced
@@ -116,7 +125,7 @@ impl Flight {
 
     /// The work of the push per unit of mass since the anchor, m2/s2: `integral f v = f D - f' I_1 + f'' I_2 - ...` with
     /// the repeated integrals `I_k` of the displacement D.
-    pub fn work(&self, o: &Oscillator, tau: f64, u: &Basis) -> f64 {
+    pub fn work(&self, o: &Oscillator, tau: f64, u: &[f64]) -> f64 {
         if degree(&self.push) == 0 {
             return if self.push[0] == 0.0 { 0.0 } else { self.push[0] * self.displacement(o, u) };
         }
@@ -171,18 +180,39 @@ pub(crate) struct Ball {
     pub flight: Flight,
     pub tally: Tally,
     pub held: Held,
+    /// What was calculated when it was last asked for.
+    pub known: Cell<Known>,
+}
+
+/// The state of a ball at a time, calculated.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Known {
+    /// The time, s; NaN for none.
+    pub time: f64,
+    /// Position, m, and velocity, m/s.
+    pub state: (f64, f64),
+    /// The functions of the oscillator that they followed from.
+    pub basis: Option<[f64; 3]>,
 }
 
 impl Ball {
     pub fn new(model: &BallModel, anchor: DoubleDouble, flight: Flight) -> Self {
         let oscillator = Oscillator::new(model.omega2, model.gamma);
-        Self { mass: model.mass, oscillator, anchor, flight, tally: Tally::default(), held: Held::Free }
+        Self {
+            mass: model.mass,
+            oscillator,
+            anchor,
+            flight,
+            tally: Tally::default(),
+            held: Held::Free,
+            known: Cell::new(Known { time: f64::NAN, state: (0.0, 0.0), basis: None }),
+        }
     }
 
     /// Displacement since the anchor (m) and velocity (m/s) at the time `t`, in flight.
+    #[inline]
     pub fn moved(&self, t: DoubleDouble) -> (f64, f64) {
-        let u = self.oscillator.basis(t - self.anchor, self.flight.terms());
-        (self.flight.displacement(&self.oscillator, &u), self.flight.velocity(&self.oscillator, &u))
+        self.flight.at(&self.oscillator, t - self.anchor)
     }
 
     /// The same motion anchored at `t`.
@@ -197,16 +227,15 @@ impl Ball {
     /// The sums at the time `t`, in flight.
     pub fn tally_at(&self, t: DoubleDouble) -> Tally {
         let tau = t - self.anchor;
-        self.tally_after(tau.value(), &self.oscillator.basis(tau, self.tally_terms()))
-    }
-
-    /// How many functions of the oscillator the sums need.
-    fn tally_terms(&self) -> usize {
-        if degree(&self.flight.push) == 0 { 4 } else { BASIS }
+        if degree(&self.flight.push) == 0 {
+            self.tally_after(tau.value(), &self.oscillator.basis::<4>(tau))
+        } else {
+            self.tally_after(tau.value(), &self.oscillator.basis::<BASIS>(tau))
+        }
     }
 
     /// The sums `tau` after the anchor, from the oscillator's functions at that time.
-    fn tally_after(&self, tau: f64, u: &Basis) -> Tally {
+    fn tally_after(&self, tau: f64, u: &[f64]) -> Tally {
         let (o, flight) = (&self.oscillator, &self.flight);
         let mut tally = self.tally;
         tally.x_integral += flight.x * tau + flight.displacement_integral(o, u);
@@ -222,7 +251,7 @@ impl Ball {
             return 0.0;
         }
         let power = |s: f64| {
-            let v = self.flight.velocity(o, &o.basis(s.into(), self.flight.terms()));
+            let (_, v) = self.flight.at(o, s.into());
             2.0 * o.gamma() * self.mass * v * v
         };
         let panels = (1.0 + tau * (o.omega() + 2.0 * o.gamma())).min(1e6) as usize;
@@ -235,15 +264,24 @@ impl Ball {
             return 0.0;
         }
         let tau = t - self.anchor;
-        let u = self.oscillator.basis(tau, self.tally_terms());
-        let displacement = self.flight.displacement(&self.oscillator, &u);
-        self.tally = self.tally_after(tau.value(), &u);
-        self.flight = Flight {
-            x: self.flight.x + displacement,
-            v: self.flight.velocity(&self.oscillator, &u),
-            push: shifted(&self.flight.push, tau.value()),
+        let displacement = if degree(&self.flight.push) == 0 {
+            self.land_after(tau.value(), &self.oscillator.basis::<4>(tau))
+        } else {
+            self.land_after(tau.value(), &self.oscillator.basis::<BASIS>(tau))
         };
         self.anchor = t;
+        displacement
+    }
+
+    /// Takes flight and sums to `tau` after the anchor, from the oscillator's functions at that time; returns the displacement, m.
+    fn land_after(&mut self, tau: f64, u: &[f64]) -> f64 {
+        let displacement = self.flight.displacement(&self.oscillator, u);
+        self.tally = self.tally_after(tau, u);
+        self.flight = Flight {
+            x: self.flight.x + displacement,
+            v: self.flight.velocity(&self.oscillator, u),
+            push: shifted(&self.flight.push, tau),
+        };
         displacement
     }
 }

@@ -161,7 +161,7 @@ impl Modes {
     pub fn displacement_integral(&self, i: usize, tau: f64) -> f64 {
         let group = &self.groups[self.group_of[i]];
         let term = |(mode, shape): (&NaturalMode, &[f64])| {
-            let u = mode.oscillator.basis(tau.into(), 4);
+            let u: [f64; 4] = mode.oscillator.basis(tau.into());
             shape[i - group.first] * mode.flight.displacement_integral(&mode.oscillator, &u)
         };
         group.modes.iter().zip(group.shapes.chunks_exact(group.size)).map(term).sum()
@@ -179,7 +179,7 @@ impl Modes {
         let change: f64 = self
             .movers(j)
             .map(|(mode, stretch)| {
-                let u = mode.oscillator.basis(tau.into(), 4);
+                let u: [f64; 4] = mode.oscillator.basis(tau.into());
                 stretch * mode.flight.displacement_integral(&mode.oscillator, &u)
             })
             .sum();

@@ -1,6 +1,6 @@
 //! What can be read at the current time. Nothing here moves the trajectory.
 
-use super::ball::{Held, Tally, shifted};
+use super::ball::{Held, Known, Tally, degree, shifted};
 use super::cluster::{Cluster, Mode};
 use super::expansion::State;
 use super::{Engine, NEVER, Work};
@@ -81,20 +81,46 @@ impl Engine {
         }
     }
 
+    /// Position (m) and velocity (m/s) of ball `i`, kept for those who ask again.
+    fn state(&self, i: usize) -> (f64, f64) {
+        let ball = &self.balls[i];
+        let known = ball.known.get();
+        if known.time == self.time {
+            return known.state;
+        }
+        let (state, basis) = if ball.held == Held::Free && degree(&ball.flight.push) == 0 {
+            let (o, flight) = (&ball.oscillator, &ball.flight);
+            let basis = self.shared_basis(i).unwrap_or_else(|| o.basis(self.now() - ball.anchor));
+            ((flight.x + flight.displacement(o, &basis), flight.velocity(o, &basis)), Some(basis))
+        } else {
+            (self.state_at(i, self.now()), None)
+        };
+        ball.known.set(Known { time: self.time, state, basis });
+        state
+    }
+
+    /// The functions of the oscillator for ball `i` in flight, if its left neighbour, equal and anchored at the same time, has them.
+    fn shared_basis(&self, i: usize) -> Option<[f64; 3]> {
+        let (left, ball) = (&self.balls[i.checked_sub(1)?], &self.balls[i]);
+        let known = left.known.get();
+        let same = known.time == self.time && left.anchor == ball.anchor && left.oscillator == ball.oscillator;
+        known.basis.filter(|_| same)
+    }
+
     /// Position of ball `i`, m.
     pub fn x(&self, i: usize) -> f64 {
-        self.state_at(i, self.now()).0
+        self.state(i).0
     }
 
     /// Velocity of ball `i`, m/s.
     pub fn v(&self, i: usize) -> f64 {
-        self.state_at(i, self.now()).1
+        self.state(i).1
     }
 
     /// Acceleration of ball `i`, m/s2.
     pub fn a(&self, i: usize) -> f64 {
         let model = &self.cradle.balls[i];
-        let (x, v) = self.state_at(i, self.now());
+        let (x, v) = self.state(i);
         let from_left = if i > 0 { self.force(i - 1) } else { 0.0 };
         let from_right = if i < self.contacts.len() { self.force(i) } else { 0.0 };
         let push = shifted(&self.inputs.push(i, model.mass), self.time - self.inputs.since);
@@ -225,7 +251,7 @@ impl Engine {
     /// Kinetic, gravity and contact energy of all, J.
     pub fn total_energy(&self) -> f64 {
         let ball = |i: usize| {
-            let (x, v) = self.state_at(i, self.now());
+            let (x, v) = self.state(i);
             0.5 * self.balls[i].mass * (v * v + self.cradle.balls[i].omega2 * x * x)
         };
         let contacts: f64 = (0..self.contacts.len()).map(|i| self.contact_energy(i)).sum();
@@ -261,7 +287,7 @@ impl Engine {
     /// Horizontal force on the support, N.
     pub fn support_force(&self) -> f64 {
         let ball = |i: usize| {
-            let (x, v) = self.state_at(i, self.now());
+            let (x, v) = self.state(i);
             let model = &self.cradle.balls[i];
             model.mass * (model.omega2 * x + 2.0 * model.gamma * v)
         };

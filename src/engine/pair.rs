@@ -125,7 +125,7 @@ impl PairImpact {
             v: left_share * l.v + right_share * r.v,
             push: [left_share * l.push[0] + right_share * r.push[0], 0.0, 0.0, 0.0],
         };
-        let u = o.basis(t.into(), 4);
+        let u: [f64; 4] = o.basis(t.into());
         let displacement = centre.displacement(o, &u);
         // Not as a difference of velocities: what gravity does in a microsecond would drown in their rounding.
         let speed_up = (centre.push[0] - o.omega2() * centre.x) * u[1] - o.omega2() * centre.v * u[2];

@@ -79,8 +79,7 @@ impl Separation {
 
     fn evaluate(&self, tau: DoubleDouble) -> [f64; 3] {
         let part = |o: &Oscillator, flight: &Flight| {
-            let u = o.basis(tau, flight.terms());
-            let (d, v) = (flight.displacement(o, &u), flight.velocity(o, &u));
+            let (d, v) = flight.at(o, tau);
             [d, v, flight.acceleration(o, tau.value(), d, v)]
         };
         match &self.motion {

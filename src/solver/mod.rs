@@ -9,3 +9,4 @@ pub mod queue;
 pub mod radau;
 pub mod root;
 pub mod series;
+pub mod trigonometry;

@@ -15,15 +15,13 @@
 use serde::{Deserialize, Serialize};
 
 use super::double_double::DoubleDouble;
+use super::trigonometry::sin_cos;
 
 /// Highest derivative of the force that is taken into account.
 pub const MAX_FORCE_ORDER: usize = 3;
 
 /// Number of functions `U_0, U_1, ...` that the motion, its integrals and the work of the force need.
 pub const BASIS: usize = 2 * MAX_FORCE_ORDER + 4;
-
-/// `U_0, U_1, ...` at one time.
-pub type Basis = [f64; BASIS];
 
 /// `1 / k`: a product is cheaper than a division.
 const INVERSE: [f64; 64] = {
@@ -45,6 +43,8 @@ pub struct Oscillator {
     gamma: f64,
     /// Frequency of the damped oscillation, for `gamma <= omega / 2`.
     omega_damped: DoubleDouble,
+    /// 1 over `omega_damped` (s) and over `omega2` (s2), for `gamma <= omega / 2`.
+    inverse: (f64, f64),
 }
 
 impl From<Oscillator> for (f64, f64) {
@@ -64,7 +64,8 @@ impl Oscillator {
     pub fn new(omega2: f64, gamma: f64) -> Self {
         let omega = DoubleDouble::sqrt(omega2);
         let omega_damped = if gamma == 0.0 { omega } else { DoubleDouble::sqrt((omega2 - gamma * gamma).max(0.0)) };
-        Self { omega2, omega, gamma, omega_damped }
+        let inverse = (1.0 / omega_damped.value(), 1.0 / omega2);
+        Self { omega2, omega, gamma, omega_damped, inverse }
     }
 
     /// Square of the natural frequency, 1/s2.
@@ -82,24 +83,25 @@ impl Oscillator {
         self.gamma
     }
 
-    /// The first `count` functions `U_k` at `tau` >= 0 (s); the entries beyond are 0. `count` is 3 to [`BASIS`].
-    pub fn basis(&self, tau: DoubleDouble, count: usize) -> Basis {
+    /// The first `COUNT` functions `U_k` at `tau` >= 0 (s), 3 to [`BASIS`] of them.
+    #[inline]
+    pub fn basis<const COUNT: usize>(&self, tau: DoubleDouble) -> [f64; COUNT] {
         let t = tau.value();
         let reach = (self.omega.value() + 2.0 * self.gamma) * t;
         if reach <= 0.5 {
-            self.basis_by_series(t, count)
+            self.basis_by_series(t)
         } else if self.gamma <= 0.5 * self.omega.value() {
-            self.basis_by_waves(tau, count)
+            self.basis_by_waves(tau)
         } else if self.gamma >= 1.25 * self.omega.value() {
-            self.basis_by_decays(t, count)
+            self.basis_by_decays(t)
         } else {
-            self.basis_by_doubling(t, reach, count)
+            self.basis_by_doubling(t, reach)
         }
     }
 
     /// `U_-3` to `U_2` at `tau` >= 0 (s): the functions go on downwards as derivatives, `U_(k-1) = U_k'`.
     pub fn derivatives(&self, tau: DoubleDouble) -> [f64; 6] {
-        let basis = self.basis(tau, 3);
+        let basis: [f64; 3] = self.basis(tau);
         let mut u = [0.0, 0.0, 0.0, basis[0], basis[1], basis[2]];
         if self.is_sum_of_decays(tau.value()) {
             // By the recursion the slow decay would be left over from terms of the size of the fast one.
@@ -124,14 +126,14 @@ impl Oscillator {
     }
 
     /// Power series for the two highest functions, the recursion downwards for the others.
-    fn basis_by_series(&self, t: f64, count: usize) -> Basis {
-        let mut u = [0.0; BASIS];
+    fn basis_by_series<const COUNT: usize>(&self, t: f64) -> [f64; COUNT] {
+        let mut u = [0.0; COUNT];
         let (damping, stiffness) = (2.0 * self.gamma * t, self.omega2 * t * t);
-        let mut powers = [1.0; BASIS];
-        for k in 1..count {
+        let mut powers = [1.0; COUNT];
+        for k in 1..COUNT {
             powers[k] = powers[k - 1] * t * INVERSE[k];
         }
-        let (top, below) = (count - 1, count - 2);
+        let (top, below) = (COUNT - 1, COUNT - 2);
         // Terms a_m t^k / (k+m)! with a_0 = 1, a_1 = -2 gamma t, a_(m+2) = -2 gamma t a_(m+1) - omega^2 t^2 a_m.
         let (mut a, mut a_next) = (1.0, -damping);
         let (mut falling_top, mut falling_below) = (1.0, 1.0);
@@ -157,19 +159,17 @@ impl Oscillator {
     }
 
     /// Sine and cosine of the phase, reduced in double-double; the recursion upwards for the others.
-    fn basis_by_waves(&self, tau: DoubleDouble, count: usize) -> Basis {
-        let mut u = [0.0; BASIS];
-        let phase = self.omega_damped * tau;
-        let (sine, cosine) = libm::sincos(phase.value());
-        let (sine, cosine) = (sine + phase.rest() * cosine, cosine - phase.rest() * sine);
+    fn basis_by_waves<const COUNT: usize>(&self, tau: DoubleDouble) -> [f64; COUNT] {
+        let mut u = [0.0; COUNT];
+        let (sine, cosine) = sin_cos(self.omega_damped * tau);
         let t = tau.value();
         let envelope = if self.gamma == 0.0 { 1.0 } else { libm::exp(-self.gamma * t) };
-        u[1] = envelope * sine / self.omega_damped.value();
+        u[1] = envelope * sine * self.inverse.0;
         u[0] = envelope * cosine - self.gamma * u[1];
         let mut power = 1.0;
-        for k in 2..count {
-            u[k] = (power - u[k - 2] - 2.0 * self.gamma * u[k - 1]) / self.omega2;
-            power *= t / (k - 1) as f64;
+        for k in 2..COUNT {
+            u[k] = (power - u[k - 2] - 2.0 * self.gamma * u[k - 1]) * self.inverse.1;
+            power *= t * INVERSE[k - 1];
         }
         u
     }
@@ -181,12 +181,12 @@ impl Oscillator {
     }
 
     /// `U_k` as differences of the repeated integrals of two exponentials, for rates that differ at least by a factor of 4.
-    fn basis_by_decays(&self, t: f64, count: usize) -> Basis {
+    fn basis_by_decays<const COUNT: usize>(&self, t: f64) -> [f64; COUNT] {
         let (fast, slow) = self.decays();
-        let (of_fast, of_slow) = (decay_integrals(fast, t, count), decay_integrals(slow, t, count));
-        let mut u = [0.0; BASIS];
+        let (of_fast, of_slow) = (decay_integrals::<COUNT>(fast, t), decay_integrals::<COUNT>(slow, t));
+        let mut u = [0.0; COUNT];
         u[0] = (fast * of_fast[0] - slow * of_slow[0]) / (fast - slow);
-        for k in 1..count {
+        for k in 1..COUNT {
             u[k] = (of_slow[k - 1] - of_fast[k - 1]) / (fast - slow);
         }
         u
@@ -219,18 +219,18 @@ impl Oscillator {
 
     /// The series at a fraction of the time, then the law of composition of the flow with itself: near critical damping, where
     /// the other forms would cancel.
-    fn basis_by_doubling(&self, t: f64, reach: f64, count: usize) -> Basis {
+    fn basis_by_doubling<const COUNT: usize>(&self, t: f64, reach: f64) -> [f64; COUNT] {
         let doublings = libm::ceil(libm::log2(reach / 0.5)).max(1.0) as i32;
         let mut h = t * libm::exp2(-doublings as f64);
-        let mut u = self.basis_by_series(h, count);
+        let mut u = self.basis_by_series(h);
         for _ in 0..doublings {
-            let mut powers = [1.0; BASIS];
-            for k in 1..count {
+            let mut powers = [1.0; COUNT];
+            for k in 1..COUNT {
                 powers[k] = powers[k - 1] * h * INVERSE[k];
             }
-            let mut twice = [0.0; BASIS];
+            let mut twice = [0.0; COUNT];
             twice[0] = u[0] * u[0] - self.omega2 * u[1] * u[1];
-            for k in 1..count {
+            for k in 1..COUNT {
                 // After h the response to tau^(k-2)/(k-2)! is at U_k with velocity U_(k-1); then the shifted force acts.
                 let forced: f64 = (2..=k).map(|j| powers[k - j] * u[j]).sum();
                 twice[k] = u[k] + u[k - 1] * u[1] + forced - self.omega2 * u[k] * u[2];
@@ -243,19 +243,19 @@ impl Oscillator {
 }
 
 /// `exp(-rate t)` and its repeated integrals from 0.
-fn decay_integrals(rate: f64, t: f64, count: usize) -> Basis {
-    let mut h = [0.0; BASIS];
+fn decay_integrals<const COUNT: usize>(rate: f64, t: f64) -> [f64; COUNT] {
+    let mut h = [0.0; COUNT];
     let reach = rate * t;
     if reach > 1.0 {
         h[0] = libm::exp(-reach);
         let mut power = 1.0;
-        for k in 1..count {
+        for k in 1..COUNT {
             h[k] = (power - h[k - 1]) / rate;
             power *= t * INVERSE[k];
         }
     } else {
         let mut power = 1.0;
-        for (k, h) in h.iter_mut().enumerate().take(count) {
+        for (k, h) in h.iter_mut().enumerate() {
             let (mut term, mut sum) = (1.0, 1.0);
             for m in 1..25 {
                 term *= -reach * INVERSE[k + m];
@@ -274,7 +274,7 @@ mod tests {
 
     fn check(omega2: f64, gamma: f64, t: f64) {
         let oscillator = Oscillator::new(omega2, gamma);
-        let u = oscillator.basis(t.into(), BASIS);
+        let u = oscillator.basis::<BASIS>(t.into());
         let mut power = 1.0;
         for k in 0..BASIS - 2 {
             let sum = u[k] + 2.0 * gamma * u[k + 1] + omega2 * u[k + 2];
@@ -299,8 +299,8 @@ mod tests {
         for (omega2, gamma) in [(5.0, 0.0), (5.0, 1.0)] {
             let oscillator = Oscillator::new(omega2, gamma);
             for t in [0.3, 1.7, 8.0] {
-                let waves = oscillator.basis_by_waves(t.into(), BASIS);
-                let doubled = oscillator.basis_by_doubling(t, 20.0 * t, BASIS);
+                let waves = oscillator.basis_by_waves::<BASIS>(t.into());
+                let doubled = oscillator.basis_by_doubling::<BASIS>(t, 20.0 * t);
                 for k in 0..BASIS {
                     assert!((waves[k] - doubled[k]).abs() <= 4e-14 * doubled[k].abs().max(1.0), "k={k} t={t}");
                 }
@@ -311,7 +311,7 @@ mod tests {
     #[test]
     fn overdamped_decay_is_exponential() {
         let oscillator = Oscillator::new(0.0, 2.0);
-        let u = oscillator.basis(3.0.into(), 3);
+        let u = oscillator.basis::<3>(3.0.into());
         assert!((u[0] - libm::exp(-12.0)).abs() < 1e-19);
         assert!((u[1] - (1.0 - libm::exp(-12.0)) / 4.0).abs() < 1e-16);
     }
