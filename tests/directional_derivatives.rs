@@ -49,7 +49,8 @@ impl Step {
             let scale = scale.fold(0.0_f64, |scale, (value, _)| scale.max(value.abs()));
             // Means are differences of integrals, energies and forces of the support sums over all balls.
             let over = if name.contains("mean") { self.length.min(1.0) } else { 1.0 };
-            let rounding = 1e-12 * sides[0][0][j].abs().max(1e-1) / over / h;
+            // A slow impact makes a hundred thousand roundings of the force of one.
+            let rounding = 2e-11 * sides[0][0][j].abs().max(1e-1) / over / h;
             assert!(
                 (exact[j] - difference).abs() <= tolerance * scale + rounding,
                 "{what}: {name} by {input}: {} {difference}, scale {scale}",
