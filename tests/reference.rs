@@ -1,7 +1,7 @@
-//! The engine against results computed independently in quadruple precision (`tests/data/reference.json`).
+//! The engine and the other methods against results computed independently in quadruple precision (`tests/data/reference.json`).
 
-use newtons_cradle::engine::Engine;
-use newtons_cradle::model::{DampingLaw, Inputs, Parameters};
+use newtons_cradle::engine::{Engine, Simulation};
+use newtons_cradle::model::{DampingLaw, Inputs, Parameters, SolverMethod};
 use serde_json::Value;
 
 fn reference() -> Value {
@@ -29,13 +29,20 @@ fn chain(case: &Value) -> Parameters {
     }
     p.x_start = vec![0.0; n];
     p.v_start = (0..n).map(|i| if i < strikers { 1.0 } else { 0.0 }).collect();
+    if case["alpha"].is_number() {
+        (p.damping_law, p.hunt_crossley) = (DampingLaw::HuntCrossley, number(&case["alpha"]));
+    } else if case["c"].is_number() {
+        p.damping = number(&case["c"]);
+        let clamped = case["clamped"].as_bool().unwrap();
+        p.damping_law = if clamped { DampingLaw::KelvinVoigtNoPull } else { DampingLaw::KelvinVoigt };
+    }
     p
 }
 
 /// Velocities and the time of the last release after everything has come apart.
-fn run_chain(p: &Parameters) -> (Vec<f64>, f64, Engine) {
+fn run_chain(p: &Parameters) -> (Vec<f64>, f64, Simulation) {
     let n = p.balls();
-    let mut engine = Engine::new(p, &Inputs::zero(n), 0.0).unwrap();
+    let mut engine = Simulation::new(p, &Inputs::zero(n), 0.0).unwrap();
     engine.advance(50.0, &mut Vec::new()).unwrap();
     let velocities = (0..n).map(|i| engine.v(i)).collect();
     let last = (0..n - 1).map(|i| engine.last_release(i)).fold(0.0, f64::max);
@@ -65,14 +72,7 @@ fn free_chains() {
 fn damped_chains() {
     for case in reference()["damped_chain"].as_array().unwrap() {
         let id = format!("{} N={} p={}", case["model"], case["N"], case["p"]);
-        let mut p = chain(case);
-        if case["alpha"].is_number() {
-            (p.damping_law, p.hunt_crossley) = (DampingLaw::HuntCrossley, number(&case["alpha"]));
-        } else {
-            p.damping = number(&case["c"]);
-            let clamped = case["clamped"].as_bool().unwrap();
-            p.damping_law = if clamped { DampingLaw::KelvinVoigtNoPull } else { DampingLaw::KelvinVoigt };
-        }
+        let p = chain(case);
         let (velocities, last, engine) = run_chain(&p);
         assert_close(&id, &velocities, &numbers(&case["v_final"]), 1e-11);
         assert_close(&id, &[last], &[number(&case["duration"])], 1e-10);
@@ -103,5 +103,58 @@ fn cradle_states() {
         let pulses: u64 = (0..n - 1).map(|i| engine.pulses(i)).sum();
         assert_eq!(pulses.to_string(), case["contact_pulses"].as_str().unwrap(), "{id}");
         assert!(engine.energy_residual().abs() < 1e-12 * engine.total_energy(), "{id}: {:e}", engine.energy_residual());
+    }
+}
+
+/// The largest errors of velocities, impulses and energy of a chain, and that of its duration.
+fn errors_of_chain(case: &Value, p: &Parameters) -> (f64, f64) {
+    let (velocities, last, run) = run_chain(p);
+    let off = |got: Vec<f64>, expected: &Value| match expected.is_array() {
+        true => got.iter().zip(numbers(expected)).map(|(g, e)| (g - e).abs()).fold(0.0, f64::max),
+        false => 0.0,
+    };
+    let impulses = (0..velocities.len() - 1).map(|i| run.impulse(i)).collect();
+    let errors = [off(velocities, &case["v_final"]), off(impulses, &case["impulse"]), run.energy_residual().abs()];
+    (errors.into_iter().fold(0.0, f64::max), (last - number(&case["duration"])).abs())
+}
+
+fn all_chains(reference: &Value) -> impl Iterator<Item = &Value> {
+    ["free_chain", "damped_chain"].into_iter().flat_map(|kind| reference[kind].as_array().unwrap())
+}
+
+#[test]
+fn multistep_methods_are_as_good_as_their_tolerance() {
+    for case in all_chains(&reference()) {
+        for method in [SolverMethod::Adams, SolverMethod::Bdf] {
+            for tolerance in [1e-5, 1e-8, 1e-11] {
+                let p = Parameters { method, tolerance, ..chain(case) };
+                let (error, of_duration) = errors_of_chain(case, &p);
+                // Errors of a hundred steps and more add up.
+                assert!(
+                    error <= 1000.0 * tolerance && of_duration <= 1000.0 * tolerance,
+                    "{method:?} {tolerance:e} {case}: {error:e} {of_duration:e}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn runge_kutta_converges_as_fast_as_the_forces_are_smooth() {
+    for case in all_chains(&reference()) {
+        let errors = [1e-2, 2.5e-3].map(|fixed_step| {
+            errors_of_chain(case, &Parameters { method: SolverMethod::Rk4, fixed_step, ..chain(case) })
+        });
+        // A Kelvin-Voigt force jumps at the onset, another one bends there or, from p = 3 on, is as smooth as the method asks for.
+        let (smooth, most) = match (&case["c"], number(&case["p"])) {
+            (Value::Number(_), _) => (false, 1e-4),
+            (_, p) if p < 3.0 => (false, 1e-6),
+            _ => (true, 1e-10),
+        };
+        assert!(errors[1].0 <= most && errors[1].1 <= most, "{case}: {errors:?}");
+        if smooth {
+            let ratio = errors[0].1 / errors[1].1;
+            assert!((200.0..300.0).contains(&ratio), "{case}: {ratio} instead of 4^4");
+        }
     }
 }

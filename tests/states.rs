@@ -19,7 +19,7 @@ fn instantiated(setup: Setup) -> Host {
 }
 
 /// Cradles whose runs differ in kind: separate and overlapping impacts, all laws, drag, contacts that stay closed, free balls.
-const SETUPS: [(&str, Setup); 8] = [
+const SETUPS: [(&str, Setup); 11] = [
     ("separate impacts", |_| {}),
     ("overlapping impacts", |h| {
         assert_eq!(h.set("contact.deadBand", 0.0), fmi2OK);
@@ -49,6 +49,17 @@ const SETUPS: [(&str, Setup); 8] = [
     ("free balls", |h| {
         assert_eq!((h.set("gravity", 0.0), h.set("v_start[1]", 1.0)), (fmi2OK, fmi2OK));
         assert_eq!((h.set("x_start[1]", -0.12), h.set("v_start[5]", -0.5)), (fmi2OK, fmi2OK));
+    }),
+    ("bdf", |h| {
+        assert_eq!((h.set_integer("solver.method", 2), h.set("solver.tolerance", 1e-6)), (fmi2OK, fmi2OK));
+        assert_eq!((h.set("contact.deadBand", 0.0), h.set("contact.damping", 1e4)), (fmi2OK, fmi2OK));
+    }),
+    ("adams", |h| {
+        assert_eq!((h.set_integer("solver.method", 3), h.set("solver.tolerance", 1e-8)), (fmi2OK, fmi2OK));
+    }),
+    ("rk4", |h| {
+        assert_eq!((h.set_integer("solver.method", 4), h.set("solver.fixedStep", 2e-4)), (fmi2OK, fmi2OK));
+        assert_eq!((h.set("contact.stiffness", 1e5), h.set("pendulum.drag", 0.3)), (fmi2OK, fmi2OK));
     }),
 ];
 
@@ -259,7 +270,7 @@ fn memory_is_used_again_and_freed_once() {
 /// States of every kind: in flight, within an impact of known outcome, within a cluster, in the error state.
 fn kinds_of_states() -> Vec<Vec<u8>> {
     let mut states = Vec::new();
-    for (_, setup) in [SETUPS[0], SETUPS[1], SETUPS[3], SETUPS[6]] {
+    for (_, setup) in [SETUPS[0], SETUPS[1], SETUPS[3], SETUPS[6], SETUPS[9]] {
         let host = instantiated(setup);
         host.start();
         assert_eq!(host.step(0.0, 0.5), fmi2OK);

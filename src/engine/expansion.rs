@@ -12,7 +12,7 @@ use crate::solver::oscillator::MAX_FORCE_ORDER;
 use crate::solver::series::{power_term, product_term};
 
 /// Positions (m), velocities (m/s), overlaps (m) and modes of a chain at one time: all that its motion depends on but the inputs.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct State<S = f64> {
     pub x: Vec<S>,
     pub v: Vec<S>,

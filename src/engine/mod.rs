@@ -14,6 +14,7 @@
 mod ball;
 mod cluster;
 mod collocation;
+mod continuous;
 mod differential;
 mod events;
 mod expansion;
@@ -39,6 +40,7 @@ use crate::solver::oscillator::MAX_FORCE_ORDER;
 use crate::solver::queue::EventQueue;
 use ball::{Ball, Flight, Push};
 use cluster::{Cluster, Mode};
+pub use continuous::Continuous;
 pub use differential::{Differential, MAX_OUTPUT_DERIVATIVE};
 use expansion::State;
 use ledger::Ledger;
@@ -80,6 +82,8 @@ pub enum EngineError {
     NotFinite { time: f64, ball: usize },
     /// No progress in time: the step shrank below the resolution of the clock.
     Stalled { time: f64, contact: usize },
+    /// A general-purpose solver does not get on even with steps of this length, s.
+    StepTooSmall { time: f64, step: f64 },
 }
 
 impl std::fmt::Display for EngineError {
@@ -87,6 +91,9 @@ impl std::fmt::Display for EngineError {
         match self {
             Self::NotFinite { time, ball } => write!(f, "the state of ball {} is not finite at t = {time} s", ball + 1),
             Self::Stalled { time, contact } => write!(f, "no progress in contact {} at t = {time} s", contact + 1),
+            Self::StepTooSmall { time, step } => {
+                write!(f, "the solver cannot go on at t = {time} s, not even by {step:e} s")
+            }
         }
     }
 }
@@ -148,6 +155,16 @@ impl HeldInputs {
     /// The values and their derivatives, order by order.
     fn orders(&self) -> impl Iterator<Item = &Inputs> {
         std::iter::once(&self.values).chain(&self.derivatives)
+    }
+
+    /// Whether they are those of `balls` balls.
+    fn fit(&self, balls: usize) -> bool {
+        self.derivatives.len() <= MAX_INPUT_DERIVATIVE && self.orders().all(|inputs| inputs.force.len() == balls)
+    }
+
+    /// Whether all of them are finite.
+    fn are_finite(&self) -> bool {
+        self.orders().all(Inputs::is_finite)
     }
 
     /// Acceleration of ball `i` by them, with its derivatives.

@@ -7,7 +7,7 @@ use super::{Engine, NEVER, Work};
 use crate::solver::double_double::DoubleDouble;
 
 /// Periods of the first ball within which the next onset is looked for.
-const ONSET_PERIODS: f64 = 1000.0;
+pub(super) const ONSET_PERIODS: f64 = 1000.0;
 
 impl Engine {
     fn now(&self) -> DoubleDouble {
@@ -233,14 +233,12 @@ impl Engine {
 
     /// Kinetic energy of ball `i`, J.
     pub fn kinetic_energy(&self, i: usize) -> f64 {
-        let v = self.v(i);
-        0.5 * self.balls[i].mass * v * v
+        self.cradle.balls[i].kinetic_energy(self.v(i))
     }
 
     /// Energy of ball `i` in the field of gravity, J.
     pub fn gravity_energy(&self, i: usize) -> f64 {
-        let x = self.x(i);
-        0.5 * self.balls[i].mass * self.cradle.balls[i].omega2 * x * x
+        self.cradle.balls[i].gravity_energy(self.x(i))
     }
 
     /// Elastic energy of contact `i`, J.
@@ -288,8 +286,7 @@ impl Engine {
     pub fn support_force(&self) -> f64 {
         let ball = |i: usize| {
             let (x, v) = self.state(i);
-            let model = &self.cradle.balls[i];
-            model.mass * (model.omega2 * x + 2.0 * model.gamma * v)
+            self.cradle.balls[i].support_force(x, v)
         };
         (0..self.balls.len()).map(ball).sum()
     }

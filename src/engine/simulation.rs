@@ -2,21 +2,27 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Differential, Engine, EngineError, NotFollowed, Pulse, Snapshot, Unsound, Work};
-use crate::model::{Inputs, Parameters};
+use super::{Continuous, Differential, Engine, EngineError, NotFollowed, Pulse, Snapshot, Unsound, Work};
+use crate::model::{Inputs, Parameters, SolverMethod};
 
 /// A run by the selected method. Every method offers what [`Engine`] offers, with the same meaning.
+#[expect(clippy::large_enum_variant, reason = "an instance has one")]
 #[derive(Clone, Debug)]
 pub enum Simulation {
     /// `eventDriven`.
     EventDriven(Engine),
+    /// `bdf`, `adams` and `rk4`.
+    Continuous(Continuous),
 }
 
 /// A run as plain data, by the method.
+#[expect(clippy::large_enum_variant, reason = "a saved state has one")]
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum SimulationSnapshot {
     /// `eventDriven`.
     EventDriven(Snapshot),
+    /// `bdf`, `adams` and `rk4`.
+    Continuous(Continuous),
 }
 
 /// Calls the same function of whichever method it is.
@@ -24,6 +30,7 @@ macro_rules! of_method {
     ($simulation:expr, $call:ident($($argument:expr),*)) => {
         match $simulation {
             Self::EventDriven(engine) => engine.$call($($argument),*),
+            Self::Continuous(run) => run.$call($($argument),*),
         }
     };
 }
@@ -72,7 +79,12 @@ observables! {
 impl Simulation {
     /// Starts a run by the method that `parameters` select; see [`Engine::new`].
     pub fn new(parameters: &Parameters, inputs: &Inputs, start_time: f64) -> Result<Self, EngineError> {
-        Engine::new(parameters, inputs, start_time).map(Self::EventDriven)
+        match parameters.method {
+            SolverMethod::EventDriven => Engine::new(parameters, inputs, start_time).map(Self::EventDriven),
+            SolverMethod::Bdf | SolverMethod::Adams | SolverMethod::Rk4 => {
+                Continuous::new(parameters, inputs, start_time).map(Self::Continuous)
+            }
+        }
     }
 
     /// See [`Engine::time_derivative`].
@@ -100,6 +112,7 @@ impl Simulation {
     pub fn snapshot(&self) -> SimulationSnapshot {
         match self {
             Self::EventDriven(engine) => SimulationSnapshot::EventDriven(engine.snapshot()),
+            Self::Continuous(run) => SimulationSnapshot::Continuous(run.clone()),
         }
     }
 
@@ -110,10 +123,14 @@ impl Simulation {
         snapshot: SimulationSnapshot,
         failed: bool,
     ) -> Result<Self, Unsound> {
-        match snapshot {
-            SimulationSnapshot::EventDriven(snapshot) => {
+        match (parameters.method, snapshot) {
+            (SolverMethod::EventDriven, SimulationSnapshot::EventDriven(snapshot)) => {
                 Engine::restore(parameters, start, snapshot, failed).map(Self::EventDriven)
             }
+            (SolverMethod::Bdf | SolverMethod::Adams | SolverMethod::Rk4, SimulationSnapshot::Continuous(run)) => {
+                run.restored(parameters, start, failed).map(Self::Continuous)
+            }
+            _ => Err(Unsound("it is of another method")),
         }
     }
 

@@ -14,7 +14,7 @@ use super::expansion::State;
 use super::ledger::Ledger;
 use super::pair::PairImpact;
 use super::separation::Separation;
-use super::{Engine, HeldInputs, LARGEST_COUNT, MAX_INPUT_DERIVATIVE, StepStart, Work};
+use super::{Engine, HeldInputs, LARGEST_COUNT, StepStart, Work};
 use crate::model::Parameters;
 use crate::solver::double_double::DoubleDouble;
 
@@ -243,12 +243,10 @@ impl Engine {
 impl Snapshot {
     fn check_lengths(&self, parameters: &Parameters) -> Result<(), Unsound> {
         let (balls, contacts) = (parameters.balls(), parameters.contacts());
-
         let fits = self.balls.len() == balls
             && self.contacts.len() == contacts
             && self.clusters.len() <= contacts
-            && self.inputs.derivatives.len() <= MAX_INPUT_DERIVATIVE
-            && self.inputs.orders().all(|inputs| inputs.force.len() == balls)
+            && self.inputs.fit(balls)
             && self.step_start.state.as_ref().is_none_or(|state| state.is_of(balls));
         require(fits, "it is not as large as the cradle")
     }
@@ -257,7 +255,7 @@ impl Snapshot {
     fn check_values(&self, start: f64) -> Result<(), Unsound> {
         let now = DoubleDouble::from(self.time);
         let past = |t: DoubleDouble| t.is_sound() && t <= now && t >= DoubleDouble::from(start);
-        require(self.inputs.orders().all(|inputs| inputs.is_finite()), "an input is not finite")?;
+        require(self.inputs.are_finite(), "an input is not finite")?;
         let times = [self.time, self.inputs.since, self.step_start.time].map(DoubleDouble::from);
         require(times.into_iter().chain([self.last_event]).all(past), "a time of the past is not in the past")?;
         let ball = |ball: &BallState| past(ball.anchor) && ball.flight.is_finite() && ball.tally.is_finite();

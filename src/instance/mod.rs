@@ -171,7 +171,7 @@ impl Instance {
         Simulation::new(&self.run.acting_parameters(), &self.run.settings.inputs, start).map_err(Refusal::Start)
     }
 
-    /// Tells of parameters that are not the default and have no effect because another law is selected.
+    /// Tells of parameters that are not the default and have no effect because another law or method is selected.
     fn tell_ignored_parameters(&self) {
         let settings = &self.run.settings;
         if !self.log.wants(LogCategory::Solver) {
@@ -184,7 +184,7 @@ impl Instance {
                 && value != default
             {
                 let value = row.quantified(Number(value));
-                self.log.solver(format_args!("{variable} = {value} has no effect: its law is not selected"));
+                self.log.solver(format_args!("{variable} = {value} has no effect: its law or method is not selected"));
             }
         }
     }

@@ -75,6 +75,20 @@ impl ContactLaw {
         if self.clips() { force.max(0.0) } else { force }
     }
 
+    /// Derivatives of the force by the overlap (N/m) and by its rate (N.s/m); 0 while open or clipped.
+    pub fn force_slopes(&self, d: f64, rate: f64) -> (f64, f64) {
+        if d <= 0.0 || (self.clips() && self.unclipped_force(d, rate) < 0.0) {
+            return (0.0, 0.0);
+        }
+        let elastic = self.elastic_force(d);
+        let stiffness = self.exponent * elastic / d;
+        match self.damping {
+            Damping::None => (stiffness, 0.0),
+            Damping::KelvinVoigt { c, .. } => (stiffness, c),
+            Damping::HuntCrossley { alpha } => (stiffness * (1.0 + alpha * rate), alpha * elastic),
+        }
+    }
+
     /// Whether the law clips its force at zero.
     pub fn clips(&self) -> bool {
         match self.damping {
@@ -102,13 +116,15 @@ impl ContactLaw {
     /// Duration of the elastic impact of two balls with the reduced mass `m` (kg) closing at `rate` (m/s), s, to a few
     /// percent: the time scale of the contact.
     pub fn time_scale(&self, m: f64, rate: f64) -> f64 {
-        if rate <= 0.0 {
-            return f64::INFINITY;
-        }
+        if rate > 0.0 { 2.9 * self.largest_overlap(m, rate) / rate } else { f64::INFINITY }
+    }
+
+    /// Largest overlap of that impact, m.
+    pub fn largest_overlap(&self, m: f64, rate: f64) -> f64 {
         let p = self.exponent;
-        // Energy balance at the largest overlap: k d_ref^2 (d/d_ref)^(p+1) / (p+1) = m rate^2 / 2.
+        // Energy balance: k d_ref^2 (d/d_ref)^(p+1) / (p+1) = m rate^2 / 2.
         let squares = 0.5 * (p + 1.0) * m * rate * rate / (self.stiffness * self.overlap_ref * self.overlap_ref);
-        2.9 * self.overlap_ref * libm::pow(squares, 1.0 / (p + 1.0)) / rate
+        self.overlap_ref * libm::pow(squares, 1.0 / (p + 1.0))
     }
 
     /// Elastic force at the overlap `d` (N) and its derivative (N/m), the formula of the law continued to `d <= 0`; `None` where
@@ -151,6 +167,26 @@ mod tests {
         for p in [1.0, 1.5, 2.0, 2.3, 3.0, 10.0] {
             assert!((law(p).elastic_force(1e-6) - 1e4).abs() < 1e-10, "p = {p}");
             assert_eq!(law(p).elastic_force(-1e-6), 0.0);
+        }
+    }
+
+    #[test]
+    fn slopes_are_differences() {
+        let dampings = [
+            Damping::None,
+            Damping::KelvinVoigt { c: 1e3, pull: true },
+            Damping::KelvinVoigt { c: 1e6, pull: false },
+            Damping::HuntCrossley { alpha: 0.4 },
+        ];
+        for (damping, p) in dampings.into_iter().flat_map(|damping| [1.0, 1.5, 3.0].map(|p| (damping, p))) {
+            let law = ContactLaw { damping, ..law(p) };
+            for (d, rate) in [(1e-6, 0.5), (2e-6, -0.1), (1e-6, -3.0), (-1e-6, 1.0)] {
+                let (by_overlap, by_rate) = law.force_slopes(d, rate);
+                let overlap_step = (law.force(d + 1e-10, rate) - law.force(d - 1e-10, rate)) / 2e-10;
+                let rate_step = (law.force(d, rate + 1e-5) - law.force(d, rate - 1e-5)) / 2e-5;
+                assert!((by_overlap - overlap_step).abs() <= 1e-7 * overlap_step.abs(), "{law:?} {d} {rate}");
+                assert!((by_rate - rate_step).abs() <= 1e-5 * rate_step.abs(), "{law:?} {d} {rate}");
+            }
         }
     }
 

@@ -15,8 +15,25 @@ pub struct BallModel<S = f64> {
     pub gamma: S,
 }
 
+impl BallModel {
+    /// Kinetic energy at the velocity `v` (m/s), J.
+    pub fn kinetic_energy(&self, v: f64) -> f64 {
+        0.5 * self.mass * v * v
+    }
+
+    /// Energy in the field of gravity at the position `x` (m), J.
+    pub fn gravity_energy(&self, x: f64) -> f64 {
+        0.5 * self.mass * self.omega2 * x * x
+    }
+
+    /// Horizontal force of the pendulum and of the drag on the support, N.
+    pub fn support_force(&self, x: f64, v: f64) -> f64 {
+        self.mass * (self.omega2 * x + 2.0 * self.gamma * v)
+    }
+}
+
 /// All balls and contacts.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Cradle<S = f64> {
     /// From left to right.
     pub balls: Vec<BallModel<S>>,

@@ -6,4 +6,4 @@ mod parameters;
 
 pub use contact::{ContactLaw, Damping};
 pub use cradle::{BallModel, Cradle, hertz_stiffness};
-pub use parameters::{ContactModel, DampingLaw, Inputs, Parameters, Tunables};
+pub use parameters::{ContactModel, DampingLaw, Inputs, Parameters, SolverMethod, Tunables};

@@ -23,6 +23,19 @@ pub enum DampingLaw {
     HuntCrossley,
 }
 
+/// Method of solution, `solver.method`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum SolverMethod {
+    /// Exact flight between contacts, adaptive integration of the balls in contact.
+    EventDriven,
+    /// Backward differentiation formulas of variable order and step for the whole chain.
+    Bdf,
+    /// Adams-Moulton formulas of variable order and step for the whole chain.
+    Adams,
+    /// The classical Runge-Kutta method with fixed steps for the whole chain.
+    Rk4,
+}
+
 /// All parameters of a cradle of `n` balls. Vectors over balls have length `n`, vectors over
 /// contacts `n - 1`; the ranges are those of the variables table and hold for every value here.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -69,8 +82,12 @@ pub struct Parameters {
     pub x_start: Vec<f64>,
     /// Velocity of each ball at the start time, m/s.
     pub v_start: Vec<f64>,
+    /// Method of solution.
+    pub method: SolverMethod,
     /// Relative tolerance of the solver, 1, 1e-14 to 1e-3.
     pub tolerance: f64,
+    /// Step of [`SolverMethod::Rk4`], s, > 0.
+    pub fixed_step: f64,
 }
 
 impl Parameters {
@@ -100,7 +117,9 @@ impl Parameters {
             hunt_crossley: 0.0,
             x_start: (0..n).map(|i| if i < lifted { -0.1 } else { 0.0 }).collect(),
             v_start: vec![0.0; n],
+            method: SolverMethod::EventDriven,
             tolerance: 1e-12,
+            fixed_step: 1e-6,
         }
     }
 

@@ -104,6 +104,26 @@ fn first_root_of_parabola(value: f64, slope: f64, bent: f64) -> f64 {
     }
 }
 
+/// Zero of a derivative between `low` (positive there) and `high` (not positive there), for the maximum it belongs to: secant
+/// steps kept inside the bracket (the Illinois variant of regula falsi, Dowell and Jarratt 1971).
+pub fn falling_zero(slope: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
+    let (mut at_low, mut at_high) = (slope(low), slope(high));
+    for _ in 0..60 {
+        let middle = low + (high - low) * (at_low / (at_low - at_high));
+        let at_middle = slope(middle);
+        // The value is flat here: half the digits of the place give all digits of the maximum.
+        if at_middle == 0.0 || (high - low) <= 1e-9 * (high.abs() + low.abs()) {
+            return middle;
+        }
+        if at_middle > 0.0 {
+            (low, at_low, at_high) = (middle, at_middle, 0.5 * at_high);
+        } else {
+            (high, at_high, at_low) = (middle, at_middle, 0.5 * at_low);
+        }
+    }
+    0.5 * (low + high)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

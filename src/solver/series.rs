@@ -71,39 +71,19 @@ pub fn maximum(c: &[f64], from: f64, to: f64) -> f64 {
 /// controller has cut to its range of fast convergence does not turn more often.
 pub fn place_of_maximum(c: &[f64], from: f64, to: f64) -> f64 {
     const PARTS: usize = 8;
-    let mut best = if value(c, to) > value(c, from) { to } else { from };
+    let higher = |a: f64, b: f64| if value(c, b) > value(c, a) { b } else { a };
+    let mut best = higher(from, to);
     let mut left = from;
     let mut slope_left = derivative(c, left);
     for part in 1..=PARTS {
         let right = from + (to - from) * part as f64 / PARTS as f64;
         let slope_right = derivative(c, right);
         if slope_left > 0.0 && slope_right <= 0.0 {
-            let top = falling_zero_of_derivative(c, left, right);
-            best = if value(c, top) > value(c, best) { top } else { best };
+            best = higher(best, root::falling_zero(|t| derivative(c, t), left, right));
         }
         (left, slope_left) = (right, slope_right);
     }
     best
-}
-
-/// Zero of the derivative between `low` (positive there) and `high` (negative there): secant steps kept inside the bracket
-/// (the Illinois variant of regula falsi, Dowell and Jarratt 1971).
-fn falling_zero_of_derivative(c: &[f64], mut low: f64, mut high: f64) -> f64 {
-    let (mut at_low, mut at_high) = (derivative(c, low), derivative(c, high));
-    for _ in 0..60 {
-        let middle = low + (high - low) * (at_low / (at_low - at_high));
-        let slope = derivative(c, middle);
-        // The value is flat here: half the digits of the place give all digits of the maximum.
-        if slope == 0.0 || (high - low) <= 1e-9 * (high.abs() + low.abs()) {
-            return middle;
-        }
-        if slope > 0.0 {
-            (low, at_low, at_high) = (middle, slope, 0.5 * at_high);
-        } else {
-            (high, at_high, at_low) = (middle, slope, 0.5 * at_low);
-        }
-    }
-    0.5 * (low + high)
 }
 
 /// The first `t` in `[0, until]` from which on `sign` (1 or -1) times the series less `level` is positive; see

@@ -1,6 +1,6 @@
 //! Parameters with named items: their integers never change.
 
-use crate::model::{ContactModel, DampingLaw, Parameters};
+use crate::model::{ContactModel, DampingLaw, Parameters, SolverMethod};
 
 /// One item of an enumeration.
 #[derive(Debug)]
@@ -95,12 +95,28 @@ pub static DAMPING_LAW: Choice = Choice {
     },
 };
 
-/// `solver.method`; one so far.
+/// `solver.method`.
 pub static SOLVER_METHOD: Choice = Choice {
     type_name: "SolverMethod",
-    items: &[item(1, "eventDriven", "exact flight between contacts, adaptive integration of the balls in contact")],
-    get: |_| 1,
-    set: |_, _| {},
+    items: &[
+        item(1, "eventDriven", "exact flight between contacts, adaptive integration of the balls in contact"),
+        item(2, "bdf", "backward differentiation formulas of variable order and step for the whole chain"),
+        item(3, "adams", "Adams-Moulton formulas of variable order and step for the whole chain"),
+        item(4, "rk4", "classical Runge-Kutta method with fixed steps for the whole chain"),
+    ],
+    get: |parameters| match parameters.method {
+        SolverMethod::EventDriven => 1,
+        SolverMethod::Bdf => 2,
+        SolverMethod::Adams => 3,
+        SolverMethod::Rk4 => 4,
+    },
+    set: |parameters, value| match value {
+        1 => parameters.method = SolverMethod::EventDriven,
+        2 => parameters.method = SolverMethod::Bdf,
+        3 => parameters.method = SolverMethod::Adams,
+        4 => parameters.method = SolverMethod::Rk4,
+        _ => {}
+    },
 };
 
 /// Every enumeration.

@@ -14,7 +14,7 @@ use super::unit::{
     STIFFNESS, TIME, VELOCITY,
 };
 use crate::engine::{NEVER, Simulation};
-use crate::model::{ContactModel, DampingLaw, Parameters};
+use crate::model::{ContactModel, DampingLaw, Parameters, SolverMethod};
 
 /// A parameter that is one number of [`Parameters`].
 macro_rules! one {
@@ -44,6 +44,10 @@ fn hunt_crossley(parameters: &Parameters) -> bool {
 
 fn kelvin_voigt(parameters: &Parameters) -> bool {
     !hunt_crossley(parameters)
+}
+
+fn fixed_steps(parameters: &Parameters) -> bool {
+    parameters.method == SolverMethod::Rk4
 }
 
 /// Period of ball 1, s; `NEVER` without gravity.
@@ -118,6 +122,8 @@ pub static TABLE: &[Row] = &[
         "Method of solution"),
     parameter("solver.tolerance", Scalar, &RATIO, between(1e-14, 1e-3), one!(tolerance),
         "Relative tolerance; a host's own tolerance can only tighten it").nominal(1e-12),
+    parameter("solver.fixedStep", Scalar, &TIME, POSITIVE, one!(fixed_step),
+        "Step of the rk4 method").nominal(1e-6).used_if(fixed_steps),
     derived("pendulum.period", &TIME, period,
         "Period of ball 1; 1e30 without gravity")
         .initially(&[&["gravity", "pendulum.length", "pendulum.lengthRatio[1]"]])

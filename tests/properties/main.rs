@@ -7,6 +7,7 @@ mod chains;
 mod conservation;
 mod cradles;
 mod grids;
+mod methods;
 mod onsets;
 mod pendulum;
 mod symmetry;

@@ -1,0 +1,309 @@
+//! The chain as one system of ordinary differential equations.
+
+use serde::{Deserialize, Serialize};
+
+use crate::engine::ball::{Push, degree, shifted};
+use crate::model::{BallModel, ContactLaw, Cradle};
+use crate::solver::double_double::DoubleDouble;
+use crate::solver::ode::{Path, System};
+use crate::solver::series;
+use crate::solver::tridiagonal::Tridiagonal;
+
+/// Velocities down to this part of the largest are computed to the tolerance: balls that ought to rest must not creep, or the
+/// next impact finds them apart.
+const SLOW: f64 = 1e-4;
+/// Positions (m) and velocities (m/s) stay below this, or energies overflow.
+pub(super) const LARGEST: f64 = 1e150;
+/// Overlaps are computed to the tolerance from this many overlaps of an impact on: within it the velocities decide.
+const DEEP: f64 = 100.0;
+
+/// The right-hand side for a cradle of n balls. The state is
+///
+/// - n positions (m), n velocities (m/s) and the n-1 overlaps (m), negative while apart,
+/// - the impulses of the n-1 contacts (N.s),
+/// - the energy dissipated (J), the work of the inputs (J) and the integral of the force on the support (N.s).
+///
+/// The overlaps are unknowns of their own because they are not to be had as differences of positions: at 1 m those are rounded
+/// to 1e-16 m, which a stiff contact answers with a noise that no step is short enough for. The sums in the last two lines act
+/// on nothing.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct Dynamics {
+    #[serde(skip)]
+    pub cradle: Cradle,
+    /// Accelerations of the balls by the inputs, seen from `since`.
+    #[serde(skip)]
+    pub pushes: Vec<Push>,
+    pub since: DoubleDouble,
+    /// Relative.
+    pub tolerance: f64,
+    /// Scales of what is tolerated: of positions (m), velocities (m/s) and overlaps (m).
+    scales: [f64; 3],
+    /// That of the energy dissipated, J.
+    energy_scale: f64,
+}
+
+impl Dynamics {
+    /// From the state `y` at the time `since` on. Tolerated is `tolerance` times the larger of a component and its scale.
+    ///
+    /// The scales follow from the speed that the balls can reach by what they have: their speed, their height, what their
+    /// contacts hold, and what the inputs give them within one unit of their time. That of the positions is the way they go at
+    /// that speed within this unit, that of the velocities [`SLOW`] times the speed, that of the overlaps [`DEEP`] times the
+    /// overlap of an impact at that speed.
+    pub fn new(cradle: Cradle, pushes: Vec<Push>, since: DoubleDouble, y: &[f64], tolerance: f64) -> Self {
+        let mut dynamics = Self { cradle, pushes, since, tolerance, scales: [1.0; 3], energy_scale: 1.0 };
+        let fastest = (0..dynamics.balls()).map(|i| dynamics.speed_in_reach(i, y)).fold(0.0, f64::max);
+        if fastest > 0.0 {
+            let lightest = dynamics.cradle.balls.iter().fold(f64::INFINITY, |mass, ball| mass.min(ball.mass));
+            dynamics.energy_scale = 0.5 * lightest * fastest * fastest;
+            let way = (0..dynamics.balls()).map(|i| fastest * dynamics.unit_of_time(i)).fold(f64::INFINITY, f64::min);
+            let contacts = dynamics.cradle.contacts.iter().zip(dynamics.cradle.balls.windows(2));
+            let overlaps = contacts.map(|(law, pair)| {
+                let reduced = pair[0].mass * pair[1].mass / (pair[0].mass + pair[1].mass);
+                law.largest_overlap(reduced, fastest)
+            });
+            dynamics.scales = [way, SLOW * fastest, DEEP * overlaps.fold(way, f64::min)];
+        }
+        dynamics
+    }
+
+    /// Whether it is made of what can be: a time, and scales.
+    pub fn is_sound(&self) -> bool {
+        let positive = |value: &f64| *value > 0.0 && value.is_finite();
+        self.since.is_sound() && self.scales.iter().chain([&self.tolerance, &self.energy_scale]).all(positive)
+    }
+
+    /// How many components the state has.
+    pub fn components(&self) -> usize {
+        4 * self.balls() + 1
+    }
+
+    /// Time in which pendulum `i` swings by one radian, s; 1 s without gravity.
+    fn unit_of_time(&self, i: usize) -> f64 {
+        let omega2 = self.cradle.balls[i].omega2;
+        if omega2 > 0.0 { 1.0 / omega2.sqrt() } else { 1.0 }
+    }
+
+    fn speed_in_reach(&self, i: usize, y: &[f64]) -> f64 {
+        let (ball, unit) = (&self.cradle.balls[i], self.unit_of_time(i));
+        let contact = |i: usize| self.cradle.contacts.get(i).map_or(0.0, |law| law.elastic_energy(y[self.overlap(i)]));
+        let held = contact(i) + if i > 0 { contact(i - 1) } else { 0.0 };
+        let push = self.pushes[i].iter().fold(0.0_f64, |most, push| most.max(push.abs()));
+        let height = if ball.omega2 > 0.0 { y[i].abs() / unit } else { 0.0 };
+        let speeds = [y[self.v(i)].abs(), height, push * unit, (2.0 * held / ball.mass).sqrt()];
+        speeds.into_iter().fold(0.0, f64::max)
+    }
+
+    /// The state with these positions and velocities, the sums at 0.
+    pub fn start(cradle: &Cradle, x: &[f64], v: &[f64]) -> Vec<f64> {
+        let overlap = |(law, x): (&ContactLaw, &[f64])| x[0] - x[1] - law.clearance;
+        let mut y = [x, v].concat();
+        y.extend(cradle.contacts.iter().zip(x.windows(2)).map(overlap));
+        y.resize(4 * x.len() + 1, 0.0);
+        y
+    }
+
+    pub fn balls(&self) -> usize {
+        self.cradle.balls.len()
+    }
+
+    /// How many components of the state are no sums.
+    fn unknowns(&self) -> usize {
+        3 * self.balls() - 1
+    }
+
+    /// Where the state has the velocity of ball `i`.
+    pub fn v(&self, i: usize) -> usize {
+        self.balls() + i
+    }
+
+    /// Where it has the overlap of contact `i`.
+    pub fn overlap(&self, i: usize) -> usize {
+        2 * self.balls() + i
+    }
+
+    /// Where it has the impulse of contact `i`.
+    pub fn impulse(&self, i: usize) -> usize {
+        self.unknowns() + i
+    }
+
+    /// Where it has the energy dissipated.
+    pub fn loss(&self) -> usize {
+        4 * self.balls() - 2
+    }
+
+    /// Where it has the work of the inputs.
+    pub fn work(&self) -> usize {
+        4 * self.balls() - 1
+    }
+
+    /// Where it has the integral of the force on the support.
+    pub fn support(&self) -> usize {
+        4 * self.balls()
+    }
+
+    /// Acceleration of ball `i` by the inputs, m/s2.
+    fn push(&self, i: usize, t: DoubleDouble) -> f64 {
+        if degree(&self.pushes[i]) == 0 {
+            self.pushes[i][0]
+        } else {
+            shifted(&self.pushes[i], (t - self.since).value())[0]
+        }
+    }
+
+    /// Acceleration of ball `i` (m/s2) at `x` (m) and `v` (m/s) under the sum `force` (N) of its contacts.
+    pub fn acceleration(&self, i: usize, t: DoubleDouble, x: f64, v: f64, force: f64) -> f64 {
+        let ball = &self.cradle.balls[i];
+        force / ball.mass + self.push(i, t) - ball.omega2 * x - 2.0 * ball.gamma * v
+    }
+
+    /// The overlap of contact `i` on a step as a series of the share of the step that has passed.
+    pub fn overlap_series(&self, path: &Path, i: usize) -> Vec<f64> {
+        let mut series: Vec<f64> = (0..=path.degree).map(|j| path.column(j)[self.overlap(i)]).collect();
+        series.resize(series.len().max(3), 0.0);
+        // From the end of the step to its start.
+        for k in 1..=path.degree {
+            for j in (k..=path.degree).rev() {
+                series[j - 1] -= series[j];
+            }
+        }
+        series
+    }
+
+    /// Whether contact `i`, open or closed at both ends of the step, might be the other between them: a quick bound.
+    fn might_switch(&self, path: &Path, i: usize) -> bool {
+        let end = path.last()[self.overlap(i)];
+        let sign = if end > 0.0 { -1.0 } else { 1.0 };
+        let mut bound = sign * end;
+        for j in 1..=path.degree {
+            let term = sign * path.column(j)[self.overlap(i)];
+            bound += if j.is_multiple_of(2) { term } else { -term }.max(0.0);
+        }
+        bound > 0.0
+    }
+}
+
+impl System for Dynamics {
+    type Linearized = Linearized;
+
+    fn rates(&self, t: DoubleDouble, y: &[f64], rates: &mut [f64]) {
+        let n = self.balls();
+        let (mut loss, mut work, mut support, mut from_left) = (0.0, 0.0, 0.0, 0.0);
+        for (i, ball) in self.cradle.balls.iter().enumerate() {
+            let (x, v, push) = (y[i], y[n + i], self.push(i, t));
+            let mut from_right = 0.0;
+            if let Some(law) = self.cradle.contacts.get(i) {
+                let (overlap, rate) = (y[2 * n + i], v - y[n + i + 1]);
+                if overlap > 0.0 {
+                    from_right = law.force(overlap, rate);
+                    loss += (from_right - law.elastic_force(overlap)) * rate;
+                }
+                rates[2 * n + i] = rate;
+                rates[3 * n - 1 + i] = from_right;
+            }
+            rates[i] = v;
+            rates[n + i] = self.acceleration(i, t, x, v, from_left - from_right);
+            loss += 2.0 * ball.gamma * ball.mass * v * v;
+            work += ball.mass * push * v;
+            support += ball.support_force(x, v);
+            from_left = from_right;
+        }
+        rates[self.loss()] = loss;
+        rates[self.work()] = work;
+        rates[self.support()] = support;
+    }
+
+    fn size(&self, y: &[f64], e: &[f64]) -> f64 {
+        let n = self.balls();
+        let mut most = 0.0;
+        for (range, scale) in [0..n, n..2 * n, 2 * n..3 * n - 1].into_iter().zip(self.scales) {
+            for (y, e) in y[range.clone()].iter().zip(&e[range]) {
+                let size = e.abs() / scale.max(y.abs());
+                if !size.is_finite() || y.abs() > LARGEST {
+                    return f64::INFINITY;
+                }
+                most = size.max(most);
+            }
+        }
+        most / self.tolerance
+    }
+
+    /// The energy dissipated is looked at, too: a contact whose force is clipped gives off what its spring holds, which the balls
+    /// do not notice.
+    fn error(&self, y: &[f64], e: &[f64]) -> f64 {
+        let loss = e[self.loss()].abs() / (self.tolerance * self.energy_scale.max(y[self.loss()].abs()));
+        if loss.is_finite() { loss.max(self.size(y, e)) } else { f64::INFINITY }
+    }
+
+    /// Positions and overlaps are eliminated by `e_x = r_x + gamma e_v` and the like: for the velocities remains `M + gamma C + gamma^2 K` with the masses,
+    /// dampings and stiffnesses, symmetric and tridiagonal.
+    fn linearize(&self, _: DoubleDouble, y: &[f64], gamma: f64) -> Linearized {
+        let n = self.balls();
+        let ball = |ball: &BallModel| ball.mass * (1.0 + gamma * (2.0 * ball.gamma + gamma * ball.omega2));
+        let mut diagonal: Vec<f64> = self.cradle.balls.iter().map(ball).collect();
+        let mut beside = vec![0.0; n.saturating_sub(1)];
+        let mut stiffness = beside.clone();
+        for (i, law) in self.cradle.contacts.iter().enumerate() {
+            let (by_overlap, by_rate) = law.force_slopes(y[2 * n + i], y[n + i] - y[n + i + 1]);
+            let coupling = gamma * (by_rate + gamma * by_overlap);
+            diagonal[i] += coupling;
+            diagonal[i + 1] += coupling;
+            beside[i] = -coupling;
+            stiffness[i] = gamma * by_overlap;
+        }
+        Linearized { gamma, stiffness, matrix: Tridiagonal::new(diagonal, beside), velocities: vec![0.0; n] }
+    }
+
+    fn solve(&self, linearized: &mut Linearized, e: &mut [f64]) {
+        let n = self.balls();
+        let Linearized { gamma, stiffness, matrix, velocities } = linearized;
+        let mut from_left = 0.0;
+        for (i, ball) in self.cradle.balls.iter().enumerate() {
+            let from_right = stiffness.get(i).map_or(0.0, |k| k * e[2 * n + i]);
+            velocities[i] = ball.mass * (e[n + i] - *gamma * ball.omega2 * e[i]) + from_left - from_right;
+            from_left = from_right;
+        }
+        matrix.solve(velocities);
+        for (i, velocity) in velocities.iter().enumerate() {
+            e[i] += *gamma * velocity;
+            e[n + i] = *velocity;
+        }
+        for (i, pair) in velocities.windows(2).enumerate() {
+            e[2 * n + i] += *gamma * (pair[0] - pair[1]);
+        }
+    }
+
+    fn copy_sums(&self, from: &[f64], to: &mut [f64]) {
+        let sums = self.unknowns()..;
+        to[sums.clone()].copy_from_slice(&from[sums]);
+    }
+
+    fn overlooked(&self, path: &Path) -> Option<f64> {
+        let shown = |i: usize| {
+            if !self.might_switch(path, i) {
+                return None;
+            }
+            let mut series = self.overlap_series(path, i);
+            let end = series::value(&series, 1.0);
+            if (series[0] > 0.0) != (end > 0.0) {
+                return None;
+            }
+            if end > 0.0 {
+                series.iter_mut().for_each(|c| *c = -*c);
+            }
+            let place = series::place_of_maximum(&series, 0.0, 1.0);
+            (series::value(&series, place) > self.tolerance * self.scales[2] && place > 0.0 && place < 1.0)
+                .then_some(place)
+        };
+        (0..self.cradle.contacts.len()).filter_map(shown).reduce(f64::min)
+    }
+}
+
+/// What Newton's method needs of the Jacobian, with the factor `gamma` (s) of the formula.
+pub(super) struct Linearized {
+    gamma: f64,
+    /// `gamma` times the stiffness of each contact, N.s/m.
+    stiffness: Vec<f64>,
+    matrix: Tridiagonal,
+    /// Room for the velocities.
+    velocities: Vec<f64>,
+}

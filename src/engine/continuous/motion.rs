@@ -1,0 +1,226 @@
+//! Steps of the solver, and the switchings of contacts within them.
+
+use std::collections::VecDeque;
+
+use serde::{Deserialize, Serialize};
+
+use super::Method;
+use super::dynamics::{Dynamics, LARGEST};
+use crate::engine::ball::Push;
+use crate::engine::{EngineError, LARGEST_COUNT};
+use crate::model::Cradle;
+use crate::solver::double_double::DoubleDouble;
+use crate::solver::multistep::Multistep;
+use crate::solver::ode::{Path, Stuck, Work};
+use crate::solver::root;
+use crate::solver::runge_kutta::RungeKutta;
+use crate::solver::series;
+
+/// What happens in a contact within a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) enum Kind {
+    Onset,
+    /// The force is largest.
+    Peak,
+    Release,
+}
+
+/// When it happens, and the force there, N: at an onset that right after it.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub(super) struct Event {
+    pub time: DoubleDouble,
+    pub contact: usize,
+    pub kind: Kind,
+    pub force: f64,
+}
+
+/// The methods that integrate the whole chain.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+enum Solver {
+    Multistep(Multistep),
+    RungeKutta(RungeKutta),
+}
+
+impl Solver {
+    fn new(method: Method, dynamics: &Dynamics, y: &[f64]) -> Self {
+        match method {
+            Method::Multistep(family) => Self::Multistep(Multistep::new(family, dynamics, dynamics.since, y)),
+            Method::RungeKutta(step) => Self::RungeKutta(RungeKutta::new(step, dynamics, dynamics.since, y)),
+        }
+    }
+
+    /// See [`Multistep::restored`].
+    fn restored(self, method: Method, size: usize, broken: bool) -> Option<Self> {
+        match (self, method) {
+            (Self::Multistep(solver), Method::Multistep(family)) => {
+                solver.restored(family, size, broken).map(Self::Multistep)
+            }
+            (Self::RungeKutta(solver), Method::RungeKutta(step)) => {
+                solver.restored(step, size, broken).map(Self::RungeKutta)
+            }
+            _ => None,
+        }
+    }
+
+    fn path(&self) -> &Path {
+        match self {
+            Self::Multistep(solver) => solver.path(),
+            Self::RungeKutta(solver) => solver.path(),
+        }
+    }
+
+    fn work(&self) -> Work {
+        match self {
+            Self::Multistep(solver) => solver.work(),
+            Self::RungeKutta(solver) => solver.work(),
+        }
+    }
+
+    fn step(&mut self, dynamics: &Dynamics) -> Result<(), Stuck> {
+        match self {
+            Self::Multistep(solver) => solver.step(dynamics),
+            Self::RungeKutta(solver) => solver.step(dynamics),
+        }
+    }
+}
+
+/// The motion up to the end of the solver's last step, which no communication point has a say in.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct Motion {
+    pub dynamics: Dynamics,
+    solver: Solver,
+    /// Work before the solver was started anew.
+    work_before: Work,
+    /// Contacts that are closed at the end of the last step.
+    closed: Vec<bool>,
+    /// Events of the last step that nobody has taken yet, in the order of time.
+    pub events: VecDeque<Event>,
+}
+
+impl Motion {
+    /// From the state `y` at `dynamics.since` on.
+    pub fn new(method: Method, dynamics: Dynamics, y: &[f64]) -> Self {
+        let closed = (0..dynamics.cradle.contacts.len()).map(|i| y[dynamics.overlap(i)] > 0.0).collect();
+        let solver = Solver::new(method, &dynamics, y);
+        Self { dynamics, solver, work_before: Work::default(), closed, events: VecDeque::new() }
+    }
+
+    /// Goes on from the state `y` at `dynamics.since`, on the last step, by other equations.
+    pub fn restart(&mut self, method: Method, dynamics: Dynamics, y: &[f64]) {
+        self.work_before = self.work();
+        // What has not happened by then does not happen like this.
+        for event in self.events.drain(..) {
+            match event.kind {
+                Kind::Onset => self.closed[event.contact] = false,
+                Kind::Release => self.closed[event.contact] = true,
+                Kind::Peak => {}
+            }
+        }
+        self.solver = Solver::new(method, &dynamics, y);
+        self.dynamics = dynamics;
+    }
+
+    /// Takes up again what was put down as plain data; nothing if no run of `cradle` by `method` can have led to it. Its values
+    /// may be anything if it is `broken`.
+    pub fn restored(mut self, method: Method, cradle: Cradle, pushes: Vec<Push>, broken: bool) -> Option<Self> {
+        (self.dynamics.cradle, self.dynamics.pushes) = (cradle, pushes);
+        self.solver = self.solver.restored(method, self.dynamics.components(), broken)?;
+        let contacts = self.dynamics.cradle.contacts.len();
+        let event = |event: &Event| event.contact < contacts && event.time.is_sound() && event.force.is_finite();
+        let work = [self.work_before, self.solver.work()];
+        let sound = self.closed.len() == contacts
+            && (broken || self.dynamics.is_sound())
+            && self.events.iter().all(event)
+            && work.iter().all(|work| work.steps.max(work.evaluations) < LARGEST_COUNT);
+        sound.then_some(self)
+    }
+
+    /// The last step.
+    pub fn path(&self) -> &Path {
+        self.solver.path()
+    }
+
+    /// Work since the start.
+    pub fn work(&self) -> Work {
+        let (before, now) = (self.work_before, self.solver.work());
+        Work {
+            steps: before.steps.saturating_add(now.steps),
+            evaluations: before.evaluations.saturating_add(now.evaluations),
+        }
+    }
+
+    /// Whether contact `i` is closed at the end of the last step.
+    pub fn closed(&self, i: usize) -> bool {
+        self.closed[i]
+    }
+
+    /// Force in contact `i` at `s` on the last step, N.
+    pub fn force(&self, i: usize, s: f64) -> f64 {
+        let (overlap, rate) = self.overlap(i, s);
+        self.dynamics.cradle.contacts[i].force(overlap, rate)
+    }
+
+    /// Overlap (m) of contact `i` and its rate (m/s) at `s` on the last step.
+    pub fn overlap(&self, i: usize, s: f64) -> (f64, f64) {
+        (self.path().value(self.dynamics.overlap(i), s), self.closing(i, s))
+    }
+
+    /// Velocity of ball `i` less that of the next one at `s`, m/s.
+    fn closing(&self, i: usize, s: f64) -> f64 {
+        self.path().value(self.dynamics.v(i), s) - self.path().value(self.dynamics.v(i + 1), s)
+    }
+
+    /// Makes a step and finds the events in it; those of the step before must have been taken.
+    pub fn step(&mut self) -> Result<(), EngineError> {
+        let time = self.path().end.value();
+        self.solver.step(&self.dynamics).map_err(|Stuck { step }| EngineError::StepTooSmall { time, step })?;
+        let dynamic = &self.path().last()[..2 * self.dynamics.balls()];
+        if let Some(i) = dynamic.iter().position(|y| y.is_nan() || y.abs() > LARGEST) {
+            let ball = i % self.dynamics.balls();
+            return Err(EngineError::NotFinite { time: self.path().end.value(), ball });
+        }
+        for i in 0..self.closed.len() {
+            let closes = self.path().last()[self.dynamics.overlap(i)] > 0.0;
+            let was_closed = std::mem::replace(&mut self.closed[i], closes);
+            if was_closed || closes {
+                self.follow_contact(i, was_closed, closes);
+            }
+        }
+        self.events.make_contiguous().sort_by(|a, b| a.time.partial_cmp(&b.time).unwrap_or(std::cmp::Ordering::Equal));
+        Ok(())
+    }
+
+    /// Finds onset or release of contact `i` and the largest force on the last step.
+    fn follow_contact(&mut self, i: usize, was_closed: bool, closes: bool) {
+        let (mut from, mut to) = (-1.0, 0.0);
+        if was_closed != closes {
+            let series = self.dynamics.overlap_series(self.path(), i);
+            let sign = if closes { 1.0 } else { -1.0 };
+            let s = series::first_positive(&series, sign, 0.0, 1.0).unwrap_or(1.0) - 1.0;
+            let kind = if closes { Kind::Onset } else { Kind::Release };
+            // The damper acts at once.
+            let law = &self.dynamics.cradle.contacts[i];
+            let force = if closes { law.force(f64::MIN_POSITIVE, self.closing(i, s)) } else { 0.0 };
+            self.events.push_back(Event { time: self.path().time(s), contact: i, kind, force });
+            *(if closes { &mut from } else { &mut to }) = s;
+        }
+        let slope = |s: f64| self.force_slope(i, s);
+        if slope(from) > 0.0 && slope(to) <= 0.0 {
+            let s = root::falling_zero(slope, from, to);
+            let (time, force) = (self.path().time(s), self.force(i, s));
+            self.events.push_back(Event { time, contact: i, kind: Kind::Peak, force });
+        }
+    }
+
+    /// Derivative of the force in contact `i` by time at `s`, N/s.
+    fn force_slope(&self, i: usize, s: f64) -> f64 {
+        let (overlap, rate) = self.overlap(i, s);
+        let law = &self.dynamics.cradle.contacts[i];
+        let (by_overlap, by_rate) = law.force_slopes(overlap.max(f64::MIN_POSITIVE), rate);
+        if by_rate == 0.0 {
+            return by_overlap * rate;
+        }
+        let (path, v) = (self.path(), self.dynamics.v(i));
+        by_overlap * rate + by_rate * (path.rate(v, s) - path.rate(v + 1, s))
+    }
+}

@@ -1,0 +1,202 @@
+//! What can be read at the current time; see [`Engine`](crate::engine::Engine) for the meanings.
+
+use super::motion::{Kind, Motion};
+use super::{Continuous, Method};
+use crate::engine::cluster::Mode;
+use crate::engine::expansion::State;
+use crate::engine::observe::ONSET_PERIODS;
+use crate::engine::sensitivity::LastStep;
+use crate::engine::{Differential, NEVER, Work};
+use crate::solver::double_double::DoubleDouble;
+
+/// Steps that the search for the next onset goes ahead of the current time at most: a fraction of a second of work. The fixed
+/// ones of `rk4` cost less and are, by default, enough for two thirds of a period.
+const STEPS_AHEAD: u64 = 300_000;
+const FIXED_STEPS_AHEAD: u64 = 2_000_000;
+
+impl Continuous {
+    /// The current time as a place on the solver's last step.
+    fn place(&self) -> f64 {
+        self.motion.path().place(self.now())
+    }
+
+    /// A component of the state.
+    pub(super) fn value(&self, component: usize) -> f64 {
+        self.motion.path().value(component, self.place())
+    }
+
+    pub fn x(&self, i: usize) -> f64 {
+        self.value(i)
+    }
+
+    pub fn v(&self, i: usize) -> f64 {
+        self.value(self.motion.dynamics.v(i))
+    }
+
+    pub fn a(&self, i: usize) -> f64 {
+        let from_left = if i > 0 { self.force(i - 1) } else { 0.0 };
+        let from_right = if i < self.contacts.len() { self.force(i) } else { 0.0 };
+        self.motion.dynamics.acceleration(i, self.now(), self.x(i), self.v(i), from_left - from_right)
+    }
+
+    pub fn force(&self, i: usize) -> f64 {
+        self.motion.force(i, self.place())
+    }
+
+    pub fn overlap(&self, i: usize) -> f64 {
+        self.motion.overlap(i, self.place()).0
+    }
+
+    pub fn in_contact(&self, i: usize) -> bool {
+        self.overlap(i) > 0.0
+    }
+
+    pub fn impulse(&self, i: usize) -> f64 {
+        self.value(self.motion.dynamics.impulse(i))
+    }
+
+    /// The whole chain at the current time.
+    pub(super) fn state(&self) -> State {
+        let balls = 0..self.motion.dynamics.balls();
+        let contact = |i: usize| {
+            let (overlap, rate) = self.motion.overlap(i, self.place());
+            let law = &self.motion.dynamics.cradle.contacts[i];
+            (overlap, if overlap > 0.0 { Mode::of_closed(law, overlap, rate) } else { Mode::Open })
+        };
+        let (x, v) = balls.map(|i| (self.x(i), self.v(i))).unzip();
+        let (overlaps, modes) = (0..self.contacts.len()).map(contact).unzip();
+        State { x, v, overlaps, modes }
+    }
+
+    pub(in crate::engine) fn last_step(&self) -> LastStep<'_> {
+        LastStep {
+            cradle: &self.motion.dynamics.cradle,
+            start: self.state_at_step.clone(),
+            inputs: self.inputs.at(self.step_start),
+            length: self.step_length(),
+            end: self.state(),
+            onset_ahead: self.next_onset() < NEVER,
+        }
+    }
+
+    pub fn time_derivative(&self, order: usize) -> Differential {
+        Differential::by_time(&self.motion.dynamics.cradle, &self.state(), &self.inputs.at(self.time), order)
+    }
+
+    /// Length of the last step, s; 0 before the first.
+    fn step_length(&self) -> f64 {
+        self.time - self.step_start
+    }
+
+    pub fn force_mean(&self, i: usize) -> f64 {
+        if self.step_length() == 0.0 {
+            return self.force(i);
+        }
+        (self.impulse(i) - self.contacts[i].impulse_at_step) / self.step_length()
+    }
+
+    pub fn force_peak(&self, i: usize) -> f64 {
+        self.contacts[i].ledger.peak_in_step(self.step).max(self.force(i))
+    }
+
+    pub fn pulses(&self, i: usize) -> u64 {
+        self.contacts[i].ledger.pulses
+    }
+
+    pub fn last_onset(&self, i: usize) -> f64 {
+        self.contacts[i].ledger.onset
+    }
+
+    pub fn last_release(&self, i: usize) -> f64 {
+        self.contacts[i].ledger.release
+    }
+
+    pub fn kinetic_energy(&self, i: usize) -> f64 {
+        self.motion.dynamics.cradle.balls[i].kinetic_energy(self.v(i))
+    }
+
+    pub fn gravity_energy(&self, i: usize) -> f64 {
+        self.motion.dynamics.cradle.balls[i].gravity_energy(self.x(i))
+    }
+
+    pub fn contact_energy(&self, i: usize) -> f64 {
+        self.motion.dynamics.cradle.contacts[i].elastic_energy(self.overlap(i))
+    }
+
+    pub fn total_energy(&self) -> f64 {
+        let balls = (0..self.motion.dynamics.balls()).map(|i| self.kinetic_energy(i) + self.gravity_energy(i));
+        balls.sum::<f64>() + (0..self.contacts.len()).map(|i| self.contact_energy(i)).sum::<f64>()
+    }
+
+    pub fn dissipated_energy(&self) -> f64 {
+        self.value(self.motion.dynamics.loss())
+    }
+
+    pub fn external_work(&self) -> f64 {
+        self.value(self.motion.dynamics.work())
+    }
+
+    pub fn energy_residual(&self) -> f64 {
+        (self.total_energy() - self.energy_at_start) + (self.dissipated_energy() - self.external_work())
+    }
+
+    pub fn momentum(&self) -> f64 {
+        let balls = &self.motion.dynamics.cradle.balls;
+        balls.iter().enumerate().map(|(i, ball)| ball.mass * self.v(i)).sum()
+    }
+
+    pub fn support_force(&self) -> f64 {
+        let balls = &self.motion.dynamics.cradle.balls;
+        balls.iter().enumerate().map(|(i, ball)| ball.support_force(self.x(i), self.v(i))).sum()
+    }
+
+    pub fn support_force_mean(&self) -> f64 {
+        if self.step_length() == 0.0 {
+            return self.support_force();
+        }
+        (self.value(self.motion.dynamics.support()) - self.support_at_step) / self.step_length()
+    }
+
+    /// The first onset strictly after the current time, s; [`NEVER`] if there is none within 1000 periods of the first ball
+    /// or as far ahead as 300,000 steps (`rk4`: 2 million) lead.
+    pub fn next_onset(&self) -> f64 {
+        let now = self.now();
+        if let Some(onset) = onset_after(&self.motion, now) {
+            return onset;
+        }
+        let period = std::f64::consts::TAU / self.motion.dynamics.cradle.balls[0].omega2.sqrt();
+        let patience = match self.method {
+            Method::RungeKutta(_) => FIXED_STEPS_AHEAD,
+            Method::Multistep(_) => STEPS_AHEAD,
+        };
+        let (time, steps) = (now + ONSET_PERIODS * period, self.motion.work().steps.saturating_add(patience));
+        let mut ahead = self.ahead.borrow_mut();
+        if ahead.as_ref().is_some_and(|ahead| ahead.path().end < self.motion.path().end) {
+            *ahead = None;
+        }
+        let ahead = ahead.get_or_insert_with(|| Box::new(self.motion.clone()));
+        loop {
+            if let Some(onset) = onset_after(ahead, now) {
+                return if DoubleDouble::from(onset) <= time { onset } else { NEVER };
+            }
+            if ahead.path().end > time || ahead.work().steps >= steps {
+                return NEVER;
+            }
+            ahead.events.clear();
+            if ahead.step().is_err() {
+                return NEVER;
+            }
+        }
+    }
+
+    pub fn work(&self) -> Work {
+        let work = self.motion.work();
+        Work { steps: work.steps, evaluations: work.evaluations, events: self.events }
+    }
+}
+
+/// The first onset in the last step of `motion` after the time `now`, s.
+fn onset_after(motion: &Motion, now: DoubleDouble) -> Option<f64> {
+    let onset = motion.events.iter().find(|event| event.kind == Kind::Onset && event.time > now)?;
+    Some(onset.time.value_up())
+}

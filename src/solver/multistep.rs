@@ -1,0 +1,469 @@
+//! Adams-Moulton and backward differentiation formulas of variable order and step.
+//!
+//! The solution is kept as the polynomial over the last step (Nordsieck's array). A step extrapolates it to `P(s)` and adds
+//! `e L(s)` with the corrector polynomial `L` of the family, where `e` follows from `y' = f` at the end of the step. Steps of
+//! unequal length are taken account of in `L` (Byrne and Hindmarsh, ACM Trans. Math. Software 1, 1975); for the backward
+//! differentiation formulas the leading coefficient is that of equal steps (Jackson and Sacks-Davis, ACM Trans. Math. Software 6, 1980).
+//! Errors, orders and steps are controlled as in VODE and CVODE (Brown, Byrne and Hindmarsh, SIAM J. Sci. Stat. Comput. 10, 1989;
+//! Cohen and Hindmarsh, Computers in Physics 10, 1996).
+//!
+//! The crates that are there do not do this job: those with both families have them of one order, or with a dense Jacobian that
+//! 10,000 balls do not fit into, or take minutes to build; and none lets its history be saved and restored.
+
+use std::cmp::Ordering;
+
+use serde::{Deserialize, Serialize};
+
+use super::double_double::DoubleDouble;
+use super::ode::{Path, Stuck, System, Work, resolved};
+
+/// Highest order of any family.
+const MAX_ORDER: usize = 12;
+/// A step is not changed for less than this ratio.
+const WORTH_IT: f64 = 1.5;
+/// Largest ratio of a step to the one before: the first one is a guess.
+const GROWTH: f64 = 10.0;
+const FIRST_GROWTH: f64 = 1e4;
+/// Longest step, s.
+const LONGEST: f64 = 1e3;
+/// Attempts at one step after which the solver gives up: from the longest step to the resolution of the clock.
+const MAX_ATTEMPTS: usize = 200;
+/// Iterations of a corrector.
+const MAX_ITERATIONS: usize = 3;
+/// Iterate until the error is this part of what is tolerated in a step.
+const ITERATION_ERROR: f64 = 0.1;
+
+/// Which formulas.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Family {
+    /// Orders 1 to 12, solved by fixed-point iteration: for motions that are not stiff.
+    Adams,
+    /// Orders 1 to 5, solved by Newton's method: for stiff motions.
+    Bdf,
+}
+
+impl Family {
+    fn max_order(self) -> usize {
+        match self {
+            Self::Adams => 12,
+            Self::Bdf => 5,
+        }
+    }
+}
+
+/// Coefficients of a polynomial.
+type Polynomial = [f64; MAX_ORDER + 2];
+
+const ONE: Polynomial = {
+    let mut one = [0.0; MAX_ORDER + 2];
+    one[0] = 1.0;
+    one
+};
+
+/// `p(s) (a + b s)`.
+fn times(p: &Polynomial, a: f64, b: f64) -> Polynomial {
+    std::array::from_fn(|j| a * p[j] + if j > 0 { b * p[j - 1] } else { 0.0 })
+}
+
+/// Integral of `s^power p(s)` over `[-1, 0]`.
+fn integral(p: &Polynomial, power: usize) -> f64 {
+    let term = |(j, c): (usize, &f64)| {
+        let k = j + power + 1;
+        if k.is_multiple_of(2) { -c / k as f64 } else { c / k as f64 }
+    };
+    p.iter().enumerate().map(term).sum()
+}
+
+/// What a step of some length and order needs.
+struct Coefficients {
+    /// The corrector polynomial L.
+    corrector: Polynomial,
+    /// Error of the step over that of `e`.
+    error: f64,
+    /// Error that the order below would make, over the highest coefficient.
+    lower: f64,
+    /// Error that the order above would make, over the change of `e` from step to step.
+    higher: f64,
+    /// Changes of `e` are those of `e / spread`, which is a divided difference.
+    spread: f64,
+}
+
+/// Distances, in units of `unit`, of points that lie `first` and then each of `steps` further back.
+fn distances(first: f64, steps: &[f64], unit: f64) -> [f64; MAX_ORDER + 1] {
+    let mut sum = first;
+    let mut distances = [first / unit; MAX_ORDER + 1];
+    for (distance, step) in distances[1..].iter_mut().zip(steps) {
+        sum += step;
+        *distance = sum / unit;
+    }
+    distances
+}
+
+/// `(s + d) ...` over the distances.
+fn roots(distances: &[f64]) -> Polynomial {
+    distances.iter().fold(ONE, |p, d| times(&p, *d, 1.0))
+}
+
+/// The same, scaled to be 1 at 0.
+fn scaled_roots(distances: &[f64]) -> Polynomial {
+    distances.iter().fold(ONE, |p, d| times(&p, 1.0, 1.0 / d))
+}
+
+/// Adams-Moulton: L' vanishes at the points at which the rates are kept, L at the start of the step.
+fn adams(order: usize, xi: &[f64]) -> Coefficients {
+    let kept = scaled_roots(&xi[..order - 1]);
+    let area = integral(&kept, 0);
+    let mut corrector = ONE;
+    (1..=order).for_each(|j| corrector[j] = kept[j - 1] / (j as f64 * area));
+    // The divided difference of the rates over these points and one more, and the integral of what it multiplies.
+    let spread = area * xi[..order].iter().product::<f64>();
+    Coefficients {
+        corrector,
+        // Shorter steps than before make it too small where the rates jump: no smaller, then, than that of equal steps.
+        error: (integral(&kept, 1) / (area * xi[order - 1].min(order as f64))).abs(),
+        lower: order as f64 * integral(&roots(&xi[..order.saturating_sub(2)]), 1).abs(),
+        higher: (integral(&roots(&xi[..order]), 1) / (xi[order] * spread)).abs(),
+        spread,
+    }
+}
+
+/// Backward differentiation: L vanishes at the points that are kept, the last of them moved so that L' at the end of the step
+/// is that of equal steps. The error constants are those of Brown, Byrne and Hindmarsh.
+fn bdf(order: usize, xi: &[f64]) -> Coefficients {
+    let q = order as f64;
+    let leading: f64 = (1..=order).map(|j| 1.0 / j as f64).sum();
+    let (points, last) = (&xi[..order - 1], 1.0 / xi[order - 1]);
+    let of_points: f64 = points.iter().map(|xi| 1.0 / xi).sum();
+    let moved = leading - of_points;
+    let corrector = times(&scaled_roots(points), 1.0, moved);
+    let highest = corrector[order];
+    let a1 = 1.0 + (of_points + last) - leading;
+    let a2 = 1.0 + q * a1;
+    let lower = {
+        let (a3, a4) = (1.0 / q - leading, -of_points);
+        moved / highest * (1.0 - a4 + a3) / a3
+    };
+    let higher = {
+        let (a5, a6) = (-leading - 1.0 / (q + 1.0), -of_points - last - 1.0 / xi[order]);
+        (1.0 - a6 + a5) / a2 * xi[order] / ((q + 2.0) * a5)
+    };
+    Coefficients {
+        corrector,
+        error: (a1 / (leading * a2)).abs(),
+        lower: lower.abs(),
+        higher: higher.abs(),
+        spread: (a2 * moved / (highest * last)).abs(),
+    }
+}
+
+/// A run of one of the families over a [`System`].
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Multistep {
+    family: Family,
+    path: Path,
+    /// Where a step is tried.
+    #[serde(skip)]
+    trial: Path,
+    /// Lengths of the last steps, s, the latest first.
+    steps: [f64; MAX_ORDER + 1],
+    /// Order of the next step and its length, s.
+    order: usize,
+    step: f64,
+    /// Steps until another order is thought of.
+    wait: usize,
+    /// Largest growth of the next step.
+    growth: f64,
+    /// `e` of the last step, and that of the one before with its spread, if it was kept.
+    correction: Vec<f64>,
+    kept: Vec<f64>,
+    kept_spread: Option<f64>,
+    /// Room for states and rates.
+    #[serde(skip)]
+    state: Vec<f64>,
+    #[serde(skip)]
+    rates: Vec<f64>,
+    work: Work,
+}
+
+/// Ratio to the last step of one whose error, last `error` times what is tolerated, would be within it with some margin, `bias`.
+fn ratio(bias: f64, error: f64, order: usize) -> f64 {
+    1.0 / (libm::pow(bias * error, 1.0 / (order + 1) as f64) + 1e-6)
+}
+
+impl Multistep {
+    /// Starts at the state `y` at time `t`, with order 1 and a step that changes it by no more than is tolerated.
+    pub fn new(family: Family, system: &impl System, t: DoubleDouble, y: &[f64]) -> Self {
+        let path = Path::resting(t, y, family.max_order() + 1);
+        let mut start = Self {
+            family,
+            trial: path.clone(),
+            path,
+            steps: [0.0; MAX_ORDER + 1],
+            order: 1,
+            step: 0.0,
+            wait: 2,
+            growth: FIRST_GROWTH,
+            correction: vec![0.0; y.len()],
+            kept: vec![0.0; y.len()],
+            kept_spread: None,
+            state: y.to_vec(),
+            rates: vec![0.0; y.len()],
+            work: Work::default(),
+        };
+        start.begin(system);
+        start
+    }
+
+    /// Takes up again what was put down as plain data; nothing if it is not of this family and `size` components. Its values may
+    /// be anything if it is `broken`.
+    pub fn restored(mut self, family: Family, size: usize, broken: bool) -> Option<Self> {
+        let orders = 1..=family.max_order();
+        let lengths = self.steps.iter().all(|step| *step >= 0.0 && step.is_finite());
+        let next = self.step > 0.0 && self.growth >= 1.0 && self.step.max(self.growth).is_finite();
+        let kept = self.correction.iter().chain(&self.kept).chain(&self.kept_spread).all(|value| value.is_finite());
+        let sound = self.family == family
+            && self.path.is_sound(size, family.max_order() + 1, broken)
+            && [self.correction.len(), self.kept.len()] == [size; 2]
+            && orders.contains(&self.order)
+            && orders.contains(&self.path.degree)
+            && (1..=MAX_ORDER + 2).contains(&self.wait)
+            && (broken || (self.path.step > 0.0 && lengths && next && kept));
+        self.trial = self.path.clone();
+        self.state = vec![0.0; size];
+        self.rates = vec![0.0; size];
+        sound.then_some(self)
+    }
+
+    /// The last step.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Work so far.
+    pub fn work(&self) -> Work {
+        self.work
+    }
+
+    fn begin(&mut self, system: &impl System) {
+        self.evaluate(system, self.path.end);
+        let pace = system.size(&self.state, &self.rates);
+        self.step = if pace > 0.0 { (1.0 / pace).min(LONGEST) } else { 1.0 };
+        (self.path.step, self.path.degree) = (self.step, 1);
+        self.path.column_mut(1).iter_mut().zip(&self.rates).for_each(|(c, rate)| *c = self.step * rate);
+    }
+
+    fn evaluate(&mut self, system: &impl System, t: DoubleDouble) {
+        system.rates(t, &self.state, &mut self.rates);
+        self.work.evaluations = self.work.evaluations.saturating_add(1);
+    }
+
+    /// Makes a step.
+    ///
+    /// # Errors
+    /// [`Stuck`] if it would have to be shorter than the clock resolves.
+    pub fn step(&mut self, system: &impl System) -> Result<(), Stuck> {
+        self.change_order();
+        self.change_step(self.step / self.path.step);
+        let mut failures = 0;
+        for _ in 0..MAX_ATTEMPTS {
+            if !resolved(self.path.end, self.path.step) {
+                break;
+            }
+            let xi = distances(self.path.step, &self.steps, self.path.step);
+            let c = match self.family {
+                Family::Adams => adams(self.order, &xi),
+                Family::Bdf => bdf(self.order, &xi),
+            };
+            self.trial.copy_from(&self.path);
+            self.trial.extrapolate();
+            let Some(error) = self.correct(system, &c) else {
+                self.growth = 1.0;
+                self.change_step(0.25);
+                continue;
+            };
+            if error.is_nan() || error > 1.0 {
+                failures += 1;
+                self.after_failure(system, error, failures);
+                continue;
+            }
+            for j in 0..=self.order {
+                self.trial.add(j, c.corrector[j], &self.correction);
+            }
+            if let Some(fraction) = system.overlooked(&self.trial) {
+                self.growth = 1.0;
+                self.change_step(fraction);
+                continue;
+            }
+            self.accept(system, &c, error);
+            return Ok(());
+        }
+        Err(Stuck { step: self.path.step })
+    }
+
+    /// Finds `e` for the trial step; its error in units of what is tolerated, or nothing where the iteration does not converge.
+    fn correct(&mut self, system: &impl System, c: &Coefficients) -> Option<f64> {
+        let (t, step, slope) = (self.trial.end, self.trial.step, c.corrector[1]);
+        self.correction.fill(0.0);
+        self.state.copy_from_slice(self.trial.last());
+        let mut matrix = match self.family {
+            Family::Adams => None,
+            Family::Bdf => Some(system.linearize(t, &self.state, step / slope)),
+        };
+        let (mut before, mut convergence) = (0.0, 1.0_f64);
+        for iteration in 0..MAX_ITERATIONS {
+            self.evaluate(system, t);
+            // The rates become the change of e.
+            let predicted = self.trial.column(1).iter().zip(&self.correction);
+            for (rate, (predicted, e)) in self.rates.iter_mut().zip(predicted) {
+                *rate = (step * *rate - predicted) / slope - e;
+            }
+            if let Some(matrix) = &mut matrix {
+                system.solve(matrix, &mut self.rates);
+            }
+            self.correction.iter_mut().zip(&self.rates).for_each(|(e, change)| *e += change);
+            let predicted = self.trial.column(0).iter().zip(&self.correction);
+            self.state.iter_mut().zip(predicted).for_each(|(y, (predicted, e))| *y = predicted + e);
+            let change = system.size(&self.state, &self.rates);
+            if iteration > 0 {
+                convergence = (0.3 * convergence).max(change / before);
+            }
+            if change * convergence.min(1.0) * c.error <= ITERATION_ERROR {
+                if matrix.is_some() {
+                    self.correct_sums(system, c);
+                }
+                return Some(c.error * system.error(&self.state, &self.correction));
+            }
+            if !change.is_finite() || (iteration > 0 && change > 2.0 * before) {
+                return None;
+            }
+            before = change;
+        }
+        None
+    }
+
+    /// Components that the rates do not depend on, from the rates at the end of the step.
+    fn correct_sums(&mut self, system: &impl System, c: &Coefficients) {
+        self.evaluate(system, self.trial.end);
+        let predicted = self.trial.column(1);
+        for (rate, predicted) in self.rates.iter_mut().zip(predicted) {
+            *rate = (self.trial.step * *rate - predicted) / c.corrector[1];
+        }
+        system.copy_sums(&self.rates, &mut self.correction);
+    }
+
+    /// A shorter step; from the fourth failure on a lower order as well, and at order 1 a new start.
+    fn after_failure(&mut self, system: &impl System, error: f64, failures: usize) {
+        self.growth = 1.0;
+        let shorter = if failures > 3 {
+            if self.order > 1 {
+                self.lower_order();
+                self.wait = self.order + 1;
+            } else {
+                self.state.copy_from_slice(self.path.last());
+                self.evaluate(system, self.path.end);
+                let step = self.path.step;
+                self.path.column_mut(1).iter_mut().zip(&self.rates).for_each(|(c, rate)| *c = step * rate);
+                self.wait = 10;
+            }
+            0.1
+        } else {
+            // A ratio that is not a number becomes the smallest.
+            ratio(6.0, error, self.order).max(0.1).min(if failures > 1 { 0.2 } else { 0.9 })
+        };
+        self.change_step(shorter);
+    }
+
+    fn change_step(&mut self, ratio: f64) {
+        if ratio != 1.0 {
+            self.path.rescale(ratio);
+        }
+    }
+
+    /// Takes the trial step over, and chooses the order and the length of the next one.
+    fn accept(&mut self, system: &impl System, c: &Coefficients, error: f64) {
+        std::mem::swap(&mut self.path, &mut self.trial);
+        self.work.steps = self.work.steps.saturating_add(1);
+        self.steps.rotate_right(1);
+        self.steps[0] = self.path.step;
+        self.wait -= 1;
+        let order = self.order;
+        let (mut best, mut next) = (ratio(6.0, error, order), order);
+        if self.growth == 1.0 {
+            // After a failure: the same again.
+            self.wait = self.wait.max(2);
+            best = 1.0;
+        } else if self.wait == 0 {
+            self.wait = 2;
+            if order > 1 {
+                let lower = ratio(6.0, system.error(&self.state, self.path.column(order)) * c.lower, order - 1);
+                if lower > best {
+                    (best, next) = (lower, order - 1);
+                }
+            }
+            if let Some(spread) = self.kept_spread.take() {
+                let same = c.spread / spread * libm::pow(self.steps[0] / self.steps[1], (order + 1) as f64);
+                self.kept.iter_mut().zip(&self.correction).for_each(|(kept, e)| *kept = e - same * *kept);
+                let higher = ratio(10.0, system.error(&self.state, &self.kept) * c.higher, order + 1);
+                if higher > best {
+                    (best, next) = (higher, order + 1);
+                }
+            }
+        }
+        if self.wait == 1 && order < self.family.max_order() {
+            self.kept.copy_from_slice(&self.correction);
+            self.kept_spread = Some(c.spread);
+        }
+        if best < WORTH_IT {
+            (best, next) = (1.0, order);
+        }
+        self.order = next;
+        self.step = (self.path.step * best.min(self.growth)).min(LONGEST);
+        self.growth = GROWTH;
+    }
+
+    /// Brings the path from the order of the last step to that of the next one.
+    fn change_order(&mut self) {
+        match self.order.cmp(&self.path.degree) {
+            Ordering::Less => self.lower_order(),
+            Ordering::Greater => self.raise_order(),
+            Ordering::Equal => {}
+        }
+    }
+
+    /// Distances of the points before the end of the last step, in steps.
+    fn points(&self) -> [f64; MAX_ORDER + 1] {
+        distances(self.steps[0], &self.steps[1..], self.path.step)
+    }
+
+    /// Takes the highest coefficient out of the path so that it still holds for all that the lower order keeps.
+    fn lower_order(&mut self) {
+        let order = self.path.degree;
+        let through = roots(&self.points()[..order.saturating_sub(2)]);
+        for j in 2..order {
+            let factor = match self.family {
+                Family::Adams => order as f64 / j as f64,
+                Family::Bdf => 1.0,
+            };
+            let (column, highest) = self.path.two_columns(j, order);
+            column.iter_mut().zip(highest).for_each(|(c, h)| *c -= factor * through[j - 2] * h);
+        }
+        (self.path.degree, self.order) = (order - 1, order - 1);
+        self.wait = order;
+    }
+
+    /// Adds a coefficient to the path.
+    fn raise_order(&mut self) {
+        let order = self.path.degree;
+        (self.path.degree, self.order) = (order + 1, order + 1);
+        self.path.column_mut(order + 1).fill(0.0);
+        self.wait = order + 2;
+        if self.family == Family::Bdf {
+            // So that the path passes through one point more. (For the Adams formulas that would be a rate, which is not kept.)
+            let points = &self.points()[..order];
+            let off: f64 = points.iter().enumerate().map(|(j, xi)| 1.0 / (j + 1) as f64 - 1.0 / xi).sum();
+            let highest = off / points.iter().product::<f64>();
+            let through = roots(&points[..order - 1]);
+            (2..=order + 1).for_each(|j| self.path.add(j, highest * through[j - 2], &self.correction));
+        }
+    }
+}

@@ -1,0 +1,209 @@
+//! Systems of ordinary differential equations, and the solution over one step as polynomials.
+
+use serde::{Deserialize, Serialize};
+
+use super::double_double::DoubleDouble;
+
+/// A system `y' = f(t, y)`, with all that its solvers ask for.
+pub trait System {
+    /// What [`Self::linearize`] keeps of the Jacobian.
+    type Linearized;
+
+    /// Writes `f(t, y)`.
+    fn rates(&self, t: DoubleDouble, y: &[f64], rates: &mut [f64]);
+
+    /// The change `e` of the solution `y` in units of what is tolerated. Components that `f` does not depend on are left out.
+    fn size(&self, y: &[f64], e: &[f64]) -> f64;
+
+    /// The error `e` of the solution `y` in units of what is tolerated: at least its size.
+    fn error(&self, y: &[f64], e: &[f64]) -> f64;
+
+    /// The matrix `I - gamma df/dy` at `(t, y)`.
+    fn linearize(&self, t: DoubleDouble, y: &[f64], gamma: f64) -> Self::Linearized;
+
+    /// Replaces `e` by the solution of `matrix * solution = e`, except in components that `f` does not depend on.
+    fn solve(&self, matrix: &mut Self::Linearized, e: &mut [f64]);
+
+    /// Replaces the components that `f` does not depend on by those of `from`.
+    fn copy_sums(&self, from: &[f64], to: &mut [f64]);
+
+    /// Looks at a step before it is accepted: where `f` switched within it without its ends showing that, the fraction of the
+    /// step at which the switching shows.
+    fn overlooked(&self, path: &Path) -> Option<f64>;
+}
+
+/// A solver that did not get on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stuck {
+    /// Length of the last step it tried, s.
+    pub step: f64,
+}
+
+/// Whether the clock resolves steps of `step` (s) at the time `t`: its two doubles hold 32 digits.
+pub(super) fn resolved(t: DoubleDouble, step: f64) -> bool {
+    step > 1e-32 * t.value().abs().max(1.0)
+}
+
+/// What a run took.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Work {
+    /// Steps accepted.
+    pub steps: u64,
+    /// Evaluations of the rates.
+    pub evaluations: u64,
+}
+
+/// The solution over the last step: each component is a polynomial of `s = (t - end) / step` on `[-1, 0]`.
+///
+/// Its coefficients are the scaled derivatives at the end of the step, `step^j y^(j) / j!`: the array of Nordsieck (1962).
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct Path {
+    /// End of the step.
+    pub end: DoubleDouble,
+    /// Its length, s; 0 before the first step.
+    pub step: f64,
+    /// Degree of the polynomials.
+    pub degree: usize,
+    /// Number of components.
+    size: usize,
+    /// Coefficients 0 of all components, then coefficients 1, and so on.
+    columns: Vec<f64>,
+}
+
+impl Path {
+    /// A path of no length at `y`, with room for polynomials up to `degree`.
+    pub fn resting(t: DoubleDouble, y: &[f64], degree: usize) -> Self {
+        let mut columns = y.to_vec();
+        columns.resize(y.len() * (degree + 1), 0.0);
+        Self { end: t, step: 0.0, degree: 0, size: y.len(), columns }
+    }
+
+    /// Whether it is one of `size` components with room for polynomials up to `room`, of finite values unless it may be `broken`.
+    pub fn is_sound(&self, size: usize, room: usize, broken: bool) -> bool {
+        let fits = self.size == size && self.columns.len() == size * (room + 1) && self.degree <= room;
+        let finite = |path: &Self| path.columns[..size * (path.degree + 1)].iter().all(|c| c.is_finite());
+        fits && (broken || self.end.is_sound() && self.step >= 0.0 && self.step.is_finite() && finite(self))
+    }
+
+    /// Coefficients `j` of all components.
+    #[inline]
+    pub fn column(&self, j: usize) -> &[f64] {
+        &self.columns[j * self.size..(j + 1) * self.size]
+    }
+
+    /// The same, to be changed.
+    #[inline]
+    pub fn column_mut(&mut self, j: usize) -> &mut [f64] {
+        &mut self.columns[j * self.size..(j + 1) * self.size]
+    }
+
+    /// Columns `j` and `k > j`, the first to be changed.
+    #[inline]
+    pub fn two_columns(&mut self, j: usize, k: usize) -> (&mut [f64], &[f64]) {
+        let (low, high) = self.columns.split_at_mut(k * self.size);
+        (&mut low[j * self.size..(j + 1) * self.size], &high[..self.size])
+    }
+
+    /// The state at the end of the step.
+    pub fn last(&self) -> &[f64] {
+        self.column(0)
+    }
+
+    /// Start of the step.
+    pub fn start(&self) -> DoubleDouble {
+        self.end + -self.step
+    }
+
+    /// The argument `s` at the time `t` on the step.
+    pub fn place(&self, t: DoubleDouble) -> f64 {
+        if self.step == 0.0 { 0.0 } else { ((t - self.end).value() / self.step).clamp(-1.0, 0.0) }
+    }
+
+    /// The time at `s`.
+    pub fn time(&self, s: f64) -> DoubleDouble {
+        self.end + s * self.step
+    }
+
+    /// Component `i` at `s`.
+    pub fn value(&self, i: usize, s: f64) -> f64 {
+        let coefficient = |j: usize| self.columns[j * self.size + i];
+        (0..self.degree).rev().fold(coefficient(self.degree), |sum, j| sum * s + coefficient(j))
+    }
+
+    /// Derivative of component `i` by time at `s`.
+    pub fn rate(&self, i: usize, s: f64) -> f64 {
+        let term = |j: usize| j as f64 * self.columns[j * self.size + i];
+        let by_s = (1..=self.degree).rev().fold(0.0, |sum, j| sum * s + term(j));
+        if self.step == 0.0 { 0.0 } else { by_s / self.step }
+    }
+
+    /// The state at `s`.
+    pub fn state(&self, s: f64) -> Vec<f64> {
+        (0..self.size).map(|i| self.value(i, s)).collect()
+    }
+
+    /// Takes over everything of `other`, without allocating.
+    pub fn copy_from(&mut self, other: &Self) {
+        (self.end, self.step, self.degree) = (other.end, other.step, other.degree);
+        let used = (other.degree + 1) * self.size;
+        self.columns[..used].copy_from_slice(&other.columns[..used]);
+    }
+
+    /// Describes the same polynomials in steps `ratio` times as long.
+    pub fn rescale(&mut self, ratio: f64) {
+        let mut power = 1.0;
+        for j in 1..=self.degree {
+            power *= ratio;
+            self.column_mut(j).iter_mut().for_each(|c| *c *= power);
+        }
+        self.step *= ratio;
+    }
+
+    /// Moves the end of the step on by one step along the same polynomials: Pascal's triangle.
+    pub fn extrapolate(&mut self) {
+        for k in 1..=self.degree {
+            for j in (k..=self.degree).rev() {
+                let (lower, upper) = self.two_columns(j - 1, j);
+                lower.iter_mut().zip(upper).for_each(|(a, b)| *a += b);
+            }
+        }
+        self.end += self.step;
+    }
+
+    /// Adds `factor * e` to coefficients `j`.
+    pub fn add(&mut self, j: usize, factor: f64, e: &[f64]) {
+        self.column_mut(j).iter_mut().zip(e).for_each(|(c, e)| *c += factor * e);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The polynomial 1 + 2 s + 3 s^2 on a step of 0.5 s that ends at 4 s.
+    fn path() -> Path {
+        let mut path = Path::resting(4.0.into(), &[1.0], 3);
+        (path.step, path.degree) = (0.5, 2);
+        path.column_mut(1)[0] = 2.0;
+        path.column_mut(2)[0] = 3.0;
+        path
+    }
+
+    #[test]
+    fn values_and_rates() {
+        let path = path();
+        let s = path.place(3.75.into());
+        assert_eq!((s, path.value(0, s), path.rate(0, s)), (-0.5, 0.75, -2.0));
+        assert_eq!(path.time(s).value(), 3.75);
+    }
+
+    #[test]
+    fn the_polynomial_is_the_same_in_other_steps_and_from_another_end() {
+        let (mut path, same) = (path(), path());
+        path.rescale(0.25);
+        assert_eq!(path.value(0, -1.0), same.value(0, -0.25));
+        path.extrapolate();
+        assert_eq!((path.end.value(), path.last()[0]), (4.125, same.value(0, 0.25)));
+        assert_eq!(path.rate(0, -1.0), same.rate(0, 0.0));
+    }
+}
