@@ -9,7 +9,7 @@
 //! | module | what it does | knows of |
 //! |---|---|---|
 //! | [`model`] | the physics in SI units: parameters, masses, force laws | numbers in `solver` |
-//! | [`solver`] | numerics: closed-form oscillators, series, dual numbers, first crossings, an event queue | nothing |
+//! | [`solver`] | numerics: closed-form oscillators, series, dual numbers, first crossings, an event queue, solvers of ODEs | nothing |
 //! | [`engine`] | a run: flight, impacts, clusters of balls in contact, events, the ledger of pulses | `model`, `solver` |
 //! | [`variables`] | the interface as one table: names, types, units, ranges, description, access | `model`, `engine` |
 //! | [`instance`] | one running instance: phases, legality of calls, steps, saved states, log | `variables`, `engine` |
@@ -18,6 +18,10 @@
 //! A call of a host goes down that list from the bottom: `fmi2` turns C into Rust and asks whether the call is legal now,
 //! `instance` carries it out, `engine` moves the trajectory, and what the host reads is evaluated at its communication point
 //! without moving anything.
+//!
+//! Beside the event-driven engine stand the methods that one would take without it (`solver.method`): [`engine::Continuous`]
+//! integrates the whole chain by backward differentiation, Adams-Moulton or Runge-Kutta formulas. They are slow, for comparison, and
+//! an independent check. An instance and the variables see either of them as an [`engine::Simulation`].
 //!
 //! # Three ideas
 //!

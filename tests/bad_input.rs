@@ -24,6 +24,7 @@ fn parameters_out_of_range_are_refused() {
         ("ball.poissonRatio", 0.6, "ball.poissonRatio = 0.6 is refused; allowed: 0 to 0.5"),
         ("gravity", -9.81, "gravity = -9.81 m/s2 is refused; allowed: finite and >= 0 m/s2"),
         ("solver.tolerance", 0.1, "solver.tolerance = 0.1 is refused; allowed: 1e-14 to 0.001"),
+        ("solver.fixedStep", 0.0, "solver.fixedStep = 0 s is refused; allowed: finite and > 0 s"),
         ("F_ext[1]", f64::NAN, "F_ext[1] = NaN N is refused"),
     ];
     for (name, value, expected) in bad {

@@ -3,7 +3,8 @@
 use newtons_cradle::engine::{EngineError, NEVER, Pulse, Simulation};
 use newtons_cradle::model::{ContactModel, DampingLaw, Inputs, Parameters, SolverMethod};
 
-/// Method, tolerance and step, and how far from the truth the results of a second may be.
+/// Method, tolerance and step, and how far from the engine's the results of a second may be, in units of their scale. It is far
+/// more than the tolerance because balls that come to rest on each other bounce dozens of times and every bounce magnifies errors.
 const METHODS: [(SolverMethod, f64, f64, f64); 3] = [
     (SolverMethod::Adams, 1e-13, 1e-6, 1e-4),
     (SolverMethod::Bdf, 1e-13, 1e-6, 1e-4),
@@ -103,6 +104,36 @@ fn compare(p: &Parameters) {
         for (pulse, truth) in pulses.iter().zip(&expected_pulses) {
             let off = pulse_numbers(pulse).into_iter().zip(pulse_numbers(truth)).map(|(a, b)| (a - b).abs());
             assert!(off.fold(0.0, f64::max) <= allowed, "{method:?}: {pulse:?}, not {truth:?}");
+        }
+    }
+}
+
+#[test]
+fn derivatives_are_those_of_the_engine() {
+    let law = lossy(ContactModel::PowerLaw, DampingLaw::KelvinVoigtNoPull);
+    let follow = |method: SolverMethod, tolerance: f64, fixed_step: f64| {
+        let p = Parameters { method, tolerance, fixed_step, ..law.clone() };
+        let mut run = Simulation::new(&p, &Inputs::zero(4), 0.0).unwrap();
+        let pushed = Inputs { force: vec![1.0; 4], support_acceleration: 0.0 };
+        let mut all = Vec::new();
+        for i in 1..=10 {
+            run.advance(0.05 * f64::from(i), &mut Vec::new()).unwrap();
+            let along = run.sensitivity_of_step(&pushed).unwrap();
+            for rates in [run.time_derivative(1), along] {
+                all.push([rates.x, rates.v, rates.impulse, vec![rates.momentum, rates.support_force]].concat());
+            }
+        }
+        all
+    };
+    let expected = follow(SolverMethod::EventDriven, 1e-12, 1e-6);
+    for (method, tolerance, step, allowed) in METHODS {
+        for (rates, truth) in follow(method, tolerance, step).iter().zip(&expected) {
+            for (rate, truth) in rates.iter().zip(truth) {
+                assert!(
+                    (rate - truth).abs() <= allowed * truth.abs().max(1.0),
+                    "{method:?}: {rates:?}, not {truth} in it"
+                );
+            }
         }
     }
 }

@@ -179,14 +179,22 @@ fn parameters_of_other_laws_are_told() {
     assert_eq!(host.set("contact.huntCrossley", 0.5), fmi2OK);
     assert_eq!(host.set("ball.youngModulus", 1e9), fmi2OK);
     assert_eq!(host.set("ball.radius", 0.02), fmi2OK);
+    assert_eq!(host.set("solver.fixedStep", 1e-5), fmi2OK);
     host.start();
     let told: Vec<String> = host.log().into_iter().map(|line| line.text).collect();
-    assert_eq!(told.len(), 2, "{told:?}");
+    assert_eq!(told.len(), 3, "{told:?}");
     assert!(told[0].starts_with("ball.youngModulus = 1e9 Pa has no effect"), "{told:?}");
     assert!(told[1].starts_with("contact.huntCrossley = 0.5 s/m has no effect"), "{told:?}");
+    assert!(told[2].starts_with("solver.fixedStep = 1e-5 s has no effect"), "{told:?}");
     assert_eq!(host.reset(), fmi2OK);
     host.start();
     assert!(host.log().is_empty());
+    assert_eq!(host.reset(), fmi2OK);
+    assert_eq!((host.set_integer("solver.method", 4), host.set("solver.tolerance", 1e-6)), (fmi2OK, fmi2OK));
+    assert_eq!(host.set("solver.fixedStep", 1e-5), fmi2OK);
+    host.start();
+    let told: Vec<String> = host.log().into_iter().map(|line| line.text).collect();
+    assert!(told.len() == 1 && told[0].starts_with("solver.tolerance = 1e-6 has no effect"), "{told:?}");
 }
 
 #[test]

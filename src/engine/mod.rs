@@ -10,6 +10,8 @@
 //! Events happen at their own times, never at communication points: between changes of the inputs the trajectory is the same,
 //! bit for bit, however a host cuts its steps. What a host asks for at a communication point is evaluated there (`observe`)
 //! and moves nothing. A run can be put down as plain data and taken up again (`snapshot`).
+//!
+//! The methods that integrate the whole chain over all time are apart from all this (`continuous`); a `Simulation` is a run by any.
 
 mod ball;
 mod cluster;

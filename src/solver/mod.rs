@@ -1,6 +1,7 @@
 //! Numerical methods. Knows no cradle.
 
 pub mod block_tridiagonal;
+mod corrector;
 pub mod double_double;
 pub mod dual;
 pub mod multistep;

@@ -46,6 +46,10 @@ fn kelvin_voigt(parameters: &Parameters) -> bool {
     !hunt_crossley(parameters)
 }
 
+fn error_control(parameters: &Parameters) -> bool {
+    !fixed_steps(parameters)
+}
+
 fn fixed_steps(parameters: &Parameters) -> bool {
     parameters.method == SolverMethod::Rk4
 }
@@ -121,7 +125,8 @@ pub static TABLE: &[Row] = &[
     choice("solver.method", &SOLVER_METHOD,
         "Method of solution"),
     parameter("solver.tolerance", Scalar, &RATIO, between(1e-14, 1e-3), one!(tolerance),
-        "Relative tolerance; a host's own tolerance can only tighten it").nominal(1e-12),
+        "Relative tolerance of all methods but rk4; a host's own tolerance can only tighten it").nominal(1e-12)
+        .used_if(error_control),
     parameter("solver.fixedStep", Scalar, &TIME, POSITIVE, one!(fixed_step),
         "Step of the rk4 method").nominal(1e-6).used_if(fixed_steps),
     derived("pendulum.period", &TIME, period,

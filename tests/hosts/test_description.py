@@ -27,7 +27,9 @@ PARAMETERS = {  # name: (unit, start); None where the start differs per element
     "contact.huntCrossley": ("s/m", 0.0),
     "x_start[#n]": ("m", None),
     "v_start[#n]": ("m/s", 0.0),
+    "solver.method": (None, 1),
     "solver.tolerance": ("1", 1e-12),
+    "solver.fixedStep": ("s", 1e-6),
 }
 TUNABLE = {"pendulum.drag", "contact.damping", "contact.huntCrossley"}
 INPUTS = {"F_ext[#n]": "N", "a_support": "m/s2"}

@@ -126,7 +126,8 @@ impl Motion {
         (self.dynamics.cradle, self.dynamics.pushes) = (cradle, pushes);
         self.solver = self.solver.restored(method, self.dynamics.components(), broken)?;
         let contacts = self.dynamics.cradle.contacts.len();
-        let event = |event: &Event| event.contact < contacts && event.time.is_sound() && event.force.is_finite();
+        let finite = |event: &Event| event.time.is_sound() && event.force.is_finite();
+        let event = |event: &Event| event.contact < contacts && (broken || finite(event));
         let work = [self.work_before, self.solver.work()];
         let sound = self.closed.len() == contacts
             && (broken || self.dynamics.is_sound())

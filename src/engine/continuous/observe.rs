@@ -25,33 +25,33 @@ impl Continuous {
         self.motion.path().value(component, self.place())
     }
 
-    pub fn x(&self, i: usize) -> f64 {
+    pub(in crate::engine) fn x(&self, i: usize) -> f64 {
         self.value(i)
     }
 
-    pub fn v(&self, i: usize) -> f64 {
+    pub(in crate::engine) fn v(&self, i: usize) -> f64 {
         self.value(self.motion.dynamics.v(i))
     }
 
-    pub fn a(&self, i: usize) -> f64 {
+    pub(in crate::engine) fn a(&self, i: usize) -> f64 {
         let from_left = if i > 0 { self.force(i - 1) } else { 0.0 };
         let from_right = if i < self.contacts.len() { self.force(i) } else { 0.0 };
         self.motion.dynamics.acceleration(i, self.now(), self.x(i), self.v(i), from_left - from_right)
     }
 
-    pub fn force(&self, i: usize) -> f64 {
+    pub(in crate::engine) fn force(&self, i: usize) -> f64 {
         self.motion.force(i, self.place())
     }
 
-    pub fn overlap(&self, i: usize) -> f64 {
+    pub(in crate::engine) fn overlap(&self, i: usize) -> f64 {
         self.motion.overlap(i, self.place()).0
     }
 
-    pub fn in_contact(&self, i: usize) -> bool {
+    pub(in crate::engine) fn in_contact(&self, i: usize) -> bool {
         self.overlap(i) > 0.0
     }
 
-    pub fn impulse(&self, i: usize) -> f64 {
+    pub(in crate::engine) fn impulse(&self, i: usize) -> f64 {
         self.value(self.motion.dynamics.impulse(i))
     }
 
@@ -79,7 +79,7 @@ impl Continuous {
         }
     }
 
-    pub fn time_derivative(&self, order: usize) -> Differential {
+    pub(in crate::engine) fn time_derivative(&self, order: usize) -> Differential {
         Differential::by_time(&self.motion.dynamics.cradle, &self.state(), &self.inputs.at(self.time), order)
     }
 
@@ -88,69 +88,69 @@ impl Continuous {
         self.time - self.step_start
     }
 
-    pub fn force_mean(&self, i: usize) -> f64 {
+    pub(in crate::engine) fn force_mean(&self, i: usize) -> f64 {
         if self.step_length() == 0.0 {
             return self.force(i);
         }
         (self.impulse(i) - self.contacts[i].impulse_at_step) / self.step_length()
     }
 
-    pub fn force_peak(&self, i: usize) -> f64 {
+    pub(in crate::engine) fn force_peak(&self, i: usize) -> f64 {
         self.contacts[i].ledger.peak_in_step(self.step).max(self.force(i))
     }
 
-    pub fn pulses(&self, i: usize) -> u64 {
+    pub(in crate::engine) fn pulses(&self, i: usize) -> u64 {
         self.contacts[i].ledger.pulses
     }
 
-    pub fn last_onset(&self, i: usize) -> f64 {
+    pub(in crate::engine) fn last_onset(&self, i: usize) -> f64 {
         self.contacts[i].ledger.onset
     }
 
-    pub fn last_release(&self, i: usize) -> f64 {
+    pub(in crate::engine) fn last_release(&self, i: usize) -> f64 {
         self.contacts[i].ledger.release
     }
 
-    pub fn kinetic_energy(&self, i: usize) -> f64 {
+    pub(in crate::engine) fn kinetic_energy(&self, i: usize) -> f64 {
         self.motion.dynamics.cradle.balls[i].kinetic_energy(self.v(i))
     }
 
-    pub fn gravity_energy(&self, i: usize) -> f64 {
+    pub(in crate::engine) fn gravity_energy(&self, i: usize) -> f64 {
         self.motion.dynamics.cradle.balls[i].gravity_energy(self.x(i))
     }
 
-    pub fn contact_energy(&self, i: usize) -> f64 {
+    pub(in crate::engine) fn contact_energy(&self, i: usize) -> f64 {
         self.motion.dynamics.cradle.contacts[i].elastic_energy(self.overlap(i))
     }
 
-    pub fn total_energy(&self) -> f64 {
+    pub(in crate::engine) fn total_energy(&self) -> f64 {
         let balls = (0..self.motion.dynamics.balls()).map(|i| self.kinetic_energy(i) + self.gravity_energy(i));
         balls.sum::<f64>() + (0..self.contacts.len()).map(|i| self.contact_energy(i)).sum::<f64>()
     }
 
-    pub fn dissipated_energy(&self) -> f64 {
+    pub(in crate::engine) fn dissipated_energy(&self) -> f64 {
         self.value(self.motion.dynamics.loss())
     }
 
-    pub fn external_work(&self) -> f64 {
+    pub(in crate::engine) fn external_work(&self) -> f64 {
         self.value(self.motion.dynamics.work())
     }
 
-    pub fn energy_residual(&self) -> f64 {
+    pub(in crate::engine) fn energy_residual(&self) -> f64 {
         (self.total_energy() - self.energy_at_start) + (self.dissipated_energy() - self.external_work())
     }
 
-    pub fn momentum(&self) -> f64 {
+    pub(in crate::engine) fn momentum(&self) -> f64 {
         let balls = &self.motion.dynamics.cradle.balls;
         balls.iter().enumerate().map(|(i, ball)| ball.mass * self.v(i)).sum()
     }
 
-    pub fn support_force(&self) -> f64 {
+    pub(in crate::engine) fn support_force(&self) -> f64 {
         let balls = &self.motion.dynamics.cradle.balls;
         balls.iter().enumerate().map(|(i, ball)| ball.support_force(self.x(i), self.v(i))).sum()
     }
 
-    pub fn support_force_mean(&self) -> f64 {
+    pub(in crate::engine) fn support_force_mean(&self) -> f64 {
         if self.step_length() == 0.0 {
             return self.support_force();
         }
@@ -159,7 +159,7 @@ impl Continuous {
 
     /// The first onset strictly after the current time, s; [`NEVER`] if there is none within 1000 periods of the first ball
     /// or as far ahead as 300,000 steps (`rk4`: 2 million) lead.
-    pub fn next_onset(&self) -> f64 {
+    pub(in crate::engine) fn next_onset(&self) -> f64 {
         let now = self.now();
         if let Some(onset) = onset_after(&self.motion, now) {
             return onset;
@@ -189,7 +189,7 @@ impl Continuous {
         }
     }
 
-    pub fn work(&self) -> Work {
+    pub(in crate::engine) fn work(&self) -> Work {
         let work = self.motion.work();
         Work { steps: work.steps, evaluations: work.evaluations, events: self.events }
     }

@@ -1,0 +1,149 @@
+//! The corrector polynomials of the multistep methods and their error constants, for steps of any lengths.
+//!
+//! Points lie at distances `xi` before the end of a step, in units of its length; the polynomials are those of `s` as in [`Path`](super::ode::Path).
+
+/// Highest order of any method.
+pub(super) const MAX_ORDER: usize = 12;
+
+/// Coefficients of a polynomial.
+pub(super) type Polynomial = [f64; MAX_ORDER + 2];
+
+const ONE: Polynomial = {
+    let mut one = [0.0; MAX_ORDER + 2];
+    one[0] = 1.0;
+    one
+};
+
+/// `p(s) (a + b s)`.
+fn times(p: &Polynomial, a: f64, b: f64) -> Polynomial {
+    std::array::from_fn(|j| a * p[j] + if j > 0 { b * p[j - 1] } else { 0.0 })
+}
+
+/// Integral of `s^power p(s)` over `[-1, 0]`.
+fn integral(p: &Polynomial, power: usize) -> f64 {
+    let term = |(j, c): (usize, &f64)| {
+        let k = j + power + 1;
+        if k.is_multiple_of(2) { -c / k as f64 } else { c / k as f64 }
+    };
+    p.iter().enumerate().map(term).sum()
+}
+
+/// What a step of some length and order needs.
+pub(super) struct Coefficients {
+    /// The corrector polynomial L.
+    pub corrector: Polynomial,
+    /// Error of the step over that of `e`.
+    pub error: f64,
+    /// Error that the order below would make, over the highest coefficient.
+    pub lower: f64,
+    /// Error that the order above would make, over the change of `e` from step to step.
+    pub higher: f64,
+    /// Changes of `e` are those of `e / spread`, which is a divided difference.
+    pub spread: f64,
+}
+
+/// Distances, in units of `unit`, of points that lie `first` and then each of `steps` further back.
+pub(super) fn distances(first: f64, steps: &[f64], unit: f64) -> [f64; MAX_ORDER + 1] {
+    let mut sum = first;
+    let mut distances = [first / unit; MAX_ORDER + 1];
+    for (distance, step) in distances[1..].iter_mut().zip(steps) {
+        sum += step;
+        *distance = sum / unit;
+    }
+    distances
+}
+
+/// `(s + d) ...` over the distances.
+pub(super) fn roots(distances: &[f64]) -> Polynomial {
+    distances.iter().fold(ONE, |p, d| times(&p, *d, 1.0))
+}
+
+/// The same, scaled to be 1 at 0.
+fn scaled_roots(distances: &[f64]) -> Polynomial {
+    distances.iter().fold(ONE, |p, d| times(&p, 1.0, 1.0 / d))
+}
+
+/// Adams-Moulton: L' vanishes at the points at which the rates are kept, L at the start of the step.
+pub(super) fn adams(order: usize, xi: &[f64]) -> Coefficients {
+    let kept = scaled_roots(&xi[..order - 1]);
+    let area = integral(&kept, 0);
+    let mut corrector = ONE;
+    (1..=order).for_each(|j| corrector[j] = kept[j - 1] / (j as f64 * area));
+    // The divided difference of the rates over these points and one more, and the integral of what it multiplies.
+    let spread = area * xi[..order].iter().product::<f64>();
+    Coefficients {
+        corrector,
+        // Shorter steps than before make it too small where the rates jump: no smaller, then, than that of equal steps.
+        error: (integral(&kept, 1) / (area * xi[order - 1].min(order as f64))).abs(),
+        lower: order as f64 * integral(&roots(&xi[..order.saturating_sub(2)]), 1).abs(),
+        higher: (integral(&roots(&xi[..order]), 1) / (xi[order] * spread)).abs(),
+        spread,
+    }
+}
+
+/// Backward differentiation: L vanishes at the points that are kept, the last of them moved so that L' at the end of the step
+/// is that of equal steps. The error constants are those of Brown, Byrne and Hindmarsh.
+pub(super) fn bdf(order: usize, xi: &[f64]) -> Coefficients {
+    let q = order as f64;
+    let leading: f64 = (1..=order).map(|j| 1.0 / j as f64).sum();
+    let (points, last) = (&xi[..order - 1], 1.0 / xi[order - 1]);
+    let of_points: f64 = points.iter().map(|xi| 1.0 / xi).sum();
+    let moved = leading - of_points;
+    let corrector = times(&scaled_roots(points), 1.0, moved);
+    let highest = corrector[order];
+    let a1 = 1.0 + (of_points + last) - leading;
+    let a2 = 1.0 + q * a1;
+    let lower = {
+        let (a3, a4) = (1.0 / q - leading, -of_points);
+        moved / highest * (1.0 - a4 + a3) / a3
+    };
+    let higher = {
+        let (a5, a6) = (-leading - 1.0 / (q + 1.0), -of_points - last - 1.0 / xi[order]);
+        (1.0 - a6 + a5) / a2 * xi[order] / ((q + 2.0) * a5)
+    };
+    Coefficients {
+        corrector,
+        error: (a1 / (leading * a2)).abs(),
+        lower: lower.abs(),
+        higher: higher.abs(),
+        spread: (a2 * moved / (highest * last)).abs(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const EQUAL: [f64; 13] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0];
+
+    #[test]
+    fn equal_steps_have_the_coefficients_of_the_textbooks() {
+        assert_eq!(distances(0.5, &[0.5; 12], 0.5), EQUAL);
+        // Adams-Moulton of order 4: 9/24 of the new rate, and errors of 19/720 and, for the predictor, -251/720 of h^5 y^(5).
+        let c = adams(4, &EQUAL);
+        assert!((c.corrector[1] - 24.0 / 9.0).abs() < 1e-14 && (c.error - 19.0 / 270.0).abs() < 1e-14);
+        assert!(c.corrector.iter().enumerate().map(|(j, c)| c * (-1f64).powi(j as i32)).sum::<f64>().abs() < 1e-14);
+        // Order 3 errs by 1/24 of h^4 y^(4), which is 4! times the highest coefficient.
+        assert!((c.lower - 1.0).abs() < 1e-13);
+        for order in 1..=5 {
+            let leading: f64 = (1..=order).map(|j| 1.0 / j as f64).sum();
+            let c = bdf(order, &EQUAL);
+            assert!((c.corrector[1] - leading).abs() < 1e-14);
+            assert!((c.error * (order + 1) as f64 * leading - 1.0).abs() < 1e-14, "order {order}");
+        }
+    }
+
+    #[test]
+    fn the_corrector_is_one_at_the_end_and_keeps_what_was_before() {
+        let xi = distances(0.3, &[0.2, 0.5, 0.1, 0.1, 0.4], 0.3);
+        let at = |p: &Polynomial, s: f64| p.iter().rev().fold(0.0, |sum, c| sum * s + c);
+        for order in 2..=5 {
+            let (a, b) = (adams(order, &xi).corrector, bdf(order, &xi).corrector);
+            assert!((at(&a, 0.0), at(&b, 0.0)) == (1.0, 1.0) && at(&a, -1.0).abs() < 1e-14);
+            let rate: Polynomial = std::array::from_fn(|j| a.get(j + 1).map_or(0.0, |c| (j + 1) as f64 * c));
+            for xi in &xi[..order - 1] {
+                assert!(at(&rate, -xi).abs() < 1e-12 && at(&b, -xi).abs() < 1e-12, "order {order}");
+            }
+        }
+    }
+}
