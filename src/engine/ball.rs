@@ -189,6 +189,8 @@ pub(crate) struct Ball {
 pub(crate) struct Known {
     /// The time, s; NaN for none.
     pub time: f64,
+    /// The anchor of its flight then.
+    pub anchor: DoubleDouble,
     /// Position, m, and velocity, m/s.
     pub state: (f64, f64),
     /// The functions of the oscillator that they followed from.
@@ -205,7 +207,7 @@ impl Ball {
             flight,
             tally: Tally::default(),
             held: Held::Free,
-            known: Cell::new(Known { time: f64::NAN, state: (0.0, 0.0), basis: None }),
+            known: Cell::new(Known { time: f64::NAN, anchor, state: (0.0, 0.0), basis: None }),
         }
     }
 
@@ -240,21 +242,28 @@ impl Ball {
         let mut tally = self.tally;
         tally.x_integral += flight.x * tau + flight.displacement_integral(o, u);
         tally.work += self.mass * flight.work(o, tau, u);
-        tally.drag_loss += self.drag_loss(tau);
+        tally.drag_loss += self.drag_loss(tau, u);
         tally
     }
 
-    /// Energy lost to drag within `tau` (s) after the anchor, in flight, J.
-    fn drag_loss(&self, tau: f64) -> f64 {
-        let o = &self.oscillator;
+    /// Energy lost to drag within `tau` (s) after the anchor, in flight, J; `u` are the oscillator's functions at that time.
+    fn drag_loss(&self, tau: f64, u: &[f64]) -> f64 {
+        let (o, flight) = (&self.oscillator, &self.flight);
         if o.gamma() == 0.0 {
             return 0.0;
         }
+        if o.gamma() * tau > 0.5 {
+            // What is missing of the energy, which is a good part of it.
+            let (displacement, v) = (flight.displacement(o, u), flight.velocity(o, u));
+            let kinetic = 0.5 * (flight.v - v) * (flight.v + v);
+            let potential = o.omega2() * displacement * (flight.x + 0.5 * displacement);
+            return self.mass * (kinetic - potential + flight.work(o, tau, u));
+        }
         let power = |s: f64| {
-            let (_, v) = self.flight.at(o, s.into());
+            let (_, v) = flight.at(o, s.into());
             2.0 * o.gamma() * self.mass * v * v
         };
-        let panels = (1.0 + tau * (o.omega() + 2.0 * o.gamma())).min(1e6) as usize;
+        let panels = (2.0 + tau * o.omega()).min(1e6) as usize;
         gauss_legendre(power, 0.0, tau, panels)
     }
 

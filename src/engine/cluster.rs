@@ -295,7 +295,11 @@ impl Cluster {
                 self.switch = Some((self.window.start + j, switch));
             }
         }
-        self.pace.quiet = if self.switch.is_some() { 0 } else { self.pace.quiet.saturating_add(1) };
+        if self.switch.is_some() {
+            (self.pace.quiet, self.pace.patience) = (0, Pace::default().patience);
+        } else {
+            self.pace.quiet = self.pace.quiet.saturating_add(1);
+        }
         (self.flights, self.contacts) = (flights, contacts);
     }
 
@@ -357,8 +361,8 @@ impl Cluster {
 /// How much longer than that of the Taylor series the first step of implicit collocation is to be; half of it is worth its cost.
 const GAIN: f64 = 40.0;
 
-/// Longest segment, s.
-const LONGEST: f64 = 1e6;
+/// Longest segment, s, for a window in which nothing varies.
+pub(super) const LONGEST: f64 = 1e6;
 
 impl Default for Motion {
     fn default() -> Self {

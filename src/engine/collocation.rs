@@ -185,6 +185,9 @@ impl<'a> Step<'a> {
             }
             let mut done = true;
             for (j, correction) in (first..end).zip(system.solve()) {
+                if correction.iter().any(|c| !c.is_finite()) {
+                    return None;
+                }
                 self.changes[j].iter_mut().zip(&correction).for_each(|(change, c)| *change += c);
                 let size = self.window.contacts[j].overlap + largest(&self.changes[j]);
                 // The next correction would be of the order of the square.
@@ -266,10 +269,10 @@ impl<'a> Step<'a> {
         for (i, flight) in window.flights.iter().enumerate() {
             let polynomial = RADAU.polynomial_from(flight.v, &velocities[i]);
             let allowed = (0.01 * tolerance * speed).max(NOISE * rounding);
-            if std::env::var("DBG").is_ok() {
-                eprintln!("  ball {i} {:.2e}", highest_terms(&polynomial) / allowed);
-            }
             worst = worst.max(highest_terms(&polynomial) / allowed);
+            if polynomial.iter().any(|c| !c.is_finite()) {
+                return f64::INFINITY;
+            }
             series.set_velocity(i, &polynomial);
         }
         for (j, contact) in window.contacts.iter().enumerate() {
@@ -282,12 +285,6 @@ impl<'a> Step<'a> {
                 let allowed = (relative * size).max(self.shaken(j, rounding)) / length;
                 let jump = (polynomial[0] - self.rate(j)).abs() / (10.0 * allowed).max(16.0 * rounding);
                 worst = worst.max(highest_terms(&polynomial) / allowed).max(jump);
-                if std::env::var("DBG").is_ok() {
-                    eprintln!(
-                        "  contact {j} {:.2e} jump {jump:.2e} size {size:.2e}",
-                        highest_terms(&polynomial) / allowed
-                    );
-                }
                 series.set_rate(j, &polynomial);
                 let overlaps = self.changes[j].map(|change| contact.overlap + change);
                 let elastic = overlaps.map(|d| window.laws[j].elastic_continued(d).map_or(0.0, |(force, _)| force));

@@ -84,6 +84,8 @@ pub enum EngineError {
     NotFinite { time: f64, ball: usize },
     /// No progress in time: the step shrank below the resolution of the clock.
     Stalled { time: f64, contact: usize },
+    /// At this many events a second of the run, the end of the step is out of reach.
+    TooFast { time: f64, contact: usize, pace: f64 },
     /// A general-purpose solver does not get on even with steps of this length, s.
     StepTooSmall { time: f64, step: f64 },
 }
@@ -93,6 +95,11 @@ impl std::fmt::Display for EngineError {
         match self {
             Self::NotFinite { time, ball } => write!(f, "the state of ball {} is not finite at t = {time} s", ball + 1),
             Self::Stalled { time, contact } => write!(f, "no progress in contact {} at t = {time} s", contact + 1),
+            Self::TooFast { time, contact, pace } => write!(
+                f,
+                "contact {} is too fast to be followed to the end of the step: {pace:.1e} events a second at t = {time} s",
+                contact + 1
+            ),
             Self::StepTooSmall { time, step } => {
                 write!(f, "the solver cannot go on at t = {time} s, not even by {step:e} s")
             }
@@ -111,6 +118,43 @@ pub struct Work {
     pub evaluations: u64,
     /// Onsets, releases and switchings of contact laws handled.
     pub events: u64,
+}
+
+/// Gives up where the events follow each other so fast that the end of the step would not be reached in days: the values of a
+/// cradle may be any numbers above 0.
+struct Endurance {
+    until: DoubleDouble,
+    /// Events since the last look at the clock, and when that was.
+    events: u32,
+    since: DoubleDouble,
+    /// How often in a row it was hopeless then.
+    hopeless: u32,
+}
+
+impl Endurance {
+    /// Events from one look at the clock to the next, how many to the end are hopeless, and for how many looks.
+    const EVENTS: u32 = 1 << 17;
+    const HOPELESS: f64 = 1e11;
+    const LOOKS: u32 = 8;
+
+    fn new(start: DoubleDouble, until: DoubleDouble) -> Self {
+        Self { until, events: 0, since: start, hopeless: 0 }
+    }
+
+    /// Counts the event of `contact` at `t`.
+    fn check(&mut self, t: DoubleDouble, contact: usize) -> Result<(), EngineError> {
+        self.events += 1;
+        if self.events < Self::EVENTS {
+            return Ok(());
+        }
+        let pace = f64::from(self.events) / (t - self.since).value();
+        self.hopeless = if pace * (self.until - t).value() > Self::HOPELESS { self.hopeless + 1 } else { 0 };
+        (self.events, self.since) = (0, t);
+        if self.hopeless < Self::LOOKS {
+            return Ok(());
+        }
+        Err(EngineError::TooFast { time: t.value(), contact, pace })
+    }
 }
 
 /// A contact of the cradle: its ledger, and how it stands.
@@ -319,9 +363,11 @@ impl Engine {
         self.begin_step();
         let until = DoubleDouble::from(time);
         let mut moved = false;
+        let mut endurance = Endurance::new(self.time.into(), until);
         while let Some((t, key)) = self.queue.first()
             && t <= until
         {
+            endurance.check(t, key)?;
             self.process(t, key, pulses)?;
             moved = true;
         }

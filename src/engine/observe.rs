@@ -3,7 +3,7 @@
 use super::ball::{Held, Known, Tally, degree, shifted};
 use super::cluster::{Cluster, Mode};
 use super::expansion::State;
-use super::{Engine, NEVER, Work};
+use super::{Endurance, Engine, NEVER, Work};
 use crate::solver::double_double::DoubleDouble;
 
 /// Periods of the first ball within which the next onset is looked for.
@@ -85,7 +85,7 @@ impl Engine {
     fn state(&self, i: usize) -> (f64, f64) {
         let ball = &self.balls[i];
         let known = ball.known.get();
-        if known.time == self.time {
+        if known.time == self.time && known.anchor == ball.anchor {
             return known.state;
         }
         let (state, basis) = if ball.held == Held::Free && degree(&ball.flight.push) == 0 {
@@ -95,7 +95,7 @@ impl Engine {
         } else {
             (self.state_at(i, self.now()), None)
         };
-        ball.known.set(Known { time: self.time, state, basis });
+        ball.known.set(Known { time: self.time, anchor: ball.anchor, state, basis });
         state
     }
 
@@ -103,7 +103,8 @@ impl Engine {
     fn shared_basis(&self, i: usize) -> Option<[f64; 3]> {
         let (left, ball) = (&self.balls[i.checked_sub(1)?], &self.balls[i]);
         let known = left.known.get();
-        let same = known.time == self.time && left.anchor == ball.anchor && left.oscillator == ball.oscillator;
+        let now = known.time == self.time && known.anchor == ball.anchor;
+        let same = now && left.anchor == ball.anchor && left.oscillator == ball.oscillator;
         known.basis.filter(|_| same)
     }
 
@@ -336,8 +337,9 @@ impl Engine {
         let mut ahead = self.clone();
         let onsets = |engine: &Self| engine.contacts.iter().map(|c| c.ledger.pulses).sum::<u64>();
         let before = onsets(self);
+        let mut endurance = Endurance::new(self.now(), limit);
         while let Some((t, key)) = ahead.queue.first().filter(|(t, _)| *t <= limit) {
-            if ahead.process(t, key, &mut Vec::new()).is_err() {
+            if endurance.check(t, key).and_then(|()| ahead.process(t, key, &mut Vec::new())).is_err() {
                 break;
             }
             if onsets(&ahead) > before {

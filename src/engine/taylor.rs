@@ -7,7 +7,7 @@
 //! of the velocities. The series is its own dense output.
 
 use super::ball::{Push, Rounding, degree};
-use super::cluster::{Mode, Switch, Window};
+use super::cluster::{LONGEST, Mode, Switch, Window};
 use crate::model::{ContactLaw, Damping};
 use crate::solver::oscillator::MAX_FORCE_ORDER;
 use crate::solver::series::{self, power_term, product_term};
@@ -57,9 +57,6 @@ pub(crate) struct Series {
     /// How long the series converge to the tolerance, s.
     converges_for: f64,
 }
-
-/// Longest segment, s, for a window in which nothing varies.
-const LONGEST: f64 = 1e6;
 
 impl Series {
     fn stride(&self) -> usize {
