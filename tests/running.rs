@@ -286,3 +286,55 @@ fn any_number_of_balls_runs() {
         assert!(host.get(&format!("x[{balls}]")).is_finite());
     }
 }
+
+/// Ten minutes in one step: Figure 6's set-up, and cubic contacts.
+#[test]
+fn long_runs_keep_their_energy() {
+    let turn = std::f64::consts::TAU;
+    let figure6 =
+        [("x_start[1]", -1.0), ("x_start[2]", -1.0), ("contact.stiffness", 2.9e14), ("contact.deadBand", 1.46e-7)];
+    let cubic = [
+        ("gravity", turn * turn),
+        ("pendulum.length", 1.0),
+        ("contact.stiffness", 5e18),
+        ("contact.overlapRef", 1.0),
+        ("contact.exponent", 3.0),
+        ("contact.deadBand", 2e-5),
+        ("x_start[1]", -0.05),
+        ("x_start[2]", -0.05),
+    ];
+    for (settings, pulses) in [(&figure6[..], 2562), (&cubic[..], 7194)] {
+        let host = Host::new();
+        for (name, value) in settings {
+            assert_eq!(host.set(name, *value), fmi2OK);
+        }
+        host.start();
+        let energy = host.get("E_total");
+        assert_eq!(host.step(0.0, 600.0), fmi2OK);
+        assert_eq!((1..5).map(|i| host.get_integer(&format!("pulses[{i}]"))).sum::<i32>(), pulses);
+        assert!(host.get("E_residual").abs() <= 1e-12 * energy, "{:e} of {energy}", host.get("E_residual"));
+    }
+}
+
+/// Looking for the next onset ends also where contacts stay closed for ever, and does so from step to step.
+#[test]
+fn the_next_onset_of_a_pressed_chain_is_never() {
+    for gravity in [0.0, 9.81] {
+        for model in [1, 2] {
+            let host = Host::new();
+            for (name, value) in
+                [("gravity", gravity), ("contact.damping", 1e5), ("F_ext[1]", 10.0), ("F_ext[5]", -10.0)]
+            {
+                assert_eq!(host.set(name, value), fmi2OK);
+            }
+            assert_eq!((1..3).map(|i| host.set(&format!("x_start[{i}]"), 0.0)).collect::<Vec<_>>(), [fmi2OK; 2]);
+            assert_eq!(host.set_integer("contact.model", model), fmi2OK);
+            host.start();
+            assert_eq!(host.step(0.0, 1.0), fmi2OK);
+            for k in 0..1000 {
+                assert_eq!(host.get("t_next"), 1e30);
+                assert_eq!(host.step(1.0 + 0.001 * f64::from(k), 0.001), fmi2OK, "{:?}", host.log());
+            }
+        }
+    }
+}

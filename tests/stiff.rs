@@ -54,6 +54,11 @@ fn chains() -> Vec<(&'static str, Parameters, Inputs)> {
             chains.push((name, parameters, inputs));
         }
     }
+    // Strong enough that it brings also such contacts to rest.
+    let (mut parameters, inputs) = pressed(10.0);
+    (parameters.damping_law, parameters.hunt_crossley) = (DampingLaw::HuntCrossley, 1e4);
+    (parameters.exponent, parameters.damping) = (3.0, 0.0);
+    chains.push(("Hunt-Crossley", parameters, inputs));
     let (mut parameters, inputs) = pressed(10.0);
     (parameters.contact_model, parameters.drag) = (ContactModel::Hertz, 0.1);
     parameters.length_ratio = vec![1.0, 1.1, 0.95, 1.0, 1.05];
@@ -112,7 +117,9 @@ fn damping_a_thousand_times_critical_costs_little() {
         let undamped = work(0.0, dead_band);
         for factor in [1.0, 10.0, 100.0, 1000.0, 1e4, 1e6] {
             let damped = work(factor, dead_band);
-            let cheap = damped.evaluations <= 14 * undamped.evaluations && damped.steps <= 8 * undamped.steps;
+            // The stronger, the fewer times they part again.
+            let often = if factor < 1000.0 { 15 } else { 10 };
+            let cheap = damped.evaluations <= often * undamped.evaluations && damped.steps <= 8 * undamped.steps;
             assert!(cheap, "{factor} times critical, dead band {dead_band}: {damped:?}, undamped {undamped:?}");
         }
     }

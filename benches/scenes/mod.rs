@@ -148,9 +148,9 @@ pub fn default_cradle() -> Host {
     damped(0.0)
 }
 
-/// The default cradle where gravity is so weak that nothing touches for weeks.
+/// The default cradle with dead bands so wide that nothing ever touches.
 pub fn in_flight() -> Host {
-    started(at_rest(5, &[("x_start[1]", -0.1), ("x_start[2]", -0.1), ("gravity", 1e-12)]))
+    started(at_rest(5, &[("x_start[1]", -0.1), ("x_start[2]", -0.1), ("contact.deadBand", 1.0)]))
 }
 
 /// One ball lifted, a dead band that separates all pulses: n - 1 of them in each stroke.

@@ -292,7 +292,7 @@ impl Cluster {
             let switch = of_motion!(self.motion, first_switch(j, law, contacts[j].mode, self.length, &rounding));
             if let Some((tau, switch)) = switch {
                 self.length = tau;
-                self.switch = Some((self.window.start + j, switch));
+                self.switch = switch.map(|switch| (self.window.start + j, switch));
             }
         }
         if self.switch.is_some() {
@@ -310,7 +310,7 @@ impl Cluster {
         self.evaluations = window.contacts.iter().filter(|contact| contact.mode != Mode::Open).count() as u64;
         if self.pace.quiet > patience && modes::apply_to(window) {
             let modes = Modes::new(window);
-            self.length = self.horizon(modes.highest_frequency());
+            self.length = horizon(modes.highest_frequency(), self.pace.quiet);
             self.motion = Motion::Modes(modes);
             return;
         }
@@ -350,12 +350,12 @@ impl Cluster {
         pace.patience = pace.quiet.saturating_mul(2);
         false
     }
+}
 
-    /// How far ahead switchings are looked for, s: some oscillations at first, more and more while nothing happens.
-    fn horizon(&self, frequency: f64) -> f64 {
-        let first = if frequency > 0.0 { 16.0 / frequency } else { 1.0 };
-        (first * libm::exp2(self.pace.quiet.min(60) as f64)).min(LONGEST)
-    }
+/// How far ahead switchings are looked for after so many segments without any, s: more and more while nothing happens.
+fn horizon(frequency: f64, segments: u32) -> f64 {
+    let first = if frequency > 0.0 { 16.0 / frequency } else { 1.0 };
+    (first * libm::exp2(segments.min(60) as f64)).min(LONGEST)
 }
 
 /// How much longer than that of the Taylor series the first step of implicit collocation is to be; half of it is worth its cost.

@@ -12,6 +12,7 @@ impl Engine {
     /// Handles the event of queue entry `key` at time `t`.
     pub(super) fn process(&mut self, t: DoubleDouble, key: usize, pulses: &mut Vec<Pulse>) -> Result<(), EngineError> {
         self.watch_progress(t, key)?;
+        self.handled += 1;
         self.keep_step_start();
         let contact = &self.contacts[key];
         if let Some(id) = contact.cluster {
@@ -106,6 +107,7 @@ impl Engine {
         let rate = self.balls[i].moved(t).1 - self.balls[i + 1].moved(t).1;
         self.contacts[i].mode = Mode::of_closed(&self.cradle.contacts[i], 0.0, rate);
         self.contacts[i].ledger.open_pulse(t, self.step);
+        self.onsets += 1;
         self.count_event();
         self.form(range, t);
     }
@@ -119,6 +121,7 @@ impl Engine {
             if contact.overlap > 0.0 {
                 contact.mode = Mode::of_closed(law, contact.overlap, left.v - right.v);
                 contact.ledger.open_pulse(start, self.step);
+                self.onsets += 1;
                 self.work.events += 1;
             }
         }

@@ -42,6 +42,7 @@ impl Engine {
         }
         (self.balls[i].held, self.balls[i + 1].held) = (Held::Impact(i as u32), Held::Impact(i as u32));
         self.contacts[i].ledger.open_pulse(t, self.step);
+        self.onsets += 1;
         self.count_event();
         self.work.steps = self.work.steps.saturating_add(1);
         self.work.evaluations = self.work.evaluations.saturating_add(1);

@@ -32,7 +32,7 @@ mod simulation;
 mod snapshot;
 mod taylor;
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 
 use serde::{Deserialize, Serialize};
 
@@ -262,6 +262,11 @@ pub struct Engine {
     work: Work,
     /// What [`Self::next_onset`] found last; it holds until then, or until the inputs change.
     known_onset: Cell<Option<f64>>,
+    /// A copy that has gone ahead to look for it; it holds until the inputs change.
+    ahead: RefCell<Option<Box<Engine>>>,
+    /// Entries of the queue handled so far, and onsets among what came of them.
+    handled: u64,
+    onsets: u64,
     /// Time of the last event and how many came without any progress of time.
     last_event: DoubleDouble,
     standstill: usize,
@@ -317,6 +322,9 @@ impl Engine {
             energy_at_start: 0.0,
             work: Work::default(),
             known_onset: Cell::new(None),
+            ahead: RefCell::new(None),
+            handled: 0,
+            onsets: 0,
             last_event: start,
             standstill: 0,
             cradle,
@@ -404,6 +412,7 @@ impl Engine {
         }
         self.form(0..self.contacts.len(), now);
         self.known_onset.set(None);
+        self.ahead.take();
     }
 
     fn check_finite(&self) -> Result<(), EngineError> {

@@ -10,7 +10,7 @@ use super::ball::{Flight, Rounding, degree};
 use super::cluster::{Mode, Switch, Window};
 use super::natural::{Group, NaturalMode, Sum, dashpot};
 use crate::model::{ContactLaw, Damping};
-use crate::solver::root::{Smooth, first_positive};
+use crate::solver::root::{Search, Smooth, first_positive, search};
 
 /// Largest group that is taken apart into modes: the table of their shapes grows with the square.
 const LARGEST_GROUP: usize = 32;
@@ -236,7 +236,8 @@ impl Modes {
         group.modes.iter().map(|mode| mode.squared_velocity_integral(tau)).sum()
     }
 
-    /// The first switching of contact `j` before `until` (s), and to what. What does not exceed `rounding` is none.
+    /// The first switching of contact `j` before `until` (s), and to what; `None` for that is a time up to which there is none,
+    /// and no further. What does not exceed `rounding` is no switching.
     pub fn first_switch(
         &self,
         j: usize,
@@ -244,7 +245,7 @@ impl Modes {
         mode: Mode,
         until: f64,
         rounding: &Rounding,
-    ) -> Option<(f64, Switch)> {
+    ) -> Option<(f64, Option<Switch>)> {
         let crossing = |kind: Watched, sign: f64, until: f64, switch: Switch| {
             let level = match switch {
                 // Groups that swing side by side approach each other by rounding: that is no onset.
@@ -253,8 +254,11 @@ impl Modes {
                 Switch::Clip | Switch::Unclip => sign * rounding.force(law),
             };
             let watch = Watch { modes: self, contact: j, kind, sign, level };
-            let tau = first_positive(&watch, 0.0, until)?;
-            (tau < until).then_some((tau, switch))
+            match search(&watch, 0.0, until) {
+                Search::At(tau) if tau < until => Some((tau, Some(switch))),
+                Search::NotBefore(tau) if tau < until => Some((tau, None)),
+                _ => None,
+            }
         };
         if mode == Mode::Open {
             return crossing(Watched::Overlap, 1.0, until, Switch::Onset);

@@ -3,11 +3,14 @@
 use super::ball::{Held, Known, Tally, degree, shifted};
 use super::cluster::{Cluster, Mode};
 use super::expansion::State;
-use super::{Endurance, Engine, NEVER, Work};
+use super::{Engine, NEVER, Work};
 use crate::solver::double_double::DoubleDouble;
 
 /// Periods of the first ball within which the next onset is looked for.
 pub(super) const ONSET_PERIODS: f64 = 1000.0;
+
+/// Entries of the queue that the search handles at most: a fraction of a second of work.
+const AHEAD: u64 = 20_000;
 
 impl Engine {
     fn now(&self) -> DoubleDouble {
@@ -314,7 +317,7 @@ impl Engine {
     }
 
     /// First onset strictly after the current time, s, with the inputs continued; [`NEVER`] if there is none within 1000
-    /// periods of the first ball.
+    /// periods of the first ball, or among the next 20,000 events that do not follow from closed forms.
     pub fn next_onset(&self) -> f64 {
         if let Some(onset) = self.known_onset.get().filter(|&onset| onset > self.time) {
             return onset;
@@ -334,19 +337,27 @@ impl Engine {
             return if t <= limit { t.value_up() } else { NEVER };
         }
         // A contact phase is under way, or the forecasts do not reach far enough: follow a copy.
-        let mut ahead = self.clone();
-        let onsets = |engine: &Self| engine.contacts.iter().map(|c| c.ledger.pulses).sum::<u64>();
-        let before = onsets(self);
-        let mut endurance = Endurance::new(self.now(), limit);
-        while let Some((t, key)) = ahead.queue.first().filter(|(t, _)| *t <= limit) {
-            if endurance.check(t, key).and_then(|()| ahead.process(t, key, &mut Vec::new())).is_err() {
+        let useful = |ahead: &Box<Self>| ahead.handled >= self.handled && ahead.onsets >= self.onsets;
+        let mut ahead = self.ahead.take().filter(useful).unwrap_or_else(|| Box::new(self.clone()));
+        let last = self.handled.saturating_add(AHEAD);
+        let mut found = NEVER;
+        if ahead.onsets > self.onsets {
+            // It stands at an onset that is yet to come, found when the limit was nearer.
+            found = ahead.last_event.value_up();
+        }
+        while found == NEVER
+            && ahead.handled < last
+            && let Some((t, key)) = ahead.queue.first().filter(|(t, _)| *t <= limit)
+        {
+            if ahead.process(t, key, &mut Vec::new()).is_err() {
                 break;
             }
-            if onsets(&ahead) > before {
-                return t.value_up();
+            if ahead.onsets > self.onsets {
+                found = t.value_up();
             }
         }
-        NEVER
+        self.ahead.replace(Some(ahead));
+        found
     }
 
     /// Work counters since the start.

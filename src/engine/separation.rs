@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::ball::{Ball, Flight, degree};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::oscillator::Oscillator;
-use crate::solver::root::{Smooth, first_positive, safe_step};
+use crate::solver::root::{Search, Smooth, safe_step, search};
 
 /// The overlap (negative while apart) since an anchor.
 ///
@@ -111,10 +111,11 @@ impl Separation {
             return Forecast::Onset(self.anchor + tau);
         }
         let horizon = start + reach;
-        match first_positive(self, start, horizon) {
-            Some(tau) => Forecast::Onset(self.anchor + self.polished(tau)),
-            None if horizon.is_finite() && horizon < FAR => Forecast::OpenUntil(self.anchor + horizon),
-            None => Forecast::Never,
+        match search(self, start, horizon) {
+            Search::At(tau) => Forecast::Onset(self.anchor + self.polished(tau)),
+            Search::NotBefore(tau) => Forecast::OpenUntil(self.anchor + tau),
+            Search::Nowhere if horizon.is_finite() && horizon < FAR => Forecast::OpenUntil(self.anchor + horizon),
+            Search::Nowhere => Forecast::Never,
         }
     }
 

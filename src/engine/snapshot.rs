@@ -145,6 +145,7 @@ impl Engine {
         let mut courses = Vec::with_capacity(contacts.len());
         for (contact, state) in engine.contacts.iter_mut().zip(contacts) {
             contact.ledger = state.ledger;
+            engine.onsets = engine.onsets.saturating_add(contact.ledger.pulses);
             courses.push(state.course);
         }
         for state in clusters {

@@ -147,7 +147,8 @@ impl Series {
         self.converges_for
     }
 
-    /// The first switching of contact `j` before `until` (s), and to what. What does not exceed `rounding` is none.
+    /// The first switching of contact `j` before `until` (s), and to what; `None` for that is a time up to which there is none,
+    /// and no further. What does not exceed `rounding` is no switching.
     pub fn first_switch(
         &self,
         j: usize,
@@ -155,12 +156,12 @@ impl Series {
         mode: Mode,
         until: f64,
         rounding: &Rounding,
-    ) -> Option<(f64, Switch)> {
+    ) -> Option<(f64, Option<Switch>)> {
         let overlap = self.overlap_row(j);
         let crossing = |row: &[f64], sign: f64, until: f64, switch: Switch| {
             let level = if switch == Switch::Release { rounding.no_overlap() } else { 0.0 };
             let tau = series::first_positive(row, sign, level, until / self.unit)? * self.unit;
-            (tau < until).then_some((tau, switch))
+            (tau < until).then_some((tau, Some(switch)))
         };
         if mode == Mode::Open {
             let onset = crossing(overlap, 1.0, until, Switch::Onset)?;

@@ -19,11 +19,30 @@ pub trait Smooth {
 /// Steps after which a search gives up: far beyond what any smooth motion takes.
 const MAX_STEPS: usize = 100_000;
 
-/// The first `t` in `[from, until]` from which on `g` is positive, or `None`.
+/// What a search has found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Search {
+    /// A crossing.
+    At(f64),
+    /// There is none.
+    Nowhere,
+    /// There is none before this time; what comes then has not been looked at.
+    NotBefore(f64),
+}
+
+/// The crossing that [`search`] finds, if it does.
+pub fn first_positive(g: &impl Smooth, from: f64, until: f64) -> Option<f64> {
+    match search(g, from, until) {
+        Search::At(t) => Some(t),
+        Search::Nowhere | Search::NotBefore(_) => None,
+    }
+}
+
+/// The first `t` in `[from, until]` from which on `g` is positive.
 ///
 /// `g(from)` should not be positive; a value that is counts as 0. If `g(from)` is 0 the derivatives decide: rising, the answer
 /// is `from` itself; falling, the search goes on behind it. A maximum that touches 0 within rounding is not a crossing.
-pub fn first_positive(g: &impl Smooth, from: f64, until: f64) -> Option<f64> {
+pub fn search(g: &impl Smooth, from: f64, until: f64) -> Search {
     let mut t = from;
     let mut window = until - from;
     // Where g is 0 within rounding no bound leads on: steps that double, from next to nothing (of the window or the unit of time).
@@ -32,15 +51,15 @@ pub fn first_positive(g: &impl Smooth, from: f64, until: f64) -> Option<f64> {
     for _ in 0..MAX_STEPS {
         let [value, slope, curvature] = g.at(t);
         if value >= 0.0 && (slope > 0.0 || (slope == 0.0 && curvature > 0.0)) {
-            return Some(t);
+            return Search::At(t);
         }
         let rest = until - t;
         if rest <= 0.0 {
-            return None;
+            return Search::Nowhere;
         }
         let step = safe_step(g, t, [value.min(0.0), slope, curvature], window.min(rest));
         if step >= rest {
-            return None;
+            return Search::Nowhere;
         }
         if t + step > t && step > least {
             t += step;
@@ -48,13 +67,14 @@ pub fn first_positive(g: &impl Smooth, from: f64, until: f64) -> Option<f64> {
             blind = least;
         } else if slope > 0.0 {
             // Less than the resolution of t: the crossing.
-            return Some(t);
+            return Search::At(t);
         } else {
             t = t.next_up().max(t + blind);
             blind *= 2.0;
         }
     }
-    None
+    // A search that hardly got on has followed nothing but rounding.
+    if t - from > 1e-3 * (until - from) { Search::NotBefore(t) } else { Search::Nowhere }
 }
 
 /// A step from `t` within `window` on which `g` provably does not become positive; the largest that a few tries give.

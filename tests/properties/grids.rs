@@ -1,6 +1,6 @@
 //! Communication points are where one looks, nothing else.
 
-use newtons_cradle::engine::{Engine, NEVER, Pulse, Unsound};
+use newtons_cradle::engine::{Engine, Pulse, Unsound};
 use newtons_cradle::model::{Inputs, Parameters};
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -10,10 +10,8 @@ use super::cradles::{ANY, Case, Family, cradles, ended_early};
 
 /// All that a run leaves behind, bit by bit.
 fn bits(engine: &Engine, case: &Case) -> Vec<u64> {
-    let (p, n) = (&case.p, case.p.balls());
-    // The search for the next onset takes seconds yet, or does not end, under drag and with contacts that stay closed.
-    let closed = (p.damping > 0.0 || case.driven()) && (0..n - 1).any(|i| engine.in_contact(i));
-    let t_next = if closed || p.drag > 0.0 { NEVER } else { engine.next_onset() };
+    let n = case.p.balls();
+    let t_next = engine.next_onset();
     let balls = (0..n).flat_map(|i| [engine.x(i), engine.v(i), engine.a(i)]);
     let contacts = (0..n - 1).flat_map(|i| {
         [engine.force(i), engine.overlap(i), engine.impulse(i), engine.last_onset(i), engine.last_release(i)]
@@ -24,9 +22,8 @@ fn bits(engine: &Engine, case: &Case) -> Vec<u64> {
     balls.chain(contacts).chain(sums).map(f64::to_bits).chain(counts).collect()
 }
 
-/// The peak is left out: where a communication point lies by it, it may differ in its last place.
-fn pulse_bits(pulse: &Pulse) -> (usize, [u64; 3]) {
-    (pulse.contact, [pulse.onset, pulse.release, pulse.impulse].map(f64::to_bits))
+fn pulse_bits(pulse: &Pulse) -> (usize, [u64; 4]) {
+    (pulse.contact, [pulse.onset, pulse.release, pulse.peak, pulse.impulse].map(f64::to_bits))
 }
 
 /// What two runs of `case` leave at their common `times`, the second with `between` more communication points in each
