@@ -1,6 +1,6 @@
 //! Communication points are where one looks, nothing else.
 
-use newtons_cradle::engine::{Engine, Pulse, Unsound};
+use newtons_cradle::engine::{Engine, NEVER, Pulse, Unsound};
 use newtons_cradle::model::{Inputs, Parameters};
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -10,8 +10,11 @@ use super::cradles::{ANY, Case, Family, cradles, ended_early};
 
 /// All that a run leaves behind, bit by bit.
 fn bits(engine: &Engine, case: &Case) -> Vec<u64> {
-    let n = case.p.balls();
-    let t_next = engine.next_onset();
+    let (p, n) = (&case.p, case.p.balls());
+    // Where contacts stay closed, or drag brings all to rest, the search for the next onset goes as far as it may: too long for
+    // thousands of points.
+    let closed = (p.damping > 0.0 || case.driven()) && (0..n - 1).any(|i| engine.in_contact(i));
+    let t_next = if closed || p.drag > 0.0 { NEVER } else { engine.next_onset() };
     let balls = (0..n).flat_map(|i| [engine.x(i), engine.v(i), engine.a(i)]);
     let contacts = (0..n - 1).flat_map(|i| {
         [engine.force(i), engine.overlap(i), engine.impulse(i), engine.last_onset(i), engine.last_release(i)]
@@ -88,7 +91,7 @@ proptest! {
     /// Means and peaks of the steps add up to the impulses and the peaks of the pulses.
     #[test]
     fn steps_add_up(case in cradles(ANY), mut points in vec(0.0..1.0, 1..50)) {
-        let n = case.p.balls();
+        let (p, n) = (&case.p, case.p.balls());
         let (mut engine, mut pulses) = (case.start()?, Vec::new());
         points.push(1.0);
         points.sort_by(f64::total_cmp);
