@@ -337,8 +337,8 @@ impl Engine {
             return if t <= limit { t.value_up() } else { NEVER };
         }
         // A contact phase is under way, or the forecasts do not reach far enough: follow a copy.
-        let useful = |ahead: &Box<Self>| ahead.handled >= self.handled && ahead.onsets >= self.onsets;
-        let mut ahead = self.ahead.take().filter(useful).unwrap_or_else(|| Box::new(self.clone()));
+        let ahead = self.ahead.take().filter(|ahead| ahead.handled >= self.handled && ahead.onsets >= self.onsets);
+        let mut ahead = ahead.unwrap_or_else(|| Box::new(self.clone()));
         let last = self.handled.saturating_add(AHEAD);
         let mut found = NEVER;
         if ahead.onsets > self.onsets {

@@ -30,7 +30,7 @@ const fn coefficients<const N: usize>(first: usize) -> [f64; N] {
             factorial *= k as f64;
             k += 1;
         }
-        terms[i] = if (first / 2 + i) % 2 == 0 { 1.0 } else { -1.0 } / factorial;
+        terms[i] = if (first / 2 + i) & 1 == 0 { 1.0 } else { -1.0 } / factorial;
         i += 1;
     }
     terms
