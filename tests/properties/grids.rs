@@ -91,7 +91,7 @@ proptest! {
     /// Means and peaks of the steps add up to the impulses and the peaks of the pulses.
     #[test]
     fn steps_add_up(case in cradles(ANY), mut points in vec(0.0..1.0, 1..50)) {
-        let (p, n) = (&case.p, case.p.balls());
+        let n = case.p.balls();
         let (mut engine, mut pulses) = (case.start()?, Vec::new());
         points.push(1.0);
         points.sort_by(f64::total_cmp);
