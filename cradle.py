@@ -208,8 +208,8 @@ def test(options) -> int:
     with stage("Python packages"):
         make_venv()
     rust_style(tally)
-    tally.step("Rust tests", ["cargo", "test", "--workspace", "--release", "--no-fail-fast"], cargo_counts)
-    tally.step("Benches, each once", ["cargo", "bench", "--", "--test"])
+    tally.step("Rust tests", ["cargo", "test", "--workspace", "--no-fail-fast"], cargo_counts)
+    tally.step("Benches, each once", ["cargo", "bench", "--profile", "dev", "--", "--test"])
     python_style(tally)
     try:
         with stage("FMU"):
@@ -232,7 +232,7 @@ def rust_style(tally: Tally) -> None:
     """rustfmt and clippy, where the toolchain has them."""
     for what, tool, command in (
         ("Rust format", "cargo-fmt", ["cargo", "fmt", "--all", "--check"]),
-        ("Rust lints", "cargo-clippy", ["cargo", "clippy", "--workspace", "--all-targets", "--release"]),
+        ("Rust lints", "cargo-clippy", ["cargo", "clippy", "--workspace", "--all-targets"]),
     ):
         if shutil.which(tool) is None:
             tally.skip(what, f"{tool} is missing: `rustup component add {tool.removeprefix('cargo-')}`")
