@@ -26,6 +26,8 @@ ROOT = Path(__file__).resolve().parent
 VENV = ROOT / ".venv"
 PYTHON = VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 FMU = ROOT / "target/fmu/NewtonsCradle.fmu"
+TOOLS = ROOT / "target/tools"
+FUZZ_SECONDS = 30  # for each target
 
 
 class Stop(Exception):
@@ -217,10 +219,12 @@ def test(options) -> int:
     except Stop as problem:
         tally.fail(f"FMU: {problem} Without it the hosts cannot run.")
     else:
+        install_fmi_sim(tally)
         hosts = [PYTHON, "-m", "pytest", "tests/hosts", "--fmu", FMU, "-rs", *options.pytest]
         tally.step("Python hosts", hosts, pytest_counts)
         rust_host(tally)
         leak_check(tally)
+    fuzz(tally)
     say(f"\n== all tests: {time.perf_counter() - begin:.0f} s")
     for remark in tally.remarks:
         say(f"!! {remark}")
@@ -232,6 +236,11 @@ def rust_style(tally: Tally) -> None:
     """rustfmt and clippy, where the toolchain has them."""
     for what, tool, command in (
         ("Rust format", "cargo-fmt", ["cargo", "fmt", "--all", "--check"]),
+        (
+            "Format of the fuzz targets",
+            "cargo-fmt",
+            ["cargo", "fmt", "--manifest-path", "fuzz/Cargo.toml", "--check"],
+        ),
         ("Rust lints", "cargo-clippy", ["cargo", "clippy", "--workspace", "--all-targets"]),
     ):
         if shutil.which(tool) is None:
@@ -257,6 +266,23 @@ def rust_host(tally: Tally) -> None:
         return tally.skip("Rust host", "libclang is missing: on Debian, `apt install libclang-dev`")
     command = ["cargo", "test", "--manifest-path", manifest, "--target-dir", ROOT / "target/hosts"]
     return tally.step("Rust host", command, cargo_counts, env={"CRADLE_FMU": str(FMU)})
+
+
+def install_fmi_sim(tally: Tally) -> None:
+    """fmi-sim, a host that tests/hosts/test_hosts.py runs if it is there; unoptimised, which is compiled sooner."""
+    if not has_libclang():
+        return tally.skip("fmi-sim", "libclang is missing: on Debian, `apt install libclang-dev`")
+    return install(tally, "fmi-sim", "0.7.0", "--debug", "--no-default-features", "--features", "fmi2,cs")
+
+
+def install(tally: Tally, program: str, version: str, *options: str) -> bool:
+    """Whether a program from the crate of its name is in target/tools, where it is put if need be."""
+    with stage(f"{program} {version}"):
+        command = ["cargo", "install", "--locked", "--root", TOOLS, *options, f"{program}@{version}"]
+        installed = run(command, check=False) == 0
+    if not installed:
+        tally.skip(program, "it could not be installed; the reason is above")
+    return installed
 
 
 def has_libclang() -> bool:
@@ -308,6 +334,38 @@ def leak_check(tally: Tally) -> None:
         )
     checks = ["--leak-check=full", "--errors-for-leak-kinds=definite", "--error-exitcode=9"]
     return tally.step("C host: 2,000 cycles under valgrind", ["valgrind", *checks, *cycles])
+
+
+def fuzz(tally: Tally) -> None:
+    """Each fuzz target for a bounded time, with AddressSanitizer: on its seeds, then on what it makes of them."""
+    if sys.platform != "linux":
+        return tally.skip("Fuzzing", "it is tried on Linux only")
+    if not any(shutil.which(name) for name in ("c++", "g++", "clang++")):
+        return tally.skip("Fuzzing", "a C++ compiler is missing, for libFuzzer: on Debian, `apt install g++`")
+    if not install(tally, "cargo-fuzz", "0.13.2"):
+        return None
+    target = ["--target-dir", ROOT / "target/fuzz"]
+    # Stable compilers know the sanitizer and its coverage, but only take their flags when told so.
+    environment = {"RUSTC_BOOTSTRAP": "1"}
+    for sanitizer in ("address", "none"):
+        command = [TOOLS / "bin/cargo-fuzz", "build", "--sanitizer", sanitizer, *target]
+        with stage(f"Fuzz targets, sanitizer: {sanitizer}"):
+            built = run(command, check=False, env=environment) == 0
+        if built:
+            break
+        tally.skip(f"Fuzzing with sanitizer {sanitizer}", "it could not be built; the reason is above")
+    else:
+        return tally.fail("Fuzzing: the targets could not be built")
+    for seeds in sorted((ROOT / "fuzz/seeds").iterdir()):
+        corpus = ROOT / "target/fuzz/tests" / seeds.name
+        shutil.rmtree(corpus, ignore_errors=True)  # so that each run takes equally long
+        corpus.mkdir(parents=True)
+        options = [f"-max_total_time={FUZZ_SECONDS}", "-timeout=20", "-max_len=600", "-print_final_stats=1"]
+        command = [TOOLS / "bin/cargo-fuzz", "run", "--sanitizer", sanitizer, *target]
+        tally.step(
+            f"Fuzzing: {seeds.name}", [*command, seeds.name, corpus, seeds, "--", *options], env=environment
+        )
+    return None
 
 
 def main() -> int:

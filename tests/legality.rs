@@ -24,9 +24,8 @@ const STATES: [State; 5] = [Instantiated, Initialization, StepComplete, Terminat
 fn host_in(state: State) -> Host {
     let host = Host::new();
     if state == Error {
-        // Free balls under a force that takes the first one out of the range of numbers.
-        assert_eq!(host.set("gravity", 0.0), fmi2OK);
-        assert_eq!(host.set("F_ext[1]", -1e300), fmi2OK);
+        host.fail();
+        return host;
     }
     if state != Instantiated {
         assert_eq!(host.set_up(0.0), fmi2OK);
@@ -37,14 +36,6 @@ fn host_in(state: State) -> Host {
     }
     if state == Terminated {
         assert_eq!(host.terminate(), fmi2OK);
-    }
-    if state == Error {
-        if host.step(0.0, 1e9) == fmi2OK {
-            // A flight is not evaluated before somebody asks; a changed input has to be taken up where it is.
-            assert_eq!(host.set("F_ext[1]", 0.0), fmi2OK);
-            assert_eq!(host.step(1e9, 1.0), fmi2Error);
-        }
-        assert!(host.error().contains("the run cannot go on"));
     }
     host
 }

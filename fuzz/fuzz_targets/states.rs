@@ -1,0 +1,217 @@
+//! Serialized states that nobody wrote: random bytes, and bytes of a state with changes and the digest that belongs to them. They
+//! are refused, and then nothing has changed, or accepted, and then it is a state: it can be looked at, written, read and stepped.
+#![no_main]
+
+use std::ptr::{null, null_mut};
+use std::sync::LazyLock;
+
+use arbitrary::Arbitrary;
+use cradle_fuzz::host::{Host, fmi2Error, fmi2OK};
+use cradle_fuzz::interface::{Interface, Variable};
+use libfuzzer_sys::fuzz_target;
+use newtons_cradle::fmi2::*;
+use uuid::Uuid;
+
+static INTERFACE: LazyLock<Interface> = LazyLock::new(Interface::default);
+
+/// The states that changes are made to.
+static STATES: LazyLock<Vec<Vec<u8>>> = LazyLock::new(states);
+
+/// What the bytes begin and end with.
+const HEADER: usize = 12;
+const DIGEST: usize = 16;
+
+#[derive(Debug, Arbitrary)]
+enum Bytes {
+    Random(Vec<u8>),
+    Forged { state: u8, changes: Vec<Change> },
+}
+
+/// A change of the bytes from the place `at` on.
+#[derive(Debug, Arbitrary)]
+enum Change {
+    Replace { at: u16, by: Vec<u8> },
+    Number { at: u16, by: Special },
+    Insert { at: u16, bytes: Vec<u8> },
+    Remove { at: u16, count: u8 },
+    Copy { at: u16, from: u16, count: u8 },
+}
+
+/// Numbers at which comparisons go wrong.
+#[derive(Debug, Arbitrary)]
+enum Special {
+    Nan,
+    Infinite,
+    MinusInfinite,
+    MinusZero,
+    Negative(u8),
+    Large,
+    Small,
+    Any(f64),
+}
+
+thread_local! {
+    /// Reset before each input: creating one takes long.
+    static HOST: Host = Host::new();
+}
+
+fuzz_target!(|bytes: Bytes| HOST.with(|host| read(host, bytes)));
+
+fn read(host: &Host, bytes: Bytes) {
+    assert_eq!(host.reset(), fmi2OK);
+    host.start();
+    assert_eq!(host.step(0.0, 0.3), fmi2OK);
+    let (bytes, parameters) = match bytes {
+        Bytes::Random(bytes) => (bytes, None),
+        Bytes::Forged { state, changes } => {
+            let state = &STATES[usize::from(state) % STATES.len()];
+            assert_eq!(host.set_bytes(state), fmi2OK, "{:?}", host.log());
+            let mut content = state[HEADER..state.len() - DIGEST].to_vec();
+            changes.iter().for_each(|change| change.make(&mut content));
+            (sealed(&state[..HEADER], &content), settings(host))
+        }
+    };
+    let before = host.to_bytes();
+    let mut state = null_mut();
+    let status = unsafe { fmi2DeSerializeFMUstate(host.c, bytes.as_ptr().cast(), bytes.len(), &mut state) };
+    assert!(host.to_bytes() == before, "reading bytes changed the instance");
+    if status == fmi2OK {
+        assert_eq!(host.restore(state), fmi2OK);
+        host.free(state);
+        look(host, parameters);
+    } else {
+        assert_eq!(status, fmi2Error);
+        assert!(state.is_null());
+        let error = host.error();
+        assert!(error.starts_with("fmi2DeSerializeFMUstate: the state is refused: "), "{error}");
+    }
+}
+
+/// Looks at an instance in a state that was accepted. It steps only if the settings are those the state had before, and the balls
+/// move as balls do: with a mass of 1e-300 kg, or balls 1e100 m within each other, it would take long.
+fn look(host: &Host, before: Option<Vec<u64>>) {
+    let bytes = host.to_bytes();
+    assert_eq!(host.set_bytes(&bytes), fmi2OK, "its own bytes: {:?}", host.log());
+    assert!(host.to_bytes() == bytes, "its own bytes read and written are others");
+    let after = settings(host);
+    if after.is_none() || after != before {
+        return;
+    }
+    let everyday = |(variable, value): &(&Variable, f64)| {
+        let moves = variable.name.starts_with("x[") || variable.name.starts_with("v[");
+        !moves || value.abs() < 10.0
+    };
+    if !INTERFACE.read(host).iter().all(everyday) {
+        return;
+    }
+    let mut time = 0.0;
+    if unsafe { fmi2GetRealStatus(host.c, fmi2LastSuccessfulTime, &mut time) } == fmi2OK {
+        assert!(time.is_finite());
+        let status = host.step(time, 1e-6);
+        assert!(status == fmi2OK || status == fmi2Error, "{status:?}: {:?}", host.log());
+    }
+    host.log();
+}
+
+/// Every parameter and input, bit by bit, all of them allowed ones; nothing before initialization.
+fn settings(host: &Host) -> Option<Vec<u64>> {
+    if unsafe { fmi2GetReal(host.c, null(), 0, null_mut()) } == fmi2Error {
+        host.log();
+        return None;
+    }
+    let settable = INTERFACE.variables.iter().filter(|variable| variable.settable());
+    let value = |variable: &Variable| {
+        let value = variable.read(host);
+        assert!(variable.admits(value), "{} = {value} was accepted", variable.name);
+        value.to_bits()
+    };
+    Some(settable.map(value).collect())
+}
+
+fn sealed(header: &[u8], content: &[u8]) -> Vec<u8> {
+    let mut bytes = [header, content].concat();
+    let digest = Uuid::new_v5(&Uuid::NAMESPACE_OID, &bytes);
+    bytes.extend(digest.as_bytes());
+    bytes
+}
+
+impl Change {
+    fn make(&self, bytes: &mut Vec<u8>) {
+        let length = bytes.len();
+        let within = |at: u16| usize::from(at) % (length + 1);
+        match self {
+            Self::Replace { at, by } => overwrite(bytes, within(*at), by),
+            Self::Number { at, by } => overwrite(bytes, within(*at), &by.number().to_le_bytes()),
+            Self::Insert { at, bytes: inserted } => {
+                let at = within(*at);
+                bytes.splice(at..at, inserted.iter().copied());
+            }
+            Self::Remove { at, count } => {
+                let at = within(*at);
+                bytes.drain(at..(at + usize::from(*count)).min(length));
+            }
+            Self::Copy { at, from, count } => {
+                let from = within(*from);
+                let copied = bytes[from..(from + usize::from(*count)).min(length)].to_vec();
+                overwrite(bytes, within(*at), &copied);
+            }
+        }
+    }
+}
+
+fn overwrite(bytes: &mut [u8], at: usize, by: &[u8]) {
+    bytes[at..].iter_mut().zip(by).for_each(|(byte, new)| *byte = *new);
+}
+
+impl Special {
+    fn number(&self) -> f64 {
+        match self {
+            Self::Nan => f64::NAN,
+            Self::Infinite => f64::INFINITY,
+            Self::MinusInfinite => f64::NEG_INFINITY,
+            Self::MinusZero => -0.0,
+            Self::Negative(size) => -f64::from(*size),
+            Self::Large => f64::MAX,
+            Self::Small => f64::MIN_POSITIVE,
+            Self::Any(number) => *number,
+        }
+    }
+}
+
+/// States of every kind: of each phase, in flight, within an impact of known outcome, within a cluster, pressed together.
+fn states() -> Vec<Vec<u8>> {
+    let host = Host::new();
+    let mut states = vec![host.to_bytes()];
+    assert_eq!((host.set_up(0.0), host.enter()), (fmi2OK, fmi2OK));
+    assert_eq!(host.set_derivative("F_ext[2]", 2, 0.1), fmi2OK);
+    states.push(host.to_bytes());
+    let setups: [&[(&str, f64)]; 4] = [
+        &[],
+        &[("contact.deadBand", 0.0), ("pendulum.drag", 0.1)],
+        &[("contact.exponent", 3.0), ("contact.deadBand", 1e-8), ("ball.massRatio[3]", 2.0)],
+        &[("contact.damping", 2e4), ("contact.gap[1]", -1e-5), ("F_ext[5]", -0.5), ("contact.deadBand", 0.0)],
+    ];
+    for setup in setups {
+        let host = Host::new();
+        for (name, value) in setup {
+            assert_eq!(host.set(name, *value), fmi2OK);
+        }
+        host.start();
+        states.push(host.to_bytes());
+        assert_eq!(host.step(0.0, 0.5), fmi2OK);
+        states.push(host.to_bytes());
+        let ahead = host.get("t_next") - 0.5;
+        assert_eq!((host.set_derivative("F_ext[1]", 1, 1e-3), host.set("pendulum.drag", 0.2)), (fmi2OK, fmi2OK));
+        states.push(host.to_bytes());
+        if ahead < 10.0 {
+            assert_eq!(host.step(0.5, ahead + 1e-7), fmi2OK);
+            states.push(host.to_bytes());
+        }
+        assert_eq!(host.terminate(), fmi2OK);
+        states.push(host.to_bytes());
+    }
+    let failed = Host::new();
+    failed.fail();
+    states.push(failed.to_bytes());
+    states
+}

@@ -1,0 +1,126 @@
+"""The default experiment in other hosts: the same numbers at the same times, to the last digit, as in FMPy.
+
+The step is a power of two, so that every host, however it counts, arrives at the same doubles.
+"""
+
+import csv
+import json
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+from conftest import ROOT
+from fmpy.simulation import instantiate_fmu
+from newtons_cradle.pulses import pulse_table
+
+STEP = 1 / 128  # s
+STOP = 10.0  # s
+STEPS = 1280
+SCRIPTS = Path(sys.executable).parent  # the virtual environment's programs
+
+
+# FMPy's proxy of loggers hands every message of the process to the logger registered last, even when that is gone.
+KEPT = []
+
+
+def in_fmpy(path, logger=lambda *_: None, calls=None) -> np.ndarray:
+    """The outputs as FMPy's simulate_fmu records them, with FMPy's log of the calls if `calls` is given."""
+    description, folder = fmpy.read_model_description(str(path)), fmpy.extract(str(path))
+    try:
+        fmu = instantiate_fmu(folder, description, debug_logging=True, logger=logger, fmi_call_logger=calls)
+        KEPT.append(fmu.callbacks)
+        result = fmpy.simulate_fmu(
+            folder, model_description=description, fmu_instance=fmu, stop_time=STOP, output_interval=STEP
+        )
+        fmu.freeInstance()
+    finally:
+        shutil.rmtree(folder)
+    return result
+
+
+@pytest.fixture(scope="module")
+def plain(fmu_path):
+    """The experiment in FMPy, without anything special."""
+    result = fmpy.simulate_fmu(str(fmu_path), stop_time=STOP, output_interval=STEP)
+    assert result["time"].tolist() == [i * STEP for i in range(STEPS + 1)]
+    assert sum(result[f"pulses[{i}]"][-1] for i in range(1, 5)) == 42
+    return result
+
+
+def same(theirs, plain) -> None:
+    """Every output in every row; `theirs[name]` is a column."""
+    for name in plain.dtype.names:
+        column = np.asarray(theirs[name], dtype=plain[name].dtype)
+        assert column.tobytes() == plain[name].tobytes(), name
+
+
+def program(command, folder) -> str:
+    """Runs a program in a folder; what it said."""
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300)
+    said = done.stdout + done.stderr
+    assert done.returncode == 0, said
+    return said
+
+
+def test_fmpy_with_every_call_logged(fmu_path, plain):
+    """FMPy's debug logging and call logger: the same run, every call answered with OK, and a line for each pulse."""
+    calls, lines = [], []
+
+    def logger(_environment, _instance, status, category, message):
+        lines.append((status, category.decode(), message.decode()))
+
+    same(in_fmpy(fmu_path, logger, calls.append), plain)
+    names = [re.match(r"(\w+)\(", call)[1] for call in calls]
+    assert names.count("fmi2DoStep") == STEPS
+    assert names[-2:] == ["fmi2Terminate", "fmi2FreeInstance"]
+    answered = [call for call in calls if not call.startswith(("fmi2Instantiate", "fmi2FreeInstance"))]
+    assert [call for call in answered if not re.search(r"-> (fmi2)?OK|-> 0", call)] == []
+    assert {status for status, _, _ in lines} == {0}
+    events = [message for _, category, message in lines if category == "logEvents"]
+    assert len(pulse_table(events)) == 42
+
+
+def test_fmi_sim(fmu_path, plain, tmp_path):
+    """The program of the fmi-rs project."""
+    simulator = shutil.which("fmi-sim", path=ROOT / "target/tools/bin")
+    if not simulator:
+        pytest.skip("fmi-sim is missing: `cargo install --locked --root target/tools fmi-sim@0.7.0`")
+    options = ["--model", fmu_path, "-o", "out.csv", "co-simulation", "-f", STOP, "--output-interval", STEP]
+    program([simulator, *map(str, options)], tmp_path)
+    with (tmp_path / "out.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    booleans = {"true": 1, "false": 0}
+    same({name: [booleans.get(row[name], row[name]) for row in rows] for name in plain.dtype.names}, plain)
+
+
+def test_fmutool_finds_nothing(fmu_path, tmp_path):
+    """The checks of the FMU Manipulation Toolbox."""
+    said = program([SCRIPTS / "fmutool", "-input", fmu_path, "-check"], tmp_path)
+    assert "compliant with FMI-2.0" in said and "No semantic error" in said, said
+    assert "ERROR" not in said and "WARNING" not in said, said
+
+
+def test_inside_a_container(fmu, fmu_path, plain, tmp_path):
+    """An FMU around ours, made by the FMU Manipulation Toolbox and run by FMPy; its steps are the container's."""
+    if not sys.platform.startswith("linux"):
+        pytest.skip("the container's binary is tried on Linux only")
+    shutil.copy(fmu_path, tmp_path / "inner.fmu")
+    inputs = [v.name for v in fmu.description.modelVariables if v.causality == "input"]
+    container = {
+        "name": "outer.fmu",
+        "fmu": ["inner.fmu"],
+        "step_size": STEP,
+        "input": [[name, "inner.fmu", name] for name in inputs],
+        "output": [["inner.fmu", name, name] for name in plain.dtype.names[1:]],
+        "auto_input": False,
+        "auto_output": False,
+    }
+    (tmp_path / "outer.json").write_text(json.dumps(container))
+    said = program([SCRIPTS / "fmucontainer", "-container", "outer.json"], tmp_path)
+    assert "ERROR" not in said, said
+    same(in_fmpy(tmp_path / "outer.fmu"), plain)
