@@ -349,6 +349,12 @@ def leak_check(tally: Tally) -> None:
     return tally.step("C host: 2,000 cycles under valgrind", ["valgrind", *checks, *cycles])
 
 
+def host_target() -> str:
+    """The target triple that rustc compiles for."""
+    version = subprocess.run(["rustc", "-vV"], capture_output=True, text=True, check=True).stdout
+    return re.search(r"^host: (.+)$", version, re.MULTILINE)[1]
+
+
 def fuzz(tally: Tally) -> None:
     """Each fuzz target with AddressSanitizer: its seeds, then a fixed sequence of inputs made from them."""
     if sys.platform != "linux":
@@ -369,6 +375,16 @@ def fuzz(tally: Tally) -> None:
         tally.skip(f"Fuzzing with sanitizer {sanitizer}", "it could not be built; the reason is above")
     else:
         return tally.fail("Fuzzing: the targets could not be built")
+    if sanitizer == "address":
+        border = ["cargo", "test", "--manifest-path", "fuzz/Cargo.toml", "--release", "--tests"]
+        # A sanitizer needs a target that is named. Forged states are the fuzzer's business.
+        border += ["--target", host_target(), "--target-dir", ROOT / "target/asan"]
+        tally.step(
+            "C border with AddressSanitizer",
+            [*border, "--", "--skip", "forged_states"],
+            cargo_counts,
+            env=environment | {"RUSTFLAGS": "-Zsanitizer=address"},
+        )
     for name, runs in FUZZ_RUNS.items():
         corpus = ROOT / "target/fuzz/tests" / name
         shutil.rmtree(corpus, ignore_errors=True)  # so that each run begins with the seeds
