@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Newton's cradle as an FMU: run the paper's experiment, or run all tests.
+"""Newton's cradle as an FMU: run the paper's experiments, or run all tests.
 
-    python3 cradle.py paper     build the FMU, run the experiment through FMPy, write pictures to out/paper
+    python3 cradle.py paper     build the FMU, run the experiments through FMPy, write report and pictures to out/paper
     python3 cradle.py test      run everything that checks this project
 
 Both need cargo, a C compiler and Python 3.11 or newer. What else is needed goes into this folder: Python
@@ -26,6 +26,7 @@ ROOT = Path(__file__).resolve().parent
 VENV = ROOT / ".venv"
 PYTHON = VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 FMU = ROOT / "target/fmu/NewtonsCradle.fmu"
+FMU13 = FMU.with_stem("NewtonsCradle13")  # of 13 balls, for the paper's Figure 3
 TOOLS = ROOT / "target/tools"
 FUZZ_RUNS = {"calls": 8_000, "states": 20_000}  # about half a minute each
 
@@ -124,22 +125,23 @@ def make_venv() -> None:
 
 
 def build_fmu() -> None:
-    """target/fmu/NewtonsCradle.fmu, by the packaging member of the workspace."""
-    run(["cargo", "pack", "build", "--release"])
-    if not FMU.exists():
-        raise Stop(f"`cargo pack build` did not leave {FMU.relative_to(ROOT)}.")
+    """The FMUs of five and 13 balls in target/fmu, by the packaging member of the workspace."""
+    for balls, path in ((5, FMU), (13, FMU13)):
+        run(["cargo", "pack", "build", "--release", "--balls", str(balls), "--out", path])
+        if not path.exists():
+            raise Stop(f"`cargo pack build` did not leave {path.relative_to(ROOT)}.")
 
 
 # ---------------------------------------------------------------- paper
 
 
 def paper(_options) -> int:
-    """Builds the FMU and runs the paper's experiment through FMPy."""
+    """Builds the FMU and runs the paper's experiments through FMPy."""
     with stage("1/3 Python packages"):
         make_venv()
     with stage("2/3 FMU (the first time, compiling takes a minute)"):
         build_fmu()
-    with stage("3/3 the paper's experiment"):
+    with stage("3/3 the paper's experiments"):
         return run([PYTHON, "examples/paper/run_all.py"], check=False)
 
 

@@ -1,27 +1,40 @@
-"""All experiments of the paper that are rebuilt here, in one go: pictures, CSV and a table of checks."""
+"""All experiments of the paper in one go: pictures, CSV, an interactive report, and a table of checks."""
 
 import sys
 
+import dead_band
+import figure3
 import figure4
 import figure5
 import figure6
-from support import command_line, nc, print_checks, save_checks, shorter
+import hertz
+import overlap_order
+import stiffness
+import ten_minutes
+from report import save_report
+from support import command_line, draw, opened, print_checks, save_checks, shorter
+
+FIGURES = [figure3, figure4, figure5, figure6, ten_minutes, overlap_order, dead_band, stiffness, hertz]
 
 
 def main() -> int:
     """Runs every figure; returns 0 when every number holds, else 1."""
     options = command_line(__doc__)
-    checks = []
-    with nc.Fmu(options.fmu) as fmu:
-        for number, figure in enumerate((figure5, figure4, figure6), start=1):
-            print(f"[{number}/3] {figure.__doc__}")
-            checks += figure.run(fmu, options.out)
+    outcomes = []
+    with opened(options) as fmus:
+        for number, figure in enumerate(FIGURES, start=1):
+            print(f"[{number}/{len(FIGURES)}] {figure.__doc__}")
+            outcomes.append(figure.run(fmus, options.out))
+            draw(outcomes[-1], options.out)
+    checks = [check for outcome in outcomes for check in outcome.checks]
+    plots = [plot for outcome in outcomes for plot in outcome.plots]
     save_checks(checks, options.out / "checks.csv")
+    save_report(options.out / "report.html", plots, checks)
     print("\nMeasured on this machine, through FMPy:\n")
     holds = print_checks(checks)
-    print(
-        f"\n{sum(c.holds for c in checks)} of {len(checks)} hold. Pictures and CSV files: {shorter(options.out)}"
-    )
+    print(f"\n{sum(c.holds for c in checks)} of {len(checks)} hold.")
+    print(f"Pictures and CSV files: {shorter(options.out)}")
+    print(f"To look at, in a browser: {shorter(options.out / 'report.html')}")
     return 0 if holds else 1
 
 

@@ -1,26 +1,19 @@
-"""What the figure scripts share: the command line, checks, CSV files and one look for all pictures."""
+"""What the figure scripts share: the command line, checks and CSV files."""
 
 import argparse
 import csv
 import sys
-import textwrap
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
+from plots import Plot, save_png
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "python"))
 
 import newtons_cradle as nc  # noqa: E402
-
-#: One colour per ball or contact, from left to right; told apart by colour-blind eyes as well.
-COLOURS = ["#0b5394", "#d1495b", "#2a9d60", "#8e5ea2", "#c77d0a"]
-INK, FAINT = "#222222", "#8a8a8a"
 
 
 @dataclass(frozen=True)
@@ -32,6 +25,22 @@ class Check:
     measured: str
     required: str
     holds: bool
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a figure script found: the checks of its numbers, and what there is to look at."""
+
+    checks: list[Check]
+    plots: list[Plot]
+
+
+@dataclass(frozen=True)
+class Fmus:
+    """The FMUs that the figures need: one of five balls, one of 13."""
+
+    five: nc.Fmu
+    thirteen: nc.Fmu
 
 
 def within(figure: str, what: str, value: float, wanted: float, tolerance: float, unit: str = "") -> Check:
@@ -46,6 +55,29 @@ def at_most(figure: str, what: str, value: float, limit: float, unit: str = "") 
     """An error that must not exceed a limit."""
     measured, required = f"{value:.1e} {unit}".strip(), f"<= {limit:.0e} {unit}".strip()
     return Check(figure, what, measured, required, bool(value <= limit))
+
+
+def at_least(figure: str, what: str, value: float, limit: float, unit: str = "") -> Check:
+    """An effect that must be there."""
+    measured, required = f"{value:.3g} {unit}".strip(), f">= {limit:.3g} {unit}".strip()
+    return Check(figure, what, measured, required, bool(value >= limit))
+
+
+def between(figure: str, what: str, values, low: float, high: float, unit: str = "") -> Check:
+    """Several numbers that must all lie in an interval."""
+    first, last = min(values), max(values)
+    measured, required = f"{first:.5f} to {last:.5f} {unit}", f"{low} to {high} {unit}"
+    return Check(figure, what, measured.strip(), required.strip(), bool(low <= first and last <= high))
+
+
+def conserved(figure: str, result: nc.Result, speed: float) -> list[Check]:
+    """Energy over a run, and momentum over each impact sequence relative to that of 1 kg at `speed` (m/s)."""
+    defect = np.abs(nc.momentum_of_sequences(result)).max() / speed
+    seconds = result["time"][-1]
+    return [
+        at_most(figure, f"energy error over {seconds:g} s", nc.energy_error(result), 1e-10),
+        at_most(figure, "momentum defect per sequence / m v", defect, 1e-12),
+    ]
 
 
 def equal(figure: str, what: str, value, wanted) -> Check:
@@ -85,61 +117,46 @@ def save_csv(path: Path, table: np.ndarray) -> None:
             file.write(",".join(cells) + "\n")
 
 
-def command_line(description: str, **extra) -> argparse.Namespace:
-    """The options that all figure scripts have: `--fmu`, `--out`. `extra`: name to (default, help)."""
+def command_line(description: str) -> argparse.Namespace:
+    """The options that all figure scripts have: `--fmu`, `--fmu13`, `--out`."""
+    built = ROOT / "target/fmu"
     parser = argparse.ArgumentParser(description=description)
-    parser.add_argument("--fmu", type=Path, default=ROOT / "target/fmu/NewtonsCradle.fmu")
+    parser.add_argument("--fmu", type=Path, default=built / "NewtonsCradle.fmu", help="of five balls")
+    parser.add_argument("--fmu13", type=Path, default=built / "NewtonsCradle13.fmu", help="of 13 balls")
     parser.add_argument("--out", type=Path, default=ROOT / "out/paper", help="folder for CSV and pictures")
-    for name, (default, text) in extra.items():
-        text = f"{text} (default {default})"
-        parser.add_argument(f"--{name}", type=type(default), default=default, help=text)
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     return options
 
 
-def run_script(run, description: str, **extra) -> None:
+@contextmanager
+def opened(options: argparse.Namespace):
+    """The FMUs of the command line, unpacked. Ends the script where one is missing or not what it should be."""
+    try:
+        with nc.Fmu(options.fmu) as five, nc.Fmu(options.fmu13) as thirteen:
+            for fmu, balls in ((five, 5), (thirteen, 13)):
+                if fmu.balls != balls:
+                    sys.exit(f"{fmu.path} has {fmu.balls} balls where {balls} are needed")
+            yield Fmus(five, thirteen)
+    except FileNotFoundError as problem:
+        sys.exit(f"{problem} (13 balls: add `--balls 13 --out target/fmu/NewtonsCradle13.fmu`)")
+
+
+def draw(outcome: Outcome, out: Path) -> None:
+    """Writes a PNG for each plot."""
+    for plot in outcome.plots:
+        path = out / f"{plot.name}.png"
+        save_png(plot, path)
+        print(f"  wrote {shorter(path)}")
+
+
+def run_script(run, description: str) -> None:
     """Runs one figure from the command line and ends with code 1 when a number does not hold."""
-    options = command_line(description, **extra)
-    more = {name: getattr(options, name) for name in extra}
-    with nc.Fmu(options.fmu) as fmu:
-        checks = run(fmu, options.out, **more)
-    sys.exit(0 if print_checks(checks) else 1)
-
-
-def stacked(rows: int, title: str, *, height: float = 1.25, columns: int = 1):
-    """A figure of narrow strips that share their time axis, with a title; returns (figure, axes)."""
-    plt.rcParams.update(
-        {
-            "font.family": "DejaVu Sans",
-            "font.size": 9,
-            "axes.spines.top": False,
-            "axes.spines.right": False,
-            "axes.edgecolor": FAINT,
-            "axes.labelcolor": INK,
-            "xtick.color": INK,
-            "ytick.color": INK,
-            "axes.grid": True,
-            "grid.color": "#e6e6e6",
-            "grid.linewidth": 0.6,
-            "lines.linewidth": 1.3,
-        }
-    )
-    figure, axes = plt.subplots(
-        rows, columns, figsize=(9.0, 1.6 + height * rows), sharex="col", squeeze=False, layout="constrained"
-    )
-    figure.suptitle(title, fontsize=12, fontweight="bold", color=INK, x=0.01, ha="left")
-    return figure, axes
-
-
-def finish(figure, path: Path, caption: str) -> None:
-    """Puts the caption (one paragraph, wrapped here) below the strips and writes the PNG."""
-    figure.supxlabel(
-        textwrap.fill(caption, 150), fontsize=8.5, color="#444444", x=0.01, ha="left", linespacing=1.5
-    )
-    figure.savefig(path, dpi=130)
-    plt.close(figure)
-    print(f"  wrote {shorter(path)}")
+    options = command_line(description)
+    with opened(options) as fmus:
+        outcome = run(fmus, options.out)
+    draw(outcome, options.out)
+    sys.exit(0 if print_checks(outcome.checks) else 1)
 
 
 def shorter(path: Path) -> Path:

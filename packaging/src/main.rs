@@ -10,8 +10,8 @@ mod platform;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
-use newtons_cradle::variables::{MODEL_IDENTIFIER, Recipe};
+use clap::{Parser, Subcommand, value_parser};
+use newtons_cradle::variables::{DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, MODEL_IDENTIFIER, Recipe};
 
 /// Builds and packs the Newton's cradle FMU.
 #[derive(Parser)]
@@ -28,6 +28,10 @@ enum Command {
         /// Optimise the binary; what an FMU to be used should have.
         #[arg(long)]
         release: bool,
+        /// Number of balls.
+        #[arg(long, value_name = "N", default_value_t = DEFAULT_BALLS as u64,
+              value_parser = value_parser!(u64).range(MIN_BALLS as u64..=MAX_BALLS as u64))]
+        balls: u64,
         /// Where to write the FMU [default: fmu/NewtonsCradle.fmu in Cargo's target folder].
         #[arg(long, value_name = "FILE")]
         out: Option<PathBuf>,
@@ -40,7 +44,7 @@ type Error = String;
 fn main() -> ExitCode {
     let Arguments { command } = Arguments::parse();
     let done = match command {
-        Command::Build { release, out } => build(release, out),
+        Command::Build { release, balls, out } => build(release, balls as usize, out),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -51,13 +55,13 @@ fn main() -> ExitCode {
     }
 }
 
-fn build(release: bool, out: Option<PathBuf>) -> Result<(), Error> {
+fn build(release: bool, balls: usize, out: Option<PathBuf>) -> Result<(), Error> {
     let workspace = compile::Workspace::find()?;
     let out = out.unwrap_or_else(|| workspace.target.join("fmu").join(format!("{MODEL_IDENTIFIER}.fmu")));
     eprintln!("Compiling the FMU's binary ({})", if release { "release" } else { "debug" });
     let binary = compile::library(&workspace, release)?;
     eprintln!("Packing {}", shown(&out).display());
-    let entries = contents::entries(&Recipe::default(), &[(platform::host()?, binary)])?;
+    let entries = contents::entries(&Recipe::new(balls), &[(platform::host()?, binary)])?;
     let bytes = archive::write(&out, entries)?;
     let path = shown(&out).display().to_string();
     println!("{path} ({} kB)", bytes.div_ceil(1000));

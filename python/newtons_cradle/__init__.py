@@ -9,15 +9,16 @@
     result.pulses       # one row per contact pulse, however short
 
 Modules: `fmu` (open, start and step an FMU), `pulses` (the log of pulses as a table, impact sequences,
-pulse order), `balances` (energy and momentum), `setups` (start values of the paper's experiments),
-`progress` (a progress bar).
+pulse order), `views` (runs that resolve every pulse), `balances` (energy and momentum), `setups` (start
+values of the paper's experiments), `progress` (a progress bar).
 """
 
 from .balances import energy_error, momentum_defect, momentum_of_sequences
 from .fmu import Fmu, FmuError, LogLine, Result, Run, Saved
 from .progress import Progress
 from .pulses import PULSE, impact_sequences, overlapping_neighbours, parse_pulse, pulse_order
-from .setups import chain, figure5, figure6, lifted, power_law
+from .setups import chain, figure3, figure5, figure6, lifted, power_law, steel
+from .views import overlaps, resolved, sample_times
 
 __all__ = [
     "PULSE",
@@ -30,6 +31,7 @@ __all__ = [
     "Saved",
     "chain",
     "energy_error",
+    "figure3",
     "figure5",
     "figure6",
     "impact_sequences",
@@ -37,7 +39,11 @@ __all__ = [
     "momentum_defect",
     "momentum_of_sequences",
     "overlapping_neighbours",
+    "overlaps",
     "parse_pulse",
     "power_law",
     "pulse_order",
+    "resolved",
+    "sample_times",
+    "steel",
 ]

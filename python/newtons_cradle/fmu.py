@@ -136,6 +136,10 @@ class Fmu:
         """Number of balls n."""
         return sum(name.startswith("x[") for name in self.variables)
 
+    def items(self, name: str) -> dict[str, int]:
+        """The items of an enumeration and their integers: `items("contact.model")["hertz"]` is 2."""
+        return {item.name: int(item.value) for item in self.variables[name].declaredType.items}
+
     def start(self, values: Mapping[str, float] | None = None, **options) -> "Run":
         """A run at its start time; see `Run`. Use it in a `with` block, which frees the instance."""
         return Run(self, values, **options)
@@ -146,26 +150,33 @@ class Fmu:
         *,
         stop: float = 10.0,
         step: float = 0.01,
+        times: Iterable[float] | None = None,
         record: Iterable[str] | None = None,
         inputs: Callable[[float], Mapping[str, float]] | None = None,
         progress: Callable[[float], None] | None = None,
     ) -> Result:
         """Runs from 0 to `stop` (s) in equal steps of about `step` (s) and records at each.
 
-        `record`: variable names, all outputs and E_residual if None. `inputs(t)`: inputs for the step
-        that begins at t. `progress(fraction)`: called up to 200 times. Raises FmuError.
+        `times`: the communication points (s, rising, from 0 on) instead of equal steps. `record`:
+        variable names, all outputs and E_residual if None. `inputs(t)`: inputs for the step that begins
+        at t. `progress(fraction)`: called up to 200 times. Raises FmuError.
         """
-        steps = max(1, round(stop / step))
+        if times is None:
+            steps = max(1, round(stop / step))
+            times = [stop * i / steps for i in range(steps + 1)]
+        start, *points = times
+        if start != 0.0 or np.any(np.diff([start, *points]) <= 0.0):
+            raise ValueError("the communication points must begin at 0 and rise")
         with self.start(values) as run:
             recorder = run.recorder(record if record is not None else [*self.outputs, "E_residual"])
             recorder.sample()
-            for i in range(1, steps + 1):
+            for i, time in enumerate(points, start=1):
                 if inputs is not None:
                     run.set(inputs(run.time))
-                run.step_to(stop * i / steps)
+                run.step_to(time)
                 recorder.sample()
-                if progress is not None and (i * 200 // steps != (i - 1) * 200 // steps):
-                    progress(i / steps)
+                if progress is not None and (i * 200 // len(points) != (i - 1) * 200 // len(points)):
+                    progress(i / len(points))
             return recorder.result()
 
 

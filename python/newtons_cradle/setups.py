@@ -39,5 +39,23 @@ def figure6() -> dict:
     return figure5() | power_law(2.9e14, dead_band=1.46e-7)
 
 
+def figure3() -> dict:
+    """Figure 3: 13 balls of 1 kg, three lifted left and two right by 1 m, g/L = 9.81 1/s2, k = 4e4 N/m."""
+    pendulum = {"gravity": 9.81, "pendulum.length": 1.0, "ball.mass": 1.0}
+    return pendulum | power_law(4e4) | lifted(3, 2, n=13)
+
+
+def steel(lifted_balls: int = 1, *, amplitude: float = 0.05) -> dict:
+    """Five touching steel balls (1 kg, radius 31.3 mm, Hertz contacts), lifted by `amplitude` (m)."""
+    ball = {"ball.mass": 1.0, "ball.radius": 0.0313, "ball.youngModulus": 2.1e11, "ball.poissonRatio": 0.3}
+    contact = {"contact.model": 2, "contact.deadBand": 0.0}
+    return (
+        {"gravity": 9.81, "pendulum.length": 1.962}
+        | ball
+        | contact
+        | lifted(lifted_balls, amplitude=amplitude)
+    )
+
+
 def _vector(name: str, values) -> dict:
     return {f"{name}[{i}]": value for i, value in enumerate(values, start=1)}

@@ -5,6 +5,7 @@ the environment variable CRADLE_FMU.
 """
 
 import os
+import subprocess
 import sys
 from pathlib import Path
 
@@ -35,3 +36,13 @@ def fmu(fmu_path) -> nc.Fmu:
     """The FMU under test, unpacked once."""
     with nc.Fmu(fmu_path) as opened:
         yield opened
+
+
+@pytest.fixture(scope="session")
+def fmu13_path() -> Path:
+    """An FMU of 13 balls, packed here where `cradle.py` has not left one."""
+    path = ROOT / "target/fmu/NewtonsCradle13.fmu"
+    if not path.exists():
+        command = ["cargo", "pack", "build", "--release", "--balls", "13", "--out", path]
+        subprocess.run(command, cwd=ROOT, check=True)
+    return path

@@ -33,15 +33,24 @@ def test_readme_names_what_is_there():
     assert [target for target in links if not (ROOT / target).exists()] == []
 
 
-def test_the_papers_experiment(fmu_path, tmp_path):
+def test_the_papers_experiments(fmu_path, fmu13_path, tmp_path):
     """All figures, as the main command runs them; every number of their table holds."""
     script = ROOT / "examples/paper/run_all.py"
-    command = [sys.executable, script, "--fmu", fmu_path, "--out", tmp_path / "paper"]
+    command = [sys.executable, script, "--fmu", fmu_path, "--fmu13", fmu13_path, "--out", tmp_path / "paper"]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "FAILS" not in done.stdout
-    for name in ("figure4.png", "figure5.png", "figure6.png"):
-        assert (tmp_path / "paper" / name).read_bytes().startswith(b"\x89PNG")
+    for name in "figure3 figure4 figure5 figure6 overlap_order stiffness dead_band hertz".split():
+        assert (tmp_path / f"paper/{name}.png").read_bytes().startswith(b"\x89PNG")
     table = (tmp_path / "paper/table1.csv").read_text().splitlines()
     assert table[0] == "state,ball 1,ball 2,ball 3,ball 4,ball 5"
     assert table[-1] == "end,stopped,stopped,stopped,moving,moving"
+
+
+def test_figures_refuse_the_wrong_fmu(fmu_path, tmp_path):
+    """Five balls where 13 are needed: a sentence, not a traceback."""
+    script = ROOT / "examples/paper/figure3.py"
+    command = [sys.executable, script, "--fmu", fmu_path, "--fmu13", fmu_path, "--out", tmp_path]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 1
+    assert done.stderr.strip().endswith("has 5 balls where 13 are needed")

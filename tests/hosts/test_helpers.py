@@ -55,6 +55,20 @@ def test_the_momentum_of_a_sequence_shows_a_missing_impulse():
     assert nc.momentum_of_sequences(result) == pytest.approx([-0.5])
 
 
+def test_overlap_of_neighbouring_pulses():
+    """Triangles of height 1 and length 2 that begin one after the other share a quarter of their impulse."""
+    time = np.linspace(0.0, 3.0, 301)
+    triangle = [np.clip(1 - np.abs(time - middle), 0, None) for middle in (1.0, 2.0)]
+    dtype = [("time", "f8"), ("F[1]", "f8"), ("F[2]", "f8"), ("F[3]", "f8")]
+    samples = np.array(list(zip(time, *triangle, np.zeros(301), strict=True)), dtype=dtype)
+    assert nc.overlaps(nc.Result(samples, pulses())) == pytest.approx([0.25, 0.0])
+
+
+def test_sample_times_lie_on_the_grid_and_in_the_pulses():
+    times = nc.sample_times(pulses((1, 0.25, 0.35), (2, 0.95, 1.05)), stop=1.0, step=0.5, per_pulse=3)
+    assert times == pytest.approx([0.0, 0.25, 0.3, 0.35, 0.5, 0.95, 1.0])
+
+
 def test_counts_of_the_runners():
     line = (
         "test result: FAILED. 12 passed; 1 failed; 2 ignored; 0 measured; 0 filtered out; finished in 0.01s"

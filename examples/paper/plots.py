@@ -1,0 +1,151 @@
+"""Plots as data: strips of traces above a common axis, drawn as PNG here and by the report's script in a browser."""
+
+import textwrap
+from dataclasses import dataclass
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.ticker import EngFormatter
+
+#: One colour per ball or contact, from left to right; told apart by colour-blind eyes as well.
+COLOURS = ["#0b5394", "#d1495b", "#2a9d60", "#8e5ea2", "#c77d0a", "#3a3a3a"]
+INK, FAINT = "#222222", "#8a8a8a"
+
+
+@dataclass(frozen=True)
+class Trace:
+    """A curve. `style`: line, area (filled down to 0), dashed or points."""
+
+    x: np.ndarray
+    y: np.ndarray
+    colour: str = COLOURS[0]
+    style: str = "line"
+    label: str = ""
+
+
+@dataclass(frozen=True)
+class Strip:
+    """One diagram: quantity, its unit ("" for pure numbers), curves, range of the axis (None: fitted)."""
+
+    label: str
+    unit: str
+    traces: list[Trace]
+    limits: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
+class View:
+    """A range of the horizontal axis worth looking at, and the name of its button."""
+
+    label: str
+    left: float
+    right: float
+
+
+@dataclass(frozen=True)
+class Column:
+    """Strips above each other that share a horizontal axis. The first view is what is shown at first."""
+
+    title: str
+    xlabel: str
+    xunit: str
+    strips: list[Strip]
+    views: list[View]
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A figure: columns side by side, and a caption that says what to see. `height`: of a strip, in inches."""
+
+    name: str
+    title: str
+    caption: str
+    columns: list[Column]
+    height: float = 1.25
+
+
+def gradient(count: int) -> list[str]:
+    """`count` colours from blue to red, for more balls or contacts than `COLOURS` has."""
+    scale = matplotlib.colormaps["turbo"]
+    return [matplotlib.colors.to_hex(scale(0.08 + 0.84 * i / max(1, count - 1))) for i in range(count)]
+
+
+def forces(result, colours=COLOURS, *, origin: float = 0.0, limits=None) -> list[Strip]:
+    """A strip for each contact force of a run; time counted from `origin` (s)."""
+    time = result["time"] - origin
+    count = result.stack("F").shape[1]
+    names = [f"F[{i}]" for i in range(1, count + 1)]
+    return [
+        Strip(name, "N", [Trace(time, result[name], colour, "area")], limits)
+        for name, colour in zip(names, colours, strict=False)
+    ]
+
+
+def save_png(plot: Plot, path: Path) -> None:
+    """Draws a plot with its caption and writes it."""
+    plt.rcParams.update(
+        {
+            "font.family": "DejaVu Sans",
+            "font.size": 9,
+            "axes.spines.top": False,
+            "axes.spines.right": False,
+            "axes.edgecolor": FAINT,
+            "axes.labelcolor": INK,
+            "xtick.color": INK,
+            "ytick.color": INK,
+            "axes.grid": True,
+            "grid.color": "#e6e6e6",
+            "grid.linewidth": 0.6,
+            "lines.linewidth": 1.3,
+            "lines.markersize": 4.5,
+        }
+    )
+    rows = max(len(column.strips) for column in plot.columns)
+    figure, axes = plt.subplots(
+        rows,
+        len(plot.columns),
+        figsize=(9.0, 1.7 + plot.height * rows),
+        sharex="col",
+        squeeze=False,
+        layout="constrained",
+    )
+    figure.suptitle(plot.title, fontsize=12, fontweight="bold", color=INK, x=0.01, ha="left")
+    for column, strips in zip(plot.columns, axes.T, strict=True):
+        _draw_column(column, strips)
+    caption = textwrap.fill(plot.caption, 150)
+    figure.supxlabel(caption, fontsize=8.5, color="#444444", x=0.01, ha="left", linespacing=1.5)
+    figure.savefig(path, dpi=130)
+    plt.close(figure)
+
+
+def _draw_column(column: Column, axes) -> None:
+    view = column.views[0]
+    for strip, axis in zip(column.strips, axes, strict=False):
+        for trace in strip.traces:
+            _draw_trace(trace, axis)
+        axis.set(ylabel=strip.label, xlim=(view.left, view.right))
+        axis.yaxis.set_major_formatter(EngFormatter(strip.unit) if strip.unit else "{x:g}")
+        axis.xaxis.set_major_formatter(EngFormatter(column.xunit) if column.xunit else "{x:g}")
+        axis.yaxis.set_major_locator(plt.MaxNLocator(4))
+        if strip.limits is not None:
+            axis.set_ylim(*strip.limits)
+        if any(trace.label for trace in strip.traces):
+            axis.legend(frameon=False, fontsize=8)
+    for axis in axes[len(column.strips) :]:
+        axis.set_visible(False)
+    axes[0].set_title(column.title, fontsize=10, loc="left")
+    last = axes[len(column.strips) - 1]
+    last.tick_params(labelbottom=True)
+    last.set_xlabel(column.xlabel)
+
+
+def _draw_trace(trace: Trace, axis) -> None:
+    kind = {"points": "o", "dashed": "--"}.get(trace.style, "-")
+    width = 0.9 if trace.style == "dashed" else None
+    axis.plot(trace.x, trace.y, kind, color=trace.colour, label=trace.label or None, linewidth=width)
+    if trace.style == "area":
+        axis.fill_between(trace.x, trace.y, color=trace.colour, alpha=0.25, linewidth=0)

@@ -1,0 +1,104 @@
+"""The report: all plots, interactive, and the table of checks as one HTML file that needs nothing else."""
+
+import base64
+import json
+from html import escape
+from pathlib import Path
+
+import numpy as np
+from plots import Plot
+from support import Check
+
+ASSETS = Path(__file__).parent / "report"
+
+
+def save_report(path: Path, plots: list[Plot], checks: list[Check]) -> None:
+    """Writes the report."""
+    data = Arrays()
+    figures = [figure(plot, data) for plot in plots]
+    parts = {
+        "{{style}}": (ASSETS / "report.css").read_text(encoding="utf-8"),
+        "{{script}}": (ASSETS / "charts.js").read_text(encoding="utf-8"),
+        "{{holding}}": str(sum(check.holds for check in checks)),
+        "{{checks}}": str(len(checks)),
+        "{{contents}}": "\n".join(map(entry, plots)),
+        "{{figures}}": "\n".join(map(section, plots)),
+        "{{rows}}": "\n".join(map(row, checks)),
+        "{{data}}": json.dumps({"figures": figures, "arrays": data.texts}).replace("</", "<\\/"),
+    }
+    page = (ASSETS / "template.html").read_text(encoding="utf-8")
+    for mark, text in parts.items():
+        page = page.replace(mark, text)
+    path.write_text(page, encoding="utf-8")
+
+
+class Arrays:
+    """Arrays as base64 of little-endian bytes, each kept once."""
+
+    def __init__(self):
+        self.texts: list[dict] = []
+        self._places: dict[tuple[str, bytes], int] = {}
+
+    def place(self, array: np.ndarray, kind: str) -> int:
+        """The number of `array` among those kept; `kind`: f4, or f8 for times that are zoomed into."""
+        data = np.ascontiguousarray(array, dtype=f"<{kind}").tobytes()
+        if (kind, data) not in self._places:
+            self._places[kind, data] = len(self.texts)
+            self.texts.append({"kind": kind, "data": base64.b64encode(data).decode("ascii")})
+        return self._places[kind, data]
+
+
+def figure(plot: Plot, data: Arrays) -> dict:
+    """A plot as the script reads it."""
+    return {
+        "name": plot.name,
+        "height": round(plot.height * 80),
+        "columns": [
+            {
+                "title": column.title,
+                "xlabel": column.xlabel,
+                "xunit": column.xunit,
+                "views": [[view.label, view.left, view.right] for view in column.views],
+                "strips": [
+                    {
+                        "label": strip.label,
+                        "unit": strip.unit,
+                        "limits": strip.limits,
+                        "traces": [
+                            {
+                                "x": data.place(trace.x, "f8"),
+                                "y": data.place(trace.y, "f4"),
+                                "colour": trace.colour,
+                                "style": trace.style,
+                                "label": trace.label,
+                            }
+                            for trace in strip.traces
+                        ],
+                    }
+                    for strip in column.strips
+                ],
+            }
+            for column in plot.columns
+        ],
+    }
+
+
+def entry(plot: Plot) -> str:
+    """A line of the table of contents."""
+    return f'<li><a href="#{plot.name}">{escape(plot.title)}</a></li>'
+
+
+def section(plot: Plot) -> str:
+    """Where the script puts a plot's charts, with its caption."""
+    return (
+        f'<section id="{plot.name}"><h2>{escape(plot.title)}</h2>\n'
+        f'<div class="charts"></div>\n<p class="caption">{escape(plot.caption)}</p></section>'
+    )
+
+
+def row(check: Check) -> str:
+    """A line of the table of checks."""
+    cells = "".join(f"<td>{escape(text)}</td>" for text in (check.figure, check.what))
+    numbers = "".join(f'<td class="number">{escape(text)}</td>' for text in (check.measured, check.required))
+    verdict = '<td class="holds">holds</td>' if check.holds else '<td class="fails">FAILS</td>'
+    return f"<tr>{cells}{numbers}{verdict}</tr>"

@@ -1,0 +1,50 @@
+"""Views that show a run at two time scales at once, and how much pulses overlap in them."""
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from .fmu import Fmu, Result
+
+
+def sample_times(pulses: np.ndarray, stop: float, step: float, per_pulse: int = 32) -> np.ndarray:
+    """Communication points (s) every `step` up to `stop` and `per_pulse` of them in every pulse."""
+    steps = max(1, round(stop / step))
+    grid = stop * np.arange(steps + 1) / steps
+    inside = [np.linspace(pulse["onset"], pulse["release"], per_pulse) for pulse in pulses]
+    times = np.unique(np.concatenate([grid, *inside]))
+    return times[(times >= 0.0) & (times <= stop)]
+
+
+def resolved(
+    fmu: Fmu,
+    values: Mapping[str, float] | None = None,
+    *,
+    stop: float,
+    step: float = 0.01,
+    per_pulse: int = 32,
+    record: Iterable[str] | None = None,
+    progress=None,
+) -> Result:
+    """A run whose samples resolve every pulse, from seconds down to nanoseconds.
+
+    It is run twice: once in one step for the table of pulses, then with communication points in all of
+    them. The trajectory does not depend on where they are, so the pulses of both runs are the same.
+    """
+    pulses = fmu.simulate(values, times=[0.0, stop], record=[]).pulses
+    return fmu.simulate(
+        values, times=sample_times(pulses, stop, step, per_pulse), record=record, progress=progress
+    )
+
+
+def overlaps(result: Result) -> np.ndarray:
+    """Overlap of each contact's pulse with the next contact's, shape (contacts - 1,), 0 to 1.
+
+    The impulse they share, the integral of min(F_i, F_(i+1)), over the smaller of their impulses; by the
+    trapezoidal rule, so the samples must resolve the pulses. 0 where one of the two never closed.
+    """
+    force, time = result.stack("F"), result["time"]
+    shared = np.trapezoid(np.minimum(force[:, :-1], force[:, 1:]), time, axis=0)
+    impulse = np.trapezoid(force, time, axis=0)
+    smaller = np.minimum(impulse[:-1], impulse[1:])
+    return np.divide(shared, smaller, out=np.zeros_like(shared), where=smaller > 0)
