@@ -40,7 +40,16 @@ def test_the_papers_experiments(fmu_path, fmu13_path, tmp_path):
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "FAILS" not in done.stdout
-    for name in "figure3 figure4 figure5 figure6 overlap_order stiffness dead_band hertz".split():
+    for name in [
+        "figure3",
+        "figure4",
+        "figure5",
+        "figure6",
+        "overlap_order",
+        "stiffness",
+        "dead_band",
+        "hertz",
+    ]:
         assert (tmp_path / f"paper/{name}.png").read_bytes().startswith(b"\x89PNG")
     table = (tmp_path / "paper/table1.csv").read_text().splitlines()
     assert table[0] == "state,ball 1,ball 2,ball 3,ball 4,ball 5"
