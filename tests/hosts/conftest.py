@@ -46,3 +46,12 @@ def fmu13_path() -> Path:
         command = ["cargo", "pack", "build", "--release", "--balls", "13", "--out", path]
         subprocess.run(command, cwd=ROOT, check=True)
     return path
+
+
+@pytest.fixture(scope="session")
+def paper(fmu_path, fmu13_path, tmp_path_factory) -> tuple[Path, subprocess.CompletedProcess]:
+    """The paper's experiments, run as the main command runs them: their folder, and the finished process."""
+    out = tmp_path_factory.mktemp("paper")
+    script = ROOT / "examples/paper/run_all.py"
+    command = [sys.executable, script, "--fmu", fmu_path, "--fmu13", fmu13_path, "--out", out]
+    return out, subprocess.run(command, capture_output=True, text=True)

@@ -33,11 +33,9 @@ def test_readme_names_what_is_there():
     assert [target for target in links if not (ROOT / target).exists()] == []
 
 
-def test_the_papers_experiments(fmu_path, fmu13_path, tmp_path):
-    """All figures, as the main command runs them; every number of their table holds."""
-    script = ROOT / "examples/paper/run_all.py"
-    command = [sys.executable, script, "--fmu", fmu_path, "--fmu13", fmu13_path, "--out", tmp_path / "paper"]
-    done = subprocess.run(command, capture_output=True, text=True)
+def test_the_papers_experiments(paper):
+    """All figures; every number of their table holds."""
+    out, done = paper
     assert done.returncode == 0, done.stdout + done.stderr
     assert "FAILS" not in done.stdout
     for name in [
@@ -50,8 +48,8 @@ def test_the_papers_experiments(fmu_path, fmu13_path, tmp_path):
         "dead_band",
         "hertz",
     ]:
-        assert (tmp_path / f"paper/{name}.png").read_bytes().startswith(b"\x89PNG")
-    table = (tmp_path / "paper/table1.csv").read_text().splitlines()
+        assert (out / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+    table = (out / "table1.csv").read_text().splitlines()
     assert table[0] == "state,ball 1,ball 2,ball 3,ball 4,ball 5"
     assert table[-1] == "end,stopped,stopped,stopped,moving,moving"
 

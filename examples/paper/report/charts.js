@@ -321,7 +321,7 @@ class Chart {
   }
 }
 
-const report = (() => {
+window.report = (() => {
   const { figures, arrays } = JSON.parse(document.getElementById("data").textContent);
   const numbers = arrays.map(decoded), charts = {};
   for (const figure of figures) {

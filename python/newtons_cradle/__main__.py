@@ -1,0 +1,93 @@
+"""Command line: `python -m newtons_cradle page FILE`."""
+
+import argparse
+import sys
+import zipfile
+from pathlib import Path
+
+from .animation import PageError, from_csv, from_fmu, save_page
+from .animation.recording import RecordingError
+from .fmu import FmuError
+from .progress import Progress
+
+
+def setting(text: str) -> tuple[str, float]:
+    """`name=value` of the command line."""
+    name, equals, value = text.partition("=")
+    if not equals:
+        raise argparse.ArgumentTypeError(f"{text!r} is not name=value")
+    return name.strip(), float(value)
+
+
+def positive(text: str) -> float:
+    value = float(text)
+    if not 0 < value < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text} is not a positive number")
+    return value
+
+
+def arguments() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m newtons_cradle", description="Looks at runs of the cradle FMU."
+    )
+    commands = parser.add_subparsers(dest="command", required=True, metavar="page")
+    page = commands.add_parser(
+        "page",
+        help="make a 3D animation of a run: one HTML file that needs nothing else",
+        description="Makes a 3D animation of a run: one HTML file that needs no network. FILE is an FMU, which is run "
+        "here with samples in every pulse, or the CSV file of a result (time, x[1], ..., as FMPy writes it).",
+    )
+    page.add_argument("file", type=Path, metavar="FILE", help="an .fmu or a .csv")
+    page.add_argument("-o", "--out", type=Path, metavar="FILE.html", help="the page (default: beside FILE)")
+    run = page.add_argument_group("for an FMU")
+    run.add_argument(
+        "--stop", type=positive, default=10.0, metavar="SECONDS", help="how long to run (default 10)"
+    )
+    run.add_argument(
+        "--set",
+        type=setting,
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="a start value; may be repeated",
+    )
+    result = page.add_argument_group("for a CSV file")
+    result.add_argument("--pulses", type=Path, metavar="FILE.csv", help="the run's table of pulses")
+    result.add_argument(
+        "--length", type=positive, default=1.962, help="pendulum length in m, for the drawing (default 1.962)"
+    )
+    result.add_argument(
+        "--radius", type=positive, default=0.0313, help="ball radius in m, for the drawing (default 0.0313)"
+    )
+    return parser
+
+
+def page(options: argparse.Namespace) -> None:
+    """Makes the page that the command line asks for."""
+    kind = options.file.suffix.lower()
+    if kind == ".fmu":
+        progress = Progress(f"Running {options.file.name}")
+        recording = from_fmu(options.file, dict(options.set), stop=options.stop, progress=progress)
+    elif kind == ".csv":
+        recording = from_csv(options.file, options.pulses, length=options.length, radius=options.radius)
+    else:
+        raise RecordingError(f"{options.file}: only .fmu and .csv files can be shown")
+    out = options.out or options.file.with_suffix(".html")
+    size = save_page(out, recording)
+    print(f"{out} ({size / 1e6:.1f} MB): open it in a browser")
+
+
+def main() -> int:
+    """Returns 0, or 1 after saying what is wrong."""
+    options = arguments().parse_args()
+    try:
+        page(options)
+    except (RecordingError, PageError, FmuError, KeyError, OSError, zipfile.BadZipFile) as problem:
+        text = problem.args[0] if isinstance(problem, KeyError) else problem
+        print(f"error: {text}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,92 @@
+"""The HTML file of an animation: template, style, scripts, three.js and the run's numbers, compressed."""
+
+import base64
+import io
+import json
+import re
+import zipfile
+import zlib
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+
+from ..pulses import impact_sequences
+from .recording import Recording
+
+ASSETS = files(__package__)
+SCRIPTS = ("run.js", "scene.js", "strips.js", "player.js")
+
+
+class PageError(RuntimeError):
+    """The page cannot be made; the message says what to install."""
+
+
+def save_page(path: str | Path, recording: Recording) -> int:
+    """Writes the page; returns its size in bytes. Raises PageError, OSError."""
+    parts = {
+        "{{title}}": escape(recording.title),
+        "{{style}}": asset("animation.css"),
+        "{{three}}": three_js(),
+        "{{script}}": "\n".join(map(asset, SCRIPTS)),
+        "{{data}}": json.dumps(numbers(recording)),
+    }
+    # One pass, so that nothing in three.js or the data is taken for a mark.
+    page = re.sub(r"{{\w+}}", lambda mark: parts[mark[0]], asset("template.html"))
+    return Path(path).write_text(page, encoding="utf-8", newline="\n")
+
+
+def asset(name: str) -> str:
+    return (ASSETS / name).read_text(encoding="utf-8")
+
+
+def three_js() -> str:
+    """three.js (r140, MIT licence) as one classic script, from the viewer that the package trimesh carries."""
+    try:
+        archive = (files("trimesh") / "resources/templates/viewer.zip").read_bytes()
+    except (ModuleNotFoundError, FileNotFoundError):
+        raise PageError("three.js is taken from the package trimesh: `pip install trimesh==5.2.0`") from None
+    with zipfile.ZipFile(io.BytesIO(archive)) as viewer:
+        page = viewer.read("viewer.html.template").decode("utf-8")
+    # Its only script begins with three.js, whose last statement marks it as a module; loaders follow.
+    script = re.search(
+        r'/\*\*\s*\* @license\s*\* Copyright [-\d]+ Three\.js.*?"__esModule",{value:!0}\)}\)\);',
+        page,
+        re.DOTALL,
+    )
+    if script is None:
+        raise PageError("this version of trimesh carries no three.js: `pip install trimesh==5.2.0`")
+    return script[0]
+
+
+def numbers(recording: Recording) -> dict:
+    """The run as the scripts read it."""
+    pulses = np.sort(recording.pulses, order=["contact", "onset"])
+    impacts = [[s["onset"].min(), s["release"].max()] for s in impact_sequences(recording.pulses)]
+    return {
+        "title": recording.title,
+        "balls": recording.x.shape[1],
+        "length": recording.length,
+        "radius": recording.radius,
+        "time": packed(recording.time, "f8"),
+        "x": packed(recording.x.T, "f4"),
+        "v": packed(recording.v.T, "f4"),
+        "F": packed(recording.F.T, "f4"),
+        "energy": {name: packed(values, "f4") for name, values in recording.energy.items()},
+        "pulses": {
+            "contact": packed(pulses["contact"], "f4"),
+            "onset": packed(pulses["onset"], "f8"),
+            "release": packed(pulses["release"], "f8"),
+            "peak": packed(pulses["peak"], "f4"),
+        },
+        "impacts": packed(np.array(impacts), "f8"),
+    }
+
+
+def packed(array: np.ndarray, kind: str) -> dict:
+    """An array as bytes, the first ones of all numbers, then the second ones, ...: so they deflate better."""
+    values = np.ascontiguousarray(array, dtype=f"<{kind}").ravel()
+    planes = values.view(np.uint8).reshape(len(values), values.itemsize).T
+    data = base64.b64encode(zlib.compress(planes.tobytes(), 9)).decode("ascii")
+    return {"kind": kind, "data": data}

@@ -1,0 +1,101 @@
+// The numbers of a run, and what they are at any instant between its samples.
+
+/** Number of elements of the rising `array` that are not above `value`. */
+function countUpTo(array, value, low = 0, high = array.length) {
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (array[middle] <= value) low = middle + 1; else high = middle;
+  }
+  return low;
+}
+
+/** Undoes `packed` of page.py: base64, deflate, planes of bytes. */
+async function unpacked({ kind, data }) {
+  const bytes = Uint8Array.from(atob(data), (letter) => letter.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+  const planes = new Uint8Array(await new Response(stream).arrayBuffer());
+  const size = kind === "f8" ? 8 : 4, count = planes.length / size, mixed = new Uint8Array(planes.length);
+  for (let plane = 0; plane < size; plane++) {
+    for (let i = 0; i < count; i++) mixed[i * size + plane] = planes[plane * count + i];
+  }
+  return kind === "f8" ? new Float64Array(mixed.buffer) : new Float32Array(mixed.buffer);
+}
+
+class Run {
+  /** From the JSON in the page. */
+  static async load(json) {
+    const run = new Run();
+    Object.assign(run, { title: json.title, balls: json.balls, length: json.length, radius: json.radius });
+    run.time = await unpacked(json.time);
+    for (const name of ["x", "v", "F"]) run[name] = run.split(await unpacked(json[name]));
+    run.energy = {};
+    for (const [name, values] of Object.entries(json.energy)) run.energy[name] = await unpacked(values);
+    const pulses = {};
+    for (const [name, values] of Object.entries(json.pulses)) pulses[name] = await unpacked(values);
+    run.sortPulses(pulses);
+    const impacts = await unpacked(json.impacts);
+    run.impacts = Array.from({ length: impacts.length / 2 }, (_, i) => ({ begin: impacts[2 * i], end: impacts[2 * i + 1] }));
+    run.begins = run.impacts.map((impact) => impact.begin);
+    return run;
+  }
+
+  /** One array for each ball or contact. */
+  split(values) {
+    const samples = this.time.length;
+    return Array.from({ length: values.length / samples }, (_, i) => values.subarray(i * samples, (i + 1) * samples));
+  }
+
+  /** The table of pulses by contact; `largest`: the largest force of the run (N). */
+  sortPulses({ contact, onset, release, peak }) {
+    this.pulses = Array.from({ length: Math.max(0, this.balls - 1) }, (_, i) => {
+      const first = countUpTo(contact, i + 0.5), end = countUpTo(contact, i + 1.5);
+      return { onset: onset.subarray(first, end), release: release.subarray(first, end), peak: peak.subarray(first, end) };
+    });
+    this.largest = peak.reduce((a, b) => Math.max(a, b), 0) || 1;
+    this.shortest = onset.reduce((least, begin, i) => (release[i] > begin ? Math.min(least, release[i] - begin) : least), Infinity);
+  }
+
+  get start() { return this.time[0]; }
+  get stop() { return this.time[this.time.length - 1]; }
+
+  /** Where `t` lies: the sample before it, and the part of the way to the next one. */
+  place(t) {
+    const i = Math.min(Math.max(countUpTo(this.time, t) - 1, 0), this.time.length - 2);
+    const h = this.time[i + 1] - this.time[i];
+    return { i, h, part: Math.min(Math.max((t - this.time[i]) / h, 0), 1) };
+  }
+
+  linear(array, { i, part }) { return array[i] + part * (array[i + 1] - array[i]); }
+
+  /** Position: the cubic through both samples' positions and velocities (Hermite). */
+  position(ball, { i, h, part }) {
+    const x = this.x[ball], v = this.v[ball], rest = 1 - part;
+    return x[i] * (1 + 2 * part) * rest * rest + x[i + 1] * (3 - 2 * part) * part * part
+      + h * part * rest * (v[i] * rest - v[i + 1] * part);
+  }
+
+  /** How brightly contact `i` shines at t, 0 to 1: its force, and what is left of its last pulse after `fade` (s). */
+  glow(contact, t, fade, place) {
+    const { onset, release, peak } = this.pulses[contact], last = countUpTo(onset, t) - 1;
+    if (last < 0) return 0;
+    if (t <= release[last]) return Math.max(0, this.linear(this.F[contact], place)) / this.largest;
+    return (peak[last] / this.largest) * Math.exp(-3 * (t - release[last]) / fade);
+  }
+
+  /** The impact at or after t in direction 1, or before it in direction -1. */
+  neighbour(t, direction) {
+    const reached = countUpTo(this.begins, t);
+    return this.impacts[direction > 0 ? reached : (this.begins[reached - 1] === t ? reached - 2 : reached - 1)];
+  }
+
+  /** Distance (s) from t to the nearest impact, and how long that lasts: {distance, length}. */
+  nearest(t) {
+    const reached = countUpTo(this.begins, t), best = { distance: Infinity, length: 0 };
+    for (const impact of [this.impacts[reached - 1], this.impacts[reached]]) {
+      if (!impact) continue;
+      const distance = Math.max(impact.begin - t, t - impact.end, 0);
+      if (distance < best.distance) Object.assign(best, { distance, length: impact.end - impact.begin });
+    }
+    return best;
+  }
+}
