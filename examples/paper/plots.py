@@ -85,8 +85,8 @@ def forces(result, colours=COLOURS, *, origin: float = 0.0, limits=None) -> list
     ]
 
 
-def save_png(plot: Plot, path: Path) -> None:
-    """Draws a plot with its caption and writes it."""
+def save_picture(plot: Plot, path: Path, **options) -> None:
+    """Draws a plot with its title and caption and writes it, as PNG or what the path's suffix says."""
     plt.rcParams.update(
         {
             "font.family": "DejaVu Sans",
@@ -113,12 +113,14 @@ def save_png(plot: Plot, path: Path) -> None:
         squeeze=False,
         layout="constrained",
     )
-    figure.suptitle(plot.title, fontsize=12, fontweight="bold", color=INK, x=0.01, ha="left")
+    if plot.title:
+        figure.suptitle(plot.title, fontsize=12, fontweight="bold", color=INK, x=0.01, ha="left")
     for column, strips in zip(plot.columns, axes.T, strict=True):
         _draw_column(column, strips)
-    caption = textwrap.fill(plot.caption, 150)
-    figure.supxlabel(caption, fontsize=8.5, color="#444444", x=0.01, ha="left", linespacing=1.5)
-    figure.savefig(path, dpi=130)
+    if plot.caption:
+        caption = textwrap.fill(plot.caption, 150)
+        figure.supxlabel(caption, fontsize=8.5, color="#444444", x=0.01, ha="left", linespacing=1.5)
+    figure.savefig(path, dpi=130, **options)
     plt.close(figure)
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from plots import Plot, save_png
+from plots import Plot, save_picture
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "python"))
@@ -146,7 +146,7 @@ def draw(outcome: Outcome, out: Path) -> None:
     """Writes a PNG for each plot."""
     for plot in outcome.plots:
         path = out / f"{plot.name}.png"
-        save_png(plot, path)
+        save_picture(plot, path)
         print(f"  wrote {shorter(path)}")
 
 

@@ -8,13 +8,17 @@ use newtons_cradle::variables::{
 };
 
 const TEMPLATE: &str = include_str!("../assets/index.html");
+/// A run with the default parameters, drawn by `examples/paper/pictures.py`.
+const PICTURE: &str = include_str!("../assets/run.svg");
 
 /// The page of the FMU with these start values.
 pub fn html(start: &Settings) -> String {
+    let balls = start.balls();
     TEMPLATE
+        .replace("{{picture}}", PICTURE)
         .replace("{{model}}", MODEL_IDENTIFIER)
         .replace("{{version}}", env!("CARGO_PKG_VERSION"))
-        .replace("{{balls}}", &start.balls().to_string())
+        .replace("{{balls}}", &format!("{balls} ball{}", if balls == 1 { "" } else { "s" }))
         .replace("{{stop_time}}", &Number(STOP_TIME).to_string())
         .replace("{{step_size}}", &Number(STEP_SIZE).to_string())
         .replace("{{parameters}}", &rows(start, &[Causality::Parameter, Causality::CalculatedParameter]))
@@ -88,6 +92,6 @@ mod tests {
             let index = if row.shape == Shape::Scalar { "" } else { "[i]" };
             assert!(html.contains(&format!("<code>{}{index}</code>", row.name)), "{}", row.name);
         }
-        assert!(!html.contains("{{") && !html.contains("}}"));
+        assert!(html.contains("<svg ") && !html.contains("{{") && !html.contains("}}"));
     }
 }

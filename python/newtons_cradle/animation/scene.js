@@ -150,7 +150,7 @@ class Scene {
 
   /** The eye's first place. */
   home() {
-    this.turn = { azimuth: 0.28, height: 0.16, distance: 1 };
+    this.turn = { azimuth: 0.28, height: 0.22, distance: 1 };
   }
 
   listen() {

@@ -1,0 +1,124 @@
+"""The pictures of the README and of the FMU's documentation, from real runs.
+
+    .venv/bin/python examples/paper/pictures.py
+
+writes docs/*.png, docs/animation.jpg and packaging/assets/run.svg. Those of the animation and the report need Chromium and its
+driver; the report must be there (`python3 cradle.py paper`).
+"""
+
+import io
+import re
+import shutil
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+from newtons_cradle.animation import from_fmu, save_page
+from PIL import Image
+from plots import COLOURS, Column, Plot, Strip, Trace, View, forces, save_picture
+from selenium import webdriver
+from selenium.webdriver.chrome.service import Service
+from support import ROOT, command_line, nc, opened, shorter
+
+
+def main() -> int:
+    """Makes all pictures."""
+    options = command_line(__doc__.splitlines()[0])
+    docs, assets = ROOT / "docs", ROOT / "packaging/assets"
+    with opened(options) as fmus:
+        svg(default_run(fmus.five), assets / "run.svg")
+        photographs(fmus, options.out / "report.html", docs)
+    for name in ("figure3", "figure5"):
+        small(Image.open(options.out / f"{name}.png"), docs / f"{name}.png")
+    return 0
+
+
+def default_run(fmu: nc.Fmu) -> Plot:
+    """Ten seconds of positions beside the first click's forces, with the default parameters."""
+    macro = fmu.simulate(stop=10.0, step=0.05, record=[f"x[{i}]" for i in range(1, 6)])
+    with fmu.start() as run:
+        names = [f"{name}[{i}]" for name in ("F", "E_contact") for i in range(1, 5)]
+        onset, micro = run.zoom(span=1e-4, step=1e-6, record=names, before=5e-6)
+    positions = [
+        Strip(f"x[{i}]", "m", [Trace(macro["time"], macro[f"x[{i}]"], COLOURS[i - 1])], (-0.12, 0.12))
+        for i in range(1, 6)
+    ]
+    stored = Trace(micro["time"] - onset, micro.stack("E_contact").sum(axis=1), COLOURS[5], "area")
+    pulses = [*forces(micro, origin=onset), Strip("stored", "J", [stored])]
+    return Plot(
+        "run",
+        "",
+        "",
+        [
+            Column("ten seconds", "time", "s", positions, [View("", 0.0, 10.0)]),
+            Column("the first click", "time after the first onset", "s", pulses, [View("", -5e-6, 1e-4)]),
+        ],
+        height=0.8,
+    )
+
+
+def svg(plot: Plot, path: Path) -> None:
+    """A plot as SVG to be put into a page: text stays text, three digits are enough."""
+    plt.rcParams["svg.fonttype"] = "none"
+    plt.rcParams["svg.hashsalt"] = "cradle"
+    plt.rcParams["path.simplify_threshold"] = 0.3
+    save_picture(plot, path, metadata={"Date": None, "Creator": None})
+    text = path.read_text(encoding="utf-8")
+    text = text[text.index("<svg") :]
+    text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
+    text = re.sub(r"\d+\.\d{3,}", lambda number: f"{float(number[0]):.1f}", text)
+    path.write_text(re.sub(r"\n\s*", "\n", text), encoding="utf-8")
+    print(f"  wrote {shorter(path)}")
+
+
+def photographs(fmus, report: Path, docs: Path) -> None:
+    """The animation in a click and between two, and the top of the report."""
+    options = webdriver.ChromeOptions()
+    for argument in (
+        "headless=new",
+        "no-sandbox",
+        "hide-scrollbars",
+        "window-size=1280,860",
+        "use-angle=swiftshader",
+    ):
+        options.add_argument(f"--{argument}")
+    browser = webdriver.Chrome(options=options, service=Service(shutil.which("chromedriver")))
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            page = Path(folder) / "cradle.html"
+            save_page(page, from_fmu(fmus.five.path))
+            browser.get(page.as_uri())
+            time.sleep(3)
+            browser.execute_script(
+                "const [click] = cradle.run.impacts;"
+                "cradle.seek(click.begin + 0.4 * (click.end - click.begin))"
+            )
+            photograph(browser, docs / "animation.jpg")
+        browser.get(report.as_uri())
+        browser.execute_script("document.getElementById('figure5').scrollIntoView({behavior: 'instant'})")
+        photograph(browser, docs / "report.png")
+    finally:
+        browser.quit()
+
+
+def photograph(browser, path: Path) -> None:
+    time.sleep(1)
+    small(Image.open(io.BytesIO(browser.get_screenshot_as_png())), path)
+
+
+def small(picture: Image.Image, path: Path, width: int = 1000) -> None:
+    """At most `width` pixels wide; a PNG with at most 256 colours, or a JPEG."""
+    picture = picture.convert("RGB")
+    if picture.width > width:
+        size = (width, round(picture.height * width / picture.width))
+        picture = picture.resize(size, Image.Resampling.LANCZOS)
+    if path.suffix == ".png":
+        picture = picture.quantize(256, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+    picture.save(path, optimize=True, quality=88)
+    print(f"  wrote {shorter(path)}, {path.stat().st_size / 1000:.0f} kB")
+
+
+if __name__ == "__main__":
+    sys.exit(main())
