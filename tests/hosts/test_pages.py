@@ -2,9 +2,11 @@
 
 import io
 import json
+import re
 import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import newtons_cradle as nc
 import numpy as np
@@ -47,12 +49,17 @@ def animation(fmu_path, tmp_path_factory):
 
 
 def visit(browser, path) -> None:
-    """Opens a page and asserts that it asks for nothing but itself and complains about nothing."""
+    """Opens a page and asserts that it asks for nothing but itself and complains about nothing.
+
+    Those with scripts are ready once they have left `cradle` or `report` in the window.
+    """
     for kind in ("browser", "performance"):
         browser.get_log(kind)  # what earlier pages left
     browser.get(path.as_uri())
     WebDriverWait(browser, 60).until(
-        lambda _: browser.execute_script("return Boolean(window.cradle ?? window.report)")
+        lambda _: browser.execute_script(
+            "return !document.scripts.length || Boolean(window.cradle ?? window.report)"
+        )
     )
     assert [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"] == []
     messages = [json.loads(entry["message"])["message"] for entry in browser.get_log("performance")]
@@ -71,6 +78,19 @@ def state(browser, t: float | None = None) -> dict:
     if t is not None:
         browser.execute_script("cradle.seek(arguments[0])", t)
     return browser.execute_script("return cradle.state()")
+
+
+def test_the_fmus_documentation(browser, fmu):
+    """Opened as the FMU carries it: a picture, and every variable with its unit."""
+    path = Path(fmu.folder) / "documentation/index.html"
+    visit(browser, path)
+    assert colours(browser, browser.find_element(By.CSS_SELECTOR, "figure svg")) > 100
+    rows = browser.execute_script(
+        "return [...document.querySelectorAll('tbody tr')].map((row) => [...row.cells].map((cell) => cell.textContent))"
+    )
+    units = {name: unit for name, unit, *_ in rows}
+    for variable in fmu.description.modelVariables:
+        assert units[re.sub(r"\[\d+\]$", "[i]", variable.name)] == (variable.unit or "")
 
 
 def test_the_report_shows_all_figures(browser, paper):

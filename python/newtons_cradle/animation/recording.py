@@ -59,13 +59,17 @@ def from_fmu(
         names = [f"{name}[{i}]" for name in ("x", "v", "E_kinetic", "E_gravity") for i in range(1, n + 1)]
         names += [f"{name}[{i}]" for name in ("F", "E_contact") for i in range(1, n)]
         steps = max(1, round(stop / step))
-        per_pulse = int(np.clip((LARGEST / (3 * n + 3) - steps) / max(1, len(pulses)), 4, 48))
-        times = sample_times(pulses, stop, step, per_pulse)
+        # As many samples in each pulse as fit; where not even four do, the later pulses go without.
+        room = max(4, LARGEST // (3 * n + 3) - steps)
+        per_pulse = int(np.clip(room // max(1, len(pulses)), 4, 48))
+        times = sample_times(pulses[: room // per_pulse], stop, step, per_pulse)
         result = fmu.simulate(values, times=times, record=names, progress=progress)
         with fmu.start(values) as run:
             length, radius = run.get("pendulum.length"), run.get("ball.radius")
     columns = {name: result[name] for name in ("time", *names)}
-    return _recording(f"{n} balls, {stop:g} s", columns, pulses, length=length, radius=radius)
+    return _recording(
+        f"{n} ball{'s' if n > 1 else ''}, {stop:g} s", columns, pulses, length=length, radius=radius
+    )
 
 
 def from_csv(

@@ -2,6 +2,8 @@
 
 const STEEL = new THREE.Color(0.86, 0.9, 0.96), WARM = new THREE.Color(1.0, 0.62, 0.18), HOT = new THREE.Color(1.0, 0.27, 0.1);
 
+const AZIMUTH = 0.28; // rad, where the eye is at first
+
 /** A picture of a lit sphere: looking it up costs less than lights, which a renderer without a GPU feels. */
 function litSphere(stops) {
   const size = 128, canvas = document.createElement("canvas");
@@ -150,7 +152,7 @@ class Scene {
 
   /** The eye's first place. */
   home() {
-    this.turn = { azimuth: 0.28, height: 0.22, distance: 1 };
+    this.turn = { azimuth: AZIMUTH, height: 0.22, distance: 1 };
   }
 
   listen() {
@@ -186,7 +188,8 @@ class Scene {
     }
     const tall = this.hanging ? this.stringLength + 5 * this.radius : 6 * this.radius;
     const wide = Math.max(this.width, 2 * this.run.balls * this.radius + 0.8 * this.stringLength) + 4 * this.radius;
-    const tangent = Math.tan(Math.PI / 12), fit = Math.max(tall / 2 / tangent, wide / 2 / tangent / this.camera.aspect);
+    const tangent = Math.tan(Math.PI / 12), across = Math.cos(AZIMUTH) / tangent / this.camera.aspect + Math.sin(AZIMUTH);
+    const fit = Math.max(tall / 2 / tangent, wide / 2 * across);
     const { azimuth, height: up, distance } = this.turn, away = 1.12 * fit * distance;
     const centre = this.hanging ? 0.42 * this.stringLength - this.radius : 0;
     this.camera.position.set(away * Math.sin(azimuth) * Math.cos(up), centre + away * Math.sin(up), away * Math.cos(azimuth) * Math.cos(up));
