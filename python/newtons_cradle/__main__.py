@@ -11,12 +11,12 @@ from .fmu import FmuError
 from .progress import Progress
 
 
-def setting(text: str) -> tuple[str, float]:
+def setting(text: str) -> tuple[str, str]:
     """`name=value` of the command line."""
     name, equals, value = text.partition("=")
     if not equals:
         raise argparse.ArgumentTypeError(f"{text!r} is not name=value")
-    return name.strip(), float(value)
+    return name.strip(), value.strip()
 
 
 def positive(text: str) -> float:
@@ -49,7 +49,7 @@ def arguments() -> argparse.ArgumentParser:
         action="append",
         default=[],
         metavar="NAME=VALUE",
-        help="a start value; may be repeated",
+        help="a start value, such as contact.model=hertz; may be repeated",
     )
     result = page.add_argument_group("for a CSV file")
     result.add_argument("--pulses", type=Path, metavar="FILE.csv", help="the run's table of pulses")

@@ -140,6 +140,19 @@ class Fmu:
         """The items of an enumeration and their integers: `items("contact.model")["hertz"]` is 2."""
         return {item.name: int(item.value) for item in self.variables[name].declaredType.items}
 
+    def number(self, name: str, value: float | int | bool | str) -> float | int | bool:
+        """A value as a variable of this name takes it; an item of an enumeration may be named. Raises FmuError."""
+        kind = self.variables[name].type
+        try:
+            if kind == "Enumeration" and isinstance(value, str):
+                return self.items(name)[value]
+            return float(value) if kind == "Real" else int(value)
+        except KeyError:
+            allowed = ", ".join(self.items(name))
+            raise FmuError(f"{name} = {value} is refused; allowed: {allowed}") from None
+        except ValueError:
+            raise FmuError(f"{name} = {value} is not a number") from None
+
     def start(self, values: Mapping[str, float] | None = None, **options) -> "Run":
         """A run at its start time; see `Run`. Use it in a `with` block, which frees the instance."""
         return Run(self, values, **options)
@@ -241,12 +254,12 @@ class Run:
         """All finished pulses so far, by onset: array of dtype `PULSE`."""
         return pulse_table(line.text for line in self.log if line.category == "logEvents")
 
-    def set(self, values: Mapping[str, float]) -> None:
-        """Sets variables by name, all of one type in one call. Raises KeyError or FmuError."""
+    def set(self, values: Mapping[str, float | str]) -> None:
+        """Sets variables by name, all of one type in one call; see `Fmu.number`. Raises KeyError or FmuError."""
         for kind, names in self._by_type(values).items():
             setter = getattr(self.slave, "setInteger" if kind == "Enumeration" else f"set{kind}")
             references = [self.fmu.variables[name].valueReference for name in names]
-            self._call(setter, references, [values[name] for name in names])
+            self._call(setter, references, [self.fmu.number(name, values[name]) for name in names])
 
     def get(self, name: str) -> float | int | bool:
         """The value of one variable. Raises KeyError or FmuError."""

@@ -8,10 +8,14 @@ from .fmu import Fmu, Result
 
 
 def sample_times(pulses: np.ndarray, stop: float, step: float, per_pulse: int = 32) -> np.ndarray:
-    """Communication points (s) every `step` up to `stop` and `per_pulse` of them in every pulse."""
+    """Communication points (s) every `step` up to `stop` and `per_pulse` of them in every pulse.
+
+    Pulses without duration, as of rigid contacts, get points from a nanosecond before them on.
+    """
     steps = max(1, round(stop / step))
     grid = stop * np.arange(steps + 1) / steps
-    inside = [np.linspace(pulse["onset"], pulse["release"], per_pulse) for pulse in pulses]
+    begins = np.minimum(pulses["onset"], pulses["release"] - 1e-9)
+    inside = [np.linspace(*ends, per_pulse) for ends in zip(begins, pulses["release"], strict=True)]
     times = np.unique(np.concatenate([grid, *inside]))
     return times[(times >= 0.0) & (times <= stop)]
 

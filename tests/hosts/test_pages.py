@@ -225,6 +225,8 @@ def test_a_bad_result_is_refused_in_words(tmp_path, text, complaint):
         (["README.md"], "only .fmu and .csv files can be shown"),
         (["FMU", "--set", "foo=1"], "has no variable 'foo'"),
         (["FMU", "--set", "ball.mass=-1"], "ball.mass = -1 kg is refused"),
+        (["FMU", "--set", "ball.mass=heavy"], "ball.mass = heavy is not a number"),
+        (["FMU", "--set", "contact.model=glue"], "contact.model = glue is refused; allowed: powerLaw, hertz"),
     ],
 )
 def test_a_bad_command_is_refused_in_words(fmu_path, arguments, complaint):

@@ -63,6 +63,8 @@ def three_js() -> str:
 def numbers(recording: Recording) -> dict:
     """The run as the scripts read it."""
     pulses = np.sort(recording.pulses, order=["contact", "onset"])
+    # Rigid impacts have no force: their impulse shows how hard they are.
+    strength = "peak" if np.any(pulses["peak"] > 0) else "impulse"
     impacts = [[s["onset"].min(), s["release"].max()] for s in impact_sequences(recording.pulses)]
     return {
         "title": recording.title,
@@ -78,8 +80,9 @@ def numbers(recording: Recording) -> dict:
             "contact": packed(pulses["contact"], "f4"),
             "onset": packed(pulses["onset"], "f8"),
             "release": packed(pulses["release"], "f8"),
-            "peak": packed(pulses["peak"], "f4"),
+            "peak": packed(pulses[strength], "f4"),
         },
+        "strength": ["contact forces", "N"] if strength == "peak" else ["impulses", "N.s"],
         "impacts": packed(np.array(impacts), "f8"),
     }
 

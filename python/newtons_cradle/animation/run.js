@@ -25,7 +25,7 @@ class Run {
   /** From the JSON in the page. */
   static async load(json) {
     const run = new Run();
-    Object.assign(run, { title: json.title, balls: json.balls, length: json.length, radius: json.radius });
+    Object.assign(run, { title: json.title, balls: json.balls, length: json.length, radius: json.radius, strength: json.strength });
     run.time = await unpacked(json.time);
     for (const name of ["x", "v", "F"]) run[name] = run.split(await unpacked(json[name]));
     run.energy = {};
@@ -45,7 +45,7 @@ class Run {
     return Array.from({ length: values.length / samples }, (_, i) => values.subarray(i * samples, (i + 1) * samples));
   }
 
-  /** The table of pulses by contact; `largest`: the largest force of the run (N). */
+  /** The table of pulses by contact; `largest`: the largest force of the run (N), of rigid impacts the impulse (N.s). */
   sortPulses({ contact, onset, release, peak }) {
     this.pulses = Array.from({ length: Math.max(0, this.balls - 1) }, (_, i) => {
       const first = countUpTo(contact, i + 0.5), end = countUpTo(contact, i + 1.5);
@@ -78,7 +78,7 @@ class Run {
   glow(contact, t, fade, place) {
     const { onset, release, peak } = this.pulses[contact], last = countUpTo(onset, t) - 1;
     if (last < 0) return 0;
-    if (t <= release[last]) return Math.max(0, this.linear(this.F[contact], place)) / this.largest;
+    if (t <= release[last] && onset[last] < release[last]) return Math.max(0, this.linear(this.F[contact], place)) / this.largest;
     return (peak[last] / this.largest) * Math.exp(-3 * (t - release[last]) / fade);
   }
 

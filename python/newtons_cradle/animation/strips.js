@@ -57,7 +57,8 @@ class Strips {
     context.fillStyle = "#ffffff";
     context.textAlign = "left";
     context.fillText(`energy, up to ${withPrefix(this.energyTop, "J")}`, 6, 14);
-    context.fillText(`contact forces, up to ${withPrefix(this.run.largest, "N")}`, 6, split + 16);
+    const [name, unit] = this.run.strength;
+    context.fillText(`${name}, up to ${withPrefix(this.run.largest, unit)}`, 6, split + 16);
     this.drawWhole(t);
   }
 
