@@ -34,7 +34,7 @@ def save_page(path: str | Path, recording: Recording) -> int:
     }
     # One pass, so that nothing in three.js or the data is taken for a mark.
     page = re.sub(r"{{\w+}}", lambda mark: parts[mark[0]], asset("template.html"))
-    return Path(path).write_text(page, encoding="utf-8", newline="\n")
+    return Path(path).write_bytes(page.encode("utf-8"))
 
 
 def asset(name: str) -> str:
