@@ -391,7 +391,7 @@ def fuzz(tally: Tally) -> None:
         corpus = ROOT / "target/fuzz/tests" / name
         shutil.rmtree(corpus, ignore_errors=True)  # so that each run begins with the seeds
         corpus.mkdir(parents=True)
-        options = ["-seed=1", f"-runs={runs}", "-timeout=60", "-max_len=600", "-print_final_stats=1"]
+        options = ["-seed=1", f"-runs={runs}", "-timeout=300", "-max_len=600", "-print_final_stats=1"]
         command = [TOOLS / "bin/cargo-fuzz", "run", "--sanitizer", sanitizer, *target, name]
         tally.step(
             f"Fuzzing: {name}",
