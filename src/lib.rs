@@ -48,6 +48,8 @@
 //! ```
 
 #![deny(unsafe_code)]
+// A host owns the terminal: what there is to say goes through its logger.
+#![deny(clippy::print_stderr, clippy::print_stdout)]
 
 pub mod engine;
 pub mod fmi2;

@@ -18,6 +18,11 @@ pub(crate) fn degree(push: &Push) -> usize {
     (1..=MAX_FORCE_ORDER).rev().find(|&j| push[j] != 0.0).unwrap_or(0)
 }
 
+/// Its value `tau` (s) after the anchor, m/s2.
+pub(crate) fn push_at(push: &Push, tau: f64) -> f64 {
+    (0..=degree(push)).rev().fold(0.0, |sum, k| push[k] + sum * tau / (k + 1) as f64)
+}
+
 /// The same polynomial seen from `tau` (s) later.
 pub(crate) fn shifted<S: Scalar>(push: &[S; MAX_FORCE_ORDER + 1], tau: S) -> [S; MAX_FORCE_ORDER + 1] {
     let mut later = *push;
@@ -116,11 +121,7 @@ impl Flight {
 
     /// Acceleration `tau` after the anchor, m/s2, where the displacement and the velocity are the given ones.
     pub fn acceleration(&self, o: &Oscillator, tau: f64, displacement: f64, v: f64) -> f64 {
-        let mut push = 0.0;
-        for j in (0..=degree(&self.push)).rev() {
-            push = self.push[j] + push * tau / (j + 1) as f64;
-        }
-        push - o.omega2() * self.x - o.omega2() * displacement - 2.0 * o.gamma() * v
+        push_at(&self.push, tau) - o.omega2() * self.x - o.omega2() * displacement - 2.0 * o.gamma() * v
     }
 
     /// The work of the push per unit of mass since the anchor, m2/s2: `integral f v = f D - f' I_1 + f'' I_2 - ...` with

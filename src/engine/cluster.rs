@@ -38,6 +38,12 @@ impl Mode {
         };
         if clipped { Self::Clipped } else { Self::Pressing }
     }
+
+    /// The switching that ends this mode of a closed contact unless its release does: the sign that the force then gets, and what
+    /// it is.
+    pub fn clipping(self) -> (f64, Switch) {
+        if self == Self::Pressing { (-1.0, Switch::Clip) } else { (1.0, Switch::Unclip) }
+    }
 }
 
 /// A contact of the window at the start of the segment.
@@ -106,6 +112,9 @@ pub(crate) enum Switch {
     Unclip,
 }
 
+/// When a contact switches on a segment (s), and to what; `None` for that is a time up to which it does not, and no further.
+pub(crate) type Switching = (f64, Option<Switch>);
+
 /// How the motion of a window is described.
 #[derive(Clone, Debug)]
 pub(crate) enum Motion {
@@ -116,11 +125,33 @@ pub(crate) enum Motion {
 /// Calls the same method of whatever describes the motion.
 macro_rules! of_motion {
     ($motion:expr, $method:ident($($argument:expr),*)) => {
-        match &$motion {
+        match $motion {
             Motion::Series(series) => series.$method($($argument),*),
             Motion::Modes(modes) => modes.$method($($argument),*),
         }
     };
+}
+
+impl Motion {
+    /// The first switching of contact `j` of the window before `until` (s). What does not exceed `rounding` is no switching.
+    fn first_switch(
+        &self,
+        j: usize,
+        law: &ContactLaw,
+        mode: Mode,
+        until: f64,
+        rounding: &Rounding,
+    ) -> Option<Switching> {
+        if mode == Mode::Open {
+            return of_motion!(self, onset(j, until, rounding));
+        }
+        let release = of_motion!(self, release(j, until, rounding));
+        if !law.clips() {
+            return release;
+        }
+        let until = release.map_or(until, |(tau, _)| tau);
+        of_motion!(self, clip(j, law, mode, until, rounding)).or(release)
+    }
 }
 
 /// Neighbouring balls in contact.
@@ -193,14 +224,14 @@ impl Cluster {
     /// Displacement of ball `i` of the window since the start of the segment (m) and its velocity (m/s), `tau` after it.
     pub fn moved(&self, i: usize, tau: f64) -> (f64, f64) {
         let j = i - self.window.start;
-        let (displacement, change) = of_motion!(self.motion, moved(j, tau));
+        let (displacement, change) = of_motion!(&self.motion, moved(j, tau));
         (displacement, self.flights[j].v + change)
     }
 
     /// Overlap (m) and its rate (m/s) in contact `i` of the window, `tau` after the start of the segment.
     pub fn overlap(&self, i: usize, tau: f64) -> (f64, f64) {
         let j = i - self.window.start;
-        let (overlap, change) = of_motion!(self.motion, overlap(j, tau));
+        let (overlap, change) = of_motion!(&self.motion, overlap(j, tau));
         (overlap, (self.flights[j].v - self.flights[j + 1].v) + change)
     }
 
@@ -212,7 +243,7 @@ impl Cluster {
     /// Impulse of contact `i` from the start of the segment to `tau`, N.s.
     pub fn impulse(&self, i: usize, tau: f64) -> f64 {
         match self.mode(i) {
-            Mode::Pressing => of_motion!(self.motion, impulse(i - self.window.start, tau)),
+            Mode::Pressing => of_motion!(&self.motion, impulse(i - self.window.start, tau)),
             Mode::Open | Mode::Clipped => 0.0,
         }
     }
@@ -220,7 +251,7 @@ impl Cluster {
     /// The larger of `known` and the largest force of contact `i` between `from` and `to` after the start of the segment, N.
     pub fn peak(&self, i: usize, from: f64, to: f64, known: f64) -> f64 {
         match self.mode(i) {
-            Mode::Pressing if from < to => of_motion!(self.motion, peak(i - self.window.start, from, to, known)),
+            Mode::Pressing if from < to => of_motion!(&self.motion, peak(i - self.window.start, from, to, known)),
             _ => known,
         }
     }
@@ -229,7 +260,7 @@ impl Cluster {
     pub fn contact_loss(&self, i: usize, law: &ContactLaw, tau: f64) -> f64 {
         match self.mode(i) {
             Mode::Pressing if law.damping != Damping::None => {
-                of_motion!(self.motion, contact_loss(i - self.window.start, tau))
+                of_motion!(&self.motion, contact_loss(i - self.window.start, tau))
             }
             // The spring gives back nothing of what it holds.
             Mode::Clipped => {
@@ -245,7 +276,7 @@ impl Cluster {
         let j = i - self.window.start;
         let flight = &self.flights[j];
         let mut tally = *tally;
-        tally.x_integral += flight.x * tau + of_motion!(self.motion, displacement_integral(j, tau));
+        tally.x_integral += flight.x * tau + of_motion!(&self.motion, displacement_integral(j, tau));
         tally.work += ball.mass
             * match &self.motion {
                 Motion::Series(series) => series.work(j, &flight.push, tau),
@@ -253,7 +284,7 @@ impl Cluster {
             };
         let gamma = ball.oscillator.gamma();
         if gamma > 0.0 {
-            tally.drag_loss += 2.0 * gamma * ball.mass * of_motion!(self.motion, squared_velocity_integral(j, tau));
+            tally.drag_loss += 2.0 * gamma * ball.mass * of_motion!(&self.motion, squared_velocity_integral(j, tau));
         }
         tally
     }
@@ -262,12 +293,12 @@ impl Cluster {
     pub fn move_start(&mut self, tau: f64, balls: &[Ball]) {
         self.start += tau;
         for (j, contact) in self.contacts.iter_mut().enumerate() {
-            contact.overlap = of_motion!(self.motion, overlap(j, tau)).0;
+            contact.overlap = of_motion!(&self.motion, overlap(j, tau)).0;
         }
         for (j, flight) in self.flights.iter_mut().enumerate() {
             let i = self.window.start + j;
             *flight = if self.members.contains(&i) {
-                let (displacement, change) = of_motion!(self.motion, moved(j, tau));
+                let (displacement, change) = of_motion!(&self.motion, moved(j, tau));
                 Flight { x: flight.x + displacement, v: flight.v + change, push: shifted(&flight.push, tau) }
             } else {
                 balls[i].flight_at(self.start)
@@ -289,8 +320,7 @@ impl Cluster {
         self.describe(&window, control, &rounding);
         self.switch = None;
         for (j, law) in laws.iter().enumerate() {
-            let switch = of_motion!(self.motion, first_switch(j, law, contacts[j].mode, self.length, &rounding));
-            if let Some((tau, switch)) = switch {
+            if let Some((tau, switch)) = self.motion.first_switch(j, law, contacts[j].mode, self.length, &rounding) {
                 self.length = tau;
                 self.switch = switch.map(|switch| (self.window.start + j, switch));
             }

@@ -12,12 +12,12 @@
 //! contacts do to rounding is to divide it by their stiffness. (With the positions of the balls as unknowns they would be
 //! differences of numbers of the order of 1 m.)
 
-use super::ball::{Rounding, degree};
+use super::ball::{Rounding, push_at};
 use super::cluster::{Mode, Window};
 use super::taylor::Series;
 use crate::model::ContactLaw;
 use crate::solver::block_tridiagonal::BlockTridiagonal;
-use crate::solver::oscillator::{MAX_FORCE_ORDER, Oscillator};
+use crate::solver::oscillator::Oscillator;
 use crate::solver::radau::{Matrix, RADAU, STAGES, Stages, inverse, product, times};
 
 /// What is allowed at least, in roundings: differences of the ninth order magnify them.
@@ -103,9 +103,7 @@ impl<'a> Step<'a> {
             let same = i > 0 && window.balls[i - 1].oscillator == *o;
             responses.push(if same { responses[i - 1].clone() } else { Response::new(o, &integral) });
             pulls.push(times.map(|t| {
-                let push =
-                    (0..=degree(&flight.push)).rev().fold(0.0, |sum, k| flight.push[k] + sum * t / (k + 1) as f64);
-                push - o.omega2() * (flight.x + flight.v * t) - 2.0 * o.gamma() * flight.v
+                push_at(&flight.push, t) - o.omega2() * (flight.x + flight.v * t) - 2.0 * o.gamma() * flight.v
             }));
         }
         let none = vec![[0.0; STAGES]; window.contacts.len()];
@@ -140,8 +138,7 @@ impl<'a> Step<'a> {
             push.iter_mut().zip(&window.flights[j + 1].push).for_each(|(l, r)| *l -= r);
             let apart: Stages = std::array::from_fn(|s| {
                 let t = self.times[s];
-                let push = (0..=MAX_FORCE_ORDER).rev().fold(0.0, |sum, k| push[k] + sum * t / (k + 1) as f64);
-                push - o.omega2() * (start + rate * t) - 2.0 * o.gamma() * rate
+                push_at(&push, t) - o.omega2() * (start + rate * t) - 2.0 * o.gamma() * rate
                     + (by_contacts[0][s] - by_contacts[1][s])
             });
             times(response(&self.responses[j]), &apart)

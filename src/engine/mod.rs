@@ -18,9 +18,11 @@ mod cluster;
 mod collocation;
 mod continuous;
 mod differential;
+mod error;
 mod events;
 mod expansion;
 mod impact;
+mod last_step;
 mod ledger;
 mod modes;
 mod natural;
@@ -44,6 +46,8 @@ use ball::{Ball, Flight, Push};
 use cluster::{Cluster, Mode};
 pub use continuous::Continuous;
 pub use differential::{Differential, MAX_OUTPUT_DERIVATIVE};
+use error::Endurance;
+pub use error::EngineError;
 use expansion::State;
 use ledger::Ledger;
 use pair::{PairImpact, Shape};
@@ -77,38 +81,6 @@ pub struct Pulse {
     pub impulse: f64,
 }
 
-/// A run that cannot go on, with the time and the values that stopped it.
-#[derive(Clone, Debug, PartialEq)]
-pub enum EngineError {
-    /// A state became infinite or NaN.
-    NotFinite { time: f64, ball: usize },
-    /// No progress in time: the step shrank below the resolution of the clock.
-    Stalled { time: f64, contact: usize },
-    /// At this many events a second of the run, the end of the step is out of reach.
-    TooFast { time: f64, contact: usize, pace: f64 },
-    /// A general-purpose solver does not get on even with steps of this length, s.
-    StepTooSmall { time: f64, step: f64 },
-}
-
-impl std::fmt::Display for EngineError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::NotFinite { time, ball } => write!(f, "the state of ball {} is not finite at t = {time} s", ball + 1),
-            Self::Stalled { time, contact } => write!(f, "no progress in contact {} at t = {time} s", contact + 1),
-            Self::TooFast { time, contact, pace } => write!(
-                f,
-                "contact {} is too fast to be followed to the end of the step: {pace:.1e} events a second at t = {time} s",
-                contact + 1
-            ),
-            Self::StepTooSmall { time, step } => {
-                write!(f, "the solver cannot go on at t = {time} s, not even by {step:e} s")
-            }
-        }
-    }
-}
-
-impl std::error::Error for EngineError {}
-
 /// Work counters since the start; they saturate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Work {
@@ -118,43 +90,6 @@ pub struct Work {
     pub evaluations: u64,
     /// Onsets, releases and switchings of contact laws handled.
     pub events: u64,
-}
-
-/// Gives up where the events follow each other so fast that the end of the step would not be reached in days: the values of a
-/// cradle may be any numbers above 0.
-struct Endurance {
-    until: DoubleDouble,
-    /// Events since the last look at the clock, and when that was.
-    events: u32,
-    since: DoubleDouble,
-    /// How often in a row it was hopeless then.
-    hopeless: u32,
-}
-
-impl Endurance {
-    /// Events from one look at the clock to the next, how many to the end are hopeless, and for how many looks.
-    const EVENTS: u32 = 1 << 17;
-    const HOPELESS: f64 = 1e11;
-    const LOOKS: u32 = 8;
-
-    fn new(start: DoubleDouble, until: DoubleDouble) -> Self {
-        Self { until, events: 0, since: start, hopeless: 0 }
-    }
-
-    /// Counts the event of `contact` at `t`.
-    fn check(&mut self, t: DoubleDouble, contact: usize) -> Result<(), EngineError> {
-        self.events += 1;
-        if self.events < Self::EVENTS {
-            return Ok(());
-        }
-        let pace = f64::from(self.events) / (t - self.since).value();
-        self.hopeless = if pace * (self.until - t).value() > Self::HOPELESS { self.hopeless + 1 } else { 0 };
-        (self.events, self.since) = (0, t);
-        if self.hopeless < Self::LOOKS {
-            return Ok(());
-        }
-        Err(EngineError::TooFast { time: t.value(), contact, pace })
-    }
 }
 
 /// A contact of the cradle: its ledger, and how it stands.

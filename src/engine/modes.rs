@@ -7,7 +7,7 @@
 //! only work is to find the next switching.
 
 use super::ball::{Flight, Rounding, degree};
-use super::cluster::{Mode, Switch, Window};
+use super::cluster::{Mode, Switch, Switching, Window};
 use super::natural::{Group, NaturalMode, Sum, dashpot};
 use crate::model::{ContactLaw, Damping};
 use crate::solver::root::{Search, Smooth, first_positive, search};
@@ -236,43 +236,38 @@ impl Modes {
         group.modes.iter().map(|mode| mode.squared_velocity_integral(tau)).sum()
     }
 
-    /// The first switching of contact `j` before `until` (s), and to what; `None` for that is a time up to which there is none,
-    /// and no further. What does not exceed `rounding` is no switching.
-    pub fn first_switch(
+    /// The crossing of a function of contact `j`, signed, above `level` before `until` (s).
+    fn crossing(
         &self,
         j: usize,
-        law: &ContactLaw,
-        mode: Mode,
+        kind: Watched,
+        (sign, level): (f64, f64),
         until: f64,
-        rounding: &Rounding,
-    ) -> Option<(f64, Option<Switch>)> {
-        let crossing = |kind: Watched, sign: f64, until: f64, switch: Switch| {
-            let level = match switch {
-                // Groups that swing side by side approach each other by rounding: that is no onset.
-                Switch::Onset => rounding.position,
-                Switch::Release => rounding.no_overlap(),
-                Switch::Clip | Switch::Unclip => sign * rounding.force(law),
-            };
-            let watch = Watch { modes: self, contact: j, kind, sign, level };
-            match search(&watch, 0.0, until) {
-                Search::At(tau) if tau < until => Some((tau, Some(switch))),
-                Search::NotBefore(tau) if tau < until => Some((tau, None)),
-                _ => None,
-            }
-        };
-        if mode == Mode::Open {
-            return crossing(Watched::Overlap, 1.0, until, Switch::Onset);
+        switch: Switch,
+    ) -> Option<Switching> {
+        let watch = Watch { modes: self, contact: j, kind, sign, level };
+        match search(&watch, 0.0, until) {
+            Search::At(tau) if tau < until => Some((tau, Some(switch))),
+            Search::NotBefore(tau) if tau < until => Some((tau, None)),
+            _ => None,
         }
-        let release = crossing(Watched::Overlap, -1.0, until, Switch::Release);
-        if !law.clips() {
-            return release;
-        }
-        let until = release.map_or(until, |(tau, _)| tau);
-        let clip = match mode {
-            Mode::Pressing => crossing(Watched::Force, -1.0, until, Switch::Clip),
-            _ => crossing(Watched::Force, 1.0, until, Switch::Unclip),
-        };
-        clip.or(release)
+    }
+
+    /// The onset of the open contact `j` before `until` (s). Groups that swing side by side approach each other by rounding: that
+    /// is no onset.
+    pub fn onset(&self, j: usize, until: f64, rounding: &Rounding) -> Option<Switching> {
+        self.crossing(j, Watched::Overlap, (1.0, rounding.position), until, Switch::Onset)
+    }
+
+    /// The release of the closed contact `j` before `until` (s).
+    pub fn release(&self, j: usize, until: f64, rounding: &Rounding) -> Option<Switching> {
+        self.crossing(j, Watched::Overlap, (-1.0, rounding.no_overlap()), until, Switch::Release)
+    }
+
+    /// The beginning or, in mode `Clipped`, the end of the clipping of contact `j` before `until` (s), by more than `rounding`.
+    pub fn clip(&self, j: usize, law: &ContactLaw, mode: Mode, until: f64, rounding: &Rounding) -> Option<Switching> {
+        let (sign, switch) = mode.clipping();
+        self.crossing(j, Watched::Force, (sign, sign * rounding.force(law)), until, switch)
     }
 
     /// Highest natural frequency, rad/s.

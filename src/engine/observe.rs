@@ -1,6 +1,6 @@
 //! What can be read at the current time. Nothing here moves the trajectory.
 
-use super::ball::{Held, Known, Tally, degree, shifted};
+use super::ball::{Held, Known, Tally, degree, push_at};
 use super::cluster::{Cluster, Mode};
 use super::expansion::State;
 use super::{Engine, NEVER, Work};
@@ -127,8 +127,8 @@ impl Engine {
         let (x, v) = self.state(i);
         let from_left = if i > 0 { self.force(i - 1) } else { 0.0 };
         let from_right = if i < self.contacts.len() { self.force(i) } else { 0.0 };
-        let push = shifted(&self.inputs.push(i, model.mass), self.time - self.inputs.since);
-        (from_left - from_right) / model.mass + push[0] - model.omega2 * x - 2.0 * model.gamma * v
+        let push = push_at(&self.inputs.push(i, model.mass), self.time - self.inputs.since);
+        model.acceleration(x, v, from_left - from_right, push)
     }
 
     /// Force in contact `i`, N.
@@ -252,12 +252,7 @@ impl Engine {
 
     /// Kinetic, gravity and contact energy of all, J.
     pub fn total_energy(&self) -> f64 {
-        let ball = |i: usize| {
-            let (x, v) = self.state(i);
-            0.5 * self.balls[i].mass * (v * v + self.cradle.balls[i].omega2 * x * x)
-        };
-        let contacts: f64 = (0..self.contacts.len()).map(|i| self.contact_energy(i)).sum();
-        (0..self.balls.len()).map(ball).sum::<f64>() + contacts
+        self.cradle.energy(|i| self.state(i), |i| self.overlap(i))
     }
 
     /// Energy dissipated by drag and contacts since the start, J.
@@ -283,16 +278,12 @@ impl Engine {
 
     /// Sum of `m v`, kg.m/s.
     pub fn momentum(&self) -> f64 {
-        (0..self.balls.len()).map(|i| self.balls[i].mass * self.v(i)).sum()
+        self.cradle.momentum(|i| self.v(i))
     }
 
     /// Horizontal force on the support, N.
     pub fn support_force(&self) -> f64 {
-        let ball = |i: usize| {
-            let (x, v) = self.state(i);
-            self.cradle.balls[i].support_force(x, v)
-        };
-        (0..self.balls.len()).map(ball).sum()
+        self.cradle.support_force(|i| self.state(i))
     }
 
     /// Integral of the force on the support since the start up to a constant, N.s.

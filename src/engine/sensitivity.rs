@@ -1,16 +1,15 @@
-//! How the end of the last step depends on the inputs held over it, and the start values on the parameters: exact derivatives.
+//! A motion with its derivatives along a direction of inputs and parameters: exact, by dual numbers.
 //!
-//! The step is followed once more, in dual numbers: Taylor series of the whole chain from switching to switching. The time of a
-//! switching is a dual number as well, so that jumps of the force at an onset or a release are accounted for (the saltation of
-//! hybrid systems: di Bernardo et al., Piecewise-smooth Dynamical Systems, 2008, section 2.5). Only the derivatives are taken from
-//! it. The cost of a segment grows with the number of balls, that of a step with the number of segments.
+//! It is followed by Taylor series of the whole chain from switching to switching. The time of a switching is a dual number as
+//! well, so that jumps of the force at an onset or a release are accounted for (the saltation of hybrid systems: di Bernardo et
+//! al., Piecewise-smooth Dynamical Systems, 2008, section 2.5). Only the derivatives are taken from it. The cost of a segment
+//! grows with the number of balls, that of a motion with the number of segments.
 
 use super::ball::shifted;
 use super::cluster::{Mode, Switch};
 use super::differential::Differential;
 use super::expansion::{Expansion, Push, State};
-use super::{Engine, HeldInputs, NEVER};
-use crate::model::{BallModel, Cradle, Damping, Inputs, Parameters};
+use crate::model::{BallModel, Cradle, Damping};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::dual::{Dual, Scalar};
 use crate::solver::series;
@@ -30,94 +29,24 @@ const CANCELLATION: f64 = 1e-10;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NotFollowed;
 
-/// The last step of a run, by whichever method: all that its derivatives follow from.
-pub(super) struct LastStep<'a> {
-    /// Coefficients of the equations.
-    pub cradle: &'a Cradle,
-    /// State and inputs at its start.
-    pub start: State,
-    pub inputs: HeldInputs,
-    /// Its length, s; 0 before the first.
-    pub length: f64,
-    /// State at its end.
-    pub end: State,
-    /// Whether another onset lies ahead.
-    pub onset_ahead: bool,
-}
-
-impl LastStep<'_> {
-    /// Derivatives of the outputs at its end along `inputs`, which were held over it. Before the first step nothing depends on
-    /// them.
-    pub fn along_inputs(&self, inputs: &Inputs) -> Result<Differential, NotFollowed> {
-        if self.length == 0.0 {
-            return Ok(Differential::zero(self.cradle.balls.len()));
-        }
-        let along = Cradle::constant(self.cradle);
-        let pushes = pushes_along(&along, &self.inputs, inputs);
-        let mut run = Run::new(self.cradle, along, lifted(&self.start), pushes);
-        run.follow(Some(self.length))?;
-        run.agree_with(&self.end);
-        let mut outputs = run.outputs();
-        outputs.force_mean = outputs.impulse.iter().map(|impulse| impulse / self.length).collect();
-        outputs.force_peak = run.peak.iter().map(|peak| peak.tangent()).collect();
-        outputs.support_force_mean = run.support_impulse.tangent() / self.length;
-        outputs.next_onset = self.next_onset(run);
-        Ok(outputs)
-    }
-
-    /// Derivatives of the outputs at the start of a run, of which there was no step yet, along a direction of parameters and inputs.
-    pub fn along_parameters(
-        &self,
-        parameters: &Parameters,
-        tangent: &Parameters,
-        inputs: &Inputs,
-    ) -> Result<Differential, NotFollowed> {
-        let along = Cradle::along(parameters, tangent);
-        let pushes = pushes_along(&along, &self.inputs, inputs);
-        let state = start_along(&self.end, &along, tangent);
-        let first = along.balls[0].omega2;
-        let run = Run::new(self.cradle, along, state, pushes);
-        let mut outputs = run.outputs();
-        outputs.force_mean.clone_from(&outputs.force);
-        outputs.force_peak.clone_from(&outputs.force);
-        outputs.support_force_mean = outputs.support_force;
-        if first.value() > 0.0 {
-            outputs.period = (Dual::from(std::f64::consts::TAU) / first.sqrt()).tangent();
-        }
-        outputs.next_onset = self.next_onset(run);
-        Ok(outputs)
-    }
-
-    /// Derivative of the time of the next onset from where `run` is; NaN if it cannot be followed so far.
-    fn next_onset(&self, mut run: Run) -> f64 {
-        if !self.onset_ahead {
-            return 0.0;
-        }
-        match run.follow(None) {
-            Ok(()) => run.delay,
-            Err(NotFollowed) => f64::NAN,
-        }
-    }
-}
-
 /// A motion followed in dual numbers.
-struct Run<'a> {
+pub(super) struct Run<'a> {
     cradle: &'a Cradle,
     along: Cradle<Dual>,
     state: State<Dual>,
     pushes: Vec<Push<Dual>>,
     /// Time since the start (s), and its derivative.
     elapsed: DoubleDouble,
-    delay: f64,
+    pub delay: f64,
     /// Largest derivative of any velocity so far.
     largest: f64,
     impulse: Vec<Dual>,
-    peak: Vec<Dual>,
-    support_impulse: Dual,
+    pub peak: Vec<Dual>,
+    pub support_impulse: Dual,
 }
 
 impl<'a> Run<'a> {
-    fn new(cradle: &'a Cradle, along: Cradle<Dual>, state: State<Dual>, pushes: Vec<Push<Dual>>) -> Self {
+    pub fn new(cradle: &'a Cradle, along: Cradle<Dual>, state: State<Dual>, pushes: Vec<Push<Dual>>) -> Self {
         let none = vec![Dual::default(); cradle.contacts.len()];
         Self {
             cradle,
@@ -134,7 +63,7 @@ impl<'a> Run<'a> {
     }
 
     /// Follows the motion to the time `until` after the start (s), or just beyond the next onset.
-    fn follow(&mut self, until: Option<f64>) -> Result<(), NotFollowed> {
+    pub fn follow(&mut self, until: Option<f64>) -> Result<(), NotFollowed> {
         for _ in 0..MAX_SEGMENTS {
             let rest = until.map_or(f64::INFINITY, |until| (DoubleDouble::from(until) - self.elapsed).value());
             let (series, converges_for) = self.expand();
@@ -350,7 +279,7 @@ impl<'a> Run<'a> {
     }
 
     /// Takes the modes from `end`: where the step ends at a switching, rounding decides on which side.
-    fn agree_with(&mut self, end: &State) {
+    pub fn agree_with(&mut self, end: &State) {
         for (j, mode) in end.modes.iter().enumerate() {
             if self.state.modes[j] != *mode {
                 self.state.modes[j] = *mode;
@@ -360,7 +289,7 @@ impl<'a> Run<'a> {
     }
 
     /// Derivatives of what follows from the state alone, and of the impulses.
-    fn outputs(&self) -> Differential {
+    pub fn outputs(&self) -> Differential {
         let state = &self.state;
         let tangents = |values: &[Dual]| values.iter().map(|value| value.tangent()).collect::<Vec<f64>>();
         let mut outputs = Differential::zero(state.x.len());
@@ -381,55 +310,5 @@ impl<'a> Run<'a> {
         (outputs.energy, outputs.momentum) = (energy.tangent(), momentum.tangent());
         outputs.support_force = support.tangent();
         outputs
-    }
-}
-
-/// Accelerations by the inputs `held`, with the derivatives that they have where the inputs have the derivatives `tangent`, all of
-/// them constant over the step, and the masses theirs.
-fn pushes_along(cradle: &Cradle<Dual>, held: &HeldInputs, tangent: &Inputs) -> Vec<Push<Dual>> {
-    let push = |(i, ball): (usize, &BallModel<Dual>)| {
-        let along = |k: usize, value: f64, tangent: f64| Dual::with_tangent(value, if k == 0 { tangent } else { 0.0 });
-        let mut push = Push::default();
-        for (k, (push, inputs)) in push.iter_mut().zip(held.orders()).enumerate() {
-            let support = along(k, inputs.support_acceleration, tangent.support_acceleration);
-            *push = along(k, inputs.force[i], tangent.force[i]) / ball.mass - support;
-        }
-        push
-    };
-    cradle.balls.iter().enumerate().map(push).collect()
-}
-
-/// A state without derivatives.
-fn lifted(state: &State) -> State<Dual> {
-    let lift = |values: &[f64]| values.iter().copied().map(Dual::from).collect();
-    State { x: lift(&state.x), v: lift(&state.v), overlaps: lift(&state.overlaps), modes: state.modes.clone() }
-}
-
-/// The start state with the derivatives that it has where the parameters have the derivatives `tangent`.
-fn start_along(state: &State, cradle: &Cradle<Dual>, tangent: &Parameters) -> State<Dual> {
-    let pair = |values: &[f64], tangents: &[f64]| -> Vec<Dual> {
-        values.iter().zip(tangents).map(|(value, tangent)| Dual::with_tangent(*value, *tangent)).collect()
-    };
-    let (x, v) = (pair(&state.x, &tangent.x_start), pair(&state.v, &tangent.v_start));
-    let overlap = |j: usize| {
-        let change = (x[j] - x[j + 1] - cradle.contacts[j].clearance).tangent();
-        Dual::with_tangent(state.overlaps[j], change)
-    };
-    let overlaps = (0..state.overlaps.len()).map(overlap).collect();
-    State { x, v, overlaps, modes: state.modes.clone() }
-}
-
-impl Engine {
-    /// The last step.
-    pub(super) fn last_step(&self) -> LastStep<'_> {
-        let start = self.step_start.time;
-        LastStep {
-            cradle: &self.cradle,
-            start: self.step_start.state.clone().unwrap_or_else(|| self.state_of_all(start.into())),
-            inputs: self.inputs.at(start),
-            length: self.step_length(),
-            end: self.state_of_all(self.time.into()),
-            onset_ahead: self.next_onset() < NEVER,
-        }
     }
 }

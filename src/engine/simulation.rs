@@ -2,8 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::continuous::Method;
 use super::{Continuous, Differential, Engine, EngineError, NotFollowed, Pulse, Snapshot, Unsound, Work};
-use crate::model::{Inputs, Parameters, SolverMethod};
+use crate::model::{Inputs, Parameters};
 
 /// A run by the selected method. Every method offers what [`Engine`] offers, with the same meaning.
 #[expect(clippy::large_enum_variant, reason = "an instance has one")]
@@ -79,11 +80,9 @@ observables! {
 impl Simulation {
     /// Starts a run by the method that `parameters` select; see [`Engine::new`].
     pub fn new(parameters: &Parameters, inputs: &Inputs, start_time: f64) -> Result<Self, EngineError> {
-        match parameters.method {
-            SolverMethod::EventDriven => Engine::new(parameters, inputs, start_time).map(Self::EventDriven),
-            SolverMethod::Bdf | SolverMethod::Adams | SolverMethod::Rk4 => {
-                Continuous::new(parameters, inputs, start_time).map(Self::Continuous)
-            }
+        match Method::of(parameters) {
+            None => Engine::new(parameters, inputs, start_time).map(Self::EventDriven),
+            Some(method) => Continuous::new(method, parameters, inputs, start_time).map(Self::Continuous),
         }
     }
 
@@ -123,12 +122,12 @@ impl Simulation {
         snapshot: SimulationSnapshot,
         failed: bool,
     ) -> Result<Self, Unsound> {
-        match (parameters.method, snapshot) {
-            (SolverMethod::EventDriven, SimulationSnapshot::EventDriven(snapshot)) => {
+        match (Method::of(parameters), snapshot) {
+            (None, SimulationSnapshot::EventDriven(snapshot)) => {
                 Engine::restore(parameters, start, snapshot, failed).map(Self::EventDriven)
             }
-            (SolverMethod::Bdf | SolverMethod::Adams | SolverMethod::Rk4, SimulationSnapshot::Continuous(run)) => {
-                run.restored(parameters, start, failed).map(Self::Continuous)
+            (Some(method), SimulationSnapshot::Continuous(run)) => {
+                run.restored(method, parameters, start, failed).map(Self::Continuous)
             }
             _ => Err(Unsound("it is of another method")),
         }

@@ -7,7 +7,7 @@
 //! of the velocities. The series is its own dense output.
 
 use super::ball::{Push, Rounding, degree};
-use super::cluster::{LONGEST, Mode, Switch, Window};
+use super::cluster::{LONGEST, Mode, Switch, Switching, Window};
 use crate::model::{ContactLaw, Damping};
 use crate::solver::oscillator::MAX_FORCE_ORDER;
 use crate::solver::series::{self, power_term, product_term};
@@ -147,48 +147,42 @@ impl Series {
         self.converges_for
     }
 
-    /// The first switching of contact `j` before `until` (s), and to what; `None` for that is a time up to which there is none,
-    /// and no further. What does not exceed `rounding` is no switching.
-    pub fn first_switch(
-        &self,
-        j: usize,
-        law: &ContactLaw,
-        mode: Mode,
-        until: f64,
-        rounding: &Rounding,
-    ) -> Option<(f64, Option<Switch>)> {
+    /// The crossing of `row`, signed, above `level` before `until` (s).
+    fn crossing(&self, row: &[f64], (sign, level): (f64, f64), until: f64, switch: Switch) -> Option<Switching> {
+        let tau = series::first_positive(row, sign, level, until / self.unit)? * self.unit;
+        (tau < until).then_some((tau, Some(switch)))
+    }
+
+    /// The onset of the open contact `j` before `until` (s). Balls that swing side by side approach each other by rounding: that
+    /// is no onset.
+    pub fn onset(&self, j: usize, until: f64, rounding: &Rounding) -> Option<Switching> {
         let overlap = self.overlap_row(j);
-        let crossing = |row: &[f64], sign: f64, until: f64, switch: Switch| {
-            let level = if switch == Switch::Release { rounding.no_overlap() } else { 0.0 };
-            let tau = series::first_positive(row, sign, level, until / self.unit)? * self.unit;
-            (tau < until).then_some((tau, Some(switch)))
-        };
-        if mode == Mode::Open {
-            let onset = crossing(overlap, 1.0, until, Switch::Onset)?;
-            // Balls that swing side by side approach each other by rounding: that is no onset. Where a wave arrives, a ball
-            // in touch and at rest may take longer than this segment to be pressed any deeper.
-            let noise = rounding.position;
-            let deep = series::first_positive(overlap, 1.0, noise, until / self.unit).is_some();
-            let wave = || overlap[1] == 0.0 && self.overlaps.chunks_exact(self.stride()).any(|d| d[0] + d[1] > noise);
-            return (deep || wave()).then_some(onset);
-        }
-        let release = crossing(overlap, -1.0, until, Switch::Release);
-        if !law.clips() {
-            return release;
-        }
+        let onset = self.crossing(overlap, (1.0, 0.0), until, Switch::Onset)?;
+        // Where a wave arrives, a ball in touch and at rest may take longer than this segment to be pressed any deeper.
+        let noise = rounding.position;
+        let deep = series::first_positive(overlap, 1.0, noise, until / self.unit).is_some();
+        let wave = || overlap[1] == 0.0 && self.overlaps.chunks_exact(self.stride()).any(|d| d[0] + d[1] > noise);
+        (deep || wave()).then_some(onset)
+    }
+
+    /// The release of the closed contact `j` before `until` (s).
+    pub fn release(&self, j: usize, until: f64, rounding: &Rounding) -> Option<Switching> {
+        self.crossing(self.overlap_row(j), (-1.0, rounding.no_overlap()), until, Switch::Release)
+    }
+
+    /// The beginning or, in mode `Clipped`, the end of the clipping of contact `j` before `until` (s), by more than `rounding`.
+    pub fn clip(&self, j: usize, law: &ContactLaw, mode: Mode, until: f64, rounding: &Rounding) -> Option<Switching> {
         let (push, noise) = match law.damping {
             Damping::HuntCrossley { alpha } => {
-                let mut factor: Vec<f64> = self.rate(overlap).iter().map(|r| alpha * r).collect();
+                let mut factor: Vec<f64> = self.rate(self.overlap_row(j)).iter().map(|r| alpha * r).collect();
                 factor[0] += 1.0;
                 (factor, alpha * rounding.velocity)
             }
             _ => (self.force_row(j).to_vec(), rounding.force(law)),
         };
-        let until = release.map_or(until, |(tau, _)| tau);
-        let (sign, switch) = if mode == Mode::Pressing { (-1.0, Switch::Clip) } else { (1.0, Switch::Unclip) };
-        let clip = crossing(&push, sign, until, switch)
-            .filter(|_| series::first_positive(&push, sign, sign * noise, until / self.unit).is_some());
-        clip.or(release)
+        let (sign, switch) = mode.clipping();
+        self.crossing(&push, (sign, 0.0), until, switch)
+            .filter(|_| series::first_positive(&push, sign, sign * noise, until / self.unit).is_some())
     }
 
     /// Computes all coefficients from the state at the start of a segment.

@@ -30,6 +30,12 @@ impl BallModel {
     pub fn support_force(&self, x: f64, v: f64) -> f64 {
         self.mass * (self.omega2 * x + 2.0 * self.gamma * v)
     }
+
+    /// Acceleration at the position `x` (m) and the velocity `v` (m/s) under the sum `force` of the contact forces (N) and the
+    /// acceleration `push` by the inputs, m/s2.
+    pub fn acceleration(&self, x: f64, v: f64, force: f64, push: f64) -> f64 {
+        force / self.mass + push - self.omega2 * x - 2.0 * self.gamma * v
+    }
 }
 
 /// All balls and contacts.
@@ -45,6 +51,32 @@ impl Cradle {
     /// Derives the coefficients of the equations from `p`, whose values are in their ranges.
     pub fn new(p: &Parameters) -> Self {
         Self::along(p, p)
+    }
+
+    /// Kinetic, gravity and contact energy where `state(i)` are the position (m) and velocity (m/s) of ball `i` and `overlap(i)`
+    /// is the overlap of contact `i` (m), J.
+    pub fn energy(&self, state: impl Fn(usize) -> (f64, f64), overlap: impl Fn(usize) -> f64) -> f64 {
+        let of_ball = |(i, ball): (usize, &BallModel)| {
+            let (x, v) = state(i);
+            0.5 * ball.mass * (v * v + ball.omega2 * x * x)
+        };
+        let of_contact = |(i, law): (usize, &ContactLaw)| law.elastic_energy(overlap(i));
+        let balls: f64 = self.balls.iter().enumerate().map(of_ball).sum();
+        balls + self.contacts.iter().enumerate().map(of_contact).sum::<f64>()
+    }
+
+    /// Sum of `m v`, kg.m/s.
+    pub fn momentum(&self, v: impl Fn(usize) -> f64) -> f64 {
+        self.balls.iter().enumerate().map(|(i, ball)| ball.mass * v(i)).sum()
+    }
+
+    /// Horizontal force of all balls on the support, N.
+    pub fn support_force(&self, state: impl Fn(usize) -> (f64, f64)) -> f64 {
+        let of_ball = |(i, ball): (usize, &BallModel)| {
+            let (x, v) = state(i);
+            ball.support_force(x, v)
+        };
+        self.balls.iter().enumerate().map(of_ball).sum()
     }
 }
 

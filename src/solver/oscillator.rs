@@ -62,8 +62,12 @@ impl From<(f64, f64)> for Oscillator {
 impl Oscillator {
     /// `omega2` >= 0 in 1/s2, `gamma` >= 0 in 1/s; both may be 0 (a free body).
     pub fn new(omega2: f64, gamma: f64) -> Self {
-        let omega = DoubleDouble::sqrt(omega2);
-        let omega_damped = if gamma == 0.0 { omega } else { DoubleDouble::sqrt((omega2 - gamma * gamma).max(0.0)) };
+        let omega = DoubleDouble::from(omega2).sqrt();
+        let omega_damped = match gamma {
+            0.0 => omega,
+            _ if gamma < omega.value() => (DoubleDouble::from(omega2) - DoubleDouble::product(gamma, gamma)).sqrt(),
+            _ => DoubleDouble::default(),
+        };
         let inverse = (1.0 / omega_damped.value(), 1.0 / omega2);
         Self { omega2, omega, gamma, omega_damped, inverse }
     }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::engine::ball::{Push, degree, shifted};
+use crate::engine::ball::{Push, push_at};
 use crate::model::{BallModel, ContactLaw, Cradle};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::ode::{Path, System};
@@ -142,18 +142,8 @@ impl Dynamics {
     }
 
     /// Acceleration of ball `i` by the inputs, m/s2.
-    fn push(&self, i: usize, t: DoubleDouble) -> f64 {
-        if degree(&self.pushes[i]) == 0 {
-            self.pushes[i][0]
-        } else {
-            shifted(&self.pushes[i], (t - self.since).value())[0]
-        }
-    }
-
-    /// Acceleration of ball `i` (m/s2) at `x` (m) and `v` (m/s) under the sum `force` (N) of its contacts.
-    pub fn acceleration(&self, i: usize, t: DoubleDouble, x: f64, v: f64, force: f64) -> f64 {
-        let ball = &self.cradle.balls[i];
-        force / ball.mass + self.push(i, t) - ball.omega2 * x - 2.0 * ball.gamma * v
+    pub fn push(&self, i: usize, t: DoubleDouble) -> f64 {
+        push_at(&self.pushes[i], (t - self.since).value())
     }
 
     /// The overlap of contact `i` on a step as a series of the share of the step that has passed.
@@ -201,7 +191,7 @@ impl System for Dynamics {
                 rates[3 * n - 1 + i] = from_right;
             }
             rates[i] = v;
-            rates[n + i] = self.acceleration(i, t, x, v, from_left - from_right);
+            rates[n + i] = ball.acceleration(x, v, from_left - from_right, push);
             loss += 2.0 * ball.gamma * ball.mass * v * v;
             work += ball.mass * push * v;
             support += ball.support_force(x, v);

@@ -28,18 +28,20 @@ use motion::{Event, Kind, Motion};
 
 /// What the solver is started with.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-enum Method {
+pub(super) enum Method {
     Multistep(Family),
     /// With the step, s.
     RungeKutta(f64),
 }
 
 impl Method {
-    fn new(parameters: &Parameters) -> Self {
+    /// The one that the parameters select, if it is not the event-driven one.
+    pub fn of(parameters: &Parameters) -> Option<Self> {
         match parameters.method {
-            SolverMethod::Bdf => Self::Multistep(Family::Bdf),
-            SolverMethod::Rk4 => Self::RungeKutta(parameters.fixed_step),
-            SolverMethod::Adams | SolverMethod::EventDriven => Self::Multistep(Family::Adams),
+            SolverMethod::EventDriven => None,
+            SolverMethod::Bdf => Some(Self::Multistep(Family::Bdf)),
+            SolverMethod::Adams => Some(Self::Multistep(Family::Adams)),
+            SolverMethod::Rk4 => Some(Self::RungeKutta(parameters.fixed_step)),
         }
     }
 }
@@ -76,15 +78,19 @@ pub struct Continuous {
 }
 
 impl Continuous {
-    /// Starts a run at `start_time` (s) with the start values of `parameters`, whose values are in their ranges.
-    pub fn new(parameters: &Parameters, inputs: &Inputs, start_time: f64) -> Result<Self, EngineError> {
+    /// Starts a run by `method` at `start_time` (s) with the start values of `parameters`, whose values are in their ranges.
+    pub(super) fn new(
+        method: Method,
+        parameters: &Parameters,
+        inputs: &Inputs,
+        start_time: f64,
+    ) -> Result<Self, EngineError> {
         let since = DoubleDouble::from(start_time);
         let y = Dynamics::start(&Cradle::new(parameters), &parameters.x_start, &parameters.v_start);
         if let Some(i) = y.iter().position(|y| !y.is_finite()) {
             return Err(EngineError::NotFinite { time: start_time, ball: i % parameters.balls() });
         }
         let inputs = HeldInputs { since: start_time, values: inputs.clone(), derivatives: Vec::new() };
-        let method = Method::new(parameters);
         let dynamics = equations(Cradle::new(parameters), &inputs, start_time, &y, parameters.tolerance);
         let mut run = Self {
             method,
@@ -111,11 +117,17 @@ impl Continuous {
         Ok(run)
     }
 
-    /// Takes up again the run that was put down as this, with the parameters that acted then and the start time (s). After a
-    /// failed step (`failed`) its values may be anything, for it can only be looked at.
-    pub fn restored(mut self, parameters: &Parameters, start: f64, failed: bool) -> Result<Self, Unsound> {
+    /// Takes up again the run that was put down as this, with the method and the parameters that acted then and the start time
+    /// (s). After a failed step (`failed`) its values may be anything, for it can only be looked at.
+    pub(super) fn restored(
+        mut self,
+        method: Method,
+        parameters: &Parameters,
+        start: f64,
+        failed: bool,
+    ) -> Result<Self, Unsound> {
         let require = |holds: bool, reason| if holds { Ok(()) } else { Err(Unsound(reason)) };
-        let (method, cradle) = (Method::new(parameters), Cradle::new(parameters));
+        let cradle = Cradle::new(parameters);
         let tolerance = self.motion.dynamics.tolerance;
         require(self.method == method && tolerance == parameters.tolerance, "it is of another method")?;
         let fits = self.inputs.fit(parameters.balls())

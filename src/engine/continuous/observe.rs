@@ -4,9 +4,10 @@ use super::motion::{Kind, Motion};
 use super::{Continuous, Method};
 use crate::engine::cluster::Mode;
 use crate::engine::expansion::State;
+use crate::engine::last_step::LastStep;
 use crate::engine::observe::ONSET_PERIODS;
-use crate::engine::sensitivity::LastStep;
 use crate::engine::{Differential, NEVER, Work};
+use crate::model::Cradle;
 use crate::solver::double_double::DoubleDouble;
 
 /// Steps that the search for the next onset goes ahead of the current time at most: a fraction of a second of work. The fixed
@@ -18,6 +19,10 @@ impl Continuous {
     /// The current time as a place on the solver's last step.
     fn place(&self) -> f64 {
         self.motion.path().place(self.now())
+    }
+
+    fn cradle(&self) -> &Cradle {
+        &self.motion.dynamics.cradle
     }
 
     /// A component of the state.
@@ -36,7 +41,8 @@ impl Continuous {
     pub(in crate::engine) fn a(&self, i: usize) -> f64 {
         let from_left = if i > 0 { self.force(i - 1) } else { 0.0 };
         let from_right = if i < self.contacts.len() { self.force(i) } else { 0.0 };
-        self.motion.dynamics.acceleration(i, self.now(), self.x(i), self.v(i), from_left - from_right)
+        let push = self.motion.dynamics.push(i, self.now());
+        self.cradle().balls[i].acceleration(self.x(i), self.v(i), from_left - from_right, push)
     }
 
     pub(in crate::engine) fn force(&self, i: usize) -> f64 {
@@ -60,7 +66,7 @@ impl Continuous {
         let balls = 0..self.motion.dynamics.balls();
         let contact = |i: usize| {
             let (overlap, rate) = self.motion.overlap(i, self.place());
-            let law = &self.motion.dynamics.cradle.contacts[i];
+            let law = &self.cradle().contacts[i];
             (overlap, if overlap > 0.0 { Mode::of_closed(law, overlap, rate) } else { Mode::Open })
         };
         let (x, v) = balls.map(|i| (self.x(i), self.v(i))).unzip();
@@ -70,7 +76,7 @@ impl Continuous {
 
     pub(in crate::engine) fn last_step(&self) -> LastStep<'_> {
         LastStep {
-            cradle: &self.motion.dynamics.cradle,
+            cradle: self.cradle(),
             start: self.state_at_step.clone(),
             inputs: self.inputs.at(self.step_start),
             length: self.step_length(),
@@ -80,7 +86,7 @@ impl Continuous {
     }
 
     pub(in crate::engine) fn time_derivative(&self, order: usize) -> Differential {
-        Differential::by_time(&self.motion.dynamics.cradle, &self.state(), &self.inputs.at(self.time), order)
+        Differential::by_time(self.cradle(), &self.state(), &self.inputs.at(self.time), order)
     }
 
     /// Length of the last step, s; 0 before the first.
@@ -112,20 +118,19 @@ impl Continuous {
     }
 
     pub(in crate::engine) fn kinetic_energy(&self, i: usize) -> f64 {
-        self.motion.dynamics.cradle.balls[i].kinetic_energy(self.v(i))
+        self.cradle().balls[i].kinetic_energy(self.v(i))
     }
 
     pub(in crate::engine) fn gravity_energy(&self, i: usize) -> f64 {
-        self.motion.dynamics.cradle.balls[i].gravity_energy(self.x(i))
+        self.cradle().balls[i].gravity_energy(self.x(i))
     }
 
     pub(in crate::engine) fn contact_energy(&self, i: usize) -> f64 {
-        self.motion.dynamics.cradle.contacts[i].elastic_energy(self.overlap(i))
+        self.cradle().contacts[i].elastic_energy(self.overlap(i))
     }
 
     pub(in crate::engine) fn total_energy(&self) -> f64 {
-        let balls = (0..self.motion.dynamics.balls()).map(|i| self.kinetic_energy(i) + self.gravity_energy(i));
-        balls.sum::<f64>() + (0..self.contacts.len()).map(|i| self.contact_energy(i)).sum::<f64>()
+        self.cradle().energy(|i| (self.x(i), self.v(i)), |i| self.overlap(i))
     }
 
     pub(in crate::engine) fn dissipated_energy(&self) -> f64 {
@@ -141,13 +146,11 @@ impl Continuous {
     }
 
     pub(in crate::engine) fn momentum(&self) -> f64 {
-        let balls = &self.motion.dynamics.cradle.balls;
-        balls.iter().enumerate().map(|(i, ball)| ball.mass * self.v(i)).sum()
+        self.cradle().momentum(|i| self.v(i))
     }
 
     pub(in crate::engine) fn support_force(&self) -> f64 {
-        let balls = &self.motion.dynamics.cradle.balls;
-        balls.iter().enumerate().map(|(i, ball)| ball.support_force(self.x(i), self.v(i))).sum()
+        self.cradle().support_force(|i| (self.x(i), self.v(i)))
     }
 
     pub(in crate::engine) fn support_force_mean(&self) -> f64 {
@@ -164,7 +167,7 @@ impl Continuous {
         if let Some(onset) = onset_after(&self.motion, now) {
             return onset;
         }
-        let period = std::f64::consts::TAU / self.motion.dynamics.cradle.balls[0].omega2.sqrt();
+        let period = std::f64::consts::TAU / self.cradle().balls[0].omega2.sqrt();
         let patience = match self.method {
             Method::RungeKutta(_) => FIXED_STEPS_AHEAD,
             Method::Multistep(_) => STEPS_AHEAD,

@@ -1,0 +1,87 @@
+//! Why a run cannot go on.
+
+use crate::solver::double_double::DoubleDouble;
+
+/// A run that cannot go on, with the time and the values that stopped it.
+#[derive(Clone, Debug, PartialEq)]
+pub enum EngineError {
+    /// A state became infinite or NaN.
+    NotFinite { time: f64, ball: usize },
+    /// No progress in time: the step shrank below the resolution of the clock.
+    Stalled { time: f64, contact: usize },
+    /// At this many events a second of the run, the end of the step is out of reach.
+    TooFast { time: f64, contact: usize, pace: f64 },
+    /// A general-purpose solver does not get on even with steps of this length, s.
+    StepTooSmall { time: f64, step: f64 },
+}
+
+impl std::fmt::Display for EngineError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match *self {
+            Self::NotFinite { time, ball } => {
+                write!(f, "the state of ball {} is not finite at t = {} s", ball + 1, Plain(time))
+            }
+            Self::Stalled { time, contact } => {
+                write!(f, "no progress in contact {} at t = {} s", contact + 1, Plain(time))
+            }
+            Self::TooFast { time, contact, pace } => write!(
+                f,
+                "contact {} is too fast to be followed to the end of the step: {pace:.1e} events a second at t = {} s",
+                contact + 1,
+                Plain(time)
+            ),
+            Self::StepTooSmall { time, step } => {
+                write!(f, "the solver cannot go on at t = {} s, not even by {} s", Plain(time), Plain(step))
+            }
+        }
+    }
+}
+
+/// All digits of a number, with a power of ten where there would be many zeros.
+struct Plain(f64);
+
+impl std::fmt::Display for Plain {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self(value) = *self;
+        if value == 0.0 || (1e-4..1e9).contains(&value.abs()) { write!(f, "{value}") } else { write!(f, "{value:e}") }
+    }
+}
+
+impl std::error::Error for EngineError {}
+
+/// Gives up where the events follow each other so fast that the end of the step would not be reached in days: the values of a
+/// cradle may be any numbers above 0.
+pub(super) struct Endurance {
+    until: DoubleDouble,
+    /// Events since the last look at the clock, and when that was.
+    events: u32,
+    since: DoubleDouble,
+    /// How often in a row it was hopeless then.
+    hopeless: u32,
+}
+
+impl Endurance {
+    /// Events from one look at the clock to the next, how many to the end are hopeless, and for how many looks.
+    const EVENTS: u32 = 1 << 17;
+    const HOPELESS: f64 = 1e11;
+    const LOOKS: u32 = 8;
+
+    pub fn new(start: DoubleDouble, until: DoubleDouble) -> Self {
+        Self { until, events: 0, since: start, hopeless: 0 }
+    }
+
+    /// Counts the event of `contact` at `t`.
+    pub fn check(&mut self, t: DoubleDouble, contact: usize) -> Result<(), EngineError> {
+        self.events += 1;
+        if self.events < Self::EVENTS {
+            return Ok(());
+        }
+        let pace = f64::from(self.events) / (t - self.since).value();
+        self.hopeless = if pace * (self.until - t).value() > Self::HOPELESS { self.hopeless + 1 } else { 0 };
+        (self.events, self.since) = (0, t);
+        if self.hopeless < Self::LOOKS {
+            return Ok(());
+        }
+        Err(EngineError::TooFast { time: t.value(), contact, pace })
+    }
+}
