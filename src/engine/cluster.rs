@@ -340,7 +340,7 @@ impl Cluster {
         self.evaluations = window.contacts.iter().filter(|contact| contact.mode != Mode::Open).count() as u64;
         if self.pace.quiet > patience && modes::apply_to(window) {
             let modes = Modes::new(window);
-            self.length = horizon(modes.highest_frequency(), self.pace.quiet);
+            self.length = horizon(modes.highest_frequency(), self.pace.quiet - patience);
             self.motion = Motion::Modes(modes);
             return;
         }
@@ -382,10 +382,10 @@ impl Cluster {
     }
 }
 
-/// How far ahead switchings are looked for after so many segments without any, s: more and more while nothing happens.
-fn horizon(frequency: f64, segments: u32) -> f64 {
-    let first = if frequency > 0.0 { 16.0 / frequency } else { 1.0 };
-    (first * libm::exp2(segments.min(60) as f64)).min(LONGEST)
+/// How far ahead switchings are looked for in window number `windows` without any, s: more and more while nothing happens.
+fn horizon(frequency: f64, windows: u32) -> f64 {
+    let first = if frequency > 0.0 { 32.0 / frequency } else { 1.0 };
+    (first * libm::exp2(windows.min(60) as f64)).min(LONGEST)
 }
 
 /// How much longer than that of the Taylor series the first step of implicit collocation is to be; half of it is worth its cost.

@@ -9,7 +9,7 @@
 use super::ball::{Push, Rounding, degree};
 use super::cluster::{LONGEST, Mode, Switch, Switching, Window};
 use crate::model::{ContactLaw, Damping};
-use crate::solver::oscillator::MAX_FORCE_ORDER;
+use crate::solver::oscillator::{MAX_FORCE_ORDER, Oscillator};
 use crate::solver::series::{self, power_term, product_term};
 
 /// What governs order and step.
@@ -288,26 +288,36 @@ impl Series {
 
     /// Coefficient `k` of the accelerations, hence `k + 2` of the displacements and overlaps.
     fn expand_motion(&mut self, window: &Window, k: usize) {
-        let Window { flights, balls, contacts, .. } = window;
-        let stride = self.stride();
-        let unit2 = self.unit * self.unit;
-        let unit_to_k = (0..k.min(MAX_FORCE_ORDER)).fold(1.0, |power, _| power * self.unit);
-        let acting = |j: usize| contacts[j].mode == Mode::Pressing;
+        let Window { flights, balls, contacts, laws } = window;
+        let (stride, unit) = (self.stride(), self.unit);
+        let unit_to_k = (0..k.min(MAX_FORCE_ORDER)).fold(1.0, |power, _| power * unit);
+        let forces = &self.forces;
+        let acting = |j: usize| if window.presses(j) { forces[j * stride + k] } else { 0.0 };
+        let next = (k + 1) as f64;
+        // What a pendulum makes of this coefficient of a position (m) and this one of a rate, under the acceleration `driven`.
+        let term = |o: &Oscillator, driven: f64, position: f64, of_rate: f64| {
+            let acceleration = driven - o.omega2() * position - 2.0 * o.gamma() * next * of_rate / unit;
+            acceleration * unit * unit / (next * (next + 1.0))
+        };
+        let (mut from_left, mut driven_left) = (0.0, 0.0);
         for (j, (flight, ball)) in flights.iter().zip(*balls).enumerate() {
-            let from_left = if j > 0 && acting(j - 1) { self.forces[(j - 1) * stride + k] } else { 0.0 };
-            let from_right = if j < contacts.len() && acting(j) { self.forces[j * stride + k] } else { 0.0 };
-            let d = &mut self.displacements[j * stride..(j + 1) * stride];
-            let o = &ball.oscillator;
-            let position = if k == 0 { flight.x } else { d[k] };
+            let from_right = acting(j);
             let push = flight.push.get(k).map_or(0.0, |p| p * INVERSE_FACTORIAL[k] * unit_to_k);
-            let acceleration = (from_left - from_right) / ball.mass + push
-                - o.omega2() * position
-                - 2.0 * o.gamma() * (k + 1) as f64 * d[k + 1] / self.unit;
-            d[k + 2] = acceleration * unit2 / ((k + 1) * (k + 2)) as f64;
-        }
-        for j in 0..contacts.len() {
-            let at = j * stride + k + 2;
-            self.overlaps[at] = self.displacements[at] - self.displacements[at + stride];
+            let driven = (from_left - from_right) / ball.mass + push;
+            let at = j * stride + k;
+            let position = if k == 0 { flight.x } else { self.displacements[at] };
+            self.displacements[at + 2] = term(&ball.oscillator, driven, position, self.displacements[at + 1]);
+            if let Some(i) = j.checked_sub(1) {
+                let at = i * stride + k;
+                self.overlaps[at + 2] = if balls[i].oscillator == ball.oscillator {
+                    // Gravity pulls on the difference of the positions, which the overlap gives without rounding.
+                    let apart = if k == 0 { contacts[i].overlap + laws[i].clearance } else { self.overlaps[at] };
+                    term(&ball.oscillator, driven_left - driven, apart, self.overlaps[at + 1])
+                } else {
+                    self.displacements[at + 2] - self.displacements[at + 2 + stride]
+                };
+            }
+            (from_left, driven_left) = (from_right, driven);
         }
     }
 
@@ -344,7 +354,9 @@ impl Series {
             let by_series = series::value(&self.row(&self.elastic, j)[..self.order], s);
             if let Some((by_law, _)) = law.elastic_continued(overlap) {
                 let speed_up = |force: f64| force.abs() * self.converges_for / mass;
-                if speed_up(by_law - by_series) <= 1e-13 * (scale + speed_up(by_law)) {
+                let allowed = 1e-13 * (scale + speed_up(by_law));
+                // Far beyond their convergence both may be infinite.
+                if allowed.is_finite() && speed_up(by_law - by_series) <= allowed {
                     return;
                 }
             }

@@ -1,0 +1,36 @@
+//! What runs cost, in steps, evaluations of contact forces and events: exact where seconds are noise.
+
+use newtons_cradle::engine::{Engine, Work};
+use newtons_cradle::model::Inputs;
+use newtons_cradle::model::Parameters;
+
+/// The work of a run without inputs.
+fn work(parameters: &Parameters, time: f64) -> Work {
+    let mut engine = Engine::new(parameters, &Inputs::zero(parameters.balls()), 0.0).unwrap();
+    engine.advance(time, &mut Vec::new()).unwrap();
+    engine.work()
+}
+
+/// Every impact of two balls is solved at once: an onset and a release, and nothing between.
+fn of_separate_pulses(pulses: u64) -> Work {
+    Work { steps: pulses, evaluations: pulses, events: 2 * pulses }
+}
+
+#[test]
+fn a_pulse_of_two_balls_is_one_step_in_a_chain_of_any_length() {
+    for balls in [2, 5, 1000] {
+        let mut parameters = Parameters::default_for(balls);
+        parameters.x_start.fill(0.0);
+        parameters.x_start[0] = -0.1;
+        // A quarter of a period brings the lifted ball to the others, the same time again the last one to its height.
+        assert_eq!(work(&parameters, 1.4), of_separate_pulses(balls as u64 - 1), "{balls} balls");
+    }
+}
+
+#[test]
+fn ten_minutes_are_2562_steps() {
+    let mut parameters = Parameters::default_for(5);
+    parameters.x_start = vec![-1.0, -1.0, 0.0, 0.0, 0.0];
+    (parameters.stiffness, parameters.dead_band) = (2.9e14, 1.46e-7);
+    assert_eq!(work(&parameters, 600.0), of_separate_pulses(2562));
+}
