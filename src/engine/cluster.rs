@@ -1,9 +1,9 @@
 //! A cluster: neighbouring balls held together by closed contacts, followed from switching to switching.
 //!
-//! The window of a cluster is its members and the ball in flight on either side (the spectators). One segment covers a stretch
-//! of time on which nothing in the window switches and the Taylor series of all motions converge; its end is the next
-//! switching or the end of convergence. The state is kept as displacements since the start of the segment and the overlaps
-//! by themselves, because overlaps of 1e-8 m are not to be had as differences of positions.
+//! The window of a cluster is its members and the ball in flight on either side (the spectators). One segment covers a
+//! stretch of time on which nothing in the window switches and the Taylor series of all motions converge; its end is
+//! the next switching or the end of convergence. The state is kept as displacements since the start of the segment and
+//! the overlaps by themselves, because overlaps of 1e-8 m are not to be had as differences of positions.
 
 use std::ops::Range;
 
@@ -39,8 +39,8 @@ impl Mode {
         if clipped { Self::Clipped } else { Self::Pressing }
     }
 
-    /// The switching that ends this mode of a closed contact unless its release does: the sign that the force then gets, and what
-    /// it is.
+    /// The switching that ends this mode of a closed contact unless its release does: the sign that the force then
+    /// gets, and what it is.
     pub fn clipping(self) -> (f64, Switch) {
         if self == Self::Pressing { (-1.0, Switch::Clip) } else { (1.0, Switch::Unclip) }
     }
@@ -112,7 +112,8 @@ pub(crate) enum Switch {
     Unclip,
 }
 
-/// When a contact switches on a segment (s), and to what; `None` for that is a time up to which it does not, and no further.
+/// When a contact switches on a segment (s), and to what; `None` for that is a time up to which it does not, and no
+/// further.
 pub(crate) type Switching = (f64, Option<Switch>);
 
 /// How the motion of a window is described.
@@ -133,7 +134,8 @@ macro_rules! of_motion {
 }
 
 impl Motion {
-    /// The first switching of contact `j` of the window before `until` (s). What does not exceed `rounding` is no switching.
+    /// The first switching of contact `j` of the window before `until` (s). What does not exceed `rounding` is no
+    /// switching.
     fn first_switch(
         &self,
         j: usize,
@@ -221,7 +223,8 @@ impl Cluster {
         self.start + self.length
     }
 
-    /// Displacement of ball `i` of the window since the start of the segment (m) and its velocity (m/s), `tau` after it.
+    /// Displacement of ball `i` of the window since the start of the segment (m) and its velocity (m/s), `tau` after
+    /// it.
     pub fn moved(&self, i: usize, tau: f64) -> (f64, f64) {
         let j = i - self.window.start;
         let (displacement, change) = of_motion!(&self.motion, moved(j, tau));
@@ -248,7 +251,8 @@ impl Cluster {
         }
     }
 
-    /// The larger of `known` and the largest force of contact `i` between `from` and `to` after the start of the segment, N.
+    /// The larger of `known` and the largest force of contact `i` between `from` and `to` after the start of the
+    /// segment, N.
     pub fn peak(&self, i: usize, from: f64, to: f64, known: f64) -> f64 {
         match self.mode(i) {
             Mode::Pressing if from < to => of_motion!(&self.motion, peak(i - self.window.start, from, to, known)),
@@ -271,7 +275,8 @@ impl Cluster {
         }
     }
 
-    /// What member `ball` (index `i`), which had gathered `tally` at the start of the segment, has gathered `tau` after it.
+    /// What member `ball` (index `i`), which had gathered `tally` at the start of the segment, has gathered `tau` after
+    /// it.
     pub fn tally(&self, i: usize, tally: &Tally, ball: &Ball, tau: f64) -> Tally {
         let j = i - self.window.start;
         let flight = &self.flights[j];
@@ -308,8 +313,9 @@ impl Cluster {
 
     /// Describes the motion from the start of the segment on and finds where the segment ends.
     ///
-    /// Right after a switching it is series: they keep the exact zeros of balls that the motion has not reached. Once some
-    /// segments have passed without any switching, the contacts are stiff for the pace of the motion, or closed for long.
+    /// Right after a switching it is series: they keep the exact zeros of balls that the motion has not reached. Once
+    /// some segments have passed without any switching, the contacts are stiff for the pace of the motion, or closed
+    /// for long.
     pub fn expand(&mut self, balls: &[Ball], laws: &[ContactLaw], control: &Control) {
         let (flights, contacts) = (std::mem::take(&mut self.flights), std::mem::take(&mut self.contacts));
         let (balls, laws) = (&balls[self.window.clone()], &laws[self.window_contacts()]);
@@ -382,13 +388,15 @@ impl Cluster {
     }
 }
 
-/// How far ahead switchings are looked for in window number `windows` without any, s: more and more while nothing happens.
+/// How far ahead switchings are looked for in window number `windows` without any, s: more and more while nothing
+/// happens.
 fn horizon(frequency: f64, windows: u32) -> f64 {
     let first = if frequency > 0.0 { 32.0 / frequency } else { 1.0 };
     (first * libm::exp2(windows.min(60) as f64)).min(LONGEST)
 }
 
-/// How much longer than that of the Taylor series the first step of implicit collocation is to be; half of it is worth its cost.
+/// How much longer than that of the Taylor series the first step of implicit collocation is to be; half of it is worth
+/// its cost.
 const GAIN: f64 = 40.0;
 
 /// Longest segment, s, for a window in which nothing varies.

@@ -1,16 +1,16 @@
 //! The motion of a window by implicit collocation, for contacts that stay closed while the motion is slow.
 //!
-//! Taylor series must follow the fastest mode of the contacts even where damping has brought it to rest. The Radau IIA method
-//! is L-stable: its steps are those of the slow motion. The unknowns are the overlaps of the pressing contacts at the stages; with
-//! the response of a pendulum to its contact forces, linear and known, the equations are
+//! Taylor series must follow the fastest mode of the contacts even where damping has brought it to rest. The Radau IIA
+//! method is L-stable: its steps are those of the slow motion. The unknowns are the overlaps of the pressing contacts
+//! at the stages; with the response of a pendulum to its contact forces, linear and known, the equations are
 //!
 //! ```text
 //! d_j - d_free,j = W_l (F_(j-1) - F_j) / m_l - W_r (F_j - F_(j+1)) / m_r,    W = (h A)^2 (1 + 2 gamma h A + omega^2 (h A)^2)^-1
 //! ```
 //!
-//! solved by Newton's method: block-tridiagonal, a block a contact. Overlaps of 1e-9 m keep all their digits, for what stiff
-//! contacts do to rounding is to divide it by their stiffness. (With the positions of the balls as unknowns they would be
-//! differences of numbers of the order of 1 m.)
+//! solved by Newton's method: block-tridiagonal, a block a contact. Overlaps of 1e-9 m keep all their digits, for what
+//! stiff contacts do to rounding is to divide it by their stiffness. (With the positions of the balls as unknowns they
+//! would be differences of numbers of the order of 1 m.)
 
 use super::ball::{Rounding, push_at};
 use super::cluster::{Mode, Window};
@@ -71,8 +71,8 @@ pub(crate) struct Outcome {
     pub evaluations: u64,
 }
 
-/// Describes the motion on a step of `length` (s) from the start of a segment by `series`, with the error that `tolerance` and
-/// `rounding` allow.
+/// Describes the motion on a step of `length` (s) from the start of a segment by `series`, with the error that
+/// `tolerance` and `rounding` allow.
 pub(crate) fn collocate(
     series: &mut Series,
     window: &Window,
@@ -217,8 +217,8 @@ impl<'a> Step<'a> {
 
     /// Appends to `velocities` those of the balls up to `last`, which pressing contacts join, at the stages.
     ///
-    /// The group as a whole, which its contact forces leave alone, and how the balls move in it, which the overlaps tell: each
-    /// ball by itself would move by the rounding of these forces.
+    /// The group as a whole, which its contact forces leave alone, and how the balls move in it, which the overlaps
+    /// tell: each ball by itself would move by the rounding of these forces.
     fn velocities_of_group(&self, last: usize, velocities: &mut Vec<Stages>) {
         let (window, first) = (self.window, velocities.len());
         let balls = &window.balls[first..=last];
@@ -274,7 +274,8 @@ impl<'a> Step<'a> {
         }
         for (j, contact) in window.contacts.iter().enumerate() {
             if window.presses(j) {
-                // The start is left out: the overlap is to follow what balances the forces, not the rounding of the velocities.
+                // The start is left out: the overlap is to follow what balances the forces, not the rounding of the
+                // velocities.
                 let polynomial = RADAU.polynomial(&times(&self.derivative, &self.changes[j]));
                 let size = contact.overlap + largest(&self.changes[j]);
                 // The force is to be known as well as that: its error is `exponent` times as large.

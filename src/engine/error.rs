@@ -49,8 +49,8 @@ impl std::fmt::Display for Plain {
 
 impl std::error::Error for EngineError {}
 
-/// Gives up where the events follow each other so fast that the end of the step would not be reached in days: the values of a
-/// cradle may be any numbers above 0.
+/// Gives up where the events follow each other so fast that the end of the step would not be reached in days: the
+/// values of a cradle may be any numbers above 0.
 pub(super) struct Endurance {
     until: DoubleDouble,
     /// Events since the last look at the clock, and when that was.

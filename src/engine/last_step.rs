@@ -1,4 +1,5 @@
-//! How the outputs at the end of the last step depend on the inputs held over it, and those at the start on the parameters.
+//! How the outputs at the end of the last step depend on the inputs held over it, and those at the start on the
+//! parameters.
 
 use super::differential::Differential;
 use super::expansion::{Push, State};
@@ -23,8 +24,8 @@ pub(super) struct LastStep<'a> {
 }
 
 impl LastStep<'_> {
-    /// Derivatives of the outputs at its end along `inputs`, which were held over it. Before the first step nothing depends on
-    /// them.
+    /// Derivatives of the outputs at its end along `inputs`, which were held over it. Before the first step nothing
+    /// depends on them.
     pub fn along_inputs(&self, inputs: &Inputs) -> Result<Differential, NotFollowed> {
         if self.length == 0.0 {
             return Ok(Differential::zero(self.cradle.balls.len()));
@@ -42,7 +43,8 @@ impl LastStep<'_> {
         Ok(outputs)
     }
 
-    /// Derivatives of the outputs at the start of a run, of which there was no step yet, along a direction of parameters and inputs.
+    /// Derivatives of the outputs at the start of a run, of which there was no step yet, along a direction of
+    /// parameters and inputs.
     pub fn along_parameters(
         &self,
         parameters: &Parameters,
@@ -77,8 +79,8 @@ impl LastStep<'_> {
     }
 }
 
-/// Accelerations by the inputs `held`, with the derivatives that they have where the inputs have the derivatives `tangent`, all of
-/// them constant over the step, and the masses theirs.
+/// Accelerations by the inputs `held`, with the derivatives that they have where the inputs have the derivatives
+/// `tangent`, all of them constant over the step, and the masses theirs.
 fn pushes_along(cradle: &Cradle<Dual>, held: &HeldInputs, tangent: &Inputs) -> Vec<Push<Dual>> {
     let push = |(i, ball): (usize, &BallModel<Dual>)| {
         let along = |k: usize, value: f64, tangent: f64| Dual::with_tangent(value, if k == 0 { tangent } else { 0.0 });

@@ -1,9 +1,9 @@
 //! A motion with its derivatives along a direction of inputs and parameters: exact, by dual numbers.
 //!
-//! It is followed by Taylor series of the whole chain from switching to switching. The time of a switching is a dual number as
-//! well, so that jumps of the force at an onset or a release are accounted for (the saltation of hybrid systems: di Bernardo et
-//! al., Piecewise-smooth Dynamical Systems, 2008, section 2.5). Only the derivatives are taken from it. The cost of a segment
-//! grows with the number of balls, that of a motion with the number of segments.
+//! It is followed by Taylor series of the whole chain from switching to switching. The time of a switching is a dual
+//! number as well, so that jumps of the force at an onset or a release are accounted for (the saltation of hybrid
+//! systems: di Bernardo et al., Piecewise-smooth Dynamical Systems, 2008, section 2.5). Only the derivatives are taken
+//! from it. The cost of a segment grows with the number of balls, that of a motion with the number of segments.
 
 use super::ball::shifted;
 use super::cluster::{Mode, Switch};
@@ -24,8 +24,8 @@ const MAX_SEGMENTS: usize = 100_000;
 /// How much of the largest derivative of a velocity on the way may be left at the end: less is its rounding.
 const CANCELLATION: f64 = 1e-10;
 
-/// A step that cannot be followed again: it takes too many segments, leaves the range of numbers, or passes through so many
-/// bounces that the derivatives drown in rounding.
+/// A step that cannot be followed again: it takes too many segments, leaves the range of numbers, or passes through so
+/// many bounces that the derivatives drown in rounding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NotFollowed;
 
@@ -114,7 +114,8 @@ impl<'a> Run<'a> {
         (series, length)
     }
 
-    /// Scale of the velocities, m/s, and a time (s) within a few powers of ten of the one that the series will converge for.
+    /// Scale of the velocities, m/s, and a time (s) within a few powers of ten of the one that the series will converge
+    /// for.
     fn scales(&self) -> (f64, f64) {
         let (state, contacts) = (&self.state, &self.cradle.contacts);
         let closed = |j: &usize| state.modes[*j] != Mode::Open;
@@ -145,8 +146,8 @@ impl<'a> Run<'a> {
         self.state.v[j] - self.state.v[j + 1]
     }
 
-    /// The overlap (m) up to which the elastic force of contact `j` is left out, 0 if it is not: next to none, a power that is not
-    /// whole has no series to speak of, and no effect.
+    /// The overlap (m) up to which the elastic force of contact `j` is left out, 0 if it is not: next to none, a power
+    /// that is not whole has no series to speak of, and no effect.
     fn faint(&self, j: usize, scale: f64) -> f64 {
         let law = &self.cradle.contacts[j];
         if self.state.modes[j] == Mode::Open || law.whole_exponent().is_some() {
@@ -157,8 +158,8 @@ impl<'a> Run<'a> {
         if self.state.overlaps[j].value() < bound { 2.0 * bound } else { 0.0 }
     }
 
-    /// How long the values or the tangents of the series converge, in its unit: after an onset, series have gaps, so that more of
-    /// the last terms are looked at than a gap is long.
+    /// How long the values or the tangents of the series converge, in its unit: after an onset, series have gaps, so
+    /// that more of the last terms are looked at than a gap is long.
     fn convergence(&self, series: &Expansion<Dual>, part: fn(Dual) -> f64) -> f64 {
         let exponent = self.cradle.contacts.first().map_or(1.0, |law| law.exponent);
         let gap = libm::ceil(exponent) as usize + 2;

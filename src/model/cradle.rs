@@ -31,8 +31,8 @@ impl BallModel {
         self.mass * (self.omega2 * x + 2.0 * self.gamma * v)
     }
 
-    /// Acceleration at the position `x` (m) and the velocity `v` (m/s) under the sum `force` of the contact forces (N) and the
-    /// acceleration `push` by the inputs, m/s2.
+    /// Acceleration at the position `x` (m) and the velocity `v` (m/s) under the sum `force` of the contact forces (N)
+    /// and the acceleration `push` by the inputs, m/s2.
     pub fn acceleration(&self, x: f64, v: f64, force: f64, push: f64) -> f64 {
         force / self.mass + push - self.omega2 * x - 2.0 * self.gamma * v
     }
@@ -53,8 +53,8 @@ impl Cradle {
         Self::along(p, p)
     }
 
-    /// Kinetic, gravity and contact energy where `state(i)` are the position (m) and velocity (m/s) of ball `i` and `overlap(i)`
-    /// is the overlap of contact `i` (m), J.
+    /// Kinetic, gravity and contact energy where `state(i)` are the position (m) and velocity (m/s) of ball `i` and
+    /// `overlap(i)` is the overlap of contact `i` (m), J.
     pub fn energy(&self, state: impl Fn(usize) -> (f64, f64), overlap: impl Fn(usize) -> f64) -> f64 {
         let of_ball = |(i, ball): (usize, &BallModel)| {
             let (x, v) = state(i);
@@ -132,8 +132,8 @@ impl<S: Scalar> Cradle<S> {
     }
 }
 
-/// `K = 4/3 E* sqrt(R*)` of two equal spheres, N/m^(3/2), with `E* = E / (2 (1 - nu^2))` and `R* = R / 2`, for Young's modulus E
-/// (Pa), Poisson's ratio nu and the radius R (m) (Johnson, Contact Mechanics, 1985, section 4.2).
+/// `K = 4/3 E* sqrt(R*)` of two equal spheres, N/m^(3/2), with `E* = E / (2 (1 - nu^2))` and `R* = R / 2`, for Young's
+/// modulus E (Pa), Poisson's ratio nu and the radius R (m) (Johnson, Contact Mechanics, 1985, section 4.2).
 pub fn hertz_stiffness<S: Scalar>(young_modulus: S, poisson_ratio: S, radius: S) -> S {
     let modulus = young_modulus / (S::from(2.0) * (S::from(1.0) - poisson_ratio * poisson_ratio));
     S::from(4.0 / 3.0) * modulus * (S::from(0.5) * radius).sqrt()

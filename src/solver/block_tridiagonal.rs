@@ -1,8 +1,8 @@
 //! Systems of linear equations whose matrix is block-tridiagonal, by Gaussian elimination (Golub and Van Loan, Matrix
 //! Computations, 2013, sections 3.4 and 4.5.1).
 //!
-//! Our own code for so small blocks: linear algebra packages choose their kernels by the processor, and a run must give the same
-//! bits on all of them.
+//! Our own code for so small blocks: linear algebra packages choose their kernels by the processor, and a run must give
+//! the same bits on all of them.
 
 use super::radau::{Matrix, STAGES, Stages};
 

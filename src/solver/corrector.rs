@@ -1,6 +1,7 @@
 //! The corrector polynomials of the multistep methods and their error constants, for steps of any lengths.
 //!
-//! Points lie at distances `xi` before the end of a step, in units of its length; the polynomials are those of `s` as in [`Path`](super::ode::Path).
+//! Points lie at distances `xi` before the end of a step, in units of its length; the polynomials are those of `s` as
+//! in [`Path`](super::ode::Path).
 
 /// Highest order of any method.
 pub(super) const MAX_ORDER: usize = 12;
@@ -81,8 +82,8 @@ pub(super) fn adams(order: usize, xi: &[f64]) -> Coefficients {
     }
 }
 
-/// Backward differentiation: L vanishes at the points that are kept, the last of them moved so that L' at the end of the step
-/// is that of equal steps. The error constants are those of Brown, Byrne and Hindmarsh.
+/// Backward differentiation: L vanishes at the points that are kept, the last of them moved so that L' at the end of
+/// the step is that of equal steps. The error constants are those of Brown, Byrne and Hindmarsh.
 pub(super) fn bdf(order: usize, xi: &[f64]) -> Coefficients {
     let q = order as f64;
     let leading: f64 = (1..=order).map(|j| 1.0 / j as f64).sum();
@@ -119,7 +120,8 @@ mod tests {
     #[test]
     fn equal_steps_have_the_coefficients_of_the_textbooks() {
         assert_eq!(distances(0.5, &[0.5; 12], 0.5), EQUAL);
-        // Adams-Moulton of order 4: 9/24 of the new rate, and errors of 19/720 and, for the predictor, -251/720 of h^5 y^(5).
+        // Adams-Moulton of order 4: 9/24 of the new rate, and errors of 19/720 and, for the predictor, -251/720 of h^5
+        // y^(5).
         let c = adams(4, &EQUAL);
         assert!((c.corrector[1] - 24.0 / 9.0).abs() < 1e-14 && (c.error - 19.0 / 270.0).abs() < 1e-14);
         assert!(c.corrector.iter().enumerate().map(|(j, c)| c * (-1f64).powi(j as i32)).sum::<f64>().abs() < 1e-14);

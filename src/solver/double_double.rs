@@ -1,7 +1,8 @@
 //! Unevaluated sums of two doubles: about 32 digits for times and for running sums.
 //!
-//! A contact lasts 1e-7 s, and at t = 600 s a double resolves 1e-13 s: a millionth of a contact. Times of events, phases of
-//! pendulums and sums over thousands of pulses therefore carry a second double with what the first cannot hold.
+//! A contact lasts 1e-7 s, and at t = 600 s a double resolves 1e-13 s: a millionth of a contact. Times of events,
+//! phases of pendulums and sums over thousands of pulses therefore carry a second double with what the first cannot
+//! hold.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,8 +1,8 @@
 //! Dual numbers: a value and its derivative along one direction, carried through every operation.
 //!
-//! What is computed with them has exact derivatives, but for rounding (forward mode of automatic differentiation: Griewank and
-//! Walther, Evaluating Derivatives, 2008, chapter 3). [`Scalar`] is what doubles and dual numbers have in common, so that one
-//! formula serves both.
+//! What is computed with them has exact derivatives, but for rounding (forward mode of automatic differentiation:
+//! Griewank and Walther, Evaluating Derivatives, 2008, chapter 3). [`Scalar`] is what doubles and dual numbers have in
+//! common, so that one formula serves both.
 
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};

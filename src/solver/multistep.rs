@@ -1,14 +1,15 @@
 //! Adams-Moulton and backward differentiation formulas of variable order and step.
 //!
-//! The solution is kept as the polynomial over the last step (Nordsieck's array). A step extrapolates it to `P(s)` and adds
-//! `e L(s)` with the corrector polynomial `L` of the family, where `e` follows from `y' = f` at the end of the step. Steps of
-//! unequal length are taken account of in `L` (Byrne and Hindmarsh, ACM Trans. Math. Software 1, 1975); for the backward
-//! differentiation formulas the leading coefficient is that of equal steps (Jackson and Sacks-Davis, ACM Trans. Math. Software 6, 1980).
-//! Errors, orders and steps are controlled as in VODE and CVODE (Brown, Byrne and Hindmarsh, SIAM J. Sci. Stat. Comput. 10, 1989;
-//! Cohen and Hindmarsh, Computers in Physics 10, 1996).
+//! The solution is kept as the polynomial over the last step (Nordsieck's array). A step extrapolates it to `P(s)` and
+//! adds `e L(s)` with the corrector polynomial `L` of the family, where `e` follows from `y' = f` at the end of the
+//! step. Steps of unequal length are taken account of in `L` (Byrne and Hindmarsh, ACM Trans. Math. Software 1, 1975);
+//! for the backward differentiation formulas the leading coefficient is that of equal steps (Jackson and Sacks-Davis,
+//! ACM Trans. Math. Software 6, 1980). Errors, orders and steps are controlled as in VODE and CVODE (Brown, Byrne and
+//! Hindmarsh, SIAM J. Sci. Stat. Comput. 10, 1989; Cohen and Hindmarsh, Computers in Physics 10, 1996).
 //!
-//! The crates that are there do not do this job: those with both families have them of one order, or with a dense Jacobian that
-//! 10,000 balls do not fit into, or take minutes to build; and none lets its history be saved and restored.
+//! The crates that are there do not do this job: those with both families have them of one order, or with a dense
+//! Jacobian that 10,000 balls do not fit into, or take minutes to build; and none lets its history be saved and
+//! restored.
 
 use std::cmp::Ordering;
 
@@ -79,7 +80,8 @@ pub struct Multistep {
     work: Work,
 }
 
-/// Ratio to the last step of one whose error, last `error` times what is tolerated, would be within it with some margin, `bias`.
+/// Ratio to the last step of one whose error, last `error` times what is tolerated, would be within it with some
+/// margin, `bias`.
 fn ratio(bias: f64, error: f64, order: usize) -> f64 {
     1.0 / (libm::pow(bias * error, 1.0 / (order + 1) as f64) + 1e-6)
 }
@@ -108,8 +110,8 @@ impl Multistep {
         start
     }
 
-    /// Takes up again what was put down as plain data; nothing if it is not of this family and `size` components. Its values may
-    /// be anything if it is `broken`.
+    /// Takes up again what was put down as plain data; nothing if it is not of this family and `size` components. Its
+    /// values may be anything if it is `broken`.
     pub fn restored(mut self, family: Family, size: usize, broken: bool) -> Option<Self> {
         let orders = 1..=family.max_order();
         let lengths = self.steps.iter().all(|step| *step >= 0.0 && step.is_finite());
@@ -194,7 +196,8 @@ impl Multistep {
         Err(Stuck { step: self.path.step })
     }
 
-    /// Finds `e` for the trial step; its error in units of what is tolerated, or nothing where the iteration does not converge.
+    /// Finds `e` for the trial step; its error in units of what is tolerated, or nothing where the iteration does not
+    /// converge.
     fn correct(&mut self, system: &impl System, c: &Coefficients) -> Option<f64> {
         let (t, step, slope) = (self.trial.end, self.trial.step, c.corrector[1]);
         self.correction.fill(0.0);
@@ -352,7 +355,8 @@ impl Multistep {
         self.path.column_mut(order + 1).fill(0.0);
         self.wait = order + 2;
         if self.family == Family::Bdf {
-            // So that the path passes through one point more. (For the Adams formulas that would be a rate, which is not kept.)
+            // So that the path passes through one point more. (For the Adams formulas that would be a rate, which is
+            // not kept.)
             let points = &self.points()[..order];
             let off: f64 = points.iter().enumerate().map(|(j, xi)| 1.0 / (j + 1) as f64 - 1.0 / xi).sum();
             let highest = off / points.iter().product::<f64>();

@@ -12,7 +12,8 @@ pub trait System {
     /// Writes `f(t, y)`.
     fn rates(&self, t: DoubleDouble, y: &[f64], rates: &mut [f64]);
 
-    /// The change `e` of the solution `y` in units of what is tolerated. Components that `f` does not depend on are left out.
+    /// The change `e` of the solution `y` in units of what is tolerated. Components that `f` does not depend on are
+    /// left out.
     fn size(&self, y: &[f64], e: &[f64]) -> f64;
 
     /// The error `e` of the solution `y` in units of what is tolerated: at least its size.
@@ -27,8 +28,8 @@ pub trait System {
     /// Replaces the components that `f` does not depend on by those of `from`.
     fn copy_sums(&self, from: &[f64], to: &mut [f64]);
 
-    /// Looks at a step before it is accepted: where `f` switched within it without its ends showing that, the fraction of the
-    /// step at which the switching shows.
+    /// Looks at a step before it is accepted: where `f` switched within it without its ends showing that, the fraction
+    /// of the step at which the switching shows.
     fn overlooked(&self, path: &Path) -> Option<f64>;
 }
 
@@ -55,7 +56,8 @@ pub struct Work {
 
 /// The solution over the last step: each component is a polynomial of `s = (t - end) / step` on `[-1, 0]`.
 ///
-/// Its coefficients are the scaled derivatives at the end of the step, `step^j y^(j) / j!`: the array of Nordsieck (1962).
+/// Its coefficients are the scaled derivatives at the end of the step, `step^j y^(j) / j!`: the array of Nordsieck
+/// (1962).
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Path {
     /// End of the step.
@@ -78,7 +80,8 @@ impl Path {
         Self { end: t, step: 0.0, degree: 0, size: y.len(), columns }
     }
 
-    /// Whether it is one of `size` components with room for polynomials up to `room`, of finite values unless it may be `broken`.
+    /// Whether it is one of `size` components with room for polynomials up to `room`, of finite values unless it may be
+    /// `broken`.
     pub fn is_sound(&self, size: usize, room: usize, broken: bool) -> bool {
         let fits = self.size == size && self.columns.len() == size * (room + 1) && self.degree <= room;
         let finite = |path: &Self| path.columns[..size * (path.degree + 1)].iter().all(|c| c.is_finite());

@@ -1,16 +1,16 @@
 //! The linear oscillator `x'' + 2 gamma x' + omega^2 x = f(t)` in closed form, `f` a polynomial.
 //!
-//! All of it is built from one family of functions of the time tau since the anchor: `U_1` is the response to a unit initial
-//! velocity, `U_0` its derivative and `U_(k+1)` the integral of `U_k` from 0. The response to the force `tau^j / j!` is then
-//! `U_(j+2)`, and with the initial acceleration at rest `A = f_0 - omega^2 x_0`
+//! All of it is built from one family of functions of the time tau since the anchor: `U_1` is the response to a unit
+//! initial velocity, `U_0` its derivative and `U_(k+1)` the integral of `U_k` from 0. The response to the force `tau^j
+//! / j!` is then `U_(j+2)`, and with the initial acceleration at rest `A = f_0 - omega^2 x_0`
 //!
 //! ```text
 //! x(tau) - x_0 = v_0 U_1 + A U_2 + f_1 U_3 + f_2 U_4 + ...
 //! ```
 //!
-//! where nothing cancels for small tau: displacements of 1e-9 m keep their digits on positions of 1 m. The functions satisfy
-//! `U_k + 2 gamma U_(k+1) + omega^2 U_(k+2) = tau^k / k!`. (For gamma = 0 they are the Stumpff functions of celestial
-//! mechanics, see Stiefel and Scheifele, Linear and Regular Celestial Mechanics, 1971, section 11.)
+//! where nothing cancels for small tau: displacements of 1e-9 m keep their digits on positions of 1 m. The functions
+//! satisfy `U_k + 2 gamma U_(k+1) + omega^2 U_(k+2) = tau^k / k!`. (For gamma = 0 they are the Stumpff functions of
+//! celestial mechanics, see Stiefel and Scheifele, Linear and Regular Celestial Mechanics, 1971, section 11.)
 
 use serde::{Deserialize, Serialize};
 
@@ -184,7 +184,8 @@ impl Oscillator {
         (fast, self.omega2 / fast)
     }
 
-    /// `U_k` as differences of the repeated integrals of two exponentials, for rates that differ at least by a factor of 4.
+    /// `U_k` as differences of the repeated integrals of two exponentials, for rates that differ at least by a factor
+    /// of 4.
     fn basis_by_decays<const COUNT: usize>(&self, t: f64) -> [f64; COUNT] {
         let (fast, slow) = self.decays();
         let (of_fast, of_slow) = (decay_integrals::<COUNT>(fast, t), decay_integrals::<COUNT>(slow, t));
@@ -196,11 +197,11 @@ impl Oscillator {
         u
     }
 
-    /// Bound of the absolute derivative of order `k` >= 2 of the position from the time `t` on, under a constant force, for
-    /// the velocity `v` and the acceleration `a` at time 0.
+    /// Bound of the absolute derivative of order `k` >= 2 of the position from the time `t` on, under a constant force,
+    /// for the velocity `v` and the acceleration `a` at time 0.
     ///
-    /// The velocity follows the equation without force: a decaying wave, a sum of two decays, or near critical damping a
-    /// decay times at most `|v| + |a + gamma v| t`.
+    /// The velocity follows the equation without force: a decaying wave, a sum of two decays, or near critical damping
+    /// a decay times at most `|v| + |a + gamma v| t`.
     pub fn derivative_bound(&self, v: f64, a: f64, t: f64, k: i32) -> f64 {
         let power = |rate: f64| (1..k).fold(1.0, |power, _| power * rate);
         let (omega, gamma) = (self.omega.value(), self.gamma);
@@ -221,8 +222,8 @@ impl Oscillator {
         }
     }
 
-    /// The series at a fraction of the time, then the law of composition of the flow with itself: near critical damping, where
-    /// the other forms would cancel.
+    /// The series at a fraction of the time, then the law of composition of the flow with itself: near critical
+    /// damping, where the other forms would cancel.
     fn basis_by_doubling<const COUNT: usize>(&self, t: f64, reach: f64) -> [f64; COUNT] {
         let doublings = libm::ceil(libm::log2(reach / 0.5)).max(1.0) as i32;
         let mut h = t * libm::exp2(-doublings as f64);
@@ -235,7 +236,8 @@ impl Oscillator {
             let mut twice = [0.0; COUNT];
             twice[0] = u[0] * u[0] - self.omega2 * u[1] * u[1];
             for k in 1..COUNT {
-                // After h the response to tau^(k-2)/(k-2)! is at U_k with velocity U_(k-1); then the shifted force acts.
+                // After h the response to tau^(k-2)/(k-2)! is at U_k with velocity U_(k-1); then the shifted force
+                // acts.
                 let forced: f64 = (2..=k).map(|j| powers[k - j] * u[j]).sum();
                 twice[k] = u[k] + u[k - 1] * u[1] + forced - self.omega2 * u[k] * u[2];
             }

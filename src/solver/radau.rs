@@ -1,8 +1,8 @@
 //! The Radau IIA collocation method with nine stages, of order 17 and L-stable.
 //!
-//! On a step of length h from y_0 the collocation polynomial satisfies the equations at the times `c_i h`, the last of which is
-//! the end of the step: `Y_i = y_0 + h sum_j a_ij f(Y_j)` with the `a_ij` the integrals of the Lagrange polynomials of the
-//! nodes (Hairer and Wanner, Solving Ordinary Differential Equations II, 1996, section IV.5).
+//! On a step of length h from y_0 the collocation polynomial satisfies the equations at the times `c_i h`, the last of
+//! which is the end of the step: `Y_i = y_0 + h sum_j a_ij f(Y_j)` with the `a_ij` the integrals of the Lagrange
+//! polynomials of the nodes (Hairer and Wanner, Solving Ordinary Differential Equations II, 1996, section IV.5).
 
 use std::sync::LazyLock;
 
@@ -60,8 +60,8 @@ impl Radau {
     }
 }
 
-/// The zeros of `P_s(2 c - 1) - P_(s-1)(2 c - 1)`, P the Legendre polynomials, by Newton's method from the extrema of the
-/// Chebyshev polynomials, which lie close by.
+/// The zeros of `P_s(2 c - 1) - P_(s-1)(2 c - 1)`, P the Legendre polynomials, by Newton's method from the extrema of
+/// the Chebyshev polynomials, which lie close by.
 fn nodes() -> Stages {
     let s = STAGES as f64;
     let mut nodes = [1.0; STAGES];
@@ -83,8 +83,8 @@ fn nodes() -> Stages {
     nodes
 }
 
-/// Newton's divided differences of the values at `nodes`, turned into coefficients of powers. For smooth functions both are
-/// small from the start: nothing cancels, as it would with the inverse of a Vandermonde matrix.
+/// Newton's divided differences of the values at `nodes`, turned into coefficients of powers. For smooth functions both
+/// are small from the start: nothing cancels, as it would with the inverse of a Vandermonde matrix.
 fn powers<const N: usize>(nodes: &[f64; N], values: [f64; N]) -> [f64; N] {
     let mut c = values;
     for level in 1..N {

@@ -1,8 +1,9 @@
 //! The first time at which a function becomes positive, never stepping over one.
 //!
-//! Sampling cannot promise that: a contact that grazes between two samples is missed. With a bound on the third derivative a
-//! step can be chosen that provably holds no crossing, and the search walks up to the first one from the safe side. Close to
-//! a simple crossing the steps become Newton's with second derivatives (Halley's order), so the walk ends quickly.
+//! Sampling cannot promise that: a contact that grazes between two samples is missed. With a bound on the third
+//! derivative a step can be chosen that provably holds no crossing, and the search walks up to the first one from the
+//! safe side. Close to a simple crossing the steps become Newton's with second derivatives (Halley's order), so the
+//! walk ends quickly.
 
 /// A function of time with derivatives and a bound.
 pub trait Smooth {
@@ -40,12 +41,14 @@ pub fn first_positive(g: &impl Smooth, from: f64, until: f64) -> Option<f64> {
 
 /// The first `t` in `[from, until]` from which on `g` is positive.
 ///
-/// `g(from)` should not be positive; a value that is counts as 0. If `g(from)` is 0 the derivatives decide: rising, the answer
-/// is `from` itself; falling, the search goes on behind it. A maximum that touches 0 within rounding is not a crossing.
+/// `g(from)` should not be positive; a value that is counts as 0. If `g(from)` is 0 the derivatives decide: rising, the
+/// answer is `from` itself; falling, the search goes on behind it. A maximum that touches 0 within rounding is not a
+/// crossing.
 pub fn search(g: &impl Smooth, from: f64, until: f64) -> Search {
     let mut t = from;
     let mut window = until - from;
-    // Where g is 0 within rounding no bound leads on: steps that double, from next to nothing (of the window or the unit of time).
+    // Where g is 0 within rounding no bound leads on: steps that double, from next to nothing (of the window or the
+    // unit of time).
     let least = 1e-17 * window.min(1.0);
     let mut blind = least;
     for _ in 0..MAX_STEPS {
@@ -124,8 +127,8 @@ fn first_root_of_parabola(value: f64, slope: f64, bent: f64) -> f64 {
     }
 }
 
-/// Zero of a derivative between `low` (positive there) and `high` (not positive there), for the maximum it belongs to: secant
-/// steps kept inside the bracket (the Illinois variant of regula falsi, Dowell and Jarratt 1971).
+/// Zero of a derivative between `low` (positive there) and `high` (not positive there), for the maximum it belongs to:
+/// secant steps kept inside the bracket (the Illinois variant of regula falsi, Dowell and Jarratt 1971).
 pub fn falling_zero(slope: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     let (mut at_low, mut at_high) = (slope(low), slope(high));
     for _ in 0..60 {

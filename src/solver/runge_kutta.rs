@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 use super::double_double::DoubleDouble;
 use super::ode::{Path, Stuck, System, Work, resolved};
 
-/// A run over a [`System`]. Its steps end at multiples of their length after the start; between their ends the solution is the
-/// cubic polynomial with the states and rates there (Hermite's).
+/// A run over a [`System`]. Its steps end at multiples of their length after the start; between their ends the solution
+/// is the cubic polynomial with the states and rates there (Hermite's).
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct RungeKutta {
     start: DoubleDouble,
@@ -43,8 +43,8 @@ impl RungeKutta {
         }
     }
 
-    /// Takes up again what was put down as plain data; nothing if it is not of these steps (s) and `size` components. Its values
-    /// may be anything if it is `broken`.
+    /// Takes up again what was put down as plain data; nothing if it is not of these steps (s) and `size` components.
+    /// Its values may be anything if it is `broken`.
     pub fn restored(mut self, step: f64, size: usize, broken: bool) -> Option<Self> {
         let end = self.start + DoubleDouble::product(self.work.steps as f64, step);
         let finite = self.rates.iter().all(|rate| rate.is_finite());

@@ -67,8 +67,8 @@ pub fn maximum(c: &[f64], from: f64, to: f64) -> f64 {
 
 /// Where on `[from, to]` the value is largest.
 ///
-/// The interval is scanned in eighths for changes of sign of the derivative, each refined to a maximum; a series that a step
-/// controller has cut to its range of fast convergence does not turn more often.
+/// The interval is scanned in eighths for changes of sign of the derivative, each refined to a maximum; a series that a
+/// step controller has cut to its range of fast convergence does not turn more often.
 pub fn place_of_maximum(c: &[f64], from: f64, to: f64) -> f64 {
     const PARTS: usize = 8;
     let higher = |a: f64, b: f64| if value(c, b) > value(c, a) { b } else { a };

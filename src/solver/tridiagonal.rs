@@ -16,8 +16,8 @@ impl Tridiagonal {
         Self { diagonal, beside, factored: false }
     }
 
-    /// Replaces `b` by the solution of `matrix * solution = b`: the factors `L D L'`, which need no pivoting here (Golub and
-    /// Van Loan, Matrix Computations, section 4.3.6).
+    /// Replaces `b` by the solution of `matrix * solution = b`: the factors `L D L'`, which need no pivoting here
+    /// (Golub and Van Loan, Matrix Computations, section 4.3.6).
     pub fn solve(&mut self, b: &mut [f64]) {
         if !std::mem::replace(&mut self.factored, true) {
             for i in 0..self.beside.len() {

@@ -1,8 +1,9 @@
 //! Sine and cosine of an angle that is known to more digits than a double holds.
 //!
-//! The phase of a pendulum after an hour is 1e4 rad: as a double it would lose four digits that the swing has. The angle is
-//! reduced to an eighth of a turn with pi / 2 in parts short enough for exact products (Cody and Waite, Software Manual for the
-//! Elementary Functions, 1980), and both functions are summed up to the term that no longer counts.
+//! The phase of a pendulum after an hour is 1e4 rad: as a double it would lose four digits that the swing has. The
+//! angle is reduced to an eighth of a turn with pi / 2 in parts short enough for exact products (Cody and Waite,
+//! Software Manual for the Elementary Functions, 1980), and both functions are summed up to the term that no longer
+//! counts.
 
 use super::double_double::DoubleDouble;
 

@@ -9,8 +9,8 @@ use crate::solver::ode::{Path, System};
 use crate::solver::series;
 use crate::solver::tridiagonal::Tridiagonal;
 
-/// Velocities down to this part of the largest are computed to the tolerance: balls that ought to rest must not creep, or the
-/// next impact finds them apart.
+/// Velocities down to this part of the largest are computed to the tolerance: balls that ought to rest must not creep,
+/// or the next impact finds them apart.
 const SLOW: f64 = 1e-4;
 /// Positions (m) and velocities (m/s) stay below this, or energies overflow.
 pub(super) const LARGEST: f64 = 1e150;
@@ -23,9 +23,9 @@ const DEEP: f64 = 100.0;
 /// - the impulses of the n-1 contacts (N.s),
 /// - the energy dissipated (J), the work of the inputs (J) and the integral of the force on the support (N.s).
 ///
-/// The overlaps are unknowns of their own because they are not to be had as differences of positions: at 1 m those are rounded
-/// to 1e-16 m, which a stiff contact answers with a noise that no step is short enough for. The sums in the last two lines act
-/// on nothing.
+/// The overlaps are unknowns of their own because they are not to be had as differences of positions: at 1 m those are
+/// rounded to 1e-16 m, which a stiff contact answers with a noise that no step is short enough for. The sums in the
+/// last two lines act on nothing.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Dynamics {
     #[serde(skip)]
@@ -43,12 +43,13 @@ pub(super) struct Dynamics {
 }
 
 impl Dynamics {
-    /// From the state `y` at the time `since` on. Tolerated is `tolerance` times the larger of a component and its scale.
+    /// From the state `y` at the time `since` on. Tolerated is `tolerance` times the larger of a component and its
+    /// scale.
     ///
-    /// The scales follow from the speed that the balls can reach by what they have: their speed, their height, what their
-    /// contacts hold, and what the inputs give them within one unit of their time. That of the positions is the way they go at
-    /// that speed within this unit, that of the velocities [`SLOW`] times the speed, that of the overlaps [`DEEP`] times the
-    /// overlap of an impact at that speed.
+    /// The scales follow from the speed that the balls can reach by what they have: their speed, their height, what
+    /// their contacts hold, and what the inputs give them within one unit of their time. That of the positions is the
+    /// way they go at that speed within this unit, that of the velocities [`SLOW`] times the speed, that of the
+    /// overlaps [`DEEP`] times the overlap of an impact at that speed.
     pub fn new(cradle: Cradle, pushes: Vec<Push>, since: DoubleDouble, y: &[f64], tolerance: f64) -> Self {
         let mut dynamics = Self { cradle, pushes, since, tolerance, scales: [1.0; 3], energy_scale: 1.0 };
         let fastest = (0..dynamics.balls()).map(|i| dynamics.speed_in_reach(i, y)).fold(0.0, f64::max);
@@ -217,15 +218,15 @@ impl System for Dynamics {
         most / self.tolerance
     }
 
-    /// The energy dissipated is looked at, too: a contact whose force is clipped gives off what its spring holds, which the balls
-    /// do not notice.
+    /// The energy dissipated is looked at, too: a contact whose force is clipped gives off what its spring holds, which
+    /// the balls do not notice.
     fn error(&self, y: &[f64], e: &[f64]) -> f64 {
         let loss = e[self.loss()].abs() / (self.tolerance * self.energy_scale.max(y[self.loss()].abs()));
         if loss.is_finite() { loss.max(self.size(y, e)) } else { f64::INFINITY }
     }
 
-    /// Positions and overlaps are eliminated by `e_x = r_x + gamma e_v` and the like: for the velocities remains `M + gamma C + gamma^2 K` with the masses,
-    /// dampings and stiffnesses, symmetric and tridiagonal.
+    /// Positions and overlaps are eliminated by `e_x = r_x + gamma e_v` and the like: for the velocities remains `M +
+    /// gamma C + gamma^2 K` with the masses, dampings and stiffnesses, symmetric and tridiagonal.
     fn linearize(&self, _: DoubleDouble, y: &[f64], gamma: f64) -> Linearized {
         let n = self.balls();
         let ball = |ball: &BallModel| ball.mass * (1.0 + gamma * (2.0 * ball.gamma + gamma * ball.omega2));
