@@ -8,6 +8,9 @@ use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_mai
 use newtons_cradle::fmi2::{fmi2DoStep, fmi2GetReal};
 use scenes::{Host, fmi2OK};
 
+/// The default method.
+const DEFAULT: &str = "eventDriven";
+
 /// One step of a fresh instance, from `from` (s), where it has got before, to `to`.
 fn one_step(c: &mut Criterion, group: &str, name: &str, scene: impl Fn() -> Host, (from, to): (f64, f64)) {
     let ready = || {
@@ -23,8 +26,8 @@ fn one_step(c: &mut Criterion, group: &str, name: &str, scene: impl Fn() -> Host
 }
 
 fn paper(c: &mut Criterion) {
-    one_step(c, "paper", "ten minutes", scenes::ten_minutes, (0.0, 600.0));
-    one_step(c, "paper", "cubic, 600 s", scenes::cubic, (0.0, 600.0));
+    one_step(c, "paper", "ten minutes", || scenes::ten_minutes(DEFAULT, &[]), (0.0, 600.0));
+    one_step(c, "paper", "cubic, 600 s", || scenes::cubic(DEFAULT, &[]), (0.0, 600.0));
     one_step(c, "paper", "figure 3, 10 s", scenes::figure3, (0.0, 10.0));
 }
 

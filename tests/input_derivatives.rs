@@ -105,14 +105,6 @@ fn impacts_under_changing_inputs_keep_the_energy_balance() {
                 assert_eq!(host.step(t, length), fmi2OK, "{:?}", host.log());
             }
             assert!(host.get_integer("pulses[1]") > 0);
-            for i in 1..=4 {
-                println!(
-                    "{pieces} p{i} {} {} {}",
-                    host.get_integer(&format!("pulses[{i}]")),
-                    host.get(&format!("t_onset[{i}]")),
-                    host.get(&format!("impulse[{i}]"))
-                );
-            }
             assert!(host.get("E_residual").abs() < 1e-12 * host.get("E_total"), "{}", host.get("E_residual"));
             host
         };

@@ -11,6 +11,9 @@ const METHODS: [(SolverMethod, f64, f64, f64); 3] = [
     (SolverMethod::Rk4, 1e-12, 2e-6, 1e-3),
 ];
 
+/// Scale of the times, s: a contact of [`lossy`] lasts 2 ms.
+const TIME: f64 = 0.1;
+
 /// Four unequal balls with losses, drag and gaps, and contacts so soft that impacts last 2 ms.
 fn lossy(model: ContactModel, law: DampingLaw) -> Parameters {
     let mut p = Parameters::default_for(4);
@@ -46,8 +49,8 @@ fn everything(run: &Simulation, n: usize) -> Vec<(String, f64, f64)> {
         add(&format!("F_mean[{i}]"), run.force_mean(i), 10.0);
         add(&format!("F_peak[{i}]"), run.force_peak(i), 100.0);
         add(&format!("E_contact[{i}]"), run.contact_energy(i), 0.05);
-        add(&format!("t_onset[{i}]"), run.last_onset(i), 1.0);
-        add(&format!("t_release[{i}]"), run.last_release(i), 1.0);
+        add(&format!("t_onset[{i}]"), run.last_onset(i), TIME);
+        add(&format!("t_release[{i}]"), run.last_release(i), TIME);
         add(&format!("pulses[{i}]"), run.pulses(i) as f64, 1e-9);
         add(&format!("inContact[{i}]"), f64::from(u8::from(run.in_contact(i))), 1e-9);
     }
@@ -58,12 +61,13 @@ fn everything(run: &Simulation, n: usize) -> Vec<(String, f64, f64)> {
     add("p_total", run.momentum(), 0.2);
     add("F_support", run.support_force(), 1.0);
     add("F_support_mean", run.support_force_mean(), 1.0);
-    add("t_next", run.next_onset(), 1.0);
+    add("t_next", run.next_onset(), TIME);
     all
 }
 
 fn pulse_numbers(pulse: &Pulse) -> [f64; 5] {
-    [pulse.contact as f64 * 1e9, pulse.onset, pulse.release, 0.01 * pulse.peak, 5.0 * pulse.impulse]
+    let (onset, release) = (pulse.onset / TIME, pulse.release / TIME);
+    [pulse.contact as f64 * 1e9, onset, release, 0.01 * pulse.peak, 5.0 * pulse.impulse]
 }
 
 /// Runs `p` by the engine and by every method with changing inputs and, in the middle, other losses.

@@ -1,6 +1,6 @@
-/* The ten-minute run by SUNDIALS CVODE, for comparison.
+/* The ten-minute runs by SUNDIALS CVODE, for comparison.
  *
- *     cvode adams|bdf <relative tolerance> <absolute tolerance> <end time in s>
+ *     cvode linear|cubic adams|bdf <relative tolerance> <absolute tolerance> <end time in s>
  *
  * prints one line: seconds, steps, evaluations of the right-hand side, relative energy error, version of SUNDIALS.
  *
@@ -29,14 +29,36 @@
 #define NO_COMMUNICATOR SUN_COMM_NULL
 #endif
 
-/* Figure 6's set-up: masses of 1 kg, two balls lifted by 1 m. The state is x1, v1, x2, v2, ... */
+/* Masses of 1 kg, two balls lifted. The state is x1, v1, x2, v2, ... */
 enum { BALLS = 5, LIFTED = 2 };
-static const double OMEGA2 = 9.81 / 1.962, STIFFNESS = 2.9e14, DEAD_BAND = 1.46e-7, AMPLITUDE = 1.0;
+struct cradle {
+    double omega2, stiffness, dead_band, amplitude;
+    int cubic;
+};
+static const struct cradle LINEAR = {9.81 / 1.962, 2.9e14, 1.46e-7, 1.0, 0}; /* Figure 6's set-up */
+static const struct cradle CUBIC = {39.47841760435743, 5e18, 2e-5, 0.05, 1};
+static struct cradle cradle;
+
+static double overlap(const double *y, int i)
+{
+    return fmax(y[2 * i] - y[2 * i + 2] - cradle.dead_band, 0.0);
+}
 
 static double contact_force(const double *y, int i)
 {
-    double overlap = y[2 * i] - y[2 * i + 2] - DEAD_BAND;
-    return overlap > 0.0 ? STIFFNESS * overlap : 0.0;
+    double d = overlap(y, i);
+    return cradle.cubic ? cradle.stiffness * d * d * d : cradle.stiffness * d;
+}
+
+static double contact_stiffness(const double *y, int i)
+{
+    double d = overlap(y, i);
+    return d == 0.0 ? 0.0 : cradle.cubic ? 3.0 * cradle.stiffness * d * d : cradle.stiffness;
+}
+
+static double contact_energy(const double *y, int i)
+{
+    return contact_force(y, i) * overlap(y, i) / (cradle.cubic ? 4.0 : 2.0);
 }
 
 static int motion(double t, N_Vector state, N_Vector rates, void *user)
@@ -48,7 +70,7 @@ static int motion(double t, N_Vector state, N_Vector rates, void *user)
     for (int i = 0; i < BALLS; i++) {
         double from_right = i + 1 < BALLS ? contact_force(y, i) : 0.0;
         rate[2 * i] = y[2 * i + 1];
-        rate[2 * i + 1] = from_left - from_right - OMEGA2 * y[2 * i];
+        rate[2 * i + 1] = from_left - from_right - cradle.omega2 * y[2 * i];
         from_left = from_right;
     }
     return 0;
@@ -61,10 +83,10 @@ static int jacobian(double t, N_Vector state, N_Vector rates, SUNMatrix matrix, 
     const double *y = N_VGetArrayPointer(state);
     SUNMatZero(matrix);
     for (int i = 0; i < BALLS; i++) {
-        double left = i > 0 && contact_force(y, i - 1) > 0.0 ? STIFFNESS : 0.0;
-        double right = i + 1 < BALLS && contact_force(y, i) > 0.0 ? STIFFNESS : 0.0;
+        double left = i > 0 ? contact_stiffness(y, i - 1) : 0.0;
+        double right = i + 1 < BALLS ? contact_stiffness(y, i) : 0.0;
         SM_ELEMENT_B(matrix, 2 * i, 2 * i + 1) = 1.0;
-        SM_ELEMENT_B(matrix, 2 * i + 1, 2 * i) = -OMEGA2 - left - right;
+        SM_ELEMENT_B(matrix, 2 * i + 1, 2 * i) = -cradle.omega2 - left - right;
         if (i > 0)
             SM_ELEMENT_B(matrix, 2 * i + 1, 2 * i - 2) = left;
         if (i + 1 < BALLS)
@@ -77,9 +99,9 @@ static double energy(const double *y)
 {
     double sum = 0.0;
     for (int i = 0; i < BALLS; i++) {
-        sum += 0.5 * (y[2 * i + 1] * y[2 * i + 1] + OMEGA2 * y[2 * i] * y[2 * i]);
+        sum += 0.5 * (y[2 * i + 1] * y[2 * i + 1] + cradle.omega2 * y[2 * i] * y[2 * i]);
         if (i + 1 < BALLS)
-            sum += 0.5 * contact_force(y, i) * contact_force(y, i) / STIFFNESS;
+            sum += contact_energy(y, i);
     }
     return sum;
 }
@@ -94,19 +116,20 @@ static void check(int code, const char *what)
 
 int main(int count, char **arguments)
 {
-    if (count != 5) {
-        fprintf(stderr, "usage: cvode adams|bdf <relative tolerance> <absolute tolerance> <end time>\n");
+    if (count != 6) {
+        fprintf(stderr, "usage: cvode linear|cubic adams|bdf <relative tolerance> <absolute tolerance> <end time>\n");
         return 2;
     }
-    int bdf = strcmp(arguments[1], "bdf") == 0;
-    double relative = atof(arguments[2]), absolute = atof(arguments[3]), end = atof(arguments[4]);
+    cradle = strcmp(arguments[1], "cubic") == 0 ? CUBIC : LINEAR;
+    int bdf = strcmp(arguments[2], "bdf") == 0;
+    double relative = atof(arguments[3]), absolute = atof(arguments[4]), end = atof(arguments[5]);
 
     SUNContext context;
     check(SUNContext_Create(NO_COMMUNICATOR, &context), "SUNContext_Create");
     N_Vector state = N_VNew_Serial(2 * BALLS, context);
     double *y = N_VGetArrayPointer(state);
     for (int i = 0; i < BALLS; i++) {
-        y[2 * i] = i < LIFTED ? -AMPLITUDE : 0.0;
+        y[2 * i] = i < LIFTED ? -cradle.amplitude : 0.0;
         y[2 * i + 1] = 0.0;
     }
     double at_start = energy(y);

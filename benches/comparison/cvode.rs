@@ -7,24 +7,20 @@ use super::Line;
 
 const SOURCE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/comparison/cvode.c");
 
-/// Title, method, relative and absolute tolerance: of the absolute ones tried, from 1 to 1e-5 of the relative one, those that
-/// were fastest.
-const RUNS: [(&str, &str, &str, &str); 3] = [
-    ("CVODE Adams, rtol 1e-12", "adams", "1e-12", "1e-12"),
-    ("CVODE Adams, rtol 1e-10", "adams", "1e-10", "1e-14"),
-    ("CVODE BDF, banded, rtol 1e-10", "bdf", "1e-10", "1e-10"),
-];
+/// Title, and the arguments of the program: contacts, method, relative and absolute tolerance. Of the absolute ones tried, from
+/// 1 to 1e-5 of the relative one, those that were fastest.
+pub type Run = (&'static str, [&'static str; 4]);
 
 /// From version 7 on there is a core library.
 const LIBRARIES: [&[&str]; 2] = [&["-lsundials_core"], &[]];
 
 /// The lines of the table and the version of SUNDIALS, or why there are none.
-pub fn measure(span: f64, whole: f64) -> Result<(Vec<Line>, String), String> {
+pub fn measure(runs: &[Run], span: f64, whole: f64) -> Result<(Vec<Line>, String), String> {
     let program = compile()?;
     let mut version = String::new();
-    let lines = RUNS.iter().map(|(title, method, relative, absolute)| {
+    let lines = runs.iter().map(|(title, arguments)| {
         let runs = (0..3).map(|_| {
-            let run = Command::new(&program).args([method, relative, absolute, span.to_string().as_str()]).output();
+            let run = Command::new(&program).args(arguments).arg(span.to_string()).output();
             let text = String::from_utf8_lossy(&run.map_err(|error| error.to_string())?.stdout).into_owned();
             let fields: Vec<&str> = text.split_whitespace().collect();
             let [seconds, steps, evaluations, error, sundials] = fields[..] else {

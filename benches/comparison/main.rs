@@ -1,4 +1,4 @@
-//! The four methods of the FMU and SUNDIALS CVODE on the ten-minute run, as one table.
+//! The methods of the FMU and SUNDIALS CVODE on two runs of ten minutes, as tables.
 //!
 //!     cargo bench --bench comparison
 //!
@@ -12,9 +12,9 @@ mod cvode;
 use std::process::Command;
 use std::time::Instant;
 
-use scenes::{fmi2OK, ten_minutes_by};
+use scenes::{Host, fmi2OK};
 
-/// Length of the run, s.
+/// Length of the runs, s.
 const WHOLE: f64 = 600.0;
 /// Seconds that a run may take; slower methods are followed for a shorter span.
 const PATIENCE: f64 = 20.0;
@@ -35,9 +35,46 @@ struct Line {
     span: f64,
 }
 
-/// One step of `span` s.
-fn once(method: &str, settings: &[(&str, f64)], span: f64) -> Line {
-    let host = ten_minutes_by(method, settings);
+/// Settings of a solver.
+type Settings = &'static [(&'static str, f64)];
+
+/// What is compared.
+struct Table {
+    title: &'static str,
+    scene: fn(&str, &[(&str, f64)]) -> Host,
+    /// Title, method, settings.
+    methods: &'static [(&'static str, &'static str, Settings)],
+    cvode: &'static [cvode::Run],
+}
+
+const TABLES: [Table; 2] = [
+    Table {
+        title: "Ten minutes of Figure 6's set-up (600 s, 2,562 pulses)",
+        scene: scenes::ten_minutes,
+        methods: &[
+            ("eventDriven", "eventDriven", &[]),
+            ("adams, rtol 1e-12", "adams", &[("solver.tolerance", 1e-12)]),
+            ("adams, rtol 1e-10", "adams", &[("solver.tolerance", 1e-10)]),
+            ("bdf, rtol 1e-10", "bdf", &[("solver.tolerance", 1e-10)]),
+            // Thirteen steps to a contact.
+            ("rk4, steps of 1e-8 s", "rk4", &[("solver.fixedStep", 1e-8)]),
+        ],
+        cvode: &[
+            ("CVODE Adams, rtol 1e-12", ["linear", "adams", "1e-12", "1e-12"]),
+            ("CVODE Adams, rtol 1e-10", ["linear", "adams", "1e-10", "1e-14"]),
+            ("CVODE BDF, banded, rtol 1e-10", ["linear", "bdf", "1e-10", "1e-10"]),
+        ],
+    },
+    Table {
+        title: "Cubic contacts (600 s, 7,194 pulses)",
+        scene: scenes::cubic,
+        methods: &[("eventDriven", "eventDriven", &[]), ("adams, rtol 1e-10", "adams", &[("solver.tolerance", 1e-10)])],
+        cvode: &[("CVODE Adams, rtol 1e-10", ["cubic", "adams", "1e-10", "1e-14"])],
+    },
+];
+
+/// One step of `span` s of a scene that is ready for it.
+fn once(method: &str, host: Host, span: f64) -> Line {
     let energy = host.get("E_total");
     let begin = Instant::now();
     assert_eq!(host.step(0.0, span), fmi2OK, "{method}: {:?}", host.log());
@@ -53,31 +90,20 @@ fn once(method: &str, settings: &[(&str, f64)], span: f64) -> Line {
 }
 
 /// The fastest of a few runs, over the span that patience allows.
-fn measured(title: &str, method: &str, settings: &[(&str, f64)], whole: f64) -> Line {
+fn measured(title: &str, scene: impl Fn() -> Host, whole: f64) -> Line {
     let least = SEQUENCE.min(whole);
-    let trial = once(method, settings, least);
+    let trial = once(title, scene(), least);
     let span = (whole * PATIENCE / trial.seconds).clamp(least, whole).floor().max(least);
-    let mut best = if span > trial.span { once(method, settings, span) } else { trial };
+    let mut best = if span > trial.span { once(title, scene(), span) } else { trial };
     let repeats = (2.0 / (best.seconds * span / WHOLE)).clamp(0.0, 50.0) as usize;
     for _ in 0..repeats {
-        let again = once(method, settings, span);
+        let again = once(title, scene(), span);
         if again.seconds < best.seconds {
             best = again;
         }
     }
-    Line { method: title.to_owned(), ..best }
+    best
 }
-
-/// What is compared: title, method, settings.
-type Entry = (&'static str, &'static str, &'static [(&'static str, f64)]);
-const METHODS: [Entry; 5] = [
-    ("eventDriven", "eventDriven", &[]),
-    ("adams, rtol 1e-12", "adams", &[("solver.tolerance", 1e-12)]),
-    ("adams, rtol 1e-10", "adams", &[("solver.tolerance", 1e-10)]),
-    ("bdf, rtol 1e-10", "bdf", &[("solver.tolerance", 1e-10)]),
-    // Thirteen steps to a contact.
-    ("rk4, steps of 1e-8 s", "rk4", &[("solver.fixedStep", 1e-8)]),
-];
 
 /// `12`, `0.0025`, `13,000,000`: three digits.
 fn readable(value: f64) -> String {
@@ -93,23 +119,30 @@ fn readable(value: f64) -> String {
     groups.collect::<Vec<_>>().join(",")
 }
 
+/// The value rounded to three digits: no more are known of what is scaled up.
+fn three_digits(value: f64) -> f64 {
+    format!("{value:.2e}").parse().unwrap_or(value)
+}
+
 fn print(lines: &[Line], whole: f64) {
     let fastest = lines.first().map_or(1.0, |line| line.seconds);
     println!("| solver | time, s | over eventDriven | steps | evaluations | energy error |");
     println!("|---|---:|---:|---:|---:|---:|");
     let mut scaled = Vec::new();
     for line in lines {
-        let mark = if line.span < whole { " *" } else { "" };
+        let scaled_up = line.span < whole;
+        let shown = |value| readable(if scaled_up { three_digits(value) } else { value });
         println!(
-            "| {}{mark} | {} | {} | {} | {} | {:.0e} |",
+            "| {}{} | {} | {} | {} | {} | {:.0e} |",
             line.method,
-            readable(line.seconds),
-            readable(line.seconds / fastest),
-            readable(line.steps),
-            readable(line.evaluations),
+            if scaled_up { " *" } else { "" },
+            shown(line.seconds),
+            shown(line.seconds / fastest),
+            shown(line.steps),
+            shown(line.evaluations),
             line.energy_error,
         );
-        if line.span < whole {
+        if scaled_up {
             scaled.push(format!("{}: {} s", line.method, readable(line.span)));
         }
     }
@@ -135,20 +168,23 @@ fn processor() -> String {
 fn main() {
     // `cargo bench -- --test`: only whether it runs.
     let whole = if std::env::args().any(|argument| argument == "--test") { GLANCE } else { WHOLE };
-    let methods = METHODS.iter().map(|(title, method, settings)| measured(title, method, settings, whole));
-    let mut lines: Vec<Line> = methods.collect();
-    let cvode = cvode::measure(whole, WHOLE);
-    let remark = match cvode {
-        Ok((more, version)) => {
-            lines.extend(more);
-            format!("SUNDIALS {version} ({})", first_line("cc", "--version"))
-        }
-        Err(why) => format!("without CVODE: {why}"),
-    };
     if whole < WHOLE {
         println!("Only to see whether it runs: followed for {whole} s, time and work scaled up.");
     }
-    println!("Ten minutes of Figure 6's set-up (600 s, 2,562 pulses), one core of: {}", processor());
-    println!("newtons-cradle {} ({}), {remark}\n", env!("CARGO_PKG_VERSION"), first_line("rustc", "--version"));
-    print(&lines, whole);
+    let (version, rustc) = (env!("CARGO_PKG_VERSION"), first_line("rustc", "--version"));
+    println!("newtons-cradle {version} ({rustc}), one core of: {}", processor());
+    for Table { title, scene, methods, cvode } in TABLES {
+        let method =
+            |(title, method, settings): &(&str, &str, Settings)| measured(title, || scene(method, settings), whole);
+        let mut lines: Vec<Line> = methods.iter().map(method).collect();
+        let remark = match cvode::measure(cvode, whole, WHOLE) {
+            Ok((more, version)) => {
+                lines.extend(more);
+                format!("with SUNDIALS {version} ({})", first_line("cc", "--version"))
+            }
+            Err(why) => format!("without CVODE: {why}"),
+        };
+        println!("\n{title}, {remark}\n");
+        print(&lines, whole);
+    }
 }

@@ -46,11 +46,9 @@ fn started(host: Host) -> Host {
     host
 }
 
-/// A scene with a solver other than the default.
-pub fn ten_minutes_by(method: &str, settings: &[Setting]) -> Host {
-    let set_up =
-        [("x_start[1]", -1.0), ("x_start[2]", -1.0), ("contact.stiffness", 2.9e14), ("contact.deadBand", 1.46e-7)];
-    let host = at_rest(5, &set_up);
+/// Five balls, the first two lifted by `height` (m), with a solver by its name and further settings.
+fn two_lifted(height: f64, set_up: &[Setting], method: &str, settings: &[Setting]) -> Host {
+    let host = at_rest(5, &[&[("x_start[1]", -height), ("x_start[2]", -height)], set_up].concat());
     choose(&host, "solver.method", "SolverMethod", method);
     for (name, value) in settings {
         assert_eq!(host.set(name, *value), fmi2OK, "{name} = {value}");
@@ -59,26 +57,22 @@ pub fn ten_minutes_by(method: &str, settings: &[Setting]) -> Host {
 }
 
 /// Figure 6's set-up, to be run for 600 s: 2,562 pulses.
-pub fn ten_minutes() -> Host {
-    ten_minutes_by("eventDriven", &[])
+pub fn ten_minutes(method: &str, settings: &[Setting]) -> Host {
+    two_lifted(1.0, &[("contact.stiffness", 2.9e14), ("contact.deadBand", 1.46e-7)], method, settings)
 }
 
 /// Cubic contacts, to be run for 600 s: 7,194 pulses.
-pub fn cubic() -> Host {
+pub fn cubic(method: &str, settings: &[Setting]) -> Host {
     let turn = std::f64::consts::TAU;
-    started(at_rest(
-        5,
-        &[
-            ("gravity", turn * turn),
-            ("pendulum.length", 1.0),
-            ("contact.stiffness", 5e18),
-            ("contact.overlapRef", 1.0),
-            ("contact.exponent", 3.0),
-            ("contact.deadBand", 2e-5),
-            ("x_start[1]", -0.05),
-            ("x_start[2]", -0.05),
-        ],
-    ))
+    let set_up = [
+        ("gravity", turn * turn),
+        ("pendulum.length", 1.0),
+        ("contact.stiffness", 5e18),
+        ("contact.overlapRef", 1.0),
+        ("contact.exponent", 3.0),
+        ("contact.deadBand", 2e-5),
+    ];
+    two_lifted(0.05, &set_up, method, settings)
 }
 
 /// Figure 3: waves that cross in thirteen balls, three lifted on the left and two on the right.

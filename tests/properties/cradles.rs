@@ -43,9 +43,6 @@ pub fn decades(low: f64, high: f64) -> impl Strategy<Value = f64> {
 }
 
 /// Exponents of the force law: those of the paper, and any between.
-///
-/// Whole ones from 6 on are left out: the first overlaps are series with p zeros between their terms, and the engine takes
-/// the zeros for convergence.
 pub fn exponents() -> impl Strategy<Value = f64> {
     prop_oneof![Just(1.0), Just(1.5), Just(2.0), Just(3.0), Just(4.0), Just(5.0), 1.0..6.0]
 }
@@ -114,7 +111,7 @@ pub fn cradles(family: Family) -> impl Strategy<Value = Case> {
             held.force = inputs.0[..n].iter().map(|f| f * mass).collect();
             held.support_acceleration = inputs.1;
             let mut case = Case { p, inputs: held, time };
-            case.narrow();
+            case.soften();
             case
         },
     )
@@ -152,29 +149,13 @@ pub fn ended_early(error: EngineError) -> TestCaseError {
 }
 
 impl Case {
-    /// Leaves out what the engine cannot do yet.
-    fn narrow(&mut self) {
-        let driven = self.driven();
-        let p = &mut self.p;
-        let unequal = p.length_ratio.iter().any(|ratio| *ratio != 1.0);
-        // Neighbours at rest, in touch without overlap, that inputs or their pendulums press together.
-        if driven || unequal {
-            for (i, v) in p.v_start.iter_mut().enumerate().filter(|(_, v)| **v == 0.0) {
-                *v = 0.1 / (i + 1) as f64;
-            }
-        }
-        // Free balls that part and are pushed together again meet late, by the rounding of a cancellation.
-        if driven && p.gravity == 0.0 {
-            p.gravity = 1.0;
-        }
-        // The loss of a contact whose force is clipped, where the exponent is not whole or large.
-        if p.damping > 0.0 && p.damping_law == DampingLaw::KelvinVoigtNoPull {
-            p.exponent = p.exponent.round().min(3.0);
-        }
-        // Contacts that stay closed are followed through every ringing: let them be soft.
-        if p.stiffness > 1e6 * p.mass && (driven || unequal && p.damping > 0.0) {
-            p.stiffness *= 1e-5;
-            p.damping *= 1e-5f64.sqrt();
+    /// Inputs press balls together, and without damping contacts that stay closed ring for ever: a run of seconds takes
+    /// `time sqrt(k / m)` segments, each of its own, since at every one of them a contact may open. Softer contacts do the
+    /// same in a time that tests have.
+    fn soften(&mut self) {
+        if self.p.stiffness > 1e6 * self.p.mass && self.driven() {
+            self.p.stiffness *= 1e-5;
+            self.p.damping *= 1e-5f64.sqrt();
         }
     }
 
