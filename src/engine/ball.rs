@@ -124,15 +124,35 @@ impl Flight {
         push_at(&self.push, tau) - o.omega2() * self.x - o.omega2() * displacement - 2.0 * o.gamma() * v
     }
 
-    /// The work of the push per unit of mass since the anchor, m2/s2: `integral f v = f D - f' I_1 + f'' I_2 - ...` with
-    /// the repeated integrals `I_k` of the displacement D.
-    pub fn work(&self, o: &Oscillator, tau: f64, u: &[f64]) -> f64 {
-        if degree(&self.push) == 0 {
-            return if self.push[0] == 0.0 { 0.0 } else { self.push[0] * self.displacement(o, u) };
+    /// The work of `push` on this motion per unit of mass since the anchor, m2/s2: `integral f v = f D - f' I_1 + f'' I_2 - ...`
+    /// with the repeated integrals `I_k` of the displacement D.
+    pub fn work(&self, push: &Push, o: &Oscillator, tau: f64, u: &[f64]) -> f64 {
+        if degree(push) == 0 {
+            return if push[0] == 0.0 { 0.0 } else { push[0] * self.displacement(o, u) };
         }
-        let later = shifted(&self.push, tau);
-        let terms = (0..=degree(&self.push)).map(|j| later[j] * self.response(o, u, j + 1));
+        let later = shifted(push, tau);
+        let terms = (0..=degree(push)).map(|j| later[j] * self.response(o, u, j + 1));
         terms.enumerate().map(|(j, term)| if j % 2 == 0 { term } else { -term }).sum()
+    }
+
+    /// Bound of the absolute derivatives of order 3 and 4 of the position between `t` and `span` later (s after the anchor).
+    ///
+    /// For a push that varies, `sqrt(a^2 + omega^2 v^2)` grows at most by the integral of its rate.
+    pub fn derivative_bounds(&self, o: &Oscillator, t: f64, span: f64) -> [f64; 2] {
+        let a = self.acceleration(o, 0.0, 0.0, self.v);
+        if degree(&self.push) == 0 {
+            return [3, 4].map(|order| o.derivative_bound(self.v, a, t, order));
+        }
+        let end = t + span;
+        let (mut rate, mut curvature, mut power) = (0.0, 0.0, 1.0);
+        for j in 1..=degree(&self.push) {
+            rate += self.push[j].abs() * power;
+            curvature += self.push.get(j + 1).map_or(0.0, |push| push.abs() * power);
+            power *= end / j as f64;
+        }
+        let amplitude = (a * a + o.omega2() * self.v * self.v).sqrt() + rate * end;
+        let third = rate + (o.omega() + 2.0 * o.gamma()) * amplitude;
+        [third, curvature + o.omega2() * amplitude + 2.0 * o.gamma() * third]
     }
 }
 
@@ -168,10 +188,13 @@ pub(crate) enum Held {
     Cluster(u32),
     /// In an impact of known outcome in this contact.
     Impact(u32),
+    /// In lasting contact with rigid neighbours, with which it moves as one body.
+    Bond,
 }
 
 /// A ball and its motion. While it belongs to a cluster, that cluster holds its state and `flight` is out of date; in an impact
-/// of known outcome `flight` is what it came with.
+/// of known outcome `flight` is what it came with. In a body of rigid balls `oscillator` and `flight` are those of the body, so
+/// that the contacts act as a part of the push.
 #[derive(Clone, Debug)]
 pub(crate) struct Ball {
     pub mass: f64,
@@ -229,20 +252,25 @@ impl Ball {
 
     /// The sums at the time `t`, in flight.
     pub fn tally_at(&self, t: DoubleDouble) -> Tally {
+        self.tally_under(&self.flight.push, t)
+    }
+
+    /// The sums at the time `t`, where only the part `inputs` of the push is by the inputs.
+    pub fn tally_under(&self, inputs: &Push, t: DoubleDouble) -> Tally {
         let tau = t - self.anchor;
-        if degree(&self.flight.push) == 0 {
-            self.tally_after(tau.value(), &self.oscillator.basis::<4>(tau))
+        if degree(&self.flight.push).max(degree(inputs)) == 0 {
+            self.tally_after(inputs, tau.value(), &self.oscillator.basis::<4>(tau))
         } else {
-            self.tally_after(tau.value(), &self.oscillator.basis::<BASIS>(tau))
+            self.tally_after(inputs, tau.value(), &self.oscillator.basis::<BASIS>(tau))
         }
     }
 
     /// The sums `tau` after the anchor, from the oscillator's functions at that time.
-    fn tally_after(&self, tau: f64, u: &[f64]) -> Tally {
+    fn tally_after(&self, inputs: &Push, tau: f64, u: &[f64]) -> Tally {
         let (o, flight) = (&self.oscillator, &self.flight);
         let mut tally = self.tally;
         tally.x_integral += flight.x * tau + flight.displacement_integral(o, u);
-        tally.work += self.mass * flight.work(o, tau, u);
+        tally.work += self.mass * flight.work(inputs, o, tau, u);
         tally.drag_loss += self.drag_loss(tau, u);
         tally
     }
@@ -258,7 +286,7 @@ impl Ball {
             let (displacement, v) = (flight.displacement(o, u), flight.velocity(o, u));
             let kinetic = 0.5 * (flight.v - v) * (flight.v + v);
             let potential = o.omega2() * displacement * (flight.x + 0.5 * displacement);
-            return self.mass * (kinetic - potential + flight.work(o, tau, u));
+            return self.mass * (kinetic - potential + flight.work(&flight.push, o, tau, u));
         }
         let power = |s: f64| {
             let (_, v) = flight.at(o, s.into());
@@ -286,7 +314,7 @@ impl Ball {
     /// Takes flight and sums to `tau` after the anchor, from the oscillator's functions at that time; returns the displacement, m.
     fn land_after(&mut self, tau: f64, u: &[f64]) -> f64 {
         let displacement = self.flight.displacement(&self.oscillator, u);
-        self.tally = self.tally_after(tau, u);
+        self.tally = self.tally_after(&self.flight.push, tau, u);
         self.flight = Flight {
             x: self.flight.x + displacement,
             v: self.flight.velocity(&self.oscillator, u),

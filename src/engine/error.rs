@@ -13,6 +13,10 @@ pub enum EngineError {
     TooFast { time: f64, contact: usize, pace: f64 },
     /// A general-purpose solver does not get on even with steps of this length, s.
     StepTooSmall { time: f64, step: f64 },
+    /// Rigid balls overlap at the start, this ball and the next by so much, m.
+    Overlap { ball: usize, overlap: f64 },
+    /// Rigid contacts have no force that a general-purpose solver could integrate.
+    NoForceLaw,
 }
 
 impl std::fmt::Display for EngineError {
@@ -33,6 +37,17 @@ impl std::fmt::Display for EngineError {
             Self::StepTooSmall { time, step } => {
                 write!(f, "the solver cannot go on at t = {} s, not even by {} s", Plain(time), Plain(step))
             }
+            Self::Overlap { ball, overlap } => write!(
+                f,
+                "balls {} and {} overlap by {overlap:e} m, which rigid contacts do not allow: x_start[{0}] - x_start[{1}] may \
+                 be at most contact.gap[{0}] + contact.deadBand",
+                ball + 1,
+                ball + 2
+            ),
+            Self::NoForceLaw => write!(
+                f,
+                "contact.model = rigid has no contact force that solver.method could integrate; allowed with it: eventDriven (1)"
+            ),
         }
     }
 }

@@ -20,8 +20,12 @@ impl Engine {
         }
         if contact.impact.is_some() {
             self.end_impact(key, t, pulses);
-        } else if !contact.closes {
+        } else if !contact.due {
             self.forecast(key, t);
+        } else if contact.bond.is_some() {
+            self.part(key, t, pulses);
+        } else if self.is_rigid() {
+            self.meet(key, t, pulses);
         } else if !self.begin_impact(key, t) {
             self.close(key, t, key..key + 1);
         }
@@ -75,7 +79,7 @@ impl Engine {
         let mut ball = members.start.saturating_sub(1);
         while ball < (members.end + 1).min(self.balls.len()) {
             let freed = match self.balls[ball].held {
-                Held::Free => ball..ball,
+                Held::Free | Held::Bond => ball..ball,
                 Held::Impact(contact) => {
                     self.break_impact(contact as usize, t);
                     contact as usize..contact as usize + 2
@@ -147,7 +151,7 @@ impl Engine {
         }
         for i in range {
             if self.contacts[i].cluster.is_none() {
-                self.fly(i, t);
+                self.fly(i, t, 0.0);
             }
         }
     }
@@ -241,28 +245,27 @@ impl Engine {
         }
     }
 
-    /// Contact `i` is open and both its balls are in flight from `t` on.
-    pub(super) fn fly(&mut self, i: usize, t: DoubleDouble) {
+    /// Contact `i` is open and both its balls are in flight from `t` on. Overlaps up to `noise` (m) are none.
+    pub(super) fn fly(&mut self, i: usize, t: DoubleDouble, noise: f64) {
         let overlap = self.contacts[i].overlap.min(0.0);
         self.contacts[i].waits = false;
         let clearance = self.cradle.contacts[i].clearance;
-        let separation = Separation::new(&self.balls[i], &self.balls[i + 1], t, overlap, clearance);
+        let separation = Separation::new(&self.balls[i], &self.balls[i + 1], t, overlap, clearance, noise);
         self.contacts[i].separation = Some(separation);
         self.forecast(i, t);
     }
 
-    /// Looks from `t` on for the next onset of contact `i`, whose balls are in flight.
-    fn forecast(&mut self, i: usize, t: DoubleDouble) {
-        let Some(separation) = &self.contacts[i].separation else { return };
-        match separation.forecast(t) {
-            Forecast::Onset(time) => {
-                self.contacts[i].closes = true;
-                self.queue.set(i, time);
-            }
-            Forecast::OpenUntil(time) => {
-                self.contacts[i].closes = false;
-                self.queue.set(i, time);
-            }
+    /// Looks from `t` on for the next onset of contact `i`, whose balls are in flight, or for the end of its bond.
+    pub(super) fn forecast(&mut self, i: usize, t: DoubleDouble) {
+        let contact = &mut self.contacts[i];
+        let forecast = match (&contact.bond, &contact.separation) {
+            (Some(bond), _) => bond.forecast(t),
+            (None, Some(separation)) => separation.forecast(t),
+            (None, None) => return,
+        };
+        contact.due = matches!(forecast, Forecast::At(_));
+        match forecast {
+            Forecast::At(time) | Forecast::NotBefore(time) => self.queue.set(i, time),
             Forecast::Never => self.queue.remove(i),
         }
     }
@@ -271,13 +274,23 @@ impl Engine {
         self.work.events = self.work.events.saturating_add(1);
     }
 
+    /// Events that an impact can bring about without any progress of time.
+    pub(super) fn most_without_progress(&self) -> usize {
+        100 + 20 * self.balls.len()
+    }
+
     /// Fails when events follow each other without any progress of time beyond what one impact can bring about.
     fn watch_progress(&mut self, t: DoubleDouble, contact: usize) -> Result<(), EngineError> {
+        // Chatter of rigid contacts is at its end where the clock shows no progress.
+        let progress = if self.is_rigid() { t.value() > self.last_event.value() } else { t > self.last_event };
+        if progress {
+            self.standstill = 0;
+        }
         if t > self.last_event {
-            (self.last_event, self.standstill) = (t, 0);
+            self.last_event = t;
         }
         self.standstill += 1;
-        if self.standstill > 100 + 20 * self.balls.len() {
+        if self.standstill > self.most_without_progress() {
             return Err(EngineError::Stalled { time: t.value(), contact });
         }
         Ok(())

@@ -78,6 +78,12 @@ impl Ledger {
         self.step_peak = self.step_peak.max(step_peak);
     }
 
+    /// An impulse (N.s) by rounding, in step number `step`, which is no pulse.
+    pub fn trace(&mut self, impulse: f64, step: u64) {
+        self.begin_step(step, self.impulse);
+        self.impulse += impulse;
+    }
+
     /// The contact opens at `time`.
     pub fn close_pulse(&mut self, contact: usize, time: DoubleDouble) -> Pulse {
         self.release = time.value_up();

@@ -6,6 +6,7 @@
 //! - Other balls that touch form a *cluster*, followed from switching to switching (`cluster`): by Taylor series (`taylor`) or,
 //!   when nothing has switched for a while, by natural modes (`modes`, `natural`) or implicit collocation (`collocation`).
 //! - Onsets and releases form, merge, split and dissolve clusters (`events`).
+//! - Rigid contacts are instantaneous impacts (`restitution`); those that last make one body of their balls (`bond`, `rigid`).
 //!
 //! Events happen at their own times, never at communication points: between changes of the inputs the trajectory is the same,
 //! bit for bit, however a host cuts its steps. What a host asks for at a communication point is evaluated there (`observe`)
@@ -14,6 +15,7 @@
 //! The methods that integrate the whole chain over all time are apart from all this (`continuous`); a `Simulation` is a run by any.
 
 mod ball;
+mod bond;
 mod cluster;
 mod collocation;
 mod continuous;
@@ -28,6 +30,8 @@ mod modes;
 mod natural;
 mod observe;
 mod pair;
+mod restitution;
+mod rigid;
 mod sensitivity;
 mod separation;
 mod simulation;
@@ -43,6 +47,7 @@ use crate::solver::double_double::DoubleDouble;
 use crate::solver::oscillator::MAX_FORCE_ORDER;
 use crate::solver::queue::EventQueue;
 use ball::{Ball, Flight, Push};
+use bond::Bond;
 use cluster::{Cluster, Mode};
 pub use continuous::Continuous;
 pub use differential::{Differential, MAX_OUTPUT_DERIVATIVE};
@@ -51,6 +56,7 @@ pub use error::EngineError;
 use expansion::State;
 use ledger::Ledger;
 use pair::{PairImpact, Shape};
+use rigid::Keep;
 pub use sensitivity::NotFollowed;
 use separation::Separation;
 pub use simulation::{Simulation, SimulationSnapshot};
@@ -100,10 +106,12 @@ struct Contact {
     cluster: Option<u32>,
     /// The impact of known outcome that is under way in it.
     impact: Option<PairImpact>,
+    /// What holds its balls together while it lasts, if it is rigid.
+    bond: Option<Bond>,
     /// Its motion while it is open and both balls are in flight.
     separation: Option<Separation>,
-    /// Whether its entry in the event queue is an onset, or only the end of what has been looked at.
-    closes: bool,
+    /// Whether its entry in the event queue is an onset or the end of a bond, or only the end of what has been looked at.
+    due: bool,
     /// Whether it waits, open, for the end of an impact beside it.
     waits: bool,
     /// Overlap (m) and mode while clusters are taken apart and formed anew. While it waits: the overlap between where its balls
@@ -213,8 +221,13 @@ impl Engine {
         let inputs = HeldInputs { since: start_time, values: inputs.clone(), derivatives: Vec::new() };
         let mut engine = Self::apart(parameters, inputs, start_time);
         let start = DoubleDouble::from(start_time);
-        engine.close_where_overlapping(start);
-        engine.form(0..engine.contacts.len(), start);
+        if engine.is_rigid() {
+            engine.touch_where_close()?;
+            engine.settle(0..engine.contacts.len(), start, Keep::Nothing, &mut Vec::new());
+        } else {
+            engine.close_where_overlapping(start);
+            engine.form(0..engine.contacts.len(), start);
+        }
         engine.energy_at_start = engine.total_energy();
         engine.check_finite()?;
         Ok(engine)
@@ -234,8 +247,9 @@ impl Engine {
                 ledger: Ledger::default(),
                 cluster: None,
                 impact: None,
+                bond: None,
                 separation: None,
-                closes: false,
+                due: false,
                 waits: false,
                 overlap: 0.0,
                 mode: Mode::Open
@@ -286,7 +300,7 @@ impl Engine {
         self.check_finite()
     }
 
-    /// From the current time on, the drag and contact damping of `parameters` (the tunable ones) act.
+    /// From the current time on, the drag and the losses of the contacts of `parameters` (the tunable ones) act.
     pub fn retune(&mut self, parameters: &Parameters) -> Result<(), EngineError> {
         let cradle = Cradle::new(parameters);
         if cradle != self.cradle {
@@ -321,6 +335,9 @@ impl Engine {
     /// Everything in flight and anchored at the current time, the contacts with their overlaps and modes.
     fn take_apart(&mut self) {
         let now = DoubleDouble::from(self.time);
+        if self.is_rigid() {
+            return self.unbind(0..self.contacts.len(), now);
+        }
         for id in 0..self.clusters.len() {
             self.dissolve(id, now);
         }
@@ -339,6 +356,12 @@ impl Engine {
     /// The reverse, from what is in flight and overlaps now.
     fn put_together(&mut self) {
         let now = DoubleDouble::from(self.time);
+        self.known_onset.set(None);
+        self.ahead.take();
+        if self.is_rigid() {
+            // A contact that would have to pull from now on ends in the next step.
+            return self.settle(0..self.contacts.len(), now, Keep::Closed, &mut Vec::new());
+        }
         for i in 0..self.contacts.len() {
             if self.contacts[i].mode != Mode::Open {
                 let rate = self.balls[i].flight.v - self.balls[i + 1].flight.v;
@@ -346,8 +369,6 @@ impl Engine {
             }
         }
         self.form(0..self.contacts.len(), now);
-        self.known_onset.set(None);
-        self.ahead.take();
     }
 
     fn check_finite(&self) -> Result<(), EngineError> {

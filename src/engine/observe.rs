@@ -33,7 +33,7 @@ impl Engine {
     /// What moves ball `i` if it is not in flight, and the time since the start of the segment.
     fn segment_of_ball(&self, i: usize, t: DoubleDouble) -> Option<(&Cluster, f64)> {
         match self.balls[i].held {
-            Held::Free => None,
+            Held::Free | Held::Bond => None,
             Held::Cluster(id) => self.cluster(id, t),
             Held::Impact(contact) => self.inside_at(contact as usize, t),
         }
@@ -80,6 +80,7 @@ impl Engine {
                 tally
             }
             (Some((cluster, tau)), _) => cluster.tally(i, &self.balls[i].tally, &self.balls[i], tau),
+            (None, Held::Bond) => self.balls[i].tally_under(&self.own_push(i, self.balls[i].anchor), t),
             (None, _) => self.balls[i].tally_at(t),
         }
     }
@@ -131,8 +132,11 @@ impl Engine {
         model.acceleration(x, v, from_left - from_right, push)
     }
 
-    /// Force in contact `i`, N.
+    /// Force in contact `i`, N. That of a rigid contact, while it lasts, is the constraint force.
     pub fn force(&self, i: usize) -> f64 {
+        if let Some(bond) = &self.contacts[i].bond {
+            return bond.force(self.now());
+        }
         match self.segment_of_contact(i, self.now()) {
             Some((cluster, tau)) if cluster.mode(i) == Mode::Pressing => {
                 let (overlap, rate) = cluster.overlap(i, tau);
@@ -149,8 +153,13 @@ impl Engine {
 
     /// Overlap of contact `i` (m) and its mode at the time `t`.
     fn overlap_at(&self, i: usize, t: DoubleDouble) -> (f64, Mode) {
+        if self.contacts[i].bond.is_some() {
+            return (0.0, Mode::Pressing);
+        }
         match (self.segment_of_contact(i, t), &self.contacts[i].separation) {
             (Some((cluster, tau)), _) => (cluster.overlap(i, tau).0, cluster.mode(i)),
+            // Rigid balls side by side overlap by rounding only.
+            (None, Some(separation)) if self.is_rigid() => (separation.at_time(t).0.min(0.0), Mode::Open),
             (None, Some(separation)) => (separation.at_time(t).0, Mode::Open),
             // Beside an impact.
             (None, None) => (self.waiting_overlap(i, t), Mode::Open),
@@ -183,6 +192,9 @@ impl Engine {
     }
 
     fn impulse_at(&self, i: usize, t: DoubleDouble) -> DoubleDouble {
+        if let Some(bond) = &self.contacts[i].bond {
+            return self.contacts[i].ledger.impulse + bond.impulse(t);
+        }
         let before = self.over_before(i, t, |segment| segment.impulse(i, segment.length));
         let segment = self.segment_of_contact(i, t).map_or(0.0, |(cluster, tau)| cluster.impulse(i, tau));
         self.contacts[i].ledger.impulse + (before + segment)
@@ -207,13 +219,16 @@ impl Engine {
     }
 
     /// Largest force in contact `i` in the last step, N; 0 if the contact was open throughout. The force itself before the
-    /// first step.
+    /// first step. Impacts of rigid balls have an impulse, but no force.
     pub fn force_peak(&self, i: usize) -> f64 {
         if self.step_length() == 0.0 {
             return self.force(i);
         }
         let from = DoubleDouble::from(self.step_start.time);
         let before = self.contacts[i].ledger.peak_in_step(self.step);
+        if let Some(bond) = &self.contacts[i].bond {
+            return bond.peak(from, self.now()).max(before);
+        }
         match self.contacts[i].cluster.and_then(|id| self.cluster(id, self.now())) {
             Some((cluster, tau)) => cluster.peak(i, (from - cluster.start).value().max(0.0), tau, before),
             None => self.impact_peak(i, from, self.now()).max(before),
@@ -324,7 +339,7 @@ impl Engine {
         let limit = DoubleDouble::from(self.time + ONSET_PERIODS * period);
         let Some((t, key)) = self.queue.first() else { return NEVER };
         let contact = &self.contacts[key];
-        if contact.cluster.is_none() && contact.impact.is_none() && contact.closes {
+        if contact.cluster.is_none() && contact.impact.is_none() && contact.bond.is_none() && contact.due {
             return if t <= limit { t.value_up() } else { NEVER };
         }
         // A contact phase is under way, or the forecasts do not reach far enough: follow a copy.
@@ -368,7 +383,7 @@ impl Engine {
             }
         }
         for i in 0..self.contacts.len() {
-            if self.contacts[i].impact.is_some() {
+            if self.contacts[i].impact.is_some() || self.contacts[i].bond.is_some() {
                 let impulse = self.impulse_at(i, self.now());
                 self.contacts[i].ledger.begin_step(self.step, impulse);
             }

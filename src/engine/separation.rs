@@ -28,14 +28,14 @@ enum Motion {
     Both([(Oscillator, Flight); 2]),
 }
 
-/// What is known about the next closing of an open contact.
+/// What is known about the next closing of an open contact, or the end of a lasting one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Forecast {
-    /// It closes at this time.
-    Onset(DoubleDouble),
-    /// It stays open until this time; what comes then has not been looked at.
-    OpenUntil(DoubleDouble),
-    /// It stays open for ever.
+    /// It comes at this time.
+    At(DoubleDouble),
+    /// It does not come before this time; what comes then has not been looked at.
+    NotBefore(DoubleDouble),
+    /// It never comes.
     Never,
 }
 
@@ -43,9 +43,9 @@ pub(crate) enum Forecast {
 const PERIODS_AHEAD: f64 = 2.0;
 
 impl Separation {
-    /// The contact between `left` and `right`, which are both anchored at or before `anchor`, with its overlap there (m) and its
-    /// clearance (m).
-    pub fn new(left: &Ball, right: &Ball, anchor: DoubleDouble, overlap: f64, clearance: f64) -> Self {
+    /// The contact between `left` and `right`, which are both anchored at or before `anchor`, with its overlap there and its
+    /// clearance; overlaps up to `noise`, or to the rounding of the positions, are none (m).
+    pub fn new(left: &Ball, right: &Ball, anchor: DoubleDouble, overlap: f64, clearance: f64, noise: f64) -> Self {
         let (l, r) = (left.flight_at(anchor), right.flight_at(anchor));
         let motion = if left.oscillator == right.oscillator {
             let mut push = l.push;
@@ -55,7 +55,8 @@ impl Separation {
         } else {
             Motion::Both([(left.oscillator, l), (right.oscillator, r)])
         };
-        let noise = l.rounding(&left.oscillator).max(r.rounding(&right.oscillator)).position;
+        let rounding = l.rounding(&left.oscillator).max(r.rounding(&right.oscillator)).position;
+        let noise = noise.max(rounding);
         Self { anchor, overlap, motion, noise }
     }
 
@@ -77,6 +78,25 @@ impl Separation {
         (overlap, rate)
     }
 
+    /// What rounding may be of the overlap, m.
+    pub fn noise(&self) -> f64 {
+        self.noise
+    }
+
+    /// Whether the balls touch at the time `t` as far as their positions are known, or to within `noise` (m).
+    pub fn touches(&self, t: DoubleDouble, noise: f64) -> bool {
+        self.at_time(t).0 >= -self.noise.max(noise)
+    }
+
+    /// The approach speed (m/s) at the onset at `t` if the bounce that follows with the coefficient of restitution `e` stays
+    /// lower than the rounding of the positions, else 0.
+    pub fn last_bounce(&self, t: DoubleDouble, e: f64) -> f64 {
+        let [_, rate, acceleration] = self.evaluate(t - self.anchor);
+        let rebound = e * rate;
+        if rate > 0.0 && rebound * rebound <= 2.0 * acceleration * self.noise { rate } else { 0.0 }
+    }
+
+    /// Overlap (m), rate (m/s) and acceleration (m/s2) `tau` after the anchor.
     fn evaluate(&self, tau: DoubleDouble) -> [f64; 3] {
         let part = |o: &Oscillator, flight: &Flight| {
             let (d, v) = flight.at(o, tau);
@@ -105,22 +125,22 @@ impl Separation {
             // Most forecasts are overtaken by events: a bound that costs little comes first.
             let step = safe_step(self, 0.0, self.at_anchor(), reach);
             if step > 0.02 * reach {
-                return Forecast::OpenUntil(self.anchor + step);
+                return Forecast::NotBefore(self.anchor + step);
             }
         } else if let Some(tau) = self.next_wave(start) {
-            return Forecast::Onset(self.anchor + tau);
+            return Forecast::At(self.anchor + tau);
         }
         let horizon = start + reach;
         match search(self, start, horizon) {
-            Search::At(tau) => Forecast::Onset(self.anchor + self.polished(tau)),
-            Search::NotBefore(tau) => Forecast::OpenUntil(self.anchor + tau),
-            Search::Nowhere if horizon.is_finite() && horizon < FAR => Forecast::OpenUntil(self.anchor + horizon),
+            Search::At(tau) => Forecast::At(self.anchor + self.polished(tau)),
+            Search::NotBefore(tau) => Forecast::NotBefore(self.anchor + tau),
+            Search::Nowhere if horizon.is_finite() && horizon < FAR => Forecast::NotBefore(self.anchor + horizon),
             Search::Nowhere => Forecast::Never,
         }
     }
 
-    /// Overlap, rate and acceleration at the anchor.
-    fn at_anchor(&self) -> [f64; 3] {
+    /// Overlap (m), rate (m/s) and acceleration (m/s2) at the anchor.
+    pub fn at_anchor(&self) -> [f64; 3] {
         let acceleration = |o: &Oscillator, flight: &Flight| flight.acceleration(o, 0.0, 0.0, flight.v);
         match &self.motion {
             Motion::Relative(o, flight) => [self.overlap, flight.v, acceleration(o, flight)],
@@ -187,47 +207,37 @@ impl Separation {
 
     /// How far ahead a forecast looks that starts at `start` after the anchor, s.
     fn reach(&self, start: f64) -> f64 {
-        let parts: &[(Oscillator, Flight)] = match &self.motion {
-            Motion::Relative(o, flight) => &[(*o, *flight)],
-            Motion::Both(parts) => parts,
-        };
-        let slowest = parts.iter().map(|(o, _)| o.omega().max(o.gamma())).fold(f64::INFINITY, f64::min);
-        let fastest = parts.iter().map(|(o, _)| o.omega()).fold(0.0, f64::max);
-        if fastest > 0.0 {
-            PERIODS_AHEAD * std::f64::consts::TAU / fastest
-        } else if slowest > 0.0 {
-            // Free balls with drag settle within some dozens of decay times; after that, further and further.
-            (100.0 / slowest).max(start)
-        } else {
-            FAR
+        match &self.motion {
+            Motion::Relative(o, _) => reach(&[*o], start),
+            Motion::Both([(left, _), (right, _)]) => reach(&[*left, *right], start),
         }
     }
 }
 
+/// How far ahead a forecast of these motions looks that starts at `start` after their anchor, s.
+pub(crate) fn reach(oscillators: &[Oscillator], start: f64) -> f64 {
+    let slowest = oscillators.iter().map(|o| o.omega().max(o.gamma())).fold(f64::INFINITY, f64::min);
+    let fastest = oscillators.iter().map(Oscillator::omega).fold(0.0, f64::max);
+    if fastest > 0.0 {
+        PERIODS_AHEAD * std::f64::consts::TAU / fastest
+    } else if slowest > 0.0 {
+        // Free balls with drag settle within some dozens of decay times; after that, further and further.
+        (100.0 / slowest).max(start)
+    } else {
+        FAR
+    }
+}
+
 /// Further than any simulation goes, s.
-const FAR: f64 = 1e15;
+pub(crate) const FAR: f64 = 1e15;
 
 impl Smooth for Separation {
     fn at(&self, t: f64) -> [f64; 3] {
         self.evaluate(t.into())
     }
 
-    /// For a push that varies, `sqrt(a^2 + omega^2 v^2)` grows at most by the integral of its rate.
     fn third_derivative_bound(&self, t: f64, span: f64) -> f64 {
-        let bound = |o: &Oscillator, flight: &Flight| {
-            let a = flight.acceleration(o, 0.0, 0.0, flight.v);
-            if degree(&flight.push) == 0 {
-                return o.derivative_bound(flight.v, a, t, 3);
-            }
-            let end = t + span;
-            let (mut push_rate, mut power) = (0.0, 1.0);
-            for j in 1..=degree(&flight.push) {
-                push_rate += flight.push[j].abs() * power;
-                power *= end / j as f64;
-            }
-            let amplitude = (a * a + o.omega2() * flight.v * flight.v).sqrt() + push_rate * end;
-            push_rate + (o.omega() + 2.0 * o.gamma()) * amplitude
-        };
+        let bound = |o: &Oscillator, flight: &Flight| flight.derivative_bounds(o, t, span)[0];
         match &self.motion {
             Motion::Relative(o, flight) => bound(o, flight),
             Motion::Both([(ol, left), (or, right)]) => bound(ol, left) + bound(or, right),

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::continuous::Method;
 use super::{Continuous, Differential, Engine, EngineError, NotFollowed, Pulse, Snapshot, Unsound, Work};
-use crate::model::{Inputs, Parameters};
+use crate::model::{ContactModel, Inputs, Parameters};
 
 /// A run by the selected method. Every method offers what [`Engine`] offers, with the same meaning.
 #[expect(clippy::large_enum_variant, reason = "an instance has one")]
@@ -82,6 +82,7 @@ impl Simulation {
     pub fn new(parameters: &Parameters, inputs: &Inputs, start_time: f64) -> Result<Self, EngineError> {
         match Method::of(parameters) {
             None => Engine::new(parameters, inputs, start_time).map(Self::EventDriven),
+            Some(_) if parameters.contact_model == ContactModel::Rigid => Err(EngineError::NoForceLaw),
             Some(method) => Continuous::new(method, parameters, inputs, start_time).map(Self::Continuous),
         }
     }

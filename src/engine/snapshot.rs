@@ -8,7 +8,8 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use super::ball::{Flight, Held, Tally};
+use super::ball::{Ball, Flight, Held, Tally};
+use super::bond::Bond;
 use super::cluster::{Cluster, Mode, Pace, WindowContact};
 use super::expansion::State;
 use super::ledger::Ledger;
@@ -60,6 +61,8 @@ enum Course {
     Waits(f64),
     /// Open between balls in flight, with the entry in the event queue and whether that is an onset.
     Open(Separation, Option<(DoubleDouble, bool)>),
+    /// A lasting contact of rigid balls, with the entry in the event queue and whether that is its end.
+    Bond(Bond, Option<(DoubleDouble, bool)>),
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -93,8 +96,10 @@ impl Engine {
                 Course::Cluster
             } else if contact.impact.is_some() {
                 Course::Impact
+            } else if let Some(bond) = &contact.bond {
+                Course::Bond(bond.clone(), self.queue.get(i).map(|time| (time, contact.due)))
             } else if let Some(separation) = &contact.separation {
-                Course::Open(separation.clone(), self.queue.get(i).map(|time| (time, contact.closes)))
+                Course::Open(separation.clone(), self.queue.get(i).map(|time| (time, contact.due)))
             } else {
                 Course::Waits(contact.overlap)
             };
@@ -158,6 +163,7 @@ impl Engine {
             match course {
                 Course::Cluster => require(engine.contacts[i].cluster.is_some(), "a contact lost its cluster")?,
                 Course::Impact => engine.restore_impact(i)?,
+                Course::Bond(bond, _) => engine.restore_bond(i, bond, failed)?,
                 _ => {}
             }
         }
@@ -216,11 +222,18 @@ impl Engine {
 
     fn restore_open(&mut self, i: usize, course: Course, failed: bool) -> Result<(), Unsound> {
         let (left, right) = (&self.balls[i], &self.balls[i + 1]);
-        let in_flight = left.held == Held::Free && right.held == Held::Free;
+        let flies = |ball: &Ball| matches!(ball.held, Held::Free | Held::Bond);
+        let in_flight = flies(left) && flies(right);
         let in_cluster = |held: Held| matches!(held, Held::Cluster(_));
         let contact = &mut self.contacts[i];
         match course {
             Course::Cluster | Course::Impact => {}
+            Course::Bond(bond, entry) => {
+                let sound = bond.is_sound(left, right, self.time.into());
+                require(failed || sound, "a lasting contact does not fit its balls")?;
+                contact.bond = Some(bond);
+                self.restore_entry(i, entry, failed)?;
+            }
             Course::Waits(overlap) => {
                 let beside_impact = !in_flight && !in_cluster(left.held) && !in_cluster(right.held);
                 require(beside_impact && (failed || overlap.is_finite()), "a contact waits for nothing")?;
@@ -230,12 +243,28 @@ impl Engine {
                 let sound = separation.is_sound(left, right, self.time.into());
                 require(in_flight && (failed || sound), "an open contact does not fit its balls")?;
                 contact.separation = Some(separation);
-                if let Some((time, closes)) = entry {
-                    require(failed || time.is_sound(), "a time of an event is none")?;
-                    contact.closes = closes;
-                    self.queue.set(i, time);
-                }
+                self.restore_entry(i, entry, failed)?;
             }
+        }
+        Ok(())
+    }
+
+    /// Enters contact `i` in the event queue, with its time and whether something happens then.
+    fn restore_entry(&mut self, i: usize, entry: Option<(DoubleDouble, bool)>, failed: bool) -> Result<(), Unsound> {
+        if let Some((time, due)) = entry {
+            require(failed || time.is_sound(), "a time of an event is none")?;
+            self.contacts[i].due = due;
+            self.queue.set(i, time);
+        }
+        Ok(())
+    }
+
+    /// The balls of contact `i` move as `bond` says.
+    fn restore_bond(&mut self, i: usize, bond: &Bond, failed: bool) -> Result<(), Unsound> {
+        for ball in &mut self.balls[i..i + 2] {
+            let free = matches!(ball.held, Held::Free | Held::Bond);
+            require(free && (failed || self.cradle.restitution.is_some()), "a bond holds balls that are held otherwise")?;
+            (ball.held, ball.oscillator) = (Held::Bond, bond.oscillator());
         }
         Ok(())
     }

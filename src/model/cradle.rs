@@ -43,8 +43,10 @@ impl BallModel {
 pub struct Cradle<S = f64> {
     /// From left to right.
     pub balls: Vec<BallModel<S>>,
-    /// Contact `i` lies between ball `i` and ball `i + 1`.
+    /// Contact `i` lies between ball `i` and ball `i + 1`. Rigid contacts have no stiffness, only a clearance.
     pub contacts: Vec<ContactLaw<S>>,
+    /// Coefficient of restitution, if the contacts are rigid.
+    pub restitution: Option<S>,
 }
 
 impl Cradle {
@@ -99,7 +101,11 @@ impl<S: Scalar> Cradle<S> {
                 Damping::HuntCrossley { alpha } => Damping::HuntCrossley { alpha: S::from(alpha) },
             },
         };
-        Self { balls: cradle.balls.iter().map(ball).collect(), contacts: cradle.contacts.iter().map(contact).collect() }
+        Self {
+            balls: cradle.balls.iter().map(ball).collect(),
+            contacts: cradle.contacts.iter().map(contact).collect(),
+            restitution: cradle.restitution.map(S::from),
+        }
     }
 
     /// The same, with the derivatives of the coefficients where the parameters have the derivatives `tangent`.
@@ -120,15 +126,24 @@ impl<S: Scalar> Cradle<S> {
                 let stiffness = hertz_stiffness(one(|p| p.young_modulus), one(|p| p.poisson_ratio), one(|p| p.radius));
                 (stiffness, S::from(1.0), S::from(1.5))
             }
+            ContactModel::Rigid => (S::default(), S::from(1.0), S::from(1.0)),
         };
-        let damping = damping(p.damping_law, one(|p| p.damping), one(|p| p.hunt_crossley));
+        let rigid = p.contact_model == ContactModel::Rigid;
+        let damping = match rigid {
+            true => Damping::None,
+            false => damping(p.damping_law, one(|p| p.damping), one(|p| p.hunt_crossley)),
+        };
         let contact = |(ratio, gap): (S, S)| {
             let clearance = gap + one(|p| p.dead_band);
             ContactLaw { stiffness: stiffness * ratio, overlap_ref, exponent, clearance, damping }
         };
         let balls = each(|p| &p.mass_ratio).into_iter().zip(each(|p| &p.length_ratio));
         let contacts = each(|p| &p.stiffness_ratio).into_iter().zip(each(|p| &p.gap));
-        Self { balls: balls.map(ball).collect(), contacts: contacts.map(contact).collect() }
+        Self {
+            balls: balls.map(ball).collect(),
+            contacts: contacts.map(contact).collect(),
+            restitution: rigid.then(|| one(|p| p.restitution)),
+        }
     }
 }
 

@@ -9,6 +9,8 @@ pub enum ContactModel {
     PowerLaw,
     /// `F = K r d^(3/2)` with `K` from the elastic constants of two equal spheres (Hertz 1882).
     Hertz,
+    /// No force law: instantaneous impacts of two balls with a coefficient of restitution (Newton 1687).
+    Rigid,
 }
 
 /// Damping of a contact, `contact.dampingLaw`. All laws act only while the overlap is positive.
@@ -78,6 +80,8 @@ pub struct Parameters {
     pub damping: f64,
     /// Factor alpha of the Hunt-Crossley law, s/m, >= 0.
     pub hunt_crossley: f64,
+    /// Coefficient of restitution of rigid contacts, 1, 0 to 1.
+    pub restitution: f64,
     /// Position of each ball at the start time, m.
     pub x_start: Vec<f64>,
     /// Velocity of each ball at the start time, m/s.
@@ -115,6 +119,7 @@ impl Parameters {
             damping_law: DampingLaw::KelvinVoigt,
             damping: 0.0,
             hunt_crossley: 0.0,
+            restitution: 1.0,
             x_start: (0..n).map(|i| if i < lifted { -0.1 } else { 0.0 }).collect(),
             v_start: vec![0.0; n],
             method: SolverMethod::EventDriven,
@@ -130,12 +135,22 @@ impl Parameters {
 
     /// The parameters that may change during a run.
     pub fn tunables(&self) -> Tunables {
-        Tunables { drag: self.drag, damping: self.damping, hunt_crossley: self.hunt_crossley }
+        Tunables {
+            drag: self.drag,
+            damping: self.damping,
+            hunt_crossley: self.hunt_crossley,
+            restitution: self.restitution,
+        }
     }
 
     /// Sets them.
     pub fn tune(&mut self, tunables: Tunables) {
-        Tunables { drag: self.drag, damping: self.damping, hunt_crossley: self.hunt_crossley } = tunables;
+        Tunables {
+            drag: self.drag,
+            damping: self.damping,
+            hunt_crossley: self.hunt_crossley,
+            restitution: self.restitution,
+        } = tunables;
     }
 
     /// Number of contacts, n - 1.
@@ -153,6 +168,8 @@ pub struct Tunables {
     pub damping: f64,
     /// Factor alpha.
     pub hunt_crossley: f64,
+    /// Coefficient of restitution.
+    pub restitution: f64,
 }
 
 /// The inputs of the cradle at one time, or their derivatives by time of one order.

@@ -37,7 +37,7 @@ impl Choice {
     }
 }
 
-/// What may be chosen, for messages: `powerLaw (1) or hertz (2)`.
+/// What may be chosen, for messages: `powerLaw (1) or hertz (2) or rigid (3)`.
 impl std::fmt::Display for Choice {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         for (i, item) in self.items.iter().enumerate() {
@@ -58,14 +58,17 @@ pub static CONTACT_MODEL: Choice = Choice {
     items: &[
         item(1, "powerLaw", "F = k r (d/d_ref)^(p-1) d for an overlap d"),
         item(2, "hertz", "F = K r d^(3/2), K from the elastic constants of two equal spheres (Hertz 1882)"),
+        item(3, "rigid", "no force law: instantaneous impacts of two balls with a coefficient of restitution"),
     ],
     get: |parameters| match parameters.contact_model {
         ContactModel::PowerLaw => 1,
         ContactModel::Hertz => 2,
+        ContactModel::Rigid => 3,
     },
     set: |parameters, value| match value {
         1 => parameters.contact_model = ContactModel::PowerLaw,
         2 => parameters.contact_model = ContactModel::Hertz,
+        3 => parameters.contact_model = ContactModel::Rigid,
         _ => {}
     },
 };

@@ -38,12 +38,20 @@ fn hertz(parameters: &Parameters) -> bool {
     parameters.contact_model == ContactModel::Hertz
 }
 
+fn rigid(parameters: &Parameters) -> bool {
+    parameters.contact_model == ContactModel::Rigid
+}
+
+fn compliant(parameters: &Parameters) -> bool {
+    !rigid(parameters)
+}
+
 fn hunt_crossley(parameters: &Parameters) -> bool {
-    parameters.damping_law == DampingLaw::HuntCrossley
+    compliant(parameters) && parameters.damping_law == DampingLaw::HuntCrossley
 }
 
 fn kelvin_voigt(parameters: &Parameters) -> bool {
-    !hunt_crossley(parameters)
+    compliant(parameters) && parameters.damping_law != DampingLaw::HuntCrossley
 }
 
 fn error_control(parameters: &Parameters) -> bool {
@@ -103,7 +111,7 @@ pub static TABLE: &[Row] = &[
     parameter("contact.stiffness", Scalar, &STIFFNESS, POSITIVE, one!(stiffness),
         "Secant stiffness k at the overlap contact.overlapRef, for powerLaw contacts").nominal(1e10).used_if(power_law),
     parameter("contact.stiffnessRatio", Contacts, &RATIO, POSITIVE, each!(stiffness_ratio),
-        "Stiffness of the contact of balls {i} and {j} over that of the others"),
+        "Stiffness of the contact of balls {i} and {j} over that of the others").used_if(compliant),
     parameter("contact.overlapRef", Scalar, &LENGTH, POSITIVE, one!(overlap_ref),
         "Overlap d_ref at which the secant stiffness is contact.stiffness").nominal(1e-6).used_if(power_law),
     parameter("contact.exponent", Scalar, &RATIO, between(1.0, 10.0), one!(exponent),
@@ -113,11 +121,13 @@ pub static TABLE: &[Row] = &[
     parameter("contact.gap", Contacts, &LENGTH, ANY, each!(gap),
         "Gap between balls {i} and {j} at rest; negative if they are pre-compressed").nominal(1e-6),
     choice("contact.dampingLaw", &DAMPING_LAW,
-        "Damping law of the contacts"),
+        "Damping law of the contacts").used_if(compliant),
     parameter("contact.damping", Scalar, &DAMPING, NOT_NEGATIVE, one!(damping),
         "Damping c of the kelvinVoigt laws").tunable().used_if(kelvin_voigt),
     parameter("contact.huntCrossley", Scalar, &SLOWNESS, NOT_NEGATIVE, one!(hunt_crossley),
         "Damping factor alpha of the huntCrossley law").tunable().used_if(hunt_crossley),
+    parameter("contact.restitution", Scalar, &RATIO, between(0.0, 1.0), one!(restitution),
+        "Coefficient of restitution of rigid contacts").tunable().used_if(rigid),
     parameter("x_start", Balls, &LENGTH, ANY, each!(x_start),
         "Position of ball {i} at the start time"),
     parameter("v_start", Balls, &VELOCITY, ANY, each!(v_start),

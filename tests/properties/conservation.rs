@@ -4,7 +4,7 @@ use newtons_cradle::engine::Engine;
 use proptest::prelude::*;
 
 use super::config;
-use super::cradles::{ANY, Case, Family, cradles, ended_early, state};
+use super::cradles::{ANY, Case, Family, RIGID, cradles, ended_early, state};
 
 /// Communication points in a run of a property.
 const POINTS: usize = 20;
@@ -65,6 +65,26 @@ fn momentum_is_accounted_for(case: &Case) -> Result<(), TestCaseError> {
     })
 }
 
+/// Each ball of a free chain has got what the impulses of its contacts and the inputs gave it.
+fn impulses_are_accounted_for(mut case: Case) -> Result<(), TestCaseError> {
+    case.p.gravity = 0.0;
+    let n = case.p.balls();
+    let mut largest = 0.0;
+    follow(&case, |engine, _| {
+        for i in 0..n {
+            let mass = case.p.mass * case.p.mass_ratio[i];
+            let from_left = if i > 0 { engine.impulse(i - 1) } else { 0.0 };
+            let from_right = if i + 1 < n { engine.impulse(i) } else { 0.0 };
+            let push = (case.inputs.force[i] - mass * case.inputs.support_acceleration) * engine.time();
+            let momentum = mass * case.p.v_start[i] + push + from_left - from_right;
+            largest = f64::max(largest, from_left.abs() + from_right.abs() + push.abs() + mass * engine.v(i).abs());
+            let off = (mass * engine.v(i) - momentum).abs();
+            prop_assert!(off <= 1e-12 * largest, "ball {i}: off by {:e}", off / largest);
+        }
+        Ok(())
+    })
+}
+
 proptest! {
     #![proptest_config(config(400))]
 
@@ -88,25 +108,20 @@ proptest! {
         momentum_is_accounted_for(&case)?;
     }
 
-    /// Each ball of a free chain has got what the impulses of its contacts and the inputs gave it.
     #[test]
-    fn impulses_make_the_velocities(mut case in cradles(Family { drag: false, ..ANY })) {
-        case.p.gravity = 0.0;
-        let n = case.p.balls();
-        let mut largest = 0.0;
-        follow(&case, |engine, _| {
-            for i in 0..n {
-                let mass = case.p.mass * case.p.mass_ratio[i];
-                let from_left = if i > 0 { engine.impulse(i - 1) } else { 0.0 };
-                let from_right = if i + 1 < n { engine.impulse(i) } else { 0.0 };
-                let push = (case.inputs.force[i] - mass * case.inputs.support_acceleration) * engine.time();
-                let momentum = mass * case.p.v_start[i] + push + from_left - from_right;
-                largest = f64::max(largest, from_left.abs() + from_right.abs() + push.abs() + mass * engine.v(i).abs());
-                let off = (mass * engine.v(i) - momentum).abs();
-                prop_assert!(off <= 1e-12 * largest, "ball {i}: off by {:e}", off / largest);
-            }
-            Ok(())
-        })?;
+    fn impulses_make_the_velocities(case in cradles(Family { drag: false, ..ANY })) {
+        impulses_are_accounted_for(case)?;
+    }
+
+    #[test]
+    fn energy_and_momentum_of_rigid_runs(case in cradles(RIGID)) {
+        energy_is_accounted_for(&case, 1e-12)?;
+        momentum_is_accounted_for(&case)?;
+    }
+
+    #[test]
+    fn impulses_make_the_velocities_of_rigid_balls(case in cradles(Family { drag: false, ..RIGID })) {
+        impulses_are_accounted_for(case)?;
     }
 }
 

@@ -1,7 +1,7 @@
 //! Random cradles, and what the properties ask of a run.
 
 use newtons_cradle::engine::{Engine, EngineError, Pulse};
-use newtons_cradle::model::{DampingLaw, Inputs, Parameters};
+use newtons_cradle::model::{ContactModel, DampingLaw, Inputs, Parameters};
 use proptest::collection::vec;
 use proptest::prelude::*;
 
@@ -23,10 +23,16 @@ pub struct Family {
     pub gaps: bool,
     /// Pre-compressed contacts, with a stiffness at which they can be followed for seconds.
     pub pressed: bool,
+    /// Rigid contacts, always.
+    pub rigid: bool,
 }
 
-/// Everything that `Family` can have but pre-compressed contacts.
-pub const ANY: Family = Family { unequal: true, damped: true, drag: true, inputs: true, gaps: true, pressed: false };
+/// Everything that `Family` can have but pre-compressed and rigid contacts.
+pub const ANY: Family =
+    Family { unequal: true, damped: true, drag: true, inputs: true, gaps: true, pressed: false, rigid: false };
+
+/// The same with rigid contacts.
+pub const RIGID: Family = Family { rigid: true, ..ANY };
 
 /// A random cradle, its inputs, and how long to follow it.
 #[derive(Clone)]
@@ -88,8 +94,10 @@ pub fn cradles(family: Family) -> impl Strategy<Value = Case> {
     let start = (decades(-3.0, -0.5), vec(lifted, MOST), or(vec![0.0; MOST], vec(-1.0..1.0, MOST)));
     let inputs =
         (only_if(family.inputs, vec![0.0; MOST], vec(-1.0..1.0, MOST)), only_if(family.inputs, 0.0, -1.0..1.0));
-    (pendulums, ratios, contacts, losses, start, inputs, 0.1..3.0).prop_map(
-        |(pendulums, ratios, contacts, losses, start, inputs, time)| {
+    let restitution = only_if(family.damped, 1.0, prop_oneof![Just(0.0), 0.0..1.0, 0.8..1.0]);
+    let model = (Just(family.rigid), restitution);
+    (pendulums, ratios, contacts, losses, start, inputs, (0.1..3.0, model)).prop_map(
+        |(pendulums, ratios, contacts, losses, start, inputs, (time, (rigid, restitution)))| {
             let (n, gravity, length, mass) = pendulums;
             let mut p = Parameters::default_for(n);
             (p.gravity, p.length, p.mass) = (gravity, length, mass);
@@ -111,7 +119,11 @@ pub fn cradles(family: Family) -> impl Strategy<Value = Case> {
             held.force = inputs.0[..n].iter().map(|f| f * mass).collect();
             held.support_acceleration = inputs.1;
             let mut case = Case { p, inputs: held, time };
-            case.soften();
+            if rigid {
+                (case.p.contact_model, case.p.restitution) = (ContactModel::Rigid, restitution);
+            } else {
+                case.soften();
+            }
             case
         },
     )

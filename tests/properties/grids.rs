@@ -6,7 +6,7 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 
 use super::config;
-use super::cradles::{ANY, Case, Family, cradles, ended_early};
+use super::cradles::{ANY, Case, Family, RIGID, cradles, ended_early};
 
 /// All that a run leaves behind, bit by bit.
 fn bits(engine: &Engine, case: &Case) -> Vec<u64> {
@@ -65,6 +65,19 @@ proptest! {
     #[test]
     fn random_points_change_nothing(
         case in cradles(ANY),
+        mut common in vec(0.0..1.0, 1..5),
+        mut between in vec(0.0..1.0, 1..100),
+    ) {
+        common.iter_mut().for_each(|share| *share *= case.time);
+        common.push(case.time);
+        common.sort_by(f64::total_cmp);
+        between.sort_by(f64::total_cmp);
+        compare(&case, &common, &between)?;
+    }
+
+    #[test]
+    fn random_points_change_nothing_for_rigid_balls(
+        case in cradles(RIGID),
         mut common in vec(0.0..1.0, 1..5),
         mut between in vec(0.0..1.0, 1..100),
     ) {

@@ -4,7 +4,7 @@ use newtons_cradle::engine::Engine;
 use proptest::prelude::*;
 
 use super::config;
-use super::cradles::{ANY, Case, Family, cradles, distance, ended_early, state};
+use super::cradles::{ANY, Case, Family, RIGID, cradles, distance, ended_early, state};
 
 /// The same cradle seen from behind.
 fn mirrored(case: &Case) -> Case {
@@ -35,21 +35,29 @@ fn assert_same(got: &State, expected: &State, reached: &State, spread: (f64, f64
     Ok(())
 }
 
+fn mirrored_run_is_mirrored(case: &Case) -> Result<(), TestCaseError> {
+    let spread = case.spread()?;
+    prop_assume!(spread.0 < 1e-9 && spread.1 < 1e-9);
+    let (mut x, mut v) = mirrored(case).state()?;
+    for vector in [&mut x, &mut v] {
+        vector.reverse();
+        vector.iter_mut().for_each(|value| *value = -*value);
+    }
+    let expected = case.state()?;
+    assert_same(&(x, v), &expected, &expected, spread)
+}
+
 proptest! {
     #![proptest_config(config(300))]
 
     #[test]
     fn a_mirrored_start_gives_the_mirrored_run(case in cradles(ANY)) {
-        let spread = case.spread()?;
-        prop_assume!(spread.0 < 1e-9 && spread.1 < 1e-9);
-        let mirror = mirrored(&case);
-        let (mut x, mut v) = mirror.state()?;
-        for vector in [&mut x, &mut v] {
-            vector.reverse();
-            vector.iter_mut().for_each(|value| *value = -*value);
-        }
-        let expected = case.state()?;
-        assert_same(&(x, v), &expected, &expected, spread)?;
+        mirrored_run_is_mirrored(&case)?;
+    }
+
+    #[test]
+    fn a_mirrored_start_gives_the_mirrored_run_of_rigid_balls(case in cradles(RIGID)) {
+        mirrored_run_is_mirrored(&case)?;
     }
 
     #[test]

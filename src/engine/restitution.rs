@@ -1,0 +1,224 @@
+//! What becomes of the velocities of rigid balls that touch, at one instant: impacts of two balls, one after the other.
+//!
+//! The pair that approaches fastest is first. Pairs that approach as fast and share no ball are next in any order, which makes no
+//! difference. Those that share balls collide jointly: all approach speeds of the run reverse by the coefficient of restitution
+//! e at once (Newton's law for simultaneous impacts), so that relative to the centre of mass of the run every velocity is
+//! multiplied by -e, and mirrored starts have mirrored outcomes.
+//!
+//! With e < 1 the sequence need not end: many balls, or a small e, lead to endless impacts with speeds that tend to 0 (inelastic
+//! collapse: McNamara and Young, Inelastic collapse and clumping in a one-dimensional granular medium, 1992). What then still
+//! approaches comes to rest against each other: it is the limit of the sequence as far as doubles can tell.
+
+use crate::solver::dual::Scalar;
+use crate::solver::queue::EventQueue;
+
+/// The impulse that a contact transmits in one impact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Impact<S> {
+    /// Index of the contact in the run.
+    pub contact: usize,
+    /// N.s.
+    pub impulse: S,
+}
+
+/// What an instant of impacts has done besides changing the velocities.
+#[derive(Clone, Debug)]
+pub(crate) struct Outcome<S> {
+    /// In their order.
+    pub impacts: Vec<Impact<S>>,
+    /// Energy lost, J.
+    pub loss: S,
+}
+
+/// Neighbours with a common value: the weighted mean of theirs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Block<S> {
+    /// The first of them, and the one after the last.
+    pub start: usize,
+    pub end: usize,
+    pub mean: S,
+    mass: S,
+}
+
+/// Joins neighbours to blocks until `meet(contact, difference)`, for the mean on its left less that on its right, holds nowhere:
+/// what balls do that stick, for their velocities or their accelerations (isotonic regression by pooling adjacent violators: Barlow
+/// et al., Statistical Inference under Order Restrictions, 1972).
+pub(crate) fn pool<S: Scalar>(masses: &[S], values: &[S], meet: impl Fn(usize, S) -> bool) -> Vec<Block<S>> {
+    let mut blocks: Vec<Block<S>> = Vec::with_capacity(masses.len());
+    for (i, (mass, value)) in masses.iter().zip(values).enumerate() {
+        let mut block = Block { start: i, end: i + 1, mean: *value, mass: *mass };
+        while let Some(left) = blocks.pop_if(|left| meet(block.start - 1, left.mean - block.mean)) {
+            let mass = left.mass + block.mass;
+            let mean = left.mean + (block.mean - left.mean) * (block.mass / mass);
+            block = Block { start: left.start, end: block.end, mean, mass };
+        }
+        blocks.push(block);
+    }
+    blocks
+}
+
+/// The impacts of a run of touching balls with these masses (kg) and velocities (m/s), which become those after them, for the
+/// coefficient of restitution `e`. Approach speeds up to `unresolved` (m/s) come to rest, and differ no more than rounding does.
+pub(crate) fn collide<S: Scalar>(masses: &[S], v: &mut [S], e: S, unresolved: f64, rounding: f64) -> Outcome<S> {
+    let mut outcome = Outcome { impacts: Vec::new(), loss: S::default() };
+    if e.value() > 0.0 || e.tangent() != 0.0 {
+        sequence(masses, v, e, (unresolved, rounding), &mut outcome);
+    }
+    stick(masses, v, &mut outcome);
+    outcome
+}
+
+/// Impacts after which approaching balls stick: for `e < 1`, and for elastic ones, whose impacts have an end (Galperin, On systems
+/// of locally interacting and repelling particles, 1981), though mass ratios can put it far off.
+fn most_impacts(balls: usize, e: f64) -> usize {
+    if e < 1.0 { 1000 * balls } else { 1_000_000 + balls * balls }
+}
+
+/// The sequence of impacts, as long as any pair approaches faster than `unresolved`.
+fn sequence<S: Scalar>(
+    masses: &[S],
+    v: &mut [S],
+    e: S,
+    (unresolved, rounding): (f64, f64),
+    outcome: &mut Outcome<S>,
+) {
+    let contacts = masses.len() - 1;
+    // The fastest approach is the earliest entry.
+    let mut queue = EventQueue::new(contacts);
+    let enter = |queue: &mut EventQueue, v: &[S], j: usize| {
+        let approach = (v[j] - v[j + 1]).value();
+        if approach > unresolved { queue.set(j, (-approach).into()) } else { queue.remove(j) }
+    };
+    (0..contacts).for_each(|j| enter(&mut queue, v, j));
+    let mut tied = Vec::new();
+    while let Some((fastest, _)) = queue.first()
+        && outcome.impacts.len() < most_impacts(masses.len(), e.value())
+    {
+        while let Some((speed, j)) = queue.first().filter(|(speed, _)| speed.value() <= fastest.value() + rounding) {
+            debug_assert!(speed >= fastest);
+            queue.remove(j);
+            tied.push(j);
+        }
+        tied.sort_unstable();
+        for run in tied.chunk_by(|left, right| left + 1 == *right) {
+            match *run {
+                [j] => impact_of_two(masses, v, e, j, outcome),
+                [first, .., last] => joint_impact(masses, v, e, first..last + 1, outcome),
+                [] => {}
+            }
+        }
+        for j in tied.drain(..) {
+            (j.saturating_sub(1)..(j + 2).min(contacts)).for_each(|j| enter(&mut queue, v, j));
+        }
+    }
+}
+
+/// The impact of the balls of contact `j` alone. Equal balls exchange their velocities to the last digit if `e = 1`.
+fn impact_of_two<S: Scalar>(masses: &[S], v: &mut [S], e: S, j: usize, outcome: &mut Outcome<S>) {
+    let total = masses[j] + masses[j + 1];
+    let (left_share, right_share) = (masses[j] / total, masses[j + 1] / total);
+    let (one, approach) = (S::from(1.0), v[j] - v[j + 1]);
+    let impulse = (one + e) * masses[j] * right_share * approach;
+    (v[j], v[j + 1]) = (
+        v[j + 1] + (one - (one + e) * right_share) * approach,
+        v[j] - (one - (one + e) * left_share) * approach,
+    );
+    outcome.loss += S::from(0.5) * (one - e) * impulse * approach;
+    outcome.impacts.push(Impact { contact: j, impulse });
+}
+
+/// The joint impact of the contacts `run`.
+fn joint_impact<S: Scalar>(masses: &[S], v: &mut [S], e: S, run: std::ops::Range<usize>, outcome: &mut Outcome<S>) {
+    let balls = run.start..run.end + 1;
+    let before = v[balls.clone()].to_vec();
+    let all = pool(&masses[balls.clone()], &before, |_, _| true);
+    let centre = all[0].mean;
+    v[balls.clone()].iter_mut().for_each(|v| *v = centre - e * (*v - centre));
+    let half_loss = S::from(0.5) * (S::from(1.0) - e);
+    transmit(&masses[balls.clone()], &before, &v[balls], |contact, impulse| {
+        outcome.loss += half_loss * impulse * (before[contact] - before[contact + 1]);
+        outcome.impacts.push(Impact { contact: run.start + contact, impulse });
+    });
+}
+
+/// What still approaches comes to rest against each other.
+fn stick<S: Scalar>(masses: &[S], v: &mut [S], outcome: &mut Outcome<S>) {
+    for block in pool(masses, v, |_, approach| approach.value() > 0.0) {
+        let balls = block.start..block.end;
+        let before = v[balls.clone()].to_vec();
+        v[balls.clone()].fill(block.mean);
+        transmit(&masses[balls.clone()], &before, &v[balls], |contact, impulse| {
+            outcome.loss += S::from(0.5) * impulse * (before[contact] - before[contact + 1]);
+            outcome.impacts.push(Impact { contact: block.start + contact, impulse });
+        });
+    }
+}
+
+/// The impulse of each contact of a run: the momentum that has passed through it, as the velocities have changed.
+fn transmit<S: Scalar>(masses: &[S], before: &[S], after: &[S], mut through: impl FnMut(usize, S)) {
+    let mut impulse = S::default();
+    for contact in 0..masses.len() - 1 {
+        impulse += masses[contact] * (before[contact] - after[contact]);
+        through(contact, impulse);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn outcome(masses: &[f64], v: &[f64], e: f64) -> (Vec<f64>, Outcome<f64>) {
+        let mut after = v.to_vec();
+        let outcome = collide(masses, &mut after, e, 1e-14, 1e-14);
+        (after, outcome)
+    }
+
+    fn energy(masses: &[f64], v: &[f64]) -> f64 {
+        masses.iter().zip(v).map(|(m, v)| 0.5 * m * v * v).sum()
+    }
+
+    #[test]
+    fn as_many_balls_leave_as_come() {
+        for n in 2..=13 {
+            for come in 1..n {
+                let v: Vec<f64> = (0..n).map(|i| if i < come { 0.3 } else { 0.0 }).collect();
+                let (after, outcome) = outcome(&vec![0.7; n], &v, 1.0);
+                let expected: Vec<f64> = v.iter().rev().copied().collect();
+                assert_eq!((after, outcome.loss), (expected, 0.0));
+                assert_eq!(outcome.impacts.len(), come * (n - come));
+            }
+        }
+    }
+
+    #[test]
+    fn ties_that_share_a_ball_collide_jointly() {
+        let (after, outcome) = outcome(&[1.0, 3.0, 1.0], &[1.0, 0.0, -1.0], 0.5);
+        assert_eq!(after, [-0.5, 0.0, 0.5]);
+        assert_eq!(outcome.impacts.iter().map(|impact| (impact.contact, impact.impulse)).collect::<Vec<_>>(), [
+            (0, 1.5),
+            (1, 1.5)
+        ]);
+        assert_eq!(outcome.loss, 0.75);
+    }
+
+    #[test]
+    fn plastic_impacts_end_in_common_velocities() {
+        let (after, outcome) = outcome(&[1.0, 2.0, 1.0, 5.0], &[4.0, 0.0, 0.0, 1.0], 0.0);
+        assert_eq!(after, [1.0, 1.0, 1.0, 1.0]);
+        assert_eq!(outcome.loss, 8.5 - 4.5);
+        assert_eq!(outcome.impacts.iter().map(|impact| impact.impulse).collect::<Vec<_>>(), [3.0, 1.0]);
+    }
+
+    #[test]
+    fn inelastic_collapse_has_an_end() {
+        for (n, e) in [(3, 0.05), (5, 0.1), (13, 0.5), (200, 0.9), (1000, 0.5)] {
+            let masses = vec![1.0; n];
+            let v: Vec<f64> = (0..n).map(|i| if i == 0 { 1.0 } else { 0.0 }).collect();
+            let (after, outcome) = outcome(&masses, &v, e);
+            assert!(after.windows(2).all(|v| v[0] <= v[1]), "{n} {e}");
+            let balance = energy(&masses, &after) + outcome.loss - energy(&masses, &v);
+            assert!(balance.abs() < 1e-13 && outcome.loss > 0.0, "{n} {e}: {balance:e}");
+            assert!((after.iter().sum::<f64>() - 1.0).abs() < 1e-13);
+        }
+    }
+}

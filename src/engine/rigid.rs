@@ -1,0 +1,277 @@
+//! The events of rigid contacts: impacts of balls that touch, lasting contacts, and their end.
+//!
+//! An onset is an impact without duration (`restitution`). All balls that touch at that moment, as far as their positions are known,
+//! take part. Afterwards neighbours without relative velocity that are pressed together are held by a `bond` and move as one
+//! body; those that are not fly on, be it side by side.
+//!
+//! Chatter has an end where doubles do: an approach whose rebound would stay lower than the rounding of the positions, or that is
+//! itself below the rounding of the velocities, comes to rest, and so does every approach once hundreds of impacts have followed
+//! each other at what the clock shows as the same time. The energy that this takes is a loss of the impact.
+
+use std::collections::BTreeSet;
+use std::ops::Range;
+
+use super::ball::{Held, Push, Rounding, shifted};
+use super::bond::{Body, acceleration_rounding};
+use super::cluster::Mode;
+use super::separation::Separation;
+use super::restitution::{self, Impact};
+use super::{Engine, EngineError, Pulse};
+use crate::solver::double_double::DoubleDouble;
+use crate::solver::oscillator::Oscillator;
+
+/// How much faster than the rounding of the velocities an approach must be.
+const RESOLVED: f64 = 16.0;
+
+/// Which contacts last although nothing presses them.
+#[derive(Clone, Copy)]
+pub(super) enum Keep {
+    Nothing,
+    /// This one, where the balls part by no more than rounding.
+    Contact(usize),
+    /// All that did so far.
+    Closed,
+}
+
+impl Engine {
+    /// Whether the contacts are rigid.
+    pub(super) fn is_rigid(&self) -> bool {
+        self.cradle.restitution.is_some()
+    }
+
+    /// Refuses a start with rigid balls that overlap; those that do only by rounding touch.
+    pub(super) fn touch_where_close(&mut self) -> Result<(), EngineError> {
+        for i in 0..self.contacts.len() {
+            let (left, right) = (&self.balls[i].flight, &self.balls[i + 1].flight);
+            let overlap = left.x - right.x - self.cradle.contacts[i].clearance;
+            let noise = 2.0 * f64::EPSILON * left.x.abs().max(right.x.abs());
+            if overlap > noise {
+                return Err(EngineError::Overlap { ball: i, overlap });
+            }
+            self.contacts[i].overlap = if overlap >= -noise { 0.0 } else { overlap };
+        }
+        Ok(())
+    }
+
+    /// The balls of contact `i` meet at `t`.
+    pub(super) fn meet(&mut self, i: usize, t: DoubleDouble, pulses: &mut Vec<Pulse>) {
+        let clock_stands = self.standstill > self.most_without_progress() / 2;
+        let e = if clock_stands { 0.0 } else { self.cradle.restitution.unwrap_or_default() };
+        let Some(separation) = &self.contacts[i].separation else { return };
+        let (last_bounce, noise) = (separation.last_bounce(t, e), separation.noise());
+        let touch = |contact: &usize| {
+            let contact = &self.contacts[*contact];
+            contact.bond.is_some() || contact.separation.as_ref().is_some_and(|separation| separation.touches(t, noise))
+        };
+        let first = (0..i).rev().take_while(touch).last().unwrap_or(i);
+        let last = (i + 1..self.contacts.len()).take_while(touch).last().unwrap_or(i);
+        let (group, balls) = (first..last + 1, first..last + 2);
+        self.unbind(group.clone(), t);
+        self.contacts[group.clone()].iter_mut().for_each(|contact| contact.overlap = 0.0);
+
+        let masses: Vec<f64> = self.balls[balls.clone()].iter().map(|ball| ball.mass).collect();
+        let mut v: Vec<f64> = self.balls[balls.clone()].iter().map(|ball| ball.flight.v).collect();
+        let rounding = RESOLVED * self.rounding(balls.clone()).velocity;
+        let unresolved = last_bounce.max(rounding);
+        let approach = v[i - first] - v[i + 1 - first];
+        let mut outcome = restitution::collide(&masses, &mut v, e, unresolved, rounding);
+        let impulse_of_rounding = |j: usize| rounding * masses[j].min(masses[j + 1]);
+        let (mut impacts, traces): (Vec<_>, Vec<_>) =
+            outcome.impacts.drain(..).partition(|impact| impact.impulse > impulse_of_rounding(impact.contact));
+        for Impact { contact, impulse } in traces {
+            self.contacts[first + contact].ledger.trace(impulse, self.step);
+        }
+        if impacts.iter().all(|impact| first + impact.contact != i) {
+            // It has been foretold.
+            impacts.push(Impact { contact: i - first, impulse: 0.0 });
+        }
+        self.contact_loss += outcome.loss;
+        for (ball, v) in self.balls[balls].iter_mut().zip(v) {
+            ball.flight.v = v;
+        }
+        // What has closed without speed is pressed, even if by rounding only.
+        let keep = if approach <= unresolved { Keep::Contact(i) } else { Keep::Nothing };
+        self.bind_where_pressed(group.clone(), t, keep);
+        self.enter(&impacts, first, t, pulses);
+        self.go_on(group, t, pulses);
+    }
+
+    /// Enters the impacts at `t` in the ledgers of the contacts, counted from `first`: pulses without duration, but for the last one
+    /// of a contact that lasts.
+    fn enter(&mut self, impacts: &[Impact<f64>], first: usize, t: DoubleDouble, pulses: &mut Vec<Pulse>) {
+        let mut seen = BTreeSet::new();
+        let is_last: Vec<bool> = impacts.iter().rev().map(|impact| seen.insert(impact.contact)).collect();
+        for (impact, is_last) in impacts.iter().zip(is_last.into_iter().rev()) {
+            let i = first + impact.contact;
+            self.end_pulse(i, t, pulses);
+            self.begin_pulse(i, t);
+            self.contacts[i].ledger.add(impact.impulse, 0.0, 0.0);
+            if !is_last || self.contacts[i].bond.is_none() {
+                self.end_pulse(i, t, pulses);
+            }
+        }
+    }
+
+    /// The bond of contact `i` would have to pull from `t` on.
+    pub(super) fn part(&mut self, i: usize, t: DoubleDouble, pulses: &mut Vec<Pulse>) {
+        let bound = |j: &usize| self.contacts[*j].bond.is_some();
+        let first = (0..i).rev().take_while(bound).last().unwrap_or(i);
+        let last = (i + 1..self.contacts.len()).take_while(bound).last().unwrap_or(i);
+        self.unbind(first..last + 1, t);
+        self.settle(first..last + 1, t, Keep::Nothing, pulses);
+    }
+
+    fn begin_pulse(&mut self, i: usize, t: DoubleDouble) {
+        self.contacts[i].mode = Mode::Pressing;
+        self.contacts[i].ledger.open_pulse(t, self.step);
+        self.onsets += 1;
+        self.count_event();
+    }
+
+    fn end_pulse(&mut self, i: usize, t: DoubleDouble, pulses: &mut Vec<Pulse>) {
+        if std::mem::replace(&mut self.contacts[i].mode, Mode::Open) == Mode::Pressing {
+            pulses.push(self.contacts[i].ledger.close_pulse(i, t));
+            self.count_event();
+        }
+    }
+
+    /// What the rounding of the positions and velocities of these balls may be, in flight.
+    fn rounding(&self, balls: Range<usize>) -> Rounding {
+        let rounding = self.balls[balls].iter().map(|ball| ball.flight.rounding(&ball.oscillator));
+        rounding.fold(Rounding::default(), Rounding::max)
+    }
+
+    /// The balls of the contacts `group`, which no bond leads out of, and all contacts that they have are taken apart at `t`: the
+    /// balls are in flight and anchored then, the contacts hold their overlaps, and those with a bond that they press.
+    pub(super) fn unbind(&mut self, group: Range<usize>, t: DoubleDouble) {
+        let beside = group.start.saturating_sub(1)..(group.end + 1).min(self.contacts.len());
+        for j in beside {
+            self.stop_separation(j, t);
+        }
+        for i in group.start..group.end + 1 {
+            if self.balls[i].held == Held::Bond {
+                let (before, after) = (self.own_push(i, self.balls[i].anchor), self.own_push(i, t));
+                let (model, ball) = (&self.cradle.balls[i], &mut self.balls[i]);
+                ball.tally = ball.tally_under(&before, t);
+                ball.flight = ball.flight_at(t);
+                ball.flight.push = after;
+                (ball.anchor, ball.held) = (t, Held::Free);
+                ball.oscillator = Oscillator::new(model.omega2, model.gamma);
+            } else {
+                self.land(i, t);
+            }
+        }
+        for j in group {
+            let Some(bond) = self.contacts[j].bond.take() else { continue };
+            self.queue.remove(j);
+            // Members differ by rounding only.
+            self.balls[j + 1].flight.v = self.balls[j].flight.v;
+            let in_step = bond.peak(self.step_start.time.into(), t);
+            let peak = bond.peak(bond.anchor(), t);
+            let contact = &mut self.contacts[j];
+            contact.ledger.add(bond.impulse(t), peak, in_step);
+            (contact.overlap, contact.mode) = (0.0, Mode::Pressing);
+        }
+    }
+
+    /// Acceleration of ball `i` by the inputs at the time `t`.
+    pub(super) fn own_push(&self, i: usize, t: DoubleDouble) -> Push {
+        let push = self.inputs.push(i, self.balls[i].mass);
+        shifted(&push, (t - DoubleDouble::from(self.inputs.since)).value())
+    }
+
+    /// Bonds where balls press each other at `t` and flight elsewhere, for the contacts `group`, which have been taken apart, and
+    /// those beside them.
+    pub(super) fn settle(
+        &mut self,
+        group: Range<usize>,
+        t: DoubleDouble,
+        keep: Keep,
+        pulses: &mut Vec<Pulse>,
+    ) {
+        self.bind_where_pressed(group.clone(), t, keep);
+        self.go_on(group, t, pulses);
+    }
+
+    /// Bonds where balls of `group` press each other at `t`.
+    fn bind_where_pressed(&mut self, group: Range<usize>, t: DoubleDouble, keep: Keep) {
+        let mut first = group.start;
+        while first < group.end {
+            // Balls side by side without relative velocity.
+            let together = |j: &usize| self.rests(*j);
+            let last = (first..group.end).take_while(together).last();
+            let Some(last) = last else {
+                first += 1;
+                continue;
+            };
+            self.press(first..last + 1, t, keep);
+            first = last + 1;
+        }
+    }
+
+    /// From `t` on, pulses last where there are bonds, other contacts of `group` and those beside it fly.
+    fn go_on(&mut self, group: Range<usize>, t: DoubleDouble, pulses: &mut Vec<Pulse>) {
+        let noise = self.rounding(group.start..group.end + 1).position;
+        for j in group.start.saturating_sub(1)..(group.end + 1).min(self.contacts.len()) {
+            let contact = &mut self.contacts[j];
+            if contact.bond.is_some() {
+                if contact.mode == Mode::Open {
+                    self.begin_pulse(j, t);
+                }
+                self.forecast(j, t);
+            } else {
+                self.end_pulse(j, t, pulses);
+                self.fly(j, t, noise);
+            }
+        }
+    }
+
+    /// Whether the balls of contact `j`, both in flight, touch without relative velocity.
+    fn rests(&self, j: usize) -> bool {
+        let (left, right) = (&self.balls[j].flight, &self.balls[j + 1].flight);
+        left.v == right.v && self.contacts[j].overlap >= -self.rounding(j..j + 2).position
+    }
+
+    /// Bonds the contacts of `run`, whose balls touch without relative velocity, where they press each other.
+    fn press(&mut self, run: Range<usize>, t: DoubleDouble, keep: Keep) {
+        let balls = &self.balls[run.start..run.end + 1];
+        let masses: Vec<f64> = balls.iter().map(|ball| ball.mass).collect();
+        let rounding = balls.iter().map(acceleration_rounding).fold(0.0, f64::max);
+        let approach = |j: usize| {
+            let clearance = self.cradle.contacts[j].clearance;
+            Separation::new(&self.balls[j], &self.balls[j + 1], t, 0.0, clearance, 0.0).at_anchor()[2]
+        };
+        let approach: Vec<f64> = run.clone().map(approach).collect();
+        // Accelerations relative to the first ball.
+        let mut accelerations = vec![0.0; masses.len()];
+        for (j, approach) in approach.iter().enumerate() {
+            accelerations[j + 1] = accelerations[j] - approach;
+        }
+        let meet = |j: usize, approach: f64| {
+            let contact = run.start + j;
+            let kept = match keep {
+                Keep::Nothing => false,
+                Keep::Contact(this) => contact == this && approach >= -rounding,
+                Keep::Closed => self.contacts[contact].mode == Mode::Pressing,
+            };
+            approach > 0.0 || kept
+        };
+        for block in restitution::pool(&masses, &accelerations, meet) {
+            if block.end - block.start > 1 {
+                self.bind(run.start + block.start..run.start + block.end, &approach[block.start..block.end - 1], t);
+            }
+        }
+    }
+
+    /// The balls `members` move as one body from `t` on.
+    fn bind(&mut self, members: Range<usize>, approach: &[f64], t: DoubleDouble) {
+        let Body { oscillator, flights, bonds } = Body::new(&self.balls[members.clone()], approach, t);
+        for (ball, flight) in self.balls[members.clone()].iter_mut().zip(flights) {
+            (ball.oscillator, ball.flight, ball.held) = (oscillator, flight, Held::Bond);
+        }
+        for (j, bond) in members.zip(bonds) {
+            let contact = &mut self.contacts[j];
+            (contact.overlap, contact.bond) = (0.0, Some(bond));
+        }
+    }
+}
