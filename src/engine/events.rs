@@ -151,7 +151,7 @@ impl Engine {
         }
         for i in range {
             if self.contacts[i].cluster.is_none() {
-                self.fly(i, t, 0.0);
+                self.fly(i, t);
             }
         }
     }
@@ -245,12 +245,12 @@ impl Engine {
         }
     }
 
-    /// Contact `i` is open and both its balls are in flight from `t` on. Overlaps up to `noise` (m) are none.
-    pub(super) fn fly(&mut self, i: usize, t: DoubleDouble, noise: f64) {
+    /// Contact `i` is open and both its balls are in flight from `t` on.
+    pub(super) fn fly(&mut self, i: usize, t: DoubleDouble) {
         let overlap = self.contacts[i].overlap.min(0.0);
         self.contacts[i].waits = false;
         let clearance = self.cradle.contacts[i].clearance;
-        let separation = Separation::new(&self.balls[i], &self.balls[i + 1], t, overlap, clearance, noise);
+        let separation = Separation::new(&self.balls[i], &self.balls[i + 1], t, overlap, clearance);
         self.contacts[i].separation = Some(separation);
         self.forecast(i, t);
     }

@@ -101,7 +101,7 @@ impl Engine {
             if free(contact) && free(contact + 1) {
                 self.land(contact, t);
                 self.land(contact + 1, t);
-                self.fly(contact, t, 0.0);
+                self.fly(contact, t);
             }
         }
     }

@@ -58,7 +58,7 @@ impl Engine {
         let clock_stands = self.standstill > self.most_without_progress() / 2;
         let e = if clock_stands { 0.0 } else { self.cradle.restitution.unwrap_or_default() };
         let Some(separation) = &self.contacts[i].separation else { return };
-        let (last_bounce, noise) = (separation.last_bounce(t, e), separation.noise());
+        let (last_bounce, noise) = (separation.is_last_bounce(t, e), separation.noise());
         let touch = |contact: &usize| {
             let contact = &self.contacts[*contact];
             contact.bond.is_some() || contact.separation.as_ref().is_some_and(|separation| separation.touches(t, noise))
@@ -72,8 +72,8 @@ impl Engine {
         let masses: Vec<f64> = self.balls[balls.clone()].iter().map(|ball| ball.mass).collect();
         let mut v: Vec<f64> = self.balls[balls.clone()].iter().map(|ball| ball.flight.v).collect();
         let rounding = RESOLVED * self.rounding(balls.clone()).velocity;
-        let unresolved = last_bounce.max(rounding);
         let approach = v[i - first] - v[i + 1 - first];
+        let unresolved = if last_bounce { approach.max(rounding) } else { rounding };
         let mut outcome = restitution::collide(&masses, &mut v, e, unresolved, rounding);
         let impulse_of_rounding = |j: usize| rounding * masses[j].min(masses[j + 1]);
         let (mut impacts, traces): (Vec<_>, Vec<_>) =
@@ -221,7 +221,11 @@ impl Engine {
                 self.forecast(j, t);
             } else {
                 self.end_pulse(j, t, pulses);
-                self.fly(j, t, noise);
+                let contact = &self.contacts[j];
+                let (overlap, clearance) = (contact.overlap.min(0.0), self.cradle.contacts[j].clearance);
+                let separation = Separation::new(&self.balls[j], &self.balls[j + 1], t, overlap, clearance);
+                self.contacts[j].separation = Some(separation.rigid(noise));
+                self.forecast(j, t);
             }
         }
     }
@@ -239,7 +243,7 @@ impl Engine {
         let rounding = balls.iter().map(acceleration_rounding).fold(0.0, f64::max);
         let approach = |j: usize| {
             let clearance = self.cradle.contacts[j].clearance;
-            Separation::new(&self.balls[j], &self.balls[j + 1], t, 0.0, clearance, 0.0).at_anchor()[2]
+            Separation::new(&self.balls[j], &self.balls[j + 1], t, 0.0, clearance).at_anchor()[2]
         };
         let approach: Vec<f64> = run.clone().map(approach).collect();
         // Accelerations relative to the first ball.

@@ -18,6 +18,8 @@ pub(crate) struct Separation {
     motion: Motion,
     /// Rounding of the positions that the swing of the two entails, m: a contact that closes no deeper is none.
     noise: f64,
+    /// Rounding of the rate (m/s) and of the acceleration (m/s2) right after the anchor, where an overlap by rounding is no onset.
+    blur: [f64; 2],
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -43,9 +45,9 @@ pub(crate) enum Forecast {
 const PERIODS_AHEAD: f64 = 2.0;
 
 impl Separation {
-    /// The contact between `left` and `right`, which are both anchored at or before `anchor`, with its overlap there and its
-    /// clearance; overlaps up to `noise`, or to the rounding of the positions, are none (m).
-    pub fn new(left: &Ball, right: &Ball, anchor: DoubleDouble, overlap: f64, clearance: f64, noise: f64) -> Self {
+    /// The contact between `left` and `right`, which are both anchored at or before `anchor`, with its overlap there (m) and its
+    /// clearance (m).
+    pub fn new(left: &Ball, right: &Ball, anchor: DoubleDouble, overlap: f64, clearance: f64) -> Self {
         let (l, r) = (left.flight_at(anchor), right.flight_at(anchor));
         let motion = if left.oscillator == right.oscillator {
             let mut push = l.push;
@@ -55,9 +57,23 @@ impl Separation {
         } else {
             Motion::Both([(left.oscillator, l), (right.oscillator, r)])
         };
-        let rounding = l.rounding(&left.oscillator).max(r.rounding(&right.oscillator)).position;
-        let noise = noise.max(rounding);
-        Self { anchor, overlap, motion, noise }
+        let noise = l.rounding(&left.oscillator).max(r.rounding(&right.oscillator)).position;
+        Self { anchor, overlap, motion, noise, blur: [0.0; 2] }
+    }
+
+    /// The same between rigid balls, which may be side by side for long: overlaps up to `noise` (m) are none, and none is an
+    /// onset that the rounding of two different motions brings about.
+    pub fn rigid(self, noise: f64) -> Self {
+        let noise = self.noise.max(noise);
+        let blur = match &self.motion {
+            Motion::Relative(..) => [0.0; 2],
+            Motion::Both(parts) => {
+                let sum = |size: fn(&(Oscillator, Flight)) -> f64| 8.0 * f64::EPSILON * parts.iter().map(size).sum::<f64>();
+                let acceleration = |(o, flight): &(Oscillator, Flight)| flight.acceleration(o, 0.0, 0.0, flight.v).abs();
+                [sum(|(_, flight)| flight.v.abs()), sum(acceleration)]
+            }
+        };
+        Self { noise, blur, ..self }
     }
 
     /// Whether it is one between `left` and `right` at the time `now`, with finite values.
@@ -68,8 +84,8 @@ impl Separation {
                 (*ol == left.oscillator && *or == right.oscillator && ol != or, l.is_finite() && r.is_finite())
             }
         };
-        let numbers = self.overlap.is_finite() && self.noise.is_finite() && self.anchor.is_sound();
-        pendulums && finite && numbers && self.anchor <= now
+        let numbers = [self.overlap, self.noise, self.blur[0], self.blur[1]].iter().all(|value| value.is_finite());
+        pendulums && finite && numbers && self.anchor.is_sound() && self.anchor <= now
     }
 
     /// Overlap (m) and its rate (m/s) at the time `t`.
@@ -88,12 +104,12 @@ impl Separation {
         self.at_time(t).0 >= -self.noise.max(noise)
     }
 
-    /// The approach speed (m/s) at the onset at `t` if the bounce that follows with the coefficient of restitution `e` stays
-    /// lower than the rounding of the positions, else 0.
-    pub fn last_bounce(&self, t: DoubleDouble, e: f64) -> f64 {
+    /// Whether after the onset at `t` the bounce with the coefficient of restitution `e` stays lower than the rounding of the
+    /// positions.
+    pub fn is_last_bounce(&self, t: DoubleDouble, e: f64) -> bool {
         let [_, rate, acceleration] = self.evaluate(t - self.anchor);
         let rebound = e * rate;
-        if rate > 0.0 && rebound * rebound <= 2.0 * acceleration * self.noise { rate } else { 0.0 }
+        rebound * rebound <= 2.0 * acceleration * self.noise
     }
 
     /// Overlap (m), rate (m/s) and acceleration (m/s2) `tau` after the anchor.
@@ -233,7 +249,8 @@ pub(crate) const FAR: f64 = 1e15;
 
 impl Smooth for Separation {
     fn at(&self, t: f64) -> [f64; 3] {
-        self.evaluate(t.into())
+        let ([overlap, rate, acceleration], [blur, growth]) = (self.evaluate(t.into()), self.blur);
+        [overlap - t * (blur + 0.5 * growth * t), rate - (blur + growth * t), acceleration - growth]
     }
 
     fn third_derivative_bound(&self, t: f64, span: f64) -> f64 {

@@ -137,6 +137,7 @@ impl std::fmt::Debug for Case {
         write!(f, " mass={:?} k={:?} d_ref={:?}", p.mass, p.stiffness, p.overlap_ref)?;
         write!(f, " p={:?} deadBand={:?} drag={:?} {:?}", p.exponent, p.dead_band, p.drag, p.damping_law)?;
         write!(f, " c={:?} alpha={:?} a_support={:?}", p.damping, p.hunt_crossley, inputs.support_acceleration)?;
+        write!(f, " {:?} e={:?}", p.contact_model, p.restitution)?;
         let vectors = [
             ("massRatio", &p.mass_ratio, 1.0),
             ("lengthRatio", &p.length_ratio, 1.0),
@@ -196,9 +197,16 @@ impl Case {
         let mut spread = (0.0, 0.0);
         for variant in 1..4usize {
             let mut shifted = self.clone();
-            for (i, x) in shifted.p.x_start.iter_mut().enumerate() {
+            let shift = |i: usize| {
                 let sign = if (i * variant + i / 2) % 2 == 0 { 1.0 } else { -1.0 };
-                *x += sign * variant as f64 * f64::EPSILON * reach;
+                sign * variant as f64 * f64::EPSILON
+            };
+            if self.p.contact_model == ContactModel::Rigid {
+                // Balls that touch go on doing so: how impacts follow each other does not depend continuously on gaps.
+                shifted.p.x_start.iter_mut().for_each(|x| *x *= 1.0 + shift(variant));
+                shifted.p.v_start.iter_mut().enumerate().for_each(|(i, v)| *v *= 1.0 + shift(i));
+            } else {
+                shifted.p.x_start.iter_mut().enumerate().for_each(|(i, x)| *x += shift(i) * reach);
             }
             let (shifted_x, shifted_v) = shifted.state()?;
             spread = (f64::max(spread.0, distance(&x, &shifted_x)), f64::max(spread.1, distance(&v, &shifted_v)));
