@@ -40,6 +40,27 @@ fn parameters_out_of_range_are_refused() {
 }
 
 #[test]
+fn rigid_balls_that_cannot_start_are_refused() {
+    let host = Host::new();
+    assert_eq!(host.set("contact.restitution", 1.1), fmi2Error);
+    assert!(host.error().contains("contact.restitution = 1.1 is refused; allowed: 0 to 1"));
+    assert_eq!((host.set_integer("contact.model", 3), host.set("x_start[3]", 0.001)), (fmi2OK, fmi2OK));
+    assert_eq!((host.set_up(0.0), host.enter(), host.exit()), (fmi2OK, fmi2OK, fmi2Error));
+    let error = host.error();
+    assert!(
+        error.contains("rigid balls 3 and 4 overlap by 9.9740e-4 m") && error.contains("x_start[3] - x_start[4]"),
+        "{error}"
+    );
+    // Still in Initialization Mode: it can be put right.
+    assert_eq!((host.set("x_start[3]", 0.0), host.set_integer("solver.method", 2)), (fmi2OK, fmi2OK));
+    assert_eq!(host.exit(), fmi2Error);
+    let error = host.error();
+    assert!(error.contains("contact.model = rigid") && error.contains("eventDriven (1)"), "{error}");
+    assert_eq!((host.set_integer("solver.method", 1), host.exit(), host.step(0.0, 1.0)), (fmi2OK, fmi2OK, fmi2OK));
+    host.assert_usable();
+}
+
+#[test]
 fn a_refused_call_sets_nothing() {
     let host = Host::new();
     let references = [host.vr("ball.mass"), host.vr("gravity"), host.vr("pendulum.length")];

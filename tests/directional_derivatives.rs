@@ -68,7 +68,7 @@ impl Drop for Step {
 
 type Setup = fn(&Host);
 
-const LAWS: [(&str, Setup); 7] = [
+const LAWS: [(&str, Setup); 9] = [
     ("linear", |_| {}),
     ("cubic", |h| assert_eq!(h.set("contact.exponent", 3.0), fmi2OK)),
     ("not whole", |h| assert_eq!(h.set("contact.exponent", 2.3), fmi2OK)),
@@ -80,6 +80,11 @@ const LAWS: [(&str, Setup); 7] = [
     ("Hunt-Crossley with drag", |h| {
         assert_eq!((h.set_integer("contact.dampingLaw", 3), h.set("contact.huntCrossley", 0.4)), (fmi2OK, fmi2OK));
         assert_eq!((h.set("pendulum.drag", 0.2), h.set("contact.exponent", 1.5)), (fmi2OK, fmi2OK));
+    }),
+    ("rigid", |h| assert_eq!(h.set_integer("contact.model", 3), fmi2OK)),
+    ("rigid with losses and drag", |h| {
+        assert_eq!((h.set_integer("contact.model", 3), h.set("contact.restitution", 0.7)), (fmi2OK, fmi2OK));
+        assert_eq!((h.set("pendulum.drag", 0.2), h.set("ball.massRatio[3]", 1.2)), (fmi2OK, fmi2OK));
     }),
 ];
 
@@ -181,6 +186,32 @@ fn overlapping_pulses_and_lasting_contacts() {
     }
 }
 
+/// What no derivative is known of is refused: rigid balls that stay in contact or touch, and a step that ends with their impact.
+#[test]
+fn rigid_balls_in_contact_are_refused() {
+    let refused = |host: &Host, input: &str| {
+        let (unknown, known, mut value) = (host.vr("v[3]"), host.vr(input), 7.0);
+        let status = unsafe { fmi2GetDirectionalDerivative(host.c, &unknown, 1, &known, 1, &1.0, &mut value) };
+        assert_eq!((status, value), (fmi2Error, 7.0));
+        assert!(host.error().contains("v[3] has no derivative here"));
+    };
+    let host = Host::new();
+    assert_eq!((host.set_integer("contact.model", 3), host.set("contact.deadBand", 0.0)), (fmi2OK, fmi2OK));
+    assert_eq!(host.set("F_ext[3]", 0.1), fmi2OK);
+    host.start();
+    assert!(host.get("F[3]") > 0.0);
+    assert_eq!(host.step(0.0, 0.1), fmi2OK);
+    refused(&host, "F_ext[1]");
+    let host = Host::new();
+    assert_eq!(host.set_integer("contact.model", 3), fmi2OK);
+    host.start();
+    let onset = host.get("t_next");
+    assert_eq!(host.step(0.0, onset), fmi2OK);
+    refused(&host, "F_ext[2]");
+    assert_eq!(host.step(onset, 0.1), fmi2OK);
+    assert!(host.sensitivity("v[3]", "F_ext[2]").is_finite());
+}
+
 #[test]
 fn a_step_that_ends_at_an_onset_has_the_derivatives_from_the_right() {
     let host = Host::started();
@@ -257,6 +288,7 @@ fn initial_unknowns_agree_with_differences() {
     ];
     for (what, setup) in setups {
         let host = Host::new();
+        assert_eq!(host.set("contact.restitution", 0.9), fmi2OK); // There is room on both sides.
         setup(&host);
         assert_eq!((host.set_up(0.0), host.enter()), (fmi2OK, fmi2OK));
         let names: Vec<String> = outputs().into_iter().chain(["pendulum.period".to_owned()]).collect();

@@ -109,6 +109,25 @@ fn they_agree_with_differences_in_flight_and_in_contact() {
     }
 }
 
+/// Rigid balls in lasting contact: unequal ones, pushed and with drag.
+#[test]
+fn they_agree_with_differences_in_a_rigid_body() {
+    let host = Host::new();
+    assert_eq!((host.set_integer("contact.model", 3), host.set("contact.deadBand", 0.0)), (fmi2OK, fmi2OK));
+    for (name, value) in [("F_ext[1]", 3.0), ("F_ext[5]", -2.0), ("a_support", -0.2), ("pendulum.drag", 0.4)] {
+        assert_eq!(host.set(name, value), fmi2OK);
+    }
+    for i in 1..=5 {
+        assert_eq!(host.set(&format!("x_start[{i}]"), -0.02), fmi2OK);
+        assert_eq!(host.set(&format!("ball.massRatio[{i}]"), 1.0 + 0.1 * f64::from(i)), fmi2OK);
+        assert_eq!(host.set(&format!("pendulum.lengthRatio[{i}]"), 1.0 - 0.02 * f64::from(i)), fmi2OK);
+    }
+    host.start();
+    assert_eq!((host.set_derivative("F_ext[1]", 1, 0.2), host.step(0.0, 0.1)), (fmi2OK, fmi2OK));
+    check("rigid", &host, 0.1, 0.01, 40);
+    assert!((1..=4).all(|i| host.get(&format!("F[{i}]")) > 0.1));
+}
+
 #[test]
 fn inputs_that_change_count() {
     let host = Host::started();

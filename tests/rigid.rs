@@ -39,7 +39,13 @@ fn one_to_four_lifted_balls_of_five() {
             let right = click % 2 == 0;
             for i in 0..5 {
                 let swings = if right { i >= 5 - lifted } else { i < lifted };
-                let expected = if !swings { 0.0 } else if right { 0.1 } else { -0.1 };
+                let expected = if !swings {
+                    0.0
+                } else if right {
+                    0.1
+                } else {
+                    -0.1
+                };
                 assert!((engine.x(i) - expected).abs() < 1e-13, "{lifted} {click} {i}: {}", engine.x(i));
             }
             assert_eq!(pulses.len(), (click as usize + 1) * lifted * (5 - lifted));
@@ -47,4 +53,178 @@ fn one_to_four_lifted_balls_of_five() {
         assert!(engine.dissipated_energy() < 1e-30);
         energy_holds(&engine);
     }
+}
+
+/// With losses all end up swinging together, and the impacts have an end.
+#[test]
+fn in_the_end_all_swing_together() {
+    for (restitution, dead_band) in [(0.9, 0.0), (0.9, 2.6e-6), (0.5, 0.0), (0.1, 2.6e-6), (0.0, 0.0), (0.0, 2.6e-6)] {
+        let mut p = rigid(5, restitution);
+        p.dead_band = dead_band;
+        p.x_start[0] = -0.1;
+        let mut engine = started(&p);
+        engine.advance(590.0, &mut Vec::new()).unwrap();
+        let events = engine.work().events;
+        assert!(events < 100_000, "{restitution}: {events}");
+        engine.advance(600.0, &mut Vec::new()).unwrap();
+        // A fifth of the momentum each: a swing of a fifth of the amplitude.
+        let omega = (p.gravity / p.length).sqrt();
+        for i in 0..5 {
+            let swing = engine.x(i).hypot(engine.v(i) / omega);
+            assert!((swing - 0.02).abs() < 4.0 * dead_band + 1e-9, "{restitution} {dead_band}: {swing}");
+            assert!((engine.v(i) - engine.v(0)).abs() < 4.0 * dead_band * omega + 1e-9);
+        }
+        energy_holds(&engine);
+        assert!((engine.dissipated_energy() - 0.8 * 0.025).abs() < 1e-6);
+    }
+}
+
+/// The waves of the paper's Figure 3 pass through each other: nothing but the order of the impacts shows that they met.
+#[test]
+fn waves_that_cross_do_not_interfere() {
+    let mut p = rigid(13, 1.0);
+    p.length = 1.0;
+    p.x_start[..3].fill(-0.1);
+    p.x_start[11..].fill(0.1);
+    let mut engine = started(&p);
+    let omega = 9.81f64.sqrt();
+    let click = 0.5 * std::f64::consts::PI / omega;
+    let mut pulses = Vec::new();
+    engine.advance(2.0 * click, &mut pulses).unwrap();
+    assert!(pulses.iter().all(|pulse| (pulse.onset - click).abs() < 1e-15 && pulse.release == pulse.onset));
+    for i in 0..13 {
+        let expected = [-0.1, 0.0, 0.1][usize::from(i >= 2) + usize::from(i >= 10)];
+        assert!((engine.x(i) - expected).abs() < 1e-15, "{i}: {}", engine.x(i));
+    }
+    // Three momenta have passed ten contacts to the right, two have passed eleven to the left.
+    let passed: f64 = (0..12).map(|i| engine.impulse(i)).sum();
+    assert!((passed - (3.0 * 10.0 + 2.0 * 11.0) * 0.1 * omega).abs() < 1e-13);
+    engine.advance(600.0, &mut pulses).unwrap();
+    energy_holds(&engine);
+}
+
+/// Two balls pushed against each other bounce ever lower: an end of infinitely many impacts, then one body.
+#[test]
+fn chatter_comes_to_its_end() {
+    for restitution in [0.2, 0.5, 0.9, 0.99] {
+        let mut p = rigid(2, restitution);
+        (p.gravity, p.mass_ratio, p.x_start) = (0.0, vec![1.0, 3.0], vec![-0.01, 0.0]);
+        let mut inputs = Inputs::zero(2);
+        inputs.force = vec![2.0, 0.0];
+        let mut engine = Engine::new(&p, &inputs, 0.0).unwrap();
+        let fall = (2.0f64 * 0.01 / 2.0).sqrt();
+        let end = fall * (1.0 + restitution) / (1.0 - restitution);
+        let mut pulses = Vec::new();
+        engine.advance(0.999 * end, &mut pulses).unwrap();
+        assert_eq!(engine.force(0), 0.0);
+        engine.advance(end + 1.0, &mut pulses).unwrap();
+        assert!((engine.last_onset(0) / end - 1.0).abs() < 1e-5, "{restitution}: {} {end}", engine.last_onset(0));
+        let bounces = (1e-9f64).ln() / restitution.ln();
+        assert!((pulses.len() as f64) < 2.0 * bounces + 10.0, "{restitution}: {}", pulses.len());
+        assert!((engine.force(0) - 1.5).abs() < 1e-14 && engine.v(0) == engine.v(1) && engine.overlap(0) == 0.0);
+        assert!((engine.a(0) - 0.5).abs() < 1e-14 && (engine.a(1) - 0.5).abs() < 1e-14);
+        // All that the relative motion had is lost.
+        let lost = 0.5 * 0.75 * (2.0 * fall) * (2.0 * fall);
+        assert!(engine.dissipated_energy() > 0.9 * lost && engine.last_release(0) < engine.last_onset(0));
+        energy_holds(&engine);
+    }
+}
+
+/// Balls on pendulums of unequal lengths press each other on one half of the swing.
+#[test]
+fn a_body_parts_where_its_contact_would_pull() {
+    let mut p = rigid(2, 0.3);
+    (p.mass_ratio, p.length_ratio, p.x_start) = (vec![2.0, 1.0], vec![0.8, 1.1], vec![-0.1, -0.1]);
+    let mut engine = started(&p);
+    let [first, second] = [0.8, 1.1].map(|ratio| p.gravity / (p.length * ratio));
+    let omega = ((2.0 * first + second) / 3.0).sqrt();
+    let (quarter, mut pulses) = (0.5 * std::f64::consts::PI / omega, Vec::new());
+    // m1 m2 / (m1 + m2) times the difference of the accelerations that the balls would have alone.
+    let force = |t: f64| 2.0 / 3.0 * (first - second) * 0.1 * (omega * t).cos();
+    assert!((engine.force(0) - force(0.0)).abs() < 1e-15 && engine.pulses(0) == 1 && engine.last_onset(0) == 0.0);
+    for share in [0.1, 0.5, 0.9] {
+        let t = share * quarter;
+        let (from, before) = (engine.time(), engine.impulse(0));
+        engine.advance(t, &mut pulses).unwrap();
+        assert!((engine.x(0) + 0.1 * (omega * t).cos()).abs() < 1e-15 && engine.overlap(0) == 0.0);
+        assert!((engine.force(0) - force(t)).abs() < 1e-14);
+        assert!((engine.impulse(0) - 2.0 / 3.0 * (first - second) * 0.1 * (omega * t).sin() / omega).abs() < 1e-14);
+        assert!((engine.force_mean(0) * (t - from) - (engine.impulse(0) - before)).abs() < 1e-15);
+        assert!((engine.force_peak(0) - force(from)).abs() < 1e-14);
+        energy_holds(&engine);
+    }
+    engine.advance(quarter + 1e-3, &mut pulses).unwrap();
+    let [Pulse { onset, release, peak, .. }] = pulses[..] else { panic!("{pulses:?}") };
+    assert!(onset == 0.0 && (release - quarter).abs() < 1e-12 && (peak - force(0.0)).abs() < 1e-14);
+    assert!(engine.overlap(0) < 0.0 && engine.force(0) == 0.0 && engine.next_onset() < NEVER);
+    engine.advance(60.0, &mut pulses).unwrap();
+    energy_holds(&engine);
+}
+
+/// The largest constraint force lies within the step, where the body turns.
+#[test]
+fn the_largest_force_is_found_within_a_step() {
+    let mut p = rigid(2, 0.0);
+    (p.mass_ratio, p.length_ratio) = (vec![2.0, 1.0], vec![0.8, 1.1]);
+    p.v_start = vec![-0.2, -0.2];
+    let mut engine = started(&p);
+    let [first, second] = [0.8, 1.1].map(|ratio| p.gravity / (p.length * ratio));
+    let omega = ((2.0 * first + second) / 3.0).sqrt();
+    let mut pulses = Vec::new();
+    engine.advance(1.0, &mut pulses).unwrap();
+    let peak = 2.0 / 3.0 * (first - second) * 0.2 / omega;
+    assert!((engine.force_peak(0) - peak).abs() < 1e-14, "{} {peak}", engine.force_peak(0));
+    engine.advance(2.0, &mut pulses).unwrap();
+    assert!((pulses[0].peak - peak).abs() < 1e-14 && (pulses[0].release - std::f64::consts::PI / omega).abs() < 1e-12);
+}
+
+/// A push on the first of five balls at rest presses all of them; a pull takes it away; what is held together comes apart.
+#[test]
+fn inputs_press_and_part() {
+    let p = rigid(5, 0.5);
+    let mut engine = started(&p);
+    let mut pulses = Vec::new();
+    let mut inputs = Inputs::zero(5);
+    inputs.force[0] = 5.0;
+    engine.hold(&inputs, &[]).unwrap();
+    engine.advance(0.1, &mut pulses).unwrap();
+    for i in 0..4 {
+        assert!((engine.force(i) - (4.0 - i as f64)).abs() < 1e-13, "{i}: {}", engine.force(i));
+        assert_eq!((engine.pulses(i), engine.last_onset(i)), (1, 0.0));
+        assert!((engine.force_mean(i) - (4.0 - i as f64)).abs() < 1e-12);
+    }
+    assert!(pulses.is_empty());
+    inputs.force[0] = -1.0;
+    engine.hold(&inputs, &[]).unwrap();
+    engine.advance(0.2, &mut pulses).unwrap();
+    assert_eq!(
+        pulses.iter().map(|pulse| (pulse.contact, pulse.release)).collect::<Vec<_>>(),
+        [(0, 0.1), (1, 0.1), (2, 0.1), (3, 0.1)]
+    );
+    assert!(pulses.iter().all(|pulse| (pulse.impulse - 0.1 * (4.0 - pulse.contact as f64)).abs() < 1e-13));
+    assert!(engine.overlap(0) < -1e-3 && engine.v(4) > 0.0);
+    energy_holds(&engine);
+}
+
+#[test]
+fn ties_that_share_a_ball_keep_the_symmetry() {
+    let mut p = rigid(3, 0.7);
+    (p.mass_ratio, p.x_start) = (vec![1.0, 3.0, 1.0], vec![-0.1, 0.0, 0.1]);
+    let mut engine = started(&p);
+    let click = 0.5 * std::f64::consts::PI / (p.gravity / p.length).sqrt();
+    engine.advance(1.5 * click, &mut Vec::new()).unwrap();
+    let v = velocities(&engine, 3);
+    assert!(v[2] > 0.01 && v[1].abs() < 1e-16 && (v[0] + v[2]).abs() < 1e-16, "{v:?}");
+    assert_eq!((engine.pulses(0), engine.pulses(1)), (1, 1));
+}
+
+#[test]
+fn long_chains_and_long_runs_have_an_end() {
+    let mut p = rigid(200, 0.9);
+    p.x_start[..20].fill(-0.1);
+    let mut engine = started(&p);
+    engine.advance(600.0, &mut Vec::new()).unwrap();
+    energy_holds(&engine);
+    let spread = velocities(&engine, 200).windows(2).map(|v| (v[0] - v[1]).abs()).fold(0.0, f64::max);
+    assert!(spread < 1e-3, "{spread:e}");
 }

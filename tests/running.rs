@@ -198,6 +198,66 @@ fn parameters_of_other_laws_are_told() {
 }
 
 #[test]
+fn rigid_contacts_have_no_law_to_set() {
+    let host = logging();
+    assert_eq!((host.set_integer("contact.model", 3), host.set_integer("contact.dampingLaw", 2)), (fmi2OK, fmi2OK));
+    for name in ["contact.stiffness", "contact.stiffnessRatio[3]", "contact.overlapRef", "contact.damping"] {
+        assert_eq!(host.set(name, 2.0), fmi2OK);
+    }
+    host.start();
+    let told: Vec<String> = host.log().into_iter().map(|line| line.text).collect();
+    let ignored: Vec<&str> = told.iter().map(|text| text.split(" has no effect").next().unwrap()).collect();
+    assert_eq!(
+        ignored,
+        [
+            "contact.stiffness = 2 N/m",
+            "contact.stiffnessRatio[3] = 2",
+            "contact.overlapRef = 2 m",
+            "contact.dampingLaw = kelvinVoigtNoPull",
+            "contact.damping = 2 N.s/m",
+        ]
+    );
+    assert_eq!(host.reset(), fmi2OK);
+    assert_eq!(host.set("contact.restitution", 0.5), fmi2OK);
+    host.start();
+    assert!(host.log()[0].text.starts_with("contact.restitution = 0.5 has no effect"));
+}
+
+#[test]
+fn rigid_impacts_are_pulses_without_duration() {
+    let host = logging();
+    assert_eq!((host.set_integer("contact.model", 3), host.set("contact.deadBand", 0.0)), (fmi2OK, fmi2OK));
+    host.start();
+    let onset = host.get("t_next");
+    assert_eq!((host.step(0.0, onset), host.get("t_next") > onset), (fmi2OK, true));
+    let contacts: Vec<String> = host
+        .log()
+        .into_iter()
+        .map(|line| {
+            let fields: Vec<&str> = line.text.split([' ', '=']).collect();
+            let number = |k: usize| fields[k].parse::<f64>().unwrap();
+            assert_eq!((number(3), number(5), number(7)), (onset, onset, 0.0), "{}", line.text);
+            assert!((number(9) - 0.1 * 5f64.sqrt()).abs() < 1e-15, "{}", line.text);
+            fields[1].to_owned()
+        })
+        .collect();
+    assert_eq!(contacts, ["2", "1", "3", "2", "4", "3"]);
+    assert_eq!(
+        (host.get_integer("pulses[2]"), host.get("F_peak[2]"), host.get_boolean("inContact[2]")),
+        (2, 0.0, false)
+    );
+    assert!((host.get("F_mean[2]") * onset - host.get("impulse[2]")).abs() < 1e-15);
+    // The restitution may change between the clicks.
+    let (state, energy) = (host.save(), host.get("E_total"));
+    assert_eq!((host.set("contact.restitution", 0.8), host.step(onset, 2.0)), (fmi2OK, fmi2OK));
+    let lost = host.get("E_dissipated");
+    assert!(lost > 0.05 * energy && (host.get("E_total") + lost - energy).abs() < 1e-15);
+    assert_eq!((host.restore(state), host.step(onset, 2.0)), (fmi2OK, fmi2OK));
+    assert!(host.get("E_dissipated") < 1e-30);
+    host.free(state);
+}
+
+#[test]
 fn questions_about_the_last_step_are_answered() {
     let host = Host::started();
     let (mut status, mut boolean, mut string) = (fmi2Error, 7, null());

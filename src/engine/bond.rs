@@ -137,7 +137,8 @@ impl Bond {
     /// Whether it is one between `left` and `right` at the time `now`, with finite values.
     pub fn is_sound(&self, left: &Ball, right: &Ball, now: DoubleDouble) -> bool {
         let of_balls = |ball: &Ball| ball.anchor == self.anchor && ball.oscillator == self.oscillator;
-        let numbers = [self.stiffness, self.drag, self.rounding].iter().chain(&self.push).all(|value| value.is_finite());
+        let numbers =
+            [self.stiffness, self.drag, self.rounding].iter().chain(&self.push).all(|value| value.is_finite());
         of_balls(left) && of_balls(right) && numbers && self.flight.is_finite() && self.anchor <= now
     }
 
@@ -163,9 +164,7 @@ impl Bond {
         }
         let u: [f64; BASIS] = self.oscillator.basis(t - self.anchor);
         let displacement = self.flight.displacement(&self.oscillator, &u);
-        of_push
-            - self.stiffness * self.flight.displacement_integral(&self.oscillator, &u)
-            - self.drag * displacement
+        of_push - self.stiffness * self.flight.displacement_integral(&self.oscillator, &u) - self.drag * displacement
     }
 
     /// The largest force between two times, N.

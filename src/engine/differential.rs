@@ -1,5 +1,6 @@
 //! Derivatives of the outputs by time.
 
+use super::ball::{Held, shifted};
 use super::cluster::Mode;
 use super::expansion::{Expansion, Push, State};
 use super::{Engine, HeldInputs};
@@ -61,12 +62,17 @@ impl Differential {
     /// a_support sum m - F_support`: as sums of derivatives, large terms would cancel in a contact. Where an overlap vanishes under
     /// a law with an exponent that is not whole, its elastic force counts as 0 with all its derivatives.
     pub(super) fn by_time(cradle: &Cradle, state: &State, inputs: &HeldInputs, order: usize) -> Self {
-        let pushes: Vec<Push<f64>> =
-            cradle.balls.iter().enumerate().map(|(i, ball)| inputs.push(i, ball.mass)).collect();
+        let pushes = pushes(cradle, inputs);
         let series = Expansion::new(cradle, state, &pushes, (MAX_OUTPUT_DERIVATIVE + 1, 1.0), |_| false);
+        Self::of_series(cradle, state, inputs, &series, order)
+    }
+
+    /// The same from the series of all motions and forces.
+    fn of_series(cradle: &Cradle, state: &State, inputs: &HeldInputs, series: &Expansion<f64>, order: usize) -> Self {
+        let pushes = pushes(cradle, inputs);
         let factorial = |k: usize| (1..=k).map(|i| i as f64).product::<f64>();
         let (of_order, of_rate, last) = (factorial(order), factorial(order - 1), order - 1);
-        let support = support_series(cradle, state, &pushes, &series);
+        let support = support_series(cradle, state, &pushes, series);
         let mut rates = Self::zero(cradle.balls.len());
         let mut momentum = [0.0; MAX_OUTPUT_DERIVATIVE + 1];
         for (i, (ball, push)) in cradle.balls.iter().zip(&pushes).enumerate() {
@@ -95,6 +101,11 @@ impl Differential {
         }
         rates
     }
+}
+
+/// Accelerations of the balls by the inputs.
+fn pushes(cradle: &Cradle, inputs: &HeldInputs) -> Vec<Push<f64>> {
+    cradle.balls.iter().enumerate().map(|(i, ball)| inputs.push(i, ball.mass)).collect()
 }
 
 /// Coefficients of the force on the support, `sum m (omega2 x + 2 gamma v)`. The contacts move it only as far as the two balls'
@@ -143,7 +154,24 @@ impl Engine {
     /// Derivatives of the outputs by time at the current time, of order 1 to [`MAX_OUTPUT_DERIVATIVE`], from the right. What
     /// changes only at events and communication points has derivative 0.
     pub fn time_derivative(&self, order: usize) -> Differential {
-        let state = self.state_of_all(self.time.into());
-        Differential::by_time(&self.cradle, &state, &self.inputs.at(self.time), order)
+        let (state, inputs) = (self.state_of_all(self.time.into()), self.inputs.at(self.time));
+        if self.contacts.iter().all(|contact| contact.bond.is_none()) {
+            return Differential::by_time(&self.cradle, &state, &inputs, order);
+        }
+        let series = self.series_of_bodies(&state, &pushes(&self.cradle, &inputs));
+        Differential::of_series(&self.cradle, &state, &inputs, &series, order)
+    }
+
+    /// The series of rigid balls from `state` on, some of which move as one body: as such, and with the forces that this takes.
+    fn series_of_bodies(&self, state: &State, pushes: &[Push<f64>]) -> Expansion<f64> {
+        let (mut bodies, mut apart, mut common) = (self.cradle.clone(), state.clone(), pushes.to_vec());
+        apart.modes.fill(Mode::Open);
+        for (i, ball) in self.balls.iter().enumerate().filter(|(_, ball)| ball.held == Held::Bond) {
+            (bodies.balls[i].omega2, bodies.balls[i].gamma) = (ball.oscillator.omega2(), ball.oscillator.gamma());
+            common[i] = shifted(&ball.flight.push, self.time - ball.anchor.value());
+        }
+        let mut series = Expansion::new(&bodies, &apart, &common, (MAX_OUTPUT_DERIVATIVE + 1, 1.0), |_| false);
+        series.constrain(&self.cradle, state, pushes);
+        series
     }
 }

@@ -39,10 +39,10 @@ impl std::fmt::Display for EngineError {
             }
             Self::Overlap { ball, overlap } => write!(
                 f,
-                "balls {} and {} overlap by {overlap:e} m, which rigid contacts do not allow: x_start[{0}] - x_start[{1}] may \
-                 be at most contact.gap[{0}] + contact.deadBand",
-                ball + 1,
-                ball + 2
+                "rigid balls {left} and {right} overlap by {overlap:.4e} m; allowed: x_start[{left}] - x_start[{right}] up to \
+                 contact.gap[{left}] + contact.deadBand",
+                left = ball + 1,
+                right = ball + 2
             ),
             Self::NoForceLaw => write!(
                 f,

@@ -129,6 +129,28 @@ impl<S: Scalar> Expansion<S> {
         }
     }
 
+    /// Takes the motions as given, and as forces in the contacts that press what they need beside gravity, drag and inputs.
+    pub fn constrain(&mut self, cradle: &Cradle<S>, state: &State<S>, pushes: &[Push<S>]) {
+        for j in 0..cradle.contacts.len() {
+            if state.modes[j] != Mode::Pressing {
+                continue;
+            }
+            let (ball, x) = (&cradle.balls[j], self.position(j));
+            let (v, mut factorial) = (self.rate(x), 1.0);
+            let a = self.rate(&v);
+            let left = (j > 0 && state.modes[j - 1] == Mode::Pressing).then(|| self.force(j - 1));
+            let force = |k: usize| {
+                factorial *= k.max(1) as f64;
+                let push = pushes[j].get(k).map_or(S::default(), |push| *push / S::from(factorial));
+                let free = push - ball.omega2 * x[k] - S::from(2.0) * ball.gamma * v[k];
+                left.map_or(S::default(), |left| left[k]) + ball.mass * (free - a[k])
+            };
+            let forces: Vec<S> = (0..self.stride - 2).map(force).collect();
+            let at = j * self.stride;
+            self.forces[at..at + forces.len()].copy_from_slice(&forces);
+        }
+    }
+
     fn row<'a>(&self, rows: &'a [S], i: usize) -> &'a [S] {
         &rows[i * self.stride..(i + 1) * self.stride]
     }

@@ -34,7 +34,7 @@ impl LastStep<'_> {
         let pushes = pushes_along(&along, &self.inputs, inputs);
         let mut run = Run::new(self.cradle, along, lifted(&self.start), pushes);
         run.follow(Some(self.length))?;
-        run.agree_with(&self.end);
+        run.agree_with(&self.end)?;
         let mut outputs = run.outputs();
         outputs.force_mean = outputs.impulse.iter().map(|impulse| impulse / self.length).collect();
         outputs.force_peak = run.peak.iter().map(|peak| peak.tangent()).collect();

@@ -75,13 +75,7 @@ fn most_impacts(balls: usize, e: f64) -> usize {
 }
 
 /// The sequence of impacts, as long as any pair approaches faster than `unresolved`.
-fn sequence<S: Scalar>(
-    masses: &[S],
-    v: &mut [S],
-    e: S,
-    (unresolved, rounding): (f64, f64),
-    outcome: &mut Outcome<S>,
-) {
+fn sequence<S: Scalar>(masses: &[S], v: &mut [S], e: S, (unresolved, rounding): (f64, f64), outcome: &mut Outcome<S>) {
     let contacts = masses.len() - 1;
     // The fastest approach is the earliest entry.
     let mut queue = EventQueue::new(contacts);
@@ -119,10 +113,8 @@ fn impact_of_two<S: Scalar>(masses: &[S], v: &mut [S], e: S, j: usize, outcome: 
     let (left_share, right_share) = (masses[j] / total, masses[j + 1] / total);
     let (one, approach) = (S::from(1.0), v[j] - v[j + 1]);
     let impulse = (one + e) * masses[j] * right_share * approach;
-    (v[j], v[j + 1]) = (
-        v[j + 1] + (one - (one + e) * right_share) * approach,
-        v[j] - (one - (one + e) * left_share) * approach,
-    );
+    (v[j], v[j + 1]) =
+        (v[j + 1] + (one - (one + e) * right_share) * approach, v[j] - (one - (one + e) * left_share) * approach);
     outcome.loss += S::from(0.5) * (one - e) * impulse * approach;
     outcome.impacts.push(Impact { contact: j, impulse });
 }
@@ -194,10 +186,10 @@ mod tests {
     fn ties_that_share_a_ball_collide_jointly() {
         let (after, outcome) = outcome(&[1.0, 3.0, 1.0], &[1.0, 0.0, -1.0], 0.5);
         assert_eq!(after, [-0.5, 0.0, 0.5]);
-        assert_eq!(outcome.impacts.iter().map(|impact| (impact.contact, impact.impulse)).collect::<Vec<_>>(), [
-            (0, 1.5),
-            (1, 1.5)
-        ]);
+        assert_eq!(
+            outcome.impacts.iter().map(|impact| (impact.contact, impact.impulse)).collect::<Vec<_>>(),
+            [(0, 1.5), (1, 1.5)]
+        );
         assert_eq!(outcome.loss, 0.75);
     }
 

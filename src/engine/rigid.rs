@@ -14,8 +14,8 @@ use std::ops::Range;
 use super::ball::{Held, Push, Rounding, shifted};
 use super::bond::{Body, acceleration_rounding};
 use super::cluster::Mode;
-use super::separation::Separation;
 use super::restitution::{self, Impact};
+use super::separation::Separation;
 use super::{Engine, EngineError, Pulse};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::oscillator::Oscillator;
@@ -182,13 +182,7 @@ impl Engine {
 
     /// Bonds where balls press each other at `t` and flight elsewhere, for the contacts `group`, which have been taken apart, and
     /// those beside them.
-    pub(super) fn settle(
-        &mut self,
-        group: Range<usize>,
-        t: DoubleDouble,
-        keep: Keep,
-        pulses: &mut Vec<Pulse>,
-    ) {
+    pub(super) fn settle(&mut self, group: Range<usize>, t: DoubleDouble, keep: Keep, pulses: &mut Vec<Pulse>) {
         self.bind_where_pressed(group.clone(), t, keep);
         self.go_on(group, t, pulses);
     }

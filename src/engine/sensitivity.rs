@@ -4,11 +4,15 @@
 //! number as well, so that jumps of the force at an onset or a release are accounted for (the saltation of hybrid
 //! systems: di Bernardo et al., Piecewise-smooth Dynamical Systems, 2008, section 2.5). Only the derivatives are taken
 //! from it. The cost of a segment grows with the number of balls, that of a motion with the number of segments.
+//!
+//! Impacts of rigid balls are taken in dual numbers, too, as long as the balls part. Where they stay in contact there are
+//! no derivatives, nor where more balls touch that the direction would bring apart.
 
 use super::ball::shifted;
 use super::cluster::{Mode, Switch};
 use super::differential::Differential;
 use super::expansion::{Expansion, Push, State};
+use super::restitution;
 use crate::model::{BallModel, Cradle, Damping};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::dual::{Dual, Scalar};
@@ -24,8 +28,8 @@ const MAX_SEGMENTS: usize = 100_000;
 /// How much of the largest derivative of a velocity on the way may be left at the end: less is its rounding.
 const CANCELLATION: f64 = 1e-10;
 
-/// A step that cannot be followed again: it takes too many segments, leaves the range of numbers, or passes through so
-/// many bounces that the derivatives drown in rounding.
+/// A step that cannot be followed again: it takes too many segments, leaves the range of numbers, passes through so many
+/// bounces that the derivatives drown in rounding, or has rigid balls stay in contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NotFollowed;
 
@@ -64,6 +68,9 @@ impl<'a> Run<'a> {
 
     /// Follows the motion to the time `until` after the start (s), or just beyond the next onset.
     pub fn follow(&mut self, until: Option<f64>) -> Result<(), NotFollowed> {
+        if self.cradle.restitution.is_some() && self.state.modes.iter().any(|mode| *mode != Mode::Open) {
+            return Err(NotFollowed);
+        }
         for _ in 0..MAX_SEGMENTS {
             let rest = until.map_or(f64::INFINITY, |until| (DoubleDouble::from(until) - self.elapsed).value());
             let (series, converges_for) = self.expand();
@@ -86,12 +93,9 @@ impl<'a> Run<'a> {
             match switch {
                 None if length == rest => return Ok(()),
                 None => {}
-                Some((_, j, switch)) => {
-                    self.switch(j, switch);
-                    if until.is_none() && switch == Switch::Onset {
-                        return Ok(());
-                    }
-                }
+                Some((_, _, Switch::Onset)) if until.is_none() => return Ok(()),
+                Some((_, j, Switch::Onset)) if self.cradle.restitution.is_some() => self.collide(j)?,
+                Some((_, j, switch)) => self.switch(j, switch),
             }
         }
         Err(NotFollowed)
@@ -279,14 +283,43 @@ impl<'a> Run<'a> {
         };
     }
 
-    /// Takes the modes from `end`: where the step ends at a switching, rounding decides on which side.
-    pub fn agree_with(&mut self, end: &State) {
+    /// The rigid balls of contact `j` meet, and those that touch there.
+    fn collide(&mut self, j: usize) -> Result<(), NotFollowed> {
+        let e = self.along.restitution.ok_or(NotFollowed)?;
+        let touch = |j: &usize| self.state.overlaps[*j].value() >= -self.rounding(*j);
+        let first = (0..j).rev().take_while(touch).last().unwrap_or(j);
+        let last = (j + 1..self.cradle.contacts.len()).take_while(touch).last().unwrap_or(j);
+        self.state.overlaps[j] = Dual::default();
+        if self.state.overlaps[first..=last].iter().any(|overlap| overlap.tangent() != 0.0) {
+            return Err(NotFollowed);
+        }
+        let masses: Vec<Dual> = self.along.balls[first..last + 2].iter().map(|ball| ball.mass).collect();
+        let v = &mut self.state.v[first..last + 2];
+        let scale = v.iter().map(|v| v.value().abs()).fold(0.0, f64::max);
+        let unresolved = 32.0 * f64::EPSILON * scale;
+        for impact in restitution::collide(&masses, v, e, unresolved, unresolved).impacts {
+            self.impulse[first + impact.contact] += impact.impulse;
+            self.state.overlaps[first + impact.contact] = Dual::default();
+        }
+        // Without relative velocity they may stay in contact.
+        if self.overlap_rate(j).value() < 0.0 { Ok(()) } else { Err(NotFollowed) }
+    }
+
+    /// Takes the modes from `end`: where the step ends at a switching, rounding decides on which side. Refuses a step that ends
+    /// with an impact of rigid balls.
+    pub fn agree_with(&mut self, end: &State) -> Result<(), NotFollowed> {
+        let scale = end.v.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+        let differs = |(v, own): (&f64, &Dual)| (v - own.value()).abs() > 1e-6 * scale;
+        if self.cradle.restitution.is_some() && end.v.iter().zip(&self.state.v).any(differs) {
+            return Err(NotFollowed);
+        }
         for (j, mode) in end.modes.iter().enumerate() {
             if self.state.modes[j] != *mode {
                 self.state.modes[j] = *mode;
                 self.state.overlaps[j] = Dual::with_tangent(end.overlaps[j], self.state.overlaps[j].tangent());
             }
         }
+        Ok(())
     }
 
     /// Derivatives of what follows from the state alone, and of the impulses.
@@ -304,7 +337,10 @@ impl<'a> Run<'a> {
         }
         for (j, law) in self.along.contacts.iter().enumerate() {
             energy += law.elastic_energy(state.overlaps[j]);
-            if state.modes[j] == Mode::Pressing {
+            if state.modes[j] == Mode::Pressing && self.cradle.restitution.is_some() {
+                // Of a constraint force there is none.
+                outputs.force[j] = f64::NAN;
+            } else if state.modes[j] == Mode::Pressing {
                 outputs.force[j] = law.unclipped_force(state.overlaps[j], self.overlap_rate(j)).tangent();
             }
         }

@@ -68,8 +68,10 @@ impl Separation {
         let blur = match &self.motion {
             Motion::Relative(..) => [0.0; 2],
             Motion::Both(parts) => {
-                let sum = |size: fn(&(Oscillator, Flight)) -> f64| 8.0 * f64::EPSILON * parts.iter().map(size).sum::<f64>();
-                let acceleration = |(o, flight): &(Oscillator, Flight)| flight.acceleration(o, 0.0, 0.0, flight.v).abs();
+                let sum =
+                    |size: fn(&(Oscillator, Flight)) -> f64| 8.0 * f64::EPSILON * parts.iter().map(size).sum::<f64>();
+                let acceleration =
+                    |(o, flight): &(Oscillator, Flight)| flight.acceleration(o, 0.0, 0.0, flight.v).abs();
                 [sum(|(_, flight)| flight.v.abs()), sum(acceleration)]
             }
         };

@@ -263,7 +263,10 @@ impl Engine {
     fn restore_bond(&mut self, i: usize, bond: &Bond, failed: bool) -> Result<(), Unsound> {
         for ball in &mut self.balls[i..i + 2] {
             let free = matches!(ball.held, Held::Free | Held::Bond);
-            require(free && (failed || self.cradle.restitution.is_some()), "a bond holds balls that are held otherwise")?;
+            require(
+                free && (failed || self.cradle.restitution.is_some()),
+                "a bond holds balls that are held otherwise",
+            )?;
             (ball.held, ball.oscillator) = (Held::Bond, bond.oscillator());
         }
         Ok(())

@@ -22,7 +22,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::engine::{Pulse, Simulation};
 use crate::model::{Inputs, Parameters, Tunables};
-use crate::variables::{LogCategory, Number, Settings, TABLE, Variable};
+use crate::variables::{Access, LogCategory, Number, Settings, variables};
 
 /// Everything that changes while an instance runs: all that a saved state has to hold.
 #[derive(Clone, Serialize, Deserialize)]
@@ -177,13 +177,14 @@ impl Instance {
         if !self.log.wants(LogCategory::Solver) {
             return;
         }
-        let defaults = Settings::default_for(1);
-        for (position, row) in TABLE.iter().enumerate().filter(|(_, row)| !(row.used)(&settings.parameters)) {
-            let variable = Variable { row, position, index: 0 };
-            if let (Some(value), Some(default)) = (variable.real(settings), variable.real(&defaults))
-                && value != default
-            {
-                let value = row.quantified(Number(value));
+        let defaults = Settings::default_for(settings.balls());
+        for variable in variables(settings.balls()).filter(|variable| !(variable.row.used)(&settings.parameters)) {
+            let value = |of: &Settings| match variable.row.access {
+                Access::Choice(choice) => choice.item((choice.get)(&of.parameters)).map(|item| item.name.to_owned()),
+                _ => variable.real(of).map(|value| variable.row.quantified(Number(value))),
+            };
+            let (value, default) = (value(settings), value(&defaults));
+            if let Some(value) = value.filter(|value| Some(value) != default.as_ref()) {
                 self.log.solver(format_args!("{variable} = {value} has no effect: its law or method is not selected"));
             }
         }

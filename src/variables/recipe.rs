@@ -177,7 +177,10 @@ mod tests {
             ("{\"format\":1,\"balls\":5,\"start\":{\"ball.mass\":0}}", "ball.mass = 0 kg"),
             ("{\"format\":1,\"balls\":5,\"start\":{\"ball.mass\":null}}", "not readable"),
             ("{\"format\":1,\"balls\":5,\"start\":{\"ball.mass\":\"heavy\"}}", "ball.mass is of type Real"),
-            ("{\"format\":1,\"balls\":5,\"start\":{\"contact.model\":\"glue\"}}", "powerLaw (1) or hertz (2) or rigid (3)"),
+            (
+                "{\"format\":1,\"balls\":5,\"start\":{\"contact.model\":\"glue\"}}",
+                "powerLaw (1) or hertz (2) or rigid (3)",
+            ),
         ];
         for (text, expected) in bad {
             let error =

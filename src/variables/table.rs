@@ -68,7 +68,7 @@ fn period(parameters: &Parameters) -> f64 {
     (2.0 * std::f64::consts::PI * libm::sqrt(length / parameters.gravity)).min(NEVER)
 }
 
-// What initial values depend on.
+// What initial values depend on. The force of balls that rest against each other depends on everything.
 const MASSES: &[&str] = &["ball.mass", "ball.massRatio"];
 const PENDULUMS: &[&str] = &["gravity", "pendulum.length", "pendulum.lengthRatio"];
 const OVERLAP: &[&str] = &["contact.deadBand", "contact.gap", "x_start"];
@@ -82,7 +82,6 @@ const ELASTIC: &[&str] = &[
     "contact.overlapRef",
     "contact.exponent",
 ];
-const DAMPER: &[&str] = &["contact.dampingLaw", "contact.damping", "contact.huntCrossley", "v_start"];
 const SUPPORT: &[&str] = &["pendulum.drag", "x_start", "v_start"];
 
 /// Every variable of the FMU. The position of a row is part of its variables' value references.
@@ -155,7 +154,6 @@ pub static TABLE: &[Row] = &[
         .derivative(|d, i| d.x[i]),
     real("F", Contacts, Output, &FORCE, Simulation::force,
         "Contact force between balls {i} and {j} at this instant, pushing them apart")
-        .initially(&[OVERLAP, ELASTIC, DAMPER])
         .derivative(|d, i| d.force[i]),
     real("v", Balls, Output, &VELOCITY, Simulation::v,
         "Velocity of ball {i} relative to the support").initially(&[&["v_start"]])
@@ -177,17 +175,16 @@ pub static TABLE: &[Row] = &[
         "Integral of F[{i}] since the start").initially(&[])
         .derivative(|d, i| d.impulse[i]),
     real("F_mean", Contacts, Output, &FORCE, Simulation::force_mean,
-        "Mean of F[{i}] over the last step").discrete().initially(&[OVERLAP, ELASTIC, DAMPER])
+        "Mean of F[{i}] over the last step").discrete()
         .derivative(|d, i| d.force_mean[i]),
     real("F_peak", Contacts, Output, &FORCE, Simulation::force_peak,
         "Largest F[{i}] in the last step; 0 if the contact never closed").discrete()
-        .initially(&[OVERLAP, ELASTIC, DAMPER])
         .derivative(|d, i| d.force_peak[i]),
     real("F_support_mean", Scalar, Output, &FORCE, |s, _| s.support_force_mean(),
         "Mean of F_support over the last step").discrete().initially(&[MASSES, PENDULUMS, SUPPORT])
         .derivative(|d, _| d.support_force_mean),
     count("pulses", Contacts, Output, Simulation::pulses,
-        "Onsets so far of the contact of balls {i} and {j}").initially(&[OVERLAP]),
+        "Onsets so far of the contact of balls {i} and {j}"),
     flag("inContact", Contacts, Output, Simulation::in_contact,
         "Whether balls {i} and {j} overlap").initially(&[OVERLAP]),
 

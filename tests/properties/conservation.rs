@@ -1,6 +1,7 @@
 //! Energy and momentum, of every cradle at every time.
 
 use newtons_cradle::engine::Engine;
+use newtons_cradle::model::Inputs;
 use proptest::prelude::*;
 
 use super::config;
@@ -117,6 +118,32 @@ proptest! {
     fn energy_and_momentum_of_rigid_runs(case in cradles(RIGID)) {
         energy_is_accounted_for(&case, 1e-12)?;
         momentum_is_accounted_for(&case)?;
+    }
+
+    /// With inputs that change between the steps and within them.
+    #[test]
+    fn energy_of_rigid_runs_under_changing_inputs(
+        case in cradles(RIGID),
+        changes in proptest::collection::vec((0..6usize, -3.0..3.0, -10.0..10.0, any::<bool>()), 2..12),
+    ) {
+        let mut engine = case.start()?;
+        let mut scale = energy_scale(&engine, case.p.balls());
+        let mut held = case.inputs.clone();
+        for (k, (ball, force, rate, ramps)) in (1..).zip(&changes) {
+            let mut derivative = Inputs::zero(case.p.balls());
+            let ball = ball % case.p.balls();
+            held.force[ball] = force * case.p.mass;
+            derivative.force[ball] = rate * case.p.mass;
+            let derivatives = if *ramps { vec![derivative] } else { Vec::new() };
+            engine.hold(&held, &derivatives).map_err(ended_early)?;
+            engine.advance(case.time * f64::from(k) / changes.len() as f64, &mut Vec::new()).map_err(ended_early)?;
+            scale = scale.max(energy_scale(&engine, case.p.balls()));
+            let off = engine.energy_residual().abs() / scale;
+            prop_assert!(off <= 1e-12, "residual {off:e} at {}", engine.time());
+            for i in 0..case.p.balls() - 1 {
+                prop_assert!(engine.overlap(i) <= 0.0 && engine.force(i) >= 0.0);
+            }
+        }
     }
 
     #[test]
