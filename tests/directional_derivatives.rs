@@ -82,9 +82,9 @@ const LAWS: [(&str, Setup); 9] = [
         assert_eq!((h.set("pendulum.drag", 0.2), h.set("contact.exponent", 1.5)), (fmi2OK, fmi2OK));
     }),
     ("rigid", |h| assert_eq!(h.set_integer("contact.model", 3), fmi2OK)),
-    ("rigid with losses and drag", |h| {
+    ("rigid with losses", |h| {
         assert_eq!((h.set_integer("contact.model", 3), h.set("contact.restitution", 0.7)), (fmi2OK, fmi2OK));
-        assert_eq!((h.set("pendulum.drag", 0.2), h.set("ball.massRatio[3]", 1.2)), (fmi2OK, fmi2OK));
+        assert_eq!(h.set("ball.massRatio[3]", 1.2), fmi2OK);
     }),
 ];
 
@@ -122,7 +122,9 @@ fn they_agree_with_differences() {
             assert!(onsets.contains(&(count(&step.host) - before)), "{law}, {what}: {}", count(&step.host) - before);
             for input in ["F_ext[1]", "F_ext[2]", "F_ext[4]", "a_support"] {
                 // A change of 1 N over 50 ms shifts an onset by the length of a pulse or more.
-                let h = if what == "in flight" || what == "within a pulse" { 1e-4 } else { 5e-8 };
+                // Rigid balls have one pulse after the other, so that soon another one comes next.
+                let long = what == "in flight" || what == "within a pulse" && !law.starts_with("rigid");
+                let h = if long { 1e-4 } else { 5e-8 };
                 step.check(&format!("{law}, {what}"), input, h, 1e-6);
             }
         }

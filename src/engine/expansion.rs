@@ -131,8 +131,8 @@ impl<S: Scalar> Expansion<S> {
 
     /// Takes the motions as given, and as forces in the contacts that press what they need beside gravity, drag and inputs.
     pub fn constrain(&mut self, cradle: &Cradle<S>, state: &State<S>, pushes: &[Push<S>]) {
-        for j in 0..cradle.contacts.len() {
-            if state.modes[j] != Mode::Pressing {
+        for (j, mode) in state.modes.iter().enumerate() {
+            if *mode != Mode::Pressing {
                 continue;
             }
             let (ball, x) = (&cradle.balls[j], self.position(j));

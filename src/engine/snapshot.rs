@@ -50,7 +50,6 @@ struct ContactState {
 }
 
 /// What a contact is part of.
-#[expect(clippy::large_enum_variant, reason = "nearly all contacts are open")]
 #[derive(Clone, Debug, Serialize, Deserialize)]
 enum Course {
     /// The window of a cluster.

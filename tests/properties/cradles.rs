@@ -198,7 +198,7 @@ impl Case {
         for variant in 1..4usize {
             let mut shifted = self.clone();
             let shift = |i: usize| {
-                let sign = if (i * variant + i / 2) % 2 == 0 { 1.0 } else { -1.0 };
+                let sign = if (i * variant + i / 2).is_multiple_of(2) { 1.0 } else { -1.0 };
                 sign * variant as f64 * f64::EPSILON
             };
             if self.p.contact_model == ContactModel::Rigid {
