@@ -16,7 +16,7 @@ use super::bond::{Body, acceleration_rounding};
 use super::cluster::Mode;
 use super::restitution::{self, Impact};
 use super::separation::Separation;
-use super::{Engine, EngineError, Pulse};
+use super::{Contact, Engine, EngineError, Pulse};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::oscillator::Oscillator;
 
@@ -59,13 +59,11 @@ impl Engine {
         let e = if clock_stands { 0.0 } else { self.cradle.restitution.unwrap_or_default() };
         let Some(separation) = &self.contacts[i].separation else { return };
         let (last_bounce, noise) = (separation.is_last_bounce(t, e), separation.noise());
-        let touch = |contact: &usize| {
-            let contact = &self.contacts[*contact];
-            contact.bond.is_some() || contact.separation.as_ref().is_some_and(|separation| separation.touches(t, noise))
-        };
-        let first = (0..i).rev().take_while(touch).last().unwrap_or(i);
-        let last = (i + 1..self.contacts.len()).take_while(touch).last().unwrap_or(i);
-        let (group, balls) = (first..last + 1, first..last + 2);
+        let group = self.around(i, |contact| {
+            let touches = |separation: &Separation| separation.touches(t, noise);
+            contact.bond.is_some() || contact.separation.as_ref().is_some_and(touches)
+        });
+        let (first, balls) = (group.start, group.start..group.end + 1);
         self.unbind(group.clone(), t);
         self.contacts[group.clone()].iter_mut().for_each(|contact| contact.overlap = 0.0);
 
@@ -114,11 +112,17 @@ impl Engine {
 
     /// The bond of contact `i` would have to pull from `t` on.
     pub(super) fn part(&mut self, i: usize, t: DoubleDouble, pulses: &mut Vec<Pulse>) {
-        let bound = |j: &usize| self.contacts[*j].bond.is_some();
-        let first = (0..i).rev().take_while(bound).last().unwrap_or(i);
-        let last = (i + 1..self.contacts.len()).take_while(bound).last().unwrap_or(i);
-        self.unbind(first..last + 1, t);
-        self.settle(first..last + 1, t, Keep::Nothing, pulses);
+        let body = self.around(i, |contact| contact.bond.is_some());
+        self.unbind(body.clone(), t);
+        self.settle(body, t, Keep::Nothing, pulses);
+    }
+
+    /// Contact `i` and those on either side as far as they `belong` without a gap.
+    fn around(&self, i: usize, belong: impl Fn(&Contact) -> bool) -> Range<usize> {
+        let belong = |j: &usize| belong(&self.contacts[*j]);
+        let first = (0..i).rev().take_while(belong).last().unwrap_or(i);
+        let last = (i + 1..self.contacts.len()).take_while(belong).last().unwrap_or(i);
+        first..last + 1
     }
 
     fn begin_pulse(&mut self, i: usize, t: DoubleDouble) {
@@ -141,8 +145,8 @@ impl Engine {
         rounding.fold(Rounding::default(), Rounding::max)
     }
 
-    /// The balls of the contacts `group`, which no bond leads out of, and all contacts that they have are taken apart at `t`: the
-    /// balls are in flight and anchored then, the contacts hold their overlaps, and those with a bond that they press.
+    /// The balls of the contacts `group`, which no bond leads out of, and all their contacts are taken apart at `t`: the balls are in
+    /// flight and anchored then, the contacts hold their overlaps, and where there was a bond that they press.
     pub(super) fn unbind(&mut self, group: Range<usize>, t: DoubleDouble) {
         let beside = group.start.saturating_sub(1)..(group.end + 1).min(self.contacts.len());
         for j in beside {
@@ -207,21 +211,20 @@ impl Engine {
     fn go_on(&mut self, group: Range<usize>, t: DoubleDouble, pulses: &mut Vec<Pulse>) {
         let noise = self.rounding(group.start..group.end + 1).position;
         for j in group.start.saturating_sub(1)..(group.end + 1).min(self.contacts.len()) {
-            let contact = &mut self.contacts[j];
-            if contact.bond.is_some() {
-                if contact.mode == Mode::Open {
-                    self.begin_pulse(j, t);
-                }
-                self.forecast(j, t);
-            } else {
+            if self.contacts[j].bond.is_none() {
                 self.end_pulse(j, t, pulses);
-                let contact = &self.contacts[j];
-                let (overlap, clearance) = (contact.overlap.min(0.0), self.cradle.contacts[j].clearance);
-                let separation = Separation::new(&self.balls[j], &self.balls[j + 1], t, overlap, clearance);
+                let separation = self.separation(j, t, self.contacts[j].overlap.min(0.0));
                 self.contacts[j].separation = Some(separation.rigid(noise));
-                self.forecast(j, t);
+            } else if self.contacts[j].mode == Mode::Open {
+                self.begin_pulse(j, t);
             }
+            self.forecast(j, t);
         }
+    }
+
+    /// The motion of the balls of contact `j`, in flight, relative to each other, from `overlap` (m) at `t` on.
+    fn separation(&self, j: usize, t: DoubleDouble, overlap: f64) -> Separation {
+        Separation::new(&self.balls[j], &self.balls[j + 1], t, overlap, self.cradle.contacts[j].clearance)
     }
 
     /// Whether the balls of contact `j`, both in flight, touch without relative velocity.
@@ -235,11 +238,7 @@ impl Engine {
         let balls = &self.balls[run.start..run.end + 1];
         let masses: Vec<f64> = balls.iter().map(|ball| ball.mass).collect();
         let rounding = balls.iter().map(acceleration_rounding).fold(0.0, f64::max);
-        let approach = |j: usize| {
-            let clearance = self.cradle.contacts[j].clearance;
-            Separation::new(&self.balls[j], &self.balls[j + 1], t, 0.0, clearance).at_anchor()[2]
-        };
-        let approach: Vec<f64> = run.clone().map(approach).collect();
+        let approach: Vec<f64> = run.clone().map(|j| self.separation(j, t, 0.0).at_anchor()[2]).collect();
         // Accelerations relative to the first ball.
         let mut accelerations = vec![0.0; masses.len()];
         for (j, approach) in approach.iter().enumerate() {
