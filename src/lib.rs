@@ -2,7 +2,8 @@
 //!
 //! The model is P. C. Breedveld's (Modelling & simulation of bouncing objects: Newton's cradle revisited, Mechatronics 2002):
 //! neighbouring balls are joined by springs that act only while the balls overlap, so that a collision is a short, stiff,
-//! continuous contact, and the one-after-another transfer of momentum comes out by itself.
+//! continuous contact, and the one-after-another transfer of momentum comes out by itself. The classical model that he sets it
+//! against, impacts without duration, is there to compare (`contact.model = rigid`).
 //!
 //! # How it is built
 //!
@@ -10,7 +11,7 @@
 //! |---|---|---|
 //! | [`model`] | the physics in SI units: parameters, masses, force laws | numbers in `solver` |
 //! | [`solver`] | numerics: closed-form oscillators, series, dual numbers, first crossings, an event queue, solvers of ODEs | nothing |
-//! | [`engine`] | a run: flight, impacts, clusters of balls in contact, events, the ledger of pulses | `model`, `solver` |
+//! | [`engine`] | a run: flight, impacts, clusters and bodies of balls in contact, events, the ledger of pulses | `model`, `solver` |
 //! | [`variables`] | the interface as one table: names, types, units, ranges, description, access | `model`, `engine` |
 //! | [`instance`] | one running instance: phases, legality of calls, steps, saved states, log | `variables`, `engine` |
 //! | [`fmi2`] | the C functions of FMI 2.0; the only unsafe code | `instance` |

@@ -26,9 +26,17 @@ def parse_pulse(line: str) -> tuple | None:
 
 
 def pulse_table(lines) -> np.ndarray:
-    """The pulses among log lines as an array of dtype `PULSE`, shape (number of pulses,), by onset."""
+    """The pulses among log lines as an array of dtype `PULSE`, shape (number of pulses,), by onset.
+
+    Those that close at the same time stay in the order of the log, which is that of rigid impacts.
+    """
     rows = [row for row in map(parse_pulse, lines) if row is not None]
-    return np.sort(np.array(rows, dtype=PULSE), order=["onset", "contact"])
+    return by_onset(np.array(rows, dtype=PULSE))
+
+
+def by_onset(pulses: np.ndarray) -> np.ndarray:
+    """The pulses in the order of their onsets; simultaneous ones stay as they are."""
+    return pulses[np.argsort(pulses["onset"], kind="stable")]
 
 
 def impact_sequences(pulses: np.ndarray, pause: float = 0.01) -> list[np.ndarray]:
@@ -39,7 +47,7 @@ def impact_sequences(pulses: np.ndarray, pause: float = 0.01) -> list[np.ndarray
     """
     if len(pulses) == 0:
         return []
-    pulses = np.sort(pulses, order="onset")
+    pulses = by_onset(pulses)
     open_until = np.maximum.accumulate(pulses["release"])
     cuts = np.flatnonzero(pulses["onset"][1:] - open_until[:-1] > pause) + 1
     return np.split(pulses, cuts)
@@ -53,7 +61,7 @@ def pulse_order(sequence: np.ndarray) -> list[list[int]]:
     """
     order: list[list[int]] = []
     last = None
-    for pulse in np.sort(sequence, order="onset"):
+    for pulse in by_onset(sequence):
         length = pulse["release"] - pulse["onset"]
         if last is not None and pulse["onset"] - last["onset"] < 0.1 * min(
             length, last["release"] - last["onset"]

@@ -197,7 +197,7 @@ mod tests {
     fn plastic_impacts_end_in_common_velocities() {
         let (after, outcome) = outcome(&[1.0, 2.0, 1.0, 5.0], &[4.0, 0.0, 0.0, 1.0], 0.0);
         assert_eq!(after, [1.0, 1.0, 1.0, 1.0]);
-        assert_eq!(outcome.loss, 8.5 - 4.5);
+        assert_eq!(outcome.loss, 10.5 - 4.5);
         assert_eq!(outcome.impacts.iter().map(|impact| impact.impulse).collect::<Vec<_>>(), [3.0, 1.0]);
     }
 

@@ -9,6 +9,7 @@ CASES = {  # label: (start values, m v of one ball at impact, kg.m/s)
     "figure 5, no dead band": (nc.figure5(0.0), np.sqrt(5)),
     "figure 5": (nc.figure5(), np.sqrt(5)),
     "figure 6": (nc.figure6(), np.sqrt(5)),
+    "rigid": ({"contact.model": 3}, 0.1 * np.sqrt(5)),
 }
 FREE = {  # gravity = 0, unequal masses, gaps, every kind of contact
     "linear": nc.power_law(1e10, 1.0, 1e-6),
@@ -17,6 +18,7 @@ FREE = {  # gravity = 0, unequal masses, gaps, every kind of contact
     "damped": nc.power_law(1e10, 1.0) | {"contact.damping": 2e3},
     "damped, no pull": nc.power_law(1e10, 1.0) | {"contact.damping": 2e3, "contact.dampingLaw": 2},
     "hunt-crossley": nc.power_law(1e12, 1.5) | {"contact.huntCrossley": 0.2, "contact.dampingLaw": 3},
+    "rigid": {"contact.model": 3, "contact.deadBand": 0.0, "contact.restitution": 0.6},
 }
 RATIOS = [1.0, 0.5, 2.0, 1.3, 0.7]
 
