@@ -15,7 +15,7 @@ SETUPS = {
     "Hertz, damped": nc.figure5(0.0)
     | {"contact.model": 2, "contact.dampingLaw": 3, "contact.huntCrossley": 0.3, "pendulum.drag": 0.1},
     "rigid, lasting contacts": nc.figure5(0.0)
-    | {"contact.model": 3, "contact.restitution": 0.2, "pendulum.lengthRatio[3]": 1.1, "pendulum.drag": 0.1},
+    | {"contact.model": 3, "contact.restitution": 0.5, "pendulum.lengthRatio[3]": 1.1, "F_ext[5]": -3.0},
 }
 # How far behind the first onset the state is saved, s; None: in flight before it.
 PLACES = {"in flight": None, "at the onset": 0.0, "within a pulse": 1e-7, "between pulses": 2.5e-7}
