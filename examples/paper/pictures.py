@@ -3,7 +3,7 @@
     .venv/bin/python examples/paper/pictures.py
 
 writes docs/*.png, docs/animation.jpg and packaging/assets/run.svg. Those of the animation and the report need Chromium and its
-driver; the report must be there (`python3 cradle.py paper`).
+driver; what the other examples drew must be there (`python3 cradle.py paper`, examples/study/study.py).
 """
 
 import io
@@ -32,6 +32,8 @@ def main() -> int:
         photographs(fmus, options.out / "report.html", docs)
     for name in ("figure3", "figure5"):
         small(Image.open(options.out / f"{name}.png"), docs / f"{name}.png")
+    for example in ("study",):
+        small(Image.open(ROOT / f"out/{example}/{example}.png"), docs / f"{example}.png")
     return 0
 
 

@@ -106,15 +106,18 @@ class Saved:
 
 
 class Fmu:
-    """An FMU, unpacked: start as many runs of it as you like, side by side if need be."""
+    """An FMU, unpacked: start as many runs of it as you like, side by side if need be.
 
-    def __init__(self, path: str | Path):
+    `folder`: where to unpack it, a temporary folder if None; `close` removes it.
+    """
+
+    def __init__(self, path: str | Path, folder: str | Path | None = None):
         self.path = Path(path)
         if not self.path.exists():
             raise FileNotFoundError(f"{self.path}: build it with `cargo pack build --release`")
         self.description = read_model_description(str(self.path))
         self.variables = {v.name: v for v in self.description.modelVariables}
-        self.folder = extract(str(self.path))
+        self.folder = extract(str(self.path), unzipdir=folder and str(folder))
 
     def __enter__(self):
         return self

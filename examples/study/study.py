@@ -1,0 +1,133 @@
+"""A parameter study of the cradle: order p, dead band, damping and lifted balls, on many processes.
+
+    .venv/bin/python examples/study/study.py
+
+makes 1,156 runs of ten seconds with a process for each core, writes out/study/runs.csv with a row per run
+and draws maps of it. `--scheduler ADDRESS` takes the workers of a dask cluster instead. A run that fails
+has the reason in its row and on the terminal; the others go on. A run whose worker dies is repeated by
+another one.
+"""
+
+import argparse
+import csv
+import itertools
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import dask
+import newtons_cradle as nc
+import numpy as np
+import one_run
+from dask.system import CPU_COUNT
+from distributed import Client, LocalCluster, as_completed
+from maps import save_maps
+
+ROOT = Path(__file__).resolve().parents[2]
+COLUMNS = [
+    "order", "dead_band", "damping", "lifted",
+    "overlap", "last_ball", "middle_ball", "energy_left", "energy_error", "pulses", "error", "seconds",
+]  # fmt: skip
+
+
+def main() -> int:
+    """Runs the study of the command line; returns 0 when at least one run succeeded."""
+    options = command_line()
+    axes = (options.orders, options.dead_bands, options.dampings, options.lifted)
+    cases = [dict(zip(COLUMNS, values, strict=False)) for values in itertools.product(*axes)]
+    begin = time.perf_counter()
+    try:
+        with connected(options.scheduler, options.workers) as client:
+            print(f"{len(cases)} runs on {client.scheduler.address}")
+            rows = list(outcomes(client, options.fmu, cases))
+    except OSError as problem:  # no FMU, no scheduler
+        print(f"error: {problem}", file=sys.stderr)
+        return 2
+    seconds = time.perf_counter() - begin
+    rows.sort(key=lambda row: [row[name] for name in COLUMNS[:4]])
+    options.out.mkdir(parents=True, exist_ok=True)
+    save_rows(options.out / "runs.csv", rows)
+    good = report(rows, seconds)
+    if good:
+        save_maps(options.out / "study.png", good)
+    print(f"wrote {options.out}")
+    return 0 if good else 1
+
+
+def command_line() -> argparse.Namespace:
+    """The study's axes, and where it runs."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    axis = {"nargs": "+", "metavar": "X"}
+    parser.add_argument("--orders", type=float, default=np.linspace(1, 5, 17).tolist(), **axis)
+    parser.add_argument(
+        "--dead-bands", type=float, default=np.linspace(0, 1.6, 17).round(1).tolist(), **axis,
+        help="in units of the largest overlap, 1 µm",
+    )  # fmt: skip
+    parser.add_argument("--dampings", type=float, default=[0.0, 0.2], help="Hunt-Crossley, s/m", **axis)
+    parser.add_argument("--lifted", type=int, default=[1, 2], help="balls lifted by 0.1 m", **axis)
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="of a dask cluster: tcp://host:8786")
+    parser.add_argument("--workers", type=int, default=CPU_COUNT, help="local processes, one per core")
+    parser.add_argument("--fmu", type=Path, default=ROOT / "target/fmu/NewtonsCradle.fmu")
+    parser.add_argument("--out", type=Path, default=ROOT / "out/study", help="folder of the results")
+    return parser.parse_args()
+
+
+@contextmanager
+def connected(scheduler: str | None, workers: int) -> Iterator[Client]:
+    """A client of the scheduler at this address, or of local processes that end with it. Raises OSError."""
+    if scheduler is not None:
+        with Client(scheduler, timeout="10s") as client:
+            yield client
+        return
+    with (
+        dask.config.set({"distributed.logging.distributed": "error"}),
+        LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None) as cluster,
+        Client(cluster) as client,
+    ):
+        yield client
+
+
+def outcomes(client: Client, fmu: Path, cases: list[dict]) -> Iterator[dict]:
+    """A row for each case, in the order in which they finish."""
+    opener = one_run.OpenFmu(fmu)
+    client.upload_file(one_run.__file__)
+    client.register_plugin(opener)
+    progress = nc.Progress("Study")
+    futures = client.map(one_run.outcome, cases, pure=False)
+    case_of = {future.key: case for future, case in zip(futures, cases, strict=True)}
+    finished = as_completed(futures, with_results=True, raise_errors=False)
+    for number, (future, result) in enumerate(finished, start=1):
+        if future.status == "error":  # not the run's own failure: its workers died
+            result = case_of[future.key] | {"error": f"lost: {result[1]}", "seconds": 0.0}
+        progress(number / len(cases))
+        yield result
+
+
+def save_rows(path: Path, rows: list[dict]) -> None:
+    """Writes a CSV file; numbers with all their digits, missing ones empty."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        table = csv.DictWriter(file, COLUMNS)
+        table.writeheader()
+        table.writerows(rows)
+
+
+def report(rows: list[dict], seconds: float) -> list[dict]:
+    """Says what failed and how long it took; returns the rows that succeeded."""
+    failed = [row for row in rows if row["error"]]
+    for row in failed[:20]:
+        case = ", ".join(f"{name} {row[name]:g}" for name in COLUMNS[:4])
+        print(f"FAILED  {case}: {row['error']}")
+    if len(failed) > 20:
+        print(f"FAILED  {len(failed) - 20} more, see runs.csv")
+    working = sum(row["seconds"] for row in rows)
+    print(f"{len(rows) - len(failed)} runs succeeded, {len(failed)} failed")
+    print(f"{seconds:.1f} s together, {working:.1f} s of it within runs (added up over all workers)")
+    return [row for row in rows if not row["error"]]
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,120 @@
+"""The parameter study, small: on local processes, with runs that fail, and on a cluster whose worker is killed."""
+
+import csv
+import itertools
+import subprocess
+import sys
+
+import pytest
+from conftest import ROOT
+from distributed import Client
+
+FOLDER = ROOT / "examples/study"
+sys.path.insert(0, str(FOLDER))
+
+
+def study(fmu_path, out, *arguments) -> subprocess.CompletedProcess:
+    """The study as typed, with these axes."""
+    command = [sys.executable, FOLDER / "study.py", "--fmu", fmu_path, "--out", out, *arguments]
+    return subprocess.run(command, capture_output=True, text=True)
+
+
+def rows(out) -> list[dict]:
+    """The rows of the results."""
+    with (out / "runs.csv").open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def test_a_study_with_failures(fmu_path, tmp_path):
+    """The FMU refuses order 20, and five balls lifted together never touch: the other runs are there."""
+    axes = ["--orders", "1", "3", "20", "--dead-bands", "0", "1.6", "--dampings", "0", "--lifted", "1", "5"]
+    done = study(fmu_path, tmp_path, "--workers", "2", *axes)
+    assert done.returncode == 0, done.stderr
+    assert "4 runs succeeded, 8 failed" in done.stdout
+    assert "order 20, dead_band 0, damping 0, lifted 1: FmuError: " in done.stdout
+    assert "contact.exponent = 20" in done.stdout
+    assert (tmp_path / "study.png").read_bytes().startswith(b"\x89PNG")
+    table = rows(tmp_path)
+    assert len(table) == 12
+    good = {(row["order"], row["dead_band"]): row for row in table if not row["error"]}
+    # The overlaps of the paper's experiments, from an independent computation in quadruple precision.
+    assert float(good["1.0", "0.0"]["overlap"]) == pytest.approx(0.536, abs=5e-4)
+    assert float(good["3.0", "0.0"]["overlap"]) == pytest.approx(0.108, abs=5e-4)
+    assert float(good["1.0", "1.6"]["overlap"]) == 0.0
+    assert float(good["1.0", "1.6"]["last_ball"]) == pytest.approx(1.0, abs=1e-3)
+    for row in good.values():
+        assert float(row["energy_error"]) < 1e-10
+    assert {row["error"] for row in table if row["lifted"] == "5" and row["order"] == "1.0"} == {
+        "FmuError: no contact ever closes"
+    }
+
+
+def test_a_study_in_which_everything_fails(fmu_path, tmp_path):
+    done = study(fmu_path, tmp_path, "--workers", "1", "--orders", "0.5", "--dampings", "0", "--lifted", "1")
+    assert done.returncode == 1
+    assert "0 runs succeeded, 17 failed" in done.stdout
+    assert len(rows(tmp_path)) == 17
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (["--fmu", "missing.fmu", "--workers", "1"], "missing.fmu"),
+        (["--scheduler", "tcp://127.0.0.1:9"], "tcp://127.0.0.1:9"),
+    ],
+)
+def test_a_study_that_cannot_start_says_why(fmu_path, tmp_path, arguments, complaint):
+    done = study(fmu_path, tmp_path, *arguments)
+    assert done.returncode == 2
+    assert done.stderr.splitlines()[-1].startswith("error: ") and complaint in done.stderr
+
+
+@pytest.fixture
+def cluster(tmp_path):
+    """A scheduler and two workers started separately: its address and the workers' processes."""
+
+    def start(*arguments):
+        command = [sys.executable, "-m", "dask", *arguments]
+        with (tmp_path / f"{arguments[0]}{len(processes)}.log").open("w") as log:
+            processes.append(subprocess.Popen(command, cwd=tmp_path, stdout=log, stderr=log))
+
+    processes, file = [], tmp_path / "scheduler.json"
+    local = ["--host", "127.0.0.1", "--no-dashboard"]
+    try:
+        start("scheduler", *local, "--port", "0", "--scheduler-file", str(file))
+        for _ in range(2):
+            start("worker", *local, "--scheduler-file", str(file), "--nthreads", "1", "--no-nanny")
+        while not file.exists() or not file.read_text():
+            assert processes[0].poll() is None, (tmp_path / "scheduler0.log").read_text()
+        with Client(scheduler_file=str(file)) as client:
+            client.wait_for_workers(2, timeout=120)
+            yield client.scheduler.address, processes[1:]
+    finally:
+        for process in processes:
+            process.kill()
+            process.wait()
+
+
+def test_a_worker_killed_half_way_loses_nothing(fmu, fmu_path, cluster):
+    """All rows come, each once, with the numbers that a run on its own gives."""
+    import one_run
+    import study
+
+    address, workers = cluster
+    names = study.COLUMNS[:4]
+    axes = ([1.0, 1.5, 2.0, 3.0], [0.0, 0.4, 0.8, 1.2, 1.6], [0.0, 0.2], [1, 2])
+    cases = [dict(zip(names, values, strict=True)) for values in itertools.product(*axes)]
+    found = []
+    with study.connected(address, 0) as client:
+        for number, row in enumerate(study.outcomes(client, fmu_path, cases)):
+            if number == len(cases) // 4:
+                workers[0].kill()
+            found.append(row)
+        assert len(client.scheduler_info()["workers"]) == 1
+    assert [row["error"] for row in found] == [""] * len(cases)
+    assert sorted([row[name] for name in names] for row in found) == sorted(
+        list(case.values()) for case in cases
+    )
+    for row in found[::20]:
+        alone = one_run.measure(fmu, {name: row[name] for name in names})
+        assert {name: row[name] for name in alone} == alone
