@@ -3,7 +3,8 @@
     .venv/bin/python examples/paper/pictures.py
 
 writes docs/*.png, docs/animation.jpg and packaging/assets/run.svg. Those of the animation and the report need Chromium and its
-driver; what the other examples drew must be there (`python3 cradle.py paper`, examples/study/study.py).
+driver; what the other examples drew must be there (`python3 cradle.py paper`, examples/study/study.py,
+examples/mechatronics/couple.py).
 """
 
 import io
@@ -32,8 +33,8 @@ def main() -> int:
         photographs(fmus, options.out / "report.html", docs)
     for name in ("figure3", "figure5"):
         small(Image.open(options.out / f"{name}.png"), docs / f"{name}.png")
-    for example in ("study",):
-        small(Image.open(ROOT / f"out/{example}/{example}.png"), docs / f"{example}.png")
+    for path in ("study/study.png", "mechatronics/coupling.png", "mechatronics/machine.png"):
+        small(Image.open(ROOT / "out" / path), docs / Path(path).name)
     return 0
 
 

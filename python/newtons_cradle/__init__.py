@@ -14,13 +14,14 @@ values of the paper's experiments), `progress` (a progress bar).
 """
 
 from .balances import energy_error, momentum_defect, momentum_of_sequences
-from .fmu import Fmu, FmuError, LogLine, Result, Run, Saved
+from .fmu import NEVER, Fmu, FmuError, LogLine, Result, Run, Saved
 from .progress import Progress
 from .pulses import PULSE, impact_sequences, overlapping_neighbours, parse_pulse, pulse_order
 from .setups import chain, figure3, figure5, figure6, lifted, power_law, steel
 from .views import overlaps, resolved, sample_times
 
 __all__ = [
+    "NEVER",
     "PULSE",
     "Fmu",
     "FmuError",

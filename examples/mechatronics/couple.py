@@ -1,0 +1,333 @@
+"""A cradle on a cart, pulled by a voice coil: two FMUs coupled, and the error of the coupling measured.
+
+    .venv/bin/python examples/mechatronics/couple.py
+
+builds the plant's FMU with PythonFMU, runs both by the master in master.py and as an SSP by FMPy, and leaves
+machine.ssp, presets.ssp, pictures and CSV files in out/mechatronics. It ends with a table of checks.
+"""
+
+import argparse
+import sys
+from pathlib import Path
+
+import numpy as np
+import ssp
+from machine import COMMON, FREE, ROOT, STOP, Fmus, nc, opened, positions, reference
+from master import METHODS, REPEATING
+from plots import COLOURS, Column, Plot, Strip, Trace, View
+from support import Check, Outcome, at_least, at_most, draw, equal, print_checks, save_checks, save_csv
+
+STEPS = [0.1, 0.05, 0.025, 0.0125]  # s, of the comparison
+ITERATED = 0.1  # s, at which the trials per step are counted
+COARSE = 0.01  # s, steps of the run that is shown
+TEXTS = {
+    "hold": "hold the last step's means",
+    "extrapolate": "extrapolate by derivatives",
+    "repeat": "repeat steps, means held",
+    "smooth": "repeat, with input derivatives",
+}
+ENERGIES = ["balls", "cart", "lost", "put in"]
+
+
+def main() -> int:
+    """Runs everything; returns 0 when every number holds, else 1."""
+    options = command_line()
+    options.out.mkdir(parents=True, exist_ok=True)
+    try:
+        with opened(options.fmu, options.out) as fmus:
+            if fmus.cradle.balls != 5:
+                sys.exit(f"{options.fmu} has {fmus.cradle.balls} balls where 5 are needed")
+            outcome = run(fmus, options.out, options.steps)
+    except FileNotFoundError as problem:
+        sys.exit(f"error: {problem}")
+    draw(outcome, options.out)
+    save_checks(outcome.checks, options.out / "checks.csv")
+    return 0 if print_checks(outcome.checks) else 1
+
+
+def command_line() -> argparse.Namespace:
+    """FMU, folder, and how fine the comparison is."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--fmu", type=Path, default=ROOT / "target/fmu/NewtonsCradle.fmu", help="of 5 balls")
+    parser.add_argument("--out", type=Path, default=ROOT / "out/mechatronics", help="folder of the results")
+    parser.add_argument(
+        "--steps", type=int, default=len(STEPS), choices=range(2, len(STEPS) + 1),
+        help=f"how many communication steps to compare, of {STEPS} s",
+    )  # fmt: skip
+    return parser.parse_args()
+
+
+def run(fmus: Fmus, out: Path, count: int) -> Outcome:
+    """All experiments with the first `count` communication steps."""
+    ssp.save_machine(out / "machine.ssp", fmus)
+    ssp.save_presets(out / "presets.ssp", fmus)
+    shown, machine = show(fmus, out)
+    errors = compare(fmus, out / "machine.ssp", STEPS[:count])
+    columns = ["h", *errors]
+    table = np.array(
+        list(zip(STEPS, *errors.values(), strict=False)), dtype=[(name, "f8") for name in columns]
+    )
+    save_csv(out / "convergence.csv", table)
+    print_errors(table)
+    checks = [
+        *orders(table),
+        *conserved(fmus, out / "machine.ssp"),
+        *carried(fmus, shown),
+        *repeated(fmus),
+        *iterations(fmus),
+        at_most("energy", "of the whole, smooth, steps of 10 ms", energy_defect(shown), 1e-5, "J"),
+    ]
+    return Outcome(checks, [machine, plot_coupling(table, shown)])
+
+
+# ---------------------------------------------------------------- the machine at work
+
+
+def show(fmus: Fmus, out: Path) -> tuple[np.ndarray, Plot]:
+    """A run with fine steps: its table, and how it looks."""
+    names = [
+        *(f"x[{i}]" for i in range(1, 6)),
+        "s",
+        "i",
+        *ENERGIES,
+        "F",
+        "F_mean",
+        "impulse",
+        "sensed",
+        "pulses",
+    ]
+    rows = []
+    with fmus.started("smooth") as master:
+        for time in master.steps(STOP, COARSE):
+            cradle = [master.cradle.get(f"{name}[4]") for name in ("F", "F_mean", "impulse")]
+            plant = [master.plant.get("sensed"), master.cradle.get("pulses[4]")]
+            energies = master.energies()
+            row = [*positions(master), master.plant.get("i"), *(energies[name] for name in ENERGIES)]
+            rows.append((time, *row, *cradle, *plant))
+    table = np.array(rows, dtype=[(name, "f8") for name in ["time", *names]])
+    save_csv(out / "machine.csv", table)
+    return table, plot_machine(table, free_momenta(fmus))
+
+
+def free_momenta(fmus: Fmus) -> np.ndarray:
+    """Momenta without spring and damper to ground, with steps so long that one sees what is on its way."""
+    with fmus.started("hold", FREE) as master:
+        rows = [(time, *master.momenta().values()) for time in master.steps(STOP, STEPS[0])]
+        names = ["time", *master.momenta()]
+    return np.array(rows, dtype=[(name, "f8") for name in names])
+
+
+def plot_machine(table: np.ndarray, momenta: np.ndarray) -> Plot:
+    """Cart, balls, current and energies over time; momenta of the free cart."""
+
+    def strip(label, unit, names, table=table):
+        time = table["time"]
+        traces = [Trace(time, table[name], COLOURS[i], "line", name) for i, name in enumerate(names)]
+        return Strip(label, unit, traces)
+
+    momentum = strip("momentum, free cart", "kg.m/s", momenta.dtype.names[1:], momenta)
+    whole = sum(momenta[name] for name in momenta.dtype.names[1:])
+    momentum.traces.append(Trace(momenta["time"], whole, COLOURS[5], "dashed", "together"))
+    strips = [
+        strip("cart", "m", ["s"]),
+        strip("balls", "m", ["x[1]", "x[3]", "x[5]"]),
+        strip("current", "A", ["i"]),
+        strip("energy", "J", ENERGIES),
+        momentum,
+    ]
+    return Plot(
+        "machine",
+        "A cradle on a cart, started by a voice coil",
+        "The coil, mounted on the cart, pulls ball 1 to the left with a current of the form sin² for 1.6 s, then "
+        "lets go. Each click sends the last ball up and induces a voltage in the coil; the cart swings on its spring "
+        "all the while. The energies of balls and cart and what the damper took add up to what the coil put in. Last: "
+        "without spring and damper to ground, steps of 0.1 s, last means held: with what is on its way nothing is lost.",
+        [Column("", "time", "s", strips, [View("all", 0.0, STOP)])],
+        height=1.4,
+    )
+
+
+def energy_defect(table: np.ndarray) -> float:
+    """Largest change of what must stay: stored + lost - put in, J."""
+    whole = table["balls"] + table["cart"] + table["lost"] - table["put in"]
+    return float(np.ptp(whole))
+
+
+# ---------------------------------------------------------------- the error of the coupling
+
+
+def compare(fmus: Fmus, path: Path, steps: list[float]) -> dict[str, list[float]]:
+    """Largest deviation of a position from the reference, m, by way of coupling, for each step."""
+    _, exact = reference()
+    errors = {"FMPy": [ssp_error(path, h, exact) for h in steps]}
+    progress = nc.Progress("Coupling error of four methods")
+    ways = [(method, False) for method in METHODS] + [(method, True) for method in REPEATING]
+    for number, (method, at_impacts) in enumerate(ways, start=1):
+        name = f"{method}, at impacts" if at_impacts else method
+        errors[name] = [error(fmus, method, h, exact, at_impacts) for h in steps]
+        progress(number / len(ways))
+    return errors
+
+
+def error(fmus: Fmus, method: str, h: float, exact: np.ndarray, at_impacts: bool) -> float:
+    """Of one run by the master."""
+    worst = 0.0
+    with fmus.started(method) as master:
+        for time in master.steps(STOP, h, at_impacts=at_impacts):
+            number = round(time / COMMON)
+            if abs(time - number * COMMON) < 1e-12:
+                worst = max(worst, np.abs(positions(master) - exact[number]).max())
+    return worst
+
+
+def ssp_error(path: Path, h: float, exact: np.ndarray) -> float:
+    """Of one run by FMPy."""
+    every = round(COMMON / h)
+    rows = ssp.run(path, h)[every - 1 :: every]
+    names = [*(f"cradle.x[{i}]" for i in range(1, 6)), "plant.s"]
+    return float(np.abs(np.column_stack([rows[name] for name in names]) - exact[1:]).max())
+
+
+def print_errors(table: np.ndarray) -> None:
+    """The table, errors in m."""
+    print("  coupling error in m, by communication step:")
+    print("  " + "".join(name.rjust(20) for name in ["step / s", *table.dtype.names[1:]]))
+    for row in table:
+        print("  " + f"{row[0]:20g}" + "".join(f"{value:20.1e}" for value in list(row)[1:]))
+
+
+def orders(table: np.ndarray) -> list[Check]:
+    """The order of each method: slope of the error over the step, both logarithmic."""
+
+    def slope(name):
+        return float(np.polyfit(np.log(table["h"]), np.log(table[name]), 1)[0])
+
+    lowest = {
+        "FMPy": 0.9,
+        "hold": 0.9,
+        "extrapolate": 2.5,
+        "repeat, at impacts": 1.8,
+        "smooth, at impacts": 3.0,
+    }
+    return [at_least("order", name, slope(name), order) for name, order in lowest.items()]
+
+
+# ---------------------------------------------------------------- what must hold exactly
+
+
+def conserved(fmus: Fmus, path: Path) -> list[Check]:
+    """Without spring and damper to ground the momentum of the whole stays what it was: nothing."""
+    checks = []
+    for method in METHODS:
+        with fmus.started(method, FREE) as master:
+            defect = max(abs(sum(master.momenta().values())) for _ in master.steps(STOP, COARSE))
+        checks.append(at_most("momentum", f"{method}, free cart", defect, 1e-10, "kg.m/s"))
+    free = ssp.run(path, COARSE, {f"plant.{name}": value for name, value in FREE.items()})
+    # The cradle does in a step what the cart did in the one before; two impulses are still on their way.
+    on_its_way = COARSE * (free["cradle.F_support_mean"] + free["plant.F_coil_mean"])[1:]
+    balls = free["cradle.p_total"][1:] + 5.0 * free["plant.v"][:-1]
+    whole = balls + 2.0 * free["plant.v"][1:] + on_its_way
+    return [*checks, at_most("momentum", "FMPy, free cart", np.abs(whole).max(), 1e-10, "kg.m/s")]
+
+
+def carried(fmus: Fmus, table: np.ndarray) -> list[Check]:
+    """F_mean times step is the momentum that crossed the contact; F at the communication points is not."""
+    masses = np.array([1.0, 0.05, 2.0, 0.05, 1.0])  # light balls rattle between heavy ones
+    values = {"gravity": 0.0, "ball.mass": 1.0} | nc.power_law(1e10)
+    values |= {f"ball.massRatio[{i}]": mass for i, mass in enumerate(masses, 1)}
+    values |= {f"x_start[{i}]": -1e-4 * (5 - i) for i in range(1, 6)}
+    values |= {f"v_start[{i}]": v for i, v in enumerate([1.0, 0.0, 0.0, 0.0, -1.0], 1)}
+    result = fmus.cradle.simulate(values, stop=2e-3, step=2e-4)
+    momentum = masses * np.diff(result.stack("v"), axis=0)
+    crossed = momentum[:, ::-1].cumsum(axis=1)[:, ::-1][:, 1:]
+    passed = np.diff(result["time"])[:, None] * result.stack("F_mean")[1:]
+    several = int(np.diff(result.stack("pulses"), axis=0).max())
+    sampled = COARSE * table["F"].sum()
+    return [
+        at_most("F_mean", "F_mean h - momentum that crossed", np.abs(passed - crossed).max(), 1e-12, "N.s"),
+        at_least("F_mean", "pulses of one contact in a step", several, 2),
+        at_least("F_mean", "missed by sampling F, of 1", abs(sampled / table["impulse"][-1] - 1.0), 0.5),
+        at_most("F_mean", "force sensor - impulse", sensor_defect(table), 1e-12, "N.s"),
+    ]
+
+
+def sensor_defect(table: np.ndarray) -> float:
+    """The sensor lags by a step: it is told a mean when the step is over. N.s"""
+    return float(np.abs(table["sensed"][1:] - table["impulse"][:-1]).max())
+
+
+def repeated(fmus: Fmus) -> list[Check]:
+    """A step repeated from saved states, across an impact, gives the same bits."""
+
+    def everything():
+        runs = (master.cradle, master.plant)
+        return [run.get(name) for run in runs for name in run.fmu.outputs]
+
+    with fmus.started("hold") as master:
+        for _ in master.steps(1.5, COARSE):
+            pass
+        onset = master.cradle.get("t_next")
+        runs = (master.cradle, master.plant)
+        states, time = [run.slave.getFMUstate() for run in runs], master.time
+        results = []
+        for _ in range(2):
+            for run, state in zip(runs, states, strict=True):
+                run.slave.setFMUstate(state)
+                run.time = time
+                run.step_to(onset + 1e-3)
+            results.append(everything())
+        for run, state in zip(runs, states, strict=True):
+            run.slave.freeFMUstate(state)
+    return [equal("repeat", "a repeated step gives the same bits", results[0] == results[1], True)]
+
+
+def iterations(fmus: Fmus) -> list[Check]:
+    """Directional derivatives: fewer trials per step until what is told is what is done."""
+    trials = []
+    for newton in (False, True):
+        with fmus.started("repeat", newton=newton) as master:
+            count = sum(1 for _ in master.steps(STOP, ITERATED)) - 1
+            trials.append(master.trials / count)
+    what = f"trials per step of {ITERATED:g} s"
+    return [
+        at_least("repeat", f"{what}, fixed point", trials[0], 6),
+        at_most("repeat", f"{what}, directional derivatives", trials[1], 4),
+    ]
+
+
+def plot_coupling(table: np.ndarray, shown: np.ndarray) -> Plot:
+    """The error over the step, and what a force sensor sees."""
+    steps, traces = np.log10(table["h"]), []
+    names = {"FMPy": "SSP in FMPy"} | {method: TEXTS[method] for method in ("hold", "extrapolate")}
+    names |= {f"{method}, at impacts": f"{TEXTS[method]}, t_next" for method in REPEATING}
+    for (name, text), colour in zip(names.items(), COLOURS, strict=False):
+        logarithm = np.log10(table[name])
+        traces += [Trace(steps, logarithm, colour, "line", text), Trace(steps, logarithm, colour, "points")]
+    errors = Strip("log10 (error / m)", "", traces, (-10.0, 1.5))
+    time = shown["time"]
+    sums = [
+        Trace(time, COARSE * np.cumsum(shown["F_mean"]), COLOURS[0], "line", "sum of F_mean h"),
+        Trace(time, shown["impulse"], COLOURS[4], "dashed", "what crossed the contact"),
+        Trace(time, COARSE * np.cumsum(shown["F"]), COLOURS[1], "line", "sum of F h, sampled"),
+    ]
+    left = Column(
+        "error of the coupled run", "log10 (communication step / s)", "", [errors],
+        [View("all", steps.min() - 0.05, steps.max() + 0.05)],
+    )  # fmt: skip
+    impulse = Strip("impulse on the last ball", "N.s", sums)
+    right = Column("what reaches a partner", "time", "s", [impulse], [View("all", 0.0, STOP)])
+    return Plot(
+        "coupling",
+        "Coupling the cradle: error over step, and the force that a partner sees",
+        "Left: largest deviation from the same machine integrated as one set of equations. Right: a pulse lasts "
+        "microseconds, so that the force at the communication points, every 10 ms, misses it; its mean over the "
+        "step carries all of its impulse.",
+        [left, right],
+        height=3.4,
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main())

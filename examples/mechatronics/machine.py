@@ -1,0 +1,66 @@
+"""The machine of this example: its start values, its plant FMU, and runs of it in either way."""
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT / "python"), str(ROOT / "examples/paper")]
+
+import newtons_cradle as nc  # noqa: E402
+import plant  # noqa: E402
+from master import Master  # noqa: E402
+from pythonfmu.builder import FmuBuilder  # noqa: E402
+from reference import Machine  # noqa: E402
+
+STOP = 5.0  # s
+COMMON = 0.2  # s, distance of the times at which runs are compared
+FREE = {"stiffness": 0.0, "damping": 0.0}  # no spring and damper to ground
+CRADLE = {
+    "gravity": 9.81,
+    "pendulum.length": 1.962,
+    "ball.mass": 1.0,
+    "contact.stiffness": 1e10,
+    "contact.deadBand": 2.6e-6,
+} | nc.lifted(0)  # all balls hang at rest: the coil pulls the first one
+
+
+@dataclass(frozen=True)
+class Fmus:
+    """The two FMUs."""
+
+    cradle: nc.Fmu
+    plant: nc.Fmu
+
+    @contextmanager
+    def started(self, method: str, values: dict | None = None, *, newton: bool = False) -> Iterator[Master]:
+        """A master at the start; `values` are the plant's."""
+        with self.cradle.start(CRADLE) as cradle, self.plant.start(values) as of_plant:
+            yield Master(cradle, of_plant, method, newton=newton)
+
+
+@contextmanager
+def opened(cradle: Path, out: Path) -> Iterator[Fmus]:
+    """The cradle, and the plant as built by PythonFMU into the folder `out`. Raises FileNotFoundError."""
+    with nc.Fmu(cradle) as first:
+        built = FmuBuilder.build_FMU(plant.__file__, dest=out, canGetAndSetFMUstate=True)
+        with nc.Fmu(built) as second:
+            yield Fmus(first, second)
+
+
+def reference(balls: int = 5) -> tuple[np.ndarray, np.ndarray]:
+    """Times (s), and the positions of the balls and of the cart (m) by the single set of equations."""
+    times = COMMON * np.arange(round(STOP / COMMON) + 1)
+    values = {name: start for name, (start, _) in plant.PARAMETERS.items()}
+    states = Machine(CRADLE, values, balls).solve(times)
+    return times, states[:, [*range(balls), 2 * balls]]
+
+
+def positions(master: Master) -> list[float]:
+    """Of the balls relative to the cart, and of the cart, m."""
+    names = [f"x[{i}]" for i in range(1, master.cradle.fmu.balls + 1)]
+    return [*(master.cradle.get(name) for name in names), master.plant.get("s")]

@@ -1,0 +1,214 @@
+"""A master for the cradle and its plant: four signals, and four ways to know them before they are there.
+
+The two FMUs step side by side, each over the same step of length h. What one needs from the other during
+the step is passed as a value and a rate, such that its integral over the step is what it should be:
+
+    hold         what the other one did over its last step, spread over this one: order 1
+    extrapolate  value and rate at the begin of the step, by output derivatives, passed on as input derivatives;
+                 what the last step's guess missed is made up for, so that it is of order 3
+    repeat       what the other one did over this very step, held: the step is repeated until that no longer
+                 changes, from saved states: order 2
+    smooth       the same, changing linearly over the step, by input derivatives: order 4
+
+Nothing is lost on the way: what has been sent but not delivered is added to the next step's share.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import newtons_cradle as nc
+import numpy as np
+
+METHODS = {"hold": 1, "extrapolate": 3, "repeat": 2, "smooth": 4}  # and their orders
+REPEATING = ("repeat", "smooth")
+SHORTEST = 1e-9  # s, of the steps to the next impact
+PULSE = 1e-4  # s, step after an impact: a pulse lasts about so long
+TOLERANCE = 1e-13  # of the integrals (N.s, m, m/s, N.s), when steps are repeated
+FORCE, COIL, ACCELERATION, PUSH = range(4)  # the signals: two to the plant, two to the cradle
+
+
+@dataclass
+class Signals:
+    """Of each signal: integral sent and delivered so far, value and rate where the sender is."""
+
+    sent: np.ndarray
+    delivered: np.ndarray
+    value: np.ndarray
+    rate: np.ndarray
+
+    @property
+    def pending(self) -> np.ndarray:
+        """Sent but not yet delivered."""
+        return self.sent - self.delivered
+
+
+class Master:
+    """A cradle and a plant at the same time, and the signals between them."""
+
+    def __init__(self, cradle: nc.Run, plant: nc.Run, method: str = "hold", *, newton: bool = False):
+        self.cradle, self.plant, self.method, self.newton = cradle, plant, method, newton
+        self.cradle_mass = cradle.get("ball.mass") * sum(
+            cradle.get(f"ball.massRatio[{i}]") for i in range(1, cradle.fmu.balls + 1)
+        )
+        self.supported = 0.0  # N.s, integral of F_support
+        self.trials = 0  # steps of the cradle, repeated ones counted
+        self.signals = Signals(*np.zeros((4, 4)))
+        self.signals.delivered[:] = self.signals.sent[:] = self._sent(0.0)
+        self._look()
+        self._responses: dict[float, np.ndarray] = {}  # of the plant, by length of step
+
+    @property
+    def time(self) -> float:
+        """s"""
+        return self.cradle.time
+
+    def momenta(self) -> dict[str, float]:
+        """kg.m/s: of the balls, of the cart, and of what is on its way from one to the other."""
+        return {
+            "balls": self.cradle.get("p_total") + self.cradle_mass * self.signals.delivered[ACCELERATION],
+            "cart": self.plant.get("mass") * self.plant.get("v"),
+            "on its way": self.signals.pending[FORCE] + self.signals.pending[PUSH],
+        }
+
+    def energies(self) -> dict[str, float]:
+        """J: of the balls (at the velocity of the cart that they know), of the cart, lost, and put in by the coil."""
+        known = self.signals.delivered[ACCELERATION]
+        balls = (
+            self.cradle.get("E_total")
+            + known * self.cradle.get("p_total")
+            + 0.5 * self.cradle_mass * known**2
+        )
+        s, v, mass, stiffness = (self.plant.get(name) for name in ("s", "v", "mass", "stiffness"))
+        return {
+            "balls": balls,
+            "cart": 0.5 * mass * v**2 + 0.5 * stiffness * s**2,
+            "lost": self.plant.get("damper_loss") + self.cradle.get("E_dissipated"),
+            "put in": self.plant.get("coil_work"),
+        }
+
+    def steps(self, stop: float, h: float, *, at_impacts: bool = False) -> Iterator[float]:
+        """Steps to `stop` (s) by way of all multiples of h; yields the times, the first one included.
+
+        `at_impacts`: also by way of every onset of a contact, and of a point shortly after it. Only for methods
+        that repeat steps: the others would spend in a short step what was meant for a long one.
+        """
+        if at_impacts and self.method not in REPEATING:
+            raise ValueError(f"the method {self.method} needs equal steps; impacts can be met by {REPEATING}")
+        yield self.time
+        struck = False
+        for number in range(1, round(stop / h) + 1):
+            end = number * h
+            while self.time < end:
+                onset = self.cradle.get("t_next") if at_impacts else nc.NEVER
+                target = min(end, self.time + PULSE) if struck else end
+                struck = self.time + SHORTEST < onset < target - SHORTEST
+                self.step_to(onset if struck else target)
+                yield self.time
+
+    def step_to(self, end: float) -> None:
+        """One communication step of both."""
+        h = end - self.time
+        start, signals = self.signals.value.copy(), self.signals
+        if self.method == "hold":
+            share, rate = signals.pending, np.zeros(4)
+        elif self.method == "extrapolate":
+            share = signals.pending + h * signals.value + 0.5 * h**2 * signals.rate
+            rate = signals.rate.copy()
+        else:
+            share, rate = self._repeated(end, h, start)
+        self._try(end, h, share, rate)
+        signals.delivered += share
+        signals.sent = self._sent(h)
+        self.supported = signals.sent[FORCE]
+        self._look()
+
+    def _repeated(self, end: float, h: float, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The shares and rates with which both FMUs do over this step what the other one was told."""
+        signals = self.signals
+        share, rate = signals.pending + h * signals.value, np.zeros(4)
+        before = [run.slave.getFMUstate() for run in (self.cradle, self.plant)]
+        limit = TOLERANCE * (1.0 + np.abs(signals.sent))
+        for _ in range(50):
+            self._try(end, h, share, rate)
+            wanted = self._sent(h) - signals.delivered
+            done = np.all(np.abs(wanted - share) <= limit)
+            correction = wanted - share
+            if self.newton and not done:
+                correction = np.linalg.solve(np.eye(4) - self._response(end, h, share, before), correction)
+            self._look()
+            if self.method == "smooth":
+                rate = (signals.value - start) / h
+            share = share + correction
+            self._back(before, end - h)
+            if done:
+                break
+        for run, state in zip((self.cradle, self.plant), before, strict=True):
+            run.slave.freeFMUstate(state)
+        return share, rate
+
+    def _try(self, end: float, h: float, share: np.ndarray, rate: np.ndarray) -> None:
+        """Steps both FMUs with these integrals over the step."""
+        value = share / h - 0.5 * h * rate
+        self.trials += 1
+        self.cradle.set({"a_support": value[ACCELERATION], "F_ext[1]": value[PUSH]})
+        if np.any(rate):
+            references = [
+                self.cradle.fmu.variables[name].valueReference for name in ("a_support", "F_ext[1]")
+            ]
+            self.cradle.slave.setRealInputDerivatives(references, [1, 1], [rate[ACCELERATION], rate[PUSH]])
+        last = f"[{self.cradle.fmu.balls - 1}]"
+        sensor = {"F_sensor": self.cradle.get("F_mean" + last), "pulses": self.cradle.get("pulses" + last)}
+        to_plant = {"F_support": value[FORCE], "v_coil": value[COIL]}
+        rates = {"F_support_rate": rate[FORCE], "v_coil_rate": rate[COIL]}
+        self.plant.set(to_plant | rates | sensor)
+        self.cradle.step_to(end)
+        self.plant.step_to(end)
+
+    def _back(self, states: list, time: float) -> None:
+        """Both FMUs as they were saved."""
+        for run, state in zip((self.cradle, self.plant), states, strict=True):
+            run.slave.setFMUstate(state)
+            run.time = time
+
+    def _sent(self, h: float) -> np.ndarray:
+        """Integrals that each side has sent, after a step of length h."""
+        supported = self.supported + h * self.cradle.get("F_support_mean")
+        pushed = self.plant.get("force_constant") * self.plant.get("q")
+        return np.array([supported, self.cradle.get("x[1]"), self.plant.get("v"), pushed])
+
+    def _look(self) -> None:
+        """Values and rates at the present time: the cradle's rates are its output derivatives."""
+        names = ("F_support", "v[1]")
+        references = [self.cradle.fmu.variables[name].valueReference for name in names]
+        rates = self.cradle.slave.getRealOutputDerivatives(references, [1, 1])
+        plant = [self.plant.get(name) for name in ("a", "F_coil", "a_rate", "F_coil_rate")]
+        self.signals.value = np.array([*(self.cradle.get(name) for name in names), *plant[:2]])
+        self.signals.rate = np.array([*rates, *plant[2:]])
+
+    def _response(self, end: float, h: float, share: np.ndarray, before: list) -> np.ndarray:
+        """How what both send changes with what they are told: the cradle's part by directional derivatives."""
+        cradle, response = self.cradle, np.zeros((4, 4))
+        variables = cradle.fmu.variables
+        unknowns = [variables[name].valueReference for name in ("F_support_mean", "x[1]")]
+        for signal, name in ((ACCELERATION, "a_support"), (PUSH, "F_ext[1]")):
+            known = [variables[name].valueReference]
+            column = cradle.slave.getDirectionalDerivative(unknowns, known, [1.0 / h])
+            response[FORCE, signal], response[COIL, signal] = h * column[0], column[1]
+        response[2:, :2] = self._plant_response(end, h, before)
+        return response
+
+    def _plant_response(self, end: float, h: float, before: list) -> np.ndarray:
+        """The plant is linear, but gives no derivatives: the difference of trial steps, once for each length."""
+        if h not in self._responses:
+            plant, sent = self.plant, []
+            for told in ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)):
+                plant.slave.setFMUstate(before[1])
+                plant.time = end - h
+                plant.set(
+                    {"F_support": told[0] / h, "v_coil": told[1] / h, "F_support_rate": 0, "v_coil_rate": 0}
+                )
+                plant.step_to(end)
+                sent.append([plant.get("v"), plant.get("force_constant") * plant.get("q")])
+            zero, force, coil = map(np.array, sent)
+            self._responses[h] = np.column_stack([force - zero, coil - zero])
+        return self._responses[h]

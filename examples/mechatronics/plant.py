@@ -1,0 +1,153 @@
+"""The rest of the machine as an FMU of another exporter, PythonFMU: cart, voice coil, controller and force sensor.
+
+The cart (mass, spring and damper to ground) carries the cradle. A voice coil on the cart pulls ball 1; its
+amplifier holds the current at a reference, a pull of the form sin^2 at the beginning. All of it is linear,
+so that a step is the exact solution (by the matrix exponential) for inputs that change linearly over it.
+
+    cart:  mass s'' = F_support - F_coil - stiffness s - damping s',  F_coil = force_constant i
+    coil:  inductance i' = (resistance + gain) (i_ref - i) - force_constant v_coil
+
+The FMU holds this file and runs in the Python of the host: that needs NumPy and SciPy, and the host must be
+a Python program, or be started with LD_PRELOAD=/path/to/libpython3.so.
+"""
+
+import math
+from functools import lru_cache
+
+import numpy as np
+from pythonfmu import Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Integer, Real
+from scipy.linalg import expm
+
+PARAMETERS = {  # name: (start value, unit and meaning)
+    "mass": (2.0, "kg, of the cart"),
+    "stiffness": (150.0, "N/m, of its spring to ground"),
+    "damping": (1.0, "N.s/m, of its damper to ground"),
+    "force_constant": (1.0, "N/A, of the coil; the same in V.s/m"),
+    "resistance": (5.0, "Ohm, of the coil"),
+    "inductance": (0.2, "H, of the coil"),
+    "gain": (5.0, "V/A, of the current controller"),
+    "pull": (-0.8, "A, largest reference current; negative pulls ball 1 to the left"),
+    "pull_time": (1.6, "s, how long it pulls"),
+}
+INPUTS = {
+    "F_support": "N, of the cradle on the cart at the begin of a step",
+    "F_support_rate": "N/s, its rate during the step",
+    "v_coil": "m/s, velocity of ball 1 relative to the cart at the begin of a step",
+    "v_coil_rate": "m/s2, its rate during the step",
+    "F_sensor": "N, mean contact force on the last ball over the step before",
+}
+STATES = {
+    "s": "m, position of the cart",
+    "v": "m/s, its velocity",
+    "i": "A, current",
+    "q": "A.s, integral of the current",
+}
+OUTPUTS = {
+    "a_mean": "m/s2, acceleration of the cart, mean over the last step",
+    "F_coil_mean": "N, force of the coil on ball 1, mean over the last step",
+    "a": "m/s2, acceleration of the cart at the end of the step",
+    "a_rate": "m/s3, its rate",
+    "F_coil": "N, force of the coil at the end of the step",
+    "F_coil_rate": "N/s, its rate",
+    "coil_work": "J, done by the coil between cart and ball 1",
+    "damper_loss": "J, lost in the damper",
+    "sensed": "N.s, impulse that the force sensor has seen",
+}
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
+GAUSS = 0.5 * (1.0 + _NODES), 0.5 * _WEIGHTS  # on [0, 1]
+
+
+class CartAndCoil(Fmi2Slave):
+    """Cart, voice coil with current controller, and force sensor."""
+
+    description = "Cart with voice coil, current controller and force sensor, for Newton's cradle"
+
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        exact = {"initial": Fmi2Initial.exact}
+        for name, (start, text) in PARAMETERS.items():
+            setattr(self, name, start)
+            fixed = {"causality": Fmi2Causality.parameter, "variability": Fmi2Variability.fixed}
+            self.register_variable(Real(name, description=text, **fixed, **exact))
+        kinds = [
+            (INPUTS, {"causality": Fmi2Causality.input}),
+            (STATES | OUTPUTS, {"causality": Fmi2Causality.output, **exact}),
+            ({"last_step": "s, length of the last step"}, {"causality": Fmi2Causality.local, **exact}),
+        ]
+        for texts, options in kinds:
+            for name, text in texts.items():
+                setattr(self, name, 0.0)
+                self.register_variable(Real(name, description=text, **options))
+        self.pulses = self.impacts = 0
+        discrete = {"variability": Fmi2Variability.discrete}
+        counter = {"description": "pulses of the last contact so far", "causality": Fmi2Causality.input}
+        self.register_variable(Integer("pulses", **counter, **discrete))
+        counter = {"description": "impacts that the sensor has felt", "causality": Fmi2Causality.output}
+        self.register_variable(Integer("impacts", **counter, **discrete, **exact))
+
+    def do_step(self, current_time: float, step_size: float) -> bool:
+        """One communication step; it is cut where the pull ends, the exact solution having a kink there."""
+        self._sense()
+        v, q, end = self.v, self.q, current_time + step_size
+        inputs = np.array([self.F_support, self.F_support_rate, self.v_coil, self.v_coil_rate])
+        state = np.array([self.s, self.v, self.i, self.q])
+        cuts = [t for t in (self.pull_time,) if current_time < t < end]
+        for t0, t1 in zip([current_time, *cuts], [*cuts, end], strict=True):
+            self._book(t0, t1, np.concatenate([state, inputs]))
+            z = self._flow(t0, t1, np.concatenate([state, inputs]))
+            state, inputs = z[:4], z[4:8]
+        self.s, self.v, self.i, self.q = map(float, state)
+        self._rates(end, inputs)
+        self.a_mean = (self.v - v) / step_size
+        self.F_coil_mean = self.force_constant * (self.q - q) / step_size
+        self.last_step = step_size
+        return True
+
+    def _sense(self) -> None:
+        """The sensor: what the cradle reports is the mean over its last step, as long as the one done here."""
+        self.sensed += self.F_sensor * self.last_step
+        if self.F_sensor > 0.0:
+            self.impacts = self.pulses
+
+    def _book(self, t0: float, t1: float, z: np.ndarray) -> None:
+        """Work and loss from t0 to t1, by Gauss' rule."""
+        for node, weight in zip(*GAUSS, strict=True):
+            _, v, i, _, _, _, v_coil, _ = self._flow(t0, t0 + node * (t1 - t0), z)
+            self.coil_work += float(weight * (t1 - t0) * self.force_constant * i * v_coil)
+            self.damper_loss += float(weight * (t1 - t0) * self.damping * v**2)
+
+    def _flow(self, t0: float, t1: float, z: np.ndarray) -> np.ndarray:
+        """States and inputs at t1, from those at t0."""
+        pulls = t0 < self.pull_time
+        angle = 2.0 * math.pi * t0 / self.pull_time
+        reference = [1.0, math.cos(angle), math.sin(angle)] if pulls else [0.0, 0.0, 0.0]
+        values = tuple(getattr(self, name) for name in PARAMETERS)
+        return (_propagator(values, t1 - t0) @ np.concatenate([z, reference]))[:8]
+
+    def _rates(self, t: float, inputs: np.ndarray) -> None:
+        """Acceleration and force at the end of a step, and their rates."""
+        force, force_rate, velocity, _ = inputs
+        i_ref = self.pull * math.sin(math.pi * t / self.pull_time) ** 2 if t < self.pull_time else 0.0
+        loop = (self.resistance + self.gain) * (i_ref - self.i)
+        i_rate = (loop - self.force_constant * velocity) / self.inductance
+        self.F_coil, self.F_coil_rate = self.force_constant * self.i, self.force_constant * i_rate
+        spring = self.stiffness * self.s + self.damping * self.v
+        self.a = float(force - self.F_coil - spring) / self.mass
+        spring_rate = self.stiffness * self.v + self.damping * self.a
+        self.a_rate = float(force_rate - self.F_coil_rate - spring_rate) / self.mass
+
+
+@lru_cache(maxsize=4096)
+def _propagator(values: tuple, h: float) -> np.ndarray:
+    """exp(A h) of s, v, i, q, F_support, F_support_rate, v_coil, v_coil_rate, and of 1, cos and sin of the pull."""
+    p = dict(zip(PARAMETERS, values, strict=True))
+    a = np.zeros((11, 11))
+    s, v, i, q, force, force_rate, coil, coil_rate, one, cos, sin = range(11)
+    a[s, v] = a[q, i] = a[force, force_rate] = a[coil, coil_rate] = 1.0
+    a[v, [s, v, i, force]] = -p["stiffness"], -p["damping"], -p["force_constant"], 1.0
+    a[v] /= p["mass"]
+    loop = p["resistance"] + p["gain"]
+    a[i, [i, coil, one, cos]] = -loop, -p["force_constant"], loop * p["pull"] / 2, -loop * p["pull"] / 2
+    a[i] /= p["inductance"]
+    a[cos, sin], a[sin, cos] = -2.0 * math.pi / p["pull_time"], 2.0 * math.pi / p["pull_time"]
+    return expm(a * h)

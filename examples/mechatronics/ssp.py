@@ -1,0 +1,181 @@
+"""System structures (SSP 1.0): the machine of this example, and the cradle alone with its presets.
+
+FMPy's runner ignores the parameter bindings of an SSP, starts every connector at 0, and steps the FMUs side
+by side: the parameter set is read from the SSP and passed to it. Other tools read the bindings themselves.
+"""
+
+import zipfile
+from pathlib import Path
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+from fmpy.ssp.simulation import simulate_ssp
+from fmpy.ssp.ssd import ParameterSet, read_ssv
+from machine import CRADLE, STOP, Fmus, nc
+
+NAMESPACES = "".join(
+    f' xmlns:{prefix}="http://ssp-standard.org/SSP1/SystemStructure{name}"'
+    for prefix, name in (("ssd", "Description"), ("ssc", "Common"), ("ssv", "ParameterValues"))
+)
+CONNECTIONS = [  # cradle's variable, direction, plant's variable
+    ("F_support_mean", ">", "F_support"),
+    ("v[1]", ">", "v_coil"),
+    ("F_mean[4]", ">", "F_sensor"),
+    ("pulses[4]", ">", "pulses"),
+    ("a_support", "<", "a_mean"),
+    ("F_ext[1]", "<", "F_coil_mean"),
+]
+SHOWN = ["p_total", *(f"x[{i}]" for i in range(1, 6))]  # by the cradle, without being connected
+SHOWN_PLANT = {
+    "s": "m",
+    "v": "m/s",
+    "sensed": "N.s",
+    "impacts": "",
+}  # and their units, which PythonFMU does not write
+PRESETS = {
+    "default": {},
+    "figure5_overlapping": nc.figure5(0.0),
+    "figure5": nc.figure5(),
+    "figure6": nc.figure6(),
+    "steel": nc.steel(),
+}
+
+
+def save_machine(path: Path, fmus: Fmus) -> None:
+    """The cradle and its plant, connected."""
+    cradle, plant = [], []
+    for of_cradle, direction, of_plant in CONNECTIONS:
+        unit = fmus.cradle.variables[of_cradle].unit
+        kinds = ("output", "input") if direction == ">" else ("input", "output")
+        cradle.append(connector(fmus.cradle, of_cradle, kinds[0], unit))
+        plant.append(connector(fmus.plant, of_plant, kinds[1], unit))
+    cradle += [connector(fmus.cradle, name, "output") for name in SHOWN]
+    plant += [connector(fmus.plant, name, "output", unit) for name, unit in SHOWN_PLANT.items()]
+    components = component("cradle", fmus.cradle, cradle) + component("plant", fmus.plant, plant)
+    start = {f"cradle.{name}": value for name, value in CRADLE.items()}
+    files = {
+        "SystemStructure.ssd": system("Machine", fmus, components, "start", STOP, connections()),
+        "resources/start.ssv": parameters("start", start, fmus.cradle),
+    }
+    write(path, files, [fmus.cradle.path, fmus.plant.path])
+
+
+def save_presets(path: Path, fmus: Fmus) -> None:
+    """The cradle alone: SystemStructure.ssd with the default values, and an .ssd and an .ssv for each preset.
+
+    It has no connectors of inputs, which stay 0: FMPy's runner wants them all connected.
+    """
+    components = component(
+        "cradle", fmus.cradle, [connector(fmus.cradle, name, "output") for name in fmus.cradle.outputs]
+    )
+    files = {}
+    for preset, values in PRESETS.items():
+        start = {f"cradle.{name}": value for name, value in values.items()}
+        name = "SystemStructure" if preset == "default" else preset
+        files[f"{name}.ssd"] = system(preset, fmus, components, preset, 10.0)
+        files[f"resources/{preset}.ssv"] = parameters(preset, start, fmus.cradle)
+    write(path, files, [fmus.cradle.path])
+
+
+def run(path: Path, h: float, values: dict | None = None) -> np.ndarray:
+    """FMPy's result for a machine, with steps of h (s); each row is at the end of its step.
+
+    `values`: start values in addition to those of the SSP, such as {"plant.damping": 0.0}.
+    """
+    start = read_ssv(path, "resources/start.ssv")
+    more = ParameterSet(name="more")
+    more.parameters = [*start.parameters, *(_Parameter(*item) for item in (values or {}).items())]
+    result = simulate_ssp(path, stop_time=STOP - 0.5 * h, step_size=h, parameter_set=more)
+    result["time"] = h * np.arange(1, len(result) + 1)  # FMPy writes the begin of the step
+    return result
+
+
+class _Parameter:
+    """A name and a value, all that FMPy's runner reads of a parameter."""
+
+    def __init__(self, name: str, value: float):
+        self.name, self.value = name, value
+
+
+def connector(fmu: nc.Fmu, name: str, kind: str, unit: str | None = None) -> str:
+    """A connector of a component, with the unit that the FMU or the caller knows."""
+    variable = fmu.variables[name]
+    unit = unit or variable.unit
+    of_type = f"<ssc:{variable.type}{f' unit={quoteattr(unit)}' if unit else ''}/>"
+    return f'        <ssd:Connector name={quoteattr(name)} kind="{kind}">{of_type}</ssd:Connector>\n'
+
+
+def component(name: str, fmu: nc.Fmu, connectors: list[str]) -> str:
+    """A component, its FMU in the folder resources."""
+    source = f'type="application/x-fmu-sharedlibrary" source="resources/{fmu.path.name}" implementation="CoSimulation"'
+    inner = f"        <ssd:Connectors>\n{''.join(connectors)}        </ssd:Connectors>\n"
+    return f'      <ssd:Component name="{name}" {source}>\n{inner}      </ssd:Component>\n'
+
+
+def connections() -> str:
+    """The lines between cradle and plant."""
+    lines = "".join(
+        f'      <ssd:Connection startElement="cradle" startConnector="{cradle}" endElement="plant" endConnector="{plant}"/>\n'
+        if direction == ">"
+        else f'      <ssd:Connection startElement="plant" startConnector="{plant}" endElement="cradle" endConnector="{cradle}"/>\n'
+        for cradle, direction, plant in CONNECTIONS
+    )
+    return f"    <ssd:Connections>\n{lines}    </ssd:Connections>\n"
+
+
+def system(name: str, fmus: Fmus, components: str, binding: str, stop: float, lines: str = "") -> str:
+    """A system structure description of these components, with one parameter set for the whole system."""
+    source = f'type="application/x-ssp-parameter-set" source="resources/{binding}.ssv"'
+    return f"""<?xml version="1.0" encoding="UTF-8"?>
+<ssd:SystemStructureDescription{NAMESPACES} version="1.0" name="{name}">
+  <ssd:System name="{name}">
+    <ssd:ParameterBindings>
+      <ssd:ParameterBinding {source}/>
+    </ssd:ParameterBindings>
+    <ssd:Elements>
+{components}    </ssd:Elements>
+{lines}  </ssd:System>
+  <ssd:Units>
+{units(fmus.cradle)}  </ssd:Units>
+  <ssd:DefaultExperiment startTime="0" stopTime="{stop:g}"/>
+</ssd:SystemStructureDescription>
+"""
+
+
+def parameters(name: str, values: dict, fmu: nc.Fmu) -> str:
+    """A parameter set; enumerations by their integers, which every tool understands."""
+    lines = ""
+    for full, value in values.items():
+        variable = fmu.variables[full.partition(".")[2]]
+        number = fmu.number(variable.name, value)
+        kind = "Integer" if variable.type == "Enumeration" else variable.type
+        unit = f" unit={quoteattr(variable.unit)}" if variable.unit else ""
+        lines += f'    <ssv:Parameter name={quoteattr(full)}><ssv:{kind} value="{number!r}"{unit}/></ssv:Parameter>\n'
+    return f"""<?xml version="1.0" encoding="UTF-8"?>
+<ssv:ParameterSet{NAMESPACES} version="1.0" name="{name}">
+  <ssv:Parameters>
+{lines}  </ssv:Parameters>
+  <ssv:Units>
+{units(fmu)}  </ssv:Units>
+</ssv:ParameterSet>
+"""
+
+
+def units(fmu: nc.Fmu) -> str:
+    """The FMU's units by their base units."""
+    lines = ""
+    for unit in fmu.description.unitDefinitions:
+        base = unit.baseUnit
+        powers = {name: getattr(base, name, 0) for name in ("kg", "m", "s", "A", "K", "mol", "cd", "rad")}
+        inner = "".join(f' {name}="{power}"' for name, power in powers.items() if int(power))
+        lines += f"    <ssc:Unit name={quoteattr(unit.name)}><ssc:BaseUnit{inner}/></ssc:Unit>\n"
+    return lines
+
+
+def write(path: Path, texts: dict[str, str], fmus: list[Path]) -> None:
+    """Writes the archive."""
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, text in texts.items():
+            archive.writestr(name, text)
+        for fmu in fmus:
+            archive.write(fmu, f"resources/{fmu.name}")

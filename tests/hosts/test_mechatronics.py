@@ -1,0 +1,87 @@
+"""The cradle in a larger model, small: two FMUs coupled by a master and by FMPy's SSP runner; the presets' SSP."""
+
+import subprocess
+import sys
+import zipfile
+
+import newtons_cradle as nc
+import numpy as np
+import pytest
+from conftest import ROOT
+from fmpy.ssp.simulation import simulate_ssp
+from fmpy.ssp.ssd import read_ssv, validate_tree
+from lxml import etree
+
+PRESETS = ["default", "figure5_overlapping", "figure5", "figure6", "steel"]
+
+
+@pytest.fixture(scope="module")
+def coupled(fmu_path, tmp_path_factory):
+    """The example as typed, with two of its communication steps: its folder, and the finished process."""
+    out = tmp_path_factory.mktemp("mechatronics")
+    script = ROOT / "examples/mechatronics/couple.py"
+    command = [sys.executable, script, "--fmu", fmu_path, "--out", out, "--steps", "2"]
+    return out, subprocess.run(command, capture_output=True, text=True)
+
+
+def test_every_number_holds(coupled):
+    """Orders of the masters, momentum, F_mean, repeated steps, directional derivatives."""
+    out, done = coupled
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert done.stdout.count("holds") == 18 and "FAILS" not in done.stdout
+    for name in ("coupling", "machine"):
+        assert (out / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+    assert len((out / "convergence.csv").read_text().splitlines()) == 3
+
+
+def test_the_energies_of_the_machine_are_exchanged(coupled):
+    """The CSV of the run shown: the coil puts energy in, the clicks move it to the last ball."""
+    out, _ = coupled
+    table = np.genfromtxt(out / "machine.csv", delimiter=",", names=True, deletechars="")
+    assert table["put_in"].max() > 0.1
+    assert table["pulses"][-1] >= 2
+    assert table["x[5]"].max() > 0.15
+
+
+@pytest.mark.parametrize("name", ["machine", "presets"])
+def test_system_structures_obey_their_schema(coupled, name):
+    out, _ = coupled
+    with zipfile.ZipFile(out / f"{name}.ssp") as archive:
+        names = archive.namelist()
+        assert "SystemStructure.ssd" in names and "resources/NewtonsCradle.fmu" in names
+        for file in names:
+            schema = {".ssd": "SystemStructureDescription.xsd", ".ssv": "SystemStructureParameterValues.xsd"}
+            if file[-4:] in schema:
+                tree = etree.fromstring(archive.read(file))
+                validate_tree(tree, schema[file[-4:]])
+                known = {unit.get("name") for unit in tree.iter("{*}Unit")}
+                used = {element.get("unit") for element in tree.iter("{*}Real")} - {None}
+                assert used <= known
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_a_preset_gives_the_run_it_is_named_after(coupled, fmu, preset):
+    """FMPy's SSP runner with the preset's parameter set, and the FMU on its own: the same bits."""
+    out, _ = coupled
+    path = out / "presets.ssp"
+    values = {
+        "default": {},
+        "figure5_overlapping": nc.figure5(0.0),
+        "figure5": nc.figure5(),
+        "figure6": nc.figure6(),
+        "steel": nc.steel(),
+    }[preset]
+    parameters = read_ssv(path, f"resources/{preset}.ssv")
+    result = simulate_ssp(path, stop_time=0.95, step_size=0.1, parameter_set=parameters)
+    alone = fmu.simulate(values, stop=1.0, step=0.1)
+    assert alone["pulses[2]"][-1] > 0
+    for i in range(1, 6):
+        assert result[f"cradle.x[{i}]"] == pytest.approx(alone[f"x[{i}]"][1:], abs=1e-12)
+
+
+def test_another_number_of_balls_is_refused(fmu13_path, tmp_path):
+    script = ROOT / "examples/mechatronics/couple.py"
+    command = [sys.executable, script, "--fmu", fmu13_path, "--out", tmp_path]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 1
+    assert done.stderr.strip().endswith("has 13 balls where 5 are needed")
