@@ -17,6 +17,8 @@ NAMESPACES = "".join(
     f' xmlns:{prefix}="http://ssp-standard.org/SSP1/SystemStructure{name}"'
     for prefix, name in (("ssd", "Description"), ("ssc", "Common"), ("ssv", "ParameterValues"))
 )
+OMS = "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd"
+STEP = 0.01  # s, suggested to OMSimulator, which takes it and the kind of its master from an annotation
 CONNECTIONS = [  # cradle's variable, direction, plant's variable
     ("F_support_mean", ">", "F_support"),
     ("v[1]", ">", "v_coil"),
@@ -26,12 +28,8 @@ CONNECTIONS = [  # cradle's variable, direction, plant's variable
     ("F_ext[1]", "<", "F_coil_mean"),
 ]
 SHOWN = ["p_total", *(f"x[{i}]" for i in range(1, 6))]  # by the cradle, without being connected
-SHOWN_PLANT = {
-    "s": "m",
-    "v": "m/s",
-    "sensed": "N.s",
-    "impacts": "",
-}  # and their units, which PythonFMU does not write
+# Of the plant, with the units that PythonFMU does not write.
+SHOWN_PLANT = {"s": "m", "v": "m/s", "sensed": "N.s", "impacts": ""}
 PRESETS = {
     "default": {},
     "figure5_overlapping": nc.figure5(0.0),
@@ -127,14 +125,19 @@ def system(name: str, fmus: Fmus, components: str, binding: str, stop: float, li
     """A system structure description of these components, with one parameter set for the whole system."""
     source = f'type="application/x-ssp-parameter-set" source="resources/{binding}.ssv"'
     return f"""<?xml version="1.0" encoding="UTF-8"?>
-<ssd:SystemStructureDescription{NAMESPACES} version="1.0" name="{name}">
+<ssd:SystemStructureDescription{NAMESPACES} xmlns:oms="{OMS}" version="1.0" name="{name}">
   <ssd:System name="{name}">
     <ssd:ParameterBindings>
       <ssd:ParameterBinding {source}/>
     </ssd:ParameterBindings>
     <ssd:Elements>
 {components}    </ssd:Elements>
-{lines}  </ssd:System>
+{lines}    <ssd:Annotations>
+      <ssc:Annotation type="org.openmodelica"><oms:Annotations><oms:SimulationInformation>
+        <oms:FixedStepMaster description="oms-ma" stepSize="{STEP}" absoluteTolerance="1e-4" relativeTolerance="1e-4"/>
+      </oms:SimulationInformation></oms:Annotations></ssc:Annotation>
+    </ssd:Annotations>
+  </ssd:System>
   <ssd:Units>
 {units(fmus.cradle)}  </ssd:Units>
   <ssd:DefaultExperiment startTime="0" stopTime="{stop:g}"/>
