@@ -293,7 +293,7 @@ def iterations(fmus: Fmus) -> list[Check]:
     what = f"trials per step of {ITERATED:g} s"
     return [
         at_least("repeat", f"{what}, fixed point", trials[0], 6),
-        at_most("repeat", f"{what}, directional derivatives", trials[1], 4),
+        at_most("repeat", f"{what}, directional derivatives", trials[1], 3),
     ]
 
 

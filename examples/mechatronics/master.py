@@ -19,8 +19,9 @@ from dataclasses import dataclass
 import newtons_cradle as nc
 import numpy as np
 
-METHODS = {"hold": 1, "extrapolate": 3, "repeat": 2, "smooth": 4}  # and their orders
-REPEATING = ("repeat", "smooth")
+METHODS = ("hold", "extrapolate", "repeat", "smooth")
+REPEATING = METHODS[2:]
+MOST_TRIALS = 50  # of a step
 SHORTEST = 1e-9  # s, of the steps to the next impact
 PULSE = 1e-4  # s, step after an impact: a pulse lasts about so long
 TOLERANCE = 1e-13  # of the integrals (N.s, m, m/s, N.s), when steps are repeated
@@ -52,9 +53,8 @@ class Master:
         )
         self.supported = 0.0  # N.s, integral of F_support
         self.trials = 0  # steps of the cradle, repeated ones counted
-        self.signals = Signals(*np.zeros((4, 4)))
-        self.signals.delivered[:] = self.signals.sent[:] = self._sent(0.0)
-        self._look()
+        sent = self._sent(0.0)
+        self.signals = Signals(sent, sent.copy(), *self._look())
         self._responses: dict[float, np.ndarray] = {}  # of the plant, by length of step
 
     @property
@@ -106,45 +106,44 @@ class Master:
                 yield self.time
 
     def step_to(self, end: float) -> None:
-        """One communication step of both."""
-        h = end - self.time
-        start, signals = self.signals.value.copy(), self.signals
-        if self.method == "hold":
-            share, rate = signals.pending, np.zeros(4)
-        elif self.method == "extrapolate":
-            share = signals.pending + h * signals.value + 0.5 * h**2 * signals.rate
-            rate = signals.rate.copy()
+        """One communication step of both. Raises RuntimeError when a repeated one does not settle."""
+        signals, h = self.signals, end - self.time
+        if self.method in REPEATING:
+            share = self._repeat(self.time, end)
         else:
-            share, rate = self._repeated(end, h, start)
-        self._try(end, h, share, rate)
+            share, rate = signals.pending, np.zeros(4)
+            if self.method == "extrapolate":
+                share, rate = share + h * signals.value + 0.5 * h**2 * signals.rate, signals.rate
+            self._try(end, h, share, rate)
         signals.delivered += share
         signals.sent = self._sent(h)
         self.supported = signals.sent[FORCE]
-        self._look()
+        signals.value, signals.rate = self._look()
 
-    def _repeated(self, end: float, h: float, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The shares and rates with which both FMUs do over this step what the other one was told."""
-        signals = self.signals
+    def _repeat(self, begin: float, end: float) -> np.ndarray:
+        """Steps both FMUs until each did what the other one was told; returns these shares."""
+        signals, h = self.signals, end - begin
         share, rate = signals.pending + h * signals.value, np.zeros(4)
         before = [run.slave.getFMUstate() for run in (self.cradle, self.plant)]
         limit = TOLERANCE * (1.0 + np.abs(signals.sent))
-        for _ in range(50):
+        for _ in range(MOST_TRIALS):
             self._try(end, h, share, rate)
-            wanted = self._sent(h) - signals.delivered
-            done = np.all(np.abs(wanted - share) <= limit)
-            correction = wanted - share
-            if self.newton and not done:
-                correction = np.linalg.solve(np.eye(4) - self._response(end, h, share, before), correction)
-            self._look()
-            if self.method == "smooth":
-                rate = (signals.value - start) / h
-            share = share + correction
-            self._back(before, end - h)
-            if done:
+            defect = self._sent(h) - signals.delivered - share
+            if np.all(np.abs(defect) <= limit):
                 break
+            if self.method == "smooth":
+                rate = (self._look()[0] - signals.value) / h
+            if self.newton:
+                defect = np.linalg.solve(np.eye(4) - self._response(begin, end, before), defect)
+            share = share + defect
+            self._back(before, begin)
+        else:
+            raise RuntimeError(
+                f"the step to {end} s does not settle in {MOST_TRIALS} trials: try shorter ones"
+            )
         for run, state in zip((self.cradle, self.plant), before, strict=True):
             run.slave.freeFMUstate(state)
-        return share, rate
+        return share
 
     def _try(self, end: float, h: float, share: np.ndarray, rate: np.ndarray) -> None:
         """Steps both FMUs with these integrals over the step."""
@@ -176,39 +175,39 @@ class Master:
         pushed = self.plant.get("force_constant") * self.plant.get("q")
         return np.array([supported, self.cradle.get("x[1]"), self.plant.get("v"), pushed])
 
-    def _look(self) -> None:
+    def _look(self) -> tuple[np.ndarray, np.ndarray]:
         """Values and rates at the present time: the cradle's rates are its output derivatives."""
         names = ("F_support", "v[1]")
         references = [self.cradle.fmu.variables[name].valueReference for name in names]
         rates = self.cradle.slave.getRealOutputDerivatives(references, [1, 1])
         plant = [self.plant.get(name) for name in ("a", "F_coil", "a_rate", "F_coil_rate")]
-        self.signals.value = np.array([*(self.cradle.get(name) for name in names), *plant[:2]])
-        self.signals.rate = np.array([*rates, *plant[2:]])
+        values = [self.cradle.get(name) for name in names]
+        return np.array([*values, *plant[:2]]), np.array([*rates, *plant[2:]])
 
-    def _response(self, end: float, h: float, share: np.ndarray, before: list) -> np.ndarray:
+    def _response(self, begin: float, end: float, before: list) -> np.ndarray:
         """How what both send changes with what they are told: the cradle's part by directional derivatives."""
-        cradle, response = self.cradle, np.zeros((4, 4))
+        cradle, h, response = self.cradle, end - begin, np.zeros((4, 4))
         variables = cradle.fmu.variables
         unknowns = [variables[name].valueReference for name in ("F_support_mean", "x[1]")]
         for signal, name in ((ACCELERATION, "a_support"), (PUSH, "F_ext[1]")):
             known = [variables[name].valueReference]
-            column = cradle.slave.getDirectionalDerivative(unknowns, known, [1.0 / h])
-            response[FORCE, signal], response[COIL, signal] = h * column[0], column[1]
-        response[2:, :2] = self._plant_response(end, h, before)
+            force, position = cradle.slave.getDirectionalDerivative(unknowns, known, [1.0 / h])
+            response[FORCE, signal], response[COIL, signal] = h * force, position
+        response[2:, :2] = self._plant_response(begin, end, before)
         return response
 
-    def _plant_response(self, end: float, h: float, before: list) -> np.ndarray:
+    def _plant_response(self, begin: float, end: float, before: list) -> np.ndarray:
         """The plant is linear, but gives no derivatives: the difference of trial steps, once for each length."""
+        h = end - begin
         if h not in self._responses:
             plant, sent = self.plant, []
-            for told in ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)):
+            for force, coil in ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)):
                 plant.slave.setFMUstate(before[1])
-                plant.time = end - h
-                plant.set(
-                    {"F_support": told[0] / h, "v_coil": told[1] / h, "F_support_rate": 0, "v_coil_rate": 0}
-                )
+                plant.time = begin
+                inputs = {"F_support": force / h, "v_coil": coil / h}
+                plant.set(inputs | {"F_support_rate": 0.0, "v_coil_rate": 0.0})
                 plant.step_to(end)
                 sent.append([plant.get("v"), plant.get("force_constant") * plant.get("q")])
-            zero, force, coil = map(np.array, sent)
-            self._responses[h] = np.column_stack([force - zero, coil - zero])
+            zero, *told = map(np.array, sent)
+            self._responses[h] = np.column_stack([each - zero for each in told])
         return self._responses[h]

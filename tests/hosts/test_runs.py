@@ -109,3 +109,11 @@ def test_an_input_acts_from_the_next_step_on(fmu):
         run.step_to(1.5)
         assert run.get("v[5]") == pytest.approx(1.0, rel=1e-12)
         assert run.get("W_external") == pytest.approx(0.5, rel=1e-12)
+
+
+def test_an_fmu_is_unpacked_where_told(fmu_path, tmp_path):
+    folder = tmp_path / "unpacked"
+    with nc.Fmu(fmu_path, folder) as opened:
+        assert (folder / "binaries").is_dir()
+        assert opened.simulate(stop=0.1, step=0.1)["x[1]"][-1] > -0.1
+    assert not folder.exists()
