@@ -87,22 +87,13 @@ def run(fmus: Fmus, out: Path, count: int) -> Outcome:
 
 def show(fmus: Fmus, out: Path) -> tuple[np.ndarray, Plot]:
     """A run with fine steps: its table, and how it looks."""
-    names = [
-        *(f"x[{i}]" for i in range(1, 6)),
-        "s",
-        "i",
-        *ENERGIES,
-        "F",
-        "F_mean",
-        "impulse",
-        "sensed",
-        "pulses",
-    ]
+    sensor = ["F", "F_mean", "impulse", "sensed", "impacts", "pulses"]
+    names = [*(f"x[{i}]" for i in range(1, 6)), "s", "i", *ENERGIES, *sensor]
     rows = []
     with fmus.started("smooth") as master:
         for time in master.steps(STOP, COARSE):
             cradle = [master.cradle.get(f"{name}[4]") for name in ("F", "F_mean", "impulse")]
-            plant = [master.plant.get("sensed"), master.cradle.get("pulses[4]")]
+            plant = [master.plant.get("sensed"), master.plant.get("impacts"), master.cradle.get("pulses[4]")]
             energies = master.energies()
             row = [*positions(master), master.plant.get("i"), *(energies[name] for name in ENERGIES)]
             rows.append((time, *row, *cradle, *plant))
@@ -250,6 +241,7 @@ def carried(fmus: Fmus, table: np.ndarray) -> list[Check]:
         at_least("F_mean", "pulses of one contact in a step", several, 2),
         at_least("F_mean", "missed by sampling F, of 1", abs(sampled / table["impulse"][-1] - 1.0), 0.5),
         at_most("F_mean", "force sensor - impulse", sensor_defect(table), 1e-12, "N.s"),
+        equal("F_mean", "impacts that the sensor counted", table["impacts"][-1], table["pulses"][-2]),
     ]
 
 
