@@ -12,7 +12,7 @@ import numpy as np
 QUANTITIES = {  # column: (title, colour map)
     "overlap": ("impulse shared by neighbouring pulses", "viridis"),
     "last_ball": ("energy in the last ball after the first click", "magma"),
-    "middle_ball": ("middle ball's swing after 10 s / amplitude", "cividis"),
+    "middle_ball": ("middle ball's swing / amplitude, after 10 s", "cividis"),
 }
 
 
