@@ -39,14 +39,15 @@ impl std::fmt::Display for EngineError {
             }
             Self::Overlap { ball, overlap } => write!(
                 f,
-                "rigid balls {left} and {right} overlap by {overlap:.4e} m; allowed: x_start[{left}] - x_start[{right}] up to \
-                 contact.gap[{left}] + contact.deadBand",
+                "rigid balls {left} and {right} overlap by {overlap:.4e} m; allowed: x_start[{left}] - x_start[{right}] up \
+                 to contact.gap[{left}] + contact.deadBand",
                 left = ball + 1,
                 right = ball + 2
             ),
             Self::NoForceLaw => write!(
                 f,
-                "contact.model = rigid has no contact force that solver.method could integrate; allowed with it: eventDriven (1)"
+                "contact.model = rigid has no contact force that solver.method could integrate; allowed with it: \
+                 eventDriven (1)"
             ),
         }
     }

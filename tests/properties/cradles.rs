@@ -53,8 +53,8 @@ pub fn exponents() -> impl Strategy<Value = f64> {
     prop_oneof![Just(1.0), Just(1.5), Just(2.0), Just(3.0), Just(4.0), Just(5.0), 1.0..6.0]
 }
 
-/// Those at which no overlap, however small, stalls the engine: where the force is not a polynomial one run in some hundred
-/// does yet.
+/// Those at which no overlap, however small, stalls the engine: where the force is not a polynomial one run in some
+/// hundred does yet.
 pub fn whole_exponents() -> impl Strategy<Value = f64> {
     (1..=5u8).prop_map(f64::from)
 }
@@ -163,8 +163,8 @@ pub fn ended_early(error: EngineError) -> TestCaseError {
 
 impl Case {
     /// Inputs press balls together, and without damping contacts that stay closed ring for ever: a run of seconds takes
-    /// `time sqrt(k / m)` segments, each of its own, since at every one of them a contact may open. Softer contacts do the
-    /// same in a time that tests have.
+    /// `time sqrt(k / m)` segments, each of its own, since at every one of them a contact may open. Softer contacts do
+    /// the same in a time that tests have.
     fn soften(&mut self) {
         if self.p.stiffness > 1e6 * self.p.mass && self.driven() {
             self.p.stiffness *= 1e-5;
@@ -189,8 +189,8 @@ impl Case {
         Ok(state(&self.run()?.0, self.p.balls()))
     }
 
-    /// The largest shift that the rounding of the start positions can cause in the positions (m) and velocities (m/s) at the
-    /// end: properties that compare two runs cannot be had better than a hundred times that.
+    /// The largest shift that the rounding of the start positions can cause in the positions (m) and velocities (m/s)
+    /// at the end: properties that compare two runs cannot be had better than a hundred times that.
     pub fn spread(&self) -> Result<(f64, f64), TestCaseError> {
         let (x, v) = self.state()?;
         let reach = x.iter().chain(&self.p.x_start).fold(1e-3, |most: f64, x| most.max(x.abs()));
@@ -205,6 +205,7 @@ impl Case {
                 // Balls that touch go on doing so: how impacts follow each other does not depend continuously on gaps.
                 shifted.p.x_start.iter_mut().for_each(|x| *x *= 1.0 + shift(variant));
                 shifted.p.v_start.iter_mut().enumerate().for_each(|(i, v)| *v *= 1.0 + shift(i));
+                shifted.inputs.force.iter_mut().enumerate().for_each(|(i, force)| *force *= 1.0 + shift(i));
             } else {
                 shifted.p.x_start.iter_mut().enumerate().for_each(|(i, x)| *x += shift(i) * reach);
             }

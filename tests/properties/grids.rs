@@ -11,9 +11,10 @@ use super::cradles::{ANY, Case, Family, RIGID, cradles, ended_early};
 /// All that a run leaves behind, bit by bit.
 fn bits(engine: &Engine, case: &Case) -> Vec<u64> {
     let (p, n) = (&case.p, case.p.balls());
-    // Where contacts stay closed, or drag brings all to rest, there may be no next onset, and the search goes as far as it may:
-    // a second for every snapshot that a run goes on from. It is looked for at the end, where nothing goes on.
-    let closed = (p.damping > 0.0 || case.driven()) && (0..n - 1).any(|i| engine.in_contact(i));
+    // Where contacts stay closed, or drag brings all to rest, there may be no next onset, and the search goes as far as
+    // it may: a second for every snapshot that a run goes on from. It is looked for at the end, where nothing goes on.
+    let closed =
+        (p.damping > 0.0 || case.driven()) && (0..n - 1).any(|i| engine.in_contact(i) || engine.force(i) > 0.0);
     let far = (closed || p.drag > 0.0) && engine.time() < case.time;
     let t_next = if far { NEVER } else { engine.next_onset() };
     let balls = (0..n).flat_map(|i| [engine.x(i), engine.v(i), engine.a(i)]);
