@@ -1,5 +1,5 @@
-//! Writing the zip file: deflated, sorted, with forward slashes and without dates, so that the same contents give the
-//! same bytes.
+//! Writing the zip file: deflated, sorted, with forward slashes and the date zip files begin at, so that the same contents
+//! give the same bytes.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -16,7 +16,7 @@ pub type Entries = BTreeMap<String, Vec<u8>>;
 
 /// Writes `entries` to `path` and tells the size in bytes. The file appears only when it is complete.
 pub fn write(path: &Path, entries: Entries) -> Result<u64, Error> {
-    let told = |error: &dyn std::fmt::Display| format!("cannot write {}: {error}", path.display());
+    let told = |error: &dyn std::fmt::Display| Error::Failure(format!("cannot write {}: {error}", path.display()));
     let name = path.file_name().ok_or_else(|| told(&"it names no file"))?;
     let folder = match path.parent() {
         Some(parent) if parent != Path::new("") => parent,
@@ -42,7 +42,7 @@ impl Drop for Unfinished {
 fn fill(path: &Path, entries: Entries) -> Result<u64, Box<dyn std::error::Error>> {
     let mut zip = ZipWriter::new(BufWriter::new(File::create(path)?));
     let options =
-        SimpleFileOptions::default().compression_method(CompressionMethod::Deflated).compression_level(Some(9));
+        SimpleFileOptions::default().compression_method(CompressionMethod::Deflated).compression_level(Some(6));
     for (name, contents) in entries {
         zip.start_file(name, options)?;
         zip.write_all(&contents)?;
@@ -81,7 +81,7 @@ mod tests {
         let folder = folder("failure");
         fs::create_dir_all(folder.join("taken.fmu/full")).unwrap();
         let error = write(&folder.join("taken.fmu"), entries()).unwrap_err();
-        assert!(error.contains("taken.fmu"), "{error}");
+        assert!(error.to_string().contains("taken.fmu"), "{error}");
         assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
         assert!(write(Path::new("/"), entries()).is_err());
         fs::remove_dir_all(&folder).unwrap();

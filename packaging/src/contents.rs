@@ -1,17 +1,17 @@
 //! What is in an FMU.
 
-use std::fs;
-use std::path::PathBuf;
-
 use newtons_cradle::variables::{Description, FILE_NAME, MODEL_IDENTIFIER, Recipe};
 
 use crate::archive::Entries;
 use crate::platform::Platform;
 use crate::{Error, date, page};
 
+/// A shared library and the platform it was made for.
+pub type Binary = (&'static Platform, Vec<u8>);
+
 /// The files of an FMU for the cradle of `recipe` with these binaries.
-pub fn entries(recipe: &Recipe, binaries: &[(Platform, PathBuf)]) -> Result<Entries, Error> {
-    let start = recipe.settings().map_err(|error| error.to_string())?;
+pub fn entries(recipe: &Recipe, binaries: Vec<Binary>) -> Result<Entries, Error> {
+    let start = recipe.settings().map_err(|error| Error::Usage(error.to_string()))?;
     let mut entries = Entries::new();
     let mut add = |path: String, contents: Vec<u8>| entries.insert(path, contents);
     add("modelDescription.xml".into(), Description::of(&start).xml(&date::generation()?).into());
@@ -20,11 +20,17 @@ pub fn entries(recipe: &Recipe, binaries: &[(Platform, PathBuf)]) -> Result<Entr
     add("documentation/index.html".into(), page::html(&start).into());
     add("documentation/licenses/LICENSE-MIT.txt".into(), include_bytes!("../../LICENSE-MIT").into());
     add("documentation/licenses/LICENSE-APACHE.txt".into(), include_bytes!("../../LICENSE-APACHE").into());
-    for (platform, file) in binaries {
-        let contents = fs::read(file).map_err(|error| format!("cannot read {}: {error}", file.display()))?;
-        add(format!("binaries/{}/{MODEL_IDENTIFIER}.{}", platform.folder, platform.extension), contents);
+    // Kept in the sources, so that packing needs neither Cargo nor a network; a test compares it with what Cargo knows.
+    add("documentation/licenses/third-party.txt".into(), include_bytes!("../assets/third-party.txt").into());
+    for (platform, contents) in binaries {
+        add(binary_path(platform, MODEL_IDENTIFIER), contents);
     }
     Ok(entries)
+}
+
+/// Where an FMU has its shared library for a platform.
+pub fn binary_path(platform: &Platform, identifier: &str) -> String {
+    format!("binaries/{}/{identifier}.{}", platform.folder, platform.extension)
 }
 
 #[cfg(test)]
@@ -33,9 +39,8 @@ mod tests {
 
     #[test]
     fn names_are_those_of_the_standard() {
-        let platform = Platform { folder: "linux64", extension: "so" };
-        let binary = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml"));
-        let entries = entries(&Recipe::default(), &[(platform, binary)]).unwrap();
+        let binary = (Platform::named("linux64").unwrap(), b"binary".to_vec());
+        let entries = entries(&Recipe::default(), vec![binary]).unwrap();
         let names: Vec<&str> = entries.keys().map(String::as_str).collect();
         assert_eq!(
             names,
@@ -44,6 +49,7 @@ mod tests {
                 "documentation/index.html",
                 "documentation/licenses/LICENSE-APACHE.txt",
                 "documentation/licenses/LICENSE-MIT.txt",
+                "documentation/licenses/third-party.txt",
                 "model.png",
                 "modelDescription.xml",
                 "resources/cradle.json",
@@ -51,12 +57,5 @@ mod tests {
         );
         assert!(entries.values().all(|contents| !contents.is_empty()));
         assert!(entries["model.png"].starts_with(b"\x89PNG"));
-    }
-
-    #[test]
-    fn a_missing_binary_is_named() {
-        let platform = Platform { folder: "linux64", extension: "so" };
-        let error = entries(&Recipe::default(), &[(platform, "/nowhere/lib.so".into())]).unwrap_err();
-        assert!(error.contains("/nowhere/lib.so"), "{error}");
     }
 }

@@ -1,21 +1,20 @@
 //! The time of generation.
 
-use std::time::{SystemTime, UNIX_EPOCH};
-
 use crate::Error;
 
-/// Now, or the time that `SOURCE_DATE_EPOCH` asks for, as `YYYY-MM-DDThh:mm:ssZ`.
+/// The time of generation as `YYYY-MM-DDThh:mm:ssZ`: what `SOURCE_DATE_EPOCH` asks for, else the time at which zip files begin.
+/// The clock is not asked, so that the same arguments give the same bytes.
 pub fn generation() -> Result<String, Error> {
-    let seconds = match std::env::var("SOURCE_DATE_EPOCH") {
-        Ok(text) => text
-            .parse()
-            .ok()
-            .filter(|seconds| *seconds <= MAX_SECONDS)
-            .ok_or_else(|| format!("SOURCE_DATE_EPOCH = {text} is refused; allowed: 0 to {MAX_SECONDS} s"))?,
-        Err(_) => SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs()),
-    };
+    let Ok(text) = std::env::var("SOURCE_DATE_EPOCH") else { return Ok(iso_8601(ZIP_EPOCH)) };
+    let seconds =
+        text.parse().ok().filter(|seconds| *seconds <= MAX_SECONDS).ok_or_else(|| {
+            Error::Usage(format!("SOURCE_DATE_EPOCH = {text} is refused; allowed: 0 to {MAX_SECONDS} s"))
+        })?;
     Ok(iso_8601(seconds))
 }
+
+/// 1980-01-01, s since 1970.
+const ZIP_EPOCH: u64 = 315_532_800;
 
 /// The end of the year 9999.
 const MAX_SECONDS: u64 = 253_402_300_799;
@@ -52,6 +51,7 @@ mod tests {
     #[test]
     fn dates_are_those_of_the_calendar() {
         assert_eq!(iso_8601(0), "1970-01-01T00:00:00Z");
+        assert_eq!(iso_8601(ZIP_EPOCH), "1980-01-01T00:00:00Z");
         assert_eq!(iso_8601(951_827_696), "2000-02-29T12:34:56Z");
         assert_eq!(iso_8601(1_735_689_599), "2024-12-31T23:59:59Z");
         assert_eq!(iso_8601(MAX_SECONDS), "9999-12-31T23:59:59Z");

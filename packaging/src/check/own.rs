@@ -1,0 +1,35 @@
+//! FMUs that this program writes: description, resources and GUID belong together.
+
+use newtons_cradle::variables::{Description, FILE_NAME, Recipe};
+
+use super::Report;
+use super::model::Model;
+use crate::archive::Entries;
+
+/// Checks an FMU of ours; nothing for others.
+pub fn check(entries: &Entries, model: &Model, report: &mut Report) {
+    if !model.is_own() {
+        return;
+    }
+    let place = format!("resources/{FILE_NAME}");
+    let recipe = entries.get(&place).map_or_else(|| Ok(Recipe::default()), |text| Recipe::from_json(text));
+    let settings = match recipe.and_then(|recipe| recipe.settings()) {
+        Ok(settings) => settings,
+        Err(error) => return report.problem(format_args!("{place}: {error}")),
+    };
+    if model.tool != concat!("newtons-cradle ", env!("CARGO_PKG_VERSION")) {
+        return report.remark(format_args!("written by {}: its GUID cannot be checked by this version", model.tool));
+    }
+    let description = Description::of(&settings);
+    let guid = description.guid();
+    if model.guid != guid {
+        report.problem(format_args!("guid = \"{}\"; that of these resources is {guid}", model.guid));
+    } else if description.xml(model.date.as_deref().unwrap_or_default()) != model.text {
+        report.problem("modelDescription.xml: not the description that belongs to its GUID");
+    }
+    for name in ["documentation/index.html", "documentation/licenses/third-party.txt", "model.png"] {
+        if !entries.contains_key(name) {
+            report.problem(format_args!("{name}: missing"));
+        }
+    }
+}

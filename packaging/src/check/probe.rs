@@ -1,0 +1,363 @@
+//! What the binary for this machine answers. It is loaded in a child process, which is this program once more, so that one that
+//! crashes or hangs takes nothing with it. The child leaves its findings in a file: a binary may print whatever it likes.
+#![allow(unsafe_code)]
+
+use std::ffi::{CStr, CString, c_char, c_int, c_void};
+use std::fs::{self, File};
+use std::io::Write;
+use std::path::{Component, Path, PathBuf};
+use std::process::{Command, ExitStatus, Stdio};
+use std::ptr::null;
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+use std::{env, mem, thread};
+
+use fmi_schema::fmi2::Causality;
+use libloading::Symbol;
+use newtons_cradle::fmi2::{fmi2CallbackFunctions, fmi2CallbackLogger, fmi2CoSimulation};
+
+use super::Report;
+use super::model::{Interface, Model, Type, Variable};
+use crate::Error;
+use crate::archive::Entries;
+use crate::contents::binary_path;
+use crate::platform::Platform;
+
+/// How long a binary may take for all of it.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// Loads the binary of an FMU for co-simulation on this machine, if it has one, and reports what is wrong with its answers.
+pub fn check(entries: &Entries, model: &Model, report: &mut Report) -> Result<(), Error> {
+    let Some((interface, platform)) = model.co_simulation.as_ref().zip(Platform::host().ok()) else { return Ok(()) };
+    let binary = binary_path(platform, &interface.identifier);
+    match entries.get(&binary) {
+        None => {
+            report.remark(format_args!("{binary}: there is none, so nothing was loaded"));
+            return Ok(());
+        }
+        Some(bytes) if platform.check(bytes).is_err() => return Ok(()),
+        Some(_) => {}
+    }
+    let folder = Folder::new()?;
+    for (name, contents) in entries {
+        if name == "modelDescription.xml" || *name == binary || name.starts_with("resources/") {
+            folder.write(name, contents)?;
+        }
+    }
+    let findings = folder.0.join("findings");
+    let program = env::current_exe().map_err(|error| failed("find this program", error))?;
+    let mut child = Command::new(program)
+        .args([Path::new("probe"), &folder.0, &findings])
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .map_err(|error| failed("start this program again", error))?;
+    let deadline = Instant::now() + PATIENCE;
+    let status = loop {
+        match child.try_wait().map_err(|error| failed("wait for the binary", error))? {
+            Some(status) => break Some(status),
+            None if Instant::now() > deadline => break None,
+            None => thread::sleep(Duration::from_millis(2)),
+        }
+    };
+    if status.is_none() {
+        // It may just have ended by itself.
+        let _ = child.kill();
+        let _ = child.wait();
+    }
+    collect(&binary, status, &fs::read_to_string(&findings).unwrap_or_default(), report);
+    Ok(())
+}
+
+/// Takes over the child's findings, and tells where it stopped if it did not get to the end.
+fn collect(binary: &str, status: Option<ExitStatus>, findings: &str, report: &mut Report) {
+    let mut last = "it was loaded";
+    for line in findings.lines() {
+        match line.split_once(": ") {
+            Some(("problem", text)) => report.problem(format_args!("{binary}: {text}")),
+            Some(("remark", text)) => report.remark(format_args!("{binary}: {text}")),
+            Some(("call", function)) => last = function,
+            _ => {}
+        }
+    }
+    match status {
+        None => report.problem(format_args!("{binary}: no answer for {} s after {last}", PATIENCE.as_secs())),
+        Some(status) if !status.success() => report.problem(format_args!("{binary}: crashed in {last} ({status})")),
+        Some(_) => {}
+    }
+}
+
+fn failed(what: &str, error: std::io::Error) -> Error {
+    Error::Failure(format!("cannot {what}: {error}"))
+}
+
+/// A new folder that is removed in the end.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new() -> Result<Self, Error> {
+        let mut attempt = 0;
+        loop {
+            let path = env::temp_dir().join(format!("cradle-fmu-{}-{attempt}", std::process::id()));
+            match fs::create_dir(&path) {
+                Ok(()) => return Ok(Self(path)),
+                Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists && attempt < 1000 => attempt += 1,
+                Err(error) => return Err(failed(&format!("make the folder {}", path.display()), error)),
+            }
+        }
+    }
+
+    /// Writes an entry of the zip file, unless its path leaves the folder.
+    fn write(&self, name: &str, contents: &[u8]) -> Result<(), Error> {
+        let relative = Path::new(name);
+        if !relative.components().all(|part| matches!(part, Component::Normal(_))) {
+            return Ok(());
+        }
+        let path = self.0.join(relative);
+        let written = path.parent().map_or(Ok(()), fs::create_dir_all).and_then(|()| fs::write(&path, contents));
+        written.map_err(|error| failed(&format!("write {}", path.display()), error))
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        // What is left in the system's folder for temporary files is no harm.
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+/// The child: loads the binary of the FMU unpacked in `folder` and writes to the file `findings` what is wrong.
+pub fn run(folder: &Path, findings: &Path) -> Result<(), Error> {
+    let text = fs::read(folder.join("modelDescription.xml")).map_err(|error| failed("read the description", error))?;
+    let model = Model::read(&text, &mut Report::default());
+    let file = File::create(findings).map_err(|error| failed("write the findings", error))?;
+    let Some((model, platform)) = model.as_ref().zip(Platform::host().ok()) else { return Ok(()) };
+    let Some(interface) = &model.co_simulation else { return Ok(()) };
+    let mut probe = Probe { file, model };
+    if let Err(problem) = probe.all(folder, platform, interface) {
+        let said = SAID.lock().map(|said| said.clone()).unwrap_or_default();
+        let said = if said.is_empty() { said } else { format!("; it says: {said}") };
+        probe.tell("problem", &format!("{problem}{said}"));
+    }
+    Ok(())
+}
+
+type Instance = *mut c_void;
+type Instantiate = unsafe extern "C" fn(
+    *const c_char,
+    c_int,
+    *const c_char,
+    *const c_char,
+    *const fmi2CallbackFunctions,
+    c_int,
+    c_int,
+) -> Instance;
+type Values<T> = unsafe extern "C" fn(Instance, *const u32, usize, *mut T) -> c_int;
+
+/// The last text that the binary logged as an error.
+static SAID: Mutex<String> = Mutex::new(String::new());
+
+unsafe extern "C" fn log(_: *mut c_void, _: *const c_char, status: c_int, _: *const c_char, text: *const c_char) {
+    // From fmi2Discard on. The text is a format whose arguments are out of reach for Rust.
+    if status >= 2 && !text.is_null() {
+        // SAFETY: the binary promises a text closed by a null byte.
+        let text = unsafe { CStr::from_ptr(text) }.to_string_lossy().into_owned();
+        if let Ok(mut said) = SAID.lock() {
+            *said = text;
+        }
+    }
+}
+
+unsafe extern "C" {
+    fn calloc(count: usize, size: usize) -> *mut c_void;
+    fn free(memory: *mut c_void);
+}
+
+struct Probe<'a> {
+    file: File,
+    model: &'a Model,
+}
+
+impl<'a> Probe<'a> {
+    fn tell(&mut self, kind: &str, text: &str) {
+        // If the disk is full, the parent reports what it finds.
+        let _ = writeln!(self.file, "{kind}: {}", text.replace(['\n', '\r'], " "));
+    }
+
+    /// A host's way through the functions, to the first that fails.
+    fn all(&mut self, folder: &Path, platform: &Platform, interface: &Interface) -> Result<(), String> {
+        let path = folder.join(binary_path(platform, &interface.identifier));
+        self.tell("call", "loading");
+        // SAFETY: none; that it may do anything is why this is another process.
+        let library =
+            unsafe { libloading::Library::new(path) }.map_err(|error| format!("cannot be loaded: {error}"))?;
+        self.constant(&library, "fmi2GetTypesPlatform", "default")?;
+        self.constant(&library, "fmi2GetVersion", "2.0")?;
+        // SAFETY: a plain function with the same arguments up to the format; what follows it is not looked at.
+        let logger = unsafe { mem::transmute::<*const c_void, fmi2CallbackLogger>(log as *const c_void) };
+        let callbacks = fmi2CallbackFunctions {
+            logger,
+            allocateMemory: Some(calloc),
+            freeMemory: Some(free),
+            stepFinished: None,
+            componentEnvironment: std::ptr::null_mut(),
+        };
+        let location = location(&folder.join("resources"));
+        let wrong = self.instantiate(&library, "{00000000-0000-0000-0000-000000000000}", &location, &callbacks)?;
+        if !wrong.is_null() {
+            self.tell("remark", "fmi2Instantiate accepts a GUID that is not that of the description");
+            self.free(&library, wrong)?;
+        }
+        if let Ok(mut said) = SAID.lock() {
+            said.clear();
+        }
+        let instance = self.instantiate(&library, &self.model.guid, &location, &callbacks)?;
+        if instance.is_null() {
+            return Err("fmi2Instantiate refuses the description's GUID or the resources".to_owned());
+        }
+        let done = self.step(&library, instance);
+        self.free(&library, instance)?;
+        done
+    }
+
+    /// Initialization, one step, and every value before and after.
+    fn step(&mut self, library: &libloading::Library, instance: Instance) -> Result<(), String> {
+        let experiment = &self.model.experiment;
+        let start = experiment.start.unwrap_or(0.0);
+        let step = experiment.step.unwrap_or_else(|| (experiment.stop.unwrap_or(start + 1.0) - start) / 500.0);
+        type Setup = unsafe extern "C" fn(Instance, c_int, f64, f64, c_int, f64) -> c_int;
+        type Step = unsafe extern "C" fn(Instance, f64, f64, c_int) -> c_int;
+        let set_up = self.function::<Setup>(library, "fmi2SetupExperiment")?;
+        // SAFETY: the arguments of the standard, here and below.
+        self.status("fmi2SetupExperiment", unsafe { set_up(instance, 0, 0.0, start, 0, 0.0) })?;
+        self.plain(library, instance, "fmi2EnterInitializationMode")?;
+        self.values(library, instance, true)?;
+        self.plain(library, instance, "fmi2ExitInitializationMode")?;
+        self.values(library, instance, false)?;
+        let do_step = self.function::<Step>(library, "fmi2DoStep")?;
+        self.status("fmi2DoStep", unsafe { do_step(instance, start, step, 1) })?;
+        self.values(library, instance, false)?;
+        self.plain(library, instance, "fmi2Terminate")
+    }
+
+    fn function<'l, T>(&mut self, library: &'l libloading::Library, name: &str) -> Result<Symbol<'l, T>, String> {
+        self.tell("call", name);
+        // SAFETY: the caller names the type that the standard gives the function.
+        unsafe { library.get(name.as_bytes()) }.map_err(|_| format!("{name} is not exported"))
+    }
+
+    fn status(&mut self, function: &str, status: c_int) -> Result<(), String> {
+        let name = match status {
+            0 => return Ok(()),
+            1 => {
+                self.tell("remark", &format!("{function} answers fmi2Warning, at which some hosts stop"));
+                return Ok(());
+            }
+            2 => "fmi2Discard",
+            3 => "fmi2Error",
+            4 => "fmi2Fatal",
+            5 => "fmi2Pending",
+            _ => "no status that there is",
+        };
+        Err(format!("{function} answers {name}"))
+    }
+
+    fn plain(&mut self, library: &libloading::Library, instance: Instance, name: &str) -> Result<(), String> {
+        let function = self.function::<unsafe extern "C" fn(Instance) -> c_int>(library, name)?;
+        self.status(name, unsafe { function(instance) })
+    }
+
+    fn free(&mut self, library: &libloading::Library, instance: Instance) -> Result<(), String> {
+        let function = self.function::<unsafe extern "C" fn(Instance)>(library, "fmi2FreeInstance")?;
+        unsafe { function(instance) };
+        Ok(())
+    }
+
+    fn constant(&mut self, library: &libloading::Library, name: &str, wanted: &str) -> Result<(), String> {
+        let function = self.function::<unsafe extern "C" fn() -> *const c_char>(library, name)?;
+        let text = unsafe { function() };
+        // SAFETY: not NULL here, and the binary promises a text closed by a null byte.
+        let text = if text.is_null() { "NULL".into() } else { unsafe { CStr::from_ptr(text) }.to_string_lossy() };
+        if text == wanted { Ok(()) } else { Err(format!("{name} answers \"{text}\"; allowed: \"{wanted}\"")) }
+    }
+
+    fn instantiate(
+        &mut self,
+        library: &libloading::Library,
+        guid: &str,
+        location: &str,
+        callbacks: &fmi2CallbackFunctions,
+    ) -> Result<Instance, String> {
+        let function = self.function::<Instantiate>(library, "fmi2Instantiate")?;
+        let text = |text: &str| CString::new(text).map_err(|_| format!("\"{text}\" holds a null byte"));
+        let (name, guid, location) = (text("check")?, text(guid)?, text(location)?);
+        Ok(unsafe { function(name.as_ptr(), fmi2CoSimulation, guid.as_ptr(), location.as_ptr(), callbacks, 0, 0) })
+    }
+
+    /// Reads every variable; compares start values with those of the description if nothing else was set yet.
+    fn values(&mut self, library: &libloading::Library, instance: Instance, compare: bool) -> Result<(), String> {
+        let reals = self.read(library, instance, "fmi2GetReal", 0.0_f64, |kind| kind == Type::Real)?;
+        let of_integers = |kind| matches!(kind, Type::Integer | Type::Enumeration);
+        let integers = self.read(library, instance, "fmi2GetInteger", 0, of_integers)?;
+        let booleans = self.read(library, instance, "fmi2GetBoolean", 0, |kind| kind == Type::Boolean)?;
+        self.read(library, instance, "fmi2GetString", null::<c_char>(), |kind| kind == Type::String)?;
+        for (variable, value) in &reals {
+            if !value.is_finite() {
+                self.tell("remark", &format!("{} = {value}", variable.name));
+            }
+        }
+        if compare {
+            let number = |text: &str| text.trim().parse::<f64>().ok();
+            let truth = |text: &str| Some(f64::from(u8::from(matches!(text, "true" | "1"))));
+            let integer = |(variable, value): (_, c_int)| (variable, f64::from(value));
+            self.compare(reals, number);
+            self.compare(integers.into_iter().map(integer).collect(), number);
+            self.compare(booleans.into_iter().map(integer).collect(), truth);
+        }
+        Ok(())
+    }
+
+    fn compare(&mut self, values: Vec<(&Variable, f64)>, parse: impl Fn(&str) -> Option<f64>) {
+        for (variable, value) in values {
+            let given = matches!(variable.causality, Causality::Parameter | Causality::Input);
+            if let Some(start) = variable.attributes.start.as_deref().filter(|_| given)
+                && parse(start).is_some_and(|start| start != value)
+            {
+                self.tell("problem", &format!("{} is {value}; the description has {start}", variable.name));
+            }
+        }
+    }
+
+    fn read<T: Copy>(
+        &mut self,
+        library: &libloading::Library,
+        instance: Instance,
+        name: &str,
+        nothing: T,
+        wanted: impl Fn(Type) -> bool,
+    ) -> Result<Vec<(&'a Variable, T)>, String> {
+        let of_type = |variable: &&Variable| wanted(variable.attributes.data_type);
+        let variables: Vec<&Variable> = self.model.variables.iter().filter(of_type).collect();
+        let references: Vec<u32> = variables.iter().map(|variable| variable.reference).collect();
+        let mut values = vec![nothing; variables.len()];
+        if !variables.is_empty() {
+            let get = self.function::<Values<T>>(library, name)?;
+            let status = unsafe { get(instance, references.as_ptr(), references.len(), values.as_mut_ptr()) };
+            self.status(name, status)?;
+        }
+        Ok(variables.into_iter().zip(values).collect())
+    }
+}
+
+/// The location of a folder as hosts give it.
+fn location(folder: &Path) -> String {
+    let path = folder.to_string_lossy().replace('\\', "/");
+    let encode = |c: char| match c {
+        ' ' => "%20".to_owned(),
+        '%' => "%25".to_owned(),
+        c => c.to_string(),
+    };
+    let encoded: String = path.chars().map(encode).collect();
+    if encoded.starts_with('/') { format!("file://{encoded}") } else { format!("file:///{encoded}") }
+}

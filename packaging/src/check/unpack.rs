@@ -1,0 +1,79 @@
+//! The entries of the zip file: names that every host can unpack, methods that every host knows, sizes within reason.
+
+use std::io::{Cursor, Read};
+
+use zip::{CompressionMethod, ZipArchive};
+
+use super::Report;
+use crate::archive::Entries;
+
+/// Longer paths exceed what Windows allows once a host has unpacked them into a folder of its own.
+const LONG_PATH: usize = 160;
+
+/// Every entry that can be read, at most `limit` bytes together; nothing if this is no zip file.
+pub fn unpack(bytes: &[u8], limit: u64, report: &mut Report) -> Option<Entries> {
+    let mut archive = match ZipArchive::new(Cursor::new(bytes)) {
+        Ok(archive) => archive,
+        Err(error) => {
+            report.problem(format_args!("zip: {error}"));
+            return None;
+        }
+    };
+    let mut entries = Entries::new();
+    let mut left = limit;
+    for index in 0..archive.len() {
+        let (name, method) = match archive.by_index_raw(index) {
+            Ok(entry) => (String::from_utf8_lossy(entry.name_raw()).into_owned(), entry.compression()),
+            Err(error) => {
+                report.problem(format_args!("zip: entry {}: {error}", index + 1));
+                continue;
+            }
+        };
+        check_name(&name, report);
+        if !matches!(method, CompressionMethod::Stored | CompressionMethod::Deflated) {
+            report.problem(format_args!("{name}: compressed by {method}; allowed: deflated, stored"));
+            continue;
+        }
+        match read(&mut archive, index, left) {
+            Ok(contents) if contents.len() as u64 > left => {
+                report.problem(format_args!("{name}: unpacked, all is more than {limit} bytes; the rest is not read"));
+                break;
+            }
+            Ok(contents) => {
+                left -= contents.len() as u64;
+                if !name.ends_with('/') {
+                    entries.insert(name, contents);
+                }
+            }
+            Err(error) => report.problem(format_args!("{name}: cannot be unpacked: {error}")),
+        }
+    }
+    if !entries.contains_key("modelDescription.xml") {
+        report.problem("modelDescription.xml: missing");
+    }
+    Some(entries)
+}
+
+/// The contents of an entry, or the first bytes of it if there are more than `limit`.
+fn read(archive: &mut ZipArchive<Cursor<&[u8]>>, index: usize, limit: u64) -> Result<Vec<u8>, String> {
+    let entry = archive.by_index(index).map_err(|error| error.to_string())?;
+    let mut contents = Vec::new();
+    entry.take(limit.saturating_add(1)).read_to_end(&mut contents).map_err(|error| error.to_string())?;
+    Ok(contents)
+}
+
+fn check_name(name: &str, report: &mut Report) {
+    if name.contains('\\') {
+        report.problem(format_args!("{name}: a backslash in the name; allowed: forward slashes"));
+    }
+    let parts = || name.trim_end_matches('/').split(['/', '\\']);
+    if parts().any(|part| part.is_empty() || part == "." || part == ".." || part.contains(':')) {
+        report.problem(format_args!("{name}: not a path that stays in the folder of the FMU"));
+    }
+    if name.len() > LONG_PATH || parts().any(|part| part.len() > 100) {
+        report.remark(format_args!("{name}: a path of {} bytes, too long for some hosts on Windows", name.len()));
+    }
+    if !name.is_ascii() {
+        report.remark(format_args!("{name}: not in ASCII, hosts differ in how they unpack that"));
+    }
+}

@@ -1,0 +1,205 @@
+//! A cradle as the user chooses it: a preset, parameter files, single start values. The start values are checked by what
+//! checks them in the FMU.
+
+use std::fs;
+use std::path::Path;
+
+use newtons_cradle::variables::{
+    Access, DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, Recipe, RecipeError, Refused, Row, Shape, StartValue, TABLE, Variable,
+};
+use toml::{Table, Value};
+
+use crate::Error;
+
+/// A cradle with a name, in the form of a parameter file.
+pub struct Preset {
+    /// What `--preset` calls it.
+    pub name: &'static str,
+    /// The parameter file; its first line says what it is.
+    pub file: &'static str,
+}
+
+impl Preset {
+    /// One line for the help.
+    pub fn title(&self) -> &'static str {
+        self.file.lines().next().unwrap_or_default().trim_start_matches("# ")
+    }
+
+    /// The preset of this name.
+    pub fn named(name: &str) -> Option<&'static Self> {
+        PRESETS.iter().find(|preset| preset.name == name)
+    }
+}
+
+/// Every preset.
+pub static PRESETS: &[Preset] = &[
+    Preset { name: "figure3", file: include_str!("../presets/figure3.toml") },
+    Preset { name: "figure4", file: FIGURES_4_AND_5 },
+    Preset { name: "figure5", file: FIGURES_4_AND_5 },
+    Preset { name: "figure6", file: include_str!("../presets/figure6.toml") },
+    Preset { name: "desk", file: include_str!("../presets/desk.toml") },
+];
+
+const FIGURES_4_AND_5: &str = include_str!("../presets/figure5.toml");
+
+/// What was chosen so far; what comes later replaces what came before.
+#[derive(Default)]
+pub struct Choice {
+    balls: Option<usize>,
+    assignments: Vec<Assignment>,
+}
+
+/// A start value, or one for each variable of an array, and where it was given.
+struct Assignment {
+    origin: String,
+    name: String,
+    values: Vec<StartValue>,
+}
+
+impl Choice {
+    /// Chooses the number of balls.
+    pub fn balls(&mut self, balls: usize) {
+        self.balls = Some(balls);
+    }
+
+    /// Takes everything from a preset.
+    pub fn preset(&mut self, preset: &Preset) -> Result<(), Error> {
+        self.toml(&format!("preset {}", preset.name), preset.file)
+    }
+
+    /// Takes everything from a parameter file.
+    pub fn file(&mut self, path: &Path) -> Result<(), Error> {
+        let origin = path.display().to_string();
+        let text =
+            fs::read_to_string(path).map_err(|error| Error::Failure(format!("cannot read {origin}: {error}")))?;
+        self.toml(&origin, &text)
+    }
+
+    /// Takes the text of a parameter file: `balls`, and start values by name, where the dots of names may be TOML's.
+    pub fn toml(&mut self, origin: &str, text: &str) -> Result<(), Error> {
+        let mut table: Table = text.parse().map_err(|error| Error::Usage(format!("{origin}: {error}")))?;
+        if let Some(balls) = table.remove("balls") {
+            let whole = balls.as_integer().and_then(|balls| usize::try_from(balls).ok());
+            let refused = || Error::Usage(format!("{origin}: balls is refused; allowed: {MIN_BALLS} to {MAX_BALLS}"));
+            self.balls = Some(whole.ok_or_else(refused)?);
+        }
+        self.table(origin, "", table)
+    }
+
+    fn table(&mut self, origin: &str, prefix: &str, table: Table) -> Result<(), Error> {
+        for (key, value) in table {
+            let name = format!("{prefix}{key}");
+            let values = match value {
+                Value::Table(inner) => {
+                    self.table(origin, &format!("{name}."), inner)?;
+                    continue;
+                }
+                Value::Array(values) => values,
+                value => vec![value],
+            };
+            let start = |value: Value| match value {
+                Value::Float(number) => Ok(StartValue::Number(number)),
+                // Whole numbers of a parameter file mean reals.
+                Value::Integer(number) => Ok(StartValue::Number(number as f64)),
+                Value::String(item) => Ok(StartValue::Item(item)),
+                other => Err(Error::Usage(format!(
+                    "{origin}: {name} is of type {}; allowed: a number, the name of an item, or a list of numbers",
+                    other.type_str()
+                ))),
+            };
+            let values = values.into_iter().map(start).collect::<Result<_, _>>()?;
+            self.assignments.push(Assignment { origin: origin.to_owned(), name, values });
+        }
+        Ok(())
+    }
+
+    /// Takes `name=value` or `name=value,value,...`.
+    pub fn set(&mut self, text: &str) -> Result<(), Error> {
+        let origin = format!("--set {text}");
+        let Some((name, values)) = text.split_once('=') else {
+            return Err(Error::Usage(format!("{origin} is refused; allowed: name=value or name=value,value,...")));
+        };
+        let value = |value: &str| {
+            let value = value.trim();
+            value.parse().map_or_else(|_| StartValue::Item(value.to_owned()), StartValue::Number)
+        };
+        let values = values.split(',').map(value).collect();
+        self.assignments.push(Assignment { origin, name: name.trim().to_owned(), values });
+        Ok(())
+    }
+
+    /// The cradle, with every start value checked as the FMU checks it.
+    pub fn recipe(self) -> Result<Recipe, Error> {
+        let balls = self.balls.unwrap_or(DEFAULT_BALLS);
+        let mut recipe = Recipe::new(balls);
+        recipe.settings().map_err(|error| Error::Usage(error.to_string()))?;
+        for assignment in self.assignments {
+            let Assignment { origin, name, values } = assignment;
+            // Checked alone, so that the error can name where it was given.
+            let mut alone = Recipe::new(balls);
+            alone.start = elements(&name, values, balls)
+                .map_err(|error| Error::Usage(format!("{origin}: {error}")))?
+                .into_iter()
+                .collect();
+            alone.settings().map_err(|error| Error::Usage(format!("{origin}: {}", told(error))))?;
+            recipe.start.append(&mut alone.start);
+        }
+        Ok(recipe)
+    }
+}
+
+/// The variables that `name` stands for, with their values.
+fn elements(name: &str, values: Vec<StartValue>, balls: usize) -> Result<Vec<(String, StartValue)>, String> {
+    let Some((position, row)) = TABLE.iter().enumerate().find(|(_, row)| row.name == name) else {
+        return single(name, values);
+    };
+    if row.shape == Shape::Scalar {
+        let named = |value| match (value, row.access) {
+            // The user may have meant an item's integer; the error names the items.
+            (StartValue::Number(number), Access::Choice(_)) => StartValue::Item(number.to_string()),
+            (value, _) => value,
+        };
+        return single(name, values.into_iter().map(named).collect());
+    }
+    let wanted = row.shape.len(balls);
+    if values.len() != wanted {
+        return Err(format!(
+            "{name} takes a list of {wanted} value(s) in a cradle of {balls} ball(s), not {}; a single one is {name}[i]",
+            values.len()
+        ));
+    }
+    let named = |(index, value)| (Variable { row, position, index }.to_string(), value);
+    Ok(values.into_iter().enumerate().map(named).collect())
+}
+
+/// A variable that `values` must be the one value of.
+fn single(name: &str, values: Vec<StartValue>) -> Result<Vec<(String, StartValue)>, String> {
+    match <[StartValue; 1]>::try_from(values) {
+        Ok([value]) => Ok(vec![(name.to_owned(), value)]),
+        Err(values) => Err(format!("{name} takes one value, not {}", values.len())),
+    }
+}
+
+/// The error, with the names that there are if it is a name.
+fn told(error: RecipeError) -> String {
+    let RecipeError::Start(Refused::UnknownName { .. }) = error else { return error.to_string() };
+    let name = |row: &Row| match row.shape {
+        Shape::Scalar => row.name.to_owned(),
+        Shape::Balls => format!("{}[1..n]", row.name),
+        Shape::Contacts => format!("{}[1..n-1]", row.name),
+    };
+    let names: Vec<String> = TABLE.iter().filter(|row| row.settable()).map(name).collect();
+    format!("{error}; allowed: {}", names.join(", "))
+}
+
+/// What a start value is in a parameter file.
+pub fn in_words(variable: Variable, value: &StartValue) -> String {
+    match (value, variable.row.access) {
+        (StartValue::Item(item), Access::Choice(_)) => format!("{variable} = {item}"),
+        (StartValue::Item(item), _) => format!("{variable} = \"{item}\""),
+        (StartValue::Number(number), _) => {
+            let number = newtons_cradle::variables::Number(*number);
+            format!("{variable} = {}", variable.row.quantified(number))
+        }
+    }
+}

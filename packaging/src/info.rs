@@ -1,0 +1,93 @@
+//! What is in an FMU, for people.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use fmi_schema::fmi2::Causality;
+use newtons_cradle::variables::{FILE_NAME, Recipe, Variable};
+
+use crate::archive::Entries;
+use crate::check::binary::Library;
+use crate::check::model::Model;
+use crate::check::{self, MAX_BYTES, Report};
+use crate::contents::binary_path;
+use crate::platform::PLATFORMS;
+use crate::{Error, choice};
+
+/// A page of text on the FMU in a file.
+pub fn of(path: &Path) -> Result<String, Error> {
+    let mut report = Report::default();
+    let unreadable = |report: &Report| {
+        let reason = report.problems.first().map_or("", String::as_str);
+        Error::Usage(format!("cannot read {}: {reason}", path.display()))
+    };
+    let entries = check::unpack(&check::read(path)?, MAX_BYTES, &mut report).ok_or_else(|| unreadable(&report))?;
+    let text = entries.get("modelDescription.xml").ok_or_else(|| unreadable(&report))?;
+    let model = Model::read(text, &mut report).ok_or_else(|| unreadable(&report))?;
+    let mut out = String::new();
+    // Writing to a string cannot fail.
+    let _ = write(&mut out, &model, &entries);
+    Ok(out)
+}
+
+fn write(out: &mut String, model: &Model, entries: &Entries) -> std::fmt::Result {
+    let kinds: Vec<String> = model.interfaces().map(|interface| format!("{:?}", interface.kind)).collect();
+    writeln!(out, "model        {} (FMI {}, {})", model.name, model.fmi_version, kinds.join(", "))?;
+    writeln!(out, "guid         {}", model.guid)?;
+    writeln!(out, "written by   {}, {}", model.tool, model.date.as_deref().unwrap_or("no date"))?;
+    write_cradle(out, model, entries)?;
+    let experiment = &model.experiment;
+    let seconds = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value} s"));
+    let (start, stop, step) = (seconds(experiment.start), seconds(experiment.stop), seconds(experiment.step));
+    writeln!(out, "experiment   start {start}, stop {stop}, step {step}")?;
+    let count = |causality: Causality| model.variables.iter().filter(|v| v.causality == causality).count();
+    writeln!(
+        out,
+        "variables    {}: {} parameters, {} inputs, {} outputs, {} locals",
+        model.variables.len(),
+        count(Causality::Parameter) + count(Causality::CalculatedParameter),
+        count(Causality::Input),
+        count(Causality::Output),
+        count(Causality::Local)
+    )?;
+    for interface in model.interfaces() {
+        for platform in PLATFORMS {
+            if let Some(bytes) = entries.get(&binary_path(platform, &interface.identifier)) {
+                write_library(out, platform.folder, bytes)?;
+            }
+        }
+    }
+    writeln!(out, "files")?;
+    entries.iter().try_for_each(|(name, contents)| writeln!(out, "{:>12} {name}", contents.len()))
+}
+
+/// Number of balls and start values that are not the defaults.
+fn write_cradle(out: &mut String, model: &Model, entries: &Entries) -> std::fmt::Result {
+    let Some(Ok(recipe)) = entries.get(&format!("resources/{FILE_NAME}")).map(|text| Recipe::from_json(text)) else {
+        return Ok(());
+    };
+    if !model.is_own() {
+        return Ok(());
+    }
+    writeln!(out, "balls        {}", recipe.balls)?;
+    for (name, value) in &recipe.start {
+        if let Some(variable) = Variable::named(name, recipe.balls) {
+            writeln!(out, "             {}", choice::in_words(variable, value))?;
+        }
+    }
+    Ok(())
+}
+
+fn write_library(out: &mut String, folder: &str, bytes: &[u8]) -> std::fmt::Result {
+    write!(out, "{folder:12} {} kB", bytes.len().div_ceil(1000))?;
+    match Library::read(bytes) {
+        Ok(library) => {
+            if let Some((major, minor)) = library.glibc {
+                write!(out, ", for glibc {major}.{minor} or newer")?;
+            }
+            let libraries: Vec<String> = library.libraries.into_iter().collect();
+            writeln!(out, ", linked with {}", libraries.join(", "))
+        }
+        Err(error) => writeln!(out, ", {error}"),
+    }
+}

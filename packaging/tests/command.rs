@@ -1,0 +1,216 @@
+//! The program as a user runs it: what it writes, what it refuses, and what it finds in good, damaged and hostile FMUs.
+
+mod support;
+
+use std::collections::BTreeSet;
+use std::fs;
+
+use support::{Folder, entries, fmu, library, run, write};
+
+#[test]
+fn one_binary_serves_every_number_of_balls() {
+    let folder = Folder::new("balls");
+    let library = library();
+    for balls in [1, 2, 5, 13, 100] {
+        let out = folder.file(&format!("{balls}.fmu"));
+        let built = run(&["build", "--balls", &balls.to_string(), "--binary", &library, "--out", &out]);
+        assert_eq!(built.code, 0, "{}", built.error);
+        let checked = run(&["check", &out]);
+        assert_eq!(checked.code, 0, "{}", checked.output);
+        let info = run(&["info", &out]);
+        assert!(info.code == 0 && info.output.contains(&format!("balls        {balls}\n")), "{}", info.output);
+    }
+}
+
+#[test]
+fn the_same_arguments_give_the_same_bytes() {
+    let (one, two) = (Folder::new("one"), Folder::new("another/folder"));
+    let library = library();
+    for folder in [&one, &two] {
+        let built = run(&["build", "--preset", "desk", "--binary", &library, "--out", &folder.file("x.fmu")]);
+        assert_eq!(built.code, 0, "{}", built.error);
+    }
+    assert!(fs::read(one.file("x.fmu")).unwrap() == fs::read(two.file("x.fmu")).unwrap());
+}
+
+#[test]
+fn start_values_go_into_description_and_resources() {
+    let folder = Folder::new("start");
+    let parameters = folder.file("cradle.toml");
+    fs::write(
+        &parameters,
+        "balls = 3\nx_start = [-0.2, 0, 0]\n[contact]\nmodel = \"hertz\"\n'gap[1]' = 1e-6\n[solver]\ntolerance = 1e-9\n",
+    )
+    .unwrap();
+    let out = folder.file("x.fmu");
+    let (library, set) = (library(), "solver.tolerance=1e-8");
+    let built = run(&["build", "--parameters", &parameters, "--set", set, "--binary", &library, "--out", &out]);
+    assert_eq!(built.code, 0, "{}", built.error);
+    let entries = entries(&fs::read(&out).unwrap());
+    let text = |name: &str| String::from_utf8(entries[name].clone()).unwrap();
+    let description = text("modelDescription.xml");
+    for (variable, start) in [("x_start[1]", "-0.2"), ("contact.gap[1]", "1e-6"), ("solver.tolerance", "1e-8")] {
+        let at = description.find(&format!("name=\"{variable}\"")).unwrap();
+        let line = description[at..].lines().nth(1).unwrap();
+        assert!(line.contains(&format!("start=\"{start}\"")), "{variable}: {line}");
+    }
+    assert!(description.contains("<Enumeration declaredType=\"ContactModel\" start=\"2\"/>"));
+    let resources = text("resources/cradle.json");
+    for part in ["\"balls\": 3", "\"x_start[1]\": -0.2", "\"contact.model\": \"hertz\""] {
+        assert!(resources.contains(part), "{resources}");
+    }
+    let info = run(&["info", &out]).output;
+    assert!(info.contains("contact.model = hertz") && info.contains("x_start[1] = -0.2 m"), "{info}");
+    assert_eq!(run(&["check", &out]).code, 0);
+}
+
+#[test]
+fn every_preset_can_be_built_and_is_told_in_the_help() {
+    let folder = Folder::new("presets");
+    let (out, library) = (folder.file("x.fmu"), library());
+    let help = run(&["build", "--help"]).output;
+    for preset in cradle_packaging::choice::PRESETS {
+        assert!(help.contains(preset.name) && help.contains(preset.title()), "{help}");
+        let built = run(&["build", "--preset", preset.name, "--binary", &library, "--out", &out]);
+        assert_eq!(built.code, 0, "{}", built.error);
+        assert_eq!(run(&["check", &out]).code, 0, "{}", preset.name);
+    }
+}
+
+#[test]
+fn what_is_refused_is_named_and_leaves_nothing() {
+    let folder = Folder::new("refused");
+    let out = folder.file("x.fmu");
+    let bad = folder.file("bad.toml");
+    fs::write(&bad, "x_start = [1, true]").unwrap();
+    let torn = folder.file("torn.toml");
+    fs::write(&torn, "balls = ").unwrap();
+    let text = format!("linux64={bad}");
+    let cases: &[(&[&str], &str)] = &[
+        (&["--balls", "0"], "balls = 0 is refused; allowed: 1 to 10000"),
+        (&["--balls", "1000000000"], "balls = 1000000000 is refused"),
+        (&["--balls", "-1"], "--balls"),
+        (&["--set", "nothing=1"], "--set nothing=1: no variable has the name \"nothing\""),
+        (&["--set", "x_start[6]=0"], "\"x_start[6]\" in this FMU of 5 ball(s); allowed: gravity, "),
+        (&["--set", "x[1]=0"], "x[1] cannot be set"),
+        (&["--set", "x_start=0,0"], "x_start takes a list of 5 value(s)"),
+        (&["--set", "gravity=1,2"], "gravity takes one value"),
+        (&["--set", "ball.mass=-1"], "--set ball.mass=-1: ball.mass = -1 kg is refused; allowed: finite and > 0 kg"),
+        (&["--set", "ball.mass=inf"], "allowed: finite and > 0 kg"),
+        (&["--set", "ball.mass=heavy"], "ball.mass is of type Real"),
+        (&["--set", "contact.model=glue"], "contact.model = glue is refused; allowed: powerLaw (1)"),
+        (&["--set", "contact.model=2"], "contact.model = 2 is refused; allowed: powerLaw (1)"),
+        (&["--set", "gravity"], "allowed: name=value"),
+        (&["--preset", "nothing"], "allowed: figure3, "),
+        (&["--parameters", &bad], "bad.toml: x_start is of type boolean"),
+        (&["--parameters", &torn], "torn.toml: "),
+        (&["--binary", "vax=x"], "allowed platforms: linux64, "),
+        (&["--binary", "x"], "allowed: PLATFORM=FILE"),
+        (&["--binary", &text], "is not a shared library for linux64"),
+        (&["--binary", "win32=nowhere/x.dll"], "--binary win32: cannot read nowhere/x.dll"),
+        (&["--target", "riscv64gc-unknown-linux-gnu"], "allowed: x86_64-*-linux, "),
+    ];
+    let library = library();
+    let before: BTreeSet<_> = folder.list();
+    for (arguments, expected) in cases {
+        let mut all = vec!["build", "--out", &out];
+        // A good binary beside it, so that nothing is compiled if the argument is accepted.
+        if !arguments.contains(&"--target") && !arguments.iter().any(|argument| argument.starts_with("linux64=")) {
+            all.extend(["--binary", &library]);
+        }
+        all.extend(*arguments);
+        let refused = run(&all);
+        assert!(refused.error.contains(expected), "{arguments:?}: {}", refused.error);
+        assert!(matches!(refused.code, 1 | 2), "{arguments:?}: {}", refused.code);
+        assert_eq!(folder.list(), before, "{arguments:?}");
+    }
+}
+
+#[test]
+fn a_binary_for_another_machine_is_refused() {
+    let folder = Folder::new("machine");
+    let library = library();
+    let (platform, file) = library.split_once('=').unwrap();
+    let other = if platform == "win64" { "linux64" } else { "win64" };
+    let refused = run(&["build", "--binary", &format!("{other}={file}"), "--out", &folder.file("x.fmu")]);
+    assert_eq!(refused.code, 2);
+    assert!(refused.error.contains(&format!("is not a shared library for {other}, but a ")), "{}", refused.error);
+    assert!(folder.list().is_empty());
+}
+
+#[test]
+fn a_target_that_cannot_be_written_leaves_nothing() {
+    let folder = Folder::new("target");
+    fs::write(folder.file("file"), "").unwrap();
+    let library = library();
+    for out in ["file/x.fmu", "."] {
+        let failed = run(&["build", "--binary", &library, "--out", &folder.file(out)]);
+        assert_eq!(failed.code, 1);
+        assert!(failed.error.contains("cannot write "), "{}", failed.error);
+    }
+    assert_eq!(folder.list().len(), 1);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_full_disk_leaves_the_old_fmu() {
+    let folder = Folder::new("full");
+    let out = folder.file("x.fmu");
+    fs::write(&out, "old").unwrap();
+    // A limit on the size of files fails as a full disk does, in the middle of writing.
+    let script = "trap '' XFSZ; ulimit -f 16; exec \"$@\"";
+    let program = env!("CARGO_BIN_EXE_cradle-fmu");
+    let library = library();
+    let failed = support::output("sh", &["-c", script, "sh", program, "build", "--binary", &library, "--out", &out]);
+    assert_eq!(failed.code, 1, "{}", failed.output);
+    assert!(failed.error.contains("cannot write "), "{}", failed.error);
+    assert_eq!(fs::read_to_string(&out).unwrap(), "old");
+    assert_eq!(folder.list().len(), 1);
+}
+
+#[test]
+fn a_date_is_taken_from_the_environment() {
+    let folder = Folder::new("date");
+    let (out, library) = (folder.file("x.fmu"), library());
+    let arguments = ["build", "--binary", &library, "--out", &out];
+    let built = support::with_environment("SOURCE_DATE_EPOCH", "951827696", &arguments);
+    assert_eq!(built.code, 0, "{}", built.error);
+    assert!(run(&["info", &out]).output.contains("2000-02-29T12:34:56Z"));
+    let refused = support::with_environment("SOURCE_DATE_EPOCH", "yesterday", &arguments);
+    assert!(refused.code == 2 && refused.error.contains("allowed: 0 to "), "{}", refused.error);
+}
+
+#[test]
+fn what_cannot_be_read_is_no_finding() {
+    let folder = Folder::new("unreadable");
+    for command in ["check", "info"] {
+        let failed = run(&[command, &folder.file("nothing.fmu")]);
+        assert!(failed.code == 2 && failed.error.contains("nothing.fmu"), "{}", failed.error);
+    }
+    fs::write(folder.file("text.fmu"), "text").unwrap();
+    assert_eq!(run(&["check", &folder.file("text.fmu")]).code, 1);
+    assert_eq!(run(&["info", &folder.file("text.fmu")]).code, 2);
+}
+
+/// A C compiler makes the binary: one that gets as far as being asked, and then aborts.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_binary_that_crashes_is_found_out() {
+    let folder = Folder::new("crash");
+    fs::write(
+        folder.file("x.c"),
+        "#include <stdlib.h>\nconst char *fmi2GetTypesPlatform(void) { return \"default\"; }\n\
+         const char *fmi2GetVersion(void) { abort(); }\n",
+    )
+    .unwrap();
+    let library = folder.file("x.so");
+    let compiled = support::output("cc", &["-shared", "-fPIC", "-o", &library, &folder.file("x.c")]);
+    assert_eq!(compiled.code, 0, "{}", compiled.error);
+    let mut entries = entries(&fmu());
+    entries.insert("binaries/linux64/NewtonsCradle.so".to_owned(), fs::read(&library).unwrap());
+    let checked = run(&["check", &write(&folder, "x.fmu", &entries)]);
+    assert_eq!(checked.code, 1);
+    for expected in ["fmi2DoStep is not exported", "crashed in fmi2GetVersion"] {
+        assert!(checked.output.contains(expected), "{}", checked.output);
+    }
+}

@@ -1,0 +1,154 @@
+//! `check` says what is wrong with a damaged FMU, and there is nothing it does not survive.
+
+mod support;
+
+use std::sync::LazyLock;
+
+use cradle_packaging::archive::Entries;
+use cradle_packaging::check::{MAX_BYTES, bytes};
+use cradle_packaging::platform::Platform;
+use support::{entries, fmu, zip};
+use zip::CompressionMethod::{Deflated, Stored};
+
+const DESCRIPTION: &str = "modelDescription.xml";
+
+fn problems(fmu: &[u8]) -> String {
+    bytes(fmu, MAX_BYTES).problems.join("\n")
+}
+
+static SOUND: LazyLock<Entries> = LazyLock::new(|| entries(&fmu()));
+
+/// The problems after a change of the entries.
+fn after(change: impl FnOnce(&mut Entries)) -> String {
+    let mut entries = SOUND.clone();
+    change(&mut entries);
+    problems(&zip(&entries, Stored))
+}
+
+/// An FMU that lacks its binary, which makes it small.
+fn small() -> Vec<u8> {
+    let mut small = SOUND.clone();
+    small.remove(&library());
+    zip(&small, Deflated)
+}
+
+/// The problems after the first `from` in the description became `to`.
+fn described(from: &str, to: &str) -> String {
+    after(|entries| {
+        let text = String::from_utf8(entries[DESCRIPTION].clone()).unwrap();
+        assert!(text.contains(from), "{from}");
+        entries.insert(DESCRIPTION.to_owned(), text.replacen(from, to, 1).into_bytes());
+    })
+}
+
+fn library() -> String {
+    let platform = Platform::host().unwrap();
+    format!("binaries/{}/NewtonsCradle.{}", platform.folder, platform.extension)
+}
+
+#[test]
+fn a_sound_fmu_has_no_problem() {
+    assert_eq!(problems(&fmu()), "");
+}
+
+#[test]
+fn damaged_entries_are_found() {
+    type Change = fn(&mut Entries);
+    let cases: &[(Change, &str)] = &[
+        (|entries| drop(entries.remove(DESCRIPTION)), "modelDescription.xml: missing"),
+        (|entries| drop(entries.remove(&library())), "binaries: none for NewtonsCradle"),
+        (|entries| drop(entries.remove("documentation/index.html")), "documentation/index.html: missing"),
+        (|entries| entries.get_mut(DESCRIPTION).unwrap().truncate(5000), "not well-formed XML"),
+        (|entries| entries.get_mut(DESCRIPTION).unwrap().push(0xff), "not in UTF-8"),
+        (|entries| entries.get_mut(&library()).unwrap().truncate(100), "not a shared library for "),
+        (|entries| drop(entries.insert(library(), b"MZ".to_vec())), "not a shared library for "),
+        (
+            |entries| drop(entries.insert("resources/cradle.json".into(), b"{\"format\":1,\"balls\":4}".to_vec())),
+            "that of these resources is {",
+        ),
+        (
+            |entries| drop(entries.insert("resources/cradle.json".into(), b"{".to_vec())),
+            "resources/cradle.json: not readable",
+        ),
+        (|entries| drop(entries.insert("../outside".into(), vec![1])), "../outside: not a path that stays"),
+        (|entries| drop(entries.insert("/etc/x".into(), vec![1])), "/etc/x: not a path that stays"),
+        (|entries| drop(entries.insert("a/./b".into(), vec![1])), "a/./b: not a path that stays"),
+        (|entries| drop(entries.insert("C:/x".into(), vec![1])), "C:/x: not a path that stays"),
+        (|entries| drop(entries.insert("a\\b".into(), vec![1])), "a\\b: a backslash"),
+    ];
+    for (change, expected) in cases {
+        let found = after(change);
+        assert!(found.contains(expected), "{expected}: {found}");
+    }
+}
+
+#[test]
+fn wrong_descriptions_are_found() {
+    for (from, to, expected) in [
+        ("fmiVersion=\"2.0\"", "fmiVersion=\"3.0\"", "only 2.0 can be checked"),
+        ("guid=\"{", "guid=\"{0", "that of these resources is {"),
+        ("modelIdentifier=\"NewtonsCradle\"", "modelIdentifier=\"1-x\"", "is no identifier of C"),
+        ("generationDateAndTime=\"1980", "generationDateAndTime=\"80", "allowed: YYYY-MM-DDThh:mm:ssZ"),
+        ("stopTime=\"10\"", "stopTime=\"-1\"", "stopTime is not after startTime"),
+        ("stepSize=\"0.01\"", "stepSize=\"0\"", "stepSize is not positive"),
+        ("name=\"gravity\"", "name=\"ball.mass\"", "there are two variables of this name"),
+        ("name=\"gravity\"", "name=\"a b\"", "not a name of variableNamingConvention"),
+        ("valueReference=\"16384\"", "valueReference=\"0\"", "can both be set and share a value reference"),
+        ("valueReference=\"0\"", "valueReference=\"x\"", "valueReference = \"x\" cannot be read"),
+        (
+            "causality=\"parameter\" variability=\"fixed\"",
+            "causality=\"parameter\" variability=\"continuous\"",
+            "exclude each other",
+        ),
+        (
+            "variability=\"fixed\" initial=\"exact\"",
+            "variability=\"fixed\" initial=\"calculated\"",
+            "initial calculated is not allowed",
+        ),
+        (" start=\"9.81\"", "", "gravity: the start value is missing"),
+        (" start=\"9.81\"", " start=\"-1\"", "gravity: start = \"-1\"; allowed: 0 to inf"),
+        (" start=\"9.81\"", " start=\"x\"", "gravity: start = \"x\"; allowed: a number"),
+        ("\"ContactModel\" start=\"1\"", "\"ContactModel\" start=\"99\"", "allowed: an item of its type"),
+        ("declaredType=\"Acceleration\"", "declaredType=\"Nothing\"", "declaredType Nothing is no type of Real"),
+        ("unit=\"m/s2\" min", "unit=\"furlong\" min", "unit furlong is not defined"),
+        ("<Outputs>", "<Outputs><Unknown index=\"1\"/>", "Outputs: gravity does not belong there"),
+        ("<ModelStructure>", "<ModelStructure><Derivatives><Unknown index=\"99999\"/></Derivatives>", "index 99999"),
+        ("<Category name=\"logSolver\"", "<Category name=\"logEvents\"", "log category logEvents is defined twice"),
+        ("<DefaultExperiment", "<Nothing/><DefaultExperiment foo=\"1\"", "modelDescription.xml: not the description"),
+        ("needsExecutionTool=\"false\"", "needsExecutionTool=\"perhaps\"", "not what the schema asks for"),
+    ] {
+        let found = described(from, to);
+        assert!(found.contains(expected), "{to}: {found}");
+    }
+}
+
+#[test]
+fn every_flipped_bit_is_survived_and_none_in_an_entry_overlooked() {
+    let sound = small();
+    let expected = problems(&sound);
+    let mut found = 0;
+    for at in (0..sound.len()).step_by(149) {
+        let mut damaged = sound.clone();
+        damaged[at] ^= 1 << (at % 8);
+        found += usize::from(problems(&damaged) != expected);
+    }
+    // What is not found lies in dates, attributes and the like, which nobody reads.
+    let tried = sound.len().div_ceil(149);
+    assert!(found * 100 > tried * 90, "{found} of {tried}");
+}
+
+#[test]
+fn every_cut_is_found() {
+    let sound = small();
+    for end in (0..sound.len()).step_by(501) {
+        assert!(problems(&sound[..end]).contains("zip: "), "{end}");
+    }
+}
+
+#[test]
+fn a_zip_bomb_is_not_unpacked() {
+    let mut bomb = SOUND.clone();
+    bomb.insert("a".to_owned(), vec![0; 8 << 20]);
+    let found = bytes(&zip(&bomb, Deflated), 1 << 20).problems.join("\n");
+    assert!(found.contains("a: unpacked, all is more than 1048576 bytes"), "{found}");
+}

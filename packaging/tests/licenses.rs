@@ -1,0 +1,99 @@
+//! The licences that travel in every FMU are those of what is linked into it. After a change of dependencies,
+//! `CRADLE_RENEW=1 cargo test --package cradle-packaging --test licenses` writes them anew.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write;
+use std::path::Path;
+use std::process::Command;
+use std::{env, fs};
+
+use serde_json::Value;
+
+const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/third-party.txt");
+
+const HEADING: &str = "\
+The binaries of this FMU hold code of the packages below, and of the Rust standard library
+(https://www.rust-lang.org, MIT OR Apache-2.0). The texts of their licences follow.
+";
+
+#[test]
+fn licences_are_those_of_what_is_linked_in() {
+    let wanted = text();
+    if env::var_os("CRADLE_RENEW").is_some() {
+        fs::write(FILE, &wanted).unwrap();
+    }
+    assert!(fs::read_to_string(FILE).unwrap() == wanted, "{FILE} is out of date: run this test with CRADLE_RENEW=1");
+}
+
+fn text() -> String {
+    let mut list = String::new();
+    let mut licenses: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    for package in linked() {
+        let [name, version, license] = ["name", "version", "license"].map(|key| package[key].as_str().unwrap());
+        let place = package["repository"].as_str().unwrap_or_default();
+        writeln!(list, "{name} {version}, {license}, {place}").unwrap();
+        let folder = Path::new(package["manifest_path"].as_str().unwrap()).parent().unwrap();
+        let texts = license_texts(folder);
+        assert!(!texts.is_empty(), "{name} has no text of its licence");
+        for text in texts {
+            licenses.entry(text).or_default().insert(format!("{name} {version}"));
+        }
+    }
+    let mut all = format!("{HEADING}\n{list}");
+    for (text, packages) in licenses {
+        let packages: Vec<String> = packages.into_iter().collect();
+        write!(all, "\n==== {}\n\n{}\n", packages.join(", "), text.trim_end()).unwrap();
+    }
+    all
+}
+
+/// The packages that the FMU's library is made of, but for itself: no build scripts, no procedural macros.
+fn linked() -> Vec<Value> {
+    let metadata: Value = serde_json::from_slice(&output(
+        "cargo",
+        &["metadata", "--format-version", "1", "--locked", "--filter-platform", &host()],
+    ))
+    .unwrap();
+    let list = |value: &Value| value.as_array().unwrap().clone();
+    let packages: BTreeMap<String, Value> =
+        list(&metadata["packages"]).into_iter().map(|package| (package["id"].to_string(), package)).collect();
+    let nodes: BTreeMap<String, Value> =
+        list(&metadata["resolve"]["nodes"]).into_iter().map(|node| (node["id"].to_string(), node)).collect();
+    let macros = |id: &str| list(&packages[id]["targets"]).iter().any(|target| target["kind"][0] == "proc-macro");
+    let root = packages.iter().find(|(_, package)| package["name"] == "newtons-cradle").unwrap().0;
+    let (mut found, mut open) = (BTreeSet::new(), vec![root.clone()]);
+    while let Some(id) = open.pop() {
+        for dependency in list(&nodes[&id]["deps"]) {
+            let normal = list(&dependency["dep_kinds"]).iter().any(|kind| kind["kind"].is_null());
+            let next = dependency["pkg"].to_string();
+            if normal && !macros(&next) && found.insert(next.clone()) {
+                open.push(next);
+            }
+        }
+    }
+    let mut linked: Vec<Value> = found.iter().map(|id| packages[id].clone()).collect();
+    linked.sort_by_key(|package| package["name"].to_string());
+    linked
+}
+
+fn license_texts(folder: &Path) -> Vec<String> {
+    let is_license = |name: &str| {
+        ["LICENSE", "LICENCE", "COPYING", "NOTICE", "UNLICENSE"]
+            .iter()
+            .any(|start| name.to_uppercase().starts_with(start))
+    };
+    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap());
+    let files = entries.filter(|entry| is_license(&entry.file_name().to_string_lossy()) && entry.path().is_file());
+    files.map(|entry| fs::read_to_string(entry.path()).unwrap().replace("\r\n", "\n")).collect()
+}
+
+fn host() -> String {
+    let version = String::from_utf8(output("rustc", &["-vV"])).unwrap();
+    version.lines().find_map(|line| line.strip_prefix("host: ")).unwrap().to_owned()
+}
+
+fn output(program: &str, arguments: &[&str]) -> Vec<u8> {
+    let output = Command::new(program).args(arguments).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    output.stdout
+}
