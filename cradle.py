@@ -16,6 +16,7 @@ import shutil
 import subprocess
 import sys
 import sysconfig
+import tempfile
 import time
 import zipfile
 from contextlib import contextmanager
@@ -28,7 +29,7 @@ PYTHON = VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 FMU = ROOT / "target/fmu/NewtonsCradle.fmu"
 FMU13 = FMU.with_stem("NewtonsCradle13")  # of 13 balls, for the paper's Figure 3
 TOOLS = ROOT / "target/tools"
-FUZZ_RUNS = {"calls": 8_000, "states": 20_000}  # about half a minute each
+FUZZ_RUNS = {"calls": 8_000, "check": 3_000, "states": 20_000}  # about half a minute each
 
 
 class Stop(Exception):
@@ -124,12 +125,31 @@ def make_venv() -> None:
     stamp.write_text(wanted)
 
 
-def build_fmu() -> None:
-    """The FMUs of five and 13 balls in target/fmu, by the packaging member of the workspace."""
+def build_fmu(*producer: str) -> None:
+    """The FMUs of five and 13 balls in target/fmu, by the program of the packaging member of the workspace."""
+    options, environment = old_linux()
     for balls, path in ((5, FMU), (13, FMU13)):
-        run(["cargo", "pack", "build", "--release", "--balls", str(balls), "--out", path])
+        command = [*producer, "build", "--release", *options, "--balls", str(balls), "--out", path]
+        run(command, env=environment)
         if not path.exists():
-            raise Stop(f"`cargo pack build` did not leave {path.relative_to(ROOT)}.")
+            raise Stop(f"`{' '.join(producer)} build` did not leave {path.relative_to(ROOT)}.")
+
+
+def old_linux() -> tuple[list, dict]:
+    """Options and environment for a binary that runs on every Linux from glibc 2.17 on, if .venv has cargo-zigbuild."""
+    programs = VENV / "bin"
+    if not (programs / "cargo-zigbuild").exists() or host_target() != "x86_64-unknown-linux-gnu":
+        say("  !! this machine's own glibc is what the binary will need: cargo-zigbuild is not for it")
+        return [], {}
+    caches = {name: str(ROOT / "target/zig") for name in ("ZIG_GLOBAL_CACHE_DIR", "CARGO_ZIGBUILD_CACHE_DIR")}
+    path = f"{programs}{os.pathsep}{os.environ['PATH']}"
+    return ["--target", "x86_64-unknown-linux-gnu.2.17"], caches | {"PATH": path}
+
+
+def host_target() -> str:
+    """The target triple that rustc compiles for."""
+    version = subprocess.run(["rustc", "-vV"], capture_output=True, text=True, check=True).stdout
+    return re.search(r"^host: (.+)$", version, re.MULTILINE)[1]
 
 
 # ---------------------------------------------------------------- paper
@@ -140,7 +160,7 @@ def paper(_options) -> int:
     with stage("1/3 Python packages"):
         make_venv()
     with stage("2/3 FMU (the first time, compiling takes a minute)"):
-        build_fmu()
+        build_fmu("cargo", "pack")
     with stage("3/3 the paper's experiments"):
         return run([PYTHON, "examples/paper/run_all.py"], check=False)
 
@@ -217,10 +237,16 @@ def test(options) -> int:
     python_style(tally)
     try:
         with stage("FMU"):
-            build_fmu()
+            # As the tests have compiled it.
+            build_fmu("cargo", "run", "--package", "cradle-packaging", "--bin", "cradle-fmu", "--")
     except Stop as problem:
         tally.fail(f"FMU: {problem} Without it the hosts cannot run.")
     else:
+        platforms = [sys.executable, "packaging/platforms.py", FMU]
+        tally.step(
+            "FMU for all platforms", platforms, lambda line: (0, 0, 1) if line.startswith("SKIPPED") else None
+        )
+        same_bytes(tally)
         install_fmi_sim(tally)
         hosts = [PYTHON, "-m", "pytest", "tests/hosts", "--fmu", FMU, "-rs", *options.pytest]
         tally.step("Python hosts", hosts, pytest_counts)
@@ -268,6 +294,20 @@ def rust_host(tally: Tally) -> None:
         return tally.skip("Rust host", "libclang is missing: on Debian, `apt install libclang-dev`")
     command = ["cargo", "test", "--manifest-path", manifest, "--target-dir", ROOT / "target/hosts"]
     return tally.step("Rust host", command, cargo_counts, env={"CRADLE_FMU": str(FMU)})
+
+
+def same_bytes(tally: Tally) -> None:
+    """Builds the FMU once more from a copy of the sources in another folder: the same bytes."""
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder) / "another/checkout"
+        shutil.copytree(ROOT, copy, ignore=shutil.ignore_patterns("target", ".venv", "out", ".git"))
+        options, environment = old_linux()
+        program = ROOT / "target/debug" / ("cradle-fmu.exe" if os.name == "nt" else "cradle-fmu")
+        command = [program, "build", "--release", *options, "--out", copy / FMU.name]
+        environment["CARGO_TARGET_DIR"] = str(copy / "target")
+        tally.step("FMU from another folder", command, cwd=copy, env=environment)
+        if (copy / FMU.name).exists() and (copy / FMU.name).read_bytes() != FMU.read_bytes():
+            tally.fail("FMU from another folder: not the same bytes")
 
 
 def install_fmi_sim(tally: Tally) -> None:
@@ -349,12 +389,6 @@ def leak_check(tally: Tally) -> None:
         )
     checks = ["--leak-check=full", "--errors-for-leak-kinds=definite", "--error-exitcode=9"]
     return tally.step("C host: 2,000 cycles under valgrind", ["valgrind", *checks, *cycles])
-
-
-def host_target() -> str:
-    """The target triple that rustc compiles for."""
-    version = subprocess.run(["rustc", "-vV"], capture_output=True, text=True, check=True).stdout
-    return re.search(r"^host: (.+)$", version, re.MULTILINE)[1]
 
 
 def fuzz(tally: Tally) -> None:

@@ -1,0 +1,96 @@
+/* A host for Linux and Windows: runs an FMU's default experiment and prints the values of variables at every communication point,
+ * doubles bit by bit, so that platforms can be compared. */
+
+#include <inttypes.h>
+#include <stdarg.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#ifdef _WIN32
+#include <windows.h>
+static void *open_library(const char *path) { return (void *)LoadLibraryA(path); }
+static void *find(void *library, const char *name) { return (void *)GetProcAddress((HMODULE)library, name); }
+#else
+#include <dlfcn.h>
+static void *open_library(const char *path) { return dlopen(path, RTLD_NOW | RTLD_LOCAL); }
+static void *find(void *library, const char *name) { return dlsym(library, name); }
+#endif
+
+typedef void *Component;
+typedef struct {
+    void (*logger)(void *, const char *, int, const char *, const char *, ...);
+    void *(*allocate)(size_t, size_t);
+    void (*release)(void *);
+    void (*finished)(void *, int);
+    void *environment;
+} Callbacks;
+
+static void fail(const char *what) {
+    fprintf(stderr, "%s\n", what);
+    exit(1);
+}
+
+static void say(void *environment, const char *instance, int status, const char *category, const char *format, ...) {
+    va_list arguments;
+    (void)environment, (void)instance, (void)status, (void)category;
+    va_start(arguments, format);
+    vfprintf(stderr, format, arguments);
+    va_end(arguments);
+    fputc('\n', stderr);
+}
+
+static void *function(void *library, const char *name) {
+    void *found = find(library, name);
+    if (!found) fail(name);
+    return found;
+}
+
+int main(int count, char **arguments) {
+    if (count < 6) fail("usage: outputs LIBRARY RESOURCES GUID STEP STEPS [TYPE:REFERENCE]...");
+    void *library = open_library(arguments[1]);
+    if (!library) fail("the library cannot be loaded");
+    Component (*instantiate)(const char *, int, const char *, const char *, const Callbacks *, int, int) =
+        function(library, "fmi2Instantiate");
+    int (*set_up)(Component, int, double, double, int, double) = function(library, "fmi2SetupExperiment");
+    int (*enter)(Component) = function(library, "fmi2EnterInitializationMode");
+    int (*leave)(Component) = function(library, "fmi2ExitInitializationMode");
+    int (*get_real)(Component, const uint32_t *, size_t, double *) = function(library, "fmi2GetReal");
+    int (*get_integer)(Component, const uint32_t *, size_t, int *) = function(library, "fmi2GetInteger");
+    int (*get_boolean)(Component, const uint32_t *, size_t, int *) = function(library, "fmi2GetBoolean");
+    int (*do_step)(Component, double, double, int) = function(library, "fmi2DoStep");
+    int (*terminate)(Component) = function(library, "fmi2Terminate");
+    void (*release)(Component) = function(library, "fmi2FreeInstance");
+
+    Callbacks callbacks = {say, calloc, free, NULL, NULL};
+    double step = atof(arguments[4]);
+    long steps = atol(arguments[5]);
+    Component c = instantiate("outputs", 1, arguments[3], arguments[2], &callbacks, 0, 0);
+    if (!c) fail("no instance");
+    if (set_up(c, 0, 0.0, 0.0, 0, 0.0) || enter(c) || leave(c)) fail("initialization failed");
+    for (long i = 0; i <= steps; i++) {
+        if (i > 0 && do_step(c, (double)(i - 1) * step, step, 1)) fail("the step failed");
+        for (int k = 6; k < count; k++) {
+            uint32_t reference = (uint32_t)strtoul(arguments[k] + 2, NULL, 10);
+            double real = 0.0;
+            int integer = 0, status;
+            uint64_t bits = 0;
+            switch (arguments[k][0]) {
+            case 'r':
+                status = get_real(c, &reference, 1, &real);
+                memcpy(&bits, &real, sizeof bits);
+                break;
+            case 'i': status = get_integer(c, &reference, 1, &integer); break;
+            default: status = get_boolean(c, &reference, 1, &integer);
+            }
+            if (status) fail("reading failed");
+            if (arguments[k][0] == 'r') printf("%016" PRIx64 " ", bits);
+            else printf("%d ", integer);
+        }
+        printf("\n");
+    }
+    if (terminate(c)) fail("terminate failed");
+    release(c);
+    return 0;
+}
