@@ -88,7 +88,6 @@ fn wrong_descriptions_are_found() {
         ("fmiVersion=\"2.0\"", "fmiVersion=\"3.0\"", "only 2.0 can be checked"),
         ("guid=\"{", "guid=\"{0", "that of these resources is {"),
         ("modelIdentifier=\"NewtonsCradle\"", "modelIdentifier=\"1-x\"", "is no identifier of C"),
-        ("generationDateAndTime=\"1980", "generationDateAndTime=\"80", "allowed: YYYY-MM-DDThh:mm:ssZ"),
         ("stopTime=\"10\"", "stopTime=\"-1\"", "stopTime is not after startTime"),
         ("stepSize=\"0.01\"", "stepSize=\"0\"", "stepSize is not positive"),
         ("name=\"gravity\"", "name=\"ball.mass\"", "there are two variables of this name"),
@@ -119,6 +118,20 @@ fn wrong_descriptions_are_found() {
     ] {
         let found = described(from, to);
         assert!(found.contains(expected), "{to}: {found}");
+    }
+}
+
+#[test]
+fn what_is_allowed_and_unusual_is_a_remark() {
+    let mut entries = SOUND.clone();
+    let text = String::from_utf8(entries[DESCRIPTION].clone()).unwrap();
+    entries.insert(DESCRIPTION.to_owned(), text.replace("00:00:00Z", "00:00:00+00:00").into_bytes());
+    entries.insert("documentation/\u{fc}.txt".to_owned(), vec![1]);
+    let report = bytes(&zip(&entries, Stored), MAX_BYTES);
+    assert!(report.is_clean(), "{report}");
+    let remarks = report.remarks.join("\n");
+    for expected in ["should be YYYY-MM-DDThh:mm:ssZ", "documentation/\u{fc}.txt: not in ASCII"] {
+        assert!(remarks.contains(expected), "{remarks}");
     }
 }
 

@@ -219,7 +219,7 @@ pub fn attributes(model: &Model, entries: &Entries, report: &mut Report) {
     if let Some(date) = &model.date
         && !is_date(date)
     {
-        report.problem(format_args!("generationDateAndTime = \"{date}\"; allowed: YYYY-MM-DDThh:mm:ssZ"));
+        report.remark(format_args!("generationDateAndTime = \"{date}\"; should be YYYY-MM-DDThh:mm:ssZ"));
     }
     if model.interfaces().next().is_none() {
         report.problem("neither CoSimulation nor ModelExchange");

@@ -30,6 +30,9 @@ const PATIENCE: Duration = Duration::from_secs(60);
 pub fn check(entries: &Entries, model: &Model, report: &mut Report) -> Result<(), Error> {
     let Some((interface, platform)) = model.co_simulation.as_ref().zip(Platform::host().ok()) else { return Ok(()) };
     let binary = binary_path(platform, &interface.identifier);
+    if interface.needs_tool {
+        return Ok(());
+    }
     match entries.get(&binary) {
         None => {
             report.remark(format_args!("{binary}: there is none, so nothing was loaded"));
@@ -190,8 +193,10 @@ impl<'a> Probe<'a> {
         let path = folder.join(binary_path(platform, &interface.identifier));
         self.tell("call", "loading");
         // SAFETY: none; that it may do anything is why this is another process.
-        let library =
-            unsafe { libloading::Library::new(path) }.map_err(|error| format!("cannot be loaded: {error}"))?;
+        let library = unsafe { libloading::Library::new(path) }.map_err(|error| {
+            let reason = std::error::Error::source(&error).map_or_else(|| error.to_string(), ToString::to_string);
+            format!("cannot be loaded: {reason}")
+        })?;
         self.constant(&library, "fmi2GetTypesPlatform", "default")?;
         self.constant(&library, "fmi2GetVersion", "2.0")?;
         // SAFETY: a plain function with the same arguments up to the format; what follows it is not looked at.
