@@ -88,7 +88,12 @@ impl Workspace {
         remap(&self.root, "newtons-cradle");
         remap(&cargo_home()?, "cargo");
         // Where the standard library's sources are, for targets for which it is compiled along.
-        remap(&sysroot()?.join("lib/rustlib/src/rust"), "rust");
+        let library = sysroot()?.join("lib/rustlib/src/rust");
+        remap(&library, "rust");
+        // Cargo names what lies within the workspace from there.
+        if let Ok(inside) = library.strip_prefix(&self.root) {
+            remap(inside, "rust");
+        }
         let windows = target.map_or(cfg!(windows), |target| target.contains("-windows-"));
         if windows {
             let gnu = target.map_or(cfg!(target_env = "gnu"), |target| target.ends_with("-gnu"));
