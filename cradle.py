@@ -412,9 +412,9 @@ def fuzz(tally: Tally) -> None:
     else:
         return tally.fail("Fuzzing: the targets could not be built")
     if sanitizer == "address":
-        border = ["cargo", "test", "--manifest-path", "fuzz/Cargo.toml", "--release", "--tests"]
+        border = ["cargo", "test", "--manifest-path", "fuzz/Cargo.toml", "--no-default-features"]
         # A sanitizer needs a target that is named. Forged states are the fuzzer's business.
-        border += ["--target", host_target(), "--target-dir", ROOT / "target/asan"]
+        border += ["--release", "--tests", "--target", host_target(), "--target-dir", ROOT / "target/asan"]
         tally.step(
             "C border with AddressSanitizer",
             [*border, "--", "--skip", "forged_states"],

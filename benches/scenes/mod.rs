@@ -58,21 +58,12 @@ fn two_lifted(height: f64, set_up: &[Setting], method: &str, settings: &[Setting
 
 /// Figure 6's set-up, to be run for 600 s: 2,562 pulses.
 pub fn ten_minutes(method: &str, settings: &[Setting]) -> Host {
-    two_lifted(1.0, &[("contact.stiffness", 2.9e14), ("contact.deadBand", 1.46e-7)], method, settings)
+    two_lifted(1.0, &host::FIGURE_6, method, settings)
 }
 
 /// Cubic contacts, to be run for 600 s: 7,194 pulses.
 pub fn cubic(method: &str, settings: &[Setting]) -> Host {
-    let turn = std::f64::consts::TAU;
-    let set_up = [
-        ("gravity", turn * turn),
-        ("pendulum.length", 1.0),
-        ("contact.stiffness", 5e18),
-        ("contact.overlapRef", 1.0),
-        ("contact.exponent", 3.0),
-        ("contact.deadBand", 2e-5),
-    ];
-    two_lifted(0.05, &set_up, method, settings)
+    two_lifted(0.05, &host::CUBIC, method, settings)
 }
 
 /// Figure 3: waves that cross in thirteen balls, three lifted on the left and two on the right.

@@ -2,6 +2,7 @@
 #![allow(dead_code)] // Not every test uses all of it.
 
 use std::cell::RefCell;
+use std::f64::consts::TAU;
 use std::ffi::{CStr, CString, c_char, c_void};
 use std::path::PathBuf;
 use std::ptr::{null, null_mut};
@@ -312,6 +313,19 @@ impl Host {
         self.log();
     }
 }
+
+/// Figure 6's set-up but for how far the first two of five balls are lifted, 1 m.
+pub const FIGURE_6: [(&str, f64); 2] = [("contact.stiffness", 2.9e14), ("contact.deadBand", 1.46e-7)];
+
+/// Cubic contacts of pendulums with a period of 1 s, for two of five balls lifted by 0.05 m.
+pub const CUBIC: [(&str, f64); 6] = [
+    ("gravity", TAU * TAU),
+    ("pendulum.length", 1.0),
+    ("contact.stiffness", 5e18),
+    ("contact.overlapRef", 1.0),
+    ("contact.exponent", 3.0),
+    ("contact.deadBand", 2e-5),
+];
 
 /// A folder of resources with this text in it, and its location.
 pub fn resources(test: &str, text: &[u8]) -> (PathBuf, String) {

@@ -60,33 +60,30 @@ fn compare(case: &Case, times: &[f64], between: &[f64]) -> Result<(), TestCaseEr
     Ok(())
 }
 
+/// Points at which two runs are compared, and points between which one of them steps; as shares of the time.
+fn points() -> impl Strategy<Value = (Vec<f64>, Vec<f64>)> {
+    (vec(0.0..1.0, 1..5), vec(0.0..1.0, 1..100))
+}
+
+fn compare_at_points(case: &Case, (mut common, mut between): (Vec<f64>, Vec<f64>)) -> Result<(), TestCaseError> {
+    common.iter_mut().for_each(|share| *share *= case.time);
+    common.push(case.time);
+    common.sort_by(f64::total_cmp);
+    between.sort_by(f64::total_cmp);
+    compare(case, &common, &between)
+}
+
 proptest! {
     #![proptest_config(config(150))]
 
     #[test]
-    fn random_points_change_nothing(
-        case in cradles(ANY),
-        mut common in vec(0.0..1.0, 1..5),
-        mut between in vec(0.0..1.0, 1..100),
-    ) {
-        common.iter_mut().for_each(|share| *share *= case.time);
-        common.push(case.time);
-        common.sort_by(f64::total_cmp);
-        between.sort_by(f64::total_cmp);
-        compare(&case, &common, &between)?;
+    fn random_points_change_nothing(case in cradles(ANY), points in points()) {
+        compare_at_points(&case, points)?;
     }
 
     #[test]
-    fn random_points_change_nothing_for_rigid_balls(
-        case in cradles(RIGID),
-        mut common in vec(0.0..1.0, 1..5),
-        mut between in vec(0.0..1.0, 1..100),
-    ) {
-        common.iter_mut().for_each(|share| *share *= case.time);
-        common.push(case.time);
-        common.sort_by(f64::total_cmp);
-        between.sort_by(f64::total_cmp);
-        compare(&case, &common, &between)?;
+    fn random_points_change_nothing_for_rigid_balls(case in cradles(RIGID), points in points()) {
+        compare_at_points(&case, points)?;
     }
 
     /// Points close by the first impacts, also within their contacts.

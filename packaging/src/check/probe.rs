@@ -172,11 +172,6 @@ unsafe extern "C" fn log(_: *mut c_void, _: *const c_char, status: c_int, _: *co
     }
 }
 
-unsafe extern "C" {
-    fn calloc(count: usize, size: usize) -> *mut c_void;
-    fn free(memory: *mut c_void);
-}
-
 struct Probe<'a> {
     file: File,
     model: &'a Model,
@@ -203,8 +198,8 @@ impl<'a> Probe<'a> {
         let logger = unsafe { mem::transmute::<*const c_void, fmi2CallbackLogger>(log as *const c_void) };
         let callbacks = fmi2CallbackFunctions {
             logger,
-            allocateMemory: Some(calloc),
-            freeMemory: Some(free),
+            allocateMemory: Some(libc::calloc),
+            freeMemory: Some(libc::free),
             stepFinished: None,
             componentEnvironment: std::ptr::null_mut(),
         };
