@@ -14,7 +14,12 @@ use crate::solver::quadrature::gauss_legendre;
 pub(crate) type Push = [f64; MAX_FORCE_ORDER + 1];
 
 /// Highest derivative of the push that is not zero.
+#[inline]
 pub(crate) fn degree(push: &Push) -> usize {
+    // Most inputs are constant.
+    if push[1..].iter().fold(0.0, |sum, p| sum + p.abs()) == 0.0 {
+        return 0;
+    }
     (1..=MAX_FORCE_ORDER).rev().find(|&j| push[j] != 0.0).unwrap_or(0)
 }
 
@@ -98,25 +103,29 @@ impl Flight {
     }
 
     /// Displacement since the anchor, m, from the oscillator's functions at that time.
-    pub fn displacement(&self, o: &Oscillator, u: &[f64]) -> f64 {
+    pub fn displacement<const N: usize>(&self, o: &Oscillator, u: &[f64; N]) -> f64 {
         self.response(o, u, 1)
     }
 
     /// Integral of the displacement since the anchor, m.s.
-    pub fn displacement_integral(&self, o: &Oscillator, u: &[f64]) -> f64 {
+    pub fn displacement_integral<const N: usize>(&self, o: &Oscillator, u: &[f64; N]) -> f64 {
         self.response(o, u, 2)
     }
 
     /// Velocity, m/s.
-    pub fn velocity(&self, o: &Oscillator, u: &[f64]) -> f64 {
+    pub fn velocity<const N: usize>(&self, o: &Oscillator, u: &[f64; N]) -> f64 {
         self.response(o, u, 0)
     }
 
-    /// The displacement integrated `level - 1` times: `v U_level + A U_(level+1) + push_1 U_(level+2) + ...`.
-    fn response(&self, o: &Oscillator, u: &[f64], level: usize) -> f64 {
-        let at_rest = self.push[0] - o.omega2() * self.x;
-        let forced: f64 = (1..=degree(&self.push)).map(|j| self.push[j] * u[level + 1 + j]).sum();
-        self.v * u[level] + at_rest * u[level + 1] + forced
+    /// The displacement integrated `level - 1` times: `v U_level + A U_(level+1) + push_1 U_(level+2) + ...`. Fewer functions than
+    /// [`BASIS`] do where the push is constant.
+    #[inline]
+    fn response<const N: usize>(&self, o: &Oscillator, u: &[f64; N], level: usize) -> f64 {
+        let free = self.v * u[level] + (self.push[0] - o.omega2() * self.x) * u[level + 1];
+        if N < BASIS {
+            return free;
+        }
+        free + (1..=degree(&self.push)).map(|j| self.push[j] * u[level + 1 + j]).sum::<f64>()
     }
 
     /// Acceleration `tau` after the anchor, m/s2, where the displacement and the velocity are the given ones.
@@ -126,8 +135,8 @@ impl Flight {
 
     /// The work of `push` on this motion per unit of mass since the anchor, m2/s2: `integral f v = f D - f' I_1 + f'' I_2 - ...`
     /// with the repeated integrals `I_k` of the displacement D.
-    pub fn work(&self, push: &Push, o: &Oscillator, tau: f64, u: &[f64]) -> f64 {
-        if degree(push) == 0 {
+    pub fn work<const N: usize>(&self, push: &Push, o: &Oscillator, tau: f64, u: &[f64; N]) -> f64 {
+        if N < BASIS || degree(push) == 0 {
             return if push[0] == 0.0 { 0.0 } else { push[0] * self.displacement(o, u) };
         }
         let later = shifted(push, tau);
@@ -135,13 +144,13 @@ impl Flight {
         terms.enumerate().map(|(j, term)| if j % 2 == 0 { term } else { -term }).sum()
     }
 
-    /// Bound of the absolute derivatives of order 3 and 4 of the position between `t` and `span` later (s after the anchor).
+    /// Bound of the absolute derivative of this `order` (3 or 4) of the position between `t` and `span` later (s after the anchor).
     ///
     /// For a push that varies, `sqrt(a^2 + omega^2 v^2)` grows at most by the integral of its rate.
-    pub fn derivative_bounds(&self, o: &Oscillator, t: f64, span: f64) -> [f64; 2] {
+    pub fn derivative_bound(&self, o: &Oscillator, t: f64, span: f64, order: i32) -> f64 {
         let a = self.acceleration(o, 0.0, 0.0, self.v);
         if degree(&self.push) == 0 {
-            return [3, 4].map(|order| o.derivative_bound(self.v, a, t, order));
+            return o.derivative_bound(self.v, a, t, order);
         }
         let end = t + span;
         let (mut rate, mut curvature, mut power) = (0.0, 0.0, 1.0);
@@ -152,7 +161,7 @@ impl Flight {
         }
         let amplitude = (a * a + o.omega2() * self.v * self.v).sqrt() + rate * end;
         let third = rate + (o.omega() + 2.0 * o.gamma()) * amplitude;
-        [third, curvature + o.omega2() * amplitude + 2.0 * o.gamma() * third]
+        if order == 3 { third } else { curvature + o.omega2() * amplitude + 2.0 * o.gamma() * third }
     }
 }
 
@@ -250,6 +259,13 @@ impl Ball {
         Flight { x: self.flight.x + displacement, v, push: shifted(&self.flight.push, (t - self.anchor).value()) }
     }
 
+    /// How far it can leave the chord of its motion within `tau` (s) after the anchor, but for contacts, m.
+    pub fn bend(&self, tau: f64) -> f64 {
+        let (o, flight) = (&self.oscillator, &self.flight);
+        let acceleration = (flight.push[0] - o.omega2() * flight.x).abs() + o.omega2() * flight.v.abs() * tau;
+        acceleration * tau * tau
+    }
+
     /// The sums at the time `t`, in flight.
     pub fn tally_at(&self, t: DoubleDouble) -> Tally {
         self.tally_under(&self.flight.push, t)
@@ -266,7 +282,7 @@ impl Ball {
     }
 
     /// The sums `tau` after the anchor, from the oscillator's functions at that time.
-    fn tally_after(&self, inputs: &Push, tau: f64, u: &[f64]) -> Tally {
+    fn tally_after<const N: usize>(&self, inputs: &Push, tau: f64, u: &[f64; N]) -> Tally {
         let (o, flight) = (&self.oscillator, &self.flight);
         let mut tally = self.tally;
         tally.x_integral += flight.x * tau + flight.displacement_integral(o, u);
@@ -276,7 +292,7 @@ impl Ball {
     }
 
     /// Energy lost to drag within `tau` (s) after the anchor, in flight, J; `u` are the oscillator's functions at that time.
-    fn drag_loss(&self, tau: f64, u: &[f64]) -> f64 {
+    fn drag_loss<const N: usize>(&self, tau: f64, u: &[f64; N]) -> f64 {
         let (o, flight) = (&self.oscillator, &self.flight);
         if o.gamma() == 0.0 {
             return 0.0;
@@ -312,7 +328,7 @@ impl Ball {
     }
 
     /// Takes flight and sums to `tau` after the anchor, from the oscillator's functions at that time; returns the displacement, m.
-    fn land_after(&mut self, tau: f64, u: &[f64]) -> f64 {
+    fn land_after<const N: usize>(&mut self, tau: f64, u: &[f64; N]) -> f64 {
         let displacement = self.flight.displacement(&self.oscillator, u);
         self.tally = self.tally_after(&self.flight.push, tau, u);
         self.flight = Flight {

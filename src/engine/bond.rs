@@ -229,7 +229,7 @@ impl Smooth for Bond {
     }
 
     fn third_derivative_bound(&self, t: f64, span: f64) -> f64 {
-        let [third, fourth] = self.flight.derivative_bounds(&self.oscillator, t, span);
+        let [third, fourth] = [3, 4].map(|order| self.flight.derivative_bound(&self.oscillator, t, span, order));
         self.push[MAX_FORCE_ORDER].abs() + self.stiffness.abs() * third + self.drag.abs() * fourth
     }
 }

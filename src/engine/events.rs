@@ -106,8 +106,7 @@ impl Engine {
         for j in range.clone() {
             self.contacts[j].waits = false;
         }
-        self.stop_separation(i, t);
-        self.contacts[i].overlap = 0.0;
+        self.close_separation(i);
         let rate = self.balls[i].moved(t).1 - self.balls[i + 1].moved(t).1;
         self.contacts[i].mode = Mode::of_closed(&self.cradle.contacts[i], 0.0, rate);
         self.contacts[i].ledger.open_pulse(t, self.step);
@@ -239,10 +238,18 @@ impl Engine {
 
     /// Contact `i`, if it is between balls in flight, holds its overlap at `t` and has no forecast any more.
     pub(super) fn stop_separation(&mut self, i: usize, t: DoubleDouble) {
-        if let Some(separation) = self.contacts[i].separation.take() {
-            self.contacts[i].overlap = separation.at_time(t).0;
+        let contact = &mut self.contacts[i];
+        if let Some(separation) = &contact.separation {
+            contact.overlap = separation.at_time(t).0;
+            contact.separation = None;
             self.queue.remove(i);
         }
+    }
+
+    /// Contact `i` is at its onset, where its overlap is 0.
+    pub(super) fn close_separation(&mut self, i: usize) {
+        (self.contacts[i].overlap, self.contacts[i].separation) = (0.0, None);
+        self.queue.remove(i);
     }
 
     /// Contact `i` is open and both its balls are in flight from `t` on.

@@ -25,18 +25,21 @@ impl Engine {
                 self.land(ball, t);
             }
         }
-        for contact in neighbours.start..neighbours.end - 1 {
-            self.stop_separation(contact, t);
+        self.close_separation(i);
+        for beside in neighbours.start..neighbours.end - 1 {
+            self.stop_separation(beside, t);
         }
         let (left, right) = (&self.balls[i], &self.balls[i + 1]);
-        let Some(impact) = PairImpact::new(left, right, &self.cradle.contacts[i], &self.shape) else { return false };
-        let clear_left = i == 0 || self.stays_open(i - 1, t, None, Some(&impact));
-        let clear_right = i + 2 == self.balls.len() || self.stays_open(i + 1, t, Some(&impact), None);
+        self.contacts[i].impact = PairImpact::new(left, right, &self.cradle.contacts[i], &self.shape);
+        let impact = self.contacts[i].impact.as_ref();
+        let Some(end) = impact.map(PairImpact::end) else { return false };
+        let clear_left = i == 0 || self.stays_open(i - 1, t, None, impact);
+        let clear_right = i + 2 == self.balls.len() || self.stays_open(i + 1, t, impact, None);
         if !(clear_left && clear_right) {
+            self.contacts[i].impact = None;
             return false;
         }
-        self.queue.set(i, impact.end());
-        self.contacts[i].impact = Some(impact);
+        self.queue.set(i, end);
         for beside in neighbours.start..neighbours.end - 1 {
             self.contacts[beside].waits = beside != i;
         }
@@ -56,44 +59,40 @@ impl Engine {
             Held::Impact(contact) => self.contacts[contact as usize].impact.as_ref(),
             _ => None,
         };
-        let (left, right) = (left.or_else(|| under_way(j)), right.or_else(|| under_way(j + 1)));
+        // Each ball, the time since its anchor, its impact, and how long that still lasts.
+        let sides = [(j, left), (j + 1, right)].map(|(i, impact)| {
+            let (ball, impact) = (&self.balls[i], impact.or_else(|| under_way(i)));
+            let age = (t - ball.anchor).value();
+            (ball, age, impact, impact.map_or(0.0, |impact| (impact.duration - age).max(0.0)))
+        });
+        let ends = sides.map(|(.., rest)| rest);
+        let last = ends[0].max(ends[1]);
+        let slack: f64 = sides.iter().map(|(ball, age, ..)| ball.bend(age + last)).sum();
         // Displacement since the anchor along the chord of the impact, or straight on in flight.
-        let chord = |ball: usize, impact: Option<&PairImpact>, side: usize, node: DoubleDouble| {
-            let tau = (node - self.balls[ball].anchor).value();
-            impact.map_or(self.balls[ball].flight.v * tau, |impact| impact.chord(side, tau))
+        let chord = |side: usize, after: f64| {
+            let (ball, age, impact, _) = sides[side];
+            impact.map_or(ball.flight.v * (age + after), |impact| impact.chord(1 - side, age + after))
         };
-        let ends = [left, right].into_iter().flatten().map(PairImpact::end);
-        let last = ends.clone().fold(t, |last, end| if end > last { end } else { last });
-        let slack: f64 = [j, j + 1].iter().map(|&ball| self.bend(ball, last)).sum();
-        std::iter::once(t).chain(ends).filter(|node| *node >= t).all(|node| {
-            let apart = chord(j, left, 1, node) - chord(j + 1, right, 0, node);
-            self.contacts[j].overlap + apart + slack < 0.0
-        })
-    }
-
-    /// How far ball `i` can leave the chord of its motion between its anchor and `t`, but for contacts, m.
-    fn bend(&self, i: usize, t: DoubleDouble) -> f64 {
-        let (ball, tau) = (&self.balls[i], (t - self.balls[i].anchor).value());
-        let (o, flight) = (&ball.oscillator, &ball.flight);
-        let acceleration = (flight.push[0] - o.omega2() * flight.x).abs() + o.omega2() * flight.v.abs() * tau;
-        acceleration * tau * tau
+        let overlap = |after: f64| self.contacts[j].overlap + (chord(0, after) - chord(1, after)) + slack;
+        [0.0, ends[0], ends[1]].into_iter().all(|after| overlap(after) < 0.0)
     }
 
     /// The impact of contact `i` is over at `t`.
     pub(super) fn end_impact(&mut self, i: usize, t: DoubleDouble, pulses: &mut Vec<Pulse>) {
         let in_step = self.impact_peak(i, self.step_start.time.into(), t);
-        let Some(impact) = self.contacts[i].impact.take() else { return };
-        self.contacts[i].ledger.add(impact.impulse, impact.peak, in_step);
-        for (side, ball) in [i, i + 1].into_iter().enumerate() {
-            let ball = &mut self.balls[ball];
+        let contact = &mut self.contacts[i];
+        let Some(impact) = &contact.impact else { return };
+        contact.ledger.add(impact.impulse, impact.peak, in_step);
+        for (side, ball) in self.balls[i..i + 2].iter_mut().enumerate() {
             ball.flight.x += impact.displacement;
             ball.flight.v = impact.velocities[side];
             ball.anchor = t;
             ball.tally.add(&impact.tallies[side]);
             ball.held = Held::Free;
         }
-        self.shift_neighbours(i, impact.displacement, impact.displacement);
-        self.contacts[i].overlap = 0.0;
+        let displacement = impact.displacement;
+        (contact.impact, contact.overlap) = (None, 0.0);
+        self.shift_neighbours(i, displacement, displacement);
         pulses.push(self.contacts[i].ledger.close_pulse(i, t));
         self.count_event();
         for contact in i.saturating_sub(1)..(i + 2).min(self.contacts.len()) {

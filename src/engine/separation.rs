@@ -139,17 +139,18 @@ impl Separation {
         }
         let start = (from - self.anchor).value();
         let reach = self.reach(start);
+        let mut clear = start;
         if start == 0.0 {
             // Most forecasts are overtaken by events: a bound that costs little comes first.
-            let step = safe_step(self, 0.0, self.at_anchor(), reach);
-            if step > 0.02 * reach {
-                return Forecast::NotBefore(self.anchor + step);
+            clear = safe_step(self, 0.0, self.at_anchor(), 0.25 * reach);
+            if clear > 0.02 * reach {
+                return Forecast::NotBefore(self.anchor + clear);
             }
         } else if let Some(tau) = self.next_wave(start) {
             return Forecast::At(self.anchor + tau);
         }
         let horizon = start + reach;
-        match search(self, start, horizon) {
+        match search(self, clear, horizon) {
             Search::At(tau) => Forecast::At(self.anchor + self.polished(tau)),
             Search::NotBefore(tau) => Forecast::NotBefore(self.anchor + tau),
             Search::Nowhere if horizon.is_finite() && horizon < FAR => Forecast::NotBefore(self.anchor + horizon),
@@ -256,7 +257,7 @@ impl Smooth for Separation {
     }
 
     fn third_derivative_bound(&self, t: f64, span: f64) -> f64 {
-        let bound = |o: &Oscillator, flight: &Flight| flight.derivative_bounds(o, t, span)[0];
+        let bound = |o: &Oscillator, flight: &Flight| flight.derivative_bound(o, t, span, 3);
         match &self.motion {
             Motion::Relative(o, flight) => bound(o, flight),
             Motion::Both([(ol, left), (or, right)]) => bound(ol, left) + bound(or, right),
