@@ -13,67 +13,10 @@ use super::ball::{Ball, Flight, Rounding, Tally, shifted};
 use super::collocation;
 use super::modes::{self, Modes};
 use super::taylor::{Control, Series};
+use super::window::{Mode, Switch, Switching, Window, WindowContact};
 use crate::model::{ContactLaw, Damping};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::radau::STAGES;
-
-/// Whether and how a contact of a window acts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) enum Mode {
-    /// No overlap.
-    Open,
-    /// Overlap, the force follows the law.
-    Pressing,
-    /// Overlap, the law would pull and is clipped at zero.
-    Clipped,
-}
-
-impl Mode {
-    /// The mode of a closed contact with this overlap (m) and rate (m/s).
-    pub fn of_closed(law: &ContactLaw, overlap: f64, rate: f64) -> Self {
-        let clipped = match law.damping {
-            Damping::HuntCrossley { alpha } => 1.0 + alpha * rate < 0.0,
-            Damping::KelvinVoigt { c, pull: false } => law.elastic_force(overlap) + c * rate < 0.0,
-            _ => false,
-        };
-        if clipped { Self::Clipped } else { Self::Pressing }
-    }
-
-    /// The switching that ends this mode of a closed contact unless its release does: the sign that the force then
-    /// gets, and what it is.
-    pub fn clipping(self) -> (f64, Switch) {
-        if self == Self::Pressing { (-1.0, Switch::Clip) } else { (1.0, Switch::Unclip) }
-    }
-}
-
-/// A contact of the window at the start of the segment.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub(crate) struct WindowContact {
-    pub overlap: f64,
-    pub mode: Mode,
-}
-
-/// The balls and contacts of a window at the start of a segment.
-#[derive(Clone, Copy)]
-pub(crate) struct Window<'a> {
-    pub flights: &'a [Flight],
-    pub balls: &'a [Ball],
-    pub contacts: &'a [WindowContact],
-    pub laws: &'a [ContactLaw],
-}
-
-impl Window<'_> {
-    /// Whether there is a contact `j` and it presses.
-    pub fn presses(&self, j: usize) -> bool {
-        self.contacts.get(j).is_some_and(|contact| contact.mode == Mode::Pressing)
-    }
-
-    /// Reduced mass of the balls of contact `j`, kg.
-    pub fn reduced_mass(&self, j: usize) -> f64 {
-        let (left, right) = (self.balls[j].mass, self.balls[j + 1].mass);
-        left * right / (left + right)
-    }
-}
 
 /// What the segments of a cluster so far say about the next one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -100,21 +43,6 @@ impl Pace {
         [self.implicit_length, self.explicit_length].iter().all(|length| (0.0..=LONGEST).contains(length))
     }
 }
-
-/// What ends a segment.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Switch {
-    Onset,
-    Release,
-    /// The force would begin to pull.
-    Clip,
-    /// The force would push again.
-    Unclip,
-}
-
-/// When a contact switches on a segment (s), and to what; `None` for that is a time up to which it does not, and no
-/// further.
-pub(crate) type Switching = (f64, Option<Switch>);
 
 /// How the motion of a window is described.
 #[derive(Clone, Debug)]

@@ -13,8 +13,8 @@
 //! would be differences of numbers of the order of 1 m.)
 
 use super::ball::{Rounding, push_at};
-use super::cluster::{Mode, Window};
 use super::taylor::Series;
+use super::window::{Mode, Window};
 use crate::model::ContactLaw;
 use crate::solver::block_tridiagonal::BlockTridiagonal;
 use crate::solver::oscillator::Oscillator;

@@ -1,8 +1,8 @@
 //! Derivatives of the outputs by time.
 
 use super::ball::{Held, shifted};
-use super::cluster::Mode;
 use super::expansion::{Expansion, Push, State};
+use super::window::Mode;
 use super::{Engine, HeldInputs};
 use crate::model::Cradle;
 use crate::solver::series::product_term;

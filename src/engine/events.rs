@@ -3,8 +3,9 @@
 use std::ops::Range;
 
 use super::ball::Held;
-use super::cluster::{Cluster, Mode, Pace, Switch, WindowContact};
+use super::cluster::{Cluster, Pace};
 use super::separation::{Forecast, Separation};
+use super::window::{Mode, Switch, WindowContact};
 use super::{Engine, EngineError, Pulse};
 use crate::solver::double_double::DoubleDouble;
 

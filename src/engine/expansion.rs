@@ -5,7 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::cluster::Mode;
+use super::window::Mode;
 use crate::model::{Cradle, Damping};
 use crate::solver::dual::Scalar;
 use crate::solver::oscillator::MAX_FORCE_ORDER;

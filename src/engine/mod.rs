@@ -14,6 +14,7 @@
 //!
 //! The methods that integrate the whole chain over all time are apart from all this (`continuous`); a `Simulation` is a run by any.
 
+mod ahead;
 mod ball;
 mod bond;
 mod cluster;
@@ -37,6 +38,7 @@ mod separation;
 mod simulation;
 mod snapshot;
 mod taylor;
+mod window;
 
 use std::cell::{Cell, RefCell};
 
@@ -48,7 +50,7 @@ use crate::solver::oscillator::MAX_FORCE_ORDER;
 use crate::solver::queue::EventQueue;
 use ball::{Ball, Flight, Push};
 use bond::Bond;
-use cluster::{Cluster, Mode};
+use cluster::Cluster;
 pub use continuous::Continuous;
 pub use differential::{Differential, MAX_OUTPUT_DERIVATIVE};
 use error::Endurance;
@@ -62,6 +64,7 @@ use separation::Separation;
 pub use simulation::{Simulation, SimulationSnapshot};
 pub use snapshot::{Snapshot, Unsound};
 use taylor::Control;
+use window::Mode;
 
 /// Time given for "never" where an event lies ahead, s.
 pub const NEVER: f64 = 1e30;

@@ -7,8 +7,8 @@
 //! only work is to find the next switching.
 
 use super::ball::{Flight, Rounding, degree};
-use super::cluster::{Mode, Switch, Switching, Window};
 use super::natural::{Group, NaturalMode, Sum, dashpot};
+use super::window::{Mode, Switch, Switching, Window};
 use crate::model::{ContactLaw, Damping};
 use crate::solver::root::{Search, Smooth, first_positive, search};
 

@@ -11,7 +11,7 @@
 //! (Meirovitch, Fundamentals of Vibrations, 2001, chapter 7: damping proportional to the stiffness leaves the modes uncoupled.)
 
 use super::ball::Flight;
-use super::cluster::Window;
+use super::window::Window;
 use crate::model::{ContactLaw, Damping};
 use crate::solver::oscillator::Oscillator;
 

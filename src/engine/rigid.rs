@@ -13,9 +13,9 @@ use std::ops::Range;
 
 use super::ball::{Held, Push, Rounding, shifted};
 use super::bond::{Body, acceleration_rounding};
-use super::cluster::Mode;
 use super::restitution::{self, Impact};
 use super::separation::Separation;
+use super::window::Mode;
 use super::{Contact, Engine, EngineError, Pulse};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::oscillator::Oscillator;

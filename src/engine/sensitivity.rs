@@ -9,10 +9,10 @@
 //! no derivatives, nor where more balls touch that the direction would bring apart.
 
 use super::ball::shifted;
-use super::cluster::{Mode, Switch};
 use super::differential::Differential;
 use super::expansion::{Expansion, Push, State};
 use super::restitution;
+use super::window::{Mode, Switch};
 use crate::model::{BallModel, Cradle, Damping};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::dual::{Dual, Scalar};

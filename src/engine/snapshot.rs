@@ -10,11 +10,12 @@ use serde::{Deserialize, Serialize};
 
 use super::ball::{Ball, Flight, Held, Tally};
 use super::bond::Bond;
-use super::cluster::{Cluster, Mode, Pace, WindowContact};
+use super::cluster::{Cluster, Pace};
 use super::expansion::State;
 use super::ledger::Ledger;
 use super::pair::PairImpact;
 use super::separation::Separation;
+use super::window::{Mode, WindowContact};
 use super::{Engine, HeldInputs, LARGEST_COUNT, StepStart, Work};
 use crate::model::Parameters;
 use crate::solver::double_double::DoubleDouble;

@@ -2,10 +2,10 @@
 
 use super::motion::{Kind, Motion};
 use super::{Continuous, Method};
-use crate::engine::cluster::Mode;
+use crate::engine::ahead::ONSET_PERIODS;
 use crate::engine::expansion::State;
 use crate::engine::last_step::LastStep;
-use crate::engine::observe::ONSET_PERIODS;
+use crate::engine::window::Mode;
 use crate::engine::{Differential, NEVER, Work};
 use crate::model::Cradle;
 use crate::solver::double_double::DoubleDouble;
