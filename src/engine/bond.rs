@@ -200,7 +200,7 @@ impl Bond {
         if self.is_constant() {
             return Forecast::Never;
         }
-        let horizon = start + reach(&[self.oscillator], start);
+        let horizon = start + reach(&[&self.oscillator], start);
         match search(self, start, horizon) {
             Search::At(tau) => Forecast::At(self.anchor + tau),
             Search::NotBefore(tau) => Forecast::NotBefore(self.anchor + tau),

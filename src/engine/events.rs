@@ -99,11 +99,7 @@ impl Engine {
             }
         }
         range = range.start.min(members.start.saturating_sub(1))..range.end.max(members.end.min(self.contacts.len()));
-        for ball in range.start..range.end + 1 {
-            if self.balls[ball].held == Held::Free {
-                self.land(ball, t);
-            }
-        }
+        self.land_free(range.start..range.end + 1, t);
         for j in range.clone() {
             self.contacts[j].waits = false;
         }

@@ -21,11 +21,7 @@ impl Engine {
         if neighbours.clone().any(|ball| matches!(held(ball), Held::Cluster(_))) {
             return false;
         }
-        for ball in neighbours.clone() {
-            if self.balls[ball].held == Held::Free {
-                self.land(ball, t);
-            }
-        }
+        self.land_free(neighbours.clone(), t);
         self.close_separation(i);
         for beside in neighbours.start..neighbours.end - 1 {
             self.stop_separation(beside, t);
@@ -96,12 +92,20 @@ impl Engine {
         self.shift_neighbours(i, displacement, displacement);
         pulses.push(self.contacts[i].ledger.close_pulse(i, t));
         self.count_event();
-        for contact in i.saturating_sub(1)..(i + 2).min(self.contacts.len()) {
-            let free = |ball: usize| self.balls[ball].held == Held::Free;
-            if free(contact) && free(contact + 1) {
-                self.land(contact, t);
-                self.land(contact + 1, t);
+        let neighbours = i.saturating_sub(1)..(i + 3).min(self.balls.len());
+        self.land_free(neighbours.clone(), t);
+        for contact in neighbours.start..neighbours.end - 1 {
+            if self.balls[contact].held == Held::Free && self.balls[contact + 1].held == Held::Free {
                 self.fly(contact, t);
+            }
+        }
+    }
+
+    /// Moves the anchors of those of `balls` that are in flight to `t`.
+    pub(super) fn land_free(&mut self, balls: Range<usize>, t: DoubleDouble) {
+        for ball in balls {
+            if self.balls[ball].held == Held::Free {
+                self.land(ball, t);
             }
         }
     }

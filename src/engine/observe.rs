@@ -4,7 +4,7 @@ use super::ball::{Held, Known, Tally, degree, push_at};
 use super::cluster::Cluster;
 use super::expansion::State;
 use super::window::Mode;
-use super::{Engine, NEVER, Work};
+use super::{Engine, Work};
 use crate::solver::double_double::DoubleDouble;
 
 impl Engine {

@@ -227,16 +227,16 @@ impl Separation {
     /// How far ahead a forecast looks that starts at `start` after the anchor, s.
     fn reach(&self, start: f64) -> f64 {
         match &self.motion {
-            Motion::Relative(o, _) => reach(&[*o], start),
-            Motion::Both([(left, _), (right, _)]) => reach(&[*left, *right], start),
+            Motion::Relative(o, _) => reach(&[o], start),
+            Motion::Both([(left, _), (right, _)]) => reach(&[left, right], start),
         }
     }
 }
 
 /// How far ahead a forecast of these motions looks that starts at `start` after their anchor, s.
-pub(crate) fn reach(oscillators: &[Oscillator], start: f64) -> f64 {
+pub(crate) fn reach(oscillators: &[&Oscillator], start: f64) -> f64 {
     let slowest = oscillators.iter().map(|o| o.omega().max(o.gamma())).fold(f64::INFINITY, f64::min);
-    let fastest = oscillators.iter().map(Oscillator::omega).fold(0.0, f64::max);
+    let fastest = oscillators.iter().map(|o| o.omega()).fold(0.0, f64::max);
     if fastest > 0.0 {
         PERIODS_AHEAD * std::f64::consts::TAU / fastest
     } else if slowest > 0.0 {

@@ -63,8 +63,8 @@ impl<S: Scalar> ContactLaw<S> {
 
     /// The exponent as an integer, if it is one and stays one: powers are then products.
     pub fn whole_exponent(&self) -> Option<usize> {
-        let exponent = self.exponent.value();
-        (libm::rint(exponent) == exponent && self.exponent.tangent() == 0.0).then_some(exponent as usize)
+        let whole = self.exponent.value() as usize;
+        (whole as f64 == self.exponent.value() && self.exponent.tangent() == 0.0).then_some(whole)
     }
 }
 

@@ -138,21 +138,26 @@ impl Oscillator {
             powers[k] = powers[k - 1] * t * INVERSE[k];
         }
         let (top, below) = (COUNT - 1, COUNT - 2);
-        // Terms a_m t^k / (k+m)! with a_0 = 1, a_1 = -2 gamma t, a_(m+2) = -2 gamma t a_(m+1) - omega^2 t^2 a_m.
-        let (mut a, mut a_next) = (1.0, -damping);
         let (mut falling_top, mut falling_below) = (1.0, 1.0);
         let (mut sum_top, mut sum_below) = (1.0, 1.0);
-        for m in 1..40 {
-            falling_top *= INVERSE[top + m];
-            falling_below *= INVERSE[below + m];
-            let (term_top, term_below) = (a_next * falling_top, a_next * falling_below);
-            sum_top += term_top;
-            sum_below += term_below;
-            (a, a_next) = (a_next, -damping * a_next - stiffness * a);
-            // Two terms in a row: without damping every other one is zero.
-            if (a.abs() + a_next.abs()) * falling_below < 1e-18 {
-                break;
+        // Terms a_m t^k / (k+m)! with a_0 = 1, a_1 = -2 gamma t, a_(m+2) = -2 gamma t a_(m+1) - omega^2 t^2 a_m.
+        let (mut a, mut a_next) = (1.0_f64, -damping);
+        let mut m = 0;
+        while m < 40 && (a_next.abs() + stiffness * a.abs()) * falling_below >= 1e-18 {
+            if self.gamma == 0.0 {
+                // Every other term is zero.
+                a *= -stiffness;
+            } else {
+                (a, a_next) = (a_next, -damping * a_next - stiffness * a);
             }
+            let terms = if self.gamma == 0.0 { 2 } else { 1 };
+            for _ in 0..terms {
+                m += 1;
+                falling_top *= INVERSE[top + m];
+                falling_below *= INVERSE[below + m];
+            }
+            sum_top += a * falling_top;
+            sum_below += a * falling_below;
         }
         u[top] = powers[top] * sum_top;
         u[below] = powers[below] * sum_below;
@@ -203,11 +208,11 @@ impl Oscillator {
     /// The velocity follows the equation without force: a decaying wave, a sum of two decays, or near critical damping
     /// a decay times at most `|v| + |a + gamma v| t`.
     pub fn derivative_bound(&self, v: f64, a: f64, t: f64, k: i32) -> f64 {
-        let power = |rate: f64| (1..k).fold(1.0, |power, _| power * rate);
         let (omega, gamma) = (self.omega.value(), self.gamma);
         if gamma == 0.0 {
-            return (a * a + self.omega2 * v * v).sqrt() * power(omega) / if omega > 0.0 { omega } else { 1.0 };
+            return (2..k).fold((a * a + self.omega2 * v * v).sqrt(), |bound, _| bound * omega);
         }
+        let power = |rate: f64| (1..k).fold(1.0, |power, _| power * rate);
         let turned = a + gamma * v;
         if gamma >= 1.25 * omega {
             let (fast, slow) = self.decays();
