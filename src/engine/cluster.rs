@@ -62,18 +62,15 @@ macro_rules! of_motion {
 }
 
 impl Motion {
-    /// The first switching of contact `j` of the window before `until` (s). What does not exceed `rounding` is no
-    /// switching.
-    fn first_switch(
-        &self,
-        j: usize,
-        law: &ContactLaw,
-        mode: Mode,
-        until: f64,
-        rounding: &Rounding,
-    ) -> Option<Switching> {
+    /// The first switching of contact `j` of `window`, the one described, before `until` (s). What does not exceed `rounding` is
+    /// no switching.
+    fn first_switch(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Option<Switching> {
+        let (law, mode) = (&window.laws[j], window.contacts[j].mode);
         if mode == Mode::Open {
-            return of_motion!(self, onset(j, until, rounding));
+            return match self {
+                Self::Series(series) => series.onset(j, law, window.reduced_mass(j), until, rounding),
+                Self::Modes(modes) => modes.onset(j, until, rounding),
+            };
         }
         let release = of_motion!(self, release(j, until, rounding));
         if !law.clips() {
@@ -223,7 +220,7 @@ impl Cluster {
     }
 
     /// Moves the start of the segment to `tau` later. The spectators are taken from their flights.
-    pub fn move_start(&mut self, tau: f64, balls: &[Ball]) {
+    pub fn move_start(&mut self, tau: f64, balls: &[Ball], laws: &[ContactLaw]) {
         self.start += tau;
         for (j, contact) in self.contacts.iter_mut().enumerate() {
             contact.overlap = of_motion!(&self.motion, overlap(j, tau)).0;
@@ -236,6 +233,33 @@ impl Cluster {
             } else {
                 balls[i].flight_at(self.start)
             };
+        }
+        self.align(&balls[self.window.clone()], &laws[self.window_contacts()]);
+    }
+
+    /// Makes the positions of balls in contact agree with the overlaps and leaves their centre of mass where it is. Rounding takes
+    /// them apart, and gravity would pull on that once the motion has decayed to what was its rounding before.
+    fn align(&mut self, balls: &[Ball], laws: &[ContactLaw]) {
+        let mut first = 0;
+        for end in 0..balls.len() {
+            if self.contacts.get(end).is_some_and(|contact| contact.mode != Mode::Open) {
+                continue;
+            }
+            let group = &mut self.flights[first..=end];
+            let contacts = self.contacts[first..end].iter().zip(&laws[first..end]);
+            let distances = contacts.map(|(contact, law)| contact.overlap + law.clearance);
+            // How far each ball is from where the first one has it.
+            let between = |(pair, distance): (&[Flight], f64)| (pair[1].x - pair[0].x) + distance;
+            let mut errors = vec![0.0];
+            errors.extend(group.windows(2).zip(distances).map(between).scan(0.0, |sum, error| {
+                *sum += error;
+                Some(*sum)
+            }));
+            let masses = balls[first..=end].iter().map(|ball| ball.mass);
+            let moment: f64 = masses.clone().zip(&errors).map(|(mass, error)| mass * error).sum();
+            let common = moment / masses.sum::<f64>();
+            group.iter_mut().zip(&errors).for_each(|(flight, error)| flight.x -= error - common);
+            first = end + 1;
         }
     }
 
@@ -253,8 +277,8 @@ impl Cluster {
         self.pace_before = self.pace;
         self.describe(&window, control, &rounding);
         self.switch = None;
-        for (j, law) in laws.iter().enumerate() {
-            if let Some((tau, switch)) = self.motion.first_switch(j, law, contacts[j].mode, self.length, &rounding) {
+        for j in 0..laws.len() {
+            if let Some((tau, switch)) = self.motion.first_switch(j, &window, self.length, &rounding) {
                 self.length = tau;
                 self.switch = switch.map(|switch| (self.window.start + j, switch));
             }
@@ -301,7 +325,7 @@ impl Cluster {
             length = GAIN * pace.explicit_length;
         }
         while length > 0.0 && length >= 0.5 * GAIN * pace.explicit_length {
-            let step = collocation::collocate(series, window, length, control.tolerance(), rounding);
+            let step = collocation::collocate(series, window, length, control, rounding);
             self.evaluations = self.evaluations.saturating_add(step.evaluations);
             // The error falls with the power of the number of stages; a step that went wrong altogether says nothing.
             let change = 0.9 * libm::pow(step.error, -1.0 / STAGES as f64);

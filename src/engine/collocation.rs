@@ -13,7 +13,7 @@
 //! would be differences of numbers of the order of 1 m.)
 
 use super::ball::{Rounding, push_at};
-use super::taylor::Series;
+use super::taylor::{Control, Series};
 use super::window::{Mode, Window};
 use crate::model::ContactLaw;
 use crate::solver::block_tridiagonal::BlockTridiagonal;
@@ -72,12 +72,12 @@ pub(crate) struct Outcome {
 }
 
 /// Describes the motion on a step of `length` (s) from the start of a segment by `series`, with the error that
-/// `tolerance` and `rounding` allow.
+/// `control` and `rounding` allow.
 pub(crate) fn collocate(
     series: &mut Series,
     window: &Window,
     length: f64,
-    tolerance: f64,
+    control: &Control,
     rounding: &Rounding,
 ) -> Outcome {
     let mut step = Step::new(window, length);
@@ -87,7 +87,7 @@ pub(crate) fn collocate(
         solved &= step.solve(first, end).is_some();
         first = end + 1;
     }
-    let error = if solved { step.describe(series, length, tolerance, rounding) } else { f64::INFINITY };
+    let error = if solved { step.describe(series, length, control, rounding) } else { f64::INFINITY };
     Outcome { error, evaluations: step.evaluations }
 }
 
@@ -252,12 +252,14 @@ impl<'a> Step<'a> {
     }
 
     /// Enters the solution in `series`; returns its error in units of what is allowed.
-    fn describe(&self, series: &mut Series, length: f64, tolerance: f64, rounding: &Rounding) -> f64 {
-        let window = self.window;
+    fn describe(&self, series: &mut Series, length: f64, control: &Control, rounding: &Rounding) -> f64 {
+        let (window, tolerance) = (self.window, control.tolerance());
         series.begin(window, STAGES, length);
         let speed = window.flights.iter().map(|flight| flight.v.abs()).fold(0.0, f64::max);
         let lightest = window.balls.iter().map(|ball| ball.mass).fold(f64::INFINITY, f64::min);
         let rounding = rounding.velocity + f64::EPSILON * length * largest(self.forces.as_flattened()) / lightest;
+        // No more is asked for than the Taylor series before have given.
+        let allowed = (0.01 * tolerance * speed).max(NOISE * rounding).max(control.local_error(window));
         let mut worst = 0.0_f64;
         let mut velocities = Vec::with_capacity(window.flights.len());
         for end in (0..=window.contacts.len()).filter(|&j| !window.presses(j)) {
@@ -265,7 +267,6 @@ impl<'a> Step<'a> {
         }
         for (i, flight) in window.flights.iter().enumerate() {
             let polynomial = RADAU.polynomial_from(flight.v, &velocities[i]);
-            let allowed = (0.01 * tolerance * speed).max(NOISE * rounding);
             worst = worst.max(highest_terms(&polynomial) / allowed);
             if polynomial.iter().any(|c| !c.is_finite()) {
                 return f64::INFINITY;

@@ -207,7 +207,7 @@ impl Engine {
             self.balls[i].tally = cluster.tally(i, &self.balls[i].tally, &self.balls[i], tau);
             self.balls[i].anchor = t;
         }
-        cluster.move_start(tau, &self.balls);
+        cluster.move_start(tau, &self.balls, &self.cradle.contacts);
         cluster.start = t;
     }
 

@@ -178,7 +178,7 @@ impl Engine {
             let mut cluster = self.alone(i, impact.start);
             let mut segments = vec![cluster.clone()];
             while cluster.switch.is_none_or(|(_, switch)| switch != Switch::Release) && cluster.end() < impact.end() {
-                cluster.move_start(cluster.length, &self.balls);
+                cluster.move_start(cluster.length, &self.balls, &self.cradle.contacts);
                 cluster.expand(&self.balls, &self.cradle.contacts, &self.control);
                 segments.push(cluster.clone());
             }

@@ -27,6 +27,11 @@ impl Control {
         Self { epsilon, order: (1.0 - 0.5 * libm::log(epsilon)) as usize, tolerance }
     }
 
+    /// Error that a step may make of the velocities, m/s.
+    pub fn local_error(&self, window: &Window) -> f64 {
+        self.epsilon * recurrences::velocity_scale(window)
+    }
+
     /// Relative tolerance of a whole run.
     pub fn tolerance(&self) -> f64 {
         self.tolerance
@@ -150,16 +155,19 @@ impl Series {
         (tau < until).then_some((tau, Some(switch)))
     }
 
-    /// The onset of the open contact `j` before `until` (s). Balls that swing side by side approach each other by rounding: that
-    /// is no onset.
-    pub fn onset(&self, j: usize, until: f64, rounding: &Rounding) -> Option<Switching> {
-        let overlap = self.overlap_row(j);
-        let onset = self.crossing(overlap, (1.0, 0.0), until, Switch::Onset)?;
+    /// The onset of the open contact `j` with this law and reduced mass (kg) before `until` (s). Balls that swing side by side
+    /// approach each other by rounding: that is no onset.
+    pub fn onset(&self, j: usize, law: &ContactLaw, mass: f64, until: f64, rounding: &Rounding) -> Option<Switching> {
+        let row = self.overlap_row(j);
+        let onset = self.crossing(row, (1.0, 0.0), until, Switch::Onset)?;
         // Where a wave arrives, a ball in touch and at rest may take longer than this segment to be pressed any deeper.
         let noise = rounding.position;
-        let deep = series::first_positive(overlap, 1.0, noise, until / self.unit).is_some();
-        let wave = || overlap[1] == 0.0 && self.overlaps.chunks_exact(self.stride()).any(|d| d[0] + d[1] > noise);
-        (deep || wave()).then_some(onset)
+        let deep = series::first_positive(row, 1.0, noise, until / self.unit).is_some();
+        let wave = || row[1] == 0.0 && self.overlaps.chunks_exact(self.stride()).any(|d| d[0] + d[1] > noise);
+        // The front of one that closing the contact could not change the velocities by is not there yet.
+        let (overlap, rate) = self.overlap(j, until);
+        let felt = || rate + law.elastic_force(overlap) * until / mass > rounding.velocity;
+        (deep || (wave() && felt())).then_some(onset)
     }
 
     /// The release of the closed contact `j` before `until` (s).

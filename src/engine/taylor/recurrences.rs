@@ -165,7 +165,7 @@ impl Series {
 
 /// Scale of the velocities (m/s) that local errors are measured by: the largest velocity, and the largest closing rate that the
 /// elastic energies amount to, or, from rest, what the other accelerations lead to until a contact balances them.
-fn velocity_scale(window: &Window) -> f64 {
+pub(super) fn velocity_scale(window: &Window) -> f64 {
     let Window { flights, balls, contacts, laws } = window;
     let moving = flights.iter().map(|f| f.v.abs()).fold(f64::MIN_POSITIVE, f64::max);
     let stored = contacts.iter().zip(*laws).enumerate().map(|(j, (contact, law))| {
