@@ -277,6 +277,8 @@ impl Cluster {
         self.pace_before = self.pace;
         self.describe(&window, control, &rounding);
         self.switch = None;
+        // What switches by the error of a step is as good as what switches by rounding.
+        let rounding = Rounding { velocity: rounding.velocity.max(control.local_error(&window)), ..rounding };
         for j in 0..laws.len() {
             if let Some((tau, switch)) = self.motion.first_switch(j, &window, self.length, &rounding) {
                 self.length = tau;
