@@ -174,3 +174,33 @@ fn a_settled_cradle_costs_no_more_than_a_swinging_one() {
     let (first, last) = (work[0], [work[2].steps - work[1].steps, work[2].evaluations - work[1].evaluations]);
     assert!(2 * last[0] <= 3 * first.steps && 2 * last[1] <= 3 * first.evaluations, "{first:?}, then {last:?}");
 }
+
+/// Fronts of waves too faint to be felt, and motions that have decayed to what was rounding while the balls swung.
+#[test]
+fn what_hardly_moves_costs_little() {
+    let cradle = |balls: usize, exponent: f64, stiffness: f64, damping: f64| {
+        let mut parameters = Parameters::default_for(balls);
+        (parameters.exponent, parameters.stiffness, parameters.dead_band) = (exponent, stiffness, 0.0);
+        (parameters.damping_law, parameters.damping) = (DampingLaw::KelvinVoigtNoPull, damping);
+        parameters.x_start = vec![0.0; balls];
+        parameters.x_start[0] = -0.1;
+        parameters
+    };
+    let mut together = cradle(5, 3.0, 1e10, 1000.0 * critical());
+    together.x_start[1] = -0.1;
+    let mut settled = cradle(4, 3.0, 2.4e11, 1.83e6);
+    settled.drag = 3.0;
+    let mut creeping = cradle(5, 5.0, 1.49e11, 8.48e7);
+    creeping.gap = vec![0.0, 1e-6, 1e-6, -1e-7];
+    let mut unequal = cradle(5, 5.0, 1.31e11, 2.14e5);
+    (unequal.mass_ratio, unequal.gap) = (vec![1.3, 2.0, 1.3, 0.5, 0.5], vec![0.0, 1e-6, -1e-7, -1e-7]);
+    for (name, parameters) in
+        [("together", together), ("settled", settled), ("creeping", creeping), ("unequal", unequal)]
+    {
+        let engine = advanced(&parameters, &Inputs::zero(parameters.balls()), 20.0);
+        let work = engine.work();
+        assert!(work.steps < 5000 && work.events < 500, "{name}: {work:?}");
+        let residual = engine.energy_residual();
+        assert!(residual.abs() < 1e-14, "{name}: energy off by {residual:e} J");
+    }
+}
