@@ -228,3 +228,21 @@ fn long_chains_and_long_runs_have_an_end() {
     let spread = velocities(&engine, 200).windows(2).map(|v| (v[0] - v[1]).abs()).fold(0.0, f64::max);
     assert!(spread < 1e-3, "{spread:e}");
 }
+
+/// A push that fades parts the ball it acts on from the others where it passes zero.
+#[test]
+fn a_fading_push_parts_at_its_zero() {
+    let mut p = rigid(4, 0.0);
+    (p.gravity, p.drag, p.mass_ratio) = (0.0, 0.00874297034530852, vec![4.04272261952834, 1.0, 1.0, 5.72064286882788]);
+    p.x_start[0] = -0.00040523104503505965;
+    let mut engine = started(&p);
+    let (mut push, mut rate) = (Inputs::zero(4), Inputs::zero(4));
+    (push.force[0], rate.force[0]) = (0.7589485026071179, -7.48781640342273);
+    engine.hold(&push, &[rate.clone()]).unwrap();
+    let mut pulses = Vec::new();
+    engine.advance(0.5, &mut pulses).unwrap();
+    assert_eq!(pulses.iter().map(|pulse| pulse.contact).collect::<Vec<_>>(), [2, 0, 1]);
+    let zero = -push.force[0] / rate.force[0];
+    assert!((pulses[1].release - zero).abs() < 1e-14, "{} {zero}", pulses[1].release);
+    energy_holds(&engine);
+}

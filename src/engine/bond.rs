@@ -48,7 +48,9 @@ pub(crate) struct Body {
 pub(crate) fn acceleration_rounding(ball: &Ball) -> f64 {
     let o = &ball.oscillator;
     let of_motion = (o.omega() + 2.0 * o.gamma()) * ball.flight.rounding(o).velocity;
-    8.0 * (of_motion + 2.0 * f64::EPSILON * ball.flight.push[0].abs())
+    // A push that varies is known as well as the time is.
+    let push = ball.flight.push[0].abs() + ball.flight.push[1].abs() * ball.anchor.value().abs();
+    8.0 * (of_motion + 2.0 * f64::EPSILON * push)
 }
 
 impl Body {

@@ -29,6 +29,8 @@ pub(super) enum Keep {
     Nothing,
     /// This one, where the balls part by no more than rounding.
     Contact(usize),
+    /// None, and this one only where it is pressed by more than rounding.
+    NothingOf(usize),
     /// All that did so far.
     Closed,
 }
@@ -135,7 +137,7 @@ impl Engine {
     pub(super) fn part(&mut self, i: usize, t: DoubleDouble, pulses: &mut Vec<Pulse>) {
         let body = self.around(i, |contact| contact.bond.is_some());
         self.unbind(body.clone(), t);
-        self.settle(body, t, Keep::Nothing, pulses);
+        self.settle(body, t, Keep::NothingOf(i), pulses);
     }
 
     /// Contact `i` and those on either side as far as they `belong` without a gap.
@@ -267,12 +269,13 @@ impl Engine {
         }
         let meet = |j: usize, approach: f64| {
             let contact = run.start + j;
-            let kept = match keep {
-                Keep::Nothing => false,
-                Keep::Contact(this) => contact == this && approach >= -rounding,
-                Keep::Closed => self.contacts[contact].mode == Mode::Pressing,
-            };
-            approach > 0.0 || kept
+            let pressed = approach > 0.0;
+            match keep {
+                Keep::Contact(this) if contact == this => approach >= -rounding,
+                Keep::NothingOf(this) if contact == this => approach > rounding,
+                Keep::Closed => pressed || self.contacts[contact].mode == Mode::Pressing,
+                Keep::Nothing | Keep::Contact(_) | Keep::NothingOf(_) => pressed,
+            }
         };
         for block in restitution::pool(&masses, &accelerations, meet) {
             if block.end - block.start > 1 {

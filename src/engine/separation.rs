@@ -62,19 +62,20 @@ impl Separation {
     }
 
     /// The same between rigid balls, which may be side by side for long: overlaps up to `noise` (m) are none, and none is an
-    /// onset that the rounding of two different motions brings about.
+    /// onset that the rounding of two different motions, or of the time, brings about.
     pub fn rigid(self, noise: f64) -> Self {
         let noise = self.noise.max(noise);
+        let of_time = |flight: &Flight| flight.push[1].abs() * self.anchor.value().abs();
         let blur = match &self.motion {
-            Motion::Relative(..) => [0.0; 2],
+            Motion::Relative(_, flight) => [0.0, of_time(flight)],
             Motion::Both(parts) => {
-                let sum =
-                    |size: fn(&(Oscillator, Flight)) -> f64| 8.0 * f64::EPSILON * parts.iter().map(size).sum::<f64>();
-                let acceleration =
-                    |(o, flight): &(Oscillator, Flight)| flight.acceleration(o, 0.0, 0.0, flight.v).abs();
-                [sum(|(_, flight)| flight.v.abs()), sum(acceleration)]
+                let acceleration = |(o, flight): &(Oscillator, Flight)| {
+                    flight.acceleration(o, 0.0, 0.0, flight.v).abs() + of_time(flight)
+                };
+                [parts.iter().map(|(_, flight)| flight.v.abs()).sum(), parts.iter().map(acceleration).sum()]
             }
         };
+        let blur = blur.map(|size: f64| 8.0 * f64::EPSILON * size);
         Self { noise, blur, ..self }
     }
 
