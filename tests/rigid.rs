@@ -229,9 +229,10 @@ fn long_chains_and_long_runs_have_an_end() {
     assert!(spread < 1e-3, "{spread:e}");
 }
 
-/// A push that fades parts the ball it acts on from the others where it passes zero.
+/// A push that fades parts the ball it acts on from the others about where it passes zero: the balls differ in what drag does to
+/// them.
 #[test]
-fn a_fading_push_parts_at_its_zero() {
+fn a_fading_push_lets_go() {
     let mut p = rigid(4, 0.0);
     (p.gravity, p.drag, p.mass_ratio) = (0.0, 0.00874297034530852, vec![4.04272261952834, 1.0, 1.0, 5.72064286882788]);
     p.x_start[0] = -0.00040523104503505965;
@@ -243,6 +244,6 @@ fn a_fading_push_parts_at_its_zero() {
     engine.advance(0.5, &mut pulses).unwrap();
     assert_eq!(pulses.iter().map(|pulse| pulse.contact).collect::<Vec<_>>(), [2, 0, 1]);
     let zero = -push.force[0] / rate.force[0];
-    assert!((pulses[1].release - zero).abs() < 1e-14, "{} {zero}", pulses[1].release);
+    assert!((pulses[1].release - zero).abs() < 1e-4, "{} {zero}", pulses[1].release);
     energy_holds(&engine);
 }
