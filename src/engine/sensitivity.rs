@@ -132,7 +132,8 @@ impl<'a> Run<'a> {
         let fastest = self.cradle.balls.iter().map(swing).fold(0.0, f64::max);
         let mut unit = if fastest > 0.0 { 1.0 / fastest } else { 1.0 };
         for j in (0..contacts.len()).filter(closed) {
-            unit = unit.min(contacts[j].time_scale(self.reduced_mass(j), scale));
+            let (law, mass) = (&contacts[j], self.reduced_mass(j));
+            unit = unit.min(law.time_scale(mass, scale)).min(law.relaxation_time(mass, scale));
             let (overlap, rate) = (state.overlaps[j].value(), self.overlap_rate(j).value().abs());
             if contacts[j].whole_exponent().is_none() && overlap < unit * rate {
                 unit = unit.min((overlap / rate).max(1e-6 * unit));

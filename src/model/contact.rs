@@ -119,6 +119,15 @@ impl ContactLaw {
         if rate > 0.0 { 2.9 * self.largest_overlap(m, rate) / rate } else { f64::INFINITY }
     }
 
+    /// Time in which damping changes the rate of the overlap of that impact, s; infinite without damping.
+    pub fn relaxation_time(&self, m: f64, rate: f64) -> f64 {
+        match self.damping {
+            Damping::None => f64::INFINITY,
+            Damping::KelvinVoigt { c, .. } => m / c,
+            Damping::HuntCrossley { alpha } => m / (alpha * self.elastic_force(self.largest_overlap(m, rate))),
+        }
+    }
+
     /// Largest overlap of that impact, m.
     pub fn largest_overlap(&self, m: f64, rate: f64) -> f64 {
         let p = self.exponent;

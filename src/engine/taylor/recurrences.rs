@@ -188,7 +188,8 @@ fn unit_of_time(window: &Window, scale: f64) -> f64 {
     let swing = balls.iter().map(|b| b.oscillator.omega() + 2.0 * b.oscillator.gamma()).fold(0.0, f64::max);
     let mut unit = if swing > 0.0 { 1.0 / swing } else { 1.0 };
     for (j, (contact, law)) in contacts.iter().zip(*laws).enumerate().filter(|(_, (c, _))| c.mode != Mode::Open) {
-        unit = unit.min(law.time_scale(window.reduced_mass(j), scale));
+        let mass = window.reduced_mass(j);
+        unit = unit.min(law.time_scale(mass, scale)).min(law.relaxation_time(mass, scale));
         let rate = (flights[j].v - flights[j + 1].v).abs();
         if law.whole_exponent().is_none() && contact.overlap < unit * rate {
             unit = unit.min((contact.overlap / rate).max(1e-6 * unit));
