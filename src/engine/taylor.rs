@@ -151,7 +151,12 @@ impl Series {
 
     /// The crossing of `row`, signed, above `level` before `until` (s).
     fn crossing(&self, row: &[f64], (sign, level): (f64, f64), until: f64, switch: Switch) -> Option<Switching> {
-        let tau = series::first_positive(row, sign, level, until / self.unit)? * self.unit;
+        self.switching(series::first_positive(row, sign, level, until / self.unit), until, switch)
+    }
+
+    /// A switching at the scaled time `s`, if there is one and it comes before `until` (s).
+    fn switching(&self, s: Option<f64>, until: f64, switch: Switch) -> Option<Switching> {
+        let tau = s? * self.unit;
         (tau < until).then_some((tau, Some(switch)))
     }
 
@@ -172,7 +177,16 @@ impl Series {
 
     /// The release of the closed contact `j` before `until` (s).
     pub fn release(&self, j: usize, until: f64, rounding: &Rounding) -> Option<Switching> {
-        self.crossing(self.overlap_row(j), (-1.0, rounding.no_overlap()), until, Switch::Release)
+        let (row, level) = (self.overlap_row(j), rounding.no_overlap());
+        if row[0] < level && row[1] == 0.0 {
+            // It has just closed from rest, and rounding has a say in which way it goes at first.
+            let end = until / self.unit;
+            if let Some(rise) = series::first_positive(row, 1.0, level, end) {
+                let fall = series::first_positive_after(row, -1.0, level, rise, end);
+                return self.switching(fall, until, Switch::Release);
+            }
+        }
+        self.crossing(row, (-1.0, level), until, Switch::Release)
     }
 
     /// The beginning or, in mode `Clipped`, the end of the clipping of contact `j` before `until` (s), by more than `rounding`.

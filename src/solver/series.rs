@@ -101,6 +101,11 @@ pub fn first_positive(c: &[f64], sign: f64, level: f64, until: f64) -> Option<f6
         let half = 0.5 * c[lead].abs();
         from = if rest * until <= half { until } else { half / rest };
     }
+    first_positive_after(c, sign, level, from, until)
+}
+
+/// The same in `[from, until]`, for a start where the value, the slope or the curvature tells how it goes on.
+pub fn first_positive_after(c: &[f64], sign: f64, level: f64, from: f64, until: f64) -> Option<f64> {
     root::first_positive(&Above { c, sign, level }, from, until)
 }
 
