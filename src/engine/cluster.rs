@@ -302,6 +302,7 @@ impl Cluster {
             let modes = Modes::new(window);
             self.length = horizon(modes.highest_frequency(), self.pace.quiet - patience);
             self.motion = Motion::Modes(modes);
+            self.evaluations = 1;
             return;
         }
         let mut series = match std::mem::take(&mut self.motion) {

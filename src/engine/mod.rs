@@ -95,7 +95,7 @@ pub struct Pulse {
 pub struct Work {
     /// Integration steps accepted in contact phases.
     pub steps: u64,
-    /// Evaluations of the contact forces (of their Taylor series, where the method uses them).
+    /// Evaluations of the contact forces (of their Taylor series, where the method uses them); a closed form counts as one.
     pub evaluations: u64,
     /// Onsets, releases and switchings of contact laws handled.
     pub events: u64,
