@@ -47,9 +47,9 @@ impl Workspace {
         command.arg(if old_glibc { "zigbuild" } else { "build" });
         command.args(["--package", PACKAGE, "--lib", "--message-format=json-render-diagnostics"]);
         command.arg("--manifest-path").arg(self.root.join("Cargo.toml"));
-        if let Some(target) = target {
-            command.args(["--target", target]);
-        }
+        // Also named where it is this machine's: the flags are then not those of what runs while compiling, which can be shared
+        // with what has compiled this program.
+        command.arg("--target").arg(target.map_or_else(|| rustc("host-tuple"), |target| Ok(target.to_owned()))?);
         if release {
             command.arg("--release");
         }
@@ -88,7 +88,7 @@ impl Workspace {
         remap(&self.root, "newtons-cradle");
         remap(&cargo_home()?, "cargo");
         // Where the standard library's sources are, for targets for which it is compiled along.
-        let library = sysroot()?.join("lib/rustlib/src/rust");
+        let library = Path::new(&rustc("sysroot")?).join("lib/rustlib/src/rust");
         remap(&library, "rust");
         // Cargo names what lies within the workspace from there.
         if let Ok(inside) = library.strip_prefix(&self.root) {
@@ -127,13 +127,14 @@ fn cargo_home() -> Result<PathBuf, Error> {
         .ok_or_else(|| Error::Failure("there is neither CARGO_HOME nor a home folder".to_owned()))
 }
 
-fn sysroot() -> Result<PathBuf, Error> {
+/// What `rustc --print` says.
+fn rustc(what: &str) -> Result<String, Error> {
     let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
     let output = Command::new(rustc)
-        .args(["--print", "sysroot"])
+        .args(["--print", what])
         .output()
         .map_err(|error| Error::Failure(format!("cannot run rustc: {error}")))?;
-    Ok(PathBuf::from(String::from_utf8_lossy(&output.stdout).trim()))
+    Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
 }
 
 fn json(text: &[u8]) -> Result<Value, Error> {

@@ -37,7 +37,7 @@ def run(command, **options) -> str:
 def producer() -> Path:
     """The program cradle-fmu, newest first."""
     suffix = ".exe" if os.name == "nt" else ""
-    built = [ROOT / f"target/{profile}/cradle-fmu{suffix}" for profile in ("debug", "pack", "release")]
+    built = [ROOT / f"target/{profile}/cradle-fmu{suffix}" for profile in ("debug", "release")]
     built = sorted((path for path in built if path.exists()), key=lambda path: -path.stat().st_mtime)
     if not built:
         pytest.skip("cradle-fmu is missing: `cargo build --package cradle-packaging`")

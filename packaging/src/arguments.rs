@@ -1,0 +1,149 @@
+//! The command line. It is put together by calls: to derive it, procedural macros would have to be compiled that nothing else needs.
+
+use std::path::PathBuf;
+
+use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
+use cradle_packaging::choice::{PRESETS, Preset};
+
+/// What the user asks for.
+pub enum Request {
+    Build(Build),
+    Check { file: PathBuf, load: bool },
+    Info { file: PathBuf },
+    Probe { folder: PathBuf, findings: PathBuf },
+}
+
+/// Write an FMU.
+pub struct Build {
+    pub balls: Option<usize>,
+    pub set: Vec<String>,
+    pub parameters: Vec<PathBuf>,
+    pub preset: Option<&'static Preset>,
+    pub target: Vec<String>,
+    pub binary: Vec<String>,
+    pub release: bool,
+    pub out: Option<PathBuf>,
+}
+
+/// Reads the command line; ends the program if it is wrong or asks for help.
+pub fn parse() -> Request {
+    let mut matches = command().get_matches();
+    let (name, mut given) = matches.remove_subcommand().expect("a subcommand is required");
+    match name.as_str() {
+        "build" => Request::Build(Build::of(given)),
+        "check" => Request::Check { file: required(&mut given, "file"), load: !given.get_flag("no-load") },
+        "info" => Request::Info { file: required(&mut given, "file") },
+        _ => Request::Probe { folder: required(&mut given, "folder"), findings: required(&mut given, "findings") },
+    }
+}
+
+impl Build {
+    fn of(mut given: ArgMatches) -> Self {
+        Self {
+            balls: given.remove_one("balls"),
+            set: several(&mut given, "set"),
+            parameters: several(&mut given, "parameters"),
+            preset: given.remove_one("preset"),
+            target: several(&mut given, "target"),
+            binary: several(&mut given, "binary"),
+            release: given.get_flag("release"),
+            out: given.remove_one("out"),
+        }
+    }
+}
+
+fn required(given: &mut ArgMatches, name: &str) -> PathBuf {
+    given.remove_one(name).expect("clap has seen to it")
+}
+
+fn several<T: Clone + Send + Sync + 'static>(given: &mut ArgMatches, name: &str) -> Vec<T> {
+    given.remove_many(name).into_iter().flatten().collect()
+}
+
+const EXIT_CODES: &str = "\
+Exit codes: 0 done, or nothing to report; 1 it did not work, or `check` found problems; 2 the arguments are refused, or the file
+cannot be read.";
+
+fn command() -> Command {
+    let command = |name: &'static str, about: &'static str| Command::new(name).about(about).after_help(EXIT_CODES);
+    let path = |name: &'static str| Arg::new(name).value_parser(value_parser!(PathBuf)).required(true);
+    let file = path("file").value_name("FILE").help("The FMU");
+    let check = command(
+        "check",
+        "Say what is wrong with an FMU: entries, description, binaries, and what they answer on this machine",
+    )
+    .long_about(
+        "Say what is wrong with an FMU: entries, description, binaries, and what they answer on this machine.\n\n\
+         Works on anybody's FMI 2.0 FMU. A binary for this machine is loaded, in a process of its own, and runs for one step.",
+    )
+    .args([file.clone(), flag("no-load").help("Do not load the binary")]);
+    let probe = Command::new("probe")
+        .about(
+            "Load the binary of an unpacked FMU and write what is wrong with its answers to a file; `check` runs this",
+        )
+        .hide(true)
+        .args([path("folder"), path("findings")]);
+    command("cradle-fmu", "Builds, checks and describes FMUs of Newton's cradle")
+        .version(env!("CARGO_PKG_VERSION"))
+        .subcommand_required(true)
+        .arg_required_else_help(true)
+        .subcommands([build(), check, command("info", "Say what is in an FMU").arg(file), probe])
+}
+
+fn build() -> Command {
+    let option = |name: &'static str, value: &'static str| Arg::new(name).long(name).value_name(value);
+    let list = |name: &'static str, value: &'static str| option(name, value).action(ArgAction::Append);
+    Command::new("build")
+        .about("Write an FMU of a cradle: compile the binary, or take ready ones, and pack it with description and documentation")
+        .after_help(build_help())
+        .args([
+            option("balls", "N")
+                .value_parser(value_parser!(usize))
+                .allow_negative_numbers(true)
+                .help("Number of balls, 1 to 10000 [default: of the preset or parameter file, else 5]"),
+            list("set", "NAME=VALUE")
+                .help("A start value; for arrays `x_start[1]=-0.1` or `x_start=-0.1,-0.1,0`; items of enumerations by name"),
+            list("parameters", "FILE.toml")
+                .value_parser(value_parser!(PathBuf))
+                .help("Take balls and start values from a TOML file, as the presets are"),
+            option("preset", "NAME").value_parser(preset).help("Begin with a ready cradle, see below"),
+            list("target", "TRIPLE").help("Compile for a target triple of Rust [default: this machine]").long_help(
+                "Compile for a target triple of Rust [default: this machine].\n\n\
+                 `x86_64-unknown-linux-gnu.2.17`, with a version of glibc, needs cargo-zigbuild and makes a binary for that \
+                 and newer systems.",
+            ),
+            list("binary", "PLATFORM=FILE")
+                .help("Take a ready binary, such as `linux64=libnewtons_cradle.so`; nothing is compiled unless there is a --target"),
+            flag("release").help("Optimise what is compiled: what an FMU to be used should have"),
+            option("out", "FILE").value_parser(value_parser!(PathBuf)).help(
+                "Where to write the FMU [default: fmu/NewtonsCradle.fmu in Cargo's target folder; \
+                 NewtonsCradle.fmu here if nothing is compiled]",
+            ),
+        ])
+}
+
+fn build_help() -> String {
+    let presets: Vec<String> = PRESETS.iter().map(|preset| format!("  {:8} {}", preset.name, preset.title())).collect();
+    format!(
+        "Presets:\n{}\n\nA --parameters file replaces values of the preset, a --set those of both.\n\n\
+         The same sources and arguments give the same bytes. The date in the FMU is SOURCE_DATE_EPOCH, else 1980-01-01.\n\n{EXIT_CODES}",
+        presets.join("\n")
+    )
+}
+
+fn preset(name: &str) -> Result<&'static Preset, String> {
+    let names: Vec<&str> = PRESETS.iter().map(|preset| preset.name).collect();
+    Preset::named(name).ok_or_else(|| format!("allowed: {}", names.join(", ")))
+}
+
+fn flag(name: &'static str) -> Arg {
+    Arg::new(name).long(name).action(ArgAction::SetTrue)
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn the_arguments_are_consistent() {
+        super::command().debug_assert();
+    }
+}
