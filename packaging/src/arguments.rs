@@ -1,5 +1,6 @@
 //! The command line. It is put together by calls: to derive it, procedural macros would have to be compiled that nothing else needs.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
@@ -10,6 +11,7 @@ pub enum Request {
     Build(Build),
     Check { file: PathBuf, load: bool },
     Info { file: PathBuf },
+    Page { python: Option<OsString>, arguments: Vec<OsString> },
     Probe { folder: PathBuf, findings: PathBuf },
 }
 
@@ -33,6 +35,7 @@ pub fn parse() -> Request {
         "build" => Request::Build(Build::of(given)),
         "check" => Request::Check { file: required(&mut given, "file"), load: !given.get_flag("no-load") },
         "info" => Request::Info { file: required(&mut given, "file") },
+        "page" => Request::Page { python: given.remove_one("python"), arguments: several(&mut given, "arguments") },
         _ => Request::Probe { folder: required(&mut given, "folder"), findings: required(&mut given, "findings") },
     }
 }
@@ -83,11 +86,37 @@ fn command() -> Command {
         )
         .hide(true)
         .args([path("folder"), path("findings")]);
-    command("cradle-fmu", "Builds, checks and describes FMUs of Newton's cradle")
+    command("cradle-fmu", "Builds, checks, describes and shows FMUs of Newton's cradle")
         .version(env!("CARGO_PKG_VERSION"))
         .subcommand_required(true)
         .arg_required_else_help(true)
-        .subcommands([build(), check, command("info", "Say what is in an FMU").arg(file), probe])
+        .subcommands([build(), check, command("info", "Say what is in an FMU").arg(file), page(), probe])
+}
+
+fn page() -> Command {
+    Command::new("page")
+        .about("Make a 3D animation of an FMU's run, or of a result in CSV: one HTML file that needs no network")
+        .long_about(
+            "Make a 3D animation of an FMU's run, or of a result in CSV: one HTML file that needs no network.\n\n\
+             This is done in Python, by `python -m newtons_cradle page`, which gets all arguments but --python: \
+             `cradle-fmu page x.fmu --help` lists them. `python3 cradle.py paper` installs what it needs into .venv.",
+        )
+        .after_help("Exit codes: those of Python; 1 if it cannot be run.")
+        .args([
+            Arg::new("python")
+                .long("python")
+                .value_name("PROGRAM")
+                .value_parser(value_parser!(OsString))
+                .help("The Python to run [default: that of .venv in this folder or one above, else python3 or python]"),
+            Arg::new("arguments")
+                .value_names(["FILE", "ARGUMENT"])
+                .value_parser(value_parser!(OsString))
+                .num_args(1..)
+                .required(true)
+                .trailing_var_arg(true)
+                .allow_hyphen_values(true)
+                .help("An .fmu or a .csv; then such as --out cradle.html, --stop 5, --set contact.model=hertz"),
+        ])
 }
 
 fn build() -> Command {

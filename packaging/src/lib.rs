@@ -7,9 +7,11 @@
 //! | [`platform`] | folders of the standard, target triples, and what a binary is made for |
 //! | [`contents`], [`archive`] | the files of an FMU, and the zip file, the same bytes for the same contents |
 //! | [`check`], [`info`] | what is wrong with an FMU, whoever wrote it, and what is in it |
+//! | [`animation`] | a run as a page for the browser, by the Python package |
 
 #![deny(unsafe_code)]
 
+pub mod animation;
 pub mod archive;
 pub mod check;
 pub mod choice;

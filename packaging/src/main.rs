@@ -1,4 +1,4 @@
-//! `cradle-fmu`: builds and checks FMUs on the command line. `cargo pack` runs it from the sources.
+//! `cradle-fmu`: builds, checks and shows FMUs on the command line. `cargo pack` runs it from the sources.
 
 mod arguments;
 
@@ -11,7 +11,7 @@ use cradle_packaging::choice::Choice;
 use cradle_packaging::compile::Workspace;
 use cradle_packaging::contents::{self, Binary};
 use cradle_packaging::platform::{self, Platform};
-use cradle_packaging::{Error, archive, check, info};
+use cradle_packaging::{Error, animation, archive, check, info};
 use newtons_cradle::variables::MODEL_IDENTIFIER;
 
 fn main() -> ExitCode {
@@ -22,6 +22,7 @@ fn main() -> ExitCode {
             print!("{text}");
             ExitCode::SUCCESS
         }),
+        Request::Page { python, arguments } => animation::make(python, &arguments).map(ExitCode::from),
         Request::Probe { folder, findings } => check::probe::run(&folder, &findings).map(|()| ExitCode::SUCCESS),
     };
     done.unwrap_or_else(|error| {

@@ -39,6 +39,17 @@ def fmu(fmu_path) -> nc.Fmu:
 
 
 @pytest.fixture(scope="session")
+def producer() -> Path:
+    """The program cradle-fmu, newest first."""
+    suffix = ".exe" if os.name == "nt" else ""
+    built = [ROOT / f"target/{profile}/cradle-fmu{suffix}" for profile in ("debug", "release")]
+    built = sorted((path for path in built if path.exists()), key=lambda path: -path.stat().st_mtime)
+    if not built:
+        pytest.skip("cradle-fmu is missing: `cargo build --package cradle-packaging`")
+    return built[0]
+
+
+@pytest.fixture(scope="session")
 def fmu13_path() -> Path:
     """An FMU of 13 balls, packed here where `cradle.py` has not left one."""
     path = ROOT / "target/fmu/NewtonsCradle13.fmu"

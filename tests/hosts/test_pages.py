@@ -195,6 +195,19 @@ def page(*arguments) -> subprocess.CompletedProcess:
     )
 
 
+def test_the_producer_makes_the_same_page(producer, fmu_path, tmp_path):
+    """`cradle-fmu page` is the same command."""
+    pages = [tmp_path / "one.html", tmp_path / "two.html"]
+    options = [fmu_path, "--stop", "1", "--set", "contact.model=hertz", "--out"]
+    assert page(*options, pages[0]).returncode == 0
+    command = [producer, "page", "--python", sys.executable]
+    done = subprocess.run([*command, *map(str, options), pages[1]], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert pages[0].read_bytes() == pages[1].read_bytes()
+    failed = subprocess.run([*command, "missing.fmu"], capture_output=True, text=True)
+    assert failed.returncode == 1 and failed.stderr.startswith("error: ") and "import" not in failed.stderr
+
+
 @pytest.mark.parametrize(
     ("text", "complaint"),
     [

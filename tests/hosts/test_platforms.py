@@ -34,17 +34,6 @@ def run(command, **options) -> str:
 
 
 @pytest.fixture(scope="module")
-def producer() -> Path:
-    """The program cradle-fmu, newest first."""
-    suffix = ".exe" if os.name == "nt" else ""
-    built = [ROOT / f"target/{profile}/cradle-fmu{suffix}" for profile in ("debug", "release")]
-    built = sorted((path for path in built if path.exists()), key=lambda path: -path.stat().st_mtime)
-    if not built:
-        pytest.skip("cradle-fmu is missing: `cargo build --package cradle-packaging`")
-    return built[0]
-
-
-@pytest.fixture(scope="module")
 def packed(producer, fmu_path, tmp_path_factory):
     """Packs an FMU of n balls with the binaries of the FMU under test."""
     folder = tmp_path_factory.mktemp("packed")

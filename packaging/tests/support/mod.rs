@@ -27,6 +27,11 @@ pub fn run(arguments: &[&str]) -> Ended {
     output(env!("CARGO_BIN_EXE_cradle-fmu"), arguments)
 }
 
+/// Runs the program in a folder.
+pub fn run_in(folder: &str, arguments: &[&str]) -> Ended {
+    ended(Command::new(env!("CARGO_BIN_EXE_cradle-fmu")).args(arguments).current_dir(folder))
+}
+
 /// Runs any program.
 pub fn output(program: &str, arguments: &[&str]) -> Ended {
     ended(Command::new(program).args(arguments))
