@@ -5,6 +5,7 @@ pub mod binary;
 pub mod model;
 mod own;
 pub mod probe;
+mod reader;
 mod structure;
 mod unpack;
 mod variables;

@@ -1,12 +1,7 @@
-//! modelDescription.xml as far as the checks need it. The schema itself is `fmi-schema`'s business.
+//! modelDescription.xml as far as the checks need it.
 
-use std::panic::catch_unwind;
-use std::str::FromStr;
-
-use fmi_schema::fmi2::{Causality, Fmi2ModelDescription, Initial, Variability};
-use fmi_schema::traits::FmiModelDescription;
+use fmi_schema::fmi2::{Causality, Initial, Variability};
 use newtons_cradle::variables::MODEL_IDENTIFIER;
-use roxmltree::{Document, Node, ParsingOptions};
 
 use super::Report;
 use crate::archive::Entries;
@@ -121,63 +116,6 @@ pub struct Unknown {
 }
 
 impl Model {
-    /// Reads a description; nothing if it is no XML or not of FMI 2.0.
-    pub fn read(bytes: &[u8], report: &mut Report) -> Option<Self> {
-        let place = "modelDescription.xml";
-        let text = match std::str::from_utf8(bytes) {
-            Ok(text) => text.trim_start_matches('\u{feff}'),
-            Err(error) => {
-                report.problem(format_args!("{place}: not in UTF-8: {error}"));
-                return None;
-            }
-        };
-        let options = ParsingOptions { nodes_limit: 20_000_000, ..ParsingOptions::default() };
-        let document = match Document::parse_with_options(text, options) {
-            Ok(document) => document,
-            Err(error) => {
-                report.problem(format_args!("{place}: not well-formed XML: {error}"));
-                return None;
-            }
-        };
-        let root = document.root_element();
-        if root.tag_name().name() != "fmiModelDescription" || root.attribute("fmiVersion") != Some("2.0") {
-            let version = root.attribute("fmiVersion").unwrap_or_default();
-            report.problem(format_args!("{place}: fmiVersion = \"{version}\"; only 2.0 can be checked"));
-            return None;
-        }
-        check_schema(text, &root, report);
-        let reader = &mut Reader { report };
-        let interface = |kind: Kind, reader: &mut Reader| {
-            let node = child(root, if kind == Kind::CoSimulation { "CoSimulation" } else { "ModelExchange" })?;
-            let files = child(node, "SourceFiles").into_iter().flat_map(|node| children(node, "File"));
-            Some(Interface {
-                kind,
-                identifier: reader.text(node, "modelIdentifier"),
-                needs_tool: matches!(node.attribute("needsExecutionTool"), Some("true" | "1")),
-                sources: files.map(|file| reader.text(file, "name")).collect(),
-            })
-        };
-        Some(Self {
-            text: text.to_owned(),
-            fmi_version: reader.text(root, "fmiVersion"),
-            name: reader.text(root, "modelName"),
-            guid: reader.text(root, "guid"),
-            tool: root.attribute("generationTool").unwrap_or_default().to_owned(),
-            date: root.attribute("generationDateAndTime").map(str::to_owned),
-            structured: root.attribute("variableNamingConvention") == Some("structured"),
-            co_simulation: interface(Kind::CoSimulation, reader),
-            model_exchange: interface(Kind::ModelExchange, reader),
-            experiment: child(root, "DefaultExperiment").map(|node| reader.experiment(node)).unwrap_or_default(),
-            units: list(root, "UnitDefinitions", "Unit").map(|node| reader.unit(node)).collect(),
-            types: list(root, "TypeDefinitions", "SimpleType").filter_map(|node| reader.simple_type(node)).collect(),
-            log_categories: list(root, "LogCategories", "Category").map(|node| reader.text(node, "name")).collect(),
-            variables: list(root, "ModelVariables", "ScalarVariable")
-                .filter_map(|node| reader.variable(node))
-                .collect(),
-            structure: child(root, "ModelStructure").map(|node| reader.structure(node)).unwrap_or_default(),
-        })
-    }
-
     /// The kinds of FMU that it can be.
     pub fn interfaces(&self) -> impl Iterator<Item = &Interface> {
         self.co_simulation.iter().chain(&self.model_exchange)
@@ -192,20 +130,6 @@ impl Model {
     pub fn declared(&self, name: &str) -> Option<&SimpleType> {
         self.types.iter().find(|kind| kind.name == name)
     }
-}
-
-/// The schema, as strictly as `fmi-schema` has it.
-fn check_schema(text: &str, root: &Node, report: &mut Report) {
-    // It takes for granted what a schema would check first.
-    let read = catch_unwind(|| Fmi2ModelDescription::deserialize(text).map_err(|error| error.to_string()));
-    let error = match read {
-        Ok(Ok(_)) => return,
-        Ok(Err(error)) => error,
-        Err(_) => "an element that is not where it belongs".to_owned(),
-    };
-    let text = format!("modelDescription.xml: not what the schema asks for: {error}");
-    // References to a schema are allowed, and it does not know them.
-    if root.namespaces().len() > 0 { report.remark(text) } else { report.problem(text) }
 }
 
 /// What the attributes of the model and its interfaces must be.
@@ -266,139 +190,4 @@ fn is_date(text: &str) -> bool {
             .chars()
             .zip(shape.chars())
             .all(|(c, wanted)| if wanted == 'd' { c.is_ascii_digit() } else { c == wanted })
-}
-
-fn child<'a, 'input>(node: Node<'a, 'input>, name: &str) -> Option<Node<'a, 'input>> {
-    node.children().find(|child| child.has_tag_name(name))
-}
-
-fn children<'a, 'input: 'a>(node: Node<'a, 'input>, name: &'static str) -> impl Iterator<Item = Node<'a, 'input>> {
-    node.children().filter(move |child| child.has_tag_name(name))
-}
-
-fn list<'a, 'input: 'a>(
-    root: Node<'a, 'input>,
-    list: &'static str,
-    name: &'static str,
-) -> impl Iterator<Item = Node<'a, 'input>> {
-    child(root, list).into_iter().flat_map(move |list| children(list, name))
-}
-
-/// Reads attributes, and reports those that are missing or cannot be read.
-struct Reader<'a> {
-    report: &'a mut Report,
-}
-
-impl Reader<'_> {
-    fn text(&mut self, node: Node, key: &str) -> String {
-        if let Some(text) = node.attribute(key) {
-            return text.to_owned();
-        }
-        self.report.problem(format_args!("{}: {key} is missing", place(node)));
-        String::new()
-    }
-
-    /// An attribute that may be absent.
-    fn value<T: FromStr>(&mut self, node: Node, key: &str) -> Option<T> {
-        let text = node.attribute(key)?;
-        let value = text.trim().parse().ok();
-        if value.is_none() {
-            self.report.problem(format_args!("{}: {key} = \"{text}\" cannot be read", place(node)));
-        }
-        value
-    }
-
-    fn indices(&mut self, node: Node, key: &str) -> Option<Vec<usize>> {
-        let text = node.attribute(key)?;
-        let indices: Result<Vec<usize>, _> = text.split_whitespace().map(str::parse).collect();
-        if indices.is_err() {
-            self.report.problem(format_args!("{}: {key} is no list of indices", place(node)));
-        }
-        indices.ok()
-    }
-
-    fn experiment(&mut self, node: Node) -> Experiment {
-        Experiment {
-            start: self.value(node, "startTime"),
-            stop: self.value(node, "stopTime"),
-            step: self.value(node, "stepSize"),
-            tolerance: self.value(node, "tolerance"),
-        }
-    }
-
-    fn unit(&mut self, node: Node) -> Unit {
-        let display = children(node, "DisplayUnit").map(|node| self.text(node, "name")).collect();
-        Unit { name: self.text(node, "name"), display }
-    }
-
-    fn simple_type(&mut self, node: Node) -> Option<SimpleType> {
-        Some(SimpleType { name: self.text(node, "name"), attributes: self.attributes(node)? })
-    }
-
-    fn attributes(&mut self, node: Node) -> Option<Attributes> {
-        const TYPES: [(&str, Type); 5] = [
-            ("Real", Type::Real),
-            ("Integer", Type::Integer),
-            ("Boolean", Type::Boolean),
-            ("String", Type::String),
-            ("Enumeration", Type::Enumeration),
-        ];
-        let element =
-            |node: Node<'_, '_>| TYPES.iter().find(|(name, _)| node.has_tag_name(*name)).map(|(_, kind)| *kind);
-        let Some((node, data_type)) = node.children().find_map(|node| Some((node, element(node)?))) else {
-            self.report.problem(format_args!("{}: has no data type", place(node)));
-            return None;
-        };
-        let owned = |key: &str| node.attribute(key).map(str::to_owned);
-        Some(Attributes {
-            data_type,
-            declared_type: owned("declaredType"),
-            unit: owned("unit"),
-            display_unit: owned("displayUnit"),
-            min: self.value(node, "min"),
-            max: self.value(node, "max"),
-            nominal: self.value(node, "nominal"),
-            start: owned("start"),
-            derivative: self.value(node, "derivative"),
-            items: children(node, "Item").filter_map(|item| self.value(item, "value")).collect(),
-        })
-    }
-
-    fn variable(&mut self, node: Node) -> Option<Variable> {
-        Some(Variable {
-            name: self.text(node, "name"),
-            reference: self.value(node, "valueReference")?,
-            causality: self.value(node, "causality").unwrap_or_default(),
-            variability: self.value(node, "variability").unwrap_or_default(),
-            initial: self.value(node, "initial"),
-            attributes: self.attributes(node)?,
-        })
-    }
-
-    fn structure(&mut self, node: Node) -> Structure {
-        let mut unknowns = |name| {
-            let list = child(node, name)?;
-            Some(children(list, "Unknown").filter_map(|node| self.unknown(node)).collect())
-        };
-        Structure {
-            outputs: unknowns("Outputs"),
-            derivatives: unknowns("Derivatives"),
-            initial_unknowns: unknowns("InitialUnknowns"),
-        }
-    }
-
-    fn unknown(&mut self, node: Node) -> Option<Unknown> {
-        Some(Unknown {
-            index: self.value(node, "index")?,
-            dependencies: self.indices(node, "dependencies"),
-            kinds: node.attribute("dependenciesKind").map(|kinds| kinds.split_whitespace().count()),
-        })
-    }
-}
-
-/// Where a finding is: the element with its name, if it has one.
-fn place(node: Node) -> String {
-    let named = node.ancestors().find_map(|node| node.attribute("name"));
-    let name = named.map(|name| format!(" of {name}")).unwrap_or_default();
-    format!("{}{name}", node.tag_name().name())
 }
