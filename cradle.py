@@ -416,7 +416,8 @@ def fuzz(tally: Tally) -> None:
         return tally.fail("Fuzzing: the targets could not be built")
     if sanitizer == "address":
         border = ["cargo", "test", "--manifest-path", "fuzz/Cargo.toml", "--no-default-features"]
-        # A sanitizer needs a target that is named. Forged states are the fuzzer's business.
+        # Without the producer, which it does not test. A sanitizer needs a target that is named. Forged states are the
+        # fuzzer's business.
         border += ["--release", "--tests", "--target", host_target(), "--target-dir", ROOT / "target/asan"]
         tally.step(
             "C border with AddressSanitizer",

@@ -175,32 +175,50 @@ fn a_settled_cradle_costs_no_more_than_a_swinging_one() {
     assert!(2 * last[0] <= 3 * first.steps && 2 * last[1] <= 3 * first.evaluations, "{first:?}, then {last:?}");
 }
 
+/// `balls` balls in touch, the first `lifted` of them lifted by 0.1 m.
+fn cradle(balls: usize, lifted: usize, exponent: f64, stiffness: f64, damping: f64) -> Parameters {
+    let mut parameters = Parameters::default_for(balls);
+    (parameters.exponent, parameters.stiffness, parameters.damping) = (exponent, stiffness, damping);
+    (parameters.x_start, parameters.dead_band) = (vec![0.0; balls], 0.0);
+    parameters.x_start[..lifted].fill(-0.1);
+    parameters
+}
+
 /// Fronts of waves too faint to be felt, and motions that have decayed to what was rounding while the balls swung.
 #[test]
 fn what_hardly_moves_costs_little() {
-    let cradle = |balls: usize, exponent: f64, stiffness: f64, damping: f64| {
-        let mut parameters = Parameters::default_for(balls);
-        (parameters.exponent, parameters.stiffness, parameters.dead_band) = (exponent, stiffness, 0.0);
-        (parameters.damping_law, parameters.damping) = (DampingLaw::KelvinVoigtNoPull, damping);
-        parameters.x_start = vec![0.0; balls];
-        parameters.x_start[0] = -0.1;
-        parameters
-    };
-    let mut together = cradle(5, 3.0, 1e10, 1000.0 * critical());
-    together.x_start[1] = -0.1;
-    let mut settled = cradle(4, 3.0, 2.4e11, 1.83e6);
+    let together = cradle(5, 2, 3.0, 1e10, 1000.0 * critical());
+    let mut settled = cradle(4, 1, 3.0, 2.4e11, 1.83e6);
     settled.drag = 3.0;
-    let mut creeping = cradle(5, 5.0, 1.49e11, 8.48e7);
+    let mut creeping = cradle(5, 1, 5.0, 1.49e11, 8.48e7);
     creeping.gap = vec![0.0, 1e-6, 1e-6, -1e-7];
-    let mut unequal = cradle(5, 5.0, 1.31e11, 2.14e5);
+    let mut unequal = cradle(5, 1, 5.0, 1.31e11, 2.14e5);
     (unequal.mass_ratio, unequal.gap) = (vec![1.3, 2.0, 1.3, 0.5, 0.5], vec![0.0, 1e-6, -1e-7, -1e-7]);
-    for (name, parameters) in
+    for (name, mut parameters) in
         [("together", together), ("settled", settled), ("creeping", creeping), ("unequal", unequal)]
     {
+        parameters.damping_law = DampingLaw::KelvinVoigtNoPull;
         let engine = advanced(&parameters, &Inputs::zero(parameters.balls()), 20.0);
         let work = engine.work();
         assert!(work.steps < 5000 && work.events < 500, "{name}: {work:?}");
         let residual = engine.energy_residual();
         assert!(residual.abs() < 1e-14, "{name}: energy off by {residual:e} J");
+    }
+}
+
+/// Damping far faster than the springs: the series are in its unit of time, and contacts that close from rest stay closed.
+#[test]
+fn energy_of_fast_damping_on_slow_springs() {
+    let mut steep = cradle(4, 1, 10.0, 857307509290.0165, 362481197.9354008);
+    (steep.overlap_ref, steep.dead_band) = (1.0, 1e-9);
+    let mut unequal = cradle(8, 3, 2.5, 22155.981572013134, 12870.924419263727);
+    (unequal.overlap_ref, unequal.drag) = (1e-6, 0.1);
+    unequal.mass_ratio = vec![2.0, 0.5, 1.0, 2.0, 0.5, 1.3, 1.0, 2.0];
+    let mut lossy = cradle(4, 1, 10.0, 1e6, 0.0);
+    (lossy.damping_law, lossy.hunt_crossley, lossy.overlap_ref) = (DampingLaw::HuntCrossley, 1e9, 1e-6);
+    for (name, parameters) in [("Hunt-Crossley", lossy), ("steep", steep), ("unequal", unequal)] {
+        let engine = advanced(&parameters, &Inputs::zero(parameters.balls()), 5.0);
+        let residual = engine.energy_residual();
+        assert!(residual.abs() < 1e-14, "{name}: energy off by {residual:e} J, {:?}", engine.work());
     }
 }

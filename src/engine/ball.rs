@@ -16,7 +16,7 @@ pub(crate) type Push = [f64; MAX_FORCE_ORDER + 1];
 /// Highest derivative of the push that is not zero.
 #[inline]
 pub(crate) fn degree(push: &Push) -> usize {
-    // Most inputs are constant.
+    // Most inputs are constant: one comparison in place of three.
     if push[1..].iter().fold(0.0, |sum, p| sum + p.abs()) == 0.0 {
         return 0;
     }
@@ -121,6 +121,7 @@ impl Flight {
     /// [`BASIS`] do where the push is constant.
     #[inline]
     fn response<const N: usize>(&self, o: &Oscillator, u: &[f64; N], level: usize) -> f64 {
+        debug_assert!(N == BASIS || degree(&self.push) == 0);
         let free = self.v * u[level] + (self.push[0] - o.omega2() * self.x) * u[level + 1];
         if N < BASIS {
             return free;
@@ -262,7 +263,9 @@ impl Ball {
     /// How far it can leave the chord of its motion within `tau` (s) after the anchor, but for contacts, m.
     pub fn bend(&self, tau: f64) -> f64 {
         let (o, flight) = (&self.oscillator, &self.flight);
-        let acceleration = (flight.push[0] - o.omega2() * flight.x).abs() + o.omega2() * flight.v.abs() * tau;
+        let varying = flight.push[1..].iter().rev().fold(0.0, |sum, push| (sum + push.abs()) * tau);
+        let at_rest = (flight.push[0] - o.omega2() * flight.x).abs() + varying;
+        let acceleration = at_rest + o.omega2() * flight.v.abs() * tau;
         acceleration * tau * tau
     }
 

@@ -44,19 +44,18 @@ pub(crate) struct Body {
     pub bonds: Vec<Bond>,
 }
 
-/// What rounding may be of the acceleration of a ball in flight, m/s2.
-pub(crate) fn acceleration_rounding(ball: &Ball) -> f64 {
+/// What rounding may be of the acceleration (m/s2) of a ball in flight under inputs that have acted for `age` (s).
+pub(crate) fn acceleration_rounding(ball: &Ball, age: f64) -> f64 {
     let o = &ball.oscillator;
     let of_motion = (o.omega() + 2.0 * o.gamma()) * ball.flight.rounding(o).velocity;
-    // A push that varies is known as well as the time is.
-    let push = ball.flight.push[0].abs() + ball.flight.push[1].abs() * ball.anchor.value().abs();
+    let push = ball.flight.push[0].abs() + ball.flight.push[1].abs() * age;
     8.0 * (of_motion + 2.0 * f64::EPSILON * push)
 }
 
 impl Body {
     /// The body of `balls`, which are in flight, all of them anchored at `anchor` and of the same velocity then; neighbours would
-    /// approach each other with the accelerations `approach` (m/s2) if they did not touch.
-    pub fn new(balls: &[Ball], approach: &[f64], anchor: DoubleDouble) -> Self {
+    /// approach each other with the accelerations `approach` (m/s2), known to within `rounding`, if they did not touch.
+    pub fn new(balls: &[Ball], approach: &[f64], rounding: f64, anchor: DoubleDouble) -> Self {
         let first = &balls[0];
         let (o, v) = (&first.oscillator, first.flight.v);
         // Differences to the first ball, so that what is the same for all is exactly that: omega squared, gamma, and the
@@ -88,7 +87,6 @@ impl Body {
             own
         };
         let flights = balls.iter().map(of_ball).collect();
-        let rounding = balls.iter().map(acceleration_rounding).fold(0.0, f64::max);
         let (mut force, mut mass) = (Traits::default(), 0.0);
         let of_contact = |(ball, difference): (&Ball, &Traits)| {
             mass += ball.mass;

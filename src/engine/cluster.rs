@@ -237,28 +237,24 @@ impl Cluster {
         self.align(&balls[self.window.clone()], &laws[self.window_contacts()]);
     }
 
-    /// Makes the positions of balls in contact agree with the overlaps and leaves their centre of mass where it is. Rounding takes
-    /// them apart, and gravity would pull on that once the motion has decayed to what was its rounding before.
+    /// Makes the positions of balls in contact agree with the overlaps and leaves their centre of mass where it is. By rounding the
+    /// two drift apart, and gravity would pull on that once the motion has decayed to what was its rounding before.
     fn align(&mut self, balls: &[Ball], laws: &[ContactLaw]) {
         let mut first = 0;
         for end in 0..balls.len() {
             if self.contacts.get(end).is_some_and(|contact| contact.mode != Mode::Open) {
                 continue;
             }
-            let group = &mut self.flights[first..=end];
-            let contacts = self.contacts[first..end].iter().zip(&laws[first..end]);
-            let distances = contacts.map(|(contact, law)| contact.overlap + law.clearance);
             // How far each ball is from where the first one has it.
-            let between = |(pair, distance): (&[Flight], f64)| (pair[1].x - pair[0].x) + distance;
             let mut errors = vec![0.0];
-            errors.extend(group.windows(2).zip(distances).map(between).scan(0.0, |sum, error| {
-                *sum += error;
-                Some(*sum)
-            }));
+            for j in first..end {
+                let distance = self.contacts[j].overlap + laws[j].clearance;
+                errors.push(errors[j - first] + (self.flights[j + 1].x - self.flights[j].x) + distance);
+            }
             let masses = balls[first..=end].iter().map(|ball| ball.mass);
             let moment: f64 = masses.clone().zip(&errors).map(|(mass, error)| mass * error).sum();
             let common = moment / masses.sum::<f64>();
-            group.iter_mut().zip(&errors).for_each(|(flight, error)| flight.x -= error - common);
+            self.flights[first..=end].iter_mut().zip(&errors).for_each(|(flight, error)| flight.x -= error - common);
             first = end + 1;
         }
     }
@@ -277,8 +273,11 @@ impl Cluster {
         self.pace_before = self.pace;
         self.describe(&window, control, &rounding);
         self.switch = None;
-        // What switches by the error of a step is as good as what switches by rounding.
-        let rounding = Rounding { velocity: rounding.velocity.max(control.local_error(&window)), ..rounding };
+        let mut rounding = rounding;
+        if let Motion::Series(_) = self.motion {
+            // Switchings within the error of a step are no more real than those by rounding.
+            rounding.velocity = rounding.velocity.max(control.local_error(&window));
+        }
         for j in 0..laws.len() {
             if let Some((tau, switch)) = self.motion.first_switch(j, &window, self.length, &rounding) {
                 self.length = tau;

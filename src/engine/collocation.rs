@@ -274,7 +274,7 @@ impl<'a> Step<'a> {
             series.set_velocity(i, &polynomial);
         }
         // The rates are differences of velocities that have been added to many times.
-        let noise = 16.0 * rounding;
+        let of_rates = 16.0 * rounding;
         for (j, contact) in window.contacts.iter().enumerate() {
             if window.presses(j) {
                 // The start is left out: the overlap is to follow what balances the forces, not the rounding of the
@@ -283,8 +283,8 @@ impl<'a> Step<'a> {
                 let size = contact.overlap + largest(&self.changes[j]);
                 // The force is to be known as well as that: its error is `exponent` times as large.
                 let relative = (0.1 * tolerance).max(2.0 * NOISE * f64::EPSILON) / window.laws[j].exponent;
-                let allowed = (relative * size).max(self.shaken(j, noise)) / length;
-                let jump = (polynomial[0] - self.rate(j)).abs() / (10.0 * allowed).max(noise);
+                let allowed = (relative * size).max(self.shaken(j, of_rates)) / length;
+                let jump = (polynomial[0] - self.rate(j)).abs() / (10.0 * allowed).max(of_rates);
                 worst = worst.max(highest_terms(&polynomial) / allowed).max(jump);
                 series.set_rate(j, &polynomial);
                 let overlaps = self.changes[j].map(|change| contact.overlap + change);

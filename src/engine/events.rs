@@ -243,7 +243,7 @@ impl Engine {
         }
     }
 
-    /// Contact `i` is at its onset, where its overlap is 0.
+    /// Ends the separation of contact `i`, which is at its onset: its overlap is 0.
     pub(super) fn close_separation(&mut self, i: usize) {
         (self.contacts[i].overlap, self.contacts[i].separation) = (0.0, None);
         self.queue.remove(i);

@@ -27,6 +27,7 @@ impl Engine {
             self.stop_separation(beside, t);
         }
         let (left, right) = (&self.balls[i], &self.balls[i + 1]);
+        // In its place at once: it is large to move.
         self.contacts[i].impact = PairImpact::new(left, right, &self.cradle.contacts[i], &self.shape);
         let impact = self.contacts[i].impact.as_ref();
         let Some(end) = impact.map(PairImpact::end) else { return false };
@@ -62,16 +63,16 @@ impl Engine {
             let age = (t - ball.anchor).value();
             (ball, age, impact, impact.map_or(0.0, |impact| (impact.duration - age).max(0.0)))
         });
-        let ends = sides.map(|(.., rest)| rest);
-        let last = ends[0].max(ends[1]);
-        let slack: f64 = sides.iter().map(|(ball, age, ..)| ball.bend(age + last)).sum();
+        let remaining = sides.map(|(.., rest)| rest);
+        let longest = remaining[0].max(remaining[1]);
+        let slack: f64 = sides.iter().map(|(ball, age, ..)| ball.bend(age + longest)).sum();
         // Displacement since the anchor along the chord of the impact, or straight on in flight.
         let chord = |side: usize, after: f64| {
             let (ball, age, impact, _) = sides[side];
             impact.map_or(ball.flight.v * (age + after), |impact| impact.chord(1 - side, age + after))
         };
         let overlap = |after: f64| self.contacts[j].overlap + (chord(0, after) - chord(1, after)) + slack;
-        [0.0, ends[0], ends[1]].into_iter().all(|after| overlap(after) < 0.0)
+        [0.0, remaining[0], remaining[1]].into_iter().all(|after| overlap(after) < 0.0)
     }
 
     /// The impact of contact `i` is over at `t`.
@@ -94,9 +95,9 @@ impl Engine {
         self.count_event();
         let neighbours = i.saturating_sub(1)..(i + 3).min(self.balls.len());
         self.land_free(neighbours.clone(), t);
-        for contact in neighbours.start..neighbours.end - 1 {
-            if self.balls[contact].held == Held::Free && self.balls[contact + 1].held == Held::Free {
-                self.fly(contact, t);
+        for j in neighbours.start..neighbours.end - 1 {
+            if self.balls[j].held == Held::Free && self.balls[j + 1].held == Held::Free {
+                self.fly(j, t);
             }
         }
     }

@@ -3,14 +3,14 @@
 //! - A ball that touches nothing is in *flight*: a closed form of its state at its anchor (`ball`).
 //! - Two neighbours in flight have a forecast of their next onset (`separation`); the earliest event is on top of a queue.
 //! - Two elastic balls that nothing else touches have an *impact* of known outcome (`pair`, `impact`).
-//! - Other balls that touch form a *cluster*, followed from switching to switching (`cluster`): by Taylor series (`taylor`) or,
+//! - Other balls that touch form a *cluster*, followed from switching to switching (`cluster`, `window`): by Taylor series (`taylor`) or,
 //!   when nothing has switched for a while, by natural modes (`modes`, `natural`) or implicit collocation (`collocation`).
 //! - Onsets and releases form, merge, split and dissolve clusters (`events`).
 //! - Rigid contacts are instantaneous impacts (`restitution`); those that last make one body of their balls (`bond`, `rigid`).
 //!
 //! Events happen at their own times, never at communication points: between changes of the inputs the trajectory is the same,
-//! bit for bit, however a host cuts its steps. What a host asks for at a communication point is evaluated there (`observe`)
-//! and moves nothing. A run can be put down as plain data and taken up again (`snapshot`).
+//! bit for bit, however a host cuts its steps. What a host asks for at a communication point is evaluated there
+//! (`observe`; the next onset: `ahead`) and moves nothing. A run can be put down as plain data and taken up again (`snapshot`).
 //!
 //! The methods that integrate the whole chain over all time are apart from all this (`continuous`); a `Simulation` is a run by any.
 

@@ -23,14 +23,14 @@ use crate::solver::oscillator::Oscillator;
 /// How much faster than the rounding of the velocities an approach must be.
 const RESOLVED: f64 = 16.0;
 
-/// Which contacts last although nothing presses them.
+/// Which contacts last where nothing but rounding decides.
 #[derive(Clone, Copy)]
 pub(super) enum Keep {
     Nothing,
     /// This one, where the balls part by no more than rounding.
     Contact(usize),
-    /// None, and this one only where it is pressed by more than rounding.
-    NothingOf(usize),
+    /// None; this one only where it is pressed by more than rounding.
+    Parting(usize),
     /// All that did so far.
     Closed,
 }
@@ -137,7 +137,7 @@ impl Engine {
     pub(super) fn part(&mut self, i: usize, t: DoubleDouble, pulses: &mut Vec<Pulse>) {
         let body = self.around(i, |contact| contact.bond.is_some());
         self.unbind(body.clone(), t);
-        self.settle(body, t, Keep::NothingOf(i), pulses);
+        self.settle(body, t, Keep::Parting(i), pulses);
     }
 
     /// Contact `i` and those on either side as far as they `belong` without a gap.
@@ -204,7 +204,12 @@ impl Engine {
     /// Acceleration of ball `i` by the inputs at the time `t`.
     pub(super) fn own_push(&self, i: usize, t: DoubleDouble) -> Push {
         let push = self.inputs.push(i, self.balls[i].mass);
-        shifted(&push, (t - DoubleDouble::from(self.inputs.since)).value())
+        shifted(&push, self.input_age(t))
+    }
+
+    /// How long the inputs have acted at the time `t`, s.
+    fn input_age(&self, t: DoubleDouble) -> f64 {
+        (t - DoubleDouble::from(self.inputs.since)).value()
     }
 
     /// Bonds where balls press each other at `t` and flight elsewhere, for the contacts `group`, which have been taken apart, and
@@ -237,7 +242,7 @@ impl Engine {
             if self.contacts[j].bond.is_none() {
                 self.end_pulse(j, t, pulses);
                 let separation = self.separation(j, t, self.contacts[j].overlap.min(0.0));
-                self.contacts[j].separation = Some(separation.rigid(noise));
+                self.contacts[j].separation = Some(separation.rigid(noise, self.input_age(t)));
             } else if self.contacts[j].mode == Mode::Open {
                 self.begin_pulse(j, t);
             }
@@ -260,7 +265,8 @@ impl Engine {
     fn press(&mut self, run: Range<usize>, t: DoubleDouble, keep: Keep) {
         let balls = &self.balls[run.start..run.end + 1];
         let masses: Vec<f64> = balls.iter().map(|ball| ball.mass).collect();
-        let rounding = balls.iter().map(acceleration_rounding).fold(0.0, f64::max);
+        let age = self.input_age(t);
+        let rounding = balls.iter().map(|ball| acceleration_rounding(ball, age)).fold(0.0, f64::max);
         let approach: Vec<f64> = run.clone().map(|j| self.separation(j, t, 0.0).at_anchor()[2]).collect();
         // Accelerations relative to the first ball.
         let mut accelerations = vec![0.0; masses.len()];
@@ -272,21 +278,22 @@ impl Engine {
             let pressed = approach > 0.0;
             match keep {
                 Keep::Contact(this) if contact == this => approach >= -rounding,
-                Keep::NothingOf(this) if contact == this => approach > rounding,
+                Keep::Parting(this) if contact == this => approach > rounding,
                 Keep::Closed => pressed || self.contacts[contact].mode == Mode::Pressing,
-                Keep::Nothing | Keep::Contact(_) | Keep::NothingOf(_) => pressed,
+                Keep::Nothing | Keep::Contact(_) | Keep::Parting(_) => pressed,
             }
         };
         for block in restitution::pool(&masses, &accelerations, meet) {
             if block.end - block.start > 1 {
-                self.bind(run.start + block.start..run.start + block.end, &approach[block.start..block.end - 1], t);
+                let members = run.start + block.start..run.start + block.end;
+                self.bind(members, &approach[block.start..block.end - 1], rounding, t);
             }
         }
     }
 
     /// The balls `members` move as one body from `t` on.
-    fn bind(&mut self, members: Range<usize>, approach: &[f64], t: DoubleDouble) {
-        let Body { oscillator, flights, bonds } = Body::new(&self.balls[members.clone()], approach, t);
+    fn bind(&mut self, members: Range<usize>, approach: &[f64], rounding: f64, t: DoubleDouble) {
+        let Body { oscillator, flights, bonds } = Body::new(&self.balls[members.clone()], approach, rounding, t);
         for (ball, flight) in self.balls[members.clone()].iter_mut().zip(flights) {
             (ball.oscillator, ball.flight, ball.held) = (oscillator, flight, Held::Bond);
         }

@@ -135,7 +135,7 @@ impl<'a> Run<'a> {
             let (law, mass) = (&contacts[j], self.reduced_mass(j));
             unit = unit.min(law.time_scale(mass, scale)).min(law.relaxation_time(mass, scale));
             let (overlap, rate) = (state.overlaps[j].value(), self.overlap_rate(j).value().abs());
-            if contacts[j].whole_exponent().is_none() && overlap < unit * rate {
+            if law.whole_exponent().is_none() && overlap < unit * rate {
                 unit = unit.min((overlap / rate).max(1e-6 * unit));
             }
         }

@@ -62,10 +62,10 @@ impl Separation {
     }
 
     /// The same between rigid balls, which may be side by side for long: overlaps up to `noise` (m) are none, and none is an
-    /// onset that the rounding of two different motions, or of the time, brings about.
-    pub fn rigid(self, noise: f64) -> Self {
+    /// onset that the rounding of two different motions, or of inputs that have varied for `age` (s), brings about.
+    pub fn rigid(self, noise: f64, age: f64) -> Self {
         let noise = self.noise.max(noise);
-        let of_time = |flight: &Flight| flight.push[1].abs() * self.anchor.value().abs();
+        let of_time = |flight: &Flight| flight.push[1].abs() * age;
         let blur = match &self.motion {
             Motion::Relative(_, flight) => [0.0, of_time(flight)],
             Motion::Both(parts) => {
@@ -142,7 +142,8 @@ impl Separation {
         let reach = self.reach(start);
         let mut clear = start;
         if start == 0.0 {
-            // Most forecasts are overtaken by events: a bound that costs little comes first.
+            // Most forecasts are overtaken by events: a bound that costs little comes first. It is the tighter the shorter the
+            // span, here half a period.
             clear = safe_step(self, 0.0, self.at_anchor(), 0.25 * reach);
             if clear > 0.02 * reach {
                 return Forecast::NotBefore(self.anchor + clear);
@@ -151,6 +152,7 @@ impl Separation {
             return Forecast::At(self.anchor + tau);
         }
         let horizon = start + reach;
+        // Up to `clear` there is none.
         match search(self, clear, horizon) {
             Search::At(tau) => Forecast::At(self.anchor + self.polished(tau)),
             Search::NotBefore(tau) => Forecast::NotBefore(self.anchor + tau),

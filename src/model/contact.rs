@@ -119,7 +119,8 @@ impl ContactLaw {
         if rate > 0.0 { 2.9 * self.largest_overlap(m, rate) / rate } else { f64::INFINITY }
     }
 
-    /// Time in which damping changes the rate of the overlap of that impact, s; infinite without damping.
+    /// Relaxation time, in which damping alone takes the rate of the overlap down to 1/e, s; for Hunt-Crossley that at the largest
+    /// overlap of the elastic impact. Infinite without damping.
     pub fn relaxation_time(&self, m: f64, rate: f64) -> f64 {
         match self.damping {
             Damping::None => f64::INFINITY,

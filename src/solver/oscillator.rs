@@ -144,13 +144,13 @@ impl Oscillator {
         let (mut a, mut a_next) = (1.0_f64, -damping);
         let mut m = 0;
         while m < 40 && (a_next.abs() + stiffness * a.abs()) * falling_below >= 1e-18 {
-            if self.gamma == 0.0 {
-                // Every other term is zero.
-                a *= -stiffness;
+            let terms = if self.gamma == 0.0 {
+                a *= -stiffness; // Every other term is zero.
+                2
             } else {
                 (a, a_next) = (a_next, -damping * a_next - stiffness * a);
-            }
-            let terms = if self.gamma == 0.0 { 2 } else { 1 };
+                1
+            };
             for _ in 0..terms {
                 m += 1;
                 falling_top *= INVERSE[top + m];

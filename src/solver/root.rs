@@ -82,7 +82,7 @@ pub fn search(g: &impl Smooth, from: f64, until: f64) -> Search {
 
 /// A step from `t` within `window` on which `g` provably does not become positive; the largest that a few tries give.
 pub fn safe_step(g: &impl Smooth, t: f64, [value, slope, curvature]: [f64; 3], window: f64) -> f64 {
-    // The bound only bends the parabola up: with it no step is longer than without.
+    // Were the third derivative zero, the step would be longest.
     let mut span = window.min(first_root_of_parabola(value, slope, curvature));
     let mut best = 0.0_f64;
     let mut bound = g.third_derivative_bound(t, span);

@@ -48,9 +48,9 @@ pub fn decades(low: f64, high: f64) -> impl Strategy<Value = f64> {
     (low..high).prop_map(|exponent| 10f64.powf(exponent))
 }
 
-/// Exponents of the force law: those of the paper, whole ones, and any between.
+/// Exponents of the force law: linear, Hertz's, whole ones, and any between.
 pub fn exponents() -> impl Strategy<Value = f64> {
-    prop_oneof![Just(1.5), (1..=10u8).prop_map(f64::from), 1.0..10.0]
+    prop_oneof![Just(1.0), Just(1.5), (2..=10u8).prop_map(f64::from), 1.0..10.0]
 }
 
 /// `value` or `plain`, each half of the time.

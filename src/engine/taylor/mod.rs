@@ -1,5 +1,5 @@
 //! The motions and forces of a window as power series of the time, and what is read off them: the series is its own dense
-//! output. How the coefficients follow from the state at the start of a segment: `recurrences`.
+//! output. How the coefficients follow from the state at the start of a segment: `recurrences`, or `collocation`.
 
 mod recurrences;
 
@@ -27,7 +27,7 @@ impl Control {
         Self { epsilon, order: (1.0 - 0.5 * libm::log(epsilon)) as usize, tolerance }
     }
 
-    /// Error that a step may make of the velocities, m/s.
+    /// Error that a step may make in the velocities, m/s.
     pub fn local_error(&self, window: &Window) -> f64 {
         self.epsilon * recurrences::velocity_scale(window)
     }
@@ -165,13 +165,17 @@ impl Series {
     pub fn onset(&self, j: usize, law: &ContactLaw, mass: f64, until: f64, rounding: &Rounding) -> Option<Switching> {
         let row = self.overlap_row(j);
         let onset = self.crossing(row, (1.0, 0.0), until, Switch::Onset)?;
-        // Where a wave arrives, a ball in touch and at rest may take longer than this segment to be pressed any deeper.
         let noise = rounding.position;
         let deep = series::first_positive(row, 1.0, noise, until / self.unit).is_some();
-        let wave = || row[1] == 0.0 && self.overlaps.chunks_exact(self.stride()).any(|d| d[0] + d[1] > noise);
-        // The front of one that closing the contact could not change the velocities by is not there yet.
-        let (overlap, rate) = self.overlap(j, until);
-        let felt = || rate + law.elastic_force(overlap) * until / mass > rounding.velocity;
+        // Where a wave arrives, a ball in touch and at rest, but for what its front has not been felt by, may take longer than
+        // this segment to be pressed any deeper.
+        let at_rest = row[0].max(0.0) + row[1].abs() <= rounding.velocity * self.unit;
+        let wave = || at_rest && self.overlaps.chunks_exact(self.stride()).any(|d| d[0] + d[1] > noise);
+        // Its front is not there yet while closing the contact would change the velocities by no more than their rounding.
+        let felt = || {
+            let (overlap, change_of_rate) = self.overlap(j, until);
+            change_of_rate + law.elastic_force(overlap) * until / mass > rounding.velocity
+        };
         (deep || (wave() && felt())).then_some(onset)
     }
 
@@ -181,7 +185,9 @@ impl Series {
         if row[0] < level && row[1] == 0.0 {
             // It has just closed from rest, and rounding has a say in which way it goes at first.
             let end = until / self.unit;
-            if let Some(rise) = series::first_positive(row, 1.0, level, end) {
+            if let Some(rise) = series::first_positive(row, 1.0, level, end)
+                && series::first_positive(row, -1.0, -rounding.position, rise).is_none()
+            {
                 let fall = series::first_positive_after(row, -1.0, level, rise, end);
                 return self.switching(fall, until, Switch::Release);
             }
