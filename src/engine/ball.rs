@@ -44,6 +44,26 @@ pub(crate) fn shifted<S: Scalar>(push: &[S; MAX_FORCE_ORDER + 1], tau: S) -> [S;
     later
 }
 
+/// The positions (m) of neighbours at these distances (m), each to the left of the one before, with the centre of mass of `balls`,
+/// which are given by mass (kg) and position.
+pub(crate) fn spaced(
+    balls: impl Iterator<Item = (f64, f64)> + Clone,
+    distances: impl Iterator<Item = f64>,
+) -> Vec<f64> {
+    let mut places = vec![0.0];
+    places.extend(distances.scan(0.0, |place, distance| {
+        *place -= distance;
+        Some(*place)
+    }));
+    let first = balls.clone().next().map_or(0.0, |(_, x)| x);
+    let (mut moment, mut total) = (0.0, 0.0);
+    for ((mass, x), place) in balls.zip(&places) {
+        moment += mass * (x - first - place);
+        total += mass;
+    }
+    places.into_iter().map(|place| first + moment / total + place).collect()
+}
+
 /// Contact-free motion from an anchor on: a closed form of the time since then.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Flight {

@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use super::ball::{Ball, Flight, Rounding, Tally, shifted};
+use super::ball::{Ball, Flight, Rounding, Tally, shifted, spaced};
 use super::collocation;
 use super::modes::{self, Modes};
 use super::taylor::{Control, Series};
@@ -245,16 +245,12 @@ impl Cluster {
             if self.contacts.get(end).is_some_and(|contact| contact.mode != Mode::Open) {
                 continue;
             }
-            // How far each ball is from where the first one has it.
-            let mut errors = vec![0.0];
-            for j in first..end {
-                let distance = self.contacts[j].overlap + laws[j].clearance;
-                errors.push(errors[j - first] + (self.flights[j + 1].x - self.flights[j].x) + distance);
-            }
+            let flights = &mut self.flights[first..=end];
             let masses = balls[first..=end].iter().map(|ball| ball.mass);
-            let moment: f64 = masses.clone().zip(&errors).map(|(mass, error)| mass * error).sum();
-            let common = moment / masses.sum::<f64>();
-            self.flights[first..=end].iter_mut().zip(&errors).for_each(|(flight, error)| flight.x -= error - common);
+            let contacts = self.contacts[first..end].iter().zip(&laws[first..end]);
+            let distances = contacts.map(|(contact, law)| contact.overlap + law.clearance);
+            let positions = spaced(masses.zip(flights.iter().map(|flight| flight.x)), distances);
+            flights.iter_mut().zip(positions).for_each(|(flight, x)| flight.x = x);
             first = end + 1;
         }
     }

@@ -11,7 +11,7 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use super::ball::{Held, Push, Rounding, shifted};
+use super::ball::{Held, Push, Rounding, shifted, spaced};
 use super::bond::{Body, acceleration_rounding};
 use super::restitution::{self, Impact};
 use super::separation::Separation;
@@ -98,18 +98,10 @@ impl Engine {
     /// The balls of the contacts `group` touch: their positions, which know of the overlaps to within rounding only, are made to
     /// agree with that, so that no difference builds up over many impacts. The energy that this takes counts as lost.
     fn align(&mut self, group: Range<usize>) {
-        let (first, mut total, mut mean, mut place) = (self.balls[group.start].flight.x, 0.0, 0.0, 0.0);
-        let mut places = Vec::with_capacity(group.len() + 1);
-        for i in group.start..group.end + 1 {
-            let ball = &self.balls[i];
-            total += ball.mass;
-            mean += ball.mass * (ball.flight.x - first - place);
-            places.push(place);
-            place -= self.cradle.contacts.get(i).map_or(0.0, |law| law.clearance);
-        }
-        let first = first + mean / total;
-        for (ball, place) in self.balls[group.start..group.end + 1].iter_mut().zip(places) {
-            let x = first + place;
+        let balls = &mut self.balls[group.start..group.end + 1];
+        let clearances = self.cradle.contacts[group.clone()].iter().map(|law| law.clearance);
+        let positions = spaced(balls.iter().map(|ball| (ball.mass, ball.flight.x)), clearances);
+        for (ball, x) in balls.iter_mut().zip(positions) {
             let raised = (x - ball.flight.x) * (x + ball.flight.x);
             self.contact_loss -= 0.5 * ball.mass * ball.oscillator.omega2() * raised;
             ball.flight.x = x;
