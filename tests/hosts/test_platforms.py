@@ -22,6 +22,7 @@ from fmpy.validation import validate_fmu
 STEPS = 1000
 SCRIPTS = Path(sys.executable).parent  # the virtual environment's programs
 ZIG = [sys.executable, "-m", "ziglang", "cc", "-target"]
+WINE32 = ROOT / os.environ.get("CRADLE_WINE32", "target/wine32") / "wine"  # unpacked by .ci/wine32
 LETTERS = {"Real": "r", "Integer": "i", "Boolean": "b"}
 
 
@@ -183,7 +184,12 @@ def linux(outputs) -> list[str]:
             ["wine64", "/usr/lib/wine/wine64"],
             "gcc-mingw-w64-x86-64-win32 wine64",
         ),
-        ("win32", ["i686-w64-mingw32-gcc"], ["/usr/lib/wine/wine"], "gcc-mingw-w64-i686-win32 wine32:i386"),
+        (
+            "win32",
+            ["i686-w64-mingw32-gcc"],
+            [WINE32, "/usr/lib/wine/wine"],
+            "gcc-mingw-w64-i686-win32 wine32:i386",
+        ),
     ],
 )
 def test_every_platform_gives_the_same_doubles(
