@@ -1,7 +1,7 @@
 //! The Taylor series of all motions about one state of the whole chain, in doubles or in dual numbers.
 //!
-//! The recursions are those of a contact phase (`taylor::recurrences`), which is made to follow few balls quickly. This one gives derivatives:
-//! by time as the first coefficients, along a direction as the tangents of dual numbers.
+//! The recursions are those of a contact phase (`taylor::recurrences`), which is made to follow few balls quickly. This one gives
+//! derivatives: by time as the first coefficients, along a direction as the tangents of dual numbers.
 
 use serde::{Deserialize, Serialize};
 

@@ -3,8 +3,9 @@
 //! - A ball that touches nothing is in *flight*: a closed form of its state at its anchor (`ball`).
 //! - Two neighbours in flight have a forecast of their next onset (`separation`); the earliest event is on top of a queue.
 //! - Two elastic balls that nothing else touches have an *impact* of known outcome (`pair`, `impact`).
-//! - Other balls that touch form a *cluster*, followed from switching to switching (`cluster`, `window`): by Taylor series (`taylor`) or,
-//!   when nothing has switched for a while, by natural modes (`modes`, `natural`) or implicit collocation (`collocation`).
+//! - Other balls that touch form a *cluster*, followed from switching to switching (`cluster`, `window`): by Taylor series
+//!   (`taylor`) or, when nothing has switched for a while, by natural modes (`modes`, `natural`) or implicit collocation
+//!   (`collocation`).
 //! - Onsets and releases form, merge, split and dissolve clusters (`events`).
 //! - Rigid contacts are instantaneous impacts (`restitution`); those that last make one body of their balls (`bond`, `rigid`).
 //!
