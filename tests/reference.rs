@@ -1,4 +1,5 @@
-//! The engine and the other methods against results computed independently in quadruple precision (`tests/data/reference.json`).
+//! The engine and the other methods against results computed independently, in quadruple precision (`tests/data/reference.json`)
+//! and, for damped linear contacts, by matrix exponentials in 40 digits (`tests/data/strong_damping.py`).
 
 use newtons_cradle::engine::{Engine, Simulation};
 use newtons_cradle::model::{DampingLaw, Inputs, Parameters, SolverMethod};
@@ -103,6 +104,28 @@ fn cradle_states() {
         let pulses: u64 = (0..n - 1).map(|i| engine.pulses(i)).sum();
         assert_eq!(pulses.to_string(), case["contact_pulses"].as_str().unwrap(), "{id}");
         assert!(engine.energy_residual().abs() < 1e-12 * engine.total_energy(), "{id}: {:e}", engine.energy_residual());
+    }
+}
+
+#[test]
+fn strongly_damped_cradles() {
+    let cases: Value = serde_json::from_str(include_str!("data/strong_damping.json")).unwrap();
+    for case in cases.as_array().unwrap() {
+        let (n, lifted) = (case["balls"].as_u64().unwrap() as usize, case["lifted"].as_u64().unwrap() as usize);
+        let pull = case["pull"].as_bool().unwrap();
+        let mut p = Parameters::default_for(n);
+        (p.stiffness, p.damping) = (number(&case["stiffness"]), number(&case["damping"]));
+        p.dead_band = number(&case["dead_band"]);
+        p.damping_law = if pull { DampingLaw::KelvinVoigt } else { DampingLaw::KelvinVoigtNoPull };
+        p.x_start = (0..n).map(|i| if i < lifted { -0.1 } else { 0.0 }).collect();
+        let id = format!("{n} balls, {lifted} lifted, k = {:e}, c = {:e}, pull = {pull}", p.stiffness, p.damping);
+        let mut engine = Engine::new(&p, &Inputs::zero(n), 0.0).unwrap();
+        engine.advance(number(&case["time"]), &mut Vec::new()).unwrap();
+        let x: Vec<f64> = (0..n).map(|i| engine.x(i)).collect();
+        let v: Vec<f64> = (0..n).map(|i| engine.v(i)).collect();
+        assert_close(&id, &x, &numbers(&case["x"]), 1e-13);
+        assert_close(&id, &v, &numbers(&case["v"]), 1e-12);
+        assert_eq!(engine.work().events, case["switchings"].as_u64().unwrap(), "{id}");
     }
 }
 

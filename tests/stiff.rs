@@ -139,9 +139,7 @@ fn damping_a_thousand_times_critical_costs_little() {
         let undamped = work(0.0, dead_band);
         for factor in [1.0, 10.0, 100.0, 1000.0, 1e4, 1e6] {
             let damped = work(factor, dead_band);
-            // The stronger, the fewer times they part again.
-            let often = if factor < 1000.0 { 15 } else { 10 };
-            let cheap = damped.evaluations <= often * undamped.evaluations && damped.steps <= 8 * undamped.steps;
+            let cheap = damped.evaluations <= 3 * undamped.evaluations && damped.steps <= 3 * undamped.steps;
             assert!(cheap, "{factor} times critical, dead band {dead_band}: {damped:?}, undamped {undamped:?}");
         }
     }

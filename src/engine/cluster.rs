@@ -77,7 +77,11 @@ impl Motion {
             return release;
         }
         let until = release.map_or(until, |(tau, _)| tau);
-        of_motion!(self, clip(j, law, mode, until, rounding)).or(release)
+        match self {
+            Self::Series(series) => series.clip(j, law, mode, until, rounding),
+            Self::Modes(modes) => modes.clip(j, mode, until, rounding),
+        }
+        .or(release)
     }
 }
 
@@ -257,9 +261,9 @@ impl Cluster {
 
     /// Describes the motion from the start of the segment on and finds where the segment ends.
     ///
-    /// Right after a switching it is series: they keep the exact zeros of balls that the motion has not reached. Once
-    /// some segments have passed without any switching, the contacts are stiff for the pace of the motion, or closed
-    /// for long.
+    /// Damped linear contacts have natural modes. Else it is series right after a switching: they keep the exact zeros of
+    /// balls that the motion has not reached. Once some segments have passed without any switching, the contacts are stiff
+    /// for the pace of the motion, or closed for long.
     pub fn expand(&mut self, balls: &[Ball], laws: &[ContactLaw], control: &Control) {
         let (flights, contacts) = (std::mem::take(&mut self.flights), std::mem::take(&mut self.contacts));
         let (balls, laws) = (&balls[self.window.clone()], &laws[self.window_contacts()]);
@@ -290,12 +294,12 @@ impl Cluster {
 
     /// Describes the motion of `window` for as long as the description holds.
     fn describe(&mut self, window: &Window, control: &Control, rounding: &Rounding) {
-        let damped = window.laws.iter().any(|law| law.damping != Damping::None);
-        let patience = if damped { 3 } else { 12 };
-        self.evaluations = window.contacts.iter().filter(|contact| contact.mode != Mode::Open).count() as u64;
-        if self.pace.quiet > patience && modes::apply_to(window) {
+        self.evaluations = window.closed() as u64;
+        if modes::apply_to(window)
+            && let Some(windows) = self.pace.quiet.checked_sub(series_before_modes(window))
+        {
             let modes = Modes::new(window);
-            self.length = horizon(modes.highest_frequency(), self.pace.quiet - patience);
+            self.length = horizon(modes.shortest_time(), windows);
             self.motion = Motion::Modes(modes);
             self.evaluations = 1;
             return;
@@ -338,10 +342,22 @@ impl Cluster {
     }
 }
 
+/// How many series linear contacts are followed by after a switching, before their natural modes are taken.
+fn series_before_modes(window: &Window) -> u32 {
+    match window.laws.iter().any(|law| law.damping != Damping::None) {
+        false => 13,
+        // Only series keep balls that the motion has not reached exactly at rest, and follow what grows from nothing.
+        true if window.holds_front() => 64,
+        // Where many balls pass waves on, the next switching is near, and series have it for less.
+        true if window.closed() > 5 && window.rings() => 4,
+        true => 0,
+    }
+}
+
 /// How far ahead switchings are looked for in window number `windows` without any, s: more and more while nothing
 /// happens.
-fn horizon(frequency: f64, windows: u32) -> f64 {
-    let first = if frequency > 0.0 { 32.0 / frequency } else { 1.0 };
+fn horizon(time: f64, windows: u32) -> f64 {
+    let first = if time < LONGEST { 32.0 * time } else { 1.0 };
     (first * libm::exp2(windows.min(60) as f64)).min(LONGEST)
 }
 

@@ -4,8 +4,8 @@
 //! - Two neighbours in flight have a forecast of their next onset (`separation`); the earliest event is on top of a queue.
 //! - Two elastic balls that nothing else touches have an *impact* of known outcome (`pair`, `impact`).
 //! - Other balls that touch form a *cluster*, followed from switching to switching (`cluster`, `window`): by Taylor series
-//!   (`taylor`) or, when nothing has switched for a while, by natural modes (`modes`, `natural`) or implicit collocation
-//!   (`collocation`).
+//!   (`taylor`); where the contacts are linear, and damped or closed for a while, by natural modes (`modes`, `natural`); other
+//!   contacts that stay closed by implicit collocation (`collocation`).
 //! - Onsets and releases form, merge, split and dissolve clusters (`events`).
 //! - Rigid contacts are instantaneous impacts (`restitution`); those that last make one body of their balls (`bond`, `rigid`).
 //!

@@ -7,9 +7,9 @@
 //! only work is to find the next switching.
 
 use super::ball::{Flight, Rounding, degree};
-use super::natural::{Group, NaturalMode, Sum, dashpot};
+use super::natural::{Group, NaturalMode, Sum};
 use super::window::{Mode, Switch, Switching, Window};
-use crate::model::{ContactLaw, Damping};
+use crate::model::Damping;
 use crate::solver::root::{Search, Smooth, first_positive, search};
 
 /// Largest group that is taken apart into modes: the table of their shapes grows with the square.
@@ -35,6 +35,8 @@ struct Joint {
     /// Stiffness, N/m, and damping, N.s/m.
     stiffness: f64,
     damping: f64,
+    /// Mechanical impedance, N.s/m.
+    impedance: f64,
     /// Between two groups of equal pendulums: how their centres approach each other. Taken as one motion, for two groups
     /// that swing together differ by far less than they swing.
     approach: Option<NaturalMode>,
@@ -79,9 +81,10 @@ impl Modes {
         modes.pace = modes.groups.iter().flat_map(|group| &group.modes).map(rate).fold(0.0, f64::max);
         for (j, (contact, law)) in contacts.iter().zip(*laws).enumerate() {
             let approach = modes.approach(j, window);
-            let (stiffness, damping) = (law.stiffness, dashpot(law));
+            let (stiffness, damping) = (law.stiffness, law.damping_coefficient());
             let (overlap, rate) = (contact.overlap, flights[j].v - flights[j + 1].v);
-            modes.contacts.push(Joint { overlap, rate, stiffness, damping, approach });
+            let impedance = law.impedance(window.reduced_mass(j));
+            modes.contacts.push(Joint { overlap, rate, stiffness, damping, impedance, approach });
         }
         modes
     }
@@ -106,21 +109,22 @@ impl Modes {
             flight.v += share * (flights[c].v - flights[c + 1].v);
             flight.push[0] += share * (push - oscillator.omega2() * (contacts[c].overlap + laws[c].clearance));
         }
-        Some(NaturalMode { oscillator, flight, lambda: 0.0 })
+        Some(NaturalMode::new(oscillator, flight, 0.0))
     }
 
     /// Overlap of contact `j` and its first four derivatives.
     fn overlap_at(&self, j: usize, tau: f64) -> [f64; 5] {
-        // Early on, changes since the start; once they have undone most of the start, what is left.
+        // Early on, changes since the start: what a mode does to balls that hardly move must not be the rounding of the others'
+        // motion. Once they have undone most of the start, what is left.
         let late = tau * self.pace > 1.0;
         let mut sum = Sum::new(self.contacts[j].overlap, if late { 0.0 } else { self.contacts[j].rate });
-        for (mode, stretch) in self.movers(j) {
+        self.movers(j).for_each(|(mode, stretch)| {
             let mut course = mode.at(tau);
             if !late {
                 course.derivatives[1] = course.change_of_rate;
             }
             sum.add(stretch, &course.derivatives);
-        }
+        });
         sum.without_noise()
     }
 
@@ -135,36 +139,35 @@ impl Modes {
         let joined = std::ptr::eq(left, right);
         let approach = self.contacts[j].approach.as_ref();
         let skipped = usize::from(joined || approach.is_some());
-        let of_left = left.modes.iter().zip(left.shapes.chunks_exact(left.size)).skip(skipped);
-        let of_left = of_left.map(move |(mode, shape)| match joined {
-            true => (mode, left.stretch(shape, j)),
-            false => (mode, shape[j - left.first]),
+        let of_left = left.modes.iter().enumerate().skip(skipped).map(move |(m, mode)| match joined {
+            true => (mode, left.shape(m, j) - left.shape(m, j + 1)),
+            false => (mode, left.shape(m, j)),
         });
-        let others = if joined { 0 } else { right.modes.len() };
-        let of_right = right.modes.iter().zip(right.shapes.chunks_exact(right.size)).take(others).skip(skipped);
-        let of_right = of_right.map(move |(mode, shape)| (mode, -shape[j + 1 - right.first]));
+        let others = if joined { &[] } else { &right.modes[..] };
+        let of_right = others.iter().enumerate().skip(skipped).map(move |(m, mode)| (mode, -right.shape(m, j + 1)));
         approach.into_iter().map(|mode| (mode, 1.0)).chain(of_left).chain(of_right)
     }
 
     /// Displacement of ball `i` (m) and the change of its velocity (m/s) till `tau` (s).
     pub fn moved(&self, i: usize, tau: f64) -> (f64, f64) {
         let group = &self.groups[self.group_of[i]];
-        let shapes = group.shapes.chunks_exact(group.size).map(|shape| shape[i - group.first]);
-        let term = |(mode, shape): (&NaturalMode, f64)| {
-            let course = mode.at(tau);
-            (shape * course.derivatives[0].0, shape * course.change_of_rate.0)
-        };
-        group.modes.iter().zip(shapes).map(term).fold((0.0, 0.0), |sum, term| (sum.0 + term.0, sum.1 + term.1))
+        let mut sum = (0.0, 0.0);
+        for (m, mode) in group.modes.iter().enumerate() {
+            let (shape, course) = (group.shape(m, i), mode.at(tau));
+            sum.0 += shape * course.derivatives[0].0;
+            sum.1 += shape * course.change_of_rate.0;
+        }
+        sum
     }
 
     /// Integral of that displacement, m.s.
     pub fn displacement_integral(&self, i: usize, tau: f64) -> f64 {
         let group = &self.groups[self.group_of[i]];
-        let term = |(mode, shape): (&NaturalMode, &[f64])| {
+        let term = |(m, mode): (usize, &NaturalMode)| {
             let u: [f64; 4] = mode.oscillator.basis(tau.into());
-            shape[i - group.first] * mode.flight.displacement_integral(&mode.oscillator, &u)
+            group.shape(m, i) * mode.flight.displacement_integral(&mode.oscillator, &u)
         };
-        group.modes.iter().zip(group.shapes.chunks_exact(group.size)).map(term).sum()
+        group.modes.iter().enumerate().map(term).sum()
     }
 
     /// Overlap of contact `j` (m) at `tau` (s) and the change of its rate (m/s) till then.
@@ -188,15 +191,14 @@ impl Modes {
 
     /// The larger of `known` and the largest force of the pressing contact `j` between two times (s), N.
     pub fn peak(&self, j: usize, from: f64, to: f64, known: f64) -> f64 {
-        let force = |t: f64| self.force_at(j, t)[0];
+        let force = |t: f64| self.force_at(j, t).0[0];
         let mut best = force(from).max(force(to)).max(known);
         let mut t = from;
         // From where the force passes the best so far, by more than rounding, up to where it falls again.
         for _ in 0..1000 {
-            let above =
-                Watch { modes: self, contact: j, kind: Watched::Force, sign: 1.0, level: best + 1e-12 * best.abs() };
+            let above = self.watch(j, Watched::Force, (1.0, best + 1e-12 * best.abs()));
             let Some(rise) = first_positive(&above, t, to) else { break };
-            let falling = Watch { modes: self, contact: j, kind: Watched::ForceRate, sign: -1.0, level: 0.0 };
+            let falling = self.watch(j, Watched::ForceRate, (-1.0, 0.0));
             let Some(top) = first_positive(&falling, rise, to) else { break };
             best = best.max(force(top));
             t = top;
@@ -204,15 +206,16 @@ impl Modes {
         best
     }
 
-    /// Force of the pressing contact `j` by its law and its first three derivatives.
-    fn force_at(&self, j: usize, tau: f64) -> [f64; 4] {
+    /// Force of the pressing contact `j` by its law and its first three derivatives, and what rounding may be of the force.
+    fn force_at(&self, j: usize, tau: f64) -> ([f64; 4], f64) {
         let &Joint { stiffness, damping, .. } = &self.contacts[j];
         let d = self.overlap_at(j, tau);
-        std::array::from_fn(|k| {
-            let (elastic, damped) = (stiffness * d[k], damping * d[k + 1]);
-            let force = elastic + damped;
-            if force.abs() <= 8.0 * f64::EPSILON * (elastic.abs() + damped.abs()) { 0.0 } else { force }
-        })
+        let noise = |k: usize| 8.0 * f64::EPSILON * ((stiffness * d[k]).abs() + (damping * d[k + 1]).abs());
+        let force = std::array::from_fn(|k| {
+            let force = stiffness * d[k] + damping * d[k + 1];
+            if force.abs() <= noise(k) { 0.0 } else { force }
+        });
+        (force, noise(0))
     }
 
     /// Energy that the pressing contact `j` dissipates in `tau`, J; all that a group's contacts lose is entered at its first one.
@@ -236,44 +239,35 @@ impl Modes {
         group.modes.iter().map(|mode| mode.squared_velocity_integral(tau)).sum()
     }
 
-    /// The crossing of a function of contact `j`, signed, above `level` before `until` (s).
-    fn crossing(
-        &self,
-        j: usize,
-        kind: Watched,
-        (sign, level): (f64, f64),
-        until: f64,
-        switch: Switch,
-    ) -> Option<Switching> {
-        let watch = Watch { modes: self, contact: j, kind, sign, level };
-        match search(&watch, 0.0, until) {
-            Search::At(tau) if tau < until => Some((tau, Some(switch))),
-            Search::NotBefore(tau) if tau < until => Some((tau, None)),
-            _ => None,
-        }
+    /// The search for a function of contact `j`, signed, above a `level`.
+    fn watch(&self, j: usize, kind: Watched, (sign, level): (f64, f64)) -> Watch<'_> {
+        Watch { modes: self, contact: j, kind, sign, level, fading: 0.0 }
     }
 
     /// The onset of the open contact `j` before `until` (s). Groups that swing side by side approach each other by rounding: that
     /// is no onset.
     pub fn onset(&self, j: usize, until: f64, rounding: &Rounding) -> Option<Switching> {
-        self.crossing(j, Watched::Overlap, (1.0, rounding.position), until, Switch::Onset)
+        self.watch(j, Watched::Overlap, (1.0, rounding.position)).crossing(until, Switch::Onset)
     }
 
     /// The release of the closed contact `j` before `until` (s).
     pub fn release(&self, j: usize, until: f64, rounding: &Rounding) -> Option<Switching> {
-        self.crossing(j, Watched::Overlap, (-1.0, rounding.no_overlap()), until, Switch::Release)
+        self.watch(j, Watched::Overlap, (-1.0, rounding.no_overlap())).crossing(until, Switch::Release)
     }
 
     /// The beginning or, in mode `Clipped`, the end of the clipping of contact `j` before `until` (s), by more than `rounding`.
-    pub fn clip(&self, j: usize, law: &ContactLaw, mode: Mode, until: f64, rounding: &Rounding) -> Option<Switching> {
+    pub fn clip(&self, j: usize, mode: Mode, until: f64, rounding: &Rounding) -> Option<Switching> {
         let (sign, switch) = mode.clipping();
-        self.crossing(j, Watched::Force, (sign, sign * rounding.force(law)), until, switch)
+        let level = sign * self.contacts[j].impedance * rounding.velocity;
+        // What rounding the rate had at the start dies out with the motion, and the overlap has none.
+        let fading = self.joining(j).map_or(0.0, Group::least_decay);
+        Watch { fading, ..self.watch(j, Watched::Force, (sign, level)) }.crossing(until, switch)
     }
 
-    /// Highest natural frequency, rad/s.
-    pub fn highest_frequency(&self) -> f64 {
+    /// The shortest of the modes' time scales: over its natural frequency in a wave, of the slow decay where it is overdamped, s.
+    pub fn shortest_time(&self) -> f64 {
         let modes = self.groups.iter().flat_map(|group| &group.modes);
-        modes.map(|mode| mode.oscillator.omega()).fold(0.0, f64::max)
+        modes.map(|mode| mode.oscillator.time_scale()).fold(f64::INFINITY, f64::min)
     }
 }
 
@@ -285,13 +279,30 @@ enum Watched {
     ForceRate,
 }
 
-/// `sign (f - level)` for a function f of contact `contact`.
+/// `sign (f - level exp(-fading t))` for a function f of contact `contact`.
 struct Watch<'a> {
     modes: &'a Modes,
     contact: usize,
     kind: Watched,
     sign: f64,
     level: f64,
+    fading: f64,
+}
+
+impl Watch<'_> {
+    /// Where it becomes positive before `until` (s).
+    fn crossing(&self, until: f64, switch: Switch) -> Option<Switching> {
+        match search(self, 0.0, until) {
+            Search::At(tau) if tau < until => Some((tau, Some(switch))),
+            Search::NotBefore(tau) if tau < until => Some((tau, None)),
+            _ => None,
+        }
+    }
+
+    /// The level at `t` (s).
+    fn level_at(&self, t: f64) -> f64 {
+        if self.fading == 0.0 { self.level } else { self.level * libm::exp(-self.fading * t) }
+    }
 }
 
 /// The first three of some derivatives.
@@ -301,27 +312,31 @@ fn leading(d: &[f64]) -> [f64; 3] {
 
 impl Smooth for Watch<'_> {
     fn at(&self, t: f64) -> [f64; 3] {
-        let [value, slope, curvature] = match self.kind {
-            Watched::Overlap => leading(&self.modes.overlap_at(self.contact, t)),
-            Watched::Force => leading(&self.modes.force_at(self.contact, t)),
-            Watched::ForceRate => leading(&self.modes.force_at(self.contact, t)[1..]),
+        let ([value, slope, curvature], noise) = match self.kind {
+            Watched::Overlap => (leading(&self.modes.overlap_at(self.contact, t)), 0.0),
+            kind => {
+                let (force, noise) = self.modes.force_at(self.contact, t);
+                // A level does not fade any further than that.
+                let noise = if self.fading > 0.0 { noise } else { 0.0 };
+                (leading(&force[usize::from(kind == Watched::ForceRate)..]), noise)
+            }
         };
-        [self.sign * (value - self.level), self.sign * slope, self.sign * curvature]
+        let level = self.level_at(t);
+        let fall = level * self.fading;
+        let value = self.sign * (value - level) - noise;
+        [value, self.sign * (slope + fall), self.sign * (curvature - fall * self.fading)]
     }
 
     fn third_derivative_bound(&self, t: f64, _span: f64) -> f64 {
         let &Joint { stiffness, damping, .. } = &self.modes.contacts[self.contact];
-        let bound = |(mode, stretch): (&NaturalMode, f64)| {
-            let (o, start) = (&mode.oscillator, &mode.flight);
-            let a = start.acceleration(o, 0.0, 0.0, start.v);
-            let order = |k| o.derivative_bound(start.v, a, t, k);
-            stretch.abs()
-                * match self.kind {
-                    Watched::Overlap => order(3),
-                    Watched::Force => stiffness * order(3) + damping * order(4),
-                    Watched::ForceRate => stiffness * order(4) + damping * order(5),
-                }
+        let (order, by_overlap, by_rate) = match self.kind {
+            Watched::Overlap => (3, 1.0, 0.0),
+            Watched::Force => (3, stiffness, damping),
+            Watched::ForceRate => (4, stiffness, damping),
         };
-        self.modes.movers(self.contact).map(bound).sum()
+        let bound =
+            |(mode, stretch): (&NaturalMode, f64)| stretch.abs() * mode.derivative_bound(t, order, by_overlap, by_rate);
+        let of_level = self.level_at(t).abs() * self.fading * self.fading * self.fading;
+        self.modes.movers(self.contact).map(bound).sum::<f64>() + of_level
     }
 }

@@ -10,19 +10,12 @@
 //!
 //! (Meirovitch, Fundamentals of Vibrations, 2001, chapter 7: damping proportional to the stiffness leaves the modes uncoupled.)
 
+use std::cell::Cell;
+
 use super::ball::Flight;
 use super::window::Window;
-use crate::model::{ContactLaw, Damping};
+use crate::solver::course::{Course, Forced};
 use crate::solver::oscillator::Oscillator;
-
-/// A coordinate at one time; each value with the sum of the magnitudes that it was computed from.
-pub(crate) struct Course {
-    /// Change of the rate since the start. What a mode does to balls that hardly move must not be the rounding of the others'
-    /// motion.
-    pub change_of_rate: (f64, f64),
-    /// The coordinate and its first four derivatives.
-    pub derivatives: [(f64, f64); 5],
-}
 
 /// One natural mode of a group: its coordinate, which starts at 0.
 #[derive(Clone, Debug)]
@@ -30,26 +23,32 @@ pub(crate) struct NaturalMode {
     pub oscillator: Oscillator,
     pub flight: Flight,
     pub lambda: f64,
+    forced: Forced,
+    /// When it was asked for last, and the answer: all balls and contacts of a group ask for the same time.
+    last: Cell<Option<(f64, Course)>>,
 }
 
 impl NaturalMode {
+    pub fn new(oscillator: Oscillator, flight: Flight, lambda: f64) -> Self {
+        let forced = Forced::new(oscillator, flight.v, flight.push[0]);
+        Self { oscillator, flight, lambda, forced, last: Cell::new(None) }
+    }
+
     /// The coordinate `tau` (s) after the start.
     pub fn at(&self, tau: f64) -> Course {
-        let (o, Flight { v: v0, push, .. }) = (&self.oscillator, &self.flight);
-        let force = push[0];
-        let [fourth, third, second, first, u1, u2] = o.derivatives(tau.into());
-        let sum = |a: f64, b: f64| (a + b, a.abs() + b.abs());
-        let slowed = -2.0 * o.gamma() * u1 - o.omega2() * u2;
-        Course {
-            change_of_rate: sum(v0 * slowed, force * u1),
-            derivatives: [
-                sum(v0 * u1, force * u2),
-                sum(v0 * first, force * u1),
-                sum(v0 * second, force * first),
-                sum(v0 * third, force * second),
-                sum(v0 * fourth, force * third),
-            ],
+        match self.last.get() {
+            Some((time, course)) if time == tau => course,
+            _ => {
+                let course = self.forced.at(tau);
+                self.last.set(Some((tau, course)));
+                course
+            }
         }
+    }
+
+    /// A bound of the absolute derivative of order `k` >= 2 of `a` times the coordinate and `b` times its rate from `tau` (s) on.
+    pub fn derivative_bound(&self, tau: f64, k: i32, a: f64, b: f64) -> f64 {
+        self.forced.derivative_bound(&self.at(tau), tau, k, a, b)
     }
 
     /// `integral q'^2` from the start to `tau`: what the damping takes from `q'^2/2 + omega^2 q^2/2 - f q`.
@@ -72,7 +71,7 @@ pub(crate) struct Group {
     pub damping: f64,
     pub modes: Vec<NaturalMode>,
     /// `phi_j(i)` at `j * size + i`.
-    pub shapes: Vec<f64>,
+    shapes: Vec<f64>,
 }
 
 impl Group {
@@ -80,7 +79,8 @@ impl Group {
         let Window { flights, balls, contacts, laws } = window;
         let (first, size) = (members.start, members.len());
         let ball = &balls[first];
-        let (stiffness, damping) = if size > 1 { (laws[first].stiffness, dashpot(&laws[first])) } else { (0.0, 0.0) };
+        let (stiffness, damping) =
+            if size > 1 { (laws[first].stiffness, laws[first].damping_coefficient()) } else { (0.0, 0.0) };
         let (o, mass) = (&ball.oscillator, ball.mass);
         let angle = std::f64::consts::PI / size as f64;
         let mut shapes = Vec::with_capacity(size * size);
@@ -88,26 +88,23 @@ impl Group {
         for j in 0..size {
             let norm = (if j == 0 { 1.0 } else { 2.0 } / size as f64).sqrt();
             shapes.extend((0..size).map(|i| norm * libm::cos(angle * j as f64 * (i as f64 + 0.5))));
+            let shape = &shapes[j * size..];
             let half = libm::sin(0.5 * angle * j as f64);
             let lambda = 4.0 * half * half;
             let oscillator = match j {
                 0 => *o,
                 _ => Oscillator::new(o.omega2() + lambda * stiffness / mass, o.gamma() + 0.5 * lambda * damping / mass),
             };
-            modes.push(NaturalMode { oscillator, flight: Flight::default(), lambda });
-        }
-        let mut group = Self { first, size, damping, modes, shapes };
-        for j in 0..size {
-            let shape = group.shapes[j * size..(j + 1) * size].to_vec();
             let mut flight = Flight::default();
-            for (i, shape) in members.clone().zip(&shape) {
-                flight.push[0] += shape * flights[i].push[0];
+            for (flight_of_ball, shape) in flights[members.clone()].iter().zip(shape) {
+                flight.push[0] += shape * flight_of_ball.push[0];
             }
             // In the modes that stretch the group only the differences of the positions and velocities count, which the
             // overlaps and their rates give without rounding.
             let mut before = 0.0;
-            for contact in first..first + size - 1 {
-                before += shape[contact - first];
+            for i in 0..size - 1 {
+                let contact = first + i;
+                before += shape[i];
                 let overlap = contacts[contact].overlap;
                 let apart = if j == 0 {
                     flights[contact].x - flights[contact + 1].x
@@ -115,29 +112,26 @@ impl Group {
                     overlap + laws[contact].clearance
                 };
                 flight.v += before * (flights[contact].v - flights[contact + 1].v);
-                flight.push[0] -=
-                    o.omega2() * before * apart + group.stretch(&shape, contact) * stiffness / mass * overlap;
+                flight.push[0] -= o.omega2() * before * apart + (shape[i] - shape[i + 1]) * stiffness / mass * overlap;
             }
             if j == 0 {
                 let (last, all) = (&flights[first + size - 1], before + shape[size - 1]);
                 flight.v += all * last.v;
                 flight.push[0] -= o.omega2() * all * last.x;
             }
-            group.modes[j].flight = flight;
+            modes.push(NaturalMode::new(oscillator, flight, lambda));
         }
-        group
+        Self { first, size, damping, modes, shapes }
     }
 
-    /// Change of the overlap of contact `j`, which the group contains, for a unit of the coordinate with this shape.
-    pub fn stretch(&self, shape: &[f64], j: usize) -> f64 {
-        shape[j - self.first] - shape[j + 1 - self.first]
+    /// The least rate at which what the dashpots act on decays right after the start, 1/s.
+    pub fn least_decay(&self) -> f64 {
+        self.modes[1..].iter().map(|mode| mode.oscillator.fast_decay()).fold(f64::INFINITY, f64::min)
     }
-}
 
-pub(crate) fn dashpot(law: &ContactLaw) -> f64 {
-    match law.damping {
-        Damping::KelvinVoigt { c, .. } => c,
-        _ => 0.0,
+    /// Displacement of ball `i` for a unit of the coordinate of mode `m`.
+    pub fn shape(&self, m: usize, i: usize) -> f64 {
+        self.shapes[m * self.size + i - self.first]
     }
 }
 

@@ -5,6 +5,9 @@ use serde::{Deserialize, Serialize};
 use super::ball::{Ball, Flight};
 use crate::model::{ContactLaw, Damping};
 
+/// What is hardly anything beside 1.
+const FAINT: f64 = 1e-6;
+
 /// Whether and how a contact of a window acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum Mode {
@@ -54,6 +57,33 @@ impl Window<'_> {
     /// Whether there is a contact `j` and it presses.
     pub fn presses(&self, j: usize) -> bool {
         self.contacts.get(j).is_some_and(|contact| contact.mode == Mode::Pressing)
+    }
+
+    /// Number of closed contacts.
+    pub fn closed(&self) -> usize {
+        self.contacts.iter().filter(|contact| contact.mode != Mode::Open).count()
+    }
+
+    /// Whether the front of a wave has yet to pass a contact: one exactly in touch and at rest, or closed but hardly pressed or
+    /// moved for what others are.
+    pub fn holds_front(&self) -> bool {
+        let strain = |(j, contact): (usize, &WindowContact)| {
+            let (law, mass) = (&self.laws[j], self.reduced_mass(j));
+            let (overlap, rate) = (contact.overlap.abs(), (self.flights[j].v - self.flights[j + 1].v).abs());
+            let impedance = law.impedance(mass);
+            let strain = (law.stiffness * overlap + impedance * rate, impedance / mass * overlap + rate);
+            (contact.mode != Mode::Open || strain == (0.0, 0.0)).then_some(strain)
+        };
+        let strains = self.contacts.iter().enumerate().filter_map(strain);
+        let largest =
+            strains.clone().fold((0.0_f64, 0.0_f64), |most, strain| (most.0.max(strain.0), most.1.max(strain.1)));
+        strains.into_iter().any(|strain| strain.0 < FAINT * largest.0 && strain.1 < FAINT * largest.1)
+    }
+
+    /// Whether a closed contact is damped so little that it would oscillate.
+    pub fn rings(&self) -> bool {
+        let rings = |j: usize| self.laws[j].impedance(self.reduced_mass(j)) > 2.0 * self.laws[j].damping_coefficient();
+        self.contacts.iter().enumerate().any(|(j, contact)| contact.mode != Mode::Open && rings(j))
     }
 
     /// Reduced mass of the balls of contact `j`, kg.

@@ -89,6 +89,20 @@ impl ContactLaw {
         }
     }
 
+    /// Coefficient c of a Kelvin-Voigt contact (N.s/m); 0 for others.
+    pub fn damping_coefficient(&self) -> f64 {
+        match self.damping {
+            Damping::KelvinVoigt { c, .. } => c,
+            _ => 0.0,
+        }
+    }
+
+    /// Mechanical impedance of a linear contact that a reduced mass `m` (kg) runs into, N.s/m: its largest force is at most this
+    /// times the rate at which it closes.
+    pub fn impedance(&self, m: f64) -> f64 {
+        self.damping_coefficient() + (self.stiffness * m).sqrt()
+    }
+
     /// Whether the law clips its force at zero.
     pub fn clips(&self) -> bool {
         match self.damping {

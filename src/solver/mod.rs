@@ -2,6 +2,7 @@
 
 pub mod block_tridiagonal;
 mod corrector;
+pub mod course;
 pub mod double_double;
 pub mod dual;
 pub mod multistep;

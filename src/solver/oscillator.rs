@@ -14,6 +14,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::course::Decays;
 use super::double_double::DoubleDouble;
 use super::trigonometry::sin_cos;
 
@@ -96,37 +97,22 @@ impl Oscillator {
             self.basis_by_series(t)
         } else if self.gamma <= 0.5 * self.omega.value() {
             self.basis_by_waves(tau)
-        } else if self.gamma >= 1.25 * self.omega.value() {
+        } else if self.is_overdamped() {
             self.basis_by_decays(t)
         } else {
             self.basis_by_doubling(t, reach)
         }
     }
 
-    /// `U_-3` to `U_2` at `tau` >= 0 (s): the functions go on downwards as derivatives, `U_(k-1) = U_k'`.
+    /// `U_-3` to `U_2` at `tau` >= 0 (s): the functions go on downwards as derivatives, `U_(k-1) = U_k'`. Of an overdamped
+    /// oscillator [`Decays`] have more digits.
     pub fn derivatives(&self, tau: DoubleDouble) -> [f64; 6] {
         let basis: [f64; 3] = self.basis(tau);
         let mut u = [0.0, 0.0, 0.0, basis[0], basis[1], basis[2]];
-        if self.is_sum_of_decays(tau.value()) {
-            // By the recursion the slow decay would be left over from terms of the size of the fast one.
-            let (fast, slow) = self.decays();
-            let decayed = |rate: f64| libm::exp(-rate * tau.value()) * rate / (fast - slow);
-            let (mut of_fast, mut of_slow) = (decayed(fast), decayed(slow));
-            for k in (0..3).rev() {
-                (of_fast, of_slow) = (-of_fast * fast, -of_slow * slow);
-                u[k] = of_fast - of_slow;
-            }
-        } else {
-            for k in (0..3).rev() {
-                u[k] = -2.0 * self.gamma * u[k + 1] - self.omega2 * u[k + 2];
-            }
+        for k in (0..3).rev() {
+            u[k] = -2.0 * self.gamma * u[k + 1] - self.omega2 * u[k + 2];
         }
         u
-    }
-
-    /// Whether the functions at `t` (s) are had as differences of two decays.
-    fn is_sum_of_decays(&self, t: f64) -> bool {
-        self.gamma >= 1.25 * self.omega.value() && (self.omega.value() + 2.0 * self.gamma) * t > 0.5
     }
 
     /// Power series for the two highest functions, the recursion downwards for the others.
@@ -183,14 +169,28 @@ impl Oscillator {
         u
     }
 
+    /// Whether the motion is a sum of two decays whose rates are well apart, at least by a factor of 4.
+    pub(super) fn is_overdamped(&self) -> bool {
+        self.gamma >= 1.25 * self.omega.value()
+    }
+
+    /// Reciprocal of the natural frequency, or of the slow rate where the motion is a sum of two decays, s.
+    pub fn time_scale(&self) -> f64 {
+        if self.is_overdamped() { 1.0 / self.decays().1 } else { 1.0 / self.omega.value() }
+    }
+
+    /// The rate at which a velocity decays right after the start, 1/s: the fast one where the motion is a sum of two decays.
+    pub fn fast_decay(&self) -> f64 {
+        if self.is_overdamped() { self.decays().0 } else { self.gamma }
+    }
+
     /// Rates of the two decays of an overdamped oscillator, fast and slow, 1/s.
-    fn decays(&self) -> (f64, f64) {
+    pub(super) fn decays(&self) -> (f64, f64) {
         let fast = self.gamma + (self.gamma * self.gamma - self.omega2).sqrt();
         (fast, self.omega2 / fast)
     }
 
-    /// `U_k` as differences of the repeated integrals of two exponentials, for rates that differ at least by a factor
-    /// of 4.
+    /// `U_k` as differences of the repeated integrals of two exponentials.
     fn basis_by_decays<const COUNT: usize>(&self, t: f64) -> [f64; COUNT] {
         let (fast, slow) = self.decays();
         let (of_fast, of_slow) = (decay_integrals::<COUNT>(fast, t), decay_integrals::<COUNT>(slow, t));
@@ -214,11 +214,8 @@ impl Oscillator {
         }
         let power = |rate: f64| (1..k).fold(1.0, |power, _| power * rate);
         let turned = a + gamma * v;
-        if gamma >= 1.25 * omega {
-            let (fast, slow) = self.decays();
-            let (of_fast, of_slow) = ((a + slow * v) / (fast - slow), (a + fast * v) / (fast - slow));
-            let decayed = |amplitude: f64, rate: f64| amplitude.abs() * libm::exp(-rate * t) * power(rate);
-            decayed(of_fast, fast) + decayed(of_slow, slow)
+        if let Some(decays) = Decays::new(self, v, a + 2.0 * gamma * v) {
+            decays.derivative_bound(t, k)
         } else if gamma <= 0.8 * omega {
             let sine = turned / self.omega_damped.value();
             (v * v + sine * sine).sqrt() * libm::exp(-gamma * t) * power(omega)
@@ -271,6 +268,9 @@ fn decay_integrals<const COUNT: usize>(rate: f64, t: f64) -> [f64; COUNT] {
             for m in 1..25 {
                 term *= -reach * INVERSE[k + m];
                 sum += term;
+                if term.abs() < 1e-18 {
+                    break;
+                }
             }
             *h = power * sum;
             power *= t * INVERSE[k + 1];

@@ -51,6 +51,8 @@ pub fn search(g: &impl Smooth, from: f64, until: f64) -> Search {
     // unit of time).
     let least = 1e-17 * window.min(1.0);
     let mut blind = least;
+    // How much longer the next step may be: trying one that is too long costs little where the bound is had only once.
+    let growth = if g.bound_depends_on_span() { 8.0 } else { 1000.0 };
     for _ in 0..MAX_STEPS {
         let [value, slope, curvature] = g.at(t);
         if value >= 0.0 && (slope > 0.0 || (slope == 0.0 && curvature > 0.0)) {
@@ -64,13 +66,13 @@ pub fn search(g: &impl Smooth, from: f64, until: f64) -> Search {
         if step >= rest {
             return Search::Nowhere;
         }
-        if t + step > t && step > least {
+        if step > least.max(f64::EPSILON * t) {
             t += step;
-            window = 8.0 * step;
+            window = growth * step;
             blind = least;
         } else if slope > 0.0 {
             // Less than the resolution of t: the crossing.
-            return Search::At(t);
+            return Search::At(t + step);
         } else {
             t = t.next_up().max(t + blind);
             blind *= 2.0;

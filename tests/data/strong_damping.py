@@ -1,0 +1,129 @@
+"""Results for cradles with linear damped contacts, by matrix exponentials in 40 digits: strong_damping.json.
+
+    pip install mpmath
+    python tests/data/strong_damping.py > tests/data/strong_damping.json
+
+Between two switchings the equations are linear with constant coefficients: the motion is a sum of exponentials of the
+eigenvalues, whatever the damping. The first switching is looked for on a grid that is fine at first, then by bisection.
+"""
+
+import json
+from functools import partial
+
+from mpmath import eig, exp, inverse, lu_solve, matrix, mp, mpf, nstr, re, zeros
+
+mp.dps = 40
+GRAVITY, LENGTH = mpf(9.81), mpf(1.962)
+
+# Balls, how many of them are lifted by 0.1 m, stiffness, times critical damping, dead band, may a contact pull, time.
+CASES = [
+    (2, 1, 1e10, 1000, 2.6e-6, True, 3),
+    (2, 1, 4.5e7, 1900, 1e-9, False, 3),
+    (3, 1, 1e10, 1000, 0.0, False, 3),
+    (4, 1, 1e10, 30, 1e-6, False, 4),
+    (4, 2, 1e8, 0.4, 1e-6, True, 2),
+    (5, 2, 1e10, 1000, 2.6e-6, True, 10),
+    (5, 2, 1e10, 1000, 2.6e-6, False, 5),
+]
+
+
+class Motion:
+    """Everything linear while the contacts of `pressing` act."""
+
+    def __init__(self, n, k, c, dead_band, pressing):
+        a, f = zeros(2 * n), zeros(2 * n, 1)
+        for i in range(n):
+            a[i, n + i] = 1
+            a[n + i, i] = -GRAVITY / LENGTH
+        for j in (j for j in range(n - 1) if pressing[j]):
+            for ball, side in ((n + j, -1), (n + j + 1, 1)):
+                a[ball, j] += side * k
+                a[ball, j + 1] -= side * k
+                a[ball, n + j] += side * c
+                a[ball, n + j + 1] -= side * c
+                f[ball] -= side * k * dead_band
+        self.rates, self.vectors = eig(a)
+        self.backwards, self.equilibrium = inverse(self.vectors), lu_solve(a, -f)
+
+    def course(self, state, row):
+        """`row` times the state as a function of time."""
+        amplitudes = self.backwards * (state - self.equilibrium)
+        size = range(len(self.rates))
+        weights = [amplitudes[m] * sum(row[i] * self.vectors[i, m] for i in row) for m in size]
+        rest = sum(row[i] * self.equilibrium[i] for i in row)
+        return lambda t: re(sum(weights[m] * exp(self.rates[m] * t) for m in size)) + rest
+
+    def state(self, state, t):
+        size = len(self.rates)
+        return matrix([self.course(state, {i: 1})(t) for i in range(size)])
+
+
+def first_positive(function, until):
+    """The first time at which `function` becomes positive."""
+    grid = [mpf("1e-14") * mpf(2) ** (mpf(i) / 2) for i in range(110)]
+    grid = [t for t in grid if t < until / 300] + [until * i / mpf(300) for i in range(1, 301)]
+    before = mpf(0)
+    for t in grid:
+        if function(t) > 0:
+            while t - before > mpf(10) ** -36 * t:
+                middle = (before + t) / 2
+                before, t = (before, middle) if function(middle) > 0 else (middle, t)
+            return t
+        before = t
+    return None
+
+
+def run(n, lifted, k, c, dead_band, pull, end):
+    """Positions, velocities and the number of switchings up to `end`."""
+    k, c, dead_band, end = mpf(k), mpf(c), mpf(dead_band), mpf(end)
+    state = matrix([mpf(-0.1)] * lifted + [mpf(0)] * (2 * n - lifted))
+    modes, time, switchings, motions = ["open"] * (n - 1), mpf(0), 0, {}
+    while time < end:
+        pressing = tuple(mode == "pressing" for mode in modes)
+        motion = motions.setdefault(pressing, None) or Motion(n, k, c, dead_band, pressing)
+        motions[pressing] = motion
+        until, switch = end - time, None
+        for j, mode in enumerate(modes):
+            gap = {j: -1, j + 1: 1}
+            force = {j: k, j + 1: -k, n + j: c, n + j + 1: -c}
+            tension = {i: -value for i, value in force.items()}
+            candidates = {
+                "open": [(gap, -1, "pressing")],
+                "pressing": [(gap, 1, "open")] + ([] if pull else [(tension, k, "clipped")]),
+                "clipped": [(gap, 1, "open"), (force, -k, "pressing")],
+            }[mode]
+            for row, factor, following in candidates:
+                if mode == "open":
+                    row = {i: -value for i, value in row.items()}
+                course = motion.course(state, row)
+                function = partial(lambda course, rest, t: course(t) + rest, course, factor * dead_band)
+                t = first_positive(function, until)
+                if t is not None and t < until:
+                    until, switch = t, (j, following)
+        state = motion.state(state, until)
+        time += until
+        if switch:
+            modes[switch[0]] = switch[1]
+            switchings += 1
+    return list(state[:n]), list(state[n:]), switchings
+
+
+def main():
+    results = []
+    for n, lifted, stiffness, times_critical, dead_band, pull, end in CASES:
+        damping = times_critical * 2.0 * (stiffness / 2.0) ** 0.5
+        x, v, switchings = run(n, lifted, stiffness, damping, dead_band, pull, end)
+        case = {
+            "balls": n,
+            "lifted": lifted,
+            "stiffness": stiffness,
+            "damping": damping,
+            "dead_band": dead_band,
+        }
+        digits = {"x": [nstr(value, 20) for value in x], "v": [nstr(value, 20) for value in v]}
+        results.append({**case, "pull": pull, "time": end, "switchings": switchings, **digits})
+    print(json.dumps(results, indent=1))
+
+
+if __name__ == "__main__":
+    main()
