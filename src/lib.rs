@@ -12,9 +12,12 @@
 //! | [`model`] | the physics in SI units: parameters, masses, force laws | numbers in `solver` |
 //! | [`solver`] | numerics: closed-form oscillators, series, dual numbers, first crossings, an event queue, solvers of ODEs | nothing |
 //! | [`engine`] | a run: flight, impacts, clusters and bodies of balls in contact, events, the ledger of pulses | `model`, `solver` |
-//! | [`variables`] | the interface as one table: names, types, units, ranges, description, access | `model`, `engine` |
+//! | [`variables`] | the interface as one table: names, types, units, ranges, description, access | parameters and [`engine::Results`] |
 //! | [`instance`] | one running instance: phases, legality of calls, steps, saved states, log | `variables`, `engine` |
 //! | [`fmi2`] | the C functions of FMI 2.0; the only unsafe code | `instance` |
+//!
+//! The parameters, the variables and what a run shows ([`engine::Results`]) are a package of their own, `interface/`: the producer of
+//! the FMU needs them too, but not the engine.
 //!
 //! A call of a host goes down that list from the bottom: `fmi2` turns C into Rust and asks whether the call is legal now,
 //! `instance` carries it out, `engine` moves the trajectory, and what the host reads is evaluated at its communication point
@@ -57,4 +60,6 @@ pub mod fmi2;
 pub mod instance;
 pub mod model;
 pub mod solver;
-pub mod variables;
+
+#[doc(inline)]
+pub use cradle_interface::variables;

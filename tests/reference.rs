@@ -1,7 +1,7 @@
 //! The engine and the other methods against results computed independently, in quadruple precision (`tests/data/reference.json`)
 //! and, for damped linear contacts, by matrix exponentials in 40 digits (`tests/data/strong_damping.py`).
 
-use newtons_cradle::engine::{Engine, Simulation};
+use newtons_cradle::engine::{Engine, Results, Simulation};
 use newtons_cradle::model::{DampingLaw, Inputs, Parameters, SolverMethod};
 use serde_json::Value;
 

@@ -47,7 +47,7 @@ fn text() -> String {
     all
 }
 
-/// The packages that the FMU's library is made of, but for itself: no build scripts, no procedural macros.
+/// The packages of others that the FMU's library is made of: no build scripts, no procedural macros.
 fn linked() -> Vec<Value> {
     let metadata: Value = serde_json::from_slice(&output(
         "cargo",
@@ -72,6 +72,7 @@ fn linked() -> Vec<Value> {
         }
     }
     let mut linked: Vec<Value> = found.iter().map(|id| packages[id].clone()).collect();
+    linked.retain(|package| !package["source"].is_null());
     linked.sort_by_key(|package| package["name"].to_string());
     linked
 }

@@ -3,104 +3,61 @@
 use super::ball::{Held, shifted};
 use super::expansion::{Expansion, Push, State};
 use super::window::Mode;
-use super::{Engine, HeldInputs};
+use super::{Differential, Engine, HeldInputs, MAX_OUTPUT_DERIVATIVE};
 use crate::model::Cradle;
 use crate::solver::series::product_term;
 
-/// Highest derivative by time that is offered.
-pub const MAX_OUTPUT_DERIVATIVE: usize = 3;
-
-/// Derivatives of all real outputs: by time, of one order, or along one direction in the space of inputs and parameters. The units
-/// are those of the outputs over that of the time or of the direction.
-#[derive(Clone, Debug, Default)]
-pub struct Differential {
-    /// Of the positions.
-    pub x: Vec<f64>,
-    /// Of the velocities.
-    pub v: Vec<f64>,
-    /// Of the contact forces.
-    pub force: Vec<f64>,
-    /// Of the total energy.
-    pub energy: f64,
-    /// Of the total momentum.
-    pub momentum: f64,
-    /// Of the force on the support.
-    pub support_force: f64,
-    /// Of the time of the next onset.
-    pub next_onset: f64,
-    /// Of the impulses.
-    pub impulse: Vec<f64>,
-    /// Of the mean forces over the last step.
-    pub force_mean: Vec<f64>,
-    /// Of the largest forces in the last step.
-    pub force_peak: Vec<f64>,
-    /// Of the mean force on the support over the last step.
-    pub support_force_mean: f64,
-    /// Of the period of the first ball.
-    pub period: f64,
+/// Derivatives of order 1 to [`MAX_OUTPUT_DERIVATIVE`] by time, from the right, at a state under these inputs. What changes only
+/// at events and communication points has derivative 0.
+///
+/// Energy and momentum are taken from their balances, `E' = sum F_ext v - a_support p - P_dissipated` and `p' = sum F_ext -
+/// a_support sum m - F_support`: as sums of derivatives, large terms would cancel in a contact. Where an overlap vanishes under
+/// a law with an exponent that is not whole, its elastic force counts as 0 with all its derivatives.
+pub(super) fn by_time(cradle: &Cradle, state: &State, inputs: &HeldInputs, order: usize) -> Differential {
+    let pushes = pushes(cradle, inputs);
+    let series = Expansion::new(cradle, state, &pushes, (MAX_OUTPUT_DERIVATIVE + 1, 1.0), |_| false);
+    of_series(cradle, state, inputs, &series, order)
 }
 
-impl Differential {
-    /// No change of anything.
-    pub fn zero(balls: usize) -> Self {
-        let contacts = vec![0.0; balls.saturating_sub(1)];
-        Self {
-            x: vec![0.0; balls],
-            v: vec![0.0; balls],
-            force: contacts.clone(),
-            impulse: contacts.clone(),
-            force_mean: contacts.clone(),
-            force_peak: contacts,
-            ..Self::default()
-        }
-    }
-
-    /// Derivatives of order 1 to [`MAX_OUTPUT_DERIVATIVE`] by time, from the right, at a state under these inputs. What changes only
-    /// at events and communication points has derivative 0.
-    ///
-    /// Energy and momentum are taken from their balances, `E' = sum F_ext v - a_support p - P_dissipated` and `p' = sum F_ext -
-    /// a_support sum m - F_support`: as sums of derivatives, large terms would cancel in a contact. Where an overlap vanishes under
-    /// a law with an exponent that is not whole, its elastic force counts as 0 with all its derivatives.
-    pub(super) fn by_time(cradle: &Cradle, state: &State, inputs: &HeldInputs, order: usize) -> Self {
-        let pushes = pushes(cradle, inputs);
-        let series = Expansion::new(cradle, state, &pushes, (MAX_OUTPUT_DERIVATIVE + 1, 1.0), |_| false);
-        Self::of_series(cradle, state, inputs, &series, order)
-    }
-
-    /// The same from the series of all motions and forces.
-    fn of_series(cradle: &Cradle, state: &State, inputs: &HeldInputs, series: &Expansion<f64>, order: usize) -> Self {
-        let pushes = pushes(cradle, inputs);
-        let factorial = |k: usize| (1..=k).map(|i| i as f64).product::<f64>();
-        let (of_order, of_rate, last) = (factorial(order), factorial(order - 1), order - 1);
-        let support = support_series(cradle, state, &pushes, series);
-        let mut rates = Self::zero(cradle.balls.len());
-        let mut momentum = [0.0; MAX_OUTPUT_DERIVATIVE + 1];
-        for (i, (ball, push)) in cradle.balls.iter().zip(&pushes).enumerate() {
-            let x = series.position(i);
-            let v = series.rate(x);
-            (rates.x[i], rates.v[i]) = (of_order * x[order], of_order * v[order]);
-            momentum[0] += ball.mass * v[0];
-            for k in 0..order {
-                momentum[k + 1] += ball.mass * push[k] / factorial(k + 1);
-            }
-            let force = inputs.series(|inputs| inputs.force[i]);
-            rates.energy +=
-                of_rate * (product_term(&force, &v, last) - 2.0 * ball.gamma * ball.mass * product_term(&v, &v, last));
-        }
+/// The same from the series of all motions and forces.
+fn of_series(
+    cradle: &Cradle,
+    state: &State,
+    inputs: &HeldInputs,
+    series: &Expansion<f64>,
+    order: usize,
+) -> Differential {
+    let pushes = pushes(cradle, inputs);
+    let factorial = |k: usize| (1..=k).map(|i| i as f64).product::<f64>();
+    let (of_order, of_rate, last) = (factorial(order), factorial(order - 1), order - 1);
+    let support = support_series(cradle, state, &pushes, series);
+    let mut rates = Differential::zero(cradle.balls.len());
+    let mut momentum = [0.0; MAX_OUTPUT_DERIVATIVE + 1];
+    for (i, (ball, push)) in cradle.balls.iter().zip(&pushes).enumerate() {
+        let x = series.position(i);
+        let v = series.rate(x);
+        (rates.x[i], rates.v[i]) = (of_order * x[order], of_order * v[order]);
+        momentum[0] += ball.mass * v[0];
         for k in 0..order {
-            momentum[k + 1] -= support[k] / (k + 1) as f64;
+            momentum[k + 1] += ball.mass * push[k] / factorial(k + 1);
         }
-        (rates.momentum, rates.support_force) = (of_order * momentum[order], of_order * support[order]);
-        rates.energy -= of_rate * product_term(&inputs.series(|inputs| inputs.support_acceleration), &momentum, last);
-        for (j, mode) in state.modes.iter().enumerate() {
-            let acts = if *mode == Mode::Pressing { 1.0 } else { 0.0 };
-            let force: Vec<f64> = series.force(j).iter().map(|f| acts * f).collect();
-            (rates.force[j], rates.impulse[j]) = (of_order * force[order], of_rate * force[last]);
-            let excess: Vec<f64> = force.iter().zip(series.elastic(j)).map(|(f, e)| f - e).collect();
-            rates.energy -= of_rate * product_term(&excess, &series.rate(series.overlap(j)), last);
-        }
-        rates
+        let force = inputs.series(|inputs| inputs.force[i]);
+        rates.energy +=
+            of_rate * (product_term(&force, &v, last) - 2.0 * ball.gamma * ball.mass * product_term(&v, &v, last));
     }
+    for k in 0..order {
+        momentum[k + 1] -= support[k] / (k + 1) as f64;
+    }
+    (rates.momentum, rates.support_force) = (of_order * momentum[order], of_order * support[order]);
+    rates.energy -= of_rate * product_term(&inputs.series(|inputs| inputs.support_acceleration), &momentum, last);
+    for (j, mode) in state.modes.iter().enumerate() {
+        let acts = if *mode == Mode::Pressing { 1.0 } else { 0.0 };
+        let force: Vec<f64> = series.force(j).iter().map(|f| acts * f).collect();
+        (rates.force[j], rates.impulse[j]) = (of_order * force[order], of_rate * force[last]);
+        let excess: Vec<f64> = force.iter().zip(series.elastic(j)).map(|(f, e)| f - e).collect();
+        rates.energy -= of_rate * product_term(&excess, &series.rate(series.overlap(j)), last);
+    }
+    rates
 }
 
 /// Accelerations of the balls by the inputs.
@@ -156,10 +113,10 @@ impl Engine {
     pub fn time_derivative(&self, order: usize) -> Differential {
         let (state, inputs) = (self.state_of_all(self.time.into()), self.inputs.at(self.time));
         if self.contacts.iter().all(|contact| contact.bond.is_none()) {
-            return Differential::by_time(&self.cradle, &state, &inputs, order);
+            return by_time(&self.cradle, &state, &inputs, order);
         }
         let series = self.series_of_bodies(&state, &pushes(&self.cradle, &inputs));
-        Differential::of_series(&self.cradle, &state, &inputs, &series, order)
+        of_series(&self.cradle, &state, &inputs, &series, order)
     }
 
     /// The series of rigid balls from `state` on, some of which move as one body: as such, and with the forces that this takes.

@@ -1,10 +1,9 @@
 //! How the outputs at the end of the last step depend on the inputs held over it, and those at the start on the
 //! parameters.
 
-use super::differential::Differential;
 use super::expansion::{Push, State};
 use super::sensitivity::{NotFollowed, Run};
-use super::{Engine, HeldInputs, NEVER};
+use super::{Differential, Engine, HeldInputs, NEVER};
 use crate::model::{BallModel, Cradle, Inputs, Parameters};
 use crate::solver::dual::{Dual, Scalar};
 

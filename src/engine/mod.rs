@@ -53,7 +53,7 @@ use ball::{Ball, Flight, Push};
 use bond::Bond;
 use cluster::Cluster;
 pub use continuous::Continuous;
-pub use differential::{Differential, MAX_OUTPUT_DERIVATIVE};
+pub use cradle_interface::results::{Differential, MAX_INPUT_DERIVATIVE, MAX_OUTPUT_DERIVATIVE, NEVER, Results, Work};
 use error::Endurance;
 pub use error::EngineError;
 use expansion::State;
@@ -67,11 +67,8 @@ pub use snapshot::{Snapshot, Unsound};
 use taylor::Control;
 use window::Mode;
 
-/// Time given for "never" where an event lies ahead, s.
-pub const NEVER: f64 = 1e30;
-
-/// Highest derivative of an input that is taken into account.
-pub const MAX_INPUT_DERIVATIVE: usize = MAX_FORCE_ORDER;
+// The inputs are polynomials of the degree that the closed forms take.
+const _: () = assert!(MAX_INPUT_DERIVATIVE == MAX_FORCE_ORDER);
 
 /// Counts stay far below this, 2^62: nothing happens so often.
 const LARGEST_COUNT: u64 = 1 << 62;
@@ -89,17 +86,6 @@ pub struct Pulse {
     pub peak: f64,
     /// Integral of the contact force, N.s.
     pub impulse: f64,
-}
-
-/// Work counters since the start; they saturate.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Work {
-    /// Integration steps accepted in contact phases.
-    pub steps: u64,
-    /// Evaluations of the contact forces (of their Taylor series, where the method uses them); a closed form counts as one.
-    pub evaluations: u64,
-    /// Onsets, releases and switchings of contact laws handled.
-    pub events: u64,
 }
 
 /// A contact of the cradle: its ledger, and how it stands.

@@ -8,8 +8,8 @@
 //! Impacts of rigid balls are taken in dual numbers, too, as long as the balls part. Where they stay in contact there are
 //! no derivatives, nor where more balls touch that the direction would bring apart.
 
+use super::Differential;
 use super::ball::shifted;
-use super::differential::Differential;
 use super::expansion::{Expansion, Push, State};
 use super::restitution;
 use super::window::{Mode, Switch};

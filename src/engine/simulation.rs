@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::continuous::Method;
-use super::{Continuous, Differential, Engine, EngineError, NotFollowed, Pulse, Snapshot, Unsound, Work};
+use super::{Continuous, Differential, Engine, EngineError, NotFollowed, Pulse, Results, Snapshot, Unsound, Work};
 use crate::model::{ContactModel, Inputs, Parameters};
 
 /// A run by the selected method. Every method offers what [`Engine`] offers, with the same meaning.
@@ -36,13 +36,12 @@ macro_rules! of_method {
     };
 }
 
-/// What can be read at the current time: one function for each line.
+/// Hands on what can be read at the current time: one function for each line.
 macro_rules! observables {
     ($($name:ident($($i:ident)?) -> $type:ty;)*) => {
-        impl Simulation {
-            $(#[doc = concat!("See [`Engine::", stringify!($name), "`].")]
-            #[inline]
-            pub fn $name(&self $(, $i: usize)?) -> $type {
+        impl Results for Simulation {
+            $(#[inline]
+            fn $name(&self $(, $i: usize)?) -> $type {
                 of_method!(self, $name($($i)?))
             })*
         }
@@ -50,7 +49,6 @@ macro_rules! observables {
 }
 
 observables! {
-    time() -> f64;
     x(i) -> f64;
     v(i) -> f64;
     a(i) -> f64;
@@ -85,6 +83,11 @@ impl Simulation {
             Some(_) if parameters.contact_model == ContactModel::Rigid => Err(EngineError::NoForceLaw),
             Some(method) => Continuous::new(method, parameters, inputs, start_time).map(Self::Continuous),
         }
+    }
+
+    /// See [`Engine::time`].
+    pub fn time(&self) -> f64 {
+        of_method!(self, time())
     }
 
     /// See [`Engine::time_derivative`].

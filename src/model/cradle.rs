@@ -1,7 +1,7 @@
 //! The cradle as the equations see it: masses, oscillators and contact laws, derived from the parameters.
 
 use super::contact::{ContactLaw, Damping};
-use super::parameters::{ContactModel, DampingLaw, Parameters};
+use super::{ContactModel, DampingLaw, Parameters};
 use crate::solver::dual::Scalar;
 
 /// One ball on its pendulum: `x'' + 2 gamma x' + omega2 x = (forces) / mass`.

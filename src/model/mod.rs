@@ -2,8 +2,7 @@
 
 mod contact;
 mod cradle;
-mod parameters;
 
 pub use contact::{ContactLaw, Damping};
 pub use cradle::{BallModel, Cradle, hertz_stiffness};
-pub use parameters::{ContactModel, DampingLaw, Inputs, Parameters, SolverMethod, Tunables};
+pub use cradle_interface::parameters::{ContactModel, DampingLaw, Inputs, Parameters, SolverMethod, Tunables};

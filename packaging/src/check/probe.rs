@@ -12,9 +12,9 @@ use std::sync::Mutex;
 use std::time::{Duration, Instant};
 use std::{env, mem, thread};
 
+use cradle_interface::fmi2::{fmi2CallbackFunctions, fmi2CallbackLogger, fmi2CoSimulation};
 use fmi_schema::fmi2::Causality;
 use libloading::Symbol;
-use newtons_cradle::fmi2::{fmi2CallbackFunctions, fmi2CallbackLogger, fmi2CoSimulation};
 
 use super::Report;
 use super::model::{Interface, Model, Type, Variable};

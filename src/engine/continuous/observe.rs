@@ -3,6 +3,7 @@
 use super::motion::{Kind, Motion};
 use super::{Continuous, Method};
 use crate::engine::ahead::ONSET_PERIODS;
+use crate::engine::differential::by_time;
 use crate::engine::expansion::State;
 use crate::engine::last_step::LastStep;
 use crate::engine::window::Mode;
@@ -86,7 +87,7 @@ impl Continuous {
     }
 
     pub(in crate::engine) fn time_derivative(&self, order: usize) -> Differential {
-        Differential::by_time(self.cradle(), &self.state(), &self.inputs.at(self.time), order)
+        by_time(self.cradle(), &self.state(), &self.inputs.at(self.time), order)
     }
 
     /// Length of the last step, s; 0 before the first.

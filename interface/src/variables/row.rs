@@ -2,8 +2,8 @@
 
 use super::choice::Choice;
 use super::unit::Quantity;
-use crate::engine::{Differential, Simulation};
-use crate::model::{Inputs, Parameters};
+use crate::parameters::{Inputs, Parameters};
+use crate::results::{Differential, Results};
 
 /// How many variables a row stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,11 +74,11 @@ pub enum Access {
     /// A real number that follows from the parameters alone.
     Derived(fn(&Parameters) -> f64),
     /// A real result for ball or contact `i`.
-    Real(fn(&Simulation, usize) -> f64),
+    Real(fn(&dyn Results, usize) -> f64),
     /// A count.
-    Count(fn(&Simulation, usize) -> u64),
+    Count(fn(&dyn Results, usize) -> u64),
     /// A truth value.
-    Flag(fn(&Simulation, usize) -> bool),
+    Flag(fn(&dyn Results, usize) -> bool),
 }
 
 impl Access {
@@ -279,7 +279,7 @@ pub const fn real(
     shape: Shape,
     causality: Causality,
     quantity: &'static Quantity,
-    access: fn(&Simulation, usize) -> f64,
+    access: fn(&dyn Results, usize) -> f64,
     description: &'static str,
 ) -> Row {
     row(name, shape, causality, Access::Real(access), Some(quantity), description)
@@ -290,7 +290,7 @@ pub const fn count(
     name: &'static str,
     shape: Shape,
     causality: Causality,
-    access: fn(&Simulation, usize) -> u64,
+    access: fn(&dyn Results, usize) -> u64,
     description: &'static str,
 ) -> Row {
     let mut row = row(name, shape, causality, Access::Count(access), None, description);
@@ -303,7 +303,7 @@ pub const fn flag(
     name: &'static str,
     shape: Shape,
     causality: Causality,
-    access: fn(&Simulation, usize) -> bool,
+    access: fn(&dyn Results, usize) -> bool,
     description: &'static str,
 ) -> Row {
     row(name, shape, causality, Access::Flag(access), None, description)

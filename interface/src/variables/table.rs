@@ -13,8 +13,8 @@ use super::unit::{
     ACCELERATION, DAMPING, DRAG, ELASTIC_MODULUS, ENERGY, FORCE, IMPULSE, LENGTH, MASS, MOMENTUM, RATIO, SLOWNESS,
     STIFFNESS, TIME, VELOCITY,
 };
-use crate::engine::{NEVER, Simulation};
-use crate::model::{ContactModel, DampingLaw, Parameters, SolverMethod};
+use crate::parameters::{ContactModel, DampingLaw, Parameters, SolverMethod};
+use crate::results::NEVER;
 
 /// A parameter that is one number of [`Parameters`].
 macro_rules! one {
@@ -65,7 +65,7 @@ fn fixed_steps(parameters: &Parameters) -> bool {
 /// Period of ball 1, s; `NEVER` without gravity.
 fn period(parameters: &Parameters) -> f64 {
     let length = parameters.length * parameters.length_ratio.first().copied().unwrap_or(1.0);
-    (2.0 * std::f64::consts::PI * libm::sqrt(length / parameters.gravity)).min(NEVER)
+    (2.0 * std::f64::consts::PI * (length / parameters.gravity).sqrt()).min(NEVER)
 }
 
 // What initial values depend on. The force of balls that rest against each other depends on everything.
@@ -149,13 +149,13 @@ pub static TABLE: &[Row] = &[
         get: |u| from_ref(&u.support_acceleration), set: |u| from_mut(&mut u.support_acceleration),
     }, "Acceleration of the support, to the right"),
 
-    real("x", Balls, Output, &LENGTH, Simulation::x,
+    real("x", Balls, Output, &LENGTH, |s, i| s.x(i),
         "Position of ball {i}, to the right of its rest position, relative to the support").initially(&[&["x_start"]])
         .derivative(|d, i| d.x[i]),
-    real("F", Contacts, Output, &FORCE, Simulation::force,
+    real("F", Contacts, Output, &FORCE, |s, i| s.force(i),
         "Contact force between balls {i} and {j} at this instant, pushing them apart")
         .derivative(|d, i| d.force[i]),
-    real("v", Balls, Output, &VELOCITY, Simulation::v,
+    real("v", Balls, Output, &VELOCITY, |s, i| s.v(i),
         "Velocity of ball {i} relative to the support").initially(&[&["v_start"]])
         .derivative(|d, i| d.v[i]),
     real("E_total", Scalar, Output, &ENERGY, |s, _| s.total_energy(),
@@ -171,36 +171,36 @@ pub static TABLE: &[Row] = &[
     real("t_next", Scalar, Output, &TIME, |s, _| s.next_onset(),
         "First onset of any contact strictly after the current time; 1e30 if there is none within 1000 periods").discrete()
         .derivative(|d, _| d.next_onset),
-    real("impulse", Contacts, Output, &IMPULSE, Simulation::impulse,
+    real("impulse", Contacts, Output, &IMPULSE, |s, i| s.impulse(i),
         "Integral of F[{i}] since the start").initially(&[])
         .derivative(|d, i| d.impulse[i]),
-    real("F_mean", Contacts, Output, &FORCE, Simulation::force_mean,
+    real("F_mean", Contacts, Output, &FORCE, |s, i| s.force_mean(i),
         "Mean of F[{i}] over the last step").discrete()
         .derivative(|d, i| d.force_mean[i]),
-    real("F_peak", Contacts, Output, &FORCE, Simulation::force_peak,
+    real("F_peak", Contacts, Output, &FORCE, |s, i| s.force_peak(i),
         "Largest F[{i}] in the last step; 0 if the contact never closed").discrete()
         .derivative(|d, i| d.force_peak[i]),
     real("F_support_mean", Scalar, Output, &FORCE, |s, _| s.support_force_mean(),
         "Mean of F_support over the last step").discrete().initially(&[MASSES, PENDULUMS, SUPPORT])
         .derivative(|d, _| d.support_force_mean),
-    count("pulses", Contacts, Output, Simulation::pulses,
+    count("pulses", Contacts, Output, |s, i| s.pulses(i),
         "Onsets so far of the contact of balls {i} and {j}"),
-    flag("inContact", Contacts, Output, Simulation::in_contact,
+    flag("inContact", Contacts, Output, |s, i| s.in_contact(i),
         "Whether balls {i} and {j} overlap").initially(&[OVERLAP]),
 
-    real("t_onset", Contacts, Local, &TIME, Simulation::last_onset,
+    real("t_onset", Contacts, Local, &TIME, |s, i| s.last_onset(i),
         "Last onset of the contact of balls {i} and {j}; -1e30 before the first").discrete(),
-    real("t_release", Contacts, Local, &TIME, Simulation::last_release,
+    real("t_release", Contacts, Local, &TIME, |s, i| s.last_release(i),
         "Last release of the contact of balls {i} and {j}; -1e30 before the first").discrete(),
-    real("overlap", Contacts, Local, &LENGTH, Simulation::overlap,
+    real("overlap", Contacts, Local, &LENGTH, |s, i| s.overlap(i),
         "x[{i}] - x[{j}] - contact.gap[{i}] - contact.deadBand; negative while apart").nominal(1e-6),
-    real("a", Balls, Local, &ACCELERATION, Simulation::a,
+    real("a", Balls, Local, &ACCELERATION, |s, i| s.a(i),
         "Acceleration of ball {i} relative to the support"),
-    real("E_kinetic", Balls, Local, &ENERGY, Simulation::kinetic_energy,
+    real("E_kinetic", Balls, Local, &ENERGY, |s, i| s.kinetic_energy(i),
         "Kinetic energy of ball {i}").not_negative(),
-    real("E_gravity", Balls, Local, &ENERGY, Simulation::gravity_energy,
+    real("E_gravity", Balls, Local, &ENERGY, |s, i| s.gravity_energy(i),
         "Energy of ball {i} in the field of gravity").not_negative(),
-    real("E_contact", Contacts, Local, &ENERGY, Simulation::contact_energy,
+    real("E_contact", Contacts, Local, &ENERGY, |s, i| s.contact_energy(i),
         "Elastic energy of the contact of balls {i} and {j}").not_negative(),
     real("E_dissipated", Scalar, Local, &ENERGY, |s, _| s.dissipated_energy(),
         "Energy dissipated by drag and contacts since the start"),

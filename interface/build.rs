@@ -8,8 +8,7 @@ use std::{env, fs};
 const TEMPLATE: &str = "modelDescription.xml.in";
 
 /// Placeholders filled in here, and the Cargo variable they stand for.
-const FROM_CARGO: [(&str, &str); 5] = [
-    ("package", "CARGO_PKG_NAME"),
+const FROM_CARGO: [(&str, &str); 4] = [
     ("version", "CARGO_PKG_VERSION"),
     ("authors", "CARGO_PKG_AUTHORS"),
     ("license", "CARGO_PKG_LICENSE"),

@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 use super::row::{ANY, Access, Causality, Type};
 use super::text::Number;
 use super::{TABLE, Variable, variables};
-use crate::engine::MAX_INPUT_DERIVATIVE;
-use crate::model::{Inputs, Parameters};
+use crate::parameters::{Inputs, Parameters};
+use crate::results::MAX_INPUT_DERIVATIVE;
 
 /// Everything a host can set.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -1,0 +1,121 @@
+//! What a run shows at its current time, and derivatives of that.
+
+use serde::{Deserialize, Serialize};
+
+/// Time given for "never" where an event lies ahead, s.
+pub const NEVER: f64 = 1e30;
+
+/// Highest derivative of an input that is taken into account.
+pub const MAX_INPUT_DERIVATIVE: usize = 3;
+
+/// Highest derivative by time that is offered.
+pub const MAX_OUTPUT_DERIVATIVE: usize = 3;
+
+/// A run at its current time. Balls and contacts are counted from 0; contact `i` is that of balls `i` and `i + 1`.
+pub trait Results {
+    /// Position of ball `i` from its rest position, relative to the support, m.
+    fn x(&self, i: usize) -> f64;
+    /// Velocity of ball `i` relative to the support, m/s.
+    fn v(&self, i: usize) -> f64;
+    /// Acceleration of ball `i` relative to the support, m/s2.
+    fn a(&self, i: usize) -> f64;
+    /// Force of contact `i`, pushing its balls apart, N.
+    fn force(&self, i: usize) -> f64;
+    /// Overlap of contact `i`, m; negative while apart.
+    fn overlap(&self, i: usize) -> f64;
+    /// Whether the balls of contact `i` overlap.
+    fn in_contact(&self, i: usize) -> bool;
+    /// Integral of the force of contact `i` since the start, N.s.
+    fn impulse(&self, i: usize) -> f64;
+    /// Mean force of contact `i` over the last step, N.
+    fn force_mean(&self, i: usize) -> f64;
+    /// Largest force of contact `i` in the last step, N.
+    fn force_peak(&self, i: usize) -> f64;
+    /// Onsets of contact `i` so far.
+    fn pulses(&self, i: usize) -> u64;
+    /// Last onset of contact `i`, s; minus [`NEVER`] before the first.
+    fn last_onset(&self, i: usize) -> f64;
+    /// Last release of contact `i`, s; minus [`NEVER`] before the first.
+    fn last_release(&self, i: usize) -> f64;
+    /// Kinetic energy of ball `i`, J.
+    fn kinetic_energy(&self, i: usize) -> f64;
+    /// Energy of ball `i` in the field of gravity, J.
+    fn gravity_energy(&self, i: usize) -> f64;
+    /// Elastic energy of contact `i`, J.
+    fn contact_energy(&self, i: usize) -> f64;
+    /// Kinetic, gravity and contact energy of all balls, J.
+    fn total_energy(&self) -> f64;
+    /// Energy dissipated by drag and contacts since the start, J.
+    fn dissipated_energy(&self) -> f64;
+    /// Work of the external forces and of the moving support since the start, J.
+    fn external_work(&self) -> f64;
+    /// The energy error since the start, J.
+    fn energy_residual(&self) -> f64;
+    /// Sum of mass times velocity, N.s.
+    fn momentum(&self) -> f64;
+    /// Horizontal force of the pendulums and the drag on the support, N.
+    fn support_force(&self) -> f64;
+    /// Mean of that force over the last step, N.
+    fn support_force_mean(&self) -> f64;
+    /// First onset of any contact strictly after the current time, s, or [`NEVER`].
+    fn next_onset(&self) -> f64;
+    /// Work counters since the start.
+    fn work(&self) -> Work;
+}
+
+/// Work counters since the start; they saturate.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Work {
+    /// Integration steps accepted in contact phases.
+    pub steps: u64,
+    /// Evaluations of the contact forces (of their Taylor series, where the method uses them); a closed form counts as one.
+    pub evaluations: u64,
+    /// Onsets, releases and switchings of contact laws handled.
+    pub events: u64,
+}
+
+/// Derivatives of all real outputs: by time, of one order, or along one direction in the space of inputs and parameters. The units
+/// are those of the outputs over that of the time or of the direction.
+#[derive(Clone, Debug, Default)]
+pub struct Differential {
+    /// Of the positions.
+    pub x: Vec<f64>,
+    /// Of the velocities.
+    pub v: Vec<f64>,
+    /// Of the contact forces.
+    pub force: Vec<f64>,
+    /// Of the total energy.
+    pub energy: f64,
+    /// Of the total momentum.
+    pub momentum: f64,
+    /// Of the force on the support.
+    pub support_force: f64,
+    /// Of the time of the next onset.
+    pub next_onset: f64,
+    /// Of the impulses.
+    pub impulse: Vec<f64>,
+    /// Of the mean forces over the last step.
+    pub force_mean: Vec<f64>,
+    /// Of the largest forces in the last step.
+    pub force_peak: Vec<f64>,
+    /// Of the mean force on the support over the last step.
+    pub support_force_mean: f64,
+    /// Of the period of the first ball.
+    pub period: f64,
+}
+
+impl Differential {
+    /// No change of anything.
+    pub fn zero(balls: usize) -> Self {
+        let contacts = vec![0.0; balls.saturating_sub(1)];
+        Self {
+            x: vec![0.0; balls],
+            v: vec![0.0; balls],
+            force: contacts.clone(),
+            impulse: contacts.clone(),
+            force_mean: contacts.clone(),
+            force_peak: contacts,
+            ..Self::default()
+        }
+    }
+}
