@@ -89,10 +89,7 @@ pub(super) unsafe fn call(
         // SAFETY: `busy` makes this the only reference while the call lasts.
         let instance = unsafe { &mut *component.instance.get() };
         let outcome = instance.require(call).and_then(|()| body(instance));
-        if let Err(refusal) = &outcome {
-            instance.log().error(format_args!("{function}: {refusal}"));
-        }
-        outcome.is_ok()
+        outcome.map_err(|refusal| log(instance, function, refusal)).is_ok()
     }));
     let status = match outcome {
         Ok(true) => fmi2Status::fmi2OK,
@@ -101,6 +98,12 @@ pub(super) unsafe fn call(
     };
     component.busy.set(false);
     status
+}
+
+/// Logs why a call was refused.
+#[cold]
+fn log(instance: &Instance, function: &str, refusal: Refusal) {
+    instance.log().error(format_args!("{function}: {refusal}"));
 }
 
 /// After a panic the instance may be in any state: it is given up.
@@ -152,15 +155,14 @@ pub(super) unsafe fn array_mut<'a, T>(
 }
 
 fn check<T>(name: &'static str, pointer: *const T, count: usize) -> Result<(), Refusal> {
-    let bytes = count.checked_mul(size_of::<T>());
-    let value = if pointer.is_null() {
-        "NULL".to_owned()
-    } else if !pointer.is_aligned() || bytes.is_none_or(|bytes| isize::try_from(bytes).is_err()) {
-        format!("{pointer:p}")
-    } else {
-        return Ok(());
-    };
-    Err(Refusal::Argument { name, value, allowed: format!("an array of {count}") })
+    let fits = count.checked_mul(size_of::<T>()).is_some_and(|bytes| isize::try_from(bytes).is_ok());
+    if !pointer.is_null() && pointer.is_aligned() && fits { Ok(()) } else { Err(no_array(name, pointer.cast(), count)) }
+}
+
+#[cold]
+fn no_array(name: &'static str, pointer: *const (), count: usize) -> Refusal {
+    let value = if pointer.is_null() { "NULL".to_owned() } else { format!("{pointer:p}") };
+    Refusal::Argument { name, value, allowed: format!("an array of {count}") }
 }
 
 #[cfg(test)]
