@@ -25,7 +25,7 @@
 //!
 //! Beside the event-driven engine stand the methods that one would take without it (`solver.method`): [`engine::Continuous`]
 //! integrates the whole chain by backward differentiation, Adams-Moulton or Runge-Kutta formulas. They are slow, for comparison, and
-//! an independent check. An instance and the variables see either of them as an [`engine::Simulation`].
+//! an independent check. An instance sees either of them as an [`engine::Simulation`], the variables as [`engine::Results`].
 //!
 //! # Three ideas
 //!
