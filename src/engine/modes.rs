@@ -112,8 +112,8 @@ impl Modes {
         Some(NaturalMode::new(oscillator, flight, 0.0))
     }
 
-    /// Overlap of contact `j` and its first four derivatives.
-    fn overlap_at(&self, j: usize, tau: f64) -> [f64; 5] {
+    /// Overlap of contact `j` and its derivatives, up to four of them.
+    fn overlap_at<const COUNT: usize>(&self, j: usize, tau: f64) -> [f64; COUNT] {
         // Early on, changes since the start: what a mode does to balls that hardly move must not be the rounding of the others'
         // motion. Once they have undone most of the start, what is left.
         let late = tau * self.pace > 1.0;
@@ -172,7 +172,7 @@ impl Modes {
 
     /// Overlap of contact `j` (m) at `tau` (s) and the change of its rate (m/s) till then.
     pub fn overlap(&self, j: usize, tau: f64) -> (f64, f64) {
-        let [overlap, rate, ..] = self.overlap_at(j, tau);
+        let [overlap, rate] = self.overlap_at(j, tau);
         (overlap, rate - self.contacts[j].rate)
     }
 
@@ -209,7 +209,7 @@ impl Modes {
     /// Force of the pressing contact `j` by its law and its first three derivatives, and what rounding may be of the force.
     fn force_at(&self, j: usize, tau: f64) -> ([f64; 4], f64) {
         let &Joint { stiffness, damping, .. } = &self.contacts[j];
-        let d = self.overlap_at(j, tau);
+        let d: [f64; 5] = self.overlap_at(j, tau);
         let noise = |k: usize| 8.0 * f64::EPSILON * ((stiffness * d[k]).abs() + (damping * d[k + 1]).abs());
         let force = std::array::from_fn(|k| {
             let force = stiffness * d[k] + damping * d[k + 1];
@@ -313,7 +313,7 @@ fn leading(d: &[f64]) -> [f64; 3] {
 impl Smooth for Watch<'_> {
     fn at(&self, t: f64) -> [f64; 3] {
         let ([value, slope, curvature], noise) = match self.kind {
-            Watched::Overlap => (leading(&self.modes.overlap_at(self.contact, t)), 0.0),
+            Watched::Overlap => (self.modes.overlap_at(self.contact, t), 0.0),
             kind => {
                 let (force, noise) = self.modes.force_at(self.contact, t);
                 // A level does not fade any further than that.

@@ -135,26 +135,28 @@ impl Group {
     }
 }
 
-/// A value with four derivatives, summed over modes, and the magnitudes that went into it.
-pub(crate) struct Sum {
-    pub values: [f64; 5],
-    magnitudes: [f64; 5],
+/// A value and its derivatives, summed over modes, and the magnitudes that went into them.
+pub(crate) struct Sum<const COUNT: usize> {
+    values: [f64; COUNT],
+    magnitudes: [f64; COUNT],
 }
 
-impl Sum {
+impl<const COUNT: usize> Sum<COUNT> {
     pub fn new(value: f64, rate: f64) -> Self {
-        Self { values: [value, rate, 0.0, 0.0, 0.0], magnitudes: [value.abs(), rate.abs(), 0.0, 0.0, 0.0] }
+        let mut values = [0.0; COUNT];
+        (values[0], values[1]) = (value, rate);
+        Self { values, magnitudes: values.map(f64::abs) }
     }
 
     pub fn add(&mut self, factor: f64, terms: &[(f64, f64); 5]) {
-        for (k, (term, magnitude)) in terms.iter().enumerate() {
+        for (k, (term, magnitude)) in terms.iter().take(COUNT).enumerate() {
             self.values[k] += factor * term;
             self.magnitudes[k] += factor.abs() * magnitude;
         }
     }
 
     /// The values, those that are but rounding set to 0: no search for a crossing should follow noise.
-    pub fn without_noise(self) -> [f64; 5] {
+    pub fn without_noise(self) -> [f64; COUNT] {
         std::array::from_fn(|k| {
             // The derivatives only lead a search on and may be taken for noise sooner.
             let noise = if k == 0 { 8.0 } else { 128.0 } * f64::EPSILON * self.magnitudes[k];
