@@ -30,9 +30,9 @@
 //! # Three ideas
 //!
 //! 1. *Flight is exact.* Between contacts a ball swings in closed form from its anchor; it is evaluated, never stepped.
-//! 2. *A contact costs only what touches.* Two elastic balls have an outcome in closed form, balls in longer contact are
-//!    followed by Taylor series; where they are stiff for the pace of the motion, by their natural modes or by an L-stable
-//!    collocation method.
+//! 2. *A contact costs only what touches.* Two elastic balls have an outcome in closed form. Others are followed by Taylor
+//!    series; linear ones that are damped or stay closed by their natural modes, other ones that are stiff for the pace of the
+//!    motion by an L-stable collocation method.
 //! 3. *The communication grid is not the integration grid.* While the inputs stay as they are, the trajectory is the same bit for
 //!    bit, however a host cuts its steps.
 //!

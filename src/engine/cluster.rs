@@ -1,9 +1,10 @@
 //! A cluster: neighbouring balls held together by closed contacts, followed from switching to switching.
 //!
 //! The window of a cluster is its members and the ball in flight on either side (the spectators). One segment covers a
-//! stretch of time on which nothing in the window switches and the Taylor series of all motions converge; its end is
-//! the next switching or the end of convergence. The state is kept as displacements since the start of the segment and
-//! the overlaps by themselves, because overlaps of 1e-8 m are not to be had as differences of positions.
+//! stretch of time on which nothing in the window switches and one description of the motions holds, such as the
+//! convergence of their Taylor series; its end is the next switching or the end of that. The state is kept as displacements
+//! since the start of the segment and the overlaps by themselves, because overlaps of 1e-8 m are not to be had as differences
+//! of positions.
 
 use std::ops::Range;
 

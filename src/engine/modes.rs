@@ -13,7 +13,7 @@ use crate::model::Damping;
 use crate::solver::root::{Search, Smooth, first_positive, search};
 
 /// Largest group that is taken apart into modes: the table of their shapes grows with the square.
-const LARGEST_GROUP: usize = 32;
+const LARGEST_GROUP: usize = 128;
 
 /// The motion of a window by natural modes.
 #[derive(Clone, Debug, Default)]
@@ -42,21 +42,24 @@ struct Joint {
     approach: Option<NaturalMode>,
 }
 
-/// Whether the closed contacts of a window are linear and join equal balls under constant inputs.
+/// Whether the closed contacts of a window are linear, and those that press join equal balls, under constant inputs.
 pub(crate) fn apply_to(window: &Window) -> bool {
     let Window { flights, balls, contacts, laws } = window;
     let mut joined = 1;
     for (j, (contact, law)) in contacts.iter().zip(*laws).enumerate() {
-        if contact.mode == Mode::Open {
+        let linear = law.exponent == 1.0 && !matches!(law.damping, Damping::HuntCrossley { .. });
+        if contact.mode != Mode::Open && !linear {
+            return false;
+        }
+        if contact.mode != Mode::Pressing {
             joined = 1;
             continue;
         }
-        let linear = law.exponent == 1.0 && !matches!(law.damping, Damping::HuntCrossley { .. });
         let (left, right) = (&balls[j], &balls[j + 1]);
         let equal = left.mass == right.mass && left.oscillator == right.oscillator;
         let same_as_before = joined == 1 || law.stiffness == laws[j - 1].stiffness;
         joined += 1;
-        if !(linear && equal && same_as_before) || joined > LARGEST_GROUP {
+        if !(equal && same_as_before) || joined > LARGEST_GROUP {
             return false;
         }
     }
@@ -264,7 +267,7 @@ impl Modes {
         Watch { fading, ..self.watch(j, Watched::Force, (sign, level)) }.crossing(until, switch)
     }
 
-    /// The shortest of the modes' time scales: over its natural frequency in a wave, of the slow decay where it is overdamped, s.
+    /// The shortest of the modes' time scales, s: 1 over the natural frequency, or over the slow rate of an overdamped mode.
     pub fn shortest_time(&self) -> f64 {
         let modes = self.groups.iter().flat_map(|group| &group.modes);
         modes.map(|mode| mode.oscillator.time_scale()).fold(f64::INFINITY, f64::min)
@@ -279,7 +282,8 @@ enum Watched {
     ForceRate,
 }
 
-/// `sign (f - level exp(-fading t))` for a function f of contact `contact`.
+/// `sign (f - level exp(-fading t))` for a function f of contact `contact`; of a level that fades, less the rounding of f, which is
+/// left out of the derivatives.
 struct Watch<'a> {
     modes: &'a Modes,
     contact: usize,
@@ -325,6 +329,10 @@ impl Smooth for Watch<'_> {
         let fall = level * self.fading;
         let value = self.sign * (value - level) - noise;
         [value, self.sign * (slope + fall), self.sign * (curvature - fall * self.fading)]
+    }
+
+    fn time_scale(&self) -> f64 {
+        4.0 / self.modes.pace
     }
 
     fn third_derivative_bound(&self, t: f64, _span: f64) -> f64 {

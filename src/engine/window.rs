@@ -6,7 +6,7 @@ use super::ball::{Ball, Flight};
 use crate::model::{ContactLaw, Damping};
 
 /// What is hardly anything beside 1.
-const FAINT: f64 = 1e-6;
+const FAINT: f64 = 1e-4;
 
 /// Whether and how a contact of a window acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -67,22 +67,25 @@ impl Window<'_> {
     /// Whether the front of a wave has yet to pass a contact: one exactly in touch and at rest, or closed but hardly pressed or
     /// moved for what others are.
     pub fn holds_front(&self) -> bool {
-        let strain = |(j, contact): (usize, &WindowContact)| {
+        // The force of a contact (N) and its rate (m/s) as they may be before long.
+        let load = |(j, contact): (usize, &WindowContact)| {
             let (law, mass) = (&self.laws[j], self.reduced_mass(j));
             let (overlap, rate) = (contact.overlap.abs(), (self.flights[j].v - self.flights[j + 1].v).abs());
             let impedance = law.impedance(mass);
-            let strain = (law.stiffness * overlap + impedance * rate, impedance / mass * overlap + rate);
-            (contact.mode != Mode::Open || strain == (0.0, 0.0)).then_some(strain)
+            let load = [law.stiffness * overlap + impedance * rate, impedance / mass * overlap + rate];
+            (contact.mode != Mode::Open || load == [0.0; 2]).then_some(load)
         };
-        let strains = self.contacts.iter().enumerate().filter_map(strain);
-        let largest =
-            strains.clone().fold((0.0_f64, 0.0_f64), |most, strain| (most.0.max(strain.0), most.1.max(strain.1)));
-        strains.into_iter().any(|strain| strain.0 < FAINT * largest.0 && strain.1 < FAINT * largest.1)
+        let loads = self.contacts.iter().enumerate().filter_map(load);
+        let largest = loads.clone().fold([0.0_f64; 2], |most, load| [most[0].max(load[0]), most[1].max(load[1])]);
+        loads.into_iter().any(|load| (0..2).all(|k| load[k] < FAINT * largest[k]))
     }
 
-    /// Whether a closed contact is damped so little that it would oscillate.
+    /// Whether a closed contact is damped so little, for its part in a chain, that the balls oscillate or nearly so.
     pub fn rings(&self) -> bool {
-        let rings = |j: usize| self.laws[j].impedance(self.reduced_mass(j)) > 2.0 * self.laws[j].damping_coefficient();
+        let rings = |j: usize| {
+            let law = &self.laws[j];
+            law.damping_coefficient() < 5.0 * (law.stiffness * self.reduced_mass(j)).sqrt()
+        };
         self.contacts.iter().enumerate().any(|(j, contact)| contact.mode != Mode::Open && rings(j))
     }
 

@@ -89,7 +89,7 @@ pub(super) unsafe fn call(
         // SAFETY: `busy` makes this the only reference while the call lasts.
         let instance = unsafe { &mut *component.instance.get() };
         let outcome = instance.require(call).and_then(|()| body(instance));
-        outcome.map_err(|refusal| log(instance, function, refusal)).is_ok()
+        outcome.inspect_err(|refusal| log_refusal(instance, function, refusal)).is_ok()
     }));
     let status = match outcome {
         Ok(true) => fmi2Status::fmi2OK,
@@ -102,7 +102,7 @@ pub(super) unsafe fn call(
 
 /// Logs why a call was refused.
 #[cold]
-fn log(instance: &Instance, function: &str, refusal: Refusal) {
+fn log_refusal(instance: &Instance, function: &str, refusal: &Refusal) {
     instance.log().error(format_args!("{function}: {refusal}"));
 }
 

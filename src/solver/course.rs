@@ -52,7 +52,8 @@ impl Forced {
     /// A bound of the absolute derivative of order `k` >= 2 of `a` times the displacement and `b` times the velocity from the time
     /// `t` (s) on, where the motion is `course`.
     pub fn derivative_bound(&self, course: &Course, t: f64, k: i32, a: f64, b: f64) -> f64 {
-        if let Some(decays) = course.decays {
+        if let Some(decays) = &self.decays {
+            let decays = course.decays.unwrap_or_else(|| decays.velocities(t));
             // The two often all but cancel each other in a slow decay.
             return decays.into_iter().map(|(rate, v)| (v * (a - b * rate)).abs() * power(rate, k - 1)).sum();
         }
@@ -132,10 +133,14 @@ impl Decays {
         Course { change_of_rate, derivatives, decays: Some(decays) }
     }
 
+    /// Rates (1/s) and velocities (m/s) of the decays at `t` (s).
+    fn velocities(&self, t: f64) -> [(f64, f64); 2] {
+        self.parts.map(|decay| (decay.rate, decay.amplitude * libm::exp(-decay.rate * t)))
+    }
+
     /// A bound of the absolute derivative of order `k` >= 2 of the displacement from the time `t` (s) on.
     pub(super) fn derivative_bound(&self, t: f64, k: i32) -> f64 {
-        let bound = |decay: &Decay| decay.amplitude.abs() * libm::exp(-decay.rate * t) * power(decay.rate, k - 1);
-        self.parts.iter().map(bound).sum()
+        self.velocities(t).into_iter().map(|(rate, v)| v.abs() * power(rate, k - 1)).sum()
     }
 }
 

@@ -186,7 +186,8 @@ impl Oscillator {
 
     /// Rates of the two decays of an overdamped oscillator, fast and slow, 1/s.
     pub(super) fn decays(&self) -> (f64, f64) {
-        let fast = self.gamma + (self.gamma * self.gamma - self.omega2).sqrt();
+        let ratio = self.omega.value() / self.gamma;
+        let fast = self.gamma * (1.0 + (1.0 - ratio * ratio).sqrt());
         (fast, self.omega2 / fast)
     }
 

@@ -11,6 +11,10 @@ pub trait Smooth {
     fn at(&self, t: f64) -> [f64; 3];
     /// A bound of the absolute third derivative on `[t, t + span]`.
     fn third_derivative_bound(&self, t: f64, span: f64) -> f64;
+    /// A time within which it may change a lot.
+    fn time_scale(&self) -> f64 {
+        f64::INFINITY
+    }
     /// Whether that bound is the tighter the shorter the span.
     fn bound_depends_on_span(&self) -> bool {
         false
@@ -46,7 +50,7 @@ pub fn first_positive(g: &impl Smooth, from: f64, until: f64) -> Option<f64> {
 /// crossing.
 pub fn search(g: &impl Smooth, from: f64, until: f64) -> Search {
     let mut t = from;
-    let mut window = until - from;
+    let mut window = (until - from).min(g.time_scale());
     // Where g is 0 within rounding no bound leads on: steps that double, from next to nothing (of the window or the
     // unit of time).
     let least = 1e-17 * window.min(1.0);
@@ -66,13 +70,15 @@ pub fn search(g: &impl Smooth, from: f64, until: f64) -> Search {
         if step >= rest {
             return Search::Nowhere;
         }
-        if step > least.max(f64::EPSILON * t) {
+        let resolution = least.max(f64::EPSILON * t);
+        if slope > 0.0 && -value <= 4.0 * slope * resolution {
+            // Nearer than the resolution of t.
+            return Search::At(if step > least { t + step } else { t });
+        }
+        if step > resolution || (slope > 0.0 && t + step > t) {
             t += step;
             window = growth * step;
             blind = least;
-        } else if slope > 0.0 {
-            // Less than the resolution of t: the crossing.
-            return Search::At(t + step);
         } else {
             t = t.next_up().max(t + blind);
             blind *= 2.0;
@@ -169,6 +175,25 @@ mod tests {
         fn third_derivative_bound(&self, _: f64, _: f64) -> f64 {
             self.amplitude.abs() * self.omega.powi(3)
         }
+    }
+
+    /// A line with a decay of 1e-18 s before it.
+    struct Decaying;
+
+    impl Smooth for Decaying {
+        fn at(&self, t: f64) -> [f64; 3] {
+            let decay = 1e-3 * libm::exp(-1e18 * t);
+            [0.5 * t - 1.0 - decay, 0.5 + 1e18 * decay, -1e36 * decay]
+        }
+        fn third_derivative_bound(&self, t: f64, _: f64) -> f64 {
+            1e51 * libm::exp(-1e18 * t)
+        }
+    }
+
+    #[test]
+    fn takes_no_short_step_for_a_crossing() {
+        let t = first_positive(&Decaying, 0.0, 10.0).unwrap();
+        assert!((t - 2.0).abs() < 1e-15, "{t}");
     }
 
     #[test]
