@@ -6,10 +6,11 @@
 //! Each coordinate is an oscillator in closed form, so strong damping and contacts that stay closed for minutes cost nothing: the
 //! only work is to find the next switching.
 
-use super::ball::{Flight, Rounding, degree};
+use super::ball::{Rounding, degree};
 use super::natural::{Group, NaturalMode, Sum};
 use super::window::{Mode, Switch, Switching, Window};
 use crate::model::Damping;
+use crate::solver::course::Forced;
 use crate::solver::root::{Search, Smooth, first_positive, search};
 
 /// Largest group that is taken apart into modes: the table of their shapes grows with the square.
@@ -80,7 +81,7 @@ impl Modes {
                 first = i + 1;
             }
         }
-        let rate = |mode: &NaturalMode| mode.oscillator.omega().max(mode.oscillator.gamma());
+        let rate = |mode: &NaturalMode| mode.oscillator().omega().max(mode.oscillator().gamma());
         modes.pace = modes.groups.iter().flat_map(|group| &group.modes).map(rate).fold(0.0, f64::max);
         for (j, (contact, law)) in contacts.iter().zip(*laws).enumerate() {
             let approach = modes.approach(j, window);
@@ -96,12 +97,12 @@ impl Modes {
     fn approach(&self, j: usize, window: &Window) -> Option<NaturalMode> {
         let Window { flights, contacts, laws, .. } = window;
         let (left, right) = (&self.groups[self.group_of[j]], &self.groups[self.group_of[j + 1]]);
-        let oscillator = left.modes[0].oscillator;
-        if std::ptr::eq(left, right) || oscillator != right.modes[0].oscillator {
+        let oscillator = *left.modes[0].oscillator();
+        if std::ptr::eq(left, right) || oscillator != *right.modes[0].oscillator() {
             return None;
         }
         // The centres are as far apart as the balls between them are, each by its share.
-        let mut flight = Flight::default();
+        let (mut v, mut force) = (0.0, 0.0);
         for c in left.first..right.first + right.size - 1 {
             let share = match c {
                 _ if c < j => (c + 1 - left.first) as f64 / left.size as f64,
@@ -109,10 +110,10 @@ impl Modes {
                 _ => 1.0,
             };
             let push = flights[c].push[0] - flights[c + 1].push[0];
-            flight.v += share * (flights[c].v - flights[c + 1].v);
-            flight.push[0] += share * (push - oscillator.omega2() * (contacts[c].overlap + laws[c].clearance));
+            v += share * (flights[c].v - flights[c + 1].v);
+            force += share * (push - oscillator.omega2() * (contacts[c].overlap + laws[c].clearance));
         }
-        Some(NaturalMode::new(oscillator, flight, 0.0))
+        Some(NaturalMode::new(Forced::new(oscillator, v, force), 0.0))
     }
 
     /// Overlap of contact `j` and its derivatives, up to four of them.
@@ -166,10 +167,7 @@ impl Modes {
     /// Integral of that displacement, m.s.
     pub fn displacement_integral(&self, i: usize, tau: f64) -> f64 {
         let group = &self.groups[self.group_of[i]];
-        let term = |(m, mode): (usize, &NaturalMode)| {
-            let u: [f64; 4] = mode.oscillator.basis(tau.into());
-            group.shape(m, i) * mode.flight.displacement_integral(&mode.oscillator, &u)
-        };
+        let term = |(m, mode): (usize, &NaturalMode)| group.shape(m, i) * mode.motion.displacement_integral(tau);
         group.modes.iter().enumerate().map(term).sum()
     }
 
@@ -182,13 +180,7 @@ impl Modes {
     /// Impulse of the pressing contact `j`, N.s.
     pub fn impulse(&self, j: usize, tau: f64) -> f64 {
         let &Joint { overlap, stiffness, damping, .. } = &self.contacts[j];
-        let change: f64 = self
-            .movers(j)
-            .map(|(mode, stretch)| {
-                let u: [f64; 4] = mode.oscillator.basis(tau.into());
-                stretch * mode.flight.displacement_integral(&mode.oscillator, &u)
-            })
-            .sum();
+        let change: f64 = self.movers(j).map(|(mode, stretch)| stretch * mode.motion.displacement_integral(tau)).sum();
         stiffness * (overlap * tau + change) + damping * (self.overlap(j, tau).0 - overlap)
     }
 
@@ -270,7 +262,7 @@ impl Modes {
     /// The shortest of the modes' time scales, s: 1 over the natural frequency, or over the slow rate of an overdamped mode.
     pub fn shortest_time(&self) -> f64 {
         let modes = self.groups.iter().flat_map(|group| &group.modes);
-        modes.map(|mode| mode.oscillator.time_scale()).fold(f64::INFINITY, f64::min)
+        modes.map(|mode| mode.oscillator().time_scale()).fold(f64::INFINITY, f64::min)
     }
 }
 

@@ -12,7 +12,6 @@
 
 use std::cell::Cell;
 
-use super::ball::Flight;
 use super::window::Window;
 use crate::solver::course::{Course, Forced};
 use crate::solver::oscillator::Oscillator;
@@ -20,18 +19,20 @@ use crate::solver::oscillator::Oscillator;
 /// One natural mode of a group: its coordinate, which starts at 0.
 #[derive(Clone, Debug)]
 pub(crate) struct NaturalMode {
-    pub oscillator: Oscillator,
-    pub flight: Flight,
+    pub motion: Forced,
     pub lambda: f64,
-    forced: Forced,
     /// When it was asked for last, and the answer: all balls and contacts of a group ask for the same time.
     last: Cell<Option<(f64, Course)>>,
 }
 
 impl NaturalMode {
-    pub fn new(oscillator: Oscillator, flight: Flight, lambda: f64) -> Self {
-        let forced = Forced::new(oscillator, flight.v, flight.push[0]);
-        Self { oscillator, flight, lambda, forced, last: Cell::new(None) }
+    pub fn new(motion: Forced, lambda: f64) -> Self {
+        Self { motion, lambda, last: Cell::new(None) }
+    }
+
+    /// The oscillator of the coordinate.
+    pub fn oscillator(&self) -> &Oscillator {
+        self.motion.oscillator()
     }
 
     /// The coordinate `tau` (s) after the start.
@@ -39,7 +40,7 @@ impl NaturalMode {
         match self.last.get() {
             Some((time, course)) if time == tau => course,
             _ => {
-                let course = self.forced.at(tau);
+                let course = self.motion.at(tau);
                 self.last.set(Some((tau, course)));
                 course
             }
@@ -48,16 +49,12 @@ impl NaturalMode {
 
     /// A bound of the absolute derivative of order `k` >= 2 of `a` times the coordinate and `b` times its rate from `tau` (s) on.
     pub fn derivative_bound(&self, tau: f64, k: i32, a: f64, b: f64) -> f64 {
-        self.forced.derivative_bound(&self.at(tau), tau, k, a, b)
+        self.motion.derivative_bound(&self.at(tau), tau, k, a, b)
     }
 
-    /// `integral q'^2` from the start to `tau`: what the damping takes from `q'^2/2 + omega^2 q^2/2 - f q`.
+    /// `integral q'^2` from the start to `tau`.
     pub fn squared_velocity_integral(&self, tau: f64) -> f64 {
-        let course = self.at(tau);
-        let ((change, _), (q, _)) = (course.change_of_rate, course.derivatives[0]);
-        let (o, start) = (&self.oscillator, &self.flight);
-        let lost = -0.5 * change * (2.0 * start.v + change) - 0.5 * o.omega2() * q * q + start.push[0] * q;
-        lost / (2.0 * o.gamma())
+        self.motion.squared_velocity_integral(&self.at(tau))
     }
 }
 
@@ -95,9 +92,9 @@ impl Group {
                 0 => *o,
                 _ => Oscillator::new(o.omega2() + lambda * stiffness / mass, o.gamma() + 0.5 * lambda * damping / mass),
             };
-            let mut flight = Flight::default();
-            for (flight_of_ball, shape) in flights[members.clone()].iter().zip(shape) {
-                flight.push[0] += shape * flight_of_ball.push[0];
+            let (mut v, mut force) = (0.0, 0.0);
+            for (flight, shape) in flights[members.clone()].iter().zip(shape) {
+                force += shape * flight.push[0];
             }
             // In the modes that stretch the group only the differences of the positions and velocities count, which the
             // overlaps and their rates give without rounding.
@@ -111,22 +108,22 @@ impl Group {
                 } else {
                     overlap + laws[contact].clearance
                 };
-                flight.v += before * (flights[contact].v - flights[contact + 1].v);
-                flight.push[0] -= o.omega2() * before * apart + (shape[i] - shape[i + 1]) * stiffness / mass * overlap;
+                v += before * (flights[contact].v - flights[contact + 1].v);
+                force -= o.omega2() * before * apart + (shape[i] - shape[i + 1]) * stiffness / mass * overlap;
             }
             if j == 0 {
                 let (last, all) = (&flights[first + size - 1], before + shape[size - 1]);
-                flight.v += all * last.v;
-                flight.push[0] -= o.omega2() * all * last.x;
+                v += all * last.v;
+                force -= o.omega2() * all * last.x;
             }
-            modes.push(NaturalMode::new(oscillator, flight, lambda));
+            modes.push(NaturalMode::new(Forced::new(oscillator, v, force), lambda));
         }
         Self { first, size, damping, modes, shapes }
     }
 
     /// The least rate at which what the dashpots act on decays right after the start, 1/s.
     pub fn least_decay(&self) -> f64 {
-        self.modes[1..].iter().map(|mode| mode.oscillator.fast_decay()).fold(f64::INFINITY, f64::min)
+        self.modes[1..].iter().map(|mode| mode.oscillator().fast_decay()).fold(f64::INFINITY, f64::min)
     }
 
     /// Displacement of ball `i` for a unit of the coordinate of mode `m`.

@@ -30,6 +30,26 @@ impl Forced {
         Self { oscillator, v, force, decays: Decays::new(&oscillator, v, force) }
     }
 
+    /// The oscillator.
+    pub fn oscillator(&self) -> &Oscillator {
+        &self.oscillator
+    }
+
+    /// Integral of the displacement from time 0 to `t` (s), m.s.
+    pub fn displacement_integral(&self, t: f64) -> f64 {
+        let [_, _, u2, u3] = self.oscillator.basis(t.into());
+        self.v * u2 + self.force * u3
+    }
+
+    /// Integral of the velocity squared from time 0 to where the motion is `course`, m2/s: what the damping takes from the energy
+    /// `v^2/2 + omega^2 x^2/2 - f x`, for gamma > 0.
+    pub fn squared_velocity_integral(&self, course: &Course) -> f64 {
+        let ((change, _), (x, _)) = (course.change_of_rate, course.derivatives[0]);
+        let o = &self.oscillator;
+        let lost = -0.5 * change * (2.0 * self.v + change) - 0.5 * o.omega2() * x * x + self.force * x;
+        lost / (2.0 * o.gamma())
+    }
+
     /// The motion at `t` (s) after time 0.
     pub fn at(&self, t: f64) -> Course {
         if let Some(decays) = self.decays.filter(|decays| t >= decays.from) {
