@@ -11,6 +11,37 @@ pub const MAX_INPUT_DERIVATIVE: usize = 3;
 /// Highest derivative by time that is offered.
 pub const MAX_OUTPUT_DERIVATIVE: usize = 3;
 
+/// What lies ahead: the next onset of any contact, or how far ahead there is none.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NextOnset {
+    /// The first onset strictly after the current time, or [`NEVER`] if there is none; where `is_onset` is false a time later than
+    /// now up to which there is none, s.
+    pub time: f64,
+    /// Whether the look-ahead has come to an end: at an onset, or because there is none.
+    pub is_onset: bool,
+}
+
+impl NextOnset {
+    /// There is none.
+    pub const NONE: Self = Self { time: NEVER, is_onset: true };
+
+    /// It comes at `time` (s).
+    pub fn at(time: f64) -> Self {
+        Self { time, is_onset: true }
+    }
+
+    /// After the time `now` there is none up to `time` (s); what comes then has not been looked at. Between one double and the
+    /// next there is no time, so that the answer can always be later than now.
+    pub fn not_before(time: f64, now: f64) -> Self {
+        Self { time: time.max(now.next_up()), is_onset: false }
+    }
+
+    /// The onset, if one has been found.
+    pub fn found(self) -> Option<f64> {
+        (self.is_onset && self.time < NEVER).then_some(self.time)
+    }
+}
+
 /// A run at its current time. Balls and contacts are counted from 0; contact `i` is that of balls `i` and `i + 1`.
 pub trait Results {
     /// Position of ball `i` from its rest position, relative to the support, m.
@@ -57,8 +88,8 @@ pub trait Results {
     fn support_force(&self) -> f64;
     /// Mean of that force over the last step, N.
     fn support_force_mean(&self) -> f64;
-    /// First onset of any contact strictly after the current time, s, or [`NEVER`].
-    fn next_onset(&self) -> f64;
+    /// First onset of any contact strictly after the current time, as far as a bounded amount of work shows it.
+    fn next_onset(&self) -> NextOnset;
     /// Work counters since the start.
     fn work(&self) -> Work;
 }

@@ -4,6 +4,7 @@ use std::cell::Cell;
 
 use serde::{Deserialize, Serialize};
 
+use super::step_start::BallStart;
 use crate::model::{BallModel, ContactLaw};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::dual::Scalar;
@@ -234,6 +235,8 @@ pub(crate) struct Ball {
     pub flight: Flight,
     pub tally: Tally,
     pub held: Held,
+    /// How it stood at the start of a step, and of which.
+    pub at_start: BallStart,
     /// What was calculated when it was last asked for.
     pub known: Cell<Known>,
 }
@@ -261,6 +264,7 @@ impl Ball {
             flight,
             tally: Tally::default(),
             held: Held::Free,
+            at_start: BallStart::default(),
             known: Cell::new(Known { time: f64::NAN, anchor, state: (0.0, 0.0), basis: None }),
         }
     }

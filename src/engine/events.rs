@@ -6,27 +6,31 @@ use super::ball::Held;
 use super::cluster::{Cluster, Pace};
 use super::separation::{Forecast, Separation};
 use super::window::{Mode, Switch, WindowContact};
-use super::{Engine, EngineError, Pulse};
+use super::{Engine, EngineError, Observer};
 use crate::solver::double_double::DoubleDouble;
+
+/// Effort of an event, and of each contact of a cluster's window in a new segment (see [`Engine::effort`]).
+const EVENT: u64 = 8;
+const SEGMENT: u64 = 64;
 
 impl Engine {
     /// Handles the event of queue entry `key` at time `t`.
-    pub(super) fn process(&mut self, t: DoubleDouble, key: usize, pulses: &mut Vec<Pulse>) -> Result<(), EngineError> {
+    pub(super) fn process(&mut self, t: DoubleDouble, key: usize, observer: &mut dyn Observer) -> Result<(), EngineError> {
         self.watch_progress(t, key)?;
         self.handled += 1;
-        self.keep_step_start();
+        self.effort = self.effort.saturating_add(EVENT);
         let contact = &self.contacts[key];
         if let Some(id) = contact.cluster {
-            return self.end_segment(id as usize, pulses);
+            return self.end_segment(id as usize, observer);
         }
         if contact.impact.is_some() {
-            self.end_impact(key, t, pulses);
+            self.end_impact(key, t, observer);
         } else if !contact.due {
             self.forecast(key, t);
         } else if contact.bond.is_some() {
-            self.part(key, t, pulses);
+            self.part(key, t, observer);
         } else if self.is_rigid() {
-            self.meet(key, t, pulses);
+            self.meet(key, t, observer);
         } else if !self.begin_impact(key, t) {
             self.close(key, t, key..key + 1);
         }
@@ -34,9 +38,9 @@ impl Engine {
     }
 
     /// The segment of cluster `id` is over: go on, or switch what switches there.
-    fn end_segment(&mut self, id: usize, pulses: &mut Vec<Pulse>) -> Result<(), EngineError> {
-        let Some(mut cluster) = self.clusters[id].take() else { return Ok(()) };
-        let t = cluster.end();
+    fn end_segment(&mut self, id: usize, observer: &mut dyn Observer) -> Result<(), EngineError> {
+        let Some(t) = self.clusters[id].as_ref().map(Cluster::end) else { return Ok(()) };
+        let Some(mut cluster) = self.take_cluster(id, t) else { return Ok(()) };
         self.fold(&mut cluster, t);
         if let Some(ball) = cluster.flights.iter().position(|f| !(f.x.is_finite() && f.v.is_finite())) {
             let error = EngineError::NotFinite { time: t.value(), ball: cluster.window.start + ball };
@@ -56,7 +60,7 @@ impl Engine {
                 let range = cluster.window_contacts();
                 self.release_members(cluster, t);
                 (self.contacts[i].overlap, self.contacts[i].mode) = (0.0, Mode::Open);
-                pulses.push(self.contacts[i].ledger.close_pulse(i, t));
+                observer.pulse(self.contacts[i].ledger.close_pulse(i, t));
                 self.count_event();
                 self.form(range, t);
             }
@@ -180,17 +184,29 @@ impl Engine {
         cluster.expand(&self.balls, &self.cradle.contacts, &self.control);
         self.work.steps = self.work.steps.saturating_add(1);
         self.work.evaluations = self.work.evaluations.saturating_add(cluster.evaluations);
+        self.effort = self.effort.saturating_add(SEGMENT * cluster.contacts.len() as u64);
         self.queue.set(cluster.key(), cluster.end());
         self.clusters[id] = Some(cluster);
+    }
+
+    /// Cluster `id`, if it is there, taken out of its place by an event at `t`.
+    fn take_cluster(&mut self, id: usize, t: DoubleDouble) -> Option<Cluster> {
+        for i in self.clusters[id].as_ref()?.members.clone() {
+            self.before_move(i, t);
+        }
+        self.clusters[id].take()
     }
 
     /// Moves the start of the cluster's segment to `t`, a time on it, and enters in the ledgers what happened till then.
     pub(super) fn fold(&mut self, cluster: &mut Cluster, t: DoubleDouble) {
         let tau = (t - cluster.start).value().min(cluster.length);
-        let step_start = (DoubleDouble::from(self.step_start.time) - cluster.start).value().clamp(0.0, tau);
+        let step_start = (DoubleDouble::from(self.step_start) - cluster.start).value().clamp(0.0, tau);
         for i in cluster.window_contacts() {
             if cluster.mode(i) != Mode::Open {
-                let ledger = &self.contacts[i].ledger;
+                let ledger = &mut self.contacts[i].ledger;
+                if ledger.impulse_at_start(self.step).is_none() {
+                    ledger.begin_step(self.step, ledger.impulse + cluster.impulse(i, step_start));
+                }
                 let (of_pulse, of_step) = (ledger.peak_of_pulse(), ledger.peak_in_step(self.step));
                 // Looked for over the whole segment, so that it does not depend on where the steps begin.
                 let peak = cluster.peak(i, 0.0, tau, of_pulse);
@@ -214,7 +230,7 @@ impl Engine {
     /// Ends cluster `id`, if it is there, at time `t`: its members are in flight, its contacts hold their overlaps and modes.
     /// Returns the members and the contacts of the window; empty ranges if it was not there.
     pub(super) fn dissolve(&mut self, id: usize, t: DoubleDouble) -> (Range<usize>, Range<usize>) {
-        let Some(mut cluster) = self.clusters[id].take() else { return (0..0, 0..0) };
+        let Some(mut cluster) = self.take_cluster(id, t) else { return (0..0, 0..0) };
         let (members, contacts) = (cluster.members.clone(), cluster.window_contacts());
         self.fold(&mut cluster, t);
         self.release_members(cluster, t);

@@ -6,7 +6,7 @@ use super::ball::Held;
 use super::cluster::{Cluster, Pace};
 use super::pair::PairImpact;
 use super::window::{Mode, Switch, WindowContact};
-use super::{Engine, Pulse};
+use super::{Engine, Observer};
 use crate::solver::double_double::DoubleDouble;
 
 impl Engine {
@@ -76,8 +76,11 @@ impl Engine {
     }
 
     /// The impact of contact `i` is over at `t`.
-    pub(super) fn end_impact(&mut self, i: usize, t: DoubleDouble, pulses: &mut Vec<Pulse>) {
-        let in_step = self.impact_peak(i, self.step_start.time.into(), t);
+    pub(super) fn end_impact(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) {
+        self.before_move(i, t);
+        self.before_move(i + 1, t);
+        let in_step = self.impact_peak(i, self.step_start.into(), t);
+        self.begin_ledger(i);
         let contact = &mut self.contacts[i];
         let Some(impact) = &contact.impact else { return };
         contact.ledger.add(impact.impulse, impact.peak, in_step);
@@ -91,7 +94,7 @@ impl Engine {
         let displacement = impact.displacement;
         (contact.impact, contact.overlap) = (None, 0.0);
         self.shift_neighbours(i, displacement, displacement);
-        pulses.push(self.contacts[i].ledger.close_pulse(i, t));
+        observer.pulse(self.contacts[i].ledger.close_pulse(i, t));
         self.count_event();
         let neighbours = i.saturating_sub(1)..(i + 3).min(self.balls.len());
         self.land_free(neighbours.clone(), t);
@@ -116,6 +119,7 @@ impl Engine {
         if self.balls[i].anchor == t {
             return;
         }
+        self.before_move(i, t);
         let displacement = self.balls[i].land(t);
         if i > 0 && self.contacts[i - 1].waits {
             self.contacts[i - 1].overlap -= displacement;
@@ -138,6 +142,11 @@ impl Engine {
     /// Gives the known outcome of contact `i` up at `t`, within its impact: the impact is followed from its onset to `t` like
     /// any other, and left there with its balls in flight and its contact closed.
     pub(super) fn break_impact(&mut self, i: usize, t: DoubleDouble) {
+        self.before_move(i, t);
+        self.before_move(i + 1, t);
+        if t > self.step_start.into() {
+            self.begin_ledger(i);
+        }
         let Some(impact) = self.contacts[i].impact.take() else { return };
         self.queue.remove(i);
         let mut cluster = self.alone(i, impact.start);

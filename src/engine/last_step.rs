@@ -3,7 +3,7 @@
 
 use super::expansion::{Push, State};
 use super::sensitivity::{NotFollowed, Run};
-use super::{Differential, Engine, HeldInputs, NEVER};
+use super::{Differential, Engine, HeldInputs};
 use crate::model::{BallModel, Cradle, Inputs, Parameters};
 use crate::solver::dual::{Dual, Scalar};
 
@@ -18,7 +18,7 @@ pub(super) struct LastStep<'a> {
     pub length: f64,
     /// State at its end.
     pub end: State,
-    /// Whether another onset lies ahead.
+    /// Whether the next onset is known.
     pub onset_ahead: bool,
 }
 
@@ -116,14 +116,13 @@ fn start_along(state: &State, cradle: &Cradle<Dual>, tangent: &Parameters) -> St
 impl Engine {
     /// The last step.
     pub(super) fn last_step(&self) -> LastStep<'_> {
-        let start = self.step_start.time;
         LastStep {
             cradle: &self.cradle,
-            start: self.step_start.state.clone().unwrap_or_else(|| self.state_of_all(start.into())),
-            inputs: self.inputs.at(start),
+            start: self.state_at_start(),
+            inputs: self.inputs.at(self.step_start),
             length: self.step_length(),
             end: self.state_of_all(self.time.into()),
-            onset_ahead: self.next_onset() < NEVER,
+            onset_ahead: self.next_onset().found().is_some(),
         }
     }
 }

@@ -90,9 +90,9 @@ impl Ledger {
         Pulse { contact, onset: self.onset, release: self.release, peak: self.pulse_peak, impulse: self.pulse_impulse }
     }
 
-    /// Impulse gathered since step number `step` began, if it is now `impulse`, N.s.
-    pub fn impulse_in_step(&self, step: u64, impulse: DoubleDouble) -> f64 {
-        if self.step == step { (impulse - self.step_impulse).value() } else { 0.0 }
+    /// What the impulse was when step number `step` began, N.s, if anything has been entered since.
+    pub fn impulse_at_start(&self, step: u64) -> Option<DoubleDouble> {
+        (self.step == step).then_some(self.step_impulse)
     }
 
     /// Largest force of the last pulse up to the start of the current segment, N.

@@ -31,6 +31,7 @@ mod ledger;
 mod modes;
 mod natural;
 mod observe;
+mod observer;
 mod pair;
 mod restitution;
 mod rigid;
@@ -38,10 +39,11 @@ mod sensitivity;
 mod separation;
 mod simulation;
 mod snapshot;
+mod step_start;
 mod taylor;
 mod window;
 
-use std::cell::{Cell, RefCell};
+use std::cell::Cell;
 
 use serde::{Deserialize, Serialize};
 
@@ -49,21 +51,25 @@ use crate::model::{Cradle, Inputs, Parameters};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::oscillator::MAX_FORCE_ORDER;
 use crate::solver::queue::EventQueue;
+use ahead::Ahead;
 use ball::{Ball, Flight, Push};
 use bond::Bond;
 use cluster::Cluster;
 pub use continuous::Continuous;
-pub use cradle_interface::results::{Differential, MAX_INPUT_DERIVATIVE, MAX_OUTPUT_DERIVATIVE, NEVER, Results, Work};
+pub use cradle_interface::results::{
+    Differential, MAX_INPUT_DERIVATIVE, MAX_OUTPUT_DERIVATIVE, NEVER, NextOnset, Results, Work,
+};
 use error::Endurance;
 pub use error::EngineError;
-use expansion::State;
 use ledger::Ledger;
+pub use observer::{Observer, Progress, Unrecorded};
 use pair::{PairImpact, Shape};
 use rigid::Keep;
 pub use sensitivity::NotFollowed;
 use separation::Separation;
 pub use simulation::{Simulation, SimulationSnapshot};
 pub use snapshot::{Snapshot, Unsound};
+use step_start::ContactStart;
 use taylor::Control;
 use window::Mode;
 
@@ -108,16 +114,8 @@ struct Contact {
     /// are at their anchors, which differ.
     overlap: f64,
     mode: Mode,
-}
-
-/// Totals at the start of the step under way.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-struct StepStart {
-    time: f64,
-    /// Integral of the force on the support; taken only when an event is about to move the anchors.
-    support_impulse: Option<f64>,
-    /// The state, taken then as well.
-    state: Option<State>,
+    /// How it stood at the start of a step, and of which.
+    at_start: ContactStart,
 }
 
 /// The inputs that act: polynomials of the time.
@@ -189,17 +187,21 @@ pub struct Engine {
     queue: EventQueue,
     /// Number of the current step; 0 before the first.
     step: u64,
-    step_start: StepStart,
+    /// When it began, s, and the balls that have moved off their closed forms since.
+    step_start: f64,
+    moved: Vec<u32>,
     contact_loss: f64,
     energy_at_start: f64,
     work: Work,
-    /// What [`Self::next_onset`] found last; it holds until then, or until the inputs change.
-    known_onset: Cell<Option<f64>>,
-    /// A copy that has gone ahead to look for it; it holds until the inputs change.
-    ahead: RefCell<Option<Box<Engine>>>,
+    /// What [`Self::next_onset`] found last, and when it was asked for, s.
+    foreseen: Cell<Option<(f64, NextOnset)>>,
+    /// A copy that has gone ahead to look for it; it is good until the inputs change.
+    ahead: Ahead,
     /// Entries of the queue handled so far, and onsets among what came of them.
     handled: u64,
     onsets: u64,
+    /// Work so far, in units of about a tenth of a microsecond: what bounds a look ahead.
+    effort: u64,
     /// Time of the last event and how many came without any progress of time.
     last_event: DoubleDouble,
     standstill: usize,
@@ -213,13 +215,13 @@ impl Engine {
         let start = DoubleDouble::from(start_time);
         if engine.is_rigid() {
             engine.touch_where_close()?;
-            engine.settle(0..engine.contacts.len(), start, Keep::Nothing, &mut Vec::new());
+            engine.settle(0..engine.contacts.len(), start, Keep::Nothing, &mut Unrecorded);
         } else {
             engine.close_where_overlapping(start);
             engine.form(0..engine.contacts.len(), start);
         }
         engine.energy_at_start = engine.total_energy();
-        engine.check_finite()?;
+        engine.check_finite(0..engine.balls.len())?;
         Ok(engine)
     }
 
@@ -242,7 +244,8 @@ impl Engine {
                 due: false,
                 waits: false,
                 overlap: 0.0,
-                mode: Mode::Open
+                mode: Mode::Open,
+                at_start: ContactStart::default(),
             };
             cradle.contacts.len()
         ];
@@ -256,14 +259,16 @@ impl Engine {
             contacts,
             clusters: Vec::new(),
             step: 0,
-            step_start: StepStart { time: start_time, support_impulse: None, state: None },
+            step_start: start_time,
+            moved: Vec::new(),
             contact_loss: 0.0,
             energy_at_start: 0.0,
             work: Work::default(),
-            known_onset: Cell::new(None),
-            ahead: RefCell::new(None),
+            foreseen: Cell::new(None),
+            ahead: Ahead::default(),
             handled: 0,
             onsets: 0,
+            effort: 0,
             last_event: start,
             standstill: 0,
             cradle,
@@ -276,10 +281,12 @@ impl Engine {
     }
 
     /// From the current time on, `inputs` act, changing with these `derivatives` by time, from the first up to order
-    /// [`MAX_INPUT_DERIVATIVE`]. No change of the trajectory if they are constant and act already.
+    /// [`MAX_INPUT_DERIVATIVE`]. No change of the trajectory if they are constant and act already. The last step is over: the values
+    /// over it are gone.
     pub fn hold(&mut self, inputs: &Inputs, derivatives: &[Inputs]) -> Result<(), EngineError> {
         let constant = derivatives.is_empty() && self.inputs.derivatives.is_empty();
         if !constant || *inputs != self.inputs.values {
+            self.begin_step();
             self.take_apart();
             self.inputs = HeldInputs { since: self.time, values: inputs.clone(), derivatives: derivatives.to_vec() };
             for (i, ball) in self.balls.iter_mut().enumerate() {
@@ -287,39 +294,38 @@ impl Engine {
             }
             self.put_together();
         }
-        self.check_finite()
+        self.check_finite(0..self.balls.len())
     }
 
     /// From the current time on, the drag and the losses of the contacts of `parameters` (the tunable ones) act.
     pub fn retune(&mut self, parameters: &Parameters) -> Result<(), EngineError> {
         let cradle = Cradle::new(parameters);
         if cradle != self.cradle {
+            self.begin_step();
             self.take_apart();
             for (ball, model) in self.balls.iter_mut().zip(&cradle.balls) {
-                *ball = Ball { tally: ball.tally, ..Ball::new(model, ball.anchor, ball.flight) };
+                *ball = Ball { tally: ball.tally, at_start: ball.at_start, ..Ball::new(model, ball.anchor, ball.flight) };
             }
             self.cradle = cradle;
             self.put_together();
         }
-        self.check_finite()
+        self.check_finite(0..self.balls.len())
     }
 
-    /// Moves the current time to `time` (s, not before the current one); pulses that finish on the way are appended to
-    /// `pulses` in the order of their release. The values "over the last step" refer to this call.
-    pub fn advance(&mut self, time: f64, pulses: &mut Vec<Pulse>) -> Result<(), EngineError> {
+    /// Moves the current time to `time` (s, not before the current one); `observer` is told of the pulses that finish on the way,
+    /// in the order of their release. The values "over the last step" refer to this call.
+    pub fn advance(&mut self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
         self.begin_step();
         let until = DoubleDouble::from(time);
-        let mut moved = false;
         let mut endurance = Endurance::new(self.time.into(), until);
         while let Some((t, key)) = self.queue.first()
             && t <= until
         {
-            endurance.check(t, key)?;
-            self.process(t, key, pulses)?;
-            moved = true;
+            endurance.check(t, key, self.effort, observer)?;
+            self.process(t, key, observer)?;
         }
         self.time = time;
-        if moved { self.check_finite() } else { Ok(()) }
+        self.check_finite(self.moved.iter().map(|&ball| ball as usize))
     }
 
     /// Everything in flight and anchored at the current time, the contacts with their overlaps and modes.
@@ -346,11 +352,11 @@ impl Engine {
     /// The reverse, from what is in flight and overlaps now.
     fn put_together(&mut self) {
         let now = DoubleDouble::from(self.time);
-        self.known_onset.set(None);
-        self.ahead.take();
+        self.foreseen.set(None);
+        self.ahead.forget();
         if self.is_rigid() {
             // A contact that would have to pull from now on ends in the next step.
-            return self.settle(0..self.contacts.len(), now, Keep::Closed, &mut Vec::new());
+            return self.settle(0..self.contacts.len(), now, Keep::Closed, &mut Unrecorded);
         }
         for i in 0..self.contacts.len() {
             if self.contacts[i].mode != Mode::Open {
@@ -361,9 +367,10 @@ impl Engine {
         self.form(0..self.contacts.len(), now);
     }
 
-    fn check_finite(&self) -> Result<(), EngineError> {
-        let infinite = |ball: &Ball| !(ball.flight.x.is_finite() && ball.flight.v.is_finite());
-        match self.balls.iter().position(infinite) {
+    /// Refuses states of `balls` that are none.
+    fn check_finite(&self, mut balls: impl Iterator<Item = usize>) -> Result<(), EngineError> {
+        let infinite = |ball: &usize| !(self.balls[*ball].flight.x.is_finite() && self.balls[*ball].flight.v.is_finite());
+        match balls.find(infinite) {
             Some(ball) => Err(EngineError::NotFinite { time: self.time, ball }),
             None => Ok(()),
         }

@@ -50,7 +50,7 @@ impl Engine {
     }
 
     /// Position (m) and velocity (m/s) of ball `i` at the time `t`, not before its anchor.
-    fn state_at(&self, i: usize, t: DoubleDouble) -> (f64, f64) {
+    pub(super) fn state_at(&self, i: usize, t: DoubleDouble) -> (f64, f64) {
         let (x, (displacement, v)) = match self.segment_of_ball(i, t) {
             Some((cluster, tau)) => (cluster.flights[i - cluster.window.start].x, cluster.moved(i, tau)),
             None => (self.balls[i].flight.x, self.balls[i].moved(t)),
@@ -147,7 +147,7 @@ impl Engine {
     }
 
     /// Overlap of contact `i` (m) and its mode at the time `t`.
-    fn overlap_at(&self, i: usize, t: DoubleDouble) -> (f64, Mode) {
+    pub(super) fn overlap_at(&self, i: usize, t: DoubleDouble) -> (f64, Mode) {
         if self.contacts[i].bond.is_some() {
             return (0.0, Mode::Pressing);
         }
@@ -186,7 +186,7 @@ impl Engine {
         self.overlap(i) > 0.0
     }
 
-    fn impulse_at(&self, i: usize, t: DoubleDouble) -> DoubleDouble {
+    pub(super) fn impulse_at(&self, i: usize, t: DoubleDouble) -> DoubleDouble {
         if let Some(bond) = &self.contacts[i].bond {
             return self.contacts[i].ledger.impulse + bond.impulse(t);
         }
@@ -200,17 +200,15 @@ impl Engine {
         self.impulse_at(i, self.now()).value()
     }
 
-    /// Length of the last step, s; 0 before the first.
-    pub(super) fn step_length(&self) -> f64 {
-        self.time - self.step_start.time
-    }
-
     /// Mean of the force in contact `i` over the last step, N; the force itself before the first step.
     pub fn force_mean(&self, i: usize) -> f64 {
         if self.step_length() == 0.0 {
             return self.force(i);
         }
-        self.contacts[i].ledger.impulse_in_step(self.step, self.impulse_at(i, self.now())) / self.step_length()
+        let impulse = self.impulse_at(i, self.now());
+        let at_start = self.contacts[i].ledger.impulse_at_start(self.step);
+        let at_start = at_start.unwrap_or_else(|| self.impulse_at(i, self.step_start.into()));
+        (impulse - at_start).value() / self.step_length()
     }
 
     /// Largest force in contact `i` in the last step, N; 0 if the contact was open throughout. The force itself before the
@@ -219,7 +217,7 @@ impl Engine {
         if self.step_length() == 0.0 {
             return self.force(i);
         }
-        let from = DoubleDouble::from(self.step_start.time);
+        let from = DoubleDouble::from(self.step_start);
         let before = self.contacts[i].ledger.peak_in_step(self.step);
         if let Some(bond) = &self.contacts[i].bond {
             return bond.peak(from, self.now()).max(before);
@@ -296,14 +294,11 @@ impl Engine {
         self.cradle.support_force(|i| self.state(i))
     }
 
-    /// Integral of the force on the support since the start up to a constant, N.s.
-    fn support_impulse_at(&self, t: DoubleDouble) -> f64 {
-        let ball = |i: usize| {
-            let model = &self.cradle.balls[i];
-            let drag = if model.gamma > 0.0 { 2.0 * model.gamma * self.state_at(i, t).0 } else { 0.0 };
-            model.mass * (model.omega2 * self.tally_at(i, t).x_integral + drag)
-        };
-        (0..self.balls.len()).map(ball).sum()
+    /// The part of ball `i` in the integral of the force on the support since the start up to a constant, N.s.
+    pub(super) fn support_impulse_of(&self, i: usize, t: DoubleDouble) -> f64 {
+        let model = &self.cradle.balls[i];
+        let drag = if model.gamma > 0.0 { 2.0 * model.gamma * self.state_at(i, t).0 } else { 0.0 };
+        model.mass * (model.omega2 * self.tally_at(i, t).x_integral + drag)
     }
 
     /// Mean of the force on the support over the last step, N; the force itself before the first step.
@@ -311,42 +306,14 @@ impl Engine {
         if self.step_length() == 0.0 {
             return self.support_force();
         }
-        // Without an event in the step the anchors still lie before its start.
-        let at_start = || self.support_impulse_at(self.step_start.time.into());
-        let before = self.step_start.support_impulse.unwrap_or_else(at_start);
-        (self.support_impulse_at(self.now()) - before) / self.step_length()
+        let balls = 0..self.balls.len();
+        let before: f64 = balls.clone().map(|i| self.support_impulse_at_start(i)).sum();
+        let now: f64 = balls.map(|i| self.support_impulse_of(i, self.now())).sum();
+        (now - before) / self.step_length()
     }
 
     /// Work counters since the start.
     pub fn work(&self) -> Work {
         self.work
-    }
-
-    /// Starts a new step at the current time.
-    pub(super) fn begin_step(&mut self) {
-        self.step += 1;
-        self.step_start = super::StepStart { time: self.time, support_impulse: None, state: None };
-        for id in 0..self.clusters.len() {
-            let Some(cluster) = &self.clusters[id] else { continue };
-            for i in cluster.window_contacts() {
-                let impulse = self.impulse_at(i, self.now());
-                self.contacts[i].ledger.begin_step(self.step, impulse);
-            }
-        }
-        for i in 0..self.contacts.len() {
-            if self.contacts[i].impact.is_some() || self.contacts[i].bond.is_some() {
-                let impulse = self.impulse_at(i, self.now());
-                self.contacts[i].ledger.begin_step(self.step, impulse);
-            }
-        }
-    }
-
-    /// Takes down what the means over the step and its sensitivities need, before the first event of the step moves the anchors.
-    pub(super) fn keep_step_start(&mut self) {
-        if self.step_start.support_impulse.is_none() {
-            let start = self.step_start.time.into();
-            self.step_start.support_impulse = Some(self.support_impulse_at(start));
-            self.step_start.state = Some(self.state_of_all(start));
-        }
     }
 }

@@ -16,7 +16,7 @@ use super::bond::{Body, acceleration_rounding};
 use super::restitution::{self, Impact};
 use super::separation::Separation;
 use super::window::Mode;
-use super::{Contact, Engine, EngineError, Pulse};
+use super::{Contact, Engine, EngineError, Observer};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::oscillator::Oscillator;
 
@@ -56,7 +56,7 @@ impl Engine {
     }
 
     /// The balls of contact `i` meet at `t`.
-    pub(super) fn meet(&mut self, i: usize, t: DoubleDouble, pulses: &mut Vec<Pulse>) {
+    pub(super) fn meet(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) {
         let clock_stands = self.standstill > self.most_without_progress() / 2;
         let e = if clock_stands { 0.0 } else { self.cradle.restitution.unwrap_or_default() };
         let Some(separation) = &self.contacts[i].separation else { return };
@@ -66,6 +66,8 @@ impl Engine {
             contact.bond.is_some() || contact.separation.as_ref().is_some_and(touches)
         });
         let (first, balls) = (group.start, group.start..group.end + 1);
+        // Also at the very start of a step: the velocities jump.
+        balls.clone().for_each(|ball| self.take_down(ball));
         self.unbind(group.clone(), t);
         self.align(group.clone());
         let masses: Vec<f64> = self.balls[balls.clone()].iter().map(|ball| ball.mass).collect();
@@ -91,8 +93,8 @@ impl Engine {
         // What has closed without speed is pressed, even if by rounding only.
         let keep = if approach <= unresolved { Keep::Contact(i) } else { Keep::Nothing };
         self.bind_where_pressed(group.clone(), t, keep);
-        self.enter(&impacts, first, t, pulses);
-        self.go_on(group, t, pulses);
+        self.enter(&impacts, first, t, observer);
+        self.go_on(group, t, observer);
     }
 
     /// The balls of the contacts `group` touch: their positions, which know of the overlaps to within rounding only, are made to
@@ -111,25 +113,25 @@ impl Engine {
 
     /// Enters the impacts at `t` in the ledgers of the contacts, counted from `first`: pulses without duration, but for the last one
     /// of a contact that lasts.
-    fn enter(&mut self, impacts: &[Impact<f64>], first: usize, t: DoubleDouble, pulses: &mut Vec<Pulse>) {
+    fn enter(&mut self, impacts: &[Impact<f64>], first: usize, t: DoubleDouble, observer: &mut dyn Observer) {
         let mut seen = BTreeSet::new();
         let is_last: Vec<bool> = impacts.iter().rev().map(|impact| seen.insert(impact.contact)).collect();
         for (impact, is_last) in impacts.iter().zip(is_last.into_iter().rev()) {
             let i = first + impact.contact;
-            self.end_pulse(i, t, pulses);
+            self.end_pulse(i, t, observer);
             self.begin_pulse(i, t);
             self.contacts[i].ledger.add(impact.impulse, 0.0, 0.0);
             if !is_last || self.contacts[i].bond.is_none() {
-                self.end_pulse(i, t, pulses);
+                self.end_pulse(i, t, observer);
             }
         }
     }
 
     /// The bond of contact `i` would have to pull from `t` on.
-    pub(super) fn part(&mut self, i: usize, t: DoubleDouble, pulses: &mut Vec<Pulse>) {
+    pub(super) fn part(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) {
         let body = self.around(i, |contact| contact.bond.is_some());
         self.unbind(body.clone(), t);
-        self.settle(body, t, Keep::Parting(i), pulses);
+        self.settle(body, t, Keep::Parting(i), observer);
     }
 
     /// Contact `i` and those on either side as far as they `belong` without a gap.
@@ -147,9 +149,9 @@ impl Engine {
         self.count_event();
     }
 
-    fn end_pulse(&mut self, i: usize, t: DoubleDouble, pulses: &mut Vec<Pulse>) {
+    fn end_pulse(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) {
         if std::mem::replace(&mut self.contacts[i].mode, Mode::Open) == Mode::Pressing {
-            pulses.push(self.contacts[i].ledger.close_pulse(i, t));
+            observer.pulse(self.contacts[i].ledger.close_pulse(i, t));
             self.count_event();
         }
     }
@@ -169,6 +171,7 @@ impl Engine {
         }
         for i in group.start..group.end + 1 {
             if self.balls[i].held == Held::Bond {
+                self.before_move(i, t);
                 let (before, after) = (self.own_push(i, self.balls[i].anchor), self.own_push(i, t));
                 let (model, ball) = (&self.cradle.balls[i], &mut self.balls[i]);
                 ball.tally = ball.tally_under(&before, t);
@@ -181,11 +184,14 @@ impl Engine {
             }
         }
         for j in group {
+            if self.contacts[j].bond.is_some() {
+                self.begin_ledger(j);
+            }
             let Some(bond) = self.contacts[j].bond.take() else { continue };
             self.queue.remove(j);
             // Members differ by rounding only.
             self.balls[j + 1].flight.v = self.balls[j].flight.v;
-            let in_step = bond.peak(self.step_start.time.into(), t);
+            let in_step = bond.peak(self.step_start.into(), t);
             let peak = bond.peak(bond.anchor(), t);
             let contact = &mut self.contacts[j];
             contact.ledger.add(bond.impulse(t), peak, in_step);
@@ -206,9 +212,9 @@ impl Engine {
 
     /// Bonds where balls press each other at `t` and flight elsewhere, for the contacts `group`, which have been taken apart, and
     /// those beside them.
-    pub(super) fn settle(&mut self, group: Range<usize>, t: DoubleDouble, keep: Keep, pulses: &mut Vec<Pulse>) {
+    pub(super) fn settle(&mut self, group: Range<usize>, t: DoubleDouble, keep: Keep, observer: &mut dyn Observer) {
         self.bind_where_pressed(group.clone(), t, keep);
-        self.go_on(group, t, pulses);
+        self.go_on(group, t, observer);
     }
 
     /// Bonds where balls of `group` press each other at `t`.
@@ -228,11 +234,11 @@ impl Engine {
     }
 
     /// From `t` on, pulses last where there are bonds, other contacts of `group` and those beside it fly.
-    fn go_on(&mut self, group: Range<usize>, t: DoubleDouble, pulses: &mut Vec<Pulse>) {
+    fn go_on(&mut self, group: Range<usize>, t: DoubleDouble, observer: &mut dyn Observer) {
         let noise = self.rounding(group.start..group.end + 1).position;
         for j in group.start.saturating_sub(1)..(group.end + 1).min(self.contacts.len()) {
             if self.contacts[j].bond.is_none() {
-                self.end_pulse(j, t, pulses);
+                self.end_pulse(j, t, observer);
                 let separation = self.separation(j, t, self.contacts[j].overlap.min(0.0));
                 self.contacts[j].separation = Some(separation.rigid(noise, self.input_age(t)));
             } else if self.contacts[j].mode == Mode::Open {

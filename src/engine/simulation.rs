@@ -3,7 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::continuous::Method;
-use super::{Continuous, Differential, Engine, EngineError, NotFollowed, Pulse, Results, Snapshot, Unsound, Work};
+use super::{
+    Continuous, Differential, Engine, EngineError, NextOnset, NotFollowed, Observer, Results, Snapshot, Unsound, Work,
+};
 use crate::model::{ContactModel, Inputs, Parameters};
 
 /// A run by the selected method. Every method offers what [`Engine`] offers, with the same meaning.
@@ -71,7 +73,7 @@ observables! {
     momentum() -> f64;
     support_force() -> f64;
     support_force_mean() -> f64;
-    next_onset() -> f64;
+    next_onset() -> NextOnset;
     work() -> Work;
 }
 
@@ -149,7 +151,7 @@ impl Simulation {
 
     /// See [`Engine::advance`].
     #[inline]
-    pub fn advance(&mut self, time: f64, pulses: &mut Vec<Pulse>) -> Result<(), EngineError> {
-        of_method!(self, advance(time, pulses))
+    pub fn advance(&mut self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
+        of_method!(self, advance(time, observer))
     }
 }

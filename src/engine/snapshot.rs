@@ -11,12 +11,12 @@ use serde::{Deserialize, Serialize};
 use super::ball::{Ball, Flight, Held, Tally};
 use super::bond::Bond;
 use super::cluster::{Cluster, Pace};
-use super::expansion::State;
 use super::ledger::Ledger;
 use super::pair::PairImpact;
 use super::separation::Separation;
 use super::window::{Mode, WindowContact};
-use super::{Engine, HeldInputs, LARGEST_COUNT, StepStart, Work};
+use super::step_start::{BallStart, ContactStart};
+use super::{Engine, HeldInputs, LARGEST_COUNT, Work};
 use crate::model::Parameters;
 use crate::solver::double_double::DoubleDouble;
 
@@ -29,7 +29,7 @@ pub struct Snapshot {
     contacts: Vec<ContactState>,
     clusters: Vec<Option<ClusterState>>,
     step: u64,
-    step_start: StepStart,
+    step_start: f64,
     contact_loss: f64,
     energy_at_start: f64,
     work: Work,
@@ -42,12 +42,16 @@ struct BallState {
     anchor: DoubleDouble,
     flight: Flight,
     tally: Tally,
+    /// If it has moved within the step.
+    at_start: Option<BallStart>,
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct ContactState {
     ledger: Ledger,
     course: Course,
+    /// If one of its balls has moved within the step.
+    at_start: Option<ContactStart>,
 }
 
 /// What a contact is part of.
@@ -88,7 +92,8 @@ impl Engine {
     pub fn snapshot(&self) -> Snapshot {
         let ball = |i: usize| {
             let ball = &self.balls[i];
-            BallState { anchor: ball.anchor, flight: ball.flight, tally: ball.tally }
+            let at_start = Some(ball.at_start).filter(|start| start.step == self.step);
+            BallState { anchor: ball.anchor, flight: ball.flight, tally: ball.tally, at_start }
         };
         let contact = |i: usize| {
             let contact = &self.contacts[i];
@@ -103,7 +108,8 @@ impl Engine {
             } else {
                 Course::Waits(contact.overlap)
             };
-            ContactState { ledger: contact.ledger.clone(), course }
+            let at_start = Some(contact.at_start).filter(|start| start.step == self.step);
+            ContactState { ledger: contact.ledger.clone(), course, at_start }
         };
         let cluster = |cluster: &Cluster| ClusterState {
             members: cluster.members.clone(),
@@ -119,7 +125,7 @@ impl Engine {
             contacts: (0..self.contacts.len()).map(contact).collect(),
             clusters: self.clusters.iter().map(|slot| slot.as_ref().map(cluster)).collect(),
             step: self.step,
-            step_start: self.step_start.clone(),
+            step_start: self.step_start,
             contact_loss: self.contact_loss,
             energy_at_start: self.energy_at_start,
             work: self.work,
@@ -146,10 +152,12 @@ impl Engine {
         engine.standstill = snapshot.standstill;
         for (ball, state) in engine.balls.iter_mut().zip(balls) {
             (ball.anchor, ball.flight, ball.tally) = (state.anchor, state.flight, state.tally);
+            ball.at_start = state.at_start.unwrap_or_default();
         }
         let mut courses = Vec::with_capacity(contacts.len());
         for (contact, state) in engine.contacts.iter_mut().zip(contacts) {
             contact.ledger = state.ledger;
+            contact.at_start = state.at_start.unwrap_or_default();
             engine.onsets = engine.onsets.saturating_add(contact.ledger.pulses);
             courses.push(state.course);
         }
@@ -279,8 +287,7 @@ impl Snapshot {
         let fits = self.balls.len() == balls
             && self.contacts.len() == contacts
             && self.clusters.len() <= contacts
-            && self.inputs.fit(balls)
-            && self.step_start.state.as_ref().is_none_or(|state| state.is_of(balls));
+            && self.inputs.fit(balls);
         require(fits, "it is not as large as the cradle")
     }
 
@@ -289,7 +296,7 @@ impl Snapshot {
         let now = DoubleDouble::from(self.time);
         let past = |t: DoubleDouble| t.is_sound() && t <= now && t >= DoubleDouble::from(start);
         require(self.inputs.are_finite(), "an input is not finite")?;
-        let times = [self.time, self.inputs.since, self.step_start.time].map(DoubleDouble::from);
+        let times = [self.time, self.inputs.since, self.step_start].map(DoubleDouble::from);
         require(times.into_iter().chain([self.last_event]).all(past), "a time of the past is not in the past")?;
         let ball = |ball: &BallState| past(ball.anchor) && ball.flight.is_finite() && ball.tally.is_finite();
         require(self.balls.iter().all(ball), "the state of a ball is not finite, or of the future")?;
@@ -302,9 +309,13 @@ impl Snapshot {
                 "a cluster is not finite, or of the future",
             )?;
         }
-        let start = self.step_start.state.as_ref().is_none_or(State::is_finite);
-        require(start, "the state at the start of the step is not finite")?;
-        let sums = [self.contact_loss, self.energy_at_start, self.step_start.support_impulse.unwrap_or_default()];
+        let ball = |ball: &BallState| ball.at_start.is_none_or(|start| start.step == self.step && start.is_finite());
+        let contact = |contact: &ContactState| {
+            contact.at_start.is_none_or(|start| start.step == self.step && start.overlap.is_finite())
+        };
+        let start = self.balls.iter().all(ball) && self.contacts.iter().all(contact);
+        require(start, "the state at the start of the step is not finite, or of another step")?;
+        let sums = [self.contact_loss, self.energy_at_start];
         require(sums.iter().all(|sum| sum.is_finite()), "a sum is not finite")?;
         require(self.step < LARGEST_COUNT && self.standstill < LARGEST_COUNT as usize, "a count is too large")
     }

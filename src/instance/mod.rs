@@ -8,6 +8,7 @@ mod experiment;
 mod legality;
 mod log;
 mod refusal;
+mod report;
 mod state;
 mod step;
 mod values;
@@ -20,7 +21,7 @@ pub use state::{State, StateError};
 
 use serde::{Deserialize, Serialize};
 
-use crate::engine::{Pulse, Simulation};
+use crate::engine::Simulation;
 use crate::model::{Inputs, Parameters, Tunables};
 use crate::variables::{Access, LogCategory, Number, Settings, variables};
 
@@ -76,8 +77,6 @@ pub struct Instance {
     /// Start values of the description, which a reset returns to.
     start: Settings,
     run: Run,
-    /// Pulses that finished in the last step; kept so that a step need not allocate.
-    pulses: Vec<Pulse>,
     log: Log,
 }
 
@@ -85,7 +84,7 @@ impl Instance {
     /// An instance with the start values of its description, which has this GUID.
     pub fn new(start: Settings, guid: String, log: Log) -> Self {
         let run = Run::new(&start);
-        Self { guid, start, run, pulses: Vec::new(), log }
+        Self { guid, start, run, log }
     }
 
     /// The phase it is in.
@@ -152,7 +151,6 @@ impl Instance {
     /// Back to where it was after it was created; which log categories are on is kept.
     pub fn reset(&mut self) -> Result<(), Refusal> {
         self.run = Run::new(&self.start);
-        self.pulses.clear();
         Ok(())
     }
 

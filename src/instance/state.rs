@@ -17,7 +17,7 @@ pub struct State {
 pub enum StateError {
     /// The bytes are something else.
     NoState,
-    /// Written by a newer version, in this format.
+    /// Written by another version, in this format.
     Format(u32),
     /// Not the bytes that were written.
     Damaged,
@@ -47,7 +47,7 @@ impl From<Unsound> for StateError {
 
 /// What the bytes begin with, and the format that follows.
 const MAGIC: [u8; 8] = *b"cradleFS";
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 const HEADER: usize = MAGIC.len() + size_of::<u32>();
 
 /// Length of the digest that the bytes end with.
@@ -115,7 +115,6 @@ impl Instance {
     pub fn set_state(&mut self, state: &State) -> Result<(), Refusal> {
         self.check_owner(state.owner())?;
         self.run.clone_from(&state.run);
-        self.pulses.clear();
         Ok(())
     }
 

@@ -1,9 +1,8 @@
 //! Communication steps.
 
+use super::report::Reporter;
 use super::{Instance, Phase, Refusal};
-use crate::engine::Pulse;
 use crate::model::Inputs;
-use crate::variables::LogCategory;
 
 /// How far the host's clock may be off from ours, relative to the larger of 1 s and the time.
 const CLOCK_TOLERANCE: f64 = 1e-12;
@@ -47,12 +46,9 @@ impl Instance {
             self.tell_past_stop(next, stop);
         }
         let advanced = match &mut self.run.engine {
-            Some(engine) => engine.advance(next, &mut self.pulses),
+            Some(engine) => engine.advance(next, &mut Reporter::new(&self.log, next)),
             None => return Err(Refusal::Missing("nothing is calculated yet")),
         };
-        if !self.pulses.is_empty() {
-            self.tell_pulses();
-        }
         advanced.map_err(|error| self.fail(error))?;
         self.keep_inputs(reached);
         Ok(())
@@ -110,22 +106,6 @@ impl Instance {
         self.run.past_stop_told = true;
         self.log
             .solver(format_args!("the step to t = {next} s goes past stopTime = {stop} s; it is made all the same"));
-    }
-
-    /// One line for each pulse that finished in the step. 17 digits, so that they read back as the same doubles.
-    #[cold]
-    fn tell_pulses(&mut self) {
-        if self.log.wants(LogCategory::Events) {
-            for Pulse { contact, onset, release, peak, impulse } in &self.pulses {
-                let contact = contact + 1;
-                self.log.write(
-                    super::Severity::Ok,
-                    LogCategory::Events,
-                    format_args!("contact={contact} onset={onset:.16e} release={release:.16e} peak={peak:.16e} impulse={impulse:.16e}"),
-                );
-            }
-        }
-        self.pulses.clear();
     }
 }
 

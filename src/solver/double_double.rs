@@ -62,6 +62,11 @@ impl DoubleDouble {
         if self.lo > 0.0 { self.hi.next_up() } else { self.hi }
     }
 
+    /// The largest double that is not above the value.
+    pub fn value_down(self) -> f64 {
+        if self.lo < 0.0 { self.hi.next_down() } else { self.hi }
+    }
+
     /// The exact product of two doubles.
     pub fn product(a: f64, b: f64) -> Self {
         two_product(a, b)

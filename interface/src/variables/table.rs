@@ -168,8 +168,9 @@ pub static TABLE: &[Row] = &[
     real("F_support", Scalar, Output, &FORCE, |s, _| s.support_force(),
         "Horizontal force of the pendulums and the drag on the support").initially(&[MASSES, PENDULUMS, SUPPORT])
         .derivative(|d, _| d.support_force),
-    real("t_next", Scalar, Output, &TIME, |s, _| s.next_onset(),
-        "First onset of any contact strictly after the current time; 1e30 if there is none within 1000 periods").discrete()
+    real("t_next", Scalar, Output, &TIME, |s, _| s.next_onset().time,
+        "First onset of any contact strictly after the current time; 1e30 if there is none within 1000 periods; while \
+         t_next_isOnset is false, a time up to which there is none").discrete()
         .derivative(|d, _| d.next_onset),
     real("impulse", Contacts, Output, &IMPULSE, |s, i| s.impulse(i),
         "Integral of F[{i}] since the start").initially(&[])
@@ -188,6 +189,8 @@ pub static TABLE: &[Row] = &[
     flag("inContact", Contacts, Output, |s, i| s.in_contact(i),
         "Whether balls {i} and {j} overlap").initially(&[OVERLAP]),
 
+    flag("t_next_isOnset", Scalar, Local, |s, _| s.next_onset().is_onset,
+        "Whether t_next is an onset, or 1e30 because there is none; false where the look-ahead has ended before"),
     real("t_onset", Contacts, Local, &TIME, |s, i| s.last_onset(i),
         "Last onset of the contact of balls {i} and {j}; -1e30 before the first").discrete(),
     real("t_release", Contacts, Local, &TIME, |s, i| s.last_release(i),

@@ -12,19 +12,22 @@ mod dynamics;
 mod motion;
 mod observe;
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 
 use serde::{Deserialize, Serialize};
 
 use super::ball::{Push, shifted};
 use super::expansion::State;
 use super::ledger::Ledger;
-use super::{EngineError, HeldInputs, LARGEST_COUNT, Pulse, Unsound};
+use super::{EngineError, HeldInputs, LARGEST_COUNT, NextOnset, Observer, Progress, Unsound};
 use crate::model::{BallModel, Cradle, Inputs, Parameters, SolverMethod};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::multistep::Family;
 use dynamics::Dynamics;
 use motion::{Event, Kind, Motion};
+
+/// Steps of the solver from one report of the progress to the next: some milliseconds.
+const STEPS_PER_REPORT: u64 = 4096;
 
 /// What the solver is started with.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -75,6 +78,9 @@ pub struct Continuous {
     /// A copy of the motion that has gone ahead to look for the next onset.
     #[serde(skip)]
     ahead: RefCell<Option<Box<Motion>>>,
+    /// What was found last, and when it was asked for, s.
+    #[serde(skip)]
+    foreseen: Cell<Option<(f64, NextOnset)>>,
 }
 
 impl Continuous {
@@ -105,6 +111,7 @@ impl Continuous {
             energy_at_start: 0.0,
             events: 0,
             ahead: RefCell::new(None),
+            foreseen: Cell::new(None),
         };
         for i in 0..run.contacts.len() {
             if run.motion.closed(i) {
@@ -185,21 +192,23 @@ impl Continuous {
         let dynamics = equations(cradle, &self.inputs, self.time, &y, self.motion.dynamics.tolerance);
         self.motion.restart(self.method, dynamics, &y);
         self.ahead.take();
+        self.foreseen.take();
     }
 
     fn now(&self) -> DoubleDouble {
         self.time.into()
     }
 
-    /// Moves the current time to `time` (s, not before the current one); pulses that finish on the way are appended to
-    /// `pulses` in the order of their release. The values "over the last step" refer to this call.
-    pub fn advance(&mut self, time: f64, pulses: &mut Vec<Pulse>) -> Result<(), EngineError> {
+    /// Moves the current time to `time` (s, not before the current one); `observer` is told of the pulses that finish on the way,
+    /// in the order of their release. The values "over the last step" refer to this call.
+    pub fn advance(&mut self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
         self.begin_step();
         let until = DoubleDouble::from(time);
+        let mut steps = 0_u64;
         loop {
             while let Some(&event) = self.motion.events.front().filter(|event| event.time <= until) {
                 self.motion.events.pop_front();
-                self.enter(event, pulses);
+                self.enter(event, observer);
             }
             if self.motion.path().end >= until {
                 break;
@@ -211,6 +220,10 @@ impl Continuous {
                 }
             }
             self.motion.step()?;
+            steps += 1;
+            if steps.is_multiple_of(STEPS_PER_REPORT) {
+                observer.progress(Progress { time: self.motion.path().start().value(), events: steps, contact: None });
+            }
         }
         self.time = time;
         Ok(())
@@ -232,7 +245,7 @@ impl Continuous {
     }
 
     /// Enters an event in the ledgers.
-    fn enter(&mut self, event: Event, pulses: &mut Vec<Pulse>) {
+    fn enter(&mut self, event: Event, observer: &mut dyn Observer) {
         let Event { time, contact: i, kind, force } = event;
         let path = self.motion.path();
         let impulse = path.value(self.motion.dynamics.impulse(i), path.place(time));
@@ -246,7 +259,7 @@ impl Continuous {
             Kind::Peak => contact.ledger.add(0.0, force, force),
             Kind::Release => {
                 contact.ledger.add(impulse - contact.impulse_at_onset, 0.0, 0.0);
-                pulses.push(contact.ledger.close_pulse(i, time));
+                observer.pulse(contact.ledger.close_pulse(i, time));
             }
         }
         if kind != Kind::Peak {

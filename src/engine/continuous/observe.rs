@@ -1,20 +1,18 @@
 //! What can be read at the current time; see [`Engine`](crate::engine::Engine) for the meanings.
 
 use super::motion::{Kind, Motion};
-use super::{Continuous, Method};
+use super::Continuous;
 use crate::engine::ahead::ONSET_PERIODS;
 use crate::engine::differential::by_time;
 use crate::engine::expansion::State;
 use crate::engine::last_step::LastStep;
 use crate::engine::window::Mode;
-use crate::engine::{Differential, NEVER, Work};
+use crate::engine::{Differential, NextOnset, Work};
 use crate::model::Cradle;
 use crate::solver::double_double::DoubleDouble;
 
-/// Steps that the search for the next onset goes ahead of the current time at most: a fraction of a second of work. The fixed
-/// ones of `rk4` cost less and are, by default, enough for two thirds of a period.
-const STEPS_AHEAD: u64 = 300_000;
-const FIXED_STEPS_AHEAD: u64 = 2_000_000;
+/// Steps times balls that one look for the next onset may take: a few milliseconds.
+const LOOK_AHEAD: usize = 20_000;
 
 impl Continuous {
     /// The current time as a place on the solver's last step.
@@ -82,7 +80,7 @@ impl Continuous {
             inputs: self.inputs.at(self.step_start),
             length: self.step_length(),
             end: self.state(),
-            onset_ahead: self.next_onset() < NEVER,
+            onset_ahead: self.next_onset().found().is_some(),
         }
     }
 
@@ -161,34 +159,47 @@ impl Continuous {
         (self.value(self.motion.dynamics.support()) - self.support_at_step) / self.step_length()
     }
 
-    /// The first onset strictly after the current time, s; [`NEVER`] if there is none within 1000 periods of the first ball
-    /// or as far ahead as 300,000 steps (`rk4`: 2 million) lead.
-    pub(in crate::engine) fn next_onset(&self) -> f64 {
+    /// The first onset strictly after the current time, or none within 1000 periods of the first ball; where a fixed number of steps
+    /// does not show it, how far they have led. The next look, at a later time, goes on from there.
+    pub(in crate::engine) fn next_onset(&self) -> NextOnset {
         let now = self.now();
         if let Some(onset) = onset_after(&self.motion, now) {
-            return onset;
+            return NextOnset::at(onset);
         }
+        if let Some((asked_at, answer)) = self.foreseen.get()
+            && asked_at == self.time
+        {
+            return answer;
+        }
+        let answer = self.look_ahead(now);
+        self.foreseen.set(Some((self.time, answer)));
+        answer
+    }
+
+    fn look_ahead(&self, now: DoubleDouble) -> NextOnset {
         let period = std::f64::consts::TAU / self.cradle().balls[0].omega2.sqrt();
-        let patience = match self.method {
-            Method::RungeKutta(_) => FIXED_STEPS_AHEAD,
-            Method::Multistep(_) => STEPS_AHEAD,
-        };
-        let (time, steps) = (now + ONSET_PERIODS * period, self.motion.work().steps.saturating_add(patience));
+        let limit = now + ONSET_PERIODS * period;
         let mut ahead = self.ahead.borrow_mut();
         if ahead.as_ref().is_some_and(|ahead| ahead.path().end < self.motion.path().end) {
             *ahead = None;
         }
         let ahead = ahead.get_or_insert_with(|| Box::new(self.motion.clone()));
+        let mut work = 0;
         loop {
             if let Some(onset) = onset_after(ahead, now) {
-                return if DoubleDouble::from(onset) <= time { onset } else { NEVER };
+                return if DoubleDouble::from(onset) <= limit { NextOnset::at(onset) } else { NextOnset::NONE };
             }
-            if ahead.path().end > time || ahead.work().steps >= steps {
-                return NEVER;
+            let reached = ahead.path().end;
+            if reached > limit {
+                return NextOnset::NONE;
+            }
+            if work >= LOOK_AHEAD {
+                return NextOnset::not_before(reached.value_down(), self.time);
             }
             ahead.events.clear();
+            work += self.contacts.len() + 1;
             if ahead.step().is_err() {
-                return NEVER;
+                return NextOnset::not_before(reached.value_down(), self.time);
             }
         }
     }

@@ -1,0 +1,38 @@
+//! Who is told what happens while a run moves on.
+
+use super::Pulse;
+
+/// How far a call of [`advance`](super::Simulation::advance) has come.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// Time reached, s.
+    pub time: f64,
+    /// Events handled, or steps of a general-purpose solver made, in this call so far.
+    pub events: u64,
+    /// The contact that the last event was about, from 0; none for a step of the whole chain.
+    pub contact: Option<usize>,
+}
+
+/// Is told what happens while a run moves on. It sees, and changes nothing.
+pub trait Observer {
+    /// A pulse has finished.
+    fn pulse(&mut self, pulse: Pulse);
+
+    /// The run is still on its way. Called every few milliseconds of work, as often in every run.
+    fn progress(&mut self, _progress: Progress) {}
+}
+
+/// Collects the pulses.
+impl Observer for Vec<Pulse> {
+    fn pulse(&mut self, pulse: Pulse) {
+        self.push(pulse);
+    }
+}
+
+/// For who does not want to know.
+#[derive(Clone, Copy, Debug)]
+pub struct Unrecorded;
+
+impl Observer for Unrecorded {
+    fn pulse(&mut self, _pulse: Pulse) {}
+}

@@ -1,0 +1,76 @@
+//! What the log is told of a communication step while it is made.
+
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+
+use super::{Log, Severity};
+use crate::engine::{Observer, Progress, Pulse};
+use crate::variables::LogCategory;
+
+/// After how long a step tells for the first time that it is still under way, and how often from then on.
+const FIRST: Duration = Duration::from_secs(2);
+const EVERY: Duration = Duration::from_secs(10);
+
+/// Writes each pulse to the log as it finishes, and how far the step has come if it takes long.
+pub(super) struct Reporter<'a> {
+    log: &'a Log,
+    pulses: bool,
+    /// Where the step ends, s.
+    until: f64,
+    /// Since the step was first seen to take more than a moment; nearly all of them never ask for the time.
+    since: Option<Instant>,
+    /// When the next line is due, after that.
+    due: Duration,
+    /// How often each contact was met at a look.
+    met: BTreeMap<usize, u64>,
+}
+
+impl<'a> Reporter<'a> {
+    /// For a step to the time `until` (s).
+    #[inline]
+    pub fn new(log: &'a Log, until: f64) -> Self {
+        let pulses = log.wants(LogCategory::Events);
+        Self { log, pulses, until, since: None, due: FIRST, met: BTreeMap::new() }
+    }
+}
+
+impl Observer for Reporter<'_> {
+    /// 17 digits, so that they read back as the same doubles.
+    fn pulse(&mut self, Pulse { contact, onset, release, peak, impulse }: Pulse) {
+        if self.pulses {
+            let contact = contact + 1;
+            self.log.write(
+                Severity::Ok,
+                LogCategory::Events,
+                format_args!(
+                    "contact={contact} onset={onset:.16e} release={release:.16e} peak={peak:.16e} impulse={impulse:.16e}"
+                ),
+            );
+        }
+    }
+
+    #[cold]
+    fn progress(&mut self, Progress { time, events, contact }: Progress) {
+        let taken = self.since.get_or_insert_with(Instant::now).elapsed();
+        if let Some(contact) = contact {
+            *self.met.entry(contact).or_default() += 1;
+        }
+        if taken < self.due {
+            return;
+        }
+        self.due = taken + EVERY;
+        // A warning, so that it is seen without switching anything on: the host is waiting.
+        let busiest = self.met.iter().max_by_key(|(_, times)| **times);
+        let busiest = busiest.map(|(contact, _)| format!(", most of them in contact {}", contact + 1));
+        self.log.write(
+            Severity::Warning,
+            LogCategory::Warning,
+            format_args!(
+                "the step to t = {} s has taken {} s so far: t = {time} s is reached after {events} events{}",
+                self.until,
+                taken.as_secs(),
+                busiest.unwrap_or_default()
+            ),
+        );
+    }
+}
