@@ -10,6 +10,7 @@ use crate::solver::double_double::DoubleDouble;
 use crate::solver::dual::Scalar;
 use crate::solver::oscillator::{BASIS, MAX_FORCE_ORDER, Oscillator};
 use crate::solver::quadrature::gauss_legendre;
+use crate::solver::steady::Steady;
 
 /// Acceleration by the inputs, as derivatives at the anchor: `push[j]` in m/s^(2+j).
 pub(crate) type Push = [f64; MAX_FORCE_ORDER + 1];
@@ -183,7 +184,12 @@ impl Flight {
         }
         let amplitude = (a * a + o.omega2() * self.v * self.v).sqrt() + rate * end;
         let third = rate + (o.omega() + 2.0 * o.gamma()) * amplitude;
-        if order == 3 { third } else { curvature + o.omega2() * amplitude + 2.0 * o.gamma() * third }
+        let grown = if order == 3 { third } else { curvature + o.omega2() * amplitude + 2.0 * o.gamma() * third };
+        // Early on that is the tighter one; once the start is forgotten, the motion follows the push.
+        match Steady::new(o, self.v, a, &self.push) {
+            Some(steady) => grown.min(steady.derivative_bound(o, t, end, order)),
+            None => grown,
+        }
     }
 }
 
@@ -331,12 +337,18 @@ impl Ball {
             let potential = o.omega2() * displacement * (flight.x + 0.5 * displacement);
             return self.mass * (kinetic - potential + flight.work(&flight.push, o, tau, u));
         }
+        let (swung, varying) = (o.omega() * tau, degree(&flight.push) > 0);
+        if swung > if varying { 8.0 } else { 1.0 }
+            && let Some(steady) = Steady::new(o, flight.v, flight.acceleration(o, 0.0, 0.0, flight.v), &flight.push)
+        {
+            return 2.0 * o.gamma() * self.mass * steady.squared_velocity_integral(o, tau);
+        }
+        // Both of these would cancel.
         let power = |s: f64| {
             let (_, v) = flight.at(o, s.into());
             2.0 * o.gamma() * self.mass * v * v
         };
-        let panels = (2.0 + tau * o.omega()).min(1e6) as usize;
-        gauss_legendre(power, 0.0, tau, panels)
+        gauss_legendre(power, 0.0, tau, 3 + swung as usize)
     }
 
     /// Moves the anchor to `t` along the flight; returns the displacement, m.

@@ -300,7 +300,7 @@ impl Cluster {
             && let Some(windows) = self.pace.quiet.checked_sub(series_before_modes(window))
         {
             let modes = Modes::new(window);
-            self.length = horizon(modes.shortest_time(), windows);
+            self.length = horizon(modes.shortest_time(), windows, control.longest);
             self.motion = Motion::Modes(modes);
             self.evaluations = 1;
             return;
@@ -333,7 +333,7 @@ impl Cluster {
             // The error falls with the power of the number of stages; a step that went wrong altogether says nothing.
             let change = 0.9 * libm::pow(step.error, -1.0 / STAGES as f64);
             if step.error <= 1.0 {
-                pace.implicit_length = (length * change.min(4.0)).min(LONGEST);
+                pace.implicit_length = (length * change.min(4.0)).min(control.longest);
                 return true;
             }
             length *= if change.is_finite() { change.clamp(0.1, 0.7) } else { 0.25 };
@@ -357,9 +357,9 @@ fn series_before_modes(window: &Window) -> u32 {
 
 /// How far ahead switchings are looked for in window number `windows` without any, s: more and more while nothing
 /// happens.
-fn horizon(time: f64, windows: u32) -> f64 {
-    let first = if time < LONGEST { 32.0 * time } else { 1.0 };
-    (first * libm::exp2(windows.min(60) as f64)).min(LONGEST)
+fn horizon(time: f64, windows: u32, longest: f64) -> f64 {
+    let first = if time < longest { 32.0 * time } else { 1.0 };
+    (first * libm::exp2(windows.min(60) as f64)).min(longest)
 }
 
 /// How much longer than that of the Taylor series the first step of implicit collocation is to be; half of it is worth

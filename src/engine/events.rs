@@ -16,6 +16,9 @@ const SEGMENT: u64 = 64;
 impl Engine {
     /// Handles the event of queue entry `key` at time `t`.
     pub(super) fn process(&mut self, t: DoubleDouble, key: usize, observer: &mut dyn Observer) -> Result<(), EngineError> {
+        if t.value() == f64::NEG_INFINITY {
+            return Err(EngineError::NotFinite { time: self.last_event.value(), ball: key });
+        }
         self.watch_progress(t, key)?;
         self.handled += 1;
         self.effort = self.effort.saturating_add(EVENT);

@@ -5,6 +5,7 @@ use std::ops::Range;
 use super::ball::Held;
 use super::cluster::{Cluster, Pace};
 use super::pair::PairImpact;
+use super::taylor::Control;
 use super::window::{Mode, Switch, WindowContact};
 use super::{Engine, Observer};
 use crate::solver::double_double::DoubleDouble;
@@ -149,7 +150,7 @@ impl Engine {
         }
         let Some(impact) = self.contacts[i].impact.take() else { return };
         self.queue.remove(i);
-        let mut cluster = self.alone(i, impact.start);
+        let (mut cluster, control) = self.alone(i, &impact);
         let mut moved = [0.0; 2];
         loop {
             let end = if cluster.end() < t && cluster.switch.is_none() { cluster.end() } else { t };
@@ -161,7 +162,7 @@ impl Engine {
             if end == t {
                 break;
             }
-            cluster.expand(&self.balls, &self.cradle.contacts, &self.control);
+            cluster.expand(&self.balls, &self.cradle.contacts, &control);
         }
         for side in 0..2 {
             let ball = &mut self.balls[i + side];
@@ -171,25 +172,26 @@ impl Engine {
         (self.contacts[i].overlap, self.contacts[i].mode) = (cluster.contacts[0].overlap, Mode::Pressing);
     }
 
-    /// The balls of contact `i` as a cluster without spectators, from the onset at `t` on.
-    fn alone(&self, i: usize, t: DoubleDouble) -> Cluster {
+    /// The balls of contact `i` as a cluster without spectators, from the onset of `impact` on, and what governs its segments.
+    fn alone(&self, i: usize, impact: &PairImpact) -> (Cluster, Control) {
         let members: Range<usize> = i..i + 2;
         let flights = vec![self.balls[i].flight, self.balls[i + 1].flight];
         let contacts = vec![WindowContact { overlap: 0.0, mode: Mode::Pressing }];
-        let mut cluster = Cluster::new(members.clone(), members, t, flights, contacts, Pace::default());
-        cluster.expand(&self.balls, &self.cradle.contacts, &self.control);
-        cluster
+        let mut cluster = Cluster::new(members.clone(), members, impact.start, flights, contacts, Pace::default());
+        let control = self.control.lasting(impact.duration);
+        cluster.expand(&self.balls, &self.cradle.contacts, &control);
+        (cluster, control)
     }
 
     /// The segments of the impact under way in contact `i`, computed when they are first looked at.
     pub(super) fn inside(&self, i: usize) -> &[Cluster] {
         let Some(impact) = &self.contacts[i].impact else { return &[] };
         impact.inside.get_or_init(|| {
-            let mut cluster = self.alone(i, impact.start);
+            let (mut cluster, control) = self.alone(i, impact);
             let mut segments = vec![cluster.clone()];
             while cluster.switch.is_none_or(|(_, switch)| switch != Switch::Release) && cluster.end() < impact.end() {
                 cluster.move_start(cluster.length, &self.balls, &self.cradle.contacts);
-                cluster.expand(&self.balls, &self.cradle.contacts, &self.control);
+                cluster.expand(&self.balls, &self.cradle.contacts, &control);
                 segments.push(cluster.clone());
             }
             segments

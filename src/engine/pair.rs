@@ -119,6 +119,9 @@ impl PairImpact {
         let pull = o.omega2() * law.clearance - (l.push[0] - r.push[0]);
         let course = course(law, shape, o.omega2(), reduced, rate, pull)?;
         let t = course.duration;
+        if !(t.is_finite() && t > 0.0) {
+            return None; // Beyond the range of doubles.
+        }
 
         let centre = Flight {
             x: left_share * l.x + right_share * r.x,
@@ -186,8 +189,9 @@ fn course(law: &ContactLaw, shape: &Shape, omega2: f64, mass: f64, rate: f64, pu
     let ratio = 0.5 * (p + 1.0) * mass * rate * rate / (law.stiffness * law.overlap_ref * law.overlap_ref);
     let reach = law.overlap_ref * libm::pow(ratio, 1.0 / (p + 1.0));
     let (alpha, beta) = (omega2 * reach * reach / (rate * rate), 2.0 * pull * reach / (rate * rate));
-    if alpha + beta.abs() >= SMALL {
-        return None;
+    let expands = alpha + beta.abs() < SMALL;
+    if !expands {
+        return None; // Also where they are no numbers.
     }
     // 1 = q^(p+1) + alpha q^2 + beta q at the peak: Newton from the first-order root.
     let mut q = 1.0 - (alpha + beta) / (p + 1.0);

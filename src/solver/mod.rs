@@ -14,5 +14,6 @@ pub mod radau;
 pub mod root;
 pub mod runge_kutta;
 pub mod series;
+pub mod steady;
 pub mod tridiagonal;
 pub mod trigonometry;

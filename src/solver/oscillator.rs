@@ -169,6 +169,12 @@ impl Oscillator {
         u
     }
 
+    /// Frequency of the damped oscillation (rad/s), for `gamma < omega`, with sine and cosine of its phase at `t` (s).
+    pub(super) fn phase(&self, t: f64) -> (f64, f64, f64) {
+        let (sine, cosine) = sin_cos(self.omega_damped * t.into());
+        (self.omega_damped.value(), sine, cosine)
+    }
+
     /// Whether the motion is a sum of two decays whose rates are well apart, at least by a factor of 4.
     pub(super) fn is_overdamped(&self) -> bool {
         self.gamma >= 1.25 * self.omega.value()

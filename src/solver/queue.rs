@@ -33,9 +33,10 @@ impl EventQueue {
         (self.place[key] != ABSENT).then(|| self.time[key])
     }
 
-    /// Enters `key` at `time`, in place of its old entry if it has one.
+    /// Enters `key` at `time`, in place of its old entry if it has one. A time that is no number comes first of all, as minus
+    /// infinity, so that nobody waits for it.
     pub fn set(&mut self, key: usize, time: DoubleDouble) {
-        self.time[key] = time;
+        self.time[key] = if time.value().is_nan() { f64::NEG_INFINITY.into() } else { time };
         if self.place[key] == ABSENT {
             self.place[key] = self.heap.len() as u32;
             self.heap.push(key as u32);
@@ -104,6 +105,16 @@ impl EventQueue {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn no_number_hides_what_comes() {
+        let mut queue = EventQueue::new(3);
+        for (key, time) in [1.0, f64::NAN, 0.0].into_iter().enumerate() {
+            queue.set(key, time.into());
+        }
+        let order = std::iter::from_fn(|| queue.first().inspect(|(_, key)| queue.remove(*key)).map(|(_, key)| key));
+        assert_eq!(order.collect::<Vec<_>>(), [1, 2, 0]);
+    }
 
     #[test]
     fn gives_entries_in_order_of_time_then_key() {

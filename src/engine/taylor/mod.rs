@@ -4,6 +4,7 @@
 mod recurrences;
 
 use super::ball::{Push, Rounding, degree};
+use super::cluster::LONGEST;
 use super::window::{Mode, Switch, Switching, Window};
 use crate::model::{ContactLaw, Damping};
 use crate::solver::oscillator::MAX_FORCE_ORDER;
@@ -18,13 +19,20 @@ pub(crate) struct Control {
     order: usize,
     /// Relative tolerance of a whole run.
     tolerance: f64,
+    /// Longest segment, s, where nothing varies.
+    pub longest: f64,
 }
 
 impl Control {
     /// For the relative tolerance of a whole run; local errors stay far enough below it for thousands of pulses.
     pub fn new(tolerance: f64) -> Self {
         let epsilon = (1e-5 * tolerance).max(1e-18);
-        Self { epsilon, order: (1.0 - 0.5 * libm::log(epsilon)) as usize, tolerance }
+        Self { epsilon, order: (1.0 - 0.5 * libm::log(epsilon)) as usize, tolerance, longest: LONGEST }
+    }
+
+    /// The same for a motion that is known to last as long as this (s): as many segments cover it, however slow it is.
+    pub fn lasting(&self, duration: f64) -> Self {
+        Self { longest: self.longest.max(duration), ..*self }
     }
 
     /// Error that a step may make in the velocities, m/s.

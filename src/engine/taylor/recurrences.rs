@@ -7,7 +7,6 @@
 //! of the velocities.
 
 use super::{Control, INVERSE_FACTORIAL, Series};
-use crate::engine::cluster::LONGEST;
 use crate::engine::window::{Mode, Window};
 use crate::model::{ContactLaw, Damping};
 use crate::solver::oscillator::{MAX_FORCE_ORDER, Oscillator};
@@ -28,7 +27,7 @@ impl Series {
             }
             self.expand_motion(window, k);
         }
-        self.converges_for = self.convergence(control.epsilon * scale, laws).min(LONGEST);
+        self.converges_for = self.convergence(control.epsilon * scale, laws).min(control.longest);
         for (j, law) in laws.iter().enumerate() {
             self.shorten_where_faint(j);
             if contacts[j].mode != Mode::Open && law.exponent > 1.0 {

@@ -1,0 +1,175 @@
+//! A driven oscillator's motion as a polynomial that follows the force, and a free swing about it.
+//!
+//! The displacement D with `D'' + 2 gamma D' + omega^2 D = f`, f a polynomial of the time, is `P + h`: P is the polynomial that solves
+//! the equation, h the free motion that takes up what P misses of the start. Beside the functions `U_k` (`oscillator`), in which nothing
+//! cancels for short times, this is the form for long ones: derivatives and integrals over many swings are closed forms of it.
+
+use super::oscillator::{MAX_FORCE_ORDER, Oscillator};
+
+/// Coefficients of a polynomial of the time, from the constant term on.
+type Polynomial = [f64; MAX_FORCE_ORDER + 1];
+
+/// The two parts of a motion, as velocities.
+#[derive(Clone, Copy, Debug)]
+pub struct Steady {
+    /// Velocity P' of the polynomial part, m/s with powers of the time.
+    pub velocity: Polynomial,
+    /// Velocity (m/s) and acceleration (m/s2) of the free swing at time 0.
+    pub swing: (f64, f64),
+}
+
+impl Steady {
+    /// For the velocity `v` (m/s) and the acceleration `a` (m/s2) at time 0 under a force with the derivatives `push` then, m/s^(2+j);
+    /// `None` for a free body, whose motion is the polynomial altogether.
+    pub fn new(o: &Oscillator, v: f64, a: f64, push: &Polynomial) -> Option<Self> {
+        let (damping, omega2) = (2.0 * o.gamma(), o.omega2());
+        if omega2 == 0.0 && damping == 0.0 {
+            return None;
+        }
+        // Coefficients of the force, and of P or, where no spring ties the position down, of P'.
+        let (mut force, mut factorial) = (*push, 1.0);
+        for (k, force) in force.iter_mut().enumerate() {
+            factorial *= k.max(1) as f64;
+            *force /= factorial;
+        }
+        let mut p = [0.0; MAX_FORCE_ORDER + 3];
+        for k in (0..=MAX_FORCE_ORDER).rev() {
+            let (next, after) = ((k + 1) as f64 * p[k + 1], ((k + 1) * (k + 2)) as f64 * p[k + 2]);
+            p[k] = if omega2 > 0.0 { (force[k] - damping * next - after) / omega2 } else { (force[k] - next) / damping };
+        }
+        let velocity: Polynomial = match omega2 > 0.0 {
+            true => std::array::from_fn(|k| (k + 1) as f64 * p[k + 1]),
+            false => std::array::from_fn(|k| p[k]),
+        };
+        Some(Self { velocity, swing: (v - velocity[0], a - velocity[1]) })
+    }
+
+    /// The polynomial velocity (m/s) and its derivatives at `t` (s).
+    pub fn velocity_at(&self, t: f64) -> Polynomial {
+        let [a, b, c, d] = self.velocity;
+        [a + t * (b + t * (c + t * d)), b + t * (2.0 * c + t * 3.0 * d), 2.0 * c + 6.0 * d * t, 6.0 * d]
+    }
+
+    /// A bound of the absolute derivative of `order` (3 or 4) of the displacement from `t` (s) until `end`.
+    pub fn derivative_bound(&self, o: &Oscillator, t: f64, end: f64, order: i32) -> f64 {
+        let [_, _, c, d] = self.velocity.map(f64::abs);
+        let followed = if order == 3 { 2.0 * c + 6.0 * d * end } else { 6.0 * d };
+        followed + o.derivative_bound(self.swing.0, self.swing.1, t, order)
+    }
+
+    /// Integral of the squared velocity from 0 to `t` (s), m2/s, for an oscillator with `gamma < omega`; for `omega t` from about 1
+    /// on nothing cancels, from 8 on where the force varies.
+    pub fn squared_velocity_integral(&self, o: &Oscillator, t: f64) -> f64 {
+        let (gamma, (omega, sine, cosine)) = (o.gamma(), o.phase(t));
+        // The swing is the real part of (swing.0 - i other) exp(lambda t).
+        let other = (self.swing.1 + gamma * self.swing.0) / omega;
+        let amplitude = Complex(self.swing.0, -other);
+        let lambda = Complex(-gamma, omega);
+        let left = libm::exp(-gamma * t);
+        let turned = Complex(left * cosine, left * sine);
+        // |swing|^2 = (|amplitude|^2 exp(-2 gamma t) + real part of amplitude^2 exp(2 lambda t)) / 2
+        let mean = if gamma > 0.0 { -libm::expm1(-2.0 * gamma * t) / (2.0 * gamma) } else { t };
+        let Complex(waving, _) = amplitude * amplitude * (turned * turned - Complex(1.0, 0.0)) / (lambda + lambda);
+        let of_swing = 0.5 * ((amplitude * Complex(amplitude.0, -amplitude.1)).0 * mean + waving);
+        // By parts: integral P' exp(lambda t) = exp(lambda t) (P' / lambda - P'' / lambda^2 + ...)
+        let by_parts = |t: f64| {
+            let terms = self.velocity_at(t);
+            terms.iter().rev().fold(Complex(0.0, 0.0), |sum, term| (Complex(*term, 0.0) - sum) / lambda)
+        };
+        let Complex(mixed, _) = amplitude * (turned * by_parts(t) - by_parts(0.0));
+        let mut square = [0.0; 2 * MAX_FORCE_ORDER + 1];
+        for (i, a) in self.velocity.iter().enumerate() {
+            self.velocity.iter().enumerate().for_each(|(j, b)| square[i + j] += a * b);
+        }
+        let of_polynomial = super::series::integral(&square, t);
+        of_polynomial + 2.0 * mixed + of_swing
+    }
+}
+
+/// A complex number.
+#[derive(Clone, Copy)]
+struct Complex(f64, f64);
+
+impl std::ops::Add for Complex {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self(self.0 + other.0, self.1 + other.1)
+    }
+}
+
+impl std::ops::Sub for Complex {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        Self(self.0 - other.0, self.1 - other.1)
+    }
+}
+
+impl std::ops::Mul for Complex {
+    type Output = Self;
+    fn mul(self, other: Self) -> Self {
+        Self(self.0 * other.0 - self.1 * other.1, self.0 * other.1 + self.1 * other.0)
+    }
+}
+
+impl std::ops::Div for Complex {
+    type Output = Self;
+    fn div(self, other: Self) -> Self {
+        let size = other.0 * other.0 + other.1 * other.1;
+        let Self(re, im) = self * Self(other.0, -other.1);
+        Self(re / size, im / size)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solver::oscillator::BASIS;
+    use crate::solver::quadrature::gauss_legendre;
+
+    /// Velocity at `t` from `v` at rest position under the force, by the functions of the oscillator.
+    fn velocity(o: &Oscillator, v: f64, push: &Polynomial, t: f64) -> f64 {
+        let u: [f64; BASIS] = o.basis(t.into());
+        v * u[0] + push.iter().enumerate().map(|(j, push)| push * u[j + 1]).sum::<f64>()
+    }
+
+    const PUSHES: [Polynomial; 3] = [[0.0; 4], [0.3, 0.0, 0.0, 0.0], [0.3, -0.2, 0.05, 0.01]];
+
+    #[test]
+    fn integrals_agree_with_quadrature() {
+        for (omega2, gamma) in [(5.0, 0.0), (5.0, 1e-3), (5.0, 0.1), (1e-2, 1e-3)] {
+            let o = Oscillator::new(omega2, gamma);
+            for push in PUSHES {
+                let v = 0.4;
+                let steady = Steady::new(&o, v, push[0] - 2.0 * gamma * v, &push).unwrap();
+                for turns in [if push[1] == 0.0 { 1.0 } else { 8.0 }, 40.0, 333.0] {
+                    let t = turns / o.omega();
+                    let square = |t: f64| velocity(&o, v, &push, t).powi(2);
+                    let expected = gauss_legendre(square, 0.0, t, 400);
+                    let found = steady.squared_velocity_integral(&o, t);
+                    assert!((found / expected - 1.0).abs() < 3e-13, "{omega2} {gamma} {push:?} {t}: {found} {expected}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn bounds_hold_and_let_a_settled_motion_go() {
+        for (omega2, gamma) in [(5.0, 0.1), (0.0, 0.2), (0.0, 1e-3), (5.0, 30.0)] {
+            let o = Oscillator::new(omega2, gamma);
+            let push = PUSHES[2];
+            let steady = Steady::new(&o, 0.4, push[0] - 0.8 * gamma, &push).unwrap();
+            for t in [0.0, 0.5, 4.0, 60.0, 3000.0] {
+                let (end, h) = (1.5 * t + 1e-3, 1e-3);
+                let bound = steady.derivative_bound(&o, t, end, 3);
+                let third = |s: f64| {
+                    let at = |k: f64| velocity(&o, 0.4, &push, s + k * h);
+                    (at(1.0) - 2.0 * at(0.0) + at(-1.0)) / (h * h)
+                };
+                for s in [t + h, 0.5 * (t + end), end] {
+                    let noise = 1e-9 * velocity(&o, 0.4, &push, s).abs() + 1e-6;
+                    assert!(third(s).abs() <= 1.01 * bound + noise, "{omega2} {gamma} {t}: {} {bound}", third(s));
+                }
+            }
+        }
+    }
+}
