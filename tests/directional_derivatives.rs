@@ -38,9 +38,15 @@ impl Step {
             self.outputs(input, 0.0);
             outputs().iter().map(|name| self.host.sensitivity(name, input)).collect()
         };
+        // How far a look ahead has come depends on nothing that acts on the cradle.
+        let foreseen = self.host.get_boolean("t_next_isOnset");
         let sides: Vec<[Vec<f64>; 2]> =
             (1..=3).map(|k| [1.0, -1.0].map(|sign| self.outputs(input, sign * f64::from(k) * h))).collect();
         for (j, name) in outputs().iter().enumerate() {
+            if name == "t_next" && !foreseen {
+                assert_eq!(exact[j], 0.0);
+                continue;
+            }
             let half = |k: usize| 0.5 * (sides[k][0][j] - sides[k][1][j]) / h;
             let difference = 1.5 * half(0) - 0.3 * half(1) + half(2) / 30.0;
             // The scale of the kind of output: what the same kind changes by elsewhere.

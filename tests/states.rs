@@ -313,9 +313,11 @@ fn damaged_bytes_are_refused() {
             refused(&state[..length], if length < 28 { "not the bytes of a state" } else { "damaged" });
         }
         refused(&[state.as_slice(), &[0]].concat(), "damaged");
-        let mut newer = state.clone();
-        newer[8] += 1;
-        refused(&newer, "format 2 is unknown; known: 1");
+        for format in [1, 3] {
+            let mut other = state.clone();
+            other[8] = format;
+            refused(&other, &format!("format {format} is unknown; known: 2"));
+        }
     }
     refused(b"{\"a\": 1}", "not the bytes of a state");
     assert_eq!(host.everything(), before);

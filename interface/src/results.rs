@@ -12,7 +12,7 @@ pub const MAX_INPUT_DERIVATIVE: usize = 3;
 pub const MAX_OUTPUT_DERIVATIVE: usize = 3;
 
 /// What lies ahead: the next onset of any contact, or how far ahead there is none.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NextOnset {
     /// The first onset strictly after the current time, or [`NEVER`] if there is none; where `is_onset` is false a time later than
     /// now up to which there is none, s.

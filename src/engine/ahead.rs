@@ -1,6 +1,6 @@
 //! The next onset: read off the forecasts, or found by a copy of the run that goes ahead.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 
 use super::{Engine, NextOnset, Unrecorded};
 use crate::solver::double_double::DoubleDouble;
@@ -10,23 +10,15 @@ pub(super) const ONSET_PERIODS: f64 = 1000.0;
 
 /// Work that one look ahead may take, in the units of [`Engine::effort`]: some tenths of a millisecond. The event that exceeds it is
 /// still handled.
-const LOOK_AHEAD: u64 = 3_000;
+const LOOK_AHEAD: u64 = 4_000;
 
-/// A copy of a run that has gone ahead of it on the same trajectory. A copy of the run begins without one.
-#[derive(Debug, Default)]
-pub(super) struct Ahead(RefCell<Option<Box<Engine>>>);
-
-impl Clone for Ahead {
-    fn clone(&self) -> Self {
-        Self::default()
-    }
-}
-
-impl Ahead {
-    /// The trajectory changes from here on.
-    pub fn forget(&mut self) {
-        self.0.take();
-    }
+/// What has been seen of the future. It is good until the inputs change.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Ahead {
+    /// A copy of the run that has gone ahead on the same trajectory.
+    pub scout: RefCell<Option<Box<Engine>>>,
+    /// What was found last, and when it was asked for, s.
+    pub found: Cell<Option<(f64, NextOnset)>>,
 }
 
 impl Engine {
@@ -34,48 +26,57 @@ impl Engine {
     /// fixed amount of work does not show it, it is the time up to which there is none; the next look, at a later time, goes on
     /// from there.
     pub fn next_onset(&self) -> NextOnset {
-        if let Some((asked_at, answer)) = self.foreseen.get() {
+        if let Some((asked_at, answer)) = self.ahead.found.get() {
             // An onset stays the next one until it comes. That there is none within the horizon holds for now only.
             if asked_at == self.time || answer.found().is_some_and(|onset| onset > self.time) {
                 return answer;
             }
         }
-        let answer = self.look_ahead();
-        self.foreseen.set(Some((self.time, answer)));
+        // Taken out while it is at work: a copy of the run is not to copy it.
+        let mut scout = self.ahead.scout.take();
+        let answer = self.look_ahead(&mut scout);
+        self.ahead.scout.replace(scout);
+        self.ahead.found.set(Some((self.time, answer)));
         answer
     }
 
-    fn look_ahead(&self) -> NextOnset {
+    /// A copy that goes ahead. Nobody reads a step of it, so that it need not know how one began.
+    fn scout(&self) -> Box<Self> {
+        Box::new(Self { step_start: f64::MAX, ..self.clone() })
+    }
+
+    fn look_ahead(&self, scout: &mut Option<Box<Self>>) -> NextOnset {
         if self.step == 0 {
             // Made here, where all balls are set up anyway, so that no later look has to copy all of them.
-            self.ahead.0.borrow_mut().get_or_insert_with(|| Box::new(self.clone()));
+            scout.get_or_insert_with(|| self.scout());
         }
         let period = std::f64::consts::TAU / self.balls[0].oscillator.omega();
         let limit = DoubleDouble::from(self.time + ONSET_PERIODS * period);
         if let Some(answer) = self.read_off(limit) {
             return answer;
         }
-        let mut ahead = self.ahead.0.borrow_mut();
         // One that is far behind would have more to do than a copy.
         let far = self.balls.len() as u64;
-        let ahead = match &mut *ahead {
-            Some(ahead) if ahead.handled.saturating_add(far) >= self.handled => ahead,
-            slot => slot.insert(Box::new(self.clone())),
+        let scout = match scout {
+            Some(scout) if scout.handled.saturating_add(far) >= self.handled => scout,
+            slot => slot.insert(self.scout()),
         };
-        let enough = ahead.effort.saturating_add(LOOK_AHEAD);
+        while scout.handled < self.handled
+            && let Some((t, key)) = scout.queue.first()
+            && scout.process(t, key, &mut Unrecorded).is_ok()
+        {}
+        let enough = scout.effort.saturating_add(LOOK_AHEAD);
         loop {
-            let level = ahead.handled >= self.handled;
-            if ahead.onsets > self.onsets {
-                let onset = ahead.last_event;
+            if scout.onsets > self.onsets {
+                let onset = scout.last_event;
                 return if onset <= limit { NextOnset::at(onset.value_up()) } else { NextOnset::NONE };
             }
-            if level && let Some(answer) = ahead.read_off(limit) {
+            if let Some(answer) = scout.read_off(limit) {
                 return answer;
             }
-            let Some((t, key)) = ahead.queue.first() else { return NextOnset::NONE };
-            let no_further = level && ahead.effort >= enough;
+            let Some((t, key)) = scout.queue.first() else { return NextOnset::NONE };
             // What would fail now fails again: the run itself will tell.
-            if no_further || ahead.process(t, key, &mut Unrecorded).is_err() {
+            if scout.effort >= enough || scout.process(t, key, &mut Unrecorded).is_err() {
                 return NextOnset::not_before(t.value_down(), self.time);
             }
         }

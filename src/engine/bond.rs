@@ -13,10 +13,14 @@
 use serde::{Deserialize, Serialize};
 
 use super::ball::{Ball, Flight, Push, degree, shifted};
-use super::separation::{FAR, Forecast, reach};
+use super::separation::{FAR, Forecast, HARDLY, reach};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::oscillator::{BASIS, MAX_FORCE_ORDER, Oscillator};
-use crate::solver::root::{Search, Smooth, falling_zero, search};
+use crate::solver::root::{Search, Smooth, falling_zero, search_within};
+use crate::solver::steady::Steady;
+
+/// Up to so many swings are looked through one by one for the largest force.
+const MOST_SWINGS: f64 = 8.0;
 
 /// A lasting contact.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -174,16 +178,71 @@ impl Bond {
         if self.is_constant() || to <= from {
             return peak;
         }
-        let rate = |tau: f64| -self.tension(tau)[1];
-        let swings = (to - from) * (self.oscillator.omega() + self.oscillator.gamma()) / std::f64::consts::TAU;
-        let panels = (4.0 + 16.0 * swings).min(1e6) as usize;
-        let node = |panel: usize| from + (to - from) * panel as f64 / panels as f64;
-        for (low, high) in (0..panels).map(|panel| (node(panel), node(panel + 1))) {
-            if rate(low) > 0.0 && rate(high) < 0.0 {
-                peak = peak.max(self.force_after(falling_zero(rate, low, high)));
+        let o = &self.oscillator;
+        let swings = (to - from) * (o.omega() + o.gamma()) / std::f64::consts::TAU;
+        let mut look = |from: f64, to: f64, panels: usize| {
+            peak = peak.max(self.largest_maximum(from, to, panels));
+        };
+        if swings <= MOST_SWINGS {
+            look(from, to, (4.0 + 16.0 * swings) as usize);
+        } else if o.gamma() < o.omega()
+            && let Some((steady, amplitude)) = self.swing()
+        {
+            // The swings are highest where their envelope is.
+            let envelope_rate = |tau: f64| {
+                let [v, a, ..] = steady.velocity_at(tau);
+                let [_, own_rate, ..] = shifted(&self.push, tau);
+                let left = amplitude * libm::exp(-o.gamma() * tau);
+                own_rate - self.stiffness * v - self.drag * a - o.gamma() * left
+            };
+            let period = std::f64::consts::TAU / o.omega();
+            let mut around = |tau: f64| {
+                look((tau - 1.5 * period).max(from), (tau + 1.5 * period).min(to), 64);
+            };
+            around(from);
+            around(to);
+            let node = |panel: usize| from + (to - from) * panel as f64 / 64.0;
+            for (low, high) in (0..64).map(|panel| (node(panel), node(panel + 1))) {
+                if envelope_rate(low) > 0.0 && envelope_rate(high) < 0.0 {
+                    around(falling_zero(envelope_rate, low, high));
+                }
+            }
+        } else {
+            // Without swings, ever slower.
+            let (mut low, mut width) = (from, 0.25 / (o.omega() + o.gamma()));
+            while low < to {
+                let high = (low + width).min(to);
+                look(low, high, 1);
+                (low, width) = (high, 1.25 * width);
             }
         }
         peak
+    }
+
+    /// The largest maximum of the force between two times (s after the anchor), each at most one to a panel, N; 0 if there is none.
+    fn largest_maximum(&self, from: f64, to: f64, panels: usize) -> f64 {
+        let rate = |tau: f64| -self.tension(tau)[1];
+        let node = |panel: usize| from + (to - from) * panel as f64 / panels as f64;
+        let mut largest = 0.0_f64;
+        for (low, high) in (0..panels).map(|panel| (node(panel), node(panel + 1))) {
+            if rate(low) > 0.0 && rate(high) < 0.0 {
+                largest = largest.max(self.force_after(falling_zero(rate, low, high)));
+            }
+        }
+        largest
+    }
+
+    /// The motion of an underdamped body in two parts, and the amplitude of the force by its free swing at the anchor, N.
+    fn swing(&self) -> Option<(Steady, f64)> {
+        let (o, flight) = (&self.oscillator, &self.flight);
+        let acceleration = flight.acceleration(o, 0.0, 0.0, flight.v);
+        let steady = Steady::new(o, flight.v, acceleration, &flight.push)?;
+        let (v, a) = steady.swing;
+        let x = -(a + 2.0 * o.gamma() * v) / o.omega2();
+        let turned = (o.omega2() - o.gamma() * o.gamma()).sqrt();
+        let size = libm::hypot(x, (v + o.gamma() * x) / turned);
+        let response = libm::hypot(self.stiffness - self.drag * o.gamma(), self.drag * turned);
+        Some((steady, size * response))
     }
 
     /// Whether the force stays as it is.
@@ -191,8 +250,9 @@ impl Bond {
         self.stiffness == 0.0 && self.drag == 0.0 && degree(&self.push) == 0
     }
 
-    /// When, from `from` on, the force would pull by more than rounding.
-    pub fn forecast(&self, from: DoubleDouble) -> Forecast {
+    /// When, from `from` on, the force would pull by more than rounding; with at most so many evaluations as are `allowed`, which
+    /// counts them down.
+    pub fn forecast(&self, from: DoubleDouble, allowed: &mut u32) -> Forecast {
         let start = (from - self.anchor).value();
         if self.at(start)[0] > 0.0 {
             return Forecast::At(from);
@@ -200,12 +260,13 @@ impl Bond {
         if self.is_constant() {
             return Forecast::Never;
         }
-        let horizon = start + reach(&[&self.oscillator], start);
-        match search(self, start, horizon) {
+        let reach = reach(&[&self.oscillator], start);
+        let horizon = start + reach;
+        match search_within(self, start, horizon, allowed) {
             Search::At(tau) => Forecast::At(self.anchor + tau),
-            Search::NotBefore(tau) => Forecast::NotBefore(self.anchor + tau),
-            Search::Nowhere if horizon < FAR => Forecast::NotBefore(self.anchor + horizon),
-            Search::Nowhere => Forecast::Never,
+            Search::NotBefore(tau) if tau - start > HARDLY * reach => Forecast::NotBefore(self.anchor + tau),
+            _ if horizon < FAR => Forecast::NotBefore(self.anchor + horizon),
+            _ => Forecast::Never,
         }
     }
 

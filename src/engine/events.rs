@@ -4,18 +4,25 @@ use std::ops::Range;
 
 use super::ball::Held;
 use super::cluster::{Cluster, Pace};
-use super::separation::{Forecast, Separation};
+use super::separation::{EVALUATIONS, Forecast, Separation};
 use super::window::{Mode, Switch, WindowContact};
 use super::{Engine, EngineError, Observer};
 use crate::solver::double_double::DoubleDouble;
 
-/// Effort of an event, and of each contact of a cluster's window in a new segment (see [`Engine::effort`]).
+/// Effort (see [`Engine::effort`]) of an event, of each contact of a cluster's window in a new segment, and of each evaluation of a
+/// contact force for it.
 const EVENT: u64 = 8;
-const SEGMENT: u64 = 64;
+const SEGMENT: u64 = 24;
+const EVALUATION: u64 = 2;
 
 impl Engine {
     /// Handles the event of queue entry `key` at time `t`.
-    pub(super) fn process(&mut self, t: DoubleDouble, key: usize, observer: &mut dyn Observer) -> Result<(), EngineError> {
+    pub(super) fn process(
+        &mut self,
+        t: DoubleDouble,
+        key: usize,
+        observer: &mut dyn Observer,
+    ) -> Result<(), EngineError> {
         if t.value() == f64::NEG_INFINITY {
             return Err(EngineError::NotFinite { time: self.last_event.value(), ball: key });
         }
@@ -187,7 +194,8 @@ impl Engine {
         cluster.expand(&self.balls, &self.cradle.contacts, &self.control);
         self.work.steps = self.work.steps.saturating_add(1);
         self.work.evaluations = self.work.evaluations.saturating_add(cluster.evaluations);
-        self.effort = self.effort.saturating_add(SEGMENT * cluster.contacts.len() as u64);
+        let effort = SEGMENT * cluster.contacts.len() as u64 + EVALUATION * cluster.evaluations;
+        self.effort = self.effort.saturating_add(effort);
         self.queue.set(cluster.key(), cluster.end());
         self.clusters[id] = Some(cluster);
     }
@@ -281,11 +289,13 @@ impl Engine {
     /// Looks from `t` on for the next onset of contact `i`, whose balls are in flight, or for the end of its bond.
     pub(super) fn forecast(&mut self, i: usize, t: DoubleDouble) {
         let contact = &mut self.contacts[i];
+        let mut allowed = EVALUATIONS;
         let forecast = match (&contact.bond, &contact.separation) {
-            (Some(bond), _) => bond.forecast(t),
-            (None, Some(separation)) => separation.forecast(t),
+            (Some(bond), _) => bond.forecast(t, &mut allowed),
+            (None, Some(separation)) => separation.forecast(t, &mut allowed),
             (None, None) => return,
         };
+        self.effort = self.effort.saturating_add(u64::from(EVALUATIONS - allowed));
         contact.due = matches!(forecast, Forecast::At(_));
         match forecast {
             Forecast::At(time) | Forecast::NotBefore(time) => self.queue.set(i, time),

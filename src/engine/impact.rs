@@ -3,10 +3,8 @@
 use std::ops::Range;
 
 use super::ball::Held;
-use super::cluster::{Cluster, Pace};
 use super::pair::PairImpact;
-use super::taylor::Control;
-use super::window::{Mode, Switch, WindowContact};
+use super::window::Mode;
 use super::{Engine, Observer};
 use crate::solver::double_double::DoubleDouble;
 
@@ -81,7 +79,7 @@ impl Engine {
         self.before_move(i, t);
         self.before_move(i + 1, t);
         let in_step = self.impact_peak(i, self.step_start.into(), t);
-        self.begin_ledger(i);
+        self.begin_ledger(i, t);
         let contact = &mut self.contacts[i];
         let Some(impact) = &contact.impact else { return };
         contact.ledger.add(impact.impulse, impact.peak, in_step);
@@ -145,9 +143,7 @@ impl Engine {
     pub(super) fn break_impact(&mut self, i: usize, t: DoubleDouble) {
         self.before_move(i, t);
         self.before_move(i + 1, t);
-        if t > self.step_start.into() {
-            self.begin_ledger(i);
-        }
+        self.begin_ledger(i, t);
         let Some(impact) = self.contacts[i].impact.take() else { return };
         self.queue.remove(i);
         let (mut cluster, control) = self.alone(i, &impact);
@@ -170,46 +166,5 @@ impl Engine {
         }
         self.shift_neighbours(i, moved[0], moved[1]);
         (self.contacts[i].overlap, self.contacts[i].mode) = (cluster.contacts[0].overlap, Mode::Pressing);
-    }
-
-    /// The balls of contact `i` as a cluster without spectators, from the onset of `impact` on, and what governs its segments.
-    fn alone(&self, i: usize, impact: &PairImpact) -> (Cluster, Control) {
-        let members: Range<usize> = i..i + 2;
-        let flights = vec![self.balls[i].flight, self.balls[i + 1].flight];
-        let contacts = vec![WindowContact { overlap: 0.0, mode: Mode::Pressing }];
-        let mut cluster = Cluster::new(members.clone(), members, impact.start, flights, contacts, Pace::default());
-        let control = self.control.lasting(impact.duration);
-        cluster.expand(&self.balls, &self.cradle.contacts, &control);
-        (cluster, control)
-    }
-
-    /// The segments of the impact under way in contact `i`, computed when they are first looked at.
-    pub(super) fn inside(&self, i: usize) -> &[Cluster] {
-        let Some(impact) = &self.contacts[i].impact else { return &[] };
-        impact.inside.get_or_init(|| {
-            let (mut cluster, control) = self.alone(i, impact);
-            let mut segments = vec![cluster.clone()];
-            while cluster.switch.is_none_or(|(_, switch)| switch != Switch::Release) && cluster.end() < impact.end() {
-                cluster.move_start(cluster.length, &self.balls, &self.cradle.contacts);
-                cluster.expand(&self.balls, &self.cradle.contacts, &control);
-                segments.push(cluster.clone());
-            }
-            segments
-        })
-    }
-
-    /// Largest force of the impact under way in contact `i` between two times, N.
-    pub(super) fn impact_peak(&self, i: usize, from: DoubleDouble, to: DoubleDouble) -> f64 {
-        match &self.contacts[i].impact {
-            None => 0.0,
-            Some(impact) if from <= impact.start && impact.end() <= to => impact.peak,
-            Some(_) => {
-                let part = |segment: &Cluster| {
-                    let local = |t: DoubleDouble| (t - segment.start).value().clamp(0.0, segment.length);
-                    segment.peak(i, local(from), local(to), 0.0)
-                };
-                self.inside(i).iter().map(part).fold(0.0, f64::max)
-            }
-        }
     }
 }

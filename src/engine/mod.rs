@@ -26,6 +26,7 @@ mod error;
 mod events;
 mod expansion;
 mod impact;
+mod inside;
 mod last_step;
 mod ledger;
 mod modes;
@@ -42,8 +43,6 @@ mod snapshot;
 mod step_start;
 mod taylor;
 mod window;
-
-use std::cell::Cell;
 
 use serde::{Deserialize, Serialize};
 
@@ -193,9 +192,6 @@ pub struct Engine {
     contact_loss: f64,
     energy_at_start: f64,
     work: Work,
-    /// What [`Self::next_onset`] found last, and when it was asked for, s.
-    foreseen: Cell<Option<(f64, NextOnset)>>,
-    /// A copy that has gone ahead to look for it; it is good until the inputs change.
     ahead: Ahead,
     /// Entries of the queue handled so far, and onsets among what came of them.
     handled: u64,
@@ -264,7 +260,6 @@ impl Engine {
             contact_loss: 0.0,
             energy_at_start: 0.0,
             work: Work::default(),
-            foreseen: Cell::new(None),
             ahead: Ahead::default(),
             handled: 0,
             onsets: 0,
@@ -304,7 +299,8 @@ impl Engine {
             self.begin_step();
             self.take_apart();
             for (ball, model) in self.balls.iter_mut().zip(&cradle.balls) {
-                *ball = Ball { tally: ball.tally, at_start: ball.at_start, ..Ball::new(model, ball.anchor, ball.flight) };
+                *ball =
+                    Ball { tally: ball.tally, at_start: ball.at_start, ..Ball::new(model, ball.anchor, ball.flight) };
             }
             self.cradle = cradle;
             self.put_together();
@@ -352,8 +348,7 @@ impl Engine {
     /// The reverse, from what is in flight and overlaps now.
     fn put_together(&mut self) {
         let now = DoubleDouble::from(self.time);
-        self.foreseen.set(None);
-        self.ahead.forget();
+        self.ahead = Ahead::default();
         if self.is_rigid() {
             // A contact that would have to pull from now on ends in the next step.
             return self.settle(0..self.contacts.len(), now, Keep::Closed, &mut Unrecorded);
@@ -369,7 +364,8 @@ impl Engine {
 
     /// Refuses states of `balls` that are none.
     fn check_finite(&self, mut balls: impl Iterator<Item = usize>) -> Result<(), EngineError> {
-        let infinite = |ball: &usize| !(self.balls[*ball].flight.x.is_finite() && self.balls[*ball].flight.v.is_finite());
+        let infinite =
+            |ball: &usize| !(self.balls[*ball].flight.x.is_finite() && self.balls[*ball].flight.v.is_finite());
         match balls.find(infinite) {
             Some(ball) => Err(EngineError::NotFinite { time: self.time, ball }),
             None => Ok(()),

@@ -18,13 +18,6 @@ impl Engine {
         Some((cluster, (t - cluster.start).value()))
     }
 
-    /// The segment of the impact under way in contact `i` that holds the time `t`, and the time since its start.
-    fn inside_at(&self, i: usize, t: DoubleDouble) -> Option<(&Cluster, f64)> {
-        let segments = self.inside(i);
-        let segment = segments.iter().rfind(|segment| segment.start <= t).or(segments.first())?;
-        Some((segment, (t - segment.start).value().max(0.0)))
-    }
-
     /// What moves ball `i` if it is not in flight, and the time since the start of the segment.
     fn segment_of_ball(&self, i: usize, t: DoubleDouble) -> Option<(&Cluster, f64)> {
         match self.balls[i].held {
@@ -42,13 +35,6 @@ impl Engine {
         }
     }
 
-    /// Sum over the segments of the impact in contact `i` that are over at `t`.
-    fn over_before(&self, i: usize, t: DoubleDouble, sum: impl Fn(&Cluster) -> f64) -> f64 {
-        let segments = self.inside(i);
-        let current = segments.iter().rposition(|segment| segment.start <= t).unwrap_or(0);
-        segments[..current.min(segments.len())].iter().map(sum).sum()
-    }
-
     /// Position (m) and velocity (m/s) of ball `i` at the time `t`, not before its anchor.
     pub(super) fn state_at(&self, i: usize, t: DoubleDouble) -> (f64, f64) {
         let (x, (displacement, v)) = match self.segment_of_ball(i, t) {
@@ -61,17 +47,11 @@ impl Engine {
     fn tally_at(&self, i: usize, t: DoubleDouble) -> Tally {
         match (self.segment_of_ball(i, t), self.balls[i].held) {
             (Some((cluster, tau)), Held::Impact(contact)) => {
-                let none = Tally::default();
-                let part = |pick: fn(&Tally) -> f64| {
-                    let segment = |s: &Cluster| pick(&s.tally(i, &none, &self.balls[i], s.length));
-                    self.over_before(contact as usize, t, segment)
-                };
                 let mut tally = cluster.tally(i, &self.balls[i].tally, &self.balls[i], tau);
-                tally.add(&Tally {
-                    x_integral: part(|t| t.x_integral),
-                    drag_loss: part(|t| t.drag_loss),
-                    work: part(|t| t.work),
-                });
+                let contact = contact as usize;
+                if let Some(inside) = self.inside(contact, t) {
+                    tally.add(&inside.tallies[i - contact]);
+                }
                 tally
             }
             (Some((cluster, tau)), _) => cluster.tally(i, &self.balls[i].tally, &self.balls[i], tau),
@@ -190,7 +170,7 @@ impl Engine {
         if let Some(bond) = &self.contacts[i].bond {
             return self.contacts[i].ledger.impulse + bond.impulse(t);
         }
-        let before = self.over_before(i, t, |segment| segment.impulse(i, segment.length));
+        let before = self.inside(i, t).map_or(0.0, |inside| inside.impulse);
         let segment = self.segment_of_contact(i, t).map_or(0.0, |(cluster, tau)| cluster.impulse(i, tau));
         self.contacts[i].ledger.impulse + (before + segment)
     }

@@ -18,7 +18,7 @@
 use std::cell::OnceCell;
 
 use super::ball::{Ball, Flight, Tally, degree};
-use super::cluster::Cluster;
+use super::inside::Inside;
 use crate::model::{ContactLaw, Damping};
 use crate::solver::double_double::DoubleDouble;
 
@@ -99,8 +99,8 @@ pub(crate) struct PairImpact {
     pub peak: f64,
     /// What the left and the right ball gather.
     pub tallies: [Tally; 2],
-    /// The inside, segment by segment, for those who look at it; `None` until then.
-    pub inside: OnceCell<Vec<Cluster>>,
+    /// Its first segment, for those who look inside.
+    pub inside: OnceCell<Box<Inside>>,
 }
 
 impl PairImpact {

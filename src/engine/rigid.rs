@@ -185,7 +185,7 @@ impl Engine {
         }
         for j in group {
             if self.contacts[j].bond.is_some() {
-                self.begin_ledger(j);
+                self.begin_ledger(j, t);
             }
             let Some(bond) = self.contacts[j].bond.take() else { continue };
             self.queue.remove(j);

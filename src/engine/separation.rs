@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::ball::{Ball, Flight, degree};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::oscillator::Oscillator;
-use crate::solver::root::{Search, Smooth, safe_step, search};
+use crate::solver::root::{Search, Smooth, safe_step, search_within};
 
 /// The overlap (negative while apart) since an anchor.
 ///
@@ -40,6 +40,12 @@ pub(crate) enum Forecast {
     /// It never comes.
     Never,
 }
+
+/// Evaluations that one forecast may take, far beyond what most motions take; what comes then is left to the next one.
+pub(crate) const EVALUATIONS: u32 = 4_000;
+
+/// Part of its span that a forecast must have got on by then for its motion to be one.
+pub(crate) const HARDLY: f64 = 1e-6;
 
 /// Periods that one forecast looks ahead where the closing is not a closed form.
 const PERIODS_AHEAD: f64 = 2.0;
@@ -133,8 +139,9 @@ impl Separation {
         }
     }
 
-    /// The next closing after `from`, a time at or after the anchor.
-    pub fn forecast(&self, from: DoubleDouble) -> Forecast {
+    /// The next closing after `from`, a time at or after the anchor, with at most so many evaluations as are `allowed`, which counts
+    /// them down.
+    pub fn forecast(&self, from: DoubleDouble, allowed: &mut u32) -> Forecast {
         if self.stays_apart() {
             return Forecast::Never;
         }
@@ -153,11 +160,12 @@ impl Separation {
         }
         let horizon = start + reach;
         // Up to `clear` there is none.
-        match search(self, clear, horizon) {
+        match search_within(self, clear, horizon, allowed) {
             Search::At(tau) => Forecast::At(self.anchor + self.polished(tau)),
-            Search::NotBefore(tau) => Forecast::NotBefore(self.anchor + tau),
-            Search::Nowhere if horizon.is_finite() && horizon < FAR => Forecast::NotBefore(self.anchor + horizon),
-            Search::Nowhere => Forecast::Never,
+            Search::NotBefore(tau) if tau - clear > HARDLY * reach => Forecast::NotBefore(self.anchor + tau),
+            // One that hardly got on has followed nothing but rounding.
+            _ if horizon.is_finite() && horizon < FAR => Forecast::NotBefore(self.anchor + horizon),
+            _ => Forecast::Never,
         }
     }
 

@@ -117,7 +117,7 @@ impl Simulation {
     pub fn snapshot(&self) -> SimulationSnapshot {
         match self {
             Self::EventDriven(engine) => SimulationSnapshot::EventDriven(engine.snapshot()),
-            Self::Continuous(run) => SimulationSnapshot::Continuous(run.clone()),
+            Self::Continuous(run) => SimulationSnapshot::Continuous(run.snapshot()),
         }
     }
 

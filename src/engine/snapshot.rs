@@ -14,15 +14,24 @@ use super::cluster::{Cluster, Pace};
 use super::ledger::Ledger;
 use super::pair::PairImpact;
 use super::separation::Separation;
-use super::window::{Mode, WindowContact};
 use super::step_start::{BallStart, ContactStart};
-use super::{Engine, HeldInputs, LARGEST_COUNT, Work};
+use super::window::{Mode, WindowContact};
+use super::{Engine, HeldInputs, LARGEST_COUNT, NextOnset, Work};
 use crate::model::Parameters;
 use crate::solver::double_double::DoubleDouble;
 
 /// A run as plain data.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Snapshot {
+    run: RunState,
+    /// The copy that has gone ahead, and by how many entries of the queue, where it is not still where the run is.
+    scout: Option<(RunState, u64)>,
+    /// What was found ahead, and when it was asked for, s.
+    found: Option<(f64, NextOnset)>,
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct RunState {
     time: f64,
     inputs: HeldInputs,
     balls: Vec<BallState>,
@@ -90,6 +99,19 @@ fn require(holds: bool, reason: &'static str) -> Result<(), Unsound> {
 impl Engine {
     /// The run as it is now.
     pub fn snapshot(&self) -> Snapshot {
+        let scout = self.ahead.scout.borrow();
+        let state = |scout: &Self| {
+            // It has no clock of its own.
+            let now = scout.last_event.value_up();
+            (RunState { time: now, step_start: now, ..scout.run_state() }, scout.handled - self.handled)
+        };
+        // What has been passed by now is of no use any more.
+        let found = self.ahead.found.get().filter(|(_, found)| found.time > self.time);
+        let further = scout.as_deref().filter(|scout| scout.handled > self.handled);
+        Snapshot { run: self.run_state(), scout: further.map(state), found }
+    }
+
+    fn run_state(&self) -> RunState {
         let ball = |i: usize| {
             let ball = &self.balls[i];
             let at_start = Some(ball.at_start).filter(|start| start.step == self.step);
@@ -118,7 +140,7 @@ impl Engine {
             contacts: cluster.contacts.clone(),
             pace: cluster.pace_before,
         };
-        Snapshot {
+        RunState {
             time: self.time,
             inputs: self.inputs.clone(),
             balls: (0..self.balls.len()).map(ball).collect(),
@@ -137,11 +159,30 @@ impl Engine {
     /// The run that left `snapshot` behind, with the parameters that acted then and the start time (s). After a failed step
     /// (`failed`) its values may be anything, for it can only be looked at.
     pub fn restore(parameters: &Parameters, start: f64, snapshot: Snapshot, failed: bool) -> Result<Self, Unsound> {
+        let Snapshot { run, scout, found } = snapshot;
+        let engine = Self::rebuild(parameters, start, run, failed)?;
+        let now = DoubleDouble::from(engine.time);
+        let missed = |run: &Self, since: DoubleDouble| run.queue.first().is_some_and(|(t, _)| t < since);
+        require(failed || !missed(&engine, now), "an event was missed")?;
+        if let Some((scout, lead)) = scout {
+            let mut scout = Self::rebuild(parameters, start, scout, failed)?;
+            let sound = scout.last_event >= now && !missed(&scout, scout.last_event) && lead < LARGEST_COUNT;
+            require(failed || sound, "it looks ahead to the past")?;
+            (scout.step_start, scout.handled) = (f64::MAX, lead);
+            engine.ahead.scout.replace(Some(Box::new(scout)));
+        }
+        require(failed || found.is_none_or(|(_, found)| found.time > engine.time), "what lies ahead has been")?;
+        engine.ahead.found.set(found);
+        Ok(engine)
+    }
+
+    /// The run, without what it has seen of the future.
+    fn rebuild(parameters: &Parameters, start: f64, snapshot: RunState, failed: bool) -> Result<Self, Unsound> {
         snapshot.check_lengths(parameters)?;
         if !failed {
             snapshot.check_values(start)?;
         }
-        let Snapshot { time, inputs, balls, contacts, clusters, .. } = snapshot;
+        let RunState { time, inputs, balls, contacts, clusters, .. } = snapshot;
         let mut engine = Self::apart(parameters, inputs, time);
         engine.step = snapshot.step;
         engine.step_start = snapshot.step_start;
@@ -178,9 +219,6 @@ impl Engine {
         for (i, course) in courses.into_iter().enumerate() {
             engine.restore_open(i, course, failed)?;
         }
-        let now = DoubleDouble::from(time);
-        let late = |engine: &Self| engine.queue.first().is_some_and(|(t, _)| t < now);
-        require(failed || !late(&engine), "an event was missed")?;
         Ok(engine)
     }
 
@@ -281,7 +319,7 @@ impl Engine {
     }
 }
 
-impl Snapshot {
+impl RunState {
     fn check_lengths(&self, parameters: &Parameters) -> Result<(), Unsound> {
         let (balls, contacts) = (parameters.balls(), parameters.contacts());
         let fits = self.balls.len() == balls

@@ -91,10 +91,10 @@ impl Engine {
         self.moved.push(i as u32);
     }
 
-    /// Enters in the ledger of contact `i` what its impulse was at the start of the step, unless that has been done. To be called
-    /// before anything else is entered.
-    pub(super) fn begin_ledger(&mut self, i: usize) {
-        if self.contacts[i].ledger.impulse_at_start(self.step).is_none() {
+    /// To be called before an event at `t` enters anything in the ledger of contact `i`: what its impulse was at the start of the
+    /// step.
+    pub(super) fn begin_ledger(&mut self, i: usize, t: DoubleDouble) {
+        if t > self.step_start.into() && self.contacts[i].ledger.impulse_at_start(self.step).is_none() {
             let impulse = self.impulse_at(i, self.step_start.into());
             self.contacts[i].ledger.begin_step(self.step, impulse);
         }

@@ -22,7 +22,7 @@ pub trait Smooth {
 }
 
 /// Steps after which a search gives up: far beyond what any smooth motion takes.
-const MAX_STEPS: usize = 100_000;
+const MAX_STEPS: u32 = 100_000;
 
 /// What a search has found.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,6 +49,16 @@ pub fn first_positive(g: &impl Smooth, from: f64, until: f64) -> Option<f64> {
 /// answer is `from` itself; falling, the search goes on behind it. A maximum that touches 0 within rounding is not a
 /// crossing.
 pub fn search(g: &impl Smooth, from: f64, until: f64) -> Search {
+    let mut allowed = MAX_STEPS;
+    match search_within(g, from, until, &mut allowed) {
+        // A search that hardly got on has followed nothing but rounding.
+        Search::NotBefore(t) if t - from <= 1e-3 * (until - from) => Search::Nowhere,
+        found => found,
+    }
+}
+
+/// The same with at most so many evaluations as are `allowed`, which counts them down.
+pub fn search_within(g: &impl Smooth, from: f64, until: f64, allowed: &mut u32) -> Search {
     let mut t = from;
     let mut window = (until - from).min(g.time_scale());
     // Where g is 0 within rounding no bound leads on: steps that double, from next to nothing (of the window or the
@@ -57,7 +67,8 @@ pub fn search(g: &impl Smooth, from: f64, until: f64) -> Search {
     let mut blind = least;
     // How much longer the next step may be: trying one that is too long costs little where the bound is had only once.
     let growth = if g.bound_depends_on_span() { 8.0 } else { 1000.0 };
-    for _ in 0..MAX_STEPS {
+    while *allowed > 0 {
+        *allowed -= 1;
         let [value, slope, curvature] = g.at(t);
         if value >= 0.0 && (slope > 0.0 || (slope == 0.0 && curvature > 0.0)) {
             return Search::At(t);
@@ -84,8 +95,7 @@ pub fn search(g: &impl Smooth, from: f64, until: f64) -> Search {
             blind *= 2.0;
         }
     }
-    // A search that hardly got on has followed nothing but rounding.
-    if t - from > 1e-3 * (until - from) { Search::NotBefore(t) } else { Search::Nowhere }
+    Search::NotBefore(t)
 }
 
 /// A step from `t` within `window` on which `g` provably does not become positive; the largest that a few tries give.

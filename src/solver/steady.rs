@@ -35,7 +35,8 @@ impl Steady {
         let mut p = [0.0; MAX_FORCE_ORDER + 3];
         for k in (0..=MAX_FORCE_ORDER).rev() {
             let (next, after) = ((k + 1) as f64 * p[k + 1], ((k + 1) * (k + 2)) as f64 * p[k + 2]);
-            p[k] = if omega2 > 0.0 { (force[k] - damping * next - after) / omega2 } else { (force[k] - next) / damping };
+            p[k] =
+                if omega2 > 0.0 { (force[k] - damping * next - after) / omega2 } else { (force[k] - next) / damping };
         }
         let velocity: Polynomial = match omega2 > 0.0 {
             true => std::array::from_fn(|k| (k + 1) as f64 * p[k + 1]),
@@ -146,7 +147,10 @@ mod tests {
                     let square = |t: f64| velocity(&o, v, &push, t).powi(2);
                     let expected = gauss_legendre(square, 0.0, t, 400);
                     let found = steady.squared_velocity_integral(&o, t);
-                    assert!((found / expected - 1.0).abs() < 3e-13, "{omega2} {gamma} {push:?} {t}: {found} {expected}");
+                    assert!(
+                        (found / expected - 1.0).abs() < 3e-13,
+                        "{omega2} {gamma} {push:?} {t}: {found} {expected}"
+                    );
                 }
             }
         }

@@ -76,10 +76,8 @@ pub struct Continuous {
     /// Onsets and releases so far.
     events: u64,
     /// A copy of the motion that has gone ahead to look for the next onset.
-    #[serde(skip)]
     ahead: RefCell<Option<Box<Motion>>>,
     /// What was found last, and when it was asked for, s.
-    #[serde(skip)]
     foreseen: Cell<Option<(f64, NextOnset)>>,
 }
 
@@ -124,6 +122,14 @@ impl Continuous {
         Ok(run)
     }
 
+    /// The run as it is now, without what it has seen of the future and passed by now.
+    pub(super) fn snapshot(&self) -> Self {
+        let run = self.clone();
+        run.foreseen.set(self.foreseen.get().filter(|(_, found)| found.time > self.time));
+        run.ahead.borrow_mut().take_if(|ahead| ahead.path().end < self.motion.path().end);
+        run
+    }
+
     /// Takes up again the run that was put down as this, with the method and the parameters that acted then and the start time
     /// (s). After a failed step (`failed`) its values may be anything, for it can only be looked at.
     pub(super) fn restored(
@@ -146,6 +152,11 @@ impl Continuous {
         let pushes = pushes(&cradle, &self.inputs, self.motion.dynamics.since.value());
         let motion = self.motion.restored(method, cradle, pushes, failed);
         self.motion = motion.ok_or(Unsound("its solver has not come here"))?;
+        if let Some(ahead) = self.ahead.take() {
+            let pushes = self.motion.dynamics.pushes.clone();
+            let ahead = ahead.restored(method, self.motion.dynamics.cradle.clone(), pushes, failed);
+            self.ahead.replace(Some(Box::new(ahead.ok_or(Unsound("its look ahead has not come here"))?)));
+        }
         let path = self.motion.path();
         let on_path = path.end >= self.now() && path.start() <= self.now();
         let times = [self.inputs.since, self.step_start].iter().all(|time| (start..=self.time).contains(time));
@@ -156,6 +167,8 @@ impl Continuous {
         };
         let sums = [self.support_at_step, self.energy_at_start].iter().all(|sum| sum.is_finite());
         require(failed || (sums && self.contacts.iter().all(contact)), "a sum is not finite")?;
+        let found = self.foreseen.get().is_none_or(|(_, found)| found.time > self.time);
+        require(failed || found, "what lies ahead has been")?;
         require(self.step.max(self.events) < LARGEST_COUNT, "a count is too large")?;
         Ok(self)
     }

@@ -1,7 +1,7 @@
 //! What can be read at the current time; see [`Engine`](crate::engine::Engine) for the meanings.
 
-use super::motion::{Kind, Motion};
 use super::Continuous;
+use super::motion::{Kind, Motion};
 use crate::engine::ahead::ONSET_PERIODS;
 use crate::engine::differential::by_time;
 use crate::engine::expansion::State;
@@ -163,6 +163,9 @@ impl Continuous {
     /// does not show it, how far they have led. The next look, at a later time, goes on from there.
     pub(in crate::engine) fn next_onset(&self) -> NextOnset {
         let now = self.now();
+        if self.contacts.is_empty() {
+            return NextOnset::NONE;
+        }
         if let Some(onset) = onset_after(&self.motion, now) {
             return NextOnset::at(onset);
         }

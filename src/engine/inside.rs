@@ -1,0 +1,101 @@
+//! The inside of an impact of known outcome, for those who look at it: segments as those of any cluster, computed as far as somebody
+//! has asked for.
+
+use std::cell::OnceCell;
+
+use super::Engine;
+use super::ball::Tally;
+use super::cluster::{Cluster, Pace};
+use super::pair::PairImpact;
+use super::taylor::Control;
+use super::window::{Mode, Switch, WindowContact};
+use crate::solver::double_double::DoubleDouble;
+
+/// A segment of an impact and, once it is asked for, the next.
+#[derive(Clone, Debug)]
+pub(crate) struct Inside {
+    pub segment: Cluster,
+    /// Gathered in the segments before: the impulse of the contact, N.s, and by the left and the right ball.
+    pub impulse: f64,
+    pub tallies: [Tally; 2],
+    next: OnceCell<Option<Box<Inside>>>,
+}
+
+impl Inside {
+    /// The time since the start of the segment.
+    fn since(&self, t: DoubleDouble) -> f64 {
+        (t - self.segment.start).value().max(0.0)
+    }
+}
+
+impl Engine {
+    /// The segment of the impact under way in contact `i` that holds the time `t`, with what was before it; the last one for a time
+    /// after the impact.
+    pub(super) fn inside(&self, i: usize, t: DoubleDouble) -> Option<&Inside> {
+        let impact = self.contacts[i].impact.as_ref()?;
+        let mut inside = impact.inside.get_or_init(|| {
+            let (segment, _) = self.alone(i, impact);
+            Box::new(Inside { segment, impulse: 0.0, tallies: Default::default(), next: OnceCell::new() })
+        });
+        while inside.segment.end() <= t
+            && let Some(next) = inside.next.get_or_init(|| self.next_inside(i, impact, inside).map(Box::new))
+        {
+            inside = next;
+        }
+        Some(inside)
+    }
+
+    /// The same as a segment and the time since its start, s.
+    pub(super) fn inside_at(&self, i: usize, t: DoubleDouble) -> Option<(&Cluster, f64)> {
+        self.inside(i, t).map(|inside| (&inside.segment, inside.since(t)))
+    }
+
+    /// The segment after another one, unless the impact is over.
+    fn next_inside(&self, i: usize, impact: &PairImpact, last: &Inside) -> Option<Inside> {
+        let over = |switch: Option<(usize, Switch)>| matches!(switch, Some((_, Switch::Release)));
+        if over(last.segment.switch) || last.segment.end() >= impact.end() {
+            return None;
+        }
+        let length = last.segment.length;
+        let mut tallies = last.tallies;
+        for (side, tally) in tallies.iter_mut().enumerate() {
+            let ball = i + side;
+            tally.add(&last.segment.tally(ball, &Tally::default(), &self.balls[ball], length));
+        }
+        let mut segment = last.segment.clone();
+        segment.move_start(length, &self.balls, &self.cradle.contacts);
+        segment.expand(&self.balls, &self.cradle.contacts, &self.control.lasting(impact.duration));
+        let impulse = last.impulse + last.segment.impulse(i, length);
+        Some(Inside { segment, impulse, tallies, next: OnceCell::new() })
+    }
+
+    /// The balls of contact `i` as a cluster without spectators, from the onset of `impact` on, and what governs its segments.
+    pub(super) fn alone(&self, i: usize, impact: &PairImpact) -> (Cluster, Control) {
+        let members = i..i + 2;
+        let flights = vec![self.balls[i].flight, self.balls[i + 1].flight];
+        let contacts = vec![WindowContact { overlap: 0.0, mode: Mode::Pressing }];
+        let mut cluster = Cluster::new(members.clone(), members, impact.start, flights, contacts, Pace::default());
+        let control = self.control.lasting(impact.duration);
+        cluster.expand(&self.balls, &self.cradle.contacts, &control);
+        (cluster, control)
+    }
+
+    /// Largest force of the impact under way in contact `i` between two times, N. Without losses the force falls as it has risen, so
+    /// that it is largest half way.
+    pub(super) fn impact_peak(&self, i: usize, from: DoubleDouble, to: DoubleDouble) -> f64 {
+        let Some(impact) = &self.contacts[i].impact else { return 0.0 };
+        let (from, to) = ((from - impact.start).value().max(0.0), (to - impact.start).value().min(impact.duration));
+        let top = 0.5 * impact.duration;
+        if from > to {
+            return 0.0;
+        }
+        if from <= top && top <= to {
+            return impact.peak;
+        }
+        let nearest = impact.start + if to < top { to } else { from };
+        self.inside_at(i, nearest).map_or(0.0, |(segment, tau)| {
+            let (overlap, rate) = segment.overlap(i, tau);
+            self.cradle.contacts[i].force(overlap, rate)
+        })
+    }
+}
