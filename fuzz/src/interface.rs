@@ -72,7 +72,14 @@ pub struct Interface {
 impl Default for Interface {
     /// That of the default FMU.
     fn default() -> Self {
-        let xml = Description::of(&Settings::default_for(5)).xml("2000-01-01T00:00:00Z");
+        Self::of(5)
+    }
+}
+
+impl Interface {
+    /// That of the FMU of so many balls.
+    pub fn of(balls: usize) -> Self {
+        let xml = Description::of(&Settings::default_for(balls)).xml("2000-01-01T00:00:00Z");
         let document = Document::parse(&xml).unwrap();
         let all = |name: &'static str| document.descendants().filter(move |node| node.has_tag_name(name));
         let items = |of: &str| {
@@ -85,9 +92,7 @@ impl Default for Interface {
             categories: all("Category").map(|node| node.attribute("name").unwrap().to_owned()).collect(),
         }
     }
-}
 
-impl Interface {
     /// The variable with this value reference.
     pub fn at(&self, reference: u32) -> Option<&Variable> {
         self.variables.iter().find(|variable| variable.reference == reference)

@@ -12,6 +12,9 @@ pub(super) const ONSET_PERIODS: f64 = 1000.0;
 /// still handled.
 const LOOK_AHEAD: u64 = 4_000;
 
+/// The same for copying a ball and its contact.
+const COPY: u64 = 3;
+
 /// What has been seen of the future. It is good until the inputs change.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Ahead {
@@ -55,10 +58,13 @@ impl Engine {
         if let Some(answer) = self.read_off(limit) {
             return answer;
         }
-        // One that is far behind would have more to do than a copy.
-        let far = self.balls.len() as u64;
+        // Where it has fallen behind, a copy may be cheaper than what it would have to make up for.
+        let copying = COPY * self.balls.len() as u64;
+        let useful = |scout: &Self| {
+            scout.handled >= self.handled || self.effort.saturating_sub(scout.effort) < copying
+        };
         let scout = match scout {
-            Some(scout) if scout.handled.saturating_add(far) >= self.handled => scout,
+            Some(scout) if useful(scout) => scout,
             slot => slot.insert(self.scout()),
         };
         while scout.handled < self.handled

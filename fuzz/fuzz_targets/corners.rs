@@ -1,0 +1,269 @@
+//! Runs at the corners of what is legal: parameters at their least, tiny, default, huge and largest values, inputs with derivatives,
+//! steps of a nanosecond to a million seconds. Every variable is read after every step. No call may end the process, answer a NaN
+//! with fmi2OK, or, but for a step, take more than a fixed amount of work; memory is bounded by the options of libFuzzer.
+//!
+//! Steps grow as long as they cost little: how many events a step has to follow is up to the cradle. With `CRADLE_SLOWEST` in the
+//! environment the slowest calls so far are told on standard error.
+#![no_main]
+
+use std::cell::{Cell, RefCell};
+use std::collections::BTreeMap;
+use std::sync::LazyLock;
+use std::time::{Duration, Instant};
+
+use arbitrary::Arbitrary;
+use cradle_fuzz::host::{Host, fmi2Error, fmi2OK};
+use cradle_fuzz::interface::{Interface, Kind, Variable};
+use libfuzzer_sys::fuzz_target;
+use newtons_cradle::fmi2::{fmi2GetRealStatus, fmi2LastSuccessfulTime};
+
+/// Numbers of balls, each with its interface.
+static INTERFACES: LazyLock<Vec<(usize, Interface)>> =
+    LazyLock::new(|| [1, 2, 3, 5, 13].map(|balls| (balls, Interface::of(balls))).into());
+
+/// What any call but a step may take here, where it is instrumented and others may be at work: a thousand times what it should.
+const LONGEST: Duration = Duration::from_secs(2);
+
+/// A step is followed by a longer one if it took less than that.
+const CHEAP: Duration = Duration::from_millis(20);
+
+#[derive(Debug, Arbitrary)]
+struct Run {
+    balls: u8,
+    /// Parameters, start values and inputs away from their defaults.
+    settings: Vec<Setting>,
+    start: Start,
+    steps: Vec<Step>,
+}
+
+#[derive(Debug, Arbitrary)]
+struct Setting {
+    variable: u8,
+    corner: Corner,
+}
+
+#[derive(Clone, Copy, Debug, Arbitrary)]
+enum Corner {
+    Least,
+    Tiny,
+    Small,
+    Default,
+    Large,
+    Huge,
+    Largest,
+    Negative,
+    /// This many thirds of the default, or of one where that is 0.
+    Ordinary(u8),
+}
+
+/// What makes a run out of it.
+#[derive(Debug, Arbitrary)]
+enum Start {
+    /// As the parameters say.
+    Default,
+    /// All at rest side by side.
+    Touching,
+    /// Pressed together by their gaps.
+    Pressed(Corner),
+    /// One comes, as fast as that.
+    Hit(Corner),
+}
+
+#[derive(Debug, Arbitrary)]
+struct Step {
+    /// Its length is a power of ten, from 1e-9 s on.
+    decade: u8,
+    /// An input, and the order of its derivative; order 0 is its value.
+    input: Option<(u8, u8, Corner)>,
+    /// A parameter that may change during a run.
+    tuned: Option<(u8, Corner)>,
+}
+
+thread_local! {
+    static HOSTS: RefCell<BTreeMap<usize, Host>> = const { RefCell::new(BTreeMap::new()) };
+    static SLOWEST: Cell<Duration> = const { Cell::new(Duration::ZERO) };
+}
+
+fuzz_target!(|run: Run| HOSTS.with_borrow_mut(|hosts| {
+    let (balls, interface) = &INTERFACES[usize::from(run.balls) % INTERFACES.len()];
+    let host = hosts.entry(*balls).or_insert_with(|| Host::with_balls(*balls));
+    Driver { host, interface, run: &run }.make();
+}));
+
+impl Corner {
+    /// A number that stands for it, for an enumeration.
+    fn index(self) -> usize {
+        match self {
+            Self::Ordinary(thirds) => thirds.into(),
+            Self::Least | Self::Tiny => 0,
+            Self::Small | Self::Default => 1,
+            Self::Large | Self::Huge => 2,
+            Self::Largest | Self::Negative => 3,
+        }
+    }
+
+    /// An allowed value of a real variable.
+    fn value(self, variable: &Variable) -> f64 {
+        let start = variable.start.unwrap_or_default();
+        let scale = if start == 0.0 { 1.0 } else { start.abs() };
+        let value = match self {
+            Self::Least if variable.above_min => f64::MIN_POSITIVE,
+            Self::Least => variable.min.max(-f64::MAX),
+            Self::Tiny => 1e-30 * scale,
+            Self::Small => 1e-6 * scale,
+            Self::Default => start,
+            Self::Large => 1e4 * scale,
+            Self::Huge => 1e30 * scale,
+            Self::Largest => variable.max.min(f64::MAX),
+            Self::Negative => -scale,
+            Self::Ordinary(thirds) => f64::from(thirds) / 3.0 * scale,
+        };
+        if variable.admits(value) { value } else { start }
+    }
+}
+
+struct Driver<'a> {
+    host: &'a Host,
+    interface: &'a Interface,
+    run: &'a Run,
+}
+
+impl Driver<'_> {
+    fn make(&self) {
+        let host = self.host;
+        assert_eq!(host.reset(), fmi2OK);
+        host.log();
+        self.arrange();
+        assert_eq!((host.set_up(0.0), host.enter()), (fmi2OK, fmi2OK));
+        if self.timed("fmi2ExitInitializationMode", || host.exit()) != fmi2OK {
+            return self.refused();
+        }
+        self.read();
+        let mut time = 0.0;
+        for step in self.run.steps.iter().take(6) {
+            if !self.change(step) {
+                return self.refused();
+            }
+            let longest = f64::from(step.decade % 16) - 9.0;
+            let mut decade = -9.0;
+            while decade <= longest {
+                let length = 10f64.powf(decade);
+                let begin = Instant::now();
+                let status = self.timed("fmi2DoStep", || host.step(time, length));
+                if status != fmi2OK {
+                    return self.refused();
+                }
+                time += length;
+                self.read();
+                if begin.elapsed() > CHEAP {
+                    break;
+                }
+                decade += 3.0;
+            }
+        }
+    }
+
+    /// Sets what the run says, all of it legal.
+    fn arrange(&self) {
+        let settable: Vec<&Variable> = self.interface.variables.iter().filter(|v| v.settable()).collect();
+        for Setting { variable, corner } in self.run.settings.iter().take(6) {
+            let variable = settable[usize::from(*variable) % settable.len()];
+            self.set(variable, *corner);
+        }
+        let each = |family: &str, value: &dyn Fn(&Variable) -> f64| {
+            for variable in settable.iter().filter(|variable| variable.name.starts_with(family)) {
+                self.host.set(&variable.name, value(variable));
+            }
+        };
+        match &self.run.start {
+            Start::Default => {}
+            Start::Touching => each("x_start", &|_| 0.0),
+            Start::Pressed(corner) => {
+                each("x_start", &|_| 0.0);
+                each("contact.gap", &|variable| -corner.value(variable).abs());
+            }
+            Start::Hit(corner) => {
+                each("x_start", &|_| 0.0);
+                each("v_start[1]", &|variable| corner.value(variable).abs());
+            }
+        }
+        self.host.log();
+    }
+
+    fn set(&self, variable: &Variable, corner: Corner) {
+        let name = &variable.name;
+        let status = match &variable.kind {
+            Kind::Real => self.host.set(name, corner.value(variable)),
+            Kind::Enumeration(items) => {
+                // The general-purpose methods have steps of their own choice: they are not what is looked at here.
+                let items = if name == "solver.method" { &items[..1] } else { items };
+                self.host.set_integer(name, items[corner.index() % items.len()])
+            }
+            _ => fmi2OK,
+        };
+        assert_eq!(status, fmi2OK, "{name}: {:?}", self.host.log());
+    }
+
+    /// Changes an input or a tunable parameter before a step; `false` if it was refused.
+    fn change(&self, step: &Step) -> bool {
+        let of = |kind: fn(&&Variable) -> bool, index: u8| {
+            let all: Vec<&Variable> = self.interface.variables.iter().filter(kind).collect();
+            all[usize::from(index) % all.len()]
+        };
+        let mut accepted = true;
+        if let Some((index, order, corner)) = &step.input {
+            let input = of(|variable| variable.is("input"), *index);
+            let value = corner.value(input);
+            let status = match i32::from(order % 4) {
+                0 => self.host.set(&input.name, value),
+                order => self.host.set_derivative(&input.name, order, value),
+            };
+            accepted &= status == fmi2OK;
+        }
+        if let Some((index, corner)) = &step.tuned {
+            let tunable = of(|variable| variable.variability == "tunable" && variable.is("parameter"), *index);
+            accepted &= self.host.set(&tunable.name, corner.value(tunable)) == fmi2OK;
+        }
+        accepted
+    }
+
+    /// Reads every variable: none is a NaN.
+    fn read(&self) {
+        for variable in &self.interface.variables {
+            let value = self.timed(&variable.name, || variable.read(self.host));
+            assert!(!value.is_nan(), "{} is NaN: {:?}", variable.name, self.run);
+        }
+        let (time, next) = (self.time(), self.host.get("t_next"));
+        assert!(next > time, "t_next = {next} at {time}");
+        // A step may have told that it took long.
+        self.host.log();
+    }
+
+    fn time(&self) -> f64 {
+        let mut time = f64::NAN;
+        assert_eq!(unsafe { fmi2GetRealStatus(self.host.c, fmi2LastSuccessfulTime, &mut time) }, fmi2OK);
+        time
+    }
+
+    /// A refused call says why, in one line that names what was wrong.
+    fn refused(&self) {
+        let log = self.host.log();
+        let errors: Vec<_> = log.iter().filter(|line| line.status == fmi2Error).collect();
+        assert!(errors.len() == 1 && errors[0].text.contains(": "), "{log:?}");
+    }
+
+    /// Makes a call, which ends before long.
+    fn timed<T>(&self, what: &str, call: impl FnOnce() -> T) -> T {
+        let begin = Instant::now();
+        let answer = call();
+        let taken = begin.elapsed();
+        assert!(what == "fmi2DoStep" || taken < LONGEST, "{what} took {taken:?}: {:?}", self.run);
+        if taken > SLOWEST.get() {
+            SLOWEST.set(taken);
+            if std::env::var_os("CRADLE_SLOWEST").is_some() {
+                eprintln!("slowest so far: {what} {taken:?}: {:?}", self.run);
+            }
+        }
+        answer
+    }
+}
