@@ -201,6 +201,8 @@ pub struct Engine {
     /// Time of the last event and how many came without any progress of time.
     last_event: DoubleDouble,
     standstill: usize,
+    /// The run has yet to begin, see [`Self::hold_back`].
+    initializing: bool,
 }
 
 impl Engine {
@@ -266,8 +268,20 @@ impl Engine {
             effort: 0,
             last_event: start,
             standstill: 0,
+            initializing: false,
             cradle,
         }
+    }
+
+    /// Until [`Self::begin`], rigid contacts transmit nothing and have had no onset. What balls that are pressed together transmit
+    /// depends on all of them and on the inputs: a host that couples this run to others would have to iterate for it.
+    pub fn hold_back(&mut self) {
+        self.initializing = true;
+    }
+
+    /// The run begins.
+    pub fn begin(&mut self) {
+        self.initializing = false;
     }
 
     /// Current time, s.

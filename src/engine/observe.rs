@@ -4,7 +4,7 @@ use super::ball::{Held, Known, Tally, degree, push_at};
 use super::cluster::Cluster;
 use super::expansion::State;
 use super::window::Mode;
-use super::{Engine, Work};
+use super::{Engine, NEVER, Work};
 use crate::solver::double_double::DoubleDouble;
 
 impl Engine {
@@ -107,8 +107,16 @@ impl Engine {
         model.acceleration(x, v, from_left - from_right, push)
     }
 
+    /// Whether contact `i` is a rigid one that will be closed once the run begins.
+    fn is_held_back(&self, i: usize) -> bool {
+        self.initializing && self.contacts[i].bond.is_some()
+    }
+
     /// Force in contact `i`, N. That of a rigid contact, while it lasts, is the constraint force.
     pub fn force(&self, i: usize) -> f64 {
+        if self.is_held_back(i) {
+            return 0.0;
+        }
         if let Some(bond) = &self.contacts[i].bond {
             return bond.force(self.now());
         }
@@ -210,12 +218,12 @@ impl Engine {
 
     /// Onsets of contact `i` so far.
     pub fn pulses(&self, i: usize) -> u64 {
-        self.contacts[i].ledger.pulses
+        if self.is_held_back(i) { 0 } else { self.contacts[i].ledger.pulses }
     }
 
     /// Last onset of contact `i`, s; -1e30 before the first.
     pub fn last_onset(&self, i: usize) -> f64 {
-        self.contacts[i].ledger.onset
+        if self.is_held_back(i) { -NEVER } else { self.contacts[i].ledger.onset }
     }
 
     /// Last release of contact `i`, s; -1e30 before the first.

@@ -87,6 +87,20 @@ impl Simulation {
         }
     }
 
+    /// See [`Engine::hold_back`]; only an engine knows rigid contacts.
+    pub fn hold_back(&mut self) {
+        if let Self::EventDriven(engine) = self {
+            engine.hold_back();
+        }
+    }
+
+    /// See [`Engine::begin`].
+    pub fn begin(&mut self) {
+        if let Self::EventDriven(engine) = self {
+            engine.begin();
+        }
+    }
+
     /// See [`Engine::time`].
     pub fn time(&self) -> f64 {
         of_method!(self, time())

@@ -134,7 +134,7 @@ impl Instance {
 
     /// Builds the run and enters step mode. Fails, staying in Initialization Mode, if no run can start like this.
     pub fn exit_initialization(&mut self) -> Result<(), Refusal> {
-        self.engine()?;
+        self.engine()?.begin();
         self.run.inputs_changed = !self.run.input_derivatives.is_empty();
         self.run.tuned_from = None;
         self.run.phase = Phase::StepMode;
@@ -166,7 +166,10 @@ impl Instance {
     #[cold]
     fn build(&self) -> Result<Simulation, Refusal> {
         let start = self.run.experiment.unwrap_or_default().start;
-        Simulation::new(&self.run.acting_parameters(), &self.run.settings.inputs, start).map_err(Refusal::Start)
+        let engine = Simulation::new(&self.run.acting_parameters(), &self.run.settings.inputs, start);
+        let mut engine = engine.map_err(Refusal::Start)?;
+        engine.hold_back();
+        Ok(engine)
     }
 
     /// Tells of parameters that are not the default and have no effect because another law or method is selected.

@@ -68,7 +68,7 @@ fn period(parameters: &Parameters) -> f64 {
     (2.0 * std::f64::consts::PI * (length / parameters.gravity).sqrt()).min(NEVER)
 }
 
-// What initial values depend on. The force of balls that rest against each other depends on everything.
+// What initial values depend on. During initialization rigid contacts transmit nothing.
 const MASSES: &[&str] = &["ball.mass", "ball.massRatio"];
 const PENDULUMS: &[&str] = &["gravity", "pendulum.length", "pendulum.lengthRatio"];
 const OVERLAP: &[&str] = &["contact.deadBand", "contact.gap", "x_start"];
@@ -82,6 +82,8 @@ const ELASTIC: &[&str] = &[
     "contact.overlapRef",
     "contact.exponent",
 ];
+const FORCE_AT_START: &[&[&str]] =
+    &[OVERLAP, ELASTIC, &["contact.dampingLaw", "contact.damping", "contact.huntCrossley", "v_start"]];
 const SUPPORT: &[&str] = &["pendulum.drag", "x_start", "v_start"];
 
 /// Every variable of the FMU. The position of a row is part of its variables' value references.
@@ -153,7 +155,7 @@ pub static TABLE: &[Row] = &[
         "Position of ball {i}, to the right of its rest position, relative to the support").initially(&[&["x_start"]])
         .derivative(|d, i| d.x[i]),
     real("F", Contacts, Output, &FORCE, |s, i| s.force(i),
-        "Contact force between balls {i} and {j} at this instant, pushing them apart")
+        "Contact force between balls {i} and {j} at this instant, pushing them apart").initially(FORCE_AT_START)
         .derivative(|d, i| d.force[i]),
     real("v", Balls, Output, &VELOCITY, |s, i| s.v(i),
         "Velocity of ball {i} relative to the support").initially(&[&["v_start"]])
@@ -176,16 +178,16 @@ pub static TABLE: &[Row] = &[
         "Integral of F[{i}] since the start").initially(&[])
         .derivative(|d, i| d.impulse[i]),
     real("F_mean", Contacts, Output, &FORCE, |s, i| s.force_mean(i),
-        "Mean of F[{i}] over the last step").discrete()
+        "Mean of F[{i}] over the last step").discrete().initially(FORCE_AT_START)
         .derivative(|d, i| d.force_mean[i]),
     real("F_peak", Contacts, Output, &FORCE, |s, i| s.force_peak(i),
-        "Largest F[{i}] in the last step; 0 if the contact never closed").discrete()
+        "Largest F[{i}] in the last step; 0 if the contact never closed").discrete().initially(FORCE_AT_START)
         .derivative(|d, i| d.force_peak[i]),
     real("F_support_mean", Scalar, Output, &FORCE, |s, _| s.support_force_mean(),
         "Mean of F_support over the last step").discrete().initially(&[MASSES, PENDULUMS, SUPPORT])
         .derivative(|d, _| d.support_force_mean),
     count("pulses", Contacts, Output, |s, i| s.pulses(i),
-        "Onsets so far of the contact of balls {i} and {j}"),
+        "Onsets so far of the contact of balls {i} and {j}").initially(&[OVERLAP]),
     flag("inContact", Contacts, Output, |s, i| s.in_contact(i),
         "Whether balls {i} and {j} overlap").initially(&[OVERLAP]),
 

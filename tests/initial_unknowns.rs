@@ -1,0 +1,162 @@
+//! InitialUnknowns: what the description says they depend on, and what they do depend on in Initialization Mode.
+
+mod host;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use host::{Host, fmi2OK};
+use newtons_cradle::fmi2::*;
+use newtons_cradle::variables::{Description, Settings, Type, Variable, variables};
+
+const BALLS: usize = 5;
+
+/// What each initial unknown depends on; nothing is said of those that depend on all knowns.
+fn described() -> BTreeMap<String, Option<BTreeSet<String>>> {
+    let xml = Description::of(&Settings::default_for(BALLS)).xml("2000-01-01T00:00:00Z");
+    let name = |index: &str| variables(BALLS).nth(index.parse::<usize>().unwrap() - 1).unwrap().to_string();
+    let unknowns = xml.split_once("<InitialUnknowns>").unwrap().1.split_once("</InitialUnknowns>").unwrap().0;
+    let attribute = |line: &str, key: &str| {
+        let (_, rest) = line.split_once(&format!(" {key}=\""))?;
+        Some(rest.split_once('"').unwrap().0.to_owned())
+    };
+    let lines = unknowns.lines().filter(|line| line.contains("<Unknown "));
+    lines
+        .map(|line| {
+            let dependencies = attribute(line, "dependencies");
+            let names = dependencies.map(|indices| indices.split_whitespace().map(name).collect());
+            (name(&attribute(line, "index").unwrap()), names)
+        })
+        .collect()
+}
+
+/// The unknowns in Initialization Mode, bit by bit; none if no run can start like this.
+fn values(host: &Host, unknowns: &[Variable]) -> Option<Vec<u64>> {
+    let value = |unknown: &Variable| {
+        let (c, reference) = (host.c, unknown.reference());
+        let (mut real, mut integer, mut boolean) = (0.0, 0, 0);
+        let (status, bits) = match unknown.row.access.data_type() {
+            Type::Real => (unsafe { fmi2GetReal(c, &reference, 1, &mut real) }, real.to_bits()),
+            Type::Boolean => (unsafe { fmi2GetBoolean(c, &reference, 1, &mut boolean) }, boolean as u64),
+            _ => (unsafe { fmi2GetInteger(c, &reference, 1, &mut integer) }, integer as u64),
+        };
+        (status == fmi2OK).then_some(bits)
+    };
+    unknowns.iter().map(value).collect()
+}
+
+/// A host in Initialization Mode.
+fn initializing(setup: &Setup) -> Host {
+    let host = Host::new();
+    for (name, value) in setup.integers {
+        assert_eq!(host.set_integer(name, *value), fmi2OK);
+    }
+    for (name, value) in setup.reals {
+        assert_eq!(host.set(name, *value), fmi2OK);
+    }
+    assert_eq!((host.set_up(0.0), host.enter()), (fmi2OK, fmi2OK));
+    host
+}
+
+struct Setup {
+    integers: &'static [(&'static str, i32)],
+    reals: &'static [(&'static str, f64)],
+}
+
+/// Balls that overlap and approach or part, for the compliant laws.
+const PRESSED: &[(&str, f64)] = &[
+    ("contact.deadBand", 1e-6),
+    ("x_start[1]", 3e-5),
+    ("x_start[2]", 1e-5),
+    ("x_start[3]", -1e-5),
+    ("x_start[4]", -2e-5),
+    ("x_start[5]", -4e-5),
+    ("v_start[1]", 1e-3),
+    ("v_start[2]", 2e-3),
+    ("v_start[3]", -1e-3),
+    ("v_start[4]", -3e-3),
+    ("v_start[5]", 1e-3),
+    ("contact.exponent", 1.2),
+    ("contact.damping", 10.0),
+    ("contact.huntCrossley", 0.1),
+    ("pendulum.drag", 0.1),
+];
+
+/// Rigid balls at rest in touch, pushed against each other.
+const TOUCHING: &[(&str, f64)] =
+    &[("contact.deadBand", 0.0), ("x_start[1]", 0.0), ("x_start[2]", 0.0), ("F_ext[1]", 5.0), ("F_ext[5]", -3.0)];
+
+const SETUPS: &[Setup] = &[
+    Setup { integers: &[], reals: &[] },
+    Setup { integers: &[], reals: PRESSED },
+    Setup { integers: &[("contact.dampingLaw", 2)], reals: PRESSED },
+    Setup { integers: &[("contact.dampingLaw", 3)], reals: PRESSED },
+    Setup { integers: &[("contact.model", 2), ("contact.dampingLaw", 3)], reals: PRESSED },
+    Setup { integers: &[("solver.method", 2)], reals: PRESSED },
+    Setup { integers: &[("solver.method", 4)], reals: &[("solver.fixedStep", 1e-3)] },
+    Setup { integers: &[("contact.model", 3)], reals: TOUCHING },
+];
+
+/// Every known is changed in every set-up: what then changes says that it depends on the known, and what says so does change. That
+/// the time of the next onset says nothing is true of it alone.
+#[test]
+fn dependencies_are_those_of_the_values() {
+    let mut described = described();
+    assert_eq!(described.remove("t_next"), Some(None));
+    let unknowns: Vec<Variable> = described.keys().map(|unknown| Variable::named(unknown, BALLS).unwrap()).collect();
+    let mut seen: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    for setup in SETUPS {
+        let host = initializing(setup);
+        let before = values(&host, &unknowns).unwrap();
+        for known in variables(BALLS).filter(|variable| variable.row.settable()) {
+            let name = known.to_string();
+            let real = known.row.access.data_type() == Type::Real;
+            let set = |value: f64| if real { host.set(&name, value) } else { host.set_integer(&name, value as i32) };
+            let old = if real { host.get(&name) } else { f64::from(host.get_integer(&name)) };
+            let others: &[f64] = if real {
+                &[0.7 * old, 1.3 * old, old - 1e-3, old - 1e-5, old + 1e-5, old + 1e-3]
+            } else {
+                &[1.0, 2.0, 3.0, 4.0]
+            };
+            for other in others.iter().filter(|other| **other != old) {
+                if set(*other) != fmi2OK {
+                    continue;
+                }
+                let after = values(&host, &unknowns).unwrap_or_else(|| before.clone());
+                for (unknown, (before, after)) in unknowns.iter().zip(before.iter().zip(&after)) {
+                    if before != after {
+                        seen.entry(unknown.to_string()).or_default().insert(name.clone());
+                    }
+                }
+            }
+            assert_eq!(set(old), fmi2OK, "{name}");
+            assert_eq!(values(&host, &unknowns).as_ref(), Some(&before), "{name}");
+        }
+    }
+    for (unknown, dependencies) in &described {
+        let seen = seen.remove(unknown).unwrap_or_default();
+        assert_eq!(Some(&seen), dependencies.as_ref(), "{unknown}");
+    }
+}
+
+/// What rigid balls transmit that rest against each other depends on all of them: it comes with the run.
+#[test]
+fn rigid_contacts_transmit_nothing_before_the_run() {
+    let host = initializing(SETUPS.last().unwrap());
+    let t_next = host.get("t_next");
+    for i in 1..BALLS {
+        let forces = ["F", "F_mean", "F_peak"].map(|name| host.get(&format!("{name}[{i}]")));
+        assert_eq!((forces, host.get_integer(&format!("pulses[{i}]"))), ([0.0; 3], 0));
+        assert_eq!(
+            (host.get(&format!("t_onset[{i}]")), host.sensitivity(&format!("F[{i}]"), "F_ext[1]")),
+            (-1e30, 0.0)
+        );
+    }
+    assert_eq!(host.exit(), fmi2OK);
+    for (i, force) in [(1, 4.6), (2, 4.2), (3, 3.8), (4, 3.4)] {
+        for name in ["F", "F_mean", "F_peak"] {
+            assert!((host.get(&format!("{name}[{i}]")) - force).abs() < 1e-14, "{name}[{i}]");
+        }
+        assert_eq!((host.get_integer(&format!("pulses[{i}]")), host.get(&format!("t_onset[{i}]"))), (1, 0.0));
+    }
+    assert_eq!(host.get("t_next"), t_next);
+}
