@@ -1,7 +1,9 @@
 """System structures (SSP 1.0): the machine of this example, and the cradle alone with its presets.
 
 FMPy's runner ignores the parameter bindings of an SSP, starts every connector at 0, and steps the FMUs side
-by side: the parameter set is read from the SSP and passed to it. Other tools read the bindings themselves.
+by side: the parameter set is read from the SSP and passed to it. Other tools read the bindings themselves, some only those of
+a component: the cradle's parameters are bound to the system and to the component. All of them are numbers, since some tools
+cannot set an enumeration.
 """
 
 import zipfile
@@ -17,8 +19,6 @@ NAMESPACES = "".join(
     f' xmlns:{prefix}="http://ssp-standard.org/SSP1/SystemStructure{name}"'
     for prefix, name in (("ssd", "Description"), ("ssc", "Common"), ("ssv", "ParameterValues"))
 )
-OMS = "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd"
-STEP = 0.01  # s, suggested to OMSimulator, which takes it and the kind of its master from an annotation
 CONNECTIONS = [  # cradle's variable, direction, plant's variable
     ("F_support_mean", ">", "F_support"),
     ("v[1]", ">", "v_coil"),
@@ -30,12 +30,23 @@ CONNECTIONS = [  # cradle's variable, direction, plant's variable
 SHOWN = ["p_total", *(f"x[{i}]" for i in range(1, 6))]  # by the cradle, without being connected
 # Of the plant, with the units that PythonFMU does not write.
 SHOWN_PLANT = {"s": "m", "v": "m/s", "sensed": "N.s", "impacts": ""}
+
+
+def hertz_as_power_law(values: dict) -> dict:
+    """The same start values with Hertz contacts given as a power law, so that `contact.model` is the default."""
+    modulus = values["ball.youngModulus"] / (2.0 * (1.0 - values["ball.poissonRatio"] ** 2))
+    stiffness = 4.0 / 3.0 * modulus * (0.5 * values["ball.radius"]) ** 0.5
+    replaced = ("contact.model", "ball.youngModulus", "ball.poissonRatio")
+    others = {name: value for name, value in values.items() if name not in replaced}
+    return others | {"contact.stiffness": stiffness, "contact.overlapRef": 1.0, "contact.exponent": 1.5}
+
+
 PRESETS = {
     "default": {},
     "figure5_overlapping": nc.figure5(0.0),
     "figure5": nc.figure5(),
     "figure6": nc.figure6(),
-    "steel": nc.steel(),
+    "steel": hertz_as_power_law(nc.steel()),
 }
 
 
@@ -49,12 +60,9 @@ def save_machine(path: Path, fmus: Fmus) -> None:
         plant.append(connector(fmus.plant, of_plant, kinds[1], unit))
     cradle += [connector(fmus.cradle, name, "output") for name in SHOWN]
     plant += [connector(fmus.plant, name, "output", unit) for name, unit in SHOWN_PLANT.items()]
-    components = component("cradle", fmus.cradle, cradle) + component("plant", fmus.plant, plant)
-    start = {f"cradle.{name}": value for name, value in CRADLE.items()}
-    files = {
-        "SystemStructure.ssd": system("Machine", fmus, components, "start", STOP, connections()),
-        "resources/start.ssv": parameters("start", start, fmus.cradle),
-    }
+    components = component("cradle", fmus.cradle, cradle, "start") + component("plant", fmus.plant, plant)
+    files = {"SystemStructure.ssd": system("Machine", fmus, components, "start", STOP, connections())}
+    files |= parameter_sets("start", CRADLE, fmus.cradle)
     write(path, files, [fmus.cradle.path, fmus.plant.path])
 
 
@@ -63,15 +71,13 @@ def save_presets(path: Path, fmus: Fmus) -> None:
 
     It has no connectors of inputs, which stay 0: FMPy's runner wants them all connected.
     """
-    components = component(
-        "cradle", fmus.cradle, [connector(fmus.cradle, name, "output") for name in fmus.cradle.outputs]
-    )
+    connectors = [connector(fmus.cradle, name, "output") for name in fmus.cradle.outputs]
     files = {}
     for preset, values in PRESETS.items():
-        start = {f"cradle.{name}": value for name, value in values.items()}
+        components = component("cradle", fmus.cradle, connectors, preset)
         name = "SystemStructure" if preset == "default" else preset
         files[f"{name}.ssd"] = system(preset, fmus, components, preset, 10.0)
-        files[f"resources/{preset}.ssv"] = parameters(preset, start, fmus.cradle)
+        files |= parameter_sets(preset, values, fmus.cradle)
     write(path, files, [fmus.cradle.path])
 
 
@@ -103,11 +109,19 @@ def connector(fmu: nc.Fmu, name: str, kind: str, unit: str | None = None) -> str
     return f'        <ssd:Connector name={quoteattr(name)} kind="{kind}">{of_type}</ssd:Connector>\n'
 
 
-def component(name: str, fmu: nc.Fmu, connectors: list[str]) -> str:
-    """A component, its FMU in the folder resources."""
+def component(name: str, fmu: nc.Fmu, connectors: list[str], parameter_set: str | None = None) -> str:
+    """A component, its FMU in the folder resources; its own part of the parameter set has its name."""
     source = f'type="application/x-fmu-sharedlibrary" source="resources/{fmu.path.name}" implementation="CoSimulation"'
     inner = f"        <ssd:Connectors>\n{''.join(connectors)}        </ssd:Connectors>\n"
+    inner += bindings(f"{parameter_set}_{name}", "        ") if parameter_set else ""
     return f'      <ssd:Component name="{name}" {source}>\n{inner}      </ssd:Component>\n'
+
+
+def bindings(parameter_set: str, indent: str) -> str:
+    """The binding of a parameter set in the folder resources."""
+    source = f'type="application/x-ssp-parameter-set" source="resources/{parameter_set}.ssv"'
+    inner = f"{indent}  <ssd:ParameterBinding {source}/>\n"
+    return f"{indent}<ssd:ParameterBindings>\n{inner}{indent}</ssd:ParameterBindings>\n"
 
 
 def connections() -> str:
@@ -121,23 +135,14 @@ def connections() -> str:
     return f"    <ssd:Connections>\n{lines}    </ssd:Connections>\n"
 
 
-def system(name: str, fmus: Fmus, components: str, binding: str, stop: float, lines: str = "") -> str:
+def system(name: str, fmus: Fmus, components: str, parameter_set: str, stop: float, lines: str = "") -> str:
     """A system structure description of these components, with one parameter set for the whole system."""
-    source = f'type="application/x-ssp-parameter-set" source="resources/{binding}.ssv"'
     return f"""<?xml version="1.0" encoding="UTF-8"?>
-<ssd:SystemStructureDescription{NAMESPACES} xmlns:oms="{OMS}" version="1.0" name="{name}">
+<ssd:SystemStructureDescription{NAMESPACES} version="1.0" name="{name}">
   <ssd:System name="{name}">
-    <ssd:ParameterBindings>
-      <ssd:ParameterBinding {source}/>
-    </ssd:ParameterBindings>
-    <ssd:Elements>
+{bindings(parameter_set, "    ")}    <ssd:Elements>
 {components}    </ssd:Elements>
-{lines}    <ssd:Annotations>
-      <ssc:Annotation type="org.openmodelica"><oms:Annotations><oms:SimulationInformation>
-        <oms:FixedStepMaster description="oms-ma" stepSize="{STEP}" absoluteTolerance="1e-4" relativeTolerance="1e-4"/>
-      </oms:SimulationInformation></oms:Annotations></ssc:Annotation>
-    </ssd:Annotations>
-  </ssd:System>
+{lines}  </ssd:System>
   <ssd:Units>
 {units(fmus.cradle)}  </ssd:Units>
   <ssd:DefaultExperiment startTime="0" stopTime="{stop:g}"/>
@@ -145,15 +150,21 @@ def system(name: str, fmus: Fmus, components: str, binding: str, stop: float, li
 """
 
 
-def parameters(name: str, values: dict, fmu: nc.Fmu) -> str:
-    """A parameter set; enumerations by their integers, which every tool understands."""
+def parameter_sets(name: str, values: dict, cradle: nc.Fmu) -> dict[str, str]:
+    """Files with the cradle's start values: the parameter set of the system, and that of the component."""
+    return {
+        f"resources/{name}.ssv": parameters(name, values, cradle, "cradle."),
+        f"resources/{name}_cradle.ssv": parameters(name, values, cradle),
+    }
+
+
+def parameters(name: str, values: dict, fmu: nc.Fmu, prefix: str = "") -> str:
+    """A parameter set."""
     lines = ""
-    for full, value in values.items():
-        variable = fmu.variables[full.partition(".")[2]]
-        number = fmu.number(variable.name, value)
-        kind = "Integer" if variable.type == "Enumeration" else variable.type
+    for of_fmu, value in values.items():
+        variable = fmu.variables[of_fmu]
         unit = f" unit={quoteattr(variable.unit)}" if variable.unit else ""
-        lines += f'    <ssv:Parameter name={quoteattr(full)}><ssv:{kind} value="{number!r}"{unit}/></ssv:Parameter>\n'
+        lines += f'    <ssv:Parameter name={quoteattr(prefix + of_fmu)}><ssv:{variable.type} value="{value!r}"{unit}/></ssv:Parameter>\n'
     return f"""<?xml version="1.0" encoding="UTF-8"?>
 <ssv:ParameterSet{NAMESPACES} version="1.0" name="{name}">
   <ssv:Parameters>
