@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::ball::{Ball, Flight, Rounding, Tally, shifted, spaced};
 use super::collocation;
+use super::expansion::OverlapSeries;
 use super::modes::{self, Modes};
 use super::taylor::{Control, Series};
 use super::window::{Mode, Switch, Switching, Window, WindowContact};
@@ -166,6 +167,12 @@ impl Cluster {
         let j = i - self.window.start;
         let (overlap, change) = of_motion!(&self.motion, overlap(j, tau));
         (overlap, (self.flights[j].v - self.flights[j + 1].v) + change)
+    }
+
+    /// Coefficients of the overlap of contact `i` of the window as a power series of the time (s) from `tau` after the start of the
+    /// segment on.
+    pub fn overlap_series(&self, i: usize, tau: f64) -> OverlapSeries {
+        of_motion!(&self.motion, overlap_series(i - self.window.start, tau))
     }
 
     /// Mode of contact `i` on the segment.

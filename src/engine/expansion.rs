@@ -5,6 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::MAX_OUTPUT_DERIVATIVE;
 use super::window::Mode;
 use crate::model::{Cradle, Damping};
 use crate::solver::dual::Scalar;
@@ -36,6 +37,9 @@ impl State {
 /// Accelerations of a ball by the inputs, with derivatives by time.
 pub(crate) type Push<S> = [S; MAX_FORCE_ORDER + 1];
 
+/// Coefficients of an overlap: as many as its force has up to the highest derivative by time, and one more for a dashpot.
+pub(crate) type OverlapSeries<S = f64> = [S; MAX_OUTPUT_DERIVATIVE + 2];
+
 /// Coefficients of the motions and forces as functions of the time since the state over `unit`.
 #[derive(Clone, Debug)]
 pub(crate) struct Expansion<S> {
@@ -50,13 +54,14 @@ pub(crate) struct Expansion<S> {
 
 impl<S: Scalar> Expansion<S> {
     /// The series with `order` coefficients of the forces and two more of the motions. Contacts marked as `faint` have no elastic
-    /// force.
+    /// force. Overlaps that are `given`, in the unit of the series, are taken as they are; the forces follow from them.
     pub fn new(
         cradle: &Cradle<S>,
         state: &State<S>,
         pushes: &[Push<S>],
         (order, unit): (usize, f64),
         faint: impl Fn(usize) -> bool,
+        given: &[Option<OverlapSeries<S>>],
     ) -> Self {
         let (balls, contacts, stride) = (cradle.balls.len(), cradle.contacts.len(), order + 2);
         let zeros = |rows: usize| vec![S::default(); rows * stride];
@@ -72,16 +77,23 @@ impl<S: Scalar> Expansion<S> {
             series.positions[i * stride] = state.x[i];
             series.positions[i * stride + 1] = state.v[i] * S::from(unit);
         }
+        let given = |j: usize| given.get(j).and_then(Option::as_ref);
         for j in 0..contacts {
-            series.overlaps[j * stride] = state.overlaps[j];
-            series.overlaps[j * stride + 1] = (state.v[j] - state.v[j + 1]) * S::from(unit);
+            let overlap = &mut series.overlaps[j * stride..(j + 1) * stride];
+            match given(j) {
+                Some(given) => overlap[..given.len()].copy_from_slice(given),
+                None => {
+                    overlap[0] = state.overlaps[j];
+                    overlap[1] = (state.v[j] - state.v[j + 1]) * S::from(unit);
+                }
+            }
         }
         let mut powers = vec![Vec::new(); contacts];
         for k in 0..order {
             for (j, powers) in powers.iter_mut().enumerate().filter(|(j, _)| state.modes[*j] != Mode::Open) {
                 series.expand_force(j, cradle, k, (!faint(j)).then_some(powers));
             }
-            series.expand_motion(cradle, state, pushes, k);
+            series.expand_motion(cradle, state, pushes, k, |j| given(j).is_some());
         }
         series
     }
@@ -106,8 +118,15 @@ impl<S: Scalar> Expansion<S> {
         };
     }
 
-    /// Coefficient `k` of the accelerations, hence `k + 2` of the positions and overlaps.
-    fn expand_motion(&mut self, cradle: &Cradle<S>, state: &State<S>, pushes: &[Push<S>], k: usize) {
+    /// Coefficient `k` of the accelerations, hence `k + 2` of the positions and of the overlaps that are not given.
+    fn expand_motion(
+        &mut self,
+        cradle: &Cradle<S>,
+        state: &State<S>,
+        pushes: &[Push<S>],
+        k: usize,
+        given: impl Fn(usize) -> bool,
+    ) {
         let stride = self.stride;
         let time_to_k = (1..=k).fold(1.0, |power, i| power * self.unit / i as f64);
         let acting = |j: usize| match state.modes.get(j) {
@@ -123,7 +142,7 @@ impl<S: Scalar> Expansion<S> {
                 (from_left - acting(i)) / ball.mass + push - ball.omega2 * x[k] - S::from(2.0) * ball.gamma * rate;
             x[k + 2] = acceleration * S::from(self.unit * self.unit / ((k + 1) * (k + 2)) as f64);
         }
-        for j in 0..cradle.contacts.len() {
+        for j in (0..cradle.contacts.len()).filter(|j| !given(*j)) {
             let at = j * stride + k + 2;
             self.overlaps[at] = self.positions[at] - self.positions[at + stride];
         }

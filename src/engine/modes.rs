@@ -177,6 +177,17 @@ impl Modes {
         (overlap, rate - self.contacts[j].rate)
     }
 
+    /// Coefficients of that overlap as a power series of the time (s) from `tau` on, up to five of them.
+    pub fn overlap_series<const COUNT: usize>(&self, j: usize, tau: f64) -> [f64; COUNT] {
+        let mut coefficients = self.overlap_at(j, tau);
+        let mut factorial = 1.0;
+        for (k, c) in coefficients.iter_mut().enumerate() {
+            factorial *= k.max(1) as f64;
+            *c /= factorial;
+        }
+        coefficients
+    }
+
     /// Impulse of the pressing contact `j`, N.s.
     pub fn impulse(&self, j: usize, tau: f64) -> f64 {
         let &Joint { overlap, stiffness, damping, .. } = &self.contacts[j];

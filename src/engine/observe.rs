@@ -2,7 +2,7 @@
 
 use super::ball::{Held, Known, Tally, degree, push_at};
 use super::cluster::Cluster;
-use super::expansion::State;
+use super::expansion::{OverlapSeries, State};
 use super::window::Mode;
 use super::{Engine, NEVER, Work};
 use crate::solver::double_double::DoubleDouble;
@@ -154,6 +154,12 @@ impl Engine {
         let (x, v) = (0..self.balls.len()).map(|i| self.state_at(i, t)).unzip();
         let (overlaps, modes) = (0..self.contacts.len()).map(|i| self.overlap_at(i, t)).unzip();
         State { x, v, overlaps, modes }
+    }
+
+    /// The overlap of contact `i` as a power series of the time from now on, if the contact presses with a force law.
+    pub(super) fn pressed_series(&self, i: usize) -> Option<OverlapSeries> {
+        let (cluster, tau) = self.segment_of_contact(i, self.now())?;
+        (cluster.mode(i) == Mode::Pressing).then(|| cluster.overlap_series(i, tau))
     }
 
     /// Overlap of contact `i` beside an impact at the time `t`, m.

@@ -105,7 +105,7 @@ impl<'a> Run<'a> {
     fn expand(&self) -> (Expansion<Dual>, f64) {
         let (scale, unit) = self.scales();
         let faint: Vec<f64> = (0..self.cradle.contacts.len()).map(|j| self.faint(j, scale)).collect();
-        let series = Expansion::new(&self.along, &self.state, &self.pushes, (ORDER, unit), |j| faint[j] > 0.0);
+        let series = Expansion::new(&self.along, &self.state, &self.pushes, (ORDER, unit), |j| faint[j] > 0.0, &[]);
         let converges_for = self.convergence(&series, Dual::value).min(self.convergence(&series, Dual::tangent));
         let mut length = converges_for * unit;
         for (j, faint) in faint.into_iter().enumerate().filter(|(_, faint)| *faint > 0.0) {

@@ -23,6 +23,18 @@ pub fn integral<S: Scalar>(c: &[S], t: S) -> S {
     t * c.iter().enumerate().rev().fold(S::default(), |sum, (k, &c)| sum * t + c / S::from((k + 1) as f64))
 }
 
+/// The first coefficients of the same function about `t`.
+pub fn about<const N: usize>(c: &[f64], t: f64) -> [f64; N] {
+    let mut about = [0.0; N];
+    for &c in c.iter().rev() {
+        for k in (1..N).rev() {
+            about[k] = about[k] * t + about[k - 1];
+        }
+        about[0] = about[0] * t + c;
+    }
+    about
+}
+
 /// Value and first two derivatives at `t`.
 pub fn value_and_derivatives(c: &[f64], t: f64) -> [f64; 3] {
     let (mut value, mut slope, mut half_curvature) = (0.0, 0.0, 0.0);
@@ -148,6 +160,13 @@ mod tests {
             power.push(term);
         }
         assert!((value(&power, 0.01) - libm::pow(2.01, 1.5)).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_polynomial_about_another_place() {
+        // (1 + s)^3 about s = 1 is (2 + s)^3.
+        assert_eq!(about(&[1.0, 3.0, 3.0, 1.0], 1.0), [8.0, 12.0, 6.0]);
+        assert_eq!(about(&[1.0, 3.0, 3.0, 1.0], 1.0), [8.0, 12.0, 6.0, 1.0, 0.0]);
     }
 
     #[test]

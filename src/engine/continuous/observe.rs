@@ -84,8 +84,10 @@ impl Continuous {
         }
     }
 
+    /// See [`by_time`]. The polynomials of the steps are of too low an order to give the overlaps: the second and third derivatives
+    /// of a force at rest are rounding and solver error.
     pub(in crate::engine) fn time_derivative(&self, order: usize) -> Differential {
-        by_time(self.cradle(), &self.state(), &self.inputs.at(self.time), order)
+        by_time(self.cradle(), &self.state(), &self.inputs.at(self.time), &[], order)
     }
 
     /// Length of the last step, s; 0 before the first.

@@ -115,6 +115,17 @@ impl Series {
         self.with_change_of_rate(self.overlap_row(j), tau)
     }
 
+    /// Coefficients of that overlap as a power series of the time (s) from `tau` on.
+    pub fn overlap_series<const COUNT: usize>(&self, j: usize, tau: f64) -> [f64; COUNT] {
+        let mut coefficients = series::about(self.overlap_row(j), tau / self.unit);
+        let mut scale = 1.0;
+        for c in &mut coefficients {
+            *c *= scale;
+            scale /= self.unit;
+        }
+        coefficients
+    }
+
     /// Integral of the force of contact `j` by its law without clipping, N.s.
     pub fn impulse(&self, j: usize, tau: f64) -> f64 {
         self.unit * series::integral(self.force_row(j), tau / self.unit)
