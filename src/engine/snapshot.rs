@@ -191,6 +191,7 @@ impl Engine {
         engine.work = snapshot.work;
         engine.last_event = snapshot.last_event;
         engine.standstill = snapshot.standstill;
+        require(engine.standstill <= engine.most_without_progress() + 1, "a count is too large")?;
         for (ball, state) in engine.balls.iter_mut().zip(balls) {
             (ball.anchor, ball.flight, ball.tally) = (state.anchor, state.flight, state.tally);
             ball.at_start = state.at_start.unwrap_or_default();
@@ -355,6 +356,6 @@ impl RunState {
         require(start, "the state at the start of the step is not finite, or of another step")?;
         let sums = [self.contact_loss, self.energy_at_start];
         require(sums.iter().all(|sum| sum.is_finite()), "a sum is not finite")?;
-        require(self.step < LARGEST_COUNT && self.standstill < LARGEST_COUNT as usize, "a count is too large")
+        require(self.step < LARGEST_COUNT, "a count is too large")
     }
 }

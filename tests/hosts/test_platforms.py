@@ -1,4 +1,5 @@
-"""FMUs of any number of balls, and the binaries for other platforms: what they need, and that they give the same doubles.
+"""FMUs of any number of balls, and the binaries for other platforms: what they need, and that they give the same doubles
+and read the states of one another.
 
 The FMU with the binaries for Linux and Windows, 32 and 64 bits, is made by `cradle.py test` where the tools are to be had; these
 tests skip, and say so, where it or what runs it is missing.
@@ -23,7 +24,6 @@ STEPS = 1000
 SCRIPTS = Path(sys.executable).parent  # the virtual environment's programs
 ZIG = [sys.executable, "-m", "ziglang", "cc", "-target"]
 WINE32 = ROOT / os.environ.get("CRADLE_WINE32", "target/wine32") / "wine"  # unpacked by .ci/wine32
-LETTERS = {"Real": "r", "Integer": "i", "Boolean": "b"}
 
 
 def run(command, **options) -> str:
@@ -31,7 +31,7 @@ def run(command, **options) -> str:
     done = subprocess.run(
         [str(part) for part in command], capture_output=True, text=True, timeout=300, **options
     )
-    assert done.returncode == 0, done.stdout + done.stderr
+    assert done.returncode == 0, (done.stdout + done.stderr)[-3000:]
     return done.stdout
 
 
@@ -137,41 +137,78 @@ def skip_without(platforms, folder) -> None:
         pytest.skip(f"there is no binary for {folder}")
 
 
-@pytest.fixture(scope="module")
-def outputs(platforms, tmp_path_factory):
-    """Compiles a C host for a platform and runs the default experiment in it: every output at every step, bit by bit."""
-    description = fmpy.read_model_description(str(platforms))
-    experiment = [description.guid, description.defaultExperiment.stepSize, STEPS]
-    variables = [v for v in description.modelVariables if v.causality == "output"]
-    wanted = [f"{LETTERS[v.type]}:{v.valueReference}" for v in variables]
+# What is run: states of balls in flight, of balls that rest against each other, and of a solver of the whole chain.
+EXPERIMENTS = {
+    "default": {},
+    "pressed": {"contact.deadBand": 0, "contact.damping": 2e4, "F_ext[1]": 3, "pendulum.lengthRatio[3]": 1.1},
+    "adams": {"solver.method": 3, "solver.tolerance": 1e-8},
+}
 
-    def outputs(folder, compiler, runner, **environment) -> list[str]:
-        program = tmp_path_factory.mktemp("host") / "outputs.exe"
-        libraries = [] if folder.startswith("win") else ["-ldl"]
-        source = ROOT / "tests/hosts/outputs.c"
-        cache = {"ZIG_GLOBAL_CACHE_DIR": str(ROOT / "target/zig")}
-        command = [*compiler, "-O1", "-Wall", "-Wextra", "-o", program, source, *libraries]
-        run(command, env=os.environ | cache)
-        resources = platforms / "resources"
+
+@pytest.fixture(scope="module", params=EXPERIMENTS)
+def experiment(request) -> dict:
+    return EXPERIMENTS[request.param]
+
+
+def compile_for(folder, compiler, source, program) -> None:
+    """Compiles a C program for a platform."""
+    libraries = [] if folder.startswith("win") else ["-ldl"]
+    cache = {"ZIG_GLOBAL_CACHE_DIR": str(ROOT / "target/zig")}
+    run([*compiler, "-O1", "-Wall", "-Wextra", "-o", program, source, *libraries], env=os.environ | cache)
+
+
+@pytest.fixture(scope="module")
+def host(tmp_path_factory):
+    """Compiles the C host for a platform: its command and environment."""
+    known = {}
+
+    def host(folder, compiler, runner) -> tuple[list, dict]:
+        key = (folder, *runner)
+        if key not in known:
+            place = tmp_path_factory.mktemp(folder)
+            environment = {}
+            if folder.startswith("win"):
+                environment = {"WINEARCH": folder, "WINEDEBUG": "-all", "WINEPREFIX": str(place / "wine")}
+            program = place / "outputs.exe"
+            compile_for(folder, compiler, ROOT / "tests/hosts/outputs.c", program)
+            known[key] = [*runner, program], environment
+        return known[key]
+
+    return host
+
+
+@pytest.fixture(scope="module")
+def outputs(platforms, host, experiment, tmp_path_factory):
+    """Runs the experiment in a C host: every output at every step, bit by bit, the second half twice, the second time from the
+    state in the file `given` or the own one; and the file with the own one."""
+    description = fmpy.read_model_description(str(platforms))
+    variables = {v.name: v for v in description.modelVariables}
+    start = [(variables[name], value) for name, value in experiment.items()]
+    letters = {"Real": "r", "Integer": "i", "Enumeration": "i", "Boolean": "b"}
+    items = [f"{letters[v.type]}:{v.valueReference}={value}" for v, value in start]
+    items += [f"{letters[v.type]}:{v.valueReference}" for v in variables.values() if v.causality == "output"]
+
+    def outputs(folder, compiler, runner, given=None) -> tuple[list[str], Path]:
+        command, environment = host(folder, compiler, runner)
+        own = tmp_path_factory.mktemp("states") / "state"
+        library, uri = platforms / f"binaries/{folder}/NewtonsCradle.so", (platforms / "resources").as_uri()
+        step = description.defaultExperiment.stepSize
+        arguments = [library, uri, description.guid, step, STEPS, own, given or own, *items]
         if folder.startswith("win"):
-            library = f"Z:{platforms}/binaries/{folder}/NewtonsCradle.dll".replace("/", "\\")
-            uri = f"file:///Z:{resources}"
-            prefix = str(program.with_name("wine"))
-            environment |= {"WINEARCH": folder, "WINEDEBUG": "-all", "WINEPREFIX": prefix}
-        else:
-            library, uri = platforms / f"binaries/{folder}/NewtonsCradle.so", resources.as_uri()
-        command = [*runner, program, library, uri, *experiment, *wanted]
-        return run(command, env=os.environ | environment).splitlines()
+            arguments[:2] = library.with_suffix(".dll"), f"file:///Z:{platforms}/resources"
+            arguments = [f"Z:{a}".replace("/", "\\") if isinstance(a, Path) else a for a in arguments]
+        lines = run([*command, *arguments], env=os.environ | environment).splitlines()
+        assert len(lines) == STEPS + 1 + STEPS - STEPS // 2
+        assert lines[STEPS // 2 + 1 : STEPS + 1] == lines[STEPS + 1 :]
+        return lines, own
 
     return outputs
 
 
 @pytest.fixture(scope="module")
-def linux(outputs) -> list[str]:
-    """The outputs that the others are compared with."""
-    lines = outputs("linux64", ["cc", "-Werror"], [])
-    assert len(lines) == STEPS + 1
-    return lines
+def linux(outputs) -> tuple[list[str], Path]:
+    """The outputs and the state that the others are compared with."""
+    return outputs("linux64", ["cc", "-Werror"], [])
 
 
 @pytest.mark.parametrize(
@@ -192,14 +229,17 @@ def linux(outputs) -> list[str]:
         ),
     ],
 )
-def test_every_platform_gives_the_same_doubles(
+def test_every_platform_gives_the_same_doubles_and_reads_the_states_of_others(
     platforms, outputs, linux, folder, compiler, runners, packages
 ):
     skip_without(platforms, folder)
     runner = next(filter(shutil.which, runners), None)
     if not shutil.which(compiler[0]) or runner is None:
         pytest.skip(f"what runs {folder} is missing: on Debian, `apt install {packages}`")
-    assert outputs(folder, compiler, [runner]) == linux
+    lines, state = outputs(folder, compiler, [runner], given=linux[1])
+    assert lines == linux[0]
+    # Hence 64-bit Linux reads the state of this platform, too.
+    assert state.read_bytes() == linux[1].read_bytes()
 
 
 def test_an_old_glibc_gives_the_same_doubles(platforms, outputs, linux):
@@ -208,4 +248,5 @@ def test_an_old_glibc_gives_the_same_doubles(platforms, outputs, linux):
         pytest.skip("CRADLE_OLD_GLIBC is not set to a folder that .ci/old-glibc has made")
     library = ROOT / os.environ["CRADLE_OLD_GLIBC"] / "lib/x86_64-linux-gnu"
     runner = [library / "ld-linux-x86-64.so.2", "--library-path", library]
-    assert outputs("linux64", [*ZIG, "x86_64-linux-gnu.2.17"], runner) == linux
+    lines, _ = outputs("linux64", [*ZIG, "x86_64-linux-gnu.2.17"], runner, given=linux[1])
+    assert lines == linux[0]
