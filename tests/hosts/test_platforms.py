@@ -2,12 +2,13 @@
 and read the states of one another.
 
 The FMU with the binaries for Linux and Windows, 32 and 64 bits, is made by `cradle.py test` where the tools are to be had; these
-tests skip, and say so, where it or what runs it is missing.
+tests skip, and say so, where it or what runs it is missing or runs nothing.
 """
 
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import zipfile
@@ -157,9 +158,28 @@ def compile_for(folder, compiler, source, program) -> None:
     run([*compiler, "-O1", "-Wall", "-Wextra", "-o", program, source, *libraries], env=os.environ | cache)
 
 
+def fault(command, environment) -> str | None:
+    """What a program that does nothing fails with."""
+    quiet = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.DEVNULL)
+    try:
+        # In a session of its own, for what wine starts is to end with it.
+        process = subprocess.Popen(
+            [str(part) for part in command], env=os.environ | environment, start_new_session=True, **quiet
+        )
+        code = process.wait(timeout=180)
+    except OSError as error:
+        return str(error)
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+        return "it does not end"
+    return f"it ends with code {code}" if code else None
+
+
 @pytest.fixture(scope="module")
 def host(tmp_path_factory):
-    """Compiles the C host for a platform: its command and environment."""
+    """Compiles the C host for a platform: its command and environment. Skips where not even a program that does nothing runs, as
+    with a wine that lacks its loader, a library or a place for its settings."""
     known = {}
 
     def host(folder, compiler, runner) -> tuple[list, dict]:
@@ -169,10 +189,15 @@ def host(tmp_path_factory):
             environment = {}
             if folder.startswith("win"):
                 environment = {"WINEARCH": folder, "WINEDEBUG": "-all", "WINEPREFIX": str(place / "wine")}
-            program = place / "outputs.exe"
+            source, nothing, program = (place / name for name in ("nothing.c", "nothing.exe", "outputs.exe"))
+            source.write_text("int main(void) { return 0; }\n")
+            compile_for(folder, compiler, source, nothing)
             compile_for(folder, compiler, ROOT / "tests/hosts/outputs.c", program)
-            known[key] = [*runner, program], environment
-        return known[key]
+            known[key] = [*runner, program], environment, fault([*runner, nothing], environment)
+        command, environment, reason = known[key]
+        if reason:
+            pytest.skip(f"a program that does nothing does not run for {folder}: {reason}")
+        return command, environment
 
     return host
 
