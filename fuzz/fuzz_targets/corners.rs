@@ -25,7 +25,7 @@ static INTERFACES: LazyLock<Vec<(usize, Interface)>> =
 const LONGEST: Duration = Duration::from_secs(2);
 
 /// A step is followed by a longer one if it took less than that.
-const CHEAP: Duration = Duration::from_millis(20);
+const CHEAP: Duration = Duration::from_millis(5);
 
 #[derive(Debug, Arbitrary)]
 struct Run {
@@ -87,7 +87,8 @@ thread_local! {
 fuzz_target!(|run: Run| HOSTS.with_borrow_mut(|hosts| {
     let (balls, interface) = &INTERFACES[usize::from(run.balls) % INTERFACES.len()];
     let host = hosts.entry(*balls).or_insert_with(|| Host::with_balls(*balls));
-    Driver { host, interface, run: &run }.make();
+    let extreme = ["Least", "Largest"].iter().any(|corner| format!("{run:?}").contains(corner));
+    Driver { host, interface, run: &run, extreme }.make();
 }));
 
 impl Corner {
@@ -109,11 +110,11 @@ impl Corner {
         let value = match self {
             Self::Least if variable.above_min => f64::MIN_POSITIVE,
             Self::Least => variable.min.max(-f64::MAX),
-            Self::Tiny => 1e-30 * scale,
+            Self::Tiny => 1e-12 * scale,
             Self::Small => 1e-6 * scale,
             Self::Default => start,
             Self::Large => 1e4 * scale,
-            Self::Huge => 1e30 * scale,
+            Self::Huge => 1e12 * scale,
             Self::Largest => variable.max.min(f64::MAX),
             Self::Negative => -scale,
             Self::Ordinary(thirds) => f64::from(thirds) / 3.0 * scale,
@@ -126,6 +127,8 @@ struct Driver<'a> {
     host: &'a Host,
     interface: &'a Interface,
     run: &'a Run,
+    /// It has values whose squares are beyond the range of doubles.
+    extreme: bool,
 }
 
 impl Driver<'_> {
@@ -140,7 +143,7 @@ impl Driver<'_> {
         }
         self.read();
         let mut time = 0.0;
-        for step in self.run.steps.iter().take(6) {
+        for step in self.run.steps.iter().take(4) {
             if !self.change(step) {
                 return self.refused();
             }
@@ -158,7 +161,7 @@ impl Driver<'_> {
                 if begin.elapsed() > CHEAP {
                     break;
                 }
-                decade += 3.0;
+                decade += 1.0;
             }
         }
     }
@@ -227,14 +230,18 @@ impl Driver<'_> {
         accepted
     }
 
-    /// Reads every variable: none is a NaN.
+    /// Reads every variable: none is a NaN, and where values are no extremes, all of them exist.
     fn read(&self) {
         for variable in &self.interface.variables {
-            let value = self.timed(&variable.name, || variable.read(self.host));
-            assert!(!value.is_nan(), "{} is NaN: {:?}", variable.name, self.run);
+            let value = self.timed(&variable.name, || variable.try_read(self.host));
+            let log = self.host.log();
+            let lacks = log.iter().any(|line| line.text.contains("beyond the range of doubles"));
+            assert!(!value.is_some_and(f64::is_nan), "{} is NaN: {:?}", variable.name, self.run);
+            assert!(value.is_some() || lacks && self.extreme, "{}: {log:?}: {:?}", variable.name, self.run);
         }
-        let (time, next) = (self.time(), self.host.get("t_next"));
-        assert!(next > time, "t_next = {next} at {time}");
+        let (time, next) =
+            (self.time(), self.interface.at(self.interface.named("t_next")).and_then(|next| next.try_read(self.host)));
+        assert!(next.is_some_and(|next| next > time), "t_next = {next:?} at {time}");
         // A step may have told that it took long.
         self.host.log();
     }

@@ -42,6 +42,11 @@ impl Variable {
 
     /// Its value now.
     pub fn read(&self, host: &Host) -> f64 {
+        self.try_read(host).unwrap_or_else(|| panic!("{}: {:?}", self.name, host.log()))
+    }
+
+    /// Its value now, unless that is refused.
+    pub fn try_read(&self, host: &Host) -> Option<f64> {
         let (mut real, mut integer) = (f64::NAN, 0);
         let status = unsafe {
             match self.kind {
@@ -50,8 +55,7 @@ impl Variable {
                 _ => fmi2GetInteger(host.c, &self.reference, 1, &mut integer),
             }
         };
-        assert_eq!(status, fmi2OK, "{}: {:?}", self.name, host.log());
-        if self.kind == Kind::Real { real } else { integer.into() }
+        (status == fmi2OK).then_some(if self.kind == Kind::Real { real } else { integer.into() })
     }
 
     /// Whether it may have this value.

@@ -55,14 +55,12 @@ impl Engine {
         }
         let period = std::f64::consts::TAU / self.balls[0].oscillator.omega();
         let limit = DoubleDouble::from(self.time + ONSET_PERIODS * period);
-        if let Some(answer) = self.read_off(limit) {
+        if let Some(answer) = self.read_off(self.time, limit) {
             return answer;
         }
         // Where it has fallen behind, a copy may be cheaper than what it would have to make up for.
         let copying = COPY * self.balls.len() as u64;
-        let useful = |scout: &Self| {
-            scout.handled >= self.handled || self.effort.saturating_sub(scout.effort) < copying
-        };
+        let useful = |scout: &Self| scout.handled >= self.handled || self.effort.saturating_sub(scout.effort) < copying;
         let scout = match scout {
             Some(scout) if useful(scout) => scout,
             slot => slot.insert(self.scout()),
@@ -72,12 +70,18 @@ impl Engine {
             && scout.process(t, key, &mut Unrecorded).is_ok()
         {}
         let enough = scout.effort.saturating_add(LOOK_AHEAD);
+        let mut passed = self.onsets;
         loop {
-            if scout.onsets > self.onsets {
-                let onset = scout.last_event;
-                return if onset <= limit { NextOnset::at(onset.value_up()) } else { NextOnset::NONE };
+            let onset = scout.last_event;
+            if scout.onsets > passed && onset > limit {
+                return NextOnset::NONE;
             }
-            if let Some(answer) = scout.read_off(limit) {
+            if scout.onsets > passed && onset.value_up() > self.time {
+                return NextOnset::at(onset.value_up());
+            }
+            // Those that are due right now are not ahead.
+            passed = scout.onsets;
+            if let Some(answer) = scout.read_off(self.time, limit) {
                 return answer;
             }
             let Some((t, key)) = scout.queue.first() else { return NextOnset::NONE };
@@ -88,11 +92,11 @@ impl Engine {
         }
     }
 
-    /// The next onset, if the first entry of the queue tells it: the entry is an onset, or beyond `limit`.
-    fn read_off(&self, limit: DoubleDouble) -> Option<NextOnset> {
+    /// The first onset after `now` (s), if the first entry of the queue tells it: the entry is that onset, or beyond `limit`.
+    fn read_off(&self, now: f64, limit: DoubleDouble) -> Option<NextOnset> {
         let Some((t, key)) = self.queue.first().filter(|(t, _)| *t <= limit) else { return Some(NextOnset::NONE) };
         let contact = &self.contacts[key];
         let in_flight = contact.cluster.is_none() && contact.impact.is_none() && contact.bond.is_none();
-        (in_flight && contact.due).then(|| NextOnset::at(t.value_up()))
+        (in_flight && contact.due && t.value_up() > now).then(|| NextOnset::at(t.value_up()))
     }
 }

@@ -154,6 +154,14 @@ impl Cluster {
         self.start + self.length
     }
 
+    /// Evaluations of closed forms that the search for the end of the segment has taken.
+    pub fn searched(&self) -> u64 {
+        match &self.motion {
+            Motion::Series(_) => 0,
+            Motion::Modes(modes) => modes.searched(),
+        }
+    }
+
     /// Displacement of ball `i` of the window since the start of the segment (m) and its velocity (m/s), `tau` after
     /// it.
     pub fn moved(&self, i: usize, tau: f64) -> (f64, f64) {

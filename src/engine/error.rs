@@ -8,6 +8,8 @@ use crate::solver::double_double::DoubleDouble;
 pub enum EngineError {
     /// A state became infinite or NaN.
     NotFinite { time: f64, ball: usize },
+    /// The energy is beyond the range of doubles.
+    EnergyNotFinite { time: f64 },
     /// No progress in time: the step shrank below the resolution of the clock.
     Stalled { time: f64, contact: usize },
     /// At this many events a second of the run, the end of the step is out of reach.
@@ -25,6 +27,9 @@ impl std::fmt::Display for EngineError {
         match *self {
             Self::NotFinite { time, ball } => {
                 write!(f, "the state of ball {} is not finite at t = {} s", ball + 1, Plain(time))
+            }
+            Self::EnergyNotFinite { time } => {
+                write!(f, "the energy of the cradle at t = {} s is beyond the range of doubles", Plain(time))
             }
             Self::Stalled { time, contact } => {
                 write!(f, "no progress in contact {} at t = {} s", contact + 1, Plain(time))

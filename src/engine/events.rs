@@ -194,7 +194,7 @@ impl Engine {
         cluster.expand(&self.balls, &self.cradle.contacts, &self.control);
         self.work.steps = self.work.steps.saturating_add(1);
         self.work.evaluations = self.work.evaluations.saturating_add(cluster.evaluations);
-        let effort = SEGMENT * cluster.contacts.len() as u64 + EVALUATION * cluster.evaluations;
+        let effort = SEGMENT * cluster.contacts.len() as u64 + EVALUATION * cluster.evaluations + cluster.searched();
         self.effort = self.effort.saturating_add(effort);
         self.queue.set(cluster.key(), cluster.end());
         self.clusters[id] = Some(cluster);

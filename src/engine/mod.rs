@@ -218,8 +218,11 @@ impl Engine {
             engine.close_where_overlapping(start);
             engine.form(0..engine.contacts.len(), start);
         }
-        engine.energy_at_start = engine.total_energy();
         engine.check_finite(0..engine.balls.len())?;
+        engine.energy_at_start = engine.total_energy();
+        if !engine.energy_at_start.is_finite() {
+            return Err(EngineError::EnergyNotFinite { time: start_time });
+        }
         Ok(engine)
     }
 

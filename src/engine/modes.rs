@@ -6,15 +6,22 @@
 //! Each coordinate is an oscillator in closed form, so strong damping and contacts that stay closed for minutes cost nothing: the
 //! only work is to find the next switching.
 
+use std::cell::Cell;
+
 use super::ball::{Rounding, degree};
 use super::natural::{Group, NaturalMode, Sum};
 use super::window::{Mode, Switch, Switching, Window};
 use crate::model::Damping;
 use crate::solver::course::Forced;
-use crate::solver::root::{Search, Smooth, first_positive, search};
+use crate::solver::root::{Search, Smooth, search_within};
 
 /// Largest group that is taken apart into modes: the table of their shapes grows with the square.
 const LARGEST_GROUP: usize = 128;
+
+/// Evaluations of a mode that the search for the switchings of a segment may take: some milliseconds. What comes then is left to the
+/// next segment.
+const SEARCH: usize = 40_000;
+const LEAST_EVALUATIONS: usize = 200;
 
 /// The motion of a window by natural modes.
 #[derive(Clone, Debug, Default)]
@@ -25,6 +32,8 @@ pub(crate) struct Modes {
     contacts: Vec<Joint>,
     /// Highest rate of any mode, 1/s.
     pace: f64,
+    /// Evaluations of a mode that the search for switchings has taken so far.
+    searched: Cell<u64>,
 }
 
 /// A contact of the window.
@@ -195,17 +204,19 @@ impl Modes {
         stiffness * (overlap * tau + change) + damping * (self.overlap(j, tau).0 - overlap)
     }
 
-    /// The larger of `known` and the largest force of the pressing contact `j` between two times (s), N.
+    /// The larger of `known` and the largest force of the pressing contact `j` between two times (s), N. Modes without damping come
+    /// ever closer to the sum of their amplitudes: after some dozens of swings the largest force till then is taken.
     pub fn peak(&self, j: usize, from: f64, to: f64, known: f64) -> f64 {
         let force = |t: f64| self.force_at(j, t).0[0];
         let mut best = force(from).max(force(to)).max(known);
         let mut t = from;
         // From where the force passes the best so far, by more than rounding, up to where it falls again.
-        for _ in 0..1000 {
+        let mut allowed = self.allowed(j);
+        loop {
             let above = self.watch(j, Watched::Force, (1.0, best + 1e-12 * best.abs()));
-            let Some(rise) = first_positive(&above, t, to) else { break };
+            let Search::At(rise) = search_within(&above, t, to, &mut allowed) else { break };
             let falling = self.watch(j, Watched::ForceRate, (-1.0, 0.0));
-            let Some(top) = first_positive(&falling, rise, to) else { break };
+            let Search::At(top) = search_within(&falling, rise, to, &mut allowed) else { break };
             best = best.max(force(top));
             t = top;
         }
@@ -245,6 +256,11 @@ impl Modes {
         group.modes.iter().map(|mode| mode.squared_velocity_integral(tau)).sum()
     }
 
+    /// Evaluations that one search about contact `j` may take.
+    fn allowed(&self, j: usize) -> u32 {
+        (SEARCH / (self.movers(j).count() * self.contacts.len())).max(LEAST_EVALUATIONS) as u32
+    }
+
     /// The search for a function of contact `j`, signed, above a `level`.
     fn watch(&self, j: usize, kind: Watched, (sign, level): (f64, f64)) -> Watch<'_> {
         Watch { modes: self, contact: j, kind, sign, level, fading: 0.0 }
@@ -268,6 +284,11 @@ impl Modes {
         // What rounding the rate had at the start dies out with the motion, and the overlap has none.
         let fading = self.joining(j).map_or(0.0, Group::least_decay);
         Watch { fading, ..self.watch(j, Watched::Force, (sign, level)) }.crossing(until, switch)
+    }
+
+    /// Evaluations of a mode that the search for switchings has taken so far.
+    pub fn searched(&self) -> u64 {
+        self.searched.get()
     }
 
     /// The shortest of the modes' time scales, s: 1 over the natural frequency, or over the slow rate of an overdamped mode.
@@ -299,9 +320,15 @@ struct Watch<'a> {
 impl Watch<'_> {
     /// Where it becomes positive before `until` (s).
     fn crossing(&self, until: f64, switch: Switch) -> Option<Switching> {
-        match search(self, 0.0, until) {
+        let most = self.modes.allowed(self.contact);
+        let mut allowed = most;
+        let found = search_within(self, 0.0, until, &mut allowed);
+        let taken = u64::from(most - allowed) * self.modes.movers(self.contact).count() as u64;
+        self.modes.searched.set(self.modes.searched.get() + taken);
+        match found {
             Search::At(tau) if tau < until => Some((tau, Some(switch))),
-            Search::NotBefore(tau) if tau < until => Some((tau, None)),
+            // One that hardly got on has followed nothing but rounding.
+            Search::NotBefore(tau) if tau < until && tau > 0.01 * self.time_scale() => Some((tau, None)),
             _ => None,
         }
     }

@@ -18,6 +18,8 @@ pub enum Refusal {
     State(StateError),
     /// A derivative cannot be given.
     Derivative(String),
+    /// A value does not exist at this time, s.
+    NotANumber { variable: String, time: f64 },
     /// Something has to happen first.
     Missing(&'static str),
     /// The FMU does not offer this.
@@ -55,6 +57,11 @@ impl std::fmt::Display for Refusal {
                     "{variable} has no derivative here: it is not finite, or the step holds too many switchings, or contacts too stiff for its length"
                 )
             }
+            Self::NotANumber { variable, time } => write!(
+                f,
+                "{variable} has no value at t = {} s: what it is calculated from is beyond the range of doubles",
+                Number(*time)
+            ),
             Self::Missing(what) => write!(f, "{what}"),
             Self::Unsupported(what) => write!(f, "{what}"),
             Self::Start(error) => write!(f, "the run cannot start: {error}"),

@@ -10,7 +10,14 @@ impl Instance {
     pub fn real(&mut self, reference: u32) -> Result<f64, Refusal> {
         let variable = self.variable(reference)?;
         match variable.row.access {
-            Access::Real(get) => Ok(get(self.engine()?, variable.index)),
+            Access::Real(get) => {
+                let value = get(self.engine()?, variable.index);
+                // In the error state values may be anything.
+                if value.is_nan() && self.run.phase != Phase::Error {
+                    return Err(Refusal::NotANumber { variable: variable.to_string(), time: self.time() });
+                }
+                Ok(value)
+            }
             _ => variable.real(&self.run.settings).ok_or_else(|| variable.wrong_type(Type::Real).into()),
         }
     }

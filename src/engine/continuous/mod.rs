@@ -119,6 +119,9 @@ impl Continuous {
         }
         run.state_at_step = run.state();
         run.energy_at_start = run.total_energy();
+        if !run.energy_at_start.is_finite() {
+            return Err(EngineError::EnergyNotFinite { time: start_time });
+        }
         Ok(run)
     }
 
