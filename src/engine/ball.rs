@@ -185,11 +185,13 @@ impl Flight {
         let amplitude = (a * a + o.omega2() * self.v * self.v).sqrt() + rate * end;
         let third = rate + (o.omega() + 2.0 * o.gamma()) * amplitude;
         let grown = if order == 3 { third } else { curvature + o.omega2() * amplitude + 2.0 * o.gamma() * third };
-        // Early on that is the tighter one; once the start is forgotten, the motion follows the push.
-        match Steady::new(o, self.v, a, &self.push) {
-            Some(steady) => grown.min(steady.derivative_bound(o, t, end, order)),
-            None => grown,
+        // Early on that is the tighter one; once drag has made the start forgotten, the motion follows the push.
+        if o.gamma() > 0.0
+            && let Some(steady) = Steady::new(o, self.v, a, &self.push)
+        {
+            return grown.min(steady.derivative_bound(o, t, end, order));
         }
+        grown
     }
 }
 
