@@ -10,7 +10,7 @@ use host::Instantiate;
 use newtons_cradle::variables::CHOICES;
 
 /// A real variable and the value to give it.
-type Setting<'a> = (&'a str, f64);
+pub type Setting<'a> = (&'a str, f64);
 
 /// An instance of `balls` balls, set up but for its own settings.
 pub fn instance(balls: usize) -> Host {
@@ -21,7 +21,7 @@ pub fn instance(balls: usize) -> Host {
 }
 
 /// All balls at rest in their rest positions, then `settings`.
-fn at_rest(balls: usize, settings: &[Setting]) -> Host {
+pub fn at_rest(balls: usize, settings: &[Setting]) -> Host {
     let host = instance(balls);
     let rest = (1..=balls).map(|i| (format!("x_start[{i}]"), 0.0));
     for (name, value) in rest.chain(settings.iter().map(|(name, value)| ((*name).to_owned(), *value))) {
@@ -41,7 +41,7 @@ pub fn choice(type_name: &str, item: &str) -> Option<i32> {
     choice.named(item).map(|item| item.value)
 }
 
-fn started(host: Host) -> Host {
+pub fn started(host: Host) -> Host {
     host.start();
     host
 }

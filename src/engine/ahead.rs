@@ -100,3 +100,92 @@ impl Engine {
         (in_flight && contact.due && t.value_up() > now).then(|| NextOnset::at(t.value_up()))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{DampingLaw, Inputs, Parameters};
+
+    /// Balls side by side at rest, contacts without dead band.
+    fn at_rest(balls: usize) -> Parameters {
+        Parameters { x_start: vec![0.0; balls], dead_band: 0.0, ..Parameters::default_for(balls) }
+    }
+
+    /// A gap that closes slowly under drag while an input of this order grows.
+    fn driven(drag: f64, order: usize) -> (Parameters, Inputs, Vec<Inputs>) {
+        let p = Parameters { gravity: 0.0, drag, x_start: vec![-0.01, 0.0], ..at_rest(2) };
+        let mut derivatives = vec![Inputs::zero(2); order];
+        derivatives[order - 1].force[1] = 1.0;
+        (p, Inputs::zero(2), derivatives)
+    }
+
+    /// Runs whose next onset lies far off or nowhere.
+    fn hard() -> Vec<(Parameters, Inputs, Vec<Inputs>)> {
+        let mut runs: Vec<_> =
+            [1e-9, 1e-3, 0.2, 10.0].into_iter().flat_map(|drag| [1, 2, 3].map(|order| driven(drag, order))).collect();
+        let pressed = Parameters { damping: 3e5, exponent: 7.3, gap: vec![-1e-6; 12], ..at_rest(13) };
+        runs.push((pressed, Inputs::zero(13), Vec::new()));
+        let unequal = Parameters {
+            damping_law: DampingLaw::HuntCrossley,
+            hunt_crossley: 0.3,
+            mass_ratio: vec![1.0, 2.0, 1.0, 0.5, 1.0],
+            ..at_rest(5)
+        };
+        let force = vec![50.0, 0.0, 0.0, 0.0, -50.0];
+        runs.push((unequal, Inputs { force, ..Inputs::zero(5) }, Vec::new()));
+        runs
+    }
+
+    #[test]
+    fn a_look_takes_a_fixed_amount_of_work_and_the_next_goes_on() {
+        for (p, inputs, derivatives) in hard() {
+            let mut engine = Engine::new(&p, &inputs, 0.0).unwrap();
+            engine.hold(&inputs, &derivatives).unwrap();
+            engine.advance(0.01, &mut Unrecorded).unwrap();
+            let mut last = 0.0;
+            for _ in 0..20 {
+                let effort = |engine: &Engine| engine.ahead.scout.borrow().as_ref().map_or(0, |scout| scout.effort);
+                let before = effort(&engine).max(engine.effort);
+                let next = engine.next_onset();
+                assert!(next.time > engine.time().max(last), "{next:?} at {}", engine.time());
+                // What the last event takes that is begun within the limit is up to the number of balls.
+                let taken = effort(&engine).saturating_sub(before);
+                assert!(taken < 2 * LOOK_AHEAD + 200 * p.balls() as u64, "{taken} at {}", engine.time());
+                if next.is_onset {
+                    break;
+                }
+                assert_eq!(engine.next_onset(), next);
+                (last, _) = (next.time, engine.advance(engine.time() + 1e-7, &mut Unrecorded).unwrap());
+            }
+        }
+    }
+
+    #[test]
+    fn stepping_from_look_to_look_finds_the_onset() {
+        // Five steel balls without dead band: the next onset is behind a wave that takes many looks to follow.
+        let p = Parameters { exponent: 1.5, dead_band: 0.0, ..Parameters::default_for(5) };
+        let mut engine = Engine::new(&p, &Inputs::zero(5), 0.0).unwrap();
+        let (mut onsets, mut looks) = (0, 0);
+        while onsets < 30 {
+            let next = engine.next_onset();
+            assert!(next.time > engine.time());
+            let before = engine.onsets;
+            engine.advance(next.time, &mut Unrecorded).unwrap();
+            assert_eq!(engine.onsets > before, next.is_onset);
+            (onsets, looks) = if next.is_onset { (onsets + 1, looks) } else { (onsets, looks + 1) };
+        }
+        // Some are shown by the first look, some are not.
+        assert!(looks > 0 && looks < 1000, "{looks} looks");
+    }
+
+    #[test]
+    fn an_onset_that_is_due_now_is_not_ahead() {
+        // Touching and approaching at the start: the onset then is no onset after it.
+        let p = Parameters { v_start: vec![0.1, 0.0], ..at_rest(2) };
+        let mut engine = Engine::new(&p, &Inputs::zero(2), 0.0).unwrap();
+        let next = engine.next_onset();
+        assert!(next.is_onset && next.time > 0.5, "{next:?}");
+        engine.advance(next.time, &mut Unrecorded).unwrap();
+        assert_eq!(engine.pulses(0), 2);
+    }
+}

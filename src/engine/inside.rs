@@ -99,3 +99,49 @@ impl Engine {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::Unrecorded;
+    use crate::model::{Inputs, Parameters};
+
+    /// Segments computed so far.
+    fn segments(engine: &Engine) -> usize {
+        let mut inside = engine.contacts[0].impact.as_ref().and_then(|impact| impact.inside.get());
+        let mut count = 0;
+        while let Some(segment) = inside {
+            count += 1;
+            inside = segment.next.get().and_then(Option::as_ref);
+        }
+        count
+    }
+
+    #[test]
+    fn an_impact_of_any_duration_has_as_many_segments() {
+        let counts = [1.0, 1e-8, 1e-20, 1e-30].map(|speed| {
+            let p = Parameters {
+                gravity: 0.0,
+                exponent: 10.0,
+                dead_band: 0.0,
+                x_start: vec![0.0; 2],
+                v_start: vec![speed, 0.0],
+                ..Parameters::default_for(2)
+            };
+            let mut engine = Engine::new(&p, &Inputs::zero(2), 0.0).unwrap();
+            let duration = {
+                engine.advance(1e-12, &mut Unrecorded).unwrap();
+                engine.contacts[0].impact.as_ref().unwrap().duration
+            };
+            // Only what is asked for is computed.
+            engine.x(0);
+            assert_eq!(segments(&engine), 1);
+            engine.advance(0.5 * duration, &mut Unrecorded).unwrap();
+            let energy = 0.25 * speed * speed;
+            assert!((engine.contact_energy(0) / energy - 1.0).abs() < 1e-12, "{speed}");
+            assert!((engine.x(0) + engine.x(1)) / (0.5 * speed * duration) - 1.0 < 1e-12);
+            segments(&engine)
+        });
+        assert!(counts.iter().all(|count| count.abs_diff(counts[0]) <= 2) && counts[0] < 500, "{counts:?}");
+    }
+}

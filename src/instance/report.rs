@@ -74,3 +74,37 @@ impl Observer for Reporter<'_> {
         );
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::cell::RefCell;
+    use std::rc::Rc;
+
+    use super::*;
+
+    #[test]
+    fn a_step_that_takes_long_tells_and_not_too_often() {
+        let lines = Rc::new(RefCell::new(Vec::new()));
+        let kept = lines.clone();
+        let sink = move |severity, category, text: &str| kept.borrow_mut().push((severity, category, text.to_owned()));
+        let log = Log::new(Some(Box::new(sink)), false);
+        let mut reporter = Reporter::new(&log, 7.0);
+        let progress = |contact: usize| Progress { time: 0.25, events: 1000, contact: Some(contact) };
+        reporter.progress(progress(3));
+        assert!(lines.borrow().is_empty());
+        for seconds in [3, 9, 14] {
+            reporter.since = Instant::now().checked_sub(Duration::from_secs(seconds));
+            reporter.progress(progress(2));
+        }
+        let lines = lines.borrow();
+        let expected = |seconds: u64, contact: usize| {
+            let text = format!(
+                "the step to t = 7 s has taken {seconds} s so far: t = 0.25 s is reached after 1000 events, most of them in \
+                 contact {contact}"
+            );
+            (Severity::Warning, LogCategory::Warning, text)
+        };
+        // At first both contacts have been met once.
+        assert_eq!(*lines, [expected(3, 4), expected(14, 3)]);
+    }
+}
