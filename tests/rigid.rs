@@ -130,6 +130,24 @@ fn chatter_comes_to_its_end() {
     }
 }
 
+/// Nothing but drag takes the bounces of elastic balls: the lower they are, the more of them follow each other, but not for ever.
+#[test]
+fn elastic_chatter_comes_to_its_end() {
+    let mut p = rigid(2, 1.0);
+    (p.gravity, p.drag, p.x_start) = (0.0, 2.0, vec![-0.01, 0.0]);
+    let mut inputs = Inputs::zero(2);
+    inputs.force = vec![2.0, 0.0];
+    let mut engine = Engine::new(&p, &inputs, 0.0).unwrap();
+    let mut pulses = Vec::new();
+    engine.advance(10.0, &mut pulses).unwrap();
+    let early = engine.pulses(0);
+    engine.advance(600.0, &mut pulses).unwrap();
+    assert!(early > 1000 && engine.last_onset(0) < 30.0 && engine.pulses(0) < 400_000, "{early} {}", engine.pulses(0));
+    assert!((engine.force(0) - 1.0).abs() < 1e-14 && engine.v(0) == engine.v(1) && engine.overlap(0) == 0.0);
+    assert!((engine.v(0) - 0.5).abs() < 1e-14);
+    energy_holds(&engine);
+}
+
 /// Balls on pendulums of unequal lengths press each other on one half of the swing.
 #[test]
 fn a_body_parts_where_its_contact_would_pull() {

@@ -6,7 +6,8 @@
 //!
 //! Chatter has an end where doubles do: an approach whose rebound would stay lower than the rounding of the positions, or that is
 //! itself below the rounding of the velocities, comes to rest, and so does every approach once hundreds of impacts have followed
-//! each other at what the clock shows as the same time. The energy that this takes is a loss of the impact.
+//! each other at what the clock shows as the same time. A contact that has had very many impacts comes to rest sooner. The energy
+//! that this takes is a loss of the impact.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -22,6 +23,11 @@ use crate::solver::oscillator::Oscillator;
 
 /// How much faster than the rounding of the velocities an approach must be.
 const RESOLVED: f64 = 16.0;
+
+/// Impacts of a contact after which a bounce shorter than this (s) is its last one: those of elastic balls pressed together, which
+/// nothing but drag brings to rest, become shorter by the same factor in every second, and end in rounding after billions.
+const MANY: u64 = 1 << 18;
+const SHORTEST_BOUNCE: f64 = 1e-5;
 
 /// Which contacts last where nothing but rounding decides.
 #[derive(Clone, Copy)]
@@ -60,7 +66,8 @@ impl Engine {
         let clock_stands = self.standstill > self.most_without_progress() / 2;
         let e = if clock_stands { 0.0 } else { self.cradle.restitution.unwrap_or_default() };
         let Some(separation) = &self.contacts[i].separation else { return };
-        let (last_bounce, noise) = (separation.is_last_bounce(t, e), separation.noise());
+        let shortest = if self.contacts[i].ledger.pulses < MANY { 0.0 } else { SHORTEST_BOUNCE };
+        let (last_bounce, noise) = (separation.is_last_bounce(t, e, shortest), separation.noise());
         let group = self.around(i, |contact| {
             let touches = |separation: &Separation| separation.touches(t, noise);
             contact.bond.is_some() || contact.separation.as_ref().is_some_and(touches)

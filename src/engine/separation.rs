@@ -114,11 +114,11 @@ impl Separation {
     }
 
     /// Whether after the onset at `t` the bounce with the coefficient of restitution `e` stays lower than the rounding of the
-    /// positions.
-    pub fn is_last_bounce(&self, t: DoubleDouble, e: f64) -> bool {
+    /// positions, or is shorter than `shortest` (s).
+    pub fn is_last_bounce(&self, t: DoubleDouble, e: f64, shortest: f64) -> bool {
         let [_, rate, acceleration] = self.evaluate(t - self.anchor);
         let rebound = e * rate;
-        rebound * rebound <= 2.0 * acceleration * self.noise
+        rebound * rebound <= 2.0 * acceleration * self.noise || 2.0 * rebound < acceleration * shortest
     }
 
     /// Overlap (m), rate (m/s) and acceleration (m/s2) `tau` after the anchor.
