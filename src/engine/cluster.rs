@@ -14,7 +14,7 @@ use super::ball::{Ball, Flight, Rounding, Tally, shifted, spaced};
 use super::collocation;
 use super::expansion::OverlapSeries;
 use super::modes::{self, Modes};
-use super::taylor::{Control, Series};
+use super::taylor::{Control, Series, velocity_scale};
 use super::window::{Mode, Switch, Switching, Window, WindowContact};
 use crate::model::{ContactLaw, Damping};
 use crate::solver::double_double::DoubleDouble;
@@ -287,13 +287,10 @@ impl Cluster {
         let rounding = flights.iter().zip(balls).map(|(flight, ball)| flight.rounding(&ball.oscillator));
         let rounding = rounding.fold(Rounding::default(), Rounding::max);
         self.pace_before = self.pace;
-        self.describe(&window, control, &rounding);
+        let error = self.describe(&window, control, &rounding);
         self.switch = None;
-        let mut rounding = rounding;
-        if let Motion::Series(_) = self.motion {
-            // Switchings within the error of a step are no more real than those by rounding.
-            rounding.velocity = rounding.velocity.max(control.local_error(&window));
-        }
+        // Switchings within the error of a step are no more real than those by rounding.
+        let rounding = Rounding { velocity: rounding.velocity.max(error), ..rounding };
         for j in 0..laws.len() {
             if let Some((tau, switch)) = self.motion.first_switch(j, &window, self.length, &rounding) {
                 self.length = tau;
@@ -308,8 +305,8 @@ impl Cluster {
         (self.flights, self.contacts) = (flights, contacts);
     }
 
-    /// Describes the motion of `window` for as long as the description holds.
-    fn describe(&mut self, window: &Window, control: &Control, rounding: &Rounding) {
+    /// Describes the motion of `window` for as long as the description holds. Returns its error in the velocities, m/s.
+    fn describe(&mut self, window: &Window, control: &Control, rounding: &Rounding) -> f64 {
         self.evaluations = window.closed() as u64;
         if modes::apply_to(window)
             && let Some(windows) = self.pace.quiet.checked_sub(series_before_modes(window))
@@ -318,22 +315,32 @@ impl Cluster {
             self.length = horizon(modes.shortest_time(), windows, control.longest);
             self.motion = Motion::Modes(modes);
             self.evaluations = 1;
-            return;
+            return 0.0;
         }
+        let scale = velocity_scale(window);
+        let local_error = control.local_error(scale);
         let mut series = match std::mem::take(&mut self.motion) {
             Motion::Series(series) => series,
             Motion::Modes(_) => Series::default(),
         };
-        if !self.collocate(&mut series, window, control, rounding) {
-            series.expand(window, control);
+        if !self.collocate(&mut series, window, control, rounding, local_error) {
+            series.expand(window, control, scale);
             self.pace.explicit_length = series.converges_for();
         }
         self.length = series.converges_for();
         self.motion = Motion::Series(series);
+        local_error
     }
 
     /// Describes the motion by a step of implicit collocation, if one is due that is worth its cost.
-    fn collocate(&mut self, series: &mut Series, window: &Window, control: &Control, rounding: &Rounding) -> bool {
+    fn collocate(
+        &mut self,
+        series: &mut Series,
+        window: &Window,
+        control: &Control,
+        rounding: &Rounding,
+        local_error: f64,
+    ) -> bool {
         let pace = &mut self.pace;
         let mut length = std::mem::take(&mut pace.implicit_length);
         if length == 0.0 || pace.quiet == 0 {
@@ -343,7 +350,7 @@ impl Cluster {
             length = GAIN * pace.explicit_length;
         }
         while length > 0.0 && length >= 0.5 * GAIN * pace.explicit_length {
-            let step = collocation::collocate(series, window, length, control, rounding);
+            let step = collocation::collocate(series, window, length, control, rounding, local_error);
             self.evaluations = self.evaluations.saturating_add(step.evaluations);
             // The error falls with the power of the number of stages; a step that went wrong altogether says nothing.
             let change = 0.9 * libm::pow(step.error, -1.0 / STAGES as f64);

@@ -72,13 +72,14 @@ pub(crate) struct Outcome {
 }
 
 /// Describes the motion on a step of `length` (s) from the start of a segment by `series`, with the error that
-/// `control` and `rounding` allow.
+/// `control`, `rounding` and the `local_error` (m/s) of a Taylor series allow.
 pub(crate) fn collocate(
     series: &mut Series,
     window: &Window,
     length: f64,
     control: &Control,
     rounding: &Rounding,
+    local_error: f64,
 ) -> Outcome {
     let mut step = Step::new(window, length);
     let mut first = 0;
@@ -87,7 +88,7 @@ pub(crate) fn collocate(
         solved &= step.solve(first, end).is_some();
         first = end + 1;
     }
-    let error = if solved { step.describe(series, length, control, rounding) } else { f64::INFINITY };
+    let error = if solved { step.describe(series, length, control, rounding, local_error) } else { f64::INFINITY };
     Outcome { error, evaluations: step.evaluations }
 }
 
@@ -252,14 +253,21 @@ impl<'a> Step<'a> {
     }
 
     /// Enters the solution in `series`; returns its error in units of what is allowed.
-    fn describe(&self, series: &mut Series, length: f64, control: &Control, rounding: &Rounding) -> f64 {
+    fn describe(
+        &self,
+        series: &mut Series,
+        length: f64,
+        control: &Control,
+        rounding: &Rounding,
+        local_error: f64,
+    ) -> f64 {
         let (window, tolerance) = (self.window, control.tolerance());
         series.begin(window, STAGES, length);
         let speed = window.flights.iter().map(|flight| flight.v.abs()).fold(0.0, f64::max);
         let lightest = window.balls.iter().map(|ball| ball.mass).fold(f64::INFINITY, f64::min);
         let rounding = rounding.velocity + f64::EPSILON * length * largest(self.forces.as_flattened()) / lightest;
         // No more is asked for than the Taylor series before have given.
-        let allowed = (0.01 * tolerance * speed).max(NOISE * rounding).max(control.local_error(window));
+        let allowed = (0.01 * tolerance * speed).max(NOISE * rounding).max(local_error);
         let mut worst = 0.0_f64;
         let mut velocities = Vec::with_capacity(window.flights.len());
         for end in (0..=window.contacts.len()).filter(|&j| !window.presses(j)) {

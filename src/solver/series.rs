@@ -72,6 +72,21 @@ pub fn product_integral(a: &[f64], b: &[f64], t: f64) -> f64 {
     integral(&product, t)
 }
 
+/// A bound of the absolute value on `[0, t]`, by more than rounding.
+pub fn bound(c: &[f64], t: f64) -> f64 {
+    let (mut even, mut odd, square) = (0.0, 0.0, t * t);
+    for pair in c.chunks(2).rev() {
+        even = even * square + pair[0].abs();
+        odd = odd * square + pair.get(1).map_or(0.0, |c| c.abs());
+    }
+    (even + odd * t) * (1.0 + 1e-9)
+}
+
+/// The same for the derivative less that at 0.
+pub fn bound_of_change_of_derivative(c: &[f64], t: f64) -> f64 {
+    (1.0 + 1e-9) * t * c.iter().enumerate().skip(2).rev().fold(0.0, |sum, (k, c)| sum * t + k as f64 * c.abs())
+}
+
 /// The largest value on `[from, to]`.
 pub fn maximum(c: &[f64], from: f64, to: f64) -> f64 {
     value(c, place_of_maximum(c, from, to))
@@ -85,6 +100,9 @@ pub fn place_of_maximum(c: &[f64], from: f64, to: f64) -> f64 {
     const PARTS: usize = 8;
     let higher = |a: f64, b: f64| if value(c, b) > value(c, a) { b } else { a };
     let mut best = higher(from, to);
+    if c.len() > 1 && c[1].abs() > bound_of_change_of_derivative(c, to) {
+        return best;
+    }
     let mut left = from;
     let mut slope_left = derivative(c, left);
     for part in 1..=PARTS {
@@ -101,6 +119,10 @@ pub fn place_of_maximum(c: &[f64], from: f64, to: f64) -> f64 {
 /// The first `t` in `[0, until]` from which on `sign` (1 or -1) times the series less `level` is positive; see
 /// [`root::first_positive`].
 pub fn first_positive(c: &[f64], sign: f64, level: f64, until: f64) -> Option<f64> {
+    // Most searches find nothing and need not be made.
+    if sign * (c[0] - level) < -until * bound(&c[1..], until) {
+        return None;
+    }
     let mut from = 0.0;
     // At a start with vanishing value, slope and curvature the first coefficient that is not zero decides.
     if c[0] == level && c[1] == 0.0 && c[2] == 0.0 {

@@ -3,6 +3,8 @@
 
 mod recurrences;
 
+pub(super) use recurrences::velocity_scale;
+
 use super::ball::{Push, Rounding, degree};
 use super::cluster::LONGEST;
 use super::window::{Mode, Switch, Switching, Window};
@@ -35,9 +37,9 @@ impl Control {
         Self { longest: self.longest.max(duration), ..*self }
     }
 
-    /// Error that a step may make in the velocities, m/s.
-    pub fn local_error(&self, window: &Window) -> f64 {
-        self.epsilon * recurrences::velocity_scale(window)
+    /// Error that a step may make in velocities of this scale, m/s.
+    pub fn local_error(&self, scale: f64) -> f64 {
+        self.epsilon * scale
     }
 
     /// Relative tolerance of a whole run.
@@ -133,7 +135,8 @@ impl Series {
 
     /// The larger of `known` and the largest such force between two times (s), N.
     pub fn peak(&self, j: usize, from: f64, to: f64, known: f64) -> f64 {
-        series::maximum(self.force_row(j), from / self.unit, to / self.unit).max(known)
+        let (row, to) = (self.force_row(j), to / self.unit);
+        if series::bound(row, to) < known { known } else { series::maximum(row, from / self.unit, to).max(known) }
     }
 
     /// Integral of the squared velocity of ball `j`, m2/s.
@@ -218,7 +221,12 @@ impl Series {
     pub fn clip(&self, j: usize, law: &ContactLaw, mode: Mode, until: f64, rounding: &Rounding) -> Option<Switching> {
         let (push, noise) = match law.damping {
             Damping::HuntCrossley { alpha } => {
-                let mut factor: Vec<f64> = self.rate(self.overlap_row(j)).iter().map(|r| alpha * r).collect();
+                let row = self.overlap_row(j);
+                let fastest = row[1].abs() + series::bound_of_change_of_derivative(row, until / self.unit);
+                if mode == Mode::Pressing && alpha * fastest < (1.0 - 1e-9) * self.unit {
+                    return None;
+                }
+                let mut factor: Vec<f64> = self.rate(row).iter().map(|r| alpha * r).collect();
                 factor[0] += 1.0;
                 (factor, alpha * rounding.velocity)
             }

@@ -13,10 +13,9 @@ use crate::solver::oscillator::{MAX_FORCE_ORDER, Oscillator};
 use crate::solver::series::{self, power_term, product_term};
 
 impl Series {
-    /// Computes all coefficients from the state at the start of a segment.
-    pub fn expand(&mut self, window: &Window, control: &Control) {
+    /// Computes all coefficients from the state at the start of a segment with velocities of this `scale` (m/s).
+    pub fn expand(&mut self, window: &Window, control: &Control, scale: f64) {
         let Window { contacts, laws, .. } = window;
-        let scale = velocity_scale(window);
         self.begin(window, control.order, unit_of_time(window, scale));
         self.find_faint(window, control.epsilon * scale, scale);
         for k in 0..self.order {
@@ -164,7 +163,7 @@ impl Series {
 
 /// Scale of the velocities (m/s) that local errors are measured by: the largest velocity, and the largest closing rate that the
 /// elastic energies amount to, or, from rest, what the other accelerations lead to until a contact balances them.
-pub(super) fn velocity_scale(window: &Window) -> f64 {
+pub(in crate::engine) fn velocity_scale(window: &Window) -> f64 {
     let Window { flights, balls, contacts, laws } = window;
     let moving = flights.iter().map(|f| f.v.abs()).fold(f64::MIN_POSITIVE, f64::max);
     let stored = contacts.iter().zip(*laws).enumerate().map(|(j, (contact, law))| {
