@@ -244,3 +244,41 @@ fn energy_of_fast_damping_on_slow_springs() {
         assert!(residual.abs() < 1e-14, "{name}: energy off by {residual:e} J, {:?}", engine.work());
     }
 }
+
+/// Undamped balls that forces press together rattle for ever. The longer they do, the fewer steps it takes to follow them, also if
+/// the inputs change and the run is put down and taken up again.
+#[test]
+fn balls_pressed_for_long_take_fewer_steps() {
+    for (exponent, factor) in [(10.0, 6.0), (2.3, 1.4)] {
+        let (mut parameters, mut inputs) = pressed(20.0);
+        (parameters.exponent, parameters.damping, parameters.dead_band) = (exponent, 0.0, 0.0);
+        parameters.mass_ratio = vec![1.0, 2.0, 1.5, 0.7, 1.0];
+        let mut engine = Engine::new(&parameters, &inputs, 0.0).unwrap();
+        // Steps for an onset or a release, from one time to another.
+        let effort = |engine: &mut Engine, time: f64| {
+            let before = engine.work();
+            engine.advance(time, &mut Vec::new()).unwrap();
+            let after = engine.work();
+            (after.steps - before.steps) as f64 / (after.events - before.events) as f64
+        };
+        let early = effort(&mut engine, 0.005);
+        engine.advance(0.1, &mut Vec::new()).unwrap();
+        inputs.force[1] = 1.0;
+        engine.hold(&inputs, &[]).unwrap();
+        let mut restored = Engine::restore(&parameters, 0.0, engine.snapshot(), false).unwrap();
+        let late = effort(&mut engine, 0.12);
+        assert!(late < early / factor, "p = {exponent}: {early} {late}");
+        let scale = engine.external_work().abs() + engine.total_energy();
+        assert!(
+            engine.energy_residual().abs() < 1e-13 * scale,
+            "p = {exponent}: {:e}",
+            engine.energy_residual() / scale
+        );
+        restored.advance(0.11, &mut Vec::new()).unwrap();
+        let mut restored = Engine::restore(&parameters, 0.0, restored.snapshot(), false).unwrap();
+        restored.advance(0.12, &mut Vec::new()).unwrap();
+        for i in 0..5 {
+            assert_eq!((engine.x(i), engine.v(i)), (restored.x(i), restored.v(i)), "p = {exponent}, ball {}", i + 1);
+        }
+    }
+}

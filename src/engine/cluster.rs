@@ -8,43 +8,16 @@
 
 use std::ops::Range;
 
-use serde::{Deserialize, Serialize};
-
 use super::ball::{Ball, Flight, Rounding, Tally, shifted, spaced};
 use super::collocation;
 use super::expansion::OverlapSeries;
 use super::modes::{self, Modes};
+use super::pace::Pace;
 use super::taylor::{Control, Series, velocity_scale};
 use super::window::{Mode, Switch, Switching, Window, WindowContact};
 use crate::model::{ContactLaw, Damping};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::radau::STAGES;
-
-/// What the segments of a cluster so far say about the next one.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Pace {
-    /// Segments since the last switching.
-    quiet: u32,
-    /// How many of them must have passed before implicit collocation is tried.
-    patience: u32,
-    /// Length of its next step, s; 0 if the last segment was of another kind.
-    implicit_length: f64,
-    /// What the last Taylor series converged for, s.
-    explicit_length: f64,
-}
-
-impl Default for Pace {
-    fn default() -> Self {
-        Self { quiet: 0, patience: 24, implicit_length: 0.0, explicit_length: 0.0 }
-    }
-}
-
-impl Pace {
-    /// Whether its lengths are lengths.
-    pub fn is_sound(&self) -> bool {
-        [self.implicit_length, self.explicit_length].iter().all(|length| (0.0..=LONGEST).contains(length))
-    }
-}
 
 /// How the motion of a window is described.
 #[derive(Clone, Debug)]
@@ -103,7 +76,7 @@ pub(crate) struct Cluster {
     /// The motion of the window on the current segment.
     pub motion: Motion,
     /// The pace from here on, and as it was when the current segment began.
-    pace: Pace,
+    pub pace: Pace,
     pub pace_before: Pace,
     /// Evaluations of contact forces for the current segment.
     pub evaluations: u64,
@@ -279,7 +252,7 @@ impl Cluster {
     ///
     /// Damped linear contacts have natural modes. Else it is series right after a switching: they keep the exact zeros of
     /// balls that the motion has not reached. Once some segments have passed without any switching, the contacts are stiff
-    /// for the pace of the motion, or closed for long.
+    /// for the pace of the motion, or closed for long. Balls that do not part for thousands of segments have series of their own.
     pub fn expand(&mut self, balls: &[Ball], laws: &[ContactLaw], control: &Control) {
         let (flights, contacts) = (std::mem::take(&mut self.flights), std::mem::take(&mut self.contacts));
         let (balls, laws) = (&balls[self.window.clone()], &laws[self.window_contacts()]);
@@ -297,6 +270,7 @@ impl Cluster {
                 self.switch = switch.map(|switch| (self.window.start + j, switch));
             }
         }
+        self.pace.age = self.pace.age.saturating_add(1);
         if self.switch.is_some() {
             (self.pace.quiet, self.pace.patience) = (0, Pace::default().patience);
         } else {
@@ -317,14 +291,19 @@ impl Cluster {
             self.evaluations = 1;
             return 0.0;
         }
-        let scale = velocity_scale(window);
-        let local_error = control.local_error(scale);
         let mut series = match std::mem::take(&mut self.motion) {
             Motion::Series(series) => series,
             Motion::Modes(_) => Series::default(),
         };
+        let lasting = self.pace.is_lasting();
+        let scale = if lasting { series.lasting_velocity_scale(window) } else { velocity_scale(window) };
+        let local_error = control.local_error(scale);
         if !self.collocate(&mut series, window, control, rounding, local_error) {
-            series.expand(window, control, scale);
+            if lasting {
+                series.expand_lasting(window, control, scale, self.pace.explicit_length);
+            } else {
+                series.expand(window, control, scale);
+            }
             self.pace.explicit_length = series.converges_for();
         }
         self.length = series.converges_for();

@@ -3,7 +3,8 @@
 use std::ops::Range;
 
 use super::ball::Held;
-use super::cluster::{Cluster, Pace};
+use super::cluster::Cluster;
+use super::pace::Pace;
 use super::separation::{EVALUATIONS, Forecast, Separation};
 use super::window::{Mode, Switch, WindowContact};
 use super::{Engine, EngineError, Observer};
@@ -178,6 +179,7 @@ impl Engine {
             self.balls[i].held = Held::Cluster(id as u32);
         }
         let contacts = window.start..window.end - 1;
+        let age = self.contacts[contacts.clone()].iter().map(|contact| contact.age).max().unwrap_or_default();
         let contacts = contacts.map(|i| {
             self.stop_separation(i, t);
             let contact = &mut self.contacts[i];
@@ -186,7 +188,7 @@ impl Engine {
         });
         let contacts = contacts.collect();
         let flights = window.clone().map(|i| self.balls[i].flight_at(t)).collect();
-        self.follow(id, Cluster::new(members, window, t, flights, contacts, Pace::default()));
+        self.follow(id, Cluster::new(members, window, t, flights, contacts, Pace::aged(age)));
     }
 
     /// Computes the next segment of a cluster and puts it back in its place.
@@ -257,6 +259,7 @@ impl Engine {
         for (i, state) in cluster.window_contacts().zip(&cluster.contacts) {
             let contact = &mut self.contacts[i];
             (contact.overlap, contact.mode, contact.cluster) = (state.overlap, state.mode, None);
+            contact.age = cluster.pace.age;
         }
     }
 
@@ -279,7 +282,7 @@ impl Engine {
     /// Contact `i` is open and both its balls are in flight from `t` on.
     pub(super) fn fly(&mut self, i: usize, t: DoubleDouble) {
         let overlap = self.contacts[i].overlap.min(0.0);
-        self.contacts[i].waits = false;
+        (self.contacts[i].waits, self.contacts[i].age) = (false, 0);
         let clearance = self.cradle.contacts[i].clearance;
         let separation = Separation::new(&self.balls[i], &self.balls[i + 1], t, overlap, clearance);
         self.contacts[i].separation = Some(separation);

@@ -5,7 +5,8 @@ use std::cell::OnceCell;
 
 use super::Engine;
 use super::ball::Tally;
-use super::cluster::{Cluster, Pace};
+use super::cluster::Cluster;
+use super::pace::Pace;
 use super::pair::PairImpact;
 use super::taylor::Control;
 use super::window::{Mode, Switch, WindowContact};

@@ -33,6 +33,7 @@ mod modes;
 mod natural;
 mod observe;
 mod observer;
+mod pace;
 mod pair;
 mod restitution;
 mod rigid;
@@ -107,6 +108,8 @@ struct Contact {
     separation: Option<Separation>,
     /// Whether its entry in the event queue is an onset or the end of a bond, or only the end of what has been looked at.
     due: bool,
+    /// Segments that its cluster has been followed for, while clusters are taken apart and formed anew.
+    age: u32,
     /// Whether it waits, open, for the end of an impact beside it.
     waits: bool,
     /// Overlap (m) and mode while clusters are taken apart and formed anew. While it waits: the overlap between where its balls
@@ -244,6 +247,7 @@ impl Engine {
                 separation: None,
                 due: false,
                 waits: false,
+                age: 0,
                 overlap: 0.0,
                 mode: Mode::Open,
                 at_start: ContactStart::default(),

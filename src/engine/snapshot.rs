@@ -10,8 +10,9 @@ use serde::{Deserialize, Serialize};
 
 use super::ball::{Ball, Flight, Held, Tally};
 use super::bond::Bond;
-use super::cluster::{Cluster, Pace};
+use super::cluster::Cluster;
 use super::ledger::Ledger;
+use super::pace::Pace;
 use super::pair::PairImpact;
 use super::separation::Separation;
 use super::step_start::{BallStart, ContactStart};

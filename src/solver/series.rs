@@ -72,19 +72,31 @@ pub fn product_integral(a: &[f64], b: &[f64], t: f64) -> f64 {
     integral(&product, t)
 }
 
+/// Sum of `weight(k, c[k]) t^k`, in four sums side by side: not the same bits as by Horner's rule, in less time.
+pub fn sum_by_lanes(c: &[f64], t: f64, weight: impl Fn(usize, f64) -> f64) -> f64 {
+    const LANES: usize = 4;
+    let (square, groups) = (t * t, c.chunks_exact(LANES));
+    let (mut sums, fourth) = ([0.0; LANES], square * square);
+    let rest = c.len() - groups.remainder().len();
+    for (lane, c) in groups.remainder().iter().enumerate() {
+        sums[lane] = weight(rest + lane, *c);
+    }
+    for (group, c) in groups.enumerate().rev() {
+        for (lane, sum) in sums.iter_mut().enumerate() {
+            *sum = *sum * fourth + weight(LANES * group + lane, c[lane]);
+        }
+    }
+    (sums[0] + sums[1] * t) + (sums[2] + sums[3] * t) * square
+}
+
 /// A bound of the absolute value on `[0, t]`, by more than rounding.
 pub fn bound(c: &[f64], t: f64) -> f64 {
-    let (mut even, mut odd, square) = (0.0, 0.0, t * t);
-    for pair in c.chunks(2).rev() {
-        even = even * square + pair[0].abs();
-        odd = odd * square + pair.get(1).map_or(0.0, |c| c.abs());
-    }
-    (even + odd * t) * (1.0 + 1e-9)
+    (1.0 + 1e-9) * sum_by_lanes(c, t, |_, c| c.abs())
 }
 
 /// The same for the derivative less that at 0.
 pub fn bound_of_change_of_derivative(c: &[f64], t: f64) -> f64 {
-    (1.0 + 1e-9) * t * c.iter().enumerate().skip(2).rev().fold(0.0, |sum, (k, c)| sum * t + k as f64 * c.abs())
+    (1.0 + 1e-9) * t * sum_by_lanes(&c[2.min(c.len())..], t, |k, c| (k + 2) as f64 * c.abs())
 }
 
 /// The largest value on `[from, to]`.

@@ -1,6 +1,8 @@
 //! The motions and forces of a window as power series of the time, and what is read off them: the series is its own dense
-//! output. How the coefficients follow from the state at the start of a segment: `recurrences`, or `collocation`.
+//! output. How the coefficients follow from the state at the start of a segment: `recurrences`, `lasting` where balls have been
+//! pressed together for long, or `collocation`.
 
+mod lasting;
 mod recurrences;
 
 pub(super) use recurrences::velocity_scale;
@@ -62,6 +64,8 @@ pub(crate) struct Series {
     /// A contact each: elastic force, and the force of the law without clipping. Zero where the contact is open.
     elastic: Vec<f64>,
     forces: Vec<f64>,
+    /// Scratch: forces of contacts that have been pressed for long.
+    lasting: Vec<lasting::Force>,
     /// Scratch: powers of the scaled overlap of a contact, one after the other.
     powers: Vec<Vec<f64>>,
     /// A contact each: the overlap up to which its elastic force is left out, 0 if it is not.
@@ -104,12 +108,12 @@ impl Series {
 
     fn with_change_of_rate(&self, row: &[f64], tau: f64) -> (f64, f64) {
         let s = tau / self.unit;
-        (series::value(row, s), series::change_of_derivative(row, s) / self.unit)
+        (self.value(row, s), self.change_of_derivative(row, s) / self.unit)
     }
 
     /// Integral of that displacement, m.s.
     pub fn displacement_integral(&self, j: usize, tau: f64) -> f64 {
-        self.unit * series::integral(self.displacement(j), tau / self.unit)
+        self.unit * self.integral(self.displacement(j), tau / self.unit)
     }
 
     /// Overlap of contact `j` of the window (m) at `tau` (s) and the change of its rate (m/s) till then.
@@ -130,7 +134,7 @@ impl Series {
 
     /// Integral of the force of contact `j` by its law without clipping, N.s.
     pub fn impulse(&self, j: usize, tau: f64) -> f64 {
-        self.unit * series::integral(self.force_row(j), tau / self.unit)
+        self.unit * self.integral(self.force_row(j), tau / self.unit)
     }
 
     /// The larger of `known` and the largest such force between two times (s), N.
@@ -142,7 +146,7 @@ impl Series {
     /// Integral of the squared velocity of ball `j`, m2/s.
     pub fn squared_velocity_integral(&self, j: usize, tau: f64) -> f64 {
         let v = self.rate(self.displacement(j));
-        self.unit * series::product_integral(&v, &v, tau / self.unit)
+        self.product_integral(&v, &v, tau)
     }
 
     /// Work per unit of mass of the acceleration `push` on ball `j`, m2/s2.
@@ -156,14 +160,14 @@ impl Series {
             scaled[k] = p * unit * INVERSE_FACTORIAL[k];
             unit *= self.unit;
         }
-        self.unit * series::product_integral(&scaled, &self.rate(self.displacement(j)), tau / self.unit)
+        self.product_integral(&scaled, &self.rate(self.displacement(j)), tau)
     }
 
     /// Energy that the pressing contact `j` dissipates by the force less its elastic part, J.
     pub fn contact_loss(&self, j: usize, tau: f64) -> f64 {
         let elastic = &self.row(&self.elastic, j)[..self.order];
         let excess: Vec<f64> = self.force_row(j).iter().zip(elastic).map(|(f, e)| f - e).collect();
-        self.unit * series::product_integral(&excess, &self.rate(self.overlap_row(j)), tau / self.unit)
+        self.product_integral(&excess, &self.rate(self.overlap_row(j)), tau)
     }
 
     /// How long the series converge to the tolerance, s.

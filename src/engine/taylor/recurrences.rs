@@ -12,12 +12,16 @@ use crate::model::{ContactLaw, Damping};
 use crate::solver::oscillator::{MAX_FORCE_ORDER, Oscillator};
 use crate::solver::series::{self, power_term, product_term};
 
+/// Terms that are looked at to tell how far a series without gaps converges.
+pub(super) const TERMS_AT_LEAST: usize = 3;
+
 impl Series {
     /// Computes all coefficients from the state at the start of a segment with velocities of this `scale` (m/s).
     pub fn expand(&mut self, window: &Window, control: &Control, scale: f64) {
         let Window { contacts, laws, .. } = window;
         self.begin(window, control.order, unit_of_time(window, scale));
-        self.find_faint(window, control.epsilon * scale, scale);
+        let dv = control.epsilon * scale;
+        (0..laws.len()).for_each(|j| self.find_faint(j, window, dv, scale));
         for k in 0..self.order {
             for (j, law) in laws.iter().enumerate() {
                 if contacts[j].mode != Mode::Open {
@@ -26,26 +30,43 @@ impl Series {
             }
             self.expand_motion(window, k);
         }
-        self.converges_for = self.convergence(control.epsilon * scale, laws).min(control.longest);
-        for (j, law) in laws.iter().enumerate() {
+        // After an onset, series have gaps: the overlap is `d = u t + c t^(p+2) + ...`, with nothing in between. So many terms are
+        // looked at that they cannot all fall into a gap.
+        let gap = laws.iter().map(|law| libm::ceil(law.exponent) as usize).fold(1, usize::max);
+        self.end_where_wrong(window, control, scale, gap + TERMS_AT_LEAST, |j, overlap| {
+            laws[j].elastic_continued(overlap).map(|(force, _)| force)
+        });
+    }
+
+    /// Ends the segment where the last `terms` of the series, or what is left out, would change the velocities, of this `scale`, by
+    /// more than `control` allows; `elastic` is the force of a contact by its law.
+    pub(super) fn end_where_wrong(
+        &mut self,
+        window: &Window,
+        control: &Control,
+        scale: f64,
+        terms: usize,
+        mut elastic: impl FnMut(usize, f64) -> Option<f64>,
+    ) {
+        self.converges_for = self.convergence(control.epsilon * scale, terms).min(control.longest);
+        for (j, law) in window.laws.iter().enumerate() {
             self.shorten_where_faint(j);
-            if contacts[j].mode != Mode::Open && law.exponent > 1.0 {
-                self.shorten_where_wrong(j, law, window.reduced_mass(j), scale);
+            if window.contacts[j].mode != Mode::Open && law.exponent > 1.0 {
+                self.shorten_where_wrong(j, window.reduced_mass(j), scale, |overlap| elastic(j, overlap));
             }
         }
     }
 
     /// Where a power that is not whole starts from almost no overlap its series hardly converges, and its force does not
-    /// matter: it is left out up to an overlap where it would change the velocities by the local error.
-    fn find_faint(&mut self, window: &Window, dv: f64, scale: f64) {
-        for (j, (contact, law)) in window.contacts.iter().zip(window.laws).enumerate() {
-            if contact.mode != Mode::Open && law.whole_exponent().is_none() {
-                let mass = window.reduced_mass(j);
-                let rate = self.overlap_row(j)[1] / self.unit;
-                let bound = law.faint_overlap(mass, rate, dv, law.time_scale(mass, scale));
-                if contact.overlap < bound {
-                    self.faint[j] = 2.0 * bound;
-                }
+    /// matter: it is left out up to an overlap where it would change the velocities by the local error `dv` (m/s).
+    pub(super) fn find_faint(&mut self, j: usize, window: &Window, dv: f64, scale: f64) {
+        let (contact, law) = (&window.contacts[j], &window.laws[j]);
+        if contact.mode != Mode::Open && law.whole_exponent().is_none() {
+            let mass = window.reduced_mass(j);
+            let rate = self.overlap_row(j)[1] / self.unit;
+            let bound = law.faint_overlap(mass, rate, dv, law.time_scale(mass, scale));
+            if contact.overlap < bound {
+                self.faint[j] = 2.0 * bound;
             }
         }
     }
@@ -106,14 +127,10 @@ impl Series {
         }
     }
 
-    /// The time on which the last terms of the velocities stay below `dv` (m/s).
-    ///
-    /// After an onset, series have gaps: the overlap is `d = u t + c t^(p+2) + ...`, with nothing in between. So many terms
-    /// are looked at that they cannot all fall into a gap.
-    fn convergence(&self, dv: f64, laws: &[ContactLaw]) -> f64 {
-        let gap = laws.iter().map(|law| libm::ceil(law.exponent) as usize).fold(1, usize::max) + 2;
+    /// The time on which the last `terms` of the velocities stay below `dv` (m/s).
+    fn convergence(&self, dv: f64, terms: usize) -> f64 {
         let mut shortest = f64::INFINITY;
-        for k in self.order.saturating_sub(gap).max(2)..=self.order {
+        for k in (self.order + 1).saturating_sub(terms).max(2)..=self.order {
             let largest = self
                 .displacements
                 .chunks_exact(self.stride())
@@ -128,16 +145,16 @@ impl Series {
 
     /// Ends the segment where the series of the elastic force of contact `j` is still the force of the law. From rest the
     /// force starts with a high power of the time, which may lie beyond the order.
-    fn shorten_where_wrong(&mut self, j: usize, law: &ContactLaw, mass: f64, scale: f64) {
+    fn shorten_where_wrong(&mut self, j: usize, mass: f64, scale: f64, mut elastic: impl FnMut(f64) -> Option<f64>) {
         if self.faint[j] > 0.0 {
             return;
         }
         // Bounded, for states that are not finite.
         for _ in 0..64 {
             let s = self.converges_for / self.unit;
-            let overlap = series::value(self.overlap_row(j), s);
-            let by_series = series::value(&self.row(&self.elastic, j)[..self.order], s);
-            if let Some((by_law, _)) = law.elastic_continued(overlap) {
+            let overlap = self.value(self.overlap_row(j), s);
+            let by_series = self.value(&self.row(&self.elastic, j)[..self.order], s);
+            if let Some(by_law) = elastic(overlap) {
                 let speed_up = |force: f64| force.abs() * self.converges_for / mass;
                 let allowed = 1e-13 * (scale + speed_up(by_law));
                 // Far beyond their convergence both may be infinite.
@@ -164,11 +181,16 @@ impl Series {
 /// Scale of the velocities (m/s) that local errors are measured by: the largest velocity, and the largest closing rate that the
 /// elastic energies amount to, or, from rest, what the other accelerations lead to until a contact balances them.
 pub(in crate::engine) fn velocity_scale(window: &Window) -> f64 {
-    let Window { flights, balls, contacts, laws } = window;
+    velocity_scale_by(window, |j| window.laws[j].elastic_energy(window.contacts[j].overlap))
+}
+
+/// The same from the elastic energy of each contact, J.
+pub(super) fn velocity_scale_by(window: &Window, mut energy: impl FnMut(usize) -> f64) -> f64 {
+    let Window { flights, balls, laws, .. } = window;
     let moving = flights.iter().map(|f| f.v.abs()).fold(f64::MIN_POSITIVE, f64::max);
-    let stored = contacts.iter().zip(*laws).enumerate().map(|(j, (contact, law))| {
+    let stored = laws.iter().enumerate().map(|(j, law)| {
         let mass = window.reduced_mass(j);
-        let from_energy = (2.0 * law.elastic_energy(contact.overlap) / mass).sqrt();
+        let from_energy = (2.0 * energy(j) / mass).sqrt();
         if moving > 1e-100 || from_energy > 1e-100 {
             return from_energy;
         }
@@ -181,7 +203,7 @@ pub(in crate::engine) fn velocity_scale(window: &Window) -> f64 {
 
 /// A time (s) within a few powers of ten of the one that the series will converge for: that of the fastest contact, or of an
 /// overlap about to vanish, whose power is singular there; without contact that of the pendulums.
-fn unit_of_time(window: &Window, scale: f64) -> f64 {
+pub(super) fn unit_of_time(window: &Window, scale: f64) -> f64 {
     let Window { flights, balls, contacts, laws } = window;
     let swing = balls.iter().map(|b| b.oscillator.omega() + 2.0 * b.oscillator.gamma()).fold(0.0, f64::max);
     let mut unit = if swing > 0.0 { 1.0 / swing } else { 1.0 };
