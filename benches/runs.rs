@@ -43,6 +43,10 @@ fn damping(c: &mut Criterion) {
     one_step(c, "damping, 10 s", "1000 times critical", || scenes::damped(1000.0), (0.0, 10.0));
     one_step(c, "pressed chain", "linear, equal, 600 s", scenes::pressed, (0.0, 600.0));
     one_step(c, "pressed chain", "Hertz, unequal, 600 s", scenes::pressed_steel, (0.0, 600.0));
+    one_step(c, "pressed chain", "undamped, p = 10, 0.1 s", || scenes::rattling(10.0), (0.0, 0.1));
+    one_step(c, "pressed chain", "undamped, p = 1.5, 0.05 s", || scenes::rattling(1.5), (0.0, 0.05));
+    one_step(c, "pressed chain", "Hunt-Crossley, unequal, 1 s", scenes::ringing, (0.0, 1.0));
+    one_step(c, "pressed chain", "rigid, elastic, 600 s", scenes::elastic_chatter, (0.0, 600.0));
 }
 
 /// Time per pulse, for few balls and for many.

@@ -122,6 +122,32 @@ pub fn pressed_steel() -> Host {
     started(host)
 }
 
+/// Thirteen balls of undamped contacts, the outer ones pressed by 20 N: they rattle for ever.
+pub fn rattling(exponent: f64) -> Host {
+    let forces = [("F_ext[1]", 20.0), ("F_ext[13]", -20.0)];
+    started(at_rest(13, &[&[("contact.exponent", exponent), ("contact.deadBand", 0.0)], &forces[..]].concat()))
+}
+
+/// Thirteen unequal balls with Hunt-Crossley damping, the outer ones pressed by 50 N: they ring for long.
+pub fn ringing() -> Host {
+    let set_up = [("contact.exponent", 2.3), ("contact.deadBand", 0.0), ("contact.huntCrossley", 0.3)];
+    let host = at_rest(13, &[&set_up[..], &[("F_ext[1]", 50.0), ("F_ext[13]", -50.0)]].concat());
+    choose(&host, "contact.dampingLaw", "DampingLaw", "huntCrossley");
+    for i in (1..=13).step_by(3) {
+        assert_eq!(host.set(&format!("ball.massRatio[{i}]"), 2.0), fmi2OK);
+        assert_eq!(host.set(&format!("pendulum.lengthRatio[{i}]"), 0.8), fmi2OK);
+    }
+    started(host)
+}
+
+/// Two elastic rigid balls on a line that a force presses together and drag brings to rest.
+pub fn elastic_chatter() -> Host {
+    let push = [("gravity", 0.0), ("pendulum.drag", 2.0), ("F_ext[1]", 2.0), ("x_start[1]", -0.01)];
+    let host = at_rest(2, &[&[("contact.deadBand", 0.0)], &push[..]].concat());
+    choose(&host, "contact.model", "ContactModel", "rigid");
+    started(host)
+}
+
 /// The default cradle with Kelvin-Voigt damping in units of the critical one, `c = 2 sqrt(k m / 2)`.
 pub fn damped(critical: f64) -> Host {
     let c = critical * 2.0 * (1e10f64 / 2.0).sqrt();
