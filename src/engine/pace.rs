@@ -33,7 +33,7 @@ impl Pace {
 
     /// Whether the balls have been pressed together for so long that they will hardly part: no impact takes as many segments.
     pub fn is_lasting(&self) -> bool {
-        self.age >= 1 << 14
+        self.age >= 1 << 15
     }
 
     /// Whether its lengths are lengths.
