@@ -356,7 +356,9 @@ fn forged_states_do_no_harm() {
                 if host.set_bytes(&bytes) == fmi2OK {
                     accepted += 1;
                     for name in ["x[1]", "F[2]", "E_residual", "overlap[3]", "F_peak[1]", "F_support_mean"] {
-                        host.get(name);
+                        // What somebody made up may be beyond the range of doubles.
+                        let value = host.try_get(name);
+                        assert!(value.is_some_and(|v| !v.is_nan()) || host.error().contains("range of doubles"));
                     }
                     if parameters(&host) != expected {
                         continue; // Whoever sets a mass of 1e-300 kg has to wait for it to move.

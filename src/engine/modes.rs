@@ -13,7 +13,7 @@ use super::natural::{Group, NaturalMode, Sum};
 use super::window::{Mode, Switch, Switching, Window};
 use crate::model::Damping;
 use crate::solver::course::Forced;
-use crate::solver::root::{Search, Smooth, search_within};
+use crate::solver::root::{MAX_STEPS, Search, Smooth, search_within};
 
 /// Largest group that is taken apart into modes: the table of their shapes grows with the square.
 const LARGEST_GROUP: usize = 128;
@@ -22,6 +22,9 @@ const LARGEST_GROUP: usize = 128;
 /// next segment.
 const SEARCH: usize = 40_000;
 const LEAST_EVALUATIONS: usize = 200;
+
+/// Time scales of the fastest mode that a search must have come by then.
+const SWINGS: f64 = 32.0;
 
 /// The motion of a window by natural modes.
 #[derive(Clone, Debug, Default)]
@@ -320,16 +323,29 @@ struct Watch<'a> {
 impl Watch<'_> {
     /// Where it becomes positive before `until` (s).
     fn crossing(&self, until: f64, switch: Switch) -> Option<Switching> {
-        let most = self.modes.allowed(self.contact);
+        let allowed = self.modes.allowed(self.contact);
+        let found = match self.search(until, allowed) {
+            // Where it hardly gets on at first it may take as many as any search.
+            Search::NotBefore(tau) if tau <= SWINGS * self.modes.shortest_time() => self.search(until, MAX_STEPS),
+            found => found,
+        };
+        match found {
+            Search::At(tau) if tau < until => Some((tau, Some(switch))),
+            Search::NotBefore(tau) if tau < until => Some((tau, None)),
+            _ => None,
+        }
+    }
+
+    /// A search with at most so many evaluations, which are counted.
+    fn search(&self, until: f64, most: u32) -> Search {
         let mut allowed = most;
         let found = search_within(self, 0.0, until, &mut allowed);
         let taken = u64::from(most - allowed) * self.modes.movers(self.contact).count() as u64;
         self.modes.searched.set(self.modes.searched.get() + taken);
         match found {
-            Search::At(tau) if tau < until => Some((tau, Some(switch))),
-            // One that hardly got on has followed nothing but rounding.
-            Search::NotBefore(tau) if tau < until && tau > 0.01 * self.time_scale() => Some((tau, None)),
-            _ => None,
+            // One that hardly got on all the same has followed nothing but rounding.
+            Search::NotBefore(tau) if most == MAX_STEPS && tau <= 1e-3 * until => Search::Nowhere,
+            found => found,
         }
     }
 

@@ -264,9 +264,14 @@ impl Host {
     }
 
     pub fn get(&self, name: &str) -> f64 {
+        self.try_get(name).unwrap_or_else(|| panic!("{name}: {:?}", self.log()))
+    }
+
+    /// A real variable, unless that is refused.
+    pub fn try_get(&self, name: &str) -> Option<f64> {
         let mut value = f64::NAN;
-        assert_eq!(unsafe { fmi2GetReal(self.c, &self.vr(name), 1, &mut value) }, fmi2OK, "{name}: {:?}", self.log());
-        value
+        let status = unsafe { fmi2GetReal(self.c, &self.vr(name), 1, &mut value) };
+        (status == fmi2OK).then_some(value)
     }
 
     pub fn get_integer(&self, name: &str) -> i32 {
