@@ -99,7 +99,8 @@ class Master:
         for number in range(1, round(stop / h) + 1):
             end = number * h
             while self.time < end:
-                onset = self.cradle.get("t_next") if at_impacts else nc.NEVER
+                foreseen = at_impacts and self.cradle.get("t_next_isOnset")
+                onset = self.cradle.get("t_next") if foreseen else nc.NEVER
                 target = min(end, self.time + PULSE) if struck else end
                 struck = self.time + SHORTEST < onset < target - SHORTEST
                 self.step_to(onset if struck else target)

@@ -286,8 +286,12 @@ class Run:
     def step_to_onset(self, before: float = 0.0) -> float:
         """Steps to the next onset, or to `before` seconds ahead of it; returns the time of the onset.
 
-        Raises FmuError when no contact will close any more.
+        Where a contact phase is so long that the FMU does not see its end, that takes several steps. Raises FmuError when
+        no contact will close any more.
         """
+        while not self.get("t_next_isOnset"):
+            seen = self.get("t_next")
+            self.step_to(seen - before if seen - before > self.time else seen)
         onset = self.get("t_next")
         if onset >= NEVER:
             raise FmuError(f"no contact closes any more after t = {self.time} s")
