@@ -61,6 +61,34 @@ fn rigid_balls_that_cannot_start_are_refused() {
 }
 
 #[test]
+fn what_is_beyond_the_range_of_doubles_is_refused_by_name() {
+    let host = Host::new();
+    assert_eq!(host.set("x_start[1]", -1e200), fmi2OK);
+    assert_eq!((host.set_up(0.0), host.enter(), host.exit()), (fmi2OK, fmi2OK, fmi2Error));
+    let error = host.error();
+    assert!(error.contains("the energy of the cradle at t = 0 s is beyond the range of doubles"), "{error}");
+    assert_eq!((host.set("x_start[1]", -0.1), host.set("gravity", 0.0), host.exit()), (fmi2OK, fmi2OK, fmi2OK));
+    // Ball 5 is pushed away: where it is can still be told, its energy cannot, and what would be a difference of two is none.
+    assert_eq!(host.set_derivative("F_ext[5]", 3, 1e285), fmi2OK);
+    assert_eq!(host.step(0.0, 1e4), fmi2OK);
+    assert!(host.get("x[5]") > 1e300 && host.get("E_total") == f64::INFINITY);
+    assert_eq!(host.try_get("E_residual"), None);
+    let error = host.error();
+    assert!(error.starts_with("fmi2GetReal: E_residual has no value at t = 10000 s: "), "{error}");
+    assert!(host.get("x[1]") == -0.1);
+    host.assert_usable();
+    // A push that is none ends the step.
+    let host = Host::new();
+    assert_eq!(
+        (host.set("ball.mass", 1e-10), host.set_up(0.0), host.enter(), host.exit()),
+        (fmi2OK, fmi2OK, fmi2OK, fmi2OK)
+    );
+    assert_eq!((host.set("F_ext[2]", 1e300), host.step(0.0, 0.1)), (fmi2OK, fmi2Error));
+    let error = host.error();
+    assert!(error.contains("the state of ball 2 is not finite at t = 0 s"), "{error}");
+}
+
+#[test]
 fn a_refused_call_sets_nothing() {
     let host = Host::new();
     let references = [host.vr("ball.mass"), host.vr("gravity"), host.vr("pendulum.length")];

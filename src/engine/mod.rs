@@ -385,8 +385,7 @@ impl Engine {
 
     /// Refuses states of `balls` that are none.
     fn check_finite(&self, mut balls: impl Iterator<Item = usize>) -> Result<(), EngineError> {
-        let infinite =
-            |ball: &usize| !(self.balls[*ball].flight.x.is_finite() && self.balls[*ball].flight.v.is_finite());
+        let infinite = |ball: &usize| !self.balls[*ball].flight.is_finite();
         match balls.find(infinite) {
             Some(ball) => Err(EngineError::NotFinite { time: self.time, ball }),
             None => Ok(()),
