@@ -20,6 +20,7 @@ from fmpy.logging import addLoggerProxy
 
 from .pulses import pulse_table
 
+LOOKS = 10_000  # by which an onset must be in sight
 NEVER = 1e30  # s, what `t_next` says when no impact lies ahead
 DTYPES = {"Real": "f8", "Integer": "i4", "Enumeration": "i4", "Boolean": "?"}  # FMI type to NumPy's
 
@@ -287,11 +288,15 @@ class Run:
         """Steps to the next onset, or to `before` seconds ahead of it; returns the time of the onset.
 
         Where a contact phase is so long that the FMU does not see its end, that takes several steps. Raises FmuError when
-        no contact will close any more.
+        no contact will close any more, or none is in sight after many steps.
         """
-        while not self.get("t_next_isOnset"):
-            seen = self.get("t_next")
-            self.step_to(seen - before if seen - before > self.time else seen)
+        for _ in range(LOOKS):
+            if self.get("t_next_isOnset"):
+                break
+            # A look goes on as soon as time has moved.
+            self.step_to(max(self.get("t_next") - before, math.nextafter(self.time, math.inf)))
+        else:
+            raise FmuError(f"no contact closes within {LOOKS} looks ahead, up to t = {self.get('t_next')} s")
         onset = self.get("t_next")
         if onset >= NEVER:
             raise FmuError(f"no contact closes any more after t = {self.time} s")

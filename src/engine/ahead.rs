@@ -15,7 +15,11 @@ const LOOK_AHEAD: u64 = 4_000;
 /// The same for copying a ball and its contact.
 const COPY: u64 = 3;
 
-/// What has been seen of the future. It is good until the inputs change.
+/// Where a step of a copy that goes ahead would have begun: after all events.
+pub(super) const NO_STEP: f64 = f64::MAX;
+
+/// What has been seen of the future. It is good until the inputs change. The copy stands at most at the first onset that the run has
+/// yet to come to.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Ahead {
     /// A copy of the run that has gone ahead on the same trajectory.
@@ -43,9 +47,14 @@ impl Engine {
         answer
     }
 
-    /// A copy that goes ahead. Nobody reads a step of it, so that it need not know how one began.
+    /// A copy that goes ahead.
     fn scout(&self) -> Box<Self> {
-        Box::new(Self { step_start: f64::MAX, ..self.clone() })
+        Box::new(Self { step_start: NO_STEP, ..self.clone() })
+    }
+
+    /// Whether it is a copy that goes ahead: nobody reads a step of it, so that it need not know how one began.
+    pub(super) fn is_scout(&self) -> bool {
+        self.step_start == NO_STEP
     }
 
     fn look_ahead(&self, scout: &mut Option<Box<Self>>) -> NextOnset {
@@ -85,7 +94,7 @@ impl Engine {
                 return answer;
             }
             let Some((t, key)) = scout.queue.first() else { return NextOnset::NONE };
-            // What would fail now fails again: the run itself will tell.
+            // An event that fails here fails in the run, too, which will tell.
             if scout.effort >= enough || scout.process(t, key, &mut Unrecorded).is_err() {
                 return NextOnset::not_before(t.value_down(), self.time);
             }
@@ -158,6 +167,27 @@ mod tests {
                 (last, _) = (next.time, engine.advance(engine.time() + 1e-7, &mut Unrecorded).unwrap());
             }
         }
+    }
+
+    #[test]
+    fn a_step_over_an_onset_costs_what_happens_in_it() {
+        let costs = [5, 1000].map(|balls| {
+            // One ball lifted; the wave passes from contact to contact.
+            let x_start = (0..balls).map(|i| if i == 0 { -0.1 } else { 0.0 }).collect();
+            let p = Parameters { x_start, ..Parameters::default_for(balls) };
+            let mut engine = Engine::new(&p, &Inputs::zero(balls), 0.0).unwrap();
+            let onset = |engine: &Engine| engine.next_onset().found().unwrap();
+            std::array::from_fn::<_, 3, _>(|_| {
+                let before = engine.effort;
+                engine.advance(onset(&engine), &mut Unrecorded).unwrap();
+                let scout = engine.ahead.scout.borrow().as_ref().map_or(0, |scout| scout.effort);
+                onset(&engine);
+                let ahead = engine.ahead.scout.borrow().as_ref().map_or(0, |scout| scout.effort) - scout;
+                (engine.effort - before, engine.moved.len(), ahead)
+            })
+        });
+        assert_eq!(costs[0], costs[1]);
+        assert!(costs[0].iter().all(|(effort, moved, _)| *effort < 500 && *moved <= 5), "{costs:?}");
     }
 
     #[test]

@@ -127,6 +127,14 @@ impl Traits {
     }
 }
 
+/// Panels between two times (s), the first of this width (s) and each a quarter wider than the one before.
+fn growing(from: f64, to: f64, width: f64) -> impl Iterator<Item = (f64, f64)> {
+    let ends = std::iter::successors(Some((from, width)), move |(low, width)| {
+        (*low < to).then(|| ((low + width).min(to), 1.25 * width))
+    });
+    ends.clone().zip(ends.skip(1)).map(|((low, _), (high, _))| (low, high))
+}
+
 impl Bond {
     /// When the body has formed.
     pub fn anchor(&self) -> DoubleDouble {
@@ -171,9 +179,12 @@ impl Bond {
         of_push - self.stiffness * self.flight.displacement_integral(&self.oscillator, &u) - self.drag * displacement
     }
 
-    /// The largest force between two times, N.
+    /// The largest force between two times, N; 0 if the second comes before the first.
     pub fn peak(&self, from: DoubleDouble, to: DoubleDouble) -> f64 {
         let (from, to) = ((from - self.anchor).value().max(0.0), (to - self.anchor).value());
+        if to < from {
+            return 0.0;
+        }
         let mut peak = self.force_after(from).max(self.force_after(to));
         if self.is_constant() || to <= from {
             return peak;
@@ -201,20 +212,14 @@ impl Bond {
             };
             around(from);
             around(to);
-            let node = |panel: usize| from + (to - from) * panel as f64 / 64.0;
-            for (low, high) in (0..64).map(|panel| (node(panel), node(panel + 1))) {
+            for (low, high) in growing(from, to, period) {
                 if envelope_rate(low) > 0.0 && envelope_rate(high) < 0.0 {
                     around(falling_zero(envelope_rate, low, high));
                 }
             }
         } else {
             // Without swings, ever slower.
-            let (mut low, mut width) = (from, 0.25 / (o.omega() + o.gamma()));
-            while low < to {
-                let high = (low + width).min(to);
-                look(low, high, 1);
-                (low, width) = (high, 1.25 * width);
-            }
+            growing(from, to, 0.25 / (o.omega() + o.gamma())).for_each(|(low, high)| look(low, high, 1));
         }
         peak
     }
@@ -264,7 +269,7 @@ impl Bond {
         let horizon = start + reach;
         match search_within(self, start, horizon, allowed) {
             Search::At(tau) => Forecast::At(self.anchor + tau),
-            Search::NotBefore(tau) if tau - start > HARDLY * reach => Forecast::NotBefore(self.anchor + tau),
+            Search::NotBefore(tau) if tau - start > HARDLY * start => Forecast::NotBefore(self.anchor + tau),
             _ if horizon < FAR => Forecast::NotBefore(self.anchor + horizon),
             _ => Forecast::Never,
         }

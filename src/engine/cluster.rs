@@ -127,6 +127,13 @@ impl Cluster {
         self.start + self.length
     }
 
+    /// Gives up what only the next [`Self::expand`] would use again.
+    pub fn forget_scratch(&mut self) {
+        if let Motion::Series(series) = &mut self.motion {
+            series.forget_scratch();
+        }
+    }
+
     /// Evaluations of closed forms that the search for the end of the segment has taken.
     pub fn searched(&self) -> u64 {
         match &self.motion {

@@ -27,7 +27,7 @@ impl Engine {
         if t.value() == f64::NEG_INFINITY {
             return Err(EngineError::NotFinite { time: self.last_event.value(), ball: key });
         }
-        self.watch_progress(t, key)?;
+        self.watch_progress(t, self.switching(key))?;
         self.handled += 1;
         self.effort = self.effort.saturating_add(EVENT);
         let contact = &self.contacts[key];
@@ -46,6 +46,12 @@ impl Engine {
             self.close(key, t, key..key + 1);
         }
         Ok(())
+    }
+
+    /// The contact that the queue entry `key` is about: of a cluster the one that switches, if one does.
+    pub(super) fn switching(&self, key: usize) -> usize {
+        let cluster = self.contacts[key].cluster.and_then(|id| self.clusters[id as usize].as_ref());
+        cluster.and_then(|cluster| cluster.switch).map_or(key, |(contact, _)| contact)
     }
 
     /// The segment of cluster `id` is over: go on, or switch what switches there.
@@ -122,7 +128,7 @@ impl Engine {
         let rate = self.balls[i].moved(t).1 - self.balls[i + 1].moved(t).1;
         self.contacts[i].mode = Mode::of_closed(&self.cradle.contacts[i], 0.0, rate);
         self.contacts[i].ledger.open_pulse(t, self.step);
-        self.onsets += 1;
+        self.onsets = self.onsets.saturating_add(1);
         self.count_event();
         self.form(range, t);
     }
@@ -136,7 +142,7 @@ impl Engine {
             if contact.overlap > 0.0 {
                 contact.mode = Mode::of_closed(law, contact.overlap, left.v - right.v);
                 contact.ledger.open_pulse(start, self.step);
-                self.onsets += 1;
+                self.onsets = self.onsets.saturating_add(1);
                 self.work.events += 1;
             }
         }

@@ -42,7 +42,7 @@ impl Engine {
         }
         (self.balls[i].held, self.balls[i + 1].held) = (Held::Impact(i as u32), Held::Impact(i as u32));
         self.contacts[i].ledger.open_pulse(t, self.step);
-        self.onsets += 1;
+        self.onsets = self.onsets.saturating_add(1);
         self.count_event();
         self.work.steps = self.work.steps.saturating_add(1);
         self.work.evaluations = self.work.evaluations.saturating_add(1);
@@ -149,7 +149,8 @@ impl Engine {
         let (mut cluster, control) = self.alone(i, &impact);
         let mut moved = [0.0; 2];
         loop {
-            let end = if cluster.end() < t && cluster.switch.is_none() { cluster.end() } else { t };
+            let goes_on = cluster.end() < t && cluster.switch.is_none() && cluster.length > 0.0;
+            let end = if goes_on { cluster.end() } else { t };
             let tau = (end - cluster.start).value();
             for (side, moved) in moved.iter_mut().enumerate() {
                 *moved += cluster.moved(i + side, tau).0;

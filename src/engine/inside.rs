@@ -12,14 +12,34 @@ use super::taylor::Control;
 use super::window::{Mode, Switch, WindowContact};
 use crate::solver::double_double::DoubleDouble;
 
+/// The first segment, once it is asked for. What has been computed is not copied with an impact.
+#[derive(Debug, Default)]
+pub(crate) struct Lookup(OnceCell<Box<Inside>>);
+
+impl Clone for Lookup {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
 /// A segment of an impact and, once it is asked for, the next.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct Inside {
     pub segment: Cluster,
     /// Gathered in the segments before: the impulse of the contact, N.s, and by the left and the right ball.
     pub impulse: f64,
     pub tallies: [Tally; 2],
     next: OnceCell<Option<Box<Inside>>>,
+}
+
+/// One after the other: there may be more than a stack holds.
+impl Drop for Inside {
+    fn drop(&mut self) {
+        let mut next = self.next.take().flatten();
+        while let Some(mut inside) = next {
+            next = inside.next.take().flatten();
+        }
+    }
 }
 
 impl Inside {
@@ -34,8 +54,9 @@ impl Engine {
     /// after the impact.
     pub(super) fn inside(&self, i: usize, t: DoubleDouble) -> Option<&Inside> {
         let impact = self.contacts[i].impact.as_ref()?;
-        let mut inside = impact.inside.get_or_init(|| {
-            let (segment, _) = self.alone(i, impact);
+        let mut inside = impact.inside.0.get_or_init(|| {
+            let (mut segment, _) = self.alone(i, impact);
+            segment.forget_scratch();
             Box::new(Inside { segment, impulse: 0.0, tallies: Default::default(), next: OnceCell::new() })
         });
         while inside.segment.end() <= t
@@ -51,10 +72,10 @@ impl Engine {
         self.inside(i, t).map(|inside| (&inside.segment, inside.since(t)))
     }
 
-    /// The segment after another one, unless the impact is over.
+    /// The segment after another one, unless the impact is over, or its segments lead no further.
     fn next_inside(&self, i: usize, impact: &PairImpact, last: &Inside) -> Option<Inside> {
         let over = |switch: Option<(usize, Switch)>| matches!(switch, Some((_, Switch::Release)));
-        if over(last.segment.switch) || last.segment.end() >= impact.end() {
+        if over(last.segment.switch) || last.segment.end() >= impact.end() || last.segment.length <= 0.0 {
             return None;
         }
         let length = last.segment.length;
@@ -65,7 +86,8 @@ impl Engine {
         }
         let mut segment = last.segment.clone();
         segment.move_start(length, &self.balls, &self.cradle.contacts);
-        segment.expand(&self.balls, &self.cradle.contacts, &self.control.lasting(impact.duration));
+        segment.expand(&self.balls, &self.cradle.contacts, &self.control.taking(impact.duration));
+        segment.forget_scratch();
         let impulse = last.impulse + last.segment.impulse(i, length);
         Some(Inside { segment, impulse, tallies, next: OnceCell::new() })
     }
@@ -76,7 +98,7 @@ impl Engine {
         let flights = vec![self.balls[i].flight, self.balls[i + 1].flight];
         let contacts = vec![WindowContact { overlap: 0.0, mode: Mode::Pressing }];
         let mut cluster = Cluster::new(members.clone(), members, impact.start, flights, contacts, Pace::default());
-        let control = self.control.lasting(impact.duration);
+        let control = self.control.taking(impact.duration);
         cluster.expand(&self.balls, &self.cradle.contacts, &control);
         (cluster, control)
     }
@@ -109,13 +131,32 @@ mod tests {
 
     /// Segments computed so far.
     fn segments(engine: &Engine) -> usize {
-        let mut inside = engine.contacts[0].impact.as_ref().and_then(|impact| impact.inside.get());
+        let mut inside = engine.contacts[0].impact.as_ref().and_then(|impact| impact.inside.0.get());
         let mut count = 0;
         while let Some(segment) = inside {
             count += 1;
             inside = segment.next.get().and_then(Option::as_ref);
         }
         count
+    }
+
+    #[test]
+    fn an_impact_too_slow_for_its_square_still_moves() {
+        for (speed, exponent) in [(1e-165, 1.0), (1e-165, 10.0), (1e-250, 1.5)] {
+            let p = Parameters {
+                gravity: 0.0,
+                exponent,
+                dead_band: 0.0,
+                x_start: vec![0.0; 2],
+                v_start: vec![speed, 0.0],
+                ..Parameters::default_for(2)
+            };
+            let mut engine = Engine::new(&p, &Inputs::zero(2), 0.0).unwrap();
+            engine.advance(1e-3, &mut Unrecorded).unwrap();
+            let moved = (engine.x(0) + engine.x(1)) / (speed * 1e-3);
+            assert!((moved - 1.0).abs() < 1e-12, "{speed} {exponent}: {moved}");
+            assert!(engine.force(0).is_finite() && engine.next_onset().time > 1e-3);
+        }
     }
 
     #[test]

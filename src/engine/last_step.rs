@@ -18,7 +18,7 @@ pub(super) struct LastStep<'a> {
     pub length: f64,
     /// State at its end.
     pub end: State,
-    /// Whether the next onset is known.
+    /// Whether an onset ahead is known.
     pub onset_ahead: bool,
 }
 

@@ -6,11 +6,16 @@ use crate::solver::double_double::DoubleDouble;
 
 use super::{LARGEST_COUNT, NEVER, Pulse};
 
+/// Onsets closer together than this, s, belong to one chatter.
+pub(crate) const RAPID: f64 = 1e-5;
+
 /// The ledger of one contact.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Ledger {
     /// Onsets so far.
     pub pulses: u64,
+    /// How many of the last ones came within [`RAPID`] of the one before.
+    pub rapid: u64,
     /// Time of the last onset, s.
     pub onset: f64,
     /// Time of the last release, s.
@@ -33,6 +38,7 @@ impl Default for Ledger {
     fn default() -> Self {
         Self {
             pulses: 0,
+            rapid: 0,
             onset: -NEVER,
             release: -NEVER,
             impulse: DoubleDouble::default(),
@@ -52,7 +58,7 @@ impl Ledger {
         values.iter().all(|value| value.is_finite())
             && self.impulse.is_sound()
             && self.step_impulse.is_sound()
-            && self.pulses.max(self.step) < LARGEST_COUNT
+            && self.pulses.max(self.step).max(self.rapid) < LARGEST_COUNT
     }
 
     /// The contact has been followed into step number `step`, at whose start its impulse was `impulse`.
@@ -66,6 +72,7 @@ impl Ledger {
     pub fn open_pulse(&mut self, time: DoubleDouble, step: u64) {
         self.begin_step(step, self.impulse);
         self.pulses += 1;
+        self.rapid = if time.value() - self.onset < RAPID { self.rapid + 1 } else { 0 };
         self.onset = time.value_up();
         (self.pulse_impulse, self.pulse_peak) = (0.0, 0.0);
     }

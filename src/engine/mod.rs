@@ -338,7 +338,7 @@ impl Engine {
         while let Some((t, key)) = self.queue.first()
             && t <= until
         {
-            endurance.check(t, key, self.effort, observer)?;
+            endurance.check(t, self.switching(key), self.effort, observer)?;
             self.process(t, key, observer)?;
         }
         self.time = time;

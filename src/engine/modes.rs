@@ -13,7 +13,7 @@ use super::natural::{Group, NaturalMode, Sum};
 use super::window::{Mode, Switch, Switching, Window};
 use crate::model::Damping;
 use crate::solver::course::Forced;
-use crate::solver::root::{MAX_STEPS, Search, Smooth, search_within};
+use crate::solver::root::{Search, Smooth, search_within};
 
 /// Largest group that is taken apart into modes: the table of their shapes grows with the square.
 const LARGEST_GROUP: usize = 128;
@@ -23,8 +23,9 @@ const LARGEST_GROUP: usize = 128;
 const SEARCH: usize = 40_000;
 const LEAST_EVALUATIONS: usize = 200;
 
-/// Time scales of the fastest mode that a search must have come by then.
+/// Time scales of the fastest mode that a search must have come by then; if not, it may take so many evaluations for them.
 const SWINGS: f64 = 32.0;
+const MORE_EVALUATIONS: u32 = 10_000;
 
 /// The motion of a window by natural modes.
 #[derive(Clone, Debug, Default)]
@@ -323,10 +324,14 @@ struct Watch<'a> {
 impl Watch<'_> {
     /// Where it becomes positive before `until` (s).
     fn crossing(&self, until: f64, switch: Switch) -> Option<Switching> {
-        let allowed = self.modes.allowed(self.contact);
+        let (allowed, near) = (self.modes.allowed(self.contact), SWINGS * self.modes.shortest_time());
         let found = match self.search(until, allowed) {
-            // Where it hardly gets on at first it may take as many as any search.
-            Search::NotBefore(tau) if tau <= SWINGS * self.modes.shortest_time() => self.search(until, MAX_STEPS),
+            // It hardly got on: more evaluations for less of a way.
+            Search::NotBefore(tau) if tau <= near && near < until => match self.search(near, MORE_EVALUATIONS) {
+                // What is left has followed nothing but rounding.
+                Search::Nowhere | Search::NotBefore(_) => Search::NotBefore(near),
+                found => found,
+            },
             found => found,
         };
         match found {
@@ -342,11 +347,7 @@ impl Watch<'_> {
         let found = search_within(self, 0.0, until, &mut allowed);
         let taken = u64::from(most - allowed) * self.modes.movers(self.contact).count() as u64;
         self.modes.searched.set(self.modes.searched.get() + taken);
-        match found {
-            // One that hardly got on all the same has followed nothing but rounding.
-            Search::NotBefore(tau) if most == MAX_STEPS && tau <= 1e-3 * until => Search::Nowhere,
-            found => found,
-        }
+        found
     }
 
     /// The level at `t` (s).

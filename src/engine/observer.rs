@@ -29,7 +29,7 @@ impl Observer for Vec<Pulse> {
     }
 }
 
-/// For who does not want to know.
+/// Discards the pulses.
 #[derive(Clone, Copy, Debug)]
 pub struct Unrecorded;
 

@@ -15,10 +15,8 @@
 //! and from `integral q^m / sqrt(E - q^(p+1)) dq = E^(s - 1/2) B(s, 1/2) / (p+1)` with `s = (m+1) / (p+1)` and Euler's beta
 //! function B.
 
-use std::cell::OnceCell;
-
 use super::ball::{Ball, Flight, Tally, degree};
-use super::inside::Inside;
+use super::inside::Lookup;
 use crate::model::{ContactLaw, Damping};
 use crate::solver::double_double::DoubleDouble;
 
@@ -99,8 +97,8 @@ pub(crate) struct PairImpact {
     pub peak: f64,
     /// What the left and the right ball gather.
     pub tallies: [Tally; 2],
-    /// Its first segment, for those who look inside.
-    pub inside: OnceCell<Box<Inside>>,
+    /// For those who look inside.
+    pub inside: Lookup,
 }
 
 impl PairImpact {
@@ -151,7 +149,7 @@ impl PairImpact {
             impulse: reduced * (2.0 * rate - pull * t - o.omega2() * course.overlap_integral),
             peak: law.elastic_force(course.peak_overlap),
             tallies: [tally(left, right_share), tally(right, -left_share)],
-            inside: OnceCell::new(),
+            inside: Lookup::default(),
         })
     }
 

@@ -14,6 +14,7 @@ use std::ops::Range;
 
 use super::ball::{Held, Push, Rounding, shifted, spaced};
 use super::bond::{Body, acceleration_rounding};
+use super::ledger::RAPID;
 use super::restitution::{self, Impact};
 use super::separation::Separation;
 use super::window::Mode;
@@ -24,10 +25,10 @@ use crate::solver::oscillator::Oscillator;
 /// How much faster than the rounding of the velocities an approach must be.
 const RESOLVED: f64 = 16.0;
 
-/// Impacts of a contact after which a bounce shorter than this (s) is its last one: those of elastic balls pressed together, which
-/// nothing but drag brings to rest, become shorter by the same factor in every second, and end in rounding after billions.
-const MANY: u64 = 1 << 18;
-const SHORTEST_BOUNCE: f64 = 1e-5;
+/// Bounces of a contact in a row, each shorter than [`RAPID`], after which the next one is the last: those of elastic balls pressed
+/// together, which nothing but drag brings to rest, become shorter by the same factor in every second, and end in rounding after
+/// billions.
+const MANY: u64 = 1 << 16;
 
 /// Which contacts last where nothing but rounding decides.
 #[derive(Clone, Copy)]
@@ -66,7 +67,7 @@ impl Engine {
         let clock_stands = self.standstill > self.most_without_progress() / 2;
         let e = if clock_stands { 0.0 } else { self.cradle.restitution.unwrap_or_default() };
         let Some(separation) = &self.contacts[i].separation else { return };
-        let shortest = if self.contacts[i].ledger.pulses < MANY { 0.0 } else { SHORTEST_BOUNCE };
+        let shortest = if self.contacts[i].ledger.rapid < MANY { 0.0 } else { RAPID };
         let (last_bounce, noise) = (separation.is_last_bounce(t, e, shortest), separation.noise());
         let group = self.around(i, |contact| {
             let touches = |separation: &Separation| separation.touches(t, noise);
@@ -152,7 +153,7 @@ impl Engine {
     fn begin_pulse(&mut self, i: usize, t: DoubleDouble) {
         self.contacts[i].mode = Mode::Pressing;
         self.contacts[i].ledger.open_pulse(t, self.step);
-        self.onsets += 1;
+        self.onsets = self.onsets.saturating_add(1);
         self.count_event();
     }
 

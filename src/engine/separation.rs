@@ -44,7 +44,7 @@ pub(crate) enum Forecast {
 /// Evaluations that one forecast may take, far beyond what most motions take; what comes then is left to the next one.
 pub(crate) const EVALUATIONS: u32 = 4_000;
 
-/// Part of its span that a forecast must have got on by then for its motion to be one.
+/// Part of the time since the anchor that a forecast must have got on by then for its motion to be more than rounding.
 pub(crate) const HARDLY: f64 = 1e-6;
 
 /// Periods that one forecast looks ahead where the closing is not a closed form.
@@ -162,7 +162,7 @@ impl Separation {
         // Up to `clear` there is none.
         match search_within(self, clear, horizon, allowed) {
             Search::At(tau) => Forecast::At(self.anchor + self.polished(tau)),
-            Search::NotBefore(tau) if tau - clear > HARDLY * reach => Forecast::NotBefore(self.anchor + tau),
+            Search::NotBefore(tau) if tau - clear > HARDLY * clear => Forecast::NotBefore(self.anchor + tau),
             // One that hardly got on has followed nothing but rounding.
             _ if horizon.is_finite() && horizon < FAR => Forecast::NotBefore(self.anchor + horizon),
             _ => Forecast::Never,

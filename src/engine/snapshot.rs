@@ -8,6 +8,7 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
+use super::ahead::NO_STEP;
 use super::ball::{Ball, Flight, Held, Tally};
 use super::bond::Bond;
 use super::cluster::Cluster;
@@ -102,7 +103,7 @@ impl Engine {
     pub fn snapshot(&self) -> Snapshot {
         let scout = self.ahead.scout.borrow();
         let state = |scout: &Self| {
-            // It has no clock of its own.
+            // The time of a copy that goes ahead is that of its last event.
             let now = scout.last_event.value_up();
             (RunState { time: now, step_start: now, ..scout.run_state() }, scout.handled - self.handled)
         };
@@ -169,7 +170,7 @@ impl Engine {
             let mut scout = Self::rebuild(parameters, start, scout, failed)?;
             let sound = scout.last_event >= now && !missed(&scout, scout.last_event) && lead < LARGEST_COUNT;
             require(failed || sound, "it looks ahead to the past")?;
-            (scout.step_start, scout.handled) = (f64::MAX, lead);
+            (scout.step_start, scout.handled) = (NO_STEP, lead);
             engine.ahead.scout.replace(Some(Box::new(scout)));
         }
         require(failed || found.is_none_or(|(_, found)| found.time > engine.time), "what lies ahead has been")?;

@@ -76,7 +76,7 @@ impl Engine {
     /// Takes down how ball `i` and its contacts stood at the start of the step, unless that has been done.
     pub(super) fn take_down(&mut self, i: usize) {
         let step = self.step;
-        if self.balls[i].at_start.step == step {
+        if self.is_scout() || self.balls[i].at_start.step == step {
             return;
         }
         let start = self.step_start.into();

@@ -148,6 +148,11 @@ impl ContactLaw {
         let p = self.exponent;
         // Energy balance: k d_ref^2 (d/d_ref)^(p+1) / (p+1) = m rate^2 / 2.
         let squares = 0.5 * (p + 1.0) * m * rate * rate / (self.stiffness * self.overlap_ref * self.overlap_ref);
+        if squares < f64::MIN_POSITIVE {
+            // The same where the squares of slow rates have no digits any more.
+            let ratio = rate.abs() * (0.5 * (p + 1.0) * m / self.stiffness).sqrt() / self.overlap_ref;
+            return self.overlap_ref * libm::pow(ratio, 2.0 / (p + 1.0));
+        }
         self.overlap_ref * libm::pow(squares, 1.0 / (p + 1.0))
     }
 

@@ -22,7 +22,7 @@ pub trait Smooth {
 }
 
 /// Steps after which a search gives up: far beyond what any smooth motion takes.
-pub const MAX_STEPS: u32 = 100_000;
+const MAX_STEPS: u32 = 100_000;
 
 /// What a search has found.
 #[derive(Clone, Copy, Debug, PartialEq)]

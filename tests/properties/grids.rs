@@ -38,6 +38,7 @@ fn compare(case: &Case, times: &[f64], between: &[f64]) -> Result<(), TestCaseEr
             if point > fine.time() && point < time {
                 fine.advance(point, &mut fine_pulses).map_err(ended_early)?;
                 bits(&fine, case);
+                fine.next_onset();
                 fine.hold(&case.inputs, &[]).map_err(ended_early)?;
                 fine.retune(&case.p).map_err(ended_early)?;
                 let restored = Engine::restore(&case.p, 0.0, fine.snapshot(), false);

@@ -26,8 +26,8 @@ use crate::solver::multistep::Family;
 use dynamics::Dynamics;
 use motion::{Event, Kind, Motion};
 
-/// Steps of the solver from one report of the progress to the next: some milliseconds.
-const STEPS_PER_REPORT: u64 = 4096;
+/// Steps of the solver, times contacts, from one report of the progress to the next: some milliseconds.
+const WORK_PER_REPORT: u64 = 16_384;
 
 /// What the solver is started with.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -237,7 +237,7 @@ impl Continuous {
             }
             self.motion.step()?;
             steps += 1;
-            if steps.is_multiple_of(STEPS_PER_REPORT) {
+            if steps.is_multiple_of(WORK_PER_REPORT / (self.contacts.len() as u64 + 1) + 1) {
                 observer.progress(Progress { time: self.motion.path().start().value(), events: steps, contact: None });
             }
         }

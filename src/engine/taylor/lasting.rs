@@ -286,7 +286,8 @@ impl Series {
         }
     }
 
-    /// Whether these are the series of this module.
+    /// Whether these are the series of this module: no others have this order, neither those of the tightest tolerance (21) nor the
+    /// polynomials of collocation.
     fn is_lasting(&self) -> bool {
         self.order == ORDER
     }

@@ -34,8 +34,8 @@ impl Control {
         Self { epsilon, order: (1.0 - 0.5 * libm::log(epsilon)) as usize, tolerance, longest: LONGEST }
     }
 
-    /// The same for a motion that is known to last as long as this (s): as many segments cover it, however slow it is.
-    pub fn lasting(&self, duration: f64) -> Self {
+    /// The same for a motion that is known to take as long as this (s): as many segments cover it, however slow it is.
+    pub fn taking(&self, duration: f64) -> Self {
         Self { longest: self.longest.max(duration), ..*self }
     }
 
@@ -75,6 +75,11 @@ pub(crate) struct Series {
 }
 
 impl Series {
+    /// Gives up what only the next expansion would use again.
+    pub fn forget_scratch(&mut self) {
+        self.powers = Vec::new();
+    }
+
     fn stride(&self) -> usize {
         self.order + 2
     }
