@@ -28,7 +28,11 @@ def test_a_thousand_instances_leave_no_memory_behind(fmu):
 
     for _ in range(200):
         once()
-    before = resident()
-    for _ in range(1000):
-        once()
-    assert (resident() - before) * 4096 < 1e6, "more than a kilobyte for each"
+    # What a leak takes it takes again in every thousand; the heap of the process may grow once by something else.
+    grown = []
+    while len(grown) < 3 and (not grown or min(grown) >= 1e6):
+        before = resident()
+        for _ in range(1000):
+            once()
+        grown.append((resident() - before) * 4096)
+    assert min(grown) < 1e6, "more than a kilobyte for each"
