@@ -6,8 +6,8 @@
 //!
 //! Chatter has an end where doubles do: an approach whose rebound would stay lower than the rounding of the positions, or that is
 //! itself below the rounding of the velocities, comes to rest, and so does every approach once hundreds of impacts have followed
-//! each other at what the clock shows as the same time. A contact that has had very many impacts comes to rest sooner. The energy
-//! that this takes is a loss of the impact.
+//! each other at what the clock shows as the same time. A contact that has chattered for very many impacts in a row comes to
+//! rest sooner. The energy that this takes is a loss of the impact.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
