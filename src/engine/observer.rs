@@ -1,6 +1,19 @@
 //! Who is told what happens while a run moves on.
 
-use super::Pulse;
+/// One finished contact pulse.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pulse {
+    /// Index of the contact, from 0.
+    pub contact: usize,
+    /// When the contact closed, s.
+    pub onset: f64,
+    /// When it opened again, s.
+    pub release: f64,
+    /// Largest contact force, N.
+    pub peak: f64,
+    /// Integral of the contact force, N.s.
+    pub impulse: f64,
+}
 
 /// How far a call of [`advance`](super::Simulation::advance) has come.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,11 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::continuous::Method;
-use super::{
-    Continuous, Differential, Engine, EngineError, NextOnset, NotFollowed, Observer, Results, Snapshot, Unsound, Work,
-};
+use super::continuous::{Continuous, Method};
+use super::derivatives::NotFollowed;
+use super::error::EngineError;
+use super::observer::Observer;
+use super::run::{Engine, Snapshot, Unsound};
 use crate::model::{ContactModel, Inputs, Parameters};
+use cradle_interface::results::{Differential, NextOnset, Results, Work};
 
 /// A run by the selected method. Every method offers what [`Engine`] offers, with the same meaning.
 #[expect(clippy::large_enum_variant, reason = "an instance has one")]

@@ -1,4 +1,8 @@
-//! The force law of one contact.
+//! The force law of one contact: all that depends on which damping law it is.
+//!
+//! A damping law is a variant of [`Damping`]; the methods of the engine ask for what they need of it by the functions here.
+
+use serde::{Deserialize, Serialize};
 
 use crate::solver::dual::Scalar;
 
@@ -11,6 +15,29 @@ pub enum Damping<S = f64> {
     KelvinVoigt { c: S, pull: bool },
     /// Multiplies the elastic force by `1 + alpha` (s/m) times the rate of the overlap; never negative.
     HuntCrossley { alpha: S },
+}
+
+impl<S: Scalar> Damping<S> {
+    /// The same law in other numbers.
+    pub fn map<T>(&self, number: impl Fn(S) -> T) -> Damping<T> {
+        match *self {
+            Self::None => Damping::None,
+            Self::KelvinVoigt { c, pull } => Damping::KelvinVoigt { c: number(c), pull },
+            Self::HuntCrossley { alpha } => Damping::HuntCrossley { alpha: number(alpha) },
+        }
+    }
+}
+
+/// Whether and how a contact acts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Mode {
+    /// No overlap.
+    #[default]
+    Open,
+    /// Overlap, the force follows the law.
+    Pressing,
+    /// Overlap, the law would pull and is clipped at zero.
+    Clipped,
 }
 
 /// One contact: the elastic law `F = k (d / d_ref)^(p-1) d` for overlaps d > 0, and its damping.
@@ -61,6 +88,25 @@ impl<S: Scalar> ContactLaw<S> {
         }
     }
 
+    /// One coefficient of the power series of the force by the law without clipping, from the same coefficients of the elastic force,
+    /// of the rate of the overlap and, where the law needs it, of the `product` of the two.
+    pub fn force_coefficient(&self, elastic: S, rate: S, product: impl FnOnce() -> S) -> S {
+        match self.damping {
+            Damping::None => elastic,
+            Damping::KelvinVoigt { c, .. } => elastic + c * rate,
+            Damping::HuntCrossley { alpha } => elastic + alpha * product(),
+        }
+    }
+
+    /// The factor alpha (s/m), if the force is the elastic one times `1 + alpha` times the rate: the sign of that tells whether the
+    /// law would pull.
+    pub fn rate_factor(&self) -> Option<S> {
+        match self.damping {
+            Damping::HuntCrossley { alpha } => Some(alpha),
+            Damping::None | Damping::KelvinVoigt { .. } => None,
+        }
+    }
+
     /// The exponent as an integer, if it is one and stays one: powers are then products.
     pub fn whole_exponent(&self) -> Option<usize> {
         let whole = self.exponent.value() as usize;
@@ -89,11 +135,31 @@ impl ContactLaw {
         }
     }
 
+    /// Whether it dissipates nothing.
+    pub fn is_elastic(&self) -> bool {
+        self.damping == Damping::None
+    }
+
+    /// Whether the force is a linear function of the overlap and its rate while the contact presses.
+    pub fn is_linear(&self) -> bool {
+        self.exponent == 1.0 && matches!(self.damping, Damping::None | Damping::KelvinVoigt { .. })
+    }
+
+    /// The mode of a closed contact at this overlap (m) and rate (m/s).
+    pub fn mode_when_closed(&self, overlap: f64, rate: f64) -> Mode {
+        let clipped = match self.damping {
+            Damping::HuntCrossley { alpha } => 1.0 + alpha * rate < 0.0,
+            Damping::KelvinVoigt { c, pull: false } => self.elastic_force(overlap) + c * rate < 0.0,
+            Damping::None | Damping::KelvinVoigt { pull: true, .. } => false,
+        };
+        if clipped { Mode::Clipped } else { Mode::Pressing }
+    }
+
     /// Coefficient c of a Kelvin-Voigt contact (N.s/m); 0 for others.
     pub fn damping_coefficient(&self) -> f64 {
         match self.damping {
             Damping::KelvinVoigt { c, .. } => c,
-            _ => 0.0,
+            Damping::None | Damping::HuntCrossley { .. } => 0.0,
         }
     }
 

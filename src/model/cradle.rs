@@ -95,11 +95,7 @@ impl<S: Scalar> Cradle<S> {
             overlap_ref: S::from(law.overlap_ref),
             exponent: S::from(law.exponent),
             clearance: S::from(law.clearance),
-            damping: match law.damping {
-                Damping::None => Damping::None,
-                Damping::KelvinVoigt { c, pull } => Damping::KelvinVoigt { c: S::from(c), pull },
-                Damping::HuntCrossley { alpha } => Damping::HuntCrossley { alpha: S::from(alpha) },
-            },
+            damping: law.damping.map(S::from),
         };
         Self {
             balls: cradle.balls.iter().map(ball).collect(),

@@ -3,6 +3,6 @@
 mod contact;
 mod cradle;
 
-pub use contact::{ContactLaw, Damping};
+pub use contact::{ContactLaw, Damping, Mode};
 pub use cradle::{BallModel, Cradle, hertz_stiffness};
 pub use cradle_interface::parameters::{ContactModel, DampingLaw, Inputs, Parameters, SolverMethod, Tunables};

@@ -3,6 +3,9 @@
 use super::dual::Scalar;
 use super::root::{self, Smooth};
 
+/// Sums that are taken side by side where that pays.
+pub const LANES: usize = 4;
+
 /// Value at `t`.
 pub fn value<S: Scalar>(c: &[S], t: S) -> S {
     c.iter().rev().fold(S::default(), |sum, &c| sum * t + c)
@@ -72,9 +75,34 @@ pub fn product_integral(a: &[f64], b: &[f64], t: f64) -> f64 {
     integral(&product, t)
 }
 
+/// Sum of `factor(i) backward[i]` for `i` from 0 to `k`, and on to where a group of terms is full.
+#[inline]
+pub fn sum_of_products(k: usize, factor: impl Fn(usize) -> f64, backward: &[f64]) -> f64 {
+    let mut sums = [0.0; LANES];
+    for (group, backward) in backward.chunks_exact(LANES).take(k / LANES + 1).enumerate() {
+        for (lane, (sum, c)) in sums.iter_mut().zip(backward).enumerate() {
+            *sum += factor(LANES * group + lane) * c;
+        }
+    }
+    (sums[0] + sums[1]) + (sums[2] + sums[3])
+}
+
+/// The same over `t` for the first `order` terms of the product, summed as [`sum_of_products`] does.
+pub fn product_integral_by_lanes(a: &[f64], b: &[f64], order: usize, t: f64) -> f64 {
+    let mut forward = vec![0.0; order + LANES];
+    let mut backward = vec![0.0; order + LANES];
+    for k in 0..order.min(a.len()) {
+        forward[k] = a[k];
+    }
+    for k in 0..order.min(b.len()) {
+        backward[order - k] = b[k];
+    }
+    let term = |k: usize| sum_of_products(k, |i| forward[i], &backward[order - k..]) * (1.0 / (k + 1) as f64);
+    (0..order).rev().fold(0.0, |sum, k| sum * t + term(k))
+}
+
 /// Sum of `weight(k, c[k]) t^k`, in four sums side by side: not the same bits as by Horner's rule, in less time.
 pub fn sum_by_lanes(c: &[f64], t: f64, weight: impl Fn(usize, f64) -> f64) -> f64 {
-    const LANES: usize = 4;
     let (square, groups) = (t * t, c.chunks_exact(LANES));
     let (mut sums, fourth) = ([0.0; LANES], square * square);
     let rest = c.len() - groups.remainder().len();

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::engine::ball::{Push, push_at};
+use crate::engine::flight::{Push, push_at};
 use crate::model::{BallModel, ContactLaw, Cradle};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::ode::{Path, System};

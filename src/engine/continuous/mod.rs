@@ -16,10 +16,15 @@ use std::cell::{Cell, RefCell};
 
 use serde::{Deserialize, Serialize};
 
-use super::ball::{Push, shifted};
-use super::expansion::State;
-use super::ledger::Ledger;
-use super::{EngineError, HeldInputs, LARGEST_COUNT, NextOnset, Observer, Progress, Unsound};
+use super::derivatives::State;
+use super::error::EngineError;
+use super::flight::{Push, shifted};
+use super::inputs::HeldInputs;
+use super::observation::{LARGEST_COUNT, Ledger};
+use super::observer::{Observer, Progress};
+use super::run::Unsound;
+use cradle_interface::results::NextOnset;
+
 use crate::model::{BallModel, Cradle, Inputs, Parameters, SolverMethod};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::multistep::Family;

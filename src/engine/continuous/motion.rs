@@ -6,8 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use super::Method;
 use super::dynamics::{Dynamics, LARGEST};
-use crate::engine::ball::Push;
-use crate::engine::{EngineError, LARGEST_COUNT};
+use crate::engine::error::EngineError;
+use crate::engine::flight::Push;
+use crate::engine::observation::LARGEST_COUNT;
 use crate::model::Cradle;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::multistep::Multistep;

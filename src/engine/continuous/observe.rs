@@ -2,14 +2,11 @@
 
 use super::Continuous;
 use super::motion::{Kind, Motion};
-use crate::engine::ahead::ONSET_PERIODS;
-use crate::engine::differential::by_time;
-use crate::engine::expansion::State;
-use crate::engine::last_step::LastStep;
-use crate::engine::window::Mode;
-use crate::engine::{Differential, NextOnset, Work};
-use crate::model::Cradle;
+use crate::engine::derivatives::{LastStep, State, by_time};
+use crate::engine::inputs::ONSET_PERIODS;
+use crate::model::{Cradle, Mode};
 use crate::solver::double_double::DoubleDouble;
+use cradle_interface::results::{Differential, NextOnset, Work};
 
 /// Steps times balls that one look for the next onset may take: a few milliseconds.
 const LOOK_AHEAD: usize = 20_000;
@@ -66,7 +63,7 @@ impl Continuous {
         let contact = |i: usize| {
             let (overlap, rate) = self.motion.overlap(i, self.place());
             let law = &self.cradle().contacts[i];
-            (overlap, if overlap > 0.0 { Mode::of_closed(law, overlap, rate) } else { Mode::Open })
+            (overlap, if overlap > 0.0 { law.mode_when_closed(overlap, rate) } else { Mode::Open })
         };
         let (x, v) = balls.map(|i| (self.x(i), self.v(i))).unzip();
         let (overlaps, modes) = (0..self.contacts.len()).map(contact).unzip();

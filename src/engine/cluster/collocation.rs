@@ -1,0 +1,341 @@
+//! The motion of a window by implicit collocation, for contacts that stay closed while the motion is slow.
+//!
+//! Taylor series must follow the fastest mode of the contacts even where damping has brought it to rest. The Radau IIA
+//! method is L-stable: its steps are those of the slow motion. The unknowns are the overlaps of the pressing contacts
+//! at the stages; with the response of a pendulum to its contact forces, linear and known, the equations are
+//!
+//! ```text
+//! d_j - d_free,j = W_l (F_(j-1) - F_j) / m_l - W_r (F_j - F_(j+1)) / m_r,    W = (h A)^2 (1 + 2 gamma h A + omega^2 (h A)^2)^-1
+//! ```
+//!
+//! solved by Newton's method: block-tridiagonal, a block a contact. Overlaps of 1e-9 m keep all their digits, for what
+//! stiff contacts do to rounding is to divide it by their stiffness. (With the positions of the balls as unknowns they
+//! would be differences of numbers of the order of 1 m.)
+
+use super::series::Series;
+use super::step_control::Control;
+use super::window::Window;
+use crate::engine::flight::{Rounding, push_at};
+use crate::model::{ContactLaw, Mode};
+use crate::solver::block_tridiagonal::BlockTridiagonal;
+use crate::solver::oscillator::Oscillator;
+use crate::solver::radau::{Matrix, RADAU, STAGES, Stages, inverse, product, times};
+
+/// What is allowed at least, in roundings: differences of the ninth order magnify them.
+const NOISE: f64 = 100.0;
+
+/// Newton iterations after which a step is given up.
+const ITERATIONS: usize = 8;
+
+/// One step, from the state at the start of a segment.
+struct Step<'a> {
+    window: &'a Window<'a>,
+    /// The inverse of `h A`, 1/s.
+    derivative: Matrix,
+    /// Times of the stages, s.
+    times: Stages,
+    /// A ball each: its acceleration without contact forces at the stages, were it not for the displacement itself.
+    pulls: Vec<Stages>,
+    responses: Vec<Response>,
+    /// A contact each: change of the overlap since the start, and force, at the stages.
+    changes: Vec<Stages>,
+    forces: Vec<Stages>,
+    evaluations: u64,
+}
+
+/// Response of a pendulum to an acceleration given at the stages.
+#[derive(Clone)]
+struct Response {
+    velocity: Matrix,
+    displacement: Matrix,
+}
+
+impl Response {
+    fn new(o: &Oscillator, integral: &Matrix) -> Self {
+        let twice = product(integral, integral);
+        let mut resistance = [[0.0; STAGES]; STAGES];
+        for (i, row) in resistance.iter_mut().enumerate() {
+            for (j, entry) in row.iter_mut().enumerate() {
+                *entry = f64::from(i == j) + 2.0 * o.gamma() * integral[i][j] + o.omega2() * twice[i][j];
+            }
+        }
+        let yielding = inverse(&resistance);
+        Self { velocity: product(integral, &yielding), displacement: product(&twice, &yielding) }
+    }
+}
+
+/// What came of a step.
+pub(crate) struct Outcome {
+    /// Estimated error in units of the one allowed; infinite if the equations could not be solved.
+    pub error: f64,
+    /// Evaluations of contact forces.
+    pub evaluations: u64,
+}
+
+/// Describes the motion on a step of `length` (s) from the start of a segment by `series`, with the error that
+/// `control`, `rounding` and the `local_error` (m/s) of a Taylor series allow.
+pub(crate) fn collocate(
+    series: &mut Series,
+    window: &Window,
+    length: f64,
+    control: &Control,
+    rounding: &Rounding,
+    local_error: f64,
+) -> Outcome {
+    let mut step = Step::new(window, length);
+    let mut first = 0;
+    let mut solved = true;
+    for end in (0..=window.contacts.len()).filter(|&j| !window.presses(j)) {
+        solved &= step.solve(first, end).is_some();
+        first = end + 1;
+    }
+    let error = if solved { step.describe(series, length, control, rounding, local_error) } else { f64::INFINITY };
+    Outcome { error, evaluations: step.evaluations }
+}
+
+impl<'a> Step<'a> {
+    fn new(window: &'a Window<'a>, length: f64) -> Self {
+        let scaled = |matrix: &Matrix, factor: f64| matrix.map(|row| row.map(|entry| factor * entry));
+        let integral = scaled(&RADAU.integral, length);
+        let times = RADAU.nodes.map(|c| c * length);
+        let mut responses: Vec<Response> = Vec::with_capacity(window.balls.len());
+        let mut pulls = Vec::with_capacity(window.balls.len());
+        for (i, (flight, ball)) in window.flights.iter().zip(window.balls).enumerate() {
+            let o = &ball.oscillator;
+            let same = i > 0 && window.balls[i - 1].oscillator == *o;
+            responses.push(if same { responses[i - 1].clone() } else { Response::new(o, &integral) });
+            pulls.push(times.map(|t| {
+                push_at(&flight.push, t) - o.omega2() * (flight.x + flight.v * t) - 2.0 * o.gamma() * flight.v
+            }));
+        }
+        let none = vec![[0.0; STAGES]; window.contacts.len()];
+        let derivative = scaled(&RADAU.derivative, 1.0 / length);
+        Self { window, derivative, times, pulls, responses, changes: none.clone(), forces: none, evaluations: 0 }
+    }
+
+    /// Rate of contact `j` at the start, m/s.
+    fn rate(&self, j: usize) -> f64 {
+        self.window.flights[j].v - self.window.flights[j + 1].v
+    }
+
+    fn force(&self, j: Option<usize>) -> Stages {
+        j.and_then(|j| self.forces.get(j)).copied().unwrap_or_default()
+    }
+
+    /// Acceleration of ball `i` by the contacts, m/s2.
+    fn pressed(&self, i: usize) -> Stages {
+        let (left, right) = (self.force(i.checked_sub(1)), self.force(Some(i)));
+        std::array::from_fn(|s| (left[s] - right[s]) / self.window.balls[i].mass)
+    }
+
+    /// A response of the two balls of contact `j` to all accelerations, as a change of the overlap or of its rate.
+    fn relative(&self, j: usize, response: impl Fn(&Response) -> &Matrix, by_contacts: [Stages; 2]) -> Stages {
+        let window = self.window;
+        let (left, right) = (&window.balls[j], &window.balls[j + 1]);
+        if left.oscillator == right.oscillator {
+            // Gravity pulls on the difference of the positions, which the overlap gives without rounding.
+            let o = &left.oscillator;
+            let (start, rate) = (window.contacts[j].overlap + window.laws[j].clearance, self.rate(j));
+            let mut push = window.flights[j].push;
+            push.iter_mut().zip(&window.flights[j + 1].push).for_each(|(l, r)| *l -= r);
+            let apart: Stages = std::array::from_fn(|s| {
+                let t = self.times[s];
+                push_at(&push, t) - o.omega2() * (start + rate * t) - 2.0 * o.gamma() * rate
+                    + (by_contacts[0][s] - by_contacts[1][s])
+            });
+            times(response(&self.responses[j]), &apart)
+        } else {
+            let [l, r]: [Stages; 2] = std::array::from_fn(|side| {
+                let all = std::array::from_fn(|s| self.pulls[j + side][s] + by_contacts[side][s]);
+                times(response(&self.responses[j + side]), &all)
+            });
+            std::array::from_fn(|s| l[s] - r[s])
+        }
+    }
+
+    /// Solves for the pressing contacts `first..end`, which stand side by side.
+    fn solve(&mut self, first: usize, end: usize) -> Option<()> {
+        let laws = self.window.laws;
+        let mut system = BlockTridiagonal::default();
+        let mut slopes = vec![[[0.0; STAGES]; STAGES]; end.saturating_sub(first)];
+        for _ in 0..ITERATIONS {
+            for j in first..end {
+                slopes[j - first] = self.evaluate(j, &laws[j])?;
+            }
+            system.clear();
+            for j in first..end {
+                let rate = self.rate(j);
+                let wanted = self.relative(j, |r| &r.displacement, [self.pressed(j), self.pressed(j + 1)]);
+                let missing = std::array::from_fn(|s| rate * self.times[s] + wanted[s] - self.changes[j][s]);
+                let compliance = |i: usize, of: &Matrix, sign: f64| {
+                    product(&self.responses[i].displacement, of)
+                        .map(|row| row.map(|entry| sign * entry / self.window.balls[i].mass))
+                };
+                let own = &slopes[j - first];
+                let (by_left, by_right) = (compliance(j, own, 1.0), compliance(j + 1, own, 1.0));
+                let diagonal = std::array::from_fn(|r| {
+                    std::array::from_fn(|c| f64::from(r == c) + by_left[r][c] + by_right[r][c])
+                });
+                let beside = |other: usize, i: usize| {
+                    slopes.get(other).map_or([[0.0; STAGES]; STAGES], |k| compliance(i, k, -1.0))
+                };
+                let lower = beside((j - first).wrapping_sub(1), j);
+                system.push(lower, diagonal, &beside(j - first + 1, j + 1), &missing);
+            }
+            let mut done = true;
+            for (j, correction) in (first..end).zip(system.solve()) {
+                if correction.iter().any(|c| !c.is_finite()) {
+                    return None;
+                }
+                self.changes[j].iter_mut().zip(&correction).for_each(|(change, c)| *change += c);
+                let size = self.window.contacts[j].overlap + largest(&self.changes[j]);
+                // The next correction would be of the order of the square.
+                done &= largest(&correction) <= 1e-8 * size;
+            }
+            if done {
+                for (j, law) in laws.iter().enumerate().take(end).skip(first) {
+                    self.evaluate(j, law)?;
+                }
+                return Some(());
+            }
+        }
+        None
+    }
+
+    /// Computes the forces of contact `j` from its overlaps; returns their derivatives by these.
+    fn evaluate(&mut self, j: usize, law: &ContactLaw) -> Option<Matrix> {
+        self.evaluations += STAGES as u64;
+        let rates = times(&self.derivative, &self.changes[j]);
+        let mut slopes = [[0.0; STAGES]; STAGES];
+        for s in 0..STAGES {
+            let overlap = self.window.contacts[j].overlap + self.changes[j][s];
+            let (force, by_overlap, by_rate) = law.continued(overlap, rates[s])?;
+            self.forces[j][s] = force;
+            slopes[s] = self.derivative[s].map(|d| by_rate * d);
+            slopes[s][s] += by_overlap;
+        }
+        slopes.iter().flatten().all(|slope| slope.is_finite()).then_some(slopes)
+    }
+
+    /// Appends to `velocities` those of the balls up to `last`, which pressing contacts join, at the stages.
+    ///
+    /// The group as a whole, which its contact forces leave alone, and how the balls move in it, which the overlaps
+    /// tell: each ball by itself would move by the rounding of these forces.
+    fn velocities_of_group(&self, last: usize, velocities: &mut Vec<Stages>) {
+        let (window, first) = (self.window, velocities.len());
+        let balls = &window.balls[first..=last];
+        let total: f64 = balls.iter().map(|ball| ball.mass).sum();
+        let mut whole = [0.0; STAGES];
+        let mut add = |share: f64, values: &Stages| whole.iter_mut().zip(values).for_each(|(w, v)| *w += share * v);
+        let alike = balls.iter().all(|ball| ball.oscillator == balls[0].oscillator);
+        for (i, ball) in (first..).zip(balls) {
+            let pressed = if alike { [0.0; STAGES] } else { self.pressed(i) };
+            let pulled = std::array::from_fn(|s| self.pulls[i][s] + pressed[s]);
+            let change = times(&self.responses[i].velocity, &pulled);
+            add(ball.mass / total, &change.map(|change| window.flights[i].v + change));
+        }
+        let mut beyond = total;
+        for (j, ball) in (first..last).zip(balls) {
+            beyond -= ball.mass;
+            add(beyond / total, &times(&self.derivative, &self.changes[j]));
+        }
+        velocities.push(whole);
+        for j in first..last {
+            let rates = times(&self.derivative, &self.changes[j]);
+            velocities.push(std::array::from_fn(|s| velocities[j][s] - rates[s]));
+        }
+    }
+
+    /// How far the `rounding` (m/s) of the velocities moves the overlap of contact `j`, m.
+    fn shaken(&self, j: usize, rounding: f64) -> f64 {
+        let stiffness =
+            self.window.laws[j].elastic_continued(self.window.contacts[j].overlap).map_or(0.0, |(_, slope)| slope);
+        if stiffness > 0.0 { rounding * (self.window.reduced_mass(j) / stiffness).sqrt() } else { 0.0 }
+    }
+
+    /// Enters the solution in `series`; returns its error in units of what is allowed.
+    fn describe(
+        &self,
+        series: &mut Series,
+        length: f64,
+        control: &Control,
+        rounding: &Rounding,
+        local_error: f64,
+    ) -> f64 {
+        let (window, tolerance) = (self.window, control.tolerance());
+        series.begin(window, STAGES, length);
+        let speed = window.flights.iter().map(|flight| flight.v.abs()).fold(0.0, f64::max);
+        let lightest = window.balls.iter().map(|ball| ball.mass).fold(f64::INFINITY, f64::min);
+        let rounding = rounding.velocity + f64::EPSILON * length * largest(self.forces.as_flattened()) / lightest;
+        // No more is asked for than the Taylor series before have given.
+        let allowed = (0.01 * tolerance * speed).max(NOISE * rounding).max(local_error);
+        let mut worst = 0.0_f64;
+        let mut velocities = Vec::with_capacity(window.flights.len());
+        for end in (0..=window.contacts.len()).filter(|&j| !window.presses(j)) {
+            self.velocities_of_group(end, &mut velocities);
+        }
+        for (i, flight) in window.flights.iter().enumerate() {
+            let polynomial = RADAU.polynomial_from(flight.v, &velocities[i]);
+            worst = worst.max(highest_terms(&polynomial) / allowed);
+            if polynomial.iter().any(|c| !c.is_finite()) {
+                return f64::INFINITY;
+            }
+            series.set_velocity(i, &polynomial);
+        }
+        // The rates are differences of velocities that have been added to many times.
+        let of_rates = 16.0 * rounding;
+        for (j, contact) in window.contacts.iter().enumerate() {
+            if window.presses(j) {
+                // The start is left out: the overlap is to follow what balances the forces, not the rounding of the
+                // velocities.
+                let polynomial = RADAU.polynomial(&times(&self.derivative, &self.changes[j]));
+                let size = contact.overlap + largest(&self.changes[j]);
+                // The force is to be known as well as that: its error is `exponent` times as large.
+                let relative = (0.1 * tolerance).max(2.0 * NOISE * f64::EPSILON) / window.laws[j].exponent;
+                let allowed = (relative * size).max(self.shaken(j, of_rates)) / length;
+                let jump = (polynomial[0] - self.rate(j)).abs() / (10.0 * allowed).max(of_rates);
+                worst = worst.max(highest_terms(&polynomial) / allowed).max(jump);
+                series.set_rate(j, &polynomial);
+                let overlaps = self.changes[j].map(|change| contact.overlap + change);
+                let elastic = overlaps.map(|d| window.laws[j].elastic_continued(d).map_or(0.0, |(force, _)| force));
+                series.set_forces(j, &RADAU.polynomial(&elastic), &RADAU.polynomial(&self.forces[j]));
+            } else {
+                let rate = self.rate(j);
+                let accelerations = [self.pressed(j), self.pressed(j + 1)];
+                let rates = self.relative(j, |r| &r.velocity, accelerations).map(|change| rate + change);
+                series.set_rate(j, &RADAU.polynomial_from(rate, &rates));
+                if contact.mode == Mode::Clipped {
+                    let changes = self.relative(j, |r| &r.displacement, accelerations);
+                    let (mut forces, mut unknown) = ([0.0; STAGES], 0.0_f64);
+                    for s in 0..STAGES {
+                        let overlap = contact.overlap + rate * self.times[s] + changes[s];
+                        let Some((force, _, by_rate)) = window.laws[j].continued(overlap, rates[s]) else {
+                            return f64::INFINITY;
+                        };
+                        (forces[s], unknown) = (force, unknown.max(NOISE * by_rate.abs() * rounding));
+                    }
+                    // When it would push again is to be known.
+                    let polynomial = RADAU.polynomial(&forces);
+                    let allowed = (tolerance * largest(&forces)).max(unknown);
+                    worst = worst.max(if allowed > 0.0 { highest_terms(&polynomial) / allowed } else { 0.0 });
+                    series.set_forces(j, &[], &polynomial);
+                }
+            }
+        }
+        worst
+    }
+}
+
+/// The largest magnitude of some values.
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |largest, value| largest.max(value.abs()))
+}
+
+/// Size of the last two terms of a polynomial on [0, 1] in Legendre's polynomials, from its coefficients.
+fn highest_terms(c: &[f64]) -> f64 {
+    let n = c.len() - 1;
+    let leading = |k: usize| (1..=k).fold(1.0, |product, i| product * (k + i) as f64 / i as f64);
+    let last = c[n] / leading(n);
+    let before = (c[n - 1] + 0.5 * n as f64 * c[n]) / leading(n - 1);
+    last.abs().max(before.abs())
+}

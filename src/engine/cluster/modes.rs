@@ -1,0 +1,396 @@
+//! The motion of a window whose contacts are linear springs and dashpots, in closed form: by natural modes.
+//!
+//! Balls joined by pressing contacts are groups; a ball that presses on none is a group of its own. A group of equal balls with
+//! equal contacts is a uniform chain, whose natural modes are known (`natural`).
+//!
+//! Each coordinate is an oscillator in closed form, so strong damping and contacts that stay closed for minutes cost nothing: the
+//! only work is to find the next switching.
+
+use std::cell::Cell;
+
+use super::natural::{Group, NaturalMode, Sum};
+use super::window::{Switch, Switching, Window, clipping};
+use crate::engine::flight::{Rounding, degree};
+use crate::model::Mode;
+use crate::solver::course::Forced;
+use crate::solver::root::{Search, Smooth, search_within};
+
+/// Largest group that is taken apart into modes: the table of their shapes grows with the square.
+const LARGEST_GROUP: usize = 128;
+
+/// Evaluations of a mode that the search for the switchings of a segment may take: some milliseconds. What comes then is left to the
+/// next segment.
+const SEARCH: usize = 40_000;
+const LEAST_EVALUATIONS: usize = 200;
+
+/// Time scales of the fastest mode that a search must have come by then; if not, it may take so many evaluations for them.
+const SWINGS: f64 = 32.0;
+const MORE_EVALUATIONS: u32 = 10_000;
+
+/// The motion of a window by natural modes.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Modes {
+    groups: Vec<Group>,
+    /// The group of each ball.
+    group_of: Vec<usize>,
+    contacts: Vec<Joint>,
+    /// Highest rate of any mode, 1/s.
+    pace: f64,
+    /// Evaluations of a mode that the search for switchings has taken so far.
+    searched: Cell<u64>,
+}
+
+/// A contact of the window.
+#[derive(Clone, Debug)]
+struct Joint {
+    /// Overlap at the start, m, and its rate there, m/s.
+    overlap: f64,
+    rate: f64,
+    /// Stiffness, N/m, and damping, N.s/m.
+    stiffness: f64,
+    damping: f64,
+    /// Mechanical impedance, N.s/m.
+    impedance: f64,
+    /// Between two groups of equal pendulums: how their centres approach each other. Taken as one motion, for two groups
+    /// that swing together differ by far less than they swing.
+    approach: Option<NaturalMode>,
+}
+
+/// Whether the closed contacts of a window are linear, and those that press join equal balls, under constant inputs.
+pub(crate) fn apply_to(window: &Window) -> bool {
+    let Window { flights, balls, contacts, laws } = window;
+    let mut joined = 1;
+    for (j, (contact, law)) in contacts.iter().zip(*laws).enumerate() {
+        if contact.mode != Mode::Open && !law.is_linear() {
+            return false;
+        }
+        if contact.mode != Mode::Pressing {
+            joined = 1;
+            continue;
+        }
+        let (left, right) = (&balls[j], &balls[j + 1]);
+        let equal = left.mass == right.mass && left.oscillator == right.oscillator;
+        let same_as_before = joined == 1 || law.stiffness == laws[j - 1].stiffness;
+        joined += 1;
+        if !(equal && same_as_before) || joined > LARGEST_GROUP {
+            return false;
+        }
+    }
+    flights.iter().all(|flight| degree(&flight.push) == 0)
+}
+
+impl Modes {
+    /// The motion from the state at the start of a segment, which [`apply_to`] allows.
+    pub fn new(window: &Window) -> Self {
+        let Window { flights, contacts, laws, .. } = window;
+        let mut modes = Self::default();
+        let mut first = 0;
+        for i in 0..flights.len() {
+            let joined = contacts.get(i).is_some_and(|contact| contact.mode == Mode::Pressing);
+            modes.group_of.push(modes.groups.len());
+            if !joined {
+                modes.groups.push(Group::new(first..i + 1, window));
+                first = i + 1;
+            }
+        }
+        let rate = |mode: &NaturalMode| mode.oscillator().omega().max(mode.oscillator().gamma());
+        modes.pace = modes.groups.iter().flat_map(|group| &group.modes).map(rate).fold(0.0, f64::max);
+        for (j, (contact, law)) in contacts.iter().zip(*laws).enumerate() {
+            let approach = modes.approach(j, window);
+            let (stiffness, damping) = (law.stiffness, law.damping_coefficient());
+            let (overlap, rate) = (contact.overlap, flights[j].v - flights[j + 1].v);
+            let impedance = law.impedance(window.reduced_mass(j));
+            modes.contacts.push(Joint { overlap, rate, stiffness, damping, impedance, approach });
+        }
+        modes
+    }
+
+    /// How the centres of the two groups beside contact `j` approach each other, if their pendulums are equal.
+    fn approach(&self, j: usize, window: &Window) -> Option<NaturalMode> {
+        let Window { flights, contacts, laws, .. } = window;
+        let (left, right) = (&self.groups[self.group_of[j]], &self.groups[self.group_of[j + 1]]);
+        let oscillator = *left.modes[0].oscillator();
+        if std::ptr::eq(left, right) || oscillator != *right.modes[0].oscillator() {
+            return None;
+        }
+        // The centres are as far apart as the balls between them are, each by its share.
+        let (mut v, mut force) = (0.0, 0.0);
+        for c in left.first..right.first + right.size - 1 {
+            let share = match c {
+                _ if c < j => (c + 1 - left.first) as f64 / left.size as f64,
+                _ if c > j => (right.first + right.size - 1 - c) as f64 / right.size as f64,
+                _ => 1.0,
+            };
+            let push = flights[c].push[0] - flights[c + 1].push[0];
+            v += share * (flights[c].v - flights[c + 1].v);
+            force += share * (push - oscillator.omega2() * (contacts[c].overlap + laws[c].clearance));
+        }
+        Some(NaturalMode::new(Forced::new(oscillator, v, force), 0.0))
+    }
+
+    /// Overlap of contact `j` and its derivatives, up to four of them.
+    fn overlap_at<const COUNT: usize>(&self, j: usize, tau: f64) -> [f64; COUNT] {
+        // Early on, changes since the start: what a mode does to balls that hardly move must not be the rounding of the others'
+        // motion. Once they have undone most of the start, what is left.
+        let late = tau * self.pace > 1.0;
+        let mut sum = Sum::new(self.contacts[j].overlap, if late { 0.0 } else { self.contacts[j].rate });
+        self.movers(j).for_each(|(mode, stretch)| {
+            let mut course = mode.at(tau);
+            if !late {
+                course.derivatives[1] = course.change_of_rate;
+            }
+            sum.add(stretch, &course.derivatives);
+        });
+        sum.without_noise()
+    }
+
+    /// The group that contact `j` joins.
+    fn joining(&self, j: usize) -> Option<&Group> {
+        (self.group_of[j] == self.group_of[j + 1]).then(|| &self.groups[self.group_of[j]])
+    }
+
+    /// The modes that move contact `j`, each with the change of overlap that a unit of its coordinate makes.
+    fn movers(&self, j: usize) -> impl Iterator<Item = (&NaturalMode, f64)> {
+        let (left, right) = (&self.groups[self.group_of[j]], &self.groups[self.group_of[j + 1]]);
+        let joined = std::ptr::eq(left, right);
+        let approach = self.contacts[j].approach.as_ref();
+        let skipped = usize::from(joined || approach.is_some());
+        let of_left = left.modes.iter().enumerate().skip(skipped).map(move |(m, mode)| match joined {
+            true => (mode, left.shape(m, j) - left.shape(m, j + 1)),
+            false => (mode, left.shape(m, j)),
+        });
+        let others = if joined { &[] } else { &right.modes[..] };
+        let of_right = others.iter().enumerate().skip(skipped).map(move |(m, mode)| (mode, -right.shape(m, j + 1)));
+        approach.into_iter().map(|mode| (mode, 1.0)).chain(of_left).chain(of_right)
+    }
+
+    /// Displacement of ball `i` (m) and the change of its velocity (m/s) till `tau` (s).
+    pub fn moved(&self, i: usize, tau: f64) -> (f64, f64) {
+        let group = &self.groups[self.group_of[i]];
+        let mut sum = (0.0, 0.0);
+        for (m, mode) in group.modes.iter().enumerate() {
+            let (shape, course) = (group.shape(m, i), mode.at(tau));
+            sum.0 += shape * course.derivatives[0].0;
+            sum.1 += shape * course.change_of_rate.0;
+        }
+        sum
+    }
+
+    /// Integral of that displacement, m.s.
+    pub fn displacement_integral(&self, i: usize, tau: f64) -> f64 {
+        let group = &self.groups[self.group_of[i]];
+        let term = |(m, mode): (usize, &NaturalMode)| group.shape(m, i) * mode.motion.displacement_integral(tau);
+        group.modes.iter().enumerate().map(term).sum()
+    }
+
+    /// Overlap of contact `j` (m) at `tau` (s) and the change of its rate (m/s) till then.
+    pub fn overlap(&self, j: usize, tau: f64) -> (f64, f64) {
+        let [overlap, rate] = self.overlap_at(j, tau);
+        (overlap, rate - self.contacts[j].rate)
+    }
+
+    /// Coefficients of that overlap as a power series of the time (s) from `tau` on, up to five of them.
+    pub fn overlap_series<const COUNT: usize>(&self, j: usize, tau: f64) -> [f64; COUNT] {
+        let mut coefficients = self.overlap_at(j, tau);
+        let mut factorial = 1.0;
+        for (k, c) in coefficients.iter_mut().enumerate() {
+            factorial *= k.max(1) as f64;
+            *c /= factorial;
+        }
+        coefficients
+    }
+
+    /// Impulse of the pressing contact `j`, N.s.
+    pub fn impulse(&self, j: usize, tau: f64) -> f64 {
+        let &Joint { overlap, stiffness, damping, .. } = &self.contacts[j];
+        let change: f64 = self.movers(j).map(|(mode, stretch)| stretch * mode.motion.displacement_integral(tau)).sum();
+        stiffness * (overlap * tau + change) + damping * (self.overlap(j, tau).0 - overlap)
+    }
+
+    /// The larger of `known` and the largest force of the pressing contact `j` between two times (s), N. Modes without damping come
+    /// ever closer to the sum of their amplitudes: after some dozens of swings the largest force till then is taken.
+    pub fn peak(&self, j: usize, from: f64, to: f64, known: f64) -> f64 {
+        let force = |t: f64| self.force_at(j, t).0[0];
+        let mut best = force(from).max(force(to)).max(known);
+        let mut t = from;
+        // From where the force passes the best so far, by more than rounding, up to where it falls again.
+        let mut allowed = self.allowed(j);
+        loop {
+            let above = self.watch(j, Watched::Force, (1.0, best + 1e-12 * best.abs()));
+            let Search::At(rise) = search_within(&above, t, to, &mut allowed) else { break };
+            let falling = self.watch(j, Watched::ForceRate, (-1.0, 0.0));
+            let Search::At(top) = search_within(&falling, rise, to, &mut allowed) else { break };
+            best = best.max(force(top));
+            t = top;
+        }
+        best
+    }
+
+    /// Force of the pressing contact `j` by its law and its first three derivatives, and what rounding may be of the force.
+    fn force_at(&self, j: usize, tau: f64) -> ([f64; 4], f64) {
+        let &Joint { stiffness, damping, .. } = &self.contacts[j];
+        let d: [f64; 5] = self.overlap_at(j, tau);
+        let noise = |k: usize| 8.0 * f64::EPSILON * ((stiffness * d[k]).abs() + (damping * d[k + 1]).abs());
+        let force = std::array::from_fn(|k| {
+            let force = stiffness * d[k] + damping * d[k + 1];
+            if force.abs() <= noise(k) { 0.0 } else { force }
+        });
+        (force, noise(0))
+    }
+
+    /// Energy that the pressing contact `j` dissipates in `tau`, J; all that a group's contacts lose is entered at its first one.
+    pub fn contact_loss(&self, j: usize, tau: f64) -> f64 {
+        match self.joining(j) {
+            // The shapes are orthogonal also to the contacts: no loss is shared between modes.
+            Some(group) if j == group.first && group.damping > 0.0 => {
+                let loss = |mode: &NaturalMode| group.damping * mode.lambda * mode.squared_velocity_integral(tau);
+                group.modes[1..].iter().map(loss).sum()
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// Sum of `integral v^2` over the balls of a group, entered at its first ball `i`, m2/s.
+    pub fn squared_velocity_integral(&self, i: usize, tau: f64) -> f64 {
+        let group = &self.groups[self.group_of[i]];
+        if i != group.first {
+            return 0.0;
+        }
+        group.modes.iter().map(|mode| mode.squared_velocity_integral(tau)).sum()
+    }
+
+    /// Evaluations that one search about contact `j` may take.
+    fn allowed(&self, j: usize) -> u32 {
+        (SEARCH / (self.movers(j).count() * self.contacts.len())).max(LEAST_EVALUATIONS) as u32
+    }
+
+    /// The search for a function of contact `j`, signed, above a `level`.
+    fn watch(&self, j: usize, kind: Watched, (sign, level): (f64, f64)) -> Watch<'_> {
+        Watch { modes: self, contact: j, kind, sign, level, fading: 0.0 }
+    }
+
+    /// The onset of the open contact `j` before `until` (s). Groups that swing side by side approach each other by rounding: that
+    /// is no onset.
+    pub fn onset(&self, j: usize, until: f64, rounding: &Rounding) -> Option<Switching> {
+        self.watch(j, Watched::Overlap, (1.0, rounding.position)).crossing(until, Switch::Onset)
+    }
+
+    /// The release of the closed contact `j` before `until` (s).
+    pub fn release(&self, j: usize, until: f64, rounding: &Rounding) -> Option<Switching> {
+        self.watch(j, Watched::Overlap, (-1.0, rounding.no_overlap())).crossing(until, Switch::Release)
+    }
+
+    /// The beginning or, in mode `Clipped`, the end of the clipping of contact `j` before `until` (s), by more than `rounding`.
+    pub fn clip(&self, j: usize, mode: Mode, until: f64, rounding: &Rounding) -> Option<Switching> {
+        let (sign, switch) = clipping(mode);
+        let level = sign * self.contacts[j].impedance * rounding.velocity;
+        // What rounding the rate had at the start dies out with the motion, and the overlap has none.
+        let fading = self.joining(j).map_or(0.0, Group::least_decay);
+        Watch { fading, ..self.watch(j, Watched::Force, (sign, level)) }.crossing(until, switch)
+    }
+
+    /// Evaluations of a mode that the search for switchings has taken so far.
+    pub fn searched(&self) -> u64 {
+        self.searched.get()
+    }
+
+    /// The shortest of the modes' time scales, s: 1 over the natural frequency, or over the slow rate of an overdamped mode.
+    pub fn shortest_time(&self) -> f64 {
+        let modes = self.groups.iter().flat_map(|group| &group.modes);
+        modes.map(|mode| mode.oscillator().time_scale()).fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// Which function of a contact is watched.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Watched {
+    Overlap,
+    Force,
+    ForceRate,
+}
+
+/// `sign (f - level exp(-fading t))` for a function f of contact `contact`; of a level that fades, less the rounding of f, which is
+/// left out of the derivatives.
+struct Watch<'a> {
+    modes: &'a Modes,
+    contact: usize,
+    kind: Watched,
+    sign: f64,
+    level: f64,
+    fading: f64,
+}
+
+impl Watch<'_> {
+    /// Where it becomes positive before `until` (s).
+    fn crossing(&self, until: f64, switch: Switch) -> Option<Switching> {
+        let (allowed, near) = (self.modes.allowed(self.contact), SWINGS * self.modes.shortest_time());
+        let found = match self.search(until, allowed) {
+            // It hardly got on: more evaluations for less of a way.
+            Search::NotBefore(tau) if tau <= near && near < until => match self.search(near, MORE_EVALUATIONS) {
+                // What is left has followed nothing but rounding.
+                Search::Nowhere | Search::NotBefore(_) => Search::NotBefore(near),
+                found => found,
+            },
+            found => found,
+        };
+        match found {
+            Search::At(tau) if tau < until => Some((tau, Some(switch))),
+            Search::NotBefore(tau) if tau < until => Some((tau, None)),
+            _ => None,
+        }
+    }
+
+    /// A search with at most so many evaluations, which are counted.
+    fn search(&self, until: f64, most: u32) -> Search {
+        let mut allowed = most;
+        let found = search_within(self, 0.0, until, &mut allowed);
+        let taken = u64::from(most - allowed) * self.modes.movers(self.contact).count() as u64;
+        self.modes.searched.set(self.modes.searched.get() + taken);
+        found
+    }
+
+    /// The level at `t` (s).
+    fn level_at(&self, t: f64) -> f64 {
+        if self.fading == 0.0 { self.level } else { self.level * libm::exp(-self.fading * t) }
+    }
+}
+
+/// The first three of some derivatives.
+fn leading(d: &[f64]) -> [f64; 3] {
+    [d[0], d[1], d[2]]
+}
+
+impl Smooth for Watch<'_> {
+    fn at(&self, t: f64) -> [f64; 3] {
+        let ([value, slope, curvature], noise) = match self.kind {
+            Watched::Overlap => (self.modes.overlap_at(self.contact, t), 0.0),
+            kind => {
+                let (force, noise) = self.modes.force_at(self.contact, t);
+                // A level does not fade any further than that.
+                let noise = if self.fading > 0.0 { noise } else { 0.0 };
+                (leading(&force[usize::from(kind == Watched::ForceRate)..]), noise)
+            }
+        };
+        let level = self.level_at(t);
+        let fall = level * self.fading;
+        let value = self.sign * (value - level) - noise;
+        [value, self.sign * (slope + fall), self.sign * (curvature - fall * self.fading)]
+    }
+
+    fn time_scale(&self) -> f64 {
+        4.0 / self.modes.pace
+    }
+
+    fn third_derivative_bound(&self, t: f64, _span: f64) -> f64 {
+        let &Joint { stiffness, damping, .. } = &self.modes.contacts[self.contact];
+        let (order, by_overlap, by_rate) = match self.kind {
+            Watched::Overlap => (3, 1.0, 0.0),
+            Watched::Force => (3, stiffness, damping),
+            Watched::ForceRate => (4, stiffness, damping),
+        };
+        let bound =
+            |(mode, stretch): (&NaturalMode, f64)| stretch.abs() * mode.derivative_bound(t, order, by_overlap, by_rate);
+        let of_level = self.level_at(t).abs() * self.fading * self.fading * self.fading;
+        self.modes.movers(self.contact).map(bound).sum::<f64>() + of_level
+    }
+}

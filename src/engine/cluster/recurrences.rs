@@ -1,0 +1,255 @@
+//! The coefficients of the Taylor series of a window.
+//!
+//! The equations are autonomous between switchings, so the coefficients follow from each other: those of the forces from those
+//! of the overlaps (powers by recursion), those of the motions from those of the forces. Order and step follow Jorba and
+//! Zou, A software package for the numerical integration of ODEs by means of high-order Taylor methods, Experimental
+//! Mathematics 14 (2005): order `1 - ln(epsilon) / 2`, and a step on which the last terms are below epsilon times the scale
+//! of the velocities.
+
+use super::series::{INVERSE_FACTORIAL, Series};
+use super::step_control::Control;
+use super::window::Window;
+use crate::model::{ContactLaw, Mode};
+use crate::solver::oscillator::{MAX_FORCE_ORDER, Oscillator};
+use crate::solver::series::{self, power_term, product_term};
+
+/// Terms that are looked at to tell how far a series without gaps converges.
+pub(super) const TERMS_AT_LEAST: usize = 3;
+
+/// What an expansion needs beside the series; it keeps nothing from one to the next but its memory.
+#[derive(Debug, Default)]
+pub(crate) struct Workspace {
+    /// A contact each: powers of the scaled overlap, one after the other.
+    powers: Vec<Vec<f64>>,
+    /// A contact each: the overlap up to which its elastic force is left out, m; 0 if it is not.
+    pub(super) faint: Vec<f64>,
+}
+
+impl Workspace {
+    /// For so many contacts.
+    pub(super) fn begin(&mut self, contacts: usize) {
+        self.powers.resize(contacts, Vec::new());
+        self.faint.clear();
+        self.faint.resize(contacts, 0.0);
+    }
+}
+
+impl Series {
+    /// Computes all coefficients from the state at the start of a segment with velocities of this `scale` (m/s).
+    pub fn expand(&mut self, workspace: &mut Workspace, window: &Window, control: &Control, scale: f64) {
+        let Window { contacts, laws, .. } = window;
+        self.begin(window, control.order, unit_of_time(window, scale));
+        workspace.begin(contacts.len());
+        let dv = control.epsilon * scale;
+        (0..laws.len()).for_each(|j| workspace.faint[j] = self.negligible_overlap(j, window, dv, scale));
+        for k in 0..self.order {
+            for (j, law) in laws.iter().enumerate() {
+                if contacts[j].mode != Mode::Open {
+                    let powers = (workspace.faint[j] == 0.0).then_some(&mut workspace.powers[j]);
+                    self.expand_force(j, law, powers, k);
+                }
+            }
+            self.expand_motion(window, k);
+        }
+        // After an onset, series have gaps: the overlap is `d = u t + c t^(p+2) + ...`, with nothing in between. So many terms are
+        // looked at that they cannot all fall into a gap.
+        let gap = laws.iter().map(|law| libm::ceil(law.exponent) as usize).fold(1, usize::max);
+        self.end_where_wrong(&workspace.faint, window, control, scale, gap + TERMS_AT_LEAST, |j, overlap| {
+            laws[j].elastic_continued(overlap).map(|(force, _)| force)
+        });
+    }
+
+    /// Ends the segment where the last `terms` of the series, or what is left out, would change the velocities, of this `scale`, by
+    /// more than `control` allows; `elastic` is the force of a contact by its law.
+    pub(super) fn end_where_wrong(
+        &mut self,
+        faint: &[f64],
+        window: &Window,
+        control: &Control,
+        scale: f64,
+        terms: usize,
+        mut elastic: impl FnMut(usize, f64) -> Option<f64>,
+    ) {
+        self.converges_for = self.convergence(control.epsilon * scale, terms).min(control.longest);
+        for (j, law) in window.laws.iter().enumerate() {
+            if faint[j] > 0.0 {
+                self.shorten_where_above(j, faint[j]);
+            } else if window.contacts[j].mode != Mode::Open && law.exponent > 1.0 {
+                self.shorten_where_wrong(j, window.reduced_mass(j), scale, |overlap| elastic(j, overlap));
+            }
+        }
+    }
+
+    /// Where a power that is not whole starts from almost no overlap its series hardly converges, and its force does not
+    /// matter: it is left out up to an overlap where it would change the velocities by the local error `dv` (m/s).
+    pub(super) fn negligible_overlap(&self, j: usize, window: &Window, dv: f64, scale: f64) -> f64 {
+        let (contact, law) = (&window.contacts[j], &window.laws[j]);
+        if contact.mode != Mode::Open && law.whole_exponent().is_none() {
+            let mass = window.reduced_mass(j);
+            let rate = self.overlap_row(j)[1] / self.unit;
+            let bound = law.faint_overlap(mass, rate, dv, law.time_scale(mass, scale));
+            if contact.overlap < bound {
+                return 2.0 * bound;
+            }
+        }
+        0.0
+    }
+
+    /// Coefficient `k` of the forces of contact `j`, from the powers of its overlap if it has an elastic force.
+    fn expand_force(&mut self, j: usize, law: &ContactLaw, powers: Option<&mut Vec<f64>>, k: usize) {
+        let at = j * self.stride();
+        let overlap = &self.overlaps[at..at + self.stride()];
+        let elastic = powers.map_or(0.0, |table| law.stiffness * law.overlap_ref * power(table, overlap, law, k));
+        self.elastic[at + k] = elastic;
+        let rate = |k: usize| (k + 1) as f64 * overlap[k + 1] / self.unit;
+        let product = || (0..=k).map(|i| self.elastic[at + i] * rate(k - i)).sum();
+        self.forces[at + k] = law.force_coefficient(elastic, rate(k), product);
+    }
+
+    /// Coefficient `k` of the accelerations, hence `k + 2` of the displacements and overlaps.
+    fn expand_motion(&mut self, window: &Window, k: usize) {
+        let Window { flights, balls, contacts, laws } = window;
+        let (stride, unit) = (self.stride(), self.unit);
+        let unit_to_k = (0..k.min(MAX_FORCE_ORDER)).fold(1.0, |power, _| power * unit);
+        let forces = &self.forces;
+        let acting = |j: usize| if window.presses(j) { forces[j * stride + k] } else { 0.0 };
+        let next = (k + 1) as f64;
+        // What a pendulum makes of this coefficient of a position (m) and this one of a rate, under the acceleration `driven`.
+        let term = |o: &Oscillator, driven: f64, position: f64, of_rate: f64| {
+            let acceleration = driven - o.omega2() * position - 2.0 * o.gamma() * next * of_rate / unit;
+            acceleration * unit * unit / (next * (next + 1.0))
+        };
+        let (mut from_left, mut driven_left) = (0.0, 0.0);
+        for (j, (flight, ball)) in flights.iter().zip(*balls).enumerate() {
+            let from_right = acting(j);
+            let push = flight.push.get(k).map_or(0.0, |p| p * INVERSE_FACTORIAL[k] * unit_to_k);
+            let driven = (from_left - from_right) / ball.mass + push;
+            let at = j * stride + k;
+            let position = if k == 0 { flight.x } else { self.displacements[at] };
+            self.displacements[at + 2] = term(&ball.oscillator, driven, position, self.displacements[at + 1]);
+            if let Some(i) = j.checked_sub(1) {
+                let at = i * stride + k;
+                self.overlaps[at + 2] = if balls[i].oscillator == ball.oscillator {
+                    // Gravity pulls on the difference of the positions, which the overlap gives without rounding.
+                    let apart = if k == 0 { contacts[i].overlap + laws[i].clearance } else { self.overlaps[at] };
+                    term(&ball.oscillator, driven_left - driven, apart, self.overlaps[at + 1])
+                } else {
+                    self.displacements[at + 2] - self.displacements[at + 2 + stride]
+                };
+            }
+            (from_left, driven_left) = (from_right, driven);
+        }
+    }
+
+    /// The time on which the last `terms` of the velocities stay below `dv` (m/s).
+    fn convergence(&self, dv: f64, terms: usize) -> f64 {
+        let mut shortest = f64::INFINITY;
+        for k in (self.order + 1).saturating_sub(terms).max(2)..=self.order {
+            let largest = self
+                .displacements
+                .chunks_exact(self.stride())
+                .map(|d| ((k + 1) as f64 * d[k + 1]).abs())
+                .fold(0.0, f64::max);
+            if largest > 0.0 {
+                shortest = shortest.min(libm::pow(dv * self.unit / largest, 1.0 / k as f64));
+            }
+        }
+        shortest * self.unit
+    }
+
+    /// Ends the segment where the series of the elastic force of contact `j` is still the force of the law. From rest the
+    /// force starts with a high power of the time, which may lie beyond the order.
+    fn shorten_where_wrong(&mut self, j: usize, mass: f64, scale: f64, mut elastic: impl FnMut(f64) -> Option<f64>) {
+        // Bounded, for states that are not finite.
+        for _ in 0..64 {
+            let s = self.converges_for / self.unit;
+            let overlap = self.value(self.overlap_row(j), s);
+            let by_series = self.value(&self.row(&self.elastic, j)[..self.order], s);
+            if let Some(by_law) = elastic(overlap) {
+                let speed_up = |force: f64| force.abs() * self.converges_for / mass;
+                let allowed = 1e-13 * (scale + speed_up(by_law));
+                // Far beyond their convergence both may be infinite.
+                if allowed.is_finite() && speed_up(by_law - by_series) <= allowed {
+                    return;
+                }
+            }
+            // Halves reach what is left out where the overlap vanishes.
+            self.converges_for *= 0.5;
+        }
+    }
+
+    /// Ends the segment where the overlap of contact `j` rises above this `level` (m).
+    fn shorten_where_above(&mut self, j: usize, level: f64) {
+        let until = self.converges_for / self.unit;
+        if let Some(s) = series::first_positive(self.overlap_row(j), 1.0, level, until) {
+            self.converges_for = s * self.unit;
+        }
+    }
+}
+
+/// Scale of the velocities (m/s) that local errors are measured by: the largest velocity, and the largest closing rate that the
+/// elastic energies amount to, or, from rest, what the other accelerations lead to until a contact balances them.
+pub(super) fn velocity_scale(window: &Window) -> f64 {
+    velocity_scale_by(window, |j| window.laws[j].elastic_energy(window.contacts[j].overlap))
+}
+
+/// The same from the elastic energy of each contact, J.
+pub(super) fn velocity_scale_by(window: &Window, mut energy: impl FnMut(usize) -> f64) -> f64 {
+    let Window { flights, balls, laws, .. } = window;
+    let moving = flights.iter().map(|f| f.v.abs()).fold(f64::MIN_POSITIVE, f64::max);
+    let stored = laws.iter().enumerate().map(|(j, law)| {
+        let mass = window.reduced_mass(j);
+        let from_energy = (2.0 * energy(j) / mass).sqrt();
+        if moving > 1e-100 || from_energy > 1e-100 {
+            return from_energy;
+        }
+        let pull = |j: usize| (flights[j].push[0] - balls[j].oscillator.omega2() * flights[j].x).abs();
+        let acceleration = pull(j).max(pull(j + 1));
+        (acceleration * law.static_overlap(mass * acceleration)).sqrt()
+    });
+    stored.fold(moving, f64::max)
+}
+
+/// A time (s) within a few powers of ten of the one that the series will converge for: that of the fastest contact, or of an
+/// overlap about to vanish, whose power is singular there; without contact that of the pendulums.
+pub(super) fn unit_of_time(window: &Window, scale: f64) -> f64 {
+    let Window { flights, balls, contacts, laws } = window;
+    let swing = balls.iter().map(|b| b.oscillator.omega() + 2.0 * b.oscillator.gamma()).fold(0.0, f64::max);
+    let mut unit = if swing > 0.0 { 1.0 / swing } else { 1.0 };
+    for (j, (contact, law)) in contacts.iter().zip(*laws).enumerate().filter(|(_, (c, _))| c.mode != Mode::Open) {
+        let mass = window.reduced_mass(j);
+        unit = unit.min(law.time_scale(mass, scale)).min(law.relaxation_time(mass, scale));
+        let rate = (flights[j].v - flights[j + 1].v).abs();
+        if law.whole_exponent().is_none() && contact.overlap < unit * rate {
+            unit = unit.min((contact.overlap / rate).max(1e-6 * unit));
+        }
+    }
+    unit
+}
+
+/// Coefficient `k` of `(overlap / overlap_ref)^p`, with the lower powers kept in `table`.
+fn power(table: &mut Vec<f64>, overlap: &[f64], law: &ContactLaw, k: usize) -> f64 {
+    let scale = 1.0 / law.overlap_ref;
+    let stride = overlap.len();
+    match law.whole_exponent() {
+        Some(1) => overlap[k] * scale,
+        Some(p) => {
+            table.resize(p * stride, 0.0);
+            table[k] = overlap[k] * scale;
+            for q in 1..p {
+                let (base, lower) = (&table[..stride], &table[(q - 1) * stride..q * stride]);
+                table[q * stride + k] = product_term(base, lower, k);
+            }
+            table[(p - 1) * stride + k]
+        }
+        None => {
+            table.resize(stride, 0.0);
+            table[k] = if k == 0 {
+                law.elastic_force(overlap[0]) / (law.stiffness * law.overlap_ref)
+            } else {
+                power_term(overlap, table, law.exponent, k)
+            };
+            table[k]
+        }
+    }
+}

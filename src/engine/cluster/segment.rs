@@ -1,0 +1,396 @@
+//! A cluster: neighbouring balls held together by closed contacts, followed from switching to switching.
+//!
+//! The window of a cluster is its members and the ball in flight on either side (the spectators). One segment covers a
+//! stretch of time on which nothing in the window switches and one description of the motions holds, such as the
+//! convergence of their Taylor series; its end is the next switching or the end of that. The state is kept as displacements
+//! since the start of the segment and the overlaps by themselves, because overlaps of 1e-8 m are not to be had as differences
+//! of positions.
+
+use std::ops::Range;
+
+use super::collocation;
+use super::modes::{self, Modes};
+use super::persistent;
+use super::recurrences::{self, velocity_scale};
+use super::series::Series;
+use super::step_control::{Control, Pace};
+use super::window::{OverlapSeries, Switch, Switching, Window, WindowContact};
+use crate::engine::flight::{Ball, Flight, Rounding, Tally, shifted, spaced};
+use crate::model::{ContactLaw, Mode};
+use crate::solver::double_double::DoubleDouble;
+use crate::solver::radau::STAGES;
+
+/// How the motion of a window is described.
+#[derive(Clone, Debug)]
+pub(crate) enum Motion {
+    Series(Series),
+    Modes(Modes),
+}
+
+/// Calls the same method of whatever describes the motion.
+macro_rules! of_motion {
+    ($motion:expr, $method:ident($($argument:expr),*)) => {
+        match $motion {
+            Motion::Series(series) => series.$method($($argument),*),
+            Motion::Modes(modes) => modes.$method($($argument),*),
+        }
+    };
+}
+
+impl Motion {
+    /// The first switching of contact `j` of `window`, the one described, before `until` (s). What does not exceed `rounding` is
+    /// no switching.
+    fn first_switch(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Option<Switching> {
+        let (law, mode) = (&window.laws[j], window.contacts[j].mode);
+        if mode == Mode::Open {
+            return match self {
+                Self::Series(series) => series.onset(j, law, window.reduced_mass(j), until, rounding),
+                Self::Modes(modes) => modes.onset(j, until, rounding),
+            };
+        }
+        let release = of_motion!(self, release(j, until, rounding));
+        if !law.clips() {
+            return release;
+        }
+        let until = release.map_or(until, |(tau, _)| tau);
+        match self {
+            Self::Series(series) => series.clip(j, law, mode, until, rounding),
+            Self::Modes(modes) => modes.clip(j, mode, until, rounding),
+        }
+        .or(release)
+    }
+}
+
+/// Neighbouring balls in contact.
+#[derive(Clone, Debug)]
+pub(crate) struct Cluster {
+    /// Balls that touch another one.
+    pub members: Range<usize>,
+    /// Members and spectators.
+    pub window: Range<usize>,
+    /// Start of the current segment.
+    pub start: DoubleDouble,
+    /// The balls of the window at the start of the segment.
+    pub flights: Vec<Flight>,
+    /// The contacts of the window, from `window.start` on, at the start of the segment.
+    pub contacts: Vec<WindowContact>,
+    /// The motion of the window on the current segment.
+    pub motion: Motion,
+    workspace: Workspace,
+    /// The pace from here on, and as it was when the current segment began.
+    pub pace: Pace,
+    pub pace_before: Pace,
+    /// Evaluations of contact forces for the current segment.
+    pub evaluations: u64,
+    /// Length of the current segment, s.
+    pub length: f64,
+    /// What happens at its end, and in which contact.
+    pub switch: Option<(usize, Switch)>,
+}
+
+impl Cluster {
+    /// The balls `members`, and as spectators those beside them that are in `window`. The motion is left to
+    /// [`Self::expand`], with the pace of the segments before.
+    pub fn new(
+        members: Range<usize>,
+        window: Range<usize>,
+        start: DoubleDouble,
+        flights: Vec<Flight>,
+        contacts: Vec<WindowContact>,
+        pace: Pace,
+    ) -> Self {
+        Self {
+            members,
+            window,
+            start,
+            flights,
+            contacts,
+            motion: Motion::default(),
+            workspace: Workspace::default(),
+            pace,
+            pace_before: pace,
+            evaluations: 0,
+            length: 0.0,
+            switch: None,
+        }
+    }
+
+    /// Contacts of the window, as indices of the cradle.
+    pub fn window_contacts(&self) -> Range<usize> {
+        self.window.start..self.window.end - 1
+    }
+
+    /// The entry that the cluster has in the event queue: its first contact between members.
+    pub fn key(&self) -> usize {
+        self.members.start
+    }
+
+    /// Time that the current segment ends.
+    pub fn end(&self) -> DoubleDouble {
+        self.start + self.length
+    }
+
+    /// Gives up the memory that only the next [`Self::expand`] would use again.
+    pub fn forget_workspace(&mut self) {
+        self.workspace = Workspace::default();
+    }
+
+    /// Evaluations of closed forms that the search for the end of the segment has taken.
+    pub fn searched(&self) -> u64 {
+        match &self.motion {
+            Motion::Series(_) => 0,
+            Motion::Modes(modes) => modes.searched(),
+        }
+    }
+
+    /// Displacement of ball `i` of the window since the start of the segment (m) and its velocity (m/s), `tau` after
+    /// it.
+    pub fn moved(&self, i: usize, tau: f64) -> (f64, f64) {
+        let j = i - self.window.start;
+        let (displacement, change) = of_motion!(&self.motion, moved(j, tau));
+        (displacement, self.flights[j].v + change)
+    }
+
+    /// Overlap (m) and its rate (m/s) in contact `i` of the window, `tau` after the start of the segment.
+    pub fn overlap(&self, i: usize, tau: f64) -> (f64, f64) {
+        let j = i - self.window.start;
+        let (overlap, change) = of_motion!(&self.motion, overlap(j, tau));
+        (overlap, (self.flights[j].v - self.flights[j + 1].v) + change)
+    }
+
+    /// Coefficients of the overlap of contact `i` of the window as a power series of the time (s) from `tau` after the start of the
+    /// segment on.
+    pub fn overlap_series(&self, i: usize, tau: f64) -> OverlapSeries {
+        of_motion!(&self.motion, overlap_series(i - self.window.start, tau))
+    }
+
+    /// Mode of contact `i` on the segment.
+    pub fn mode(&self, i: usize) -> Mode {
+        self.contacts[i - self.window.start].mode
+    }
+
+    /// Impulse of contact `i` from the start of the segment to `tau`, N.s.
+    pub fn impulse(&self, i: usize, tau: f64) -> f64 {
+        match self.mode(i) {
+            Mode::Pressing => of_motion!(&self.motion, impulse(i - self.window.start, tau)),
+            Mode::Open | Mode::Clipped => 0.0,
+        }
+    }
+
+    /// The larger of `known` and the largest force of contact `i` between `from` and `to` after the start of the
+    /// segment, N.
+    pub fn peak(&self, i: usize, from: f64, to: f64, known: f64) -> f64 {
+        match self.mode(i) {
+            Mode::Pressing if from < to => of_motion!(&self.motion, peak(i - self.window.start, from, to, known)),
+            _ => known,
+        }
+    }
+
+    /// Energy that contact `i` dissipates from the start of the segment to `tau`, J.
+    pub fn contact_loss(&self, i: usize, law: &ContactLaw, tau: f64) -> f64 {
+        match self.mode(i) {
+            Mode::Pressing if !law.is_elastic() => {
+                of_motion!(&self.motion, contact_loss(i - self.window.start, tau))
+            }
+            // The spring gives back nothing of what it holds.
+            Mode::Clipped => {
+                let before = self.contacts[i - self.window.start].overlap;
+                law.elastic_energy(before) - law.elastic_energy(self.overlap(i, tau).0)
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// What member `ball` (index `i`), which had gathered `tally` at the start of the segment, has gathered `tau` after
+    /// it.
+    pub fn tally(&self, i: usize, tally: &Tally, ball: &Ball, tau: f64) -> Tally {
+        let j = i - self.window.start;
+        let flight = &self.flights[j];
+        let mut tally = *tally;
+        tally.x_integral += flight.x * tau + of_motion!(&self.motion, displacement_integral(j, tau));
+        tally.work += ball.mass
+            * match &self.motion {
+                Motion::Series(series) => series.work(j, &flight.push, tau),
+                Motion::Modes(modes) => flight.push[0] * modes.moved(j, tau).0,
+            };
+        let gamma = ball.oscillator.gamma();
+        if gamma > 0.0 {
+            tally.drag_loss += 2.0 * gamma * ball.mass * of_motion!(&self.motion, squared_velocity_integral(j, tau));
+        }
+        tally
+    }
+
+    /// Moves the start of the segment to `tau` later. The spectators are taken from their flights.
+    pub fn move_start(&mut self, tau: f64, balls: &[Ball], laws: &[ContactLaw]) {
+        self.start += tau;
+        for (j, contact) in self.contacts.iter_mut().enumerate() {
+            contact.overlap = of_motion!(&self.motion, overlap(j, tau)).0;
+        }
+        for (j, flight) in self.flights.iter_mut().enumerate() {
+            let i = self.window.start + j;
+            *flight = if self.members.contains(&i) {
+                let (displacement, change) = of_motion!(&self.motion, moved(j, tau));
+                Flight { x: flight.x + displacement, v: flight.v + change, push: shifted(&flight.push, tau) }
+            } else {
+                balls[i].flight_at(self.start)
+            };
+        }
+        self.align(&balls[self.window.clone()], &laws[self.window_contacts()]);
+    }
+
+    /// Makes the positions of balls in contact agree with the overlaps and leaves their centre of mass where it is. By rounding the
+    /// two drift apart, and gravity would pull on that once the motion has decayed to what was its rounding before.
+    fn align(&mut self, balls: &[Ball], laws: &[ContactLaw]) {
+        let mut first = 0;
+        for end in 0..balls.len() {
+            if self.contacts.get(end).is_some_and(|contact| contact.mode != Mode::Open) {
+                continue;
+            }
+            let flights = &mut self.flights[first..=end];
+            let masses = balls[first..=end].iter().map(|ball| ball.mass);
+            let contacts = self.contacts[first..end].iter().zip(&laws[first..end]);
+            let distances = contacts.map(|(contact, law)| contact.overlap + law.clearance);
+            let positions = spaced(masses.zip(flights.iter().map(|flight| flight.x)), distances);
+            flights.iter_mut().zip(positions).for_each(|(flight, x)| flight.x = x);
+            first = end + 1;
+        }
+    }
+
+    /// Describes the motion from the start of the segment on and finds where the segment ends.
+    ///
+    /// Damped linear contacts have natural modes. Else it is series right after a switching: they keep the exact zeros of
+    /// balls that the motion has not reached. Once some segments have passed without any switching, the contacts are stiff
+    /// for the pace of the motion, or closed for long. Balls that do not part for thousands of segments have series of their own.
+    pub fn expand(&mut self, balls: &[Ball], laws: &[ContactLaw], control: &Control) {
+        let (flights, contacts) = (std::mem::take(&mut self.flights), std::mem::take(&mut self.contacts));
+        let (balls, laws) = (&balls[self.window.clone()], &laws[self.window_contacts()]);
+        let window = Window { flights: &flights, balls, contacts: &contacts, laws };
+        let rounding = flights.iter().zip(balls).map(|(flight, ball)| flight.rounding(&ball.oscillator));
+        let rounding = rounding.fold(Rounding::default(), Rounding::max);
+        self.pace_before = self.pace;
+        let error = self.describe(&window, control, &rounding);
+        self.switch = None;
+        // Switchings within the error of a step are no more real than those by rounding.
+        let rounding = Rounding { velocity: rounding.velocity.max(error), ..rounding };
+        for j in 0..laws.len() {
+            if let Some((tau, switch)) = self.motion.first_switch(j, &window, self.length, &rounding) {
+                self.length = tau;
+                self.switch = switch.map(|switch| (self.window.start + j, switch));
+            }
+        }
+        self.pace.age = self.pace.age.saturating_add(1);
+        if self.switch.is_some() {
+            (self.pace.quiet, self.pace.patience) = (0, Pace::default().patience);
+        } else {
+            self.pace.quiet = self.pace.quiet.saturating_add(1);
+        }
+        (self.flights, self.contacts) = (flights, contacts);
+    }
+
+    /// Describes the motion of `window` for as long as the description holds. Returns its error in the velocities, m/s.
+    fn describe(&mut self, window: &Window, control: &Control, rounding: &Rounding) -> f64 {
+        self.evaluations = window.closed() as u64;
+        if modes::apply_to(window)
+            && let Some(windows) = self.pace.quiet.checked_sub(series_before_modes(window))
+        {
+            let modes = Modes::new(window);
+            self.length = horizon(modes.shortest_time(), windows, control.longest);
+            self.motion = Motion::Modes(modes);
+            self.evaluations = 1;
+            return 0.0;
+        }
+        let mut series = match std::mem::take(&mut self.motion) {
+            Motion::Series(series) => series,
+            Motion::Modes(_) => Series::default(),
+        };
+        let lasting = self.pace.is_lasting();
+        let scale = if lasting { self.workspace.persistent.velocity_scale(window) } else { velocity_scale(window) };
+        let local_error = control.local_error(scale);
+        if !self.collocate(&mut series, window, control, rounding, local_error) {
+            if lasting {
+                let before = self.pace.explicit_length;
+                series.expand_persistent(&mut self.workspace.persistent, window, control, scale, before);
+            } else {
+                series.expand(&mut self.workspace.recurrences, window, control, scale);
+            }
+            self.pace.explicit_length = series.converges_for();
+        }
+        self.length = series.converges_for();
+        self.motion = Motion::Series(series);
+        local_error
+    }
+
+    /// Describes the motion by a step of implicit collocation, if one is due that is worth its cost.
+    fn collocate(
+        &mut self,
+        series: &mut Series,
+        window: &Window,
+        control: &Control,
+        rounding: &Rounding,
+        local_error: f64,
+    ) -> bool {
+        let pace = &mut self.pace;
+        let mut length = std::mem::take(&mut pace.implicit_length);
+        if length == 0.0 || pace.quiet == 0 {
+            if pace.quiet < pace.patience {
+                return false;
+            }
+            length = GAIN * pace.explicit_length;
+        }
+        while length > 0.0 && length >= 0.5 * GAIN * pace.explicit_length {
+            let step = collocation::collocate(series, window, length, control, rounding, local_error);
+            self.evaluations = self.evaluations.saturating_add(step.evaluations);
+            // The error falls with the power of the number of stages; a step that went wrong altogether says nothing.
+            let change = 0.9 * libm::pow(step.error, -1.0 / STAGES as f64);
+            if step.error <= 1.0 {
+                pace.implicit_length = (length * change.min(4.0)).min(control.longest);
+                return true;
+            }
+            length *= if change.is_finite() { change.clamp(0.1, 0.7) } else { 0.25 };
+        }
+        pace.patience = pace.quiet.saturating_mul(2);
+        false
+    }
+}
+
+/// How many series linear contacts are followed by after a switching, before their natural modes are taken.
+fn series_before_modes(window: &Window) -> u32 {
+    match window.laws.iter().all(ContactLaw::is_elastic) {
+        true => 13,
+        // Only series keep balls that the motion has not reached exactly at rest, and follow what grows from nothing.
+        false if window.holds_front() => 64,
+        // Where many balls pass waves on, the next switching is near, and series have it for less.
+        false if window.closed() > 5 && window.rings() => 4,
+        false => 0,
+    }
+}
+
+/// How far ahead switchings are looked for in window number `windows` without any, s: more and more while nothing
+/// happens.
+fn horizon(time: f64, windows: u32, longest: f64) -> f64 {
+    let first = if time < longest { 32.0 * time } else { 1.0 };
+    (first * libm::exp2(windows.min(60) as f64)).min(longest)
+}
+
+/// How much longer than that of the Taylor series the first step of implicit collocation is to be; half of it is worth
+/// its cost.
+const GAIN: f64 = 40.0;
+
+/// Memory of the expansions, which a copy does without.
+#[derive(Debug, Default)]
+struct Workspace {
+    recurrences: recurrences::Workspace,
+    persistent: persistent::Workspace,
+}
+
+impl Clone for Workspace {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
+impl Default for Motion {
+    fn default() -> Self {
+        Self::Series(Series::default())
+    }
+}

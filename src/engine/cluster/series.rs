@@ -1,0 +1,277 @@
+//! The motions and forces of a window as power series of the time, and what is read off them: the series is its own dense
+//! output. How the coefficients follow from the state at the start of a segment: `recurrences`, `persistent` where balls have been
+//! pressed together for long, or `collocation`.
+
+use super::window::{Switch, Switching, Window, clipping};
+use crate::engine::flight::{Push, Rounding, degree};
+use crate::model::{ContactLaw, Mode};
+use crate::solver::oscillator::MAX_FORCE_ORDER;
+use crate::solver::series;
+
+/// Coefficients of the motions and forces of a window, as functions of the time since the start of the segment over `unit`.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Series {
+    /// Order of the velocities; displacements have one more.
+    pub(super) order: usize,
+    /// Unit of time of the series, s: of the order of what they converge for, lest high powers overflow.
+    pub(super) unit: f64,
+    /// Whether its sums are taken in lanes side by side: other bits, in less time.
+    pub(super) by_lanes: bool,
+    /// A ball each: displacement since the start of the segment.
+    pub(super) displacements: Vec<f64>,
+    /// A contact each: overlap.
+    pub(super) overlaps: Vec<f64>,
+    /// A contact each: elastic force, and the force of the law without clipping. Zero where the contact is open.
+    pub(super) elastic: Vec<f64>,
+    pub(super) forces: Vec<f64>,
+    /// How long the series converge to the tolerance, s.
+    pub(super) converges_for: f64,
+}
+
+impl Series {
+    pub(super) fn stride(&self) -> usize {
+        self.order + 2
+    }
+
+    pub(super) fn row<'a>(&self, rows: &'a [f64], j: usize) -> &'a [f64] {
+        &rows[j * self.stride()..(j + 1) * self.stride()]
+    }
+
+    fn displacement(&self, j: usize) -> &[f64] {
+        self.row(&self.displacements, j)
+    }
+
+    pub(super) fn overlap_row(&self, j: usize) -> &[f64] {
+        self.row(&self.overlaps, j)
+    }
+
+    fn force_row(&self, j: usize) -> &[f64] {
+        &self.row(&self.forces, j)[..self.order]
+    }
+
+    /// Coefficients of the derivative of a row by time.
+    fn rate(&self, row: &[f64]) -> Vec<f64> {
+        row.iter().enumerate().skip(1).map(|(k, c)| k as f64 * c / self.unit).collect()
+    }
+
+    /// Displacement of ball `j` of the window since the start of the segment (m) and the change of its velocity (m/s) till `tau`
+    /// (s). The change: at the start, where many switchings may come at once, it must be exactly 0.
+    pub fn moved(&self, j: usize, tau: f64) -> (f64, f64) {
+        self.with_change_of_rate(self.displacement(j), tau)
+    }
+
+    fn with_change_of_rate(&self, row: &[f64], tau: f64) -> (f64, f64) {
+        let s = tau / self.unit;
+        (self.value(row, s), self.change_of_derivative(row, s) / self.unit)
+    }
+
+    /// Integral of that displacement, m.s.
+    pub fn displacement_integral(&self, j: usize, tau: f64) -> f64 {
+        self.unit * self.integral(self.displacement(j), tau / self.unit)
+    }
+
+    /// Overlap of contact `j` of the window (m) at `tau` (s) and the change of its rate (m/s) till then.
+    pub fn overlap(&self, j: usize, tau: f64) -> (f64, f64) {
+        self.with_change_of_rate(self.overlap_row(j), tau)
+    }
+
+    /// Coefficients of that overlap as a power series of the time (s) from `tau` on.
+    pub fn overlap_series<const COUNT: usize>(&self, j: usize, tau: f64) -> [f64; COUNT] {
+        let mut coefficients = series::about(self.overlap_row(j), tau / self.unit);
+        let mut scale = 1.0;
+        for c in &mut coefficients {
+            *c *= scale;
+            scale /= self.unit;
+        }
+        coefficients
+    }
+
+    /// Integral of the force of contact `j` by its law without clipping, N.s.
+    pub fn impulse(&self, j: usize, tau: f64) -> f64 {
+        self.unit * self.integral(self.force_row(j), tau / self.unit)
+    }
+
+    /// The larger of `known` and the largest such force between two times (s), N.
+    pub fn peak(&self, j: usize, from: f64, to: f64, known: f64) -> f64 {
+        let (row, to) = (self.force_row(j), to / self.unit);
+        if series::bound(row, to) < known { known } else { series::maximum(row, from / self.unit, to).max(known) }
+    }
+
+    /// Integral of the squared velocity of ball `j`, m2/s.
+    pub fn squared_velocity_integral(&self, j: usize, tau: f64) -> f64 {
+        let v = self.rate(self.displacement(j));
+        self.product_integral(&v, &v, tau)
+    }
+
+    /// Work per unit of mass of the acceleration `push` on ball `j`, m2/s2.
+    pub fn work(&self, j: usize, push: &Push, tau: f64) -> f64 {
+        if degree(push) == 0 {
+            return push[0] * self.moved(j, tau).0;
+        }
+        let mut unit = 1.0;
+        let mut scaled = [0.0; MAX_FORCE_ORDER + 1];
+        for (k, p) in push.iter().enumerate() {
+            scaled[k] = p * unit * INVERSE_FACTORIAL[k];
+            unit *= self.unit;
+        }
+        self.product_integral(&scaled, &self.rate(self.displacement(j)), tau)
+    }
+
+    /// Energy that the pressing contact `j` dissipates by the force less its elastic part, J.
+    pub fn contact_loss(&self, j: usize, tau: f64) -> f64 {
+        let elastic = &self.row(&self.elastic, j)[..self.order];
+        let excess: Vec<f64> = self.force_row(j).iter().zip(elastic).map(|(f, e)| f - e).collect();
+        self.product_integral(&excess, &self.rate(self.overlap_row(j)), tau)
+    }
+
+    /// How long the series converge to the tolerance, s.
+    pub fn converges_for(&self) -> f64 {
+        self.converges_for
+    }
+
+    /// The crossing of `row`, signed, above `level` before `until` (s).
+    fn crossing(&self, row: &[f64], (sign, level): (f64, f64), until: f64, switch: Switch) -> Option<Switching> {
+        self.switching(series::first_positive(row, sign, level, until / self.unit), until, switch)
+    }
+
+    /// A switching at the scaled time `s`, if there is one and it comes before `until` (s).
+    fn switching(&self, s: Option<f64>, until: f64, switch: Switch) -> Option<Switching> {
+        let tau = s? * self.unit;
+        (tau < until).then_some((tau, Some(switch)))
+    }
+
+    /// The onset of the open contact `j` with this law and reduced mass (kg) before `until` (s). Balls that swing side by side
+    /// approach each other by rounding: that is no onset.
+    pub fn onset(&self, j: usize, law: &ContactLaw, mass: f64, until: f64, rounding: &Rounding) -> Option<Switching> {
+        let row = self.overlap_row(j);
+        let onset = self.crossing(row, (1.0, 0.0), until, Switch::Onset)?;
+        let noise = rounding.position;
+        let deep = series::first_positive(row, 1.0, noise, until / self.unit).is_some();
+        // Where a wave arrives, a ball in touch and at rest, but for what its front has not been felt by, may take longer than
+        // this segment to be pressed any deeper.
+        let at_rest = row[0].max(0.0) + row[1].abs() <= rounding.velocity * self.unit;
+        let wave = || at_rest && self.overlaps.chunks_exact(self.stride()).any(|d| d[0] + d[1] > noise);
+        // Its front is not there yet while closing the contact would change the velocities by no more than their rounding.
+        let felt = || {
+            let (overlap, change_of_rate) = self.overlap(j, until);
+            change_of_rate + law.elastic_force(overlap) * until / mass > rounding.velocity
+        };
+        (deep || (wave() && felt())).then_some(onset)
+    }
+
+    /// The release of the closed contact `j` before `until` (s).
+    pub fn release(&self, j: usize, until: f64, rounding: &Rounding) -> Option<Switching> {
+        let (row, level) = (self.overlap_row(j), rounding.no_overlap());
+        if row[0] < level && row[1] == 0.0 {
+            // It has just closed from rest, and rounding has a say in which way it goes at first.
+            let end = until / self.unit;
+            if let Some(rise) = series::first_positive(row, 1.0, level, end)
+                && series::first_positive(row, -1.0, -rounding.position, rise).is_none()
+            {
+                let fall = series::first_positive_after(row, -1.0, level, rise, end);
+                return self.switching(fall, until, Switch::Release);
+            }
+        }
+        self.crossing(row, (-1.0, level), until, Switch::Release)
+    }
+
+    /// The beginning or, in mode `Clipped`, the end of the clipping of contact `j` before `until` (s), by more than `rounding`.
+    pub fn clip(&self, j: usize, law: &ContactLaw, mode: Mode, until: f64, rounding: &Rounding) -> Option<Switching> {
+        let (push, noise) = match law.rate_factor() {
+            Some(alpha) => {
+                let row = self.overlap_row(j);
+                let fastest = row[1].abs() + series::bound_of_change_of_derivative(row, until / self.unit);
+                if mode == Mode::Pressing && alpha * fastest < (1.0 - 1e-9) * self.unit {
+                    return None;
+                }
+                let mut factor: Vec<f64> = self.rate(row).iter().map(|r| alpha * r).collect();
+                factor[0] += 1.0;
+                (factor, alpha * rounding.velocity)
+            }
+            None => (self.force_row(j).to_vec(), rounding.force(law)),
+        };
+        let (sign, switch) = clipping(mode);
+        self.crossing(&push, (sign, 0.0), until, switch)
+            .filter(|_| series::first_positive(&push, sign, sign * noise, until / self.unit).is_some())
+    }
+
+    /// Value of a row at the scaled time `s`.
+    pub(super) fn value(&self, row: &[f64], s: f64) -> f64 {
+        if self.by_lanes { series::sum_by_lanes(row, s, |_, c| c) } else { series::value(row, s) }
+    }
+
+    /// Its derivative there less that at the start.
+    fn change_of_derivative(&self, row: &[f64], s: f64) -> f64 {
+        if !self.by_lanes {
+            return series::change_of_derivative(row, s);
+        }
+        s * series::sum_by_lanes(&row[2..], s, |k, c| (k + 2) as f64 * c)
+    }
+
+    /// Its integral from the start.
+    fn integral(&self, row: &[f64], s: f64) -> f64 {
+        if !self.by_lanes {
+            return series::integral(row, s);
+        }
+        s * series::sum_by_lanes(row, s, |k, c| c * (1.0 / (k + 1) as f64))
+    }
+
+    /// `integral a b` over the first `tau` (s) of a segment, `order` terms of the product.
+    fn product_integral(&self, a: &[f64], b: &[f64], tau: f64) -> f64 {
+        let s = tau / self.unit;
+        if self.by_lanes {
+            tau * series::product_integral_by_lanes(a, b, self.order, s)
+        } else {
+            self.unit * series::product_integral(a, b, s)
+        }
+    }
+
+    /// Rows of the given order and unit of time with nothing but the state at the start.
+    pub(super) fn begin(&mut self, window: &Window, order: usize, unit: f64) {
+        let Window { flights, contacts, .. } = window;
+        (self.order, self.unit, self.converges_for, self.by_lanes) = (order, unit, unit, false);
+        let stride = self.stride();
+        self.displacements.clear();
+        self.displacements.resize(flights.len() * stride, 0.0);
+        for rows in [&mut self.overlaps, &mut self.elastic, &mut self.forces] {
+            rows.clear();
+            rows.resize(contacts.len() * stride, 0.0);
+        }
+        for (j, flight) in flights.iter().enumerate() {
+            self.displacements[j * stride + 1] = flight.v * self.unit;
+        }
+        for (j, contact) in contacts.iter().enumerate() {
+            self.overlaps[j * stride] = contact.overlap;
+            self.overlaps[j * stride + 1] = (flights[j].v - flights[j + 1].v) * self.unit;
+        }
+    }
+
+    /// Gives ball `j` of the window this polynomial of the scaled time as its velocity, m/s.
+    pub(super) fn set_velocity(&mut self, j: usize, velocity: &[f64]) {
+        let (stride, unit) = (self.stride(), self.unit);
+        integrate(&mut self.displacements[j * stride..(j + 1) * stride], velocity, unit);
+    }
+
+    /// Gives contact `j` this polynomial of the scaled time as the rate of its overlap, m/s.
+    pub(super) fn set_rate(&mut self, j: usize, rate: &[f64]) {
+        let (stride, unit) = (self.stride(), self.unit);
+        integrate(&mut self.overlaps[j * stride..(j + 1) * stride], rate, unit);
+    }
+
+    /// Gives contact `j` these polynomials of the scaled time as its forces, N: elastic, and by the law without clipping.
+    pub(super) fn set_forces(&mut self, j: usize, elastic: &[f64], force: &[f64]) {
+        let at = j * self.stride();
+        self.elastic[at..at + elastic.len()].copy_from_slice(elastic);
+        self.forces[at..at + force.len()].copy_from_slice(force);
+    }
+}
+
+/// `1 / k!`.
+pub(super) const INVERSE_FACTORIAL: [f64; MAX_FORCE_ORDER + 1] = [1.0, 1.0, 0.5, 1.0 / 6.0];
+
+/// Enters the integral of a polynomial of the scaled time, behind the constant term of `row`.
+fn integrate(row: &mut [f64], rate: &[f64], unit: f64) {
+    for (k, (term, rate)) in row[1..].iter_mut().zip(rate).enumerate() {
+        *term = rate * unit / (k + 1) as f64;
+    }
+}

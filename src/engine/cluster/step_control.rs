@@ -1,0 +1,80 @@
+//! What the segments of a cluster so far say about the next one.
+
+use serde::{Deserialize, Serialize};
+
+/// Longest segment, s, for a window in which nothing varies.
+const LONGEST: f64 = 1e6;
+
+/// What governs order and step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Control {
+    /// Local error over the scale of the velocities.
+    pub epsilon: f64,
+    /// Order of the series of the velocities.
+    pub order: usize,
+    /// Relative tolerance of a whole run.
+    tolerance: f64,
+    /// Longest segment, s, where nothing varies.
+    pub longest: f64,
+}
+
+impl Control {
+    /// For the relative tolerance of a whole run; local errors stay far enough below it for thousands of pulses.
+    pub fn new(tolerance: f64) -> Self {
+        let epsilon = (1e-5 * tolerance).max(1e-18);
+        Self { epsilon, order: (1.0 - 0.5 * libm::log(epsilon)) as usize, tolerance, longest: LONGEST }
+    }
+
+    /// The same for a motion that is known to take as long as this (s): as many segments cover it, however slow it is.
+    pub fn taking(&self, duration: f64) -> Self {
+        Self { longest: self.longest.max(duration), ..*self }
+    }
+
+    /// Error that a step may make in velocities of this scale, m/s.
+    pub fn local_error(&self, scale: f64) -> f64 {
+        self.epsilon * scale
+    }
+
+    /// Relative tolerance of a whole run.
+    pub fn tolerance(&self) -> f64 {
+        self.tolerance
+    }
+}
+
+/// What the segments of a cluster so far say about the next one.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Pace {
+    /// Segments since the last switching.
+    pub quiet: u32,
+    /// How many of them must have passed before implicit collocation is tried.
+    pub patience: u32,
+    /// Length of its next step, s; 0 if the last segment was of another kind.
+    pub implicit_length: f64,
+    /// What the last Taylor series converged for, s.
+    pub explicit_length: f64,
+    /// Segments since its balls were in flight, across switchings.
+    pub age: u32,
+}
+
+impl Default for Pace {
+    fn default() -> Self {
+        Self { quiet: 0, patience: 24, implicit_length: 0.0, explicit_length: 0.0, age: 0 }
+    }
+}
+
+impl Pace {
+    /// Right after a switching, `age` segments after the balls were in flight.
+    pub fn aged(age: u32) -> Self {
+        Self { age, ..Self::default() }
+    }
+
+    /// Whether the balls have been pressed together for so long that they will hardly part: no impact takes as many segments.
+    pub fn is_lasting(&self) -> bool {
+        self.age >= 1 << 15
+    }
+
+    /// Whether its lengths are lengths.
+    pub fn is_sound(&self) -> bool {
+        [self.implicit_length, self.explicit_length].iter().all(|length| (0.0..=LONGEST).contains(length))
+    }
+}

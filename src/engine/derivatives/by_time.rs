@@ -1,0 +1,121 @@
+//! Derivatives of the outputs by time.
+
+use cradle_interface::results::{Differential, MAX_OUTPUT_DERIVATIVE};
+
+use super::chain_series::Expansion;
+use super::chain_state::State;
+use crate::engine::cluster::OverlapSeries;
+use crate::engine::flight::Push;
+use crate::engine::inputs::HeldInputs;
+use crate::model::{Cradle, Mode};
+use crate::solver::series::product_term;
+
+/// Derivatives of order 1 to [`MAX_OUTPUT_DERIVATIVE`] by time, from the right, at a state under these inputs. What changes only
+/// at events and communication points has derivative 0.
+///
+/// The overlaps of contacts that press may be `given` as the run describes them. The equations would have the acceleration of an
+/// overlap as what is left of force over mass once the load is taken off: of a contact at rest that is rounding, which each further
+/// derivative multiplies by the angular frequency of the contact, 1e5 1/s.
+///
+/// Energy and momentum are taken from their balances, `E' = sum F_ext v - a_support p - P_dissipated` and `p' = sum F_ext -
+/// a_support sum m - F_support`: as sums of derivatives, large terms would cancel in a contact. Where an overlap vanishes under
+/// a law with an exponent that is not whole, its elastic force counts as 0 with all its derivatives.
+pub(crate) fn by_time(
+    cradle: &Cradle,
+    state: &State,
+    inputs: &HeldInputs,
+    given: &[Option<OverlapSeries>],
+    order: usize,
+) -> Differential {
+    let pushes = pushes(cradle, inputs);
+    let series = Expansion::new(cradle, state, &pushes, (MAX_OUTPUT_DERIVATIVE + 1, 1.0), |_| false, given);
+    of_series(cradle, state, inputs, &series, order)
+}
+
+/// The same from the series of all motions and forces.
+pub(crate) fn of_series(
+    cradle: &Cradle,
+    state: &State,
+    inputs: &HeldInputs,
+    series: &Expansion<f64>,
+    order: usize,
+) -> Differential {
+    let pushes = pushes(cradle, inputs);
+    let factorial = |k: usize| (1..=k).map(|i| i as f64).product::<f64>();
+    let (of_order, of_rate, last) = (factorial(order), factorial(order - 1), order - 1);
+    let support = support_series(cradle, state, &pushes, series);
+    let mut rates = Differential::zero(cradle.balls.len());
+    let mut momentum = [0.0; MAX_OUTPUT_DERIVATIVE + 1];
+    for (i, (ball, push)) in cradle.balls.iter().zip(&pushes).enumerate() {
+        let x = series.position(i);
+        let v = series.rate(x);
+        (rates.x[i], rates.v[i]) = (of_order * x[order], of_order * v[order]);
+        momentum[0] += ball.mass * v[0];
+        for k in 0..order {
+            momentum[k + 1] += ball.mass * push[k] / factorial(k + 1);
+        }
+        let force = inputs.series(|inputs| inputs.force[i]);
+        rates.energy +=
+            of_rate * (product_term(&force, &v, last) - 2.0 * ball.gamma * ball.mass * product_term(&v, &v, last));
+    }
+    for k in 0..order {
+        momentum[k + 1] -= support[k] / (k + 1) as f64;
+    }
+    (rates.momentum, rates.support_force) = (of_order * momentum[order], of_order * support[order]);
+    rates.energy -= of_rate * product_term(&inputs.series(|inputs| inputs.support_acceleration), &momentum, last);
+    for (j, mode) in state.modes.iter().enumerate() {
+        let acts = if *mode == Mode::Pressing { 1.0 } else { 0.0 };
+        let force: Vec<f64> = series.force(j).iter().map(|f| acts * f).collect();
+        (rates.force[j], rates.impulse[j]) = (of_order * force[order], of_rate * force[last]);
+        let excess: Vec<f64> = force.iter().zip(series.elastic(j)).map(|(f, e)| f - e).collect();
+        rates.energy -= of_rate * product_term(&excess, &series.rate(series.overlap(j)), last);
+    }
+    rates
+}
+
+/// Accelerations of the balls by the inputs.
+pub(crate) fn pushes(cradle: &Cradle, inputs: &HeldInputs) -> Vec<Push> {
+    cradle.balls.iter().enumerate().map(|(i, ball)| inputs.push(i, ball.mass)).collect()
+}
+
+/// Coefficients of the force on the support, `sum m (omega2 x + 2 gamma v)`. The contacts move it only as far as the two balls'
+/// pendulums differ: their parts are summed contact by contact, where they cancel, not ball by ball, where they only nearly would.
+fn support_series(
+    cradle: &Cradle,
+    state: &State,
+    pushes: &[Push],
+    series: &Expansion<f64>,
+) -> [f64; MAX_OUTPUT_DERIVATIVE + 1] {
+    let mut support = [0.0; MAX_OUTPUT_DERIVATIVE + 1];
+    // Coefficients of accelerations times mass, which go with these omega2 and gamma.
+    let mut add = |omega2: f64, gamma: f64, accelerations: &[f64]| {
+        for (k, a) in accelerations.iter().enumerate() {
+            let next = (k + 1) as f64;
+            if let Some(support) = support.get_mut(k + 1) {
+                *support += 2.0 * gamma * a / next;
+            }
+            if let Some(support) = support.get_mut(k + 2) {
+                *support += omega2 * a / (next * (next + 1.0));
+            }
+        }
+    };
+    for (j, pair) in cradle.balls.windows(2).enumerate().filter(|(j, _)| state.modes[*j] == Mode::Pressing) {
+        add(pair[1].omega2 - pair[0].omega2, pair[1].gamma - pair[0].gamma, series.force(j));
+    }
+    let mut at_once = [0.0; 2];
+    for (i, (ball, push)) in cradle.balls.iter().zip(pushes).enumerate() {
+        let (x, mut factorial) = (series.position(i), 1.0);
+        let v = series.rate(x);
+        let without_contacts = |(k, push): (usize, &f64)| {
+            factorial *= k.max(1) as f64;
+            ball.mass * (push / factorial - ball.omega2 * x[k] - 2.0 * ball.gamma * v[k])
+        };
+        let accelerations: Vec<f64> = push.iter().enumerate().map(without_contacts).collect();
+        add(ball.omega2, ball.gamma, &accelerations);
+        at_once[0] += ball.mass * (ball.omega2 * x[0] + 2.0 * ball.gamma * v[0]);
+        at_once[1] += ball.mass * ball.omega2 * v[0];
+    }
+    support[0] += at_once[0];
+    support[1] += at_once[1];
+    support
+}

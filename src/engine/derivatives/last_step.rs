@@ -1,0 +1,121 @@
+//! How the outputs at the end of the last step depend on the inputs held over it, and those at the start on the
+//! parameters.
+
+use cradle_interface::results::Differential;
+
+use super::chain_state::State;
+use super::tangent::{NotFollowed, Run};
+use crate::engine::flight::Push;
+use crate::engine::inputs::HeldInputs;
+use crate::model::{BallModel, Cradle, Inputs, Parameters};
+use crate::solver::dual::{Dual, Scalar};
+
+/// The last step of a run, by whichever method: all that its derivatives follow from.
+pub(crate) struct LastStep<'a> {
+    /// Coefficients of the equations.
+    pub cradle: &'a Cradle,
+    /// State and inputs at its start.
+    pub start: State,
+    pub inputs: HeldInputs,
+    /// Its length, s; 0 before the first.
+    pub length: f64,
+    /// State at its end.
+    pub end: State,
+    /// Whether an onset ahead is known.
+    pub onset_ahead: bool,
+}
+
+impl LastStep<'_> {
+    /// Derivatives of the outputs at its end along `inputs`, which were held over it. Before the first step nothing
+    /// depends on them.
+    pub fn along_inputs(&self, inputs: &Inputs) -> Result<Differential, NotFollowed> {
+        if self.length == 0.0 {
+            return Ok(Differential::zero(self.cradle.balls.len()));
+        }
+        let along = Cradle::constant(self.cradle);
+        let pushes = pushes_along(&along, &self.inputs, inputs);
+        let mut run = Run::new(self.cradle, along, lifted(&self.start), pushes);
+        run.follow(Some(self.length))?;
+        run.agree_with(&self.end)?;
+        let mut outputs = run.outputs();
+        outputs.force_mean = outputs.impulse.iter().map(|impulse| impulse / self.length).collect();
+        outputs.force_peak = run.peak.iter().map(|peak| peak.tangent()).collect();
+        outputs.support_force_mean = run.support_impulse.tangent() / self.length;
+        outputs.next_onset = self.next_onset(run);
+        Ok(outputs)
+    }
+
+    /// Derivatives of the outputs at the start of a run, of which there was no step yet, along a direction of
+    /// parameters and inputs.
+    pub fn along_parameters(
+        &self,
+        parameters: &Parameters,
+        tangent: &Parameters,
+        inputs: &Inputs,
+    ) -> Result<Differential, NotFollowed> {
+        let along = Cradle::along(parameters, tangent);
+        let pushes = pushes_along(&along, &self.inputs, inputs);
+        let state = start_along(&self.end, &along, tangent);
+        let first = along.balls[0].omega2;
+        let run = Run::new(self.cradle, along, state, pushes);
+        let mut outputs = run.outputs();
+        if self.cradle.restitution.is_some() {
+            // Rigid contacts transmit nothing yet.
+            outputs.force.fill(0.0);
+        }
+        outputs.force_mean.clone_from(&outputs.force);
+        outputs.force_peak.clone_from(&outputs.force);
+        outputs.support_force_mean = outputs.support_force;
+        if first.value() > 0.0 {
+            outputs.period = (Dual::from(std::f64::consts::TAU) / first.sqrt()).tangent();
+        }
+        outputs.next_onset = self.next_onset(run);
+        Ok(outputs)
+    }
+
+    /// Derivative of the time of the next onset from where `run` is; NaN if it cannot be followed so far.
+    fn next_onset(&self, mut run: Run) -> f64 {
+        if !self.onset_ahead {
+            return 0.0;
+        }
+        match run.follow(None) {
+            Ok(()) => run.delay,
+            Err(NotFollowed) => f64::NAN,
+        }
+    }
+}
+
+/// Accelerations by the inputs `held`, with the derivatives that they have where the inputs have the derivatives
+/// `tangent`, all of them constant over the step, and the masses theirs.
+fn pushes_along(cradle: &Cradle<Dual>, held: &HeldInputs, tangent: &Inputs) -> Vec<Push<Dual>> {
+    let push = |(i, ball): (usize, &BallModel<Dual>)| {
+        let along = |k: usize, value: f64, tangent: f64| Dual::with_tangent(value, if k == 0 { tangent } else { 0.0 });
+        let mut push = Push::default();
+        for (k, (push, inputs)) in push.iter_mut().zip(held.orders()).enumerate() {
+            let support = along(k, inputs.support_acceleration, tangent.support_acceleration);
+            *push = along(k, inputs.force[i], tangent.force[i]) / ball.mass - support;
+        }
+        push
+    };
+    cradle.balls.iter().enumerate().map(push).collect()
+}
+
+/// A state without derivatives.
+fn lifted(state: &State) -> State<Dual> {
+    let lift = |values: &[f64]| values.iter().copied().map(Dual::from).collect();
+    State { x: lift(&state.x), v: lift(&state.v), overlaps: lift(&state.overlaps), modes: state.modes.clone() }
+}
+
+/// The start state with the derivatives that it has where the parameters have the derivatives `tangent`.
+fn start_along(state: &State, cradle: &Cradle<Dual>, tangent: &Parameters) -> State<Dual> {
+    let pair = |values: &[f64], tangents: &[f64]| -> Vec<Dual> {
+        values.iter().zip(tangents).map(|(value, tangent)| Dual::with_tangent(*value, *tangent)).collect()
+    };
+    let (x, v) = (pair(&state.x, &tangent.x_start), pair(&state.v, &tangent.v_start));
+    let overlap = |j: usize| {
+        let change = (x[j] - x[j + 1] - cradle.contacts[j].clearance).tangent();
+        Dual::with_tangent(state.overlaps[j], change)
+    };
+    let overlaps = (0..state.overlaps.len()).map(overlap).collect();
+    State { x, v, overlaps, modes: state.modes.clone() }
+}

@@ -1,0 +1,354 @@
+//! A motion with its derivatives along a direction of inputs and parameters: exact, by dual numbers.
+//!
+//! It is followed by Taylor series of the whole chain from switching to switching. The time of a switching is a dual
+//! number as well, so that jumps of the force at an onset or a release are accounted for (the saltation of hybrid
+//! systems: di Bernardo et al., Piecewise-smooth Dynamical Systems, 2008, section 2.5). Only the derivatives are taken
+//! from it. The cost of a segment grows with the number of balls, that of a motion with the number of segments.
+//!
+//! Impacts of rigid balls are taken in dual numbers, too, as long as the balls part. Where they stay in contact there are
+//! no derivatives, nor where more balls touch that the direction would bring apart.
+
+use cradle_interface::results::Differential;
+
+use super::chain_series::Expansion;
+use super::chain_state::State;
+use crate::engine::cluster::{Switch, clipping};
+use crate::engine::flight::{Push, shifted};
+use crate::engine::rigid::restitution;
+use crate::model::{BallModel, Cradle, Mode};
+use crate::solver::double_double::DoubleDouble;
+use crate::solver::dual::{Dual, Scalar};
+use crate::solver::series;
+
+/// Order of the series of the forces, and the local error of the velocities over their scale.
+const ORDER: usize = 24;
+const LOCAL_ERROR: f64 = 1e-16;
+
+/// Segments after which a step counts as too long to be followed.
+const MAX_SEGMENTS: usize = 100_000;
+
+/// How much of the largest derivative of a velocity on the way may be left at the end: less is its rounding.
+const CANCELLATION: f64 = 1e-10;
+
+/// A step that cannot be followed again: it takes too many segments, leaves the range of numbers, passes through so many
+/// bounces that the derivatives drown in rounding, or has rigid balls stay in contact.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NotFollowed;
+
+/// A motion followed in dual numbers.
+pub(super) struct Run<'a> {
+    cradle: &'a Cradle,
+    along: Cradle<Dual>,
+    state: State<Dual>,
+    pushes: Vec<Push<Dual>>,
+    /// Time since the start (s), and its derivative.
+    elapsed: DoubleDouble,
+    pub delay: f64,
+    /// Largest derivative of any velocity so far.
+    largest: f64,
+    impulse: Vec<Dual>,
+    pub peak: Vec<Dual>,
+    pub support_impulse: Dual,
+}
+
+impl<'a> Run<'a> {
+    pub fn new(cradle: &'a Cradle, along: Cradle<Dual>, state: State<Dual>, pushes: Vec<Push<Dual>>) -> Self {
+        let none = vec![Dual::default(); cradle.contacts.len()];
+        Self {
+            cradle,
+            along,
+            state,
+            pushes,
+            elapsed: DoubleDouble::default(),
+            delay: 0.0,
+            largest: 0.0,
+            impulse: none.clone(),
+            peak: none,
+            support_impulse: Dual::default(),
+        }
+    }
+
+    /// Follows the motion to the time `until` after the start (s), or just beyond the next onset.
+    pub fn follow(&mut self, until: Option<f64>) -> Result<(), NotFollowed> {
+        if self.cradle.restitution.is_some() && self.state.modes.iter().any(|mode| *mode != Mode::Open) {
+            return Err(NotFollowed);
+        }
+        for _ in 0..MAX_SEGMENTS {
+            let rest = until.map_or(f64::INFINITY, |until| (DoubleDouble::from(until) - self.elapsed).value());
+            let (series, converges_for) = self.expand();
+            let length = converges_for.min(rest);
+            let switch = self.first_switch(&series, length);
+            let tau = match &switch {
+                Some((tau, ..)) => *tau,
+                // The end of the step is fixed, whatever happened before.
+                None if length == rest => Dual::with_tangent(rest, -self.delay),
+                None => Dual::from(length),
+            };
+            self.gather(&series, tau);
+            self.move_to(&series, tau);
+            let reached = self.state.v.iter().map(|v| v.tangent().abs()).fold(0.0, f64::max);
+            self.largest = self.largest.max(reached);
+            let finite = self.state.v.iter().all(|v| v.value().is_finite() && v.tangent().is_finite());
+            if !finite || reached < CANCELLATION * self.largest {
+                return Err(NotFollowed);
+            }
+            match switch {
+                None if length == rest => return Ok(()),
+                None => {}
+                Some((_, _, Switch::Onset)) if until.is_none() => return Ok(()),
+                Some((_, j, Switch::Onset)) if self.cradle.restitution.is_some() => self.collide(j)?,
+                Some((_, j, switch)) => self.switch(j, switch),
+            }
+        }
+        Err(NotFollowed)
+    }
+
+    /// The series from now on and how long they converge, s.
+    fn expand(&self) -> (Expansion<Dual>, f64) {
+        let (scale, unit) = self.scales();
+        let faint: Vec<f64> = (0..self.cradle.contacts.len()).map(|j| self.faint(j, scale)).collect();
+        let series = Expansion::new(&self.along, &self.state, &self.pushes, (ORDER, unit), |j| faint[j] > 0.0, &[]);
+        let converges_for = self.convergence(&series, Dual::value).min(self.convergence(&series, Dual::tangent));
+        let mut length = converges_for * unit;
+        for (j, faint) in faint.into_iter().enumerate().filter(|(_, faint)| *faint > 0.0) {
+            // Up to where the elastic force begins to matter.
+            let overlap: Vec<f64> = series.overlap(j).iter().map(|c| c.value()).collect();
+            if let Some(s) = series::first_positive(&overlap, 1.0, faint, length / unit) {
+                length = s * unit;
+            }
+        }
+        (series, length)
+    }
+
+    /// Scale of the velocities, m/s, and a time (s) within a few powers of ten of the one that the series will converge
+    /// for.
+    fn scales(&self) -> (f64, f64) {
+        let (state, contacts) = (&self.state, &self.cradle.contacts);
+        let closed = |j: &usize| state.modes[*j] != Mode::Open;
+        let mut scale = state.v.iter().map(|v| v.value().abs()).fold(f64::MIN_POSITIVE, f64::max);
+        for j in (0..contacts.len()).filter(closed) {
+            let energy = contacts[j].elastic_energy(state.overlaps[j].value());
+            scale = scale.max((2.0 * energy / self.reduced_mass(j)).sqrt());
+        }
+        let swing = |ball: &BallModel| ball.omega2.sqrt() + 2.0 * ball.gamma;
+        let fastest = self.cradle.balls.iter().map(swing).fold(0.0, f64::max);
+        let mut unit = if fastest > 0.0 { 1.0 / fastest } else { 1.0 };
+        for j in (0..contacts.len()).filter(closed) {
+            let (law, mass) = (&contacts[j], self.reduced_mass(j));
+            unit = unit.min(law.time_scale(mass, scale)).min(law.relaxation_time(mass, scale));
+            let (overlap, rate) = (state.overlaps[j].value(), self.overlap_rate(j).value().abs());
+            if law.whole_exponent().is_none() && overlap < unit * rate {
+                unit = unit.min((overlap / rate).max(1e-6 * unit));
+            }
+        }
+        (scale, unit)
+    }
+
+    fn reduced_mass(&self, j: usize) -> f64 {
+        let (left, right) = (self.cradle.balls[j].mass, self.cradle.balls[j + 1].mass);
+        left * right / (left + right)
+    }
+
+    fn overlap_rate(&self, j: usize) -> Dual {
+        self.state.v[j] - self.state.v[j + 1]
+    }
+
+    /// The overlap (m) up to which the elastic force of contact `j` is left out, 0 if it is not: next to none, a power
+    /// that is not whole has no series to speak of, and no effect.
+    fn faint(&self, j: usize, scale: f64) -> f64 {
+        let law = &self.cradle.contacts[j];
+        if self.state.modes[j] == Mode::Open || law.whole_exponent().is_some() {
+            return 0.0;
+        }
+        let (mass, rate) = (self.reduced_mass(j), self.overlap_rate(j).value());
+        let bound = law.faint_overlap(mass, rate, LOCAL_ERROR * scale, law.time_scale(mass, scale));
+        if self.state.overlaps[j].value() < bound { 2.0 * bound } else { 0.0 }
+    }
+
+    /// How long the values or the tangents of the series converge, in its unit: after an onset, series have gaps, so
+    /// that more of the last terms are looked at than a gap is long.
+    fn convergence(&self, series: &Expansion<Dual>, part: fn(Dual) -> f64) -> f64 {
+        let exponent = self.cradle.contacts.first().map_or(1.0, |law| law.exponent);
+        let gap = libm::ceil(exponent) as usize + 2;
+        let largest = |k: usize| series.positions().map(|x| k as f64 * part(x[k]).abs()).fold(0.0, f64::max);
+        let scale = (1..=3).map(largest).fold(0.0, f64::max);
+        let reach = |k: usize| {
+            let term = largest(k + 1);
+            if term > 0.0 { libm::pow(LOCAL_ERROR * scale / term, 1.0 / k as f64) } else { f64::INFINITY }
+        };
+        (ORDER - gap..=ORDER).map(reach).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The first switching within `length` (s): when, in which contact, and what.
+    fn first_switch(&self, series: &Expansion<Dual>, length: f64) -> Option<(Dual, usize, Switch)> {
+        let mut first: Option<(Dual, usize, Switch)> = None;
+        for j in 0..self.cradle.contacts.len() {
+            let until = first.map_or(length, |(tau, ..)| tau.value()) / series.unit;
+            if let Some((s, switch)) = self.switch_of(series, j, until) {
+                first = Some((s * Dual::from(series.unit), j, switch));
+            }
+        }
+        first
+    }
+
+    /// The first switching of contact `j` before `until`, both in the unit of the series.
+    fn switch_of(&self, series: &Expansion<Dual>, j: usize, until: f64) -> Option<(Dual, Switch)> {
+        let crossing = |row: &[Dual], sign: f64, until: f64, noise: f64, switch: Switch| {
+            let values: Vec<f64> = row.iter().map(|c| c.value()).collect();
+            let s = series::first_positive(&values, sign, 0.0, until).filter(|s| *s < until)?;
+            if noise > 0.0 {
+                series::first_positive(&values, sign, sign * noise, until)?;
+            }
+            // The place where the row vanishes moves by -(its tangent) / (its slope).
+            let slope = series::derivative(&values, s);
+            let shift = if slope == 0.0 { 0.0 } else { -series::value(row, Dual::from(s)).tangent() / slope };
+            Some((Dual::with_tangent(s, shift), switch))
+        };
+        let (law, overlap) = (&self.along.contacts[j], series.overlap(j));
+        let mode = self.state.modes[j];
+        if mode == Mode::Open {
+            return crossing(overlap, 1.0, until, self.rounding(j), Switch::Onset);
+        }
+        let release = crossing(overlap, -1.0, until, 0.0, Switch::Release);
+        if !self.cradle.contacts[j].clips() {
+            return release;
+        }
+        let until = release.map_or(until, |(s, _)| s.value());
+        let push: Vec<Dual> = match law.rate_factor() {
+            Some(alpha) => {
+                let mut factor: Vec<Dual> = series.rate(overlap).into_iter().map(|rate| alpha * rate).collect();
+                factor[0] += Dual::from(1.0);
+                factor
+            }
+            None => series.force(j).to_vec(),
+        };
+        let (sign, switch) = clipping(mode);
+        crossing(&push, sign, until, 0.0, switch).or(release)
+    }
+
+    /// Rounding of the positions beside contact `j`, m: no deeper closing is an onset.
+    fn rounding(&self, j: usize) -> f64 {
+        let amplitude = |i: usize| {
+            let swing = self.cradle.balls[i].omega2.sqrt();
+            let of_velocity = if swing > 0.0 { self.state.v[i].value().abs() / swing } else { 0.0 };
+            self.state.x[i].value().abs() + of_velocity
+        };
+        2.0 * f64::EPSILON * amplitude(j).max(amplitude(j + 1))
+    }
+
+    /// Adds what happens till `tau` after the state.
+    fn gather(&mut self, series: &Expansion<Dual>, tau: Dual) {
+        let s = tau / Dual::from(series.unit);
+        for (i, ball) in self.along.balls.iter().enumerate() {
+            let x = series.position(i);
+            let moved = series::value(x, s) - self.state.x[i];
+            let integral = Dual::from(series.unit) * series::integral(x, s);
+            self.support_impulse += ball.mass * (ball.omega2 * integral + Dual::from(2.0) * ball.gamma * moved);
+        }
+        let pressing = |j: &usize| self.state.modes[*j] == Mode::Pressing;
+        for j in (0..self.cradle.contacts.len()).filter(pressing) {
+            let force = series.force(j);
+            self.impulse[j] += Dual::from(series.unit) * series::integral(force, s);
+            let values: Vec<f64> = force.iter().map(|c| c.value()).collect();
+            let top = series::place_of_maximum(&values, 0.0, s.value());
+            // At the end of the segment its time counts, within it the force does not change with the place.
+            let peak = series::value(force, if top == s.value() { s } else { Dual::from(top) });
+            if peak.value() > self.peak[j].value() {
+                self.peak[j] = peak;
+            }
+        }
+    }
+
+    fn move_to(&mut self, series: &Expansion<Dual>, tau: Dual) {
+        let s = tau / Dual::from(series.unit);
+        for (i, push) in self.pushes.iter_mut().enumerate() {
+            let x = series.position(i);
+            self.state.x[i] = series::value(x, s);
+            self.state.v[i] = series::derivative(x, s) / Dual::from(series.unit);
+            *push = shifted(push, tau);
+        }
+        for (j, overlap) in self.state.overlaps.iter_mut().enumerate() {
+            *overlap = series::value(series.overlap(j), s);
+        }
+        self.elapsed += tau.value();
+        self.delay += tau.tangent();
+    }
+
+    fn switch(&mut self, j: usize, switch: Switch) {
+        if matches!(switch, Switch::Onset | Switch::Release) {
+            self.state.overlaps[j] = Dual::default();
+        }
+        self.state.modes[j] = match switch {
+            Switch::Onset => self.cradle.contacts[j].mode_when_closed(0.0, self.overlap_rate(j).value()),
+            Switch::Release => Mode::Open,
+            Switch::Clip => Mode::Clipped,
+            Switch::Unclip => Mode::Pressing,
+        };
+    }
+
+    /// The rigid balls of contact `j` meet, and those that touch there.
+    fn collide(&mut self, j: usize) -> Result<(), NotFollowed> {
+        let e = self.along.restitution.ok_or(NotFollowed)?;
+        let touch = |j: &usize| self.state.overlaps[*j].value() >= -self.rounding(*j);
+        let first = (0..j).rev().take_while(touch).last().unwrap_or(j);
+        let last = (j + 1..self.cradle.contacts.len()).take_while(touch).last().unwrap_or(j);
+        self.state.overlaps[j] = Dual::default();
+        if self.state.overlaps[first..=last].iter().any(|overlap| overlap.tangent() != 0.0) {
+            return Err(NotFollowed);
+        }
+        let masses: Vec<Dual> = self.along.balls[first..last + 2].iter().map(|ball| ball.mass).collect();
+        let v = &mut self.state.v[first..last + 2];
+        let scale = v.iter().map(|v| v.value().abs()).fold(0.0, f64::max);
+        let unresolved = 32.0 * f64::EPSILON * scale;
+        for impact in restitution::collide(&masses, v, e, unresolved, unresolved).impacts {
+            self.impulse[first + impact.contact] += impact.impulse;
+            self.state.overlaps[first + impact.contact] = Dual::default();
+        }
+        // Without relative velocity they may stay in contact.
+        if self.overlap_rate(j).value() < 0.0 { Ok(()) } else { Err(NotFollowed) }
+    }
+
+    /// Takes the modes from `end`: where the step ends at a switching, rounding decides on which side. Refuses a step that ends
+    /// with an impact of rigid balls.
+    pub fn agree_with(&mut self, end: &State) -> Result<(), NotFollowed> {
+        let scale = end.v.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+        let differs = |(v, own): (&f64, &Dual)| (v - own.value()).abs() > 1e-6 * scale;
+        if self.cradle.restitution.is_some() && end.v.iter().zip(&self.state.v).any(differs) {
+            return Err(NotFollowed);
+        }
+        for (j, mode) in end.modes.iter().enumerate() {
+            if self.state.modes[j] != *mode {
+                self.state.modes[j] = *mode;
+                self.state.overlaps[j] = Dual::with_tangent(end.overlaps[j], self.state.overlaps[j].tangent());
+            }
+        }
+        Ok(())
+    }
+
+    /// Derivatives of what follows from the state alone, and of the impulses.
+    pub fn outputs(&self) -> Differential {
+        let state = &self.state;
+        let tangents = |values: &[Dual]| values.iter().map(|value| value.tangent()).collect::<Vec<f64>>();
+        let mut outputs = Differential::zero(state.x.len());
+        (outputs.x, outputs.v, outputs.impulse) = (tangents(&state.x), tangents(&state.v), tangents(&self.impulse));
+        let (mut energy, mut momentum, mut support) = (Dual::default(), Dual::default(), Dual::default());
+        let (half, two) = (Dual::from(0.5), Dual::from(2.0));
+        for (ball, (x, v)) in self.along.balls.iter().zip(state.x.iter().copied().zip(state.v.iter().copied())) {
+            energy += half * ball.mass * (v * v + ball.omega2 * x * x);
+            momentum += ball.mass * v;
+            support += ball.mass * (ball.omega2 * x + two * ball.gamma * v);
+        }
+        for (j, law) in self.along.contacts.iter().enumerate() {
+            energy += law.elastic_energy(state.overlaps[j]);
+            if state.modes[j] == Mode::Pressing && self.cradle.restitution.is_some() {
+                // Of a constraint force there is none.
+                outputs.force[j] = f64::NAN;
+            } else if state.modes[j] == Mode::Pressing {
+                outputs.force[j] = law.unclipped_force(state.overlaps[j], self.overlap_rate(j)).tangent();
+            }
+        }
+        (outputs.energy, outputs.momentum) = (energy.tangent(), momentum.tangent());
+        outputs.support_force = support.tangent();
+        outputs
+    }
+}

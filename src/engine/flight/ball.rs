@@ -1,0 +1,192 @@
+//! One ball: its state at its anchor, what governs its motion from there on, and its integrals since the start.
+
+use serde::{Deserialize, Serialize};
+
+use super::forcing::{Push, degree, shifted};
+use super::free_motion::Flight;
+use crate::model::BallModel;
+use crate::solver::double_double::DoubleDouble;
+use crate::solver::oscillator::{BASIS, Oscillator};
+use crate::solver::quadrature::gauss_legendre;
+use crate::solver::steady::Steady;
+
+/// Sums over time that a ball carries along.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Tally {
+    /// Integral of the position, m.s.
+    pub x_integral: f64,
+    /// Energy lost to drag, J.
+    pub drag_loss: f64,
+    /// Work of the inputs, J.
+    pub work: f64,
+}
+
+impl Tally {
+    pub fn is_finite(&self) -> bool {
+        [self.x_integral, self.drag_loss, self.work].iter().all(|value| value.is_finite())
+    }
+
+    pub fn add(&mut self, more: &Self) {
+        self.x_integral += more.x_integral;
+        self.drag_loss += more.drag_loss;
+        self.work += more.work;
+    }
+}
+
+/// What a ball takes part in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Held {
+    /// In flight.
+    Free,
+    /// Member of this cluster.
+    Cluster(u32),
+    /// In an impact of known outcome in this contact.
+    Impact(u32),
+    /// In lasting contact with rigid neighbours, with which it moves as one body.
+    Bond,
+}
+
+/// A ball: its state at its anchor, and the closed form that its motion follows from there unless a cluster or an impact acts on it.
+#[derive(Clone, Debug)]
+pub(crate) struct Ball {
+    /// In kg.
+    pub mass: f64,
+    /// That of its pendulum; in a body of rigid balls that of the body.
+    pub oscillator: Oscillator,
+    /// Time that `flight` and `tally` refer to.
+    pub anchor: DoubleDouble,
+    /// Its state at the anchor. In a body the contacts act as a part of the push.
+    pub flight: Flight,
+    pub tally: Tally,
+    pub held: Held,
+}
+
+impl Ball {
+    pub fn new(model: &BallModel, anchor: DoubleDouble, flight: Flight) -> Self {
+        let oscillator = Oscillator::new(model.omega2, model.gamma);
+        Self { mass: model.mass, oscillator, anchor, flight, tally: Tally::default(), held: Held::Free }
+    }
+
+    /// Displacement since the anchor (m) and velocity (m/s) at the time `t`, in flight.
+    #[inline]
+    pub fn moved(&self, t: DoubleDouble) -> (f64, f64) {
+        self.flight.at(&self.oscillator, t - self.anchor)
+    }
+
+    /// The same motion anchored at `t`.
+    pub fn flight_at(&self, t: DoubleDouble) -> Flight {
+        if t == self.anchor {
+            return self.flight;
+        }
+        let (displacement, v) = self.moved(t);
+        Flight { x: self.flight.x + displacement, v, push: shifted(&self.flight.push, (t - self.anchor).value()) }
+    }
+
+    /// How far it can leave the chord of its motion within `tau` (s) after the anchor, but for contacts, m.
+    pub fn bend(&self, tau: f64) -> f64 {
+        let (o, flight) = (&self.oscillator, &self.flight);
+        let varying = flight.push[1..].iter().rev().fold(0.0, |sum, push| (sum + push.abs()) * tau);
+        let at_rest = (flight.push[0] - o.omega2() * flight.x).abs() + varying;
+        let acceleration = at_rest + o.omega2() * flight.v.abs() * tau;
+        acceleration * tau * tau
+    }
+
+    /// The sums at the time `t`, in flight.
+    pub fn tally_at(&self, t: DoubleDouble) -> Tally {
+        self.tally_under(&self.flight.push, t)
+    }
+
+    /// The sums at the time `t`, where only the part `inputs` of the push is by the inputs.
+    pub fn tally_under(&self, inputs: &Push, t: DoubleDouble) -> Tally {
+        let tau = t - self.anchor;
+        if degree(&self.flight.push).max(degree(inputs)) == 0 {
+            self.tally_after(inputs, tau.value(), &self.oscillator.basis::<4>(tau))
+        } else {
+            self.tally_after(inputs, tau.value(), &self.oscillator.basis::<BASIS>(tau))
+        }
+    }
+
+    /// The sums `tau` after the anchor, from the oscillator's functions at that time.
+    fn tally_after<const N: usize>(&self, inputs: &Push, tau: f64, u: &[f64; N]) -> Tally {
+        let (o, flight) = (&self.oscillator, &self.flight);
+        let mut tally = self.tally;
+        tally.x_integral += flight.x * tau + flight.displacement_integral(o, u);
+        tally.work += self.mass * flight.work(inputs, o, tau, u);
+        tally.drag_loss += self.drag_loss(tau, u);
+        tally
+    }
+
+    /// Energy lost to drag within `tau` (s) after the anchor, in flight, J; `u` are the oscillator's functions at that time.
+    fn drag_loss<const N: usize>(&self, tau: f64, u: &[f64; N]) -> f64 {
+        let (o, flight) = (&self.oscillator, &self.flight);
+        if o.gamma() == 0.0 {
+            return 0.0;
+        }
+        if o.gamma() * tau > 0.5 {
+            // What is missing of the energy, which is a good part of it.
+            let (displacement, v) = (flight.displacement(o, u), flight.velocity(o, u));
+            let kinetic = 0.5 * (flight.v - v) * (flight.v + v);
+            let potential = o.omega2() * displacement * (flight.x + 0.5 * displacement);
+            return self.mass * (kinetic - potential + flight.work(&flight.push, o, tau, u));
+        }
+        let (swung, varying) = (o.omega() * tau, degree(&flight.push) > 0);
+        if swung > if varying { 8.0 } else { 1.0 }
+            && let Some(steady) = Steady::new(o, flight.v, flight.acceleration(o, 0.0, 0.0, flight.v), &flight.push)
+        {
+            return 2.0 * o.gamma() * self.mass * steady.squared_velocity_integral(o, tau);
+        }
+        // Both of these would cancel.
+        let power = |s: f64| {
+            let (_, v) = flight.at(o, s.into());
+            2.0 * o.gamma() * self.mass * v * v
+        };
+        gauss_legendre(power, 0.0, tau, 3 + swung as usize)
+    }
+
+    /// Moves the anchor to `t` along the flight; returns the displacement, m.
+    pub fn land(&mut self, t: DoubleDouble) -> f64 {
+        if t == self.anchor {
+            return 0.0;
+        }
+        let tau = t - self.anchor;
+        let displacement = if degree(&self.flight.push) == 0 {
+            self.land_after(tau.value(), &self.oscillator.basis::<4>(tau))
+        } else {
+            self.land_after(tau.value(), &self.oscillator.basis::<BASIS>(tau))
+        };
+        self.anchor = t;
+        displacement
+    }
+
+    /// Takes flight and sums to `tau` after the anchor, from the oscillator's functions at that time; returns the displacement, m.
+    fn land_after<const N: usize>(&mut self, tau: f64, u: &[f64; N]) -> f64 {
+        let displacement = self.flight.displacement(&self.oscillator, u);
+        self.tally = self.tally_after(&self.flight.push, tau, u);
+        self.flight = Flight {
+            x: self.flight.x + displacement,
+            v: self.flight.velocity(&self.oscillator, u),
+            push: shifted(&self.flight.push, tau),
+        };
+        displacement
+    }
+}
+
+/// The positions (m) of neighbours at these distances (m), each to the left of the one before, with the centre of mass of `balls`,
+/// which are given by mass (kg) and position.
+pub(crate) fn spaced(
+    balls: impl Iterator<Item = (f64, f64)> + Clone,
+    distances: impl Iterator<Item = f64>,
+) -> Vec<f64> {
+    let mut places = vec![0.0];
+    places.extend(distances.scan(0.0, |place, distance| {
+        *place -= distance;
+        Some(*place)
+    }));
+    let first = balls.clone().next().map_or(0.0, |(_, x)| x);
+    let (mut moment, mut total) = (0.0, 0.0);
+    for ((mass, x), place) in balls.zip(&places) {
+        moment += mass * (x - first - place);
+        total += mass;
+    }
+    places.into_iter().map(|place| first + moment / total + place).collect()
+}

@@ -1,0 +1,138 @@
+//! The motion of a ball that touches nothing: a closed form of its state at its anchor and the inputs.
+
+use serde::{Deserialize, Serialize};
+
+use super::forcing::{Push, degree, push_at, shifted};
+use crate::model::ContactLaw;
+use crate::solver::double_double::DoubleDouble;
+use crate::solver::oscillator::{BASIS, Oscillator};
+use crate::solver::steady::Steady;
+
+/// Contact-free motion from an anchor on: a closed form of the time since then.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Flight {
+    /// Position at the anchor, m.
+    pub x: f64,
+    /// Velocity at the anchor, m/s.
+    pub v: f64,
+    /// Acceleration by the inputs.
+    pub push: Push,
+}
+
+/// How far positions (m) and velocities (m/s) are known.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Rounding {
+    pub position: f64,
+    pub velocity: f64,
+}
+
+impl Rounding {
+    pub fn max(self, other: Self) -> Self {
+        Self { position: self.position.max(other.position), velocity: self.velocity.max(other.velocity) }
+    }
+
+    /// Overlap (m) that is as good as none, far below the rounding: a contact that damping alone opens would never be open.
+    pub fn no_overlap(&self) -> f64 {
+        1e-10 * self.position
+    }
+
+    /// Force (N) that a contact may have by rounding alone.
+    pub fn force(&self, law: &ContactLaw) -> f64 {
+        law.unclipped_force(self.position, self.velocity)
+    }
+}
+
+impl Flight {
+    pub fn is_finite(&self) -> bool {
+        [self.x, self.v].iter().chain(&self.push).all(|value| value.is_finite())
+    }
+
+    /// Displacement (m) `tau` after the anchor, and velocity (m/s).
+    #[inline]
+    pub fn at(&self, o: &Oscillator, tau: DoubleDouble) -> (f64, f64) {
+        if degree(&self.push) == 0 {
+            let u: [f64; 3] = o.basis(tau);
+            (self.displacement(o, &u), self.velocity(o, &u))
+        } else {
+            let u: [f64; BASIS] = o.basis(tau);
+            (self.displacement(o, &u), self.velocity(o, &u))
+        }
+    }
+
+    /// What rounding leaves open over a swing.
+    pub fn rounding(&self, o: &Oscillator) -> Rounding {
+        let swing = if o.omega() > 0.0 { self.v.abs() / o.omega() } else { 0.0 };
+        let (x, v) = (self.x.abs() + swing, self.v.abs() + o.omega() * self.x.abs());
+        Rounding { position: 2.0 * f64::EPSILON * x, velocity: 2.0 * f64::EPSILON * v }
+    }
+
+    /// Displacement since the anchor, m, from the oscillator's functions at that time.
+    pub fn displacement<const N: usize>(&self, o: &Oscillator, u: &[f64; N]) -> f64 {
+        self.response(o, u, 1)
+    }
+
+    /// Integral of the displacement since the anchor, m.s.
+    pub fn displacement_integral<const N: usize>(&self, o: &Oscillator, u: &[f64; N]) -> f64 {
+        self.response(o, u, 2)
+    }
+
+    /// Velocity, m/s.
+    pub fn velocity<const N: usize>(&self, o: &Oscillator, u: &[f64; N]) -> f64 {
+        self.response(o, u, 0)
+    }
+
+    /// The displacement integrated `level - 1` times: `v U_level + A U_(level+1) + push_1 U_(level+2) + ...`. Fewer functions than
+    /// [`BASIS`] do where the push is constant.
+    #[inline]
+    fn response<const N: usize>(&self, o: &Oscillator, u: &[f64; N], level: usize) -> f64 {
+        debug_assert!(N == BASIS || degree(&self.push) == 0);
+        let free = self.v * u[level] + (self.push[0] - o.omega2() * self.x) * u[level + 1];
+        if N < BASIS {
+            return free;
+        }
+        free + (1..=degree(&self.push)).map(|j| self.push[j] * u[level + 1 + j]).sum::<f64>()
+    }
+
+    /// Acceleration `tau` after the anchor, m/s2, where the displacement and the velocity are the given ones.
+    pub fn acceleration(&self, o: &Oscillator, tau: f64, displacement: f64, v: f64) -> f64 {
+        push_at(&self.push, tau) - o.omega2() * self.x - o.omega2() * displacement - 2.0 * o.gamma() * v
+    }
+
+    /// The work of `push` on this motion per unit of mass since the anchor, m2/s2: `integral f v = f D - f' I_1 + f'' I_2 - ...`
+    /// with the repeated integrals `I_k` of the displacement D.
+    pub fn work<const N: usize>(&self, push: &Push, o: &Oscillator, tau: f64, u: &[f64; N]) -> f64 {
+        if N < BASIS || degree(push) == 0 {
+            return if push[0] == 0.0 { 0.0 } else { push[0] * self.displacement(o, u) };
+        }
+        let later = shifted(push, tau);
+        let terms = (0..=degree(push)).map(|j| later[j] * self.response(o, u, j + 1));
+        terms.enumerate().map(|(j, term)| if j % 2 == 0 { term } else { -term }).sum()
+    }
+
+    /// Bound of the absolute derivative of this `order` (3 or 4) of the position between `t` and `span` later (s after the anchor).
+    ///
+    /// For a push that varies, `sqrt(a^2 + omega^2 v^2)` grows at most by the integral of its rate.
+    pub fn derivative_bound(&self, o: &Oscillator, t: f64, span: f64, order: i32) -> f64 {
+        let a = self.acceleration(o, 0.0, 0.0, self.v);
+        if degree(&self.push) == 0 {
+            return o.derivative_bound(self.v, a, t, order);
+        }
+        let end = t + span;
+        let (mut rate, mut curvature, mut power) = (0.0, 0.0, 1.0);
+        for j in 1..=degree(&self.push) {
+            rate += self.push[j].abs() * power;
+            curvature += self.push.get(j + 1).map_or(0.0, |push| push.abs() * power);
+            power *= end / j as f64;
+        }
+        let amplitude = (a * a + o.omega2() * self.v * self.v).sqrt() + rate * end;
+        let third = rate + (o.omega() + 2.0 * o.gamma()) * amplitude;
+        let grown = if order == 3 { third } else { curvature + o.omega2() * amplitude + 2.0 * o.gamma() * third };
+        // Early on that is the tighter one; once drag has made the start forgotten, the motion follows the push.
+        if o.gamma() > 0.0
+            && let Some(steady) = Steady::new(o, self.v, a, &self.push)
+        {
+            return grown.min(steady.derivative_bound(o, t, end, order));
+        }
+        grown
+    }
+}

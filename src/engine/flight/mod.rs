@@ -1,0 +1,15 @@
+//! Balls that touch nothing.
+//!
+//! A ball swings in closed form from its anchor, the time of its last event ([`Ball`], [`Flight`]); two neighbours in flight have a
+//! closed form of their overlap, from which the next onset is foretold ([`Separation`]). Needs closed-form oscillators and first
+//! crossings of the solver; knows no contact forces.
+
+mod ball;
+mod forcing;
+mod free_motion;
+mod separation;
+
+pub(crate) use ball::{Ball, Held, Tally, spaced};
+pub(crate) use forcing::{Push, degree, push_at, shifted};
+pub(crate) use free_motion::{Flight, Rounding};
+pub(crate) use separation::{EVALUATIONS, FAR, Forecast, HARDLY, Separation, reach};

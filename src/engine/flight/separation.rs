@@ -1,0 +1,279 @@
+//! An open contact between two balls in flight: its overlap as a closed form, and when it will close.
+
+use serde::{Deserialize, Serialize};
+
+use super::ball::Ball;
+use super::forcing::degree;
+use super::free_motion::Flight;
+use crate::solver::double_double::DoubleDouble;
+use crate::solver::oscillator::Oscillator;
+use crate::solver::root::{Search, Smooth, safe_step, search_within};
+
+/// The overlap (negative while apart) since an anchor.
+///
+/// It is kept as its value at the anchor plus the displacements since then, so that a gap of 1e-12 m right after a release
+/// has its digits although the positions are of the order of 1 m.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Separation {
+    anchor: DoubleDouble,
+    overlap: f64,
+    motion: Motion,
+    /// Rounding of the positions that the swing of the two entails, m: a contact that closes no deeper is none.
+    noise: f64,
+    /// Rounding of the rate (m/s) and of the acceleration (m/s2) right after the anchor, where an overlap by rounding is no onset.
+    blur: [f64; 2],
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+enum Motion {
+    /// Equal pendulums: the difference of the two motions is a motion of the same kind.
+    Relative(Oscillator, Flight),
+    /// Unequal pendulums: left and right.
+    Both([(Oscillator, Flight); 2]),
+}
+
+/// What is known about the next closing of an open contact, or the end of a lasting one.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) enum Forecast {
+    /// It comes at this time.
+    At(DoubleDouble),
+    /// It does not come before this time; what comes then has not been looked at.
+    NotBefore(DoubleDouble),
+    /// It never comes.
+    Never,
+}
+
+/// Evaluations that one forecast may take, far beyond what most motions take; what comes then is left to the next one.
+pub(crate) const EVALUATIONS: u32 = 4_000;
+
+/// Part of the time since the anchor that a forecast must have got on by then for its motion to be more than rounding.
+pub(crate) const HARDLY: f64 = 1e-6;
+
+/// Periods that one forecast looks ahead where the closing is not a closed form.
+const PERIODS_AHEAD: f64 = 2.0;
+
+impl Separation {
+    /// The contact between `left` and `right`, which are both anchored at or before `anchor`, with its overlap there (m) and its
+    /// clearance (m).
+    pub fn new(left: &Ball, right: &Ball, anchor: DoubleDouble, overlap: f64, clearance: f64) -> Self {
+        let (l, r) = (left.flight_at(anchor), right.flight_at(anchor));
+        let motion = if left.oscillator == right.oscillator {
+            let mut push = l.push;
+            push.iter_mut().zip(&r.push).for_each(|(p, r)| *p -= r);
+            // The difference of the positions, which gravity pulls on, without their rounding.
+            Motion::Relative(left.oscillator, Flight { x: overlap + clearance, v: l.v - r.v, push })
+        } else {
+            Motion::Both([(left.oscillator, l), (right.oscillator, r)])
+        };
+        let noise = l.rounding(&left.oscillator).max(r.rounding(&right.oscillator)).position;
+        Self { anchor, overlap, motion, noise, blur: [0.0; 2] }
+    }
+
+    /// The same between rigid balls, which may be side by side for long: overlaps up to `noise` (m) are none, and none is an
+    /// onset that the rounding of two different motions, or of inputs that have varied for `age` (s), brings about.
+    pub fn rigid(self, noise: f64, age: f64) -> Self {
+        let noise = self.noise.max(noise);
+        let of_time = |flight: &Flight| flight.push[1].abs() * age;
+        let blur = match &self.motion {
+            Motion::Relative(_, flight) => [0.0, of_time(flight)],
+            Motion::Both(parts) => {
+                let acceleration = |(o, flight): &(Oscillator, Flight)| {
+                    flight.acceleration(o, 0.0, 0.0, flight.v).abs() + of_time(flight)
+                };
+                [parts.iter().map(|(_, flight)| flight.v.abs()).sum(), parts.iter().map(acceleration).sum()]
+            }
+        };
+        let blur = blur.map(|size: f64| 8.0 * f64::EPSILON * size);
+        Self { noise, blur, ..self }
+    }
+
+    /// Whether it is one between `left` and `right` at the time `now`, with finite values.
+    pub fn is_sound(&self, left: &Ball, right: &Ball, now: DoubleDouble) -> bool {
+        let (pendulums, finite) = match &self.motion {
+            Motion::Relative(o, flight) => (*o == left.oscillator && *o == right.oscillator, flight.is_finite()),
+            Motion::Both([(ol, l), (or, r)]) => {
+                (*ol == left.oscillator && *or == right.oscillator && ol != or, l.is_finite() && r.is_finite())
+            }
+        };
+        let numbers = [self.overlap, self.noise, self.blur[0], self.blur[1]].iter().all(|value| value.is_finite());
+        pendulums && finite && numbers && self.anchor.is_sound() && self.anchor <= now
+    }
+
+    /// Overlap (m) and its rate (m/s) at the time `t`.
+    pub fn at_time(&self, t: DoubleDouble) -> (f64, f64) {
+        let [overlap, rate, _] = self.evaluate(t - self.anchor);
+        (overlap, rate)
+    }
+
+    /// What rounding may be of the overlap, m.
+    pub fn noise(&self) -> f64 {
+        self.noise
+    }
+
+    /// Whether the balls touch at the time `t` as far as their positions are known, or to within `noise` (m).
+    pub fn touches(&self, t: DoubleDouble, noise: f64) -> bool {
+        self.at_time(t).0 >= -self.noise.max(noise)
+    }
+
+    /// Whether after the onset at `t` the bounce with the coefficient of restitution `e` stays lower than the rounding of the
+    /// positions, or is shorter than `shortest` (s).
+    pub fn is_last_bounce(&self, t: DoubleDouble, e: f64, shortest: f64) -> bool {
+        let [_, rate, acceleration] = self.evaluate(t - self.anchor);
+        let rebound = e * rate;
+        rebound * rebound <= 2.0 * acceleration * self.noise || 2.0 * rebound < acceleration * shortest
+    }
+
+    /// Overlap (m), rate (m/s) and acceleration (m/s2) `tau` after the anchor.
+    fn evaluate(&self, tau: DoubleDouble) -> [f64; 3] {
+        let part = |o: &Oscillator, flight: &Flight| {
+            let (d, v) = flight.at(o, tau);
+            [d, v, flight.acceleration(o, tau.value(), d, v)]
+        };
+        match &self.motion {
+            Motion::Relative(o, flight) => {
+                let [d, v, a] = part(o, flight);
+                [self.overlap + d, v, a]
+            }
+            Motion::Both([(ol, left), (or, right)]) => {
+                let ([dl, vl, al], [dr, vr, ar]) = (part(ol, left), part(or, right));
+                [self.overlap + (dl - dr), vl - vr, al - ar]
+            }
+        }
+    }
+
+    /// The next closing after `from`, a time at or after the anchor, with at most so many evaluations as are `allowed`, which counts
+    /// them down.
+    pub fn forecast(&self, from: DoubleDouble, allowed: &mut u32) -> Forecast {
+        if self.stays_apart() {
+            return Forecast::Never;
+        }
+        let start = (from - self.anchor).value();
+        let reach = self.reach(start);
+        let mut clear = start;
+        if start == 0.0 {
+            // Most forecasts are overtaken by events: a bound that costs little comes first. It is the tighter the shorter the
+            // span, here half a period.
+            clear = safe_step(self, 0.0, self.at_anchor(), 0.25 * reach);
+            if clear > 0.02 * reach {
+                return Forecast::NotBefore(self.anchor + clear);
+            }
+        } else if let Some(tau) = self.next_wave(start) {
+            return Forecast::At(self.anchor + tau);
+        }
+        let horizon = start + reach;
+        // Up to `clear` there is none.
+        match search_within(self, clear, horizon, allowed) {
+            Search::At(tau) => Forecast::At(self.anchor + self.polished(tau)),
+            Search::NotBefore(tau) if tau - clear > HARDLY * clear => Forecast::NotBefore(self.anchor + tau),
+            // One that hardly got on has followed nothing but rounding.
+            _ if horizon.is_finite() && horizon < FAR => Forecast::NotBefore(self.anchor + horizon),
+            _ => Forecast::Never,
+        }
+    }
+
+    /// Overlap (m), rate (m/s) and acceleration (m/s2) at the anchor.
+    pub fn at_anchor(&self) -> [f64; 3] {
+        let acceleration = |o: &Oscillator, flight: &Flight| flight.acceleration(o, 0.0, 0.0, flight.v);
+        match &self.motion {
+            Motion::Relative(o, flight) => [self.overlap, flight.v, acceleration(o, flight)],
+            Motion::Both([(ol, left), (or, right)]) => {
+                [self.overlap, left.v - right.v, acceleration(ol, left) - acceleration(or, right)]
+            }
+        }
+    }
+
+    /// The next rise through zero of a plain wave, `start` being known not to lie behind it; `None` where the motion is no
+    /// plain wave or only grazes.
+    fn next_wave(&self, start: f64) -> Option<DoubleDouble> {
+        let Motion::Relative(o, flight) = &self.motion else { return None };
+        if o.gamma() > 0.0 || o.omega2() == 0.0 || degree(&flight.push) > 0 {
+            return None;
+        }
+        // overlap + equilibrium + sine sin(omega t) - equilibrium cos(omega t)
+        let equilibrium = flight.push[0] / o.omega2() - flight.x;
+        let sine = flight.v / o.omega();
+        let amplitude = (sine * sine + equilibrium * equilibrium).sqrt();
+        let level = -(self.overlap + equilibrium) / amplitude;
+        if level.is_nan() || level.abs() > 0.999_999 {
+            return None;
+        }
+        let turn = std::f64::consts::TAU;
+        let phase = libm::atan2(sine, -equilibrium) - libm::acos(level);
+        let turns = libm::ceil((o.omega() * start - 1e-9 - phase) / turn);
+        let mut tau = DoubleDouble::from((phase + turns * turn) / o.omega());
+        for _ in 0..4 {
+            let [overlap, rate, _] = self.evaluate(tau);
+            let correction = -overlap / rate;
+            tau += correction;
+            if correction.abs() <= 8.0 * f64::EPSILON * tau.value() {
+                return Some(tau);
+            }
+        }
+        None
+    }
+
+    /// The crossing next to `tau` to more digits than a double of this size has: on a swing of a second its last place is
+    /// worth a billionth of a stiff contact.
+    fn polished(&self, tau: f64) -> DoubleDouble {
+        let [overlap, rate, _] = self.evaluate(tau.into());
+        let correction = -overlap / rate;
+        if rate > 0.0 && correction.abs() <= 1e-6 * tau { DoubleDouble::from(tau) + correction } else { tau.into() }
+    }
+
+    /// Whether the amplitudes alone rule a contact out.
+    fn stays_apart(&self) -> bool {
+        // Highest value of the displacement, signed by `side`: equilibrium plus amplitude, which drag only shrinks.
+        let highest = |o: &Oscillator, flight: &Flight, side: f64| {
+            if degree(&flight.push) > 0 || o.omega2() == 0.0 {
+                return f64::INFINITY;
+            }
+            let equilibrium = flight.push[0] / o.omega2() - flight.x;
+            side * equilibrium + (equilibrium * equilibrium + flight.v * flight.v / o.omega2()).sqrt()
+        };
+        let reach = match &self.motion {
+            Motion::Relative(o, flight) => highest(o, flight, 1.0),
+            Motion::Both([(ol, left), (or, right)]) => highest(ol, left, 1.0) + highest(or, right, -1.0),
+        };
+        self.overlap + reach <= self.noise
+    }
+
+    /// How far ahead a forecast looks that starts at `start` after the anchor, s.
+    fn reach(&self, start: f64) -> f64 {
+        match &self.motion {
+            Motion::Relative(o, _) => reach(&[o], start),
+            Motion::Both([(left, _), (right, _)]) => reach(&[left, right], start),
+        }
+    }
+}
+
+/// How far ahead a forecast of these motions looks that starts at `start` after their anchor, s.
+pub(crate) fn reach(oscillators: &[&Oscillator], start: f64) -> f64 {
+    let slowest = oscillators.iter().map(|o| o.omega().max(o.gamma())).fold(f64::INFINITY, f64::min);
+    let fastest = oscillators.iter().map(|o| o.omega()).fold(0.0, f64::max);
+    if fastest > 0.0 {
+        PERIODS_AHEAD * std::f64::consts::TAU / fastest
+    } else if slowest > 0.0 {
+        // Free balls with drag settle within some dozens of decay times; after that, further and further.
+        (100.0 / slowest).max(start)
+    } else {
+        FAR
+    }
+}
+
+/// Further than any simulation goes, s.
+pub(crate) const FAR: f64 = 1e15;
+
+impl Smooth for Separation {
+    fn at(&self, t: f64) -> [f64; 3] {
+        let ([overlap, rate, acceleration], [blur, growth]) = (self.evaluate(t.into()), self.blur);
+        [overlap - t * (blur + 0.5 * growth * t), rate - (blur + growth * t), acceleration - growth]
+    }
+
+    fn third_derivative_bound(&self, t: f64, span: f64) -> f64 {
+        let bound = |o: &Oscillator, flight: &Flight| flight.derivative_bound(o, t, span, 3);
+        match &self.motion {
+            Motion::Relative(o, flight) => bound(o, flight),
+            Motion::Both([(ol, left), (or, right)]) => bound(ol, left) + bound(or, right),
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! The inputs that act: polynomials of the time.
+
+use serde::{Deserialize, Serialize};
+
+use super::flight::Push;
+use crate::model::Inputs;
+use crate::solver::oscillator::MAX_FORCE_ORDER;
+use cradle_interface::results::MAX_INPUT_DERIVATIVE;
+
+/// Periods of the first ball within which the next onset is looked for.
+pub(crate) const ONSET_PERIODS: f64 = 1000.0;
+
+// The inputs are polynomials of the degree that the closed forms take.
+const _: () = assert!(MAX_INPUT_DERIVATIVE == MAX_FORCE_ORDER);
+
+/// The inputs that act: polynomials of the time.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct HeldInputs {
+    /// Time that the values and derivatives refer to, s.
+    pub since: f64,
+    pub values: Inputs,
+    /// From the first on; those beyond are zero.
+    pub derivatives: Vec<Inputs>,
+}
+
+impl HeldInputs {
+    /// The values and their derivatives, order by order.
+    pub fn orders(&self) -> impl Iterator<Item = &Inputs> {
+        std::iter::once(&self.values).chain(&self.derivatives)
+    }
+
+    /// Whether they are those of `balls` balls.
+    pub fn fit(&self, balls: usize) -> bool {
+        self.derivatives.len() <= MAX_INPUT_DERIVATIVE && self.orders().all(|inputs| inputs.force.len() == balls)
+    }
+
+    /// Whether all of them are finite.
+    pub fn are_finite(&self) -> bool {
+        self.orders().all(Inputs::is_finite)
+    }
+
+    /// Acceleration of ball `i` by them, with its derivatives.
+    pub fn push(&self, i: usize, mass: f64) -> Push {
+        let mut push = Push::default();
+        for (push, inputs) in push.iter_mut().zip(self.orders()) {
+            *push = inputs.force[i] / mass - inputs.support_acceleration;
+        }
+        push
+    }
+
+    /// The same inputs seen from the time `t` (s).
+    pub fn at(&self, t: f64) -> Self {
+        let tau = t - self.since;
+        let later = |k: usize| self.derivatives[k].continued(&self.derivatives[k + 1..], tau);
+        let values = self.values.continued(&self.derivatives, tau);
+        Self { since: t, values, derivatives: (0..self.derivatives.len()).map(later).collect() }
+    }
+
+    /// Coefficients of the power series of one of them.
+    pub fn series(&self, input: impl Fn(&Inputs) -> f64) -> [f64; MAX_FORCE_ORDER + 1] {
+        let mut series = [0.0; MAX_FORCE_ORDER + 1];
+        let mut factorial = 1.0;
+        for (k, (c, inputs)) in series.iter_mut().zip(self.orders()).enumerate() {
+            factorial *= k.max(1) as f64;
+            *c = input(inputs) / factorial;
+        }
+        series
+    }
+}

@@ -1,0 +1,118 @@
+//! What a contact remembers: its pulses, their impulse and peak, and its share in the step under way.
+
+use serde::{Deserialize, Serialize};
+
+use crate::solver::double_double::DoubleDouble;
+
+use crate::engine::observer::Pulse;
+use cradle_interface::results::NEVER;
+
+/// Counts stay far below this, 2^62: nothing happens so often.
+pub(crate) const LARGEST_COUNT: u64 = 1 << 62;
+
+/// Onsets closer together than this, s, belong to one chatter.
+pub(crate) const RAPID: f64 = 1e-5;
+
+/// The ledger of one contact.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Ledger {
+    /// Onsets so far.
+    pub pulses: u64,
+    /// How many of the last ones came within [`RAPID`] of the one before.
+    pub rapid: u64,
+    /// Time of the last onset, s.
+    pub onset: f64,
+    /// Time of the last release, s.
+    pub release: f64,
+    /// Integral of the force up to the start of the current segment, N.s.
+    pub impulse: DoubleDouble,
+    /// The part of it that belongs to the last pulse, N.s.
+    pulse_impulse: f64,
+    /// Largest force of the last pulse so far, N.
+    pulse_peak: f64,
+    /// Number of the step that the two fields below belong to.
+    step: u64,
+    /// `impulse` at the start of that step, N.s.
+    step_impulse: DoubleDouble,
+    /// Largest force in that step up to the start of the current segment, N.
+    step_peak: f64,
+}
+
+impl Default for Ledger {
+    fn default() -> Self {
+        Self {
+            pulses: 0,
+            rapid: 0,
+            onset: -NEVER,
+            release: -NEVER,
+            impulse: DoubleDouble::default(),
+            pulse_impulse: 0.0,
+            pulse_peak: 0.0,
+            step: 0,
+            step_impulse: DoubleDouble::default(),
+            step_peak: 0.0,
+        }
+    }
+}
+
+impl Ledger {
+    /// Whether all sums are finite and the counts can go on.
+    pub fn is_sound(&self) -> bool {
+        let values = [self.onset, self.release, self.pulse_impulse, self.pulse_peak, self.step_peak];
+        values.iter().all(|value| value.is_finite())
+            && self.impulse.is_sound()
+            && self.step_impulse.is_sound()
+            && self.pulses.max(self.step).max(self.rapid) < LARGEST_COUNT
+    }
+
+    /// The contact has been followed into step number `step`, at whose start its impulse was `impulse`.
+    pub fn begin_step(&mut self, step: u64, impulse: DoubleDouble) {
+        if self.step != step {
+            (self.step, self.step_impulse, self.step_peak) = (step, impulse, 0.0);
+        }
+    }
+
+    /// The contact closes at `time`, in step number `step`.
+    pub fn open_pulse(&mut self, time: DoubleDouble, step: u64) {
+        self.begin_step(step, self.impulse);
+        self.pulses += 1;
+        self.rapid = if time.value() - self.onset < RAPID { self.rapid + 1 } else { 0 };
+        self.onset = time.value_up();
+        (self.pulse_impulse, self.pulse_peak) = (0.0, 0.0);
+    }
+
+    /// A stretch of a pulse is done: its impulse (N.s), its largest force and the largest within the current step (N).
+    pub fn add(&mut self, impulse: f64, peak: f64, step_peak: f64) {
+        self.impulse += impulse;
+        self.pulse_impulse += impulse;
+        self.pulse_peak = self.pulse_peak.max(peak);
+        self.step_peak = self.step_peak.max(step_peak);
+    }
+
+    /// An impulse (N.s) by rounding, in step number `step`, which is no pulse.
+    pub fn trace(&mut self, impulse: f64, step: u64) {
+        self.begin_step(step, self.impulse);
+        self.impulse += impulse;
+    }
+
+    /// The contact opens at `time`.
+    pub fn close_pulse(&mut self, contact: usize, time: DoubleDouble) -> Pulse {
+        self.release = time.value_up();
+        Pulse { contact, onset: self.onset, release: self.release, peak: self.pulse_peak, impulse: self.pulse_impulse }
+    }
+
+    /// What the impulse was when step number `step` began, N.s, if anything has been entered since.
+    pub fn impulse_at_start(&self, step: u64) -> Option<DoubleDouble> {
+        (self.step == step).then_some(self.step_impulse)
+    }
+
+    /// Largest force of the last pulse up to the start of the current segment, N.
+    pub fn peak_of_pulse(&self) -> f64 {
+        self.pulse_peak
+    }
+
+    /// Largest force in step number `step` up to the start of the current segment, N.
+    pub fn peak_in_step(&self, step: u64) -> f64 {
+        if self.step == step { self.step_peak } else { 0.0 }
+    }
+}

@@ -1,0 +1,204 @@
+//! The next onset: read off the forecasts, or found by a copy of the run that goes ahead.
+
+use crate::engine::flight::Forecast;
+use crate::engine::inputs::ONSET_PERIODS;
+use crate::engine::observer::Unrecorded;
+use crate::engine::run::{Engine, NO_STEP, Phase};
+use crate::solver::double_double::DoubleDouble;
+use cradle_interface::results::NextOnset;
+
+/// Work that one look ahead may take, in the units of [`Engine::effort`]: some tenths of a millisecond. The event that exceeds it is
+/// still handled.
+const LOOK_AHEAD: u64 = 4_000;
+
+/// The same for copying a ball and its contact.
+const COPY: u64 = 3;
+
+impl Engine {
+    /// First onset strictly after the current time with the inputs continued, or none within 1000 periods of the first ball. Where a
+    /// fixed amount of work does not show it, it is the time up to which there is none; the next look, at a later time, goes on
+    /// from there.
+    pub fn next_onset(&self) -> NextOnset {
+        if let Some((asked_at, answer)) = self.caches.ahead.found.get() {
+            // An onset stays the next one until it comes. That there is none within the horizon holds for now only.
+            if asked_at == self.time || answer.found().is_some_and(|onset| onset > self.time) {
+                return answer;
+            }
+        }
+        // Taken out while it is at work: a copy of the run is not to copy it.
+        let mut scout = self.caches.ahead.scout.take();
+        let answer = self.look_ahead(&mut scout);
+        self.caches.ahead.scout.replace(scout);
+        self.caches.ahead.found.set(Some((self.time, answer)));
+        answer
+    }
+
+    /// A copy that goes ahead.
+    fn scout(&self) -> Box<Self> {
+        let mut scout = Box::new(self.clone());
+        scout.step.time = NO_STEP;
+        scout
+    }
+
+    fn look_ahead(&self, scout: &mut Option<Box<Self>>) -> NextOnset {
+        if self.step.number == 0 {
+            // Made here, where all balls are set up anyway, so that no later look has to copy all of them.
+            scout.get_or_insert_with(|| self.scout());
+        }
+        let period = std::f64::consts::TAU / self.balls[0].oscillator.omega();
+        let limit = DoubleDouble::from(self.time + ONSET_PERIODS * period);
+        if let Some(answer) = self.read_off(self.time, limit) {
+            return answer;
+        }
+        // Where it has fallen behind, a copy may be cheaper than what it would have to make up for.
+        let copying = COPY * self.balls.len() as u64;
+        let useful = |scout: &Self| scout.handled >= self.handled || self.effort.saturating_sub(scout.effort) < copying;
+        let scout = match scout {
+            Some(scout) if useful(scout) => scout,
+            slot => slot.insert(self.scout()),
+        };
+        while scout.handled < self.handled
+            && let Some((t, key)) = scout.queue.first()
+            && scout.process(t, key, &mut Unrecorded).is_ok()
+        {}
+        let enough = scout.effort.saturating_add(LOOK_AHEAD);
+        let mut passed = self.onsets;
+        loop {
+            let onset = scout.last_event;
+            if scout.onsets > passed && onset > limit {
+                return NextOnset::NONE;
+            }
+            if scout.onsets > passed && onset.value_up() > self.time {
+                return NextOnset::at(onset.value_up());
+            }
+            // Those that are due right now are not ahead.
+            passed = scout.onsets;
+            if let Some(answer) = scout.read_off(self.time, limit) {
+                return answer;
+            }
+            let Some((t, key)) = scout.queue.first() else { return NextOnset::NONE };
+            // An event that fails here fails in the run, too, which will tell.
+            if scout.effort >= enough || scout.process(t, key, &mut Unrecorded).is_err() {
+                return NextOnset::not_before(t.value_down(), self.time);
+            }
+        }
+    }
+
+    /// The first onset after `now` (s), if the first entry of the queue tells it: the entry is that onset, or beyond `limit`.
+    fn read_off(&self, now: f64, limit: DoubleDouble) -> Option<NextOnset> {
+        let Some((t, key)) = self.queue.first().filter(|(t, _)| *t <= limit) else { return Some(NextOnset::NONE) };
+        let onset = matches!(self.contacts[key].phase, Phase::Open(_, Forecast::At(_)));
+        (onset && t.value_up() > now).then(|| NextOnset::at(t.value_up()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{DampingLaw, Inputs, Parameters};
+
+    /// Balls side by side at rest, contacts without dead band.
+    fn at_rest(balls: usize) -> Parameters {
+        Parameters { x_start: vec![0.0; balls], dead_band: 0.0, ..Parameters::default_for(balls) }
+    }
+
+    /// A gap that closes slowly under drag while an input of this order grows.
+    fn driven(drag: f64, order: usize) -> (Parameters, Inputs, Vec<Inputs>) {
+        let p = Parameters { gravity: 0.0, drag, x_start: vec![-0.01, 0.0], ..at_rest(2) };
+        let mut derivatives = vec![Inputs::zero(2); order];
+        derivatives[order - 1].force[1] = 1.0;
+        (p, Inputs::zero(2), derivatives)
+    }
+
+    /// Runs whose next onset lies far off or nowhere.
+    fn hard() -> Vec<(Parameters, Inputs, Vec<Inputs>)> {
+        let mut runs: Vec<_> =
+            [1e-9, 1e-3, 0.2, 10.0].into_iter().flat_map(|drag| [1, 2, 3].map(|order| driven(drag, order))).collect();
+        let pressed = Parameters { damping: 3e5, exponent: 7.3, gap: vec![-1e-6; 12], ..at_rest(13) };
+        runs.push((pressed, Inputs::zero(13), Vec::new()));
+        let unequal = Parameters {
+            damping_law: DampingLaw::HuntCrossley,
+            hunt_crossley: 0.3,
+            mass_ratio: vec![1.0, 2.0, 1.0, 0.5, 1.0],
+            ..at_rest(5)
+        };
+        let force = vec![50.0, 0.0, 0.0, 0.0, -50.0];
+        runs.push((unequal, Inputs { force, ..Inputs::zero(5) }, Vec::new()));
+        runs
+    }
+
+    #[test]
+    fn a_look_takes_a_fixed_amount_of_work_and_the_next_goes_on() {
+        for (p, inputs, derivatives) in hard() {
+            let mut engine = Engine::new(&p, &inputs, 0.0).unwrap();
+            engine.hold(&inputs, &derivatives).unwrap();
+            engine.advance(0.01, &mut Unrecorded).unwrap();
+            let mut last = 0.0;
+            for _ in 0..20 {
+                let effort =
+                    |engine: &Engine| engine.caches.ahead.scout.borrow().as_ref().map_or(0, |scout| scout.effort);
+                let before = effort(&engine).max(engine.effort);
+                let next = engine.next_onset();
+                assert!(next.time > engine.time().max(last), "{next:?} at {}", engine.time());
+                // What the last event takes that is begun within the limit is up to the number of balls.
+                let taken = effort(&engine).saturating_sub(before);
+                assert!(taken < 2 * LOOK_AHEAD + 200 * p.balls() as u64, "{taken} at {}", engine.time());
+                if next.is_onset {
+                    break;
+                }
+                assert_eq!(engine.next_onset(), next);
+                (last, _) = (next.time, engine.advance(engine.time() + 1e-7, &mut Unrecorded).unwrap());
+            }
+        }
+    }
+
+    #[test]
+    fn a_step_over_an_onset_costs_what_happens_in_it() {
+        let costs = [5, 1000].map(|balls| {
+            // One ball lifted; the wave passes from contact to contact.
+            let x_start = (0..balls).map(|i| if i == 0 { -0.1 } else { 0.0 }).collect();
+            let p = Parameters { x_start, ..Parameters::default_for(balls) };
+            let mut engine = Engine::new(&p, &Inputs::zero(balls), 0.0).unwrap();
+            let onset = |engine: &Engine| engine.next_onset().found().unwrap();
+            std::array::from_fn::<_, 3, _>(|_| {
+                let before = engine.effort;
+                engine.advance(onset(&engine), &mut Unrecorded).unwrap();
+                let scout = engine.caches.ahead.scout.borrow().as_ref().map_or(0, |scout| scout.effort);
+                onset(&engine);
+                let ahead = engine.caches.ahead.scout.borrow().as_ref().map_or(0, |scout| scout.effort) - scout;
+                (engine.effort - before, engine.step.moved.len(), ahead)
+            })
+        });
+        assert_eq!(costs[0], costs[1]);
+        assert!(costs[0].iter().all(|(effort, moved, _)| *effort < 500 && *moved <= 5), "{costs:?}");
+    }
+
+    #[test]
+    fn stepping_from_look_to_look_finds_the_onset() {
+        // Five steel balls without dead band: the next onset is behind a wave that takes many looks to follow.
+        let p = Parameters { exponent: 1.5, dead_band: 0.0, ..Parameters::default_for(5) };
+        let mut engine = Engine::new(&p, &Inputs::zero(5), 0.0).unwrap();
+        let (mut onsets, mut looks) = (0, 0);
+        while onsets < 30 {
+            let next = engine.next_onset();
+            assert!(next.time > engine.time());
+            let before = engine.onsets;
+            engine.advance(next.time, &mut Unrecorded).unwrap();
+            assert_eq!(engine.onsets > before, next.is_onset);
+            (onsets, looks) = if next.is_onset { (onsets + 1, looks) } else { (onsets, looks + 1) };
+        }
+        // Some are shown by the first look, some are not.
+        assert!(looks > 0 && looks < 1000, "{looks} looks");
+    }
+
+    #[test]
+    fn an_onset_that_is_due_now_is_not_ahead() {
+        // Touching and approaching at the start: the onset then is no onset after it.
+        let p = Parameters { v_start: vec![0.1, 0.0], ..at_rest(2) };
+        let mut engine = Engine::new(&p, &Inputs::zero(2), 0.0).unwrap();
+        let next = engine.next_onset();
+        assert!(next.is_onset && next.time > 0.5, "{next:?}");
+        engine.advance(next.time, &mut Unrecorded).unwrap();
+        assert_eq!(engine.pulses(0), 2);
+    }
+}

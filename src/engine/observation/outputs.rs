@@ -1,0 +1,330 @@
+//! What can be read at the current time. Nothing here moves the trajectory.
+
+use crate::engine::cluster::{Cluster, OverlapSeries};
+use crate::engine::derivatives::State;
+use crate::engine::flight::{Held, Tally, degree, push_at};
+use crate::engine::pair_impact::Interior;
+use crate::engine::run::{Engine, KnownState, Phase};
+use crate::model::Mode;
+use crate::solver::double_double::DoubleDouble;
+use cradle_interface::results::{NEVER, Work};
+
+impl Engine {
+    fn now(&self) -> DoubleDouble {
+        self.time.into()
+    }
+
+    /// The cluster with number `id` and the time since the start of its segment.
+    fn cluster(&self, id: u32, t: DoubleDouble) -> Option<(&Cluster, f64)> {
+        let cluster = self.clusters[id as usize].as_ref()?;
+        Some((cluster, (t - cluster.start).value()))
+    }
+
+    /// What moves ball `i` if it is not in flight, and the time since the start of the segment.
+    fn segment_of_ball(&self, i: usize, t: DoubleDouble) -> Option<(&Cluster, f64)> {
+        match self.balls[i].held {
+            Held::Free | Held::Bond => None,
+            Held::Cluster(id) => self.cluster(id, t),
+            Held::Impact(contact) => self.inside_at(contact as usize, t),
+        }
+    }
+
+    /// The segment that contact `i` belongs to, be it between a member and a spectator.
+    fn segment_of_contact(&self, i: usize, t: DoubleDouble) -> Option<(&Cluster, f64)> {
+        match self.contacts[i].cluster() {
+            Some(id) => self.cluster(id, t),
+            None => self.inside_at(i, t),
+        }
+    }
+
+    /// The segment of the impact under way in contact `i` that holds the time `t`, with what was before it.
+    fn interior(&self, i: usize, t: DoubleDouble) -> Option<&Interior> {
+        Some(self.impact(i)?.interior(&self.caches.interiors[i], t))
+    }
+
+    /// The same as a segment and the time since its start, s.
+    fn inside_at(&self, i: usize, t: DoubleDouble) -> Option<(&Cluster, f64)> {
+        self.interior(i, t).map(|interior| (&interior.segment, interior.since(t)))
+    }
+
+    /// Largest force of the impact under way in contact `i` between two times, N; 0 if there is none.
+    pub(crate) fn impact_peak(&self, i: usize, from: DoubleDouble, to: DoubleDouble) -> f64 {
+        self.impact(i).map_or(0.0, |impact| impact.peak(&self.caches.interiors[i], from, to))
+    }
+
+    /// Position (m) and velocity (m/s) of ball `i` at the time `t`, not before its anchor.
+    pub(crate) fn state_at(&self, i: usize, t: DoubleDouble) -> (f64, f64) {
+        let (x, (displacement, v)) = match self.segment_of_ball(i, t) {
+            Some((cluster, tau)) => (cluster.flights[i - cluster.window.start].x, cluster.moved(i, tau)),
+            None => (self.balls[i].flight.x, self.balls[i].moved(t)),
+        };
+        (x + displacement, v)
+    }
+
+    fn tally_at(&self, i: usize, t: DoubleDouble) -> Tally {
+        match (self.segment_of_ball(i, t), self.balls[i].held) {
+            (Some((cluster, tau)), Held::Impact(contact)) => {
+                let mut tally = cluster.tally(i, &self.balls[i].tally, &self.balls[i], tau);
+                let contact = contact as usize;
+                if let Some(interior) = self.interior(contact, t) {
+                    tally.add(&interior.tallies[i - contact]);
+                }
+                tally
+            }
+            (Some((cluster, tau)), _) => cluster.tally(i, &self.balls[i].tally, &self.balls[i], tau),
+            (None, Held::Bond) => self.balls[i].tally_under(&self.own_push(i, self.balls[i].anchor), t),
+            (None, _) => self.balls[i].tally_at(t),
+        }
+    }
+
+    /// Position (m) and velocity (m/s) of ball `i`, kept for those who ask again.
+    fn state(&self, i: usize) -> (f64, f64) {
+        let ball = &self.balls[i];
+        let known = self.caches.states[i].get();
+        if known.time == self.time && known.anchor == ball.anchor {
+            return known.state;
+        }
+        let (state, basis) = if ball.held == Held::Free && degree(&ball.flight.push) == 0 {
+            let (o, flight) = (&ball.oscillator, &ball.flight);
+            let basis = self.shared_basis(i).unwrap_or_else(|| o.basis(self.now() - ball.anchor));
+            ((flight.x + flight.displacement(o, &basis), flight.velocity(o, &basis)), Some(basis))
+        } else {
+            (self.state_at(i, self.now()), None)
+        };
+        self.caches.states[i].set(KnownState { time: self.time, anchor: ball.anchor, state, basis });
+        state
+    }
+
+    /// The functions of the oscillator for ball `i` in flight, if its left neighbour, equal and anchored at the same time, has them.
+    fn shared_basis(&self, i: usize) -> Option<[f64; 3]> {
+        let (left, ball) = (&self.balls[i.checked_sub(1)?], &self.balls[i]);
+        let known = self.caches.states[i - 1].get();
+        let now = known.time == self.time && known.anchor == ball.anchor;
+        let same = now && left.anchor == ball.anchor && left.oscillator == ball.oscillator;
+        known.basis.filter(|_| same)
+    }
+
+    /// Position of ball `i`, m.
+    pub fn x(&self, i: usize) -> f64 {
+        self.state(i).0
+    }
+
+    /// Velocity of ball `i`, m/s.
+    pub fn v(&self, i: usize) -> f64 {
+        self.state(i).1
+    }
+
+    /// Acceleration of ball `i`, m/s2.
+    pub fn a(&self, i: usize) -> f64 {
+        let model = &self.cradle.balls[i];
+        let (x, v) = self.state(i);
+        let from_left = if i > 0 { self.force(i - 1) } else { 0.0 };
+        let from_right = if i < self.contacts.len() { self.force(i) } else { 0.0 };
+        let push = push_at(&self.inputs.push(i, model.mass), self.time - self.inputs.since);
+        model.acceleration(x, v, from_left - from_right, push)
+    }
+
+    /// Whether contact `i` is a rigid one that will be closed once the run begins.
+    fn is_held_back(&self, i: usize) -> bool {
+        self.initializing && self.contacts[i].bond().is_some()
+    }
+
+    /// Force in contact `i`, N. That of a rigid contact, while it lasts, is the constraint force.
+    pub fn force(&self, i: usize) -> f64 {
+        if self.is_held_back(i) {
+            return 0.0;
+        }
+        if let Some(bond) = self.contacts[i].bond() {
+            return bond.force(self.now());
+        }
+        match self.segment_of_contact(i, self.now()) {
+            Some((cluster, tau)) if cluster.mode(i) == Mode::Pressing => {
+                let (overlap, rate) = cluster.overlap(i, tau);
+                self.cradle.contacts[i].force(overlap, rate)
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// Overlap of contact `i`, m; negative while apart.
+    pub fn overlap(&self, i: usize) -> f64 {
+        self.overlap_at(i, self.now()).0
+    }
+
+    /// Overlap of contact `i` (m) and its mode at the time `t`.
+    pub(crate) fn overlap_at(&self, i: usize, t: DoubleDouble) -> (f64, Mode) {
+        let of_segment = |(cluster, tau): (&Cluster, f64)| (cluster.overlap(i, tau).0, cluster.mode(i));
+        match &self.contacts[i].phase {
+            Phase::Bond(..) => (0.0, Mode::Pressing),
+            Phase::Window(id) => self.cluster(*id, t).map_or((0.0, Mode::Open), of_segment),
+            Phase::Impact(_) => self.inside_at(i, t).map_or((0.0, Mode::Open), of_segment),
+            // Rigid balls side by side overlap by rounding only.
+            Phase::Open(separation, _) if self.is_rigid() => (separation.at_time(t).0.min(0.0), Mode::Open),
+            Phase::Open(separation, _) => (separation.at_time(t).0, Mode::Open),
+            Phase::Beside(overlap) => (self.overlap_beside(i, *overlap, t), Mode::Open),
+            Phase::Loose(loose) => (loose.overlap, loose.mode),
+        }
+    }
+
+    /// The whole chain at the time `t`, not before any anchor.
+    pub(crate) fn state_of_all(&self, t: DoubleDouble) -> State {
+        let (x, v) = (0..self.balls.len()).map(|i| self.state_at(i, t)).unzip();
+        let (overlaps, modes) = (0..self.contacts.len()).map(|i| self.overlap_at(i, t)).unzip();
+        State { x, v, overlaps, modes }
+    }
+
+    /// The overlap of contact `i` as a power series of the time from now on, if the contact presses with a force law.
+    pub(crate) fn pressed_series(&self, i: usize) -> Option<OverlapSeries> {
+        let (cluster, tau) = self.segment_of_contact(i, self.now())?;
+        (cluster.mode(i) == Mode::Pressing).then(|| cluster.overlap_series(i, tau))
+    }
+
+    /// Overlap of contact `i` beside an impact at the time `t`, from that between the anchors of its balls, m.
+    fn overlap_beside(&self, i: usize, between_anchors: f64, t: DoubleDouble) -> f64 {
+        // Displacement since the anchor, which is where the ball came into the impact if it is in one.
+        let displacement = |ball: usize| match self.segment_of_ball(ball, t) {
+            Some((segment, tau)) => {
+                let came_with = self.balls[ball].flight.x;
+                (segment.flights[ball - segment.window.start].x - came_with) + segment.moved(ball, tau).0
+            }
+            None => self.balls[ball].moved(t).0,
+        };
+        between_anchors + (displacement(i) - displacement(i + 1))
+    }
+
+    /// Whether the overlap of contact `i` is positive.
+    pub fn in_contact(&self, i: usize) -> bool {
+        self.overlap(i) > 0.0
+    }
+
+    pub(crate) fn impulse_at(&self, i: usize, t: DoubleDouble) -> DoubleDouble {
+        if let Some(bond) = self.contacts[i].bond() {
+            return self.contacts[i].ledger.impulse + bond.impulse(t);
+        }
+        let before = self.interior(i, t).map_or(0.0, |interior| interior.impulse);
+        let segment = self.segment_of_contact(i, t).map_or(0.0, |(cluster, tau)| cluster.impulse(i, tau));
+        self.contacts[i].ledger.impulse + (before + segment)
+    }
+
+    /// Integral of the force in contact `i` since the start, N.s.
+    pub fn impulse(&self, i: usize) -> f64 {
+        self.impulse_at(i, self.now()).value()
+    }
+
+    /// Mean of the force in contact `i` over the last step, N; the force itself before the first step.
+    pub fn force_mean(&self, i: usize) -> f64 {
+        if self.step_length() == 0.0 {
+            return self.force(i);
+        }
+        let impulse = self.impulse_at(i, self.now());
+        let at_start = self.contacts[i].ledger.impulse_at_start(self.step.number);
+        let at_start = at_start.unwrap_or_else(|| self.impulse_at(i, self.step.time.into()));
+        (impulse - at_start).value() / self.step_length()
+    }
+
+    /// Largest force in contact `i` in the last step, N; 0 if the contact was open throughout. The force itself before the
+    /// first step. Impacts of rigid balls have an impulse, but no force.
+    pub fn force_peak(&self, i: usize) -> f64 {
+        if self.step_length() == 0.0 {
+            return self.force(i);
+        }
+        let from = DoubleDouble::from(self.step.time);
+        let before = self.contacts[i].ledger.peak_in_step(self.step.number);
+        if let Some(bond) = self.contacts[i].bond() {
+            return bond.peak(from, self.now()).max(before);
+        }
+        match self.contacts[i].cluster().and_then(|id| self.cluster(id, self.now())) {
+            Some((cluster, tau)) => cluster.peak(i, (from - cluster.start).value().max(0.0), tau, before),
+            None => self.impact_peak(i, from, self.now()).max(before),
+        }
+    }
+
+    /// Onsets of contact `i` so far.
+    pub fn pulses(&self, i: usize) -> u64 {
+        if self.is_held_back(i) { 0 } else { self.contacts[i].ledger.pulses }
+    }
+
+    /// Last onset of contact `i`, s; -1e30 before the first.
+    pub fn last_onset(&self, i: usize) -> f64 {
+        if self.is_held_back(i) { -NEVER } else { self.contacts[i].ledger.onset }
+    }
+
+    /// Last release of contact `i`, s; -1e30 before the first.
+    pub fn last_release(&self, i: usize) -> f64 {
+        self.contacts[i].ledger.release
+    }
+
+    /// Kinetic energy of ball `i`, J.
+    pub fn kinetic_energy(&self, i: usize) -> f64 {
+        self.cradle.balls[i].kinetic_energy(self.v(i))
+    }
+
+    /// Energy of ball `i` in the field of gravity, J.
+    pub fn gravity_energy(&self, i: usize) -> f64 {
+        self.cradle.balls[i].gravity_energy(self.x(i))
+    }
+
+    /// Elastic energy of contact `i`, J.
+    pub fn contact_energy(&self, i: usize) -> f64 {
+        self.cradle.contacts[i].elastic_energy(self.overlap(i))
+    }
+
+    /// Kinetic, gravity and contact energy of all, J.
+    pub fn total_energy(&self) -> f64 {
+        self.cradle.energy(|i| self.state(i), |i| self.overlap(i))
+    }
+
+    /// Energy dissipated by drag and contacts since the start, J.
+    pub fn dissipated_energy(&self) -> f64 {
+        let now = self.now();
+        let drag: f64 = (0..self.balls.len()).map(|i| self.tally_at(i, now).drag_loss).sum();
+        let contact = |i: usize| {
+            let law = &self.cradle.contacts[i];
+            self.segment_of_contact(i, now).map_or(0.0, |(cluster, tau)| cluster.contact_loss(i, law, tau))
+        };
+        drag + self.contact_loss + (0..self.contacts.len()).map(contact).sum::<f64>()
+    }
+
+    /// Work of the external forces and of the support's acceleration since the start, J.
+    pub fn external_work(&self) -> f64 {
+        (0..self.balls.len()).map(|i| self.tally_at(i, self.now()).work).sum()
+    }
+
+    /// `total + dissipated - external - total at the start`, J: the engine's own energy error.
+    pub fn energy_residual(&self) -> f64 {
+        (self.total_energy() - self.energy_at_start) + (self.dissipated_energy() - self.external_work())
+    }
+
+    /// Sum of `m v`, kg.m/s.
+    pub fn momentum(&self) -> f64 {
+        self.cradle.momentum(|i| self.v(i))
+    }
+
+    /// Horizontal force on the support, N.
+    pub fn support_force(&self) -> f64 {
+        self.cradle.support_force(|i| self.state(i))
+    }
+
+    /// The part of ball `i` in the integral of the force on the support since the start up to a constant, N.s.
+    pub(crate) fn support_impulse_of(&self, i: usize, t: DoubleDouble) -> f64 {
+        let model = &self.cradle.balls[i];
+        let drag = if model.gamma > 0.0 { 2.0 * model.gamma * self.state_at(i, t).0 } else { 0.0 };
+        model.mass * (model.omega2 * self.tally_at(i, t).x_integral + drag)
+    }
+
+    /// Mean of the force on the support over the last step, N; the force itself before the first step.
+    pub fn support_force_mean(&self) -> f64 {
+        if self.step_length() == 0.0 {
+            return self.support_force();
+        }
+        let balls = 0..self.balls.len();
+        let before: f64 = balls.clone().map(|i| self.support_impulse_at_start(i)).sum();
+        let now: f64 = balls.map(|i| self.support_impulse_of(i, self.now())).sum();
+        (now - before) / self.step_length()
+    }
+
+    /// Work counters since the start.
+    pub fn work(&self) -> Work {
+        self.work
+    }
+}

@@ -1,0 +1,64 @@
+//! Records the start of the step under way before an event moves anything off its closed form.
+
+use super::step_start::{BallStart, ContactStart};
+use crate::engine::derivatives::State;
+use crate::engine::run::Engine;
+use crate::solver::double_double::DoubleDouble;
+
+impl Engine {
+    /// Length of the last step, s; 0 before the first.
+    pub(crate) fn step_length(&self) -> f64 {
+        self.time - self.step.time
+    }
+
+    /// To be called before an event at `t` moves ball `i` or what it touches off its closed form. An event at the very start of the
+    /// step has not moved it yet.
+    pub(crate) fn before_move(&mut self, i: usize, t: DoubleDouble) {
+        if t > self.step.time.into() {
+            self.record_start(i);
+        }
+    }
+
+    /// Records how ball `i` and its contacts stood at the start of the step, unless that has been done.
+    pub(crate) fn record_start(&mut self, i: usize) {
+        if self.is_scout() || self.step.ball(i).is_some() {
+            return;
+        }
+        let (step, start) = (self.step.number, self.step.time.into());
+        for j in i.saturating_sub(1)..(i + 1).min(self.contacts.len()) {
+            if self.step.contact(j).is_none() {
+                let (overlap, mode) = self.overlap_at(j, start);
+                self.step.record_contact(j, ContactStart { step, overlap, mode });
+            }
+        }
+        let (x, v) = self.state_at(i, start);
+        let support_impulse = self.support_impulse_of(i, start);
+        self.step.record_ball(i, BallStart { step, x, v, support_impulse });
+    }
+
+    /// To be called before an event at `t` enters anything in the ledger of contact `i`: what its impulse was at the start of the
+    /// step.
+    pub(crate) fn begin_ledger(&mut self, i: usize, t: DoubleDouble) {
+        if t > self.step.time.into() && self.contacts[i].ledger.impulse_at_start(self.step.number).is_none() {
+            let impulse = self.impulse_at(i, self.step.time.into());
+            self.contacts[i].ledger.begin_step(self.step.number, impulse);
+        }
+    }
+
+    /// The part of ball `i` in the integral of the force on the support up to the start of the step, N.s.
+    pub(crate) fn support_impulse_at_start(&self, i: usize) -> f64 {
+        let at = self.step.time.into();
+        self.step.ball(i).map_or_else(|| self.support_impulse_of(i, at), |start| start.support_impulse)
+    }
+
+    /// The whole chain at the start of the step.
+    pub(crate) fn state_at_start(&self) -> State {
+        let at = self.step.time.into();
+        let ball = |i: usize| self.step.ball(i).map_or_else(|| self.state_at(i, at), |start| (start.x, start.v));
+        let contact =
+            |i: usize| self.step.contact(i).map_or_else(|| self.overlap_at(i, at), |start| (start.overlap, start.mode));
+        let (x, v) = (0..self.balls.len()).map(ball).unzip();
+        let (overlaps, modes) = (0..self.contacts.len()).map(contact).unzip();
+        State { x, v, overlaps, modes }
+    }
+}

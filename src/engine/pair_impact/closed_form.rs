@@ -1,0 +1,235 @@
+//! The elastic impact of two balls that nothing else touches: its outcome without integrating it.
+//!
+//! For equal undamped pendulums under constant inputs the motion splits in two. The centre of mass swings like a ball. The
+//! overlap moves in a potential, so its rate has reversed when the contact opens: the outcome needs no integration, and the
+//! duration is a quadrature. With `u` the closing rate, `mu` the reduced mass and `q` the overlap over the one that the
+//! contact alone would reach, `q_0`,
+//!
+//! ```text
+//! T = 2 (q_0 / u) integral dq / sqrt(1 - q^(p+1) - beta q - alpha q^2)
+//! ```
+//!
+//! where alpha and beta are what gravity and inputs do during the contact. For p = 1 that is an arc tangent; else it is
+//! expanded in alpha and beta, which are of the order of (contact time / period)^2. The terms follow from the action integral
+//! `integral sqrt(E - P(q)) dq`, whose derivative by E is half the time (Landau and Lifshitz, Mechanics, sections 12 and 49),
+//! and from `integral q^m / sqrt(E - q^(p+1)) dq = E^(s - 1/2) B(s, 1/2) / (p+1)` with `s = (m+1) / (p+1)` and Euler's beta
+//! function B.
+
+use crate::engine::flight::{Ball, Flight, Tally, degree};
+use crate::model::ContactLaw;
+use crate::solver::double_double::DoubleDouble;
+
+/// Terms of the expansion, and the largest `alpha + |beta|` it is used for: what it leaves out is below the rounding.
+const TERMS: usize = 7;
+const SMALL: f64 = 1e-3;
+
+/// Coefficients of the expansion for one exponent of the force law.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shape {
+    /// Of `beta^(k-j) alpha^j` in the integral of `dq / sqrt(...)`.
+    time: [[f64; TERMS]; TERMS],
+    /// The same for `q dq / sqrt(...)`.
+    overlap: [[f64; TERMS]; TERMS],
+}
+
+impl Shape {
+    /// For the exponent `p` of the force law.
+    pub fn new(p: f64) -> Self {
+        Self { time: coefficients(p, 0), overlap: coefficients(p, 1) }
+    }
+}
+
+/// With `P = q^(p+1) + P_1` the integral of `q^g / sqrt(1 - P)` is the sum over k of `(-1)^k / k! (d/dE)^k` of the integral
+/// of `q^g P_1^k / sqrt(E - q^(p+1))` at E = 1.
+fn coefficients(p: f64, g: usize) -> [[f64; TERMS]; TERMS] {
+    let mut table = [[0.0; TERMS]; TERMS];
+    for (k, row) in table.iter_mut().enumerate() {
+        let mut binomial = 1.0;
+        for (j, coefficient) in row[..=k].iter_mut().enumerate() {
+            let share = (k + j + g + 1) as f64 / (p + 1.0);
+            let beta_function =
+                std::f64::consts::PI.sqrt() * libm::tgamma(share) / libm::tgamma(share + 0.5) / (p + 1.0);
+            let derivatives = (0..k).fold(1.0, |product, i| product * (share - 0.5 - i as f64) / -((i + 1) as f64));
+            *coefficient = binomial * beta_function * derivatives;
+            binomial *= (k - j) as f64 / (j + 1) as f64;
+        }
+    }
+    table
+}
+
+/// Sums the expansion up to where it no longer changes.
+fn expansion(table: &[[f64; TERMS]; TERMS], alpha: f64, beta: f64) -> f64 {
+    let mut sum = 0.0;
+    for (k, row) in table.iter().enumerate() {
+        // beta^k (row_0 + row_1 alpha/beta + ...) without the division.
+        let (mut term, mut alpha_power) = (0.0, 1.0);
+        for (j, c) in row[..=k].iter().enumerate() {
+            term += c * alpha_power * (j..k).fold(1.0, |power, _| power * beta);
+            alpha_power *= alpha;
+        }
+        sum += term;
+        if term.abs() < 1e-18 * sum {
+            break;
+        }
+    }
+    sum
+}
+
+/// The overlap during an impact: how long, how much, and its integral.
+struct Course {
+    duration: f64,
+    peak_overlap: f64,
+    overlap_integral: f64,
+}
+
+/// An impact under way whose outcome is known.
+#[derive(Clone, Debug)]
+pub(crate) struct PairImpact {
+    pub start: DoubleDouble,
+    pub duration: f64,
+    /// Displacement of both balls over the impact, m: the overlap is 0 at either end.
+    pub displacement: f64,
+    /// Velocities of the left and the right ball after it, m/s.
+    pub velocities: [f64; 2],
+    /// Impulse, N.s, and largest force, N.
+    pub impulse: f64,
+    pub peak: f64,
+    /// What the left and the right ball gather.
+    pub tallies: [Tally; 2],
+}
+
+impl PairImpact {
+    /// The impact of `left` and `right`, both in flight and anchored at its `start`, with their overlap 0 there; `None` if the
+    /// two do not allow it to be solved in closed form.
+    pub fn new(left: &Ball, right: &Ball, law: &ContactLaw, shape: &Shape) -> Option<Self> {
+        let (l, r, o) = (&left.flight, &right.flight, &left.oscillator);
+        let simple = law.is_elastic() && o.gamma() == 0.0 && left.oscillator == right.oscillator;
+        let rate = l.v - r.v;
+        if !simple || rate <= 0.0 || degree(&l.push) + degree(&r.push) > 0 {
+            return None;
+        }
+        let total = left.mass + right.mass;
+        let (left_share, right_share) = (left.mass / total, right.mass / total);
+        let reduced = left.mass * right_share;
+        let pull = o.omega2() * law.clearance - (l.push[0] - r.push[0]);
+        let course = course(law, shape, o.omega2(), reduced, rate, pull)?;
+        let t = course.duration;
+        if !(t.is_finite() && t > 0.0) {
+            return None; // Beyond the range of doubles.
+        }
+
+        let centre = Flight {
+            x: left_share * l.x + right_share * r.x,
+            v: left_share * l.v + right_share * r.v,
+            push: [left_share * l.push[0] + right_share * r.push[0], 0.0, 0.0, 0.0],
+        };
+        let u: [f64; 4] = o.basis(t.into());
+        let displacement = centre.displacement(o, &u);
+        // Not as a difference of velocities: what gravity does in a microsecond would drown in their rounding.
+        let speed_up = (centre.push[0] - o.omega2() * centre.x) * u[1] - o.omega2() * centre.v * u[2];
+        let velocities = if left.mass == right.mass {
+            [r.v + speed_up, l.v + speed_up]
+        } else {
+            [l.v - 2.0 * right_share * rate + speed_up, r.v + 2.0 * left_share * rate + speed_up]
+        };
+        let common = centre.displacement_integral(o, &u);
+        let tally = |ball: &Ball, of_overlap: f64| Tally {
+            x_integral: ball.flight.x * t + common + of_overlap * course.overlap_integral,
+            drag_loss: 0.0,
+            work: ball.mass * ball.flight.push[0] * displacement,
+        };
+        Some(Self {
+            start: left.anchor,
+            duration: t,
+            displacement,
+            velocities,
+            impulse: reduced * (2.0 * rate - pull * t - o.omega2() * course.overlap_integral),
+            peak: law.elastic_force(course.peak_overlap),
+            tallies: [tally(left, right_share), tally(right, -left_share)],
+        })
+    }
+
+    /// When the contact opens.
+    pub fn end(&self) -> DoubleDouble {
+        self.start + self.duration
+    }
+
+    /// An upper bound of how far the left ball has gone to the left or the right ball to the right `tau` (s) after the start,
+    /// but for the accelerations other than by the contact: the contact pushes them outwards, so they lag behind the chord.
+    pub fn chord(&self, ball: usize, tau: f64) -> f64 {
+        if tau < self.duration {
+            self.displacement * tau / self.duration
+        } else {
+            self.displacement + self.velocities[ball] * (tau - self.duration)
+        }
+    }
+}
+
+/// Solves the overlap's motion `d'' = -omega2 d - pull - F(d) / mass` from `d = 0`, `d' = rate` to its return to 0.
+fn course(law: &ContactLaw, shape: &Shape, omega2: f64, mass: f64, rate: f64, pull: f64) -> Option<Course> {
+    if law.whole_exponent() == Some(1) {
+        let frequency2 = omega2 + law.stiffness / mass;
+        let frequency = frequency2.sqrt();
+        let duration = 2.0 / frequency * libm::atan2(rate * frequency, pull);
+        let (offset, amplitude) = (pull / frequency2, rate / frequency);
+        let radius = (offset * offset + amplitude * amplitude).sqrt();
+        // The difference of the two without cancellation.
+        let peak_overlap = if offset > 0.0 { amplitude * amplitude / (radius + offset) } else { radius - offset };
+        let overlap_integral = (2.0 * rate - pull * duration) / frequency2;
+        return Some(Course { duration, peak_overlap, overlap_integral });
+    }
+    let p = law.exponent;
+    // k d_ref^2 (d / d_ref)^(p+1) / (p+1) = mass rate^2 / 2.
+    let ratio = 0.5 * (p + 1.0) * mass * rate * rate / (law.stiffness * law.overlap_ref * law.overlap_ref);
+    let reach = law.overlap_ref * libm::pow(ratio, 1.0 / (p + 1.0));
+    let (alpha, beta) = (omega2 * reach * reach / (rate * rate), 2.0 * pull * reach / (rate * rate));
+    let expands = alpha + beta.abs() < SMALL;
+    if !expands {
+        return None; // Also where they are no numbers.
+    }
+    // 1 = q^(p+1) + alpha q^2 + beta q at the peak: Newton from the first-order root.
+    let mut q = 1.0 - (alpha + beta) / (p + 1.0);
+    for _ in 0..if alpha + beta.abs() > 1e-8 { 3 } else { 0 } {
+        let power = libm::pow(q, p);
+        q -= (q * (power + alpha * q + beta) - 1.0) / ((p + 1.0) * power + 2.0 * alpha * q + beta);
+    }
+    Some(Course {
+        duration: 2.0 * reach / rate * expansion(&shape.time, alpha, beta),
+        peak_overlap: reach * q,
+        overlap_integral: 2.0 * reach * reach / rate * expansion(&shape.overlap, alpha, beta),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solver::quadrature::gauss_legendre;
+
+    /// `integral q^g dq / sqrt(1 - q^(p+1) - beta q - alpha q^2)` up to the root, by quadrature: with `q = root (1 - s^2)`
+    /// the integrand is smooth at the root, and with whole p at 0; the difference under the root costs some digits.
+    fn by_quadrature(p: f64, alpha: f64, beta: f64, g: i32) -> f64 {
+        let rest = |q: f64| 1.0 - libm::pow(q, p + 1.0) - beta * q - alpha * q * q;
+        let mut root = 1.0;
+        for _ in 0..50 {
+            root += rest(root) / ((p + 1.0) * libm::pow(root, p) + beta + 2.0 * alpha * root);
+        }
+        let integrand = |s: f64| {
+            let q = root * (1.0 - s * s);
+            2.0 * s * root * q.powi(g) / (rest(q) - rest(root)).sqrt()
+        };
+        gauss_legendre(integrand, 0.0, 1.0, 20)
+    }
+
+    #[test]
+    fn expansion_agrees_with_quadrature() {
+        for p in [2.0, 3.0, 5.0] {
+            for (alpha, beta) in [(0.0, 0.0), (1e-4, 2e-4), (3e-4, -6e-4)] {
+                let shape = Shape::new(p);
+                for (table, g) in [(&shape.time, 0), (&shape.overlap, 1)] {
+                    let (sum, quadrature) = (expansion(table, alpha, beta), by_quadrature(p, alpha, beta, g));
+                    assert!((sum / quadrature - 1.0).abs() < 1e-9, "p={p} g={g}: {sum} {quadrature}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! The interior of an impact of known outcome, for those who look at it: segments as those of any cluster, computed as far as somebody
+//! has asked for.
+
+use std::cell::OnceCell;
+
+use super::closed_form::PairImpact;
+use crate::engine::cluster::{Cluster, Control, Pace, Switch, WindowContact};
+use crate::engine::flight::{Ball, Tally};
+use crate::model::{ContactLaw, Mode};
+use crate::solver::double_double::DoubleDouble;
+
+/// A segment of an impact and, once it is asked for, the next.
+#[derive(Debug)]
+pub(crate) struct Interior {
+    pub segment: Cluster,
+    /// Gathered in the segments before: the impulse of the contact, N.s, and by the left and the right ball.
+    pub impulse: f64,
+    pub tallies: [Tally; 2],
+    next: OnceCell<Option<Box<Interior>>>,
+}
+
+/// One after the other: there may be more than a stack holds.
+impl Drop for Interior {
+    fn drop(&mut self) {
+        let mut next = self.next.take().flatten();
+        while let Some(mut interior) = next {
+            next = interior.next.take().flatten();
+        }
+    }
+}
+
+impl Interior {
+    /// The time since the start of the segment.
+    pub fn since(&self, t: DoubleDouble) -> f64 {
+        (t - self.segment.start).value().max(0.0)
+    }
+
+    /// How many segments are known from here on.
+    #[cfg(test)]
+    pub fn known(&self) -> usize {
+        std::iter::successors(Some(self), |interior| interior.next.get()?.as_deref()).count()
+    }
+}
+
+/// An impact under way, with all that its interior follows from.
+#[derive(Clone, Copy)]
+pub(crate) struct Impact<'a> {
+    /// The contact that it is in.
+    pub contact: usize,
+    pub outcome: &'a PairImpact,
+    /// All balls, the two of the impact as they were at its onset, and the laws of all contacts.
+    pub balls: &'a [Ball],
+    pub laws: &'a [ContactLaw],
+    pub control: &'a Control,
+}
+
+impl<'a> Impact<'a> {
+    /// What governs its segments: as many cover it, however slow it is.
+    pub fn control(&self) -> Control {
+        self.control.taking(self.outcome.duration)
+    }
+
+    /// Its balls as a cluster without spectators, from the onset on.
+    pub fn first_segment(&self) -> Cluster {
+        let members = self.contact..self.contact + 2;
+        let flights = self.balls[members.clone()].iter().map(|ball| ball.flight).collect();
+        let contacts = vec![WindowContact { overlap: 0.0, mode: Mode::Pressing }];
+        let mut cluster =
+            Cluster::new(members.clone(), members, self.outcome.start, flights, contacts, Pace::default());
+        cluster.expand(self.balls, self.laws, &self.control());
+        cluster
+    }
+
+    /// The segment that holds the time `t`, with what was before it; the last one for a time after the impact. `first` keeps the
+    /// segments.
+    pub fn interior(&self, first: &'a OnceCell<Box<Interior>>, t: DoubleDouble) -> &'a Interior {
+        let mut interior = first.get_or_init(|| {
+            let mut segment = self.first_segment();
+            segment.forget_workspace();
+            Box::new(Interior { segment, impulse: 0.0, tallies: Default::default(), next: OnceCell::new() })
+        });
+        while interior.segment.end() <= t
+            && let Some(next) = interior.next.get_or_init(|| self.after(interior).map(Box::new))
+        {
+            interior = next;
+        }
+        interior
+    }
+
+    /// The segment after another one, unless the impact is over, or its segments lead no further.
+    fn after(&self, last: &Interior) -> Option<Interior> {
+        let over = matches!(last.segment.switch, Some((_, Switch::Release)));
+        if over || last.segment.end() >= self.outcome.end() || last.segment.length <= 0.0 {
+            return None;
+        }
+        let length = last.segment.length;
+        let mut tallies = last.tallies;
+        for (side, tally) in tallies.iter_mut().enumerate() {
+            let ball = self.contact + side;
+            tally.add(&last.segment.tally(ball, &Tally::default(), &self.balls[ball], length));
+        }
+        let mut segment = last.segment.clone();
+        segment.move_start(length, self.balls, self.laws);
+        segment.expand(self.balls, self.laws, &self.control());
+        segment.forget_workspace();
+        let impulse = last.impulse + last.segment.impulse(self.contact, length);
+        Some(Interior { segment, impulse, tallies, next: OnceCell::new() })
+    }
+
+    /// Largest force between two times, N. Without losses the force falls as it has risen, so that it is largest half way.
+    pub fn peak(&self, first: &'a OnceCell<Box<Interior>>, from: DoubleDouble, to: DoubleDouble) -> f64 {
+        let (start, duration) = (self.outcome.start, self.outcome.duration);
+        let (from, to) = ((from - start).value().max(0.0), (to - start).value().min(duration));
+        let top = 0.5 * duration;
+        if from > to {
+            return 0.0;
+        }
+        if from <= top && top <= to {
+            return self.outcome.peak;
+        }
+        let nearest = start + if to < top { to } else { from };
+        let interior = self.interior(first, nearest);
+        let (overlap, rate) = interior.segment.overlap(self.contact, interior.since(nearest));
+        self.laws[self.contact].force(overlap, rate)
+    }
+}

@@ -1,0 +1,300 @@
+//! Rigid balls in lasting contact: they move as one body, and each contact transmits the force that this takes.
+//!
+//! The sum of the members' equations is one oscillator, with the mean of their frequencies squared, of their decays and of the
+//! accelerations by the inputs, all weighted with the masses. What a member's own pendulum, drag and inputs do beyond that is up to
+//! the contacts: with the balls up to contact j on its left
+//!
+//! ```text
+//! F_j = sum m_i (push_i - push) - sum m_i (omega_i^2 - Omega^2) x_i - 2 sum m_i (gamma_i - Gamma) v
+//! ```
+//!
+//! which is a closed form like the motion. A contact lasts until its force would pull.
+
+use serde::{Deserialize, Serialize};
+
+use crate::engine::flight::{Ball, FAR, Flight, Forecast, HARDLY, Push, degree, reach, shifted};
+use crate::solver::double_double::DoubleDouble;
+use crate::solver::oscillator::{BASIS, MAX_FORCE_ORDER, Oscillator};
+use crate::solver::root::{Search, Smooth, falling_zero, search_within};
+use crate::solver::steady::Steady;
+
+/// Up to so many swings are looked through one by one for the largest force.
+const MOST_SWINGS: f64 = 8.0;
+
+/// A lasting contact.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Bond {
+    anchor: DoubleDouble,
+    /// Motion of the body from where it is at the anchor.
+    oscillator: Oscillator,
+    flight: Flight,
+    /// The force is this polynomial (N, with derivatives) ...
+    push: Push,
+    /// ... less this (N/m) times the displacement of the body and this (N.s/m) times its velocity.
+    stiffness: f64,
+    drag: f64,
+    /// What rounding may be of it, N.
+    rounding: f64,
+}
+
+/// Balls that move as one.
+pub(crate) struct Body {
+    /// The oscillator of all of them.
+    pub oscillator: Oscillator,
+    /// How each of them moves.
+    pub flights: Vec<Flight>,
+    /// The contacts between them.
+    pub bonds: Vec<Bond>,
+}
+
+/// What rounding may be of the acceleration (m/s2) of a ball in flight under inputs that have acted for `age` (s).
+pub(crate) fn acceleration_rounding(ball: &Ball, age: f64) -> f64 {
+    let o = &ball.oscillator;
+    let of_motion = (o.omega() + 2.0 * o.gamma()) * ball.flight.rounding(o).velocity;
+    let push = ball.flight.push[0].abs() + ball.flight.push[1].abs() * age;
+    8.0 * (of_motion + 2.0 * f64::EPSILON * push)
+}
+
+impl Body {
+    /// The body of `balls`, which are in flight, all of them anchored at `anchor` and of the same velocity then; neighbours would
+    /// approach each other with the accelerations `approach` (m/s2), known to within `rounding`, if they did not touch.
+    pub fn new(balls: &[Ball], approach: &[f64], rounding: f64, anchor: DoubleDouble) -> Self {
+        let first = &balls[0];
+        let (o, v) = (&first.oscillator, first.flight.v);
+        // Differences to the first ball, so that what is the same for all is exactly that: omega squared, gamma, and the
+        // acceleration by inputs and gravity with its derivatives.
+        let mut pull = 0.0;
+        let differences = balls.iter().enumerate().map(|(i, ball)| {
+            if i > 0 {
+                pull -= approach[i - 1] + 2.0 * (balls[i - 1].oscillator.gamma() - ball.oscillator.gamma()) * v;
+            }
+            let mut push: Push = std::array::from_fn(|k| ball.flight.push[k] - first.flight.push[k]);
+            push[0] = pull;
+            Traits { omega2: ball.oscillator.omega2() - o.omega2(), gamma: ball.oscillator.gamma() - o.gamma(), push }
+        });
+        let differences: Vec<Traits> = differences.collect();
+        let total: f64 = balls.iter().map(|ball| ball.mass).sum();
+        let mut mean = Traits::default();
+        for (ball, difference) in balls.iter().zip(&differences) {
+            mean.add(ball.mass / total, difference);
+        }
+        let omega2 = (o.omega2() + mean.omega2).max(0.0);
+        let oscillator = Oscillator::new(omega2, (o.gamma() + mean.gamma).max(0.0));
+        let mut push: Push = std::array::from_fn(|k| first.flight.push[k] + mean.push[k]);
+        push[0] -= o.omega2() * first.flight.x;
+        let flight = Flight { x: 0.0, v, push };
+        let of_ball = |ball: &Ball| {
+            let mut own = flight;
+            own.x = ball.flight.x;
+            own.push[0] += omega2 * own.x;
+            own
+        };
+        let flights = balls.iter().map(of_ball).collect();
+        let (mut force, mut mass) = (Traits::default(), 0.0);
+        let of_contact = |(ball, difference): (&Ball, &Traits)| {
+            mass += ball.mass;
+            force.add(ball.mass, difference);
+            force.add(-ball.mass, &mean);
+            Bond {
+                anchor,
+                oscillator,
+                flight,
+                push: force.push,
+                stiffness: force.omega2,
+                drag: 2.0 * force.gamma,
+                rounding: 4.0 * rounding * mass * (1.0 - mass / total),
+            }
+        };
+        let bonds = balls.iter().zip(&differences).take(balls.len() - 1).map(of_contact).collect();
+        Self { oscillator, flights, bonds }
+    }
+}
+
+/// What the motions of balls can differ in.
+#[derive(Clone, Copy, Default)]
+struct Traits {
+    omega2: f64,
+    gamma: f64,
+    push: Push,
+}
+
+impl Traits {
+    fn add(&mut self, factor: f64, other: &Self) {
+        self.omega2 += factor * other.omega2;
+        self.gamma += factor * other.gamma;
+        self.push.iter_mut().zip(&other.push).for_each(|(sum, push)| *sum += factor * push);
+    }
+}
+
+/// Panels between two times (s), the first of this width (s) and each a quarter wider than the one before.
+fn growing(from: f64, to: f64, width: f64) -> impl Iterator<Item = (f64, f64)> {
+    let ends = std::iter::successors(Some((from, width)), move |(low, width)| {
+        (*low < to).then(|| ((low + width).min(to), 1.25 * width))
+    });
+    ends.clone().zip(ends.skip(1)).map(|((low, _), (high, _))| (low, high))
+}
+
+impl Bond {
+    /// When the body has formed.
+    pub fn anchor(&self) -> DoubleDouble {
+        self.anchor
+    }
+
+    /// The oscillator of the body that it holds together.
+    pub fn oscillator(&self) -> Oscillator {
+        self.oscillator
+    }
+
+    /// Whether it is one between `left` and `right` at the time `now`, with finite values.
+    pub fn is_sound(&self, left: &Ball, right: &Ball, now: DoubleDouble) -> bool {
+        let of_balls = |ball: &Ball| ball.anchor == self.anchor && ball.oscillator == self.oscillator;
+        let numbers =
+            [self.stiffness, self.drag, self.rounding].iter().chain(&self.push).all(|value| value.is_finite());
+        of_balls(left) && of_balls(right) && numbers && self.flight.is_finite() && self.anchor <= now
+    }
+
+    /// The force at the time `t`, N.
+    pub fn force(&self, t: DoubleDouble) -> f64 {
+        self.force_after((t - self.anchor).value())
+    }
+
+    fn force_after(&self, tau: f64) -> f64 {
+        (-self.tension(tau)[0]).max(0.0)
+    }
+
+    /// The impulse from the anchor to the time `t`, N.s.
+    pub fn impulse(&self, t: DoubleDouble) -> f64 {
+        let tau = (t - self.anchor).value();
+        let (mut of_push, mut power) = (0.0, 1.0);
+        for (k, push) in self.push.iter().enumerate() {
+            power *= tau / (k + 1) as f64;
+            of_push += push * power;
+        }
+        if self.stiffness == 0.0 && self.drag == 0.0 {
+            return of_push;
+        }
+        let u: [f64; BASIS] = self.oscillator.basis(t - self.anchor);
+        let displacement = self.flight.displacement(&self.oscillator, &u);
+        of_push - self.stiffness * self.flight.displacement_integral(&self.oscillator, &u) - self.drag * displacement
+    }
+
+    /// The largest force between two times, N; 0 if the second comes before the first.
+    pub fn peak(&self, from: DoubleDouble, to: DoubleDouble) -> f64 {
+        let (from, to) = ((from - self.anchor).value().max(0.0), (to - self.anchor).value());
+        if to < from {
+            return 0.0;
+        }
+        let mut peak = self.force_after(from).max(self.force_after(to));
+        if self.is_constant() || to <= from {
+            return peak;
+        }
+        let o = &self.oscillator;
+        let swings = (to - from) * (o.omega() + o.gamma()) / std::f64::consts::TAU;
+        let mut look = |from: f64, to: f64, panels: usize| {
+            peak = peak.max(self.largest_maximum(from, to, panels));
+        };
+        if swings <= MOST_SWINGS {
+            look(from, to, (4.0 + 16.0 * swings) as usize);
+        } else if o.gamma() < o.omega()
+            && let Some((steady, amplitude)) = self.swing()
+        {
+            // The swings are highest where their envelope is.
+            let envelope_rate = |tau: f64| {
+                let [v, a, ..] = steady.velocity_at(tau);
+                let [_, own_rate, ..] = shifted(&self.push, tau);
+                let left = amplitude * libm::exp(-o.gamma() * tau);
+                own_rate - self.stiffness * v - self.drag * a - o.gamma() * left
+            };
+            let period = std::f64::consts::TAU / o.omega();
+            let mut around = |tau: f64| {
+                look((tau - 1.5 * period).max(from), (tau + 1.5 * period).min(to), 64);
+            };
+            around(from);
+            around(to);
+            for (low, high) in growing(from, to, period) {
+                if envelope_rate(low) > 0.0 && envelope_rate(high) < 0.0 {
+                    around(falling_zero(envelope_rate, low, high));
+                }
+            }
+        } else {
+            // Without swings, ever slower.
+            growing(from, to, 0.25 / (o.omega() + o.gamma())).for_each(|(low, high)| look(low, high, 1));
+        }
+        peak
+    }
+
+    /// The largest maximum of the force between two times (s after the anchor), each at most one to a panel, N; 0 if there is none.
+    fn largest_maximum(&self, from: f64, to: f64, panels: usize) -> f64 {
+        let rate = |tau: f64| -self.tension(tau)[1];
+        let node = |panel: usize| from + (to - from) * panel as f64 / panels as f64;
+        let mut largest = 0.0_f64;
+        for (low, high) in (0..panels).map(|panel| (node(panel), node(panel + 1))) {
+            if rate(low) > 0.0 && rate(high) < 0.0 {
+                largest = largest.max(self.force_after(falling_zero(rate, low, high)));
+            }
+        }
+        largest
+    }
+
+    /// The motion of an underdamped body in two parts, and the amplitude of the force by its free swing at the anchor, N.
+    fn swing(&self) -> Option<(Steady, f64)> {
+        let (o, flight) = (&self.oscillator, &self.flight);
+        let acceleration = flight.acceleration(o, 0.0, 0.0, flight.v);
+        let steady = Steady::new(o, flight.v, acceleration, &flight.push)?;
+        let (v, a) = steady.swing;
+        let x = -(a + 2.0 * o.gamma() * v) / o.omega2();
+        let turned = (o.omega2() - o.gamma() * o.gamma()).sqrt();
+        let size = libm::hypot(x, (v + o.gamma() * x) / turned);
+        let response = libm::hypot(self.stiffness - self.drag * o.gamma(), self.drag * turned);
+        Some((steady, size * response))
+    }
+
+    /// Whether the force stays as it is.
+    fn is_constant(&self) -> bool {
+        self.stiffness == 0.0 && self.drag == 0.0 && degree(&self.push) == 0
+    }
+
+    /// When, from `from` on, the force would pull by more than rounding; with at most so many evaluations as are `allowed`, which
+    /// counts them down.
+    pub fn forecast(&self, from: DoubleDouble, allowed: &mut u32) -> Forecast {
+        let start = (from - self.anchor).value();
+        if self.at(start)[0] > 0.0 {
+            return Forecast::At(from);
+        }
+        if self.is_constant() {
+            return Forecast::Never;
+        }
+        let reach = reach(&[&self.oscillator], start);
+        let horizon = start + reach;
+        match search_within(self, start, horizon, allowed) {
+            Search::At(tau) => Forecast::At(self.anchor + tau),
+            Search::NotBefore(tau) if tau - start > HARDLY * start => Forecast::NotBefore(self.anchor + tau),
+            _ if horizon < FAR => Forecast::NotBefore(self.anchor + horizon),
+            _ => Forecast::Never,
+        }
+    }
+
+    /// The force reversed and its first two derivatives `tau` after the anchor, N, N/s, N/s2.
+    fn tension(&self, tau: f64) -> [f64; 3] {
+        let (o, flight) = (&self.oscillator, &self.flight);
+        let own = shifted(&self.push, tau);
+        let (d, v) = flight.at(o, tau.into());
+        let a = flight.acceleration(o, tau, d, v);
+        let jerk = shifted(&flight.push, tau)[1] - o.omega2() * v - 2.0 * o.gamma() * a;
+        let motion = [d, v, a, jerk];
+        std::array::from_fn(|k| self.stiffness * motion[k] + self.drag * motion[k + 1] - own[k])
+    }
+}
+
+impl Smooth for Bond {
+    /// Tension beyond rounding.
+    fn at(&self, tau: f64) -> [f64; 3] {
+        let [tension, rate, curvature] = self.tension(tau);
+        [tension - self.rounding, rate, curvature]
+    }
+
+    fn third_derivative_bound(&self, t: f64, span: f64) -> f64 {
+        let [third, fourth] = [3, 4].map(|order| self.flight.derivative_bound(&self.oscillator, t, span, order));
+        self.push[MAX_FORCE_ORDER].abs() + self.stiffness.abs() * third + self.drag.abs() * fourth
+    }
+}

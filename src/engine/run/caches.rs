@@ -1,0 +1,71 @@
+//! What has been computed and would be computed again the same: nothing here is part of the state of a run, but for how far ahead has
+//! been looked, which later looks go on from.
+
+use std::cell::{Cell, OnceCell, RefCell};
+
+use crate::engine::pair_impact::Interior;
+use crate::solver::double_double::DoubleDouble;
+use cradle_interface::results::NextOnset;
+
+/// Everything that a run keeps of what it has computed for those who ask. `R` is the run.
+#[derive(Debug)]
+pub(crate) struct Caches<R> {
+    /// A ball each: its state when it was last asked for.
+    pub states: Vec<Cell<KnownState>>,
+    /// A contact each: the interior of the impact under way, once somebody looks inside.
+    pub interiors: Vec<OnceCell<Box<Interior>>>,
+    pub ahead: LookAhead<R>,
+}
+
+/// The state of a ball at a time.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct KnownState {
+    /// The time, s; NaN for none.
+    pub time: f64,
+    /// The anchor of its flight then.
+    pub anchor: DoubleDouble,
+    /// Position, m, and velocity, m/s.
+    pub state: (f64, f64),
+    /// The functions of the oscillator that they followed from.
+    pub basis: Option<[f64; 3]>,
+}
+
+/// What has been seen of the future. It is good until the inputs change. The copy stands at most at the first onset that the run has
+/// yet to come to.
+#[derive(Clone, Debug)]
+pub(crate) struct LookAhead<R> {
+    /// A copy of the run that has gone ahead on the same trajectory.
+    pub scout: RefCell<Option<Box<R>>>,
+    /// What was found last, and when it was asked for, s.
+    pub found: Cell<Option<(f64, NextOnset)>>,
+}
+
+impl<R> Default for LookAhead<R> {
+    fn default() -> Self {
+        Self { scout: RefCell::default(), found: Cell::default() }
+    }
+}
+
+impl<R> Caches<R> {
+    /// Empty ones for a run of so many balls and contacts.
+    pub fn new(balls: usize, contacts: usize) -> Self {
+        let unknown = KnownState { time: f64::NAN, anchor: DoubleDouble::default(), state: (0.0, 0.0), basis: None };
+        Self {
+            states: vec![Cell::new(unknown); balls],
+            interiors: std::iter::repeat_with(OnceCell::new).take(contacts).collect(),
+            ahead: LookAhead::default(),
+        }
+    }
+
+    /// Empties all of them: other equations hold from now on.
+    pub fn clear(&mut self) {
+        *self = Self::new(self.states.len(), self.interiors.len());
+    }
+}
+
+/// A copy goes on from the same look ahead; it computes for itself what else it is asked for.
+impl<R: Clone> Clone for Caches<R> {
+    fn clone(&self) -> Self {
+        Self { ahead: self.ahead.clone(), ..Self::new(self.states.len(), self.interiors.len()) }
+    }
+}

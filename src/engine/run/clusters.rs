@@ -1,0 +1,150 @@
+//! Clusters within a run: founded, followed from switching to switching, and dissolved.
+
+use std::ops::Range;
+
+use super::contact::{Loose, Phase};
+use super::engine::Engine;
+use crate::engine::cluster::{Cluster, Pace, Switch, WindowContact};
+use crate::engine::error::EngineError;
+use crate::engine::flight::Held;
+use crate::engine::observer::Observer;
+use crate::model::Mode;
+use crate::solver::double_double::DoubleDouble;
+
+/// Effort (see [`Engine::effort`]) of each contact of a cluster's window in a new segment, and of each evaluation of a contact force
+/// for it.
+const SEGMENT: u64 = 24;
+const EVALUATION: u64 = 2;
+
+impl Engine {
+    /// The segment of cluster `id` is over: go on, or switch what switches there.
+    pub(crate) fn end_segment(&mut self, id: usize, observer: &mut dyn Observer) -> Result<(), EngineError> {
+        let Some(t) = self.clusters[id].as_ref().map(Cluster::end) else { return Ok(()) };
+        let Some(mut cluster) = self.take_cluster(id, t) else { return Ok(()) };
+        self.fold(&mut cluster, t);
+        if let Some(ball) = cluster.flights.iter().position(|f| !(f.x.is_finite() && f.v.is_finite())) {
+            let error = EngineError::NotFinite { time: t.value(), ball: cluster.window.start + ball };
+            self.follow(id, cluster); // What is left can still be looked at.
+            return Err(error);
+        }
+        let switch = cluster.switch;
+        match switch {
+            None => self.follow(id, cluster),
+            Some((i, Switch::Clip | Switch::Unclip)) => {
+                let mode = if switch == Some((i, Switch::Clip)) { Mode::Clipped } else { Mode::Pressing };
+                cluster.contacts[i - cluster.window.start].mode = mode;
+                self.count_event();
+                self.follow(id, cluster);
+            }
+            Some((i, Switch::Release)) => {
+                let range = cluster.window_contacts();
+                self.release_members(&cluster);
+                self.contacts[i].loosen(0.0, Mode::Open);
+                self.end_pulse(i, t, observer);
+                self.form(range, t);
+            }
+            Some((i, Switch::Onset)) => {
+                let range = cluster.window_contacts();
+                self.release_members(&cluster);
+                self.close(i, t, range);
+            }
+        }
+        Ok(())
+    }
+
+    /// A new cluster of the balls `members` at time `t`.
+    pub(crate) fn found(&mut self, members: Range<usize>, t: DoubleDouble) {
+        let window = members.start.saturating_sub(1)..(members.end + 1).min(self.balls.len());
+        let id = self.clusters.iter().position(Option::is_none).unwrap_or_else(|| {
+            self.clusters.push(None);
+            self.clusters.len() - 1
+        });
+        for i in members.clone() {
+            self.land(i, t);
+            self.balls[i].held = Held::Cluster(id as u32);
+        }
+        let contacts = window.start..window.end - 1;
+        let age = self.contacts[contacts.clone()].iter().map(|contact| contact.loose().age).max().unwrap_or_default();
+        let contacts = contacts.map(|i| {
+            self.stop_separation(i, t);
+            let Loose { overlap, mode, .. } = self.contacts[i].loose();
+            self.contacts[i].phase = Phase::Window(id as u32);
+            WindowContact { overlap, mode }
+        });
+        let contacts = contacts.collect();
+        let flights = window.clone().map(|i| self.balls[i].flight_at(t)).collect();
+        self.follow(id, Cluster::new(members, window, t, flights, contacts, Pace::aged(age)));
+    }
+
+    /// Computes the next segment of a cluster and puts it back in its place.
+    fn follow(&mut self, id: usize, mut cluster: Cluster) {
+        cluster.expand(&self.balls, &self.cradle.contacts, &self.control);
+        self.work.steps = self.work.steps.saturating_add(1);
+        self.work.evaluations = self.work.evaluations.saturating_add(cluster.evaluations);
+        let effort = SEGMENT * cluster.contacts.len() as u64 + EVALUATION * cluster.evaluations + cluster.searched();
+        self.effort = self.effort.saturating_add(effort);
+        self.queue.set(cluster.key(), cluster.end());
+        self.clusters[id] = Some(cluster);
+    }
+
+    /// Cluster `id`, if it is there, taken out of its place by an event at `t`.
+    fn take_cluster(&mut self, id: usize, t: DoubleDouble) -> Option<Cluster> {
+        for i in self.clusters[id].as_ref()?.members.clone() {
+            self.before_move(i, t);
+        }
+        self.clusters[id].take()
+    }
+
+    /// Moves the start of the cluster's segment to `t`, a time on it, and enters in the ledgers what happened till then.
+    pub(crate) fn fold(&mut self, cluster: &mut Cluster, t: DoubleDouble) {
+        let tau = (t - cluster.start).value().min(cluster.length);
+        let step_start = (DoubleDouble::from(self.step.time) - cluster.start).value().clamp(0.0, tau);
+        for i in cluster.window_contacts() {
+            if cluster.mode(i) != Mode::Open {
+                let ledger = &mut self.contacts[i].ledger;
+                if ledger.impulse_at_start(self.step.number).is_none() {
+                    ledger.begin_step(self.step.number, ledger.impulse + cluster.impulse(i, step_start));
+                }
+                let (of_pulse, of_step) = (ledger.peak_of_pulse(), ledger.peak_in_step(self.step.number));
+                // Looked for over the whole segment, so that it does not depend on where the steps begin.
+                let peak = cluster.peak(i, 0.0, tau, of_pulse);
+                let in_step = match step_start == 0.0 {
+                    true if peak > of_pulse => peak,
+                    true if of_step >= peak => of_step,
+                    _ => cluster.peak(i, step_start, tau, of_step),
+                };
+                self.contacts[i].ledger.add(cluster.impulse(i, tau), peak, in_step);
+                self.contact_loss += cluster.contact_loss(i, &self.cradle.contacts[i], tau);
+            }
+        }
+        for i in cluster.members.clone() {
+            self.balls[i].tally = cluster.tally(i, &self.balls[i].tally, &self.balls[i], tau);
+            self.balls[i].anchor = t;
+        }
+        cluster.move_start(tau, &self.balls, &self.cradle.contacts);
+        cluster.start = t;
+        for i in cluster.members.clone() {
+            self.balls[i].flight = cluster.flights[i - cluster.window.start];
+        }
+    }
+
+    /// Ends cluster `id`, if it is there, at time `t`: its members are in flight, its contacts hold their overlaps and modes.
+    /// Returns the members and the contacts of the window; empty ranges if it was not there.
+    pub(crate) fn dissolve(&mut self, id: usize, t: DoubleDouble) -> (Range<usize>, Range<usize>) {
+        let Some(mut cluster) = self.take_cluster(id, t) else { return (0..0, 0..0) };
+        let (members, contacts) = (cluster.members.clone(), cluster.window_contacts());
+        self.fold(&mut cluster, t);
+        self.release_members(&cluster);
+        (members, contacts)
+    }
+
+    fn release_members(&mut self, cluster: &Cluster) {
+        self.queue.remove(cluster.key());
+        for ball in &mut self.balls[cluster.members.clone()] {
+            ball.held = Held::Free;
+        }
+        for (i, &WindowContact { overlap, mode }) in cluster.window_contacts().zip(&cluster.contacts) {
+            self.contacts[i].phase = Phase::Loose(Loose { overlap, mode, age: cluster.pace.age });
+        }
+    }
+}

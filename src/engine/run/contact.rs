@@ -1,0 +1,128 @@
+//! A contact of the cradle: its ledger, and what it is part of.
+
+use serde::{Deserialize, Serialize};
+
+use crate::engine::flight::{Forecast, Separation};
+use crate::engine::observation::Ledger;
+use crate::engine::pair_impact::PairImpact;
+use crate::engine::rigid::Bond;
+use crate::model::Mode;
+
+/// A contact of the cradle.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Contact {
+    pub ledger: Ledger,
+    pub phase: Phase,
+}
+
+/// What a contact is part of. A saved state has no outcome `I` of an impact: it is computed anew.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) enum Phase<I = PairImpact> {
+    /// Nothing for the moment: an event regroups the balls about it. Between events no contact is loose.
+    Loose(Loose),
+    /// Open between balls in flight, with what is foretold of its onset.
+    Open(Separation, Forecast),
+    /// Open beside an impact of known outcome, with the overlap (m) between where its balls are at their anchors, which differ.
+    Beside(f64),
+    /// In the window of this cluster.
+    Window(u32),
+    /// An impact of known outcome.
+    Impact(I),
+    /// A lasting contact of rigid balls, with what is foretold of its end.
+    Bond(Bond, Forecast),
+}
+
+/// A contact whose balls are in flight and anchored at the same time, the time of an event.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct Loose {
+    /// In m.
+    pub overlap: f64,
+    pub mode: Mode,
+    /// Segments that its cluster has been followed for, if it comes from one.
+    pub age: u32,
+}
+
+impl<I> Default for Phase<I> {
+    fn default() -> Self {
+        Self::Loose(Loose::default())
+    }
+}
+
+impl<I> Phase<I> {
+    /// The same with another kind of outcome.
+    pub fn with_outcome<J>(self, outcome: impl FnOnce(I) -> J) -> Phase<J> {
+        match self {
+            Self::Loose(loose) => Phase::Loose(loose),
+            Self::Open(separation, forecast) => Phase::Open(separation, forecast),
+            Self::Beside(overlap) => Phase::Beside(overlap),
+            Self::Window(cluster) => Phase::Window(cluster),
+            Self::Impact(impact) => Phase::Impact(outcome(impact)),
+            Self::Bond(bond, forecast) => Phase::Bond(bond, forecast),
+        }
+    }
+}
+
+impl Contact {
+    /// The cluster whose window it belongs to.
+    pub fn cluster(&self) -> Option<u32> {
+        if let Phase::Window(cluster) = self.phase { Some(cluster) } else { None }
+    }
+
+    /// The impact of known outcome that is under way in it.
+    pub fn impact(&self) -> Option<&PairImpact> {
+        if let Phase::Impact(impact) = &self.phase { Some(impact) } else { None }
+    }
+
+    /// What holds its balls together while it lasts, if it is rigid.
+    pub fn bond(&self) -> Option<&Bond> {
+        if let Phase::Bond(bond, _) = &self.phase { Some(bond) } else { None }
+    }
+
+    /// Its motion while it is open and both balls are in flight.
+    pub fn separation(&self) -> Option<&Separation> {
+        if let Phase::Open(separation, _) = &self.phase { Some(separation) } else { None }
+    }
+
+    /// How it stands while it is loose; open without overlap if it is not.
+    pub fn loose(&self) -> Loose {
+        if let Phase::Loose(loose) = self.phase { loose } else { Loose::default() }
+    }
+
+    /// Makes it loose, with this overlap (m) and mode.
+    pub fn loosen(&mut self, overlap: f64, mode: Mode) {
+        let age = self.loose().age;
+        self.phase = Phase::Loose(Loose { overlap, mode, age });
+    }
+
+    /// Overlap (m) while it is loose, or that between the anchors of its balls beside an impact; 0 else.
+    pub fn overlap(&self) -> f64 {
+        match self.phase {
+            Phase::Loose(Loose { overlap, .. }) | Phase::Beside(overlap) => overlap,
+            _ => 0.0,
+        }
+    }
+
+    /// Whether it is loose and closed.
+    pub fn is_closed(&self) -> bool {
+        self.loose().mode != Mode::Open
+    }
+
+    /// If it is beside an impact, the displacement (m) of one of its balls' anchors changes the overlap between them by this.
+    pub fn shift(&mut self, by: f64) {
+        if let Phase::Beside(overlap) = &mut self.phase {
+            *overlap += by;
+        }
+    }
+}
+
+/// Which rigid contacts last where nothing but rounding decides.
+#[derive(Clone, Copy)]
+pub(crate) enum Keep {
+    Nothing,
+    /// This one, where the balls part by no more than rounding.
+    Contact(usize),
+    /// None; this one only where it is pressed by more than rounding.
+    Parting(usize),
+    /// All that did so far.
+    Closed,
+}

@@ -1,0 +1,223 @@
+//! The state of an event-driven run, and the calls that move it on.
+
+use super::caches::Caches;
+use super::contact::{Contact, Keep, Phase};
+use super::watchdog::Endurance;
+use crate::engine::cluster::{Cluster, Control};
+use crate::engine::error::EngineError;
+use crate::engine::flight::{Ball, Flight};
+use crate::engine::inputs::HeldInputs;
+use crate::engine::observation::StepStart;
+use crate::engine::observer::{Observer, Unrecorded};
+use crate::engine::pair_impact::Shape;
+use crate::model::{Cradle, Inputs, Mode, Parameters};
+use crate::solver::double_double::DoubleDouble;
+use crate::solver::queue::EventQueue;
+use cradle_interface::results::Work;
+
+/// Where a step of a copy that goes ahead would have begun, s: after all events.
+pub(crate) const NO_STEP: f64 = f64::MAX;
+
+/// A cradle and its trajectory up to the current time.
+#[derive(Clone, Debug)]
+pub struct Engine {
+    pub(crate) cradle: Cradle,
+    pub(crate) inputs: HeldInputs,
+    pub(crate) control: Control,
+    pub(crate) shape: Shape,
+    pub(crate) time: f64,
+    pub(crate) balls: Vec<Ball>,
+    pub(crate) contacts: Vec<Contact>,
+    pub(crate) clusters: Vec<Option<Cluster>>,
+    pub(crate) queue: EventQueue,
+    /// The current step. That of a copy that goes ahead begins after all events: nothing is recorded.
+    pub(crate) step: StepStart,
+    pub(crate) contact_loss: f64,
+    pub(crate) energy_at_start: f64,
+    pub(crate) work: Work,
+    pub(crate) caches: Caches<Self>,
+    /// Entries of the queue handled so far, and onsets among what came of them.
+    pub(crate) handled: u64,
+    pub(crate) onsets: u64,
+    /// Work so far, in units of about a tenth of a microsecond: what bounds a look ahead.
+    pub(crate) effort: u64,
+    /// Time of the last event and how many came without any progress of time.
+    pub(crate) last_event: DoubleDouble,
+    pub(crate) standstill: usize,
+    /// The run has yet to begin, see [`Self::hold_back`].
+    pub(crate) initializing: bool,
+}
+
+impl Engine {
+    /// Starts a run at `start_time` (s) with the start values of `parameters`, whose values are in their ranges.
+    pub fn new(parameters: &Parameters, inputs: &Inputs, start_time: f64) -> Result<Self, EngineError> {
+        let inputs = HeldInputs { since: start_time, values: inputs.clone(), derivatives: Vec::new() };
+        let mut engine = Self::apart(parameters, inputs, start_time);
+        let start = DoubleDouble::from(start_time);
+        if engine.is_rigid() {
+            engine.touch_where_close()?;
+            engine.settle(0..engine.contacts.len(), start, Keep::Nothing, &mut Unrecorded);
+        } else {
+            engine.close_where_overlapping(start);
+            engine.form(0..engine.contacts.len(), start);
+        }
+        engine.check_finite(0..engine.balls.len())?;
+        engine.energy_at_start = engine.total_energy();
+        if !engine.energy_at_start.is_finite() {
+            return Err(EngineError::EnergyNotFinite { time: start_time });
+        }
+        Ok(engine)
+    }
+
+    /// All balls in flight from the start values, their contacts not looked at yet.
+    pub(crate) fn apart(parameters: &Parameters, inputs: HeldInputs, start_time: f64) -> Self {
+        let cradle = Cradle::new(parameters);
+        let start = DoubleDouble::from(start_time);
+        let state = parameters.x_start.iter().zip(&parameters.v_start).enumerate();
+        let balls = state
+            .zip(&cradle.balls)
+            .map(|((i, (&x, &v)), model)| Ball::new(model, start, Flight { x, v, push: inputs.push(i, model.mass) }));
+        let balls: Vec<Ball> = balls.collect();
+        let contacts = vec![Contact::default(); cradle.contacts.len()];
+        Self {
+            queue: EventQueue::new(contacts.len()),
+            inputs,
+            control: Control::new(parameters.tolerance),
+            shape: Shape::new(cradle.contacts.first().map_or(1.0, |law| law.exponent)),
+            time: start_time,
+            balls,
+            contacts,
+            clusters: Vec::new(),
+            step: StepStart::new(cradle.balls.len(), cradle.contacts.len(), start_time),
+            contact_loss: 0.0,
+            energy_at_start: 0.0,
+            work: Work::default(),
+            caches: Caches::new(cradle.balls.len(), cradle.contacts.len()),
+            handled: 0,
+            onsets: 0,
+            effort: 0,
+            last_event: start,
+            standstill: 0,
+            initializing: false,
+            cradle,
+        }
+    }
+
+    /// Until [`Self::begin`], rigid contacts transmit nothing and have had no onset. What balls that are pressed together transmit
+    /// depends on all of them and on the inputs: a host that couples this run to others would have to iterate for it.
+    pub fn hold_back(&mut self) {
+        self.initializing = true;
+    }
+
+    /// The run begins.
+    pub fn begin(&mut self) {
+        self.initializing = false;
+    }
+
+    /// Whether it is a copy that goes ahead: nobody reads a step of it, so that it need not know how one began.
+    pub(crate) fn is_scout(&self) -> bool {
+        self.step.time == NO_STEP
+    }
+
+    /// Current time, s.
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// From the current time on, `inputs` act, changing with these `derivatives` by time, from the first up to order
+    /// [`MAX_INPUT_DERIVATIVE`]. No change of the trajectory if they are constant and act already. The last step is over: the values
+    /// over it are gone.
+    pub fn hold(&mut self, inputs: &Inputs, derivatives: &[Inputs]) -> Result<(), EngineError> {
+        let constant = derivatives.is_empty() && self.inputs.derivatives.is_empty();
+        if !constant || *inputs != self.inputs.values {
+            self.step.begin(self.time);
+            self.suspend();
+            self.inputs = HeldInputs { since: self.time, values: inputs.clone(), derivatives: derivatives.to_vec() };
+            for (i, ball) in self.balls.iter_mut().enumerate() {
+                ball.flight.push = self.inputs.push(i, ball.mass);
+            }
+            self.resume();
+        }
+        self.check_finite(0..self.balls.len())
+    }
+
+    /// From the current time on, the drag and the losses of the contacts of `parameters` (the tunable ones) act.
+    pub fn retune(&mut self, parameters: &Parameters) -> Result<(), EngineError> {
+        let cradle = Cradle::new(parameters);
+        if cradle != self.cradle {
+            self.step.begin(self.time);
+            self.suspend();
+            for (ball, model) in self.balls.iter_mut().zip(&cradle.balls) {
+                *ball = Ball { tally: ball.tally, ..Ball::new(model, ball.anchor, ball.flight) };
+            }
+            self.cradle = cradle;
+            self.resume();
+        }
+        self.check_finite(0..self.balls.len())
+    }
+
+    /// Moves the current time to `time` (s, not before the current one); `observer` is told of the pulses that finish on the way,
+    /// in the order of their release. The values "over the last step" refer to this call.
+    pub fn advance(&mut self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
+        self.step.begin(self.time);
+        let until = DoubleDouble::from(time);
+        let mut endurance = Endurance::new(self.time.into(), until);
+        while let Some((t, key)) = self.queue.first()
+            && t <= until
+        {
+            endurance.check(t, self.switching(key), self.effort, observer)?;
+            self.process(t, key, observer)?;
+        }
+        self.time = time;
+        self.check_finite(self.step.moved.iter().map(|&ball| ball as usize))
+    }
+
+    /// Everything in flight and anchored at the current time, all contacts loose.
+    fn suspend(&mut self) {
+        let now = DoubleDouble::from(self.time);
+        if self.is_rigid() {
+            return self.unbind(0..self.contacts.len(), now);
+        }
+        for id in 0..self.clusters.len() {
+            self.dissolve(id, now);
+        }
+        for i in 0..self.contacts.len() {
+            self.break_impact(i, now);
+        }
+        for i in 0..self.contacts.len() {
+            self.stop_separation(i, now);
+        }
+        for i in 0..self.balls.len() {
+            self.land(i, now);
+        }
+        self.loosen(0..self.contacts.len());
+    }
+
+    /// The reverse, from what is in flight and overlaps now.
+    fn resume(&mut self) {
+        let now = DoubleDouble::from(self.time);
+        self.caches.clear();
+        if self.is_rigid() {
+            // A contact that would have to pull from now on ends in the next step.
+            return self.settle(0..self.contacts.len(), now, Keep::Closed, &mut Unrecorded);
+        }
+        for (i, contact) in self.contacts.iter_mut().enumerate() {
+            if let Phase::Loose(loose) = &mut contact.phase
+                && loose.mode != Mode::Open
+            {
+                let rate = self.balls[i].flight.v - self.balls[i + 1].flight.v;
+                loose.mode = self.cradle.contacts[i].mode_when_closed(loose.overlap, rate);
+            }
+        }
+        self.form(0..self.contacts.len(), now);
+    }
+
+    /// Refuses states of `balls` that are none.
+    fn check_finite(&self, mut balls: impl Iterator<Item = usize>) -> Result<(), EngineError> {
+        let infinite = |ball: &usize| !self.balls[*ball].flight.is_finite();
+        match balls.find(infinite) {
+            Some(ball) => Err(EngineError::NotFinite { time: self.time, ball }),
+            None => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,213 @@
+//! The events of a run: which one is due, onsets, and how contacts are regrouped.
+
+use std::ops::Range;
+
+use super::contact::Phase;
+use super::engine::Engine;
+use crate::engine::error::EngineError;
+use crate::engine::flight::{EVALUATIONS, Forecast, Held, Separation};
+use crate::engine::observer::Observer;
+use crate::model::Mode;
+use crate::solver::double_double::DoubleDouble;
+
+/// Effort (see [`Engine::effort`]) of an event.
+const EVENT: u64 = 8;
+
+impl Engine {
+    /// Handles the event of queue entry `key` at time `t`.
+    pub(crate) fn process(
+        &mut self,
+        t: DoubleDouble,
+        key: usize,
+        observer: &mut dyn Observer,
+    ) -> Result<(), EngineError> {
+        if t.value() == f64::NEG_INFINITY {
+            return Err(EngineError::NotFinite { time: self.last_event.value(), ball: key });
+        }
+        self.watch_progress(t, self.switching(key))?;
+        self.handled += 1;
+        self.effort = self.effort.saturating_add(EVENT);
+        match &self.contacts[key].phase {
+            Phase::Window(id) => return self.end_segment(*id as usize, observer),
+            Phase::Impact(_) => self.end_impact(key, t, observer),
+            Phase::Open(_, Forecast::At(_)) if self.is_rigid() => self.meet(key, t, observer),
+            Phase::Open(_, Forecast::At(_)) => {
+                if !self.begin_impact(key, t) {
+                    self.close(key, t, key..key + 1);
+                }
+            }
+            Phase::Bond(_, Forecast::At(_)) => self.part(key, t, observer),
+            Phase::Open(..) | Phase::Bond(..) | Phase::Beside(_) | Phase::Loose(_) => self.forecast(key, t),
+        }
+        Ok(())
+    }
+
+    /// The contact that the queue entry `key` is about: of a cluster the one that switches, if one does.
+    pub(crate) fn switching(&self, key: usize) -> usize {
+        let cluster = self.contacts[key].cluster().and_then(|id| self.clusters[id as usize].as_ref());
+        cluster.and_then(|cluster| cluster.switch).map_or(key, |(contact, _)| contact)
+    }
+
+    /// Contact `i` closes at time `t`: the clusters that its balls belong to or border on become one, with the contacts of
+    /// `range`, which have left theirs.
+    pub(crate) fn close(&mut self, i: usize, t: DoubleDouble, range: Range<usize>) {
+        let closed = |engine: &Self, j: &usize| engine.contacts[*j].is_closed();
+        let mut members = range.clone().find(|j| closed(self, j)).map_or(i, |first| first.min(i))
+            ..range.clone().rev().find(|j| closed(self, j)).map_or(i, |last| last.max(i)) + 2;
+        let mut range = range;
+        // Balls next to a member that are held themselves become members, and so on.
+        let mut ball = members.start.saturating_sub(1);
+        while ball < (members.end + 1).min(self.balls.len()) {
+            let freed = match self.balls[ball].held {
+                Held::Free | Held::Bond => ball..ball,
+                Held::Impact(contact) => {
+                    self.break_impact(contact as usize, t);
+                    contact as usize..contact as usize + 2
+                }
+                Held::Cluster(id) => {
+                    let (balls, contacts) = self.dissolve(id as usize, t);
+                    range = range.start.min(contacts.start)..range.end.max(contacts.end);
+                    balls
+                }
+            };
+            if freed.is_empty() {
+                ball += 1;
+            } else {
+                members = members.start.min(freed.start)..members.end.max(freed.end);
+                ball = members.start.saturating_sub(1);
+            }
+        }
+        range = range.start.min(members.start.saturating_sub(1))..range.end.max(members.end.min(self.contacts.len()));
+        self.land_free(range.start..range.end + 1, t);
+        self.loosen(range.clone());
+        self.queue.remove(i);
+        let rate = self.balls[i].moved(t).1 - self.balls[i + 1].moved(t).1;
+        self.contacts[i].loosen(0.0, self.cradle.contacts[i].mode_when_closed(0.0, rate));
+        self.begin_pulse(i, t);
+        self.form(range, t);
+    }
+
+    /// Contacts that overlap at the start are closed from then on.
+    pub(crate) fn close_where_overlapping(&mut self, start: DoubleDouble) {
+        for i in 0..self.contacts.len() {
+            let (left, right, law) = (&self.balls[i].flight, &self.balls[i + 1].flight, &self.cradle.contacts[i]);
+            let overlap = left.x - right.x - law.clearance;
+            let mode = if overlap > 0.0 { law.mode_when_closed(overlap, left.v - right.v) } else { Mode::Open };
+            self.contacts[i].loosen(overlap, mode);
+            if overlap > 0.0 {
+                self.begin_pulse(i, start);
+            }
+        }
+    }
+
+    /// Contacts beside impacts that are over, whose balls are anchored at the same time again, are loose.
+    pub(crate) fn loosen(&mut self, contacts: Range<usize>) {
+        for contact in &mut self.contacts[contacts] {
+            if let Phase::Beside(overlap) = contact.phase {
+                contact.loosen(overlap, Mode::Open);
+            }
+        }
+    }
+
+    /// A pulse of contact `i` begins at `t`.
+    pub(crate) fn begin_pulse(&mut self, i: usize, t: DoubleDouble) {
+        self.contacts[i].ledger.open_pulse(t, self.step.number);
+        self.onsets = self.onsets.saturating_add(1);
+        self.count_event();
+    }
+
+    /// The pulse of contact `i` that is under way ends at `t`.
+    pub(crate) fn end_pulse(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) {
+        observer.pulse(self.contacts[i].ledger.close_pulse(i, t));
+        self.count_event();
+    }
+
+    /// Forms clusters of what is closed among the contacts of `range` and lets the others fly. None of them is in a cluster.
+    pub(crate) fn form(&mut self, range: Range<usize>, t: DoubleDouble) {
+        let closed = |engine: &Self, i: usize| i < range.end && engine.contacts[i].is_closed();
+        let mut i = range.start;
+        while i < range.end {
+            if closed(self, i) {
+                let first = i;
+                let mut last = i;
+                // Groups whose outermost balls are neighbours act on one another before long: one cluster.
+                while let Some(next) = [last + 1, last + 2].into_iter().find(|&j| closed(self, j)) {
+                    last = next;
+                }
+                self.found(first..last + 2, t);
+                i = last + 1;
+            } else {
+                i += 1;
+            }
+        }
+        for i in range {
+            if self.contacts[i].cluster().is_none() {
+                self.fly(i, t);
+            }
+        }
+    }
+
+    /// Contact `i`, if it is between balls in flight, is loose from `t` on.
+    pub(crate) fn stop_separation(&mut self, i: usize, t: DoubleDouble) {
+        if let Some(separation) = self.contacts[i].separation() {
+            let overlap = separation.at_time(t).0;
+            self.contacts[i].loosen(overlap, Mode::Open);
+            self.queue.remove(i);
+        }
+    }
+
+    /// Contact `i` is open and both its balls are in flight from `t` on.
+    pub(crate) fn fly(&mut self, i: usize, t: DoubleDouble) {
+        let (overlap, clearance) = (self.contacts[i].overlap().min(0.0), self.cradle.contacts[i].clearance);
+        let separation = Separation::new(&self.balls[i], &self.balls[i + 1], t, overlap, clearance);
+        self.contacts[i].phase = Phase::Open(separation, Forecast::Never);
+        self.forecast(i, t);
+    }
+
+    /// Looks from `t` on for the next onset of contact `i`, whose balls are in flight, or for the end of its bond.
+    pub(crate) fn forecast(&mut self, i: usize, t: DoubleDouble) {
+        let mut allowed = EVALUATIONS;
+        let forecast = match &mut self.contacts[i].phase {
+            Phase::Bond(bond, forecast) => {
+                *forecast = bond.forecast(t, &mut allowed);
+                *forecast
+            }
+            Phase::Open(separation, forecast) => {
+                *forecast = separation.forecast(t, &mut allowed);
+                *forecast
+            }
+            Phase::Loose(_) | Phase::Beside(_) | Phase::Window(_) | Phase::Impact(_) => return,
+        };
+        self.effort = self.effort.saturating_add(u64::from(EVALUATIONS - allowed));
+        match forecast {
+            Forecast::At(time) | Forecast::NotBefore(time) => self.queue.set(i, time),
+            Forecast::Never => self.queue.remove(i),
+        }
+    }
+
+    pub(crate) fn count_event(&mut self) {
+        self.work.events = self.work.events.saturating_add(1);
+    }
+
+    /// Events that an impact can bring about without any progress of time.
+    pub(crate) fn most_without_progress(&self) -> usize {
+        100 + 20 * self.balls.len()
+    }
+
+    /// Fails when events follow each other without any progress of time beyond what one impact can bring about.
+    fn watch_progress(&mut self, t: DoubleDouble, contact: usize) -> Result<(), EngineError> {
+        // Chatter of rigid contacts is at its end where the clock shows no progress.
+        let progress = if self.is_rigid() { t.value() > self.last_event.value() } else { t > self.last_event };
+        if progress {
+            self.standstill = 0;
+        }
+        if t > self.last_event {
+            self.last_event = t;
+        }
+        self.standstill += 1;
+        if self.standstill > self.most_without_progress() {
+            return Err(EngineError::Stalled { time: t.value(), contact });
+        }
+        Ok(())
+    }
+}

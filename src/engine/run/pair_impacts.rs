@@ -1,0 +1,244 @@
+//! Impacts of two balls whose outcome is known at their onset: begun, ended, and given up where something interferes.
+
+use std::ops::Range;
+
+use super::contact::Phase;
+use super::engine::Engine;
+use crate::engine::flight::Held;
+use crate::engine::observer::Observer;
+use crate::engine::pair_impact::{Impact, PairImpact};
+use crate::model::Mode;
+use crate::solver::double_double::DoubleDouble;
+
+impl Engine {
+    /// Begins the closing of contact `i` at `t` as an impact of known outcome, if it is one: two balls that are in flight, and
+    /// stay clear of their neighbours until the impact is over.
+    pub(crate) fn begin_impact(&mut self, i: usize, t: DoubleDouble) -> bool {
+        let neighbours = i.saturating_sub(1)..(i + 3).min(self.balls.len());
+        let held = |ball: usize| self.balls[ball].held;
+        if held(i) != Held::Free || held(i + 1) != Held::Free {
+            return false;
+        }
+        if neighbours.clone().any(|ball| matches!(held(ball), Held::Cluster(_))) {
+            return false;
+        }
+        self.land_free(neighbours.clone(), t);
+        self.contacts[i].loosen(0.0, Mode::Open);
+        self.queue.remove(i);
+        for beside in neighbours.start..neighbours.end - 1 {
+            self.stop_separation(beside, t);
+        }
+        let (left, right) = (&self.balls[i], &self.balls[i + 1]);
+        let impact = PairImpact::new(left, right, &self.cradle.contacts[i], &self.shape);
+        let Some(impact) = impact else { return false };
+        let clear_left = i == 0 || self.stays_open(i - 1, t, None, Some(&impact));
+        let clear_right = i + 2 == self.balls.len() || self.stays_open(i + 1, t, Some(&impact), None);
+        if !(clear_left && clear_right) {
+            return false;
+        }
+        self.queue.set(i, impact.end());
+        self.contacts[i].phase = Phase::Impact(impact);
+        for beside in (neighbours.start..neighbours.end - 1).filter(|beside| *beside != i) {
+            self.contacts[beside].phase = Phase::Beside(self.contacts[beside].overlap());
+        }
+        (self.balls[i].held, self.balls[i + 1].held) = (Held::Impact(i as u32), Held::Impact(i as u32));
+        self.begin_pulse(i, t);
+        self.work.steps = self.work.steps.saturating_add(1);
+        self.work.evaluations = self.work.evaluations.saturating_add(1);
+        true
+    }
+
+    /// The impact of known outcome that is under way in contact `i`, if there is one.
+    pub(crate) fn impact(&self, i: usize) -> Option<Impact<'_>> {
+        let outcome = self.contacts[i].impact()?;
+        Some(Impact { contact: i, outcome, balls: &self.balls, laws: &self.cradle.contacts, control: &self.control })
+    }
+
+    /// The outcome of the impact in contact `i`, which is over or given up: the contact is loose, with this overlap (m) and mode.
+    fn take_impact(&mut self, i: usize, overlap: f64, mode: Mode) -> Option<PairImpact> {
+        self.contacts[i].impact()?;
+        self.caches.interiors[i].take();
+        match std::mem::take(&mut self.contacts[i].phase) {
+            Phase::Impact(impact) => {
+                self.contacts[i].loosen(overlap, mode);
+                Some(impact)
+            }
+            _ => None,
+        }
+    }
+
+    /// Whether the open contact `j` provably stays open from `t` on until the impacts of its balls are over: the impact about
+    /// to begin, given for the ball that it moves, and one that may be under way for the other.
+    fn stays_open(&self, j: usize, t: DoubleDouble, left: Option<&PairImpact>, right: Option<&PairImpact>) -> bool {
+        let under_way = |ball: usize| match self.balls[ball].held {
+            Held::Impact(contact) => self.contacts[contact as usize].impact(),
+            _ => None,
+        };
+        // Each ball, the time since its anchor, its impact, and how long that still lasts.
+        let sides = [(j, left), (j + 1, right)].map(|(i, impact)| {
+            let (ball, impact) = (&self.balls[i], impact.or_else(|| under_way(i)));
+            let age = (t - ball.anchor).value();
+            (ball, age, impact, impact.map_or(0.0, |impact| (impact.duration - age).max(0.0)))
+        });
+        let remaining = sides.map(|(.., rest)| rest);
+        let longest = remaining[0].max(remaining[1]);
+        let slack: f64 = sides.iter().map(|(ball, age, ..)| ball.bend(age + longest)).sum();
+        // Displacement since the anchor along the chord of the impact, or straight on in flight.
+        let chord = |side: usize, after: f64| {
+            let (ball, age, impact, _) = sides[side];
+            impact.map_or(ball.flight.v * (age + after), |impact| impact.chord(1 - side, age + after))
+        };
+        let overlap = |after: f64| self.contacts[j].overlap() + (chord(0, after) - chord(1, after)) + slack;
+        [0.0, remaining[0], remaining[1]].into_iter().all(|after| overlap(after) < 0.0)
+    }
+
+    /// The impact of contact `i` is over at `t`.
+    pub(crate) fn end_impact(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) {
+        self.before_move(i, t);
+        self.before_move(i + 1, t);
+        let in_step = self.impact_peak(i, self.step.time.into(), t);
+        self.begin_ledger(i, t);
+        let Some(impact) = self.take_impact(i, 0.0, Mode::Open) else { return };
+        self.contacts[i].ledger.add(impact.impulse, impact.peak, in_step);
+        for (side, ball) in self.balls[i..i + 2].iter_mut().enumerate() {
+            ball.flight.x += impact.displacement;
+            ball.flight.v = impact.velocities[side];
+            ball.anchor = t;
+            ball.tally.add(&impact.tallies[side]);
+            ball.held = Held::Free;
+        }
+        self.shift_neighbours(i, impact.displacement, impact.displacement);
+        self.end_pulse(i, t, observer);
+        let neighbours = i.saturating_sub(1)..(i + 3).min(self.balls.len());
+        self.land_free(neighbours.clone(), t);
+        for j in neighbours.start..neighbours.end - 1 {
+            if self.balls[j].held == Held::Free && self.balls[j + 1].held == Held::Free {
+                self.fly(j, t);
+            }
+        }
+    }
+
+    /// Moves the anchors of those of `balls` that are in flight to `t`.
+    pub(crate) fn land_free(&mut self, balls: Range<usize>, t: DoubleDouble) {
+        for ball in balls {
+            if self.balls[ball].held == Held::Free {
+                self.land(ball, t);
+            }
+        }
+    }
+
+    /// Moves the anchor of ball `i`, in flight, to `t`. Contacts that wait for the end of an impact refer to the anchors.
+    pub(crate) fn land(&mut self, i: usize, t: DoubleDouble) {
+        if self.balls[i].anchor == t {
+            return;
+        }
+        self.before_move(i, t);
+        let displacement = self.balls[i].land(t);
+        if i > 0 {
+            self.contacts[i - 1].shift(-displacement);
+        }
+        if i < self.contacts.len() {
+            self.contacts[i].shift(displacement);
+        }
+    }
+
+    /// The contacts beside contact `i` follow its balls, whose anchors have moved by these displacements (m).
+    fn shift_neighbours(&mut self, i: usize, left: f64, right: f64) {
+        if i > 0 {
+            self.contacts[i - 1].shift(-left);
+        }
+        if i + 1 < self.contacts.len() {
+            self.contacts[i + 1].shift(right);
+        }
+    }
+
+    /// Gives the known outcome of contact `i` up at `t`, within its impact: the impact is followed from its onset to `t` like
+    /// any other, and left there with its balls in flight and its contact closed.
+    pub(crate) fn break_impact(&mut self, i: usize, t: DoubleDouble) {
+        self.before_move(i, t);
+        self.before_move(i + 1, t);
+        self.begin_ledger(i, t);
+        let Some(impact) = self.impact(i) else { return };
+        let (mut cluster, control) = (impact.first_segment(), impact.control());
+        self.queue.remove(i);
+        self.take_impact(i, 0.0, Mode::Open);
+        let mut moved = [0.0; 2];
+        loop {
+            let goes_on = cluster.end() < t && cluster.switch.is_none() && cluster.length > 0.0;
+            let end = if goes_on { cluster.end() } else { t };
+            let tau = (end - cluster.start).value();
+            for (side, moved) in moved.iter_mut().enumerate() {
+                *moved += cluster.moved(i + side, tau).0;
+            }
+            self.fold(&mut cluster, end);
+            if end == t {
+                break;
+            }
+            cluster.expand(&self.balls, &self.cradle.contacts, &control);
+        }
+        for ball in &mut self.balls[i..i + 2] {
+            ball.held = Held::Free;
+        }
+        self.shift_neighbours(i, moved[0], moved[1]);
+        self.contacts[i].loosen(cluster.contacts[0].overlap, Mode::Pressing);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::observer::Unrecorded;
+    use crate::model::{Inputs, Parameters};
+
+    /// Segments of the impact in contact 0 computed so far.
+    fn segments(engine: &Engine) -> usize {
+        engine.caches.interiors[0].get().map_or(0, |first| first.known())
+    }
+
+    #[test]
+    fn an_impact_too_slow_for_its_square_still_moves() {
+        for (speed, exponent) in [(1e-165, 1.0), (1e-165, 10.0), (1e-250, 1.5)] {
+            let p = Parameters {
+                gravity: 0.0,
+                exponent,
+                dead_band: 0.0,
+                x_start: vec![0.0; 2],
+                v_start: vec![speed, 0.0],
+                ..Parameters::default_for(2)
+            };
+            let mut engine = Engine::new(&p, &Inputs::zero(2), 0.0).unwrap();
+            engine.advance(1e-3, &mut Unrecorded).unwrap();
+            let moved = (engine.x(0) + engine.x(1)) / (speed * 1e-3);
+            assert!((moved - 1.0).abs() < 1e-12, "{speed} {exponent}: {moved}");
+            assert!(engine.force(0).is_finite() && engine.next_onset().time > 1e-3);
+        }
+    }
+
+    #[test]
+    fn an_impact_of_any_duration_has_as_many_segments() {
+        let counts = [1.0, 1e-8, 1e-20, 1e-30].map(|speed| {
+            let p = Parameters {
+                gravity: 0.0,
+                exponent: 10.0,
+                dead_band: 0.0,
+                x_start: vec![0.0; 2],
+                v_start: vec![speed, 0.0],
+                ..Parameters::default_for(2)
+            };
+            let mut engine = Engine::new(&p, &Inputs::zero(2), 0.0).unwrap();
+            let duration = {
+                engine.advance(1e-12, &mut Unrecorded).unwrap();
+                engine.contacts[0].impact().unwrap().duration
+            };
+            // Only what is asked for is computed.
+            engine.x(0);
+            assert_eq!(segments(&engine), 1);
+            engine.advance(0.5 * duration, &mut Unrecorded).unwrap();
+            let energy = 0.25 * speed * speed;
+            assert!((engine.contact_energy(0) / energy - 1.0).abs() < 1e-12, "{speed}");
+            assert!((engine.x(0) + engine.x(1)) / (0.5 * speed * duration) - 1.0 < 1e-12);
+            segments(&engine)
+        });
+        assert!(counts.iter().all(|count| count.abs_diff(counts[0]) <= 2) && counts[0] < 500, "{counts:?}");
+    }
+}

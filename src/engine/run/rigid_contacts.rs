@@ -1,0 +1,318 @@
+//! The events of rigid contacts: impacts of balls that touch, lasting contacts, and their end.
+//!
+//! An onset is an impact without duration (`restitution`). All balls that touch at that moment, as far as their positions are known,
+//! take part. Afterwards neighbours without relative velocity that are pressed together are held by a [`Bond`] and move as one
+//! body; those that are not fly on, be it side by side.
+//!
+//! Chatter has an end where doubles do: an approach whose rebound would stay lower than the rounding of the positions, or that is
+//! itself below the rounding of the velocities, comes to rest, and so does every approach once hundreds of impacts have followed
+//! each other at what the clock shows as the same time. A contact that has chattered for very many impacts in a row comes to
+//! rest sooner. The energy that this takes is a loss of the impact.
+
+use std::collections::BTreeSet;
+use std::ops::Range;
+
+use super::contact::{Contact, Keep, Phase};
+use super::engine::Engine;
+use crate::engine::error::EngineError;
+use crate::engine::flight::{Forecast, Held, Push, Rounding, Separation, shifted, spaced};
+use crate::engine::observation::RAPID;
+use crate::engine::observer::Observer;
+use crate::engine::rigid::restitution::{self, Impact};
+use crate::engine::rigid::{Body, Bond, acceleration_rounding};
+use crate::model::Mode;
+use crate::solver::double_double::DoubleDouble;
+use crate::solver::oscillator::Oscillator;
+
+/// How much faster than the rounding of the velocities an approach must be.
+const RESOLVED: f64 = 16.0;
+
+/// Bounces of a contact in a row, each shorter than [`RAPID`], after which the next one is the last: those of elastic balls pressed
+/// together, which nothing but drag brings to rest, become shorter by the same factor in every second, and end in rounding after
+/// billions.
+const MANY: u64 = 1 << 16;
+
+impl Engine {
+    /// Whether the contacts are rigid.
+    pub(crate) fn is_rigid(&self) -> bool {
+        self.cradle.restitution.is_some()
+    }
+
+    /// Refuses a start with rigid balls that overlap; those that do only by rounding touch.
+    pub(crate) fn touch_where_close(&mut self) -> Result<(), EngineError> {
+        for i in 0..self.contacts.len() {
+            let (left, right) = (&self.balls[i].flight, &self.balls[i + 1].flight);
+            let overlap = left.x - right.x - self.cradle.contacts[i].clearance;
+            let noise = 2.0 * f64::EPSILON * left.x.abs().max(right.x.abs());
+            if overlap > noise {
+                return Err(EngineError::Overlap { ball: i, overlap });
+            }
+            self.contacts[i].loosen(if overlap >= -noise { 0.0 } else { overlap }, Mode::Open);
+        }
+        Ok(())
+    }
+
+    /// The balls of contact `i` meet at `t`.
+    pub(crate) fn meet(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) {
+        let clock_stands = self.standstill > self.most_without_progress() / 2;
+        let e = if clock_stands { 0.0 } else { self.cradle.restitution.unwrap_or_default() };
+        let Some(separation) = self.contacts[i].separation() else { return };
+        let shortest = if self.contacts[i].ledger.rapid < MANY { 0.0 } else { RAPID };
+        let (last_bounce, noise) = (separation.is_last_bounce(t, e, shortest), separation.noise());
+        let group = self.around(i, |contact| {
+            let touches = |separation: &Separation| separation.touches(t, noise);
+            contact.bond().is_some() || contact.separation().is_some_and(touches)
+        });
+        let (first, balls) = (group.start, group.start..group.end + 1);
+        // Also at the very start of a step: the velocities jump.
+        balls.clone().for_each(|ball| self.record_start(ball));
+        self.unbind(group.clone(), t);
+        self.align(group.clone());
+        let masses: Vec<f64> = self.balls[balls.clone()].iter().map(|ball| ball.mass).collect();
+        let mut v: Vec<f64> = self.balls[balls.clone()].iter().map(|ball| ball.flight.v).collect();
+        let rounding = RESOLVED * self.rounding(balls.clone()).velocity;
+        let approach = v[i - first] - v[i + 1 - first];
+        let unresolved = if last_bounce { approach.max(rounding) } else { rounding };
+        let mut outcome = restitution::collide(&masses, &mut v, e, unresolved, rounding);
+        let impulse_of_rounding = |j: usize| rounding * masses[j].min(masses[j + 1]);
+        let (mut impacts, traces): (Vec<_>, Vec<_>) =
+            outcome.impacts.drain(..).partition(|impact| impact.impulse > impulse_of_rounding(impact.contact));
+        for Impact { contact, impulse } in traces {
+            self.contacts[first + contact].ledger.trace(impulse, self.step.number);
+        }
+        if impacts.iter().all(|impact| first + impact.contact != i) {
+            // It has been foretold.
+            impacts.push(Impact { contact: i - first, impulse: 0.0 });
+        }
+        self.contact_loss += outcome.loss;
+        for (ball, v) in self.balls[balls].iter_mut().zip(v) {
+            ball.flight.v = v;
+        }
+        // What has closed without speed is pressed, even if by rounding only.
+        let keep = if approach <= unresolved { Keep::Contact(i) } else { Keep::Nothing };
+        let bonds = self.bind_where_pressed(group.clone(), t, keep);
+        self.enter(&impacts, first, t, &bonds, observer);
+        self.go_on(group, t, bonds, observer);
+    }
+
+    /// The balls of the contacts `group` touch: their positions, which know of the overlaps to within rounding only, are made to
+    /// agree with that, so that no difference builds up over many impacts. The energy that this takes counts as lost.
+    fn align(&mut self, group: Range<usize>) {
+        let balls = &mut self.balls[group.start..group.end + 1];
+        let clearances = self.cradle.contacts[group.clone()].iter().map(|law| law.clearance);
+        let positions = spaced(balls.iter().map(|ball| (ball.mass, ball.flight.x)), clearances);
+        for (ball, x) in balls.iter_mut().zip(positions) {
+            let raised = (x - ball.flight.x) * (x + ball.flight.x);
+            self.contact_loss -= 0.5 * ball.mass * ball.oscillator.omega2() * raised;
+            ball.flight.x = x;
+        }
+        for contact in &mut self.contacts[group] {
+            contact.loosen(0.0, contact.loose().mode);
+        }
+    }
+
+    /// Enters the impacts at `t` in the ledgers of the contacts, counted from `first`: pulses without duration, but for the last one
+    /// of a contact that lasts, one of `bonds`.
+    fn enter(
+        &mut self,
+        impacts: &[Impact<f64>],
+        first: usize,
+        t: DoubleDouble,
+        bonds: &[Option<Bond>],
+        observer: &mut dyn Observer,
+    ) {
+        let mut seen = BTreeSet::new();
+        let is_last: Vec<bool> = impacts.iter().rev().map(|impact| seen.insert(impact.contact)).collect();
+        for (impact, is_last) in impacts.iter().zip(is_last.into_iter().rev()) {
+            let i = first + impact.contact;
+            self.end_rigid_pulse(i, t, observer);
+            self.begin_rigid_pulse(i, t);
+            self.contacts[i].ledger.add(impact.impulse, 0.0, 0.0);
+            if !is_last || bonds[impact.contact].is_none() {
+                self.end_rigid_pulse(i, t, observer);
+            }
+        }
+    }
+
+    /// The bond of contact `i` would have to pull from `t` on.
+    pub(crate) fn part(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) {
+        let body = self.around(i, |contact| contact.bond().is_some());
+        self.unbind(body.clone(), t);
+        self.settle(body, t, Keep::Parting(i), observer);
+    }
+
+    /// Contact `i` and those on either side as far as they `belong` without a gap.
+    fn around(&self, i: usize, belong: impl Fn(&Contact) -> bool) -> Range<usize> {
+        let belong = |j: &usize| belong(&self.contacts[*j]);
+        let first = (0..i).rev().take_while(belong).last().unwrap_or(i);
+        let last = (i + 1..self.contacts.len()).take_while(belong).last().unwrap_or(i);
+        first..last + 1
+    }
+
+    /// The loose contact `i` begins to press at `t`.
+    fn begin_rigid_pulse(&mut self, i: usize, t: DoubleDouble) {
+        let overlap = self.contacts[i].overlap();
+        self.contacts[i].loosen(overlap, Mode::Pressing);
+        self.begin_pulse(i, t);
+    }
+
+    /// The loose contact `i` presses no longer at `t`, if it has.
+    fn end_rigid_pulse(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) {
+        if self.contacts[i].is_closed() {
+            let overlap = self.contacts[i].overlap();
+            self.contacts[i].loosen(overlap, Mode::Open);
+            self.end_pulse(i, t, observer);
+        }
+    }
+
+    /// What the rounding of the positions and velocities of these balls may be, in flight.
+    fn rounding(&self, balls: Range<usize>) -> Rounding {
+        let rounding = self.balls[balls].iter().map(|ball| ball.flight.rounding(&ball.oscillator));
+        rounding.fold(Rounding::default(), Rounding::max)
+    }
+
+    /// The balls of the contacts `group`, which no bond leads out of, and all their contacts are taken apart at `t`: the balls are in
+    /// flight and anchored then, the contacts hold their overlaps, and where there was a bond that they press.
+    pub(crate) fn unbind(&mut self, group: Range<usize>, t: DoubleDouble) {
+        let beside = group.start.saturating_sub(1)..(group.end + 1).min(self.contacts.len());
+        for j in beside {
+            self.stop_separation(j, t);
+        }
+        for i in group.start..group.end + 1 {
+            if self.balls[i].held == Held::Bond {
+                self.before_move(i, t);
+                let (before, after) = (self.own_push(i, self.balls[i].anchor), self.own_push(i, t));
+                let (model, ball) = (&self.cradle.balls[i], &mut self.balls[i]);
+                ball.tally = ball.tally_under(&before, t);
+                ball.flight = ball.flight_at(t);
+                ball.flight.push = after;
+                (ball.anchor, ball.held) = (t, Held::Free);
+                ball.oscillator = Oscillator::new(model.omega2, model.gamma);
+            } else {
+                self.land(i, t);
+            }
+        }
+        for j in group {
+            if self.contacts[j].bond().is_none() {
+                continue;
+            }
+            self.begin_ledger(j, t);
+            self.queue.remove(j);
+            let contact = &mut self.contacts[j];
+            if let Phase::Bond(bond, _) = std::mem::take(&mut contact.phase) {
+                let in_step = bond.peak(self.step.time.into(), t);
+                contact.ledger.add(bond.impulse(t), bond.peak(bond.anchor(), t), in_step);
+            }
+            contact.loosen(0.0, Mode::Pressing);
+            // Members differ by rounding only.
+            self.balls[j + 1].flight.v = self.balls[j].flight.v;
+        }
+    }
+
+    /// Acceleration of ball `i` by the inputs at the time `t`.
+    pub(crate) fn own_push(&self, i: usize, t: DoubleDouble) -> Push {
+        let push = self.inputs.push(i, self.balls[i].mass);
+        shifted(&push, self.input_age(t))
+    }
+
+    /// How long the inputs have acted at the time `t`, s.
+    fn input_age(&self, t: DoubleDouble) -> f64 {
+        (t - DoubleDouble::from(self.inputs.since)).value()
+    }
+
+    /// Bonds where balls press each other at `t` and flight elsewhere, for the contacts `group`, which have been taken apart, and
+    /// those beside them.
+    pub(crate) fn settle(&mut self, group: Range<usize>, t: DoubleDouble, keep: Keep, observer: &mut dyn Observer) {
+        let bonds = self.bind_where_pressed(group.clone(), t, keep);
+        self.go_on(group, t, bonds, observer);
+    }
+
+    /// Where balls of `group` press each other at `t` they move as bodies from then on. Returns the bond of each contact that has one.
+    fn bind_where_pressed(&mut self, group: Range<usize>, t: DoubleDouble, keep: Keep) -> Vec<Option<Bond>> {
+        let mut bonds = vec![None; group.len()];
+        let mut first = group.start;
+        while first < group.end {
+            // Balls side by side without relative velocity.
+            let together = |j: &usize| self.rests(*j);
+            let last = (first..group.end).take_while(together).last();
+            let Some(last) = last else {
+                first += 1;
+                continue;
+            };
+            self.press(first..last + 1, t, keep, &mut bonds[first - group.start..]);
+            first = last + 1;
+        }
+        bonds
+    }
+
+    /// From `t` on, pulses last where there are `bonds`, other contacts of `group` and those beside it fly.
+    fn go_on(&mut self, group: Range<usize>, t: DoubleDouble, bonds: Vec<Option<Bond>>, observer: &mut dyn Observer) {
+        let noise = self.rounding(group.start..group.end + 1).position;
+        let before = usize::from(group.start > 0);
+        let beside = group.start - before..(group.end + 1).min(self.contacts.len());
+        let bonds = std::iter::repeat_n(None, before).chain(bonds).chain([None]);
+        for (j, bond) in beside.zip(bonds) {
+            if let Some(bond) = bond {
+                if !self.contacts[j].is_closed() {
+                    self.begin_rigid_pulse(j, t);
+                }
+                self.contacts[j].phase = Phase::Bond(bond, Forecast::Never);
+            } else {
+                self.end_rigid_pulse(j, t, observer);
+                let separation = self.separation(j, t, self.contacts[j].overlap().min(0.0));
+                let separation = separation.rigid(noise, self.input_age(t));
+                self.contacts[j].phase = Phase::Open(separation, Forecast::Never);
+            }
+            self.forecast(j, t);
+        }
+    }
+
+    /// The motion of the balls of contact `j`, in flight, relative to each other, from `overlap` (m) at `t` on.
+    fn separation(&self, j: usize, t: DoubleDouble, overlap: f64) -> Separation {
+        Separation::new(&self.balls[j], &self.balls[j + 1], t, overlap, self.cradle.contacts[j].clearance)
+    }
+
+    /// Whether the balls of contact `j`, both in flight, touch without relative velocity.
+    fn rests(&self, j: usize) -> bool {
+        let (left, right) = (&self.balls[j].flight, &self.balls[j + 1].flight);
+        left.v == right.v && self.contacts[j].overlap() >= -self.rounding(j..j + 2).position
+    }
+
+    /// Makes bodies of the balls of the contacts `run`, which touch without relative velocity, where they press each other. Enters what
+    /// holds them together in `bonds`.
+    fn press(&mut self, run: Range<usize>, t: DoubleDouble, keep: Keep, bonds: &mut [Option<Bond>]) {
+        let balls = &self.balls[run.start..run.end + 1];
+        let masses: Vec<f64> = balls.iter().map(|ball| ball.mass).collect();
+        let age = self.input_age(t);
+        let rounding = balls.iter().map(|ball| acceleration_rounding(ball, age)).fold(0.0, f64::max);
+        let approach: Vec<f64> = run.clone().map(|j| self.separation(j, t, 0.0).at_anchor()[2]).collect();
+        // Accelerations relative to the first ball.
+        let mut accelerations = vec![0.0; masses.len()];
+        for (j, approach) in approach.iter().enumerate() {
+            accelerations[j + 1] = accelerations[j] - approach;
+        }
+        let meet = |j: usize, approach: f64| {
+            let contact = run.start + j;
+            let pressed = approach > 0.0;
+            match keep {
+                Keep::Contact(this) if contact == this => approach >= -rounding,
+                Keep::Parting(this) if contact == this => approach > rounding,
+                Keep::Closed => pressed || self.contacts[contact].is_closed(),
+                Keep::Nothing | Keep::Contact(_) | Keep::Parting(_) => pressed,
+            }
+        };
+        for block in restitution::pool(&masses, &accelerations, meet) {
+            if block.end - block.start > 1 {
+                let members = run.start + block.start..run.start + block.end;
+                let contacts = block.start..block.end - 1;
+                let body = Body::new(&self.balls[members.clone()], &approach[contacts.clone()], rounding, t);
+                for (ball, flight) in self.balls[members].iter_mut().zip(body.flights) {
+                    (ball.oscillator, ball.flight, ball.held) = (body.oscillator, flight, Held::Bond);
+                }
+                for (place, bond) in bonds[contacts].iter_mut().zip(body.bonds) {
+                    *place = Some(bond);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,337 @@
+//! A run as plain data, from which it goes on with the same bits.
+//!
+//! A snapshot holds what the run so far has left behind: anchors, overlaps, forecasts, sums. Whatever follows from these, the
+//! motion of clusters and the outcome of impacts, is computed anew, by the same operations as before. What no run can have left
+//! behind is refused.
+
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+
+use super::contact::Phase;
+use super::engine::{Engine, NO_STEP};
+use crate::engine::cluster::{Cluster, Pace, WindowContact};
+use crate::engine::flight::{Ball, Flight, Forecast, Held, Tally};
+use crate::engine::inputs::HeldInputs;
+use crate::engine::observation::{BallStart, ContactStart, LARGEST_COUNT, Ledger};
+use crate::engine::pair_impact::PairImpact;
+use crate::engine::rigid::Bond;
+use crate::model::{Mode, Parameters};
+use crate::solver::double_double::DoubleDouble;
+use cradle_interface::results::{NextOnset, Work};
+
+/// A run as plain data.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Snapshot {
+    run: RunState,
+    /// The copy that has gone ahead, and by how many entries of the queue, where it is not still where the run is.
+    scout: Option<(RunState, u64)>,
+    /// What was found ahead, and when it was asked for, s.
+    found: Option<(f64, NextOnset)>,
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct RunState {
+    time: f64,
+    inputs: HeldInputs,
+    balls: Vec<BallState>,
+    contacts: Vec<ContactState>,
+    clusters: Vec<Option<ClusterState>>,
+    step: u64,
+    step_start: f64,
+    contact_loss: f64,
+    energy_at_start: f64,
+    work: Work,
+    last_event: DoubleDouble,
+    standstill: usize,
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct BallState {
+    anchor: DoubleDouble,
+    flight: Flight,
+    tally: Tally,
+    /// If it has moved within the step.
+    at_start: Option<BallStart>,
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct ContactState {
+    ledger: Ledger,
+    phase: Phase<()>,
+    /// If one of its balls has moved within the step.
+    at_start: Option<ContactStart>,
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct ClusterState {
+    members: Range<usize>,
+    start: DoubleDouble,
+    flights: Vec<Flight>,
+    contacts: Vec<WindowContact>,
+    pace: Pace,
+}
+
+/// A snapshot that no run can have left behind, and what gives it away.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Unsound(pub &'static str);
+
+/// Refuses what does not hold.
+fn require(holds: bool, reason: &'static str) -> Result<(), Unsound> {
+    if holds { Ok(()) } else { Err(Unsound(reason)) }
+}
+
+impl Engine {
+    /// The run as it is now.
+    pub fn snapshot(&self) -> Snapshot {
+        let ahead = &self.caches.ahead;
+        let scout = ahead.scout.borrow();
+        let state = |scout: &Self| {
+            // The time of a copy that goes ahead is that of its last event.
+            let now = scout.last_event.value_up();
+            (RunState { time: now, step_start: now, ..scout.run_state() }, scout.handled - self.handled)
+        };
+        // What has been passed by now is of no use any more.
+        let found = ahead.found.get().filter(|(_, found)| found.time > self.time);
+        let further = scout.as_deref().filter(|scout| scout.handled > self.handled);
+        Snapshot { run: self.run_state(), scout: further.map(state), found }
+    }
+
+    fn run_state(&self) -> RunState {
+        let ball = |i: usize| {
+            let ball = &self.balls[i];
+            let at_start = self.step.ball(i).copied();
+            BallState { anchor: ball.anchor, flight: ball.flight, tally: ball.tally, at_start }
+        };
+        let contact = |i: usize| {
+            let contact = &self.contacts[i];
+            let (phase, at_start) = (contact.phase.clone().with_outcome(|_| ()), self.step.contact(i).copied());
+            ContactState { ledger: contact.ledger.clone(), phase, at_start }
+        };
+        let cluster = |cluster: &Cluster| ClusterState {
+            members: cluster.members.clone(),
+            start: cluster.start,
+            flights: cluster.flights.clone(),
+            contacts: cluster.contacts.clone(),
+            pace: cluster.pace_before,
+        };
+        RunState {
+            time: self.time,
+            inputs: self.inputs.clone(),
+            balls: (0..self.balls.len()).map(ball).collect(),
+            contacts: (0..self.contacts.len()).map(contact).collect(),
+            clusters: self.clusters.iter().map(|slot| slot.as_ref().map(cluster)).collect(),
+            step: self.step.number,
+            step_start: self.step.time,
+            contact_loss: self.contact_loss,
+            energy_at_start: self.energy_at_start,
+            work: self.work,
+            last_event: self.last_event,
+            standstill: self.standstill,
+        }
+    }
+
+    /// The run that left `snapshot` behind, with the parameters that acted then and the start time (s). After a failed step
+    /// (`failed`) its values may be anything, for it can only be looked at.
+    pub fn restore(parameters: &Parameters, start: f64, snapshot: Snapshot, failed: bool) -> Result<Self, Unsound> {
+        let Snapshot { run, scout, found } = snapshot;
+        let engine = Self::rebuild(parameters, start, run, failed)?;
+        let now = DoubleDouble::from(engine.time);
+        let missed = |run: &Self, since: DoubleDouble| run.queue.first().is_some_and(|(t, _)| t < since);
+        require(failed || !missed(&engine, now), "an event was missed")?;
+        if let Some((scout, lead)) = scout {
+            let mut scout = Self::rebuild(parameters, start, scout, failed)?;
+            let sound = scout.last_event >= now && !missed(&scout, scout.last_event) && lead < LARGEST_COUNT;
+            require(failed || sound, "it looks ahead to the past")?;
+            (scout.step.time, scout.handled) = (NO_STEP, lead);
+            engine.caches.ahead.scout.replace(Some(Box::new(scout)));
+        }
+        require(failed || found.is_none_or(|(_, found)| found.time > engine.time), "what lies ahead has been")?;
+        engine.caches.ahead.found.set(found);
+        Ok(engine)
+    }
+
+    /// The run, without what it has seen of the future.
+    fn rebuild(parameters: &Parameters, start: f64, snapshot: RunState, failed: bool) -> Result<Self, Unsound> {
+        snapshot.check_lengths(parameters)?;
+        if !failed {
+            snapshot.check_values(start)?;
+        }
+        let RunState { time, inputs, balls, contacts, clusters, .. } = snapshot;
+        let mut engine = Self::apart(parameters, inputs, time);
+        (engine.step.number, engine.step.time) = (snapshot.step, snapshot.step_start);
+        engine.contact_loss = snapshot.contact_loss;
+        engine.energy_at_start = snapshot.energy_at_start;
+        engine.work = snapshot.work;
+        engine.last_event = snapshot.last_event;
+        engine.standstill = snapshot.standstill;
+        require(engine.standstill <= engine.most_without_progress() + 1, "a count is too large")?;
+        let mut starts = (Vec::with_capacity(balls.len()), Vec::with_capacity(contacts.len()));
+        for (ball, state) in engine.balls.iter_mut().zip(balls) {
+            (ball.anchor, ball.flight, ball.tally) = (state.anchor, state.flight, state.tally);
+            starts.0.push(state.at_start);
+        }
+        let mut phases = Vec::with_capacity(contacts.len());
+        for (contact, state) in engine.contacts.iter_mut().zip(contacts) {
+            contact.ledger = state.ledger;
+            starts.1.push(state.at_start);
+            engine.onsets = engine.onsets.saturating_add(contact.ledger.pulses);
+            phases.push(state.phase);
+        }
+        engine.step.restore(starts.0, starts.1);
+        for state in clusters {
+            engine.clusters.push(None);
+            if let Some(state) = state {
+                engine.restore_cluster(state, &phases)?;
+            }
+        }
+        for (i, phase) in phases.iter().enumerate() {
+            match phase {
+                Phase::Impact(()) => engine.restore_impact(i)?,
+                Phase::Bond(bond, _) => engine.restore_bond(i, bond, failed)?,
+                Phase::Window(_) => require(engine.contacts[i].cluster().is_some(), "a contact lost its cluster")?,
+                Phase::Open(..) | Phase::Beside(_) | Phase::Loose(_) => {}
+            }
+        }
+        for (i, phase) in phases.into_iter().enumerate() {
+            engine.restore_phase(i, phase, failed)?;
+        }
+        Ok(engine)
+    }
+
+    /// Puts a cluster into the last slot.
+    fn restore_cluster(&mut self, state: ClusterState, phases: &[Phase<()>]) -> Result<(), Unsound> {
+        let ClusterState { members, start, flights, contacts, pace } = state;
+        let balls = self.balls.len();
+        require(members.start < members.end && members.end <= balls && members.len() > 1, "a cluster has no balls")?;
+        let window = members.start.saturating_sub(1)..(members.end + 1).min(balls);
+        let fits = flights.len() == window.len() && contacts.len() + 1 == window.len();
+        require(fits, "a cluster is not as large as its window")?;
+        let id = self.clusters.len() - 1;
+        for (i, state) in (window.start..window.end - 1).zip(&contacts) {
+            let its_own = matches!(phases[i], Phase::Window(cluster) if cluster == id as u32);
+            require(its_own, "a contact is not in the window of its cluster")?;
+            let law = &self.cradle.contacts[i];
+            require(state.mode != Mode::Clipped || law.clips(), "a contact is clipped whose law does not clip")?;
+            self.contacts[i].phase = Phase::Window(id as u32);
+        }
+        let closed = |i: usize| contacts[i - window.start].mode != Mode::Open;
+        require(closed(members.start) && closed(members.end - 2), "a cluster holds balls that touch nothing")?;
+        for ball in &mut self.balls[members.clone()] {
+            require(ball.held == Held::Free, "a ball is in two clusters")?;
+            ball.held = Held::Cluster(id as u32);
+        }
+        let mut cluster = Cluster::new(members, window, start, flights, contacts, pace);
+        cluster.expand(&self.balls, &self.cradle.contacts, &self.control);
+        self.queue.set(cluster.key(), cluster.end());
+        self.clusters[id] = Some(cluster);
+        Ok(())
+    }
+
+    fn restore_impact(&mut self, i: usize) -> Result<(), Unsound> {
+        let (left, right) = (&self.balls[i], &self.balls[i + 1]);
+        require(left.held == Held::Free && right.held == Held::Free, "a ball is in two impacts")?;
+        require(left.anchor == right.anchor, "the balls of an impact have not met")?;
+        let impact = PairImpact::new(left, right, &self.cradle.contacts[i], &self.shape);
+        let impact = impact.ok_or(Unsound("an impact has no outcome"))?;
+        self.queue.set(i, impact.end());
+        self.contacts[i].phase = Phase::Impact(impact);
+        for ball in &mut self.balls[i..i + 2] {
+            ball.held = Held::Impact(i as u32);
+        }
+        Ok(())
+    }
+
+    /// What a contact is part of, once all balls are held by what holds them.
+    fn restore_phase(&mut self, i: usize, phase: Phase<()>, failed: bool) -> Result<(), Unsound> {
+        let (left, right) = (&self.balls[i], &self.balls[i + 1]);
+        let flies = |ball: &Ball| matches!(ball.held, Held::Free | Held::Bond);
+        let in_flight = flies(left) && flies(right);
+        let in_cluster = |held: Held| matches!(held, Held::Cluster(_));
+        let phase = match phase {
+            Phase::Window(_) | Phase::Impact(()) => return Ok(()),
+            Phase::Loose(_) => return require(false, "a contact is part of nothing"),
+            Phase::Bond(bond, forecast) => {
+                let sound = bond.is_sound(left, right, self.time.into());
+                require(failed || sound, "a lasting contact does not fit its balls")?;
+                self.restore_forecast(i, forecast, failed)?;
+                Phase::Bond(bond, forecast)
+            }
+            Phase::Beside(overlap) => {
+                let beside_impact = !in_flight && !in_cluster(left.held) && !in_cluster(right.held);
+                require(beside_impact && (failed || overlap.is_finite()), "a contact is beside no impact")?;
+                Phase::Beside(overlap)
+            }
+            Phase::Open(separation, forecast) => {
+                let sound = separation.is_sound(left, right, self.time.into());
+                require(in_flight && (failed || sound), "an open contact does not fit its balls")?;
+                self.restore_forecast(i, forecast, failed)?;
+                Phase::Open(separation, forecast)
+            }
+        };
+        self.contacts[i].phase = phase;
+        Ok(())
+    }
+
+    /// Enters contact `i` in the event queue as its forecast says.
+    fn restore_forecast(&mut self, i: usize, forecast: Forecast, failed: bool) -> Result<(), Unsound> {
+        if let Forecast::At(time) | Forecast::NotBefore(time) = forecast {
+            require(failed || time.is_sound(), "a time of an event is none")?;
+            self.queue.set(i, time);
+        }
+        Ok(())
+    }
+
+    /// The balls of contact `i` move as `bond` says.
+    fn restore_bond(&mut self, i: usize, bond: &Bond, failed: bool) -> Result<(), Unsound> {
+        for ball in &mut self.balls[i..i + 2] {
+            let free = matches!(ball.held, Held::Free | Held::Bond);
+            require(
+                free && (failed || self.cradle.restitution.is_some()),
+                "a bond holds balls that are held otherwise",
+            )?;
+            (ball.held, ball.oscillator) = (Held::Bond, bond.oscillator());
+        }
+        Ok(())
+    }
+}
+
+impl RunState {
+    fn check_lengths(&self, parameters: &Parameters) -> Result<(), Unsound> {
+        let (balls, contacts) = (parameters.balls(), parameters.contacts());
+        let fits = self.balls.len() == balls
+            && self.contacts.len() == contacts
+            && self.clusters.len() <= contacts
+            && self.inputs.fit(balls);
+        require(fits, "it is not as large as the cradle")
+    }
+
+    /// That all values are finite and no time of the past lies ahead.
+    fn check_values(&self, start: f64) -> Result<(), Unsound> {
+        let now = DoubleDouble::from(self.time);
+        let past = |t: DoubleDouble| t.is_sound() && t <= now && t >= DoubleDouble::from(start);
+        require(self.inputs.are_finite(), "an input is not finite")?;
+        let times = [self.time, self.inputs.since, self.step_start].map(DoubleDouble::from);
+        require(times.into_iter().chain([self.last_event]).all(past), "a time of the past is not in the past")?;
+        let ball = |ball: &BallState| past(ball.anchor) && ball.flight.is_finite() && ball.tally.is_finite();
+        require(self.balls.iter().all(ball), "the state of a ball is not finite, or of the future")?;
+        require(self.contacts.iter().all(|contact| contact.ledger.is_sound()), "a ledger is not finite")?;
+        for cluster in self.clusters.iter().flatten() {
+            let flights = cluster.flights.iter().all(Flight::is_finite);
+            let contacts = cluster.contacts.iter().all(|contact| contact.overlap.is_finite());
+            require(
+                past(cluster.start) && flights && contacts && cluster.pace.is_sound(),
+                "a cluster is not finite, or of the future",
+            )?;
+        }
+        let ball = |ball: &BallState| ball.at_start.is_none_or(|start| start.step == self.step && start.is_finite());
+        let contact = |contact: &ContactState| {
+            contact.at_start.is_none_or(|start| start.step == self.step && start.overlap.is_finite())
+        };
+        let start = self.balls.iter().all(ball) && self.contacts.iter().all(contact);
+        require(start, "the state at the start of the step is not finite, or of another step")?;
+        let sums = [self.contact_loss, self.energy_at_start];
+        require(sums.iter().all(|sum| sum.is_finite()), "a sum is not finite")?;
+        require(self.step < LARGEST_COUNT, "a count is too large")
+    }
+}
