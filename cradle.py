@@ -28,6 +28,8 @@ VENV = ROOT / ".venv"
 PYTHON = VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 FMU = ROOT / "target/fmu/NewtonsCradle.fmu"
 FMU13 = FMU.with_stem("NewtonsCradle13")  # of 13 balls, for the paper's Figure 3
+# As the tests compile it, with the engine. Cargo would compile it without when asked for it alone, and for the next tests anew.
+PRODUCER = ROOT / "target/debug" / ("cradle-fmu.exe" if os.name == "nt" else "cradle-fmu")
 TOOLS = ROOT / "target/tools"
 FUZZ_RUNS = {"calls": 8_000, "check": 1_500, "corners": 1_500, "states": 20_000}  # about half a minute each
 
@@ -125,14 +127,14 @@ def make_venv() -> None:
     stamp.write_text(wanted)
 
 
-def build_fmu(*producer: str) -> None:
+def build_fmu(*producer) -> None:
     """The FMUs of five and 13 balls in target/fmu, by the program of the packaging member of the workspace."""
     options, environment = old_linux()
     for balls, path in ((5, FMU), (13, FMU13)):
         command = [*producer, "build", "--release", *options, "--balls", str(balls), "--out", path]
         run(command, env=environment)
         if not path.exists():
-            raise Stop(f"`{' '.join(producer)} build` did not leave {path.relative_to(ROOT)}.")
+            raise Stop(f"`{' '.join(map(str, producer))} build` did not leave {path.relative_to(ROOT)}.")
 
 
 def old_linux() -> tuple[list, dict]:
@@ -242,12 +244,11 @@ def test(options) -> int:
     python_style(tally)
     try:
         with stage("FMU"):
-            # As the tests have compiled it.
-            build_fmu("cargo", "run", "--package", "cradle-packaging", "--bin", "cradle-fmu", "--")
+            build_fmu(PRODUCER)
     except Stop as problem:
         tally.fail(f"FMU: {problem} Without it the hosts cannot run.")
     else:
-        platforms = [sys.executable, "packaging/platforms.py", FMU]
+        platforms = [sys.executable, "packaging/platforms.py", PRODUCER, FMU]
         tally.step("FMU for all platforms", platforms, skipped_platforms, env=old_linux()[1])
         same_bytes(tally)
         install_fmi_sim(tally)
@@ -305,8 +306,7 @@ def same_bytes(tally: Tally) -> None:
         copy = Path(folder) / "another/checkout"
         shutil.copytree(ROOT, copy, ignore=shutil.ignore_patterns("target", ".venv", "out", ".git"))
         options, environment = old_linux()
-        program = ROOT / "target/debug" / ("cradle-fmu.exe" if os.name == "nt" else "cradle-fmu")
-        command = [program, "build", "--release", *options, "--out", copy / FMU.name]
+        command = [PRODUCER, "build", "--release", *options, "--out", copy / FMU.name]
         environment["CARGO_TARGET_DIR"] = str(copy / "target")
         tally.step("FMU from another folder", command, cwd=copy, env=environment)
         if (copy / FMU.name).exists() and (copy / FMU.name).read_bytes() != FMU.read_bytes():

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Makes target/fmu/platforms/NewtonsCradle.fmu: one FMU with a binary for each platform that can be compiled for here.
 
-    python3 packaging/platforms.py FMU
+    python3 packaging/platforms.py PRODUCER FMU
 
-FMU is an FMU for this machine, whose binary is taken over. For the others it takes the Rust that .ci/debian-rust has put into the
+PRODUCER is the program cradle-fmu. FMU is an FMU for this machine, whose binary is taken over. For the others it takes the Rust that .ci/debian-rust has put into the
 folder CRADLE_DEBIAN_RUST, or else the targets that rustup has. It says what it skips, in lines that begin with SKIPPED.
 """
 
@@ -59,8 +59,7 @@ PLATFORMS = (
 
 def producer(*arguments, **environment) -> None:
     """Runs cradle-fmu."""
-    program = ROOT / "target/debug" / ("cradle-fmu.exe" if os.name == "nt" else "cradle-fmu")
-    command = [str(part) for part in (program, *arguments)]
+    command = [str(part) for part in (sys.argv[1], *arguments)]
     subprocess.run(command, cwd=ROOT, env=os.environ | environment, check=True)
 
 
@@ -108,9 +107,8 @@ def skip(platform: Platform, reason: str) -> None:
 def main() -> int:
     """Collects the binaries of all FMUs and packs them together."""
     shutil.rmtree(FOLDER, ignore_errors=True)
-    subprocess.run(["cargo", "build", "--quiet", "--package", "cradle-packaging"], cwd=ROOT, check=True)
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        fmus = [Path(sys.argv[1]), *pool.map(build, PLATFORMS)]
+        fmus = [Path(sys.argv[2]), *pool.map(build, PLATFORMS)]
     binaries = []
     for fmu in filter(None, fmus):
         with zipfile.ZipFile(fmu) as archive:

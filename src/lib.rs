@@ -9,15 +9,15 @@
 //!
 //! | module | what it does | knows of |
 //! |---|---|---|
-//! | [`model`] | the physics in SI units: parameters, masses, force laws | numbers in `solver` |
+//! | [`model`] | the physics in SI units: parameters, masses, force laws, what a run shows | numbers in `solver` |
 //! | [`solver`] | numerics: closed-form oscillators, series, dual numbers, first crossings, an event queue, solvers of ODEs | nothing |
 //! | [`engine`] | a run: flight, impacts, clusters and bodies of balls in contact, events, the ledger of pulses | `model`, `solver` |
-//! | [`variables`] | the interface as one table: names, types, units, ranges, description, access | parameters and [`engine::Results`] |
+//! | [`variables`] | the interface as one table: names, types, units, ranges, description, access | `model`: [`model::Parameters`], [`model::Results`] |
 //! | [`instance`] | one running instance: phases, legality of calls, steps, saved states, log | `variables`, `engine` |
 //! | [`fmi2`] | the C functions of FMI 2.0; the only unsafe code | `instance` |
 //!
-//! The parameters, the variables and what a run shows ([`engine::Results`]) are a package of their own, `interface/`: the producer of
-//! the FMU needs them too, but not the engine.
+//! The producer of the FMU is built without the feature `engine`: of all this it needs the parameters and the table, and compiles
+//! in half the time.
 //!
 //! A call of a host goes down that list from the bottom: `fmi2` turns C into Rust and asks whether the call is legal now,
 //! `instance` carries it out, `engine` moves the trajectory, and what the host reads is evaluated at its communication point
@@ -25,7 +25,7 @@
 //!
 //! Beside the event-driven engine stand the methods that one would take without it (`solver.method`): [`engine::Continuous`]
 //! integrates the whole chain by backward differentiation, Adams-Moulton or Runge-Kutta formulas. They are slow, for comparison, and
-//! an independent check. An instance sees either of them as an [`engine::Simulation`], the variables as [`engine::Results`].
+//! an independent check. An instance sees either of them as an [`engine::Simulation`], the variables as [`model::Results`].
 //!
 //! # Three ideas
 //!
@@ -55,11 +55,13 @@
 // A host owns the terminal: what there is to say goes through its logger.
 #![deny(clippy::print_stderr, clippy::print_stdout)]
 
+#[cfg(feature = "engine")]
 pub mod engine;
+#[cfg(feature = "engine")]
 pub mod fmi2;
+#[cfg(feature = "engine")]
 pub mod instance;
 pub mod model;
+#[cfg(feature = "engine")]
 pub mod solver;
-
-#[doc(inline)]
-pub use cradle_interface::variables;
+pub mod variables;

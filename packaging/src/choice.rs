@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::Path;
 
-use cradle_interface::variables::{
+use newtons_cradle::variables::{
     Access, DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, Recipe, RecipeError, Refused, Row, Shape, StartValue, TABLE, Variable,
 };
 use toml::{Table, Value};
@@ -198,7 +198,7 @@ pub fn in_words(variable: Variable, value: &StartValue) -> String {
         (StartValue::Item(item), Access::Choice(_)) => format!("{variable} = {item}"),
         (StartValue::Item(item), _) => format!("{variable} = \"{item}\""),
         (StartValue::Number(number), _) => {
-            let number = cradle_interface::variables::Number(*number);
+            let number = newtons_cradle::variables::Number(*number);
             format!("{variable} = {}", variable.row.quantified(number))
         }
     }

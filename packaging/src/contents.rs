@@ -1,6 +1,6 @@
 //! What is in an FMU.
 
-use cradle_interface::variables::{Description, FILE_NAME, MODEL_IDENTIFIER, Recipe};
+use newtons_cradle::variables::{Description, FILE_NAME, MODEL_IDENTIFIER, Recipe};
 
 use crate::archive::Entries;
 use crate::platform::Platform;

@@ -3,8 +3,8 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use cradle_interface::variables::{FILE_NAME, Recipe, Variable};
 use fmi_schema::fmi2::Causality;
+use newtons_cradle::variables::{FILE_NAME, Recipe, Variable};
 
 use crate::archive::Entries;
 use crate::check::binary::Library;

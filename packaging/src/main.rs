@@ -7,12 +7,12 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use arguments::{Build, Request};
-use cradle_interface::variables::MODEL_IDENTIFIER;
 use cradle_packaging::choice::Choice;
 use cradle_packaging::compile::Workspace;
 use cradle_packaging::contents::{self, Binary};
 use cradle_packaging::platform::{self, Platform};
 use cradle_packaging::{Error, animation, archive, check, info};
+use newtons_cradle::variables::MODEL_IDENTIFIER;
 
 fn main() -> ExitCode {
     let done = match arguments::parse() {

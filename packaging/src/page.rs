@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use cradle_interface::variables::{
+use newtons_cradle::variables::{
     Access, Causality, Escaped, MODEL_IDENTIFIER, Number, Row, STEP_SIZE, STOP_TIME, Settings, Shape, TABLE,
     Variability, Variable,
 };
@@ -49,7 +49,7 @@ fn start_value(start: &Settings, position: usize, row: &'static Row) -> String {
     let values: Vec<String> = (0..row.shape.len(start.balls()))
         .filter_map(|index| {
             let variable = Variable { row, position, index };
-            let item = |choice: &cradle_interface::variables::Choice| {
+            let item = |choice: &newtons_cradle::variables::Choice| {
                 variable.item(start).and_then(|value| choice.item(value)).map(|item| item.name.to_owned())
             };
             match row.access {

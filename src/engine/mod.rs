@@ -28,10 +28,8 @@ mod rigid;
 mod run;
 mod simulation;
 
+pub use crate::model::{Differential, MAX_INPUT_DERIVATIVE, MAX_OUTPUT_DERIVATIVE, NEVER, NextOnset, Results, Work};
 pub use continuous::Continuous;
-pub use cradle_interface::results::{
-    Differential, MAX_INPUT_DERIVATIVE, MAX_OUTPUT_DERIVATIVE, NEVER, NextOnset, Results, Work,
-};
 pub use derivatives::NotFollowed;
 pub use error::EngineError;
 pub use observer::{Observer, Progress, Pulse, Unrecorded};

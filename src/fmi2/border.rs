@@ -4,8 +4,8 @@ use std::cell::{Cell, UnsafeCell};
 use std::mem::MaybeUninit;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use super::types::{fmi2Component, fmi2Status};
 use crate::instance::{Call, Instance, Refusal};
-use cradle_interface::fmi2::{fmi2Component, fmi2Status};
 
 /// Marks memory as a component of ours; "cradleF2" in ASCII.
 const MAGIC: u64 = 0x6372_6164_6c65_4632;

@@ -3,9 +3,9 @@
 use std::ffi::CStr;
 
 use super::border::{array, call};
+use super::types::{fmi2Boolean, fmi2Component, fmi2False, fmi2Real, fmi2Status, fmi2String};
 use crate::instance::{Call, Experiment, Refusal};
 use crate::variables::{LOG_CATEGORIES, LogCategory};
-use cradle_interface::fmi2::{fmi2Boolean, fmi2Component, fmi2False, fmi2Real, fmi2Status, fmi2String};
 
 /// Platform of the types: `default`.
 #[unsafe(no_mangle)]

@@ -1,11 +1,11 @@
 //! Functions of co-simulation: stepping, and asking about the last step.
 
 use super::border::{array_mut, call};
-use crate::instance::{Call, Instance, Refusal};
-use cradle_interface::fmi2::{
+use super::types::{
     fmi2Boolean, fmi2Component, fmi2DoStepStatus, fmi2False, fmi2Integer, fmi2LastSuccessfulTime, fmi2PendingStatus,
     fmi2Real, fmi2Status, fmi2StatusKind, fmi2String, fmi2Terminated,
 };
+use crate::instance::{Call, Instance, Refusal};
 
 /// Steps from `currentCommunicationPoint` by `communicationStepSize` > 0, in s. Never answers fmi2Discard or
 /// fmi2Warning, at which hosts loop or stop.

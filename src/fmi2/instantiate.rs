@@ -5,12 +5,12 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::ptr::null_mut;
 
 use super::border::Component;
+use super::types::{
+    fmi2Boolean, fmi2CallbackFunctions, fmi2CoSimulation, fmi2Component, fmi2False, fmi2String, fmi2Type,
+};
 use super::{logger, resources};
 use crate::instance::{Instance, Log};
 use crate::variables::{Description, Settings};
-use cradle_interface::fmi2::{
-    fmi2Boolean, fmi2CallbackFunctions, fmi2CoSimulation, fmi2Component, fmi2False, fmi2String, fmi2Type,
-};
 
 /// Creates an instance. NULL, with a line in the log, if the GUID is not that of the description that belongs to this
 /// binary and the FMU's resources, if the resources are damaged, or if this is not to be a co-simulation.

@@ -17,12 +17,13 @@ mod instantiate;
 mod logger;
 mod resources;
 mod states;
+mod types;
 mod values;
 
 pub use common::*;
 pub use cosimulation::*;
-pub use cradle_interface::fmi2::*;
 pub use derivatives::*;
 pub use instantiate::*;
 pub use states::*;
+pub use types::*;
 pub use values::*;

@@ -3,8 +3,8 @@
 use std::mem::MaybeUninit;
 
 use super::border::{array, array_mut, call};
+use super::types::{fmi2Byte, fmi2Component, fmi2FMUstate, fmi2Status};
 use crate::instance::{Call, Refusal, State};
-use cradle_interface::fmi2::{fmi2Byte, fmi2Component, fmi2FMUstate, fmi2Status};
 
 /// Marks memory as a state of ours; "cradleFS" in ASCII.
 const MAGIC: u64 = 0x6372_6164_6c65_4653;

@@ -3,11 +3,9 @@
 use std::mem::MaybeUninit;
 
 use super::border::{array, array_mut, call};
+use super::types::{fmi2Boolean, fmi2Component, fmi2Integer, fmi2Real, fmi2Status, fmi2String, fmi2ValueReference};
 use crate::instance::{Call, Instance, Refusal};
 use crate::variables::Type;
-use cradle_interface::fmi2::{
-    fmi2Boolean, fmi2Component, fmi2Integer, fmi2Real, fmi2Status, fmi2String, fmi2ValueReference,
-};
 
 /// Fills `value` with what `get` finds for each of `vr`.
 ///

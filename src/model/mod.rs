@@ -1,8 +1,17 @@
 //! The physics of the cradle in SI units. Knows neither FMI nor numerical methods; its formulas take doubles and dual numbers.
 
+#[cfg(feature = "engine")]
 mod contact;
+#[cfg(feature = "engine")]
 mod cradle;
+mod parameters;
+mod results;
 
+#[cfg(feature = "engine")]
 pub use contact::{ContactLaw, Damping, Mode};
+#[cfg(feature = "engine")]
 pub use cradle::{BallModel, Cradle, hertz_stiffness};
-pub use cradle_interface::parameters::{ContactModel, DampingLaw, Inputs, Parameters, SolverMethod, Tunables};
+pub use parameters::{ContactModel, DampingLaw, Inputs, Parameters, SolverMethod, Tunables};
+pub use results::{
+    Differential, MAX_INPUT_DERIVATIVE, MAX_OUTPUT_DERIVATIVE, NEVER, NextOnset, ONSET_PERIODS, Results, Work,
+};

@@ -45,7 +45,7 @@ def producer() -> Path:
     built = [ROOT / f"target/{profile}/cradle-fmu{suffix}" for profile in ("debug", "release")]
     built = sorted((path for path in built if path.exists()), key=lambda path: -path.stat().st_mtime)
     if not built:
-        pytest.skip("cradle-fmu is missing: `cargo build --package cradle-packaging`")
+        pytest.skip("cradle-fmu is missing: `cargo build --workspace`")
     return built[0]
 
 

@@ -1,7 +1,7 @@
 //! modelDescription.xml as far as the checks need it.
 
-use cradle_interface::variables::MODEL_IDENTIFIER;
 use fmi_schema::fmi2::{Causality, Initial, Variability};
+use newtons_cradle::variables::MODEL_IDENTIFIER;
 
 use super::Report;
 use crate::archive::Entries;

@@ -1,6 +1,6 @@
 //! FMUs that this program writes: description, resources and GUID belong together.
 
-use cradle_interface::variables::{Description, FILE_NAME, Recipe};
+use newtons_cradle::variables::{Description, FILE_NAME, Recipe};
 
 use super::Report;
 use super::model::Model;

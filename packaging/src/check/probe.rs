@@ -10,9 +10,8 @@ use std::process::{Command, ExitStatus, Stdio};
 use std::ptr::null;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
-use std::{env, mem, thread};
+use std::{env, thread};
 
-use cradle_interface::fmi2::{fmi2CallbackFunctions, fmi2CallbackLogger, fmi2CoSimulation};
 use fmi_schema::fmi2::Causality;
 use libloading::Symbol;
 
@@ -146,13 +145,26 @@ pub fn run(folder: &Path, findings: &Path) -> Result<(), Error> {
     Ok(())
 }
 
+/// `fmi2CallbackFunctions` of the standard.
+#[repr(C)]
+struct Callbacks {
+    logger: *const c_void,
+    allocate_memory: unsafe extern "C" fn(usize, usize) -> *mut c_void,
+    free_memory: unsafe extern "C" fn(*mut c_void),
+    step_finished: Option<unsafe extern "C" fn(*mut c_void, c_int)>,
+    environment: *mut c_void,
+}
+
+/// `fmi2CoSimulation` of the standard.
+const CO_SIMULATION: c_int = 1;
+
 type Instance = *mut c_void;
 type Instantiate = unsafe extern "C" fn(
     *const c_char,
     c_int,
     *const c_char,
     *const c_char,
-    *const fmi2CallbackFunctions,
+    *const Callbacks,
     c_int,
     c_int,
 ) -> Instance;
@@ -194,14 +206,13 @@ impl<'a> Probe<'a> {
         })?;
         self.constant(&library, "fmi2GetTypesPlatform", "default")?;
         self.constant(&library, "fmi2GetVersion", "2.0")?;
-        // SAFETY: a plain function with the same arguments up to the format; what follows it is not looked at.
-        let logger = unsafe { mem::transmute::<*const c_void, fmi2CallbackLogger>(log as *const c_void) };
-        let callbacks = fmi2CallbackFunctions {
-            logger,
-            allocateMemory: Some(libc::calloc),
-            freeMemory: Some(libc::free),
-            stepFinished: None,
-            componentEnvironment: std::ptr::null_mut(),
+        let callbacks = Callbacks {
+            // The same arguments up to the format; what follows it is not looked at.
+            logger: log as *const c_void,
+            allocate_memory: libc::calloc,
+            free_memory: libc::free,
+            step_finished: None,
+            environment: std::ptr::null_mut(),
         };
         let location = location(&folder.join("resources"));
         let wrong = self.instantiate(&library, "{00000000-0000-0000-0000-000000000000}", &location, &callbacks)?;
@@ -287,12 +298,12 @@ impl<'a> Probe<'a> {
         library: &libloading::Library,
         guid: &str,
         location: &str,
-        callbacks: &fmi2CallbackFunctions,
+        callbacks: &Callbacks,
     ) -> Result<Instance, String> {
         let function = self.function::<Instantiate>(library, "fmi2Instantiate")?;
         let text = |text: &str| CString::new(text).map_err(|_| format!("\"{text}\" holds a null byte"));
         let (name, guid, location) = (text("check")?, text(guid)?, text(location)?);
-        Ok(unsafe { function(name.as_ptr(), fmi2CoSimulation, guid.as_ptr(), location.as_ptr(), callbacks, 0, 0) })
+        Ok(unsafe { function(name.as_ptr(), CO_SIMULATION, guid.as_ptr(), location.as_ptr(), callbacks, 0, 0) })
     }
 
     /// Reads every variable; compares start values with those of the description if nothing else was set yet.

@@ -7,11 +7,11 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::{env, fs};
 
-use cradle_interface::variables::Recipe;
 use cradle_packaging::archive::Entries;
 use cradle_packaging::check::{MAX_BYTES, Report, unpack};
 use cradle_packaging::contents;
 use cradle_packaging::platform::Platform;
+use newtons_cradle::variables::Recipe;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 

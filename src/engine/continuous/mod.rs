@@ -12,9 +12,8 @@ mod dynamics;
 mod motion;
 mod observe;
 
-use std::cell::{Cell, RefCell};
-
 use serde::{Deserialize, Serialize};
+use std::cell::{Cell, RefCell};
 
 use super::derivatives::State;
 use super::error::EngineError;
@@ -23,9 +22,8 @@ use super::inputs::HeldInputs;
 use super::observation::{LARGEST_COUNT, Ledger};
 use super::observer::{Observer, Progress};
 use super::run::Unsound;
-use cradle_interface::results::NextOnset;
+use crate::model::{BallModel, Cradle, Inputs, NextOnset, Parameters, SolverMethod};
 
-use crate::model::{BallModel, Cradle, Inputs, Parameters, SolverMethod};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::multistep::Family;
 use dynamics::Dynamics;

@@ -1,8 +1,7 @@
 //! Steps of the solver, and the switchings of contacts within them.
 
-use std::collections::VecDeque;
-
 use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
 
 use super::Method;
 use super::dynamics::{Dynamics, LARGEST};

@@ -3,10 +3,8 @@
 use super::Continuous;
 use super::motion::{Kind, Motion};
 use crate::engine::derivatives::{LastStep, State, by_time};
-use crate::engine::inputs::ONSET_PERIODS;
-use crate::model::{Cradle, Mode};
+use crate::model::{Cradle, Differential, Mode, NextOnset, ONSET_PERIODS, Work};
 use crate::solver::double_double::DoubleDouble;
-use cradle_interface::results::{Differential, NextOnset, Work};
 
 /// Steps times balls that one look for the next onset may take: a few milliseconds.
 const LOOK_AHEAD: usize = 20_000;

@@ -1,13 +1,11 @@
 //! Derivatives of the outputs by time.
 
-use cradle_interface::results::{Differential, MAX_OUTPUT_DERIVATIVE};
-
 use super::chain_series::Expansion;
 use super::chain_state::State;
 use crate::engine::cluster::OverlapSeries;
 use crate::engine::flight::Push;
 use crate::engine::inputs::HeldInputs;
-use crate::model::{Cradle, Mode};
+use crate::model::{Cradle, Differential, MAX_OUTPUT_DERIVATIVE, Mode};
 use crate::solver::series::product_term;
 
 /// Derivatives of order 1 to [`MAX_OUTPUT_DERIVATIVE`] by time, from the right, at a state under these inputs. What changes only

@@ -1,13 +1,11 @@
 //! How the outputs at the end of the last step depend on the inputs held over it, and those at the start on the
 //! parameters.
 
-use cradle_interface::results::Differential;
-
 use super::chain_state::State;
 use super::tangent::{NotFollowed, Run};
 use crate::engine::flight::Push;
 use crate::engine::inputs::HeldInputs;
-use crate::model::{BallModel, Cradle, Inputs, Parameters};
+use crate::model::{BallModel, Cradle, Differential, Inputs, Parameters};
 use crate::solver::dual::{Dual, Scalar};
 
 /// The last step of a run, by whichever method: all that its derivatives follow from.

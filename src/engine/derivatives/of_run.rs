@@ -1,14 +1,12 @@
 //! Derivatives of the outputs of an event-driven run.
 
-use cradle_interface::results::{Differential, MAX_OUTPUT_DERIVATIVE};
-
 use super::by_time::{by_time, of_series, pushes};
 use super::chain_series::Expansion;
 use super::chain_state::State;
 use super::last_step::LastStep;
 use crate::engine::flight::{Held, Push, shifted};
 use crate::engine::run::Engine;
-use crate::model::Mode;
+use crate::model::{Differential, MAX_OUTPUT_DERIVATIVE, Mode};
 
 impl Engine {
     /// Derivatives of the outputs by time at the current time, of order 1 to [`MAX_OUTPUT_DERIVATIVE`], from the right. What

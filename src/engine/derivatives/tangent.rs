@@ -8,14 +8,12 @@
 //! Impacts of rigid balls are taken in dual numbers, too, as long as the balls part. Where they stay in contact there are
 //! no derivatives, nor where more balls touch that the direction would bring apart.
 
-use cradle_interface::results::Differential;
-
 use super::chain_series::Expansion;
 use super::chain_state::State;
 use crate::engine::cluster::{Switch, clipping};
 use crate::engine::flight::{Push, shifted};
 use crate::engine::rigid::restitution;
-use crate::model::{BallModel, Cradle, Mode};
+use crate::model::{BallModel, Cradle, Differential, Mode};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::dual::{Dual, Scalar};
 use crate::solver::series;

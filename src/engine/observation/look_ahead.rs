@@ -1,11 +1,10 @@
 //! The next onset: read off the forecasts, or found by a copy of the run that goes ahead.
 
 use crate::engine::flight::Forecast;
-use crate::engine::inputs::ONSET_PERIODS;
 use crate::engine::observer::Unrecorded;
 use crate::engine::run::{Engine, NO_STEP, Phase};
+use crate::model::{NextOnset, ONSET_PERIODS};
 use crate::solver::double_double::DoubleDouble;
-use cradle_interface::results::NextOnset;
 
 /// Work that one look ahead may take, in the units of [`Engine::effort`]: some tenths of a millisecond. The event that exceeds it is
 /// still handled.

@@ -5,9 +5,8 @@ use crate::engine::derivatives::State;
 use crate::engine::flight::{Held, Tally, degree, push_at};
 use crate::engine::pair_impact::Interior;
 use crate::engine::run::{Engine, KnownState, Phase};
-use crate::model::Mode;
+use crate::model::{Mode, NEVER, Work};
 use crate::solver::double_double::DoubleDouble;
-use cradle_interface::results::{NEVER, Work};
 
 impl Engine {
     fn now(&self) -> DoubleDouble {

@@ -10,10 +10,9 @@ use crate::engine::inputs::HeldInputs;
 use crate::engine::observation::StepStart;
 use crate::engine::observer::{Observer, Unrecorded};
 use crate::engine::pair_impact::Shape;
-use crate::model::{Cradle, Inputs, Mode, Parameters};
+use crate::model::{Cradle, Inputs, Mode, Parameters, Work};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::queue::EventQueue;
-use cradle_interface::results::Work;
 
 /// Where a step of a copy that goes ahead would have begun, s: after all events.
 pub(crate) const NO_STEP: f64 = f64::MAX;

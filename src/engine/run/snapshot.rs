@@ -4,9 +4,8 @@
 //! motion of clusters and the outcome of impacts, is computed anew, by the same operations as before. What no run can have left
 //! behind is refused.
 
-use std::ops::Range;
-
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 use super::contact::Phase;
 use super::engine::{Engine, NO_STEP};
@@ -16,9 +15,8 @@ use crate::engine::inputs::HeldInputs;
 use crate::engine::observation::{BallStart, ContactStart, LARGEST_COUNT, Ledger};
 use crate::engine::pair_impact::PairImpact;
 use crate::engine::rigid::Bond;
-use crate::model::{Mode, Parameters};
+use crate::model::{Mode, NextOnset, Parameters, Work};
 use crate::solver::double_double::DoubleDouble;
-use cradle_interface::results::{NextOnset, Work};
 
 /// A run as plain data.
 #[derive(Clone, Debug, Serialize, Deserialize)]

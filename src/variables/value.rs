@@ -7,8 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::row::{ANY, Access, Causality, Type};
 use super::text::Number;
 use super::{TABLE, Variable, variables};
-use crate::parameters::{Inputs, Parameters};
-use crate::results::MAX_INPUT_DERIVATIVE;
+use crate::model::{Inputs, MAX_INPUT_DERIVATIVE, Parameters};
 
 /// Everything a host can set.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -138,7 +138,7 @@ fn start(variable: Variable, value: &StartValue, settings: &mut Settings) -> Res
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::parameters::DampingLaw;
+    use crate::model::DampingLaw;
 
     #[test]
     fn a_recipe_survives_its_file() {

@@ -5,6 +5,9 @@ use serde::{Deserialize, Serialize};
 /// Time given for "never" where an event lies ahead, s.
 pub const NEVER: f64 = 1e30;
 
+/// Periods of the first ball within which the next onset is looked for.
+pub const ONSET_PERIODS: f64 = 1000.0;
+
 /// Highest derivative of an input that is taken into account.
 pub const MAX_INPUT_DERIVATIVE: usize = 3;
 

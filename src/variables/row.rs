@@ -2,8 +2,7 @@
 
 use super::choice::Choice;
 use super::unit::Quantity;
-use crate::parameters::{Inputs, Parameters};
-use crate::results::{Differential, Results};
+use crate::model::{Differential, Inputs, Parameters, Results};
 
 /// How many variables a row stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -13,8 +13,7 @@ use super::unit::{
     ACCELERATION, DAMPING, DRAG, ELASTIC_MODULUS, ENERGY, FORCE, IMPULSE, LENGTH, MASS, MOMENTUM, RATIO, SLOWNESS,
     STIFFNESS, TIME, VELOCITY,
 };
-use crate::parameters::{ContactModel, DampingLaw, Parameters, SolverMethod};
-use crate::results::NEVER;
+use crate::model::{ContactModel, DampingLaw, NEVER, Parameters, SolverMethod};
 
 /// A parameter that is one number of [`Parameters`].
 macro_rules! one {

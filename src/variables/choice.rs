@@ -1,6 +1,6 @@
 //! Parameters with named items: their integers never change.
 
-use crate::parameters::{ContactModel, DampingLaw, Parameters, SolverMethod};
+use crate::model::{ContactModel, DampingLaw, Parameters, SolverMethod};
 
 /// One item of an enumeration.
 #[derive(Debug)]
