@@ -6,17 +6,18 @@
 
 use std::sync::LazyLock;
 
-use super::block_tridiagonal::solve_dense;
+use nalgebra::{SMatrix, SVector};
+
 use super::quadrature::gauss_legendre;
 
 /// Number of stages.
 pub const STAGES: usize = 9;
 
 /// One value a stage.
-pub type Stages = [f64; STAGES];
+pub type Stages = SVector<f64, STAGES>;
 
-/// A linear map of stage values, by rows.
-pub type Matrix = [Stages; STAGES];
+/// A linear map of stage values.
+pub type Matrix = SMatrix<f64, STAGES, STAGES>;
 
 /// The coefficients of the method.
 #[derive(Debug)]
@@ -40,7 +41,7 @@ impl Radau {
             others.map(|k| (x - nodes[k]) / (nodes[j] - nodes[k])).product::<f64>()
         };
         let entry = |i: usize, j: usize| gauss_legendre(|x| lagrange(j, x), 0.0, nodes[i], 1);
-        let integral: Matrix = std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)));
+        let integral = Matrix::from_fn(entry);
         let derivative = inverse(&integral);
         Self { nodes, integral, derivative }
     }
@@ -49,14 +50,14 @@ impl Radau {
     pub fn polynomial_from(&self, start: f64, values: &Stages) -> [f64; STAGES + 1] {
         let mut nodes = [0.0; STAGES + 1];
         let mut differences = [start; STAGES + 1];
-        nodes[1..].copy_from_slice(&self.nodes);
-        differences[1..].copy_from_slice(values);
+        nodes[1..].copy_from_slice(self.nodes.as_slice());
+        differences[1..].copy_from_slice(values.as_slice());
         powers(&nodes, differences)
     }
 
     /// Coefficients of the powers of the polynomial through the stage values at the nodes.
-    pub fn polynomial(&self, values: &Stages) -> Stages {
-        powers(&self.nodes, *values)
+    pub fn polynomial(&self, values: &Stages) -> [f64; STAGES] {
+        powers(&self.nodes.into(), (*values).into())
     }
 }
 
@@ -64,7 +65,7 @@ impl Radau {
 /// the Chebyshev polynomials, which lie close by.
 fn nodes() -> Stages {
     let s = STAGES as f64;
-    let mut nodes = [1.0; STAGES];
+    let mut nodes = Stages::repeat(1.0);
     for (i, node) in nodes.iter_mut().enumerate().take(STAGES - 1) {
         let mut x = -libm::cos(std::f64::consts::PI * (2 * i + 1) as f64 / (2.0 * s - 0.5));
         for _ in 0..10 {
@@ -100,28 +101,9 @@ fn powers<const N: usize>(nodes: &[f64; N], values: [f64; N]) -> [f64; N] {
     c
 }
 
-/// Product of a matrix and a vector of stage values.
-pub fn times(matrix: &Matrix, values: &Stages) -> Stages {
-    std::array::from_fn(|i| matrix[i].iter().zip(values).map(|(m, v)| m * v).sum())
-}
-
-/// Product of two matrices.
-pub fn product(left: &Matrix, right: &Matrix) -> Matrix {
-    let mut product = [[0.0; STAGES]; STAGES];
-    for (row, left) in product.iter_mut().zip(left) {
-        for (l, right) in left.iter().zip(right) {
-            row.iter_mut().zip(right).for_each(|(p, r)| *p += l * r);
-        }
-    }
-    product
-}
-
-/// Inverse of a matrix.
+/// Inverse of a matrix; not finite if there is none.
 pub fn inverse(matrix: &Matrix) -> Matrix {
-    let mut solution = [[0.0; STAGES]; STAGES];
-    solution.iter_mut().enumerate().for_each(|(i, row)| row[i] = 1.0);
-    solve_dense(&mut matrix.clone(), &mut solution);
-    solution
+    matrix.lu().try_inverse().unwrap_or_else(|| Matrix::repeat(f64::NAN))
 }
 
 #[cfg(test)]
@@ -132,8 +114,8 @@ mod tests {
     fn integrates_polynomials_to_the_degree_of_the_order() {
         let radau = Radau::new();
         for degree in 0..2 * STAGES - 1 {
-            let weights = &radau.integral[STAGES - 1];
-            let integral: f64 = radau.nodes.iter().zip(weights).map(|(c, w)| w * c.powi(degree as i32)).sum();
+            let powers = radau.nodes.map(|c| c.powi(degree as i32));
+            let integral = (radau.integral * powers)[STAGES - 1];
             assert!((integral - 1.0 / (degree + 1) as f64).abs() < 1e-15, "degree {degree}: {integral}");
         }
         assert_eq!(radau.nodes[STAGES - 1], 1.0);
@@ -143,15 +125,7 @@ mod tests {
     fn damps_stiff_modes_at_once() {
         // y' = lambda y: Y = (1 - z A)^-1 y_0.
         let radau = Radau::new();
-        let last = |z: f64| {
-            let mut matrix = [[0.0; STAGES]; STAGES];
-            for (i, row) in matrix.iter_mut().enumerate() {
-                for (j, entry) in row.iter_mut().enumerate() {
-                    *entry = f64::from(i == j) - z * radau.integral[i][j];
-                }
-            }
-            times(&inverse(&matrix), &[1.0; STAGES])[STAGES - 1]
-        };
+        let last = |z: f64| inverse(&(Matrix::identity() - z * radau.integral)).row(STAGES - 1).sum();
         assert!((last(-1.0) - libm::exp(-1.0)).abs() < 1e-15);
         assert!(last(-1e8).abs() < 1e-6);
     }
@@ -160,7 +134,7 @@ mod tests {
     fn differentiates_and_interpolates() {
         let radau = Radau::new();
         let values = radau.nodes.map(|c| c * c * c);
-        for (slope, c) in times(&radau.derivative, &values).iter().zip(&radau.nodes) {
+        for (slope, c) in (radau.derivative * values).iter().zip(&radau.nodes) {
             assert!((slope - 3.0 * c * c).abs() < 1e-12, "{slope} at {c}");
         }
         let cubic = radau.polynomial_from(0.0, &values);

@@ -19,7 +19,7 @@ use crate::engine::flight::{Rounding, push_at};
 use crate::model::{ContactLaw, Mode};
 use crate::solver::block_tridiagonal::BlockTridiagonal;
 use crate::solver::oscillator::Oscillator;
-use crate::solver::radau::{Matrix, RADAU, STAGES, Stages, inverse, product, times};
+use crate::solver::radau::{Matrix, RADAU, STAGES, Stages, inverse};
 
 /// What is allowed at least, in roundings: differences of the ninth order magnify them.
 const NOISE: f64 = 100.0;
@@ -52,15 +52,9 @@ struct Response {
 
 impl Response {
     fn new(o: &Oscillator, integral: &Matrix) -> Self {
-        let twice = product(integral, integral);
-        let mut resistance = [[0.0; STAGES]; STAGES];
-        for (i, row) in resistance.iter_mut().enumerate() {
-            for (j, entry) in row.iter_mut().enumerate() {
-                *entry = f64::from(i == j) + 2.0 * o.gamma() * integral[i][j] + o.omega2() * twice[i][j];
-            }
-        }
-        let yielding = inverse(&resistance);
-        Self { velocity: product(integral, &yielding), displacement: product(&twice, &yielding) }
+        let twice = integral * integral;
+        let yielding = inverse(&(Matrix::identity() + 2.0 * o.gamma() * integral + o.omega2() * twice));
+        Self { velocity: integral * yielding, displacement: twice * yielding }
     }
 }
 
@@ -95,9 +89,8 @@ pub(crate) fn collocate(
 
 impl<'a> Step<'a> {
     fn new(window: &'a Window<'a>, length: f64) -> Self {
-        let scaled = |matrix: &Matrix, factor: f64| matrix.map(|row| row.map(|entry| factor * entry));
-        let integral = scaled(&RADAU.integral, length);
-        let times = RADAU.nodes.map(|c| c * length);
+        let integral = RADAU.integral * length;
+        let times = RADAU.nodes * length;
         let mut responses: Vec<Response> = Vec::with_capacity(window.balls.len());
         let mut pulls = Vec::with_capacity(window.balls.len());
         for (i, (flight, ball)) in window.flights.iter().zip(window.balls).enumerate() {
@@ -108,8 +101,8 @@ impl<'a> Step<'a> {
                 push_at(&flight.push, t) - o.omega2() * (flight.x + flight.v * t) - 2.0 * o.gamma() * flight.v
             }));
         }
-        let none = vec![[0.0; STAGES]; window.contacts.len()];
-        let derivative = scaled(&RADAU.derivative, 1.0 / length);
+        let none = vec![Stages::zeros(); window.contacts.len()];
+        let derivative = RADAU.derivative * (1.0 / length);
         Self { window, derivative, times, pulls, responses, changes: none.clone(), forces: none, evaluations: 0 }
     }
 
@@ -119,13 +112,12 @@ impl<'a> Step<'a> {
     }
 
     fn force(&self, j: Option<usize>) -> Stages {
-        j.and_then(|j| self.forces.get(j)).copied().unwrap_or_default()
+        j.and_then(|j| self.forces.get(j)).copied().unwrap_or_else(Stages::zeros)
     }
 
     /// Acceleration of ball `i` by the contacts, m/s2.
     fn pressed(&self, i: usize) -> Stages {
-        let (left, right) = (self.force(i.checked_sub(1)), self.force(Some(i)));
-        std::array::from_fn(|s| (left[s] - right[s]) / self.window.balls[i].mass)
+        (self.force(i.checked_sub(1)) - self.force(Some(i))) / self.window.balls[i].mass
     }
 
     /// A response of the two balls of contact `j` to all accelerations, as a change of the overlap or of its rate.
@@ -138,63 +130,47 @@ impl<'a> Step<'a> {
             let (start, rate) = (window.contacts[j].overlap + window.laws[j].clearance, self.rate(j));
             let mut push = window.flights[j].push;
             push.iter_mut().zip(&window.flights[j + 1].push).for_each(|(l, r)| *l -= r);
-            let apart: Stages = std::array::from_fn(|s| {
-                let t = self.times[s];
-                push_at(&push, t) - o.omega2() * (start + rate * t) - 2.0 * o.gamma() * rate
-                    + (by_contacts[0][s] - by_contacts[1][s])
-            });
-            times(response(&self.responses[j]), &apart)
+            let pull = |t: f64| push_at(&push, t) - o.omega2() * (start + rate * t) - 2.0 * o.gamma() * rate;
+            response(&self.responses[j]) * (self.times.map(pull) + (by_contacts[0] - by_contacts[1]))
         } else {
-            let [l, r]: [Stages; 2] = std::array::from_fn(|side| {
-                let all = std::array::from_fn(|s| self.pulls[j + side][s] + by_contacts[side][s]);
-                times(response(&self.responses[j + side]), &all)
-            });
-            std::array::from_fn(|s| l[s] - r[s])
+            let [left, right] =
+                [0, 1].map(|side| response(&self.responses[j + side]) * (self.pulls[j + side] + by_contacts[side]));
+            left - right
         }
     }
 
     /// Solves for the pressing contacts `first..end`, which stand side by side.
     fn solve(&mut self, first: usize, end: usize) -> Option<()> {
-        let laws = self.window.laws;
         let mut system = BlockTridiagonal::default();
-        let mut slopes = vec![[[0.0; STAGES]; STAGES]; end.saturating_sub(first)];
         for _ in 0..ITERATIONS {
+            // How far the two balls of each contact give way to what its overlaps are changed by.
+            let mut yielding = Vec::with_capacity(end.saturating_sub(first));
             for j in first..end {
-                slopes[j - first] = self.evaluate(j, &laws[j])?;
+                let slopes = self.evaluate(j)?;
+                yielding.push([j, j + 1].map(|i| self.responses[i].displacement * slopes / self.window.balls[i].mass));
             }
             system.clear();
-            for j in first..end {
-                let rate = self.rate(j);
+            for (j, [left, right]) in (first..end).zip(&yielding) {
                 let wanted = self.relative(j, |r| &r.displacement, [self.pressed(j), self.pressed(j + 1)]);
-                let missing = std::array::from_fn(|s| rate * self.times[s] + wanted[s] - self.changes[j][s]);
-                let compliance = |i: usize, of: &Matrix, sign: f64| {
-                    product(&self.responses[i].displacement, of)
-                        .map(|row| row.map(|entry| sign * entry / self.window.balls[i].mass))
-                };
-                let own = &slopes[j - first];
-                let (by_left, by_right) = (compliance(j, own, 1.0), compliance(j + 1, own, 1.0));
-                let diagonal = std::array::from_fn(|r| {
-                    std::array::from_fn(|c| f64::from(r == c) + by_left[r][c] + by_right[r][c])
-                });
-                let beside = |other: usize, i: usize| {
-                    slopes.get(other).map_or([[0.0; STAGES]; STAGES], |k| compliance(i, k, -1.0))
-                };
-                let lower = beside((j - first).wrapping_sub(1), j);
-                system.push(lower, diagonal, &beside(j - first + 1, j + 1), &missing);
+                let missing = self.rate(j) * self.times + wanted - self.changes[j];
+                let beside =
+                    |contact: usize, side: usize| yielding.get(contact).map_or_else(Matrix::zeros, |y| -y[side]);
+                let lower = beside((j - first).wrapping_sub(1), 1);
+                system.push(lower, Matrix::identity() + left + right, beside(j - first + 1, 0), missing);
             }
             let mut done = true;
-            for (j, correction) in (first..end).zip(system.solve()) {
+            for (j, correction) in (first..end).zip(system.solve()?) {
                 if correction.iter().any(|c| !c.is_finite()) {
                     return None;
                 }
-                self.changes[j].iter_mut().zip(&correction).for_each(|(change, c)| *change += c);
-                let size = self.window.contacts[j].overlap + largest(&self.changes[j]);
+                self.changes[j] += correction;
+                let size = self.window.contacts[j].overlap + self.changes[j].amax();
                 // The next correction would be of the order of the square.
-                done &= largest(&correction) <= 1e-8 * size;
+                done &= correction.amax() <= 1e-8 * size;
             }
             if done {
-                for (j, law) in laws.iter().enumerate().take(end).skip(first) {
-                    self.evaluate(j, law)?;
+                for j in first..end {
+                    self.evaluate(j)?;
                 }
                 return Some(());
             }
@@ -203,18 +179,18 @@ impl<'a> Step<'a> {
     }
 
     /// Computes the forces of contact `j` from its overlaps; returns their derivatives by these.
-    fn evaluate(&mut self, j: usize, law: &ContactLaw) -> Option<Matrix> {
+    fn evaluate(&mut self, j: usize) -> Option<Matrix> {
         self.evaluations += STAGES as u64;
-        let rates = times(&self.derivative, &self.changes[j]);
-        let mut slopes = [[0.0; STAGES]; STAGES];
+        let (law, start) = (&self.window.laws[j], self.window.contacts[j].overlap);
+        let rates = self.derivative * self.changes[j];
+        let mut slopes = Matrix::zeros();
         for s in 0..STAGES {
-            let overlap = self.window.contacts[j].overlap + self.changes[j][s];
-            let (force, by_overlap, by_rate) = law.continued(overlap, rates[s])?;
+            let (force, by_overlap, by_rate) = law.continued(start + self.changes[j][s], rates[s])?;
             self.forces[j][s] = force;
-            slopes[s] = self.derivative[s].map(|d| by_rate * d);
-            slopes[s][s] += by_overlap;
+            slopes.set_row(s, &(self.derivative.row(s) * by_rate));
+            slopes[(s, s)] += by_overlap;
         }
-        slopes.iter().flatten().all(|slope| slope.is_finite()).then_some(slopes)
+        slopes.iter().all(|slope| slope.is_finite()).then_some(slopes)
     }
 
     /// Appends to `velocities` those of the balls up to `last`, which pressing contacts join, at the stages.
@@ -225,24 +201,21 @@ impl<'a> Step<'a> {
         let (window, first) = (self.window, velocities.len());
         let balls = &window.balls[first..=last];
         let total: f64 = balls.iter().map(|ball| ball.mass).sum();
-        let mut whole = [0.0; STAGES];
-        let mut add = |share: f64, values: &Stages| whole.iter_mut().zip(values).for_each(|(w, v)| *w += share * v);
+        let mut whole = Stages::zeros();
         let alike = balls.iter().all(|ball| ball.oscillator == balls[0].oscillator);
         for (i, ball) in (first..).zip(balls) {
-            let pressed = if alike { [0.0; STAGES] } else { self.pressed(i) };
-            let pulled = std::array::from_fn(|s| self.pulls[i][s] + pressed[s]);
-            let change = times(&self.responses[i].velocity, &pulled);
-            add(ball.mass / total, &change.map(|change| window.flights[i].v + change));
+            let pulled = if alike { self.pulls[i] } else { self.pulls[i] + self.pressed(i) };
+            let velocities = (self.responses[i].velocity * pulled).add_scalar(window.flights[i].v);
+            whole += ball.mass / total * velocities;
         }
         let mut beyond = total;
         for (j, ball) in (first..last).zip(balls) {
             beyond -= ball.mass;
-            add(beyond / total, &times(&self.derivative, &self.changes[j]));
+            whole += beyond / total * (self.derivative * self.changes[j]);
         }
         velocities.push(whole);
         for j in first..last {
-            let rates = times(&self.derivative, &self.changes[j]);
-            velocities.push(std::array::from_fn(|s| velocities[j][s] - rates[s]));
+            velocities.push(velocities[j] - self.derivative * self.changes[j]);
         }
     }
 
@@ -266,7 +239,8 @@ impl<'a> Step<'a> {
         series.begin(window, STAGES, length);
         let speed = window.flights.iter().map(|flight| flight.v.abs()).fold(0.0, f64::max);
         let lightest = window.balls.iter().map(|ball| ball.mass).fold(f64::INFINITY, f64::min);
-        let rounding = rounding.velocity + f64::EPSILON * length * largest(self.forces.as_flattened()) / lightest;
+        let rounding = rounding.velocity
+            + f64::EPSILON * length * self.forces.iter().map(Stages::amax).fold(0.0, f64::max) / lightest;
         // No more is asked for than the Taylor series before have given.
         let allowed = (0.01 * tolerance * speed).max(NOISE * rounding).max(local_error);
         let mut worst = 0.0_f64;
@@ -288,25 +262,25 @@ impl<'a> Step<'a> {
             if window.presses(j) {
                 // The start is left out: the overlap is to follow what balances the forces, not the rounding of the
                 // velocities.
-                let polynomial = RADAU.polynomial(&times(&self.derivative, &self.changes[j]));
-                let size = contact.overlap + largest(&self.changes[j]);
+                let polynomial = RADAU.polynomial(&(self.derivative * self.changes[j]));
+                let size = contact.overlap + self.changes[j].amax();
                 // The force is to be known as well as that: its error is `exponent` times as large.
                 let relative = (0.1 * tolerance).max(2.0 * NOISE * f64::EPSILON) / window.laws[j].exponent;
                 let allowed = (relative * size).max(self.shaken(j, of_rates)) / length;
                 let jump = (polynomial[0] - self.rate(j)).abs() / (10.0 * allowed).max(of_rates);
                 worst = worst.max(highest_terms(&polynomial) / allowed).max(jump);
                 series.set_rate(j, &polynomial);
-                let overlaps = self.changes[j].map(|change| contact.overlap + change);
+                let overlaps = self.changes[j].add_scalar(contact.overlap);
                 let elastic = overlaps.map(|d| window.laws[j].elastic_continued(d).map_or(0.0, |(force, _)| force));
                 series.set_forces(j, &RADAU.polynomial(&elastic), &RADAU.polynomial(&self.forces[j]));
             } else {
                 let rate = self.rate(j);
                 let accelerations = [self.pressed(j), self.pressed(j + 1)];
-                let rates = self.relative(j, |r| &r.velocity, accelerations).map(|change| rate + change);
+                let rates = self.relative(j, |r| &r.velocity, accelerations).add_scalar(rate);
                 series.set_rate(j, &RADAU.polynomial_from(rate, &rates));
                 if contact.mode == Mode::Clipped {
                     let changes = self.relative(j, |r| &r.displacement, accelerations);
-                    let (mut forces, mut unknown) = ([0.0; STAGES], 0.0_f64);
+                    let (mut forces, mut unknown) = (Stages::zeros(), 0.0_f64);
                     for s in 0..STAGES {
                         let overlap = contact.overlap + rate * self.times[s] + changes[s];
                         let Some((force, _, by_rate)) = window.laws[j].continued(overlap, rates[s]) else {
@@ -316,7 +290,7 @@ impl<'a> Step<'a> {
                     }
                     // When it would push again is to be known.
                     let polynomial = RADAU.polynomial(&forces);
-                    let allowed = (tolerance * largest(&forces)).max(unknown);
+                    let allowed = (tolerance * forces.amax()).max(unknown);
                     worst = worst.max(if allowed > 0.0 { highest_terms(&polynomial) / allowed } else { 0.0 });
                     series.set_forces(j, &[], &polynomial);
                 }
@@ -324,11 +298,6 @@ impl<'a> Step<'a> {
         }
         worst
     }
-}
-
-/// The largest magnitude of some values.
-fn largest(values: &[f64]) -> f64 {
-    values.iter().fold(0.0, |largest, value| largest.max(value.abs()))
 }
 
 /// Size of the last two terms of a polynomial on [0, 1] in Legendre's polynomials, from its coefficients.
