@@ -11,7 +11,7 @@
 
 pub mod block_tridiagonal;
 mod corrector;
-pub mod course;
+mod decays;
 pub mod double_double;
 pub mod dual;
 pub mod multistep;
@@ -20,6 +20,7 @@ pub mod oscillator;
 pub mod quadrature;
 pub mod queue;
 pub mod radau;
+pub mod response;
 pub mod root;
 pub mod runge_kutta;
 pub mod series;

@@ -14,7 +14,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::course::Decays;
+use super::decays::Decays;
 use super::double_double::DoubleDouble;
 use super::trigonometry::sin_cos;
 
@@ -105,7 +105,7 @@ impl Oscillator {
     }
 
     /// `U_-3` to `U_2` at `tau` >= 0 (s): the functions go on downwards as derivatives, `U_(k-1) = U_k'`. Of an overdamped
-    /// oscillator [`Decays`] have more digits.
+    /// oscillator its two decays have more digits.
     pub fn derivatives(&self, tau: DoubleDouble) -> [f64; 6] {
         let basis: [f64; 3] = self.basis(tau);
         let mut u = [0.0, 0.0, 0.0, basis[0], basis[1], basis[2]];
@@ -176,30 +176,36 @@ impl Oscillator {
     }
 
     /// Whether the motion is a sum of two decays whose rates are well apart, at least by a factor of 4.
-    pub(super) fn is_overdamped(&self) -> bool {
+    fn is_overdamped(&self) -> bool {
         self.gamma >= 1.25 * self.omega.value()
     }
 
     /// Reciprocal of the natural frequency, or of the slow rate where the motion is a sum of two decays, s.
     pub fn time_scale(&self) -> f64 {
-        if self.is_overdamped() { 1.0 / self.decays().1 } else { 1.0 / self.omega.value() }
+        if self.is_overdamped() { 1.0 / self.decay_rates().1 } else { 1.0 / self.omega.value() }
     }
 
     /// The rate at which a velocity decays right after the start, 1/s: the fast one where the motion is a sum of two decays.
     pub fn fast_decay(&self) -> f64 {
-        if self.is_overdamped() { self.decays().0 } else { self.gamma }
+        if self.is_overdamped() { self.decay_rates().0 } else { self.gamma }
     }
 
     /// Rates of the two decays of an overdamped oscillator, fast and slow, 1/s.
-    pub(super) fn decays(&self) -> (f64, f64) {
+    fn decay_rates(&self) -> (f64, f64) {
         let ratio = self.omega.value() / self.gamma;
         let fast = self.gamma * (1.0 + (1.0 - ratio * ratio).sqrt());
         (fast, self.omega2 / fast)
     }
 
+    /// What the velocity is the sum of under a constant force if this is overdamped: for the velocity `v` (m/s) and the acceleration
+    /// but for that by the velocity, `force` (m/s2), at time 0.
+    pub(super) fn decays(&self, v: f64, force: f64) -> Option<Decays> {
+        self.is_overdamped().then(|| Decays::new(self.decay_rates(), v, force))
+    }
+
     /// `U_k` as differences of the repeated integrals of two exponentials.
     fn basis_by_decays<const COUNT: usize>(&self, t: f64) -> [f64; COUNT] {
-        let (fast, slow) = self.decays();
+        let (fast, slow) = self.decay_rates();
         let (of_fast, of_slow) = (decay_integrals::<COUNT>(fast, t), decay_integrals::<COUNT>(slow, t));
         let mut u = [0.0; COUNT];
         u[0] = (fast * of_fast[0] - slow * of_slow[0]) / (fast - slow);
@@ -221,7 +227,7 @@ impl Oscillator {
         }
         let power = |rate: f64| (1..k).fold(1.0, |power, _| power * rate);
         let turned = a + gamma * v;
-        if let Some(decays) = Decays::new(self, v, a + 2.0 * gamma * v) {
+        if let Some(decays) = self.decays(v, a + 2.0 * gamma * v) {
             decays.derivative_bound(t, k)
         } else if gamma <= 0.8 * omega {
             let sine = turned / self.omega_damped.value();

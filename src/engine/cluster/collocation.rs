@@ -16,7 +16,7 @@ use super::series::Series;
 use super::step_control::Control;
 use super::window::Window;
 use crate::engine::flight::{Rounding, push_at};
-use crate::model::{ContactLaw, Mode};
+use crate::model::Mode;
 use crate::solver::block_tridiagonal::BlockTridiagonal;
 use crate::solver::oscillator::Oscillator;
 use crate::solver::radau::{Matrix, RADAU, STAGES, Stages, inverse};

@@ -6,13 +6,14 @@
 //! Each coordinate is an oscillator in closed form, so strong damping and contacts that stay closed for minutes cost nothing: the
 //! only work is to find the next switching.
 
+use std::cell::Cell;
+
 use super::natural::{Group, NaturalMode, Sum};
 use super::window::{Switch, Switching, Window, clipping};
 use crate::engine::flight::{Rounding, degree};
 use crate::model::Mode;
-use crate::solver::course::Forced;
+use crate::solver::response::ForcedOscillator;
 use crate::solver::root::{Search, Smooth, search_within};
-use std::cell::Cell;
 
 /// Largest group that is taken apart into modes: the table of their shapes grows with the square.
 const LARGEST_GROUP: usize = 128;
@@ -124,7 +125,7 @@ impl Modes {
             v += share * (flights[c].v - flights[c + 1].v);
             force += share * (push - oscillator.omega2() * (contacts[c].overlap + laws[c].clearance));
         }
-        Some(NaturalMode::new(Forced::new(oscillator, v, force), 0.0))
+        Some(NaturalMode::new(ForcedOscillator::new(oscillator, v, force), 0.0))
     }
 
     /// Overlap of contact `j` and its derivatives, up to four of them.
@@ -134,11 +135,11 @@ impl Modes {
         let late = tau * self.pace > 1.0;
         let mut sum = Sum::new(self.contacts[j].overlap, if late { 0.0 } else { self.contacts[j].rate });
         self.movers(j).for_each(|(mode, stretch)| {
-            let mut course = mode.at(tau);
+            let mut response = mode.at(tau);
             if !late {
-                course.derivatives[1] = course.change_of_rate;
+                response.derivatives[1] = response.change_of_rate;
             }
-            sum.add(stretch, &course.derivatives);
+            sum.add(stretch, &response.derivatives);
         });
         sum.without_noise()
     }
@@ -168,9 +169,9 @@ impl Modes {
         let group = &self.groups[self.group_of[i]];
         let mut sum = (0.0, 0.0);
         for (m, mode) in group.modes.iter().enumerate() {
-            let (shape, course) = (group.shape(m, i), mode.at(tau));
-            sum.0 += shape * course.derivatives[0].0;
-            sum.1 += shape * course.change_of_rate.0;
+            let (shape, response) = (group.shape(m, i), mode.at(tau));
+            sum.0 += shape * response.derivatives[0].0;
+            sum.1 += shape * response.change_of_rate.0;
         }
         sum
     }

@@ -10,22 +10,23 @@
 //!
 //! (Meirovitch, Fundamentals of Vibrations, 2001, chapter 7: damping proportional to the stiffness leaves the modes uncoupled.)
 
-use super::window::Window;
-use crate::solver::course::{Course, Forced};
-use crate::solver::oscillator::Oscillator;
 use std::cell::Cell;
+
+use super::window::Window;
+use crate::solver::oscillator::Oscillator;
+use crate::solver::response::{ForcedOscillator, Response};
 
 /// One natural mode of a group: its coordinate, which starts at 0.
 #[derive(Clone, Debug)]
 pub(crate) struct NaturalMode {
-    pub motion: Forced,
+    pub motion: ForcedOscillator,
     pub lambda: f64,
     /// When it was asked for last, and the answer: all balls and contacts of a group ask for the same time.
-    last: Cell<Option<(f64, Course)>>,
+    last: Cell<Option<(f64, Response)>>,
 }
 
 impl NaturalMode {
-    pub fn new(motion: Forced, lambda: f64) -> Self {
+    pub fn new(motion: ForcedOscillator, lambda: f64) -> Self {
         Self { motion, lambda, last: Cell::new(None) }
     }
 
@@ -35,13 +36,13 @@ impl NaturalMode {
     }
 
     /// The coordinate `tau` (s) after the start.
-    pub fn at(&self, tau: f64) -> Course {
+    pub fn at(&self, tau: f64) -> Response {
         match self.last.get() {
-            Some((time, course)) if time == tau => course,
+            Some((time, response)) if time == tau => response,
             _ => {
-                let course = self.motion.at(tau);
-                self.last.set(Some((tau, course)));
-                course
+                let response = self.motion.at(tau);
+                self.last.set(Some((tau, response)));
+                response
             }
         }
     }
@@ -115,7 +116,7 @@ impl Group {
                 v += all * last.v;
                 force -= o.omega2() * all * last.x;
             }
-            modes.push(NaturalMode::new(Forced::new(oscillator, v, force), lambda));
+            modes.push(NaturalMode::new(ForcedOscillator::new(oscillator, v, force), lambda));
         }
         Self { first, size, damping, modes, shapes }
     }

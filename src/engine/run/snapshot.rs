@@ -4,8 +4,9 @@
 //! motion of clusters and the outcome of impacts, is computed anew, by the same operations as before. What no run can have left
 //! behind is refused.
 
-use serde::{Deserialize, Serialize};
 use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
 
 use super::contact::Phase;
 use super::engine::{Engine, NO_STEP};
