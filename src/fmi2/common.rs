@@ -1,11 +1,10 @@
 //! Functions common to all kinds of FMUs: versions, logging, and the way through the phases.
 
-use std::ffi::CStr;
-
 use super::border::{array, call};
 use super::types::{fmi2Boolean, fmi2Component, fmi2False, fmi2Real, fmi2Status, fmi2String};
 use crate::instance::{Call, Experiment, Refusal};
 use crate::variables::{LOG_CATEGORIES, LogCategory};
+use std::ffi::CStr;
 
 /// Platform of the types: `default`.
 #[unsafe(no_mangle)]

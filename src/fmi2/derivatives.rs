@@ -1,10 +1,9 @@
 //! Derivatives of inputs and outputs by time, and directional derivatives.
 
-use std::mem::MaybeUninit;
-
 use super::border::{array, array_mut, call};
 use super::types::{fmi2Component, fmi2Integer, fmi2Real, fmi2Status, fmi2ValueReference};
 use crate::instance::Call;
+use std::mem::MaybeUninit;
 
 /// Gives derivatives of real inputs by time, of order 1 to 3, for the next fmi2DoStep: all of them, or none if any is
 /// refused. After that step the inputs keep the values they reached.

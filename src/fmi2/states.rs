@@ -1,10 +1,9 @@
 //! Saving and restoring the state of a component.
 
-use std::mem::MaybeUninit;
-
 use super::border::{array, array_mut, call};
 use super::types::{fmi2Byte, fmi2Component, fmi2FMUstate, fmi2Status};
 use crate::instance::{Call, Refusal, State};
+use std::mem::MaybeUninit;
 
 /// Marks memory as a state of ours; "cradleFS" in ASCII.
 const MAGIC: u64 = 0x6372_6164_6c65_4653;

@@ -1,11 +1,10 @@
 //! Getting and setting values.
 
-use std::mem::MaybeUninit;
-
 use super::border::{array, array_mut, call};
 use super::types::{fmi2Boolean, fmi2Component, fmi2Integer, fmi2Real, fmi2Status, fmi2String, fmi2ValueReference};
 use crate::instance::{Call, Instance, Refusal};
 use crate::variables::Type;
+use std::mem::MaybeUninit;
 
 /// Fills `value` with what `get` finds for each of `vr`.
 ///

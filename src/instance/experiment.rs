@@ -1,8 +1,7 @@
 //! What the host says about the run as a whole.
 
-use serde::{Deserialize, Serialize};
-
 use super::Refusal;
+use serde::{Deserialize, Serialize};
 
 /// Tightest relative tolerance.
 const MIN_TOLERANCE: f64 = 1e-14;

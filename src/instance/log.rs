@@ -1,8 +1,7 @@
 //! Log lines of an instance: which are wanted, and where they go.
 
-use std::fmt::Arguments;
-
 use crate::variables::{LOG_CATEGORIES, LogCategory};
+use std::fmt::Arguments;
 
 /// How serious a log line is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -19,11 +19,10 @@ pub use log::{Log, Severity, Sink};
 pub use refusal::Refusal;
 pub use state::{State, StateError};
 
-use serde::{Deserialize, Serialize};
-
 use crate::engine::Simulation;
 use crate::model::{Inputs, Parameters, Tunables};
 use crate::variables::{Access, LogCategory, Number, Settings, variables};
+use serde::{Deserialize, Serialize};
 
 /// Everything that changes while an instance runs: all that a saved state has to hold.
 #[derive(Clone, Serialize, Deserialize)]

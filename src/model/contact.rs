@@ -2,9 +2,8 @@
 //!
 //! A damping law is a variant of [`Damping`]; the methods of the engine ask for what they need of it by the functions here.
 
-use serde::{Deserialize, Serialize};
-
 use crate::solver::dual::Scalar;
+use serde::{Deserialize, Serialize};
 
 /// Damping of a contact, with its coefficient.
 #[derive(Clone, Copy, Debug, PartialEq)]

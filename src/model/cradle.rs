@@ -1,7 +1,7 @@
 //! The cradle as the equations see it: masses, oscillators and contact laws, derived from the parameters.
 
 use super::contact::{ContactLaw, Damping};
-use super::{ContactModel, DampingLaw, Parameters};
+use super::parameters::{ContactModel, DampingLaw, Parameters};
 use crate::solver::dual::Scalar;
 
 /// One ball on its pendulum: `x'' + 2 gamma x' + omega2 x = (forces) / mass`.
@@ -15,26 +15,16 @@ pub struct BallModel<S = f64> {
     pub gamma: S,
 }
 
-impl BallModel {
-    /// Kinetic energy at the velocity `v` (m/s), J.
-    pub fn kinetic_energy(&self, v: f64) -> f64 {
-        0.5 * self.mass * v * v
-    }
-
-    /// Energy in the field of gravity at the position `x` (m), J.
-    pub fn gravity_energy(&self, x: f64) -> f64 {
-        0.5 * self.mass * self.omega2 * x * x
-    }
-
-    /// Horizontal force of the pendulum and of the drag on the support, N.
-    pub fn support_force(&self, x: f64, v: f64) -> f64 {
-        self.mass * (self.omega2 * x + 2.0 * self.gamma * v)
+impl<S: Scalar> BallModel<S> {
+    /// Horizontal force of the pendulum and of the drag on the support at the position `x` (m) and the velocity `v` (m/s), N.
+    pub fn support_force(&self, x: S, v: S) -> S {
+        self.mass * (self.omega2 * x + S::from(2.0) * self.gamma * v)
     }
 
     /// Acceleration at the position `x` (m) and the velocity `v` (m/s) under the sum `force` of the contact forces (N)
     /// and the acceleration `push` by the inputs, m/s2.
-    pub fn acceleration(&self, x: f64, v: f64, force: f64, push: f64) -> f64 {
-        force / self.mass + push - self.omega2 * x - 2.0 * self.gamma * v
+    pub fn acceleration(&self, x: S, v: S, force: S, push: S) -> S {
+        force / self.mass + push - self.omega2 * x - S::from(2.0) * self.gamma * v
     }
 }
 
@@ -53,32 +43,6 @@ impl Cradle {
     /// Derives the coefficients of the equations from `p`, whose values are in their ranges.
     pub fn new(p: &Parameters) -> Self {
         Self::along(p, p)
-    }
-
-    /// Kinetic, gravity and contact energy where `state(i)` are the position (m) and velocity (m/s) of ball `i` and
-    /// `overlap(i)` is the overlap of contact `i` (m), J.
-    pub fn energy(&self, state: impl Fn(usize) -> (f64, f64), overlap: impl Fn(usize) -> f64) -> f64 {
-        let of_ball = |(i, ball): (usize, &BallModel)| {
-            let (x, v) = state(i);
-            0.5 * ball.mass * (v * v + ball.omega2 * x * x)
-        };
-        let of_contact = |(i, law): (usize, &ContactLaw)| law.elastic_energy(overlap(i));
-        let balls: f64 = self.balls.iter().enumerate().map(of_ball).sum();
-        balls + self.contacts.iter().enumerate().map(of_contact).sum::<f64>()
-    }
-
-    /// Sum of `m v`, kg.m/s.
-    pub fn momentum(&self, v: impl Fn(usize) -> f64) -> f64 {
-        self.balls.iter().enumerate().map(|(i, ball)| ball.mass * v(i)).sum()
-    }
-
-    /// Horizontal force of all balls on the support, N.
-    pub fn support_force(&self, state: impl Fn(usize) -> (f64, f64)) -> f64 {
-        let of_ball = |(i, ball): (usize, &BallModel)| {
-            let (x, v) = state(i);
-            ball.support_force(x, v)
-        };
-        self.balls.iter().enumerate().map(of_ball).sum()
     }
 }
 

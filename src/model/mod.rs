@@ -1,6 +1,8 @@
 //! The physics of the cradle in SI units. Knows neither FMI nor numerical methods; its formulas take doubles and dual numbers.
 
 #[cfg(feature = "engine")]
+pub(crate) mod algebraic;
+#[cfg(feature = "engine")]
 mod contact;
 #[cfg(feature = "engine")]
 mod cradle;

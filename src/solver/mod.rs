@@ -7,23 +7,15 @@
 //! - dual numbers (`dual`): with every function by libm, as it is for doubles;
 //! - double-double (`double_double`): the few operations that times and sums over pulses take;
 //! - the event queue (`queue`): entries that move by their key, ties in the order of the keys;
-//! - BDF and Adams-Moulton formulas: why none of the crates serves stands in `multistep`.
+//! - BDF and Adams-Moulton formulas: why none of the crates serves stands in `ode`.
 
 pub mod block_tridiagonal;
-mod corrector;
-mod decays;
 pub mod double_double;
 pub mod dual;
-pub mod multistep;
 pub mod ode;
 pub mod oscillator;
 pub mod quadrature;
 pub mod queue;
 pub mod radau;
-pub mod response;
 pub mod root;
-pub mod runge_kutta;
 pub mod series;
-pub mod steady;
-pub mod tridiagonal;
-pub mod trigonometry;

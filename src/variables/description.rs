@@ -1,11 +1,10 @@
 //! modelDescription.xml: the template with everything filled in that depends on n, the start values or the table.
 
-use std::fmt::{self, Write};
-
 use super::row::{Access, Causality, Type, Variability};
 use super::structure::write_structure;
 use super::text::{Escaped, Number};
 use super::{CHOICES, QUANTITIES, Row, Settings, TABLE, UNITS, Variable};
+use std::fmt::{self, Write};
 
 /// Model name, model identifier and file name.
 pub const MODEL_IDENTIFIER: &str = "NewtonsCradle";

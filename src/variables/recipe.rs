@@ -1,8 +1,7 @@
 //! What the producer writes into the FMU's resources and the instance reads from there: n and changed start values.
 
-use std::collections::BTreeMap;
-
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 use super::row::{Access, Type};
 use super::value::{Refused, Settings};

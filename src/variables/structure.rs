@@ -1,9 +1,8 @@
 //! ModelStructure: which unknowns there are and on what they depend.
 
-use std::fmt::{self, Write};
-
 use super::row::{Causality, Initially, Row, Shape};
 use super::{TABLE, Variable, variables};
+use std::fmt::{self, Write};
 
 /// Writes Outputs and InitialUnknowns for `balls` balls.
 ///

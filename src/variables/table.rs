@@ -2,8 +2,6 @@
 //!
 //! Start values are those of [`Parameters::default_for`], read through the row's own accessor.
 
-use std::slice::{from_mut, from_ref};
-
 use super::choice::{CONTACT_MODEL, DAMPING_LAW, SOLVER_METHOD};
 use super::row::Causality::{Local, Output};
 use super::row::Shape::{Balls, Contacts, Scalar};
@@ -14,6 +12,7 @@ use super::unit::{
     STIFFNESS, TIME, VELOCITY,
 };
 use crate::model::{ContactModel, DampingLaw, NEVER, Parameters, SolverMethod};
+use std::slice::{from_mut, from_ref};
 
 /// A parameter that is one number of [`Parameters`].
 macro_rules! one {

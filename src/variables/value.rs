@@ -1,8 +1,7 @@
 //! Values behind the table: what may be set, and setting it.
 
-use std::fmt::Write;
-
 use serde::{Deserialize, Serialize};
+use std::fmt::Write;
 
 use super::row::{ANY, Access, Causality, Type};
 use super::text::Number;

@@ -6,14 +6,13 @@
 //! Each coordinate is an oscillator in closed form, so strong damping and contacts that stay closed for minutes cost nothing: the
 //! only work is to find the next switching.
 
-use std::cell::Cell;
-
 use super::natural::{Group, NaturalMode, Sum};
 use super::window::{Switch, Switching, Window, clipping};
 use crate::engine::flight::{Rounding, degree};
 use crate::model::Mode;
-use crate::solver::response::ForcedOscillator;
+use crate::solver::oscillator::ForcedOscillator;
 use crate::solver::root::{Search, Smooth, search_within};
+use std::cell::Cell;
 
 /// Largest group that is taken apart into modes: the table of their shapes grows with the square.
 const LARGEST_GROUP: usize = 128;

@@ -6,8 +6,6 @@
 //! since the start of the segment and the overlaps by themselves, because overlaps of 1e-8 m are not to be had as differences
 //! of positions.
 
-use std::ops::Range;
-
 use super::collocation;
 use super::modes::{self, Modes};
 use super::persistent;
@@ -19,6 +17,7 @@ use crate::engine::flight::{Ball, Flight, Rounding, Tally, shifted, spaced};
 use crate::model::{ContactLaw, Mode};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::radau::STAGES;
+use std::ops::Range;
 
 /// How the motion of a window is described.
 #[derive(Clone, Debug)]

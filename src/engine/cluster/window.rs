@@ -1,9 +1,8 @@
 //! A window: a stretch of neighbouring balls and the contacts between them, at the start of a segment that is followed as a whole.
 
-use serde::{Deserialize, Serialize};
-
 use crate::engine::flight::{Ball, Flight};
 use crate::model::{ContactLaw, MAX_OUTPUT_DERIVATIVE, Mode};
+use serde::{Deserialize, Serialize};
 
 /// What is hardly anything beside 1.
 const FAINT: f64 = 1e-4;

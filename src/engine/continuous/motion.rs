@@ -1,20 +1,17 @@
 //! Steps of the solver, and the switchings of contacts within them.
 
+use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
-use serde::{Deserialize, Serialize};
-
-use super::Method;
 use super::dynamics::{Dynamics, LARGEST};
+use super::method::Method;
 use crate::engine::error::EngineError;
 use crate::engine::flight::Push;
 use crate::engine::observation::LARGEST_COUNT;
 use crate::model::Cradle;
 use crate::solver::double_double::DoubleDouble;
-use crate::solver::multistep::Multistep;
-use crate::solver::ode::{Path, Stuck, Work};
+use crate::solver::ode::{Multistep, Path, RungeKutta, Stuck, Work};
 use crate::solver::root;
-use crate::solver::runge_kutta::RungeKutta;
 use crate::solver::series;
 
 /// What happens in a contact within a step.

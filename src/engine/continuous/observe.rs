@@ -1,9 +1,10 @@
 //! What can be read at the current time; see [`Engine`](crate::engine::Engine) for the meanings.
 
-use super::Continuous;
 use super::motion::{Kind, Motion};
+use super::run::Continuous;
 use crate::engine::derivatives::{LastStep, State, by_time};
-use crate::model::{Cradle, Differential, Mode, NextOnset, ONSET_PERIODS, Work};
+use crate::model::algebraic::{self, Chain, algebraic_results};
+use crate::model::{Cradle, Differential, Mode, NextOnset, ONSET_PERIODS, Results, Work};
 use crate::solver::double_double::DoubleDouble;
 
 /// Steps times balls that one look for the next onset may take: a few milliseconds.
@@ -15,44 +16,9 @@ impl Continuous {
         self.motion.path().place(self.now())
     }
 
-    fn cradle(&self) -> &Cradle {
-        &self.motion.dynamics.cradle
-    }
-
     /// A component of the state.
     pub(super) fn value(&self, component: usize) -> f64 {
         self.motion.path().value(component, self.place())
-    }
-
-    pub(in crate::engine) fn x(&self, i: usize) -> f64 {
-        self.value(i)
-    }
-
-    pub(in crate::engine) fn v(&self, i: usize) -> f64 {
-        self.value(self.motion.dynamics.v(i))
-    }
-
-    pub(in crate::engine) fn a(&self, i: usize) -> f64 {
-        let from_left = if i > 0 { self.force(i - 1) } else { 0.0 };
-        let from_right = if i < self.contacts.len() { self.force(i) } else { 0.0 };
-        let push = self.motion.dynamics.push(i, self.now());
-        self.cradle().balls[i].acceleration(self.x(i), self.v(i), from_left - from_right, push)
-    }
-
-    pub(in crate::engine) fn force(&self, i: usize) -> f64 {
-        self.motion.force(i, self.place())
-    }
-
-    pub(in crate::engine) fn overlap(&self, i: usize) -> f64 {
-        self.motion.overlap(i, self.place()).0
-    }
-
-    pub(in crate::engine) fn in_contact(&self, i: usize) -> bool {
-        self.overlap(i) > 0.0
-    }
-
-    pub(in crate::engine) fn impulse(&self, i: usize) -> f64 {
-        self.value(self.motion.dynamics.impulse(i))
     }
 
     /// The whole chain at the current time.
@@ -63,12 +29,12 @@ impl Continuous {
             let law = &self.cradle().contacts[i];
             (overlap, if overlap > 0.0 { law.mode_when_closed(overlap, rate) } else { Mode::Open })
         };
-        let (x, v) = balls.map(|i| (self.x(i), self.v(i))).unzip();
+        let (x, v) = balls.map(|i| self.state_of(i)).unzip();
         let (overlaps, modes) = (0..self.contacts.len()).map(contact).unzip();
         State { x, v, overlaps, modes }
     }
 
-    pub(in crate::engine) fn last_step(&self) -> LastStep<'_> {
+    pub(crate) fn last_step(&self) -> LastStep<'_> {
         LastStep {
             cradle: self.cradle(),
             start: self.state_at_step.clone(),
@@ -81,7 +47,7 @@ impl Continuous {
 
     /// See [`by_time`]. The polynomials of the steps are of too low an order to give the overlaps: the second and third derivatives
     /// of a force at rest are rounding and solver error.
-    pub(in crate::engine) fn time_derivative(&self, order: usize) -> Differential {
+    pub(crate) fn time_derivative(&self, order: usize) -> Differential {
         by_time(self.cradle(), &self.state(), &self.inputs.at(self.time), &[], order)
     }
 
@@ -90,75 +56,9 @@ impl Continuous {
         self.time - self.step_start
     }
 
-    pub(in crate::engine) fn force_mean(&self, i: usize) -> f64 {
-        if self.step_length() == 0.0 {
-            return self.force(i);
-        }
-        (self.impulse(i) - self.contacts[i].impulse_at_step) / self.step_length()
-    }
-
-    pub(in crate::engine) fn force_peak(&self, i: usize) -> f64 {
-        self.contacts[i].ledger.peak_in_step(self.step).max(self.force(i))
-    }
-
-    pub(in crate::engine) fn pulses(&self, i: usize) -> u64 {
-        self.contacts[i].ledger.pulses
-    }
-
-    pub(in crate::engine) fn last_onset(&self, i: usize) -> f64 {
-        self.contacts[i].ledger.onset
-    }
-
-    pub(in crate::engine) fn last_release(&self, i: usize) -> f64 {
-        self.contacts[i].ledger.release
-    }
-
-    pub(in crate::engine) fn kinetic_energy(&self, i: usize) -> f64 {
-        self.cradle().balls[i].kinetic_energy(self.v(i))
-    }
-
-    pub(in crate::engine) fn gravity_energy(&self, i: usize) -> f64 {
-        self.cradle().balls[i].gravity_energy(self.x(i))
-    }
-
-    pub(in crate::engine) fn contact_energy(&self, i: usize) -> f64 {
-        self.cradle().contacts[i].elastic_energy(self.overlap(i))
-    }
-
-    pub(in crate::engine) fn total_energy(&self) -> f64 {
-        self.cradle().energy(|i| (self.x(i), self.v(i)), |i| self.overlap(i))
-    }
-
-    pub(in crate::engine) fn dissipated_energy(&self) -> f64 {
-        self.value(self.motion.dynamics.loss())
-    }
-
-    pub(in crate::engine) fn external_work(&self) -> f64 {
-        self.value(self.motion.dynamics.work())
-    }
-
-    pub(in crate::engine) fn energy_residual(&self) -> f64 {
-        (self.total_energy() - self.energy_at_start) + (self.dissipated_energy() - self.external_work())
-    }
-
-    pub(in crate::engine) fn momentum(&self) -> f64 {
-        self.cradle().momentum(|i| self.v(i))
-    }
-
-    pub(in crate::engine) fn support_force(&self) -> f64 {
-        self.cradle().support_force(|i| (self.x(i), self.v(i)))
-    }
-
-    pub(in crate::engine) fn support_force_mean(&self) -> f64 {
-        if self.step_length() == 0.0 {
-            return self.support_force();
-        }
-        (self.value(self.motion.dynamics.support()) - self.support_at_step) / self.step_length()
-    }
-
     /// The first onset strictly after the current time, or none within 1000 periods of the first ball; where a fixed number of steps
     /// does not show it, how far they have led. The next look, at a later time, goes on from there.
-    pub(in crate::engine) fn next_onset(&self) -> NextOnset {
+    fn find_next_onset(&self) -> NextOnset {
         let now = self.now();
         if self.contacts.is_empty() {
             return NextOnset::NONE;
@@ -203,8 +103,85 @@ impl Continuous {
             }
         }
     }
+}
 
-    pub(in crate::engine) fn work(&self) -> Work {
+impl Chain for Continuous {
+    fn cradle(&self) -> &Cradle {
+        &self.motion.dynamics.cradle
+    }
+
+    fn state_of(&self, i: usize) -> (f64, f64) {
+        (self.value(i), self.value(self.motion.dynamics.v(i)))
+    }
+
+    fn overlap_of(&self, i: usize) -> f64 {
+        self.motion.overlap(i, self.place()).0
+    }
+
+    fn force_of(&self, i: usize) -> f64 {
+        self.motion.force(i, self.place())
+    }
+
+    fn forcing_of(&self, i: usize) -> f64 {
+        self.motion.dynamics.push(i, self.now())
+    }
+}
+
+/// What can be read at the current time, see [`Results`].
+impl Results for Continuous {
+    algebraic_results!();
+
+    fn impulse(&self, i: usize) -> f64 {
+        self.value(self.motion.dynamics.impulse(i))
+    }
+
+    fn force_mean(&self, i: usize) -> f64 {
+        if self.step_length() == 0.0 {
+            return self.force(i);
+        }
+        (self.impulse(i) - self.contacts[i].impulse_at_step) / self.step_length()
+    }
+
+    fn force_peak(&self, i: usize) -> f64 {
+        self.contacts[i].ledger.peak_in_step(self.step).max(self.force(i))
+    }
+
+    fn pulses(&self, i: usize) -> u64 {
+        self.contacts[i].ledger.pulses
+    }
+
+    fn last_onset(&self, i: usize) -> f64 {
+        self.contacts[i].ledger.onset
+    }
+
+    fn last_release(&self, i: usize) -> f64 {
+        self.contacts[i].ledger.release
+    }
+
+    fn dissipated_energy(&self) -> f64 {
+        self.value(self.motion.dynamics.loss())
+    }
+
+    fn external_work(&self) -> f64 {
+        self.value(self.motion.dynamics.work())
+    }
+
+    fn energy_residual(&self) -> f64 {
+        (self.total_energy() - self.energy_at_start) + (self.dissipated_energy() - self.external_work())
+    }
+
+    fn support_force_mean(&self) -> f64 {
+        if self.step_length() == 0.0 {
+            return self.support_force();
+        }
+        (self.value(self.motion.dynamics.support()) - self.support_at_step) / self.step_length()
+    }
+
+    fn next_onset(&self) -> NextOnset {
+        self.find_next_onset()
+    }
+
+    fn work(&self) -> Work {
         let work = self.motion.work();
         Work { steps: work.steps, evaluations: work.evaluations, events: self.events }
     }

@@ -46,7 +46,7 @@ impl Engine {
             inputs: self.inputs.at(self.step.time),
             length: self.step_length(),
             end: self.state_of_all(self.time.into()),
-            onset_ahead: self.next_onset().found().is_some(),
+            onset_ahead: self.find_next_onset().found().is_some(),
         }
     }
 }

@@ -13,6 +13,7 @@ use super::chain_state::State;
 use crate::engine::cluster::{Switch, clipping};
 use crate::engine::flight::{Push, shifted};
 use crate::engine::rigid::restitution;
+use crate::model::algebraic::{self, Chain};
 use crate::model::{BallModel, Cradle, Differential, Mode};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::dual::{Dual, Scalar};
@@ -329,24 +330,39 @@ impl<'a> Run<'a> {
         let tangents = |values: &[Dual]| values.iter().map(|value| value.tangent()).collect::<Vec<f64>>();
         let mut outputs = Differential::zero(state.x.len());
         (outputs.x, outputs.v, outputs.impulse) = (tangents(&state.x), tangents(&state.v), tangents(&self.impulse));
-        let (mut energy, mut momentum, mut support) = (Dual::default(), Dual::default(), Dual::default());
-        let (half, two) = (Dual::from(0.5), Dual::from(2.0));
-        for (ball, (x, v)) in self.along.balls.iter().zip(state.x.iter().copied().zip(state.v.iter().copied())) {
-            energy += half * ball.mass * (v * v + ball.omega2 * x * x);
-            momentum += ball.mass * v;
-            support += ball.mass * (ball.omega2 * x + two * ball.gamma * v);
+        for j in 0..self.cradle.contacts.len() {
+            // Of a constraint force there is none.
+            let rigid = self.cradle.restitution.is_some() && state.modes[j] == Mode::Pressing;
+            outputs.force[j] = if rigid { f64::NAN } else { self.force_of(j).tangent() };
         }
-        for (j, law) in self.along.contacts.iter().enumerate() {
-            energy += law.elastic_energy(state.overlaps[j]);
-            if state.modes[j] == Mode::Pressing && self.cradle.restitution.is_some() {
-                // Of a constraint force there is none.
-                outputs.force[j] = f64::NAN;
-            } else if state.modes[j] == Mode::Pressing {
-                outputs.force[j] = law.unclipped_force(state.overlaps[j], self.overlap_rate(j)).tangent();
-            }
-        }
-        (outputs.energy, outputs.momentum) = (energy.tangent(), momentum.tangent());
-        outputs.support_force = support.tangent();
+        outputs.energy = algebraic::total_energy(self).tangent();
+        outputs.momentum = algebraic::momentum(self).tangent();
+        outputs.support_force = algebraic::support_force(self).tangent();
         outputs
+    }
+}
+
+impl Chain<Dual> for Run<'_> {
+    fn cradle(&self) -> &Cradle<Dual> {
+        &self.along
+    }
+
+    fn state_of(&self, i: usize) -> (Dual, Dual) {
+        (self.state.x[i], self.state.v[i])
+    }
+
+    fn overlap_of(&self, i: usize) -> Dual {
+        self.state.overlaps[i]
+    }
+
+    fn force_of(&self, i: usize) -> Dual {
+        match self.state.modes[i] {
+            Mode::Pressing => self.along.contacts[i].unclipped_force(self.state.overlaps[i], self.overlap_rate(i)),
+            Mode::Open | Mode::Clipped => Dual::default(),
+        }
+    }
+
+    fn forcing_of(&self, i: usize) -> Dual {
+        self.pushes[i][0]
     }
 }

@@ -1,13 +1,12 @@
 //! An open contact between two balls in flight: its overlap as a closed form, and when it will close.
 
-use serde::{Deserialize, Serialize};
-
 use super::ball::Ball;
 use super::forcing::degree;
 use super::free_motion::Flight;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::oscillator::Oscillator;
 use crate::solver::root::{Search, Smooth, safe_step, search_within};
+use serde::{Deserialize, Serialize};
 
 /// The overlap (negative while apart) since an anchor.
 ///

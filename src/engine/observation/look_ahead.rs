@@ -17,7 +17,7 @@ impl Engine {
     /// First onset strictly after the current time with the inputs continued, or none within 1000 periods of the first ball. Where a
     /// fixed amount of work does not show it, it is the time up to which there is none; the next look, at a later time, goes on
     /// from there.
-    pub fn next_onset(&self) -> NextOnset {
+    pub(crate) fn find_next_onset(&self) -> NextOnset {
         if let Some((asked_at, answer)) = self.caches.ahead.found.get() {
             // An onset stays the next one until it comes. That there is none within the horizon holds for now only.
             if asked_at == self.time || answer.found().is_some_and(|onset| onset > self.time) {

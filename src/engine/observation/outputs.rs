@@ -5,7 +5,8 @@ use crate::engine::derivatives::State;
 use crate::engine::flight::{Held, Tally, degree, push_at};
 use crate::engine::pair_impact::Interior;
 use crate::engine::run::{Engine, KnownState, Phase};
-use crate::model::{Mode, NEVER, Work};
+use crate::model::algebraic::{self, Chain, algebraic_results};
+use crate::model::{Cradle, Mode, NEVER, NextOnset, Results, Work};
 use crate::solver::double_double::DoubleDouble;
 
 impl Engine {
@@ -77,7 +78,7 @@ impl Engine {
     }
 
     /// Position (m) and velocity (m/s) of ball `i`, kept for those who ask again.
-    fn state(&self, i: usize) -> (f64, f64) {
+    fn known_state(&self, i: usize) -> (f64, f64) {
         let ball = &self.balls[i];
         let known = self.caches.states[i].get();
         if known.time == self.time && known.anchor == ball.anchor {
@@ -103,51 +104,9 @@ impl Engine {
         known.basis.filter(|_| same)
     }
 
-    /// Position of ball `i`, m.
-    pub fn x(&self, i: usize) -> f64 {
-        self.state(i).0
-    }
-
-    /// Velocity of ball `i`, m/s.
-    pub fn v(&self, i: usize) -> f64 {
-        self.state(i).1
-    }
-
-    /// Acceleration of ball `i`, m/s2.
-    pub fn a(&self, i: usize) -> f64 {
-        let model = &self.cradle.balls[i];
-        let (x, v) = self.state(i);
-        let from_left = if i > 0 { self.force(i - 1) } else { 0.0 };
-        let from_right = if i < self.contacts.len() { self.force(i) } else { 0.0 };
-        let push = push_at(&self.inputs.push(i, model.mass), self.time - self.inputs.since);
-        model.acceleration(x, v, from_left - from_right, push)
-    }
-
     /// Whether contact `i` is a rigid one that will be closed once the run begins.
     fn is_held_back(&self, i: usize) -> bool {
         self.initializing && self.contacts[i].bond().is_some()
-    }
-
-    /// Force in contact `i`, N. That of a rigid contact, while it lasts, is the constraint force.
-    pub fn force(&self, i: usize) -> f64 {
-        if self.is_held_back(i) {
-            return 0.0;
-        }
-        if let Some(bond) = self.contacts[i].bond() {
-            return bond.force(self.now());
-        }
-        match self.segment_of_contact(i, self.now()) {
-            Some((cluster, tau)) if cluster.mode(i) == Mode::Pressing => {
-                let (overlap, rate) = cluster.overlap(i, tau);
-                self.cradle.contacts[i].force(overlap, rate)
-            }
-            _ => 0.0,
-        }
-    }
-
-    /// Overlap of contact `i`, m; negative while apart.
-    pub fn overlap(&self, i: usize) -> f64 {
-        self.overlap_at(i, self.now()).0
     }
 
     /// Overlap of contact `i` (m) and its mode at the time `t`.
@@ -191,11 +150,6 @@ impl Engine {
         between_anchors + (displacement(i) - displacement(i + 1))
     }
 
-    /// Whether the overlap of contact `i` is positive.
-    pub fn in_contact(&self, i: usize) -> bool {
-        self.overlap(i) > 0.0
-    }
-
     pub(crate) fn impulse_at(&self, i: usize, t: DoubleDouble) -> DoubleDouble {
         if let Some(bond) = self.contacts[i].bond() {
             return self.contacts[i].ledger.impulse + bond.impulse(t);
@@ -205,13 +159,58 @@ impl Engine {
         self.contacts[i].ledger.impulse + (before + segment)
     }
 
-    /// Integral of the force in contact `i` since the start, N.s.
-    pub fn impulse(&self, i: usize) -> f64 {
+    /// The part of ball `i` in the integral of the force on the support since the start up to a constant, N.s.
+    pub(crate) fn support_impulse_of(&self, i: usize, t: DoubleDouble) -> f64 {
+        let model = &self.cradle.balls[i];
+        let drag = if model.gamma > 0.0 { 2.0 * model.gamma * self.state_at(i, t).0 } else { 0.0 };
+        model.mass * (model.omega2 * self.tally_at(i, t).x_integral + drag)
+    }
+}
+
+impl Chain for Engine {
+    fn cradle(&self) -> &Cradle {
+        &self.cradle
+    }
+
+    fn state_of(&self, i: usize) -> (f64, f64) {
+        self.known_state(i)
+    }
+
+    fn overlap_of(&self, i: usize) -> f64 {
+        self.overlap_at(i, self.now()).0
+    }
+
+    /// That of a rigid contact, while it lasts, is the constraint force.
+    fn force_of(&self, i: usize) -> f64 {
+        if self.is_held_back(i) {
+            return 0.0;
+        }
+        if let Some(bond) = self.contacts[i].bond() {
+            return bond.force(self.now());
+        }
+        match self.segment_of_contact(i, self.now()) {
+            Some((cluster, tau)) if cluster.mode(i) == Mode::Pressing => {
+                let (overlap, rate) = cluster.overlap(i, tau);
+                self.cradle.contacts[i].force(overlap, rate)
+            }
+            _ => 0.0,
+        }
+    }
+
+    fn forcing_of(&self, i: usize) -> f64 {
+        push_at(&self.inputs.push(i, self.cradle.balls[i].mass), self.time - self.inputs.since)
+    }
+}
+
+/// What can be read at the current time, see [`Results`].
+impl Results for Engine {
+    algebraic_results!();
+
+    fn impulse(&self, i: usize) -> f64 {
         self.impulse_at(i, self.now()).value()
     }
 
-    /// Mean of the force in contact `i` over the last step, N; the force itself before the first step.
-    pub fn force_mean(&self, i: usize) -> f64 {
+    fn force_mean(&self, i: usize) -> f64 {
         if self.step_length() == 0.0 {
             return self.force(i);
         }
@@ -221,9 +220,7 @@ impl Engine {
         (impulse - at_start).value() / self.step_length()
     }
 
-    /// Largest force in contact `i` in the last step, N; 0 if the contact was open throughout. The force itself before the
-    /// first step. Impacts of rigid balls have an impulse, but no force.
-    pub fn force_peak(&self, i: usize) -> f64 {
+    fn force_peak(&self, i: usize) -> f64 {
         if self.step_length() == 0.0 {
             return self.force(i);
         }
@@ -238,43 +235,19 @@ impl Engine {
         }
     }
 
-    /// Onsets of contact `i` so far.
-    pub fn pulses(&self, i: usize) -> u64 {
+    fn pulses(&self, i: usize) -> u64 {
         if self.is_held_back(i) { 0 } else { self.contacts[i].ledger.pulses }
     }
 
-    /// Last onset of contact `i`, s; -1e30 before the first.
-    pub fn last_onset(&self, i: usize) -> f64 {
+    fn last_onset(&self, i: usize) -> f64 {
         if self.is_held_back(i) { -NEVER } else { self.contacts[i].ledger.onset }
     }
 
-    /// Last release of contact `i`, s; -1e30 before the first.
-    pub fn last_release(&self, i: usize) -> f64 {
+    fn last_release(&self, i: usize) -> f64 {
         self.contacts[i].ledger.release
     }
 
-    /// Kinetic energy of ball `i`, J.
-    pub fn kinetic_energy(&self, i: usize) -> f64 {
-        self.cradle.balls[i].kinetic_energy(self.v(i))
-    }
-
-    /// Energy of ball `i` in the field of gravity, J.
-    pub fn gravity_energy(&self, i: usize) -> f64 {
-        self.cradle.balls[i].gravity_energy(self.x(i))
-    }
-
-    /// Elastic energy of contact `i`, J.
-    pub fn contact_energy(&self, i: usize) -> f64 {
-        self.cradle.contacts[i].elastic_energy(self.overlap(i))
-    }
-
-    /// Kinetic, gravity and contact energy of all, J.
-    pub fn total_energy(&self) -> f64 {
-        self.cradle.energy(|i| self.state(i), |i| self.overlap(i))
-    }
-
-    /// Energy dissipated by drag and contacts since the start, J.
-    pub fn dissipated_energy(&self) -> f64 {
+    fn dissipated_energy(&self) -> f64 {
         let now = self.now();
         let drag: f64 = (0..self.balls.len()).map(|i| self.tally_at(i, now).drag_loss).sum();
         let contact = |i: usize| {
@@ -284,35 +257,15 @@ impl Engine {
         drag + self.contact_loss + (0..self.contacts.len()).map(contact).sum::<f64>()
     }
 
-    /// Work of the external forces and of the support's acceleration since the start, J.
-    pub fn external_work(&self) -> f64 {
+    fn external_work(&self) -> f64 {
         (0..self.balls.len()).map(|i| self.tally_at(i, self.now()).work).sum()
     }
 
-    /// `total + dissipated - external - total at the start`, J: the engine's own energy error.
-    pub fn energy_residual(&self) -> f64 {
+    fn energy_residual(&self) -> f64 {
         (self.total_energy() - self.energy_at_start) + (self.dissipated_energy() - self.external_work())
     }
 
-    /// Sum of `m v`, kg.m/s.
-    pub fn momentum(&self) -> f64 {
-        self.cradle.momentum(|i| self.v(i))
-    }
-
-    /// Horizontal force on the support, N.
-    pub fn support_force(&self) -> f64 {
-        self.cradle.support_force(|i| self.state(i))
-    }
-
-    /// The part of ball `i` in the integral of the force on the support since the start up to a constant, N.s.
-    pub(crate) fn support_impulse_of(&self, i: usize, t: DoubleDouble) -> f64 {
-        let model = &self.cradle.balls[i];
-        let drag = if model.gamma > 0.0 { 2.0 * model.gamma * self.state_at(i, t).0 } else { 0.0 };
-        model.mass * (model.omega2 * self.tally_at(i, t).x_integral + drag)
-    }
-
-    /// Mean of the force on the support over the last step, N; the force itself before the first step.
-    pub fn support_force_mean(&self) -> f64 {
+    fn support_force_mean(&self) -> f64 {
         if self.step_length() == 0.0 {
             return self.support_force();
         }
@@ -322,8 +275,11 @@ impl Engine {
         (now - before) / self.step_length()
     }
 
-    /// Work counters since the start.
-    pub fn work(&self) -> Work {
+    fn next_onset(&self) -> NextOnset {
+        self.find_next_onset()
+    }
+
+    fn work(&self) -> Work {
         self.work
     }
 }

@@ -10,13 +10,11 @@
 //!
 //! which is a closed form like the motion. A contact lasts until its force would pull.
 
-use serde::{Deserialize, Serialize};
-
 use crate::engine::flight::{Ball, FAR, Flight, Forecast, HARDLY, Push, degree, reach, shifted};
 use crate::solver::double_double::DoubleDouble;
-use crate::solver::oscillator::{BASIS, MAX_FORCE_ORDER, Oscillator};
+use crate::solver::oscillator::{BASIS, MAX_FORCE_ORDER, Oscillator, Steady};
 use crate::solver::root::{Search, Smooth, falling_zero, search_within};
-use crate::solver::steady::Steady;
+use serde::{Deserialize, Serialize};
 
 /// Up to so many swings are looked through one by one for the largest force.
 const MOST_SWINGS: f64 = 8.0;

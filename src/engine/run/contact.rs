@@ -1,12 +1,11 @@
 //! A contact of the cradle: its ledger, and what it is part of.
 
-use serde::{Deserialize, Serialize};
-
 use crate::engine::flight::{Forecast, Separation};
 use crate::engine::observation::Ledger;
 use crate::engine::pair_impact::PairImpact;
 use crate::engine::rigid::Bond;
 use crate::model::Mode;
+use serde::{Deserialize, Serialize};
 
 /// A contact of the cradle.
 #[derive(Clone, Debug, Default)]

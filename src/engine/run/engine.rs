@@ -10,7 +10,7 @@ use crate::engine::inputs::HeldInputs;
 use crate::engine::observation::StepStart;
 use crate::engine::observer::{Observer, Unrecorded};
 use crate::engine::pair_impact::Shape;
-use crate::model::{Cradle, Inputs, Mode, Parameters, Work};
+use crate::model::{Cradle, Inputs, Mode, Parameters, Results, Work};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::queue::EventQueue;
 

@@ -1,7 +1,5 @@
 //! The events of a run: which one is due, onsets, and how contacts are regrouped.
 
-use std::ops::Range;
-
 use super::contact::Phase;
 use super::engine::Engine;
 use crate::engine::error::EngineError;
@@ -9,6 +7,7 @@ use crate::engine::flight::{EVALUATIONS, Forecast, Held, Separation};
 use crate::engine::observer::Observer;
 use crate::model::Mode;
 use crate::solver::double_double::DoubleDouble;
+use std::ops::Range;
 
 /// Effort (see [`Engine::effort`]) of an event.
 const EVENT: u64 = 8;

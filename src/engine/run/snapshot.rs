@@ -4,9 +4,8 @@
 //! motion of clusters and the outcome of impacts, is computed anew, by the same operations as before. What no run can have left
 //! behind is refused.
 
-use std::ops::Range;
-
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 use super::contact::Phase;
 use super::engine::{Engine, NO_STEP};

@@ -1,9 +1,8 @@
 //! The classical Runge-Kutta method of order 4 with steps of fixed length.
 
+use super::system::{Path, Stuck, System, Work, resolved};
+use crate::solver::double_double::DoubleDouble;
 use serde::{Deserialize, Serialize};
-
-use super::double_double::DoubleDouble;
-use super::ode::{Path, Stuck, System, Work, resolved};
 
 /// A run over a [`System`]. Its steps end at multiples of their length after the start; between their ends the solution
 /// is the cubic polynomial with the states and rates there (Hermite's).

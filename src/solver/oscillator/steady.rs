@@ -4,7 +4,7 @@
 //! the equation, h the free motion that takes up what P misses of the start. Beside the functions `U_k` (`oscillator`), in which nothing
 //! cancels for short times, this is the form for long ones: derivatives and integrals over many swings are closed forms of it.
 
-use super::oscillator::{MAX_FORCE_ORDER, Oscillator};
+use super::closed_form::{MAX_FORCE_ORDER, Oscillator};
 
 /// Coefficients of a polynomial of the time, from the constant term on.
 type Polynomial = [f64; MAX_FORCE_ORDER + 1];
@@ -82,7 +82,7 @@ impl Steady {
         for (i, a) in self.velocity.iter().enumerate() {
             self.velocity.iter().enumerate().for_each(|(j, b)| square[i + j] += a * b);
         }
-        let of_polynomial = super::series::integral(&square, t);
+        let of_polynomial = crate::solver::series::integral(&square, t);
         of_polynomial + 2.0 * mixed + of_swing
     }
 }

@@ -1,8 +1,8 @@
 //! The motion of an oscillator under a constant force as a search for its crossings wants it: with derivatives, bounds of the
 //! next ones, and how much of each is rounding.
 
+use super::closed_form::Oscillator;
 use super::decays::{Decay, Decays, power};
-use super::oscillator::Oscillator;
 
 /// The displacement since time 0, at one time; each value with the sum of the magnitudes that it was computed from.
 #[derive(Clone, Copy, Debug)]

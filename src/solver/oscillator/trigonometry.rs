@@ -5,7 +5,7 @@
 //! Software Manual for the Elementary Functions, 1980), and both functions are summed up to the term that no longer
 //! counts.
 
-use super::double_double::DoubleDouble;
+use crate::solver::double_double::DoubleDouble;
 
 /// pi / 2 as a sum: three parts of 33 bits.
 const PARTS: [f64; 3] = [

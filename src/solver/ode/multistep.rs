@@ -11,13 +11,12 @@
 //! Jacobian that 10,000 balls do not fit into, or take minutes to build; and none lets its history be saved and
 //! restored.
 
+use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
 
-use serde::{Deserialize, Serialize};
-
 use super::corrector::{Coefficients, MAX_ORDER, adams, bdf, distances, roots};
-use super::double_double::DoubleDouble;
-use super::ode::{Path, Stuck, System, Work, resolved};
+use super::system::{Path, Stuck, System, Work, resolved};
+use crate::solver::double_double::DoubleDouble;
 
 /// A step is not changed for less than this ratio.
 const WORTH_IT: f64 = 1.5;

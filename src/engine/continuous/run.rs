@@ -1,0 +1,268 @@
+//! A run by a general-purpose solver: its state, and the calls that move it on.
+
+use std::cell::{Cell, RefCell};
+
+use serde::{Deserialize, Serialize};
+
+use super::dynamics::Dynamics;
+use super::method::Method;
+use super::motion::{Event, Kind, Motion};
+use crate::engine::derivatives::State;
+use crate::engine::error::EngineError;
+use crate::engine::flight::{Push, shifted};
+use crate::engine::inputs::HeldInputs;
+use crate::engine::observation::{LARGEST_COUNT, Ledger};
+use crate::engine::observer::{Observer, Progress};
+use crate::engine::run::Unsound;
+use crate::model::{BallModel, Cradle, Inputs, NextOnset, Parameters, Results};
+use crate::solver::double_double::DoubleDouble;
+
+/// Steps of the solver, times contacts, from one report of the progress to the next: some milliseconds.
+const WORK_PER_REPORT: u64 = 16_384;
+
+/// What is known of a contact at the current time.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(super) struct Contact {
+    pub(super) ledger: Ledger,
+    /// Its impulse at the last onset and at the start of the last step, N.s.
+    pub(super) impulse_at_onset: f64,
+    pub(super) impulse_at_step: f64,
+}
+
+/// A cradle and its trajectory up to the current time.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Continuous {
+    pub(super) method: Method,
+    pub(super) inputs: HeldInputs,
+    pub(super) motion: Motion,
+    pub(super) contacts: Vec<Contact>,
+    pub(super) time: f64,
+    /// Number of the current step; 0 before the first.
+    pub(super) step: u64,
+    /// Start of the last step, s, with the state and the integral of the force on the support (N.s) then.
+    pub(super) step_start: f64,
+    pub(super) state_at_step: State,
+    pub(super) support_at_step: f64,
+    pub(super) energy_at_start: f64,
+    /// Onsets and releases so far.
+    pub(super) events: u64,
+    /// A copy of the motion that has gone ahead to look for the next onset.
+    pub(super) ahead: RefCell<Option<Box<Motion>>>,
+    /// What was found last, and when it was asked for, s.
+    pub(super) foreseen: Cell<Option<(f64, NextOnset)>>,
+}
+
+impl Continuous {
+    /// Starts a run by `method` at `start_time` (s) with the start values of `parameters`, whose values are in their ranges.
+    pub(crate) fn new(
+        method: Method,
+        parameters: &Parameters,
+        inputs: &Inputs,
+        start_time: f64,
+    ) -> Result<Self, EngineError> {
+        let since = DoubleDouble::from(start_time);
+        let y = Dynamics::start(&Cradle::new(parameters), &parameters.x_start, &parameters.v_start);
+        if let Some(i) = y.iter().position(|y| !y.is_finite()) {
+            return Err(EngineError::NotFinite { time: start_time, ball: i % parameters.balls() });
+        }
+        let inputs = HeldInputs { since: start_time, values: inputs.clone(), derivatives: Vec::new() };
+        let dynamics = equations(Cradle::new(parameters), &inputs, start_time, &y, parameters.tolerance);
+        let mut run = Self {
+            method,
+            inputs,
+            motion: Motion::new(method, dynamics, &y),
+            contacts: vec![Contact::default(); parameters.contacts()],
+            time: start_time,
+            step: 0,
+            step_start: start_time,
+            state_at_step: State::default(),
+            support_at_step: 0.0,
+            energy_at_start: 0.0,
+            events: 0,
+            ahead: RefCell::new(None),
+            foreseen: Cell::new(None),
+        };
+        for i in 0..run.contacts.len() {
+            if run.motion.closed(i) {
+                run.contacts[i].ledger.open_pulse(since, 0);
+                run.events += 1;
+            }
+        }
+        run.state_at_step = run.state();
+        run.energy_at_start = run.total_energy();
+        if !run.energy_at_start.is_finite() {
+            return Err(EngineError::EnergyNotFinite { time: start_time });
+        }
+        Ok(run)
+    }
+
+    /// The run as it is now, without what it has seen of the future and passed by now.
+    pub(crate) fn snapshot(&self) -> Self {
+        let run = self.clone();
+        run.foreseen.set(self.foreseen.get().filter(|(_, found)| found.time > self.time));
+        run.ahead.borrow_mut().take_if(|ahead| ahead.path().end < self.motion.path().end);
+        run
+    }
+
+    /// Takes up again the run that was put down as this, with the method and the parameters that acted then and the start time
+    /// (s). After a failed step (`failed`) its values may be anything, for it can only be looked at.
+    pub(crate) fn restored(
+        mut self,
+        method: Method,
+        parameters: &Parameters,
+        start: f64,
+        failed: bool,
+    ) -> Result<Self, Unsound> {
+        let require = |holds: bool, reason| if holds { Ok(()) } else { Err(Unsound(reason)) };
+        let cradle = Cradle::new(parameters);
+        let tolerance = self.motion.dynamics.tolerance;
+        require(self.method == method && tolerance == parameters.tolerance, "it is of another method")?;
+        let fits = self.inputs.fit(parameters.balls())
+            && self.contacts.len() == parameters.contacts()
+            && self.state_at_step.is_of(parameters.balls());
+        require(fits, "it is not as large as the cradle")?;
+        let finite = self.inputs.are_finite() && self.state_at_step.is_finite();
+        require(failed || finite, "an input or a state is not finite")?;
+        let pushes = pushes(&cradle, &self.inputs, self.motion.dynamics.since.value());
+        let motion = self.motion.restored(method, cradle, pushes, failed);
+        self.motion = motion.ok_or(Unsound("its solver has not come here"))?;
+        if let Some(ahead) = self.ahead.take() {
+            let pushes = self.motion.dynamics.pushes.clone();
+            let ahead = ahead.restored(method, self.motion.dynamics.cradle.clone(), pushes, failed);
+            self.ahead.replace(Some(Box::new(ahead.ok_or(Unsound("its look ahead has not come here"))?)));
+        }
+        let path = self.motion.path();
+        let on_path = path.end >= self.now() && path.start() <= self.now();
+        let times = [self.inputs.since, self.step_start].iter().all(|time| (start..=self.time).contains(time));
+        require(failed || (on_path && times), "its time is not that of its solver")?;
+        let contact = |contact: &Contact| {
+            let sums = [contact.impulse_at_onset, contact.impulse_at_step];
+            contact.ledger.is_sound() && sums.iter().all(|sum| sum.is_finite())
+        };
+        let sums = [self.support_at_step, self.energy_at_start].iter().all(|sum| sum.is_finite());
+        require(failed || (sums && self.contacts.iter().all(contact)), "a sum is not finite")?;
+        let found = self.foreseen.get().is_none_or(|(_, found)| found.time > self.time);
+        require(failed || found, "what lies ahead has been")?;
+        require(self.step.max(self.events) < LARGEST_COUNT, "a count is too large")?;
+        Ok(self)
+    }
+
+    /// Current time, s.
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// From the current time on, `inputs` act, changing with these `derivatives` by time, from the first up to order
+    /// [`MAX_INPUT_DERIVATIVE`](super::MAX_INPUT_DERIVATIVE). No change of the trajectory if they are constant and act already.
+    pub fn hold(&mut self, inputs: &Inputs, derivatives: &[Inputs]) -> Result<(), EngineError> {
+        let constant = derivatives.is_empty() && self.inputs.derivatives.is_empty();
+        if !constant || *inputs != self.inputs.values {
+            self.inputs = HeldInputs { since: self.time, values: inputs.clone(), derivatives: derivatives.to_vec() };
+            self.restart(self.motion.dynamics.cradle.clone());
+        }
+        Ok(())
+    }
+
+    /// From the current time on, the drag and contact damping of `parameters` (the tunable ones) act.
+    pub fn retune(&mut self, parameters: &Parameters) -> Result<(), EngineError> {
+        let cradle = Cradle::new(parameters);
+        if cradle != self.motion.dynamics.cradle {
+            self.restart(cradle);
+        }
+        Ok(())
+    }
+
+    /// Goes on from the current time with the inputs and the cradle that act now.
+    fn restart(&mut self, cradle: Cradle) {
+        let path = self.motion.path();
+        let y = path.state(path.place(self.now()));
+        let dynamics = equations(cradle, &self.inputs, self.time, &y, self.motion.dynamics.tolerance);
+        self.motion.restart(self.method, dynamics, &y);
+        self.ahead.take();
+        self.foreseen.take();
+    }
+
+    pub(super) fn now(&self) -> DoubleDouble {
+        self.time.into()
+    }
+
+    /// Moves the current time to `time` (s, not before the current one); `observer` is told of the pulses that finish on the way,
+    /// in the order of their release. The values "over the last step" refer to this call.
+    pub fn advance(&mut self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
+        self.begin_step();
+        let until = DoubleDouble::from(time);
+        let mut steps = 0_u64;
+        loop {
+            while let Some(&event) = self.motion.events.front().filter(|event| event.time <= until) {
+                self.motion.events.pop_front();
+                self.enter(event, observer);
+            }
+            if self.motion.path().end >= until {
+                break;
+            }
+            for i in 0..self.contacts.len() {
+                if self.motion.closed(i) {
+                    let force = self.motion.force(i, 0.0);
+                    self.contacts[i].ledger.add(0.0, force, force);
+                }
+            }
+            self.motion.step()?;
+            steps += 1;
+            if steps.is_multiple_of(WORK_PER_REPORT / (self.contacts.len() as u64 + 1) + 1) {
+                observer.progress(Progress { time: self.motion.path().start().value(), events: steps, contact: None });
+            }
+        }
+        self.time = time;
+        Ok(())
+    }
+
+    /// Takes down what the values over the step need.
+    fn begin_step(&mut self) {
+        self.step += 1;
+        self.step_start = self.time;
+        self.state_at_step = self.state();
+        self.support_at_step = self.value(self.motion.dynamics.support());
+        for i in 0..self.contacts.len() {
+            let (impulse, force) = (self.impulse(i), self.force(i));
+            let contact = &mut self.contacts[i];
+            contact.impulse_at_step = impulse;
+            contact.ledger.begin_step(self.step, DoubleDouble::default());
+            contact.ledger.add(0.0, 0.0, force);
+        }
+    }
+
+    /// Enters an event in the ledgers.
+    fn enter(&mut self, event: Event, observer: &mut dyn Observer) {
+        let Event { time, contact: i, kind, force } = event;
+        let path = self.motion.path();
+        let impulse = path.value(self.motion.dynamics.impulse(i), path.place(time));
+        let contact = &mut self.contacts[i];
+        match kind {
+            Kind::Onset => {
+                contact.ledger.open_pulse(time, self.step);
+                contact.ledger.add(0.0, force, force);
+                contact.impulse_at_onset = impulse;
+            }
+            Kind::Peak => contact.ledger.add(0.0, force, force),
+            Kind::Release => {
+                contact.ledger.add(impulse - contact.impulse_at_onset, 0.0, 0.0);
+                observer.pulse(contact.ledger.close_pulse(i, time));
+            }
+        }
+        if kind != Kind::Peak {
+            self.events = self.events.saturating_add(1);
+        }
+    }
+}
+
+/// The equations from the state `y` at the time `since` (s) on.
+fn equations(cradle: Cradle, inputs: &HeldInputs, since: f64, y: &[f64], tolerance: f64) -> Dynamics {
+    let pushes = pushes(&cradle, inputs, since);
+    Dynamics::new(cradle, pushes, since.into(), y, tolerance)
+}
+
+/// Accelerations of the balls by the inputs, seen from the time `since` (s).
+fn pushes(cradle: &Cradle, inputs: &HeldInputs, since: f64) -> Vec<Push> {
+    let push = |(i, ball): (usize, &BallModel)| shifted(&inputs.push(i, ball.mass), since - inputs.since);
+    cradle.balls.iter().enumerate().map(push).collect()
+}

@@ -1,0 +1,121 @@
+//! The outputs that are functions of the state and the inputs at one time, whatever method has led there: doubles or dual numbers.
+
+use super::cradle::{BallModel, Cradle};
+use crate::solver::dual::Scalar;
+
+/// A cradle in a state. Balls and contacts are counted from 0; contact `i` is that of balls `i` and `i + 1`.
+pub(crate) trait Chain<S: Scalar = f64> {
+    /// The coefficients of its equations.
+    fn cradle(&self) -> &Cradle<S>;
+    /// Position (m) and velocity (m/s) of ball `i`.
+    fn state_of(&self, i: usize) -> (S, S);
+    /// Overlap of contact `i`, m.
+    fn overlap_of(&self, i: usize) -> S;
+    /// Force of contact `i`, N.
+    fn force_of(&self, i: usize) -> S;
+    /// Acceleration of ball `i` by the external forces and the support, m/s2.
+    fn forcing_of(&self, i: usize) -> S;
+}
+
+/// Acceleration of ball `i`, m/s2.
+pub(crate) fn acceleration<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
+    let (ball, (x, v)) = (&chain.cradle().balls[i], chain.state_of(i));
+    let from_left = if i > 0 { chain.force_of(i - 1) } else { S::default() };
+    let from_right = if i < chain.cradle().contacts.len() { chain.force_of(i) } else { S::default() };
+    ball.acceleration(x, v, from_left - from_right, chain.forcing_of(i))
+}
+
+/// Kinetic energy of ball `i`, J.
+pub(crate) fn kinetic_energy<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
+    let (_, v) = chain.state_of(i);
+    S::from(0.5) * chain.cradle().balls[i].mass * v * v
+}
+
+/// Energy of ball `i` in the field of gravity, J.
+pub(crate) fn gravity_energy<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
+    let (ball, (x, _)) = (&chain.cradle().balls[i], chain.state_of(i));
+    S::from(0.5) * ball.mass * ball.omega2 * x * x
+}
+
+/// Elastic energy of contact `i`, J.
+pub(crate) fn contact_energy<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
+    chain.cradle().contacts[i].elastic_energy(chain.overlap_of(i))
+}
+
+/// Kinetic, gravity and contact energy of all, J.
+pub(crate) fn total_energy<S: Scalar>(chain: &impl Chain<S>) -> S {
+    let Cradle { balls, contacts, .. } = chain.cradle();
+    let of_ball = |(i, ball): (usize, &BallModel<S>)| {
+        let (x, v) = chain.state_of(i);
+        S::from(0.5) * ball.mass * (v * v + ball.omega2 * x * x)
+    };
+    balls.iter().enumerate().map(of_ball).sum::<S>() + (0..contacts.len()).map(|i| contact_energy(chain, i)).sum()
+}
+
+/// Sum of `m v`, kg.m/s.
+pub(crate) fn momentum<S: Scalar>(chain: &impl Chain<S>) -> S {
+    chain.cradle().balls.iter().enumerate().map(|(i, ball)| ball.mass * chain.state_of(i).1).sum()
+}
+
+/// Horizontal force of all pendulums and of the drag on the support, N.
+pub(crate) fn support_force<S: Scalar>(chain: &impl Chain<S>) -> S {
+    let of_ball = |(i, ball): (usize, &BallModel<S>)| {
+        let (x, v) = chain.state_of(i);
+        ball.support_force(x, v)
+    };
+    chain.cradle().balls.iter().enumerate().map(of_ball).sum()
+}
+
+/// The functions of [`Results`](super::Results) that the state and the inputs determine, of a type that is a [`Chain`].
+macro_rules! algebraic_results {
+    () => {
+        fn x(&self, i: usize) -> f64 {
+            self.state_of(i).0
+        }
+
+        fn v(&self, i: usize) -> f64 {
+            self.state_of(i).1
+        }
+
+        fn a(&self, i: usize) -> f64 {
+            algebraic::acceleration(self, i)
+        }
+
+        fn force(&self, i: usize) -> f64 {
+            self.force_of(i)
+        }
+
+        fn overlap(&self, i: usize) -> f64 {
+            self.overlap_of(i)
+        }
+
+        fn in_contact(&self, i: usize) -> bool {
+            self.overlap_of(i) > 0.0
+        }
+
+        fn kinetic_energy(&self, i: usize) -> f64 {
+            algebraic::kinetic_energy(self, i)
+        }
+
+        fn gravity_energy(&self, i: usize) -> f64 {
+            algebraic::gravity_energy(self, i)
+        }
+
+        fn contact_energy(&self, i: usize) -> f64 {
+            algebraic::contact_energy(self, i)
+        }
+
+        fn total_energy(&self) -> f64 {
+            algebraic::total_energy(self)
+        }
+
+        fn momentum(&self) -> f64 {
+            algebraic::momentum(self)
+        }
+
+        fn support_force(&self) -> f64 {
+            algebraic::support_force(self)
+        }
+    };
+}
+pub(crate) use algebraic_results;
