@@ -8,8 +8,8 @@ use std::sync::LazyLock;
 
 use arbitrary::Arbitrary;
 use cradle_packaging::archive::Entries;
+use cradle_packaging::build;
 use cradle_packaging::check::bytes;
-use cradle_packaging::contents;
 use cradle_packaging::platform::Platform;
 use libfuzzer_sys::fuzz_target;
 use newtons_cradle::variables::Recipe;
@@ -65,7 +65,7 @@ enum Change {
 
 /// The entries of a small FMU, with a small binary.
 static ENTRIES: LazyLock<Entries> = LazyLock::new(|| {
-    let mut entries = contents::entries(&Recipe::new(1), vec![(Platform::host().unwrap(), library())]).unwrap();
+    let mut entries = build::entries(&Recipe::new(1), vec![(Platform::host().unwrap(), library())]).unwrap();
     entries.retain(|name, _| !name.starts_with("documentation/licenses/"));
     entries
 });

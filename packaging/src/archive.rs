@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
-use crate::Error;
+use crate::error::Error;
 
 /// Files of an FMU by their path in it.
 pub type Entries = BTreeMap<String, Vec<u8>>;

@@ -4,7 +4,7 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
-use cradle_packaging::choice::{PRESETS, Preset};
+use cradle_packaging::build::{PRESETS, Preset};
 
 /// What the user asks for.
 pub enum Request {

@@ -7,12 +7,10 @@ use fmi_schema::fmi2::Causality;
 use newtons_cradle::variables::{FILE_NAME, Recipe, Variable};
 
 use crate::archive::Entries;
-use crate::check::binary::Library;
-use crate::check::model::Model;
-use crate::check::{self, MAX_BYTES, Report};
-use crate::contents::binary_path;
+use crate::build;
+use crate::check::{self, Library, MAX_BYTES, Model, Report};
+use crate::error::Error;
 use crate::platform::PLATFORMS;
-use crate::{Error, choice};
 
 /// A page of text on the FMU in a file.
 pub fn of(path: &Path) -> Result<String, Error> {
@@ -52,7 +50,7 @@ fn write(out: &mut String, model: &Model, entries: &Entries) -> std::fmt::Result
     )?;
     for interface in model.interfaces() {
         for platform in PLATFORMS {
-            if let Some(bytes) = entries.get(&binary_path(platform, &interface.identifier)) {
+            if let Some(bytes) = entries.get(&platform.binary_path(&interface.identifier)) {
                 write_library(out, platform.folder, bytes)?;
             }
         }
@@ -72,7 +70,7 @@ fn write_cradle(out: &mut String, model: &Model, entries: &Entries) -> std::fmt:
     writeln!(out, "balls        {}", recipe.balls)?;
     for (name, value) in &recipe.start {
         if let Some(variable) = Variable::named(name, recipe.balls) {
-            writeln!(out, "             {}", choice::in_words(variable, value))?;
+            writeln!(out, "             {}", build::in_words(variable, value))?;
         }
     }
     Ok(())

@@ -7,9 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use arguments::{Build, Request};
-use cradle_packaging::choice::Choice;
-use cradle_packaging::compile::Workspace;
-use cradle_packaging::contents::{self, Binary};
+use cradle_packaging::build::{self, Binary, Choice, Workspace};
 use cradle_packaging::platform::{self, Platform};
 use cradle_packaging::{Error, animation, archive, check, info};
 use newtons_cradle::variables::MODEL_IDENTIFIER;
@@ -55,7 +53,7 @@ impl Build {
             default_out = workspace.target.join("fmu").join(default_out);
         }
         let out = self.out.unwrap_or(default_out);
-        let bytes = archive::write(&out, contents::entries(&recipe, binaries)?)?;
+        let bytes = archive::write(&out, build::entries(&recipe, binaries)?)?;
         let path = shown(&out).display().to_string();
         println!("{path} ({} kB, n = {})", bytes.div_ceil(1000), recipe.balls);
         println!("Try it: fmpy simulate {path} --show-plot");

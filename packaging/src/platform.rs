@@ -2,7 +2,7 @@
 
 use object::{Architecture, BinaryFormat, Object, ObjectKind};
 
-use crate::Error;
+use crate::error::Error;
 
 /// A platform of the FMI 2.0 standard.
 #[derive(Debug, PartialEq, Eq)]
@@ -84,6 +84,11 @@ impl Platform {
         parts.find_map(|os| find(os, processor)).ok_or_else(|| {
             Error::Usage(format!("--target {triple} is refused: FMI 2.0 has no name for it; allowed: {}", allowed()))
         })
+    }
+
+    /// Where an FMU has its shared library for this platform.
+    pub fn binary_path(&self, identifier: &str) -> String {
+        format!("binaries/{}/{identifier}.{}", self.folder, self.extension)
     }
 
     /// Whether `binary` is a shared library for this platform; else what it is instead.

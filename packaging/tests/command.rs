@@ -69,7 +69,7 @@ fn every_preset_can_be_built_and_is_told_in_the_help() {
     let folder = Folder::new("presets");
     let (out, library) = (folder.file("x.fmu"), library());
     let help = run(&["build", "--help"]).output;
-    for preset in cradle_packaging::choice::PRESETS {
+    for preset in cradle_packaging::build::PRESETS {
         assert!(help.contains(preset.name) && help.contains(preset.title()), "{help}");
         let built = run(&["build", "--preset", preset.name, "--binary", &library, "--out", &out]);
         assert_eq!(built.code, 0, "{}", built.error);

@@ -6,8 +6,8 @@ use std::collections::BTreeSet;
 use object::read::elf::{ElfFile, FileHeader};
 use object::{File, Object, ReadRef, elf};
 
-use super::Report;
-use super::model::Kind;
+use super::description::model::Kind;
+use super::report::Report;
 
 /// Functions of every FMI 2.0 binary.
 const COMMON: [&str; 25] = [

@@ -2,8 +2,8 @@
 
 use newtons_cradle::variables::{Description, FILE_NAME, Recipe};
 
-use super::Report;
-use super::model::Model;
+use super::description::model::Model;
+use super::report::Report;
 use crate::archive::Entries;
 
 /// Checks an FMU of ours; nothing for others.

@@ -15,11 +15,10 @@ use std::{env, thread};
 use fmi_schema::fmi2::Causality;
 use libloading::Symbol;
 
-use super::Report;
-use super::model::{Interface, Model, Type, Variable};
-use crate::Error;
+use super::description::model::{Interface, Model, Type, Variable};
+use super::report::Report;
 use crate::archive::Entries;
-use crate::contents::binary_path;
+use crate::error::Error;
 use crate::platform::Platform;
 
 /// How long a binary may take for all of it.
@@ -28,7 +27,7 @@ const PATIENCE: Duration = Duration::from_secs(60);
 /// Loads the binary of an FMU for co-simulation on this machine, if it has one, and reports what is wrong with its answers.
 pub fn check(entries: &Entries, model: &Model, report: &mut Report) -> Result<(), Error> {
     let Some((interface, platform)) = model.co_simulation.as_ref().zip(Platform::host().ok()) else { return Ok(()) };
-    let binary = binary_path(platform, &interface.identifier);
+    let binary = platform.binary_path(&interface.identifier);
     if interface.needs_tool {
         return Ok(());
     }
@@ -197,7 +196,7 @@ impl<'a> Probe<'a> {
 
     /// A host's way through the functions, to the first that fails.
     fn all(&mut self, folder: &Path, platform: &Platform, interface: &Interface) -> Result<(), String> {
-        let path = folder.join(binary_path(platform, &interface.identifier));
+        let path = folder.join(platform.binary_path(&interface.identifier));
         self.tell("call", "loading");
         // SAFETY: none; that it may do anything is why this is another process.
         let library = unsafe { libloading::Library::new(path) }.map_err(|error| {

@@ -4,7 +4,7 @@ use std::io::{Cursor, Read};
 
 use zip::{CompressionMethod, ZipArchive};
 
-use super::Report;
+use super::report::Report;
 use crate::archive::Entries;
 
 /// Longer paths exceed what Windows allows once a host has unpacked them into a folder of its own.

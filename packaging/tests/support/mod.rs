@@ -8,8 +8,8 @@ use std::process::Command;
 use std::{env, fs};
 
 use cradle_packaging::archive::Entries;
+use cradle_packaging::build;
 use cradle_packaging::check::{MAX_BYTES, Report, unpack};
-use cradle_packaging::contents;
 use cradle_packaging::platform::Platform;
 use newtons_cradle::variables::Recipe;
 use zip::write::SimpleFileOptions;
@@ -88,7 +88,7 @@ pub fn library() -> String {
 /// The default FMU for this machine.
 pub fn fmu() -> Vec<u8> {
     let binary = (Platform::host().unwrap(), fs::read(library_path()).unwrap());
-    zip(&contents::entries(&Recipe::default(), vec![binary]).unwrap(), CompressionMethod::Stored)
+    zip(&build::entries(&Recipe::default(), vec![binary]).unwrap(), CompressionMethod::Stored)
 }
 
 /// Its entries.

@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 
 use serde_json::Value;
 
-use crate::Error;
+use crate::error::Error;
 use crate::platform::Platform;
 
 const PACKAGE: &str = "newtons-cradle";

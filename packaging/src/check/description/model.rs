@@ -1,10 +1,7 @@
-//! modelDescription.xml as far as the checks need it.
+//! What a modelDescription.xml says, as far as the checks need it. Data alone: `reader` fills it in.
 
 use fmi_schema::fmi2::{Causality, Initial, Variability};
 use newtons_cradle::variables::MODEL_IDENTIFIER;
-
-use super::Report;
-use crate::archive::Entries;
 
 /// A description.
 pub struct Model {
@@ -132,62 +129,14 @@ impl Model {
     }
 }
 
-/// What the attributes of the model and its interfaces must be.
-pub fn attributes(model: &Model, entries: &Entries, report: &mut Report) {
-    if model.name.is_empty() {
-        report.problem("modelName is empty");
-    }
-    if model.guid.is_empty() {
-        report.problem("guid is empty");
-    }
-    if let Some(date) = &model.date
-        && !is_date(date)
-    {
-        report.remark(format_args!("generationDateAndTime = \"{date}\"; should be YYYY-MM-DDThh:mm:ssZ"));
-    }
-    if model.interfaces().next().is_none() {
-        report.problem("neither CoSimulation nor ModelExchange");
-    }
-    for interface in model.interfaces() {
-        let identifier = &interface.identifier;
-        let allowed = |c: char| c.is_ascii_alphanumeric() || c == '_';
-        if !identifier.chars().all(allowed)
-            || identifier.starts_with(|c: char| c.is_ascii_digit())
-            || identifier.is_empty()
-        {
-            report.problem(format_args!("modelIdentifier = \"{identifier}\" is no identifier of C"));
-        }
-        if identifier.len() > 63 {
-            report.remark(format_args!("modelIdentifier has {} characters; some hosts take 63", identifier.len()));
-        }
-        if interface.needs_tool {
-            report.remark("needsExecutionTool: the FMU does not run by itself");
-        }
-        for file in &interface.sources {
-            if !entries.contains_key(&format!("sources/{file}")) {
-                report.problem(format_args!("sources/{file} is listed in SourceFiles and missing"));
-            }
+impl Variable {
+    /// What `initial` is, given or by default; nothing for inputs and the independent variable.
+    pub fn initial_or_default(&self) -> Option<Initial> {
+        match (&self.causality, self.variability, &self.initial) {
+            (Causality::Input | Causality::Independent, ..) => None,
+            (_, _, Some(initial)) => Some(initial.clone()),
+            (Causality::Parameter, ..) | (_, Variability::Constant, None) => Some(Initial::Exact),
+            _ => Some(Initial::Calculated),
         }
     }
-    let Experiment { start, stop, step, tolerance } = model.experiment;
-    let start = start.unwrap_or(0.0);
-    if stop.is_some_and(|stop| stop <= start) {
-        report.problem(format_args!("DefaultExperiment: stopTime is not after startTime = {start}"));
-    }
-    for (name, value) in [("stepSize", step), ("tolerance", tolerance)] {
-        if value.is_some_and(|value| value <= 0.0) {
-            report.problem(format_args!("DefaultExperiment: {name} is not positive"));
-        }
-    }
-    super::structure::unique("log category", model.log_categories.iter(), report);
-}
-
-/// `YYYY-MM-DDThh:mm:ssZ`.
-fn is_date(text: &str) -> bool {
-    let shape = "dddd-dd-ddTdd:dd:ddZ";
-    text.len() == shape.len()
-        && text
-            .chars()
-            .zip(shape.chars())
-            .all(|(c, wanted)| if wanted == 'd' { c.is_ascii_digit() } else { c == wanted })
 }

@@ -7,9 +7,9 @@ use newtons_cradle::variables::{
     Variability, Variable,
 };
 
-const TEMPLATE: &str = include_str!("../assets/index.html");
+const TEMPLATE: &str = include_str!("../../assets/index.html");
 /// A run with the default parameters, drawn by `examples/paper/pictures.py`.
-const PICTURE: &str = include_str!("../assets/run.svg");
+const PICTURE: &str = include_str!("../../assets/run.svg");
 
 /// The page of the FMU with these start values.
 pub fn html(start: &Settings) -> String {

@@ -1,6 +1,6 @@
 //! The time of generation.
 
-use crate::Error;
+use crate::error::Error;
 
 /// The time of generation as `YYYY-MM-DDThh:mm:ssZ`: what `SOURCE_DATE_EPOCH` asks for, else the time at which zip files begin.
 /// The clock is not asked, so that the same arguments give the same bytes.

@@ -1,24 +1,22 @@
 //! Units and types, and ModelStructure: that its lists have exactly what they must.
 
-use std::collections::{BTreeSet, HashSet};
-use std::hash::Hash;
+use std::collections::BTreeSet;
 
 use fmi_schema::fmi2::{Causality, Initial};
 
-use super::Report;
 use super::model::{Model, Type, Unknown, Variable};
-use super::variables::initial_of;
+use crate::check::report::Report;
 
 /// Checks the definitions and the structure.
 pub fn check(model: &Model, report: &mut Report) {
-    unique("unit", model.units.iter().map(|unit| &unit.name), report);
-    unique("type", model.types.iter().map(|kind| &kind.name), report);
+    report.duplicates("unit", model.units.iter().map(|unit| &unit.name));
+    report.duplicates("type", model.types.iter().map(|kind| &kind.name));
     for kind in &model.types {
         let attributes = &kind.attributes;
         if attributes.data_type == Type::Enumeration && attributes.items.is_empty() {
             report.problem(format_args!("{}: an enumeration without items", kind.name));
         }
-        unique(&format!("item of {}", kind.name), attributes.items.iter(), report);
+        report.duplicates(&format!("item of {}", kind.name), attributes.items.iter());
     }
     let structure = &model.structure;
     let none = Vec::new();
@@ -35,23 +33,12 @@ pub fn check(model: &Model, report: &mut Report) {
         derivatives.iter().flat_map(|unknown| [Some(unknown.index), state(unknown)]).flatten().collect();
     let mut wanted = indices(model, |variable| variable.causality == Causality::CalculatedParameter);
     let unknown_at_start = |index: &usize| {
-        let initial = variable(model, *index).and_then(initial_of);
+        let initial = variable(model, *index).and_then(Variable::initial_or_default);
         matches!(initial, Some(Initial::Approx | Initial::Calculated))
     };
     let outputs = indices(model, |variable| variable.causality == Causality::Output);
     wanted.extend(outputs.into_iter().chain(states).filter(unknown_at_start));
     exactly("InitialUnknowns", initial, wanted, model, report);
-}
-
-/// Says which of `items` is there twice.
-pub fn unique<T: Eq + Hash + std::fmt::Display>(what: &str, items: impl Iterator<Item = T>, report: &mut Report) {
-    let mut seen = HashSet::new();
-    for item in items {
-        if seen.contains(&item) {
-            report.problem(format_args!("{what} {item} is defined twice"));
-        }
-        seen.insert(item);
-    }
 }
 
 fn variable(model: &Model, index: usize) -> Option<&Variable> {

@@ -2,9 +2,10 @@
 
 use newtons_cradle::variables::{Description, FILE_NAME, MODEL_IDENTIFIER, Recipe};
 
+use super::{date, page};
 use crate::archive::Entries;
+use crate::error::Error;
 use crate::platform::Platform;
-use crate::{Error, date, page};
 
 /// A shared library and the platform it was made for.
 pub type Binary = (&'static Platform, Vec<u8>);
@@ -15,22 +16,17 @@ pub fn entries(recipe: &Recipe, binaries: Vec<Binary>) -> Result<Entries, Error>
     let mut entries = Entries::new();
     let mut add = |path: String, contents: Vec<u8>| entries.insert(path, contents);
     add("modelDescription.xml".into(), Description::of(&start).xml(&date::generation()?).into());
-    add("model.png".into(), include_bytes!("../assets/model.png").into());
+    add("model.png".into(), include_bytes!("../../assets/model.png").into());
     add(format!("resources/{FILE_NAME}"), recipe.to_json().into());
     add("documentation/index.html".into(), page::html(&start).into());
-    add("documentation/licenses/LICENSE-MIT.txt".into(), include_bytes!("../../LICENSE-MIT").into());
-    add("documentation/licenses/LICENSE-APACHE.txt".into(), include_bytes!("../../LICENSE-APACHE").into());
+    add("documentation/licenses/LICENSE-MIT.txt".into(), include_bytes!("../../../LICENSE-MIT").into());
+    add("documentation/licenses/LICENSE-APACHE.txt".into(), include_bytes!("../../../LICENSE-APACHE").into());
     // Kept in the sources, so that packing needs neither Cargo nor a network; a test compares it with what Cargo knows.
-    add("documentation/licenses/third-party.txt".into(), include_bytes!("../assets/third-party.txt").into());
+    add("documentation/licenses/third-party.txt".into(), include_bytes!("../../assets/third-party.txt").into());
     for (platform, contents) in binaries {
-        add(binary_path(platform, MODEL_IDENTIFIER), contents);
+        add(platform.binary_path(MODEL_IDENTIFIER), contents);
     }
     Ok(entries)
-}
-
-/// Where an FMU has its shared library for a platform.
-pub fn binary_path(platform: &Platform, identifier: &str) -> String {
-    format!("binaries/{}/{identifier}.{}", platform.folder, platform.extension)
 }
 
 #[cfg(test)]

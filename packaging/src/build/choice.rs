@@ -9,7 +9,7 @@ use newtons_cradle::variables::{
 };
 use toml::{Table, Value};
 
-use crate::Error;
+use crate::error::Error;
 
 /// A cradle with a name, in the form of a parameter file.
 pub struct Preset {
@@ -33,14 +33,14 @@ impl Preset {
 
 /// Every preset.
 pub static PRESETS: &[Preset] = &[
-    Preset { name: "figure3", file: include_str!("../presets/figure3.toml") },
+    Preset { name: "figure3", file: include_str!("../../presets/figure3.toml") },
     Preset { name: "figure4", file: FIGURES_4_AND_5 },
     Preset { name: "figure5", file: FIGURES_4_AND_5 },
-    Preset { name: "figure6", file: include_str!("../presets/figure6.toml") },
-    Preset { name: "desk", file: include_str!("../presets/desk.toml") },
+    Preset { name: "figure6", file: include_str!("../../presets/figure6.toml") },
+    Preset { name: "desk", file: include_str!("../../presets/desk.toml") },
 ];
 
-const FIGURES_4_AND_5: &str = include_str!("../presets/figure5.toml");
+const FIGURES_4_AND_5: &str = include_str!("../../presets/figure5.toml");
 
 /// What was chosen so far; what comes later replaces what came before.
 #[derive(Default)]

@@ -4,8 +4,8 @@ use std::collections::{HashMap, HashSet};
 
 use fmi_schema::fmi2::{Causality, Initial, Variability};
 
-use super::Report;
 use super::model::{Attributes, Model, Type, Variable};
+use crate::check::report::Report;
 
 /// Longer names are cut or refused by some hosts.
 const LONG_NAME: usize = 200;
@@ -73,7 +73,7 @@ fn combination(variable: &Variable, report: &mut Report) {
     {
         report.problem(format_args!("{name}: initial {initial} is not allowed for causality {causality}"));
     }
-    let wanted = match initial_of(variable) {
+    let wanted = match variable.initial_or_default() {
         Some(initial) => initial != Calculated,
         None => *causality == Causality::Input,
     };
@@ -81,16 +81,6 @@ fn combination(variable: &Variable, report: &mut Report) {
         (None, true) => report.problem(format_args!("{name}: the start value is missing")),
         (Some(_), false) => report.problem(format_args!("{name}: is calculated and has a start value")),
         _ => {}
-    }
-}
-
-/// What `initial` is, given or by default; nothing for inputs and the independent variable.
-pub fn initial_of(variable: &Variable) -> Option<Initial> {
-    match (&variable.causality, variable.variability, &variable.initial) {
-        (Causality::Input | Causality::Independent, ..) => None,
-        (_, _, Some(initial)) => Some(initial.clone()),
-        (Causality::Parameter, ..) | (_, Variability::Constant, None) => Some(Initial::Exact),
-        _ => Some(Initial::Calculated),
     }
 }
 

@@ -7,10 +7,10 @@ use fmi_schema::fmi2::Fmi2ModelDescription;
 use fmi_schema::traits::FmiModelDescription;
 use roxmltree::{Document, Node, ParsingOptions};
 
-use super::Report;
 use super::model::{
     Attributes, Experiment, Interface, Kind, Model, SimpleType, Structure, Type, Unit, Unknown, Variable,
 };
+use crate::check::report::Report;
 
 impl Model {
     /// Reads a description; nothing if it is no XML or not of FMI 2.0.

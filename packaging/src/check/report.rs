@@ -1,0 +1,69 @@
+//! The findings of a check: problems and remarks, each one line.
+
+use std::collections::HashSet;
+use std::fmt::{Display, Formatter};
+use std::hash::Hash;
+
+/// Findings of one kind that a report has; there may be one for each of many thousand variables.
+const MAX_FINDINGS: usize = 100;
+
+/// What was found.
+#[derive(Default)]
+pub struct Report {
+    /// What is against the standard, or does not fit together.
+    pub problems: Vec<String>,
+    /// What is allowed, yet trips over somebody.
+    pub remarks: Vec<String>,
+    omitted: usize,
+}
+
+impl Report {
+    /// Whether there is no problem; there may be remarks.
+    pub fn is_clean(&self) -> bool {
+        self.problems.is_empty()
+    }
+
+    pub(super) fn problem(&mut self, text: impl Display) {
+        Self::add(&mut self.problems, &mut self.omitted, text);
+    }
+
+    pub(super) fn remark(&mut self, text: impl Display) {
+        Self::add(&mut self.remarks, &mut self.omitted, text);
+    }
+
+    /// A problem for each of `items` that has been there before.
+    pub(super) fn duplicates<T: Eq + Hash + Display>(&mut self, what: &str, items: impl Iterator<Item = T>) {
+        let mut seen = HashSet::new();
+        for item in items {
+            if seen.contains(&item) {
+                self.problem(format_args!("{what} {item} is defined twice"));
+            }
+            seen.insert(item);
+        }
+    }
+
+    fn add(list: &mut Vec<String>, omitted: &mut usize, text: impl Display) {
+        if list.len() < MAX_FINDINGS {
+            // Foreign names may hold anything; a finding stays one line.
+            list.push(text.to_string().chars().map(|c| if c.is_control() { '?' } else { c }).collect());
+        } else {
+            *omitted += 1;
+        }
+    }
+}
+
+/// One line for each finding, and one that sums up.
+impl Display for Report {
+    fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
+        for problem in &self.problems {
+            writeln!(f, "problem: {problem}")?;
+        }
+        for remark in &self.remarks {
+            writeln!(f, "remark: {remark}")?;
+        }
+        if self.omitted > 0 {
+            writeln!(f, "and {} more", self.omitted)?;
+        }
+        writeln!(f, "{} problem(s), {} remark(s)", self.problems.len(), self.remarks.len())
+    }
+}
