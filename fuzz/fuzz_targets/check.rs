@@ -8,7 +8,7 @@ use std::sync::LazyLock;
 
 use arbitrary::Arbitrary;
 use cradle_packaging::archive::Entries;
-use cradle_packaging::build;
+use cradle_packaging::build::{self, Binary};
 use cradle_packaging::check::bytes;
 use cradle_packaging::platform::Platform;
 use libfuzzer_sys::fuzz_target;
@@ -65,7 +65,8 @@ enum Change {
 
 /// The entries of a small FMU, with a small binary.
 static ENTRIES: LazyLock<Entries> = LazyLock::new(|| {
-    let mut entries = build::entries(&Recipe::new(1), vec![(Platform::host().unwrap(), library())]).unwrap();
+    let binary = Binary { platform: Platform::host().unwrap(), contents: library() };
+    let mut entries = build::entries(&Recipe::new(1), vec![binary]).unwrap();
     entries.retain(|name, _| !name.starts_with("documentation/licenses/"));
     entries
 });

@@ -96,10 +96,10 @@ fn add(binaries: &mut Vec<Binary>, platform: &'static Platform, file: &Path, arg
     let contents =
         fs::read(file).map_err(|error| Error::Failure(format!("{argument}: cannot read {name}: {error}")))?;
     platform.check(&contents).map_err(|error| Error::Usage(format!("{argument}: {name} is {error}")))?;
-    if binaries.iter().any(|(other, _)| *other == platform) {
+    if binaries.iter().any(|other| other.platform == platform) {
         return Err(Error::Usage(format!("{argument}: there are two binaries for {}; allowed: one", platform.folder)));
     }
-    binaries.push((platform, contents));
+    binaries.push(Binary { platform, contents });
     Ok(())
 }
 

@@ -8,7 +8,10 @@ use crate::error::Error;
 use crate::platform::Platform;
 
 /// A shared library and the platform it was made for.
-pub type Binary = (&'static Platform, Vec<u8>);
+pub struct Binary {
+    pub platform: &'static Platform,
+    pub contents: Vec<u8>,
+}
 
 /// The files of an FMU for the cradle of `recipe` with these binaries.
 pub fn entries(recipe: &Recipe, binaries: Vec<Binary>) -> Result<Entries, Error> {
@@ -23,7 +26,7 @@ pub fn entries(recipe: &Recipe, binaries: Vec<Binary>) -> Result<Entries, Error>
     add("documentation/licenses/LICENSE-APACHE.txt".into(), include_bytes!("../../../LICENSE-APACHE").into());
     // Kept in the sources, so that packing needs neither Cargo nor a network; a test compares it with what Cargo knows.
     add("documentation/licenses/third-party.txt".into(), include_bytes!("../../assets/third-party.txt").into());
-    for (platform, contents) in binaries {
+    for Binary { platform, contents } in binaries {
         add(platform.binary_path(MODEL_IDENTIFIER), contents);
     }
     Ok(entries)
@@ -35,7 +38,7 @@ mod tests {
 
     #[test]
     fn names_are_those_of_the_standard() {
-        let binary = (Platform::named("linux64").unwrap(), b"binary".to_vec());
+        let binary = Binary { platform: Platform::named("linux64").unwrap(), contents: b"binary".to_vec() };
         let entries = entries(&Recipe::default(), vec![binary]).unwrap();
         let names: Vec<&str> = entries.keys().map(String::as_str).collect();
         assert_eq!(

@@ -8,7 +8,7 @@ use std::process::Command;
 use std::{env, fs};
 
 use cradle_packaging::archive::Entries;
-use cradle_packaging::build;
+use cradle_packaging::build::{self, Binary};
 use cradle_packaging::check::{MAX_BYTES, Report, unpack};
 use cradle_packaging::platform::Platform;
 use newtons_cradle::variables::Recipe;
@@ -87,7 +87,7 @@ pub fn library() -> String {
 
 /// The default FMU for this machine.
 pub fn fmu() -> Vec<u8> {
-    let binary = (Platform::host().unwrap(), fs::read(library_path()).unwrap());
+    let binary = Binary { platform: Platform::host().unwrap(), contents: fs::read(library_path()).unwrap() };
     zip(&build::entries(&Recipe::default(), vec![binary]).unwrap(), CompressionMethod::Stored)
 }
 
