@@ -1,7 +1,8 @@
 //! What the host says about the run as a whole.
 
-use super::Refusal;
 use serde::{Deserialize, Serialize};
+
+use super::refusal::Refusal;
 
 /// Tightest relative tolerance.
 const MIN_TOLERANCE: f64 = 1e-14;

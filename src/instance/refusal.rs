@@ -1,8 +1,7 @@
 //! Why a call was refused.
 
 use super::legality::{Call, Phase};
-use super::state::StateError;
-use crate::engine::EngineError;
+use crate::engine::{EngineError, Unsound};
 use crate::variables::{Number, Refused};
 
 /// Why a call was refused. Unless it says otherwise, the instance is as it was before the call.
@@ -81,5 +80,38 @@ impl From<StateError> for Refusal {
 impl From<Refused> for Refusal {
     fn from(refused: Refused) -> Self {
         Self::Value(refused)
+    }
+}
+
+/// Why a state or its bytes are not accepted.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum StateError {
+    /// The bytes are something else.
+    NoState,
+    /// Written by another version, in a format that is not the one known.
+    Format { format: u32, known: u32 },
+    /// Not the bytes that were written.
+    Damaged,
+    /// Of another FMU.
+    Foreign { theirs: String, ours: String },
+    /// No instance can have been in this state.
+    Unsound(&'static str),
+}
+
+impl std::fmt::Display for StateError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::NoState => write!(f, "these are not the bytes of a state of this FMU, or their end is missing"),
+            Self::Format { format, known } => write!(f, "format {format} is unknown; known: {known}"),
+            Self::Damaged => write!(f, "the bytes are damaged"),
+            Self::Foreign { theirs, ours } => write!(f, "it belongs to {theirs}; allowed: states of {ours}"),
+            Self::Unsound(reason) => write!(f, "no run leads to it: {reason}"),
+        }
+    }
+}
+
+impl From<Unsound> for StateError {
+    fn from(Unsound(reason): Unsound) -> Self {
+        Self::Unsound(reason)
     }
 }

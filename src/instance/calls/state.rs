@@ -3,46 +3,16 @@
 use serde::{Deserialize, Serialize};
 use uuid::Uuid;
 
-use super::{Instance, Phase, Refusal, Run};
-use crate::engine::{MAX_INPUT_DERIVATIVE, Simulation, SimulationSnapshot, Unsound};
+use crate::engine::{Simulation, SimulationSnapshot};
+use crate::instance::legality::Phase;
+use crate::instance::lifecycle::Instance;
+use crate::instance::refusal::{Refusal, StateError};
+use crate::instance::run::Run;
 
 /// A saved state. The log is no part of it.
 pub struct State {
     guid: String,
     run: Run,
-}
-
-/// Why a state or its bytes are not accepted.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum StateError {
-    /// The bytes are something else.
-    NoState,
-    /// Written by another version, in this format.
-    Format(u32),
-    /// Not the bytes that were written.
-    Damaged,
-    /// Of another FMU.
-    Foreign { theirs: String, ours: String },
-    /// No instance can have been in this state.
-    Unsound(&'static str),
-}
-
-impl std::fmt::Display for StateError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::NoState => write!(f, "these are not the bytes of a state of this FMU, or their end is missing"),
-            Self::Format(format) => write!(f, "format {format} is unknown; known: {FORMAT}"),
-            Self::Damaged => write!(f, "the bytes are damaged"),
-            Self::Foreign { theirs, ours } => write!(f, "it belongs to {theirs}; allowed: states of {ours}"),
-            Self::Unsound(reason) => write!(f, "no run leads to it: {reason}"),
-        }
-    }
-}
-
-impl From<Unsound> for StateError {
-    fn from(Unsound(reason): Unsound) -> Self {
-        Self::Unsound(reason)
-    }
 }
 
 /// What the bytes begin with, and the format that follows.
@@ -98,7 +68,7 @@ fn content(bytes: &[u8]) -> Result<&[u8], StateError> {
     let (format, rest) = rest.split_first_chunk().ok_or(StateError::NoState)?;
     let format = u32::from_le_bytes(*format);
     if format != FORMAT {
-        return Err(StateError::Format(format));
+        return Err(StateError::Format { format, known: FORMAT });
     }
     let (content, _) = rest.split_last_chunk::<DIGEST>().ok_or(StateError::NoState)?;
     let (before, end) = bytes.split_at(HEADER + content.len());
@@ -146,28 +116,5 @@ impl Instance {
             run.engine = Some(restored.map_err(StateError::from)?);
         }
         Ok(State { guid: self.guid.clone(), run })
-    }
-}
-
-impl Run {
-    /// Refuses what cannot have been written, but for the engine.
-    fn check(&self, balls: usize) -> Result<(), StateError> {
-        let sound = |holds: bool, reason| if holds { Ok(()) } else { Err(StateError::Unsound(reason)) };
-        sound(self.settings.are_sound(balls), "a setting is out of range")?;
-        let experiment = self.experiment.is_none_or(|experiment| experiment.check().is_ok());
-        sound(
-            experiment && (self.experiment.is_some() || self.phase == Phase::Instantiated),
-            "its times are no times",
-        )?;
-        let derivatives = &self.input_derivatives;
-        let known = derivatives.len() <= MAX_INPUT_DERIVATIVE
-            && derivatives.iter().all(|inputs| inputs.force.len() == balls && inputs.is_finite());
-        sound(known, "an input derivative is out of range")?;
-        let tunables = self.tuned_from.is_none_or(|tunables| {
-            let mut before = self.settings.clone();
-            before.parameters.tune(tunables);
-            before.are_sound(balls)
-        });
-        sound(tunables, "a tunable parameter is out of range")
     }
 }

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use super::{Log, Severity};
 use crate::engine::{Observer, Progress, Pulse};
+use crate::instance::log::{Log, Severity};
 use crate::variables::LogCategory;
 
 /// After how long a step tells for the first time that it is still under way, and how often from then on.

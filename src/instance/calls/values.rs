@@ -1,6 +1,8 @@
 //! Reading and setting variables by value reference.
 
-use super::{Instance, Phase, Refusal};
+use crate::instance::legality::Phase;
+use crate::instance::lifecycle::Instance;
+use crate::instance::refusal::Refusal;
 use crate::model::{Inputs, Tunables};
 use crate::variables::{Access, Refused, Type, Variability, Variable};
 

@@ -1,7 +1,9 @@
 //! Communication steps.
 
 use super::report::Reporter;
-use super::{Instance, Phase, Refusal};
+use crate::instance::legality::Phase;
+use crate::instance::lifecycle::Instance;
+use crate::instance::refusal::Refusal;
 use crate::model::Inputs;
 
 /// How far the host's clock may be off from ours, relative to the larger of 1 s and the time.

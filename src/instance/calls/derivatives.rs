@@ -1,7 +1,9 @@
 //! Derivatives of the outputs: by time, and along directions of inputs and parameters.
 
-use super::{Instance, Phase, Refusal};
 use crate::engine::{Differential, MAX_OUTPUT_DERIVATIVE};
+use crate::instance::legality::Phase;
+use crate::instance::lifecycle::Instance;
+use crate::instance::refusal::Refusal;
 use crate::variables::{Causality, Refused, Settings, Type, Variable};
 
 /// What has derivatives by time, and along a direction.

@@ -1,0 +1,10 @@
+//! What a host asks of an [`Instance`](super::Instance) on its way through the phases: values and their derivatives, steps, and
+//! saved states. Each module adds methods to it.
+
+mod derivatives;
+mod report;
+mod state;
+mod step;
+mod values;
+
+pub use state::State;

@@ -1,0 +1,131 @@
+//! An instance and its way through the phases, from start values to the end of the run.
+
+use super::experiment::Experiment;
+use super::legality::{Call, Phase};
+use super::log::Log;
+use super::refusal::Refusal;
+use super::run::Run;
+use crate::engine::Simulation;
+use crate::variables::{Access, LogCategory, Number, Settings, variables};
+
+/// One instance.
+pub struct Instance {
+    /// GUID of its description.
+    pub(super) guid: String,
+    /// Start values of the description, which a reset returns to.
+    start: Settings,
+    pub(super) run: Run,
+    pub(super) log: Log,
+}
+
+impl Instance {
+    /// An instance with the start values of its description, which has this GUID.
+    pub fn new(start: Settings, guid: String, log: Log) -> Self {
+        let run = Run::new(&start);
+        Self { guid, start, run, log }
+    }
+
+    /// The phase it is in.
+    #[inline]
+    pub fn phase(&self) -> Phase {
+        self.run.phase
+    }
+
+    /// Number of balls n.
+    #[inline]
+    pub fn balls(&self) -> usize {
+        self.run.settings.balls()
+    }
+
+    /// Its log.
+    pub fn log(&self) -> &Log {
+        &self.log
+    }
+
+    /// Its log, to switch categories.
+    pub fn log_mut(&mut self) -> &mut Log {
+        &mut self.log
+    }
+
+    /// Refuses a call that is not legal in the current phase. To be asked before every call.
+    #[inline]
+    pub fn require(&self, call: Call) -> Result<(), Refusal> {
+        let phase = self.run.phase;
+        if call.is_legal_in(phase) { Ok(()) } else { Err(Refusal::Phase { call, phase }) }
+    }
+
+    /// Takes start time, stop time and tolerance; the last call before initialization counts.
+    pub fn set_up(&mut self, experiment: Experiment) -> Result<(), Refusal> {
+        experiment.check()?;
+        self.run.experiment = Some(experiment);
+        Ok(())
+    }
+
+    /// Enters Initialization Mode.
+    pub fn enter_initialization(&mut self) -> Result<(), Refusal> {
+        if self.run.experiment.is_none() {
+            return Err(Refusal::Missing("the experiment must be set up first, so that the start time is known"));
+        }
+        self.run.phase = Phase::InitializationMode;
+        Ok(())
+    }
+
+    /// Builds the run and enters step mode. Fails, staying in Initialization Mode, if no run can start like this.
+    pub fn exit_initialization(&mut self) -> Result<(), Refusal> {
+        self.engine()?.begin();
+        self.run.inputs_changed = !self.run.input_derivatives.is_empty();
+        self.run.tuned_from = None;
+        self.run.phase = Phase::StepMode;
+        self.tell_ignored_parameters();
+        Ok(())
+    }
+
+    /// Ends the run; its last values can still be read.
+    pub fn terminate(&mut self) -> Result<(), Refusal> {
+        self.run.phase = Phase::Terminated;
+        Ok(())
+    }
+
+    /// Back to where it was after it was created; which log categories are on is kept.
+    pub fn reset(&mut self) -> Result<(), Refusal> {
+        self.run = Run::new(&self.start);
+        Ok(())
+    }
+
+    /// The run, built first where that has not happened yet.
+    #[inline]
+    pub(super) fn engine(&mut self) -> Result<&mut Simulation, Refusal> {
+        if self.run.engine.is_none() {
+            self.run.engine = Some(self.build()?);
+        }
+        self.run.engine.as_mut().ok_or(Refusal::Missing("nothing is calculated yet"))
+    }
+
+    #[cold]
+    fn build(&self) -> Result<Simulation, Refusal> {
+        let start = self.run.experiment.unwrap_or_default().start;
+        let engine = Simulation::new(&self.run.acting_parameters(), &self.run.settings.inputs, start);
+        let mut engine = engine.map_err(Refusal::Start)?;
+        engine.hold_back();
+        Ok(engine)
+    }
+
+    /// Tells of parameters that are not the default and have no effect because another law or method is selected.
+    pub(super) fn tell_ignored_parameters(&self) {
+        let settings = &self.run.settings;
+        if !self.log.wants(LogCategory::Solver) {
+            return;
+        }
+        let defaults = Settings::default_for(settings.balls());
+        for variable in variables(settings.balls()).filter(|variable| !(variable.row.used)(&settings.parameters)) {
+            let value = |of: &Settings| match variable.row.access {
+                Access::Choice(choice) => choice.item((choice.get)(&of.parameters)).map(|item| item.name.to_owned()),
+                _ => variable.real(of).map(|value| variable.row.quantified(Number(value))),
+            };
+            let (value, default) = (value(settings), value(&defaults));
+            if let Some(value) = value.filter(|value| Some(value) != default.as_ref()) {
+                self.log.solver(format_args!("{variable} = {value} has no effect: its law or method is not selected"));
+            }
+        }
+    }
+}
