@@ -103,7 +103,7 @@ pub unsafe extern "C" fn fmi2GetString(
     value: *mut fmi2String,
 ) -> fmi2Status {
     // SAFETY: the host's promises, see the module.
-    unsafe { get(c, "fmi2GetString", (vr, nvr, value), |instance, reference| Err(instance.string(reference))) }
+    unsafe { get(c, "fmi2GetString", (vr, nvr, value), |instance, reference| Err(instance.refuse_string(reference))) }
 }
 
 /// Sets real parameters and inputs: all of them, or none if any is refused.
@@ -147,7 +147,7 @@ pub unsafe extern "C" fn fmi2SetBoolean(
     nvr: usize,
     value: *const fmi2Boolean,
 ) -> fmi2Status {
-    let refuse = |instance: &mut Instance, references: &[_], _: &[_]| instance.set_none(references, Type::Boolean);
+    let refuse = |instance: &mut Instance, references: &[_], _: &[_]| instance.refuse_to_set(references, Type::Boolean);
     // SAFETY: the host's promises, see the module.
     unsafe { set(c, "fmi2SetBoolean", (vr, nvr, value), refuse) }
 }
@@ -163,7 +163,7 @@ pub unsafe extern "C" fn fmi2SetString(
     nvr: usize,
     value: *const fmi2String,
 ) -> fmi2Status {
-    let refuse = |instance: &mut Instance, references: &[_], _: &[_]| instance.set_none(references, Type::String);
+    let refuse = |instance: &mut Instance, references: &[_], _: &[_]| instance.refuse_to_set(references, Type::String);
     // SAFETY: the host's promises, see the module.
     unsafe { set(c, "fmi2SetString", (vr, nvr, value), refuse) }
 }

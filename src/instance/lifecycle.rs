@@ -70,13 +70,13 @@ impl Instance {
         Ok(())
     }
 
-    /// Builds the run and enters step mode. Fails, staying in Initialization Mode, if no run can start like this.
+    /// Builds the simulation and enters step mode. Fails, staying in Initialization Mode, if no run can start like this.
     pub fn exit_initialization(&mut self) -> Result<(), Refusal> {
-        self.engine()?.begin();
+        self.simulation()?.begin();
         self.run.inputs_changed = !self.run.input_derivatives.is_empty();
         self.run.tuned_from = None;
         self.run.phase = Phase::StepMode;
-        self.tell_ignored_parameters();
+        self.log_ignored_parameters();
         Ok(())
     }
 
@@ -92,26 +92,26 @@ impl Instance {
         Ok(())
     }
 
-    /// The run, built first where that has not happened yet.
+    /// The simulation, built first where that has not happened yet.
     #[inline]
-    pub(super) fn engine(&mut self) -> Result<&mut Simulation, Refusal> {
-        if self.run.engine.is_none() {
-            self.run.engine = Some(self.build()?);
+    pub(super) fn simulation(&mut self) -> Result<&mut Simulation, Refusal> {
+        if self.run.simulation.is_none() {
+            self.run.simulation = Some(self.build()?);
         }
-        self.run.engine.as_mut().ok_or(Refusal::Missing("nothing is calculated yet"))
+        self.run.simulation.as_mut().ok_or(Refusal::Missing("nothing is calculated yet"))
     }
 
     #[cold]
     fn build(&self) -> Result<Simulation, Refusal> {
         let start = self.run.experiment.unwrap_or_default().start;
-        let engine = Simulation::new(&self.run.acting_parameters(), &self.run.settings.inputs, start);
-        let mut engine = engine.map_err(Refusal::Start)?;
-        engine.hold_back();
-        Ok(engine)
+        let built = Simulation::new(&self.run.effective_parameters(), &self.run.settings.inputs, start);
+        let mut simulation = built.map_err(Refusal::Start)?;
+        simulation.hold_back();
+        Ok(simulation)
     }
 
-    /// Tells of parameters that are not the default and have no effect because another law or method is selected.
-    pub(super) fn tell_ignored_parameters(&self) {
+    /// Logs parameters that are not the default and have no effect because another law or method is selected.
+    pub(super) fn log_ignored_parameters(&self) {
         let settings = &self.run.settings;
         if !self.log.wants(LogCategory::Solver) {
             return;

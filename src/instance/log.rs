@@ -19,7 +19,7 @@ pub enum Severity {
 /// Takes a log line to the host.
 pub type Sink = Box<dyn Fn(Severity, LogCategory, &str)>;
 
-/// The log of one instance. Errors are always told; the rest only where the host switched the category on.
+/// The log of one instance. Warnings and errors are always written; the rest only where the host switched the category on.
 pub struct Log {
     sink: Option<Sink>,
     enabled: [bool; LOG_CATEGORIES.len()],
@@ -36,13 +36,13 @@ impl Log {
         self.enabled = LOG_CATEGORIES.map(|category| on && (categories.is_empty() || categories.contains(&category)));
     }
 
-    /// Whether a line of `category` that is no warning or error would be told.
+    /// Whether a line of `category` that is no warning or error would be written.
     pub fn wants(&self, category: LogCategory) -> bool {
         let position = LOG_CATEGORIES.iter().position(|known| *known == category);
         self.sink.is_some() && position.and_then(|position| self.enabled.get(position)).is_some_and(|on| *on)
     }
 
-    /// Tells the host, if it wants to know.
+    /// Writes a line, if the host wants it.
     pub fn write(&self, severity: Severity, category: LogCategory, text: Arguments<'_>) {
         if let Some(sink) = &self.sink
             && (severity >= Severity::Warning || self.wants(category))

@@ -15,18 +15,18 @@ pub(super) struct Run {
     pub(super) phase: Phase,
     pub(super) settings: Settings,
     pub(super) experiment: Option<Experiment>,
-    /// The run itself. In Initialization Mode it is built when a calculated value is asked for, and dropped when a
+    /// What calculates the run. In Initialization Mode it is built when a calculated value is asked for, and dropped when a
     /// setting changes.
     #[serde(skip)]
-    pub(super) engine: Option<Simulation>,
+    pub(super) simulation: Option<Simulation>,
     /// Derivatives of the inputs by time over the next step, from the first on; those beyond are zero.
     pub(super) input_derivatives: Vec<Inputs>,
-    /// The inputs are not, or do not change, as the engine was last told.
+    /// The simulation does not yet know of the inputs or of their derivatives.
     pub(super) inputs_changed: bool,
-    /// What the engine was last told of the tunable parameters, if they were changed since.
+    /// The tunable parameters that the simulation runs with, if they have been changed since.
     pub(super) tuned_from: Option<Tunables>,
     /// It was logged that the host steps past its own stop time.
-    pub(super) past_stop_told: bool,
+    pub(super) past_stop_logged: bool,
 }
 
 impl Run {
@@ -36,16 +36,16 @@ impl Run {
             phase: Phase::Instantiated,
             settings: start.clone(),
             experiment: None,
-            engine: None,
+            simulation: None,
             input_derivatives: Vec::new(),
             inputs_changed: false,
             tuned_from: None,
-            past_stop_told: false,
+            past_stop_logged: false,
         }
     }
 
-    /// The parameters that the engine acts with.
-    pub(super) fn acting_parameters(&self) -> Parameters {
+    /// The parameters that the simulation runs with: the host's tolerance counts, changes that it does not yet know of do not.
+    pub(super) fn effective_parameters(&self) -> Parameters {
         let mut parameters = self.settings.parameters.clone();
         parameters.tolerance = self.experiment.unwrap_or_default().tighten(parameters.tolerance);
         if let Some(tunables) = self.tuned_from {
@@ -54,7 +54,7 @@ impl Run {
         parameters
     }
 
-    /// Refuses what cannot have been written, but for the engine.
+    /// Refuses what no instance can have saved; the simulation has checks of its own.
     pub(super) fn check(&self, balls: usize) -> Result<(), StateError> {
         let sound = |holds: bool, reason| if holds { Ok(()) } else { Err(StateError::Unsound(reason)) };
         sound(self.settings.are_sound(balls), "a setting is out of range")?;

@@ -29,7 +29,7 @@ impl Instance {
                 .into());
             };
             if slot.is_none() {
-                *slot = Some(self.engine()?.time_derivative(wanted));
+                *slot = Some(self.simulation()?.time_derivative(wanted));
             }
             self.derivative(variable, slot.as_ref())
         };
@@ -70,11 +70,11 @@ impl Instance {
             .iter()
             .map(|unknown| self.differentiable(*unknown, causalities, allowed))
             .collect::<Result<_, _>>()?;
-        let parameters = self.run.acting_parameters();
-        let engine = self.engine()?;
+        let parameters = self.run.effective_parameters();
+        let simulation = self.simulation()?;
         let differential = match initializing {
-            true => engine.sensitivity_of_start(&parameters, &along.parameters, &along.inputs),
-            false => engine.sensitivity_of_step(&along.inputs),
+            true => simulation.sensitivity_of_start(&parameters, &along.parameters, &along.inputs),
+            false => simulation.sensitivity_of_step(&along.inputs),
         };
         let differential = differential.ok();
         unknowns.into_iter().map(|unknown| self.derivative(unknown, differential.as_ref())).collect()

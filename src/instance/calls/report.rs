@@ -1,4 +1,4 @@
-//! What the log is told of a communication step while it is made.
+//! What is logged of a communication step while it is made.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -7,7 +7,7 @@ use crate::engine::{Observer, Progress, Pulse};
 use crate::instance::log::{Log, Severity};
 use crate::variables::LogCategory;
 
-/// After how long a step tells for the first time that it is still under way, and how often from then on.
+/// After how long it is logged for the first time that a step is still under way, and how often from then on.
 const FIRST: Duration = Duration::from_secs(2);
 const EVERY: Duration = Duration::from_secs(10);
 
@@ -21,8 +21,8 @@ pub(super) struct Reporter<'a> {
     since: Option<Instant>,
     /// When the next line is due, after that.
     due: Duration,
-    /// How often each contact was met at a look.
-    met: BTreeMap<usize, u64>,
+    /// How often each contact was the one at work.
+    seen: BTreeMap<usize, u64>,
 }
 
 impl<'a> Reporter<'a> {
@@ -30,7 +30,7 @@ impl<'a> Reporter<'a> {
     #[inline]
     pub fn new(log: &'a Log, until: f64) -> Self {
         let pulses = log.wants(LogCategory::Events);
-        Self { log, pulses, until, since: None, due: FIRST, met: BTreeMap::new() }
+        Self { log, pulses, until, since: None, due: FIRST, seen: BTreeMap::new() }
     }
 }
 
@@ -53,14 +53,14 @@ impl Observer for Reporter<'_> {
     fn progress(&mut self, Progress { time, events, contact }: Progress) {
         let taken = self.since.get_or_insert_with(Instant::now).elapsed();
         if let Some(contact) = contact {
-            *self.met.entry(contact).or_default() += 1;
+            *self.seen.entry(contact).or_default() += 1;
         }
         if taken < self.due {
             return;
         }
         self.due = taken + EVERY;
         // A warning, so that it is seen without switching anything on: the host is waiting.
-        let busiest = self.met.iter().max_by_key(|(_, times)| **times);
+        let busiest = self.seen.iter().max_by_key(|(_, times)| **times);
         let busiest = busiest.map(|(contact, _)| format!(", most of them in contact {}", contact + 1));
         self.log.write(
             Severity::Warning,
@@ -83,7 +83,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_step_that_takes_long_tells_and_not_too_often() {
+    fn a_step_that_takes_long_is_logged_and_not_too_often() {
         let lines = Rc::new(RefCell::new(Vec::new()));
         let kept = lines.clone();
         let sink = move |severity, category, text: &str| kept.borrow_mut().push((severity, category, text.to_owned()));
@@ -104,7 +104,7 @@ mod tests {
             );
             (Severity::Warning, LogCategory::Warning, text)
         };
-        // At first both contacts have been met once.
+        // At first both contacts have been seen once.
         assert_eq!(*lines, [expected(3, 4), expected(14, 3)]);
     }
 }

@@ -49,12 +49,12 @@ impl State {
         Owner { guid: self.guid.clone(), balls: self.run.settings.balls() }
     }
 
-    /// The state as bytes: a header, then in postcard's format whose it is, the run and its engine, and a digest.
+    /// The state as bytes: a header, then in postcard's format whose it is, the run and its simulation, and a digest.
     pub fn to_bytes(&self) -> Result<Vec<u8>, Refusal> {
-        // In Initialization Mode the engine follows from the settings.
+        // In Initialization Mode the simulation follows from the settings.
         let calculated = self.run.phase > Phase::InitializationMode;
-        let engine = self.run.engine.as_ref().filter(|_| calculated).map(Simulation::snapshot);
-        let content = postcard::to_allocvec(&(self.owner(), &self.run, engine));
+        let simulation = self.run.simulation.as_ref().filter(|_| calculated).map(Simulation::snapshot);
+        let content = postcard::to_allocvec(&(self.owner(), &self.run, simulation));
         let content = content.map_err(|_| Refusal::Missing("the state cannot be written"))?;
         let mut bytes = [MAGIC.as_slice(), &FORMAT.to_le_bytes(), &content].concat();
         bytes.extend(digest(&bytes));
@@ -101,19 +101,19 @@ impl Instance {
         let unreadable = |_| StateError::Unsound("it cannot be read");
         let (owner, rest) = postcard::take_from_bytes::<Owner>(content(bytes)?).map_err(unreadable)?;
         self.check_owner(owner)?;
-        let ((mut run, engine), rest) = postcard::take_from_bytes::<Content>(rest).map_err(unreadable)?;
+        let ((mut run, snapshot), rest) = postcard::take_from_bytes::<Content>(rest).map_err(unreadable)?;
         if !rest.is_empty() {
             return Err(StateError::Unsound("there is more than a state").into());
         }
         run.check(self.balls())?;
-        if (run.phase > Phase::InitializationMode) != engine.is_some() {
+        if (run.phase > Phase::InitializationMode) != snapshot.is_some() {
             return Err(StateError::Unsound("the phase does not fit").into());
         }
-        if let Some(engine) = engine {
+        if let Some(snapshot) = snapshot {
             let start = run.experiment.unwrap_or_default().start;
             let failed = run.phase == Phase::Error;
-            let restored = Simulation::restore(&run.acting_parameters(), start, engine, failed);
-            run.engine = Some(restored.map_err(StateError::from)?);
+            let restored = Simulation::restore(&run.effective_parameters(), start, snapshot, failed);
+            run.simulation = Some(restored.map_err(StateError::from)?);
         }
         Ok(State { guid: self.guid.clone(), run })
     }

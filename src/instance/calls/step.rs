@@ -12,8 +12,8 @@ const CLOCK_TOLERANCE: f64 = 1e-12;
 impl Instance {
     /// Time that the last step reached, s.
     pub fn time(&self) -> f64 {
-        match &self.run.engine {
-            Some(engine) => engine.time(),
+        match &self.run.simulation {
+            Some(simulation) => simulation.time(),
             None => self.run.experiment.unwrap_or_default().start,
         }
     }
@@ -22,7 +22,7 @@ impl Instance {
     ///
     /// # Errors
     /// Refused, with nothing changed, if the times are no times or `current` is not where the instance is. If the
-    /// engine cannot go on the instance enters the error state.
+    /// simulation cannot go on the instance enters the error state.
     #[inline]
     pub fn step(&mut self, current: f64, step: f64) -> Result<(), Refusal> {
         let own = self.time();
@@ -39,16 +39,16 @@ impl Instance {
             return Ok(());
         }
         if self.run.inputs_changed || self.run.tuned_from.is_some() {
-            self.tell_engine()?;
+            self.update_simulation()?;
         }
         if let Some(stop) = self.run.experiment.and_then(|experiment| experiment.stop)
             && next > stop
-            && !self.run.past_stop_told
+            && !self.run.past_stop_logged
         {
-            self.tell_past_stop(next, stop);
+            self.log_past_stop(next, stop);
         }
-        let advanced = match &mut self.run.engine {
-            Some(engine) => engine.advance(next, &mut Reporter::new(&self.log, next)),
+        let advanced = match &mut self.run.simulation {
+            Some(simulation) => simulation.advance(next, &mut Reporter::new(&self.log, next)),
             None => return Err(Refusal::Missing("nothing is calculated yet")),
         };
         advanced.map_err(|error| self.fail(error))?;
@@ -85,27 +85,27 @@ impl Instance {
         Refusal::Step(error)
     }
 
-    /// Hands changed inputs and tunable parameters to the engine.
-    fn tell_engine(&mut self) -> Result<(), Refusal> {
+    /// Hands changed inputs and tunable parameters to the simulation.
+    fn update_simulation(&mut self) -> Result<(), Refusal> {
         let run = &mut self.run;
-        let Some(engine) = &mut run.engine else { return Ok(()) };
-        let mut told = Ok(());
+        let Some(simulation) = &mut run.simulation else { return Ok(()) };
+        let mut updated = Ok(());
         if std::mem::take(&mut run.inputs_changed) {
-            told = engine.hold(&run.settings.inputs, &run.input_derivatives);
+            updated = simulation.hold(&run.settings.inputs, &run.input_derivatives);
         }
         let retuned = run.tuned_from.take().is_some();
-        if retuned && told.is_ok() {
-            told = engine.retune(&run.settings.parameters);
+        if retuned && updated.is_ok() {
+            updated = simulation.retune(&run.settings.parameters);
         }
         if retuned {
-            self.tell_ignored_parameters();
+            self.log_ignored_parameters();
         }
-        told.map_err(|error| self.fail(error))
+        updated.map_err(|error| self.fail(error))
     }
 
     #[cold]
-    fn tell_past_stop(&mut self, next: f64, stop: f64) {
-        self.run.past_stop_told = true;
+    fn log_past_stop(&mut self, next: f64, stop: f64) {
+        self.run.past_stop_logged = true;
         self.log
             .solver(format_args!("the step to t = {next} s goes past stopTime = {stop} s; it is made all the same"));
     }

@@ -13,7 +13,7 @@ impl Instance {
         let variable = self.variable(reference)?;
         match variable.row.access {
             Access::Real(get) => {
-                let value = get(self.engine()?, variable.index);
+                let value = get(self.simulation()?, variable.index);
                 // In the error state values may be anything.
                 if value.is_nan() && self.run.phase != Phase::Error {
                     return Err(Refusal::NotANumber { variable: variable.to_string(), time: self.time() });
@@ -28,7 +28,7 @@ impl Instance {
     pub fn integer(&mut self, reference: u32) -> Result<i32, Refusal> {
         let variable = self.variable(reference)?;
         match variable.row.access {
-            Access::Count(get) => Ok(i32::try_from(get(self.engine()?, variable.index)).unwrap_or(i32::MAX)),
+            Access::Count(get) => Ok(i32::try_from(get(self.simulation()?, variable.index)).unwrap_or(i32::MAX)),
             _ => variable.item(&self.run.settings).ok_or_else(|| variable.wrong_type(Type::Integer).into()),
         }
     }
@@ -37,7 +37,7 @@ impl Instance {
     pub fn boolean(&mut self, reference: u32) -> Result<bool, Refusal> {
         let variable = self.variable(reference)?;
         match variable.row.access {
-            Access::Flag(get) => Ok(get(self.engine()?, variable.index)),
+            Access::Flag(get) => Ok(get(self.simulation()?, variable.index)),
             _ => Err(variable.wrong_type(Type::Boolean).into()),
         }
     }
@@ -100,12 +100,12 @@ impl Instance {
     }
 
     /// Says why variables cannot be set as values of type `asked`, of which the interface has none that are settable.
-    pub fn set_none(&mut self, references: &[u32], asked: Type) -> Result<(), Refusal> {
+    pub fn refuse_to_set(&mut self, references: &[u32], asked: Type) -> Result<(), Refusal> {
         references.iter().try_for_each(|reference| self.settable(*reference, asked).map(|_| ()))
     }
 
     /// Says why a variable cannot be read as a string: there are none.
-    pub fn string(&self, reference: u32) -> Refusal {
+    pub fn refuse_string(&self, reference: u32) -> Refusal {
         match self.variable(reference) {
             Ok(variable) => variable.wrong_type(Type::String).into(),
             Err(refusal) => refusal,
@@ -124,10 +124,10 @@ impl Instance {
         Ok(variable)
     }
 
-    /// Remembers that the engine does not know of a setting yet; `before` are the tunable parameters before the call.
+    /// Remembers that the simulation does not know of a setting yet; `before` are the tunable parameters before the call.
     fn changed(&mut self, variable: Variable, before: Tunables) {
         if self.run.phase != Phase::StepMode {
-            self.run.engine = None;
+            self.run.simulation = None;
         } else if variable.row.variability == Variability::Tunable {
             self.run.tuned_from.get_or_insert(before);
         } else {
