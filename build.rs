@@ -15,7 +15,7 @@ const FROM_CARGO: [(&str, &str); 4] = [
     ("description", "CARGO_PKG_DESCRIPTION"),
 ];
 
-/// Placeholders left for the library, see `src/variables/description.rs`.
+/// Placeholders left for the library, see `src/variables/description/xml.rs`.
 const AT_RUN_TIME: [&str; 11] = [
     "model",
     "guid",

@@ -7,7 +7,7 @@ mod host;
 pub use host::{Host, fmi2OK};
 
 use host::Instantiate;
-use newtons_cradle::variables::CHOICES;
+use newtons_cradle::variables::ENUMERATIONS;
 
 /// A real variable and the value to give it.
 pub type Setting<'a> = (&'a str, f64);
@@ -37,8 +37,8 @@ pub fn choose(host: &Host, variable: &str, type_name: &str, item: &str) {
 
 /// The integer of an item, if this build has it.
 pub fn choice(type_name: &str, item: &str) -> Option<i32> {
-    let choice = CHOICES.iter().find(|choice| choice.type_name == type_name)?;
-    choice.named(item).map(|item| item.value)
+    let enumeration = ENUMERATIONS.iter().find(|enumeration| enumeration.type_name == type_name)?;
+    enumeration.named(item).map(|item| item.value)
 }
 
 pub fn started(host: Host) -> Host {

@@ -119,7 +119,9 @@ impl Instance {
         let defaults = Settings::default_for(settings.balls());
         for variable in variables(settings.balls()).filter(|variable| !(variable.row.used)(&settings.parameters)) {
             let value = |of: &Settings| match variable.row.access {
-                Access::Choice(choice) => choice.item((choice.get)(&of.parameters)).map(|item| item.name.to_owned()),
+                Access::Enumeration(enumeration) => {
+                    enumeration.item((enumeration.get)(&of.parameters)).map(|item| item.name.to_owned())
+                }
                 _ => variable.real(of).map(|value| variable.row.quantified(Number(value))),
             };
             let (value, default) = (value(settings), value(&defaults));

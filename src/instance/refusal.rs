@@ -2,7 +2,7 @@
 
 use super::legality::{Call, Phase};
 use crate::engine::{EngineError, Unsound};
-use crate::variables::{Number, Refused};
+use crate::variables::{Number, VariableError};
 
 /// Why a call was refused. Unless it says otherwise, the instance is as it was before the call.
 #[derive(Clone, Debug, PartialEq)]
@@ -10,7 +10,7 @@ pub enum Refusal {
     /// The call is not legal in this phase.
     Phase { call: Call, phase: Phase },
     /// A value, a value reference, a name or a type is not accepted.
-    Value(Refused),
+    Value(VariableError),
     /// An argument is not accepted.
     Argument { name: &'static str, value: String, allowed: String },
     /// A saved state is not accepted.
@@ -77,9 +77,9 @@ impl From<StateError> for Refusal {
     }
 }
 
-impl From<Refused> for Refusal {
-    fn from(refused: Refused) -> Self {
-        Self::Value(refused)
+impl From<VariableError> for Refusal {
+    fn from(error: VariableError) -> Self {
+        Self::Value(error)
     }
 }
 

@@ -3,9 +3,10 @@
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
+use super::error::VariableError;
 use super::row::{Access, Type};
-use super::value::{Refused, Settings};
-use super::{DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, Variable};
+use super::settings::Settings;
+use super::variable::{DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, Variable};
 
 /// Name of the file in `resources/`.
 pub const FILE_NAME: &str = "cradle.json";
@@ -45,7 +46,7 @@ pub enum RecipeError {
     /// Number of balls outside of what is allowed.
     Balls(usize),
     /// A start value that is not accepted.
-    Start(Refused),
+    Start(VariableError),
 }
 
 impl std::fmt::Display for RecipeError {
@@ -61,9 +62,9 @@ impl std::fmt::Display for RecipeError {
 
 impl std::error::Error for RecipeError {}
 
-impl From<Refused> for RecipeError {
-    fn from(refused: Refused) -> Self {
-        Self::Start(refused)
+impl From<VariableError> for RecipeError {
+    fn from(error: VariableError) -> Self {
+        Self::Start(error)
     }
 }
 
@@ -101,7 +102,7 @@ impl Recipe {
         let mut settings = Settings::default_for(self.balls);
         for (name, value) in &self.start {
             let Some(variable) = Variable::named(name, self.balls) else {
-                return Err(Refused::UnknownName { name: name.clone(), balls: self.balls }.into());
+                return Err(VariableError::UnknownName { name: name.clone(), balls: self.balls }.into());
             };
             start(variable, value, &mut settings)?;
         }
@@ -109,7 +110,7 @@ impl Recipe {
     }
 }
 
-fn start(variable: Variable, value: &StartValue, settings: &mut Settings) -> Result<(), Refused> {
+fn start(variable: Variable, value: &StartValue, settings: &mut Settings) -> Result<(), VariableError> {
     match value {
         StartValue::Number(value) => {
             variable.check_settable(Type::Real, false)?;
@@ -118,14 +119,14 @@ fn start(variable: Variable, value: &StartValue, settings: &mut Settings) -> Res
         }
         StartValue::Item(name) => {
             variable.check_settable(Type::Integer, false)?;
-            let Access::Choice(choice) = variable.row.access else {
+            let Access::Enumeration(enumeration) = variable.row.access else {
                 return Err(variable.wrong_type(Type::Enumeration));
             };
-            let Some(item) = choice.named(name) else {
-                return Err(Refused::NotAllowed {
+            let Some(item) = enumeration.named(name) else {
+                return Err(VariableError::NotAllowed {
                     variable: variable.to_string(),
                     value: name.clone(),
-                    allowed: choice.to_string(),
+                    allowed: enumeration.to_string(),
                 });
             };
             variable.set_item(settings, item.value);

@@ -1,6 +1,6 @@
 //! What a row of the table says about a family of variables.
 
-use super::choice::Choice;
+use super::enumeration::Enumeration;
 use super::unit::Quantity;
 use crate::model::{Differential, Inputs, Parameters, Results};
 
@@ -69,9 +69,9 @@ pub enum Access {
     /// Real inputs, likewise.
     Input { get: fn(&Inputs) -> &[f64], set: fn(&mut Inputs) -> &mut [f64] },
     /// A parameter with named items.
-    Choice(&'static Choice),
+    Enumeration(&'static Enumeration),
     /// A real number that follows from the parameters alone.
-    Derived(fn(&Parameters) -> f64),
+    Calculated(fn(&Parameters) -> f64),
     /// A real result for ball or contact `i`.
     Real(fn(&dyn Results, usize) -> f64),
     /// A count.
@@ -84,8 +84,8 @@ impl Access {
     /// Data type of the variables behind it.
     pub const fn data_type(&self) -> Type {
         match self {
-            Self::Parameter { .. } | Self::Input { .. } | Self::Derived(_) | Self::Real(_) => Type::Real,
-            Self::Choice(_) => Type::Enumeration,
+            Self::Parameter { .. } | Self::Input { .. } | Self::Calculated(_) | Self::Real(_) => Type::Real,
+            Self::Enumeration(_) => Type::Enumeration,
             Self::Count(_) => Type::Integer,
             Self::Flag(_) => Type::Boolean,
         }
@@ -170,7 +170,7 @@ pub struct Row {
     pub access: Access,
     /// Whether the laws selected make use of it; a parameter out of use is ignored.
     pub used: fn(&Parameters) -> bool,
-    /// Derivative of a real result, for ball or contact `i`; outputs and derived parameters have one.
+    /// Derivative of a real result, for ball or contact `i`; outputs and calculated parameters have one.
     pub derivative: Option<fn(&Differential, usize) -> f64>,
     /// Dependencies of a calculated value at initialization.
     pub initially: Initially,
@@ -189,7 +189,7 @@ impl Row {
         matches!(self.causality, Causality::Input) || matches!(self.variability, Variability::Tunable)
     }
 
-    /// Unit, or nothing for counts, truth values and choices.
+    /// Unit, or nothing for counts, truth values and enumerations.
     pub fn unit(&self) -> &'static str {
         self.quantity.map_or("", |quantity| quantity.unit.name)
     }
@@ -247,18 +247,18 @@ pub const fn parameter(
 }
 
 /// A parameter with named items.
-pub const fn choice(name: &'static str, choice: &'static Choice, description: &'static str) -> Row {
-    row(name, Shape::Scalar, Causality::Parameter, Access::Choice(choice), None, description)
+pub const fn enumeration(name: &'static str, enumeration: &'static Enumeration, description: &'static str) -> Row {
+    row(name, Shape::Scalar, Causality::Parameter, Access::Enumeration(enumeration), None, description)
 }
 
 /// A parameter that follows from others.
-pub const fn derived(
+pub const fn calculated(
     name: &'static str,
     quantity: &'static Quantity,
     access: fn(&Parameters) -> f64,
     description: &'static str,
 ) -> Row {
-    row(name, Shape::Scalar, Causality::CalculatedParameter, Access::Derived(access), Some(quantity), description)
+    row(name, Shape::Scalar, Causality::CalculatedParameter, Access::Calculated(access), Some(quantity), description)
 }
 
 /// A real input.

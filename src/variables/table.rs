@@ -2,11 +2,13 @@
 //!
 //! Start values are those of [`Parameters::default_for`], read through the row's own accessor.
 
-use super::choice::{CONTACT_MODEL, DAMPING_LAW, SOLVER_METHOD};
+use std::slice::{from_mut, from_ref};
+
+use super::enumeration::{CONTACT_MODEL, DAMPING_LAW, SOLVER_METHOD};
 use super::row::Causality::{Local, Output};
 use super::row::Shape::{Balls, Contacts, Scalar};
 use super::row::{ANY, Access, NOT_NEGATIVE, POSITIVE, Row, between};
-use super::row::{choice, count, derived, flag, input, parameter, real};
+use super::row::{calculated, count, enumeration, flag, input, parameter, real};
 use super::unit::{
     ACCELERATION, DAMPING, DRAG, ELASTIC_MODULUS, ENERGY, FORCE, IMPULSE, LENGTH, MASS, MOMENTUM, RATIO, SLOWNESS,
     STIFFNESS, TIME, VELOCITY,
@@ -105,7 +107,7 @@ pub static TABLE: &[Row] = &[
         "Length of pendulum {i} over pendulum.length"),
     parameter("pendulum.drag", Scalar, &DRAG, NOT_NEGATIVE, one!(drag),
         "Viscous drag b on every ball; it reacts on the support").tunable(),
-    choice("contact.model", &CONTACT_MODEL,
+    enumeration("contact.model", &CONTACT_MODEL,
         "Force law of the contacts"),
     parameter("contact.stiffness", Scalar, &STIFFNESS, POSITIVE, one!(stiffness),
         "Secant stiffness k at the overlap contact.overlapRef, for powerLaw contacts").nominal(1e10).used_if(power_law),
@@ -119,7 +121,7 @@ pub static TABLE: &[Row] = &[
         "Distance beyond the gap that neighbours travel before their contact acts").nominal(1e-6),
     parameter("contact.gap", Contacts, &LENGTH, ANY, each!(gap),
         "Gap between balls {i} and {j} at rest; negative if they are pre-compressed").nominal(1e-6),
-    choice("contact.dampingLaw", &DAMPING_LAW,
+    enumeration("contact.dampingLaw", &DAMPING_LAW,
         "Damping law of the contacts").used_if(compliant),
     parameter("contact.damping", Scalar, &DAMPING, NOT_NEGATIVE, one!(damping),
         "Damping c of the kelvinVoigt laws").tunable().used_if(kelvin_voigt),
@@ -131,14 +133,14 @@ pub static TABLE: &[Row] = &[
         "Position of ball {i} at the start time"),
     parameter("v_start", Balls, &VELOCITY, ANY, each!(v_start),
         "Velocity of ball {i} at the start time"),
-    choice("solver.method", &SOLVER_METHOD,
+    enumeration("solver.method", &SOLVER_METHOD,
         "Method of solution"),
     parameter("solver.tolerance", Scalar, &RATIO, between(1e-14, 1e-3), one!(tolerance),
         "Relative tolerance of all methods but rk4; a host's own tolerance can only tighten it").nominal(1e-12)
         .used_if(error_control),
     parameter("solver.fixedStep", Scalar, &TIME, POSITIVE, one!(fixed_step),
         "Step of the rk4 method").nominal(1e-6).used_if(fixed_steps),
-    derived("pendulum.period", &TIME, period,
+    calculated("pendulum.period", &TIME, period,
         "Period of ball 1; 1e30 without gravity")
         .initially(&[&["gravity", "pendulum.length", "pendulum.lengthRatio[1]"]])
         .derivative(|d, _| d.period),
@@ -218,3 +220,29 @@ pub static TABLE: &[Row] = &[
     count("solver.events", Scalar, Local, |s, _| s.work().events,
         "Onsets, releases and switchings of contact laws since the start"),
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::variables::row::{Causality, Type};
+
+    #[test]
+    fn reals_and_only_reals_have_a_quantity() {
+        for row in TABLE {
+            assert_eq!(row.quantity.is_some(), row.access.data_type() == Type::Real, "{}", row.name);
+        }
+    }
+
+    #[test]
+    fn causality_fits_access() {
+        for row in TABLE {
+            let fits = match row.access {
+                Access::Parameter { .. } | Access::Enumeration(_) => row.causality == Causality::Parameter,
+                Access::Input { .. } => row.causality == Causality::Input,
+                Access::Calculated(_) => row.causality == Causality::CalculatedParameter,
+                _ => matches!(row.causality, Causality::Output | Causality::Local),
+            };
+            assert!(fits, "{}", row.name);
+        }
+    }
+}

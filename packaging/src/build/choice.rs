@@ -5,7 +5,8 @@ use std::fs;
 use std::path::Path;
 
 use newtons_cradle::variables::{
-    Access, DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, Recipe, RecipeError, Refused, Row, Shape, StartValue, TABLE, Variable,
+    Access, DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, Recipe, RecipeError, Row, Shape, StartValue, TABLE, Variable,
+    VariableError,
 };
 use toml::{Table, Value};
 
@@ -156,7 +157,7 @@ fn elements(name: &str, values: Vec<StartValue>, balls: usize) -> Result<Vec<(St
     if row.shape == Shape::Scalar {
         let named = |value| match (value, row.access) {
             // The user may have meant an item's integer; the error names the items.
-            (StartValue::Number(number), Access::Choice(_)) => StartValue::Item(number.to_string()),
+            (StartValue::Number(number), Access::Enumeration(_)) => StartValue::Item(number.to_string()),
             (value, _) => value,
         };
         return single(name, values.into_iter().map(named).collect());
@@ -182,7 +183,7 @@ fn single(name: &str, values: Vec<StartValue>) -> Result<Vec<(String, StartValue
 
 /// The error, with the names that there are if it is a name.
 fn told(error: RecipeError) -> String {
-    let RecipeError::Start(Refused::UnknownName { .. }) = error else { return error.to_string() };
+    let RecipeError::Start(VariableError::UnknownName { .. }) = error else { return error.to_string() };
     let name = |row: &Row| match row.shape {
         Shape::Scalar => row.name.to_owned(),
         Shape::Balls => format!("{}[1..n]", row.name),
@@ -195,7 +196,7 @@ fn told(error: RecipeError) -> String {
 /// What a start value is in a parameter file.
 pub fn in_words(variable: Variable, value: &StartValue) -> String {
     match (value, variable.row.access) {
-        (StartValue::Item(item), Access::Choice(_)) => format!("{variable} = {item}"),
+        (StartValue::Item(item), Access::Enumeration(_)) => format!("{variable} = {item}"),
         (StartValue::Item(item), _) => format!("{variable} = \"{item}\""),
         (StartValue::Number(number), _) => {
             let number = newtons_cradle::variables::Number(*number);

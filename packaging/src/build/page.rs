@@ -49,11 +49,11 @@ fn start_value(start: &Settings, position: usize, row: &'static Row) -> String {
     let values: Vec<String> = (0..row.shape.len(start.balls()))
         .filter_map(|index| {
             let variable = Variable { row, position, index };
-            let item = |choice: &newtons_cradle::variables::Choice| {
-                variable.item(start).and_then(|value| choice.item(value)).map(|item| item.name.to_owned())
+            let item = |enumeration: &newtons_cradle::variables::Enumeration| {
+                variable.item(start).and_then(|value| enumeration.item(value)).map(|item| item.name.to_owned())
             };
             match row.access {
-                Access::Choice(choice) => item(choice),
+                Access::Enumeration(enumeration) => item(enumeration),
                 _ => variable.real(start).map(|value| Number(value).to_string()),
             }
         })
@@ -69,8 +69,8 @@ fn start_value(start: &Settings, position: usize, row: &'static Row) -> String {
 /// What is allowed and when.
 fn remarks(row: &Row) -> String {
     let mut text = String::new();
-    if let Access::Choice(choice) = row.access {
-        let _ = write!(text, ": {choice}");
+    if let Access::Enumeration(enumeration) = row.access {
+        let _ = write!(text, ": {enumeration}");
     }
     if row.causality == Causality::Parameter && (row.range.min.is_some() || row.range.max.is_some()) {
         let _ = write!(text, ". Allowed: {}", row.range);

@@ -4,7 +4,7 @@ use crate::engine::{Differential, MAX_OUTPUT_DERIVATIVE};
 use crate::instance::legality::Phase;
 use crate::instance::lifecycle::Instance;
 use crate::instance::refusal::Refusal;
-use crate::variables::{Causality, Refused, Settings, Type, Variable};
+use crate::variables::{Causality, Settings, Type, Variable, VariableError};
 
 /// What has derivatives by time, and along a direction.
 const OUTPUTS: &str = "real outputs";
@@ -21,7 +21,7 @@ impl Instance {
             let variable = self.differentiable(*reference, &[Causality::Output], OUTPUTS)?;
             let wanted = usize::try_from(*order).unwrap_or_default();
             let Some(slot) = wanted.checked_sub(1).and_then(|place| known.get_mut(place)) else {
-                return Err(Refused::NotAllowed {
+                return Err(VariableError::NotAllowed {
                     variable: format!("order of the derivative of {variable}"),
                     value: order.to_string(),
                     allowed: format!("1 to {MAX_OUTPUT_DERIVATIVE}"),
@@ -51,7 +51,7 @@ impl Instance {
             let input = variable.row.causality == Causality::Input;
             let parameter = variable.row.settable() && variable.row.access.data_type() == Type::Real;
             if !(input || initializing && parameter) {
-                return Err(Refused::NotDifferentiable {
+                return Err(VariableError::NotDifferentiable {
                     variable: format!("along {variable} nothing"),
                     allowed: INPUTS,
                 }
@@ -92,7 +92,7 @@ impl Instance {
             return Err(variable.wrong_type(Type::Real).into());
         }
         if variable.row.derivative.is_none() || !causalities.contains(&variable.row.causality) {
-            return Err(Refused::NotDifferentiable { variable: variable.to_string(), allowed }.into());
+            return Err(VariableError::NotDifferentiable { variable: variable.to_string(), allowed }.into());
         }
         Ok(variable)
     }

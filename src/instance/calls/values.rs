@@ -4,7 +4,7 @@ use crate::instance::legality::Phase;
 use crate::instance::lifecycle::Instance;
 use crate::instance::refusal::Refusal;
 use crate::model::{Inputs, Tunables};
-use crate::variables::{Access, Refused, Type, Variability, Variable};
+use crate::variables::{Access, Type, Variability, Variable, VariableError};
 
 impl Instance {
     /// Reads a real variable.
@@ -115,7 +115,7 @@ impl Instance {
     #[inline]
     pub(super) fn variable(&self, reference: u32) -> Result<Variable, Refusal> {
         let balls = self.balls();
-        Variable::at(reference, balls).ok_or_else(|| Refused::UnknownReference { reference, balls }.into())
+        Variable::at(reference, balls).ok_or_else(|| VariableError::UnknownReference { reference, balls }.into())
     }
 
     fn settable(&self, reference: u32, asked: Type) -> Result<Variable, Refusal> {

@@ -14,7 +14,7 @@ pub struct Item {
 }
 
 /// An enumeration and where its value is.
-pub struct Choice {
+pub struct Enumeration {
     /// Name of the type definition.
     pub type_name: &'static str,
     /// Its items.
@@ -25,7 +25,7 @@ pub struct Choice {
     pub set: fn(&mut Parameters, i32),
 }
 
-impl Choice {
+impl Enumeration {
     /// The item with this integer.
     pub fn item(&self, value: i32) -> Option<&'static Item> {
         self.items.iter().find(|item| item.value == value)
@@ -38,7 +38,7 @@ impl Choice {
 }
 
 /// What may be chosen, for messages: `powerLaw (1) or hertz (2) or rigid (3)`.
-impl std::fmt::Display for Choice {
+impl std::fmt::Display for Enumeration {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         for (i, item) in self.items.iter().enumerate() {
             let separator = if i == 0 { "" } else { " or " };
@@ -53,7 +53,7 @@ const fn item(value: i32, name: &'static str, description: &'static str) -> Item
 }
 
 /// `contact.model`.
-pub static CONTACT_MODEL: Choice = Choice {
+pub static CONTACT_MODEL: Enumeration = Enumeration {
     type_name: "ContactModel",
     items: &[
         item(1, "powerLaw", "F = k r (d/d_ref)^(p-1) d for an overlap d"),
@@ -74,7 +74,7 @@ pub static CONTACT_MODEL: Choice = Choice {
 };
 
 /// `contact.dampingLaw`.
-pub static DAMPING_LAW: Choice = Choice {
+pub static DAMPING_LAW: Enumeration = Enumeration {
     type_name: "DampingLaw",
     items: &[
         item(1, "kelvinVoigt", "adds c times the rate of the overlap; may pull just before the balls part"),
@@ -99,7 +99,7 @@ pub static DAMPING_LAW: Choice = Choice {
 };
 
 /// `solver.method`.
-pub static SOLVER_METHOD: Choice = Choice {
+pub static SOLVER_METHOD: Enumeration = Enumeration {
     type_name: "SolverMethod",
     items: &[
         item(1, "eventDriven", "exact flight between contacts, adaptive integration of the balls in contact"),
@@ -123,7 +123,7 @@ pub static SOLVER_METHOD: Choice = Choice {
 };
 
 /// Every enumeration.
-pub static CHOICES: &[&Choice] = &[&CONTACT_MODEL, &DAMPING_LAW, &SOLVER_METHOD];
+pub static ENUMERATIONS: &[&Enumeration] = &[&CONTACT_MODEL, &DAMPING_LAW, &SOLVER_METHOD];
 
 #[cfg(test)]
 mod tests {
@@ -131,14 +131,14 @@ mod tests {
 
     #[test]
     fn every_item_can_be_selected_and_read_back() {
-        for choice in CHOICES {
+        for enumeration in ENUMERATIONS {
             let mut parameters = Parameters::default_for(5);
-            for item in choice.items {
-                (choice.set)(&mut parameters, item.value);
-                assert_eq!((choice.get)(&parameters), item.value, "{}", item.name);
-                assert_eq!(choice.named(item.name).unwrap().value, item.value);
+            for item in enumeration.items {
+                (enumeration.set)(&mut parameters, item.value);
+                assert_eq!((enumeration.get)(&parameters), item.value, "{}", item.name);
+                assert_eq!(enumeration.named(item.name).unwrap().value, item.value);
             }
-            assert!(choice.item(0).is_none() && choice.item(99).is_none());
+            assert!(enumeration.item(0).is_none() && enumeration.item(99).is_none());
         }
     }
 }

@@ -1,8 +1,10 @@
 //! ModelStructure: which unknowns there are and on what they depend.
 
-use super::row::{Causality, Initially, Row, Shape};
-use super::{TABLE, Variable, variables};
 use std::fmt::{self, Write};
+
+use crate::variables::row::{Causality, Initially, Row, Shape};
+use crate::variables::table::TABLE;
+use crate::variables::variable::{Variable, variables};
 
 /// Writes Outputs and InitialUnknowns for `balls` balls.
 ///

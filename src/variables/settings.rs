@@ -1,11 +1,13 @@
-//! Values behind the table: what may be set, and setting it.
+//! What a host has set: the values of parameters and inputs, what is allowed for them, and setting them by variable.
 
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 
-use super::row::{ANY, Access, Causality, Type};
+use super::error::VariableError;
+use super::row::{ANY, Access, Type};
+use super::table::TABLE;
 use super::text::Number;
-use super::{TABLE, Variable, variables};
+use super::variable::{Variable, variables};
 use crate::model::{Inputs, MAX_INPUT_DERIVATIVE, Parameters};
 
 /// Everything a host can set.
@@ -49,87 +51,27 @@ impl Settings {
     }
 }
 
-/// A value that is not accepted, and what would be.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Refused {
-    /// No variable has this value reference.
-    UnknownReference { reference: u32, balls: usize },
-    /// No variable has this name.
-    UnknownName { name: String, balls: usize },
-    /// The variable has another type.
-    WrongType { variable: String, actual: Type, asked: Type },
-    /// The variable cannot be set at all.
-    NotSettable { variable: String, causality: Causality },
-    /// Derivatives can only be given for inputs.
-    NotInput { variable: String, causality: Causality },
-    /// The variable has no derivative of the kind asked for.
-    NotDifferentiable { variable: String, allowed: &'static str },
-    /// The variable cannot be set any more.
-    Fixed { variable: String },
-    /// The value is outside of what is allowed.
-    NotAllowed { variable: String, value: String, allowed: String },
-}
-
-impl std::fmt::Display for Refused {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::UnknownReference { reference, balls } => {
-                write!(f, "no variable has the value reference {reference} in this FMU of {balls} ball(s)")
-            }
-            Self::UnknownName { name, balls } => {
-                write!(f, "no variable has the name \"{name}\" in this FMU of {balls} ball(s)")
-            }
-            Self::WrongType { variable, actual, asked } => {
-                write!(f, "{variable} is of type {actual:?}, not {asked:?}")
-            }
-            Self::NotSettable { variable, causality } => {
-                write!(
-                    f,
-                    "{variable} cannot be set: only parameters and inputs can, and it is of causality {causality:?}"
-                )
-            }
-            Self::NotInput { variable, causality } => {
-                write!(
-                    f,
-                    "{variable} can have no derivative set: only inputs can, and it is of causality {causality:?}"
-                )
-            }
-            Self::NotDifferentiable { variable, allowed } => {
-                write!(f, "{variable} has no such derivative; allowed: {allowed}")
-            }
-            Self::Fixed { variable } => {
-                write!(f, "{variable} cannot be set after initialization: only inputs and tunable parameters can")
-            }
-            Self::NotAllowed { variable, value, allowed } => {
-                write!(f, "{variable} = {value} is refused; allowed: {allowed}")
-            }
-        }
-    }
-}
-
-impl std::error::Error for Refused {}
-
 impl Variable {
     /// Whether a host may set it as a value of type `asked`; `between_steps` when initialization is over.
-    pub fn check_settable(&self, asked: Type, between_steps: bool) -> Result<(), Refused> {
+    pub fn check_settable(&self, asked: Type, between_steps: bool) -> Result<(), VariableError> {
         if !self.is_of(asked) {
             return Err(self.wrong_type(asked));
         }
         if !self.row.settable() {
-            return Err(Refused::NotSettable { variable: self.to_string(), causality: self.row.causality });
+            return Err(VariableError::NotSettable { variable: self.to_string(), causality: self.row.causality });
         }
         if between_steps && !self.row.settable_between_steps() {
-            return Err(Refused::Fixed { variable: self.to_string() });
+            return Err(VariableError::Fixed { variable: self.to_string() });
         }
         Ok(())
     }
 
     /// Whether `value` is finite and in range.
-    pub fn check_real(&self, value: f64) -> Result<(), Refused> {
+    pub fn check_real(&self, value: f64) -> Result<(), VariableError> {
         if self.row.range.contains(value) {
             return Ok(());
         }
-        Err(Refused::NotAllowed {
+        Err(VariableError::NotAllowed {
             variable: self.to_string(),
             value: self.row.quantified(Number(value)),
             allowed: self.row.quantified(self.row.range),
@@ -137,11 +79,11 @@ impl Variable {
     }
 
     /// Whether it is an input, and its derivative by time of this order (1/s^order times its unit) may be `value`.
-    pub fn check_input_derivative(&self, order: i32, value: f64) -> Result<(), Refused> {
+    pub fn check_input_derivative(&self, order: i32, value: f64) -> Result<(), VariableError> {
         if !matches!(self.row.access, Access::Input { .. }) {
-            return Err(Refused::NotInput { variable: self.to_string(), causality: self.row.causality });
+            return Err(VariableError::NotInput { variable: self.to_string(), causality: self.row.causality });
         }
-        let refused = |variable, value, allowed| Err(Refused::NotAllowed { variable, value, allowed });
+        let refused = |variable, value, allowed| Err(VariableError::NotAllowed { variable, value, allowed });
         if !usize::try_from(order).is_ok_and(|order| (1..=MAX_INPUT_DERIVATIVE).contains(&order)) {
             return refused(
                 format!("order of the derivative of {self}"),
@@ -156,20 +98,20 @@ impl Variable {
     }
 
     /// Whether `value` is the integer of an item.
-    pub fn check_item(&self, value: i32) -> Result<(), Refused> {
+    pub fn check_item(&self, value: i32) -> Result<(), VariableError> {
         match self.row.access {
-            Access::Choice(choice) if choice.item(value).is_none() => Err(Refused::NotAllowed {
+            Access::Enumeration(enumeration) if enumeration.item(value).is_none() => Err(VariableError::NotAllowed {
                 variable: self.to_string(),
                 value: value.to_string(),
-                allowed: choice.to_string(),
+                allowed: enumeration.to_string(),
             }),
             _ => Ok(()),
         }
     }
 
     /// The error for a getter or setter of the wrong type.
-    pub fn wrong_type(&self, asked: Type) -> Refused {
-        Refused::WrongType { variable: self.to_string(), actual: self.row.access.data_type(), asked }
+    pub fn wrong_type(&self, asked: Type) -> VariableError {
+        VariableError::WrongType { variable: self.to_string(), actual: self.row.access.data_type(), asked }
     }
 
     fn is_of(&self, asked: Type) -> bool {
@@ -179,21 +121,21 @@ impl Variable {
         }
     }
 
-    /// A real parameter, input or derived parameter; nothing for anything else.
+    /// A real parameter, input or calculated parameter; nothing for anything else.
     #[inline]
     pub fn real(&self, settings: &Settings) -> Option<f64> {
         match self.row.access {
             Access::Parameter { get, .. } => get(&settings.parameters).get(self.index).copied(),
             Access::Input { get, .. } => get(&settings.inputs).get(self.index).copied(),
-            Access::Derived(get) => Some(get(&settings.parameters)),
+            Access::Calculated(get) => Some(get(&settings.parameters)),
             _ => None,
         }
     }
 
-    /// The integer of a choice; nothing for anything else.
+    /// The integer of an enumeration; nothing for anything else.
     pub fn item(&self, settings: &Settings) -> Option<i32> {
         match self.row.access {
-            Access::Choice(choice) => Some((choice.get)(&settings.parameters)),
+            Access::Enumeration(enumeration) => Some((enumeration.get)(&settings.parameters)),
             _ => None,
         }
     }
@@ -219,24 +161,10 @@ impl Variable {
 
     /// Selects an item that was checked. Says whether that changed anything.
     pub fn set_item(&self, settings: &mut Settings, value: i32) -> bool {
-        let Access::Choice(choice) = self.row.access else { return false };
-        let before = (choice.get)(&settings.parameters);
-        (choice.set)(&mut settings.parameters, value);
-        before != (choice.get)(&settings.parameters)
-    }
-
-    /// Writes the description with the index filled in, and what the attributes of the description cannot say.
-    pub fn describe(&self, out: &mut impl Write) -> std::fmt::Result {
-        let mut pieces = self.row.description.split('{');
-        out.write_str(pieces.next().unwrap_or_default())?;
-        for piece in pieces {
-            match (piece.strip_prefix("i}"), piece.strip_prefix("j}")) {
-                (Some(rest), _) => write!(out, "{}{rest}", self.index + 1)?,
-                (_, Some(rest)) => write!(out, "{}{rest}", self.index + 2)?,
-                _ => write!(out, "{{{piece}")?,
-            }
-        }
-        if self.row.range.above_min && self.row.settable() { out.write_str("; 0 itself is refused") } else { Ok(()) }
+        let Access::Enumeration(enumeration) = self.row.access else { return false };
+        let before = (enumeration.get)(&settings.parameters);
+        (enumeration.set)(&mut settings.parameters, value);
+        before != (enumeration.get)(&settings.parameters)
     }
 }
 
@@ -263,7 +191,7 @@ mod tests {
         for variable in variables(3).filter(|variable| variable.row.settable()) {
             let mut settings = Settings::default_for(3);
             if variable.row.access.data_type() != Type::Real {
-                continue; // Choices are tested with their items.
+                continue; // Enumerations are tested with their items.
             }
             // The upper limit where there is one, but not the default.
             let max = variable.row.range.max.filter(|max| variable.real(&settings) != Some(*max));

@@ -1,10 +1,16 @@
 //! modelDescription.xml: the template with everything filled in that depends on n, the start values or the table.
 
-use super::row::{Access, Causality, Type, Variability};
-use super::structure::write_structure;
-use super::text::{Escaped, Number};
-use super::{CHOICES, QUANTITIES, Row, Settings, TABLE, UNITS, Variable};
 use std::fmt::{self, Write};
+
+use super::log_category::LOG_CATEGORIES;
+use super::structure::write_structure;
+use crate::variables::enumeration::ENUMERATIONS;
+use crate::variables::row::{Access, Causality, Row, Type, Variability};
+use crate::variables::settings::Settings;
+use crate::variables::table::TABLE;
+use crate::variables::text::{Escaped, Number};
+use crate::variables::unit::{QUANTITIES, UNITS};
+use crate::variables::variable::Variable;
 
 /// Model name, model identifier and file name.
 pub const MODEL_IDENTIFIER: &str = "NewtonsCradle";
@@ -20,40 +26,6 @@ const TEMPLATE: &str = include_str!(concat!(env!("OUT_DIR"), "/modelDescription.
 
 /// Namespace of the GUIDs: any constant will do, as long as it stays.
 const NAMESPACE: uuid::Uuid = uuid::Uuid::from_u128(0x6c1f_9a52_54f0_4b0e_9c4e_27a5_8d31_70b6);
-
-/// A category of log lines.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LogCategory {
-    Events,
-    Solver,
-    Warning,
-    Error,
-}
-
-/// Every category of log lines, in the order of the enumeration.
-pub const LOG_CATEGORIES: [LogCategory; 4] =
-    [LogCategory::Events, LogCategory::Solver, LogCategory::Warning, LogCategory::Error];
-
-impl LogCategory {
-    /// Name in the description and in the host's log.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Events => "logEvents",
-            Self::Solver => "logSolver",
-            Self::Warning => "logStatusWarning",
-            Self::Error => "logStatusError",
-        }
-    }
-
-    const fn description(self) -> &'static str {
-        match self {
-            Self::Events => "One line for each finished pulse: contact, onset, release, peak force and impulse",
-            Self::Solver => "What the solver does with the settings it was given",
-            Self::Warning => "Warnings",
-            Self::Error => "Refused calls and failed steps, with the reason",
-        }
-    }
-}
 
 /// The description of the FMU whose start values are `start`.
 pub struct Description<'a> {
@@ -127,9 +99,9 @@ fn write_types(out: &mut String) -> fmt::Result {
         let (name, unit) = (quantity.name, quantity.unit.name);
         writeln!(out, "    <SimpleType name=\"{name}\"><Real quantity=\"{name}\" unit=\"{unit}\"/></SimpleType>")?;
     }
-    for choice in CHOICES {
-        writeln!(out, "    <SimpleType name=\"{}\">\n      <Enumeration>", choice.type_name)?;
-        for item in choice.items {
+    for enumeration in ENUMERATIONS {
+        writeln!(out, "    <SimpleType name=\"{}\">\n      <Enumeration>", enumeration.type_name)?;
+        for item in enumeration.items {
             let description = Escaped(item.description);
             writeln!(
                 out,
@@ -159,7 +131,7 @@ fn write_row(out: &mut String, start: &Settings, position: usize, row: &'static 
         write!(out, "    <ScalarVariable name=\"{variable}\" valueReference=\"{}\"", variable.reference())?;
         out.write_str(&common)?;
         // The texts of the table need no escapes (a test checks it).
-        variable.describe(out)?;
+        write_text(out, variable)?;
         out.write_str("\">\n      ")?;
         out.write_str(&element)?;
         if row.settable() {
@@ -172,6 +144,24 @@ fn write_row(out: &mut String, start: &Settings, position: usize, row: &'static 
         out.write_str("/>\n    </ScalarVariable>\n")?;
     }
     Ok(())
+}
+
+/// Writes the description with the index filled in, and what the attributes of the description cannot say.
+fn write_text(out: &mut String, variable: Variable) -> fmt::Result {
+    let mut pieces = variable.row.description.split('{');
+    out.write_str(pieces.next().unwrap_or_default())?;
+    for piece in pieces {
+        match (piece.strip_prefix("i}"), piece.strip_prefix("j}")) {
+            (Some(rest), _) => write!(out, "{}{rest}", variable.index + 1)?,
+            (_, Some(rest)) => write!(out, "{}{rest}", variable.index + 2)?,
+            _ => write!(out, "{{{piece}")?,
+        }
+    }
+    if variable.row.range.above_min && variable.row.settable() {
+        out.write_str("; 0 itself is refused")
+    } else {
+        Ok(())
+    }
 }
 
 /// Attributes of a ScalarVariable up to the description's opening quote, less name and value reference.
@@ -211,8 +201,8 @@ fn element(row: &Row) -> String {
         attribute("declaredType", &quantity.name);
         attribute("unit", &quantity.unit.name);
     }
-    if let Access::Choice(choice) = row.access {
-        attribute("declaredType", &choice.type_name);
+    if let Access::Enumeration(enumeration) = row.access {
+        attribute("declaredType", &enumeration.type_name);
     }
     for (name, value) in [("min", row.range.min), ("max", row.range.max), ("nominal", row.nominal)] {
         if let Some(value) = value {

@@ -1,0 +1,36 @@
+//! Categories of log lines, between which a user of the host can choose.
+
+/// A category of log lines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LogCategory {
+    Events,
+    Solver,
+    Warning,
+    Error,
+}
+
+/// Every category of log lines, in the order of the enumeration.
+pub const LOG_CATEGORIES: [LogCategory; 4] =
+    [LogCategory::Events, LogCategory::Solver, LogCategory::Warning, LogCategory::Error];
+
+impl LogCategory {
+    /// Name in the description and in the host's log.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Events => "logEvents",
+            Self::Solver => "logSolver",
+            Self::Warning => "logStatusWarning",
+            Self::Error => "logStatusError",
+        }
+    }
+
+    /// Text for the user.
+    pub(super) const fn description(self) -> &'static str {
+        match self {
+            Self::Events => "One line for each finished pulse: contact, onset, release, peak force and impulse",
+            Self::Solver => "What the solver does with the settings it was given",
+            Self::Warning => "Warnings",
+            Self::Error => "Refused calls and failed steps, with the reason",
+        }
+    }
+}

@@ -1,0 +1,63 @@
+//! Why a variable, or a value for it, is not accepted.
+
+use super::row::{Causality, Type};
+
+/// A variable or value that is not accepted, and what would be.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum VariableError {
+    /// No variable has this value reference.
+    UnknownReference { reference: u32, balls: usize },
+    /// No variable has this name.
+    UnknownName { name: String, balls: usize },
+    /// The variable has another type.
+    WrongType { variable: String, actual: Type, asked: Type },
+    /// The variable cannot be set at all.
+    NotSettable { variable: String, causality: Causality },
+    /// Derivatives can only be given for inputs.
+    NotInput { variable: String, causality: Causality },
+    /// The variable has no derivative of the kind asked for.
+    NotDifferentiable { variable: String, allowed: &'static str },
+    /// The variable cannot be set any more.
+    Fixed { variable: String },
+    /// The value is outside of what is allowed.
+    NotAllowed { variable: String, value: String, allowed: String },
+}
+
+impl std::fmt::Display for VariableError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::UnknownReference { reference, balls } => {
+                write!(f, "no variable has the value reference {reference} in this FMU of {balls} ball(s)")
+            }
+            Self::UnknownName { name, balls } => {
+                write!(f, "no variable has the name \"{name}\" in this FMU of {balls} ball(s)")
+            }
+            Self::WrongType { variable, actual, asked } => {
+                write!(f, "{variable} is of type {actual:?}, not {asked:?}")
+            }
+            Self::NotSettable { variable, causality } => {
+                write!(
+                    f,
+                    "{variable} cannot be set: only parameters and inputs can, and it is of causality {causality:?}"
+                )
+            }
+            Self::NotInput { variable, causality } => {
+                write!(
+                    f,
+                    "{variable} can have no derivative set: only inputs can, and it is of causality {causality:?}"
+                )
+            }
+            Self::NotDifferentiable { variable, allowed } => {
+                write!(f, "{variable} has no such derivative; allowed: {allowed}")
+            }
+            Self::Fixed { variable } => {
+                write!(f, "{variable} cannot be set after initialization: only inputs and tunable parameters can")
+            }
+            Self::NotAllowed { variable, value, allowed } => {
+                write!(f, "{variable} = {value} is refused; allowed: {allowed}")
+            }
+        }
+    }
+}
+
+impl std::error::Error for VariableError {}

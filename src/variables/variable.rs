@@ -1,0 +1,123 @@
+//! A variable of the interface: found by name or value reference, and listed in the order of the description.
+//!
+//! A value reference is the row's position times 16384 plus the zero-based index, so that it does not depend on n and a getter finds
+//! its row by one array access.
+
+use super::row::{Row, Shape};
+use super::table::TABLE;
+
+/// Smallest number of balls.
+pub const MIN_BALLS: usize = 1;
+/// Largest number of balls; every index fits into a value reference.
+pub const MAX_BALLS: usize = 10_000;
+/// Number of balls without resources.
+pub const DEFAULT_BALLS: usize = 5;
+
+const INDEX_BITS: u32 = 14;
+const INDEX_MASK: u32 = (1 << INDEX_BITS) - 1;
+
+/// One variable: a row and a zero-based index that exists.
+#[derive(Clone, Copy)]
+pub struct Variable {
+    /// Its row.
+    pub row: &'static Row,
+    /// Position of its row in [`TABLE`].
+    pub position: usize,
+    /// Zero-based ball or contact; 0 for scalars.
+    pub index: usize,
+}
+
+impl Variable {
+    /// The variable behind a value reference in a cradle of `balls` balls.
+    #[inline]
+    pub fn at(reference: u32, balls: usize) -> Option<Self> {
+        let position = (reference >> INDEX_BITS) as usize;
+        let index = (reference & INDEX_MASK) as usize;
+        let row = TABLE.get(position)?;
+        (index < row.shape.len(balls)).then_some(Self { row, position, index })
+    }
+
+    /// The variable of this name, such as `x[1]` or `ball.mass`, in a cradle of `balls` balls.
+    pub fn named(name: &str, balls: usize) -> Option<Self> {
+        let (family, index) = match name.strip_suffix(']').and_then(|name| name.split_once('[')) {
+            Some((family, digits)) => (family, Some(digits)),
+            None => (name, None),
+        };
+        let (position, row) = TABLE.iter().enumerate().find(|(_, row)| row.name == family)?;
+        let index = match (row.shape, index) {
+            (Shape::Scalar, None) => 0,
+            (Shape::Balls | Shape::Contacts, Some(digits)) => one_based(digits)?,
+            _ => return None,
+        };
+        (index < row.shape.len(balls)).then_some(Self { row, position, index })
+    }
+
+    /// Value reference, for any number of balls.
+    pub fn reference(&self) -> u32 {
+        // Both fit: the table is short and n is limited (a test checks both).
+        ((self.position as u32) << INDEX_BITS) | self.index as u32
+    }
+}
+
+/// The name, with the index counted from 1.
+impl std::fmt::Display for Variable {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.row.name)?;
+        if self.row.shape == Shape::Scalar { Ok(()) } else { write!(f, "[{}]", self.index + 1) }
+    }
+}
+
+/// Every variable of a cradle of `balls` balls, in the order of the description.
+pub fn variables(balls: usize) -> impl Iterator<Item = Variable> {
+    TABLE
+        .iter()
+        .enumerate()
+        .flat_map(move |(position, row)| (0..row.shape.len(balls)).map(move |index| Variable { row, position, index }))
+}
+
+/// `1` to 0, `2` to 1; nothing for `0`, `01`, `+1` and the like.
+fn one_based(digits: &str) -> Option<usize> {
+    let plain = digits.bytes().all(|digit| digit.is_ascii_digit()) && !digits.starts_with('0');
+    if plain { digits.parse::<usize>().ok()?.checked_sub(1) } else { None }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::HashSet;
+
+    #[test]
+    fn names_and_references_are_unique_and_lead_back() {
+        for balls in [1, 2, 5, 13] {
+            let (mut names, mut references) = (HashSet::new(), HashSet::new());
+            for variable in variables(balls) {
+                let (name, reference) = (variable.to_string(), variable.reference());
+                let found = Variable::named(&name, balls).expect(&name);
+                assert_eq!(found.reference(), reference);
+                assert_eq!(Variable::at(reference, balls).unwrap().to_string(), name);
+                assert!(names.insert(name) && references.insert(reference));
+            }
+        }
+    }
+
+    #[test]
+    fn what_does_not_exist_is_not_found() {
+        for name in
+            ["", "x", "x[0]", "x[6]", "x[01]", "x[+1]", "x[1", "x1]", "F[5]", "gravity[1]", "x[1][1]", "nothing"]
+        {
+            assert!(Variable::named(name, 5).is_none(), "{name}");
+        }
+        let rows = TABLE.len() as u32;
+        for reference in [1, rows << INDEX_BITS, u32::MAX, (2 << INDEX_BITS) | 5] {
+            assert!(Variable::at(reference, 5).is_none(), "{reference}");
+        }
+    }
+
+    #[test]
+    fn every_index_and_row_fits_into_a_reference() {
+        const { assert!(MAX_BALLS <= 1 << INDEX_BITS) };
+        assert!(TABLE.len() < 1 << (32 - INDEX_BITS));
+        let last = variables(MAX_BALLS).last().unwrap();
+        assert_eq!(Variable::at(last.reference(), MAX_BALLS).unwrap().to_string(), last.to_string());
+    }
+}
