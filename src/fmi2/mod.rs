@@ -1,6 +1,6 @@
 //! The C ABI of FMI 2.0 for co-simulation, and the only unsafe code of the FMU.
 //!
-//! Every exported function goes through `border::call`: null and foreign components are refused, calls that are not
+//! Every exported function goes through `boundary::call`: null and foreign components are refused, calls that are not
 //! legal in the current phase are refused and logged, and a panic is caught before it reaches the host.
 //!
 //! # Safety
@@ -9,21 +9,11 @@
 //! `fmi2Instantiate` returned and `fmi2FreeInstance` has not freed, one thread at a time per component.
 #![allow(unsafe_code, non_camel_case_types, non_upper_case_globals, non_snake_case)]
 
-mod border;
-mod common;
-mod cosimulation;
-mod derivatives;
-mod instantiate;
+mod boundary;
+mod functions;
 mod logger;
 mod resources;
-mod states;
 mod types;
-mod values;
 
-pub use common::*;
-pub use cosimulation::*;
-pub use derivatives::*;
-pub use instantiate::*;
-pub use states::*;
+pub use functions::*;
 pub use types::*;
-pub use values::*;

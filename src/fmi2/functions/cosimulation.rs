@@ -1,7 +1,7 @@
 //! Functions of co-simulation: stepping, and asking about the last step.
 
-use super::border::{array_mut, call};
-use super::types::{
+use crate::fmi2::boundary::{array_mut, call};
+use crate::fmi2::types::{
     fmi2Boolean, fmi2Component, fmi2DoStepStatus, fmi2False, fmi2Integer, fmi2LastSuccessfulTime, fmi2PendingStatus,
     fmi2Real, fmi2Status, fmi2StatusKind, fmi2String, fmi2Terminated,
 };
@@ -11,7 +11,7 @@ use crate::instance::{Call, Instance, Refusal};
 /// fmi2Warning, at which hosts loop or stop.
 ///
 /// # Safety
-/// See the [module](super).
+/// See the [module](crate::fmi2).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2DoStep(
     c: fmi2Component,
@@ -28,29 +28,36 @@ pub unsafe extern "C" fn fmi2DoStep(
 /// Steps are synchronous: there is never one to cancel.
 ///
 /// # Safety
-/// See the [module](super).
+/// See the [module](crate::fmi2).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2CancelStep(c: fmi2Component) -> fmi2Status {
     // SAFETY: the host's promises, see the module.
     unsafe { call(c, "fmi2CancelStep", Call::CancelStep, |_| Ok(())) }
 }
 
-/// Answers a question about the last step if it is of the kind `allowed`.
+/// A question about the last step, under its name in the standard.
+struct Question {
+    kind: fmi2StatusKind,
+    name: &'static str,
+}
+
+/// Answers the question about the last step that is `allowed`, if `kind` asks it.
 ///
 /// # Safety
-/// See the [module](super).
+/// See the [module](crate::fmi2).
 unsafe fn status<T>(
     c: fmi2Component,
     function: &'static str,
-    (kind, value): (fmi2StatusKind, *mut T),
-    allowed: (fmi2StatusKind, &str),
+    allowed: Question,
+    kind: fmi2StatusKind,
+    value: *mut T,
     answer: impl Fn(&Instance) -> T,
 ) -> fmi2Status {
     // SAFETY: the host's promises, see the module.
     unsafe {
         call(c, function, Call::Status, |instance| {
-            if kind != allowed.0 {
-                let allowed = format!("{} ({})", allowed.1, allowed.0);
+            if kind != allowed.kind {
+                let allowed = format!("{} ({})", allowed.name, allowed.kind);
                 return Err(Refusal::Argument { name: "fmi2StatusKind", value: kind.to_string(), allowed });
             }
             for place in array_mut("value", value, 1)? {
@@ -64,29 +71,29 @@ unsafe fn status<T>(
 /// fmi2DoStepStatus: steps are synchronous, and a failed one leaves the error state in which this cannot be asked.
 ///
 /// # Safety
-/// See the [module](super).
+/// See the [module](crate::fmi2).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetStatus(c: fmi2Component, s: fmi2StatusKind, value: *mut fmi2Status) -> fmi2Status {
-    let allowed = (fmi2DoStepStatus, "fmi2DoStepStatus");
+    let allowed = Question { kind: fmi2DoStepStatus, name: "fmi2DoStepStatus" };
     // SAFETY: the host's promises, see the module.
-    unsafe { status(c, "fmi2GetStatus", (s, value), allowed, |_| fmi2Status::fmi2OK) }
+    unsafe { status(c, "fmi2GetStatus", allowed, s, value, |_| fmi2Status::fmi2OK) }
 }
 
 /// fmi2LastSuccessfulTime: the time that the last step reached, s.
 ///
 /// # Safety
-/// See the [module](super).
+/// See the [module](crate::fmi2).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetRealStatus(c: fmi2Component, s: fmi2StatusKind, value: *mut fmi2Real) -> fmi2Status {
-    let allowed = (fmi2LastSuccessfulTime, "fmi2LastSuccessfulTime");
+    let allowed = Question { kind: fmi2LastSuccessfulTime, name: "fmi2LastSuccessfulTime" };
     // SAFETY: the host's promises, see the module.
-    unsafe { status(c, "fmi2GetRealStatus", (s, value), allowed, Instance::time) }
+    unsafe { status(c, "fmi2GetRealStatus", allowed, s, value, Instance::time) }
 }
 
 /// The standard defines no status that is an integer.
 ///
 /// # Safety
-/// See the [module](super).
+/// See the [module](crate::fmi2).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetIntegerStatus(
     c: fmi2Component,
@@ -101,29 +108,29 @@ pub unsafe extern "C" fn fmi2GetIntegerStatus(
 /// fmi2Terminated: the FMU never ends a run by itself.
 ///
 /// # Safety
-/// See the [module](super).
+/// See the [module](crate::fmi2).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetBooleanStatus(
     c: fmi2Component,
     s: fmi2StatusKind,
     value: *mut fmi2Boolean,
 ) -> fmi2Status {
-    let allowed = (fmi2Terminated, "fmi2Terminated");
+    let allowed = Question { kind: fmi2Terminated, name: "fmi2Terminated" };
     // SAFETY: the host's promises, see the module.
-    unsafe { status(c, "fmi2GetBooleanStatus", (s, value), allowed, |_| fmi2False) }
+    unsafe { status(c, "fmi2GetBooleanStatus", allowed, s, value, |_| fmi2False) }
 }
 
 /// fmi2PendingStatus: nothing is ever pending.
 ///
 /// # Safety
-/// See the [module](super).
+/// See the [module](crate::fmi2).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetStringStatus(
     c: fmi2Component,
     s: fmi2StatusKind,
     value: *mut fmi2String,
 ) -> fmi2Status {
-    let allowed = (fmi2PendingStatus, "fmi2PendingStatus");
+    let allowed = Question { kind: fmi2PendingStatus, name: "fmi2PendingStatus" };
     // SAFETY: the host's promises, see the module.
-    unsafe { status(c, "fmi2GetStringStatus", (s, value), allowed, |_| c"".as_ptr()) }
+    unsafe { status(c, "fmi2GetStringStatus", allowed, s, value, |_| c"".as_ptr()) }
 }

@@ -1,7 +1,9 @@
 //! Functions common to all kinds of FMUs: versions, logging, and the way through the phases.
 
-use super::border::{array, call};
-use super::types::{fmi2Boolean, fmi2Component, fmi2False, fmi2Real, fmi2Status, fmi2String};
+use std::ffi::CStr;
+
+use crate::fmi2::boundary::{array, call};
+use crate::fmi2::types::{fmi2Boolean, fmi2Component, fmi2False, fmi2Real, fmi2Status, fmi2String};
 use crate::instance::{Call, Experiment, Refusal};
 use crate::variables::{LOG_CATEGORIES, LogCategory};
 use std::ffi::CStr;
@@ -22,7 +24,7 @@ pub extern "C" fn fmi2GetVersion() -> fmi2String {
 /// error and changes nothing.
 ///
 /// # Safety
-/// See the [module](super).
+/// See the [module](crate::fmi2).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetDebugLogging(
     c: fmi2Component,
@@ -56,7 +58,7 @@ unsafe fn category(name: fmi2String) -> Result<LogCategory, Refusal> {
 /// Takes start time, stop time and tolerance. A tolerance can only tighten `solver.tolerance`; nonsense is ignored.
 ///
 /// # Safety
-/// See the [module](super).
+/// See the [module](crate::fmi2).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetupExperiment(
     c: fmi2Component,
@@ -78,7 +80,7 @@ pub unsafe extern "C" fn fmi2SetupExperiment(
 /// Enters Initialization Mode; fmi2SetupExperiment comes first.
 ///
 /// # Safety
-/// See the [module](super).
+/// See the [module](crate::fmi2).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2EnterInitializationMode(c: fmi2Component) -> fmi2Status {
     let function = "fmi2EnterInitializationMode";
@@ -89,7 +91,7 @@ pub unsafe extern "C" fn fmi2EnterInitializationMode(c: fmi2Component) -> fmi2St
 /// Starts the run.
 ///
 /// # Safety
-/// See the [module](super).
+/// See the [module](crate::fmi2).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2ExitInitializationMode(c: fmi2Component) -> fmi2Status {
     let function = "fmi2ExitInitializationMode";
@@ -100,7 +102,7 @@ pub unsafe extern "C" fn fmi2ExitInitializationMode(c: fmi2Component) -> fmi2Sta
 /// Ends the run; its last values can still be read.
 ///
 /// # Safety
-/// See the [module](super).
+/// See the [module](crate::fmi2).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2Terminate(c: fmi2Component) -> fmi2Status {
     // SAFETY: the host's promises, see the module.
@@ -110,7 +112,7 @@ pub unsafe extern "C" fn fmi2Terminate(c: fmi2Component) -> fmi2Status {
 /// Back to where fmi2Instantiate left it.
 ///
 /// # Safety
-/// See the [module](super).
+/// See the [module](crate::fmi2).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2Reset(c: fmi2Component) -> fmi2Status {
     // SAFETY: the host's promises, see the module.

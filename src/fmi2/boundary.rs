@@ -16,7 +16,7 @@ pub(super) struct Component {
     /// A call is being made: one that comes in meanwhile can only come from the host's logger, and is refused.
     busy: Cell<bool>,
     /// A panic was caught; the instance can only be freed.
-    lost: Cell<bool>,
+    poisoned: Cell<bool>,
     instance: UnsafeCell<Instance>,
 }
 
@@ -26,7 +26,7 @@ impl Component {
         let component = Self {
             magic: Cell::new(MAGIC),
             busy: Cell::new(false),
-            lost: Cell::new(false),
+            poisoned: Cell::new(false),
             instance: UnsafeCell::new(instance),
         };
         Box::into_raw(Box::new(component)).cast()
@@ -79,7 +79,7 @@ pub(super) unsafe fn call(
 ) -> fmi2Status {
     // SAFETY: as the caller promises.
     let Some(component) = (unsafe { Component::from_raw(c) }) else { return fmi2Status::fmi2Error };
-    if component.lost.get() {
+    if component.poisoned.get() {
         return fmi2Status::fmi2Fatal;
     }
     if component.busy.replace(true) {
@@ -94,7 +94,7 @@ pub(super) unsafe fn call(
     let status = match outcome {
         Ok(true) => fmi2Status::fmi2OK,
         Ok(false) => fmi2Status::fmi2Error,
-        Err(panic) => lose(component, function, panic.as_ref()),
+        Err(panic) => poison(component, function, panic.as_ref()),
     };
     component.busy.set(false);
     status
@@ -108,8 +108,8 @@ fn log_refusal(instance: &Instance, function: &str, refusal: &Refusal) {
 
 /// After a panic the instance may be in any state: it is given up.
 #[cold]
-fn lose(component: &Component, function: &str, panic: &(dyn std::any::Any + Send)) -> fmi2Status {
-    component.lost.set(true);
+fn poison(component: &Component, function: &str, panic: &(dyn std::any::Any + Send)) -> fmi2Status {
+    component.poisoned.set(true);
     let reason = panic
         .downcast_ref::<&str>()
         .copied()

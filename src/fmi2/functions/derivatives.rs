@@ -1,7 +1,9 @@
 //! Derivatives of inputs and outputs by time, and directional derivatives.
 
-use super::border::{array, array_mut, call};
-use super::types::{fmi2Component, fmi2Integer, fmi2Real, fmi2Status, fmi2ValueReference};
+use std::mem::MaybeUninit;
+
+use crate::fmi2::boundary::{array, array_mut, call};
+use crate::fmi2::types::{fmi2Component, fmi2Integer, fmi2Real, fmi2Status, fmi2ValueReference};
 use crate::instance::Call;
 use std::mem::MaybeUninit;
 
@@ -9,7 +11,7 @@ use std::mem::MaybeUninit;
 /// refused. After that step the inputs keep the values they reached.
 ///
 /// # Safety
-/// See the [module](super).
+/// See the [module](crate::fmi2).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetRealInputDerivatives(
     c: fmi2Component,
@@ -30,7 +32,7 @@ pub unsafe extern "C" fn fmi2SetRealInputDerivatives(
 /// Derivatives of real outputs by time, of order 1 to 3: 0 for what changes only at events and communication points.
 ///
 /// # Safety
-/// See the [module](super).
+/// See the [module](crate::fmi2).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetRealOutputDerivatives(
     c: fmi2Component,
@@ -55,7 +57,7 @@ pub unsafe extern "C" fn fmi2GetRealOutputDerivatives(
 /// step, and the inputs that were held over it.
 ///
 /// # Safety
-/// See the [module](super).
+/// See the [module](crate::fmi2).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetDirectionalDerivative(
     c: fmi2Component,

@@ -1,7 +1,11 @@
 //! Getting and setting values.
 
-use super::border::{array, array_mut, call};
-use super::types::{fmi2Boolean, fmi2Component, fmi2Integer, fmi2Real, fmi2Status, fmi2String, fmi2ValueReference};
+use std::mem::MaybeUninit;
+
+use crate::fmi2::boundary::{array, array_mut, call};
+use crate::fmi2::types::{
+    fmi2Boolean, fmi2Component, fmi2Integer, fmi2Real, fmi2Status, fmi2String, fmi2ValueReference,
+};
 use crate::instance::{Call, Instance, Refusal};
 use crate::variables::Type;
 use std::mem::MaybeUninit;
@@ -9,12 +13,14 @@ use std::mem::MaybeUninit;
 /// Fills `value` with what `get` finds for each of `vr`.
 ///
 /// # Safety
-/// See the [module](super).
+/// See the [module](crate::fmi2).
 #[inline]
 unsafe fn get<T>(
     c: fmi2Component,
     function: &'static str,
-    (vr, nvr, value): (*const fmi2ValueReference, usize, *mut T),
+    vr: *const fmi2ValueReference,
+    nvr: usize,
+    value: *mut T,
     get: impl Fn(&mut Instance, fmi2ValueReference) -> Result<T, Refusal>,
 ) -> fmi2Status {
     // SAFETY: the host's promises, see the module.
@@ -32,11 +38,13 @@ unsafe fn get<T>(
 /// Hands `vr` and `value` to `set`, which applies all of them or none.
 ///
 /// # Safety
-/// See the [module](super).
+/// See the [module](crate::fmi2).
 unsafe fn set<T>(
     c: fmi2Component,
     function: &'static str,
-    (vr, nvr, value): (*const fmi2ValueReference, usize, *const T),
+    vr: *const fmi2ValueReference,
+    nvr: usize,
+    value: *const T,
     set: impl Fn(&mut Instance, &[fmi2ValueReference], &[T]) -> Result<(), Refusal>,
 ) -> fmi2Status {
     // SAFETY: the host's promises, see the module.
@@ -48,7 +56,7 @@ unsafe fn set<T>(
 /// Reads real variables.
 ///
 /// # Safety
-/// See the [module](super).
+/// See the [module](crate::fmi2).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetReal(
     c: fmi2Component,
@@ -57,13 +65,13 @@ pub unsafe extern "C" fn fmi2GetReal(
     value: *mut fmi2Real,
 ) -> fmi2Status {
     // SAFETY: the host's promises, see the module.
-    unsafe { get(c, "fmi2GetReal", (vr, nvr, value), Instance::real) }
+    unsafe { get(c, "fmi2GetReal", vr, nvr, value, Instance::real) }
 }
 
 /// Reads integers and enumerations.
 ///
 /// # Safety
-/// See the [module](super).
+/// See the [module](crate::fmi2).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetInteger(
     c: fmi2Component,
@@ -72,13 +80,13 @@ pub unsafe extern "C" fn fmi2GetInteger(
     value: *mut fmi2Integer,
 ) -> fmi2Status {
     // SAFETY: the host's promises, see the module.
-    unsafe { get(c, "fmi2GetInteger", (vr, nvr, value), Instance::integer) }
+    unsafe { get(c, "fmi2GetInteger", vr, nvr, value, Instance::integer) }
 }
 
 /// Reads booleans.
 ///
 /// # Safety
-/// See the [module](super).
+/// See the [module](crate::fmi2).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetBoolean(
     c: fmi2Component,
@@ -88,13 +96,13 @@ pub unsafe extern "C" fn fmi2GetBoolean(
 ) -> fmi2Status {
     let read = |instance: &mut Instance, reference| instance.boolean(reference).map(fmi2Boolean::from);
     // SAFETY: the host's promises, see the module.
-    unsafe { get(c, "fmi2GetBoolean", (vr, nvr, value), read) }
+    unsafe { get(c, "fmi2GetBoolean", vr, nvr, value, read) }
 }
 
 /// There are no strings: an error unless nothing is asked for.
 ///
 /// # Safety
-/// See the [module](super).
+/// See the [module](crate::fmi2).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetString(
     c: fmi2Component,
@@ -103,13 +111,13 @@ pub unsafe extern "C" fn fmi2GetString(
     value: *mut fmi2String,
 ) -> fmi2Status {
     // SAFETY: the host's promises, see the module.
-    unsafe { get(c, "fmi2GetString", (vr, nvr, value), |instance, reference| Err(instance.refuse_string(reference))) }
+    unsafe { get(c, "fmi2GetString", vr, nvr, value, |instance, reference| Err(instance.refuse_string(reference))) }
 }
 
 /// Sets real parameters and inputs: all of them, or none if any is refused.
 ///
 /// # Safety
-/// See the [module](super).
+/// See the [module](crate::fmi2).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetReal(
     c: fmi2Component,
@@ -118,13 +126,13 @@ pub unsafe extern "C" fn fmi2SetReal(
     value: *const fmi2Real,
 ) -> fmi2Status {
     // SAFETY: the host's promises, see the module.
-    unsafe { set(c, "fmi2SetReal", (vr, nvr, value), Instance::set_reals) }
+    unsafe { set(c, "fmi2SetReal", vr, nvr, value, Instance::set_reals) }
 }
 
 /// Sets enumerations: all of them, or none if any is refused.
 ///
 /// # Safety
-/// See the [module](super).
+/// See the [module](crate::fmi2).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetInteger(
     c: fmi2Component,
@@ -133,13 +141,13 @@ pub unsafe extern "C" fn fmi2SetInteger(
     value: *const fmi2Integer,
 ) -> fmi2Status {
     // SAFETY: the host's promises, see the module.
-    unsafe { set(c, "fmi2SetInteger", (vr, nvr, value), Instance::set_integers) }
+    unsafe { set(c, "fmi2SetInteger", vr, nvr, value, Instance::set_integers) }
 }
 
 /// No boolean can be set: an error unless nothing is set.
 ///
 /// # Safety
-/// See the [module](super).
+/// See the [module](crate::fmi2).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetBoolean(
     c: fmi2Component,
@@ -149,13 +157,13 @@ pub unsafe extern "C" fn fmi2SetBoolean(
 ) -> fmi2Status {
     let refuse = |instance: &mut Instance, references: &[_], _: &[_]| instance.refuse_to_set(references, Type::Boolean);
     // SAFETY: the host's promises, see the module.
-    unsafe { set(c, "fmi2SetBoolean", (vr, nvr, value), refuse) }
+    unsafe { set(c, "fmi2SetBoolean", vr, nvr, value, refuse) }
 }
 
 /// There are no strings: an error unless nothing is set.
 ///
 /// # Safety
-/// See the [module](super).
+/// See the [module](crate::fmi2).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetString(
     c: fmi2Component,
@@ -165,5 +173,5 @@ pub unsafe extern "C" fn fmi2SetString(
 ) -> fmi2Status {
     let refuse = |instance: &mut Instance, references: &[_], _: &[_]| instance.refuse_to_set(references, Type::String);
     // SAFETY: the host's promises, see the module.
-    unsafe { set(c, "fmi2SetString", (vr, nvr, value), refuse) }
+    unsafe { set(c, "fmi2SetString", vr, nvr, value, refuse) }
 }

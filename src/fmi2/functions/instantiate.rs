@@ -4,11 +4,11 @@ use std::ffi::CStr;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::ptr::null_mut;
 
-use super::border::Component;
-use super::types::{
+use crate::fmi2::boundary::Component;
+use crate::fmi2::types::{
     fmi2Boolean, fmi2CallbackFunctions, fmi2CoSimulation, fmi2Component, fmi2False, fmi2String, fmi2Type,
 };
-use super::{logger, resources};
+use crate::fmi2::{logger, resources};
 use crate::instance::{Instance, Log};
 use crate::variables::{Description, Settings};
 
@@ -16,7 +16,7 @@ use crate::variables::{Description, Settings};
 /// binary and the FMU's resources, if the resources are damaged, or if this is not to be a co-simulation.
 ///
 /// # Safety
-/// See the [module](super).
+/// See the [module](crate::fmi2).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2Instantiate(
     instanceName: fmi2String,
@@ -51,7 +51,7 @@ pub unsafe extern "C" fn fmi2Instantiate(
 /// Frees a component in any phase; NULL is ignored.
 ///
 /// # Safety
-/// See the [module](super).
+/// See the [module](crate::fmi2).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2FreeInstance(c: fmi2Component) {
     // SAFETY: the host promises that `c` is NULL or a component it does not use again.

@@ -1,7 +1,9 @@
 //! Saving and restoring the state of a component.
 
-use super::border::{array, array_mut, call};
-use super::types::{fmi2Byte, fmi2Component, fmi2FMUstate, fmi2Status};
+use std::mem::MaybeUninit;
+
+use crate::fmi2::boundary::{array, array_mut, call};
+use crate::fmi2::types::{fmi2Byte, fmi2Component, fmi2FMUstate, fmi2Status};
 use crate::instance::{Call, Refusal, State};
 use std::mem::MaybeUninit;
 
@@ -57,7 +59,7 @@ unsafe fn store(place: *mut fmi2FMUstate, state: impl FnOnce() -> Result<State, 
 /// Saves the state. Where `*FMUstate` is not NULL it is a state saved before, whose memory is used again.
 ///
 /// # Safety
-/// See the [module](super).
+/// See the [module](crate::fmi2).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetFMUstate(c: fmi2Component, FMUstate: *mut fmi2FMUstate) -> fmi2Status {
     // SAFETY: the host's promises, see the module.
@@ -67,7 +69,7 @@ pub unsafe extern "C" fn fmi2GetFMUstate(c: fmi2Component, FMUstate: *mut fmi2FM
 /// Goes back to a state saved by a component of the same FMU. The state stays as it is and can be set again.
 ///
 /// # Safety
-/// See the [module](super).
+/// See the [module](crate::fmi2).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetFMUstate(c: fmi2Component, FMUstate: fmi2FMUstate) -> fmi2Status {
     // SAFETY: the host's promises, see the module.
@@ -77,7 +79,7 @@ pub unsafe extern "C" fn fmi2SetFMUstate(c: fmi2Component, FMUstate: fmi2FMUstat
 /// Frees a state and sets the host's pointer to NULL; no state is ignored.
 ///
 /// # Safety
-/// See the [module](super).
+/// See the [module](crate::fmi2).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2FreeFMUstate(c: fmi2Component, FMUstate: *mut fmi2FMUstate) -> fmi2Status {
     // SAFETY: the host's promises, see the module.
@@ -101,7 +103,7 @@ pub unsafe extern "C" fn fmi2FreeFMUstate(c: fmi2Component, FMUstate: *mut fmi2F
 /// Number of bytes that [`fmi2SerializeFMUstate`] writes for this state.
 ///
 /// # Safety
-/// See the [module](super).
+/// See the [module](crate::fmi2).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SerializedFMUstateSize(
     c: fmi2Component,
@@ -123,7 +125,7 @@ pub unsafe extern "C" fn fmi2SerializedFMUstateSize(
 /// answered.
 ///
 /// # Safety
-/// See the [module](super).
+/// See the [module](crate::fmi2).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SerializeFMUstate(
     c: fmi2Component,
@@ -150,7 +152,7 @@ pub unsafe extern "C" fn fmi2SerializeFMUstate(
 /// are refused, and `*FMUstate` is left as it is; where it is not NULL its memory is used again.
 ///
 /// # Safety
-/// See the [module](super).
+/// See the [module](crate::fmi2).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
     c: fmi2Component,
