@@ -39,7 +39,7 @@
 //! # Example
 //!
 //! ```
-//! use newtons_cradle::engine::Engine;
+//! use newtons_cradle::engine::{Engine, Results};
 //! use newtons_cradle::model::{Inputs, Parameters};
 //!
 //! let parameters = Parameters::default_for(5);

@@ -1,6 +1,6 @@
 //! `contact.model = rigid`: impacts without duration, and balls that stay in contact.
 
-use newtons_cradle::engine::{Engine, Pulse};
+use newtons_cradle::engine::{Engine, Pulse, Results};
 use newtons_cradle::model::{ContactModel, Inputs, Parameters};
 
 /// `n` rigid balls without dead band at rest in touch.

@@ -1,6 +1,6 @@
 //! Strong damping, and contacts that stay closed for long: the results of explicit steps at the cost of the slow motion.
 
-use newtons_cradle::engine::{Engine, Work};
+use newtons_cradle::engine::{Engine, Results, Work};
 use newtons_cradle::model::{ContactModel, DampingLaw, Inputs, Parameters};
 
 /// Damping at which two balls of 1 kg on a linear contact of the default stiffness just do not oscillate, N.s/m.

@@ -1,6 +1,6 @@
 //! What runs cost, in steps, evaluations of contact forces and events: exact where seconds are noise.
 
-use newtons_cradle::engine::{Engine, Work};
+use newtons_cradle::engine::{Engine, Results, Work};
 use newtons_cradle::model::Inputs;
 use newtons_cradle::model::Parameters;
 

@@ -1,9 +1,10 @@
 //! From our log to the host's logger.
 
+use std::ffi::{CStr, CString};
+
 use super::types::{fmi2CallbackFunctions, fmi2Status};
 use crate::instance::{Severity, Sink};
 use crate::variables::LogCategory;
-use std::ffi::{CStr, CString};
 
 /// A way to the host's logger, if it has one. The name is copied: the host may free its own.
 pub(super) fn sink(functions: &fmi2CallbackFunctions, instance_name: &CStr) -> Option<Sink> {

@@ -1,7 +1,8 @@
 //! Log lines of an instance: which are wanted, and where they go.
 
-use crate::variables::{LOG_CATEGORIES, LogCategory};
 use std::fmt::Arguments;
+
+use crate::variables::{LOG_CATEGORIES, LogCategory};
 
 /// How serious a log line is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

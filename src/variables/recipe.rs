@@ -1,7 +1,8 @@
 //! What the producer writes into the FMU's resources and the instance reads from there: n and changed start values.
 
-use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
 
 use super::error::VariableError;
 use super::row::{Access, Type};

@@ -1,7 +1,6 @@
 //! What a host has set: the values of parameters and inputs, what is allowed for them, and setting them by variable.
 
 use serde::{Deserialize, Serialize};
-use std::fmt::Write;
 
 use super::error::VariableError;
 use super::row::{ANY, Access, Type};

@@ -14,7 +14,6 @@ use super::unit::{
     STIFFNESS, TIME, VELOCITY,
 };
 use crate::model::{ContactModel, DampingLaw, NEVER, Parameters, SolverMethod};
-use std::slice::{from_mut, from_ref};
 
 /// A parameter that is one number of [`Parameters`].
 macro_rules! one {

@@ -1,6 +1,6 @@
 //! Chains of equal free balls that touch, struck at one end: laws of their outcome, for any exponent.
 
-use newtons_cradle::engine::Engine;
+use newtons_cradle::engine::{Engine, Results};
 use newtons_cradle::model::{Inputs, Parameters};
 use proptest::prelude::*;
 

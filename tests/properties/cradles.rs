@@ -1,6 +1,6 @@
 //! Random cradles, and what the properties ask of a run.
 
-use newtons_cradle::engine::{Engine, EngineError, Pulse};
+use newtons_cradle::engine::{Engine, EngineError, Pulse, Results};
 use newtons_cradle::model::{ContactModel, DampingLaw, Inputs, Parameters};
 use proptest::collection::vec;
 use proptest::prelude::*;

@@ -1,6 +1,6 @@
 //! Communication points are where one looks, nothing else.
 
-use newtons_cradle::engine::{Engine, Pulse, Unsound};
+use newtons_cradle::engine::{Engine, Pulse, Results, Unsound};
 use newtons_cradle::model::{Inputs, Parameters};
 use proptest::collection::vec;
 use proptest::prelude::*;

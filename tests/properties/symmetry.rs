@@ -1,6 +1,6 @@
 //! Two runs that a symmetry of the equations makes the same.
 
-use newtons_cradle::engine::Engine;
+use newtons_cradle::engine::{Engine, Results};
 use proptest::prelude::*;
 
 use super::config;

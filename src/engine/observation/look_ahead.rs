@@ -94,7 +94,7 @@ impl Engine {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{DampingLaw, Inputs, Parameters};
+    use crate::model::{DampingLaw, Inputs, Parameters, Results};
 
     /// Balls side by side at rest, contacts without dead band.
     fn at_rest(balls: usize) -> Parameters {

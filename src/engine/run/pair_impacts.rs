@@ -187,7 +187,7 @@ impl Engine {
 mod tests {
     use super::*;
     use crate::engine::observer::Unrecorded;
-    use crate::model::{Inputs, Parameters};
+    use crate::model::{Inputs, Parameters, Results};
 
     /// Segments of the impact in contact 0 computed so far.
     fn segments(engine: &Engine) -> usize {

@@ -6,7 +6,6 @@ use crate::fmi2::boundary::{array, call};
 use crate::fmi2::types::{fmi2Boolean, fmi2Component, fmi2False, fmi2Real, fmi2Status, fmi2String};
 use crate::instance::{Call, Experiment, Refusal};
 use crate::variables::{LOG_CATEGORIES, LogCategory};
-use std::ffi::CStr;
 
 /// Platform of the types: `default`.
 #[unsafe(no_mangle)]

@@ -5,7 +5,6 @@ use std::mem::MaybeUninit;
 use crate::fmi2::boundary::{array, array_mut, call};
 use crate::fmi2::types::{fmi2Component, fmi2Integer, fmi2Real, fmi2Status, fmi2ValueReference};
 use crate::instance::Call;
-use std::mem::MaybeUninit;
 
 /// Gives derivatives of real inputs by time, of order 1 to 3, for the next fmi2DoStep: all of them, or none if any is
 /// refused. After that step the inputs keep the values they reached.

@@ -5,7 +5,6 @@ use std::mem::MaybeUninit;
 use crate::fmi2::boundary::{array, array_mut, call};
 use crate::fmi2::types::{fmi2Byte, fmi2Component, fmi2FMUstate, fmi2Status};
 use crate::instance::{Call, Refusal, State};
-use std::mem::MaybeUninit;
 
 /// Marks memory as a state of ours; "cradleFS" in ASCII.
 const MAGIC: u64 = 0x6372_6164_6c65_4653;

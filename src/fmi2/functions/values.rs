@@ -8,7 +8,6 @@ use crate::fmi2::types::{
 };
 use crate::instance::{Call, Instance, Refusal};
 use crate::variables::Type;
-use std::mem::MaybeUninit;
 
 /// Fills `value` with what `get` finds for each of `vr`.
 ///

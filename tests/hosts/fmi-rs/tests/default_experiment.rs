@@ -6,7 +6,7 @@ use fmi::fmi2::import::Fmi2Import;
 use fmi::fmi2::instance::{CoSimulation, Common};
 use fmi::schema::fmi2::{Causality, ScalarVariableElement};
 use fmi::traits::FmiImport;
-use newtons_cradle::engine::Engine;
+use newtons_cradle::engine::{Engine, Results};
 use newtons_cradle::variables::{START_TIME, STEP_SIZE, STOP_TIME, Settings};
 
 fn fmu() -> PathBuf {
