@@ -63,5 +63,7 @@ pub mod fmi2;
 pub mod instance;
 pub mod model;
 #[cfg(feature = "engine")]
+mod next;
+#[cfg(feature = "engine")]
 pub mod solver;
 pub mod variables;

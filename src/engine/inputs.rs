@@ -1,9 +1,10 @@
 //! The inputs that act: polynomials of the time.
 
+use serde::{Deserialize, Serialize};
+
 use super::flight::Push;
 use crate::model::{Inputs, MAX_INPUT_DERIVATIVE};
 use crate::solver::oscillator::MAX_FORCE_ORDER;
-use serde::{Deserialize, Serialize};
 
 // The inputs are polynomials of the degree that the closed forms take.
 const _: () = assert!(MAX_INPUT_DERIVATIVE == MAX_FORCE_ORDER);

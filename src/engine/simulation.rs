@@ -1,12 +1,13 @@
 //! One run of the cradle, by the method that was selected.
 
+use serde::{Deserialize, Serialize};
+
 use super::continuous::{Continuous, Method};
 use super::derivatives::NotFollowed;
 use super::error::EngineError;
 use super::observer::Observer;
 use super::run::{Engine, Snapshot, Unsound};
 use crate::model::{ContactModel, Differential, Inputs, NextOnset, Parameters, Results, Work};
-use serde::{Deserialize, Serialize};
 
 /// A run by the selected method. Every method offers what [`Engine`] offers, with the same meaning.
 #[expect(clippy::large_enum_variant, reason = "an instance has one")]

@@ -4,8 +4,9 @@
 //! which is the end of the step: `Y_i = y_0 + h sum_j a_ij f(Y_j)` with the `a_ij` the integrals of the Lagrange
 //! polynomials of the nodes (Hairer and Wanner, Solving Ordinary Differential Equations II, 1996, section IV.5).
 
-use nalgebra::{SMatrix, SVector};
 use std::sync::LazyLock;
+
+use nalgebra::{SMatrix, SVector};
 
 use super::quadrature::gauss_legendre;
 

@@ -5,6 +5,8 @@
 //! safe side. Close to a simple crossing the steps become Newton's with second derivatives (Halley's order), so the
 //! walk ends quickly.
 
+use crate::next::Next;
+
 /// A function of time with derivatives and a bound.
 pub trait Smooth {
     /// Value and first two derivatives at `t`.
@@ -24,22 +26,11 @@ pub trait Smooth {
 /// Steps after which a search gives up: far beyond what any smooth motion takes.
 const MAX_STEPS: u32 = 100_000;
 
-/// What a search has found.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Search {
-    /// A crossing.
-    At(f64),
-    /// There is none.
-    Nowhere,
-    /// There is none before this time; what comes then has not been looked at.
-    NotBefore(f64),
-}
-
 /// The crossing that [`search`] finds, if it does.
 pub fn first_positive(g: &impl Smooth, from: f64, until: f64) -> Option<f64> {
     match search(g, from, until) {
-        Search::At(t) => Some(t),
-        Search::Nowhere | Search::NotBefore(_) => None,
+        Next::At(t) => Some(t),
+        Next::Never | Next::NotBefore(_) => None,
     }
 }
 
@@ -48,17 +39,17 @@ pub fn first_positive(g: &impl Smooth, from: f64, until: f64) -> Option<f64> {
 /// `g(from)` should not be positive; a value that is counts as 0. If `g(from)` is 0 the derivatives decide: rising, the
 /// answer is `from` itself; falling, the search goes on behind it. A maximum that touches 0 within rounding is not a
 /// crossing.
-pub fn search(g: &impl Smooth, from: f64, until: f64) -> Search {
+pub fn search(g: &impl Smooth, from: f64, until: f64) -> Next {
     let mut allowed = MAX_STEPS;
     match search_within(g, from, until, &mut allowed) {
         // A search that hardly got on has followed nothing but rounding.
-        Search::NotBefore(t) if t - from <= 1e-3 * (until - from) => Search::Nowhere,
+        Next::NotBefore(t) if t - from <= 1e-3 * (until - from) => Next::Never,
         found => found,
     }
 }
 
 /// The same with at most so many evaluations as are `allowed`, which counts them down.
-pub fn search_within(g: &impl Smooth, from: f64, until: f64, allowed: &mut u32) -> Search {
+pub fn search_within(g: &impl Smooth, from: f64, until: f64, allowed: &mut u32) -> Next {
     let mut t = from;
     let mut window = (until - from).min(g.time_scale());
     // Where g is 0 within rounding no bound leads on: steps that double, from next to nothing (of the window or the
@@ -71,20 +62,20 @@ pub fn search_within(g: &impl Smooth, from: f64, until: f64, allowed: &mut u32) 
         *allowed -= 1;
         let [value, slope, curvature] = g.at(t);
         if value >= 0.0 && (slope > 0.0 || (slope == 0.0 && curvature > 0.0)) {
-            return Search::At(t);
+            return Next::At(t);
         }
         let rest = until - t;
         if rest <= 0.0 {
-            return Search::Nowhere;
+            return Next::Never;
         }
         let step = safe_step(g, t, [value.min(0.0), slope, curvature], window.min(rest));
         if step >= rest {
-            return Search::Nowhere;
+            return Next::Never;
         }
         let resolution = least.max(f64::EPSILON * t);
         if slope > 0.0 && -value <= 4.0 * slope * resolution {
             // Nearer than the resolution of t.
-            return Search::At(if step > least { t + step } else { t });
+            return Next::At(if step > least { t + step } else { t });
         }
         if step > resolution || (slope > 0.0 && t + step > t) {
             t += step;
@@ -95,7 +86,7 @@ pub fn search_within(g: &impl Smooth, from: f64, until: f64, allowed: &mut u32) 
             blind *= 2.0;
         }
     }
-    Search::NotBefore(t)
+    Next::NotBefore(t)
 }
 
 /// A step from `t` within `window` on which `g` provably does not become positive; the largest that a few tries give.

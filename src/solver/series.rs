@@ -87,13 +87,12 @@ pub fn sum_of_products(k: usize, factor: impl Fn(usize) -> f64, backward: &[f64]
     (sums[0] + sums[1]) + (sums[2] + sums[3])
 }
 
-/// The same over `t` of two series of one length, for the first `order` terms of the product, summed as [`sum_of_products`] does.
+/// The same over `t` for the first `order` terms of the product, summed as [`sum_of_products`] does.
 pub fn product_integral_by_lanes(a: &[f64], b: &[f64], order: usize, t: f64) -> f64 {
     let mut forward = vec![0.0; order + LANES];
     let mut backward = vec![0.0; order + LANES];
-    for (k, (a, b)) in a.iter().zip(b).take(order).enumerate() {
-        (forward[k], backward[order - k]) = (*a, *b);
-    }
+    forward.iter_mut().zip(a).take(order).for_each(|(forward, a)| *forward = *a);
+    b.iter().take(order).enumerate().for_each(|(k, b)| backward[order - k] = *b);
     let term = |k: usize| sum_of_products(k, |i| forward[i], &backward[order - k..]) * (1.0 / (k + 1) as f64);
     (0..order).rev().fold(0.0, |sum, k| sum * t + term(k))
 }

@@ -7,6 +7,7 @@
 //! laws; knows no run, no events and no ledgers.
 
 mod collocation;
+mod dense_output;
 mod modes;
 mod natural;
 mod persistent;

@@ -6,13 +6,16 @@
 //! Each coordinate is an oscillator in closed form, so strong damping and contacts that stay closed for minutes cost nothing: the
 //! only work is to find the next switching.
 
-use super::natural::{Group, NaturalMode, Sum};
-use super::window::{Switch, Switching, Window, clipping};
-use crate::engine::flight::{Rounding, degree};
-use crate::model::Mode;
-use crate::solver::oscillator::ForcedOscillator;
-use crate::solver::root::{Search, Smooth, search_within};
 use std::cell::Cell;
+
+use super::dense_output::DenseOutput;
+use super::natural::{Group, NaturalMode, Sum};
+use super::window::{OverlapSeries, Window, clipping};
+use crate::engine::flight::{Push, Rounding, degree};
+use crate::model::Mode;
+use crate::next::Next;
+use crate::solver::oscillator::ForcedOscillator;
+use crate::solver::root::{Smooth, search_within};
 
 /// Largest group that is taken apart into modes: the table of their shapes grows with the square.
 const LARGEST_GROUP: usize = 128;
@@ -163,68 +166,6 @@ impl Modes {
         approach.into_iter().map(|mode| (mode, 1.0)).chain(of_left).chain(of_right)
     }
 
-    /// Displacement of ball `i` (m) and the change of its velocity (m/s) till `tau` (s).
-    pub fn moved(&self, i: usize, tau: f64) -> (f64, f64) {
-        let group = &self.groups[self.group_of[i]];
-        let mut sum = (0.0, 0.0);
-        for (m, mode) in group.modes.iter().enumerate() {
-            let (shape, response) = (group.shape(m, i), mode.at(tau));
-            sum.0 += shape * response.derivatives[0].0;
-            sum.1 += shape * response.change_of_rate.0;
-        }
-        sum
-    }
-
-    /// Integral of that displacement, m.s.
-    pub fn displacement_integral(&self, i: usize, tau: f64) -> f64 {
-        let group = &self.groups[self.group_of[i]];
-        let term = |(m, mode): (usize, &NaturalMode)| group.shape(m, i) * mode.motion.displacement_integral(tau);
-        group.modes.iter().enumerate().map(term).sum()
-    }
-
-    /// Overlap of contact `j` (m) at `tau` (s) and the change of its rate (m/s) till then.
-    pub fn overlap(&self, j: usize, tau: f64) -> (f64, f64) {
-        let [overlap, rate] = self.overlap_at(j, tau);
-        (overlap, rate - self.contacts[j].rate)
-    }
-
-    /// Coefficients of that overlap as a power series of the time (s) from `tau` on, up to five of them.
-    pub fn overlap_series<const COUNT: usize>(&self, j: usize, tau: f64) -> [f64; COUNT] {
-        let mut coefficients = self.overlap_at(j, tau);
-        let mut factorial = 1.0;
-        for (k, c) in coefficients.iter_mut().enumerate() {
-            factorial *= k.max(1) as f64;
-            *c /= factorial;
-        }
-        coefficients
-    }
-
-    /// Impulse of the pressing contact `j`, N.s.
-    pub fn impulse(&self, j: usize, tau: f64) -> f64 {
-        let &Joint { overlap, stiffness, damping, .. } = &self.contacts[j];
-        let change: f64 = self.movers(j).map(|(mode, stretch)| stretch * mode.motion.displacement_integral(tau)).sum();
-        stiffness * (overlap * tau + change) + damping * (self.overlap(j, tau).0 - overlap)
-    }
-
-    /// The larger of `known` and the largest force of the pressing contact `j` between two times (s), N. Modes without damping come
-    /// ever closer to the sum of their amplitudes: after some dozens of swings the largest force till then is taken.
-    pub fn peak(&self, j: usize, from: f64, to: f64, known: f64) -> f64 {
-        let force = |t: f64| self.force_at(j, t).0[0];
-        let mut best = force(from).max(force(to)).max(known);
-        let mut t = from;
-        // From where the force passes the best so far, by more than rounding, up to where it falls again.
-        let mut allowed = self.allowed(j);
-        loop {
-            let above = self.watch(j, Watched::Force, (1.0, best + 1e-12 * best.abs()));
-            let Search::At(rise) = search_within(&above, t, to, &mut allowed) else { break };
-            let falling = self.watch(j, Watched::ForceRate, (-1.0, 0.0));
-            let Search::At(top) = search_within(&falling, rise, to, &mut allowed) else { break };
-            best = best.max(force(top));
-            t = top;
-        }
-        best
-    }
-
     /// Force of the pressing contact `j` by its law and its first three derivatives, and what rounding may be of the force.
     fn force_at(&self, j: usize, tau: f64) -> ([f64; 4], f64) {
         let &Joint { stiffness, damping, .. } = &self.contacts[j];
@@ -237,27 +178,6 @@ impl Modes {
         (force, noise(0))
     }
 
-    /// Energy that the pressing contact `j` dissipates in `tau`, J; all that a group's contacts lose is entered at its first one.
-    pub fn contact_loss(&self, j: usize, tau: f64) -> f64 {
-        match self.joining(j) {
-            // The shapes are orthogonal also to the contacts: no loss is shared between modes.
-            Some(group) if j == group.first && group.damping > 0.0 => {
-                let loss = |mode: &NaturalMode| group.damping * mode.lambda * mode.squared_velocity_integral(tau);
-                group.modes[1..].iter().map(loss).sum()
-            }
-            _ => 0.0,
-        }
-    }
-
-    /// Sum of `integral v^2` over the balls of a group, entered at its first ball `i`, m2/s.
-    pub fn squared_velocity_integral(&self, i: usize, tau: f64) -> f64 {
-        let group = &self.groups[self.group_of[i]];
-        if i != group.first {
-            return 0.0;
-        }
-        group.modes.iter().map(|mode| mode.squared_velocity_integral(tau)).sum()
-    }
-
     /// Evaluations that one search about contact `j` may take.
     fn allowed(&self, j: usize) -> u32 {
         (SEARCH / (self.movers(j).count() * self.contacts.len())).max(LEAST_EVALUATIONS) as u32
@@ -268,35 +188,115 @@ impl Modes {
         Watch { modes: self, contact: j, kind, sign, level, fading: 0.0 }
     }
 
-    /// The onset of the open contact `j` before `until` (s). Groups that swing side by side approach each other by rounding: that
-    /// is no onset.
-    pub fn onset(&self, j: usize, until: f64, rounding: &Rounding) -> Option<Switching> {
-        self.watch(j, Watched::Overlap, (1.0, rounding.position)).crossing(until, Switch::Onset)
-    }
-
-    /// The release of the closed contact `j` before `until` (s).
-    pub fn release(&self, j: usize, until: f64, rounding: &Rounding) -> Option<Switching> {
-        self.watch(j, Watched::Overlap, (-1.0, rounding.no_overlap())).crossing(until, Switch::Release)
-    }
-
-    /// The beginning or, in mode `Clipped`, the end of the clipping of contact `j` before `until` (s), by more than `rounding`.
-    pub fn clip(&self, j: usize, mode: Mode, until: f64, rounding: &Rounding) -> Option<Switching> {
-        let (sign, switch) = clipping(mode);
-        let level = sign * self.contacts[j].impedance * rounding.velocity;
-        // What rounding the rate had at the start dies out with the motion, and the overlap has none.
-        let fading = self.joining(j).map_or(0.0, Group::least_decay);
-        Watch { fading, ..self.watch(j, Watched::Force, (sign, level)) }.crossing(until, switch)
-    }
-
-    /// Evaluations of a mode that the search for switchings has taken so far.
-    pub fn searched(&self) -> u64 {
-        self.searched.get()
-    }
-
     /// The shortest of the modes' time scales, s: 1 over the natural frequency, or over the slow rate of an overdamped mode.
     pub fn shortest_time(&self) -> f64 {
         let modes = self.groups.iter().flat_map(|group| &group.modes);
         modes.map(|mode| mode.oscillator().time_scale()).fold(f64::INFINITY, f64::min)
+    }
+}
+
+impl DenseOutput for Modes {
+    fn moved(&self, i: usize, tau: f64) -> (f64, f64) {
+        let group = &self.groups[self.group_of[i]];
+        let mut sum = (0.0, 0.0);
+        for (m, mode) in group.modes.iter().enumerate() {
+            let (shape, response) = (group.shape(m, i), mode.at(tau));
+            sum.0 += shape * response.derivatives[0].0;
+            sum.1 += shape * response.change_of_rate.0;
+        }
+        sum
+    }
+
+    fn displacement_integral(&self, i: usize, tau: f64) -> f64 {
+        let group = &self.groups[self.group_of[i]];
+        let term = |(m, mode): (usize, &NaturalMode)| group.shape(m, i) * mode.motion.displacement_integral(tau);
+        group.modes.iter().enumerate().map(term).sum()
+    }
+
+    fn overlap(&self, j: usize, tau: f64) -> (f64, f64) {
+        let [overlap, rate] = self.overlap_at(j, tau);
+        (overlap, rate - self.contacts[j].rate)
+    }
+
+    fn overlap_series(&self, j: usize, tau: f64) -> OverlapSeries {
+        let mut coefficients: OverlapSeries = self.overlap_at(j, tau);
+        let mut factorial = 1.0;
+        for (k, c) in coefficients.iter_mut().enumerate() {
+            factorial *= k.max(1) as f64;
+            *c /= factorial;
+        }
+        coefficients
+    }
+
+    fn impulse(&self, j: usize, tau: f64) -> f64 {
+        let &Joint { overlap, stiffness, damping, .. } = &self.contacts[j];
+        let change: f64 = self.movers(j).map(|(mode, stretch)| stretch * mode.motion.displacement_integral(tau)).sum();
+        stiffness * (overlap * tau + change) + damping * (self.overlap(j, tau).0 - overlap)
+    }
+
+    /// Modes without damping come ever closer to the sum of their amplitudes: after some dozens of swings the largest force till then is
+    /// taken.
+    fn peak(&self, j: usize, from: f64, to: f64, known: f64) -> f64 {
+        let force = |t: f64| self.force_at(j, t).0[0];
+        let mut best = force(from).max(force(to)).max(known);
+        let mut t = from;
+        // From where the force passes the best so far, by more than rounding, up to where it falls again.
+        let mut allowed = self.allowed(j);
+        loop {
+            let above = self.watch(j, Watched::Force, (1.0, best + 1e-12 * best.abs()));
+            let Next::At(rise) = search_within(&above, t, to, &mut allowed) else { break };
+            let falling = self.watch(j, Watched::ForceRate, (-1.0, 0.0));
+            let Next::At(top) = search_within(&falling, rise, to, &mut allowed) else { break };
+            best = best.max(force(top));
+            t = top;
+        }
+        best
+    }
+
+    /// The inputs are constant.
+    fn work(&self, i: usize, push: &Push, tau: f64) -> f64 {
+        push[0] * self.moved(i, tau).0
+    }
+
+    /// All that a group's contacts lose is entered at its first one.
+    fn contact_loss(&self, j: usize, tau: f64) -> f64 {
+        match self.joining(j) {
+            // The shapes are orthogonal also to the contacts: no loss is shared between modes.
+            Some(group) if j == group.first && group.damping > 0.0 => {
+                let loss = |mode: &NaturalMode| group.damping * mode.lambda * mode.squared_velocity_integral(tau);
+                group.modes[1..].iter().map(loss).sum()
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// Of a group it is entered at its first ball.
+    fn squared_velocity_integral(&self, i: usize, tau: f64) -> f64 {
+        let group = &self.groups[self.group_of[i]];
+        if i != group.first {
+            return 0.0;
+        }
+        group.modes.iter().map(|mode| mode.squared_velocity_integral(tau)).sum()
+    }
+
+    fn onset(&self, j: usize, _window: &Window, until: f64, rounding: &Rounding) -> Next {
+        self.watch(j, Watched::Overlap, (1.0, rounding.position)).crossing(until)
+    }
+
+    fn release(&self, j: usize, until: f64, rounding: &Rounding) -> Next {
+        self.watch(j, Watched::Overlap, (-1.0, rounding.no_overlap())).crossing(until)
+    }
+
+    fn clip(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Next {
+        let (sign, _) = clipping(window.contacts[j].mode);
+        let level = sign * self.contacts[j].impedance * rounding.velocity;
+        // What rounding the rate had at the start dies out with the motion, and the overlap has none.
+        let fading = self.joining(j).map_or(0.0, Group::least_decay);
+        Watch { fading, ..self.watch(j, Watched::Force, (sign, level)) }.crossing(until)
+    }
+
+    fn searched(&self) -> u64 {
+        self.searched.get()
     }
 }
 
@@ -321,26 +321,25 @@ struct Watch<'a> {
 
 impl Watch<'_> {
     /// Where it becomes positive before `until` (s).
-    fn crossing(&self, until: f64, switch: Switch) -> Option<Switching> {
+    fn crossing(&self, until: f64) -> Next {
         let (allowed, near) = (self.modes.allowed(self.contact), SWINGS * self.modes.shortest_time());
         let found = match self.search(until, allowed) {
             // It hardly got on: more evaluations for less of a way.
-            Search::NotBefore(tau) if tau <= near && near < until => match self.search(near, MORE_EVALUATIONS) {
+            Next::NotBefore(tau) if tau <= near && near < until => match self.search(near, MORE_EVALUATIONS) {
                 // What is left has followed nothing but rounding.
-                Search::Nowhere | Search::NotBefore(_) => Search::NotBefore(near),
+                Next::Never | Next::NotBefore(_) => Next::NotBefore(near),
                 found => found,
             },
             found => found,
         };
         match found {
-            Search::At(tau) if tau < until => Some((tau, Some(switch))),
-            Search::NotBefore(tau) if tau < until => Some((tau, None)),
-            _ => None,
+            Next::At(tau) | Next::NotBefore(tau) if tau < until => found,
+            _ => Next::Never,
         }
     }
 
     /// A search with at most so many evaluations, which are counted.
-    fn search(&self, until: f64, most: u32) -> Search {
+    fn search(&self, until: f64, most: u32) -> Next {
         let mut allowed = most;
         let found = search_within(self, 0.0, until, &mut allowed);
         let taken = u64::from(most - allowed) * self.modes.movers(self.contact).count() as u64;

@@ -10,9 +10,10 @@
 //!
 //! (Meirovitch, Fundamentals of Vibrations, 2001, chapter 7: damping proportional to the stiffness leaves the modes uncoupled.)
 
+use std::cell::Cell;
+
 use super::window::Window;
 use crate::solver::oscillator::{ForcedOscillator, Oscillator, Response};
-use std::cell::Cell;
 
 /// One natural mode of a group: its coordinate, which starts at 0.
 #[derive(Clone, Debug)]

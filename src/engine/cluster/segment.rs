@@ -6,18 +6,21 @@
 //! since the start of the segment and the overlaps by themselves, because overlaps of 1e-8 m are not to be had as differences
 //! of positions.
 
+use std::ops::Range;
+
 use super::collocation;
+use super::dense_output::DenseOutput;
 use super::modes::{self, Modes};
 use super::persistent;
 use super::recurrences::{self, velocity_scale};
 use super::series::Series;
 use super::step_control::{Control, Pace};
-use super::window::{OverlapSeries, Switch, Switching, Window, WindowContact};
+use super::window::{OverlapSeries, Switch, Window, WindowContact, clipping};
 use crate::engine::flight::{Ball, Flight, Rounding, Tally, shifted, spaced};
 use crate::model::{ContactLaw, Mode};
+use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::radau::STAGES;
-use std::ops::Range;
 
 /// How the motion of a window is described.
 #[derive(Clone, Debug)]
@@ -26,37 +29,31 @@ pub(crate) enum Motion {
     Modes(Modes),
 }
 
-/// Calls the same method of whatever describes the motion.
-macro_rules! of_motion {
-    ($motion:expr, $method:ident($($argument:expr),*)) => {
-        match $motion {
-            Motion::Series(series) => series.$method($($argument),*),
-            Motion::Modes(modes) => modes.$method($($argument),*),
-        }
-    };
-}
-
 impl Motion {
-    /// The first switching of contact `j` of `window`, the one described, before `until` (s). What does not exceed `rounding` is
-    /// no switching.
-    fn first_switch(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Option<Switching> {
-        let (law, mode) = (&window.laws[j], window.contacts[j].mode);
-        if mode == Mode::Open {
-            return match self {
-                Self::Series(series) => series.onset(j, law, window.reduced_mass(j), until, rounding),
-                Self::Modes(modes) => modes.onset(j, until, rounding),
-            };
-        }
-        let release = of_motion!(self, release(j, until, rounding));
-        if !law.clips() {
-            return release;
-        }
-        let until = release.map_or(until, |(tau, _)| tau);
+    /// What it tells, whichever method it is by.
+    fn output(&self) -> &dyn DenseOutput {
         match self {
-            Self::Series(series) => series.clip(j, law, mode, until, rounding),
-            Self::Modes(modes) => modes.clip(j, mode, until, rounding),
+            Self::Series(series) => series,
+            Self::Modes(modes) => modes,
         }
-        .or(release)
+    }
+
+    /// The first switching of contact `j` of `window`, the one described, before `until` (s), and what it is. What does not exceed
+    /// `rounding` is no switching.
+    fn first_switch(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> (Next, Switch) {
+        let (output, law, mode) = (self.output(), &window.laws[j], window.contacts[j].mode);
+        if mode == Mode::Open {
+            return (output.onset(j, window, until, rounding), Switch::Onset);
+        }
+        let release = output.release(j, until, rounding);
+        if law.clips() {
+            let until = if let Next::At(tau) | Next::NotBefore(tau) = release { tau } else { until };
+            let clip = output.clip(j, window, until, rounding);
+            if clip != Next::Never {
+                return (clip, clipping(mode).1);
+            }
+        }
+        (release, Switch::Release)
     }
 }
 
@@ -136,31 +133,28 @@ impl Cluster {
 
     /// Evaluations of closed forms that the search for the end of the segment has taken.
     pub fn searched(&self) -> u64 {
-        match &self.motion {
-            Motion::Series(_) => 0,
-            Motion::Modes(modes) => modes.searched(),
-        }
+        self.motion.output().searched()
     }
 
     /// Displacement of ball `i` of the window since the start of the segment (m) and its velocity (m/s), `tau` after
     /// it.
     pub fn moved(&self, i: usize, tau: f64) -> (f64, f64) {
         let j = i - self.window.start;
-        let (displacement, change) = of_motion!(&self.motion, moved(j, tau));
+        let (displacement, change) = self.motion.output().moved(j, tau);
         (displacement, self.flights[j].v + change)
     }
 
     /// Overlap (m) and its rate (m/s) in contact `i` of the window, `tau` after the start of the segment.
     pub fn overlap(&self, i: usize, tau: f64) -> (f64, f64) {
         let j = i - self.window.start;
-        let (overlap, change) = of_motion!(&self.motion, overlap(j, tau));
+        let (overlap, change) = self.motion.output().overlap(j, tau);
         (overlap, (self.flights[j].v - self.flights[j + 1].v) + change)
     }
 
     /// Coefficients of the overlap of contact `i` of the window as a power series of the time (s) from `tau` after the start of the
     /// segment on.
     pub fn overlap_series(&self, i: usize, tau: f64) -> OverlapSeries {
-        of_motion!(&self.motion, overlap_series(i - self.window.start, tau))
+        self.motion.output().overlap_series(i - self.window.start, tau)
     }
 
     /// Mode of contact `i` on the segment.
@@ -171,7 +165,7 @@ impl Cluster {
     /// Impulse of contact `i` from the start of the segment to `tau`, N.s.
     pub fn impulse(&self, i: usize, tau: f64) -> f64 {
         match self.mode(i) {
-            Mode::Pressing => of_motion!(&self.motion, impulse(i - self.window.start, tau)),
+            Mode::Pressing => self.motion.output().impulse(i - self.window.start, tau),
             Mode::Open | Mode::Clipped => 0.0,
         }
     }
@@ -180,7 +174,7 @@ impl Cluster {
     /// segment, N.
     pub fn peak(&self, i: usize, from: f64, to: f64, known: f64) -> f64 {
         match self.mode(i) {
-            Mode::Pressing if from < to => of_motion!(&self.motion, peak(i - self.window.start, from, to, known)),
+            Mode::Pressing if from < to => self.motion.output().peak(i - self.window.start, from, to, known),
             _ => known,
         }
     }
@@ -188,9 +182,7 @@ impl Cluster {
     /// Energy that contact `i` dissipates from the start of the segment to `tau`, J.
     pub fn contact_loss(&self, i: usize, law: &ContactLaw, tau: f64) -> f64 {
         match self.mode(i) {
-            Mode::Pressing if !law.is_elastic() => {
-                of_motion!(&self.motion, contact_loss(i - self.window.start, tau))
-            }
+            Mode::Pressing if !law.is_elastic() => self.motion.output().contact_loss(i - self.window.start, tau),
             // The spring gives back nothing of what it holds.
             Mode::Clipped => {
                 let before = self.contacts[i - self.window.start].overlap;
@@ -206,15 +198,11 @@ impl Cluster {
         let j = i - self.window.start;
         let flight = &self.flights[j];
         let mut tally = *tally;
-        tally.x_integral += flight.x * tau + of_motion!(&self.motion, displacement_integral(j, tau));
-        tally.work += ball.mass
-            * match &self.motion {
-                Motion::Series(series) => series.work(j, &flight.push, tau),
-                Motion::Modes(modes) => flight.push[0] * modes.moved(j, tau).0,
-            };
+        tally.x_integral += flight.x * tau + self.motion.output().displacement_integral(j, tau);
+        tally.work += ball.mass * self.motion.output().work(j, &flight.push, tau);
         let gamma = ball.oscillator.gamma();
         if gamma > 0.0 {
-            tally.drag_loss += 2.0 * gamma * ball.mass * of_motion!(&self.motion, squared_velocity_integral(j, tau));
+            tally.drag_loss += 2.0 * gamma * ball.mass * self.motion.output().squared_velocity_integral(j, tau);
         }
         tally
     }
@@ -223,12 +211,12 @@ impl Cluster {
     pub fn move_start(&mut self, tau: f64, balls: &[Ball], laws: &[ContactLaw]) {
         self.start += tau;
         for (j, contact) in self.contacts.iter_mut().enumerate() {
-            contact.overlap = of_motion!(&self.motion, overlap(j, tau)).0;
+            contact.overlap = self.motion.output().overlap(j, tau).0;
         }
         for (j, flight) in self.flights.iter_mut().enumerate() {
             let i = self.window.start + j;
             *flight = if self.members.contains(&i) {
-                let (displacement, change) = of_motion!(&self.motion, moved(j, tau));
+                let (displacement, change) = self.motion.output().moved(j, tau);
                 Flight { x: flight.x + displacement, v: flight.v + change, push: shifted(&flight.push, tau) }
             } else {
                 balls[i].flight_at(self.start)
@@ -272,9 +260,10 @@ impl Cluster {
         // Switchings within the error of a step are no more real than those by rounding.
         let rounding = Rounding { velocity: rounding.velocity.max(error), ..rounding };
         for j in 0..laws.len() {
-            if let Some((tau, switch)) = self.motion.first_switch(j, &window, self.length, &rounding) {
-                self.length = tau;
-                self.switch = switch.map(|switch| (self.window.start + j, switch));
+            match self.motion.first_switch(j, &window, self.length, &rounding) {
+                (Next::At(tau), switch) => (self.length, self.switch) = (tau, Some((self.window.start + j, switch))),
+                (Next::NotBefore(tau), _) => (self.length, self.switch) = (tau, None),
+                (Next::Never, _) => {}
             }
         }
         self.pace.age = self.pace.age.saturating_add(1);

@@ -2,9 +2,11 @@
 //! output. How the coefficients follow from the state at the start of a segment: `recurrences`, `persistent` where balls have been
 //! pressed together for long, or `collocation`.
 
-use super::window::{Switch, Switching, Window, clipping};
+use super::dense_output::DenseOutput;
+use super::window::{OverlapSeries, Window, clipping};
 use crate::engine::flight::{Push, Rounding, degree};
-use crate::model::{ContactLaw, Mode};
+use crate::model::Mode;
+use crate::next::Next;
 use crate::solver::oscillator::MAX_FORCE_ORDER;
 use crate::solver::series;
 
@@ -54,74 +56,9 @@ impl Series {
         row.iter().enumerate().skip(1).map(|(k, c)| k as f64 * c / self.unit).collect()
     }
 
-    /// Displacement of ball `j` of the window since the start of the segment (m) and the change of its velocity (m/s) till `tau`
-    /// (s). The change: at the start, where many switchings may come at once, it must be exactly 0.
-    pub fn moved(&self, j: usize, tau: f64) -> (f64, f64) {
-        self.with_change_of_rate(self.displacement(j), tau)
-    }
-
     fn with_change_of_rate(&self, row: &[f64], tau: f64) -> (f64, f64) {
         let s = tau / self.unit;
         (self.value(row, s), self.change_of_derivative(row, s) / self.unit)
-    }
-
-    /// Integral of that displacement, m.s.
-    pub fn displacement_integral(&self, j: usize, tau: f64) -> f64 {
-        self.unit * self.integral(self.displacement(j), tau / self.unit)
-    }
-
-    /// Overlap of contact `j` of the window (m) at `tau` (s) and the change of its rate (m/s) till then.
-    pub fn overlap(&self, j: usize, tau: f64) -> (f64, f64) {
-        self.with_change_of_rate(self.overlap_row(j), tau)
-    }
-
-    /// Coefficients of that overlap as a power series of the time (s) from `tau` on.
-    pub fn overlap_series<const COUNT: usize>(&self, j: usize, tau: f64) -> [f64; COUNT] {
-        let mut coefficients = series::about(self.overlap_row(j), tau / self.unit);
-        let mut scale = 1.0;
-        for c in &mut coefficients {
-            *c *= scale;
-            scale /= self.unit;
-        }
-        coefficients
-    }
-
-    /// Integral of the force of contact `j` by its law without clipping, N.s.
-    pub fn impulse(&self, j: usize, tau: f64) -> f64 {
-        self.unit * self.integral(self.force_row(j), tau / self.unit)
-    }
-
-    /// The larger of `known` and the largest such force between two times (s), N.
-    pub fn peak(&self, j: usize, from: f64, to: f64, known: f64) -> f64 {
-        let (row, to) = (self.force_row(j), to / self.unit);
-        if series::bound(row, to) < known { known } else { series::maximum(row, from / self.unit, to).max(known) }
-    }
-
-    /// Integral of the squared velocity of ball `j`, m2/s.
-    pub fn squared_velocity_integral(&self, j: usize, tau: f64) -> f64 {
-        let v = self.rate(self.displacement(j));
-        self.product_integral(&v, &v, tau)
-    }
-
-    /// Work per unit of mass of the acceleration `push` on ball `j`, m2/s2.
-    pub fn work(&self, j: usize, push: &Push, tau: f64) -> f64 {
-        if degree(push) == 0 {
-            return push[0] * self.moved(j, tau).0;
-        }
-        let mut unit = 1.0;
-        let mut scaled = [0.0; MAX_FORCE_ORDER + 1];
-        for (k, p) in push.iter().enumerate() {
-            scaled[k] = p * unit * INVERSE_FACTORIAL[k];
-            unit *= self.unit;
-        }
-        self.product_integral(&scaled, &self.rate(self.displacement(j)), tau)
-    }
-
-    /// Energy that the pressing contact `j` dissipates by the force less its elastic part, J.
-    pub fn contact_loss(&self, j: usize, tau: f64) -> f64 {
-        let elastic = &self.row(&self.elastic, j)[..self.order];
-        let excess: Vec<f64> = self.force_row(j).iter().zip(elastic).map(|(f, e)| f - e).collect();
-        self.product_integral(&excess, &self.rate(self.overlap_row(j)), tau)
     }
 
     /// How long the series converge to the tolerance, s.
@@ -130,69 +67,16 @@ impl Series {
     }
 
     /// The crossing of `row`, signed, above `level` before `until` (s).
-    fn crossing(&self, row: &[f64], (sign, level): (f64, f64), until: f64, switch: Switch) -> Option<Switching> {
-        self.switching(series::first_positive(row, sign, level, until / self.unit), until, switch)
+    fn crossing(&self, row: &[f64], sign: f64, level: f64, until: f64) -> Next {
+        self.switching(series::first_positive(row, sign, level, until / self.unit), until)
     }
 
     /// A switching at the scaled time `s`, if there is one and it comes before `until` (s).
-    fn switching(&self, s: Option<f64>, until: f64, switch: Switch) -> Option<Switching> {
-        let tau = s? * self.unit;
-        (tau < until).then_some((tau, Some(switch)))
-    }
-
-    /// The onset of the open contact `j` with this law and reduced mass (kg) before `until` (s). Balls that swing side by side
-    /// approach each other by rounding: that is no onset.
-    pub fn onset(&self, j: usize, law: &ContactLaw, mass: f64, until: f64, rounding: &Rounding) -> Option<Switching> {
-        let row = self.overlap_row(j);
-        let onset = self.crossing(row, (1.0, 0.0), until, Switch::Onset)?;
-        let noise = rounding.position;
-        let deep = series::first_positive(row, 1.0, noise, until / self.unit).is_some();
-        // Where a wave arrives, a ball in touch and at rest, but for what its front has not been felt by, may take longer than
-        // this segment to be pressed any deeper.
-        let at_rest = row[0].max(0.0) + row[1].abs() <= rounding.velocity * self.unit;
-        let wave = || at_rest && self.overlaps.chunks_exact(self.stride()).any(|d| d[0] + d[1] > noise);
-        // Its front is not there yet while closing the contact would change the velocities by no more than their rounding.
-        let felt = || {
-            let (overlap, change_of_rate) = self.overlap(j, until);
-            change_of_rate + law.elastic_force(overlap) * until / mass > rounding.velocity
-        };
-        (deep || (wave() && felt())).then_some(onset)
-    }
-
-    /// The release of the closed contact `j` before `until` (s).
-    pub fn release(&self, j: usize, until: f64, rounding: &Rounding) -> Option<Switching> {
-        let (row, level) = (self.overlap_row(j), rounding.no_overlap());
-        if row[0] < level && row[1] == 0.0 {
-            // It has just closed from rest, and rounding has a say in which way it goes at first.
-            let end = until / self.unit;
-            if let Some(rise) = series::first_positive(row, 1.0, level, end)
-                && series::first_positive(row, -1.0, -rounding.position, rise).is_none()
-            {
-                let fall = series::first_positive_after(row, -1.0, level, rise, end);
-                return self.switching(fall, until, Switch::Release);
-            }
+    fn switching(&self, s: Option<f64>, until: f64) -> Next {
+        match s.map(|s| s * self.unit) {
+            Some(tau) if tau < until => Next::At(tau),
+            _ => Next::Never,
         }
-        self.crossing(row, (-1.0, level), until, Switch::Release)
-    }
-
-    /// The beginning or, in mode `Clipped`, the end of the clipping of contact `j` before `until` (s), by more than `rounding`.
-    pub fn clip(&self, j: usize, law: &ContactLaw, mode: Mode, until: f64, rounding: &Rounding) -> Option<Switching> {
-        let (push, noise) = match law.rate_factor() {
-            Some(alpha) => {
-                let row = self.overlap_row(j);
-                let fastest = row[1].abs() + series::bound_of_change_of_derivative(row, until / self.unit);
-                if mode == Mode::Pressing && alpha * fastest < (1.0 - 1e-9) * self.unit {
-                    return None;
-                }
-                let mut factor: Vec<f64> = self.rate(row).iter().map(|r| alpha * r).collect();
-                factor[0] += 1.0;
-                (factor, alpha * rounding.velocity)
-            }
-            None => (self.force_row(j).to_vec(), rounding.force(law)),
-        };
-        let (sign, switch) = clipping(mode);
-        self.crossing(&push, (sign, 0.0), until, switch)
-            .filter(|_| series::first_positive(&push, sign, sign * noise, until / self.unit).is_some())
     }
 
     /// Value of a row at the scaled time `s`.
@@ -263,6 +147,120 @@ impl Series {
         let at = j * self.stride();
         self.elastic[at..at + elastic.len()].copy_from_slice(elastic);
         self.forces[at..at + force.len()].copy_from_slice(force);
+    }
+}
+
+impl DenseOutput for Series {
+    fn moved(&self, j: usize, tau: f64) -> (f64, f64) {
+        self.with_change_of_rate(self.displacement(j), tau)
+    }
+
+    fn displacement_integral(&self, j: usize, tau: f64) -> f64 {
+        self.unit * self.integral(self.displacement(j), tau / self.unit)
+    }
+
+    fn overlap(&self, j: usize, tau: f64) -> (f64, f64) {
+        self.with_change_of_rate(self.overlap_row(j), tau)
+    }
+
+    fn overlap_series(&self, j: usize, tau: f64) -> OverlapSeries {
+        let mut coefficients = series::about(self.overlap_row(j), tau / self.unit);
+        let mut scale = 1.0;
+        for c in &mut coefficients {
+            *c *= scale;
+            scale /= self.unit;
+        }
+        coefficients
+    }
+
+    fn impulse(&self, j: usize, tau: f64) -> f64 {
+        self.unit * self.integral(self.force_row(j), tau / self.unit)
+    }
+
+    fn peak(&self, j: usize, from: f64, to: f64, known: f64) -> f64 {
+        let (row, to) = (self.force_row(j), to / self.unit);
+        if series::bound(row, to) < known { known } else { series::maximum(row, from / self.unit, to).max(known) }
+    }
+
+    fn squared_velocity_integral(&self, j: usize, tau: f64) -> f64 {
+        let v = self.rate(self.displacement(j));
+        self.product_integral(&v, &v, tau)
+    }
+
+    fn work(&self, j: usize, push: &Push, tau: f64) -> f64 {
+        if degree(push) == 0 {
+            return push[0] * self.moved(j, tau).0;
+        }
+        let mut unit = 1.0;
+        let mut scaled = [0.0; MAX_FORCE_ORDER + 1];
+        for (k, p) in push.iter().enumerate() {
+            scaled[k] = p * unit * INVERSE_FACTORIAL[k];
+            unit *= self.unit;
+        }
+        self.product_integral(&scaled, &self.rate(self.displacement(j)), tau)
+    }
+
+    fn contact_loss(&self, j: usize, tau: f64) -> f64 {
+        let elastic = &self.row(&self.elastic, j)[..self.order];
+        let excess: Vec<f64> = self.force_row(j).iter().zip(elastic).map(|(f, e)| f - e).collect();
+        self.product_integral(&excess, &self.rate(self.overlap_row(j)), tau)
+    }
+
+    fn onset(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Next {
+        let (row, law, mass) = (self.overlap_row(j), &window.laws[j], window.reduced_mass(j));
+        let onset = self.crossing(row, 1.0, 0.0, until);
+        if onset == Next::Never {
+            return onset;
+        }
+        let noise = rounding.position;
+        let deep = series::first_positive(row, 1.0, noise, until / self.unit).is_some();
+        // Where a wave arrives, a ball in touch and at rest, but for what its front has not been felt by, may take longer than
+        // this segment to be pressed any deeper.
+        let at_rest = row[0].max(0.0) + row[1].abs() <= rounding.velocity * self.unit;
+        let wave = || at_rest && self.overlaps.chunks_exact(self.stride()).any(|d| d[0] + d[1] > noise);
+        // Its front is not there yet while closing the contact would change the velocities by no more than their rounding.
+        let felt = || {
+            let (overlap, change_of_rate) = self.overlap(j, until);
+            change_of_rate + law.elastic_force(overlap) * until / mass > rounding.velocity
+        };
+        if deep || (wave() && felt()) { onset } else { Next::Never }
+    }
+
+    fn release(&self, j: usize, until: f64, rounding: &Rounding) -> Next {
+        let (row, level) = (self.overlap_row(j), rounding.no_overlap());
+        if row[0] < level && row[1] == 0.0 {
+            // It has just closed from rest, and rounding has a say in which way it goes at first.
+            let end = until / self.unit;
+            if let Some(rise) = series::first_positive(row, 1.0, level, end)
+                && series::first_positive(row, -1.0, -rounding.position, rise).is_none()
+            {
+                let fall = series::first_positive_after(row, -1.0, level, rise, end);
+                return self.switching(fall, until);
+            }
+        }
+        self.crossing(row, -1.0, level, until)
+    }
+
+    fn clip(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Next {
+        let (law, mode) = (&window.laws[j], window.contacts[j].mode);
+        let (push, noise) = match law.rate_factor() {
+            Some(alpha) => {
+                let row = self.overlap_row(j);
+                let fastest = row[1].abs() + series::bound_of_change_of_derivative(row, until / self.unit);
+                if mode == Mode::Pressing && alpha * fastest < (1.0 - 1e-9) * self.unit {
+                    return Next::Never;
+                }
+                let mut factor: Vec<f64> = self.rate(row).iter().map(|r| alpha * r).collect();
+                factor[0] += 1.0;
+                (factor, alpha * rounding.velocity)
+            }
+            None => (self.force_row(j).to_vec(), rounding.force(law)),
+        };
+        let (sign, _) = clipping(mode);
+        match series::first_positive(&push, sign, sign * noise, until / self.unit) {
+            Some(_) => self.crossing(&push, sign, 0.0, until),
+            None => Next::Never,
+        }
     }
 }
 

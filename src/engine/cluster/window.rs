@@ -1,8 +1,9 @@
 //! A window: a stretch of neighbouring balls and the contacts between them, at the start of a segment that is followed as a whole.
 
+use serde::{Deserialize, Serialize};
+
 use crate::engine::flight::{Ball, Flight};
 use crate::model::{ContactLaw, MAX_OUTPUT_DERIVATIVE, Mode};
-use serde::{Deserialize, Serialize};
 
 /// What is hardly anything beside 1.
 const FAINT: f64 = 1e-4;
@@ -85,7 +86,3 @@ pub(crate) enum Switch {
 pub(crate) fn clipping(mode: Mode) -> (f64, Switch) {
     if mode == Mode::Pressing { (-1.0, Switch::Clip) } else { (1.0, Switch::Unclip) }
 }
-
-/// When a contact switches on a segment (s), and to what; `None` for that is a time up to which it does not, and no
-/// further.
-pub(crate) type Switching = (f64, Option<Switch>);

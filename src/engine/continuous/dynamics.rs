@@ -1,11 +1,12 @@
 //! The chain as one system of ordinary differential equations.
 
+use serde::{Deserialize, Serialize};
+
 use crate::engine::flight::{Push, push_at};
 use crate::model::{BallModel, ContactLaw, Cradle};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::ode::{Path, System, Tridiagonal};
 use crate::solver::series;
-use serde::{Deserialize, Serialize};
 
 /// Velocities down to this part of the largest are computed to the tolerance: balls that ought to rest must not creep,
 /// or the next impact finds them apart.

@@ -1,8 +1,9 @@
 //! Which solver integrates the chain.
 
+use serde::{Deserialize, Serialize};
+
 use crate::model::{Parameters, SolverMethod};
 use crate::solver::ode::Family;
-use serde::{Deserialize, Serialize};
 
 /// What the solver is started with.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

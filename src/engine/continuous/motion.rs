@@ -1,7 +1,8 @@
 //! Steps of the solver, and the switchings of contacts within them.
 
-use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
+
+use serde::{Deserialize, Serialize};
 
 use super::dynamics::{Dynamics, LARGEST};
 use super::method::Method;

@@ -1,7 +1,8 @@
 //! The state of the whole chain at one time.
 
-use crate::model::Mode;
 use serde::{Deserialize, Serialize};
+
+use crate::model::Mode;
 
 /// Positions (m), velocities (m/s), overlaps (m) and modes of a chain at one time: all that its motion depends on but the inputs.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]

@@ -1,12 +1,13 @@
 //! One ball: its state at its anchor, what governs its motion from there on, and its integrals since the start.
 
+use serde::{Deserialize, Serialize};
+
 use super::forcing::{Push, degree, shifted};
 use super::free_motion::Flight;
 use crate::model::BallModel;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::oscillator::{BASIS, Oscillator, Steady};
 use crate::solver::quadrature::gauss_legendre;
-use serde::{Deserialize, Serialize};
 
 /// Sums over time that a ball carries along.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

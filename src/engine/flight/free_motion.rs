@@ -1,10 +1,11 @@
 //! The motion of a ball that touches nothing: a closed form of its state at its anchor and the inputs.
 
+use serde::{Deserialize, Serialize};
+
 use super::forcing::{Push, degree, push_at, shifted};
 use crate::model::ContactLaw;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::oscillator::{BASIS, Oscillator, Steady};
-use serde::{Deserialize, Serialize};
 
 /// Contact-free motion from an anchor on: a closed form of the time since then.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

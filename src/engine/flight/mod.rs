@@ -12,4 +12,4 @@ mod separation;
 pub(crate) use ball::{Ball, Held, Tally, spaced};
 pub(crate) use forcing::{Push, degree, push_at, shifted};
 pub(crate) use free_motion::{Flight, Rounding};
-pub(crate) use separation::{EVALUATIONS, FAR, Forecast, HARDLY, Separation, reach};
+pub(crate) use separation::{EVALUATIONS, FAR, HARDLY, Separation, reach};

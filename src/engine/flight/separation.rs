@@ -1,12 +1,14 @@
 //! An open contact between two balls in flight: its overlap as a closed form, and when it will close.
 
+use serde::{Deserialize, Serialize};
+
 use super::ball::Ball;
 use super::forcing::degree;
 use super::free_motion::Flight;
+use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::oscillator::Oscillator;
-use crate::solver::root::{Search, Smooth, safe_step, search_within};
-use serde::{Deserialize, Serialize};
+use crate::solver::root::{Smooth, safe_step, search_within};
 
 /// The overlap (negative while apart) since an anchor.
 ///
@@ -29,17 +31,6 @@ enum Motion {
     Relative(Oscillator, Flight),
     /// Unequal pendulums: left and right.
     Both([(Oscillator, Flight); 2]),
-}
-
-/// What is known about the next closing of an open contact, or the end of a lasting one.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) enum Forecast {
-    /// It comes at this time.
-    At(DoubleDouble),
-    /// It does not come before this time; what comes then has not been looked at.
-    NotBefore(DoubleDouble),
-    /// It never comes.
-    Never,
 }
 
 /// Evaluations that one forecast may take, far beyond what most motions take; what comes then is left to the next one.
@@ -142,9 +133,9 @@ impl Separation {
 
     /// The next closing after `from`, a time at or after the anchor, with at most so many evaluations as are `allowed`, which counts
     /// them down.
-    pub fn forecast(&self, from: DoubleDouble, allowed: &mut u32) -> Forecast {
+    pub fn forecast(&self, from: DoubleDouble, allowed: &mut u32) -> Next<DoubleDouble> {
         if self.stays_apart() {
-            return Forecast::Never;
+            return Next::Never;
         }
         let start = (from - self.anchor).value();
         let reach = self.reach(start);
@@ -154,19 +145,19 @@ impl Separation {
             // span, here half a period.
             clear = safe_step(self, 0.0, self.at_anchor(), 0.25 * reach);
             if clear > 0.02 * reach {
-                return Forecast::NotBefore(self.anchor + clear);
+                return Next::NotBefore(self.anchor + clear);
             }
         } else if let Some(tau) = self.next_wave(start) {
-            return Forecast::At(self.anchor + tau);
+            return Next::At(self.anchor + tau);
         }
         let horizon = start + reach;
         // Up to `clear` there is none.
         match search_within(self, clear, horizon, allowed) {
-            Search::At(tau) => Forecast::At(self.anchor + self.polished(tau)),
-            Search::NotBefore(tau) if tau - clear > HARDLY * clear => Forecast::NotBefore(self.anchor + tau),
+            Next::At(tau) => Next::At(self.anchor + self.polished(tau)),
+            Next::NotBefore(tau) if tau - clear > HARDLY * clear => Next::NotBefore(self.anchor + tau),
             // One that hardly got on has followed nothing but rounding.
-            _ if horizon.is_finite() && horizon < FAR => Forecast::NotBefore(self.anchor + horizon),
-            _ => Forecast::Never,
+            _ if horizon.is_finite() && horizon < FAR => Next::NotBefore(self.anchor + horizon),
+            _ => Next::Never,
         }
     }
 

@@ -1,9 +1,10 @@
 //! What a contact remembers: its pulses, their impulse and peak, and its share in the step under way.
 
+use serde::{Deserialize, Serialize};
+
 use crate::engine::observer::Pulse;
 use crate::model::NEVER;
 use crate::solver::double_double::DoubleDouble;
-use serde::{Deserialize, Serialize};
 
 /// Counts stay far below this, 2^62: nothing happens so often.
 pub(crate) const LARGEST_COUNT: u64 = 1 << 62;

@@ -1,9 +1,9 @@
 //! The next onset: read off the forecasts, or found by a copy of the run that goes ahead.
 
-use crate::engine::flight::Forecast;
 use crate::engine::observer::Unrecorded;
 use crate::engine::run::{Engine, NO_STEP, Phase};
 use crate::model::{NextOnset, ONSET_PERIODS};
+use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 
 /// Work that one look ahead may take, in the units of [`Engine::effort`]: some tenths of a millisecond. The event that exceeds it is
@@ -86,7 +86,7 @@ impl Engine {
     /// The first onset after `now` (s), if the first entry of the queue tells it: the entry is that onset, or beyond `limit`.
     fn read_off(&self, now: f64, limit: DoubleDouble) -> Option<NextOnset> {
         let Some((t, key)) = self.queue.first().filter(|(t, _)| *t <= limit) else { return Some(NextOnset::NONE) };
-        let onset = matches!(self.contacts[key].phase, Phase::Open(_, Forecast::At(_)));
+        let onset = matches!(self.contacts[key].phase, Phase::Open(_, Next::At(_)));
         (onset && t.value_up() > now).then(|| NextOnset::at(t.value_up()))
     }
 }

@@ -3,8 +3,9 @@
 //! What no event has moved within the step is still on the closed form that it was on when the step began, and is evaluated there.
 //! Only what an event is about to move is recorded before, so that a step costs what happens in it, not the number of balls.
 
-use crate::model::Mode;
 use serde::{Deserialize, Serialize};
+
+use crate::model::Mode;
 
 /// No step has this number.
 const NO_STEP: u64 = u64::MAX;

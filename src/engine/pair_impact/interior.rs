@@ -1,12 +1,13 @@
 //! The interior of an impact of known outcome, for those who look at it: segments as those of any cluster, computed as far as somebody
 //! has asked for.
 
+use std::cell::OnceCell;
+
 use super::closed_form::PairImpact;
 use crate::engine::cluster::{Cluster, Control, Pace, Switch, WindowContact};
 use crate::engine::flight::{Ball, Tally};
 use crate::model::{ContactLaw, Mode};
 use crate::solver::double_double::DoubleDouble;
-use std::cell::OnceCell;
 
 /// A segment of an impact and, once it is asked for, the next.
 #[derive(Debug)]

@@ -10,11 +10,13 @@
 //!
 //! which is a closed form like the motion. A contact lasts until its force would pull.
 
-use crate::engine::flight::{Ball, FAR, Flight, Forecast, HARDLY, Push, degree, reach, shifted};
+use serde::{Deserialize, Serialize};
+
+use crate::engine::flight::{Ball, FAR, Flight, HARDLY, Push, degree, reach, shifted};
+use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::oscillator::{BASIS, MAX_FORCE_ORDER, Oscillator, Steady};
-use crate::solver::root::{Search, Smooth, falling_zero, search_within};
-use serde::{Deserialize, Serialize};
+use crate::solver::root::{Smooth, falling_zero, search_within};
 
 /// Up to so many swings are looked through one by one for the largest force.
 const MOST_SWINGS: f64 = 8.0;
@@ -254,21 +256,21 @@ impl Bond {
 
     /// When, from `from` on, the force would pull by more than rounding; with at most so many evaluations as are `allowed`, which
     /// counts them down.
-    pub fn forecast(&self, from: DoubleDouble, allowed: &mut u32) -> Forecast {
+    pub fn forecast(&self, from: DoubleDouble, allowed: &mut u32) -> Next<DoubleDouble> {
         let start = (from - self.anchor).value();
         if self.at(start)[0] > 0.0 {
-            return Forecast::At(from);
+            return Next::At(from);
         }
         if self.is_constant() {
-            return Forecast::Never;
+            return Next::Never;
         }
         let reach = reach(&[&self.oscillator], start);
         let horizon = start + reach;
         match search_within(self, start, horizon, allowed) {
-            Search::At(tau) => Forecast::At(self.anchor + tau),
-            Search::NotBefore(tau) if tau - start > HARDLY * start => Forecast::NotBefore(self.anchor + tau),
-            _ if horizon < FAR => Forecast::NotBefore(self.anchor + horizon),
-            _ => Forecast::Never,
+            Next::At(tau) => Next::At(self.anchor + tau),
+            Next::NotBefore(tau) if tau - start > HARDLY * start => Next::NotBefore(self.anchor + tau),
+            _ if horizon < FAR => Next::NotBefore(self.anchor + horizon),
+            _ => Next::Never,
         }
     }
 

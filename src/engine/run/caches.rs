@@ -1,10 +1,11 @@
 //! What has been computed and would be computed again the same: nothing here is part of the state of a run, but for how far ahead has
 //! been looked, which later looks go on from.
 
+use std::cell::{Cell, OnceCell, RefCell};
+
 use crate::engine::pair_impact::Interior;
 use crate::model::NextOnset;
 use crate::solver::double_double::DoubleDouble;
-use std::cell::{Cell, OnceCell, RefCell};
 
 /// Everything that a run keeps of what it has computed for those who ask. `R` is the run.
 #[derive(Debug)]

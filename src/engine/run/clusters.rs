@@ -1,5 +1,7 @@
 //! Clusters within a run: founded, followed from switching to switching, and dissolved.
 
+use std::ops::Range;
+
 use super::contact::{Loose, Phase};
 use super::engine::Engine;
 use crate::engine::cluster::{Cluster, Pace, Switch, WindowContact};
@@ -8,7 +10,6 @@ use crate::engine::flight::Held;
 use crate::engine::observer::Observer;
 use crate::model::Mode;
 use crate::solver::double_double::DoubleDouble;
-use std::ops::Range;
 
 /// Effort (see [`Engine::effort`]) of each contact of a cluster's window in a new segment, and of each evaluation of a contact force
 /// for it.

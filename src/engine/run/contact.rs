@@ -1,11 +1,14 @@
 //! A contact of the cradle: its ledger, and what it is part of.
 
-use crate::engine::flight::{Forecast, Separation};
+use serde::{Deserialize, Serialize};
+
+use crate::engine::flight::Separation;
 use crate::engine::observation::Ledger;
 use crate::engine::pair_impact::PairImpact;
 use crate::engine::rigid::Bond;
 use crate::model::Mode;
-use serde::{Deserialize, Serialize};
+use crate::next::Next;
+use crate::solver::double_double::DoubleDouble;
 
 /// A contact of the cradle.
 #[derive(Clone, Debug, Default)]
@@ -20,7 +23,7 @@ pub(crate) enum Phase<I = PairImpact> {
     /// Nothing for the moment: an event regroups the balls about it. Between events no contact is loose.
     Loose(Loose),
     /// Open between balls in flight, with what is foretold of its onset.
-    Open(Separation, Forecast),
+    Open(Separation, Next<DoubleDouble>),
     /// Open beside an impact of known outcome, with the overlap (m) between where its balls are at their anchors, which differ.
     Beside(f64),
     /// In the window of this cluster.
@@ -28,7 +31,7 @@ pub(crate) enum Phase<I = PairImpact> {
     /// An impact of known outcome.
     Impact(I),
     /// A lasting contact of rigid balls, with what is foretold of its end.
-    Bond(Bond, Forecast),
+    Bond(Bond, Next<DoubleDouble>),
 }
 
 /// A contact whose balls are in flight and anchored at the same time, the time of an event.

@@ -1,13 +1,15 @@
 //! The events of a run: which one is due, onsets, and how contacts are regrouped.
 
+use std::ops::Range;
+
 use super::contact::Phase;
 use super::engine::Engine;
 use crate::engine::error::EngineError;
-use crate::engine::flight::{EVALUATIONS, Forecast, Held, Separation};
+use crate::engine::flight::{EVALUATIONS, Held, Separation};
 use crate::engine::observer::Observer;
 use crate::model::Mode;
+use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
-use std::ops::Range;
 
 /// Effort (see [`Engine::effort`]) of an event.
 const EVENT: u64 = 8;
@@ -29,13 +31,13 @@ impl Engine {
         match &self.contacts[key].phase {
             Phase::Window(id) => return self.end_segment(*id as usize, observer),
             Phase::Impact(_) => self.end_impact(key, t, observer),
-            Phase::Open(_, Forecast::At(_)) if self.is_rigid() => self.meet(key, t, observer),
-            Phase::Open(_, Forecast::At(_)) => {
+            Phase::Open(_, Next::At(_)) if self.is_rigid() => self.meet(key, t, observer),
+            Phase::Open(_, Next::At(_)) => {
                 if !self.begin_impact(key, t) {
                     self.close(key, t, key..key + 1);
                 }
             }
-            Phase::Bond(_, Forecast::At(_)) => self.part(key, t, observer),
+            Phase::Bond(_, Next::At(_)) => self.part(key, t, observer),
             Phase::Open(..) | Phase::Bond(..) | Phase::Beside(_) | Phase::Loose(_) => self.forecast(key, t),
         }
         Ok(())
@@ -159,7 +161,7 @@ impl Engine {
     pub(crate) fn fly(&mut self, i: usize, t: DoubleDouble) {
         let (overlap, clearance) = (self.contacts[i].overlap().min(0.0), self.cradle.contacts[i].clearance);
         let separation = Separation::new(&self.balls[i], &self.balls[i + 1], t, overlap, clearance);
-        self.contacts[i].phase = Phase::Open(separation, Forecast::Never);
+        self.contacts[i].phase = Phase::Open(separation, Next::Never);
         self.forecast(i, t);
     }
 
@@ -179,8 +181,8 @@ impl Engine {
         };
         self.effort = self.effort.saturating_add(u64::from(EVALUATIONS - allowed));
         match forecast {
-            Forecast::At(time) | Forecast::NotBefore(time) => self.queue.set(i, time),
-            Forecast::Never => self.queue.remove(i),
+            Next::At(time) | Next::NotBefore(time) => self.queue.set(i, time),
+            Next::Never => self.queue.remove(i),
         }
     }
 

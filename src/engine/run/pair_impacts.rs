@@ -1,5 +1,7 @@
 //! Impacts of two balls whose outcome is known at their onset: begun, ended, and given up where something interferes.
 
+use std::ops::Range;
+
 use super::contact::Phase;
 use super::engine::Engine;
 use crate::engine::flight::Held;
@@ -7,7 +9,6 @@ use crate::engine::observer::Observer;
 use crate::engine::pair_impact::{Impact, PairImpact};
 use crate::model::Mode;
 use crate::solver::double_double::DoubleDouble;
-use std::ops::Range;
 
 impl Engine {
     /// Begins the closing of contact `i` at `t` as an impact of known outcome, if it is one: two balls that are in flight, and

@@ -15,12 +15,13 @@ use std::ops::Range;
 use super::contact::{Contact, Keep, Phase};
 use super::engine::Engine;
 use crate::engine::error::EngineError;
-use crate::engine::flight::{Forecast, Held, Push, Rounding, Separation, shifted, spaced};
+use crate::engine::flight::{Held, Push, Rounding, Separation, shifted, spaced};
 use crate::engine::observation::RAPID;
 use crate::engine::observer::Observer;
 use crate::engine::rigid::restitution::{self, Impact};
 use crate::engine::rigid::{Body, Bond, acceleration_rounding};
 use crate::model::Mode;
+use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::oscillator::Oscillator;
 
@@ -256,12 +257,12 @@ impl Engine {
                 if !self.contacts[j].is_closed() {
                     self.begin_rigid_pulse(j, t);
                 }
-                self.contacts[j].phase = Phase::Bond(bond, Forecast::Never);
+                self.contacts[j].phase = Phase::Bond(bond, Next::Never);
             } else {
                 self.end_rigid_pulse(j, t, observer);
                 let separation = self.separation(j, t, self.contacts[j].overlap().min(0.0));
                 let separation = separation.rigid(noise, self.input_age(t));
-                self.contacts[j].phase = Phase::Open(separation, Forecast::Never);
+                self.contacts[j].phase = Phase::Open(separation, Next::Never);
             }
             self.forecast(j, t);
         }

@@ -4,18 +4,20 @@
 //! motion of clusters and the outcome of impacts, is computed anew, by the same operations as before. What no run can have left
 //! behind is refused.
 
-use serde::{Deserialize, Serialize};
 use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
 
 use super::contact::Phase;
 use super::engine::{Engine, NO_STEP};
 use crate::engine::cluster::{Cluster, Pace, WindowContact};
-use crate::engine::flight::{Ball, Flight, Forecast, Held, Tally};
+use crate::engine::flight::{Ball, Flight, Held, Tally};
 use crate::engine::inputs::HeldInputs;
 use crate::engine::observation::{BallStart, ContactStart, LARGEST_COUNT, Ledger};
 use crate::engine::pair_impact::PairImpact;
 use crate::engine::rigid::Bond;
 use crate::model::{Mode, NextOnset, Parameters, Work};
+use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 
 /// A run as plain data.
@@ -272,8 +274,8 @@ impl Engine {
     }
 
     /// Enters contact `i` in the event queue as its forecast says.
-    fn restore_forecast(&mut self, i: usize, forecast: Forecast, failed: bool) -> Result<(), Unsound> {
-        if let Forecast::At(time) | Forecast::NotBefore(time) = forecast {
+    fn restore_forecast(&mut self, i: usize, forecast: Next<DoubleDouble>, failed: bool) -> Result<(), Unsound> {
+        if let Next::At(time) | Next::NotBefore(time) = forecast {
             require(failed || time.is_sound(), "a time of an event is none")?;
             self.queue.set(i, time);
         }

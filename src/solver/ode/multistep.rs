@@ -11,8 +11,9 @@
 //! Jacobian that 10,000 balls do not fit into, or take minutes to build; and none lets its history be saved and
 //! restored.
 
-use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
+
+use serde::{Deserialize, Serialize};
 
 use super::corrector::{Coefficients, MAX_ORDER, adams, bdf, distances, roots};
 use super::system::{Path, Stuck, System, Work, resolved};

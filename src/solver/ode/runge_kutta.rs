@@ -1,8 +1,9 @@
 //! The classical Runge-Kutta method of order 4 with steps of fixed length.
 
+use serde::{Deserialize, Serialize};
+
 use super::system::{Path, Stuck, System, Work, resolved};
 use crate::solver::double_double::DoubleDouble;
-use serde::{Deserialize, Serialize};
 
 /// A run over a [`System`]. Its steps end at multiples of their length after the start; between their ends the solution
 /// is the cubic polynomial with the states and rates there (Hermite's).

@@ -1,7 +1,8 @@
 //! Systems of ordinary differential equations, and the solution over one step as polynomials.
 
-use crate::solver::double_double::DoubleDouble;
 use serde::{Deserialize, Serialize};
+
+use crate::solver::double_double::DoubleDouble;
 
 /// A system `y' = f(t, y)`, with all that its solvers ask for.
 pub trait System {

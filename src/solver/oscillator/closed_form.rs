@@ -12,10 +12,11 @@
 //! satisfy `U_k + 2 gamma U_(k+1) + omega^2 U_(k+2) = tau^k / k!`. (For gamma = 0 they are the Stumpff functions of
 //! celestial mechanics, see Stiefel and Scheifele, Linear and Regular Celestial Mechanics, 1971, section 11.)
 
+use serde::{Deserialize, Serialize};
+
 use super::decays::Decays;
 use super::trigonometry::sin_cos;
 use crate::solver::double_double::DoubleDouble;
-use serde::{Deserialize, Serialize};
 
 /// Highest derivative of the force that is taken into account.
 pub const MAX_FORCE_ORDER: usize = 3;
