@@ -3,6 +3,7 @@
 //! A damping law is a variant of [`Damping`]; the methods of the engine ask for what they need of it by the functions here.
 
 use crate::solver::dual::Scalar;
+use crate::solver::series::{power_term, product_term};
 use serde::{Deserialize, Serialize};
 
 /// Damping of a contact, with its coefficient.
@@ -85,6 +86,37 @@ impl<S: Scalar> ContactLaw<S> {
             Damping::KelvinVoigt { c, .. } => self.elastic_force(d) + c * rate,
             Damping::HuntCrossley { alpha } => self.elastic_force(d) * (S::from(1.0) + alpha * rate),
         }
+    }
+
+    /// Coefficient `k` of the power series of the elastic force, from the first `k + 1` of the overlap; `powers` keeps what leads to the
+    /// next one. Where the overlap vanishes a power that is not whole has no series: zero.
+    pub fn elastic_coefficient(&self, overlap: &[S], powers: &mut Vec<S>, k: usize) -> S {
+        let (scale, stride) = (S::from(1.0) / self.overlap_ref, overlap.len());
+        let power = match self.whole_exponent() {
+            Some(1) => overlap[k] * scale,
+            Some(p) => {
+                // The lower powers, one after the other.
+                powers.resize(p * stride, S::default());
+                powers[k] = overlap[k] * scale;
+                for q in 1..p {
+                    let (base, lower) = (&powers[..stride], &powers[(q - 1) * stride..q * stride]);
+                    powers[q * stride + k] = product_term(base, lower, k);
+                }
+                powers[(p - 1) * stride + k]
+            }
+            None => {
+                powers.resize(stride, S::default());
+                powers[k] = if overlap[0].value() <= 0.0 {
+                    S::default()
+                } else if k == 0 {
+                    self.elastic_force(overlap[0]) / (self.stiffness * self.overlap_ref)
+                } else {
+                    power_term(overlap, powers, self.exponent, k)
+                };
+                powers[k]
+            }
+        };
+        self.stiffness * self.overlap_ref * power
     }
 
     /// One coefficient of the power series of the force by the law without clipping, from the same coefficients of the elastic force,

@@ -11,7 +11,7 @@ use super::step_control::Control;
 use super::window::Window;
 use crate::model::{ContactLaw, Mode};
 use crate::solver::oscillator::{MAX_FORCE_ORDER, Oscillator};
-use crate::solver::series::{self, power_term, product_term};
+use crate::solver::series;
 
 /// Terms that are looked at to tell how far a series without gaps converges.
 pub(super) const TERMS_AT_LEAST: usize = 3;
@@ -99,7 +99,7 @@ impl Series {
     fn expand_force(&mut self, j: usize, law: &ContactLaw, powers: Option<&mut Vec<f64>>, k: usize) {
         let at = j * self.stride();
         let overlap = &self.overlaps[at..at + self.stride()];
-        let elastic = powers.map_or(0.0, |table| law.stiffness * law.overlap_ref * power(table, overlap, law, k));
+        let elastic = powers.map_or(0.0, |powers| law.elastic_coefficient(overlap, powers, k));
         self.elastic[at + k] = elastic;
         let rate = |k: usize| (k + 1) as f64 * overlap[k + 1] / self.unit;
         let product = || (0..=k).map(|i| self.elastic[at + i] * rate(k - i)).sum();
@@ -225,31 +225,4 @@ pub(super) fn unit_of_time(window: &Window, scale: f64) -> f64 {
         }
     }
     unit
-}
-
-/// Coefficient `k` of `(overlap / overlap_ref)^p`, with the lower powers kept in `table`.
-fn power(table: &mut Vec<f64>, overlap: &[f64], law: &ContactLaw, k: usize) -> f64 {
-    let scale = 1.0 / law.overlap_ref;
-    let stride = overlap.len();
-    match law.whole_exponent() {
-        Some(1) => overlap[k] * scale,
-        Some(p) => {
-            table.resize(p * stride, 0.0);
-            table[k] = overlap[k] * scale;
-            for q in 1..p {
-                let (base, lower) = (&table[..stride], &table[(q - 1) * stride..q * stride]);
-                table[q * stride + k] = product_term(base, lower, k);
-            }
-            table[(p - 1) * stride + k]
-        }
-        None => {
-            table.resize(stride, 0.0);
-            table[k] = if k == 0 {
-                law.elastic_force(overlap[0]) / (law.stiffness * law.overlap_ref)
-            } else {
-                power_term(overlap, table, law.exponent, k)
-            };
-            table[k]
-        }
-    }
 }

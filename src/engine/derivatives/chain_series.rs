@@ -8,7 +8,6 @@ use crate::engine::cluster::OVERLAP_TERMS;
 use crate::engine::flight::Push;
 use crate::model::{Cradle, Mode};
 use crate::solver::dual::Scalar;
-use crate::solver::series::{power_term, product_term};
 
 /// Coefficients of the motions and forces as functions of the time since the state over `unit`.
 #[derive(Clone, Debug)]
@@ -72,12 +71,8 @@ impl<S: Scalar> Expansion<S> {
     fn expand_force(&mut self, j: usize, cradle: &Cradle<S>, k: usize, powers: Option<&mut Vec<S>>) {
         let (law, at) = (&cradle.contacts[j], j * self.stride);
         let overlap = &self.overlaps[at..at + self.stride];
-        if let Some(table) = powers {
-            let power = match law.whole_exponent() {
-                Some(p) => whole_power(table, overlap, law.overlap_ref, p, k),
-                None => real_power(table, overlap, law.overlap_ref, law.exponent, k),
-            };
-            self.elastic[at + k] = law.stiffness * law.overlap_ref * power;
+        if let Some(powers) = powers {
+            self.elastic[at + k] = law.elastic_coefficient(overlap, powers, k);
         }
         let rate = |k: usize| S::from((k + 1) as f64 / self.unit) * overlap[k + 1];
         let elastic = &self.elastic[at..];
@@ -170,28 +165,4 @@ impl<S: Scalar> Expansion<S> {
     pub fn rate(&self, row: &[S]) -> Vec<S> {
         row.iter().enumerate().skip(1).map(|(k, c)| *c * S::from(k as f64 / self.unit)).collect()
     }
-}
-
-/// Coefficient `k` of `(overlap / reference)^p` for a whole p, with the lower powers kept in `table`.
-fn whole_power<S: Scalar>(table: &mut Vec<S>, overlap: &[S], reference: S, p: usize, k: usize) -> S {
-    let stride = overlap.len();
-    table.resize(p * stride, S::default());
-    table[k] = overlap[k] / reference;
-    for q in 1..p {
-        table[q * stride + k] = product_term(&table[..stride], &table[(q - 1) * stride..q * stride], k);
-    }
-    table[(p - 1) * stride + k]
-}
-
-/// The same for a real p. Where the overlap vanishes the power has no series: zero.
-fn real_power<S: Scalar>(table: &mut Vec<S>, overlap: &[S], reference: S, p: S, k: usize) -> S {
-    let term = if overlap[0].value() <= 0.0 {
-        S::default()
-    } else if k == 0 {
-        (overlap[0] / reference).pow(p)
-    } else {
-        power_term(overlap, table, p, k)
-    };
-    table.push(term);
-    term
 }
