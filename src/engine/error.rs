@@ -10,7 +10,7 @@ pub enum EngineError {
     /// No progress in time: the step shrank below the resolution of the clock.
     Stalled { time: f64, contact: usize },
     /// At this many events a second of the run, the end of the step is out of reach.
-    TooFast { time: f64, contact: usize, pace: f64 },
+    TooFast { time: f64, contact: usize, event_rate: f64 },
     /// A general-purpose solver does not get on even with steps of this length, s.
     StepTooSmall { time: f64, step: f64 },
     /// Rigid balls overlap at the start, this ball and the next by so much, m.
@@ -31,9 +31,9 @@ impl std::fmt::Display for EngineError {
             Self::Stalled { time, contact } => {
                 write!(f, "no progress in contact {} at t = {} s", contact + 1, Plain(time))
             }
-            Self::TooFast { time, contact, pace } => write!(
+            Self::TooFast { time, contact, event_rate } => write!(
                 f,
-                "contact {} is too fast to be followed to the end of the step: {pace:.1e} events a second at t = {} s",
+                "contact {} is too fast to be followed to the end of the step: {event_rate:.1e} events a second at t = {} s",
                 contact + 1,
                 Plain(time)
             ),

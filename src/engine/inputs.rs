@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::flight::Push;
+use super::flight::Forcing;
 use crate::model::{Inputs, MAX_INPUT_DERIVATIVE};
 use crate::solver::oscillator::MAX_FORCE_ORDER;
 
@@ -36,12 +36,12 @@ impl HeldInputs {
     }
 
     /// Acceleration of ball `i` by them, with its derivatives.
-    pub fn push(&self, i: usize, mass: f64) -> Push {
-        let mut push = Push::default();
-        for (push, inputs) in push.iter_mut().zip(self.orders()) {
-            *push = inputs.force[i] / mass - inputs.support_acceleration;
+    pub fn forcing(&self, i: usize, mass: f64) -> Forcing {
+        let mut forcing = Forcing::default();
+        for (forcing, inputs) in forcing.iter_mut().zip(self.orders()) {
+            *forcing = inputs.force[i] / mass - inputs.support_acceleration;
         }
-        push
+        forcing
     }
 
     /// The same inputs seen from the time `t` (s).

@@ -22,9 +22,9 @@ impl<S: Scalar> BallModel<S> {
     }
 
     /// Acceleration at the position `x` (m) and the velocity `v` (m/s) under the sum `force` of the contact forces (N)
-    /// and the acceleration `push` by the inputs, m/s2.
-    pub fn acceleration(&self, x: S, v: S, force: S, push: S) -> S {
-        force / self.mass + push - self.omega2 * x - S::from(2.0) * self.gamma * v
+    /// and the acceleration `forcing` by the inputs, m/s2.
+    pub fn acceleration(&self, x: S, v: S, force: S, forcing: S) -> S {
+        force / self.mass + forcing - self.omega2 * x - S::from(2.0) * self.gamma * v
     }
 }
 

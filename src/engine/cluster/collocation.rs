@@ -15,7 +15,7 @@
 use super::series::Series;
 use super::step_control::Control;
 use super::window::Window;
-use crate::engine::flight::{Rounding, push_at};
+use crate::engine::flight::{Rounding, forcing_at};
 use crate::model::Mode;
 use crate::solver::block_tridiagonal::BlockTridiagonal;
 use crate::solver::oscillator::Oscillator;
@@ -98,7 +98,7 @@ impl<'a> Step<'a> {
             let same = i > 0 && window.balls[i - 1].oscillator == *o;
             responses.push(if same { responses[i - 1].clone() } else { Response::new(o, &integral) });
             pulls.push(times.map(|t| {
-                push_at(&flight.push, t) - o.omega2() * (flight.x + flight.v * t) - 2.0 * o.gamma() * flight.v
+                forcing_at(&flight.forcing, t) - o.omega2() * (flight.x + flight.v * t) - 2.0 * o.gamma() * flight.v
             }));
         }
         let none = vec![Stages::zeros(); window.contacts.len()];
@@ -128,9 +128,9 @@ impl<'a> Step<'a> {
             // Gravity pulls on the difference of the positions, which the overlap gives without rounding.
             let o = &left.oscillator;
             let (start, rate) = (window.contacts[j].overlap + window.laws[j].clearance, self.rate(j));
-            let mut push = window.flights[j].push;
-            push.iter_mut().zip(&window.flights[j + 1].push).for_each(|(l, r)| *l -= r);
-            let pull = |t: f64| push_at(&push, t) - o.omega2() * (start + rate * t) - 2.0 * o.gamma() * rate;
+            let mut forcing = window.flights[j].forcing;
+            forcing.iter_mut().zip(&window.flights[j + 1].forcing).for_each(|(l, r)| *l -= r);
+            let pull = |t: f64| forcing_at(&forcing, t) - o.omega2() * (start + rate * t) - 2.0 * o.gamma() * rate;
             response(&self.responses[j]) * (self.times.map(pull) + (by_contacts[0] - by_contacts[1]))
         } else {
             let [left, right] =

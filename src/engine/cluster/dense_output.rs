@@ -1,7 +1,7 @@
 //! The door by which a method enters the clusters: what it has to tell of a motion that it describes.
 
 use super::window::{OverlapSeries, Window};
-use crate::engine::flight::{Push, Rounding};
+use crate::engine::flight::{Forcing, Rounding};
 use crate::next::Next;
 
 /// The motion of a window on a segment. Balls and contacts are counted within the window, times (s) from the start of the segment.
@@ -15,8 +15,8 @@ pub(crate) trait DenseOutput {
     /// Integral of the squared velocity of ball `i`, m2/s. A method may enter the sum over a group, weighted with the masses over that
     /// of the group's first ball, at that ball.
     fn squared_velocity_integral(&self, i: usize, tau: f64) -> f64;
-    /// Work per unit of mass of the acceleration `push` on ball `i`, m2/s2.
-    fn work(&self, i: usize, push: &Push, tau: f64) -> f64;
+    /// Work per unit of mass of the acceleration `forcing` on ball `i`, m2/s2.
+    fn work(&self, i: usize, forcing: &Forcing, tau: f64) -> f64;
     /// Overlap of contact `j` (m) at `tau` and the change of its rate (m/s) till then.
     fn overlap(&self, j: usize, tau: f64) -> (f64, f64);
     /// Coefficients of that overlap as a power series of the time from `tau` on.

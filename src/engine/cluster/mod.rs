@@ -18,5 +18,5 @@ mod step_control;
 mod window;
 
 pub(crate) use segment::Cluster;
-pub(crate) use step_control::{Control, Pace};
+pub(crate) use step_control::{Control, StepHistory};
 pub(crate) use window::{OVERLAP_TERMS, OverlapSeries, Switch, WindowContact, clipping};

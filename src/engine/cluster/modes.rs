@@ -11,7 +11,7 @@ use std::cell::Cell;
 use super::dense_output::DenseOutput;
 use super::natural::{Group, NaturalMode, Sum};
 use super::window::{OverlapSeries, Window, clipping};
-use crate::engine::flight::{Push, Rounding, degree};
+use crate::engine::flight::{Forcing, Rounding, degree};
 use crate::model::Mode;
 use crate::next::Next;
 use crate::solver::oscillator::ForcedOscillator;
@@ -37,7 +37,7 @@ pub(crate) struct Modes {
     group_of: Vec<usize>,
     contacts: Vec<Joint>,
     /// Highest rate of any mode, 1/s.
-    pace: f64,
+    fastest_rate: f64,
     /// Evaluations of a mode that the search for switchings has taken so far.
     searched: Cell<u64>,
 }
@@ -78,7 +78,7 @@ pub(crate) fn apply_to(window: &Window) -> bool {
             return false;
         }
     }
-    flights.iter().all(|flight| degree(&flight.push) == 0)
+    flights.iter().all(|flight| degree(&flight.forcing) == 0)
 }
 
 impl Modes {
@@ -96,7 +96,7 @@ impl Modes {
             }
         }
         let rate = |mode: &NaturalMode| mode.oscillator().omega().max(mode.oscillator().gamma());
-        modes.pace = modes.groups.iter().flat_map(|group| &group.modes).map(rate).fold(0.0, f64::max);
+        modes.fastest_rate = modes.groups.iter().flat_map(|group| &group.modes).map(rate).fold(0.0, f64::max);
         for (j, (contact, law)) in contacts.iter().zip(*laws).enumerate() {
             let approach = modes.approach(j, window);
             let (stiffness, damping) = (law.stiffness, law.damping_coefficient());
@@ -123,9 +123,9 @@ impl Modes {
                 _ if c > j => (right.first + right.size - 1 - c) as f64 / right.size as f64,
                 _ => 1.0,
             };
-            let push = flights[c].push[0] - flights[c + 1].push[0];
+            let forcing = flights[c].forcing[0] - flights[c + 1].forcing[0];
             v += share * (flights[c].v - flights[c + 1].v);
-            force += share * (push - oscillator.omega2() * (contacts[c].overlap + laws[c].clearance));
+            force += share * (forcing - oscillator.omega2() * (contacts[c].overlap + laws[c].clearance));
         }
         Some(NaturalMode::new(ForcedOscillator::new(oscillator, v, force), 0.0))
     }
@@ -134,7 +134,7 @@ impl Modes {
     fn overlap_at<const COUNT: usize>(&self, j: usize, tau: f64) -> [f64; COUNT] {
         // Early on, changes since the start: what a mode does to balls that hardly move must not be the rounding of the others'
         // motion. Once they have undone most of the start, what is left.
-        let late = tau * self.pace > 1.0;
+        let late = tau * self.fastest_rate > 1.0;
         let mut sum = Sum::new(self.contacts[j].overlap, if late { 0.0 } else { self.contacts[j].rate });
         self.movers(j).for_each(|(mode, stretch)| {
             let mut response = mode.at(tau);
@@ -254,8 +254,8 @@ impl DenseOutput for Modes {
     }
 
     /// The inputs are constant.
-    fn work(&self, i: usize, push: &Push, tau: f64) -> f64 {
-        push[0] * self.moved(i, tau).0
+    fn work(&self, i: usize, forcing: &Forcing, tau: f64) -> f64 {
+        forcing[0] * self.moved(i, tau).0
     }
 
     /// All that a group's contacts lose is entered at its first one.
@@ -376,7 +376,7 @@ impl Smooth for Watch<'_> {
     }
 
     fn time_scale(&self) -> f64 {
-        4.0 / self.modes.pace
+        4.0 / self.modes.fastest_rate
     }
 
     fn third_derivative_bound(&self, t: f64, _span: f64) -> f64 {

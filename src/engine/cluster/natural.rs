@@ -93,7 +93,7 @@ impl Group {
             };
             let (mut v, mut force) = (0.0, 0.0);
             for (flight, shape) in flights[members.clone()].iter().zip(shape) {
-                force += shape * flight.push[0];
+                force += shape * flight.forcing[0];
             }
             // In the modes that stretch the group only the differences of the positions and velocities count, which the
             // overlaps and their rates give without rounding.

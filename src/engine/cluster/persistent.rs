@@ -148,7 +148,7 @@ impl Force {
 }
 
 /// What a ball brings into the equations.
-struct Traits {
+struct Coefficients {
     inverse_mass: f64,
     omega2: f64,
     /// Twice the decay rate, 1/s.
@@ -157,7 +157,7 @@ struct Traits {
     alike: bool,
 }
 
-impl Traits {
+impl Coefficients {
     fn new(ball: &Ball, alike: bool) -> Self {
         let o = &ball.oscillator;
         Self { inverse_mass: 1.0 / ball.mass, omega2: o.omega2(), drag: 2.0 * o.gamma(), alike }
@@ -179,7 +179,7 @@ const INVERSE: [f64; ORDER + 3] = {
 pub(crate) struct Workspace {
     forces: Vec<Force>,
     /// A contact each: the overlap up to which its elastic force is left out, m; 0 if it is not.
-    faint: Vec<f64>,
+    negligible: Vec<f64>,
 }
 
 impl Workspace {
@@ -206,31 +206,32 @@ impl Series {
         let Window { contacts, laws, .. } = window;
         self.begin(window, ORDER, if before > 0.0 { before } else { unit_of_time(window, scale) });
         self.by_lanes = true;
-        let Workspace { forces, faint } = workspace;
-        faint.clear();
-        faint.resize(contacts.len(), 0.0);
+        let Workspace { forces, negligible } = workspace;
+        negligible.clear();
+        negligible.resize(contacts.len(), 0.0);
         let dv = control.epsilon * scale;
         for (j, force) in forces.iter_mut().enumerate() {
             let (law, overlap, change) = (&laws[j], contacts[j].overlap, window.reduced_mass(j) * dv);
             let elastic = force.elastic_at(law, overlap);
             // Most overlaps are so large that no power has to be taken to see it.
             if elastic * self.unit < change || elastic * overlap * self.unit < change * self.overlap_row(j)[1].abs() {
-                faint[j] = self.negligible_overlap(j, window, dv, scale);
+                negligible[j] = self.negligible_overlap(j, window, dv, scale);
             }
             force.begin(law, overlap);
         }
         let balls = window.balls;
         let alike = |j: usize| j > 0 && balls[j - 1].oscillator == balls[j].oscillator;
-        let traits: Vec<Traits> = (0..balls.len()).map(|j| Traits::new(&balls[j], alike(j))).collect();
+        let coefficients: Vec<Coefficients> =
+            (0..balls.len()).map(|j| Coefficients::new(&balls[j], alike(j))).collect();
         for k in 0..ORDER {
             for (j, force) in forces.iter_mut().enumerate() {
                 if contacts[j].mode != Mode::Open {
-                    self.expand_persistent_force(j, &laws[j], force, faint[j] > 0.0, k);
+                    self.expand_persistent_force(j, &laws[j], force, negligible[j] > 0.0, k);
                 }
             }
-            self.expand_persistent_motion(window, &traits, k);
+            self.expand_persistent_motion(window, &coefficients, k);
         }
-        self.end_where_wrong(faint, window, control, scale, TERMS_AT_LEAST, |j, overlap| {
+        self.end_where_wrong(negligible, window, control, scale, TERMS_AT_LEAST, |j, overlap| {
             Some(forces[j].elastic_continued(&laws[j], overlap))
         });
     }
@@ -252,7 +253,7 @@ impl Series {
     }
 
     /// Coefficient `k` of the accelerations, hence `k + 2` of the displacements and overlaps.
-    fn expand_persistent_motion(&mut self, window: &Window, traits: &[Traits], k: usize) {
+    fn expand_persistent_motion(&mut self, window: &Window, coefficients: &[Coefficients], k: usize) {
         let Window { flights, contacts, laws, .. } = window;
         let (stride, next) = (self.stride(), (k + 1) as f64);
         let by_position = self.unit * self.unit * INVERSE[k + 1] * INVERSE[k + 2];
@@ -262,11 +263,11 @@ impl Series {
             None => 0.0,
         };
         let (mut from_left, mut driven_left) = (0.0, 0.0);
-        for (j, (flight, ball)) in flights.iter().zip(traits).enumerate() {
+        for (j, (flight, ball)) in flights.iter().zip(coefficients).enumerate() {
             let from_right = if window.presses(j) { self.forces[j * stride + k] } else { 0.0 };
             let mut driven = (from_left - from_right) * ball.inverse_mass;
             if input != 0.0 {
-                driven += input * flight.push[k];
+                driven += input * flight.forcing[k];
             }
             let term = |driven: f64, position: f64, of_rate: f64| {
                 (driven - ball.omega2 * position) * by_position - ball.drag * of_rate * by_rate
@@ -292,6 +293,7 @@ impl Series {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::engine::cluster::dense_output::DenseOutput;
     use crate::engine::cluster::recurrences::{self, velocity_scale};
     use crate::engine::cluster::window::WindowContact;
     use crate::engine::flight::Flight;
@@ -301,7 +303,7 @@ mod tests {
     /// Both expansions of four balls, the last one beside the others, and how long both converge.
     fn expanded(exponent: f64, damping: Damping, omega2: [f64; 4]) -> (Series, Series, f64) {
         let flights = [(-3e-4, 2e-3), (-1e-4, -1e-3), (2e-4, 5e-4), (3e-4, 0.0)];
-        let flights = flights.map(|(x, v)| Flight { x, v, push: [0.3, 0.0, 20.0, 0.0] });
+        let flights = flights.map(|(x, v)| Flight { x, v, forcing: [0.3, 0.0, 20.0, 0.0] });
         let model = |i: usize| BallModel { mass: [1.0, 2.0, 0.7, 1.3][i], omega2: omega2[i], gamma: 0.4 };
         let balls: Vec<Ball> = (0..4).map(|i| Ball::new(&model(i), DoubleDouble::from(0.0), flights[i])).collect();
         let pressing = |overlap| WindowContact { overlap, mode: Mode::Pressing };

@@ -22,15 +22,15 @@ pub(crate) struct Workspace {
     /// A contact each: powers of the scaled overlap, one after the other.
     powers: Vec<Vec<f64>>,
     /// A contact each: the overlap up to which its elastic force is left out, m; 0 if it is not.
-    pub(super) faint: Vec<f64>,
+    pub(super) negligible: Vec<f64>,
 }
 
 impl Workspace {
     /// For so many contacts.
     pub(super) fn begin(&mut self, contacts: usize) {
         self.powers.resize(contacts, Vec::new());
-        self.faint.clear();
-        self.faint.resize(contacts, 0.0);
+        self.negligible.clear();
+        self.negligible.resize(contacts, 0.0);
     }
 }
 
@@ -41,11 +41,11 @@ impl Series {
         self.begin(window, control.order, unit_of_time(window, scale));
         workspace.begin(contacts.len());
         let dv = control.epsilon * scale;
-        (0..laws.len()).for_each(|j| workspace.faint[j] = self.negligible_overlap(j, window, dv, scale));
+        (0..laws.len()).for_each(|j| workspace.negligible[j] = self.negligible_overlap(j, window, dv, scale));
         for k in 0..self.order {
             for (j, law) in laws.iter().enumerate() {
                 if contacts[j].mode != Mode::Open {
-                    let powers = (workspace.faint[j] == 0.0).then_some(&mut workspace.powers[j]);
+                    let powers = (workspace.negligible[j] == 0.0).then_some(&mut workspace.powers[j]);
                     self.expand_force(j, law, powers, k);
                 }
             }
@@ -54,7 +54,7 @@ impl Series {
         // After an onset, series have gaps: the overlap is `d = u t + c t^(p+2) + ...`, with nothing in between. So many terms are
         // looked at that they cannot all fall into a gap.
         let gap = laws.iter().map(|law| libm::ceil(law.exponent) as usize).fold(1, usize::max);
-        self.end_where_wrong(&workspace.faint, window, control, scale, gap + TERMS_AT_LEAST, |j, overlap| {
+        self.end_where_wrong(&workspace.negligible, window, control, scale, gap + TERMS_AT_LEAST, |j, overlap| {
             laws[j].elastic_continued(overlap).map(|(force, _)| force)
         });
     }
@@ -63,7 +63,7 @@ impl Series {
     /// more than `control` allows; `elastic` is the force of a contact by its law.
     pub(super) fn end_where_wrong(
         &mut self,
-        faint: &[f64],
+        negligible: &[f64],
         window: &Window,
         control: &Control,
         scale: f64,
@@ -72,8 +72,8 @@ impl Series {
     ) {
         self.converges_for = self.convergence(control.epsilon * scale, terms).min(control.longest);
         for (j, law) in window.laws.iter().enumerate() {
-            if faint[j] > 0.0 {
-                self.shorten_where_above(j, faint[j]);
+            if negligible[j] > 0.0 {
+                self.shorten_where_above(j, negligible[j]);
             } else if window.contacts[j].mode != Mode::Open && law.exponent > 1.0 {
                 self.shorten_where_wrong(j, window.reduced_mass(j), scale, |overlap| elastic(j, overlap));
             }
@@ -87,7 +87,7 @@ impl Series {
         if contact.mode != Mode::Open && law.whole_exponent().is_none() {
             let mass = window.reduced_mass(j);
             let rate = self.overlap_row(j)[1] / self.unit;
-            let bound = law.faint_overlap(mass, rate, dv, law.time_scale(mass, scale));
+            let bound = law.largest_negligible_overlap(mass, rate, dv, law.time_scale(mass, scale));
             if contact.overlap < bound {
                 return 2.0 * bound;
             }
@@ -122,8 +122,8 @@ impl Series {
         let (mut from_left, mut driven_left) = (0.0, 0.0);
         for (j, (flight, ball)) in flights.iter().zip(*balls).enumerate() {
             let from_right = acting(j);
-            let push = flight.push.get(k).map_or(0.0, |p| p * INVERSE_FACTORIAL[k] * unit_to_k);
-            let driven = (from_left - from_right) / ball.mass + push;
+            let forcing = flight.forcing.get(k).map_or(0.0, |p| p * INVERSE_FACTORIAL[k] * unit_to_k);
+            let driven = (from_left - from_right) / ball.mass + forcing;
             let at = j * stride + k;
             let position = if k == 0 { flight.x } else { self.displacements[at] };
             self.displacements[at + 2] = term(&ball.oscillator, driven, position, self.displacements[at + 1]);
@@ -203,7 +203,7 @@ pub(super) fn velocity_scale_by(window: &Window, mut energy: impl FnMut(usize) -
         if moving > 1e-100 || from_energy > 1e-100 {
             return from_energy;
         }
-        let pull = |j: usize| (flights[j].push[0] - balls[j].oscillator.omega2() * flights[j].x).abs();
+        let pull = |j: usize| (flights[j].forcing[0] - balls[j].oscillator.omega2() * flights[j].x).abs();
         let acceleration = pull(j).max(pull(j + 1));
         (acceleration * law.static_overlap(mass * acceleration)).sqrt()
     });

@@ -14,9 +14,9 @@ use super::modes::{self, Modes};
 use super::persistent;
 use super::recurrences::{self, velocity_scale};
 use super::series::Series;
-use super::step_control::{Control, Pace};
+use super::step_control::{Control, StepHistory};
 use super::window::{OverlapSeries, Switch, Window, WindowContact, clipping};
-use crate::engine::flight::{Ball, Flight, Rounding, Tally, shifted, spaced};
+use crate::engine::flight::{Ball, Flight, Rounding, RunningIntegrals, shifted, spaced};
 use crate::model::{ContactLaw, Mode};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
@@ -24,12 +24,12 @@ use crate::solver::radau::STAGES;
 
 /// How the motion of a window is described.
 #[derive(Clone, Debug)]
-pub(crate) enum Motion {
+pub(crate) enum Description {
     Series(Series),
     Modes(Modes),
 }
 
-impl Motion {
+impl Description {
     /// What it tells, whichever method it is by.
     fn output(&self) -> &dyn DenseOutput {
         match self {
@@ -71,11 +71,11 @@ pub(crate) struct Cluster {
     /// The contacts of the window, from `window.start` on, at the start of the segment.
     pub contacts: Vec<WindowContact>,
     /// The motion of the window on the current segment.
-    pub motion: Motion,
+    pub description: Description,
     workspace: Workspace,
-    /// The pace from here on, and as it was when the current segment began.
-    pub pace: Pace,
-    pub pace_before: Pace,
+    /// The step history from here on, and as it was when the current segment began.
+    pub history: StepHistory,
+    pub history_before: StepHistory,
     /// Evaluations of contact forces for the current segment.
     pub evaluations: u64,
     /// Length of the current segment, s.
@@ -86,14 +86,14 @@ pub(crate) struct Cluster {
 
 impl Cluster {
     /// The balls `members`, and as spectators those beside them that are in `window`. The motion is left to
-    /// [`Self::expand`], with the pace of the segments before.
+    /// [`Self::expand`], with the history of the segments before.
     pub fn new(
         members: Range<usize>,
         window: Range<usize>,
         start: DoubleDouble,
         flights: Vec<Flight>,
         contacts: Vec<WindowContact>,
-        pace: Pace,
+        history: StepHistory,
     ) -> Self {
         Self {
             members,
@@ -101,10 +101,10 @@ impl Cluster {
             start,
             flights,
             contacts,
-            motion: Motion::default(),
+            description: Description::default(),
             workspace: Workspace::default(),
-            pace,
-            pace_before: pace,
+            history,
+            history_before: history,
             evaluations: 0,
             length: 0.0,
             switch: None,
@@ -133,28 +133,28 @@ impl Cluster {
 
     /// Evaluations of closed forms that the search for the end of the segment has taken.
     pub fn searched(&self) -> u64 {
-        self.motion.output().searched()
+        self.description.output().searched()
     }
 
     /// Displacement of ball `i` of the window since the start of the segment (m) and its velocity (m/s), `tau` after
     /// it.
     pub fn moved(&self, i: usize, tau: f64) -> (f64, f64) {
         let j = i - self.window.start;
-        let (displacement, change) = self.motion.output().moved(j, tau);
+        let (displacement, change) = self.description.output().moved(j, tau);
         (displacement, self.flights[j].v + change)
     }
 
     /// Overlap (m) and its rate (m/s) in contact `i` of the window, `tau` after the start of the segment.
     pub fn overlap(&self, i: usize, tau: f64) -> (f64, f64) {
         let j = i - self.window.start;
-        let (overlap, change) = self.motion.output().overlap(j, tau);
+        let (overlap, change) = self.description.output().overlap(j, tau);
         (overlap, (self.flights[j].v - self.flights[j + 1].v) + change)
     }
 
     /// Coefficients of the overlap of contact `i` of the window as a power series of the time (s) from `tau` after the start of the
     /// segment on.
     pub fn overlap_series(&self, i: usize, tau: f64) -> OverlapSeries {
-        self.motion.output().overlap_series(i - self.window.start, tau)
+        self.description.output().overlap_series(i - self.window.start, tau)
     }
 
     /// Mode of contact `i` on the segment.
@@ -165,7 +165,7 @@ impl Cluster {
     /// Impulse of contact `i` from the start of the segment to `tau`, N.s.
     pub fn impulse(&self, i: usize, tau: f64) -> f64 {
         match self.mode(i) {
-            Mode::Pressing => self.motion.output().impulse(i - self.window.start, tau),
+            Mode::Pressing => self.description.output().impulse(i - self.window.start, tau),
             Mode::Open | Mode::Clipped => 0.0,
         }
     }
@@ -174,7 +174,7 @@ impl Cluster {
     /// segment, N.
     pub fn peak(&self, i: usize, from: f64, to: f64, known: f64) -> f64 {
         match self.mode(i) {
-            Mode::Pressing if from < to => self.motion.output().peak(i - self.window.start, from, to, known),
+            Mode::Pressing if from < to => self.description.output().peak(i - self.window.start, from, to, known),
             _ => known,
         }
     }
@@ -182,7 +182,7 @@ impl Cluster {
     /// Energy that contact `i` dissipates from the start of the segment to `tau`, J.
     pub fn contact_loss(&self, i: usize, law: &ContactLaw, tau: f64) -> f64 {
         match self.mode(i) {
-            Mode::Pressing if !law.is_elastic() => self.motion.output().contact_loss(i - self.window.start, tau),
+            Mode::Pressing if !law.is_elastic() => self.description.output().contact_loss(i - self.window.start, tau),
             // The spring gives back nothing of what it holds.
             Mode::Clipped => {
                 let before = self.contacts[i - self.window.start].overlap;
@@ -192,32 +192,33 @@ impl Cluster {
         }
     }
 
-    /// What member `ball` (index `i`), which had gathered `tally` at the start of the segment, has gathered `tau` after
+    /// What member `ball` (index `i`), which had gathered `integrals` at the start of the segment, has gathered `tau` after
     /// it.
-    pub fn tally(&self, i: usize, tally: &Tally, ball: &Ball, tau: f64) -> Tally {
+    pub fn integrals(&self, i: usize, integrals: &RunningIntegrals, ball: &Ball, tau: f64) -> RunningIntegrals {
         let j = i - self.window.start;
         let flight = &self.flights[j];
-        let mut tally = *tally;
-        tally.x_integral += flight.x * tau + self.motion.output().displacement_integral(j, tau);
-        tally.work += ball.mass * self.motion.output().work(j, &flight.push, tau);
+        let mut integrals = *integrals;
+        integrals.x_integral += flight.x * tau + self.description.output().displacement_integral(j, tau);
+        integrals.work += ball.mass * self.description.output().work(j, &flight.forcing, tau);
         let gamma = ball.oscillator.gamma();
         if gamma > 0.0 {
-            tally.drag_loss += 2.0 * gamma * ball.mass * self.motion.output().squared_velocity_integral(j, tau);
+            integrals.drag_loss +=
+                2.0 * gamma * ball.mass * self.description.output().squared_velocity_integral(j, tau);
         }
-        tally
+        integrals
     }
 
     /// Moves the start of the segment to `tau` later. The spectators are taken from their flights.
     pub fn move_start(&mut self, tau: f64, balls: &[Ball], laws: &[ContactLaw]) {
         self.start += tau;
         for (j, contact) in self.contacts.iter_mut().enumerate() {
-            contact.overlap = self.motion.output().overlap(j, tau).0;
+            contact.overlap = self.description.output().overlap(j, tau).0;
         }
         for (j, flight) in self.flights.iter_mut().enumerate() {
             let i = self.window.start + j;
             *flight = if self.members.contains(&i) {
-                let (displacement, change) = self.motion.output().moved(j, tau);
-                Flight { x: flight.x + displacement, v: flight.v + change, push: shifted(&flight.push, tau) }
+                let (displacement, change) = self.description.output().moved(j, tau);
+                Flight { x: flight.x + displacement, v: flight.v + change, forcing: shifted(&flight.forcing, tau) }
             } else {
                 balls[i].flight_at(self.start)
             };
@@ -254,23 +255,23 @@ impl Cluster {
         let window = Window { flights: &flights, balls, contacts: &contacts, laws };
         let rounding = flights.iter().zip(balls).map(|(flight, ball)| flight.rounding(&ball.oscillator));
         let rounding = rounding.fold(Rounding::default(), Rounding::max);
-        self.pace_before = self.pace;
+        self.history_before = self.history;
         let error = self.describe(&window, control, &rounding);
         self.switch = None;
         // Switchings within the error of a step are no more real than those by rounding.
         let rounding = Rounding { velocity: rounding.velocity.max(error), ..rounding };
         for j in 0..laws.len() {
-            match self.motion.first_switch(j, &window, self.length, &rounding) {
+            match self.description.first_switch(j, &window, self.length, &rounding) {
                 (Next::At(tau), switch) => (self.length, self.switch) = (tau, Some((self.window.start + j, switch))),
                 (Next::NotBefore(tau), _) => (self.length, self.switch) = (tau, None),
                 (Next::Never, _) => {}
             }
         }
-        self.pace.age = self.pace.age.saturating_add(1);
+        self.history.age = self.history.age.saturating_add(1);
         if self.switch.is_some() {
-            (self.pace.quiet, self.pace.patience) = (0, Pace::default().patience);
+            (self.history.quiet, self.history.patience) = (0, StepHistory::default().patience);
         } else {
-            self.pace.quiet = self.pace.quiet.saturating_add(1);
+            self.history.quiet = self.history.quiet.saturating_add(1);
         }
         (self.flights, self.contacts) = (flights, contacts);
     }
@@ -279,32 +280,32 @@ impl Cluster {
     fn describe(&mut self, window: &Window, control: &Control, rounding: &Rounding) -> f64 {
         self.evaluations = window.closed() as u64;
         if modes::apply_to(window)
-            && let Some(windows) = self.pace.quiet.checked_sub(series_before_modes(window))
+            && let Some(windows) = self.history.quiet.checked_sub(series_before_modes(window))
         {
             let modes = Modes::new(window);
             self.length = horizon(modes.shortest_time(), windows, control.longest);
-            self.motion = Motion::Modes(modes);
+            self.description = Description::Modes(modes);
             self.evaluations = 1;
             return 0.0;
         }
-        let mut series = match std::mem::take(&mut self.motion) {
-            Motion::Series(series) => series,
-            Motion::Modes(_) => Series::default(),
+        let mut series = match std::mem::take(&mut self.description) {
+            Description::Series(series) => series,
+            Description::Modes(_) => Series::default(),
         };
-        let lasting = self.pace.is_lasting();
+        let lasting = self.history.is_lasting();
         let scale = if lasting { self.workspace.persistent.velocity_scale(window) } else { velocity_scale(window) };
         let local_error = control.local_error(scale);
         if !self.collocate(&mut series, window, control, rounding, local_error) {
             if lasting {
-                let before = self.pace.explicit_length;
+                let before = self.history.explicit_length;
                 series.expand_persistent(&mut self.workspace.persistent, window, control, scale, before);
             } else {
                 series.expand(&mut self.workspace.recurrences, window, control, scale);
             }
-            self.pace.explicit_length = series.converges_for();
+            self.history.explicit_length = series.converges_for();
         }
         self.length = series.converges_for();
-        self.motion = Motion::Series(series);
+        self.description = Description::Series(series);
         local_error
     }
 
@@ -317,26 +318,26 @@ impl Cluster {
         rounding: &Rounding,
         local_error: f64,
     ) -> bool {
-        let pace = &mut self.pace;
-        let mut length = std::mem::take(&mut pace.implicit_length);
-        if length == 0.0 || pace.quiet == 0 {
-            if pace.quiet < pace.patience {
+        let history = &mut self.history;
+        let mut length = std::mem::take(&mut history.implicit_length);
+        if length == 0.0 || history.quiet == 0 {
+            if history.quiet < history.patience {
                 return false;
             }
-            length = GAIN * pace.explicit_length;
+            length = GAIN * history.explicit_length;
         }
-        while length > 0.0 && length >= 0.5 * GAIN * pace.explicit_length {
+        while length > 0.0 && length >= 0.5 * GAIN * history.explicit_length {
             let step = collocation::collocate(series, window, length, control, rounding, local_error);
             self.evaluations = self.evaluations.saturating_add(step.evaluations);
             // The error falls with the power of the number of stages; a step that went wrong altogether says nothing.
             let change = 0.9 * libm::pow(step.error, -1.0 / STAGES as f64);
             if step.error <= 1.0 {
-                pace.implicit_length = (length * change.min(4.0)).min(control.longest);
+                history.implicit_length = (length * change.min(4.0)).min(control.longest);
                 return true;
             }
             length *= if change.is_finite() { change.clamp(0.1, 0.7) } else { 0.25 };
         }
-        pace.patience = pace.quiet.saturating_mul(2);
+        history.patience = history.quiet.saturating_mul(2);
         false
     }
 }
@@ -377,7 +378,7 @@ impl Clone for Workspace {
     }
 }
 
-impl Default for Motion {
+impl Default for Description {
     fn default() -> Self {
         Self::Series(Series::default())
     }

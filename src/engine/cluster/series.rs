@@ -4,7 +4,7 @@
 
 use super::dense_output::DenseOutput;
 use super::window::{OverlapSeries, Window, clipping};
-use crate::engine::flight::{Push, Rounding, degree};
+use crate::engine::flight::{Forcing, Rounding, degree};
 use crate::model::Mode;
 use crate::next::Next;
 use crate::solver::oscillator::MAX_FORCE_ORDER;
@@ -187,13 +187,13 @@ impl DenseOutput for Series {
         self.product_integral(&v, &v, tau)
     }
 
-    fn work(&self, j: usize, push: &Push, tau: f64) -> f64 {
-        if degree(push) == 0 {
-            return push[0] * self.moved(j, tau).0;
+    fn work(&self, j: usize, forcing: &Forcing, tau: f64) -> f64 {
+        if degree(forcing) == 0 {
+            return forcing[0] * self.moved(j, tau).0;
         }
         let mut unit = 1.0;
         let mut scaled = [0.0; MAX_FORCE_ORDER + 1];
-        for (k, p) in push.iter().enumerate() {
+        for (k, p) in forcing.iter().enumerate() {
             scaled[k] = p * unit * INVERSE_FACTORIAL[k];
             unit *= self.unit;
         }

@@ -43,7 +43,7 @@ impl Control {
 
 /// What the segments of a cluster so far say about the next one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Pace {
+pub(crate) struct StepHistory {
     /// Segments since the last switching.
     pub quiet: u32,
     /// How many of them must have passed before implicit collocation is tried.
@@ -56,13 +56,13 @@ pub(crate) struct Pace {
     pub age: u32,
 }
 
-impl Default for Pace {
+impl Default for StepHistory {
     fn default() -> Self {
         Self { quiet: 0, patience: 24, implicit_length: 0.0, explicit_length: 0.0, age: 0 }
     }
 }
 
-impl Pace {
+impl StepHistory {
     /// Right after a switching, `age` segments after the balls were in flight.
     pub fn aged(age: u32) -> Self {
         Self { age, ..Self::default() }

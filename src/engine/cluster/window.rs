@@ -6,7 +6,7 @@ use crate::engine::flight::{Ball, Flight};
 use crate::model::{ContactLaw, MAX_OUTPUT_DERIVATIVE, Mode};
 
 /// What is hardly anything beside 1.
-const FAINT: f64 = 1e-4;
+const NEGLIGIBLE: f64 = 1e-4;
 
 /// A contact of the window at the start of the segment.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -48,7 +48,7 @@ impl Window<'_> {
         };
         let loads = self.contacts.iter().enumerate().filter_map(load);
         let largest = loads.clone().fold([0.0_f64; 2], |most, load| [most[0].max(load[0]), most[1].max(load[1])]);
-        loads.into_iter().any(|load| (0..2).all(|k| load[k] < FAINT * largest[k]))
+        loads.into_iter().any(|load| (0..2).all(|k| load[k] < NEGLIGIBLE * largest[k]))
     }
 
     /// Whether a closed contact is damped so little, for its part in a chain, that the balls oscillate or nearly so.

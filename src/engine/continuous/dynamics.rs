@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::engine::flight::{Push, push_at};
+use crate::engine::flight::{Forcing, forcing_at};
 use crate::model::{BallModel, ContactLaw, Cradle};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::ode::{Path, System, Tridiagonal};
@@ -31,7 +31,7 @@ pub(super) struct Dynamics {
     pub cradle: Cradle,
     /// Accelerations of the balls by the inputs, seen from `since`.
     #[serde(skip)]
-    pub pushes: Vec<Push>,
+    pub forcings: Vec<Forcing>,
     pub since: DoubleDouble,
     /// Relative.
     pub tolerance: f64,
@@ -49,8 +49,8 @@ impl Dynamics {
     /// their contacts hold, and what the inputs give them within one unit of their time. That of the positions is the
     /// way they go at that speed within this unit, that of the velocities [`SLOW`] times the speed, that of the
     /// overlaps [`DEEP`] times the overlap of an impact at that speed.
-    pub fn new(cradle: Cradle, pushes: Vec<Push>, since: DoubleDouble, y: &[f64], tolerance: f64) -> Self {
-        let mut dynamics = Self { cradle, pushes, since, tolerance, scales: [1.0; 3], energy_scale: 1.0 };
+    pub fn new(cradle: Cradle, forcings: Vec<Forcing>, since: DoubleDouble, y: &[f64], tolerance: f64) -> Self {
+        let mut dynamics = Self { cradle, forcings, since, tolerance, scales: [1.0; 3], energy_scale: 1.0 };
         let fastest = (0..dynamics.balls()).map(|i| dynamics.speed_in_reach(i, y)).fold(0.0, f64::max);
         if fastest > 0.0 {
             let lightest = dynamics.cradle.balls.iter().fold(f64::INFINITY, |mass, ball| mass.min(ball.mass));
@@ -87,9 +87,9 @@ impl Dynamics {
         let (ball, unit) = (&self.cradle.balls[i], self.unit_of_time(i));
         let contact = |i: usize| self.cradle.contacts.get(i).map_or(0.0, |law| law.elastic_energy(y[self.overlap(i)]));
         let held = contact(i) + if i > 0 { contact(i - 1) } else { 0.0 };
-        let push = self.pushes[i].iter().fold(0.0_f64, |most, push| most.max(push.abs()));
+        let forcing = self.forcings[i].iter().fold(0.0_f64, |most, forcing| most.max(forcing.abs()));
         let height = if ball.omega2 > 0.0 { y[i].abs() / unit } else { 0.0 };
-        let speeds = [y[self.v(i)].abs(), height, push * unit, (2.0 * held / ball.mass).sqrt()];
+        let speeds = [y[self.v(i)].abs(), height, forcing * unit, (2.0 * held / ball.mass).sqrt()];
         speeds.into_iter().fold(0.0, f64::max)
     }
 
@@ -142,8 +142,8 @@ impl Dynamics {
     }
 
     /// Acceleration of ball `i` by the inputs, m/s2.
-    pub fn push(&self, i: usize, t: DoubleDouble) -> f64 {
-        push_at(&self.pushes[i], (t - self.since).value())
+    pub fn forcing(&self, i: usize, t: DoubleDouble) -> f64 {
+        forcing_at(&self.forcings[i], (t - self.since).value())
     }
 
     /// The overlap of contact `i` on a step as a series of the share of the step that has passed.
@@ -179,7 +179,7 @@ impl System for Dynamics {
         let n = self.balls();
         let (mut loss, mut work, mut support, mut from_left) = (0.0, 0.0, 0.0, 0.0);
         for (i, ball) in self.cradle.balls.iter().enumerate() {
-            let (x, v, push) = (y[i], y[n + i], self.push(i, t));
+            let (x, v, forcing) = (y[i], y[n + i], self.forcing(i, t));
             let mut from_right = 0.0;
             if let Some(law) = self.cradle.contacts.get(i) {
                 let (overlap, rate) = (y[2 * n + i], v - y[n + i + 1]);
@@ -191,9 +191,9 @@ impl System for Dynamics {
                 rates[3 * n - 1 + i] = from_right;
             }
             rates[i] = v;
-            rates[n + i] = ball.acceleration(x, v, from_left - from_right, push);
+            rates[n + i] = ball.acceleration(x, v, from_left - from_right, forcing);
             loss += 2.0 * ball.gamma * ball.mass * v * v;
-            work += ball.mass * push * v;
+            work += ball.mass * forcing * v;
             support += ball.support_force(x, v);
             from_left = from_right;
         }

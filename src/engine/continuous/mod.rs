@@ -10,9 +10,9 @@
 
 mod dynamics;
 mod method;
-mod motion;
 mod observe;
 mod run;
+mod trajectory;
 
 pub(crate) use method::Method;
 pub use run::Continuous;

@@ -1,8 +1,8 @@
 //! What can be read at the current time; see [`Engine`](crate::engine::Engine) for the meanings.
 
-use super::motion::{Kind, Motion};
 use super::run::Continuous;
-use crate::engine::derivatives::{LastStep, State, by_time};
+use super::trajectory::{Kind, Trajectory};
+use crate::engine::derivatives::{ChainState, LastStep, by_time};
 use crate::model::algebraic::{self, Chain, algebraic_results};
 use crate::model::{Cradle, Differential, Mode, NextOnset, ONSET_PERIODS, Results, Work};
 use crate::solver::double_double::DoubleDouble;
@@ -13,25 +13,25 @@ const LOOK_AHEAD: usize = 20_000;
 impl Continuous {
     /// The current time as a place on the solver's last step.
     fn place(&self) -> f64 {
-        self.motion.path().place(self.now())
+        self.trajectory.path().place(self.now())
     }
 
     /// A component of the state.
     pub(super) fn value(&self, component: usize) -> f64 {
-        self.motion.path().value(component, self.place())
+        self.trajectory.path().value(component, self.place())
     }
 
     /// The whole chain at the current time.
-    pub(super) fn state(&self) -> State {
-        let balls = 0..self.motion.dynamics.balls();
+    pub(super) fn state(&self) -> ChainState {
+        let balls = 0..self.trajectory.dynamics.balls();
         let contact = |i: usize| {
-            let (overlap, rate) = self.motion.overlap(i, self.place());
+            let (overlap, rate) = self.trajectory.overlap(i, self.place());
             let law = &self.cradle().contacts[i];
             (overlap, if overlap > 0.0 { law.mode_when_closed(overlap, rate) } else { Mode::Open })
         };
         let (x, v) = balls.map(|i| self.state_of(i)).unzip();
         let (overlaps, modes) = (0..self.contacts.len()).map(contact).unzip();
-        State { x, v, overlaps, modes }
+        ChainState { x, v, overlaps, modes }
     }
 
     pub(crate) fn last_step(&self) -> LastStep<'_> {
@@ -63,7 +63,7 @@ impl Continuous {
         if self.contacts.is_empty() {
             return NextOnset::NONE;
         }
-        if let Some(onset) = onset_after(&self.motion, now) {
+        if let Some(onset) = onset_after(&self.trajectory, now) {
             return NextOnset::at(onset);
         }
         if let Some((asked_at, answer)) = self.foreseen.get()
@@ -80,10 +80,10 @@ impl Continuous {
         let period = std::f64::consts::TAU / self.cradle().balls[0].omega2.sqrt();
         let limit = now + ONSET_PERIODS * period;
         let mut ahead = self.ahead.borrow_mut();
-        if ahead.as_ref().is_some_and(|ahead| ahead.path().end < self.motion.path().end) {
+        if ahead.as_ref().is_some_and(|ahead| ahead.path().end < self.trajectory.path().end) {
             *ahead = None;
         }
-        let ahead = ahead.get_or_insert_with(|| Box::new(self.motion.clone()));
+        let ahead = ahead.get_or_insert_with(|| Box::new(self.trajectory.clone()));
         let mut work = 0;
         loop {
             if let Some(onset) = onset_after(ahead, now) {
@@ -107,23 +107,23 @@ impl Continuous {
 
 impl Chain for Continuous {
     fn cradle(&self) -> &Cradle {
-        &self.motion.dynamics.cradle
+        &self.trajectory.dynamics.cradle
     }
 
     fn state_of(&self, i: usize) -> (f64, f64) {
-        (self.value(i), self.value(self.motion.dynamics.v(i)))
+        (self.value(i), self.value(self.trajectory.dynamics.v(i)))
     }
 
     fn overlap_of(&self, i: usize) -> f64 {
-        self.motion.overlap(i, self.place()).0
+        self.trajectory.overlap(i, self.place()).0
     }
 
     fn force_of(&self, i: usize) -> f64 {
-        self.motion.force(i, self.place())
+        self.trajectory.force(i, self.place())
     }
 
     fn forcing_of(&self, i: usize) -> f64 {
-        self.motion.dynamics.push(i, self.now())
+        self.trajectory.dynamics.forcing(i, self.now())
     }
 }
 
@@ -132,7 +132,7 @@ impl Results for Continuous {
     algebraic_results!();
 
     fn impulse(&self, i: usize) -> f64 {
-        self.value(self.motion.dynamics.impulse(i))
+        self.value(self.trajectory.dynamics.impulse(i))
     }
 
     fn force_mean(&self, i: usize) -> f64 {
@@ -159,11 +159,11 @@ impl Results for Continuous {
     }
 
     fn dissipated_energy(&self) -> f64 {
-        self.value(self.motion.dynamics.loss())
+        self.value(self.trajectory.dynamics.loss())
     }
 
     fn external_work(&self) -> f64 {
-        self.value(self.motion.dynamics.work())
+        self.value(self.trajectory.dynamics.work())
     }
 
     fn energy_residual(&self) -> f64 {
@@ -174,7 +174,7 @@ impl Results for Continuous {
         if self.step_length() == 0.0 {
             return self.support_force();
         }
-        (self.value(self.motion.dynamics.support()) - self.support_at_step) / self.step_length()
+        (self.value(self.trajectory.dynamics.support()) - self.support_at_step) / self.step_length()
     }
 
     fn next_onset(&self) -> NextOnset {
@@ -182,13 +182,13 @@ impl Results for Continuous {
     }
 
     fn work(&self) -> Work {
-        let work = self.motion.work();
+        let work = self.trajectory.work();
         Work { steps: work.steps, evaluations: work.evaluations, events: self.events }
     }
 }
 
 /// The first onset in the last step of `motion` after the time `now`, s.
-fn onset_after(motion: &Motion, now: DoubleDouble) -> Option<f64> {
+fn onset_after(motion: &Trajectory, now: DoubleDouble) -> Option<f64> {
     let onset = motion.events.iter().find(|event| event.kind == Kind::Onset && event.time > now)?;
     Some(onset.time.value_up())
 }

@@ -6,10 +6,10 @@ use serde::{Deserialize, Serialize};
 
 use super::dynamics::Dynamics;
 use super::method::Method;
-use super::motion::{Event, Kind, Motion};
-use crate::engine::derivatives::State;
+use super::trajectory::{Event, Kind, Trajectory};
+use crate::engine::derivatives::ChainState;
 use crate::engine::error::EngineError;
-use crate::engine::flight::{Push, shifted};
+use crate::engine::flight::{Forcing, shifted};
 use crate::engine::inputs::HeldInputs;
 use crate::engine::observation::{LARGEST_COUNT, Ledger};
 use crate::engine::observer::{Observer, Progress};
@@ -34,20 +34,20 @@ pub(super) struct Contact {
 pub struct Continuous {
     pub(super) method: Method,
     pub(super) inputs: HeldInputs,
-    pub(super) motion: Motion,
+    pub(super) trajectory: Trajectory,
     pub(super) contacts: Vec<Contact>,
     pub(super) time: f64,
     /// Number of the current step; 0 before the first.
     pub(super) step: u64,
     /// Start of the last step, s, with the state and the integral of the force on the support (N.s) then.
     pub(super) step_start: f64,
-    pub(super) state_at_step: State,
+    pub(super) state_at_step: ChainState,
     pub(super) support_at_step: f64,
     pub(super) energy_at_start: f64,
     /// Onsets and releases so far.
     pub(super) events: u64,
     /// A copy of the motion that has gone ahead to look for the next onset.
-    pub(super) ahead: RefCell<Option<Box<Motion>>>,
+    pub(super) ahead: RefCell<Option<Box<Trajectory>>>,
     /// What was found last, and when it was asked for, s.
     pub(super) foreseen: Cell<Option<(f64, NextOnset)>>,
 }
@@ -70,12 +70,12 @@ impl Continuous {
         let mut run = Self {
             method,
             inputs,
-            motion: Motion::new(method, dynamics, &y),
+            trajectory: Trajectory::new(method, dynamics, &y),
             contacts: vec![Contact::default(); parameters.contacts()],
             time: start_time,
             step: 0,
             step_start: start_time,
-            state_at_step: State::default(),
+            state_at_step: ChainState::default(),
             support_at_step: 0.0,
             energy_at_start: 0.0,
             events: 0,
@@ -83,7 +83,7 @@ impl Continuous {
             foreseen: Cell::new(None),
         };
         for i in 0..run.contacts.len() {
-            if run.motion.closed(i) {
+            if run.trajectory.closed(i) {
                 run.contacts[i].ledger.open_pulse(since, 0);
                 run.events += 1;
             }
@@ -100,7 +100,7 @@ impl Continuous {
     pub(crate) fn snapshot(&self) -> Self {
         let run = self.clone();
         run.foreseen.set(self.foreseen.get().filter(|(_, found)| found.time > self.time));
-        run.ahead.borrow_mut().take_if(|ahead| ahead.path().end < self.motion.path().end);
+        run.ahead.borrow_mut().take_if(|ahead| ahead.path().end < self.trajectory.path().end);
         run
     }
 
@@ -115,7 +115,7 @@ impl Continuous {
     ) -> Result<Self, Unsound> {
         let require = |holds: bool, reason| if holds { Ok(()) } else { Err(Unsound(reason)) };
         let cradle = Cradle::new(parameters);
-        let tolerance = self.motion.dynamics.tolerance;
+        let tolerance = self.trajectory.dynamics.tolerance;
         require(self.method == method && tolerance == parameters.tolerance, "it is of another method")?;
         let fits = self.inputs.fit(parameters.balls())
             && self.contacts.len() == parameters.contacts()
@@ -123,15 +123,15 @@ impl Continuous {
         require(fits, "it is not as large as the cradle")?;
         let finite = self.inputs.are_finite() && self.state_at_step.is_finite();
         require(failed || finite, "an input or a state is not finite")?;
-        let pushes = pushes(&cradle, &self.inputs, self.motion.dynamics.since.value());
-        let motion = self.motion.restored(method, cradle, pushes, failed);
-        self.motion = motion.ok_or(Unsound("its solver has not come here"))?;
+        let forcings = forcings(&cradle, &self.inputs, self.trajectory.dynamics.since.value());
+        let motion = self.trajectory.restored(method, cradle, forcings, failed);
+        self.trajectory = motion.ok_or(Unsound("its solver has not come here"))?;
         if let Some(ahead) = self.ahead.take() {
-            let pushes = self.motion.dynamics.pushes.clone();
-            let ahead = ahead.restored(method, self.motion.dynamics.cradle.clone(), pushes, failed);
+            let forcings = self.trajectory.dynamics.forcings.clone();
+            let ahead = ahead.restored(method, self.trajectory.dynamics.cradle.clone(), forcings, failed);
             self.ahead.replace(Some(Box::new(ahead.ok_or(Unsound("its look ahead has not come here"))?)));
         }
-        let path = self.motion.path();
+        let path = self.trajectory.path();
         let on_path = path.end >= self.now() && path.start() <= self.now();
         let times = [self.inputs.since, self.step_start].iter().all(|time| (start..=self.time).contains(time));
         require(failed || (on_path && times), "its time is not that of its solver")?;
@@ -158,7 +158,7 @@ impl Continuous {
         let constant = derivatives.is_empty() && self.inputs.derivatives.is_empty();
         if !constant || *inputs != self.inputs.values {
             self.inputs = HeldInputs { since: self.time, values: inputs.clone(), derivatives: derivatives.to_vec() };
-            self.restart(self.motion.dynamics.cradle.clone());
+            self.restart(self.trajectory.dynamics.cradle.clone());
         }
         Ok(())
     }
@@ -166,7 +166,7 @@ impl Continuous {
     /// From the current time on, the drag and contact damping of `parameters` (the tunable ones) act.
     pub fn retune(&mut self, parameters: &Parameters) -> Result<(), EngineError> {
         let cradle = Cradle::new(parameters);
-        if cradle != self.motion.dynamics.cradle {
+        if cradle != self.trajectory.dynamics.cradle {
             self.restart(cradle);
         }
         Ok(())
@@ -174,10 +174,10 @@ impl Continuous {
 
     /// Goes on from the current time with the inputs and the cradle that act now.
     fn restart(&mut self, cradle: Cradle) {
-        let path = self.motion.path();
+        let path = self.trajectory.path();
         let y = path.state(path.place(self.now()));
-        let dynamics = equations(cradle, &self.inputs, self.time, &y, self.motion.dynamics.tolerance);
-        self.motion.restart(self.method, dynamics, &y);
+        let dynamics = equations(cradle, &self.inputs, self.time, &y, self.trajectory.dynamics.tolerance);
+        self.trajectory.restart(self.method, dynamics, &y);
         self.ahead.take();
         self.foreseen.take();
     }
@@ -193,23 +193,27 @@ impl Continuous {
         let until = DoubleDouble::from(time);
         let mut steps = 0_u64;
         loop {
-            while let Some(&event) = self.motion.events.front().filter(|event| event.time <= until) {
-                self.motion.events.pop_front();
+            while let Some(&event) = self.trajectory.events.front().filter(|event| event.time <= until) {
+                self.trajectory.events.pop_front();
                 self.enter(event, observer);
             }
-            if self.motion.path().end >= until {
+            if self.trajectory.path().end >= until {
                 break;
             }
             for i in 0..self.contacts.len() {
-                if self.motion.closed(i) {
-                    let force = self.motion.force(i, 0.0);
+                if self.trajectory.closed(i) {
+                    let force = self.trajectory.force(i, 0.0);
                     self.contacts[i].ledger.add(0.0, force, force);
                 }
             }
-            self.motion.step()?;
+            self.trajectory.step()?;
             steps += 1;
             if steps.is_multiple_of(WORK_PER_REPORT / (self.contacts.len() as u64 + 1) + 1) {
-                observer.progress(Progress { time: self.motion.path().start().value(), events: steps, contact: None });
+                observer.progress(Progress {
+                    time: self.trajectory.path().start().value(),
+                    events: steps,
+                    contact: None,
+                });
             }
         }
         self.time = time;
@@ -221,7 +225,7 @@ impl Continuous {
         self.step += 1;
         self.step_start = self.time;
         self.state_at_step = self.state();
-        self.support_at_step = self.value(self.motion.dynamics.support());
+        self.support_at_step = self.value(self.trajectory.dynamics.support());
         for i in 0..self.contacts.len() {
             let (impulse, force) = (self.impulse(i), self.force(i));
             let contact = &mut self.contacts[i];
@@ -234,8 +238,8 @@ impl Continuous {
     /// Enters an event in the ledgers.
     fn enter(&mut self, event: Event, observer: &mut dyn Observer) {
         let Event { time, contact: i, kind, force } = event;
-        let path = self.motion.path();
-        let impulse = path.value(self.motion.dynamics.impulse(i), path.place(time));
+        let path = self.trajectory.path();
+        let impulse = path.value(self.trajectory.dynamics.impulse(i), path.place(time));
         let contact = &mut self.contacts[i];
         match kind {
             Kind::Onset => {
@@ -257,12 +261,12 @@ impl Continuous {
 
 /// The equations from the state `y` at the time `since` (s) on.
 fn equations(cradle: Cradle, inputs: &HeldInputs, since: f64, y: &[f64], tolerance: f64) -> Dynamics {
-    let pushes = pushes(&cradle, inputs, since);
-    Dynamics::new(cradle, pushes, since.into(), y, tolerance)
+    let forcings = forcings(&cradle, inputs, since);
+    Dynamics::new(cradle, forcings, since.into(), y, tolerance)
 }
 
 /// Accelerations of the balls by the inputs, seen from the time `since` (s).
-fn pushes(cradle: &Cradle, inputs: &HeldInputs, since: f64) -> Vec<Push> {
-    let push = |(i, ball): (usize, &BallModel)| shifted(&inputs.push(i, ball.mass), since - inputs.since);
-    cradle.balls.iter().enumerate().map(push).collect()
+fn forcings(cradle: &Cradle, inputs: &HeldInputs, since: f64) -> Vec<Forcing> {
+    let forcing = |(i, ball): (usize, &BallModel)| shifted(&inputs.forcing(i, ball.mass), since - inputs.since);
+    cradle.balls.iter().enumerate().map(forcing).collect()
 }

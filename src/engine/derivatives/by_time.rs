@@ -1,9 +1,9 @@
 //! Derivatives of the outputs by time.
 
 use super::chain_series::Expansion;
-use super::chain_state::State;
+use super::chain_state::ChainState;
 use crate::engine::cluster::OverlapSeries;
-use crate::engine::flight::Push;
+use crate::engine::flight::Forcing;
 use crate::engine::inputs::HeldInputs;
 use crate::model::{Cradle, Differential, MAX_OUTPUT_DERIVATIVE, Mode};
 use crate::solver::series::product_term;
@@ -20,37 +20,37 @@ use crate::solver::series::product_term;
 /// a law with an exponent that is not whole, its elastic force counts as 0 with all its derivatives.
 pub(crate) fn by_time(
     cradle: &Cradle,
-    state: &State,
+    state: &ChainState,
     inputs: &HeldInputs,
     given: &[Option<OverlapSeries>],
     order: usize,
 ) -> Differential {
-    let pushes = pushes(cradle, inputs);
-    let series = Expansion::new(cradle, state, &pushes, (MAX_OUTPUT_DERIVATIVE + 1, 1.0), |_| false, given);
+    let forcings = forcings(cradle, inputs);
+    let series = Expansion::new(cradle, state, &forcings, (MAX_OUTPUT_DERIVATIVE + 1, 1.0), |_| false, given);
     of_series(cradle, state, inputs, &series, order)
 }
 
 /// The same from the series of all motions and forces.
 pub(crate) fn of_series(
     cradle: &Cradle,
-    state: &State,
+    state: &ChainState,
     inputs: &HeldInputs,
     series: &Expansion<f64>,
     order: usize,
 ) -> Differential {
-    let pushes = pushes(cradle, inputs);
+    let forcings = forcings(cradle, inputs);
     let factorial = |k: usize| (1..=k).map(|i| i as f64).product::<f64>();
     let (of_order, of_rate, last) = (factorial(order), factorial(order - 1), order - 1);
-    let support = support_series(cradle, state, &pushes, series);
+    let support = support_series(cradle, state, &forcings, series);
     let mut rates = Differential::zero(cradle.balls.len());
     let mut momentum = [0.0; MAX_OUTPUT_DERIVATIVE + 1];
-    for (i, (ball, push)) in cradle.balls.iter().zip(&pushes).enumerate() {
+    for (i, (ball, forcing)) in cradle.balls.iter().zip(&forcings).enumerate() {
         let x = series.position(i);
         let v = series.rate(x);
         (rates.x[i], rates.v[i]) = (of_order * x[order], of_order * v[order]);
         momentum[0] += ball.mass * v[0];
         for k in 0..order {
-            momentum[k + 1] += ball.mass * push[k] / factorial(k + 1);
+            momentum[k + 1] += ball.mass * forcing[k] / factorial(k + 1);
         }
         let force = inputs.series(|inputs| inputs.force[i]);
         rates.energy +=
@@ -72,16 +72,16 @@ pub(crate) fn of_series(
 }
 
 /// Accelerations of the balls by the inputs.
-pub(crate) fn pushes(cradle: &Cradle, inputs: &HeldInputs) -> Vec<Push> {
-    cradle.balls.iter().enumerate().map(|(i, ball)| inputs.push(i, ball.mass)).collect()
+pub(crate) fn forcings(cradle: &Cradle, inputs: &HeldInputs) -> Vec<Forcing> {
+    cradle.balls.iter().enumerate().map(|(i, ball)| inputs.forcing(i, ball.mass)).collect()
 }
 
 /// Coefficients of the force on the support, `sum m (omega2 x + 2 gamma v)`. The contacts move it only as far as the two balls'
 /// pendulums differ: their parts are summed contact by contact, where they cancel, not ball by ball, where they only nearly would.
 fn support_series(
     cradle: &Cradle,
-    state: &State,
-    pushes: &[Push],
+    state: &ChainState,
+    forcings: &[Forcing],
     series: &Expansion<f64>,
 ) -> [f64; MAX_OUTPUT_DERIVATIVE + 1] {
     let mut support = [0.0; MAX_OUTPUT_DERIVATIVE + 1];
@@ -101,14 +101,14 @@ fn support_series(
         add(pair[1].omega2 - pair[0].omega2, pair[1].gamma - pair[0].gamma, series.force(j));
     }
     let mut at_once = [0.0; 2];
-    for (i, (ball, push)) in cradle.balls.iter().zip(pushes).enumerate() {
+    for (i, (ball, forcing)) in cradle.balls.iter().zip(forcings).enumerate() {
         let (x, mut factorial) = (series.position(i), 1.0);
         let v = series.rate(x);
-        let without_contacts = |(k, push): (usize, &f64)| {
+        let without_contacts = |(k, forcing): (usize, &f64)| {
             factorial *= k.max(1) as f64;
-            ball.mass * (push / factorial - ball.omega2 * x[k] - 2.0 * ball.gamma * v[k])
+            ball.mass * (forcing / factorial - ball.omega2 * x[k] - 2.0 * ball.gamma * v[k])
         };
-        let accelerations: Vec<f64> = push.iter().enumerate().map(without_contacts).collect();
+        let accelerations: Vec<f64> = forcing.iter().enumerate().map(without_contacts).collect();
         add(ball.omega2, ball.gamma, &accelerations);
         at_once[0] += ball.mass * (ball.omega2 * x[0] + 2.0 * ball.gamma * v[0]);
         at_once[1] += ball.mass * ball.omega2 * v[0];

@@ -3,9 +3,9 @@
 //! The recursions are those of a contact phase (`cluster::recurrences`), which is made to follow few balls quickly. This one gives
 //! derivatives: by time as the first coefficients, along a direction as the tangents of dual numbers.
 
-use super::chain_state::State;
+use super::chain_state::ChainState;
 use crate::engine::cluster::OVERLAP_TERMS;
-use crate::engine::flight::Push;
+use crate::engine::flight::Forcing;
 use crate::model::{Cradle, Mode};
 use crate::solver::dual::Scalar;
 
@@ -22,14 +22,14 @@ pub(crate) struct Expansion<S> {
 }
 
 impl<S: Scalar> Expansion<S> {
-    /// The series with `order` coefficients of the forces and two more of the motions. Contacts marked as `faint` have no elastic
+    /// The series with `order` coefficients of the forces and two more of the motions. Contacts marked as `negligible` have no elastic
     /// force. Overlaps that are `given`, in the unit of the series, are taken as they are; the forces follow from them.
     pub fn new(
         cradle: &Cradle<S>,
-        state: &State<S>,
-        pushes: &[Push<S>],
+        state: &ChainState<S>,
+        forcings: &[Forcing<S>],
         (order, unit): (usize, f64),
-        faint: impl Fn(usize) -> bool,
+        negligible: impl Fn(usize) -> bool,
         given: &[Option<[S; OVERLAP_TERMS]>],
     ) -> Self {
         let (balls, contacts, stride) = (cradle.balls.len(), cradle.contacts.len(), order + 2);
@@ -60,9 +60,9 @@ impl<S: Scalar> Expansion<S> {
         let mut powers = vec![Vec::new(); contacts];
         for k in 0..order {
             for (j, powers) in powers.iter_mut().enumerate().filter(|(j, _)| state.modes[*j] != Mode::Open) {
-                series.expand_force(j, cradle, k, (!faint(j)).then_some(powers));
+                series.expand_force(j, cradle, k, (!negligible(j)).then_some(powers));
             }
-            series.expand_motion(cradle, state, pushes, k, |j| given(j).is_some());
+            series.expand_motion(cradle, state, forcings, k, |j| given(j).is_some());
         }
         series
     }
@@ -84,8 +84,8 @@ impl<S: Scalar> Expansion<S> {
     fn expand_motion(
         &mut self,
         cradle: &Cradle<S>,
-        state: &State<S>,
-        pushes: &[Push<S>],
+        state: &ChainState<S>,
+        forcings: &[Forcing<S>],
         k: usize,
         given: impl Fn(usize) -> bool,
     ) {
@@ -97,11 +97,11 @@ impl<S: Scalar> Expansion<S> {
         };
         for (i, ball) in cradle.balls.iter().enumerate() {
             let from_left = if i > 0 { acting(i - 1) } else { S::default() };
-            let push = pushes[i].get(k).map_or(S::default(), |push| *push * S::from(time_to_k));
+            let forcing = forcings[i].get(k).map_or(S::default(), |forcing| *forcing * S::from(time_to_k));
             let x = &mut self.positions[i * stride..(i + 1) * stride];
             let rate = S::from((k + 1) as f64 / self.unit) * x[k + 1];
             let acceleration =
-                (from_left - acting(i)) / ball.mass + push - ball.omega2 * x[k] - S::from(2.0) * ball.gamma * rate;
+                (from_left - acting(i)) / ball.mass + forcing - ball.omega2 * x[k] - S::from(2.0) * ball.gamma * rate;
             x[k + 2] = acceleration * S::from(self.unit * self.unit / ((k + 1) * (k + 2)) as f64);
         }
         for j in (0..cradle.contacts.len()).filter(|j| !given(*j)) {
@@ -111,7 +111,7 @@ impl<S: Scalar> Expansion<S> {
     }
 
     /// Takes the motions as given, and as forces in the contacts that press what they need beside gravity, drag and inputs.
-    pub fn constrain(&mut self, cradle: &Cradle<S>, state: &State<S>, pushes: &[Push<S>]) {
+    pub fn constrain(&mut self, cradle: &Cradle<S>, state: &ChainState<S>, forcings: &[Forcing<S>]) {
         for (j, mode) in state.modes.iter().enumerate() {
             if *mode != Mode::Pressing {
                 continue;
@@ -122,8 +122,8 @@ impl<S: Scalar> Expansion<S> {
             let left = (j > 0 && state.modes[j - 1] == Mode::Pressing).then(|| self.force(j - 1));
             let force = |k: usize| {
                 factorial *= k.max(1) as f64;
-                let push = pushes[j].get(k).map_or(S::default(), |push| *push / S::from(factorial));
-                let free = push - ball.omega2 * x[k] - S::from(2.0) * ball.gamma * v[k];
+                let forcing = forcings[j].get(k).map_or(S::default(), |forcing| *forcing / S::from(factorial));
+                let free = forcing - ball.omega2 * x[k] - S::from(2.0) * ball.gamma * v[k];
                 left.map_or(S::default(), |left| left[k]) + ball.mass * (free - a[k])
             };
             let forces: Vec<S> = (0..self.stride - 2).map(force).collect();

@@ -6,14 +6,14 @@ use crate::model::Mode;
 
 /// Positions (m), velocities (m/s), overlaps (m) and modes of a chain at one time: all that its motion depends on but the inputs.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(crate) struct State<S = f64> {
+pub(crate) struct ChainState<S = f64> {
     pub x: Vec<S>,
     pub v: Vec<S>,
     pub overlaps: Vec<S>,
     pub modes: Vec<Mode>,
 }
 
-impl State {
+impl ChainState {
     /// Whether it is one of this many balls.
     pub fn is_of(&self, balls: usize) -> bool {
         let contacts = balls.saturating_sub(1);

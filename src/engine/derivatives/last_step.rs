@@ -1,9 +1,9 @@
 //! How the outputs at the end of the last step depend on the inputs held over it, and those at the start on the
 //! parameters.
 
-use super::chain_state::State;
+use super::chain_state::ChainState;
 use super::tangent::{NotFollowed, Run};
-use crate::engine::flight::Push;
+use crate::engine::flight::Forcing;
 use crate::engine::inputs::HeldInputs;
 use crate::model::{BallModel, Cradle, Differential, Inputs, Parameters};
 use crate::solver::dual::{Dual, Scalar};
@@ -13,12 +13,12 @@ pub(crate) struct LastStep<'a> {
     /// Coefficients of the equations.
     pub cradle: &'a Cradle,
     /// State and inputs at its start.
-    pub start: State,
+    pub start: ChainState,
     pub inputs: HeldInputs,
     /// Its length, s; 0 before the first.
     pub length: f64,
     /// State at its end.
-    pub end: State,
+    pub end: ChainState,
     /// Whether an onset ahead is known.
     pub onset_ahead: bool,
 }
@@ -31,8 +31,8 @@ impl LastStep<'_> {
             return Ok(Differential::zero(self.cradle.balls.len()));
         }
         let along = Cradle::constant(self.cradle);
-        let pushes = pushes_along(&along, &self.inputs, inputs);
-        let mut run = Run::new(self.cradle, along, lifted(&self.start), pushes);
+        let forcings = pushes_along(&along, &self.inputs, inputs);
+        let mut run = Run::new(self.cradle, along, lifted(&self.start), forcings);
         run.follow(Some(self.length))?;
         run.agree_with(&self.end)?;
         let mut outputs = run.outputs();
@@ -52,10 +52,10 @@ impl LastStep<'_> {
         inputs: &Inputs,
     ) -> Result<Differential, NotFollowed> {
         let along = Cradle::along(parameters, tangent);
-        let pushes = pushes_along(&along, &self.inputs, inputs);
+        let forcings = pushes_along(&along, &self.inputs, inputs);
         let state = start_along(&self.end, &along, tangent);
         let first = along.balls[0].omega2;
-        let run = Run::new(self.cradle, along, state, pushes);
+        let run = Run::new(self.cradle, along, state, forcings);
         let mut outputs = run.outputs();
         if self.cradle.restitution.is_some() {
             // Rigid contacts transmit nothing yet.
@@ -85,27 +85,27 @@ impl LastStep<'_> {
 
 /// Accelerations by the inputs `held`, with the derivatives that they have where the inputs have the derivatives
 /// `tangent`, all of them constant over the step, and the masses theirs.
-fn pushes_along(cradle: &Cradle<Dual>, held: &HeldInputs, tangent: &Inputs) -> Vec<Push<Dual>> {
-    let push = |(i, ball): (usize, &BallModel<Dual>)| {
+fn pushes_along(cradle: &Cradle<Dual>, held: &HeldInputs, tangent: &Inputs) -> Vec<Forcing<Dual>> {
+    let forcing = |(i, ball): (usize, &BallModel<Dual>)| {
         let along = |k: usize, value: f64, tangent: f64| Dual::with_tangent(value, if k == 0 { tangent } else { 0.0 });
-        let mut push = Push::default();
-        for (k, (push, inputs)) in push.iter_mut().zip(held.orders()).enumerate() {
+        let mut forcing = Forcing::default();
+        for (k, (forcing, inputs)) in forcing.iter_mut().zip(held.orders()).enumerate() {
             let support = along(k, inputs.support_acceleration, tangent.support_acceleration);
-            *push = along(k, inputs.force[i], tangent.force[i]) / ball.mass - support;
+            *forcing = along(k, inputs.force[i], tangent.force[i]) / ball.mass - support;
         }
-        push
+        forcing
     };
-    cradle.balls.iter().enumerate().map(push).collect()
+    cradle.balls.iter().enumerate().map(forcing).collect()
 }
 
 /// A state without derivatives.
-fn lifted(state: &State) -> State<Dual> {
+fn lifted(state: &ChainState) -> ChainState<Dual> {
     let lift = |values: &[f64]| values.iter().copied().map(Dual::from).collect();
-    State { x: lift(&state.x), v: lift(&state.v), overlaps: lift(&state.overlaps), modes: state.modes.clone() }
+    ChainState { x: lift(&state.x), v: lift(&state.v), overlaps: lift(&state.overlaps), modes: state.modes.clone() }
 }
 
 /// The start state with the derivatives that it has where the parameters have the derivatives `tangent`.
-fn start_along(state: &State, cradle: &Cradle<Dual>, tangent: &Parameters) -> State<Dual> {
+fn start_along(state: &ChainState, cradle: &Cradle<Dual>, tangent: &Parameters) -> ChainState<Dual> {
     let pair = |values: &[f64], tangents: &[f64]| -> Vec<Dual> {
         values.iter().zip(tangents).map(|(value, tangent)| Dual::with_tangent(*value, *tangent)).collect()
     };
@@ -115,5 +115,5 @@ fn start_along(state: &State, cradle: &Cradle<Dual>, tangent: &Parameters) -> St
         Dual::with_tangent(state.overlaps[j], change)
     };
     let overlaps = (0..state.overlaps.len()).map(overlap).collect();
-    State { x, v, overlaps, modes: state.modes.clone() }
+    ChainState { x, v, overlaps, modes: state.modes.clone() }
 }

@@ -1,10 +1,10 @@
 //! Derivatives of the outputs of an event-driven run.
 
-use super::by_time::{by_time, of_series, pushes};
+use super::by_time::{by_time, forcings, of_series};
 use super::chain_series::Expansion;
-use super::chain_state::State;
+use super::chain_state::ChainState;
 use super::last_step::LastStep;
-use crate::engine::flight::{Held, Push, shifted};
+use crate::engine::flight::{Forcing, Regime, shifted};
 use crate::engine::run::Engine;
 use crate::model::{Differential, MAX_OUTPUT_DERIVATIVE, Mode};
 
@@ -17,24 +17,24 @@ impl Engine {
     /// inputs have just changed, rings in its derivatives, too, times the angular frequency for each order.
     pub fn time_derivative(&self, order: usize) -> Differential {
         let (state, inputs) = (self.state_of_all(self.time.into()), self.inputs.at(self.time));
-        if self.contacts.iter().all(|contact| contact.bond().is_none()) {
+        if self.contacts.iter().all(|contact| contact.constraint().is_none()) {
             let pressed: Vec<_> = (0..self.contacts.len()).map(|i| self.pressed_series(i)).collect();
             return by_time(&self.cradle, &state, &inputs, &pressed, order);
         }
-        let series = self.series_of_bodies(&state, &pushes(&self.cradle, &inputs));
+        let series = self.series_of_bodies(&state, &forcings(&self.cradle, &inputs));
         of_series(&self.cradle, &state, &inputs, &series, order)
     }
 
     /// The series of rigid balls from `state` on, some of which move as one body: as such, and with the forces that this takes.
-    fn series_of_bodies(&self, state: &State, pushes: &[Push]) -> Expansion<f64> {
-        let (mut bodies, mut apart, mut common) = (self.cradle.clone(), state.clone(), pushes.to_vec());
+    fn series_of_bodies(&self, state: &ChainState, forcings: &[Forcing]) -> Expansion<f64> {
+        let (mut bodies, mut apart, mut common) = (self.cradle.clone(), state.clone(), forcings.to_vec());
         apart.modes.fill(Mode::Open);
-        for (i, ball) in self.balls.iter().enumerate().filter(|(_, ball)| ball.held == Held::Bond) {
+        for (i, ball) in self.balls.iter().enumerate().filter(|(_, ball)| ball.regime == Regime::Body) {
             (bodies.balls[i].omega2, bodies.balls[i].gamma) = (ball.oscillator.omega2(), ball.oscillator.gamma());
-            common[i] = shifted(&ball.flight.push, self.time - ball.anchor.value());
+            common[i] = shifted(&ball.flight.forcing, self.time - ball.anchor.value());
         }
         let mut series = Expansion::new(&bodies, &apart, &common, (MAX_OUTPUT_DERIVATIVE + 1, 1.0), |_| false, &[]);
-        series.constrain(&self.cradle, state, pushes);
+        series.constrain(&self.cradle, state, forcings);
         series
     }
 

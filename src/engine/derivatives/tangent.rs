@@ -9,9 +9,9 @@
 //! no derivatives, nor where more balls touch that the direction would bring apart.
 
 use super::chain_series::Expansion;
-use super::chain_state::State;
+use super::chain_state::ChainState;
 use crate::engine::cluster::{Switch, clipping};
-use crate::engine::flight::{Push, shifted};
+use crate::engine::flight::{Forcing, shifted};
 use crate::engine::rigid::restitution;
 use crate::model::algebraic::{self, Chain};
 use crate::model::{BallModel, Cradle, Differential, Mode};
@@ -38,8 +38,8 @@ pub struct NotFollowed;
 pub(super) struct Run<'a> {
     cradle: &'a Cradle,
     along: Cradle<Dual>,
-    state: State<Dual>,
-    pushes: Vec<Push<Dual>>,
+    state: ChainState<Dual>,
+    forcings: Vec<Forcing<Dual>>,
     /// Time since the start (s), and its derivative.
     elapsed: DoubleDouble,
     pub delay: f64,
@@ -51,13 +51,13 @@ pub(super) struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    pub fn new(cradle: &'a Cradle, along: Cradle<Dual>, state: State<Dual>, pushes: Vec<Push<Dual>>) -> Self {
+    pub fn new(cradle: &'a Cradle, along: Cradle<Dual>, state: ChainState<Dual>, forcings: Vec<Forcing<Dual>>) -> Self {
         let none = vec![Dual::default(); cradle.contacts.len()];
         Self {
             cradle,
             along,
             state,
-            pushes,
+            forcings,
             elapsed: DoubleDouble::default(),
             delay: 0.0,
             largest: 0.0,
@@ -105,14 +105,15 @@ impl<'a> Run<'a> {
     /// The series from now on and how long they converge, s.
     fn expand(&self) -> (Expansion<Dual>, f64) {
         let (scale, unit) = self.scales();
-        let faint: Vec<f64> = (0..self.cradle.contacts.len()).map(|j| self.faint(j, scale)).collect();
-        let series = Expansion::new(&self.along, &self.state, &self.pushes, (ORDER, unit), |j| faint[j] > 0.0, &[]);
+        let negligible: Vec<f64> = (0..self.cradle.contacts.len()).map(|j| self.negligible(j, scale)).collect();
+        let series =
+            Expansion::new(&self.along, &self.state, &self.forcings, (ORDER, unit), |j| negligible[j] > 0.0, &[]);
         let converges_for = self.convergence(&series, Dual::value).min(self.convergence(&series, Dual::tangent));
         let mut length = converges_for * unit;
-        for (j, faint) in faint.into_iter().enumerate().filter(|(_, faint)| *faint > 0.0) {
+        for (j, negligible) in negligible.into_iter().enumerate().filter(|(_, negligible)| *negligible > 0.0) {
             // Up to where the elastic force begins to matter.
             let overlap: Vec<f64> = series.overlap(j).iter().map(|c| c.value()).collect();
-            if let Some(s) = series::first_positive(&overlap, 1.0, faint, length / unit) {
+            if let Some(s) = series::first_positive(&overlap, 1.0, negligible, length / unit) {
                 length = s * unit;
             }
         }
@@ -154,13 +155,13 @@ impl<'a> Run<'a> {
 
     /// The overlap (m) up to which the elastic force of contact `j` is left out, 0 if it is not: next to none, a power
     /// that is not whole has no series to speak of, and no effect.
-    fn faint(&self, j: usize, scale: f64) -> f64 {
+    fn negligible(&self, j: usize, scale: f64) -> f64 {
         let law = &self.cradle.contacts[j];
         if self.state.modes[j] == Mode::Open || law.whole_exponent().is_some() {
             return 0.0;
         }
         let (mass, rate) = (self.reduced_mass(j), self.overlap_rate(j).value());
-        let bound = law.faint_overlap(mass, rate, LOCAL_ERROR * scale, law.time_scale(mass, scale));
+        let bound = law.largest_negligible_overlap(mass, rate, LOCAL_ERROR * scale, law.time_scale(mass, scale));
         if self.state.overlaps[j].value() < bound { 2.0 * bound } else { 0.0 }
     }
 
@@ -213,7 +214,7 @@ impl<'a> Run<'a> {
             return release;
         }
         let until = release.map_or(until, |(s, _)| s.value());
-        let push: Vec<Dual> = match law.rate_factor() {
+        let forcing: Vec<Dual> = match law.rate_factor() {
             Some(alpha) => {
                 let mut factor: Vec<Dual> = series.rate(overlap).into_iter().map(|rate| alpha * rate).collect();
                 factor[0] += Dual::from(1.0);
@@ -222,7 +223,7 @@ impl<'a> Run<'a> {
             None => series.force(j).to_vec(),
         };
         let (sign, switch) = clipping(mode);
-        crossing(&push, sign, until, 0.0, switch).or(release)
+        crossing(&forcing, sign, until, 0.0, switch).or(release)
     }
 
     /// Rounding of the positions beside contact `j`, m: no deeper closing is an onset.
@@ -260,11 +261,11 @@ impl<'a> Run<'a> {
 
     fn move_to(&mut self, series: &Expansion<Dual>, tau: Dual) {
         let s = tau / Dual::from(series.unit);
-        for (i, push) in self.pushes.iter_mut().enumerate() {
+        for (i, forcing) in self.forcings.iter_mut().enumerate() {
             let x = series.position(i);
             self.state.x[i] = series::value(x, s);
             self.state.v[i] = series::derivative(x, s) / Dual::from(series.unit);
-            *push = shifted(push, tau);
+            *forcing = shifted(forcing, tau);
         }
         for (j, overlap) in self.state.overlaps.iter_mut().enumerate() {
             *overlap = series::value(series.overlap(j), s);
@@ -309,7 +310,7 @@ impl<'a> Run<'a> {
 
     /// Takes the modes from `end`: where the step ends at a switching, rounding decides on which side. Refuses a step that ends
     /// with an impact of rigid balls.
-    pub fn agree_with(&mut self, end: &State) -> Result<(), NotFollowed> {
+    pub fn agree_with(&mut self, end: &ChainState) -> Result<(), NotFollowed> {
         let scale = end.v.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
         let differs = |(v, own): (&f64, &Dual)| (v - own.value()).abs() > 1e-6 * scale;
         if self.cradle.restitution.is_some() && end.v.iter().zip(&self.state.v).any(differs) {
@@ -363,6 +364,6 @@ impl Chain<Dual> for Run<'_> {
     }
 
     fn forcing_of(&self, i: usize) -> Dual {
-        self.pushes[i][0]
+        self.forcings[i][0]
     }
 }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::forcing::{Push, degree, shifted};
+use super::forcing::{Forcing, degree, shifted};
 use super::free_motion::Flight;
 use crate::model::BallModel;
 use crate::solver::double_double::DoubleDouble;
@@ -11,7 +11,7 @@ use crate::solver::quadrature::gauss_legendre;
 
 /// Sums over time that a ball carries along.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Tally {
+pub(crate) struct RunningIntegrals {
     /// Integral of the position, m.s.
     pub x_integral: f64,
     /// Energy lost to drag, J.
@@ -20,7 +20,7 @@ pub(crate) struct Tally {
     pub work: f64,
 }
 
-impl Tally {
+impl RunningIntegrals {
     pub fn is_finite(&self) -> bool {
         [self.x_integral, self.drag_loss, self.work].iter().all(|value| value.is_finite())
     }
@@ -34,15 +34,15 @@ impl Tally {
 
 /// What a ball takes part in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Held {
+pub(crate) enum Regime {
     /// In flight.
-    Free,
+    Flight,
     /// Member of this cluster.
     Cluster(u32),
     /// In an impact of known outcome in this contact.
     Impact(u32),
     /// In lasting contact with rigid neighbours, with which it moves as one body.
-    Bond,
+    Body,
 }
 
 /// A ball: its state at its anchor, and the closed form that its motion follows from there unless a cluster or an impact acts on it.
@@ -52,18 +52,25 @@ pub(crate) struct Ball {
     pub mass: f64,
     /// That of its pendulum; in a body of rigid balls that of the body.
     pub oscillator: Oscillator,
-    /// Time that `flight` and `tally` refer to.
+    /// Time that `flight` and `integrals` refer to.
     pub anchor: DoubleDouble,
-    /// Its state at the anchor. In a body the contacts act as a part of the push.
+    /// Its state at the anchor. In a body the contacts act as a part of the forcing.
     pub flight: Flight,
-    pub tally: Tally,
-    pub held: Held,
+    pub integrals: RunningIntegrals,
+    pub regime: Regime,
 }
 
 impl Ball {
     pub fn new(model: &BallModel, anchor: DoubleDouble, flight: Flight) -> Self {
         let oscillator = Oscillator::new(model.omega2, model.gamma);
-        Self { mass: model.mass, oscillator, anchor, flight, tally: Tally::default(), held: Held::Free }
+        Self {
+            mass: model.mass,
+            oscillator,
+            anchor,
+            flight,
+            integrals: RunningIntegrals::default(),
+            regime: Regime::Flight,
+        }
     }
 
     /// Displacement since the anchor (m) and velocity (m/s) at the time `t`, in flight.
@@ -78,41 +85,41 @@ impl Ball {
             return self.flight;
         }
         let (displacement, v) = self.moved(t);
-        Flight { x: self.flight.x + displacement, v, push: shifted(&self.flight.push, (t - self.anchor).value()) }
+        Flight { x: self.flight.x + displacement, v, forcing: shifted(&self.flight.forcing, (t - self.anchor).value()) }
     }
 
     /// How far it can leave the chord of its motion within `tau` (s) after the anchor, but for contacts, m.
     pub fn bend(&self, tau: f64) -> f64 {
         let (o, flight) = (&self.oscillator, &self.flight);
-        let varying = flight.push[1..].iter().rev().fold(0.0, |sum, push| (sum + push.abs()) * tau);
-        let at_rest = (flight.push[0] - o.omega2() * flight.x).abs() + varying;
+        let varying = flight.forcing[1..].iter().rev().fold(0.0, |sum, forcing| (sum + forcing.abs()) * tau);
+        let at_rest = (flight.forcing[0] - o.omega2() * flight.x).abs() + varying;
         let acceleration = at_rest + o.omega2() * flight.v.abs() * tau;
         acceleration * tau * tau
     }
 
     /// The sums at the time `t`, in flight.
-    pub fn tally_at(&self, t: DoubleDouble) -> Tally {
-        self.tally_under(&self.flight.push, t)
+    pub fn integrals_at(&self, t: DoubleDouble) -> RunningIntegrals {
+        self.integrals_under(&self.flight.forcing, t)
     }
 
-    /// The sums at the time `t`, where only the part `inputs` of the push is by the inputs.
-    pub fn tally_under(&self, inputs: &Push, t: DoubleDouble) -> Tally {
+    /// The sums at the time `t`, where only the part `inputs` of the forcing is by the inputs.
+    pub fn integrals_under(&self, inputs: &Forcing, t: DoubleDouble) -> RunningIntegrals {
         let tau = t - self.anchor;
-        if degree(&self.flight.push).max(degree(inputs)) == 0 {
-            self.tally_after(inputs, tau.value(), &self.oscillator.basis::<4>(tau))
+        if degree(&self.flight.forcing).max(degree(inputs)) == 0 {
+            self.integrals_after(inputs, tau.value(), &self.oscillator.basis::<4>(tau))
         } else {
-            self.tally_after(inputs, tau.value(), &self.oscillator.basis::<BASIS>(tau))
+            self.integrals_after(inputs, tau.value(), &self.oscillator.basis::<BASIS>(tau))
         }
     }
 
     /// The sums `tau` after the anchor, from the oscillator's functions at that time.
-    fn tally_after<const N: usize>(&self, inputs: &Push, tau: f64, u: &[f64; N]) -> Tally {
+    fn integrals_after<const N: usize>(&self, inputs: &Forcing, tau: f64, u: &[f64; N]) -> RunningIntegrals {
         let (o, flight) = (&self.oscillator, &self.flight);
-        let mut tally = self.tally;
-        tally.x_integral += flight.x * tau + flight.displacement_integral(o, u);
-        tally.work += self.mass * flight.work(inputs, o, tau, u);
-        tally.drag_loss += self.drag_loss(tau, u);
-        tally
+        let mut integrals = self.integrals;
+        integrals.x_integral += flight.x * tau + flight.displacement_integral(o, u);
+        integrals.work += self.mass * flight.work(inputs, o, tau, u);
+        integrals.drag_loss += self.drag_loss(tau, u);
+        integrals
     }
 
     /// Energy lost to drag within `tau` (s) after the anchor, in flight, J; `u` are the oscillator's functions at that time.
@@ -126,11 +133,11 @@ impl Ball {
             let (displacement, v) = (flight.displacement(o, u), flight.velocity(o, u));
             let kinetic = 0.5 * (flight.v - v) * (flight.v + v);
             let potential = o.omega2() * displacement * (flight.x + 0.5 * displacement);
-            return self.mass * (kinetic - potential + flight.work(&flight.push, o, tau, u));
+            return self.mass * (kinetic - potential + flight.work(&flight.forcing, o, tau, u));
         }
-        let (swung, varying) = (o.omega() * tau, degree(&flight.push) > 0);
+        let (swung, varying) = (o.omega() * tau, degree(&flight.forcing) > 0);
         if swung > if varying { 8.0 } else { 1.0 }
-            && let Some(steady) = Steady::new(o, flight.v, flight.acceleration(o, 0.0, 0.0, flight.v), &flight.push)
+            && let Some(steady) = Steady::new(o, flight.v, flight.acceleration(o, 0.0, 0.0, flight.v), &flight.forcing)
         {
             return 2.0 * o.gamma() * self.mass * steady.squared_velocity_integral(o, tau);
         }
@@ -143,28 +150,28 @@ impl Ball {
     }
 
     /// Moves the anchor to `t` along the flight; returns the displacement, m.
-    pub fn land(&mut self, t: DoubleDouble) -> f64 {
+    pub fn reanchor(&mut self, t: DoubleDouble) -> f64 {
         if t == self.anchor {
             return 0.0;
         }
         let tau = t - self.anchor;
-        let displacement = if degree(&self.flight.push) == 0 {
-            self.land_after(tau.value(), &self.oscillator.basis::<4>(tau))
+        let displacement = if degree(&self.flight.forcing) == 0 {
+            self.reanchor_after(tau.value(), &self.oscillator.basis::<4>(tau))
         } else {
-            self.land_after(tau.value(), &self.oscillator.basis::<BASIS>(tau))
+            self.reanchor_after(tau.value(), &self.oscillator.basis::<BASIS>(tau))
         };
         self.anchor = t;
         displacement
     }
 
     /// Takes flight and sums to `tau` after the anchor, from the oscillator's functions at that time; returns the displacement, m.
-    fn land_after<const N: usize>(&mut self, tau: f64, u: &[f64; N]) -> f64 {
+    fn reanchor_after<const N: usize>(&mut self, tau: f64, u: &[f64; N]) -> f64 {
         let displacement = self.flight.displacement(&self.oscillator, u);
-        self.tally = self.tally_after(&self.flight.push, tau, u);
+        self.integrals = self.integrals_after(&self.flight.forcing, tau, u);
         self.flight = Flight {
             x: self.flight.x + displacement,
             v: self.flight.velocity(&self.oscillator, u),
-            push: shifted(&self.flight.push, tau),
+            forcing: shifted(&self.flight.forcing, tau),
         };
         displacement
     }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::forcing::{Push, degree, push_at, shifted};
+use super::forcing::{Forcing, degree, forcing_at, shifted};
 use crate::model::ContactLaw;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::oscillator::{BASIS, Oscillator, Steady};
@@ -15,7 +15,7 @@ pub(crate) struct Flight {
     /// Velocity at the anchor, m/s.
     pub v: f64,
     /// Acceleration by the inputs.
-    pub push: Push,
+    pub forcing: Forcing,
 }
 
 /// How far positions (m) and velocities (m/s) are known.
@@ -43,13 +43,13 @@ impl Rounding {
 
 impl Flight {
     pub fn is_finite(&self) -> bool {
-        [self.x, self.v].iter().chain(&self.push).all(|value| value.is_finite())
+        [self.x, self.v].iter().chain(&self.forcing).all(|value| value.is_finite())
     }
 
     /// Displacement (m) `tau` after the anchor, and velocity (m/s).
     #[inline]
     pub fn at(&self, o: &Oscillator, tau: DoubleDouble) -> (f64, f64) {
-        if degree(&self.push) == 0 {
+        if degree(&self.forcing) == 0 {
             let u: [f64; 3] = o.basis(tau);
             (self.displacement(o, &u), self.velocity(o, &u))
         } else {
@@ -81,54 +81,54 @@ impl Flight {
     }
 
     /// The displacement integrated `level - 1` times: `v U_level + A U_(level+1) + push_1 U_(level+2) + ...`. Fewer functions than
-    /// [`BASIS`] do where the push is constant.
+    /// [`BASIS`] do where the forcing is constant.
     #[inline]
     fn response<const N: usize>(&self, o: &Oscillator, u: &[f64; N], level: usize) -> f64 {
-        debug_assert!(N == BASIS || degree(&self.push) == 0);
-        let free = self.v * u[level] + (self.push[0] - o.omega2() * self.x) * u[level + 1];
+        debug_assert!(N == BASIS || degree(&self.forcing) == 0);
+        let free = self.v * u[level] + (self.forcing[0] - o.omega2() * self.x) * u[level + 1];
         if N < BASIS {
             return free;
         }
-        free + (1..=degree(&self.push)).map(|j| self.push[j] * u[level + 1 + j]).sum::<f64>()
+        free + (1..=degree(&self.forcing)).map(|j| self.forcing[j] * u[level + 1 + j]).sum::<f64>()
     }
 
     /// Acceleration `tau` after the anchor, m/s2, where the displacement and the velocity are the given ones.
     pub fn acceleration(&self, o: &Oscillator, tau: f64, displacement: f64, v: f64) -> f64 {
-        push_at(&self.push, tau) - o.omega2() * self.x - o.omega2() * displacement - 2.0 * o.gamma() * v
+        forcing_at(&self.forcing, tau) - o.omega2() * self.x - o.omega2() * displacement - 2.0 * o.gamma() * v
     }
 
-    /// The work of `push` on this motion per unit of mass since the anchor, m2/s2: `integral f v = f D - f' I_1 + f'' I_2 - ...`
+    /// The work of `forcing` on this motion per unit of mass since the anchor, m2/s2: `integral f v = f D - f' I_1 + f'' I_2 - ...`
     /// with the repeated integrals `I_k` of the displacement D.
-    pub fn work<const N: usize>(&self, push: &Push, o: &Oscillator, tau: f64, u: &[f64; N]) -> f64 {
-        if N < BASIS || degree(push) == 0 {
-            return if push[0] == 0.0 { 0.0 } else { push[0] * self.displacement(o, u) };
+    pub fn work<const N: usize>(&self, forcing: &Forcing, o: &Oscillator, tau: f64, u: &[f64; N]) -> f64 {
+        if N < BASIS || degree(forcing) == 0 {
+            return if forcing[0] == 0.0 { 0.0 } else { forcing[0] * self.displacement(o, u) };
         }
-        let later = shifted(push, tau);
-        let terms = (0..=degree(push)).map(|j| later[j] * self.response(o, u, j + 1));
+        let later = shifted(forcing, tau);
+        let terms = (0..=degree(forcing)).map(|j| later[j] * self.response(o, u, j + 1));
         terms.enumerate().map(|(j, term)| if j % 2 == 0 { term } else { -term }).sum()
     }
 
     /// Bound of the absolute derivative of this `order` (3 or 4) of the position between `t` and `span` later (s after the anchor).
     ///
-    /// For a push that varies, `sqrt(a^2 + omega^2 v^2)` grows at most by the integral of its rate.
+    /// For a forcing that varies, `sqrt(a^2 + omega^2 v^2)` grows at most by the integral of its rate.
     pub fn derivative_bound(&self, o: &Oscillator, t: f64, span: f64, order: i32) -> f64 {
         let a = self.acceleration(o, 0.0, 0.0, self.v);
-        if degree(&self.push) == 0 {
+        if degree(&self.forcing) == 0 {
             return o.derivative_bound(self.v, a, t, order);
         }
         let end = t + span;
         let (mut rate, mut curvature, mut power) = (0.0, 0.0, 1.0);
-        for j in 1..=degree(&self.push) {
-            rate += self.push[j].abs() * power;
-            curvature += self.push.get(j + 1).map_or(0.0, |push| push.abs() * power);
+        for j in 1..=degree(&self.forcing) {
+            rate += self.forcing[j].abs() * power;
+            curvature += self.forcing.get(j + 1).map_or(0.0, |forcing| forcing.abs() * power);
             power *= end / j as f64;
         }
         let amplitude = (a * a + o.omega2() * self.v * self.v).sqrt() + rate * end;
         let third = rate + (o.omega() + 2.0 * o.gamma()) * amplitude;
         let grown = if order == 3 { third } else { curvature + o.omega2() * amplitude + 2.0 * o.gamma() * third };
-        // Early on that is the tighter one; once drag has made the start forgotten, the motion follows the push.
+        // Early on that is the tighter one; once drag has made the start forgotten, the motion follows the forcing.
         if o.gamma() > 0.0
-            && let Some(steady) = Steady::new(o, self.v, a, &self.push)
+            && let Some(steady) = Steady::new(o, self.v, a, &self.forcing)
         {
             return grown.min(steady.derivative_bound(o, t, end, order));
         }

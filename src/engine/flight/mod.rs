@@ -9,7 +9,7 @@ mod forcing;
 mod free_motion;
 mod separation;
 
-pub(crate) use ball::{Ball, Held, Tally, spaced};
-pub(crate) use forcing::{Push, degree, push_at, shifted};
+pub(crate) use ball::{Ball, Regime, RunningIntegrals, spaced};
+pub(crate) use forcing::{Forcing, degree, forcing_at, shifted};
 pub(crate) use free_motion::{Flight, Rounding};
-pub(crate) use separation::{EVALUATIONS, FAR, HARDLY, Separation, reach};
+pub(crate) use separation::{EVALUATIONS, FAR, LEAST_PROGRESS, Separation, reach};

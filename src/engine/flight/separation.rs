@@ -18,15 +18,15 @@ use crate::solver::root::{Smooth, safe_step, search_within};
 pub(crate) struct Separation {
     anchor: DoubleDouble,
     overlap: f64,
-    motion: Motion,
+    pendulums: Pendulums,
     /// Rounding of the positions that the swing of the two entails, m: a contact that closes no deeper is none.
     noise: f64,
     /// Rounding of the rate (m/s) and of the acceleration (m/s2) right after the anchor, where an overlap by rounding is no onset.
-    blur: [f64; 2],
+    resolution: [f64; 2],
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
-enum Motion {
+enum Pendulums {
     /// Equal pendulums: the difference of the two motions is a motion of the same kind.
     Relative(Oscillator, Flight),
     /// Unequal pendulums: left and right.
@@ -37,7 +37,7 @@ enum Motion {
 pub(crate) const EVALUATIONS: u32 = 4_000;
 
 /// Part of the time since the anchor that a forecast must have got on by then for its motion to be more than rounding.
-pub(crate) const HARDLY: f64 = 1e-6;
+pub(crate) const LEAST_PROGRESS: f64 = 1e-6;
 
 /// Periods that one forecast looks ahead where the closing is not a closed form.
 const PERIODS_AHEAD: f64 = 2.0;
@@ -47,45 +47,46 @@ impl Separation {
     /// clearance (m).
     pub fn new(left: &Ball, right: &Ball, anchor: DoubleDouble, overlap: f64, clearance: f64) -> Self {
         let (l, r) = (left.flight_at(anchor), right.flight_at(anchor));
-        let motion = if left.oscillator == right.oscillator {
-            let mut push = l.push;
-            push.iter_mut().zip(&r.push).for_each(|(p, r)| *p -= r);
+        let pendulums = if left.oscillator == right.oscillator {
+            let mut forcing = l.forcing;
+            forcing.iter_mut().zip(&r.forcing).for_each(|(p, r)| *p -= r);
             // The difference of the positions, which gravity pulls on, without their rounding.
-            Motion::Relative(left.oscillator, Flight { x: overlap + clearance, v: l.v - r.v, push })
+            Pendulums::Relative(left.oscillator, Flight { x: overlap + clearance, v: l.v - r.v, forcing })
         } else {
-            Motion::Both([(left.oscillator, l), (right.oscillator, r)])
+            Pendulums::Both([(left.oscillator, l), (right.oscillator, r)])
         };
         let noise = l.rounding(&left.oscillator).max(r.rounding(&right.oscillator)).position;
-        Self { anchor, overlap, motion, noise, blur: [0.0; 2] }
+        Self { anchor, overlap, pendulums, noise, resolution: [0.0; 2] }
     }
 
     /// The same between rigid balls, which may be side by side for long: overlaps up to `noise` (m) are none, and none is an
     /// onset that the rounding of two different motions, or of inputs that have varied for `age` (s), brings about.
     pub fn rigid(self, noise: f64, age: f64) -> Self {
         let noise = self.noise.max(noise);
-        let of_time = |flight: &Flight| flight.push[1].abs() * age;
-        let blur = match &self.motion {
-            Motion::Relative(_, flight) => [0.0, of_time(flight)],
-            Motion::Both(parts) => {
+        let of_time = |flight: &Flight| flight.forcing[1].abs() * age;
+        let resolution = match &self.pendulums {
+            Pendulums::Relative(_, flight) => [0.0, of_time(flight)],
+            Pendulums::Both(parts) => {
                 let acceleration = |(o, flight): &(Oscillator, Flight)| {
                     flight.acceleration(o, 0.0, 0.0, flight.v).abs() + of_time(flight)
                 };
                 [parts.iter().map(|(_, flight)| flight.v.abs()).sum(), parts.iter().map(acceleration).sum()]
             }
         };
-        let blur = blur.map(|size: f64| 8.0 * f64::EPSILON * size);
-        Self { noise, blur, ..self }
+        let resolution = resolution.map(|size: f64| 8.0 * f64::EPSILON * size);
+        Self { noise, resolution, ..self }
     }
 
     /// Whether it is one between `left` and `right` at the time `now`, with finite values.
     pub fn is_sound(&self, left: &Ball, right: &Ball, now: DoubleDouble) -> bool {
-        let (pendulums, finite) = match &self.motion {
-            Motion::Relative(o, flight) => (*o == left.oscillator && *o == right.oscillator, flight.is_finite()),
-            Motion::Both([(ol, l), (or, r)]) => {
+        let (pendulums, finite) = match &self.pendulums {
+            Pendulums::Relative(o, flight) => (*o == left.oscillator && *o == right.oscillator, flight.is_finite()),
+            Pendulums::Both([(ol, l), (or, r)]) => {
                 (*ol == left.oscillator && *or == right.oscillator && ol != or, l.is_finite() && r.is_finite())
             }
         };
-        let numbers = [self.overlap, self.noise, self.blur[0], self.blur[1]].iter().all(|value| value.is_finite());
+        let numbers =
+            [self.overlap, self.noise, self.resolution[0], self.resolution[1]].iter().all(|value| value.is_finite());
         pendulums && finite && numbers && self.anchor.is_sound() && self.anchor <= now
     }
 
@@ -119,12 +120,12 @@ impl Separation {
             let (d, v) = flight.at(o, tau);
             [d, v, flight.acceleration(o, tau.value(), d, v)]
         };
-        match &self.motion {
-            Motion::Relative(o, flight) => {
+        match &self.pendulums {
+            Pendulums::Relative(o, flight) => {
                 let [d, v, a] = part(o, flight);
                 [self.overlap + d, v, a]
             }
-            Motion::Both([(ol, left), (or, right)]) => {
+            Pendulums::Both([(ol, left), (or, right)]) => {
                 let ([dl, vl, al], [dr, vr, ar]) = (part(ol, left), part(or, right));
                 [self.overlap + (dl - dr), vl - vr, al - ar]
             }
@@ -154,7 +155,7 @@ impl Separation {
         // Up to `clear` there is none.
         match search_within(self, clear, horizon, allowed) {
             Next::At(tau) => Next::At(self.anchor + self.polished(tau)),
-            Next::NotBefore(tau) if tau - clear > HARDLY * clear => Next::NotBefore(self.anchor + tau),
+            Next::NotBefore(tau) if tau - clear > LEAST_PROGRESS * clear => Next::NotBefore(self.anchor + tau),
             // One that hardly got on has followed nothing but rounding.
             _ if horizon.is_finite() && horizon < FAR => Next::NotBefore(self.anchor + horizon),
             _ => Next::Never,
@@ -164,9 +165,9 @@ impl Separation {
     /// Overlap (m), rate (m/s) and acceleration (m/s2) at the anchor.
     pub fn at_anchor(&self) -> [f64; 3] {
         let acceleration = |o: &Oscillator, flight: &Flight| flight.acceleration(o, 0.0, 0.0, flight.v);
-        match &self.motion {
-            Motion::Relative(o, flight) => [self.overlap, flight.v, acceleration(o, flight)],
-            Motion::Both([(ol, left), (or, right)]) => {
+        match &self.pendulums {
+            Pendulums::Relative(o, flight) => [self.overlap, flight.v, acceleration(o, flight)],
+            Pendulums::Both([(ol, left), (or, right)]) => {
                 [self.overlap, left.v - right.v, acceleration(ol, left) - acceleration(or, right)]
             }
         }
@@ -175,12 +176,12 @@ impl Separation {
     /// The next rise through zero of a plain wave, `start` being known not to lie behind it; `None` where the motion is no
     /// plain wave or only grazes.
     fn next_wave(&self, start: f64) -> Option<DoubleDouble> {
-        let Motion::Relative(o, flight) = &self.motion else { return None };
-        if o.gamma() > 0.0 || o.omega2() == 0.0 || degree(&flight.push) > 0 {
+        let Pendulums::Relative(o, flight) = &self.pendulums else { return None };
+        if o.gamma() > 0.0 || o.omega2() == 0.0 || degree(&flight.forcing) > 0 {
             return None;
         }
         // overlap + equilibrium + sine sin(omega t) - equilibrium cos(omega t)
-        let equilibrium = flight.push[0] / o.omega2() - flight.x;
+        let equilibrium = flight.forcing[0] / o.omega2() - flight.x;
         let sine = flight.v / o.omega();
         let amplitude = (sine * sine + equilibrium * equilibrium).sqrt();
         let level = -(self.overlap + equilibrium) / amplitude;
@@ -214,24 +215,24 @@ impl Separation {
     fn stays_apart(&self) -> bool {
         // Highest value of the displacement, signed by `side`: equilibrium plus amplitude, which drag only shrinks.
         let highest = |o: &Oscillator, flight: &Flight, side: f64| {
-            if degree(&flight.push) > 0 || o.omega2() == 0.0 {
+            if degree(&flight.forcing) > 0 || o.omega2() == 0.0 {
                 return f64::INFINITY;
             }
-            let equilibrium = flight.push[0] / o.omega2() - flight.x;
+            let equilibrium = flight.forcing[0] / o.omega2() - flight.x;
             side * equilibrium + (equilibrium * equilibrium + flight.v * flight.v / o.omega2()).sqrt()
         };
-        let reach = match &self.motion {
-            Motion::Relative(o, flight) => highest(o, flight, 1.0),
-            Motion::Both([(ol, left), (or, right)]) => highest(ol, left, 1.0) + highest(or, right, -1.0),
+        let reach = match &self.pendulums {
+            Pendulums::Relative(o, flight) => highest(o, flight, 1.0),
+            Pendulums::Both([(ol, left), (or, right)]) => highest(ol, left, 1.0) + highest(or, right, -1.0),
         };
         self.overlap + reach <= self.noise
     }
 
     /// How far ahead a forecast looks that starts at `start` after the anchor, s.
     fn reach(&self, start: f64) -> f64 {
-        match &self.motion {
-            Motion::Relative(o, _) => reach(&[o], start),
-            Motion::Both([(left, _), (right, _)]) => reach(&[left, right], start),
+        match &self.pendulums {
+            Pendulums::Relative(o, _) => reach(&[o], start),
+            Pendulums::Both([(left, _), (right, _)]) => reach(&[left, right], start),
         }
     }
 }
@@ -255,15 +256,15 @@ pub(crate) const FAR: f64 = 1e15;
 
 impl Smooth for Separation {
     fn at(&self, t: f64) -> [f64; 3] {
-        let ([overlap, rate, acceleration], [blur, growth]) = (self.evaluate(t.into()), self.blur);
-        [overlap - t * (blur + 0.5 * growth * t), rate - (blur + growth * t), acceleration - growth]
+        let ([overlap, rate, acceleration], [resolution, growth]) = (self.evaluate(t.into()), self.resolution);
+        [overlap - t * (resolution + 0.5 * growth * t), rate - (resolution + growth * t), acceleration - growth]
     }
 
     fn third_derivative_bound(&self, t: f64, span: f64) -> f64 {
         let bound = |o: &Oscillator, flight: &Flight| flight.derivative_bound(o, t, span, 3);
-        match &self.motion {
-            Motion::Relative(o, flight) => bound(o, flight),
-            Motion::Both([(ol, left), (or, right)]) => bound(ol, left) + bound(or, right),
+        match &self.pendulums {
+            Pendulums::Relative(o, flight) => bound(o, flight),
+            Pendulums::Both([(ol, left), (or, right)]) => bound(ol, left) + bound(or, right),
         }
     }
 }

@@ -25,24 +25,24 @@ impl Engine {
             }
         }
         // Taken out while it is at work: a copy of the run is not to copy it.
-        let mut scout = self.caches.ahead.scout.take();
-        let answer = self.look_ahead(&mut scout);
-        self.caches.ahead.scout.replace(scout);
+        let mut copy = self.caches.ahead.copy.take();
+        let answer = self.look_ahead(&mut copy);
+        self.caches.ahead.copy.replace(copy);
         self.caches.ahead.found.set(Some((self.time, answer)));
         answer
     }
 
     /// A copy that goes ahead.
-    fn scout(&self) -> Box<Self> {
-        let mut scout = Box::new(self.clone());
-        scout.step.time = NO_STEP;
-        scout
+    fn copy_ahead(&self) -> Box<Self> {
+        let mut copy = Box::new(self.clone());
+        copy.step.time = NO_STEP;
+        copy
     }
 
-    fn look_ahead(&self, scout: &mut Option<Box<Self>>) -> NextOnset {
+    fn look_ahead(&self, copy: &mut Option<Box<Self>>) -> NextOnset {
         if self.step.number == 0 {
             // Made here, where all balls are set up anyway, so that no later look has to copy all of them.
-            scout.get_or_insert_with(|| self.scout());
+            copy.get_or_insert_with(|| self.copy_ahead());
         }
         let period = std::f64::consts::TAU / self.balls[0].oscillator.omega();
         let limit = DoubleDouble::from(self.time + ONSET_PERIODS * period);
@@ -51,33 +51,33 @@ impl Engine {
         }
         // Where it has fallen behind, a copy may be cheaper than what it would have to make up for.
         let copying = COPY * self.balls.len() as u64;
-        let useful = |scout: &Self| scout.handled >= self.handled || self.effort.saturating_sub(scout.effort) < copying;
-        let scout = match scout {
-            Some(scout) if useful(scout) => scout,
-            slot => slot.insert(self.scout()),
+        let useful = |copy: &Self| copy.handled >= self.handled || self.effort.saturating_sub(copy.effort) < copying;
+        let copy = match copy {
+            Some(copy) if useful(copy) => copy,
+            slot => slot.insert(self.copy_ahead()),
         };
-        while scout.handled < self.handled
-            && let Some((t, key)) = scout.queue.first()
-            && scout.process(t, key, &mut Unrecorded).is_ok()
+        while copy.handled < self.handled
+            && let Some((t, key)) = copy.queue.first()
+            && copy.process(t, key, &mut Unrecorded).is_ok()
         {}
-        let enough = scout.effort.saturating_add(LOOK_AHEAD);
+        let enough = copy.effort.saturating_add(LOOK_AHEAD);
         let mut passed = self.onsets;
         loop {
-            let onset = scout.last_event;
-            if scout.onsets > passed && onset > limit {
+            let onset = copy.last_event;
+            if copy.onsets > passed && onset > limit {
                 return NextOnset::NONE;
             }
-            if scout.onsets > passed && onset.value_up() > self.time {
+            if copy.onsets > passed && onset.value_up() > self.time {
                 return NextOnset::at(onset.value_up());
             }
             // Those that are due right now are not ahead.
-            passed = scout.onsets;
-            if let Some(answer) = scout.read_off(self.time, limit) {
+            passed = copy.onsets;
+            if let Some(answer) = copy.read_off(self.time, limit) {
                 return answer;
             }
-            let Some((t, key)) = scout.queue.first() else { return NextOnset::NONE };
+            let Some((t, key)) = copy.queue.first() else { return NextOnset::NONE };
             // An event that fails here fails in the run, too, which will tell.
-            if scout.effort >= enough || scout.process(t, key, &mut Unrecorded).is_err() {
+            if copy.effort >= enough || copy.process(t, key, &mut Unrecorded).is_err() {
                 return NextOnset::not_before(t.value_down(), self.time);
             }
         }
@@ -134,8 +134,7 @@ mod tests {
             engine.advance(0.01, &mut Unrecorded).unwrap();
             let mut last = 0.0;
             for _ in 0..20 {
-                let effort =
-                    |engine: &Engine| engine.caches.ahead.scout.borrow().as_ref().map_or(0, |scout| scout.effort);
+                let effort = |engine: &Engine| engine.caches.ahead.copy.borrow().as_ref().map_or(0, |copy| copy.effort);
                 let before = effort(&engine).max(engine.effort);
                 let next = engine.next_onset();
                 assert!(next.time > engine.time().max(last), "{next:?} at {}", engine.time());
@@ -162,9 +161,9 @@ mod tests {
             std::array::from_fn::<_, 3, _>(|_| {
                 let before = engine.effort;
                 engine.advance(onset(&engine), &mut Unrecorded).unwrap();
-                let scout = engine.caches.ahead.scout.borrow().as_ref().map_or(0, |scout| scout.effort);
+                let copy = engine.caches.ahead.copy.borrow().as_ref().map_or(0, |copy| copy.effort);
                 onset(&engine);
-                let ahead = engine.caches.ahead.scout.borrow().as_ref().map_or(0, |scout| scout.effort) - scout;
+                let ahead = engine.caches.ahead.copy.borrow().as_ref().map_or(0, |copy| copy.effort) - copy;
                 (engine.effort - before, engine.step.moved.len(), ahead)
             })
         });

@@ -1,8 +1,8 @@
 //! What can be read at the current time. Nothing here moves the trajectory.
 
 use crate::engine::cluster::{Cluster, OverlapSeries};
-use crate::engine::derivatives::State;
-use crate::engine::flight::{Held, Tally, degree, push_at};
+use crate::engine::derivatives::ChainState;
+use crate::engine::flight::{Regime, RunningIntegrals, degree, forcing_at};
 use crate::engine::pair_impact::Interior;
 use crate::engine::run::{Engine, KnownState, Phase};
 use crate::model::algebraic::{self, Chain, algebraic_results};
@@ -22,10 +22,10 @@ impl Engine {
 
     /// What moves ball `i` if it is not in flight, and the time since the start of the segment.
     fn segment_of_ball(&self, i: usize, t: DoubleDouble) -> Option<(&Cluster, f64)> {
-        match self.balls[i].held {
-            Held::Free | Held::Bond => None,
-            Held::Cluster(id) => self.cluster(id, t),
-            Held::Impact(contact) => self.inside_at(contact as usize, t),
+        match self.balls[i].regime {
+            Regime::Flight | Regime::Body => None,
+            Regime::Cluster(id) => self.cluster(id, t),
+            Regime::Impact(contact) => self.interior_at(contact as usize, t),
         }
     }
 
@@ -33,7 +33,7 @@ impl Engine {
     fn segment_of_contact(&self, i: usize, t: DoubleDouble) -> Option<(&Cluster, f64)> {
         match self.contacts[i].cluster() {
             Some(id) => self.cluster(id, t),
-            None => self.inside_at(i, t),
+            None => self.interior_at(i, t),
         }
     }
 
@@ -43,7 +43,7 @@ impl Engine {
     }
 
     /// The same as a segment and the time since its start, s.
-    fn inside_at(&self, i: usize, t: DoubleDouble) -> Option<(&Cluster, f64)> {
+    fn interior_at(&self, i: usize, t: DoubleDouble) -> Option<(&Cluster, f64)> {
         self.interior(i, t).map(|interior| (&interior.segment, interior.since(t)))
     }
 
@@ -61,19 +61,19 @@ impl Engine {
         (x + displacement, v)
     }
 
-    fn tally_at(&self, i: usize, t: DoubleDouble) -> Tally {
-        match (self.segment_of_ball(i, t), self.balls[i].held) {
-            (Some((cluster, tau)), Held::Impact(contact)) => {
-                let mut tally = cluster.tally(i, &self.balls[i].tally, &self.balls[i], tau);
+    fn integrals_at(&self, i: usize, t: DoubleDouble) -> RunningIntegrals {
+        match (self.segment_of_ball(i, t), self.balls[i].regime) {
+            (Some((cluster, tau)), Regime::Impact(contact)) => {
+                let mut integrals = cluster.integrals(i, &self.balls[i].integrals, &self.balls[i], tau);
                 let contact = contact as usize;
                 if let Some(interior) = self.interior(contact, t) {
-                    tally.add(&interior.tallies[i - contact]);
+                    integrals.add(&interior.integrals[i - contact]);
                 }
-                tally
+                integrals
             }
-            (Some((cluster, tau)), _) => cluster.tally(i, &self.balls[i].tally, &self.balls[i], tau),
-            (None, Held::Bond) => self.balls[i].tally_under(&self.own_push(i, self.balls[i].anchor), t),
-            (None, _) => self.balls[i].tally_at(t),
+            (Some((cluster, tau)), _) => cluster.integrals(i, &self.balls[i].integrals, &self.balls[i], tau),
+            (None, Regime::Body) => self.balls[i].integrals_under(&self.own_forcing(i, self.balls[i].anchor), t),
+            (None, _) => self.balls[i].integrals_at(t),
         }
     }
 
@@ -84,7 +84,7 @@ impl Engine {
         if known.time == self.time && known.anchor == ball.anchor {
             return known.state;
         }
-        let (state, basis) = if ball.held == Held::Free && degree(&ball.flight.push) == 0 {
+        let (state, basis) = if ball.regime == Regime::Flight && degree(&ball.flight.forcing) == 0 {
             let (o, flight) = (&ball.oscillator, &ball.flight);
             let basis = self.shared_basis(i).unwrap_or_else(|| o.basis(self.now() - ball.anchor));
             ((flight.x + flight.displacement(o, &basis), flight.velocity(o, &basis)), Some(basis))
@@ -106,16 +106,16 @@ impl Engine {
 
     /// Whether contact `i` is a rigid one that will be closed once the run begins.
     fn is_held_back(&self, i: usize) -> bool {
-        self.initializing && self.contacts[i].bond().is_some()
+        self.initializing && self.contacts[i].constraint().is_some()
     }
 
     /// Overlap of contact `i` (m) and its mode at the time `t`.
     pub(crate) fn overlap_at(&self, i: usize, t: DoubleDouble) -> (f64, Mode) {
         let of_segment = |(cluster, tau): (&Cluster, f64)| (cluster.overlap(i, tau).0, cluster.mode(i));
         match &self.contacts[i].phase {
-            Phase::Bond(..) => (0.0, Mode::Pressing),
+            Phase::Constraint(..) => (0.0, Mode::Pressing),
             Phase::Window(id) => self.cluster(*id, t).map_or((0.0, Mode::Open), of_segment),
-            Phase::Impact(_) => self.inside_at(i, t).map_or((0.0, Mode::Open), of_segment),
+            Phase::Impact(_) => self.interior_at(i, t).map_or((0.0, Mode::Open), of_segment),
             // Rigid balls side by side overlap by rounding only.
             Phase::Open(separation, _) if self.is_rigid() => (separation.at_time(t).0.min(0.0), Mode::Open),
             Phase::Open(separation, _) => (separation.at_time(t).0, Mode::Open),
@@ -125,10 +125,10 @@ impl Engine {
     }
 
     /// The whole chain at the time `t`, not before any anchor.
-    pub(crate) fn state_of_all(&self, t: DoubleDouble) -> State {
+    pub(crate) fn state_of_all(&self, t: DoubleDouble) -> ChainState {
         let (x, v) = (0..self.balls.len()).map(|i| self.state_at(i, t)).unzip();
         let (overlaps, modes) = (0..self.contacts.len()).map(|i| self.overlap_at(i, t)).unzip();
-        State { x, v, overlaps, modes }
+        ChainState { x, v, overlaps, modes }
     }
 
     /// The overlap of contact `i` as a power series of the time from now on, if the contact presses with a force law.
@@ -151,8 +151,8 @@ impl Engine {
     }
 
     pub(crate) fn impulse_at(&self, i: usize, t: DoubleDouble) -> DoubleDouble {
-        if let Some(bond) = self.contacts[i].bond() {
-            return self.contacts[i].ledger.impulse + bond.impulse(t);
+        if let Some(constraint) = self.contacts[i].constraint() {
+            return self.contacts[i].ledger.impulse + constraint.impulse(t);
         }
         let before = self.interior(i, t).map_or(0.0, |interior| interior.impulse);
         let segment = self.segment_of_contact(i, t).map_or(0.0, |(cluster, tau)| cluster.impulse(i, tau));
@@ -163,7 +163,7 @@ impl Engine {
     pub(crate) fn support_impulse_of(&self, i: usize, t: DoubleDouble) -> f64 {
         let model = &self.cradle.balls[i];
         let drag = if model.gamma > 0.0 { 2.0 * model.gamma * self.state_at(i, t).0 } else { 0.0 };
-        model.mass * (model.omega2 * self.tally_at(i, t).x_integral + drag)
+        model.mass * (model.omega2 * self.integrals_at(i, t).x_integral + drag)
     }
 }
 
@@ -185,8 +185,8 @@ impl Chain for Engine {
         if self.is_held_back(i) {
             return 0.0;
         }
-        if let Some(bond) = self.contacts[i].bond() {
-            return bond.force(self.now());
+        if let Some(constraint) = self.contacts[i].constraint() {
+            return constraint.force(self.now());
         }
         match self.segment_of_contact(i, self.now()) {
             Some((cluster, tau)) if cluster.mode(i) == Mode::Pressing => {
@@ -198,7 +198,7 @@ impl Chain for Engine {
     }
 
     fn forcing_of(&self, i: usize) -> f64 {
-        push_at(&self.inputs.push(i, self.cradle.balls[i].mass), self.time - self.inputs.since)
+        forcing_at(&self.inputs.forcing(i, self.cradle.balls[i].mass), self.time - self.inputs.since)
     }
 }
 
@@ -226,8 +226,8 @@ impl Results for Engine {
         }
         let from = DoubleDouble::from(self.step.time);
         let before = self.contacts[i].ledger.peak_in_step(self.step.number);
-        if let Some(bond) = self.contacts[i].bond() {
-            return bond.peak(from, self.now()).max(before);
+        if let Some(constraint) = self.contacts[i].constraint() {
+            return constraint.peak(from, self.now()).max(before);
         }
         match self.contacts[i].cluster().and_then(|id| self.cluster(id, self.now())) {
             Some((cluster, tau)) => cluster.peak(i, (from - cluster.start).value().max(0.0), tau, before),
@@ -249,7 +249,7 @@ impl Results for Engine {
 
     fn dissipated_energy(&self) -> f64 {
         let now = self.now();
-        let drag: f64 = (0..self.balls.len()).map(|i| self.tally_at(i, now).drag_loss).sum();
+        let drag: f64 = (0..self.balls.len()).map(|i| self.integrals_at(i, now).drag_loss).sum();
         let contact = |i: usize| {
             let law = &self.cradle.contacts[i];
             self.segment_of_contact(i, now).map_or(0.0, |(cluster, tau)| cluster.contact_loss(i, law, tau))
@@ -258,7 +258,7 @@ impl Results for Engine {
     }
 
     fn external_work(&self) -> f64 {
-        (0..self.balls.len()).map(|i| self.tally_at(i, self.now()).work).sum()
+        (0..self.balls.len()).map(|i| self.integrals_at(i, self.now()).work).sum()
     }
 
     fn energy_residual(&self) -> f64 {

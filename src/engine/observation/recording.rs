@@ -1,7 +1,7 @@
 //! Records the start of the step under way before an event moves anything off its closed form.
 
 use super::step_start::{BallStart, ContactStart};
-use crate::engine::derivatives::State;
+use crate::engine::derivatives::ChainState;
 use crate::engine::run::Engine;
 use crate::solver::double_double::DoubleDouble;
 
@@ -21,7 +21,7 @@ impl Engine {
 
     /// Records how ball `i` and its contacts stood at the start of the step, unless that has been done.
     pub(crate) fn record_start(&mut self, i: usize) {
-        if self.is_scout() || self.step.ball(i).is_some() {
+        if self.looks_ahead() || self.step.ball(i).is_some() {
             return;
         }
         let (step, start) = (self.step.number, self.step.time.into());
@@ -52,13 +52,13 @@ impl Engine {
     }
 
     /// The whole chain at the start of the step.
-    pub(crate) fn state_at_start(&self) -> State {
+    pub(crate) fn state_at_start(&self) -> ChainState {
         let at = self.step.time.into();
         let ball = |i: usize| self.step.ball(i).map_or_else(|| self.state_at(i, at), |start| (start.x, start.v));
         let contact =
             |i: usize| self.step.contact(i).map_or_else(|| self.overlap_at(i, at), |start| (start.overlap, start.mode));
         let (x, v) = (0..self.balls.len()).map(ball).unzip();
         let (overlaps, modes) = (0..self.contacts.len()).map(contact).unzip();
-        State { x, v, overlaps, modes }
+        ChainState { x, v, overlaps, modes }
     }
 }

@@ -15,7 +15,7 @@
 //! and from `integral q^m / sqrt(E - q^(p+1)) dq = E^(s - 1/2) B(s, 1/2) / (p+1)` with `s = (m+1) / (p+1)` and Euler's beta
 //! function B.
 
-use crate::engine::flight::{Ball, Flight, Tally, degree};
+use crate::engine::flight::{Ball, Flight, RunningIntegrals, degree};
 use crate::model::ContactLaw;
 use crate::solver::double_double::DoubleDouble;
 
@@ -25,14 +25,14 @@ const SMALL: f64 = 1e-3;
 
 /// Coefficients of the expansion for one exponent of the force law.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Shape {
+pub(crate) struct ImpactCoefficients {
     /// Of `beta^(k-j) alpha^j` in the integral of `dq / sqrt(...)`.
     time: [[f64; TERMS]; TERMS],
     /// The same for `q dq / sqrt(...)`.
     overlap: [[f64; TERMS]; TERMS],
 }
 
-impl Shape {
+impl ImpactCoefficients {
     /// For the exponent `p` of the force law.
     pub fn new(p: f64) -> Self {
         Self { time: coefficients(p, 0), overlap: coefficients(p, 1) }
@@ -76,7 +76,7 @@ fn expansion(table: &[[f64; TERMS]; TERMS], alpha: f64, beta: f64) -> f64 {
 }
 
 /// The overlap during an impact: how long, how much, and its integral.
-struct Course {
+struct Compression {
     duration: f64,
     peak_overlap: f64,
     overlap_integral: f64,
@@ -95,25 +95,25 @@ pub(crate) struct PairImpact {
     pub impulse: f64,
     pub peak: f64,
     /// What the left and the right ball gather.
-    pub tallies: [Tally; 2],
+    pub integrals: [RunningIntegrals; 2],
 }
 
 impl PairImpact {
     /// The impact of `left` and `right`, both in flight and anchored at its `start`, with their overlap 0 there; `None` if the
     /// two do not allow it to be solved in closed form.
-    pub fn new(left: &Ball, right: &Ball, law: &ContactLaw, shape: &Shape) -> Option<Self> {
+    pub fn new(left: &Ball, right: &Ball, law: &ContactLaw, coefficients: &ImpactCoefficients) -> Option<Self> {
         let (l, r, o) = (&left.flight, &right.flight, &left.oscillator);
         let simple = law.is_elastic() && o.gamma() == 0.0 && left.oscillator == right.oscillator;
         let rate = l.v - r.v;
-        if !simple || rate <= 0.0 || degree(&l.push) + degree(&r.push) > 0 {
+        if !simple || rate <= 0.0 || degree(&l.forcing) + degree(&r.forcing) > 0 {
             return None;
         }
         let total = left.mass + right.mass;
         let (left_share, right_share) = (left.mass / total, right.mass / total);
         let reduced = left.mass * right_share;
-        let pull = o.omega2() * law.clearance - (l.push[0] - r.push[0]);
-        let course = course(law, shape, o.omega2(), reduced, rate, pull)?;
-        let t = course.duration;
+        let pull = o.omega2() * law.clearance - (l.forcing[0] - r.forcing[0]);
+        let compression = compression(law, coefficients, o.omega2(), reduced, rate, pull)?;
+        let t = compression.duration;
         if !(t.is_finite() && t > 0.0) {
             return None; // Beyond the range of doubles.
         }
@@ -121,31 +121,31 @@ impl PairImpact {
         let centre = Flight {
             x: left_share * l.x + right_share * r.x,
             v: left_share * l.v + right_share * r.v,
-            push: [left_share * l.push[0] + right_share * r.push[0], 0.0, 0.0, 0.0],
+            forcing: [left_share * l.forcing[0] + right_share * r.forcing[0], 0.0, 0.0, 0.0],
         };
         let u: [f64; 4] = o.basis(t.into());
         let displacement = centre.displacement(o, &u);
         // Not as a difference of velocities: what gravity does in a microsecond would drown in their rounding.
-        let speed_up = (centre.push[0] - o.omega2() * centre.x) * u[1] - o.omega2() * centre.v * u[2];
+        let speed_up = (centre.forcing[0] - o.omega2() * centre.x) * u[1] - o.omega2() * centre.v * u[2];
         let velocities = if left.mass == right.mass {
             [r.v + speed_up, l.v + speed_up]
         } else {
             [l.v - 2.0 * right_share * rate + speed_up, r.v + 2.0 * left_share * rate + speed_up]
         };
         let common = centre.displacement_integral(o, &u);
-        let tally = |ball: &Ball, of_overlap: f64| Tally {
-            x_integral: ball.flight.x * t + common + of_overlap * course.overlap_integral,
+        let integrals = |ball: &Ball, of_overlap: f64| RunningIntegrals {
+            x_integral: ball.flight.x * t + common + of_overlap * compression.overlap_integral,
             drag_loss: 0.0,
-            work: ball.mass * ball.flight.push[0] * displacement,
+            work: ball.mass * ball.flight.forcing[0] * displacement,
         };
         Some(Self {
             start: left.anchor,
             duration: t,
             displacement,
             velocities,
-            impulse: reduced * (2.0 * rate - pull * t - o.omega2() * course.overlap_integral),
-            peak: law.elastic_force(course.peak_overlap),
-            tallies: [tally(left, right_share), tally(right, -left_share)],
+            impulse: reduced * (2.0 * rate - pull * t - o.omega2() * compression.overlap_integral),
+            peak: law.elastic_force(compression.peak_overlap),
+            integrals: [integrals(left, right_share), integrals(right, -left_share)],
         })
     }
 
@@ -166,7 +166,14 @@ impl PairImpact {
 }
 
 /// Solves the overlap's motion `d'' = -omega2 d - pull - F(d) / mass` from `d = 0`, `d' = rate` to its return to 0.
-fn course(law: &ContactLaw, shape: &Shape, omega2: f64, mass: f64, rate: f64, pull: f64) -> Option<Course> {
+fn compression(
+    law: &ContactLaw,
+    coefficients: &ImpactCoefficients,
+    omega2: f64,
+    mass: f64,
+    rate: f64,
+    pull: f64,
+) -> Option<Compression> {
     if law.whole_exponent() == Some(1) {
         let frequency2 = omega2 + law.stiffness / mass;
         let frequency = frequency2.sqrt();
@@ -176,7 +183,7 @@ fn course(law: &ContactLaw, shape: &Shape, omega2: f64, mass: f64, rate: f64, pu
         // The difference of the two without cancellation.
         let peak_overlap = if offset > 0.0 { amplitude * amplitude / (radius + offset) } else { radius - offset };
         let overlap_integral = (2.0 * rate - pull * duration) / frequency2;
-        return Some(Course { duration, peak_overlap, overlap_integral });
+        return Some(Compression { duration, peak_overlap, overlap_integral });
     }
     let p = law.exponent;
     // k d_ref^2 (d / d_ref)^(p+1) / (p+1) = mass rate^2 / 2.
@@ -193,10 +200,10 @@ fn course(law: &ContactLaw, shape: &Shape, omega2: f64, mass: f64, rate: f64, pu
         let power = libm::pow(q, p);
         q -= (q * (power + alpha * q + beta) - 1.0) / ((p + 1.0) * power + 2.0 * alpha * q + beta);
     }
-    Some(Course {
-        duration: 2.0 * reach / rate * expansion(&shape.time, alpha, beta),
+    Some(Compression {
+        duration: 2.0 * reach / rate * expansion(&coefficients.time, alpha, beta),
         peak_overlap: reach * q,
-        overlap_integral: 2.0 * reach * reach / rate * expansion(&shape.overlap, alpha, beta),
+        overlap_integral: 2.0 * reach * reach / rate * expansion(&coefficients.overlap, alpha, beta),
     })
 }
 
@@ -224,8 +231,8 @@ mod tests {
     fn expansion_agrees_with_quadrature() {
         for p in [2.0, 3.0, 5.0] {
             for (alpha, beta) in [(0.0, 0.0), (1e-4, 2e-4), (3e-4, -6e-4)] {
-                let shape = Shape::new(p);
-                for (table, g) in [(&shape.time, 0), (&shape.overlap, 1)] {
+                let coefficients = ImpactCoefficients::new(p);
+                for (table, g) in [(&coefficients.time, 0), (&coefficients.overlap, 1)] {
                     let (sum, quadrature) = (expansion(table, alpha, beta), by_quadrature(p, alpha, beta, g));
                     assert!((sum / quadrature - 1.0).abs() < 1e-9, "p={p} g={g}: {sum} {quadrature}");
                 }

@@ -4,8 +4,8 @@
 use std::cell::OnceCell;
 
 use super::closed_form::PairImpact;
-use crate::engine::cluster::{Cluster, Control, Pace, Switch, WindowContact};
-use crate::engine::flight::{Ball, Tally};
+use crate::engine::cluster::{Cluster, Control, StepHistory, Switch, WindowContact};
+use crate::engine::flight::{Ball, RunningIntegrals};
 use crate::model::{ContactLaw, Mode};
 use crate::solver::double_double::DoubleDouble;
 
@@ -15,7 +15,7 @@ pub(crate) struct Interior {
     pub segment: Cluster,
     /// Gathered in the segments before: the impulse of the contact, N.s, and by the left and the right ball.
     pub impulse: f64,
-    pub tallies: [Tally; 2],
+    pub integrals: [RunningIntegrals; 2],
     next: OnceCell<Option<Box<Interior>>>,
 }
 
@@ -66,7 +66,7 @@ impl<'a> Impact<'a> {
         let flights = self.balls[members.clone()].iter().map(|ball| ball.flight).collect();
         let contacts = vec![WindowContact { overlap: 0.0, mode: Mode::Pressing }];
         let mut cluster =
-            Cluster::new(members.clone(), members, self.outcome.start, flights, contacts, Pace::default());
+            Cluster::new(members.clone(), members, self.outcome.start, flights, contacts, StepHistory::default());
         cluster.expand(self.balls, self.laws, &self.control());
         cluster
     }
@@ -77,7 +77,7 @@ impl<'a> Impact<'a> {
         let mut interior = first.get_or_init(|| {
             let mut segment = self.first_segment();
             segment.forget_workspace();
-            Box::new(Interior { segment, impulse: 0.0, tallies: Default::default(), next: OnceCell::new() })
+            Box::new(Interior { segment, impulse: 0.0, integrals: Default::default(), next: OnceCell::new() })
         });
         while interior.segment.end() <= t
             && let Some(next) = interior.next.get_or_init(|| self.after(interior).map(Box::new))
@@ -94,17 +94,17 @@ impl<'a> Impact<'a> {
             return None;
         }
         let length = last.segment.length;
-        let mut tallies = last.tallies;
-        for (side, tally) in tallies.iter_mut().enumerate() {
+        let mut integrals = last.integrals;
+        for (side, integrals) in integrals.iter_mut().enumerate() {
             let ball = self.contact + side;
-            tally.add(&last.segment.tally(ball, &Tally::default(), &self.balls[ball], length));
+            integrals.add(&last.segment.integrals(ball, &RunningIntegrals::default(), &self.balls[ball], length));
         }
         let mut segment = last.segment.clone();
         segment.move_start(length, self.balls, self.laws);
         segment.expand(self.balls, self.laws, &self.control());
         segment.forget_workspace();
         let impulse = last.impulse + last.segment.impulse(self.contact, length);
-        Some(Interior { segment, impulse, tallies, next: OnceCell::new() })
+        Some(Interior { segment, impulse, integrals, next: OnceCell::new() })
     }
 
     /// Largest force between two times, N. Without losses the force falls as it has risen, so that it is largest half way.

@@ -6,5 +6,5 @@
 mod closed_form;
 mod interior;
 
-pub(crate) use closed_form::{PairImpact, Shape};
+pub(crate) use closed_form::{ImpactCoefficients, PairImpact};
 pub(crate) use interior::{Impact, Interior};

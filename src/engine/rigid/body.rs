@@ -5,14 +5,14 @@
 //! the contacts: with the balls up to contact j on its left
 //!
 //! ```text
-//! F_j = sum m_i (push_i - push) - sum m_i (omega_i^2 - Omega^2) x_i - 2 sum m_i (gamma_i - Gamma) v
+//! F_j = sum m_i (f_i - f) - sum m_i (omega_i^2 - Omega^2) x_i - 2 sum m_i (gamma_i - Gamma) v
 //! ```
 //!
 //! which is a closed form like the motion. A contact lasts until its force would pull.
 
 use serde::{Deserialize, Serialize};
 
-use crate::engine::flight::{Ball, FAR, Flight, HARDLY, Push, degree, reach, shifted};
+use crate::engine::flight::{Ball, FAR, Flight, Forcing, LEAST_PROGRESS, degree, reach, shifted};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::oscillator::{BASIS, MAX_FORCE_ORDER, Oscillator, Steady};
@@ -23,13 +23,13 @@ const MOST_SWINGS: f64 = 8.0;
 
 /// A lasting contact.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct Bond {
+pub(crate) struct Constraint {
     anchor: DoubleDouble,
     /// Motion of the body from where it is at the anchor.
     oscillator: Oscillator,
     flight: Flight,
     /// The force is this polynomial (N, with derivatives) ...
-    push: Push,
+    forcing: Forcing,
     /// ... less this (N/m) times the displacement of the body and this (N.s/m) times its velocity.
     stiffness: f64,
     drag: f64,
@@ -44,15 +44,15 @@ pub(crate) struct Body {
     /// How each of them moves.
     pub flights: Vec<Flight>,
     /// The contacts between them.
-    pub bonds: Vec<Bond>,
+    pub constraints: Vec<Constraint>,
 }
 
 /// What rounding may be of the acceleration (m/s2) of a ball in flight under inputs that have acted for `age` (s).
 pub(crate) fn acceleration_rounding(ball: &Ball, age: f64) -> f64 {
     let o = &ball.oscillator;
     let of_motion = (o.omega() + 2.0 * o.gamma()) * ball.flight.rounding(o).velocity;
-    let push = ball.flight.push[0].abs() + ball.flight.push[1].abs() * age;
-    8.0 * (of_motion + 2.0 * f64::EPSILON * push)
+    let forcing = ball.flight.forcing[0].abs() + ball.flight.forcing[1].abs() * age;
+    8.0 * (of_motion + 2.0 * f64::EPSILON * forcing)
 }
 
 impl Body {
@@ -68,61 +68,65 @@ impl Body {
             if i > 0 {
                 pull -= approach[i - 1] + 2.0 * (balls[i - 1].oscillator.gamma() - ball.oscillator.gamma()) * v;
             }
-            let mut push: Push = std::array::from_fn(|k| ball.flight.push[k] - first.flight.push[k]);
-            push[0] = pull;
-            Traits { omega2: ball.oscillator.omega2() - o.omega2(), gamma: ball.oscillator.gamma() - o.gamma(), push }
+            let mut forcing: Forcing = std::array::from_fn(|k| ball.flight.forcing[k] - first.flight.forcing[k]);
+            forcing[0] = pull;
+            Coefficients {
+                omega2: ball.oscillator.omega2() - o.omega2(),
+                gamma: ball.oscillator.gamma() - o.gamma(),
+                forcing,
+            }
         });
-        let differences: Vec<Traits> = differences.collect();
+        let differences: Vec<Coefficients> = differences.collect();
         let total: f64 = balls.iter().map(|ball| ball.mass).sum();
-        let mut mean = Traits::default();
+        let mut mean = Coefficients::default();
         for (ball, difference) in balls.iter().zip(&differences) {
             mean.add(ball.mass / total, difference);
         }
         let omega2 = (o.omega2() + mean.omega2).max(0.0);
         let oscillator = Oscillator::new(omega2, (o.gamma() + mean.gamma).max(0.0));
-        let mut push: Push = std::array::from_fn(|k| first.flight.push[k] + mean.push[k]);
-        push[0] -= o.omega2() * first.flight.x;
-        let flight = Flight { x: 0.0, v, push };
+        let mut forcing: Forcing = std::array::from_fn(|k| first.flight.forcing[k] + mean.forcing[k]);
+        forcing[0] -= o.omega2() * first.flight.x;
+        let flight = Flight { x: 0.0, v, forcing };
         let of_ball = |ball: &Ball| {
             let mut own = flight;
             own.x = ball.flight.x;
-            own.push[0] += omega2 * own.x;
+            own.forcing[0] += omega2 * own.x;
             own
         };
         let flights = balls.iter().map(of_ball).collect();
-        let (mut force, mut mass) = (Traits::default(), 0.0);
-        let of_contact = |(ball, difference): (&Ball, &Traits)| {
+        let (mut force, mut mass) = (Coefficients::default(), 0.0);
+        let of_contact = |(ball, difference): (&Ball, &Coefficients)| {
             mass += ball.mass;
             force.add(ball.mass, difference);
             force.add(-ball.mass, &mean);
-            Bond {
+            Constraint {
                 anchor,
                 oscillator,
                 flight,
-                push: force.push,
+                forcing: force.forcing,
                 stiffness: force.omega2,
                 drag: 2.0 * force.gamma,
                 rounding: 4.0 * rounding * mass * (1.0 - mass / total),
             }
         };
-        let bonds = balls.iter().zip(&differences).take(balls.len() - 1).map(of_contact).collect();
-        Self { oscillator, flights, bonds }
+        let constraints = balls.iter().zip(&differences).take(balls.len() - 1).map(of_contact).collect();
+        Self { oscillator, flights, constraints }
     }
 }
 
 /// What the motions of balls can differ in.
 #[derive(Clone, Copy, Default)]
-struct Traits {
+struct Coefficients {
     omega2: f64,
     gamma: f64,
-    push: Push,
+    forcing: Forcing,
 }
 
-impl Traits {
+impl Coefficients {
     fn add(&mut self, factor: f64, other: &Self) {
         self.omega2 += factor * other.omega2;
         self.gamma += factor * other.gamma;
-        self.push.iter_mut().zip(&other.push).for_each(|(sum, push)| *sum += factor * push);
+        self.forcing.iter_mut().zip(&other.forcing).for_each(|(sum, forcing)| *sum += factor * forcing);
     }
 }
 
@@ -134,7 +138,7 @@ fn growing(from: f64, to: f64, width: f64) -> impl Iterator<Item = (f64, f64)> {
     ends.clone().zip(ends.skip(1)).map(|((low, _), (high, _))| (low, high))
 }
 
-impl Bond {
+impl Constraint {
     /// When the body has formed.
     pub fn anchor(&self) -> DoubleDouble {
         self.anchor
@@ -149,7 +153,7 @@ impl Bond {
     pub fn is_sound(&self, left: &Ball, right: &Ball, now: DoubleDouble) -> bool {
         let of_balls = |ball: &Ball| ball.anchor == self.anchor && ball.oscillator == self.oscillator;
         let numbers =
-            [self.stiffness, self.drag, self.rounding].iter().chain(&self.push).all(|value| value.is_finite());
+            [self.stiffness, self.drag, self.rounding].iter().chain(&self.forcing).all(|value| value.is_finite());
         of_balls(left) && of_balls(right) && numbers && self.flight.is_finite() && self.anchor <= now
     }
 
@@ -166,9 +170,9 @@ impl Bond {
     pub fn impulse(&self, t: DoubleDouble) -> f64 {
         let tau = (t - self.anchor).value();
         let (mut of_push, mut power) = (0.0, 1.0);
-        for (k, push) in self.push.iter().enumerate() {
+        for (k, forcing) in self.forcing.iter().enumerate() {
             power *= tau / (k + 1) as f64;
-            of_push += push * power;
+            of_push += forcing * power;
         }
         if self.stiffness == 0.0 && self.drag == 0.0 {
             return of_push;
@@ -201,7 +205,7 @@ impl Bond {
             // The swings are highest where their envelope is.
             let envelope_rate = |tau: f64| {
                 let [v, a, ..] = steady.velocity_at(tau);
-                let [_, own_rate, ..] = shifted(&self.push, tau);
+                let [_, own_rate, ..] = shifted(&self.forcing, tau);
                 let left = amplitude * libm::exp(-o.gamma() * tau);
                 own_rate - self.stiffness * v - self.drag * a - o.gamma() * left
             };
@@ -240,7 +244,7 @@ impl Bond {
     fn swing(&self) -> Option<(Steady, f64)> {
         let (o, flight) = (&self.oscillator, &self.flight);
         let acceleration = flight.acceleration(o, 0.0, 0.0, flight.v);
-        let steady = Steady::new(o, flight.v, acceleration, &flight.push)?;
+        let steady = Steady::new(o, flight.v, acceleration, &flight.forcing)?;
         let (v, a) = steady.swing;
         let x = -(a + 2.0 * o.gamma() * v) / o.omega2();
         let turned = (o.omega2() - o.gamma() * o.gamma()).sqrt();
@@ -251,7 +255,7 @@ impl Bond {
 
     /// Whether the force stays as it is.
     fn is_constant(&self) -> bool {
-        self.stiffness == 0.0 && self.drag == 0.0 && degree(&self.push) == 0
+        self.stiffness == 0.0 && self.drag == 0.0 && degree(&self.forcing) == 0
     }
 
     /// When, from `from` on, the force would pull by more than rounding; with at most so many evaluations as are `allowed`, which
@@ -268,7 +272,7 @@ impl Bond {
         let horizon = start + reach;
         match search_within(self, start, horizon, allowed) {
             Next::At(tau) => Next::At(self.anchor + tau),
-            Next::NotBefore(tau) if tau - start > HARDLY * start => Next::NotBefore(self.anchor + tau),
+            Next::NotBefore(tau) if tau - start > LEAST_PROGRESS * start => Next::NotBefore(self.anchor + tau),
             _ if horizon < FAR => Next::NotBefore(self.anchor + horizon),
             _ => Next::Never,
         }
@@ -277,16 +281,16 @@ impl Bond {
     /// The force reversed and its first two derivatives `tau` after the anchor, N, N/s, N/s2.
     fn tension(&self, tau: f64) -> [f64; 3] {
         let (o, flight) = (&self.oscillator, &self.flight);
-        let own = shifted(&self.push, tau);
+        let own = shifted(&self.forcing, tau);
         let (d, v) = flight.at(o, tau.into());
         let a = flight.acceleration(o, tau, d, v);
-        let jerk = shifted(&flight.push, tau)[1] - o.omega2() * v - 2.0 * o.gamma() * a;
+        let jerk = shifted(&flight.forcing, tau)[1] - o.omega2() * v - 2.0 * o.gamma() * a;
         let motion = [d, v, a, jerk];
         std::array::from_fn(|k| self.stiffness * motion[k] + self.drag * motion[k + 1] - own[k])
     }
 }
 
-impl Smooth for Bond {
+impl Smooth for Constraint {
     /// Tension beyond rounding.
     fn at(&self, tau: f64) -> [f64; 3] {
         let [tension, rate, curvature] = self.tension(tau);
@@ -295,6 +299,6 @@ impl Smooth for Bond {
 
     fn third_derivative_bound(&self, t: f64, span: f64) -> f64 {
         let [third, fourth] = [3, 4].map(|order| self.flight.derivative_bound(&self.oscillator, t, span, order));
-        self.push[MAX_FORCE_ORDER].abs() + self.stiffness.abs() * third + self.drag.abs() * fourth
+        self.forcing[MAX_FORCE_ORDER].abs() + self.stiffness.abs() * third + self.drag.abs() * fourth
     }
 }

@@ -35,14 +35,14 @@ pub(crate) struct KnownState {
 #[derive(Clone, Debug)]
 pub(crate) struct LookAhead<R> {
     /// A copy of the run that has gone ahead on the same trajectory.
-    pub scout: RefCell<Option<Box<R>>>,
+    pub copy: RefCell<Option<Box<R>>>,
     /// What was found last, and when it was asked for, s.
     pub found: Cell<Option<(f64, NextOnset)>>,
 }
 
 impl<R> Default for LookAhead<R> {
     fn default() -> Self {
-        Self { scout: RefCell::default(), found: Cell::default() }
+        Self { copy: RefCell::default(), found: Cell::default() }
     }
 }
 

@@ -4,9 +4,9 @@ use std::ops::Range;
 
 use super::contact::{Loose, Phase};
 use super::engine::Engine;
-use crate::engine::cluster::{Cluster, Pace, Switch, WindowContact};
+use crate::engine::cluster::{Cluster, StepHistory, Switch, WindowContact};
 use crate::engine::error::EngineError;
-use crate::engine::flight::Held;
+use crate::engine::flight::Regime;
 use crate::engine::observer::Observer;
 use crate::model::Mode;
 use crate::solver::double_double::DoubleDouble;
@@ -21,7 +21,7 @@ impl Engine {
     pub(crate) fn end_segment(&mut self, id: usize, observer: &mut dyn Observer) -> Result<(), EngineError> {
         let Some(t) = self.clusters[id].as_ref().map(Cluster::end) else { return Ok(()) };
         let Some(mut cluster) = self.take_cluster(id, t) else { return Ok(()) };
-        self.fold(&mut cluster, t);
+        self.account_until(&mut cluster, t);
         if let Some(ball) = cluster.flights.iter().position(|f| !(f.x.is_finite() && f.v.is_finite())) {
             let error = EngineError::NotFinite { time: t.value(), ball: cluster.window.start + ball };
             self.follow(id, cluster); // What is left can still be looked at.
@@ -53,15 +53,15 @@ impl Engine {
     }
 
     /// A new cluster of the balls `members` at time `t`.
-    pub(crate) fn found(&mut self, members: Range<usize>, t: DoubleDouble) {
+    pub(crate) fn form_cluster(&mut self, members: Range<usize>, t: DoubleDouble) {
         let window = members.start.saturating_sub(1)..(members.end + 1).min(self.balls.len());
         let id = self.clusters.iter().position(Option::is_none).unwrap_or_else(|| {
             self.clusters.push(None);
             self.clusters.len() - 1
         });
         for i in members.clone() {
-            self.land(i, t);
-            self.balls[i].held = Held::Cluster(id as u32);
+            self.reanchor(i, t);
+            self.balls[i].regime = Regime::Cluster(id as u32);
         }
         let contacts = window.start..window.end - 1;
         let age = self.contacts[contacts.clone()].iter().map(|contact| contact.loose().age).max().unwrap_or_default();
@@ -73,7 +73,7 @@ impl Engine {
         });
         let contacts = contacts.collect();
         let flights = window.clone().map(|i| self.balls[i].flight_at(t)).collect();
-        self.follow(id, Cluster::new(members, window, t, flights, contacts, Pace::aged(age)));
+        self.follow(id, Cluster::new(members, window, t, flights, contacts, StepHistory::aged(age)));
     }
 
     /// Computes the next segment of a cluster and puts it back in its place.
@@ -96,7 +96,7 @@ impl Engine {
     }
 
     /// Moves the start of the cluster's segment to `t`, a time on it, and enters in the ledgers what happened till then.
-    pub(crate) fn fold(&mut self, cluster: &mut Cluster, t: DoubleDouble) {
+    pub(crate) fn account_until(&mut self, cluster: &mut Cluster, t: DoubleDouble) {
         let tau = (t - cluster.start).value().min(cluster.length);
         let step_start = (DoubleDouble::from(self.step.time) - cluster.start).value().clamp(0.0, tau);
         for i in cluster.window_contacts() {
@@ -118,7 +118,7 @@ impl Engine {
             }
         }
         for i in cluster.members.clone() {
-            self.balls[i].tally = cluster.tally(i, &self.balls[i].tally, &self.balls[i], tau);
+            self.balls[i].integrals = cluster.integrals(i, &self.balls[i].integrals, &self.balls[i], tau);
             self.balls[i].anchor = t;
         }
         cluster.move_start(tau, &self.balls, &self.cradle.contacts);
@@ -133,7 +133,7 @@ impl Engine {
     pub(crate) fn dissolve(&mut self, id: usize, t: DoubleDouble) -> (Range<usize>, Range<usize>) {
         let Some(mut cluster) = self.take_cluster(id, t) else { return (0..0, 0..0) };
         let (members, contacts) = (cluster.members.clone(), cluster.window_contacts());
-        self.fold(&mut cluster, t);
+        self.account_until(&mut cluster, t);
         self.release_members(&cluster);
         (members, contacts)
     }
@@ -141,10 +141,10 @@ impl Engine {
     fn release_members(&mut self, cluster: &Cluster) {
         self.queue.remove(cluster.key());
         for ball in &mut self.balls[cluster.members.clone()] {
-            ball.held = Held::Free;
+            ball.regime = Regime::Flight;
         }
         for (i, &WindowContact { overlap, mode }) in cluster.window_contacts().zip(&cluster.contacts) {
-            self.contacts[i].phase = Phase::Loose(Loose { overlap, mode, age: cluster.pace.age });
+            self.contacts[i].phase = Phase::Loose(Loose { overlap, mode, age: cluster.history.age });
         }
     }
 }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::engine::flight::Separation;
 use crate::engine::observation::Ledger;
 use crate::engine::pair_impact::PairImpact;
-use crate::engine::rigid::Bond;
+use crate::engine::rigid::Constraint;
 use crate::model::Mode;
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
@@ -31,7 +31,7 @@ pub(crate) enum Phase<I = PairImpact> {
     /// An impact of known outcome.
     Impact(I),
     /// A lasting contact of rigid balls, with what is foretold of its end.
-    Bond(Bond, Next<DoubleDouble>),
+    Constraint(Constraint, Next<DoubleDouble>),
 }
 
 /// A contact whose balls are in flight and anchored at the same time, the time of an event.
@@ -59,7 +59,7 @@ impl<I> Phase<I> {
             Self::Beside(overlap) => Phase::Beside(overlap),
             Self::Window(cluster) => Phase::Window(cluster),
             Self::Impact(impact) => Phase::Impact(outcome(impact)),
-            Self::Bond(bond, forecast) => Phase::Bond(bond, forecast),
+            Self::Constraint(constraint, forecast) => Phase::Constraint(constraint, forecast),
         }
     }
 }
@@ -76,8 +76,8 @@ impl Contact {
     }
 
     /// What holds its balls together while it lasts, if it is rigid.
-    pub fn bond(&self) -> Option<&Bond> {
-        if let Phase::Bond(bond, _) = &self.phase { Some(bond) } else { None }
+    pub fn constraint(&self) -> Option<&Constraint> {
+        if let Phase::Constraint(constraint, _) = &self.phase { Some(constraint) } else { None }
     }
 
     /// Its motion while it is open and both balls are in flight.

@@ -2,14 +2,14 @@
 
 use super::caches::Caches;
 use super::contact::{Contact, Keep, Phase};
-use super::watchdog::Endurance;
+use super::watchdog::Watchdog;
 use crate::engine::cluster::{Cluster, Control};
 use crate::engine::error::EngineError;
 use crate::engine::flight::{Ball, Flight};
 use crate::engine::inputs::HeldInputs;
 use crate::engine::observation::StepStart;
 use crate::engine::observer::{Observer, Unrecorded};
-use crate::engine::pair_impact::Shape;
+use crate::engine::pair_impact::ImpactCoefficients;
 use crate::model::{Cradle, Inputs, Mode, Parameters, Results, Work};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::queue::EventQueue;
@@ -23,7 +23,7 @@ pub struct Engine {
     pub(crate) cradle: Cradle,
     pub(crate) inputs: HeldInputs,
     pub(crate) control: Control,
-    pub(crate) shape: Shape,
+    pub(crate) impact_coefficients: ImpactCoefficients,
     pub(crate) time: f64,
     pub(crate) balls: Vec<Ball>,
     pub(crate) contacts: Vec<Contact>,
@@ -73,16 +73,16 @@ impl Engine {
         let cradle = Cradle::new(parameters);
         let start = DoubleDouble::from(start_time);
         let state = parameters.x_start.iter().zip(&parameters.v_start).enumerate();
-        let balls = state
-            .zip(&cradle.balls)
-            .map(|((i, (&x, &v)), model)| Ball::new(model, start, Flight { x, v, push: inputs.push(i, model.mass) }));
+        let balls = state.zip(&cradle.balls).map(|((i, (&x, &v)), model)| {
+            Ball::new(model, start, Flight { x, v, forcing: inputs.forcing(i, model.mass) })
+        });
         let balls: Vec<Ball> = balls.collect();
         let contacts = vec![Contact::default(); cradle.contacts.len()];
         Self {
             queue: EventQueue::new(contacts.len()),
             inputs,
             control: Control::new(parameters.tolerance),
-            shape: Shape::new(cradle.contacts.first().map_or(1.0, |law| law.exponent)),
+            impact_coefficients: ImpactCoefficients::new(cradle.contacts.first().map_or(1.0, |law| law.exponent)),
             time: start_time,
             balls,
             contacts,
@@ -114,7 +114,7 @@ impl Engine {
     }
 
     /// Whether it is a copy that goes ahead: nobody reads a step of it, so that it need not know how one began.
-    pub(crate) fn is_scout(&self) -> bool {
+    pub(crate) fn looks_ahead(&self) -> bool {
         self.step.time == NO_STEP
     }
 
@@ -133,7 +133,7 @@ impl Engine {
             self.suspend();
             self.inputs = HeldInputs { since: self.time, values: inputs.clone(), derivatives: derivatives.to_vec() };
             for (i, ball) in self.balls.iter_mut().enumerate() {
-                ball.flight.push = self.inputs.push(i, ball.mass);
+                ball.flight.forcing = self.inputs.forcing(i, ball.mass);
             }
             self.resume();
         }
@@ -147,7 +147,7 @@ impl Engine {
             self.step.begin(self.time);
             self.suspend();
             for (ball, model) in self.balls.iter_mut().zip(&cradle.balls) {
-                *ball = Ball { tally: ball.tally, ..Ball::new(model, ball.anchor, ball.flight) };
+                *ball = Ball { integrals: ball.integrals, ..Ball::new(model, ball.anchor, ball.flight) };
             }
             self.cradle = cradle;
             self.resume();
@@ -160,11 +160,11 @@ impl Engine {
     pub fn advance(&mut self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
         self.step.begin(self.time);
         let until = DoubleDouble::from(time);
-        let mut endurance = Endurance::new(self.time.into(), until);
+        let mut watchdog = Watchdog::new(self.time.into(), until);
         while let Some((t, key)) = self.queue.first()
             && t <= until
         {
-            endurance.check(t, self.switching(key), self.effort, observer)?;
+            watchdog.check(t, self.switching(key), self.effort, observer)?;
             self.process(t, key, observer)?;
         }
         self.time = time;
@@ -175,7 +175,7 @@ impl Engine {
     fn suspend(&mut self) {
         let now = DoubleDouble::from(self.time);
         if self.is_rigid() {
-            return self.unbind(0..self.contacts.len(), now);
+            return self.separate(0..self.contacts.len(), now);
         }
         for id in 0..self.clusters.len() {
             self.dissolve(id, now);
@@ -187,7 +187,7 @@ impl Engine {
             self.stop_separation(i, now);
         }
         for i in 0..self.balls.len() {
-            self.land(i, now);
+            self.reanchor(i, now);
         }
         self.loosen(0..self.contacts.len());
     }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::contact::Phase;
 use super::engine::Engine;
 use crate::engine::error::EngineError;
-use crate::engine::flight::{EVALUATIONS, Held, Separation};
+use crate::engine::flight::{EVALUATIONS, Regime, Separation};
 use crate::engine::observer::Observer;
 use crate::model::Mode;
 use crate::next::Next;
@@ -37,8 +37,8 @@ impl Engine {
                     self.close(key, t, key..key + 1);
                 }
             }
-            Phase::Bond(_, Next::At(_)) => self.part(key, t, observer),
-            Phase::Open(..) | Phase::Bond(..) | Phase::Beside(_) | Phase::Loose(_) => self.forecast(key, t),
+            Phase::Constraint(_, Next::At(_)) => self.part(key, t, observer),
+            Phase::Open(..) | Phase::Constraint(..) | Phase::Beside(_) | Phase::Loose(_) => self.forecast(key, t),
         }
         Ok(())
     }
@@ -59,13 +59,13 @@ impl Engine {
         // Balls next to a member that are held themselves become members, and so on.
         let mut ball = members.start.saturating_sub(1);
         while ball < (members.end + 1).min(self.balls.len()) {
-            let freed = match self.balls[ball].held {
-                Held::Free | Held::Bond => ball..ball,
-                Held::Impact(contact) => {
+            let freed = match self.balls[ball].regime {
+                Regime::Flight | Regime::Body => ball..ball,
+                Regime::Impact(contact) => {
                     self.break_impact(contact as usize, t);
                     contact as usize..contact as usize + 2
                 }
-                Held::Cluster(id) => {
+                Regime::Cluster(id) => {
                     let (balls, contacts) = self.dissolve(id as usize, t);
                     range = range.start.min(contacts.start)..range.end.max(contacts.end);
                     balls
@@ -79,7 +79,7 @@ impl Engine {
             }
         }
         range = range.start.min(members.start.saturating_sub(1))..range.end.max(members.end.min(self.contacts.len()));
-        self.land_free(range.start..range.end + 1, t);
+        self.reanchor_free(range.start..range.end + 1, t);
         self.loosen(range.clone());
         self.queue.remove(i);
         let rate = self.balls[i].moved(t).1 - self.balls[i + 1].moved(t).1;
@@ -135,7 +135,7 @@ impl Engine {
                 while let Some(next) = [last + 1, last + 2].into_iter().find(|&j| closed(self, j)) {
                     last = next;
                 }
-                self.found(first..last + 2, t);
+                self.form_cluster(first..last + 2, t);
                 i = last + 1;
             } else {
                 i += 1;
@@ -165,12 +165,12 @@ impl Engine {
         self.forecast(i, t);
     }
 
-    /// Looks from `t` on for the next onset of contact `i`, whose balls are in flight, or for the end of its bond.
+    /// Looks from `t` on for the next onset of contact `i`, whose balls are in flight, or for the end of its constraint.
     pub(crate) fn forecast(&mut self, i: usize, t: DoubleDouble) {
         let mut allowed = EVALUATIONS;
         let forecast = match &mut self.contacts[i].phase {
-            Phase::Bond(bond, forecast) => {
-                *forecast = bond.forecast(t, &mut allowed);
+            Phase::Constraint(constraint, forecast) => {
+                *forecast = constraint.forecast(t, &mut allowed);
                 *forecast
             }
             Phase::Open(separation, forecast) => {

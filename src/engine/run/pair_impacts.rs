@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::contact::Phase;
 use super::engine::Engine;
-use crate::engine::flight::Held;
+use crate::engine::flight::Regime;
 use crate::engine::observer::Observer;
 use crate::engine::pair_impact::{Impact, PairImpact};
 use crate::model::Mode;
@@ -15,21 +15,21 @@ impl Engine {
     /// stay clear of their neighbours until the impact is over.
     pub(crate) fn begin_impact(&mut self, i: usize, t: DoubleDouble) -> bool {
         let neighbours = i.saturating_sub(1)..(i + 3).min(self.balls.len());
-        let held = |ball: usize| self.balls[ball].held;
-        if held(i) != Held::Free || held(i + 1) != Held::Free {
+        let held = |ball: usize| self.balls[ball].regime;
+        if held(i) != Regime::Flight || held(i + 1) != Regime::Flight {
             return false;
         }
-        if neighbours.clone().any(|ball| matches!(held(ball), Held::Cluster(_))) {
+        if neighbours.clone().any(|ball| matches!(held(ball), Regime::Cluster(_))) {
             return false;
         }
-        self.land_free(neighbours.clone(), t);
+        self.reanchor_free(neighbours.clone(), t);
         self.contacts[i].loosen(0.0, Mode::Open);
         self.queue.remove(i);
         for beside in neighbours.start..neighbours.end - 1 {
             self.stop_separation(beside, t);
         }
         let (left, right) = (&self.balls[i], &self.balls[i + 1]);
-        let impact = PairImpact::new(left, right, &self.cradle.contacts[i], &self.shape);
+        let impact = PairImpact::new(left, right, &self.cradle.contacts[i], &self.impact_coefficients);
         let Some(impact) = impact else { return false };
         let clear_left = i == 0 || self.stays_open(i - 1, t, None, Some(&impact));
         let clear_right = i + 2 == self.balls.len() || self.stays_open(i + 1, t, Some(&impact), None);
@@ -41,7 +41,7 @@ impl Engine {
         for beside in (neighbours.start..neighbours.end - 1).filter(|beside| *beside != i) {
             self.contacts[beside].phase = Phase::Beside(self.contacts[beside].overlap());
         }
-        (self.balls[i].held, self.balls[i + 1].held) = (Held::Impact(i as u32), Held::Impact(i as u32));
+        (self.balls[i].regime, self.balls[i + 1].regime) = (Regime::Impact(i as u32), Regime::Impact(i as u32));
         self.begin_pulse(i, t);
         self.work.steps = self.work.steps.saturating_add(1);
         self.work.evaluations = self.work.evaluations.saturating_add(1);
@@ -70,8 +70,8 @@ impl Engine {
     /// Whether the open contact `j` provably stays open from `t` on until the impacts of its balls are over: the impact about
     /// to begin, given for the ball that it moves, and one that may be under way for the other.
     fn stays_open(&self, j: usize, t: DoubleDouble, left: Option<&PairImpact>, right: Option<&PairImpact>) -> bool {
-        let under_way = |ball: usize| match self.balls[ball].held {
-            Held::Impact(contact) => self.contacts[contact as usize].impact(),
+        let under_way = |ball: usize| match self.balls[ball].regime {
+            Regime::Impact(contact) => self.contacts[contact as usize].impact(),
             _ => None,
         };
         // Each ball, the time since its anchor, its impact, and how long that still lasts.
@@ -104,36 +104,36 @@ impl Engine {
             ball.flight.x += impact.displacement;
             ball.flight.v = impact.velocities[side];
             ball.anchor = t;
-            ball.tally.add(&impact.tallies[side]);
-            ball.held = Held::Free;
+            ball.integrals.add(&impact.integrals[side]);
+            ball.regime = Regime::Flight;
         }
         self.shift_neighbours(i, impact.displacement, impact.displacement);
         self.end_pulse(i, t, observer);
         let neighbours = i.saturating_sub(1)..(i + 3).min(self.balls.len());
-        self.land_free(neighbours.clone(), t);
+        self.reanchor_free(neighbours.clone(), t);
         for j in neighbours.start..neighbours.end - 1 {
-            if self.balls[j].held == Held::Free && self.balls[j + 1].held == Held::Free {
+            if self.balls[j].regime == Regime::Flight && self.balls[j + 1].regime == Regime::Flight {
                 self.fly(j, t);
             }
         }
     }
 
     /// Moves the anchors of those of `balls` that are in flight to `t`.
-    pub(crate) fn land_free(&mut self, balls: Range<usize>, t: DoubleDouble) {
+    pub(crate) fn reanchor_free(&mut self, balls: Range<usize>, t: DoubleDouble) {
         for ball in balls {
-            if self.balls[ball].held == Held::Free {
-                self.land(ball, t);
+            if self.balls[ball].regime == Regime::Flight {
+                self.reanchor(ball, t);
             }
         }
     }
 
     /// Moves the anchor of ball `i`, in flight, to `t`. Contacts that wait for the end of an impact refer to the anchors.
-    pub(crate) fn land(&mut self, i: usize, t: DoubleDouble) {
+    pub(crate) fn reanchor(&mut self, i: usize, t: DoubleDouble) {
         if self.balls[i].anchor == t {
             return;
         }
         self.before_move(i, t);
-        let displacement = self.balls[i].land(t);
+        let displacement = self.balls[i].reanchor(t);
         if i > 0 {
             self.contacts[i - 1].shift(-displacement);
         }
@@ -170,14 +170,14 @@ impl Engine {
             for (side, moved) in moved.iter_mut().enumerate() {
                 *moved += cluster.moved(i + side, tau).0;
             }
-            self.fold(&mut cluster, end);
+            self.account_until(&mut cluster, end);
             if end == t {
                 break;
             }
             cluster.expand(&self.balls, &self.cradle.contacts, &control);
         }
         for ball in &mut self.balls[i..i + 2] {
-            ball.held = Held::Free;
+            ball.regime = Regime::Flight;
         }
         self.shift_neighbours(i, moved[0], moved[1]);
         self.contacts[i].loosen(cluster.contacts[0].overlap, Mode::Pressing);

@@ -1,7 +1,7 @@
 //! The events of rigid contacts: impacts of balls that touch, lasting contacts, and their end.
 //!
 //! An onset is an impact without duration (`restitution`). All balls that touch at that moment, as far as their positions are known,
-//! take part. Afterwards neighbours without relative velocity that are pressed together are held by a [`Bond`] and move as one
+//! take part. Afterwards neighbours without relative velocity that are pressed together are held by a [`Constraint`] and move as one
 //! body; those that are not fly on, be it side by side.
 //!
 //! Chatter has an end where doubles do: an approach whose rebound would stay lower than the rounding of the positions, or that is
@@ -15,11 +15,11 @@ use std::ops::Range;
 use super::contact::{Contact, Keep, Phase};
 use super::engine::Engine;
 use crate::engine::error::EngineError;
-use crate::engine::flight::{Held, Push, Rounding, Separation, shifted, spaced};
+use crate::engine::flight::{Forcing, Regime, Rounding, Separation, shifted, spaced};
 use crate::engine::observation::RAPID;
 use crate::engine::observer::Observer;
 use crate::engine::rigid::restitution::{self, Impact};
-use crate::engine::rigid::{Body, Bond, acceleration_rounding};
+use crate::engine::rigid::{Body, Constraint, acceleration_rounding};
 use crate::model::Mode;
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
@@ -62,12 +62,12 @@ impl Engine {
         let (last_bounce, noise) = (separation.is_last_bounce(t, e, shortest), separation.noise());
         let group = self.around(i, |contact| {
             let touches = |separation: &Separation| separation.touches(t, noise);
-            contact.bond().is_some() || contact.separation().is_some_and(touches)
+            contact.constraint().is_some() || contact.separation().is_some_and(touches)
         });
         let (first, balls) = (group.start, group.start..group.end + 1);
         // Also at the very start of a step: the velocities jump.
         balls.clone().for_each(|ball| self.record_start(ball));
-        self.unbind(group.clone(), t);
+        self.separate(group.clone(), t);
         self.align(group.clone());
         let masses: Vec<f64> = self.balls[balls.clone()].iter().map(|ball| ball.mass).collect();
         let mut v: Vec<f64> = self.balls[balls.clone()].iter().map(|ball| ball.flight.v).collect();
@@ -91,9 +91,9 @@ impl Engine {
         }
         // What has closed without speed is pressed, even if by rounding only.
         let keep = if approach <= unresolved { Keep::Contact(i) } else { Keep::Nothing };
-        let bonds = self.bind_where_pressed(group.clone(), t, keep);
-        self.enter(&impacts, first, t, &bonds, observer);
-        self.go_on(group, t, bonds, observer);
+        let constraints = self.join_where_pressed(group.clone(), t, keep);
+        self.enter(&impacts, first, t, &constraints, observer);
+        self.go_on(group, t, constraints, observer);
     }
 
     /// The balls of the contacts `group` touch: their positions, which know of the overlaps to within rounding only, are made to
@@ -113,13 +113,13 @@ impl Engine {
     }
 
     /// Enters the impacts at `t` in the ledgers of the contacts, counted from `first`: pulses without duration, but for the last one
-    /// of a contact that lasts, one of `bonds`.
+    /// of a contact that lasts, one of `constraints`.
     fn enter(
         &mut self,
         impacts: &[Impact<f64>],
         first: usize,
         t: DoubleDouble,
-        bonds: &[Option<Bond>],
+        constraints: &[Option<Constraint>],
         observer: &mut dyn Observer,
     ) {
         let mut seen = BTreeSet::new();
@@ -129,16 +129,16 @@ impl Engine {
             self.end_rigid_pulse(i, t, observer);
             self.begin_rigid_pulse(i, t);
             self.contacts[i].ledger.add(impact.impulse, 0.0, 0.0);
-            if !is_last || bonds[impact.contact].is_none() {
+            if !is_last || constraints[impact.contact].is_none() {
                 self.end_rigid_pulse(i, t, observer);
             }
         }
     }
 
-    /// The bond of contact `i` would have to pull from `t` on.
+    /// The constraint of contact `i` would have to pull from `t` on.
     pub(crate) fn part(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) {
-        let body = self.around(i, |contact| contact.bond().is_some());
-        self.unbind(body.clone(), t);
+        let body = self.around(i, |contact| contact.constraint().is_some());
+        self.separate(body.clone(), t);
         self.settle(body, t, Keep::Parting(i), observer);
     }
 
@@ -172,37 +172,37 @@ impl Engine {
         rounding.fold(Rounding::default(), Rounding::max)
     }
 
-    /// The balls of the contacts `group`, which no bond leads out of, and all their contacts are taken apart at `t`: the balls are in
-    /// flight and anchored then, the contacts hold their overlaps, and where there was a bond that they press.
-    pub(crate) fn unbind(&mut self, group: Range<usize>, t: DoubleDouble) {
+    /// The balls of the contacts `group`, which no constraint leads out of, and all their contacts are taken apart at `t`: the balls are in
+    /// flight and anchored then, the contacts hold their overlaps, and where there was a constraint that they press.
+    pub(crate) fn separate(&mut self, group: Range<usize>, t: DoubleDouble) {
         let beside = group.start.saturating_sub(1)..(group.end + 1).min(self.contacts.len());
         for j in beside {
             self.stop_separation(j, t);
         }
         for i in group.start..group.end + 1 {
-            if self.balls[i].held == Held::Bond {
+            if self.balls[i].regime == Regime::Body {
                 self.before_move(i, t);
-                let (before, after) = (self.own_push(i, self.balls[i].anchor), self.own_push(i, t));
+                let (before, after) = (self.own_forcing(i, self.balls[i].anchor), self.own_forcing(i, t));
                 let (model, ball) = (&self.cradle.balls[i], &mut self.balls[i]);
-                ball.tally = ball.tally_under(&before, t);
+                ball.integrals = ball.integrals_under(&before, t);
                 ball.flight = ball.flight_at(t);
-                ball.flight.push = after;
-                (ball.anchor, ball.held) = (t, Held::Free);
+                ball.flight.forcing = after;
+                (ball.anchor, ball.regime) = (t, Regime::Flight);
                 ball.oscillator = Oscillator::new(model.omega2, model.gamma);
             } else {
-                self.land(i, t);
+                self.reanchor(i, t);
             }
         }
         for j in group {
-            if self.contacts[j].bond().is_none() {
+            if self.contacts[j].constraint().is_none() {
                 continue;
             }
             self.begin_ledger(j, t);
             self.queue.remove(j);
             let contact = &mut self.contacts[j];
-            if let Phase::Bond(bond, _) = std::mem::take(&mut contact.phase) {
-                let in_step = bond.peak(self.step.time.into(), t);
-                contact.ledger.add(bond.impulse(t), bond.peak(bond.anchor(), t), in_step);
+            if let Phase::Constraint(constraint, _) = std::mem::take(&mut contact.phase) {
+                let in_step = constraint.peak(self.step.time.into(), t);
+                contact.ledger.add(constraint.impulse(t), constraint.peak(constraint.anchor(), t), in_step);
             }
             contact.loosen(0.0, Mode::Pressing);
             // Members differ by rounding only.
@@ -211,9 +211,9 @@ impl Engine {
     }
 
     /// Acceleration of ball `i` by the inputs at the time `t`.
-    pub(crate) fn own_push(&self, i: usize, t: DoubleDouble) -> Push {
-        let push = self.inputs.push(i, self.balls[i].mass);
-        shifted(&push, self.input_age(t))
+    pub(crate) fn own_forcing(&self, i: usize, t: DoubleDouble) -> Forcing {
+        let forcing = self.inputs.forcing(i, self.balls[i].mass);
+        shifted(&forcing, self.input_age(t))
     }
 
     /// How long the inputs have acted at the time `t`, s.
@@ -224,13 +224,13 @@ impl Engine {
     /// Bonds where balls press each other at `t` and flight elsewhere, for the contacts `group`, which have been taken apart, and
     /// those beside them.
     pub(crate) fn settle(&mut self, group: Range<usize>, t: DoubleDouble, keep: Keep, observer: &mut dyn Observer) {
-        let bonds = self.bind_where_pressed(group.clone(), t, keep);
-        self.go_on(group, t, bonds, observer);
+        let constraints = self.join_where_pressed(group.clone(), t, keep);
+        self.go_on(group, t, constraints, observer);
     }
 
-    /// Where balls of `group` press each other at `t` they move as bodies from then on. Returns the bond of each contact that has one.
-    fn bind_where_pressed(&mut self, group: Range<usize>, t: DoubleDouble, keep: Keep) -> Vec<Option<Bond>> {
-        let mut bonds = vec![None; group.len()];
+    /// Where balls of `group` press each other at `t` they move as bodies from then on. Returns the constraint of each contact that has one.
+    fn join_where_pressed(&mut self, group: Range<usize>, t: DoubleDouble, keep: Keep) -> Vec<Option<Constraint>> {
+        let mut constraints = vec![None; group.len()];
         let mut first = group.start;
         while first < group.end {
             // Balls side by side without relative velocity.
@@ -240,24 +240,30 @@ impl Engine {
                 first += 1;
                 continue;
             };
-            self.press(first..last + 1, t, keep, &mut bonds[first - group.start..]);
+            self.press(first..last + 1, t, keep, &mut constraints[first - group.start..]);
             first = last + 1;
         }
-        bonds
+        constraints
     }
 
-    /// From `t` on, pulses last where there are `bonds`, other contacts of `group` and those beside it fly.
-    fn go_on(&mut self, group: Range<usize>, t: DoubleDouble, bonds: Vec<Option<Bond>>, observer: &mut dyn Observer) {
+    /// From `t` on, pulses last where there are `constraints`, other contacts of `group` and those beside it fly.
+    fn go_on(
+        &mut self,
+        group: Range<usize>,
+        t: DoubleDouble,
+        constraints: Vec<Option<Constraint>>,
+        observer: &mut dyn Observer,
+    ) {
         let noise = self.rounding(group.start..group.end + 1).position;
         let before = usize::from(group.start > 0);
         let beside = group.start - before..(group.end + 1).min(self.contacts.len());
-        let bonds = std::iter::repeat_n(None, before).chain(bonds).chain([None]);
-        for (j, bond) in beside.zip(bonds) {
-            if let Some(bond) = bond {
+        let constraints = std::iter::repeat_n(None, before).chain(constraints).chain([None]);
+        for (j, constraint) in beside.zip(constraints) {
+            if let Some(constraint) = constraint {
                 if !self.contacts[j].is_closed() {
                     self.begin_rigid_pulse(j, t);
                 }
-                self.contacts[j].phase = Phase::Bond(bond, Next::Never);
+                self.contacts[j].phase = Phase::Constraint(constraint, Next::Never);
             } else {
                 self.end_rigid_pulse(j, t, observer);
                 let separation = self.separation(j, t, self.contacts[j].overlap().min(0.0));
@@ -280,8 +286,8 @@ impl Engine {
     }
 
     /// Makes bodies of the balls of the contacts `run`, which touch without relative velocity, where they press each other. Enters what
-    /// holds them together in `bonds`.
-    fn press(&mut self, run: Range<usize>, t: DoubleDouble, keep: Keep, bonds: &mut [Option<Bond>]) {
+    /// holds them together in `constraints`.
+    fn press(&mut self, run: Range<usize>, t: DoubleDouble, keep: Keep, constraints: &mut [Option<Constraint>]) {
         let balls = &self.balls[run.start..run.end + 1];
         let masses: Vec<f64> = balls.iter().map(|ball| ball.mass).collect();
         let age = self.input_age(t);
@@ -308,10 +314,10 @@ impl Engine {
                 let contacts = block.start..block.end - 1;
                 let body = Body::new(&self.balls[members.clone()], &approach[contacts.clone()], rounding, t);
                 for (ball, flight) in self.balls[members].iter_mut().zip(body.flights) {
-                    (ball.oscillator, ball.flight, ball.held) = (body.oscillator, flight, Held::Bond);
+                    (ball.oscillator, ball.flight, ball.regime) = (body.oscillator, flight, Regime::Body);
                 }
-                for (place, bond) in bonds[contacts].iter_mut().zip(body.bonds) {
-                    *place = Some(bond);
+                for (place, constraint) in constraints[contacts].iter_mut().zip(body.constraints) {
+                    *place = Some(constraint);
                 }
             }
         }

@@ -10,12 +10,12 @@ use serde::{Deserialize, Serialize};
 
 use super::contact::Phase;
 use super::engine::{Engine, NO_STEP};
-use crate::engine::cluster::{Cluster, Pace, WindowContact};
-use crate::engine::flight::{Ball, Flight, Held, Tally};
+use crate::engine::cluster::{Cluster, StepHistory, WindowContact};
+use crate::engine::flight::{Ball, Flight, Regime, RunningIntegrals};
 use crate::engine::inputs::HeldInputs;
 use crate::engine::observation::{BallStart, ContactStart, LARGEST_COUNT, Ledger};
 use crate::engine::pair_impact::PairImpact;
-use crate::engine::rigid::Bond;
+use crate::engine::rigid::Constraint;
 use crate::model::{Mode, NextOnset, Parameters, Work};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
@@ -25,7 +25,7 @@ use crate::solver::double_double::DoubleDouble;
 pub struct Snapshot {
     run: RunState,
     /// The copy that has gone ahead, and by how many entries of the queue, where it is not still where the run is.
-    scout: Option<(RunState, u64)>,
+    copy: Option<(RunState, u64)>,
     /// What was found ahead, and when it was asked for, s.
     found: Option<(f64, NextOnset)>,
 }
@@ -50,7 +50,7 @@ struct RunState {
 struct BallState {
     anchor: DoubleDouble,
     flight: Flight,
-    tally: Tally,
+    integrals: RunningIntegrals,
     /// If it has moved within the step.
     at_start: Option<BallStart>,
 }
@@ -69,7 +69,7 @@ struct ClusterState {
     start: DoubleDouble,
     flights: Vec<Flight>,
     contacts: Vec<WindowContact>,
-    pace: Pace,
+    history: StepHistory,
 }
 
 /// A snapshot that no run can have left behind, and what gives it away.
@@ -85,23 +85,23 @@ impl Engine {
     /// The run as it is now.
     pub fn snapshot(&self) -> Snapshot {
         let ahead = &self.caches.ahead;
-        let scout = ahead.scout.borrow();
-        let state = |scout: &Self| {
+        let copy = ahead.copy.borrow();
+        let state = |copy: &Self| {
             // The time of a copy that goes ahead is that of its last event.
-            let now = scout.last_event.value_up();
-            (RunState { time: now, step_start: now, ..scout.run_state() }, scout.handled - self.handled)
+            let now = copy.last_event.value_up();
+            (RunState { time: now, step_start: now, ..copy.run_state() }, copy.handled - self.handled)
         };
         // What has been passed by now is of no use any more.
         let found = ahead.found.get().filter(|(_, found)| found.time > self.time);
-        let further = scout.as_deref().filter(|scout| scout.handled > self.handled);
-        Snapshot { run: self.run_state(), scout: further.map(state), found }
+        let further = copy.as_deref().filter(|copy| copy.handled > self.handled);
+        Snapshot { run: self.run_state(), copy: further.map(state), found }
     }
 
     fn run_state(&self) -> RunState {
         let ball = |i: usize| {
             let ball = &self.balls[i];
             let at_start = self.step.ball(i).copied();
-            BallState { anchor: ball.anchor, flight: ball.flight, tally: ball.tally, at_start }
+            BallState { anchor: ball.anchor, flight: ball.flight, integrals: ball.integrals, at_start }
         };
         let contact = |i: usize| {
             let contact = &self.contacts[i];
@@ -113,7 +113,7 @@ impl Engine {
             start: cluster.start,
             flights: cluster.flights.clone(),
             contacts: cluster.contacts.clone(),
-            pace: cluster.pace_before,
+            history: cluster.history_before,
         };
         RunState {
             time: self.time,
@@ -134,17 +134,17 @@ impl Engine {
     /// The run that left `snapshot` behind, with the parameters that acted then and the start time (s). After a failed step
     /// (`failed`) its values may be anything, for it can only be looked at.
     pub fn restore(parameters: &Parameters, start: f64, snapshot: Snapshot, failed: bool) -> Result<Self, Unsound> {
-        let Snapshot { run, scout, found } = snapshot;
+        let Snapshot { run, copy, found } = snapshot;
         let engine = Self::rebuild(parameters, start, run, failed)?;
         let now = DoubleDouble::from(engine.time);
         let missed = |run: &Self, since: DoubleDouble| run.queue.first().is_some_and(|(t, _)| t < since);
         require(failed || !missed(&engine, now), "an event was missed")?;
-        if let Some((scout, lead)) = scout {
-            let mut scout = Self::rebuild(parameters, start, scout, failed)?;
-            let sound = scout.last_event >= now && !missed(&scout, scout.last_event) && lead < LARGEST_COUNT;
+        if let Some((copy, lead)) = copy {
+            let mut copy = Self::rebuild(parameters, start, copy, failed)?;
+            let sound = copy.last_event >= now && !missed(&copy, copy.last_event) && lead < LARGEST_COUNT;
             require(failed || sound, "it looks ahead to the past")?;
-            (scout.step.time, scout.handled) = (NO_STEP, lead);
-            engine.caches.ahead.scout.replace(Some(Box::new(scout)));
+            (copy.step.time, copy.handled) = (NO_STEP, lead);
+            engine.caches.ahead.copy.replace(Some(Box::new(copy)));
         }
         require(failed || found.is_none_or(|(_, found)| found.time > engine.time), "what lies ahead has been")?;
         engine.caches.ahead.found.set(found);
@@ -168,7 +168,7 @@ impl Engine {
         require(engine.standstill <= engine.most_without_progress() + 1, "a count is too large")?;
         let mut starts = (Vec::with_capacity(balls.len()), Vec::with_capacity(contacts.len()));
         for (ball, state) in engine.balls.iter_mut().zip(balls) {
-            (ball.anchor, ball.flight, ball.tally) = (state.anchor, state.flight, state.tally);
+            (ball.anchor, ball.flight, ball.integrals) = (state.anchor, state.flight, state.integrals);
             starts.0.push(state.at_start);
         }
         let mut phases = Vec::with_capacity(contacts.len());
@@ -188,7 +188,7 @@ impl Engine {
         for (i, phase) in phases.iter().enumerate() {
             match phase {
                 Phase::Impact(()) => engine.restore_impact(i)?,
-                Phase::Bond(bond, _) => engine.restore_bond(i, bond, failed)?,
+                Phase::Constraint(constraint, _) => engine.restore_constraint(i, constraint, failed)?,
                 Phase::Window(_) => require(engine.contacts[i].cluster().is_some(), "a contact lost its cluster")?,
                 Phase::Open(..) | Phase::Beside(_) | Phase::Loose(_) => {}
             }
@@ -201,7 +201,7 @@ impl Engine {
 
     /// Puts a cluster into the last slot.
     fn restore_cluster(&mut self, state: ClusterState, phases: &[Phase<()>]) -> Result<(), Unsound> {
-        let ClusterState { members, start, flights, contacts, pace } = state;
+        let ClusterState { members, start, flights, contacts, history } = state;
         let balls = self.balls.len();
         require(members.start < members.end && members.end <= balls && members.len() > 1, "a cluster has no balls")?;
         let window = members.start.saturating_sub(1)..(members.end + 1).min(balls);
@@ -218,10 +218,10 @@ impl Engine {
         let closed = |i: usize| contacts[i - window.start].mode != Mode::Open;
         require(closed(members.start) && closed(members.end - 2), "a cluster holds balls that touch nothing")?;
         for ball in &mut self.balls[members.clone()] {
-            require(ball.held == Held::Free, "a ball is in two clusters")?;
-            ball.held = Held::Cluster(id as u32);
+            require(ball.regime == Regime::Flight, "a ball is in two clusters")?;
+            ball.regime = Regime::Cluster(id as u32);
         }
-        let mut cluster = Cluster::new(members, window, start, flights, contacts, pace);
+        let mut cluster = Cluster::new(members, window, start, flights, contacts, history);
         cluster.expand(&self.balls, &self.cradle.contacts, &self.control);
         self.queue.set(cluster.key(), cluster.end());
         self.clusters[id] = Some(cluster);
@@ -230,14 +230,14 @@ impl Engine {
 
     fn restore_impact(&mut self, i: usize) -> Result<(), Unsound> {
         let (left, right) = (&self.balls[i], &self.balls[i + 1]);
-        require(left.held == Held::Free && right.held == Held::Free, "a ball is in two impacts")?;
+        require(left.regime == Regime::Flight && right.regime == Regime::Flight, "a ball is in two impacts")?;
         require(left.anchor == right.anchor, "the balls of an impact have not met")?;
-        let impact = PairImpact::new(left, right, &self.cradle.contacts[i], &self.shape);
+        let impact = PairImpact::new(left, right, &self.cradle.contacts[i], &self.impact_coefficients);
         let impact = impact.ok_or(Unsound("an impact has no outcome"))?;
         self.queue.set(i, impact.end());
         self.contacts[i].phase = Phase::Impact(impact);
         for ball in &mut self.balls[i..i + 2] {
-            ball.held = Held::Impact(i as u32);
+            ball.regime = Regime::Impact(i as u32);
         }
         Ok(())
     }
@@ -245,20 +245,20 @@ impl Engine {
     /// What a contact is part of, once all balls are held by what holds them.
     fn restore_phase(&mut self, i: usize, phase: Phase<()>, failed: bool) -> Result<(), Unsound> {
         let (left, right) = (&self.balls[i], &self.balls[i + 1]);
-        let flies = |ball: &Ball| matches!(ball.held, Held::Free | Held::Bond);
+        let flies = |ball: &Ball| matches!(ball.regime, Regime::Flight | Regime::Body);
         let in_flight = flies(left) && flies(right);
-        let in_cluster = |held: Held| matches!(held, Held::Cluster(_));
+        let in_cluster = |regime: Regime| matches!(regime, Regime::Cluster(_));
         let phase = match phase {
             Phase::Window(_) | Phase::Impact(()) => return Ok(()),
             Phase::Loose(_) => return require(false, "a contact is part of nothing"),
-            Phase::Bond(bond, forecast) => {
-                let sound = bond.is_sound(left, right, self.time.into());
+            Phase::Constraint(constraint, forecast) => {
+                let sound = constraint.is_sound(left, right, self.time.into());
                 require(failed || sound, "a lasting contact does not fit its balls")?;
                 self.restore_forecast(i, forecast, failed)?;
-                Phase::Bond(bond, forecast)
+                Phase::Constraint(constraint, forecast)
             }
             Phase::Beside(overlap) => {
-                let beside_impact = !in_flight && !in_cluster(left.held) && !in_cluster(right.held);
+                let beside_impact = !in_flight && !in_cluster(left.regime) && !in_cluster(right.regime);
                 require(beside_impact && (failed || overlap.is_finite()), "a contact is beside no impact")?;
                 Phase::Beside(overlap)
             }
@@ -282,15 +282,15 @@ impl Engine {
         Ok(())
     }
 
-    /// The balls of contact `i` move as `bond` says.
-    fn restore_bond(&mut self, i: usize, bond: &Bond, failed: bool) -> Result<(), Unsound> {
+    /// The balls of contact `i` move as `constraint` says.
+    fn restore_constraint(&mut self, i: usize, constraint: &Constraint, failed: bool) -> Result<(), Unsound> {
         for ball in &mut self.balls[i..i + 2] {
-            let free = matches!(ball.held, Held::Free | Held::Bond);
+            let free = matches!(ball.regime, Regime::Flight | Regime::Body);
             require(
                 free && (failed || self.cradle.restitution.is_some()),
-                "a bond holds balls that are held otherwise",
+                "a constraint holds balls that are held otherwise",
             )?;
-            (ball.held, ball.oscillator) = (Held::Bond, bond.oscillator());
+            (ball.regime, ball.oscillator) = (Regime::Body, constraint.oscillator());
         }
         Ok(())
     }
@@ -313,14 +313,14 @@ impl RunState {
         require(self.inputs.are_finite(), "an input is not finite")?;
         let times = [self.time, self.inputs.since, self.step_start].map(DoubleDouble::from);
         require(times.into_iter().chain([self.last_event]).all(past), "a time of the past is not in the past")?;
-        let ball = |ball: &BallState| past(ball.anchor) && ball.flight.is_finite() && ball.tally.is_finite();
+        let ball = |ball: &BallState| past(ball.anchor) && ball.flight.is_finite() && ball.integrals.is_finite();
         require(self.balls.iter().all(ball), "the state of a ball is not finite, or of the future")?;
         require(self.contacts.iter().all(|contact| contact.ledger.is_sound()), "a ledger is not finite")?;
         for cluster in self.clusters.iter().flatten() {
             let flights = cluster.flights.iter().all(Flight::is_finite);
             let contacts = cluster.contacts.iter().all(|contact| contact.overlap.is_finite());
             require(
-                past(cluster.start) && flights && contacts && cluster.pace.is_sound(),
+                past(cluster.start) && flights && contacts && cluster.history.is_sound(),
                 "a cluster is not finite, or of the future",
             )?;
         }

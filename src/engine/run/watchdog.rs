@@ -6,7 +6,7 @@ use crate::solver::double_double::DoubleDouble;
 
 /// Watches a call of [`advance`](super::Engine::advance): tells how far it has come, and gives up where the events follow each other
 /// so fast that the end of the step would not be reached in days: the values of a cradle may be any numbers above 0.
-pub(super) struct Endurance {
+pub(super) struct Watchdog {
     until: DoubleDouble,
     /// Events so far.
     events: u64,
@@ -17,7 +17,7 @@ pub(super) struct Endurance {
     hopeless: u32,
 }
 
-impl Endurance {
+impl Watchdog {
     /// Effort (see [`Engine::effort`](super::Engine)) from one report to the next: some milliseconds.
     const REPORT: u64 = 50_000;
     /// Events from one look at the clock to the next, how many to the end are hopeless, and for how many looks.
@@ -48,12 +48,12 @@ impl Endurance {
         if self.events - before < Self::EVENTS {
             return Ok(());
         }
-        let pace = (self.events - before) as f64 / (t - since).value();
-        self.hopeless = if pace * (self.until - t).value() > Self::HOPELESS { self.hopeless + 1 } else { 0 };
+        let event_rate = (self.events - before) as f64 / (t - since).value();
+        self.hopeless = if event_rate * (self.until - t).value() > Self::HOPELESS { self.hopeless + 1 } else { 0 };
         self.last = (self.events, t);
         if self.hopeless < Self::LOOKS {
             return Ok(());
         }
-        Err(EngineError::TooFast { time: t.value(), contact, pace })
+        Err(EngineError::TooFast { time: t.value(), contact, event_rate })
     }
 }

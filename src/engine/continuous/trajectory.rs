@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::dynamics::{Dynamics, LARGEST};
 use super::method::Method;
 use crate::engine::error::EngineError;
-use crate::engine::flight::Push;
+use crate::engine::flight::Forcing;
 use crate::engine::observation::LARGEST_COUNT;
 use crate::model::Cradle;
 use crate::solver::double_double::DoubleDouble;
@@ -85,7 +85,7 @@ impl Solver {
 
 /// The motion up to the end of the solver's last step, which no communication point has a say in.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct Motion {
+pub(super) struct Trajectory {
     pub dynamics: Dynamics,
     solver: Solver,
     /// Work before the solver was started anew.
@@ -96,7 +96,7 @@ pub(super) struct Motion {
     pub events: VecDeque<Event>,
 }
 
-impl Motion {
+impl Trajectory {
     /// From the state `y` at `dynamics.since` on.
     pub fn new(method: Method, dynamics: Dynamics, y: &[f64]) -> Self {
         let closed = (0..dynamics.cradle.contacts.len()).map(|i| y[dynamics.overlap(i)] > 0.0).collect();
@@ -121,8 +121,8 @@ impl Motion {
 
     /// Takes up again what was put down as plain data; nothing if no run of `cradle` by `method` can have led to it. Its values
     /// may be anything if it is `broken`.
-    pub fn restored(mut self, method: Method, cradle: Cradle, pushes: Vec<Push>, broken: bool) -> Option<Self> {
-        (self.dynamics.cradle, self.dynamics.pushes) = (cradle, pushes);
+    pub fn restored(mut self, method: Method, cradle: Cradle, forcings: Vec<Forcing>, broken: bool) -> Option<Self> {
+        (self.dynamics.cradle, self.dynamics.forcings) = (cradle, forcings);
         self.solver = self.solver.restored(method, self.dynamics.components(), broken)?;
         let contacts = self.dynamics.cradle.contacts.len();
         let finite = |event: &Event| event.time.is_sound() && event.force.is_finite();
