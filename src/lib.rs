@@ -62,8 +62,7 @@ pub mod fmi2;
 #[cfg(feature = "engine")]
 pub mod instance;
 pub mod model;
-#[cfg(feature = "engine")]
-mod next;
+pub mod next;
 #[cfg(feature = "engine")]
 pub mod solver;
 pub mod variables;

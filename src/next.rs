@@ -2,6 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+/// Time given for "never" where an event lies ahead, s.
+pub const NEVER: f64 = 1e30;
+
 /// When something happens next.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Next<T = f64> {
@@ -11,4 +14,30 @@ pub enum Next<T = f64> {
     NotBefore(T),
     /// Never, or not as long as was asked for.
     Never,
+}
+
+impl Next {
+    /// After the time `now` (s) not before `time` (s). Between one double and the next there is no time, so that the answer can always
+    /// be later than now.
+    pub fn not_before(time: f64, now: f64) -> Self {
+        Self::NotBefore(time.max(now.next_up()))
+    }
+
+    /// When it happens, s, if that is known.
+    pub fn found(self) -> Option<f64> {
+        if let Self::At(time) = self { Some(time) } else { None }
+    }
+
+    /// When it happens, or up to when it does not, s; [`NEVER`] if it does not at all.
+    pub fn time(self) -> f64 {
+        match self {
+            Self::At(time) | Self::NotBefore(time) => time,
+            Self::Never => NEVER,
+        }
+    }
+
+    /// Whether the search has come to an end.
+    pub fn is_settled(self) -> bool {
+        !matches!(self, Self::NotBefore(_))
+    }
 }

@@ -1,6 +1,6 @@
 //! The methods that integrate the whole chain, next to the event-driven engine and to themselves.
 
-use newtons_cradle::engine::{EngineError, NextOnset, Pulse, Results, Simulation};
+use newtons_cradle::engine::{EngineError, Next, Pulse, Results, Simulation};
 use newtons_cradle::model::{ContactModel, DampingLaw, Inputs, Parameters, SolverMethod};
 
 /// Method, tolerance and step, and how far from the engine's the results of a second may be, in units of their scale. It is far
@@ -203,7 +203,8 @@ fn the_next_onset_comes_when_it_was_told() {
             let before = onsets(&run);
             let mut looks = 0;
             let next = loop {
-                let NextOnset { time, is_onset } = run.next_onset();
+                let next = run.next_onset();
+                let (time, is_onset) = (next.time(), next.is_settled());
                 assert!(time > run.time());
                 if is_onset {
                     break time;
@@ -215,7 +216,7 @@ fn the_next_onset_comes_when_it_was_told() {
             // Just before it there is none.
             let mut early = run.clone();
             early.advance(next.next_down(), &mut Vec::new()).unwrap();
-            assert_eq!((onsets(&early), early.next_onset()), (before, NextOnset::at(next)), "{method:?}");
+            assert_eq!((onsets(&early), early.next_onset()), (before, Next::At(next)), "{method:?}");
             run.advance(next, &mut Vec::new()).unwrap();
             assert!(onsets(&run) > before && (0..4).any(|i| run.last_onset(i) == next), "{method:?} {next}");
         }
@@ -234,11 +235,7 @@ fn there_may_be_no_next_onset() {
                     .unwrap();
             run.advance(1.0, &mut Vec::new()).unwrap();
             // Without gravity the horizon is infinite: two balls that part may be looked after for ever.
-            assert!(if p.balls() == 1 {
-                run.next_onset() == NextOnset::NONE
-            } else {
-                run.next_onset().found().is_none()
-            });
+            assert!(if p.balls() == 1 { run.next_onset() == Next::Never } else { run.next_onset().found().is_none() });
             assert!(run.energy_residual().abs() < 1e-11);
         }
     }

@@ -313,10 +313,10 @@ fn damaged_bytes_are_refused() {
             refused(&state[..length], if length < 28 { "not the bytes of a state" } else { "damaged" });
         }
         refused(&[state.as_slice(), &[0]].concat(), "damaged");
-        for format in [1, 3] {
+        for (format, version) in [(1, "an earlier"), (2, "an earlier"), (4, "a later")] {
             let mut other = state.clone();
             other[8] = format;
-            refused(&other, &format!("format {format} is unknown; known: 2"));
+            refused(&other, &format!("format, {format}, is that of {version} version; allowed: 3"));
         }
     }
     refused(b"{\"a\": 1}", "not the bytes of a state");

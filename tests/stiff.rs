@@ -1,6 +1,6 @@
 //! Strong damping, and contacts that stay closed for long: the results of explicit steps at the cost of the slow motion.
 
-use newtons_cradle::engine::{Engine, Results, Work};
+use newtons_cradle::engine::{Engine, Results, WorkCounters};
 use newtons_cradle::model::{ContactModel, DampingLaw, Inputs, Parameters};
 
 /// Damping at which two balls of 1 kg on a linear contact of the default stiffness just do not oscillate, N.s/m.
@@ -130,7 +130,7 @@ fn pressed_chains_swing_as_one() {
 
 #[test]
 fn strong_damping_costs_little() {
-    let run = |balls: usize, damping: f64, law: DampingLaw, dead_band: f64| -> Work {
+    let run = |balls: usize, damping: f64, law: DampingLaw, dead_band: f64| -> WorkCounters {
         let mut parameters = Parameters::default_for(balls);
         (parameters.damping, parameters.damping_law, parameters.dead_band) = (damping * critical(), law, dead_band);
         advanced(&parameters, &Inputs::zero(balls), 10.0).work()

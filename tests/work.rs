@@ -1,19 +1,19 @@
 //! What runs cost, in steps, evaluations of contact forces and events: exact where seconds are noise.
 
-use newtons_cradle::engine::{Engine, Results, Work};
+use newtons_cradle::engine::{Engine, Results, WorkCounters};
 use newtons_cradle::model::Inputs;
 use newtons_cradle::model::Parameters;
 
 /// The work of a run without inputs.
-fn work(parameters: &Parameters, time: f64) -> Work {
+fn work(parameters: &Parameters, time: f64) -> WorkCounters {
     let mut engine = Engine::new(parameters, &Inputs::zero(parameters.balls()), 0.0).unwrap();
     engine.advance(time, &mut Vec::new()).unwrap();
     engine.work()
 }
 
 /// Every impact of two balls is solved at once: an onset and a release, and nothing between.
-fn of_separate_pulses(pulses: u64) -> Work {
-    Work { steps: pulses, evaluations: pulses, events: 2 * pulses }
+fn of_separate_pulses(pulses: u64) -> WorkCounters {
+    WorkCounters { steps: pulses, evaluations: pulses, events: 2 * pulses }
 }
 
 #[test]

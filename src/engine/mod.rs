@@ -28,7 +28,8 @@ mod rigid;
 mod run;
 mod simulation;
 
-pub use crate::model::{Differential, MAX_INPUT_DERIVATIVE, MAX_OUTPUT_DERIVATIVE, NEVER, NextOnset, Results, Work};
+pub use crate::model::{Differential, MAX_INPUT_DERIVATIVE, MAX_OUTPUT_DERIVATIVE, Results, WorkCounters};
+pub use crate::next::{NEVER, Next};
 pub use continuous::Continuous;
 pub use derivatives::NotFollowed;
 pub use error::EngineError;

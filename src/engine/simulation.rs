@@ -7,7 +7,8 @@ use super::derivatives::NotFollowed;
 use super::error::EngineError;
 use super::observer::Observer;
 use super::run::{Engine, Snapshot, Unsound};
-use crate::model::{ContactModel, Differential, Inputs, NextOnset, Parameters, Results, Work};
+use crate::model::{ContactModel, Differential, Inputs, Parameters, Results, WorkCounters};
+use crate::next::Next;
 
 /// A run by the selected method. Every method offers what [`Engine`] offers, with the same meaning.
 #[expect(clippy::large_enum_variant, reason = "an instance has one")]
@@ -74,8 +75,8 @@ observables! {
     momentum() -> f64;
     support_force() -> f64;
     support_force_mean() -> f64;
-    next_onset() -> NextOnset;
-    work() -> Work;
+    next_onset() -> Next;
+    work() -> WorkCounters;
 }
 
 impl Simulation {

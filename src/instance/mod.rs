@@ -13,7 +13,7 @@ mod log;
 mod refusal;
 mod run;
 
-pub use calls::State;
+pub use calls::SavedState;
 pub use experiment::Experiment;
 pub use legality::{Call, PHASES, Phase};
 pub use lifecycle::Instance;

@@ -102,7 +102,10 @@ impl std::fmt::Display for StateError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::NoState => write!(f, "these are not the bytes of a state of this FMU, or their end is missing"),
-            Self::Format { format, known } => write!(f, "format {format} is unknown; known: {known}"),
+            Self::Format { format, known } => {
+                let version = if format < known { "an earlier" } else { "a later" };
+                write!(f, "its format, {format}, is that of {version} version; allowed: {known}")
+            }
             Self::Damaged => write!(f, "the bytes are damaged"),
             Self::Foreign { theirs, ours } => write!(f, "it belongs to {theirs}; allowed: states of {ours}"),
             Self::Unsound(reason) => write!(f, "no run leads to it: {reason}"),

@@ -2,8 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Time given for "never" where an event lies ahead, s.
-pub const NEVER: f64 = 1e30;
+use crate::next::Next;
 
 /// Periods of the first ball within which the next onset is looked for.
 pub const ONSET_PERIODS: f64 = 1000.0;
@@ -13,37 +12,6 @@ pub const MAX_INPUT_DERIVATIVE: usize = 3;
 
 /// Highest derivative by time that is offered.
 pub const MAX_OUTPUT_DERIVATIVE: usize = 3;
-
-/// What lies ahead: the next onset of any contact, or how far ahead there is none.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct NextOnset {
-    /// The first onset strictly after the current time, or [`NEVER`] if there is none; where `is_onset` is false a time later than
-    /// now up to which there is none, s.
-    pub time: f64,
-    /// Whether the look-ahead has come to an end: at an onset, or because there is none.
-    pub is_onset: bool,
-}
-
-impl NextOnset {
-    /// There is none.
-    pub const NONE: Self = Self { time: NEVER, is_onset: true };
-
-    /// It comes at `time` (s).
-    pub fn at(time: f64) -> Self {
-        Self { time, is_onset: true }
-    }
-
-    /// After the time `now` there is none up to `time` (s); what comes then has not been looked at. Between one double and the
-    /// next there is no time, so that the answer can always be later than now.
-    pub fn not_before(time: f64, now: f64) -> Self {
-        Self { time: time.max(now.next_up()), is_onset: false }
-    }
-
-    /// The onset, if one has been found.
-    pub fn found(self) -> Option<f64> {
-        (self.is_onset && self.time < NEVER).then_some(self.time)
-    }
-}
 
 /// A run at its current time. Balls and contacts are counted from 0; contact `i` is that of balls `i` and `i + 1`.
 pub trait Results {
@@ -67,9 +35,9 @@ pub trait Results {
     fn force_peak(&self, i: usize) -> f64;
     /// Onsets of contact `i` so far.
     fn pulses(&self, i: usize) -> u64;
-    /// Last onset of contact `i`, s; minus [`NEVER`] before the first.
+    /// Last onset of contact `i`, s; minus [`NEVER`](crate::next::NEVER) before the first.
     fn last_onset(&self, i: usize) -> f64;
-    /// Last release of contact `i`, s; minus [`NEVER`] before the first.
+    /// Last release of contact `i`, s; minus [`NEVER`](crate::next::NEVER) before the first.
     fn last_release(&self, i: usize) -> f64;
     /// Kinetic energy of ball `i`, J.
     fn kinetic_energy(&self, i: usize) -> f64;
@@ -92,14 +60,14 @@ pub trait Results {
     /// Mean of that force over the last step, N.
     fn support_force_mean(&self) -> f64;
     /// First onset of any contact strictly after the current time, as far as a bounded amount of work shows it.
-    fn next_onset(&self) -> NextOnset;
+    fn next_onset(&self) -> Next;
     /// Work counters since the start.
-    fn work(&self) -> Work;
+    fn work(&self) -> WorkCounters;
 }
 
 /// Work counters since the start; they saturate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Work {
+pub struct WorkCounters {
     /// Integration steps accepted in contact phases.
     pub steps: u64,
     /// Evaluations of the contact forces (of their Taylor series, where the method uses them); a closed form counts as one.

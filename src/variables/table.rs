@@ -13,7 +13,8 @@ use super::unit::{
     ACCELERATION, DAMPING, DRAG, ELASTIC_MODULUS, ENERGY, FORCE, IMPULSE, LENGTH, MASS, MOMENTUM, RATIO, SLOWNESS,
     STIFFNESS, TIME, VELOCITY,
 };
-use crate::model::{ContactModel, DampingLaw, NEVER, Parameters, SolverMethod};
+use crate::model::{ContactModel, DampingLaw, Parameters, SolverMethod};
+use crate::next::NEVER;
 
 /// A parameter that is one number of [`Parameters`].
 macro_rules! one {
@@ -169,7 +170,7 @@ pub static TABLE: &[Row] = &[
     real("F_support", Scalar, Output, &FORCE, |s, _| s.support_force(),
         "Horizontal force of the pendulums and the drag on the support").initially(&[MASSES, PENDULUMS, SUPPORT])
         .derivative(|d, _| d.support_force),
-    real("t_next", Scalar, Output, &TIME, |s, _| s.next_onset().time,
+    real("t_next", Scalar, Output, &TIME, |s, _| s.next_onset().time(),
         "First onset of any contact strictly after the current time; 1e30 if there is none within 1000 periods; while \
          t_next_isOnset is false, a time up to which there is none").discrete()
         .derivative(|d, _| d.next_onset),
@@ -190,7 +191,7 @@ pub static TABLE: &[Row] = &[
     flag("inContact", Contacts, Output, |s, i| s.in_contact(i),
         "Whether balls {i} and {j} overlap").initially(&[OVERLAP]),
 
-    flag("t_next_isOnset", Scalar, Local, |s, _| s.next_onset().is_onset,
+    flag("t_next_isOnset", Scalar, Local, |s, _| s.next_onset().is_settled(),
         "Whether t_next is an onset, or 1e30 because there is none; false where the look-ahead has ended before"),
     real("t_onset", Contacts, Local, &TIME, |s, i| s.last_onset(i),
         "Last onset of the contact of balls {i} and {j}; -1e30 before the first").discrete(),

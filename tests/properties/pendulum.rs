@@ -94,6 +94,6 @@ proptest! {
         prop_assert!((engine.x(0) - x).abs() < 1e-15 * reach);
         prop_assert!((engine.v(0) - v).abs() < 1e-15 * (1.0 + t));
         prop_assert!(engine.energy_residual().abs() < 1e-14 * mass * (1.0 + t) * (1.0 + t));
-        prop_assert_eq!((engine.support_force(), engine.next_onset()), (0.0, newtons_cradle::engine::NextOnset::NONE));
+        prop_assert_eq!((engine.support_force(), engine.next_onset()), (0.0, newtons_cradle::engine::Next::Never));
     }
 }

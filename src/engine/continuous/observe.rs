@@ -4,7 +4,8 @@ use super::run::Continuous;
 use super::trajectory::{Kind, Trajectory};
 use crate::engine::derivatives::{ChainState, LastStep, by_time};
 use crate::model::algebraic::{self, Chain, algebraic_results};
-use crate::model::{Cradle, Differential, Mode, NextOnset, ONSET_PERIODS, Results, Work};
+use crate::model::{Cradle, Differential, Mode, ONSET_PERIODS, Results, WorkCounters};
+use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 
 /// Steps times balls that one look for the next onset may take: a few milliseconds.
@@ -58,13 +59,13 @@ impl Continuous {
 
     /// The first onset strictly after the current time, or none within 1000 periods of the first ball; where a fixed number of steps
     /// does not show it, how far they have led. The next look, at a later time, goes on from there.
-    fn find_next_onset(&self) -> NextOnset {
+    fn find_next_onset(&self) -> Next {
         let now = self.now();
         if self.contacts.is_empty() {
-            return NextOnset::NONE;
+            return Next::Never;
         }
         if let Some(onset) = onset_after(&self.trajectory, now) {
-            return NextOnset::at(onset);
+            return Next::At(onset);
         }
         if let Some((asked_at, answer)) = self.foreseen.get()
             && asked_at == self.time
@@ -76,7 +77,7 @@ impl Continuous {
         answer
     }
 
-    fn look_ahead(&self, now: DoubleDouble) -> NextOnset {
+    fn look_ahead(&self, now: DoubleDouble) -> Next {
         let period = std::f64::consts::TAU / self.cradle().balls[0].omega2.sqrt();
         let limit = now + ONSET_PERIODS * period;
         let mut ahead = self.ahead.borrow_mut();
@@ -87,19 +88,19 @@ impl Continuous {
         let mut work = 0;
         loop {
             if let Some(onset) = onset_after(ahead, now) {
-                return if DoubleDouble::from(onset) <= limit { NextOnset::at(onset) } else { NextOnset::NONE };
+                return if DoubleDouble::from(onset) <= limit { Next::At(onset) } else { Next::Never };
             }
             let reached = ahead.path().end;
             if reached > limit {
-                return NextOnset::NONE;
+                return Next::Never;
             }
             if work >= LOOK_AHEAD {
-                return NextOnset::not_before(reached.value_down(), self.time);
+                return Next::not_before(reached.value_down(), self.time);
             }
             ahead.events.clear();
             work += self.contacts.len() + 1;
             if ahead.step().is_err() {
-                return NextOnset::not_before(reached.value_down(), self.time);
+                return Next::not_before(reached.value_down(), self.time);
             }
         }
     }
@@ -177,13 +178,13 @@ impl Results for Continuous {
         (self.value(self.trajectory.dynamics.support()) - self.support_at_step) / self.step_length()
     }
 
-    fn next_onset(&self) -> NextOnset {
+    fn next_onset(&self) -> Next {
         self.find_next_onset()
     }
 
-    fn work(&self) -> Work {
+    fn work(&self) -> WorkCounters {
         let work = self.trajectory.work();
-        Work { steps: work.steps, evaluations: work.evaluations, events: self.events }
+        WorkCounters { steps: work.steps, evaluations: work.evaluations, events: self.events }
     }
 }
 

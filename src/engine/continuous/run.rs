@@ -14,7 +14,8 @@ use crate::engine::inputs::HeldInputs;
 use crate::engine::observation::{LARGEST_COUNT, Ledger};
 use crate::engine::observer::{Observer, Progress};
 use crate::engine::run::Unsound;
-use crate::model::{BallModel, Cradle, Inputs, NextOnset, Parameters, Results};
+use crate::model::{BallModel, Cradle, Inputs, Parameters, Results};
+use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 
 /// Steps of the solver, times contacts, from one report of the progress to the next: some milliseconds.
@@ -49,7 +50,7 @@ pub struct Continuous {
     /// A copy of the motion that has gone ahead to look for the next onset.
     pub(super) ahead: RefCell<Option<Box<Trajectory>>>,
     /// What was found last, and when it was asked for, s.
-    pub(super) foreseen: Cell<Option<(f64, NextOnset)>>,
+    pub(super) foreseen: Cell<Option<(f64, Next)>>,
 }
 
 impl Continuous {
@@ -99,7 +100,7 @@ impl Continuous {
     /// The run as it is now, without what it has seen of the future and passed by now.
     pub(crate) fn snapshot(&self) -> Self {
         let run = self.clone();
-        run.foreseen.set(self.foreseen.get().filter(|(_, found)| found.time > self.time));
+        run.foreseen.set(self.foreseen.get().filter(|(_, found)| found.time() > self.time));
         run.ahead.borrow_mut().take_if(|ahead| ahead.path().end < self.trajectory.path().end);
         run
     }
@@ -141,7 +142,7 @@ impl Continuous {
         };
         let sums = [self.support_at_step, self.energy_at_start].iter().all(|sum| sum.is_finite());
         require(failed || (sums && self.contacts.iter().all(contact)), "a sum is not finite")?;
-        let found = self.foreseen.get().is_none_or(|(_, found)| found.time > self.time);
+        let found = self.foreseen.get().is_none_or(|(_, found)| found.time() > self.time);
         require(failed || found, "what lies ahead has been")?;
         require(self.step.max(self.events) < LARGEST_COUNT, "a count is too large")?;
         Ok(self)

@@ -11,7 +11,7 @@ use crate::engine::flight::Forcing;
 use crate::engine::observation::LARGEST_COUNT;
 use crate::model::Cradle;
 use crate::solver::double_double::DoubleDouble;
-use crate::solver::ode::{Multistep, Path, RungeKutta, Stuck, Work};
+use crate::solver::ode::{Multistep, Path, RungeKutta, StepCounters, Stuck};
 use crate::solver::root;
 use crate::solver::series;
 
@@ -68,7 +68,7 @@ impl Solver {
         }
     }
 
-    fn work(&self) -> Work {
+    fn work(&self) -> StepCounters {
         match self {
             Self::Multistep(solver) => solver.work(),
             Self::RungeKutta(solver) => solver.work(),
@@ -88,8 +88,8 @@ impl Solver {
 pub(super) struct Trajectory {
     pub dynamics: Dynamics,
     solver: Solver,
-    /// Work before the solver was started anew.
-    work_before: Work,
+    /// StepCounters before the solver was started anew.
+    work_before: StepCounters,
     /// Contacts that are closed at the end of the last step.
     closed: Vec<bool>,
     /// Events of the last step that nobody has taken yet, in the order of time.
@@ -101,7 +101,7 @@ impl Trajectory {
     pub fn new(method: Method, dynamics: Dynamics, y: &[f64]) -> Self {
         let closed = (0..dynamics.cradle.contacts.len()).map(|i| y[dynamics.overlap(i)] > 0.0).collect();
         let solver = Solver::new(method, &dynamics, y);
-        Self { dynamics, solver, work_before: Work::default(), closed, events: VecDeque::new() }
+        Self { dynamics, solver, work_before: StepCounters::default(), closed, events: VecDeque::new() }
     }
 
     /// Goes on from the state `y` at `dynamics.since`, on the last step, by other equations.
@@ -140,10 +140,10 @@ impl Trajectory {
         self.solver.path()
     }
 
-    /// Work since the start.
-    pub fn work(&self) -> Work {
+    /// StepCounters since the start.
+    pub fn work(&self) -> StepCounters {
         let (before, now) = (self.work_before, self.solver.work());
-        Work {
+        StepCounters {
             steps: before.steps.saturating_add(now.steps),
             evaluations: before.evaluations.saturating_add(now.evaluations),
         }

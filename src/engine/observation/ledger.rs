@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::engine::observer::Pulse;
-use crate::model::NEVER;
+use crate::next::NEVER;
 use crate::solver::double_double::DoubleDouble;
 
 /// Counts stay far below this, 2^62: nothing happens so often.

@@ -2,7 +2,7 @@
 
 use crate::engine::observer::Unrecorded;
 use crate::engine::run::{Engine, NO_STEP, Phase};
-use crate::model::{NextOnset, ONSET_PERIODS};
+use crate::model::ONSET_PERIODS;
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 
@@ -17,7 +17,7 @@ impl Engine {
     /// First onset strictly after the current time with the inputs continued, or none within 1000 periods of the first ball. Where a
     /// fixed amount of work does not show it, it is the time up to which there is none; the next look, at a later time, goes on
     /// from there.
-    pub(crate) fn find_next_onset(&self) -> NextOnset {
+    pub(crate) fn find_next_onset(&self) -> Next {
         if let Some((asked_at, answer)) = self.caches.ahead.found.get() {
             // An onset stays the next one until it comes. That there is none within the horizon holds for now only.
             if asked_at == self.time || answer.found().is_some_and(|onset| onset > self.time) {
@@ -39,7 +39,7 @@ impl Engine {
         copy
     }
 
-    fn look_ahead(&self, copy: &mut Option<Box<Self>>) -> NextOnset {
+    fn look_ahead(&self, copy: &mut Option<Box<Self>>) -> Next {
         if self.step.number == 0 {
             // Made here, where all balls are set up anyway, so that no later look has to copy all of them.
             copy.get_or_insert_with(|| self.copy_ahead());
@@ -65,29 +65,29 @@ impl Engine {
         loop {
             let onset = copy.last_event;
             if copy.onsets > passed && onset > limit {
-                return NextOnset::NONE;
+                return Next::Never;
             }
             if copy.onsets > passed && onset.value_up() > self.time {
-                return NextOnset::at(onset.value_up());
+                return Next::At(onset.value_up());
             }
             // Those that are due right now are not ahead.
             passed = copy.onsets;
             if let Some(answer) = copy.read_off(self.time, limit) {
                 return answer;
             }
-            let Some((t, key)) = copy.queue.first() else { return NextOnset::NONE };
+            let Some((t, key)) = copy.queue.first() else { return Next::Never };
             // An event that fails here fails in the run, too, which will tell.
             if copy.effort >= enough || copy.process(t, key, &mut Unrecorded).is_err() {
-                return NextOnset::not_before(t.value_down(), self.time);
+                return Next::not_before(t.value_down(), self.time);
             }
         }
     }
 
     /// The first onset after `now` (s), if the first entry of the queue tells it: the entry is that onset, or beyond `limit`.
-    fn read_off(&self, now: f64, limit: DoubleDouble) -> Option<NextOnset> {
-        let Some((t, key)) = self.queue.first().filter(|(t, _)| *t <= limit) else { return Some(NextOnset::NONE) };
+    fn read_off(&self, now: f64, limit: DoubleDouble) -> Option<Next> {
+        let Some((t, key)) = self.queue.first().filter(|(t, _)| *t <= limit) else { return Some(Next::Never) };
         let onset = matches!(self.contacts[key].phase, Phase::Open(_, Next::At(_)));
-        (onset && t.value_up() > now).then(|| NextOnset::at(t.value_up()))
+        (onset && t.value_up() > now).then(|| Next::At(t.value_up()))
     }
 }
 
@@ -137,15 +137,15 @@ mod tests {
                 let effort = |engine: &Engine| engine.caches.ahead.copy.borrow().as_ref().map_or(0, |copy| copy.effort);
                 let before = effort(&engine).max(engine.effort);
                 let next = engine.next_onset();
-                assert!(next.time > engine.time().max(last), "{next:?} at {}", engine.time());
+                assert!(next.time() > engine.time().max(last), "{next:?} at {}", engine.time());
                 // What the last event takes that is begun within the limit is up to the number of balls.
                 let taken = effort(&engine).saturating_sub(before);
                 assert!(taken < 2 * LOOK_AHEAD + 200 * p.balls() as u64, "{taken} at {}", engine.time());
-                if next.is_onset {
+                if next.is_settled() {
                     break;
                 }
                 assert_eq!(engine.next_onset(), next);
-                (last, _) = (next.time, engine.advance(engine.time() + 1e-7, &mut Unrecorded).unwrap());
+                (last, _) = (next.time(), engine.advance(engine.time() + 1e-7, &mut Unrecorded).unwrap());
             }
         }
     }
@@ -179,11 +179,11 @@ mod tests {
         let (mut onsets, mut looks) = (0, 0);
         while onsets < 30 {
             let next = engine.next_onset();
-            assert!(next.time > engine.time());
+            assert!(next.time() > engine.time());
             let before = engine.onsets;
-            engine.advance(next.time, &mut Unrecorded).unwrap();
-            assert_eq!(engine.onsets > before, next.is_onset);
-            (onsets, looks) = if next.is_onset { (onsets + 1, looks) } else { (onsets, looks + 1) };
+            engine.advance(next.time(), &mut Unrecorded).unwrap();
+            assert_eq!(engine.onsets > before, next.is_settled());
+            (onsets, looks) = if next.is_settled() { (onsets + 1, looks) } else { (onsets, looks + 1) };
         }
         // Some are shown by the first look, some are not.
         assert!(looks > 0 && looks < 1000, "{looks} looks");
@@ -195,8 +195,8 @@ mod tests {
         let p = Parameters { v_start: vec![0.1, 0.0], ..at_rest(2) };
         let mut engine = Engine::new(&p, &Inputs::zero(2), 0.0).unwrap();
         let next = engine.next_onset();
-        assert!(next.is_onset && next.time > 0.5, "{next:?}");
-        engine.advance(next.time, &mut Unrecorded).unwrap();
+        assert!(next.is_settled() && next.time() > 0.5, "{next:?}");
+        engine.advance(next.time(), &mut Unrecorded).unwrap();
         assert_eq!(engine.pulses(0), 2);
     }
 }

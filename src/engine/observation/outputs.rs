@@ -6,7 +6,8 @@ use crate::engine::flight::{Regime, RunningIntegrals, degree, forcing_at};
 use crate::engine::pair_impact::Interior;
 use crate::engine::run::{Engine, KnownState, Phase};
 use crate::model::algebraic::{self, Chain, algebraic_results};
-use crate::model::{Cradle, Mode, NEVER, NextOnset, Results, Work};
+use crate::model::{Cradle, Mode, Results, WorkCounters};
+use crate::next::{NEVER, Next};
 use crate::solver::double_double::DoubleDouble;
 
 impl Engine {
@@ -275,11 +276,11 @@ impl Results for Engine {
         (now - before) / self.step_length()
     }
 
-    fn next_onset(&self) -> NextOnset {
+    fn next_onset(&self) -> Next {
         self.find_next_onset()
     }
 
-    fn work(&self) -> Work {
+    fn work(&self) -> WorkCounters {
         self.work
     }
 }

@@ -4,7 +4,7 @@
 use std::cell::{Cell, OnceCell, RefCell};
 
 use crate::engine::pair_impact::Interior;
-use crate::model::NextOnset;
+use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 
 /// Everything that a run keeps of what it has computed for those who ask. `R` is the run.
@@ -37,7 +37,7 @@ pub(crate) struct LookAhead<R> {
     /// A copy of the run that has gone ahead on the same trajectory.
     pub copy: RefCell<Option<Box<R>>>,
     /// What was found last, and when it was asked for, s.
-    pub found: Cell<Option<(f64, NextOnset)>>,
+    pub found: Cell<Option<(f64, Next)>>,
 }
 
 impl<R> Default for LookAhead<R> {

@@ -10,7 +10,7 @@ use crate::engine::inputs::HeldInputs;
 use crate::engine::observation::StepStart;
 use crate::engine::observer::{Observer, Unrecorded};
 use crate::engine::pair_impact::ImpactCoefficients;
-use crate::model::{Cradle, Inputs, Mode, Parameters, Results, Work};
+use crate::model::{Cradle, Inputs, Mode, Parameters, Results, WorkCounters};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::queue::EventQueue;
 
@@ -33,7 +33,7 @@ pub struct Engine {
     pub(crate) step: StepStart,
     pub(crate) contact_loss: f64,
     pub(crate) energy_at_start: f64,
-    pub(crate) work: Work,
+    pub(crate) work: WorkCounters,
     pub(crate) caches: Caches<Self>,
     /// Entries of the queue handled so far, and onsets among what came of them.
     pub(crate) handled: u64,
@@ -90,7 +90,7 @@ impl Engine {
             step: StepStart::new(cradle.balls.len(), cradle.contacts.len(), start_time),
             contact_loss: 0.0,
             energy_at_start: 0.0,
-            work: Work::default(),
+            work: WorkCounters::default(),
             caches: Caches::new(cradle.balls.len(), cradle.contacts.len()),
             handled: 0,
             onsets: 0,

@@ -16,7 +16,7 @@ use crate::engine::inputs::HeldInputs;
 use crate::engine::observation::{BallStart, ContactStart, LARGEST_COUNT, Ledger};
 use crate::engine::pair_impact::PairImpact;
 use crate::engine::rigid::Constraint;
-use crate::model::{Mode, NextOnset, Parameters, Work};
+use crate::model::{Mode, Parameters, WorkCounters};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 
@@ -27,7 +27,7 @@ pub struct Snapshot {
     /// The copy that has gone ahead, and by how many entries of the queue, where it is not still where the run is.
     copy: Option<(RunState, u64)>,
     /// What was found ahead, and when it was asked for, s.
-    found: Option<(f64, NextOnset)>,
+    found: Option<(f64, Next)>,
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -41,7 +41,7 @@ struct RunState {
     step_start: f64,
     contact_loss: f64,
     energy_at_start: f64,
-    work: Work,
+    work: WorkCounters,
     last_event: DoubleDouble,
     standstill: usize,
 }
@@ -92,7 +92,7 @@ impl Engine {
             (RunState { time: now, step_start: now, ..copy.run_state() }, copy.handled - self.handled)
         };
         // What has been passed by now is of no use any more.
-        let found = ahead.found.get().filter(|(_, found)| found.time > self.time);
+        let found = ahead.found.get().filter(|(_, found)| found.time() > self.time);
         let further = copy.as_deref().filter(|copy| copy.handled > self.handled);
         Snapshot { run: self.run_state(), copy: further.map(state), found }
     }
@@ -146,7 +146,7 @@ impl Engine {
             (copy.step.time, copy.handled) = (NO_STEP, lead);
             engine.caches.ahead.copy.replace(Some(Box::new(copy)));
         }
-        require(failed || found.is_none_or(|(_, found)| found.time > engine.time), "what lies ahead has been")?;
+        require(failed || found.is_none_or(|(_, found)| found.time() > engine.time), "what lies ahead has been")?;
         engine.caches.ahead.found.set(found);
         Ok(engine)
     }

@@ -4,7 +4,7 @@ use std::mem::MaybeUninit;
 
 use crate::fmi2::boundary::{array, array_mut, call};
 use crate::fmi2::types::{fmi2Byte, fmi2Component, fmi2FMUstate, fmi2Status};
-use crate::instance::{Call, Refusal, State};
+use crate::instance::{Call, Refusal, SavedState};
 
 /// Marks memory as a state of ours; "cradleFS" in ASCII.
 const MAGIC: u64 = 0x6372_6164_6c65_4653;
@@ -12,11 +12,11 @@ const MAGIC: u64 = 0x6372_6164_6c65_4653;
 /// What `fmi2FMUstate` points to.
 struct Saved {
     magic: u64,
-    state: State,
+    state: SavedState,
 }
 
 impl Saved {
-    fn into_raw(state: State) -> fmi2FMUstate {
+    fn into_raw(state: SavedState) -> fmi2FMUstate {
         Box::into_raw(Box::new(Self { magic: MAGIC, state })).cast()
     }
 
@@ -42,7 +42,7 @@ impl Saved {
 ///
 /// # Safety
 /// `place` is null, misaligned, or points to NULL or a state.
-unsafe fn store(place: *mut fmi2FMUstate, state: impl FnOnce() -> Result<State, Refusal>) -> Result<(), Refusal> {
+unsafe fn store(place: *mut fmi2FMUstate, state: impl FnOnce() -> Result<SavedState, Refusal>) -> Result<(), Refusal> {
     // SAFETY: null and misaligned are refused, the rest is the caller's promise.
     unsafe {
         array("FMUstate", place.cast_const(), 1)?;

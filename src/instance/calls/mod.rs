@@ -7,4 +7,4 @@ mod state;
 mod step;
 mod values;
 
-pub use state::State;
+pub use state::SavedState;

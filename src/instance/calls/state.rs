@@ -10,14 +10,14 @@ use crate::instance::refusal::{Refusal, StateError};
 use crate::instance::run::Run;
 
 /// A saved state. The log is no part of it.
-pub struct State {
+pub struct SavedState {
     guid: String,
     run: Run,
 }
 
 /// What the bytes begin with, and the format that follows.
 const MAGIC: [u8; 8] = *b"cradleFS";
-const FORMAT: u32 = 2;
+const FORMAT: u32 = 3;
 const HEADER: usize = MAGIC.len() + size_of::<u32>();
 
 /// Length of the digest that the bytes end with.
@@ -44,7 +44,7 @@ impl std::fmt::Display for Owner {
     }
 }
 
-impl State {
+impl SavedState {
     fn owner(&self) -> Owner {
         Owner { guid: self.guid.clone(), balls: self.run.settings.balls() }
     }
@@ -77,12 +77,12 @@ fn content(bytes: &[u8]) -> Result<&[u8], StateError> {
 
 impl Instance {
     /// Saves the state.
-    pub fn state(&self) -> State {
-        State { guid: self.guid.clone(), run: self.run.clone() }
+    pub fn state(&self) -> SavedState {
+        SavedState { guid: self.guid.clone(), run: self.run.clone() }
     }
 
     /// Goes back to a state that was saved by this instance, or by another one of the same FMU.
-    pub fn set_state(&mut self, state: &State) -> Result<(), Refusal> {
+    pub fn set_state(&mut self, state: &SavedState) -> Result<(), Refusal> {
         self.check_owner(state.owner())?;
         self.run.clone_from(&state.run);
         Ok(())
@@ -96,8 +96,8 @@ impl Instance {
         Err(StateError::Foreign { theirs: owner.to_string(), ours: own.to_string() })
     }
 
-    /// Reads what [`State::to_bytes`] wrote, in this or another process.
-    pub fn read_state(&self, bytes: &[u8]) -> Result<State, Refusal> {
+    /// Reads what [`SavedState::to_bytes`] wrote, in this or another process.
+    pub fn read_state(&self, bytes: &[u8]) -> Result<SavedState, Refusal> {
         let unreadable = |_| StateError::Unsound("it cannot be read");
         let (owner, rest) = postcard::take_from_bytes::<Owner>(content(bytes)?).map_err(unreadable)?;
         self.check_owner(owner)?;
@@ -115,6 +115,6 @@ impl Instance {
             let restored = Simulation::restore(&run.effective_parameters(), start, snapshot, failed);
             run.simulation = Some(restored.map_err(StateError::from)?);
         }
-        Ok(State { guid: self.guid.clone(), run })
+        Ok(SavedState { guid: self.guid.clone(), run })
     }
 }

@@ -12,5 +12,5 @@ mod tridiagonal;
 
 pub use multistep::{Family, Multistep};
 pub use runge_kutta::RungeKutta;
-pub use system::{Path, Stuck, System, Work};
+pub use system::{Path, StepCounters, Stuck, System};
 pub use tridiagonal::Tridiagonal;

@@ -16,7 +16,7 @@ use std::cmp::Ordering;
 use serde::{Deserialize, Serialize};
 
 use super::corrector::{Coefficients, MAX_ORDER, adams, bdf, distances, roots};
-use super::system::{Path, Stuck, System, Work, resolved};
+use super::system::{Path, StepCounters, Stuck, System, resolved};
 use crate::solver::double_double::DoubleDouble;
 
 /// A step is not changed for less than this ratio.
@@ -77,7 +77,7 @@ pub struct Multistep {
     state: Vec<f64>,
     #[serde(skip)]
     rates: Vec<f64>,
-    work: Work,
+    work: StepCounters,
 }
 
 /// Ratio to the last step of one whose error, last `error` times what is tolerated, would be within it with some
@@ -104,7 +104,7 @@ impl Multistep {
             kept_spread: None,
             state: y.to_vec(),
             rates: vec![0.0; y.len()],
-            work: Work::default(),
+            work: StepCounters::default(),
         };
         start.begin(system);
         start
@@ -135,8 +135,8 @@ impl Multistep {
         &self.path
     }
 
-    /// Work so far.
-    pub fn work(&self) -> Work {
+    /// StepCounters so far.
+    pub fn work(&self) -> StepCounters {
         self.work
     }
 

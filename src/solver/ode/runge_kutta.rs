@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::system::{Path, Stuck, System, Work, resolved};
+use super::system::{Path, StepCounters, Stuck, System, resolved};
 use crate::solver::double_double::DoubleDouble;
 
 /// A run over a [`System`]. Its steps end at multiples of their length after the start; between their ends the solution
@@ -22,7 +22,7 @@ pub struct RungeKutta {
     stage: Vec<f64>,
     #[serde(skip)]
     sum: Vec<f64>,
-    work: Work,
+    work: StepCounters,
 }
 
 impl RungeKutta {
@@ -39,7 +39,7 @@ impl RungeKutta {
             state: room.clone(),
             stage: room.clone(),
             sum: room,
-            work: Work { steps: 0, evaluations: 1 },
+            work: StepCounters { steps: 0, evaluations: 1 },
         }
     }
 
@@ -60,8 +60,8 @@ impl RungeKutta {
         &self.path
     }
 
-    /// Work so far.
-    pub fn work(&self) -> Work {
+    /// StepCounters so far.
+    pub fn work(&self) -> StepCounters {
         self.work
     }
 

@@ -47,7 +47,7 @@ pub(super) fn resolved(t: DoubleDouble, step: f64) -> bool {
 
 /// What a run took.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Work {
+pub struct StepCounters {
     /// Steps accepted.
     pub steps: u64,
     /// Evaluations of the rates.

@@ -77,7 +77,7 @@ fn expected(engine: &Engine, name: &str) -> Option<f64> {
         "p_total" => engine.momentum(),
         "F_support" => engine.support_force(),
         "F_support_mean" => engine.support_force_mean(),
-        "t_next" => engine.next_onset().time,
+        "t_next" => engine.next_onset().time(),
         _ => return None,
     })
 }
