@@ -24,8 +24,20 @@ use crate::solver::radau::{Matrix, RADAU, STAGES, Stages, inverse};
 /// What is allowed at least, in roundings: differences of the ninth order magnify them.
 const NOISE: f64 = 100.0;
 
-/// Newton iterations after which a step is given up.
+/// Newton iterations after which a step is given up, and the relative correction whose square is below rounding.
 const ITERATIONS: usize = 8;
+const SQUARE: f64 = 1e-8;
+
+/// Error allowed over the tolerance of a whole run: of the velocities and of the overlaps, relative to the largest. Larger ones make
+/// steps longer, and balls at rest less so (`tests/stiff.rs`, `tests/output_derivatives.rs`).
+const OF_VELOCITIES: f64 = 0.01;
+const OF_OVERLAPS: f64 = 0.1;
+
+/// How many times the error allowed the rate of an overlap may jump at the start of a step.
+const JUMP: f64 = 10.0;
+
+/// Roundings of the rates, which are differences of velocities that have been added to many times.
+const RATES: f64 = 16.0;
 
 /// One step, from the state at the start of a segment.
 struct Step<'a> {
@@ -166,7 +178,7 @@ impl<'a> Step<'a> {
                 self.changes[j] += correction;
                 let size = self.window.contacts[j].overlap + self.changes[j].amax();
                 // The next correction would be of the order of the square.
-                done &= correction.amax() <= 1e-8 * size;
+                done &= correction.amax() <= SQUARE * size;
             }
             if done {
                 for j in first..end {
@@ -242,7 +254,7 @@ impl<'a> Step<'a> {
         let rounding = rounding.velocity
             + f64::EPSILON * length * self.forces.iter().map(Stages::amax).fold(0.0, f64::max) / lightest;
         // No more is asked for than the Taylor series before have given.
-        let allowed = (0.01 * tolerance * speed).max(NOISE * rounding).max(local_error);
+        let allowed = (OF_VELOCITIES * tolerance * speed).max(NOISE * rounding).max(local_error);
         let mut worst = 0.0_f64;
         let mut velocities = Vec::with_capacity(window.flights.len());
         for end in (0..=window.contacts.len()).filter(|&j| !window.presses(j)) {
@@ -256,8 +268,7 @@ impl<'a> Step<'a> {
             }
             series.set_velocity(i, &polynomial);
         }
-        // The rates are differences of velocities that have been added to many times.
-        let of_rates = 16.0 * rounding;
+        let of_rates = RATES * rounding;
         for (j, contact) in window.contacts.iter().enumerate() {
             if window.presses(j) {
                 // The start is left out: the overlap is to follow what balances the forces, not the rounding of the
@@ -265,9 +276,9 @@ impl<'a> Step<'a> {
                 let polynomial = RADAU.polynomial(&(self.derivative * self.changes[j]));
                 let size = contact.overlap + self.changes[j].amax();
                 // The force is to be known as well as that: its error is `exponent` times as large.
-                let relative = (0.1 * tolerance).max(2.0 * NOISE * f64::EPSILON) / window.laws[j].exponent;
+                let relative = (OF_OVERLAPS * tolerance).max(2.0 * NOISE * f64::EPSILON) / window.laws[j].exponent;
                 let allowed = (relative * size).max(self.shaken(j, of_rates)) / length;
-                let jump = (polynomial[0] - self.rate(j)).abs() / (10.0 * allowed).max(of_rates);
+                let jump = (polynomial[0] - self.rate(j)).abs() / (JUMP * allowed).max(of_rates);
                 worst = worst.max(highest_terms(&polynomial) / allowed).max(jump);
                 series.set_rate(j, &polynomial);
                 let overlaps = self.changes[j].add_scalar(contact.overlap);

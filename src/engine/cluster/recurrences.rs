@@ -13,6 +13,15 @@ use crate::model::{ContactLaw, Mode};
 use crate::solver::oscillator::{MAX_FORCE_ORDER, Oscillator};
 use crate::solver::series;
 
+/// The force by the series may differ from that of the law by what changes the velocities by this part of their scale.
+const WRONG: f64 = 1e-13;
+
+/// Velocities up to this, m/s, are those of a start from rest.
+const AT_REST: f64 = 1e-100;
+
+/// An overlap about to vanish shortens the unit of time by no more than this factor.
+const SHORTEST_UNIT: f64 = 1e-6;
+
 /// Terms that are looked at to tell how far a series without gaps converges.
 pub(super) const TERMS_AT_LEAST: usize = 3;
 
@@ -167,7 +176,7 @@ impl Series {
             let by_series = self.value(&self.row(&self.elastic, j)[..self.order], s);
             if let Some(by_law) = elastic(overlap) {
                 let speed_up = |force: f64| force.abs() * self.converges_for / mass;
-                let allowed = 1e-13 * (scale + speed_up(by_law));
+                let allowed = WRONG * (scale + speed_up(by_law));
                 // Far beyond their convergence both may be infinite.
                 if allowed.is_finite() && speed_up(by_law - by_series) <= allowed {
                     return;
@@ -200,7 +209,7 @@ pub(super) fn velocity_scale_by(window: &Window, mut energy: impl FnMut(usize) -
     let stored = laws.iter().enumerate().map(|(j, law)| {
         let mass = window.reduced_mass(j);
         let from_energy = (2.0 * energy(j) / mass).sqrt();
-        if moving > 1e-100 || from_energy > 1e-100 {
+        if moving > AT_REST || from_energy > AT_REST {
             return from_energy;
         }
         let pull = |j: usize| (flights[j].forcing[0] - balls[j].oscillator.omega2() * flights[j].x).abs();
@@ -221,7 +230,7 @@ pub(super) fn unit_of_time(window: &Window, scale: f64) -> f64 {
         unit = unit.min(law.time_scale(mass, scale)).min(law.relaxation_time(mass, scale));
         let rate = (flights[j].v - flights[j + 1].v).abs();
         if law.whole_exponent().is_none() && contact.overlap < unit * rate {
-            unit = unit.min((contact.overlap / rate).max(1e-6 * unit));
+            unit = unit.min((contact.overlap / rate).max(SHORTEST_UNIT * unit));
         }
     }
     unit

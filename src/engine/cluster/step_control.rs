@@ -5,6 +5,18 @@ use serde::{Deserialize, Serialize};
 /// Longest segment, s, for a window in which nothing varies.
 const LONGEST: f64 = 1e6;
 
+/// Local error of a segment over the tolerance of a whole run, so that thousands of pulses stay within that; and the least one, below
+/// which rounding decides. A larger one makes segments longer and runs less exact (`tests/reference.rs`).
+const LOCAL: f64 = 1e-5;
+const LEAST_EPSILON: f64 = 1e-18;
+
+/// Segments without a switching before implicit collocation is tried: fewer try it within impacts, where it does not pay; more
+/// follow balls at rest by short segments for longer (`tests/work.rs`).
+const PATIENCE: u32 = 24;
+
+/// Segments of a cluster after which its balls count as pressed together for long: no impact takes as many.
+const LASTING: u32 = 1 << 15;
+
 /// What governs order and step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Control {
@@ -21,7 +33,7 @@ pub(crate) struct Control {
 impl Control {
     /// For the relative tolerance of a whole run; local errors stay far enough below it for thousands of pulses.
     pub fn new(tolerance: f64) -> Self {
-        let epsilon = (1e-5 * tolerance).max(1e-18);
+        let epsilon = (LOCAL * tolerance).max(LEAST_EPSILON);
         Self { epsilon, order: (1.0 - 0.5 * libm::log(epsilon)) as usize, tolerance, longest: LONGEST }
     }
 
@@ -58,7 +70,7 @@ pub(crate) struct StepHistory {
 
 impl Default for StepHistory {
     fn default() -> Self {
-        Self { quiet: 0, patience: 24, implicit_length: 0.0, explicit_length: 0.0, age: 0 }
+        Self { quiet: 0, patience: PATIENCE, implicit_length: 0.0, explicit_length: 0.0, age: 0 }
     }
 }
 
@@ -70,7 +82,7 @@ impl StepHistory {
 
     /// Whether the balls have been pressed together for so long that they will hardly part: no impact takes as many segments.
     pub fn is_lasting(&self) -> bool {
-        self.age >= 1 << 15
+        self.age >= LASTING
     }
 
     /// Whether its lengths are lengths.

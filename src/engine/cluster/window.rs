@@ -5,8 +5,11 @@ use serde::{Deserialize, Serialize};
 use crate::engine::flight::{Ball, Flight};
 use crate::model::{ContactLaw, MAX_OUTPUT_DERIVATIVE, Mode};
 
-/// What is hardly anything beside 1.
+/// The load of a contact that a wave has yet to reach is less than this part of the largest.
 const NEGLIGIBLE: f64 = 1e-4;
+
+/// Contacts in a chain whose damping is less than this times `sqrt(k m)` let the balls oscillate or nearly so.
+const RINGING: f64 = 5.0;
 
 /// A contact of the window at the start of the segment.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -55,7 +58,7 @@ impl Window<'_> {
     pub fn rings(&self) -> bool {
         let rings = |j: usize| {
             let law = &self.laws[j];
-            law.damping_coefficient() < 5.0 * (law.stiffness * self.reduced_mass(j)).sqrt()
+            law.damping_coefficient() < RINGING * (law.stiffness * self.reduced_mass(j)).sqrt()
         };
         self.contacts.iter().enumerate().any(|(j, contact)| contact.mode != Mode::Open && rings(j))
     }

@@ -29,6 +29,12 @@ const MAX_SEGMENTS: usize = 100_000;
 /// How much of the largest derivative of a velocity on the way may be left at the end: less is its rounding.
 const CANCELLATION: f64 = 1e-10;
 
+/// Approach speeds of rigid balls up to so many roundings of the fastest come to rest, as in the run itself.
+const UNRESOLVED: f64 = 32.0;
+
+/// Velocities that differ by more than this part of the largest do not belong to the same side of an impact of rigid balls.
+const SAME_VELOCITIES: f64 = 1e-6;
+
 /// A step that cannot be followed again: it takes too many segments, leaves the range of numbers, passes through so many
 /// bounces that the derivatives drown in rounding, or has rigid balls stay in contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -214,7 +220,7 @@ impl<'a> Run<'a> {
             return release;
         }
         let until = release.map_or(until, |(s, _)| s.value());
-        let forcing: Vec<Dual> = match law.rate_factor() {
+        let pressing: Vec<Dual> = match law.rate_factor() {
             Some(alpha) => {
                 let mut factor: Vec<Dual> = series.rate(overlap).into_iter().map(|rate| alpha * rate).collect();
                 factor[0] += Dual::from(1.0);
@@ -223,7 +229,7 @@ impl<'a> Run<'a> {
             None => series.force(j).to_vec(),
         };
         let (sign, switch) = clipping(mode);
-        crossing(&forcing, sign, until, 0.0, switch).or(release)
+        crossing(&pressing, sign, until, 0.0, switch).or(release)
     }
 
     /// Rounding of the positions beside contact `j`, m: no deeper closing is an onset.
@@ -299,7 +305,7 @@ impl<'a> Run<'a> {
         let masses: Vec<Dual> = self.along.balls[first..last + 2].iter().map(|ball| ball.mass).collect();
         let v = &mut self.state.v[first..last + 2];
         let scale = v.iter().map(|v| v.value().abs()).fold(0.0, f64::max);
-        let unresolved = 32.0 * f64::EPSILON * scale;
+        let unresolved = UNRESOLVED * f64::EPSILON * scale;
         for impact in restitution::collide(&masses, v, e, unresolved, unresolved).impacts {
             self.impulse[first + impact.contact] += impact.impulse;
             self.state.overlaps[first + impact.contact] = Dual::default();
@@ -312,7 +318,7 @@ impl<'a> Run<'a> {
     /// with an impact of rigid balls.
     pub fn agree_with(&mut self, end: &ChainState) -> Result<(), NotFollowed> {
         let scale = end.v.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
-        let differs = |(v, own): (&f64, &Dual)| (v - own.value()).abs() > 1e-6 * scale;
+        let differs = |(v, own): (&f64, &Dual)| (v - own.value()).abs() > SAME_VELOCITIES * scale;
         if self.cradle.restitution.is_some() && end.v.iter().zip(&self.state.v).any(differs) {
             return Err(NotFollowed);
         }

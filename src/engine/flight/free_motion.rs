@@ -18,6 +18,9 @@ pub(crate) struct Flight {
     pub forcing: Forcing,
 }
 
+/// Part of the rounding of the positions that an overlap must have to be one.
+const NO_OVERLAP: f64 = 1e-10;
+
 /// How far positions (m) and velocities (m/s) are known.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Rounding {
@@ -32,7 +35,7 @@ impl Rounding {
 
     /// Overlap (m) that is as good as none, far below the rounding: a contact that damping alone opens would never be open.
     pub fn no_overlap(&self) -> f64 {
-        1e-10 * self.position
+        NO_OVERLAP * self.position
     }
 
     /// Force (N) that a contact may have by rounding alone.

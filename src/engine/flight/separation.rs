@@ -39,6 +39,16 @@ pub(crate) const EVALUATIONS: u32 = 4_000;
 /// Part of the time since the anchor that a forecast must have got on by then for its motion to be more than rounding.
 pub(crate) const LEAST_PROGRESS: f64 = 1e-6;
 
+/// What several operations leave open, relative.
+const ROUNDINGS: f64 = 8.0 * f64::EPSILON;
+
+/// Parts of the reach of a forecast that its first look covers, and that it must clear to be worth its while.
+const FIRST_LOOK: f64 = 0.25;
+const WORTH: f64 = 0.02;
+
+/// Decay times that a forecast of free balls with drag covers.
+const DECAY_TIMES: f64 = 100.0;
+
 /// Periods that one forecast looks ahead where the closing is not a closed form.
 const PERIODS_AHEAD: f64 = 2.0;
 
@@ -73,7 +83,7 @@ impl Separation {
                 [parts.iter().map(|(_, flight)| flight.v.abs()).sum(), parts.iter().map(acceleration).sum()]
             }
         };
-        let resolution = resolution.map(|size: f64| 8.0 * f64::EPSILON * size);
+        let resolution = resolution.map(|size: f64| ROUNDINGS * size);
         Self { noise, resolution, ..self }
     }
 
@@ -144,8 +154,8 @@ impl Separation {
         if start == 0.0 {
             // Most forecasts are overtaken by events: a bound that costs little comes first. It is the tighter the shorter the
             // span, here half a period.
-            clear = safe_step(self, 0.0, self.at_anchor(), 0.25 * reach);
-            if clear > 0.02 * reach {
+            clear = safe_step(self, 0.0, self.at_anchor(), FIRST_LOOK * reach);
+            if clear > WORTH * reach {
                 return Next::NotBefore(self.anchor + clear);
             }
         } else if let Some(tau) = self.next_wave(start) {
@@ -196,7 +206,7 @@ impl Separation {
             let [overlap, rate, _] = self.evaluate(tau);
             let correction = -overlap / rate;
             tau += correction;
-            if correction.abs() <= 8.0 * f64::EPSILON * tau.value() {
+            if correction.abs() <= ROUNDINGS * tau.value() {
                 return Some(tau);
             }
         }
@@ -245,7 +255,7 @@ pub(crate) fn reach(oscillators: &[&Oscillator], start: f64) -> f64 {
         PERIODS_AHEAD * std::f64::consts::TAU / fastest
     } else if slowest > 0.0 {
         // Free balls with drag settle within some dozens of decay times; after that, further and further.
-        (100.0 / slowest).max(start)
+        (DECAY_TIMES / slowest).max(start)
     } else {
         FAR
     }

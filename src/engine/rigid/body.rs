@@ -18,6 +18,9 @@ use crate::solver::double_double::DoubleDouble;
 use crate::solver::oscillator::{BASIS, MAX_FORCE_ORDER, Oscillator, Steady};
 use crate::solver::root::{Smooth, falling_zero, search_within};
 
+/// What is added to by several operations is known to so many roundings.
+const ROUNDINGS: f64 = 8.0;
+
 /// Up to so many swings are looked through one by one for the largest force.
 const MOST_SWINGS: f64 = 8.0;
 
@@ -28,8 +31,8 @@ pub(crate) struct Constraint {
     /// Motion of the body from where it is at the anchor.
     oscillator: Oscillator,
     flight: Flight,
-    /// The force is this polynomial (N, with derivatives) ...
-    forcing: Forcing,
+    /// The force is this polynomial of the time (N, with derivatives) ...
+    load: Forcing,
     /// ... less this (N/m) times the displacement of the body and this (N.s/m) times its velocity.
     stiffness: f64,
     drag: f64,
@@ -52,7 +55,7 @@ pub(crate) fn acceleration_rounding(ball: &Ball, age: f64) -> f64 {
     let o = &ball.oscillator;
     let of_motion = (o.omega() + 2.0 * o.gamma()) * ball.flight.rounding(o).velocity;
     let forcing = ball.flight.forcing[0].abs() + ball.flight.forcing[1].abs() * age;
-    8.0 * (of_motion + 2.0 * f64::EPSILON * forcing)
+    ROUNDINGS * (of_motion + 2.0 * f64::EPSILON * forcing)
 }
 
 impl Body {
@@ -103,7 +106,7 @@ impl Body {
                 anchor,
                 oscillator,
                 flight,
-                forcing: force.forcing,
+                load: force.forcing,
                 stiffness: force.omega2,
                 drag: 2.0 * force.gamma,
                 rounding: 4.0 * rounding * mass * (1.0 - mass / total),
@@ -153,7 +156,7 @@ impl Constraint {
     pub fn is_sound(&self, left: &Ball, right: &Ball, now: DoubleDouble) -> bool {
         let of_balls = |ball: &Ball| ball.anchor == self.anchor && ball.oscillator == self.oscillator;
         let numbers =
-            [self.stiffness, self.drag, self.rounding].iter().chain(&self.forcing).all(|value| value.is_finite());
+            [self.stiffness, self.drag, self.rounding].iter().chain(&self.load).all(|value| value.is_finite());
         of_balls(left) && of_balls(right) && numbers && self.flight.is_finite() && self.anchor <= now
     }
 
@@ -169,17 +172,17 @@ impl Constraint {
     /// The impulse from the anchor to the time `t`, N.s.
     pub fn impulse(&self, t: DoubleDouble) -> f64 {
         let tau = (t - self.anchor).value();
-        let (mut of_push, mut power) = (0.0, 1.0);
-        for (k, forcing) in self.forcing.iter().enumerate() {
+        let (mut of_load, mut power) = (0.0, 1.0);
+        for (k, load) in self.load.iter().enumerate() {
             power *= tau / (k + 1) as f64;
-            of_push += forcing * power;
+            of_load += load * power;
         }
         if self.stiffness == 0.0 && self.drag == 0.0 {
-            return of_push;
+            return of_load;
         }
         let u: [f64; BASIS] = self.oscillator.basis(t - self.anchor);
         let displacement = self.flight.displacement(&self.oscillator, &u);
-        of_push - self.stiffness * self.flight.displacement_integral(&self.oscillator, &u) - self.drag * displacement
+        of_load - self.stiffness * self.flight.displacement_integral(&self.oscillator, &u) - self.drag * displacement
     }
 
     /// The largest force between two times, N; 0 if the second comes before the first.
@@ -205,7 +208,7 @@ impl Constraint {
             // The swings are highest where their envelope is.
             let envelope_rate = |tau: f64| {
                 let [v, a, ..] = steady.velocity_at(tau);
-                let [_, own_rate, ..] = shifted(&self.forcing, tau);
+                let [_, own_rate, ..] = shifted(&self.load, tau);
                 let left = amplitude * libm::exp(-o.gamma() * tau);
                 own_rate - self.stiffness * v - self.drag * a - o.gamma() * left
             };
@@ -255,7 +258,7 @@ impl Constraint {
 
     /// Whether the force stays as it is.
     fn is_constant(&self) -> bool {
-        self.stiffness == 0.0 && self.drag == 0.0 && degree(&self.forcing) == 0
+        self.stiffness == 0.0 && self.drag == 0.0 && degree(&self.load) == 0
     }
 
     /// When, from `from` on, the force would pull by more than rounding; with at most so many evaluations as are `allowed`, which
@@ -281,7 +284,7 @@ impl Constraint {
     /// The force reversed and its first two derivatives `tau` after the anchor, N, N/s, N/s2.
     fn tension(&self, tau: f64) -> [f64; 3] {
         let (o, flight) = (&self.oscillator, &self.flight);
-        let own = shifted(&self.forcing, tau);
+        let own = shifted(&self.load, tau);
         let (d, v) = flight.at(o, tau.into());
         let a = flight.acceleration(o, tau, d, v);
         let jerk = shifted(&flight.forcing, tau)[1] - o.omega2() * v - 2.0 * o.gamma() * a;
@@ -299,6 +302,6 @@ impl Smooth for Constraint {
 
     fn third_derivative_bound(&self, t: f64, span: f64) -> f64 {
         let [third, fourth] = [3, 4].map(|order| self.flight.derivative_bound(&self.oscillator, t, span, order));
-        self.forcing[MAX_FORCE_ORDER].abs() + self.stiffness.abs() * third + self.drag.abs() * fourth
+        self.load[MAX_FORCE_ORDER].abs() + self.stiffness.abs() * third + self.drag.abs() * fourth
     }
 }

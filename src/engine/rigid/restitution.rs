@@ -68,10 +68,15 @@ pub(crate) fn collide<S: Scalar>(masses: &[S], v: &mut [S], e: S, unresolved: f6
     outcome
 }
 
+/// For each ball with `e < 1`, and in all with elastic balls: far beyond what mass ratios of everyday take. More of them resolve
+/// longer sequences, fewer end inelastic collapse sooner (`inelastic_collapse_has_an_end`).
+const INELASTIC_IMPACTS: usize = 1000;
+const ELASTIC_IMPACTS: usize = 1_000_000;
+
 /// Impacts after which approaching balls stick: for `e < 1`, and for elastic ones, whose impacts have an end (Galperin, On systems
 /// of locally interacting and repelling particles, 1981), though mass ratios can put it far off.
 fn most_impacts(balls: usize, e: f64) -> usize {
-    if e < 1.0 { 1000 * balls } else { 1_000_000 + balls * balls }
+    if e < 1.0 { INELASTIC_IMPACTS * balls } else { ELASTIC_IMPACTS + balls * balls }
 }
 
 /// The sequence of impacts, as long as any pair approaches faster than `unresolved`.

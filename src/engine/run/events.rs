@@ -14,6 +14,11 @@ use crate::solver::double_double::DoubleDouble;
 /// Effort (see [`Engine::effort`]) of an event.
 const EVENT: u64 = 8;
 
+/// Events that one impact can bring about without any progress of time, and the same for each ball: beyond that a run has stalled. Fewer
+/// would stop runs that go on (`tests/stiff.rs`), more only delay the error.
+const EVENTS_AT_ONCE: usize = 100;
+const EVENTS_AT_ONCE_OF_A_BALL: usize = 20;
+
 impl Engine {
     /// Handles the event of queue entry `key` at time `t`.
     pub(crate) fn process(
@@ -192,7 +197,7 @@ impl Engine {
 
     /// Events that an impact can bring about without any progress of time.
     pub(crate) fn most_without_progress(&self) -> usize {
-        100 + 20 * self.balls.len()
+        EVENTS_AT_ONCE + EVENTS_AT_ONCE_OF_A_BALL * self.balls.len()
     }
 
     /// Fails when events follow each other without any progress of time beyond what one impact can bring about.
