@@ -12,8 +12,8 @@
 //! stiff contacts do to rounding is to divide it by their stiffness. (With the positions of the balls as unknowns they
 //! would be differences of numbers of the order of 1 m.)
 
-use super::series::Series;
 use super::step_control::Control;
+use super::taylor::Series;
 use super::window::Window;
 use crate::engine::flight::{Rounding, forcing_at};
 use crate::model::Mode;

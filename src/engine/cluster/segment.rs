@@ -11,10 +11,8 @@ use std::ops::Range;
 use super::collocation;
 use super::dense_output::DenseOutput;
 use super::modes::{self, Modes};
-use super::persistent;
-use super::recurrences::{self, velocity_scale};
-use super::series::Series;
 use super::step_control::{Control, StepHistory};
+use super::taylor::{Series, Workspace, velocity_scale};
 use super::window::{OverlapSeries, Switch, Window, WindowContact, clipping};
 use crate::engine::flight::{Ball, Flight, Rounding, RunningIntegrals, shifted, spaced};
 use crate::model::{ContactLaw, Mode};
@@ -364,19 +362,6 @@ fn horizon(time: f64, windows: u32, longest: f64) -> f64 {
 /// How much longer than that of the Taylor series the first step of implicit collocation is to be; half of it is worth
 /// its cost.
 const GAIN: f64 = 40.0;
-
-/// Memory of the expansions, which a copy does without.
-#[derive(Debug, Default)]
-struct Workspace {
-    recurrences: recurrences::Workspace,
-    persistent: persistent::Workspace,
-}
-
-impl Clone for Workspace {
-    fn clone(&self) -> Self {
-        Self::default()
-    }
-}
 
 impl Default for Description {
     fn default() -> Self {

@@ -26,7 +26,7 @@ pub(crate) fn by_time(
     order: usize,
 ) -> Differential {
     let forcings = forcings(cradle, inputs);
-    let series = Expansion::new(cradle, state, &forcings, (MAX_OUTPUT_DERIVATIVE + 1, 1.0), |_| false, given);
+    let series = Expansion::new(cradle, state, &forcings, MAX_OUTPUT_DERIVATIVE + 1, 1.0, |_| false, given);
     of_series(cradle, state, inputs, &series, order)
 }
 

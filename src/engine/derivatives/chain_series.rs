@@ -28,7 +28,8 @@ impl<S: Scalar> Expansion<S> {
         cradle: &Cradle<S>,
         state: &ChainState<S>,
         forcings: &[Forcing<S>],
-        (order, unit): (usize, f64),
+        order: usize,
+        unit: f64,
         negligible: impl Fn(usize) -> bool,
         given: &[Option<[S; OVERLAP_TERMS]>],
     ) -> Self {

@@ -33,7 +33,7 @@ impl Engine {
             (bodies.balls[i].omega2, bodies.balls[i].gamma) = (ball.oscillator.omega2(), ball.oscillator.gamma());
             common[i] = shifted(&ball.flight.forcing, self.time - ball.anchor.value());
         }
-        let mut series = Expansion::new(&bodies, &apart, &common, (MAX_OUTPUT_DERIVATIVE + 1, 1.0), |_| false, &[]);
+        let mut series = Expansion::new(&bodies, &apart, &common, MAX_OUTPUT_DERIVATIVE + 1, 1.0, |_| false, &[]);
         series.constrain(&self.cradle, state, forcings);
         series
     }

@@ -113,7 +113,7 @@ impl<'a> Run<'a> {
         let (scale, unit) = self.scales();
         let negligible: Vec<f64> = (0..self.cradle.contacts.len()).map(|j| self.negligible(j, scale)).collect();
         let series =
-            Expansion::new(&self.along, &self.state, &self.forcings, (ORDER, unit), |j| negligible[j] > 0.0, &[]);
+            Expansion::new(&self.along, &self.state, &self.forcings, ORDER, unit, |j| negligible[j] > 0.0, &[]);
         let converges_for = self.convergence(&series, Dual::value).min(self.convergence(&series, Dual::tangent));
         let mut length = converges_for * unit;
         for (j, negligible) in negligible.into_iter().enumerate().filter(|(_, negligible)| *negligible > 0.0) {

@@ -62,7 +62,7 @@ pub(crate) fn pool<S: Scalar>(masses: &[S], values: &[S], meet: impl Fn(usize, S
 pub(crate) fn collide<S: Scalar>(masses: &[S], v: &mut [S], e: S, unresolved: f64, rounding: f64) -> Outcome<S> {
     let mut outcome = Outcome { impacts: Vec::new(), loss: S::default() };
     if e.value() > 0.0 || e.tangent() != 0.0 {
-        sequence(masses, v, e, (unresolved, rounding), &mut outcome);
+        sequence(masses, v, e, unresolved, rounding, &mut outcome);
     }
     stick(masses, v, &mut outcome);
     outcome
@@ -80,7 +80,7 @@ fn most_impacts(balls: usize, e: f64) -> usize {
 }
 
 /// The sequence of impacts, as long as any pair approaches faster than `unresolved`.
-fn sequence<S: Scalar>(masses: &[S], v: &mut [S], e: S, (unresolved, rounding): (f64, f64), outcome: &mut Outcome<S>) {
+fn sequence<S: Scalar>(masses: &[S], v: &mut [S], e: S, unresolved: f64, rounding: f64, outcome: &mut Outcome<S>) {
     let contacts = masses.len() - 1;
     // The fastest approach is the earliest entry.
     let mut queue = EventQueue::new(contacts);

@@ -7,8 +7,8 @@
 //! of the velocities.
 
 use super::series::{INVERSE_FACTORIAL, Series};
-use super::step_control::Control;
-use super::window::Window;
+use crate::engine::cluster::step_control::Control;
+use crate::engine::cluster::window::Window;
 use crate::model::{ContactLaw, Mode};
 use crate::solver::oscillator::{MAX_FORCE_ORDER, Oscillator};
 use crate::solver::series;
@@ -198,7 +198,7 @@ impl Series {
 
 /// Scale of the velocities (m/s) that local errors are measured by: the largest velocity, and the largest closing rate that the
 /// elastic energies amount to, or, from rest, what the other accelerations lead to until a contact balances them.
-pub(super) fn velocity_scale(window: &Window) -> f64 {
+pub(crate) fn velocity_scale(window: &Window) -> f64 {
     velocity_scale_by(window, |j| window.laws[j].elastic_energy(window.contacts[j].overlap))
 }
 

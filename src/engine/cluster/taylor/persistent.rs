@@ -6,8 +6,8 @@
 
 use super::recurrences::{TERMS_AT_LEAST, unit_of_time, velocity_scale_by};
 use super::series::{INVERSE_FACTORIAL, Series};
-use super::step_control::Control;
-use super::window::Window;
+use crate::engine::cluster::step_control::Control;
+use crate::engine::cluster::window::Window;
 use crate::engine::flight::Ball;
 use crate::model::{ContactLaw, Mode};
 use crate::solver::series::{LANES, sum_of_products};
@@ -294,7 +294,7 @@ impl Series {
 mod tests {
     use super::*;
     use crate::engine::cluster::dense_output::DenseOutput;
-    use crate::engine::cluster::recurrences::{self, velocity_scale};
+    use crate::engine::cluster::taylor::recurrences::{self, velocity_scale};
     use crate::engine::cluster::window::WindowContact;
     use crate::engine::flight::Flight;
     use crate::model::{BallModel, Damping};

@@ -2,8 +2,8 @@
 //! output. How the coefficients follow from the state at the start of a segment: `recurrences`, `persistent` where balls have been
 //! pressed together for long, or `collocation`.
 
-use super::dense_output::DenseOutput;
-use super::window::{OverlapSeries, Window, clipping};
+use crate::engine::cluster::dense_output::DenseOutput;
+use crate::engine::cluster::window::{OverlapSeries, Window, clipping};
 use crate::engine::flight::{Forcing, Rounding, degree};
 use crate::model::Mode;
 use crate::next::Next;
@@ -14,28 +14,28 @@ use crate::solver::series;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Series {
     /// Order of the velocities; displacements have one more.
-    pub(super) order: usize,
+    pub(crate) order: usize,
     /// Unit of time of the series, s: of the order of what they converge for, lest high powers overflow.
-    pub(super) unit: f64,
+    pub(crate) unit: f64,
     /// Whether its sums are taken in lanes side by side: other bits, in less time.
-    pub(super) by_lanes: bool,
+    pub(crate) by_lanes: bool,
     /// A ball each: displacement since the start of the segment.
-    pub(super) displacements: Vec<f64>,
+    pub(crate) displacements: Vec<f64>,
     /// A contact each: overlap.
-    pub(super) overlaps: Vec<f64>,
+    pub(crate) overlaps: Vec<f64>,
     /// A contact each: elastic force, and the force of the law without clipping. Zero where the contact is open.
-    pub(super) elastic: Vec<f64>,
-    pub(super) forces: Vec<f64>,
+    pub(crate) elastic: Vec<f64>,
+    pub(crate) forces: Vec<f64>,
     /// How long the series converge to the tolerance, s.
-    pub(super) converges_for: f64,
+    pub(crate) converges_for: f64,
 }
 
 impl Series {
-    pub(super) fn stride(&self) -> usize {
+    pub(crate) fn stride(&self) -> usize {
         self.order + 2
     }
 
-    pub(super) fn row<'a>(&self, rows: &'a [f64], j: usize) -> &'a [f64] {
+    pub(crate) fn row<'a>(&self, rows: &'a [f64], j: usize) -> &'a [f64] {
         &rows[j * self.stride()..(j + 1) * self.stride()]
     }
 
@@ -43,7 +43,7 @@ impl Series {
         self.row(&self.displacements, j)
     }
 
-    pub(super) fn overlap_row(&self, j: usize) -> &[f64] {
+    pub(crate) fn overlap_row(&self, j: usize) -> &[f64] {
         self.row(&self.overlaps, j)
     }
 
@@ -80,7 +80,7 @@ impl Series {
     }
 
     /// Value of a row at the scaled time `s`.
-    pub(super) fn value(&self, row: &[f64], s: f64) -> f64 {
+    pub(crate) fn value(&self, row: &[f64], s: f64) -> f64 {
         if self.by_lanes { series::sum_by_lanes(row, s, |_, c| c) } else { series::value(row, s) }
     }
 
@@ -111,7 +111,7 @@ impl Series {
     }
 
     /// Rows of the given order and unit of time with nothing but the state at the start.
-    pub(super) fn begin(&mut self, window: &Window, order: usize, unit: f64) {
+    pub(crate) fn begin(&mut self, window: &Window, order: usize, unit: f64) {
         let Window { flights, contacts, .. } = window;
         (self.order, self.unit, self.converges_for, self.by_lanes) = (order, unit, unit, false);
         let stride = self.stride();
@@ -131,19 +131,19 @@ impl Series {
     }
 
     /// Gives ball `j` of the window this polynomial of the scaled time as its velocity, m/s.
-    pub(super) fn set_velocity(&mut self, j: usize, velocity: &[f64]) {
+    pub(crate) fn set_velocity(&mut self, j: usize, velocity: &[f64]) {
         let (stride, unit) = (self.stride(), self.unit);
         integrate(&mut self.displacements[j * stride..(j + 1) * stride], velocity, unit);
     }
 
     /// Gives contact `j` this polynomial of the scaled time as the rate of its overlap, m/s.
-    pub(super) fn set_rate(&mut self, j: usize, rate: &[f64]) {
+    pub(crate) fn set_rate(&mut self, j: usize, rate: &[f64]) {
         let (stride, unit) = (self.stride(), self.unit);
         integrate(&mut self.overlaps[j * stride..(j + 1) * stride], rate, unit);
     }
 
     /// Gives contact `j` these polynomials of the scaled time as its forces, N: elastic, and by the law without clipping.
-    pub(super) fn set_forces(&mut self, j: usize, elastic: &[f64], force: &[f64]) {
+    pub(crate) fn set_forces(&mut self, j: usize, elastic: &[f64], force: &[f64]) {
         let at = j * self.stride();
         self.elastic[at..at + elastic.len()].copy_from_slice(elastic);
         self.forces[at..at + force.len()].copy_from_slice(force);
@@ -265,7 +265,7 @@ impl DenseOutput for Series {
 }
 
 /// `1 / k!`.
-pub(super) const INVERSE_FACTORIAL: [f64; MAX_FORCE_ORDER + 1] = [1.0, 1.0, 0.5, 1.0 / 6.0];
+pub(crate) const INVERSE_FACTORIAL: [f64; MAX_FORCE_ORDER + 1] = [1.0, 1.0, 0.5, 1.0 / 6.0];
 
 /// Enters the integral of a polynomial of the scaled time, behind the constant term of `row`.
 fn integrate(row: &mut [f64], rate: &[f64], unit: f64) {
