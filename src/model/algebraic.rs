@@ -17,8 +17,18 @@ pub(crate) trait Chain<S: Scalar = f64> {
     fn forcing_of(&self, i: usize) -> S;
 }
 
+/// Position of ball `i`, m.
+pub(crate) fn x<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
+    chain.state_of(i).0
+}
+
+/// Velocity of ball `i`, m/s.
+pub(crate) fn v<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
+    chain.state_of(i).1
+}
+
 /// Acceleration of ball `i`, m/s2.
-pub(crate) fn acceleration<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
+pub(crate) fn a<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
     let (ball, (x, v)) = (&chain.cradle().balls[i], chain.state_of(i));
     let from_left = if i > 0 { chain.force_of(i - 1) } else { S::default() };
     let from_right = if i < chain.cradle().contacts.len() { chain.force_of(i) } else { S::default() };
@@ -69,16 +79,8 @@ pub(crate) fn support_force<S: Scalar>(chain: &impl Chain<S>) -> S {
 /// The functions of [`Results`](super::Results) that the state and the inputs determine, of a type that is a [`Chain`].
 macro_rules! algebraic_results {
     () => {
-        fn x(&self, i: usize) -> f64 {
-            self.state_of(i).0
-        }
-
-        fn v(&self, i: usize) -> f64 {
-            self.state_of(i).1
-        }
-
-        fn a(&self, i: usize) -> f64 {
-            algebraic::acceleration(self, i)
+        algebraic_results! {
+            x(i) v(i) a(i) kinetic_energy(i) gravity_energy(i) contact_energy(i) total_energy() momentum() support_force()
         }
 
         fn force(&self, i: usize) -> f64 {
@@ -92,30 +94,11 @@ macro_rules! algebraic_results {
         fn in_contact(&self, i: usize) -> bool {
             self.overlap_of(i) > 0.0
         }
-
-        fn kinetic_energy(&self, i: usize) -> f64 {
-            algebraic::kinetic_energy(self, i)
-        }
-
-        fn gravity_energy(&self, i: usize) -> f64 {
-            algebraic::gravity_energy(self, i)
-        }
-
-        fn contact_energy(&self, i: usize) -> f64 {
-            algebraic::contact_energy(self, i)
-        }
-
-        fn total_energy(&self) -> f64 {
-            algebraic::total_energy(self)
-        }
-
-        fn momentum(&self) -> f64 {
-            algebraic::momentum(self)
-        }
-
-        fn support_force(&self) -> f64 {
-            algebraic::support_force(self)
-        }
+    };
+    ($($name:ident($($i:ident)?))*) => {
+        $(fn $name(&self $(, $i: usize)?) -> f64 {
+            algebraic::$name(self $(, $i)?)
+        })*
     };
 }
 pub(crate) use algebraic_results;

@@ -4,6 +4,8 @@
 //! the equation, h the free motion that takes up what P misses of the start. Beside the functions `U_k` (`oscillator`), in which nothing
 //! cancels for short times, this is the form for long ones: derivatives and integrals over many swings are closed forms of it.
 
+use nalgebra::Complex;
+
 use super::closed_form::{MAX_FORCE_ORDER, Oscillator};
 
 /// Coefficients of a polynomial of the time, from the constant term on.
@@ -64,60 +66,27 @@ impl Steady {
         let (gamma, (omega, sine, cosine)) = (o.gamma(), o.phase(t));
         // The swing is the real part of (swing.0 - i other) exp(lambda t).
         let other = (self.swing.1 + gamma * self.swing.0) / omega;
-        let amplitude = Complex(self.swing.0, -other);
-        let lambda = Complex(-gamma, omega);
+        let amplitude = Complex::new(self.swing.0, -other);
+        let lambda = Complex::new(-gamma, omega);
         let left = libm::exp(-gamma * t);
-        let turned = Complex(left * cosine, left * sine);
+        let turned = Complex::new(left * cosine, left * sine);
         // |swing|^2 = (|amplitude|^2 exp(-2 gamma t) + real part of amplitude^2 exp(2 lambda t)) / 2
         let mean = if gamma > 0.0 { -libm::expm1(-2.0 * gamma * t) / (2.0 * gamma) } else { t };
-        let Complex(waving, _) = amplitude * amplitude * (turned * turned - Complex(1.0, 0.0)) / (lambda + lambda);
-        let of_swing = 0.5 * ((amplitude * Complex(amplitude.0, -amplitude.1)).0 * mean + waving);
+        let Complex { re: waving, .. } =
+            amplitude * amplitude * (turned * turned - Complex::new(1.0, 0.0)) / (lambda + lambda);
+        let of_swing = 0.5 * ((amplitude * amplitude.conj()).re * mean + waving);
         // By parts: integral P' exp(lambda t) = exp(lambda t) (P' / lambda - P'' / lambda^2 + ...)
         let by_parts = |t: f64| {
             let terms = self.velocity_at(t);
-            terms.iter().rev().fold(Complex(0.0, 0.0), |sum, term| (Complex(*term, 0.0) - sum) / lambda)
+            terms.iter().rev().fold(Complex::new(0.0, 0.0), |sum, term| (Complex::new(*term, 0.0) - sum) / lambda)
         };
-        let Complex(mixed, _) = amplitude * (turned * by_parts(t) - by_parts(0.0));
+        let Complex { re: mixed, .. } = amplitude * (turned * by_parts(t) - by_parts(0.0));
         let mut square = [0.0; 2 * MAX_FORCE_ORDER + 1];
         for (i, a) in self.velocity.iter().enumerate() {
             self.velocity.iter().enumerate().for_each(|(j, b)| square[i + j] += a * b);
         }
         let of_polynomial = crate::solver::series::integral(&square, t);
         of_polynomial + 2.0 * mixed + of_swing
-    }
-}
-
-/// A complex number.
-#[derive(Clone, Copy)]
-struct Complex(f64, f64);
-
-impl std::ops::Add for Complex {
-    type Output = Self;
-    fn add(self, other: Self) -> Self {
-        Self(self.0 + other.0, self.1 + other.1)
-    }
-}
-
-impl std::ops::Sub for Complex {
-    type Output = Self;
-    fn sub(self, other: Self) -> Self {
-        Self(self.0 - other.0, self.1 - other.1)
-    }
-}
-
-impl std::ops::Mul for Complex {
-    type Output = Self;
-    fn mul(self, other: Self) -> Self {
-        Self(self.0 * other.0 - self.1 * other.1, self.0 * other.1 + self.1 * other.0)
-    }
-}
-
-impl std::ops::Div for Complex {
-    type Output = Self;
-    fn div(self, other: Self) -> Self {
-        let size = other.0 * other.0 + other.1 * other.1;
-        let Self(re, im) = self * Self(other.0, -other.1);
-        Self(re / size, im / size)
     }
 }
 
