@@ -175,9 +175,9 @@ impl Oscillator {
         (self.omega_damped.value(), sine, cosine)
     }
 
-    /// Whether the motion is a sum of two decays whose rates are well apart, at least by a factor of 4.
+    /// Whether the motion is a sum of two decays whose rates are well apart, at least by a factor of 4. That of a free body is not.
     fn is_overdamped(&self) -> bool {
-        self.gamma >= 1.25 * self.omega.value()
+        self.gamma > 0.0 && self.gamma >= 1.25 * self.omega.value()
     }
 
     /// Reciprocal of the natural frequency, or of the slow rate where the motion is a sum of two decays, s.

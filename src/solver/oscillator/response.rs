@@ -125,6 +125,12 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_free_body_has_a_bound() {
+        let free = ForcedOscillator::new(Oscillator::new(0.0, 0.0), 1.0, 2.0);
+        assert_eq!([2, 3].map(|k| free.derivative_bound(&free.at(0.1), 0.1, k, 1.0, 0.0)), [2.0, 0.0]);
+    }
+
+    #[test]
     fn decays_agree_with_the_functions_of_the_oscillator() {
         for (omega2, gamma) in [(5.0, 3.0), (5.0, 40.0), (0.0, 2.0), (1e4, 3e6)] {
             let oscillator = Oscillator::new(omega2, gamma);
