@@ -203,7 +203,8 @@ fn they_agree_with_differences_where_balls_rest_against_each_other() {
     }
     host.start();
     assert_eq!((host.set_derivative("F_ext[1]", 1, 0.2), host.step(0.0, 0.5)), (fmi2OK, fmi2OK));
-    check("at rest", &host, (0.5, 0.02, 40), 1e-5);
+    // The third derivative of a force is rounding from the fifth digit on, of some starts from the fourth.
+    check("at rest", &host, (0.5, 0.02, 40), 1e-4);
     assert!((1..=4).all(|i| host.get(&format!("F[{i}]")) > 2.0));
 }
 
