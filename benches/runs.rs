@@ -49,17 +49,25 @@ fn damping(c: &mut Criterion) {
     one_step(c, "pressed chain", "rigid, elastic, 600 s", scenes::elastic_chatter, (0.0, 600.0));
 }
 
-/// Time per pulse, for few balls and for many.
+/// Time per pulse of a run of `time` (s).
+fn per_pulse(c: &mut Criterion, group: &str, name: &str, scene: impl Fn() -> Host, time: f64) {
+    let counted = scene();
+    assert_eq!(counted.step(0.0, time), fmi2OK);
+    let mut group = c.benchmark_group(group);
+    group.throughput(Throughput::Elements(scenes::pulses(&counted)));
+    group.bench_function(name, |b| {
+        b.iter_batched(&scene, |host| (host.step(0.0, time), host), BatchSize::PerIteration);
+    });
+}
+
 fn pulses(c: &mut Criterion) {
     for (balls, time) in [(5, 200.0), (1000, 2.0)] {
-        let scene = || scenes::separated(balls);
-        let counted = scene();
-        assert_eq!(counted.step(0.0, time), fmi2OK);
-        let mut group = c.benchmark_group("separated pulses");
-        group.throughput(Throughput::Elements(scenes::pulses(&counted)));
-        group.bench_function(format!("n = {balls}"), |b| {
-            b.iter_batched(scene, |host| (host.step(0.0, time), host), BatchSize::PerIteration);
-        });
+        per_pulse(c, "separated pulses", &format!("n = {balls}"), || scenes::separated(balls), time);
+    }
+    for (damping, time) in [(0.0, 0.02), (50.0, 0.2), (1e3, 0.2), (3e5, 10.0)] {
+        let unequal = |pressed| move || scenes::unequal(damping, pressed);
+        per_pulse(c, "unequal masses, pressed", &format!("c = {damping}"), unequal(true), time);
+        per_pulse(c, "unequal masses, one lifted", &format!("c = {damping}"), unequal(false), 10.0);
     }
 }
 

@@ -53,7 +53,7 @@ fn assert_same(name: &str, implicit: &Engine, explicit: &Engine) {
     }
 }
 
-/// Nonlinear or unequal chains; the equal linear ones have natural modes.
+/// Nonlinear or unequal chains; only the linear ones of equal pendulums have natural modes.
 fn chains() -> Vec<(&'static str, Parameters, Inputs)> {
     let mut chains = Vec::new();
     for (name, model, exponent) in [

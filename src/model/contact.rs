@@ -2,6 +2,7 @@
 //!
 //! A damping law is a variant of [`Damping`]; the methods of the engine ask for what they need of it by the functions here.
 
+use super::parameters::{DampingLaw, Parameters};
 use crate::solver::dual::Scalar;
 use crate::solver::series::{power_term, product_term};
 use serde::{Deserialize, Serialize};
@@ -18,6 +19,23 @@ pub enum Damping<S = f64> {
 }
 
 impl<S: Scalar> Damping<S> {
+    /// The law that `p` selects, its coefficient a `number` of one of the parameters. A law without its coefficient is no damping, unless
+    /// the coefficient is about to change.
+    pub fn selected(p: &Parameters, number: impl Fn(fn(&Parameters) -> f64) -> S) -> Self {
+        let (damping, coefficient) = match p.damping_law {
+            law @ (DampingLaw::KelvinVoigt | DampingLaw::KelvinVoigtNoPull) => {
+                let c = number(|p| p.damping);
+                (Self::KelvinVoigt { c, pull: law == DampingLaw::KelvinVoigt }, c)
+            }
+            DampingLaw::HuntCrossley => {
+                let alpha = number(|p| p.hunt_crossley);
+                (Self::HuntCrossley { alpha }, alpha)
+            }
+        };
+        let acts = coefficient.value() > 0.0 || coefficient.tangent() != 0.0;
+        if acts { damping } else { Self::None }
+    }
+
     /// The same law in other numbers.
     pub fn map<T>(&self, number: impl Fn(S) -> T) -> Damping<T> {
         match *self {

@@ -1,7 +1,7 @@
 //! The cradle as the equations see it: masses, oscillators and contact laws, derived from the parameters.
 
 use super::contact::{ContactLaw, Damping};
-use super::parameters::{ContactModel, DampingLaw, Parameters};
+use super::parameters::{ContactModel, Parameters};
 use crate::solver::dual::Scalar;
 
 /// One ball on its pendulum: `x'' + 2 gamma x' + omega2 x = (forces) / mass`.
@@ -91,7 +91,7 @@ impl<S: Scalar> Cradle<S> {
         let rigid = p.contact_model == ContactModel::Rigid;
         let damping = match rigid {
             true => Damping::None,
-            false => damping(p.damping_law, one(|p| p.damping), one(|p| p.hunt_crossley)),
+            false => Damping::selected(p, one),
         };
         let contact = |(ratio, gap): (S, S)| {
             let clearance = gap + one(|p| p.dead_band);
@@ -112,17 +112,6 @@ impl<S: Scalar> Cradle<S> {
 pub fn hertz_stiffness<S: Scalar>(young_modulus: S, poisson_ratio: S, radius: S) -> S {
     let modulus = young_modulus / (S::from(2.0) * (S::from(1.0) - poisson_ratio * poisson_ratio));
     S::from(4.0 / 3.0) * modulus * (S::from(0.5) * radius).sqrt()
-}
-
-/// A law without its coefficient is no damping, unless the coefficient is about to change.
-fn damping<S: Scalar>(law: DampingLaw, c: S, alpha: S) -> Damping<S> {
-    let acts = |coefficient: S| coefficient.value() > 0.0 || coefficient.tangent() != 0.0;
-    match law {
-        DampingLaw::KelvinVoigt if acts(c) => Damping::KelvinVoigt { c, pull: true },
-        DampingLaw::KelvinVoigtNoPull if acts(c) => Damping::KelvinVoigt { c, pull: false },
-        DampingLaw::HuntCrossley if acts(alpha) => Damping::HuntCrossley { alpha },
-        _ => Damping::None,
-    }
 }
 
 #[cfg(test)]

@@ -51,7 +51,8 @@ fn hunt_crossley(parameters: &Parameters) -> bool {
 }
 
 fn kelvin_voigt(parameters: &Parameters) -> bool {
-    compliant(parameters) && parameters.damping_law != DampingLaw::HuntCrossley
+    let law = parameters.damping_law;
+    compliant(parameters) && matches!(law, DampingLaw::KelvinVoigt | DampingLaw::KelvinVoigtNoPull)
 }
 
 fn error_control(parameters: &Parameters) -> bool {

@@ -1,4 +1,4 @@
-"""Results for cradles with linear damped contacts, by matrix exponentials in 40 digits: strong_damping.json.
+"""Results for cradles with linear contacts, damped or pressed, by matrix exponentials in 40 digits: strong_damping.json.
 
     pip install mpmath
     python tests/data/strong_damping.py > tests/data/strong_damping.json
@@ -13,9 +13,14 @@ from functools import partial
 from mpmath import eig, exp, inverse, lu_solve, matrix, mp, mpf, nstr, re, zeros
 
 mp.dps = 40
+# What is not more is rounding: balls side by side do not approach.
+NOISE = mpf("1e-30")
 GRAVITY, LENGTH = mpf(9.81), mpf(1.962)
 
-# Balls, how many of them are lifted by 0.1 m, stiffness, times critical damping, dead band, may a contact pull, time.
+# Balls, how many of them are lifted by 0.1 m, stiffness, times critical damping, dead band, may a contact pull, time; and where they
+# are not those of equal balls without forces: ratios of the masses and of the stiffnesses, the force that presses the ends (N).
+RATIOS = (1.0, 2.0, 1.0, 0.5, 1.0)
+SPRINGS = (1.0, 3.0, 0.7, 1.4)
 CASES = [
     (2, 1, 1e10, 1000, 2.6e-6, True, 3),
     (2, 1, 4.5e7, 1900, 1e-9, False, 3),
@@ -24,19 +29,33 @@ CASES = [
     (4, 2, 1e8, 0.4, 1e-6, True, 2),
     (5, 2, 1e10, 1000, 2.6e-6, True, 10),
     (5, 2, 1e10, 1000, 2.6e-6, False, 5),
+    (5, 2, 1e10, 0.0003, 0.0, True, 2, RATIOS),
+    (5, 2, 1e10, 0.5, 0.0, True, 2, RATIOS),
+    (5, 2, 1e10, 2.0, 1e-6, False, 2, RATIOS),
+    (5, 1, 1e10, 2.0, 1e-6, True, 3, RATIOS),
+    (5, 2, 1e10, 1000, 2.6e-6, True, 3, RATIOS),
+    (5, 1, 1e10, 1000, 0.0, False, 2, RATIOS),
+    (5, 0, 1e10, 0.0003, 0.0, True, 0.05, RATIOS, (1.0,) * 4, 200.0),
+    (5, 0, 1e10, 0.0, 0.0, True, 0.01, RATIOS, (1.0,) * 4, 200.0),
+    (5, 0, 1e10, 0.0, 0.0, True, 0.01, RATIOS, SPRINGS, 200.0),
+    (5, 0, 1e10, 0.0, 0.0, True, 0.01, (1.0,) * 5, SPRINGS, 200.0),
 ]
 
 
 class Motion:
     """Everything linear while the contacts of `pressing` act."""
 
-    def __init__(self, n, k, c, dead_band, pressing):
+    def __init__(self, masses, springs, c, dead_band, press, pressing):
+        n = len(masses)
         a, f = zeros(2 * n), zeros(2 * n, 1)
         for i in range(n):
             a[i, n + i] = 1
             a[n + i, i] = -GRAVITY / LENGTH
+        f[n] += press / masses[0]
+        f[2 * n - 1] -= press / masses[-1]
         for j in (j for j in range(n - 1) if pressing[j]):
-            for ball, side in ((n + j, -1), (n + j + 1, 1)):
+            for ball, side in ((n + j, -1 / masses[j]), (n + j + 1, 1 / masses[j + 1])):
+                k = springs[j]
                 a[ball, j] += side * k
                 a[ball, j + 1] -= side * k
                 a[ball, n + j] += side * c
@@ -64,27 +83,30 @@ def first_positive(function, until):
     grid = [t for t in grid if t < until / 300] + [until * i / mpf(300) for i in range(1, 301)]
     before = mpf(0)
     for t in grid:
-        if function(t) > 0:
+        if function(t) > NOISE:
             while t - before > mpf(10) ** -36 * t:
                 middle = (before + t) / 2
-                before, t = (before, middle) if function(middle) > 0 else (middle, t)
+                before, t = (before, middle) if function(middle) > NOISE else (middle, t)
             return t
         before = t
     return None
 
 
-def run(n, lifted, k, c, dead_band, pull, end):
+def run(start, masses, springs, c, dead_band, press, pull, end):
     """Positions, velocities and the number of switchings up to `end`."""
-    k, c, dead_band, end = mpf(k), mpf(c), mpf(dead_band), mpf(end)
-    state = matrix([mpf(-0.1)] * lifted + [mpf(0)] * (2 * n - lifted))
-    modes, time, switchings, motions = ["open"] * (n - 1), mpf(0), 0, {}
+    n, c, dead_band, press, end = len(masses), mpf(c), mpf(dead_band), mpf(press), mpf(end)
+    state = matrix([mpf(x) for x in start] + [mpf(0)] * n)
+    overlaps = [state[j] - state[j + 1] - dead_band for j in range(n - 1)]
+    modes = ["pressing" if overlap > 0 else "open" for overlap in overlaps]
+    time, switchings, motions = mpf(0), modes.count("pressing"), {}
     while time < end:
         pressing = tuple(mode == "pressing" for mode in modes)
-        motion = motions.setdefault(pressing, None) or Motion(n, k, c, dead_band, pressing)
+        motion = motions.setdefault(pressing, None) or Motion(masses, springs, c, dead_band, press, pressing)
         motions[pressing] = motion
         until, switch = end - time, None
         for j, mode in enumerate(modes):
             gap = {j: -1, j + 1: 1}
+            k = springs[j]
             force = {j: k, j + 1: -k, n + j: c, n + j + 1: -c}
             tension = {i: -value for i, value in force.items()}
             candidates = {
@@ -110,16 +132,23 @@ def run(n, lifted, k, c, dead_band, pull, end):
 
 def main():
     results = []
-    for n, lifted, stiffness, times_critical, dead_band, pull, end in CASES:
+    for n, lifted, stiffness, times_critical, dead_band, pull, end, *unequal in CASES:
         damping = times_critical * 2.0 * (stiffness / 2.0) ** 0.5
-        x, v, switchings = run(n, lifted, stiffness, damping, dead_band, pull, end)
+        masses, ratios, press = (*unequal, *((1.0,) * n, (1.0,) * (n - 1), 0.0)[len(unequal) :])
+        # Pressed balls start closer than the forces hold them, and ring.
+        overlaps = [1.2 * press / (stiffness * ratio) for ratio in ratios]
+        start = [-0.1 if i < lifted else 0.0 - sum(overlaps[:i]) for i in range(n)]
+        springs = [mpf(stiffness * ratio) for ratio in ratios]
+        x, v, switchings = run(start, [mpf(m) for m in masses], springs, damping, dead_band, press, pull, end)
         case = {
             "balls": n,
-            "lifted": lifted,
+            "start": start,
             "stiffness": stiffness,
             "damping": damping,
             "dead_band": dead_band,
         }
+        if unequal:
+            case |= {"masses": masses, "springs": ratios, "press": press}
         digits = {"x": [nstr(value, 20) for value in x], "v": [nstr(value, 20) for value in v]}
         results.append({**case, "pull": pull, "time": end, "switchings": switchings, **digits})
     print(json.dumps(results, indent=1))

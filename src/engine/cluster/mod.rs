@@ -11,6 +11,7 @@ mod dense_output;
 mod modes;
 mod natural;
 mod segment;
+mod shapes;
 mod step_control;
 mod taylor;
 mod window;

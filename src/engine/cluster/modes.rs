@@ -1,7 +1,7 @@
 //! The motion of a window whose contacts are linear springs and dashpots, in closed form: by natural modes.
 //!
-//! Balls joined by pressing contacts are groups; a ball that presses on none is a group of its own. A group of equal balls with
-//! equal contacts is a uniform chain, whose natural modes are known (`natural`).
+//! Balls joined by pressing contacts are groups; a ball that presses on none is a group of its own. Each has natural modes
+//! (`natural`), those of equal balls with equal contacts in closed form.
 //!
 //! Each coordinate is an oscillator in closed form, so strong damping and contacts that stay closed for minutes cost nothing: the
 //! only work is to find the next switching.
@@ -17,8 +17,10 @@ use crate::next::Next;
 use crate::solver::oscillator::ForcedOscillator;
 use crate::solver::root::{Smooth, search_within};
 
-/// Largest group that is taken apart into modes: the table of their shapes grows with the square.
-const LARGEST_GROUP: usize = 128;
+/// Largest uniform chain that is taken apart into modes: the table of their shapes grows with the square. Largest other group: to
+/// find its shapes grows with the cube.
+const LARGEST_UNIFORM: usize = 128;
+const LARGEST_GROUP: usize = 40;
 
 /// Evaluations of a mode that the search for the switchings of a segment may take: some milliseconds. What comes then is left to the
 /// next segment.
@@ -58,23 +60,24 @@ struct Joint {
     approach: Option<NaturalMode>,
 }
 
-/// Whether the closed contacts of a window are linear, and those that press join equal balls, under constant inputs.
+/// Whether the closed contacts of a window are linear, and those that press join equal pendulums and are damped in proportion to
+/// their stiffness, under constant inputs. (Drag makes pendulums of unequal masses unequal.)
 pub(crate) fn apply_to(window: &Window) -> bool {
     let Window { flights, balls, contacts, laws } = window;
-    let mut joined = 1;
+    let (mut first, mut uniform) = (0, true);
     for (j, (contact, law)) in contacts.iter().zip(*laws).enumerate() {
         if contact.mode != Mode::Open && !law.is_linear() {
             return false;
         }
         if contact.mode != Mode::Pressing {
-            joined = 1;
+            (first, uniform) = (j + 1, true);
             continue;
         }
-        let (left, right) = (&balls[j], &balls[j + 1]);
-        let equal = left.mass == right.mass && left.oscillator == right.oscillator;
-        let same_as_before = joined == 1 || law.stiffness == laws[j - 1].stiffness;
-        joined += 1;
-        if !(equal && same_as_before) || joined > LARGEST_GROUP {
+        let (other, [left, right]) = (&laws[first], [&balls[first], &balls[j + 1]]);
+        uniform &= left.mass == right.mass && other.stiffness == law.stiffness;
+        let most = if uniform { LARGEST_UNIFORM } else { LARGEST_GROUP };
+        let proportional = law.damping_coefficient() * other.stiffness == other.damping_coefficient() * law.stiffness;
+        if !(left.oscillator == right.oscillator && proportional) || j + 2 - first > most {
             return false;
         }
     }
@@ -82,8 +85,8 @@ pub(crate) fn apply_to(window: &Window) -> bool {
 }
 
 impl Modes {
-    /// The motion from the state at the start of a segment, which [`apply_to`] allows.
-    pub fn new(window: &Window) -> Self {
+    /// The motion from the state at the start of a segment, which [`apply_to`] allows; `None` for balls or contacts that differ too much.
+    pub fn new(window: &Window) -> Option<Self> {
         let Window { flights, contacts, laws, .. } = window;
         let mut modes = Self::default();
         let mut first = 0;
@@ -91,7 +94,7 @@ impl Modes {
             let joined = contacts.get(i).is_some_and(|contact| contact.mode == Mode::Pressing);
             modes.group_of.push(modes.groups.len());
             if !joined {
-                modes.groups.push(Group::new(first..i + 1, window));
+                modes.groups.push(Group::new(first..i + 1, window)?);
                 first = i + 1;
             }
         }
@@ -104,7 +107,7 @@ impl Modes {
             let impedance = law.impedance(window.reduced_mass(j));
             modes.contacts.push(Joint { overlap, rate, stiffness, damping, impedance, approach });
         }
-        modes
+        Some(modes)
     }
 
     /// How the centres of the two groups beside contact `j` approach each other, if their pendulums are equal.
@@ -119,8 +122,8 @@ impl Modes {
         let (mut v, mut force) = (0.0, 0.0);
         for c in left.first..right.first + right.size - 1 {
             let share = match c {
-                _ if c < j => (c + 1 - left.first) as f64 / left.size as f64,
-                _ if c > j => (right.first + right.size - 1 - c) as f64 / right.size as f64,
+                _ if c < j => left.share(c),
+                _ if c > j => right.share_from(c + 1),
                 _ => 1.0,
             };
             let forcing = flights[c].forcing[0] - flights[c + 1].forcing[0];
@@ -158,7 +161,7 @@ impl Modes {
         let approach = self.contacts[j].approach.as_ref();
         let skipped = usize::from(joined || approach.is_some());
         let of_left = left.modes.iter().enumerate().skip(skipped).map(move |(m, mode)| match joined {
-            true => (mode, left.shape(m, j) - left.shape(m, j + 1)),
+            true => (mode, left.stretch(m, j)),
             false => (mode, left.shape(m, j)),
         });
         let others = if joined { &[] } else { &right.modes[..] };

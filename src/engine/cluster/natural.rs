@@ -1,17 +1,17 @@
-//! The natural modes of a uniform chain of balls joined by linear contacts.
+//! The motion of balls joined by linear contacts, by their natural modes (`shapes`).
 //!
-//! m equal balls with equal springs and dashpots between them and free ends have, with j = 0 to m - 1,
+//! Springs k, dashpots c and pendulums of the same omega and gamma give mode j of a chain
 //!
 //! ```text
-//! phi_j(i) = sqrt(2 / m) cos(pi j (i + 1/2) / m)    (1 / sqrt(m) for j = 0)
-//! lambda_j = 4 sin^2(pi j / (2 m))
 //! omega_j^2 = omega^2 + lambda_j k / mass,    gamma_j = gamma + lambda_j c / (2 mass)
 //! ```
 //!
-//! (Meirovitch, Fundamentals of Vibrations, 2001, chapter 7: damping proportional to the stiffness leaves the modes uncoupled.)
+//! with stiffness, damping and mass of its first contact and ball (Meirovitch, Fundamentals of Vibrations, 2001, chapter 7: damping
+//! proportional to the stiffness leaves the modes uncoupled).
 
 use std::cell::Cell;
 
+use super::shapes::Shapes;
 use super::window::Window;
 use crate::solver::oscillator::{ForcedOscillator, Oscillator, Response};
 
@@ -63,61 +63,56 @@ pub(crate) struct Group {
     /// First ball and number of balls.
     pub first: usize,
     pub size: usize,
-    /// Damping c of the contacts, N.s/m.
+    /// Damping c of the first contact, N.s/m.
     pub damping: f64,
     pub modes: Vec<NaturalMode>,
-    /// `phi_j(i)` at `j * size + i`.
-    shapes: Vec<f64>,
+    shapes: Shapes,
+    /// The masses in units of that of the first ball.
+    masses: Vec<f64>,
 }
 
 impl Group {
-    pub fn new(members: std::ops::Range<usize>, window: &Window) -> Self {
+    /// `None` if their masses or stiffnesses are too far apart.
+    pub fn new(members: std::ops::Range<usize>, window: &Window) -> Option<Self> {
         let Window { flights, balls, contacts, laws } = window;
         let (first, size) = (members.start, members.len());
         let ball = &balls[first];
-        let (stiffness, damping) =
-            if size > 1 { (laws[first].stiffness, laws[first].damping_coefficient()) } else { (0.0, 0.0) };
+        let joints = &laws[first..first + size - 1];
+        let (stiffness, damping) = joints.first().map_or((0.0, 0.0), |law| (law.stiffness, law.damping_coefficient()));
         let (o, mass) = (&ball.oscillator, ball.mass);
-        let angle = std::f64::consts::PI / size as f64;
-        let mut shapes = Vec::with_capacity(size * size);
+        let masses: Vec<f64> = balls[members.clone()].iter().map(|ball| ball.mass / mass).collect();
+        let stiffnesses: Vec<f64> = joints.iter().map(|law| law.stiffness / stiffness).collect();
+        let shapes = Shapes::new(&masses, &stiffnesses)?;
         let mut modes = Vec::with_capacity(size);
-        for j in 0..size {
-            let norm = (if j == 0 { 1.0 } else { 2.0 } / size as f64).sqrt();
-            shapes.extend((0..size).map(|i| norm * libm::cos(angle * j as f64 * (i as f64 + 0.5))));
-            let shape = &shapes[j * size..];
-            let half = libm::sin(0.5 * angle * j as f64);
-            let lambda = 4.0 * half * half;
+        for (j, &lambda) in shapes.lambda.iter().enumerate() {
             let oscillator = match j {
                 0 => *o,
                 _ => Oscillator::new(o.omega2() + lambda * stiffness / mass, o.gamma() + 0.5 * lambda * damping / mass),
             };
+            let weight = |i: usize| masses[i] * shapes.ball(j, i);
             let (mut v, mut force) = (0.0, 0.0);
-            for (flight, shape) in flights[members.clone()].iter().zip(shape) {
-                force += shape * flight.forcing[0];
+            for (i, flight) in flights[members.clone()].iter().enumerate() {
+                force += weight(i) * flight.forcing[0];
             }
             // In the modes that stretch the group only the differences of the positions and velocities count, which the
             // overlaps and their rates give without rounding.
             let mut before = 0.0;
-            for i in 0..size - 1 {
+            for (i, law) in joints.iter().enumerate() {
                 let contact = first + i;
-                before += shape[i];
+                before += weight(i);
                 let overlap = contacts[contact].overlap;
-                let apart = if j == 0 {
-                    flights[contact].x - flights[contact + 1].x
-                } else {
-                    overlap + laws[contact].clearance
-                };
+                let apart = if j == 0 { flights[contact].x - flights[contact + 1].x } else { overlap + law.clearance };
                 v += before * (flights[contact].v - flights[contact + 1].v);
-                force -= o.omega2() * before * apart + (shape[i] - shape[i + 1]) * stiffness / mass * overlap;
+                force -= o.omega2() * before * apart + shapes.contact(j, i) * law.stiffness / mass * overlap;
             }
             if j == 0 {
-                let (last, all) = (&flights[first + size - 1], before + shape[size - 1]);
+                let (last, all) = (&flights[first + size - 1], before + weight(size - 1));
                 v += all * last.v;
                 force -= o.omega2() * all * last.x;
             }
             modes.push(NaturalMode::new(ForcedOscillator::new(oscillator, v, force), lambda));
         }
-        Self { first, size, damping, modes, shapes }
+        Some(Self { first, size, damping, modes, shapes, masses })
     }
 
     /// The least rate at which what the dashpots act on decays right after the start, 1/s.
@@ -127,7 +122,22 @@ impl Group {
 
     /// Displacement of ball `i` for a unit of the coordinate of mode `m`.
     pub fn shape(&self, m: usize, i: usize) -> f64 {
-        self.shapes[m * self.size + i - self.first]
+        self.shapes.ball(m, i - self.first)
+    }
+
+    /// Change of the overlap of contact `j`, which joins two of its balls, for a unit of the coordinate of mode `m`.
+    pub fn stretch(&self, m: usize, j: usize) -> f64 {
+        self.shapes.contact(m, j - self.first)
+    }
+
+    /// The share that the balls up to `i` have in the mass.
+    pub fn share(&self, i: usize) -> f64 {
+        self.masses[..=i - self.first].iter().sum::<f64>() / self.masses.iter().sum::<f64>()
+    }
+
+    /// The share that those from `i` on have.
+    pub fn share_from(&self, i: usize) -> f64 {
+        self.masses[i - self.first..].iter().sum::<f64>() / self.masses.iter().sum::<f64>()
     }
 }
 
@@ -158,5 +168,95 @@ impl<const COUNT: usize> Sum<COUNT> {
             let noise = if k == 0 { 8.0 } else { 128.0 } * f64::EPSILON * self.magnitudes[k];
             if self.values[k].abs() <= noise { 0.0 } else { self.values[k] }
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::engine::cluster::dense_output::DenseOutput;
+    use crate::engine::cluster::modes::{Modes, apply_to};
+    use crate::engine::cluster::step_control::Control;
+    use crate::engine::cluster::taylor::{Series, Workspace, velocity_scale};
+    use crate::engine::cluster::window::{Window, WindowContact};
+    use crate::engine::flight::{Ball, Flight};
+    use crate::model::{BallModel, ContactLaw, Damping, Mode};
+
+    /// Checks that values agree within `tolerance` of the largest of them.
+    fn assert_close(what: &str, modes: &[f64], series: &[f64], tolerance: f64) {
+        let scale = series.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+        for (m, s) in modes.iter().zip(series) {
+            assert!(
+                (m - s).abs() <= tolerance * scale,
+                "{what}: off by {:e}: {modes:?}, not {series:?}",
+                (m - s) / scale
+            );
+        }
+    }
+
+    /// Random chains, all linear: unequal balls, undamped ones also with unequal contacts, now and then an open contact between groups.
+    #[test]
+    fn modes_follow_what_series_follow() {
+        let mut state = 7_u64;
+        let mut random = |from: f64, to: f64| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            from + (to - from) * (state >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        for case in 0..300 {
+            let size = random(2.0, 9.0) as usize;
+            let gamma = if case % 2 == 0 { 0.0 } else { 0.3 };
+            let c = if case % 3 == 0 { 0.0 } else { libm::exp(random(0.0, 12.0)) };
+            let damping = if c > 0.0 { Damping::KelvinVoigt { c, pull: true } } else { Damping::None };
+            let mut flights = Vec::new();
+            let mut balls = Vec::new();
+            let (mut contacts, mut laws) = (Vec::new(), Vec::new());
+            let mut x = random(-0.1, 0.1);
+            for _ in 0..size {
+                let model = BallModel { mass: random(0.3, 3.0), omega2: 5.0, gamma };
+                let flight = Flight { x, v: random(-1.0, 1.0), forcing: [random(-1e3, 1e3), 0.0, 0.0, 0.0] };
+                balls.push(Ball::new(&model, 0.0.into(), flight));
+                flights.push(flight);
+                let open = random(0.0, 1.0) < 0.2;
+                let overlap = if open { random(-1e-6, 0.0) } else { random(0.0, 1e-6) };
+                let stiffness = if c > 0.0 { 1e10 } else { random(3e9, 3e10) };
+                let law = ContactLaw { stiffness, overlap_ref: 1e-6, exponent: 1.0, clearance: 1e-7, damping };
+                contacts.push(WindowContact { overlap, mode: if open { Mode::Open } else { Mode::Pressing } });
+                laws.push(law);
+                x -= overlap + law.clearance;
+            }
+            contacts.pop();
+            laws.pop();
+            let window = Window { flights: &flights, balls: &balls, contacts: &contacts, laws: &laws };
+            assert!(apply_to(&window));
+            let mut series = Series::default();
+            let mut workspace = Workspace::default();
+            series.expand(&mut workspace.recurrences, &window, &Control::new(1e-12), velocity_scale(&window));
+            let modes = Modes::new(&window).unwrap();
+            let tau = series.converges_for().min(1e-4);
+            type Value<'a> = &'a dyn Fn(&dyn DenseOutput, usize) -> f64;
+            let compare = |what: &str, tolerance: f64, items: &[usize], value: Value| {
+                let values = |by: &dyn DenseOutput| items.iter().map(|&i| value(by, i)).collect::<Vec<f64>>();
+                let what = format!("{what} of case {case}, {size} balls, c = {c}, gamma = {gamma}, tau = {tau}");
+                assert_close(&what, &values(&modes), &values(&series), tolerance);
+            };
+            let balls_of_it: Vec<usize> = (0..size).collect();
+            let contacts_of_it = &balls_of_it[..size - 1];
+            let pressing: Vec<usize> = (0..size - 1).filter(|&j| window.presses(j)).collect();
+            compare("displacements", 1e-13, &balls_of_it, &|by, i| by.moved(i, tau).0);
+            compare("changes of velocity", 1e-12, &balls_of_it, &|by, i| by.moved(i, tau).1);
+            compare("integrals", 1e-13, &balls_of_it, &|by, i| by.displacement_integral(i, tau));
+            compare("overlaps", 1e-13, contacts_of_it, &|by, j| by.overlap(j, tau).0);
+            compare("changes of rate", 1e-12, contacts_of_it, &|by, j| by.overlap(j, tau).1);
+            compare("impulses", 1e-12, &pressing, &|by, j| by.impulse(j, tau));
+            // What is lost is a difference of energies.
+            let energy: f64 = flights.iter().zip(&balls).map(|(flight, ball)| ball.mass * flight.v * flight.v).sum();
+            let by_contacts = |j: usize| if c > 0.0 && window.presses(j) { 1.0 } else { 0.0 };
+            compare("losses", 1e-14, &[0, 1, 2], &|by, k| match k {
+                0 => (0..size - 1).map(|j| by_contacts(j) * by.contact_loss(j, tau)).sum(),
+                1 if gamma > 0.0 => {
+                    (0..size).map(|i| balls[i].mass * by.squared_velocity_integral(i, tau)).sum::<f64>() * gamma
+                }
+                _ => energy,
+            });
+        }
     }
 }

@@ -279,8 +279,8 @@ impl Cluster {
         self.evaluations = window.closed() as u64;
         if modes::apply_to(window)
             && let Some(windows) = self.history.quiet.checked_sub(series_before_modes(window))
+            && let Some(modes) = Modes::new(window)
         {
-            let modes = Modes::new(window);
             self.length = horizon(modes.shortest_time(), windows, control.longest);
             self.description = Description::Modes(modes);
             self.evaluations = 1;
@@ -347,7 +347,13 @@ fn series_before_modes(window: &Window) -> u32 {
         // Only series keep balls that the motion has not reached exactly at rest, and follow what grows from nothing.
         false if window.holds_front() => 64,
         // Where many balls pass waves on, the next switching is near, and series have it for less.
-        false if window.closed() > 5 && window.rings() => 4,
+        false if window.closed() > 5 && window.rings() => {
+            if window.is_of_one_mass() {
+                4
+            } else {
+                13
+            }
+        }
         false => 0,
     }
 }

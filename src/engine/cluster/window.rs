@@ -63,6 +63,11 @@ impl Window<'_> {
         self.contacts.iter().enumerate().any(|(j, contact)| contact.mode != Mode::Open && rings(j))
     }
 
+    /// Whether all balls have the same mass.
+    pub fn is_of_one_mass(&self) -> bool {
+        self.balls.windows(2).all(|pair| pair[0].mass == pair[1].mass)
+    }
+
     /// Reduced mass of the balls of contact `j`, kg.
     pub fn reduced_mass(&self, j: usize) -> f64 {
         let (left, right) = (self.balls[j].mass, self.balls[j + 1].mass);
@@ -81,7 +86,7 @@ pub(crate) enum Switch {
     Release,
     /// The force would begin to pull.
     Clip,
-    /// The force would push again.
+    /// The force would forcing again.
     Unclip,
 }
 
