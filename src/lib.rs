@@ -36,6 +36,8 @@
 //! 3. *The communication grid is not the integration grid.* While the inputs stay as they are, the trajectory is the same bit for
 //!    bit, however a host cuts its steps.
 //!
+//! How the cradle is computed and why, with equations and sources: [`theory`]. How to change it: `CONTRIBUTING.md`.
+//!
 //! # Example
 //!
 //! ```
@@ -65,4 +67,7 @@ pub mod model;
 pub mod next;
 #[cfg(feature = "engine")]
 pub mod solver;
+#[doc = include_str!("../docs/theory.md")]
+#[cfg(doc)]
+pub mod theory {}
 pub mod variables;
