@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""Newton's cradle as an FMU: run the paper's experiments, or run all tests.
+"""Newton's cradle as an FMU: run the paper's experiments, or run the tests.
 
-    python3 cradle.py paper     build the FMU, run the experiments through FMPy, write report and pictures to out/paper
-    python3 cradle.py test      run everything that checks this project
+    python3 cradle.py paper         build the FMU, run the experiments through FMPy, write report and pictures to out/paper
+    python3 cradle.py test          run what a change needs, in minutes
+    python3 cradle.py test --all    run everything that checks this project
 
 Both need cargo, a C compiler and Python 3.11 or newer. What else is needed goes into this folder: Python
 packages into .venv, compiled code into target. Delete either at any time; it is made again.
@@ -31,7 +32,27 @@ FMU13 = FMU.with_stem("NewtonsCradle13")  # of 13 balls, for the paper's Figure 
 # As the tests compile it, with the engine. Cargo would compile it without when asked for it alone, and for the next tests anew.
 PRODUCER = ROOT / "target/debug" / ("cradle-fmu.exe" if os.name == "nt" else "cradle-fmu")
 TOOLS = ROOT / "target/tools"
+# Packages for the paper and the short test, and all.
+SOME, ALL = (ROOT / name for name in ("requirements.txt", "requirements-all.txt"))
 FUZZ_RUNS = {"calls": 8_000, "check": 1_500, "corners": 1_500, "states": 20_000}  # about half a minute each
+
+
+# What `test` does without `--all`: cases of each property; Rust tests that it leaves out, which try every bit of saved states;
+# and the tests in tests/hosts that take FMPy only, and seconds.
+FEW_CASES = 20
+LONG_RUST_TESTS = ("damaged_bytes", "forged_states")
+SHORT_HOST_TESTS = (
+    "conservation",
+    "derivatives",
+    "description",
+    "helpers",
+    "methods",
+    "reference",
+    "rigid",
+    "runs",
+    "sequence",
+    "states",
+)
 
 
 class Stop(Exception):
@@ -97,34 +118,28 @@ def check_machine() -> None:
         )
 
 
-def make_venv() -> None:
-    """.venv with the packages of requirements.txt; nothing to do when they have not changed."""
-    requirements = ROOT / "requirements.txt"
-    stamp = VENV / "requirements.sha256"
+def make_venv(requirements: Path) -> None:
+    """.venv with the packages of SOME or ALL; nothing to do when they have not changed."""
     # The checkout's path counts as well: a virtual environment does not survive being moved.
-    wanted = hashlib.sha256(requirements.read_bytes() + str(ROOT).encode()).hexdigest()
-    if PYTHON.exists() and stamp.exists() and stamp.read_text() == wanted:
+    wanted = {
+        file: hashlib.sha256(file.read_bytes() + SOME.read_bytes() + str(ROOT).encode()).hexdigest()
+        for file in (SOME, ALL)
+    }
+    stamps = {file: VENV / f"{file.stem}.sha256" for file in wanted}
+    present = [file for file, stamp in stamps.items() if stamp.exists() and stamp.read_text() == wanted[file]]
+    if PYTHON.exists() and requirements in present:
         say("  .venv is up to date")
         return
-    shutil.rmtree(VENV, ignore_errors=True)
-    if run([sys.executable, "-m", "venv", VENV], check=False) != 0:
-        raise Stop("this Python cannot make virtual environments: on Debian, `apt install python3-venv`.")
-    run(
-        [
-            PYTHON,
-            "-m",
-            "pip",
-            "install",
-            "--disable-pip-version-check",
-            "--progress-bar",
-            "off",
-            "-r",
-            requirements,
-        ]
-    )
+    if not (PYTHON.exists() and SOME in present):
+        shutil.rmtree(VENV, ignore_errors=True)
+        if run([sys.executable, "-m", "venv", VENV], check=False) != 0:
+            raise Stop("this Python cannot make virtual environments: on Debian, `apt install python3-venv`.")
+    quietly = ["--disable-pip-version-check", "--progress-bar", "off"]
+    run([PYTHON, "-m", "pip", "install", *quietly, "-r", requirements])
     packages = Path(sysconfig.get_path("purelib", "venv", {"base": str(VENV)}))
     (packages / "newtons_cradle.pth").write_text(f"{ROOT / 'python'}\n")
-    stamp.write_text(wanted)
+    for file in {SOME, requirements}:
+        stamps[file].write_text(wanted[file])
 
 
 def build_fmu(*producer) -> None:
@@ -160,7 +175,7 @@ def host_target() -> str:
 def paper(_options) -> int:
     """Builds the FMU and runs the paper's experiments through FMPy."""
     with stage("1/3 Python packages"):
-        make_venv()
+        make_venv(SOME)
     with stage("2/3 FMU (the first time, compiling takes a minute)"):
         build_fmu("cargo", "pack")
     with stage("3/3 the paper's experiments"):
@@ -233,15 +248,46 @@ def skipped_platforms(line: str):
 
 
 def test(options) -> int:
-    """Everything that checks the project, then one line of totals."""
+    """What a change needs, or everything that checks the project, then one line of totals."""
     begin = time.perf_counter()
     tally = Tally()
     with stage("Python packages"):
-        make_venv()
+        make_venv(ALL if options.all else SOME)
     rust_style(tally)
+    python_style(tally)
+    (everything if options.all else what_a_change_needs)(tally, options.pytest)
+    say(f"\n== {'all tests' if options.all else 'tests'}: {time.perf_counter() - begin:.0f} s")
+    for remark in tally.remarks:
+        say(f"!! {remark}")
+    say(f"{tally.passed} passed, {tally.failed} failed, {tally.skipped} skipped")
+    if not options.all:
+        say(
+            "The rest (more random cases, other hosts and platforms, fuzzing, ...): python3 cradle.py test --all"
+        )
+    return 1 if tally.failed else 0
+
+
+def what_a_change_needs(tally: Tally, pytest: list) -> None:
+    """The Rust tests but for the longest, and FMPy with the FMU as they have compiled it."""
+    fmu = FMU.parent / "tested" / FMU.name
+    skipped = [option for name in LONG_RUST_TESTS for option in ("--skip", name)]
+    tests = ["cargo", "test", "--workspace", "--no-fail-fast", "--", *skipped]
+    tally.step("Rust tests", tests, cargo_counts, env={"PROPTEST_CASES": str(FEW_CASES)})
+    system, library = {
+        "win32": ("win", "newtons_cradle.dll"),
+        "darwin": ("darwin", "libnewtons_cradle.dylib"),
+    }.get(sys.platform, ("linux", "libnewtons_cradle.so"))
+    platform = f"{system}{64 if sys.maxsize > 2**32 else 32}"
+    binary = f"--binary={platform}={PRODUCER.parent / 'deps' / library}"
+    tally.step("FMU", [PRODUCER, "build", binary, "--out", fmu])
+    hosts = [f"tests/hosts/test_{name}.py" for name in SHORT_HOST_TESTS]
+    tally.step("FMPy", [PYTHON, "-m", "pytest", *hosts, "--fmu", fmu, "-rs", *pytest], pytest_counts)
+
+
+def everything(tally: Tally, pytest: list) -> None:
+    """All tests of all kinds."""
     tally.step("Rust tests", ["cargo", "test", "--workspace", "--no-fail-fast"], cargo_counts)
     tally.step("Benches, each once", ["cargo", "bench", "--profile", "dev", "--", "--test"])
-    python_style(tally)
     try:
         with stage("FMU"):
             build_fmu(PRODUCER)
@@ -252,16 +298,11 @@ def test(options) -> int:
         tally.step("FMU for all platforms", platforms, skipped_platforms, env=old_linux()[1])
         same_bytes(tally)
         install_fmi_sim(tally)
-        hosts = [PYTHON, "-m", "pytest", "tests/hosts", "--fmu", FMU, "-rs", *options.pytest]
+        hosts = [PYTHON, "-m", "pytest", "tests/hosts", "--fmu", FMU, "-rs", *pytest]
         tally.step("Python hosts", hosts, pytest_counts)
         rust_host(tally)
         leak_check(tally)
     fuzz(tally)
-    say(f"\n== all tests: {time.perf_counter() - begin:.0f} s")
-    for remark in tally.remarks:
-        say(f"!! {remark}")
-    say(f"{tally.passed} passed, {tally.failed} failed, {tally.skipped} skipped")
-    return 1 if tally.failed else 0
 
 
 def rust_style(tally: Tally) -> None:
@@ -314,33 +355,18 @@ def same_bytes(tally: Tally) -> None:
 
 
 def install_fmi_sim(tally: Tally) -> None:
-    """fmi-sim, a host that tests/hosts/test_hosts.py runs if it is there."""
+    """fmi-sim, a host that tests/hosts/test_hosts.py runs if it is there.
+
+    It is compiled unoptimised, which takes half the time, and in the folder of the Rust host, which shares some crates."""
     if not has_libclang():
         return tally.skip("fmi-sim", "libclang is missing: on Debian, `apt install libclang-dev`")
     # Its part for FMI 2 alone does not compile.
-    return install(tally, "fmi-sim", "0.7.0", "--no-default-features", "--features", "fmi2,fmi3,cs")
-
-
-def install(tally: Tally, program: str, version: str, *options: str) -> bool:
-    """Whether a program from the crate of its name is in target/tools, where it is put if need be.
-
-    It is compiled unoptimised, which takes half the time, and in the folder of the Rust host, which shares some crates."""
-    with stage(f"{program} {version}"):
-        command = [
-            "cargo",
-            "install",
-            "--locked",
-            "--debug",
-            "--root",
-            TOOLS,
-            *options,
-            f"{program}@{version}",
-        ]
-        environment = {"CARGO_TARGET_DIR": str(ROOT / "target/hosts"), "CARGO_PROFILE_DEV_DEBUG": "0"}
+    features = ["--no-default-features", "--features", "fmi2,fmi3,cs"]
+    command = ["cargo", "install", "--locked", "--debug", "--root", TOOLS, *features, "fmi-sim@0.7.0"]
+    environment = {"CARGO_TARGET_DIR": str(ROOT / "target/hosts"), "CARGO_PROFILE_DEV_DEBUG": "0"}
+    with stage("fmi-sim"):
         installed = run(command, check=False, env=environment) == 0
-    if not installed:
-        tally.skip(program, "it could not be installed; the reason is above")
-    return installed
+    return None if installed else tally.skip("fmi-sim", "it could not be installed; the reason is above")
 
 
 def has_libclang() -> bool:
@@ -394,48 +420,53 @@ def leak_check(tally: Tally) -> None:
     return tally.step("C host: 2,000 cycles under valgrind", ["valgrind", *checks, *cycles])
 
 
+# As cargo-fuzz has it: counts of branches taken and values compared tell libFuzzer what an input has reached.
+COVERAGE = (
+    "--cfg=fuzzing -Cdebug-assertions -Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4"
+    " -Cllvm-args=-sanitizer-coverage-inline-8bit-counters -Cllvm-args=-sanitizer-coverage-pc-table"
+    " -Cllvm-args=-sanitizer-coverage-trace-compares -Cllvm-args=-sanitizer-coverage-stack-depth"
+)
+
+
 def fuzz(tally: Tally) -> None:
-    """Each fuzz target with AddressSanitizer: its seeds, then a fixed sequence of inputs made from them."""
+    """The C border's tests with AddressSanitizer; then each fuzz target: its seeds, and a fixed sequence of inputs from them."""
     if sys.platform != "linux":
         return tally.skip("Fuzzing", "it is tried on Linux only")
     if not any(shutil.which(name) for name in ("c++", "g++", "clang++")):
         return tally.skip("Fuzzing", "a C++ compiler is missing, for libFuzzer: on Debian, `apt install g++`")
-    if not install(tally, "cargo-fuzz", "0.13.2"):
-        return None
-    target = ["--target-dir", ROOT / "target/fuzz"]
-    # Stable compilers know the sanitizer and its coverage, but only take their flags when told so.
-    environment = {"RUSTC_BOOTSTRAP": "1"}
-    for sanitizer in ("address", "none"):
-        command = [TOOLS / "bin/cargo-fuzz", "build", "--sanitizer", sanitizer, *target]
-        with stage(f"Fuzz targets, sanitizer: {sanitizer}"):
-            built = run(command, check=False, env=environment) == 0
+    target = ROOT / "target/fuzz"
+    # A sanitizer needs a target that is named.
+    options = [
+        "--manifest-path",
+        "fuzz/Cargo.toml",
+        "--release",
+        "--target",
+        host_target(),
+        "--target-dir",
+        target,
+    ]
+    for sanitizer in ("-Zsanitizer=address", ""):
+        # Stable compilers know the sanitizer and its coverage, but only take their flags when told so.
+        environment = {"RUSTC_BOOTSTRAP": "1", "RUSTFLAGS": f"{COVERAGE} {sanitizer}"}
+        with stage(f"Fuzz targets {sanitizer or 'without sanitizer'}"):
+            built = run(["cargo", "build", "--bins", *options], check=False, env=environment) == 0
         if built:
             break
-        tally.skip(f"Fuzzing with sanitizer {sanitizer}", "it could not be built; the reason is above")
+        tally.skip("AddressSanitizer", "the fuzz targets could not be built with it; the reason is above")
     else:
         return tally.fail("Fuzzing: the targets could not be built")
-    if sanitizer == "address":
-        border = ["cargo", "test", "--manifest-path", "fuzz/Cargo.toml", "--no-default-features"]
-        # Without the producer, which it does not test. A sanitizer needs a target that is named. Forged states are the
-        # fuzzer's business.
-        border += ["--release", "--tests", "--target", host_target(), "--target-dir", ROOT / "target/asan"]
-        tally.step(
-            "C border with AddressSanitizer",
-            [*border, "--", "--skip", "forged_states"],
-            cargo_counts,
-            env=environment | {"RUSTFLAGS": "-Zsanitizer=address"},
-        )
+    if sanitizer:
+        # Forged states are the fuzzer's business.
+        border = ["cargo", "test", "--test", "border", *options, "--", "--skip", "forged_states"]
+        tally.step("C border with AddressSanitizer", border, cargo_counts, env=environment)
     for name, runs in FUZZ_RUNS.items():
-        corpus = ROOT / "target/fuzz/tests" / name
+        corpus = target / "tests" / name
         shutil.rmtree(corpus, ignore_errors=True)  # so that each run begins with the seeds
         corpus.mkdir(parents=True)
-        options = ["-seed=1", f"-runs={runs}", "-timeout=300", "-max_len=600", "-print_final_stats=1"]
-        command = [TOOLS / "bin/cargo-fuzz", "run", "--sanitizer", sanitizer, *target, name]
-        tally.step(
-            f"Fuzzing: {name}",
-            [*command, corpus, ROOT / "fuzz/seeds" / name, "--", *options],
-            env=environment,
-        )
+        limits = ["-seed=1", f"-runs={runs}", "-timeout=300", "-max_len=600", "-print_final_stats=1"]
+        crashes = f"-artifact_prefix={corpus}/crash-"
+        program = target / host_target() / "release" / name
+        tally.step(f"Fuzzing: {name}", [program, *limits, crashes, corpus, ROOT / "fuzz/seeds" / name])
     return None
 
 
@@ -447,6 +478,7 @@ def main() -> int:
     commands = parser.add_subparsers(dest="command", required=True, metavar="{paper,test}")
     commands.add_parser("paper", help=paper.__doc__).set_defaults(function=paper)
     tests = commands.add_parser("test", help=test.__doc__)
+    tests.add_argument("--all", action="store_true", help="everything that checks this project")
     tests.add_argument("pytest", nargs="*", help="more arguments for pytest, after `--`: -- -k threads")
     tests.set_defaults(function=test)
     options = parser.parse_args()

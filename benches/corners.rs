@@ -1,12 +1,11 @@
 //! Calls at corners of what is legal, at which a host could have to wait: getters within slow impacts, the next onset where none is in
 //! sight, sums over long flights; and what a step over one onset costs with few balls and with many.
 
-mod scenes;
-
 use std::time::{Duration, Instant};
 
+use cradle_host::scenes::{self, Setting, at_rest, choose, started};
+use cradle_host::{Host, fmi2OK};
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
-use scenes::{Host, Setting, at_rest, choose, fmi2OK, started};
 
 /// The first time that `variable` is read after steps of these lengths (s).
 fn read(c: &mut Criterion, name: &str, scene: impl Fn() -> Host, steps: &[f64], variable: &str) {

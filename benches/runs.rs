@@ -1,12 +1,10 @@
 //! Times of whole runs and of single calls, all through the C functions.
 
-mod scenes;
-
 use std::time::Duration;
 
+use cradle_host::{Host, fmi2OK, scenes};
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use newtons_cradle::fmi2::{fmi2DoStep, fmi2GetReal};
-use scenes::{Host, fmi2OK};
 
 /// The default method.
 const DEFAULT: &str = "eventDriven";

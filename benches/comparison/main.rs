@@ -4,15 +4,12 @@
 //!
 //! CVODE is left out where its library or a C compiler is missing.
 
-#[path = "../scenes/mod.rs"]
-mod scenes;
-
 mod cvode;
 
 use std::process::Command;
 use std::time::Instant;
 
-use scenes::{Host, fmi2OK};
+use cradle_host::{Host, fmi2OK, scenes};
 
 /// Length of the runs, s.
 const WHOLE: f64 = 600.0;

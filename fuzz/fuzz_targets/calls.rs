@@ -7,10 +7,10 @@ use std::ptr::{null, null_mut};
 use std::sync::LazyLock;
 
 use arbitrary::Arbitrary;
-use cradle_fuzz::host::{Host, Line, fmi2Error, fmi2OK};
 use cradle_fuzz::interface::Interface;
 use cradle_fuzz::model::{Call, Model, Phase, Type, Verdict};
 use cradle_fuzz::operation::{Operation, PLACES};
+use cradle_host::{Host, Line, fmi2Error, fmi2OK};
 use libfuzzer_sys::fuzz_target;
 use newtons_cradle::fmi2::*;
 

@@ -12,8 +12,8 @@ use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 
 use arbitrary::Arbitrary;
-use cradle_fuzz::host::{Host, fmi2Error, fmi2OK};
 use cradle_fuzz::interface::{Interface, Kind, Variable};
+use cradle_host::{Host, fmi2Error, fmi2OK};
 use libfuzzer_sys::fuzz_target;
 use newtons_cradle::fmi2::{fmi2GetRealStatus, fmi2LastSuccessfulTime};
 

@@ -6,8 +6,8 @@ use std::ptr::{null, null_mut};
 use std::sync::LazyLock;
 
 use arbitrary::Arbitrary;
-use cradle_fuzz::host::{Host, fmi2Error, fmi2OK};
 use cradle_fuzz::interface::{Interface, Variable};
+use cradle_host::{Host, fmi2Error, fmi2OK};
 use libfuzzer_sys::fuzz_target;
 use newtons_cradle::fmi2::*;
 use uuid::Uuid;

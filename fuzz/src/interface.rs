@@ -4,7 +4,7 @@ use newtons_cradle::fmi2::{fmi2GetBoolean, fmi2GetInteger, fmi2GetReal};
 use newtons_cradle::variables::{Description, Settings};
 use roxmltree::{Document, Node};
 
-use crate::host::{Host, fmi2OK};
+use cradle_host::{Host, fmi2OK};
 
 /// Type of a variable; an enumeration has the integers of its items.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,7 +1,5 @@
 //! What the fuzz targets share: the host of the tests, the interface as the description tells it, and a model of what is legal.
 
-#[path = "../../tests/host/mod.rs"]
-pub mod host;
 pub mod interface;
 pub mod model;
 pub mod operation;

@@ -1,7 +1,7 @@
 """FMUs of any number of balls, and the binaries for other platforms: what they need, and that they give the same doubles
 and read the states of one another.
 
-The FMU with the binaries for Linux and Windows, 32 and 64 bits, is made by `cradle.py test` where the tools are to be had; these
+The FMU with the binaries for Linux and Windows, 32 and 64 bits, is made by `cradle.py test --all` where the tools are to be had; these
 tests skip, and say so, where it or what runs it is missing or runs nothing.
 """
 
@@ -97,7 +97,7 @@ def platforms(tmp_path_factory) -> Path:
     path = ROOT / "target/fmu/platforms/NewtonsCradle.fmu"
     if not path.exists():
         pytest.skip(
-            f"{path} is missing: cradle.py test makes it where zig or a toolchain for Windows is to be had"
+            f"{path} is missing: cradle.py test --all makes it where zig or a toolchain for Windows is to be had"
         )
     folder = tmp_path_factory.mktemp("platforms")
     with zipfile.ZipFile(path) as archive:

@@ -1,11 +1,9 @@
 //! The program as a user runs it: what it writes, what it refuses, and what it finds in good, damaged and hostile FMUs.
 
-mod support;
-
 use std::collections::BTreeSet;
 use std::fs;
 
-use support::{Folder, entries, fmu, library, run, write};
+use super::support::{self, Folder, entries, fmu, library, run, write};
 
 #[test]
 fn one_binary_serves_every_number_of_balls() {

@@ -1,8 +1,6 @@
 //! fmi2GetDirectionalDerivative: exact derivatives, checked against differences of repeated steps with other inputs.
 
-mod host;
-
-use host::{Host, fmi2Error, fmi2OK};
+use cradle_host::{Host, fmi2Error, fmi2OK};
 use newtons_cradle::fmi2::*;
 
 const BALLS: usize = 5;

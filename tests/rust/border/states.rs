@@ -1,10 +1,8 @@
 //! Saving and restoring: a run goes on with the same bits, and bytes that are no state are refused.
 
-mod host;
-
 use std::ptr::null_mut;
 
-use host::{Host, Instantiate, Line, fmi2Error, fmi2OK};
+use cradle_host::{Host, Instantiate, Line, fmi2Error, fmi2OK};
 use newtons_cradle::fmi2::*;
 use newtons_cradle::variables::{Causality, Type, Variable, variables};
 use uuid::Uuid;

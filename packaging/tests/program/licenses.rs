@@ -1,5 +1,5 @@
 //! The licences that travel in every FMU are those of what is linked into it. After a change of dependencies,
-//! `CRADLE_RENEW=1 cargo test --package cradle-packaging --test licenses` writes them anew.
+//! `CRADLE_RENEW=1 cargo test --package cradle-packaging licences` writes them anew.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;

@@ -1,5 +1,4 @@
 //! What the tests of the program share.
-#![allow(dead_code)] // Not every test uses all of it.
 
 use std::collections::BTreeSet;
 use std::io::{Cursor, Write};

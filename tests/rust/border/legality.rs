@@ -1,11 +1,9 @@
 //! Which function may be called in which state (FMI 2.0.4, section 4.2.4), call by call, both ways: a legal call is not
 //! turned down for its time, an illegal one answers fmi2Error and leaves the state as it was.
 
-mod host;
-
 use std::ptr::{null, null_mut};
 
-use host::{Host, fmi2Error, fmi2OK};
+use cradle_host::{Host, fmi2Error, fmi2OK};
 use newtons_cradle::fmi2::*;
 
 #[derive(Clone, Copy, Debug, PartialEq)]

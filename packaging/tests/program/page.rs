@@ -1,13 +1,9 @@
 //! `page` hands its arguments to a Python; here to scripts that stand in for one. tests/hosts makes a page with a real one.
-#![cfg(unix)]
-
-mod support;
-
 use std::fs::{self, Permissions};
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
-use support::{Folder, run, run_in};
+use super::support::{Folder, run, run_in};
 
 /// A program in `folder` that is called as Python would be.
 fn script(folder: &Folder, name: &str, text: &str) -> String {

@@ -1,24 +1,31 @@
-//! A small host for the tests: it drives the exported C functions as a C program would, and keeps the log.
-#![allow(dead_code)] // Not every test uses all of it.
+//! A small host for tests, benches and fuzzing: it drives the exported C functions as a C program would, and keeps the log.
+
+pub mod scenes;
 
 use std::cell::RefCell;
 use std::f64::consts::TAU;
 use std::ffi::{CStr, CString, c_char, c_void};
 use std::path::PathBuf;
 use std::ptr::{null, null_mut};
-use std::{env, fs, mem};
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+use std::{env, fs, mem, process};
 
 use newtons_cradle::fmi2::*;
 use newtons_cradle::variables::{Description, FILE_NAME, MODEL_IDENTIFIER, Settings, Type, Variable, variables};
 
+/// The two answers that tests expect.
 pub use newtons_cradle::fmi2::fmi2Status::{fmi2Error, fmi2OK};
 
 /// A line of the log.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Line {
+    /// Name of the instance.
     pub instance: String,
+    /// How grave it is.
     pub status: fmi2Status,
+    /// One of the log categories of the description.
     pub category: String,
+    /// The message, with its percent signs as printed.
     pub text: String,
 }
 
@@ -57,7 +64,9 @@ pub fn callbacks(lines: &Lines) -> fmi2CallbackFunctions {
 
 /// A component and its log.
 pub struct Host {
+    /// The component, for calls that the host has no function for.
     pub c: fmi2Component,
+    /// Number of balls n.
     pub balls: usize,
     lines: Box<Lines>,
 }
@@ -70,11 +79,17 @@ impl Drop for Host {
 
 /// Arguments of fmi2Instantiate; the defaults are those of a well-behaved host of the default FMU.
 pub struct Instantiate<'a> {
+    /// Name of the instance; a null pointer without.
     pub name: Option<&'a str>,
+    /// Kind of FMU that is asked for.
     pub kind: fmi2Type,
+    /// GUID of the description; a null pointer without.
     pub guid: Option<String>,
+    /// URI of the resources; a null pointer without.
     pub location: Option<String>,
+    /// Whether all categories are logged from the start.
     pub logging: bool,
+    /// Number of balls that the resources ask for.
     pub balls: usize,
 }
 
@@ -119,10 +134,17 @@ impl Instantiate<'_> {
     }
 }
 
+/// A component of the default FMU.
+impl Default for Host {
+    fn default() -> Self {
+        Instantiate::default().host().unwrap()
+    }
+}
+
 impl Host {
     /// A component of the default FMU.
     pub fn new() -> Self {
-        Instantiate::default().host().unwrap()
+        Self::default()
     }
 
     /// A component of the FMU with this many balls.
@@ -146,18 +168,22 @@ impl Host {
         assert_eq!(self.exit(), fmi2OK);
     }
 
+    /// Sets up an experiment that starts at `start` (s), without tolerance and stop time.
     pub fn set_up(&self, start: f64) -> fmi2Status {
         unsafe { fmi2SetupExperiment(self.c, 0, f64::NAN, start, 0, f64::NAN) }
     }
 
+    /// Enters Initialization Mode.
     pub fn enter(&self) -> fmi2Status {
         unsafe { fmi2EnterInitializationMode(self.c) }
     }
 
+    /// Leaves Initialization Mode.
     pub fn exit(&self) -> fmi2Status {
         unsafe { fmi2ExitInitializationMode(self.c) }
     }
 
+    /// A step of the length `step` (s) from the communication point `time` (s).
     pub fn step(&self, time: f64, step: f64) -> fmi2Status {
         unsafe { fmi2DoStep(self.c, time, step, 1) }
     }
@@ -173,10 +199,12 @@ impl Host {
         assert!(self.error().contains("the run cannot go on"));
     }
 
+    /// Back to how it was instantiated.
     pub fn reset(&self) -> fmi2Status {
         unsafe { fmi2Reset(self.c) }
     }
 
+    /// Ends the run.
     pub fn terminate(&self) -> fmi2Status {
         unsafe { fmi2Terminate(self.c) }
     }
@@ -186,14 +214,17 @@ impl Host {
         Variable::named(name, self.balls).unwrap_or_else(|| panic!("no {name}")).reference()
     }
 
+    /// Sets a real variable, in its unit.
     pub fn set(&self, name: &str, value: f64) -> fmi2Status {
         unsafe { fmi2SetReal(self.c, &self.vr(name), 1, &value) }
     }
 
+    /// Sets an integer or an enumeration.
     pub fn set_integer(&self, name: &str, value: i32) -> fmi2Status {
         unsafe { fmi2SetInteger(self.c, &self.vr(name), 1, &value) }
     }
 
+    /// Sets the derivative of an input by time, of this order, in the input's unit over s^order.
     pub fn set_derivative(&self, name: &str, order: i32, value: f64) -> fmi2Status {
         unsafe { fmi2SetRealInputDerivatives(self.c, &self.vr(name), 1, &order, &value) }
     }
@@ -221,10 +252,13 @@ impl Host {
         state
     }
 
+    /// Sets a saved state. What is none must be refused, so that this can be called with anything.
+    #[expect(clippy::not_unsafe_ptr_arg_deref, reason = "tests try pointers that are no states")]
     pub fn restore(&self, state: fmi2FMUstate) -> fmi2Status {
         unsafe { fmi2SetFMUstate(self.c, state) }
     }
 
+    /// Frees a saved state; null is allowed.
     pub fn free(&self, mut state: fmi2FMUstate) {
         assert_eq!(unsafe { fmi2FreeFMUstate(self.c, &mut state) }, fmi2OK);
         assert!(state.is_null());
@@ -263,6 +297,7 @@ impl Host {
         variables(self.balls).map(value).collect()
     }
 
+    /// A real variable, in its unit.
     pub fn get(&self, name: &str) -> f64 {
         self.try_get(name).unwrap_or_else(|| panic!("{name}: {:?}", self.log()))
     }
@@ -274,6 +309,7 @@ impl Host {
         (status == fmi2OK).then_some(value)
     }
 
+    /// An integer or an enumeration.
     pub fn get_integer(&self, name: &str) -> i32 {
         let mut value = -1;
         assert_eq!(
@@ -285,6 +321,7 @@ impl Host {
         value
     }
 
+    /// A boolean variable.
     pub fn get_boolean(&self, name: &str) -> bool {
         let mut value = -1;
         assert_eq!(
@@ -332,13 +369,16 @@ pub const CUBIC: [(&str, f64); 6] = [
     ("contact.deadBand", 2e-5),
 ];
 
-/// A folder of resources with this text in it, and its location.
+/// A folder of resources with this text in it, and its location. It lies beside the running program, in Cargo's target folder.
 pub fn resources(test: &str, text: &[u8]) -> (PathBuf, String) {
-    // Cargo names a folder to integration tests only.
-    let temporary = option_env!("CARGO_TARGET_TMPDIR").map_or_else(env::temp_dir, PathBuf::from);
-    let folder = temporary.join(format!("{MODEL_IDENTIFIER}-{test}/resources"));
+    static COUNT: AtomicUsize = AtomicUsize::new(0);
+    let beside = env::current_exe().unwrap().with_file_name("tmp");
+    let folder = beside.join(format!("{MODEL_IDENTIFIER}-{test}/resources"));
     fs::create_dir_all(&folder).unwrap();
-    fs::write(folder.join(FILE_NAME), text).unwrap();
+    // At once: another test may be reading a file of this name.
+    let draft = folder.join(format!("draft-{}-{}", process::id(), COUNT.fetch_add(1, Relaxed)));
+    fs::write(&draft, text).unwrap();
+    fs::rename(draft, folder.join(FILE_NAME)).unwrap();
     let location = format!("file://{}", folder.display());
     (folder, location)
 }

@@ -1,28 +1,15 @@
-//! The runs that are measured, as hosts of the C functions that are ready for their first step.
-#![allow(dead_code)] // Not every bench uses all of them.
+//! The runs that the benches measure, as hosts that are ready for their first step.
 
-#[path = "../../tests/host/mod.rs"]
-mod host;
-
-pub use host::{Host, fmi2OK};
-
-use host::Instantiate;
 use newtons_cradle::variables::ENUMERATIONS;
+
+use crate::{CUBIC, FIGURE_6, Host, fmi2OK};
 
 /// A real variable and the value to give it.
 pub type Setting<'a> = (&'a str, f64);
 
-/// An instance of `balls` balls, set up but for its own settings.
-pub fn instance(balls: usize) -> Host {
-    let text = format!("{{\"format\":1,\"balls\":{balls}}}");
-    let location = (balls != 5).then(|| host::resources(&format!("bench-{balls}"), text.as_bytes()).1);
-    let host = Instantiate { guid: Some(host::guid(balls)), location, balls, ..Default::default() }.host();
-    host.unwrap_or_else(|log| panic!("{balls} balls: {log:?}"))
-}
-
 /// All balls at rest in their rest positions, then `settings`.
 pub fn at_rest(balls: usize, settings: &[Setting]) -> Host {
-    let host = instance(balls);
+    let host = Host::with_balls(balls);
     let rest = (1..=balls).map(|i| (format!("x_start[{i}]"), 0.0));
     for (name, value) in rest.chain(settings.iter().map(|(name, value)| ((*name).to_owned(), *value))) {
         assert_eq!(host.set(&name, value), fmi2OK, "{name} = {value}: {:?}", host.log());
@@ -41,6 +28,7 @@ pub fn choice(type_name: &str, item: &str) -> Option<i32> {
     enumeration.named(item).map(|item| item.value)
 }
 
+/// Initialized at t = 0.
 pub fn started(host: Host) -> Host {
     host.start();
     host
@@ -58,12 +46,12 @@ fn two_lifted(height: f64, set_up: &[Setting], method: &str, settings: &[Setting
 
 /// Figure 6's set-up, to be run for 600 s: 2,562 pulses.
 pub fn ten_minutes(method: &str, settings: &[Setting]) -> Host {
-    two_lifted(1.0, &host::FIGURE_6, method, settings)
+    two_lifted(1.0, &FIGURE_6, method, settings)
 }
 
 /// Cubic contacts, to be run for 600 s: 7,194 pulses.
 pub fn cubic(method: &str, settings: &[Setting]) -> Host {
-    two_lifted(0.05, &host::CUBIC, method, settings)
+    two_lifted(0.05, &CUBIC, method, settings)
 }
 
 /// Figure 3: waves that cross in thirteen balls, three lifted on the left and two on the right.

@@ -1,8 +1,6 @@
 //! Inputs that change within a step: fmi2SetRealInputDerivatives.
 
-mod host;
-
-use host::{Host, fmi2Error, fmi2OK};
+use cradle_host::{Host, fmi2Error, fmi2OK};
 use newtons_cradle::fmi2::*;
 
 /// Position and velocity at `t` of an undamped pendulum of 1 kg that starts at -0.1 m, at rest, under a force with these

@@ -1,12 +1,10 @@
 //! Bad input through the C functions: each is answered with an error that names what it is about and what is allowed,
 //! and leaves an instance that is still usable.
 
-mod host;
-
 use std::fs;
 use std::ptr::{null, null_mut};
 
-use host::{Host, Instantiate, NOBODY, fmi2Error, fmi2OK, guid, resources};
+use cradle_host::{Host, Instantiate, NOBODY, fmi2Error, fmi2OK, guid, resources};
 use newtons_cradle::fmi2::*;
 use newtons_cradle::variables::{FILE_NAME, Recipe, StartValue};
 

@@ -1,8 +1,6 @@
 //! fmi2GetRealOutputDerivatives: derivatives by time, checked against differences of a finely stepped run.
 
-mod host;
-
-use host::{Host, fmi2Error, fmi2OK};
+use cradle_host::{Host, fmi2Error, fmi2OK};
 use newtons_cradle::fmi2::*;
 
 /// Outputs that vary with the time.

@@ -1,13 +1,11 @@
 //! `check` says what is wrong with a damaged FMU, and there is nothing it does not survive.
 
-mod support;
-
 use std::sync::LazyLock;
 
+use super::support::{entries, fmu, zip};
 use cradle_packaging::archive::Entries;
 use cradle_packaging::check::{MAX_BYTES, bytes};
 use cradle_packaging::platform::Platform;
-use support::{entries, fmu, zip};
 use zip::CompressionMethod::{Deflated, Stored};
 
 const DESCRIPTION: &str = "modelDescription.xml";

@@ -6,7 +6,7 @@ use newtons_cradle::model::{DampingLaw, Inputs, Parameters, SolverMethod};
 use serde_json::Value;
 
 fn reference() -> Value {
-    serde_json::from_str(include_str!("data/reference.json")).unwrap()
+    serde_json::from_str(include_str!("../data/reference.json")).unwrap()
 }
 
 /// A number, or a string of digits.
@@ -109,7 +109,7 @@ fn cradle_states() {
 
 #[test]
 fn strongly_damped_cradles() {
-    let cases: Value = serde_json::from_str(include_str!("data/strong_damping.json")).unwrap();
+    let cases: Value = serde_json::from_str(include_str!("../data/strong_damping.json")).unwrap();
     for case in cases.as_array().unwrap() {
         let n = case["balls"].as_u64().unwrap() as usize;
         let pull = case["pull"].as_bool().unwrap();

@@ -1,11 +1,9 @@
 //! A run through the C functions: time, values before and after a setter, the log, several instances.
 
-mod host;
-
 use std::ptr::null;
 use std::thread;
 
-use host::{CUBIC, FIGURE_6, Host, Instantiate, fmi2Error, fmi2OK};
+use cradle_host::{CUBIC, FIGURE_6, Host, Instantiate, fmi2Error, fmi2OK};
 use newtons_cradle::fmi2::*;
 
 fn logging() -> Host {

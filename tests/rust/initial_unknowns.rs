@@ -1,10 +1,8 @@
 //! InitialUnknowns: what the description says they depend on, and what they do depend on in Initialization Mode.
 
-mod host;
-
 use std::collections::{BTreeMap, BTreeSet};
 
-use host::{Host, fmi2OK};
+use cradle_host::{Host, fmi2OK};
 use newtons_cradle::fmi2::*;
 use newtons_cradle::variables::{Description, Settings, Type, Variable, variables};
 

@@ -1,0 +1,16 @@
+//! The tests of the FMU in Rust: through its C functions, and of the engine below them. One program, as linking is most of what
+//! each costs.
+
+mod border;
+mod description;
+mod directional_derivatives;
+mod initial_unknowns;
+mod input_derivatives;
+mod methods;
+mod output_derivatives;
+mod properties;
+mod reference;
+mod rigid;
+mod running;
+mod stiff;
+mod work;
