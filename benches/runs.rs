@@ -1,5 +1,7 @@
 //! Times of whole runs and of single calls, all through the C functions.
 
+#![expect(unsafe_code, reason = "hosts call C functions")]
+
 use std::time::Duration;
 
 use cradle_host::{Host, fmi2OK, scenes};

@@ -53,10 +53,6 @@
 //! # Ok::<(), newtons_cradle::engine::EngineError>(())
 //! ```
 
-#![deny(unsafe_code)]
-// A host owns the terminal: what there is to say goes through its logger.
-#![deny(clippy::print_stderr, clippy::print_stdout)]
-
 #[cfg(feature = "engine")]
 pub mod engine;
 #[cfg(feature = "engine")]

@@ -4,6 +4,8 @@
 //!
 //! CVODE is left out where its library or a C compiler is missing.
 
+#![expect(clippy::print_stdout, reason = "the tables are for the terminal")]
+
 mod cvode;
 
 use std::process::Command;

@@ -11,8 +11,6 @@
 //!
 //! All of them tell what went wrong by an [`Error`].
 
-#![deny(unsafe_code)]
-
 pub mod animation;
 pub mod archive;
 pub mod build;

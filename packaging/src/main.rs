@@ -1,5 +1,7 @@
 //! `cradle-fmu`: builds, checks and shows FMUs on the command line. `cargo pack` runs it from the sources.
 
+#![expect(clippy::print_stdout, clippy::print_stderr, reason = "a program speaks to its user")]
+
 mod arguments;
 
 use std::fs;

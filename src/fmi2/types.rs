@@ -4,49 +4,76 @@
 
 use std::ffi::{c_char, c_int, c_uint, c_void};
 
+/// An instance, opaque to the host.
 pub type fmi2Component = *mut c_void;
+/// The host's own, handed back to its callbacks.
 pub type fmi2ComponentEnvironment = *mut c_void;
+/// A saved state, opaque to the host.
 pub type fmi2FMUstate = *mut c_void;
+/// What a variable is called by.
 pub type fmi2ValueReference = c_uint;
+/// A real value, in the unit of its variable.
 pub type fmi2Real = f64;
+/// An integer, or the value of an enumeration.
 pub type fmi2Integer = c_int;
+/// [`fmi2True`] or [`fmi2False`]; a plain integer, since a host may pass any.
 pub type fmi2Boolean = c_int;
+/// A character of a text in UTF-8.
 pub type fmi2Char = c_char;
+/// A text in UTF-8, closed by a null byte.
 pub type fmi2String = *const fmi2Char;
+/// A byte of a serialized state.
 pub type fmi2Byte = c_char;
 
+/// No.
 pub const fmi2False: fmi2Boolean = 0;
+/// Yes.
 pub const fmi2True: fmi2Boolean = 1;
 
 /// What a function answers. Hosts never pass one to us, so an enumeration is safe.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum fmi2Status {
+    /// All went well.
     fmi2OK,
+    /// It went on, but the log has something to say.
     fmi2Warning,
+    /// The step or the value is not to be had; the instance is as before.
     fmi2Discard,
+    /// The call was refused or failed.
     fmi2Error,
+    /// All instances are lost.
     fmi2Fatal,
+    /// The step goes on by itself; never answered here.
     fmi2Pending,
 }
 
 /// Kind of FMU a host asks for. A plain integer, since a host may pass any.
 pub type fmi2Type = c_int;
+/// The host integrates; not offered.
 pub const fmi2ModelExchange: fmi2Type = 0;
+/// The FMU integrates.
 pub const fmi2CoSimulation: fmi2Type = 1;
 
 /// What a host asks about the last step. A plain integer, since a host may pass any.
 pub type fmi2StatusKind = c_int;
+/// How the step ended.
 pub const fmi2DoStepStatus: fmi2StatusKind = 0;
+/// What a pending step is doing; there are none.
 pub const fmi2PendingStatus: fmi2StatusKind = 1;
+/// Up to when the last step got, s.
 pub const fmi2LastSuccessfulTime: fmi2StatusKind = 2;
+/// Whether the instance wants to end the run.
 pub const fmi2Terminated: fmi2StatusKind = 3;
 
 /// The host's logger: `(environment, instance name, status, category, format, ...)`.
 pub type fmi2CallbackLogger =
     Option<unsafe extern "C" fn(fmi2ComponentEnvironment, fmi2String, fmi2Status, fmi2String, fmi2String, ...)>;
+/// The host's `calloc`.
 pub type fmi2CallbackAllocateMemory = Option<unsafe extern "C" fn(usize, usize) -> *mut c_void>;
+/// The host's `free`.
 pub type fmi2CallbackFreeMemory = Option<unsafe extern "C" fn(*mut c_void)>;
+/// Tells the host that a step of its own thread has ended.
 pub type fmi2StepFinished = Option<unsafe extern "C" fn(fmi2ComponentEnvironment, fmi2Status)>;
 
 /// What the host lends to an instance. Memory is our own (`canNotUseMemoryManagementFunctions`) and steps are
@@ -54,9 +81,14 @@ pub type fmi2StepFinished = Option<unsafe extern "C" fn(fmi2ComponentEnvironment
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct fmi2CallbackFunctions {
+    /// Takes the messages.
     pub logger: fmi2CallbackLogger,
+    /// Not used.
     pub allocateMemory: fmi2CallbackAllocateMemory,
+    /// Not used.
     pub freeMemory: fmi2CallbackFreeMemory,
+    /// Not used.
     pub stepFinished: fmi2StepFinished,
+    /// First argument of the logger.
     pub componentEnvironment: fmi2ComponentEnvironment,
 }

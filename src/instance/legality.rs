@@ -32,11 +32,17 @@ impl std::fmt::Display for Phase {
 /// What a host can ask of an instance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Call {
+    /// Switching log categories on and off.
     SetDebugLogging,
+    /// Telling start, stop and tolerance.
     SetupExperiment,
+    /// The way into Initialization Mode.
     EnterInitializationMode,
+    /// The way out of it, to the first step.
     ExitInitializationMode,
+    /// The end of the run.
     Terminate,
+    /// Back to how it was instantiated.
     Reset,
     /// Reading values of any type.
     Get,
@@ -44,10 +50,15 @@ pub enum Call {
     Set,
     /// Saving, restoring, freeing and serializing the whole state.
     State,
+    /// Derivatives by inputs held over the last step, or by what is known in Initialization Mode.
     DirectionalDerivative,
+    /// How inputs change within the next step.
     SetInputDerivatives,
+    /// Derivatives of outputs by time.
     GetOutputDerivatives,
+    /// A step.
     DoStep,
+    /// Breaking off a step that goes on by itself, of which there are none.
     CancelStep,
     /// Asking about the last step.
     Status,

@@ -8,17 +8,34 @@ use crate::variables::{Number, VariableError};
 #[derive(Clone, Debug, PartialEq)]
 pub enum Refusal {
     /// The call is not legal in this phase.
-    Phase { call: Call, phase: Phase },
+    Phase {
+        /// What was asked.
+        call: Call,
+        /// Where the instance is.
+        phase: Phase,
+    },
     /// A value, a value reference, a name or a type is not accepted.
     Value(VariableError),
     /// An argument is not accepted.
-    Argument { name: &'static str, value: String, allowed: String },
+    Argument {
+        /// Its name in the standard.
+        name: &'static str,
+        /// What was given, with its unit.
+        value: String,
+        /// What would have been accepted.
+        allowed: String,
+    },
     /// A saved state is not accepted.
     State(StateError),
     /// A derivative cannot be given.
     Derivative(String),
-    /// A value does not exist at this time, s.
-    NotANumber { variable: String, time: f64 },
+    /// A value does not exist at this time.
+    NotANumber {
+        /// Name of the variable.
+        variable: String,
+        /// The time of the instance, s.
+        time: f64,
+    },
     /// Something has to happen first.
     Missing(&'static str),
     /// The FMU does not offer this.
@@ -89,11 +106,21 @@ pub enum StateError {
     /// The bytes are something else.
     NoState,
     /// Written by another version, in a format that is not the one known.
-    Format { format: u32, known: u32 },
+    Format {
+        /// Its number.
+        format: u32,
+        /// The one that this version writes and reads.
+        known: u32,
+    },
     /// Not the bytes that were written.
     Damaged,
     /// Of another FMU.
-    Foreign { theirs: String, ours: String },
+    Foreign {
+        /// Whose state it is.
+        theirs: String,
+        /// Who was to take it.
+        ours: String,
+    },
     /// No instance can have been in this state.
     Unsound(&'static str),
 }

@@ -12,10 +12,18 @@ use serde::{Deserialize, Serialize};
 pub enum Damping<S = f64> {
     /// Elastic contact.
     None,
-    /// Adds `c` (N.s/m) times the rate of the overlap; `pull` tells whether the total may be negative.
-    KelvinVoigt { c: S, pull: bool },
-    /// Multiplies the elastic force by `1 + alpha` (s/m) times the rate of the overlap; never negative.
-    HuntCrossley { alpha: S },
+    /// Adds `c` times the rate of the overlap.
+    KelvinVoigt {
+        /// Damping, N.s/m, >= 0.
+        c: S,
+        /// Whether the total may be negative.
+        pull: bool,
+    },
+    /// Multiplies the elastic force by `1 + alpha` times the rate of the overlap; never negative.
+    HuntCrossley {
+        /// Factor, s/m, >= 0.
+        alpha: S,
+    },
 }
 
 impl<S: Scalar> Damping<S> {

@@ -6,21 +6,63 @@ use super::row::{Causality, Type};
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum VariableError {
     /// No variable has this value reference.
-    UnknownReference { reference: u32, balls: usize },
+    UnknownReference {
+        /// What was asked for.
+        reference: u32,
+        /// Number of balls n.
+        balls: usize,
+    },
     /// No variable has this name.
-    UnknownName { name: String, balls: usize },
+    UnknownName {
+        /// What was asked for.
+        name: String,
+        /// Number of balls n.
+        balls: usize,
+    },
     /// The variable has another type.
-    WrongType { variable: String, actual: Type, asked: Type },
+    WrongType {
+        /// Name of the variable.
+        variable: String,
+        /// Its type.
+        actual: Type,
+        /// The type of the call.
+        asked: Type,
+    },
     /// The variable cannot be set at all.
-    NotSettable { variable: String, causality: Causality },
+    NotSettable {
+        /// Name of the variable.
+        variable: String,
+        /// What it is.
+        causality: Causality,
+    },
     /// Derivatives can only be given for inputs.
-    NotInput { variable: String, causality: Causality },
+    NotInput {
+        /// Name of the variable.
+        variable: String,
+        /// What it is.
+        causality: Causality,
+    },
     /// The variable has no derivative of the kind asked for.
-    NotDifferentiable { variable: String, allowed: &'static str },
+    NotDifferentiable {
+        /// Name of the variable.
+        variable: String,
+        /// Of which there are derivatives.
+        allowed: &'static str,
+    },
     /// The variable cannot be set any more.
-    Fixed { variable: String },
+    Fixed {
+        /// Name of the variable.
+        variable: String,
+    },
     /// The value is outside of what is allowed.
-    NotAllowed { variable: String, value: String, allowed: String },
+    NotAllowed {
+        /// Name of the variable.
+        variable: String,
+        /// The value, as it was given.
+        value: String,
+        /// The range or the items, with the unit.
+        allowed: String,
+    },
 }
 
 impl std::fmt::Display for VariableError {

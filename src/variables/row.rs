@@ -29,8 +29,11 @@ impl Shape {
 /// The data types of the interface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Type {
+    /// A double.
     Real,
+    /// 32 bits, with a sign.
     Integer,
+    /// True or false.
     Boolean,
     /// Its values travel as integers.
     Enumeration,
@@ -41,10 +44,15 @@ pub enum Type {
 /// What a variable is to the host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Causality {
+    /// The host may set it.
     Parameter,
+    /// It follows from the parameters.
     CalculatedParameter,
+    /// The host may set it between steps.
     Input,
+    /// Another model may take it as its input.
     Output,
+    /// To look at only.
     Local,
 }
 
@@ -65,9 +73,19 @@ pub enum Variability {
 #[derive(Clone, Copy)]
 pub enum Access {
     /// Real parameters; the slice has one element for each variable of the row.
-    Parameter { get: fn(&Parameters) -> &[f64], set: fn(&mut Parameters) -> &mut [f64] },
+    Parameter {
+        /// Reads them.
+        get: fn(&Parameters) -> &[f64],
+        /// What a setter writes to.
+        set: fn(&mut Parameters) -> &mut [f64],
+    },
     /// Real inputs, likewise.
-    Input { get: fn(&Inputs) -> &[f64], set: fn(&mut Inputs) -> &mut [f64] },
+    Input {
+        /// Reads them.
+        get: fn(&Inputs) -> &[f64],
+        /// What a setter writes to.
+        set: fn(&mut Inputs) -> &mut [f64],
+    },
     /// A parameter with named items.
     Enumeration(&'static Enumeration),
     /// A real number that follows from the parameters alone.

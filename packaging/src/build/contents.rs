@@ -9,7 +9,9 @@ use crate::platform::Platform;
 
 /// A shared library and the platform it was made for.
 pub struct Binary {
+    /// What it was compiled for.
     pub platform: &'static Platform,
+    /// The shared library.
     pub contents: Vec<u8>,
 }
 

@@ -12,8 +12,8 @@ pub mod probe;
 mod report;
 mod unpack;
 
-pub use binary::Library;
-pub use description::Model;
+pub(crate) use binary::Library;
+pub(crate) use description::Model;
 pub use fmu::{MAX_BYTES, bytes, file, read};
 pub use report::Report;
 pub use unpack::unpack;

@@ -3,9 +3,13 @@
 /// A category of log lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LogCategory {
+    /// A line for each finished pulse.
     Events,
+    /// What the solver makes of its settings.
     Solver,
+    /// What a host should know though the call succeeds, such as how far a slow step has come.
     Warning,
+    /// Why a call was refused or failed.
     Error,
 }
 

@@ -1,5 +1,8 @@
 //! A small host for tests, benches and fuzzing: it drives the exported C functions as a C program would, and keeps the log.
 
+#![expect(unsafe_code, reason = "hosts call C functions")]
+#![expect(clippy::unwrap_used, reason = "a host that does not get on fails the test")]
+
 pub mod scenes;
 
 use std::cell::RefCell;
