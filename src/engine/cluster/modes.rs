@@ -11,16 +11,11 @@ use std::cell::Cell;
 use super::dense_output::DenseOutput;
 use super::natural::{Group, NaturalMode, Sum};
 use super::window::{OverlapSeries, Window, clipping};
-use crate::engine::flight::{Forcing, Rounding, degree};
+use crate::engine::flight::{Forcing, Rounding};
 use crate::model::Mode;
 use crate::next::Next;
 use crate::solver::oscillator::ForcedOscillator;
 use crate::solver::root::{Smooth, search_within};
-
-/// Largest uniform chain that is taken apart into modes: the table of their shapes grows with the square. Largest other group: to
-/// find its shapes grows with the cube.
-const LARGEST_UNIFORM: usize = 128;
-const LARGEST_GROUP: usize = 40;
 
 /// Evaluations of a mode that the search for the switchings of a segment may take: some milliseconds. What comes then is left to the
 /// next segment.
@@ -30,6 +25,15 @@ const LEAST_EVALUATIONS: usize = 200;
 /// Time scales of the fastest mode that a search must have come by then; if not, it may take so many evaluations for them.
 const SWINGS: f64 = 32.0;
 const MORE_EVALUATIONS: u32 = 10_000;
+
+/// What several operations leave open of a force, relative.
+const ROUNDINGS: f64 = 8.0 * f64::EPSILON;
+
+/// A maximum of a force is higher than another one by more than this part of it.
+const HIGHER: f64 = 1e-12;
+
+/// Radians of the fastest mode that one step of a search covers at most.
+const SWINGS_OF_A_LOOK: f64 = 4.0;
 
 /// The motion of a window by natural modes.
 #[derive(Clone, Debug, Default)]
@@ -60,32 +64,8 @@ struct Joint {
     approach: Option<NaturalMode>,
 }
 
-/// Whether the closed contacts of a window are linear, and those that press join equal pendulums and are damped in proportion to
-/// their stiffness, under constant inputs. (Drag makes pendulums of unequal masses unequal.)
-pub(crate) fn apply_to(window: &Window) -> bool {
-    let Window { flights, balls, contacts, laws } = window;
-    let (mut first, mut uniform) = (0, true);
-    for (j, (contact, law)) in contacts.iter().zip(*laws).enumerate() {
-        if contact.mode != Mode::Open && !law.is_linear() {
-            return false;
-        }
-        if contact.mode != Mode::Pressing {
-            (first, uniform) = (j + 1, true);
-            continue;
-        }
-        let (other, [left, right]) = (&laws[first], [&balls[first], &balls[j + 1]]);
-        uniform &= left.mass == right.mass && other.stiffness == law.stiffness;
-        let most = if uniform { LARGEST_UNIFORM } else { LARGEST_GROUP };
-        let proportional = law.damping_coefficient() * other.stiffness == other.damping_coefficient() * law.stiffness;
-        if !(left.oscillator == right.oscillator && proportional) || j + 2 - first > most {
-            return false;
-        }
-    }
-    flights.iter().all(|flight| degree(&flight.forcing) == 0)
-}
-
 impl Modes {
-    /// The motion from the state at the start of a segment, which [`apply_to`] allows; `None` for balls or contacts that differ too much.
+    /// The motion from the state at the start of a segment, which [`apply_to`](super::natural::apply_to) allows; `None` for balls or contacts that differ too much.
     pub fn new(window: &Window) -> Option<Self> {
         let Window { flights, contacts, laws, .. } = window;
         let mut modes = Self::default();
@@ -173,7 +153,7 @@ impl Modes {
     fn force_at(&self, j: usize, tau: f64) -> ([f64; 4], f64) {
         let &Joint { stiffness, damping, .. } = &self.contacts[j];
         let d: [f64; 5] = self.overlap_at(j, tau);
-        let noise = |k: usize| 8.0 * f64::EPSILON * ((stiffness * d[k]).abs() + (damping * d[k + 1]).abs());
+        let noise = |k: usize| ROUNDINGS * ((stiffness * d[k]).abs() + (damping * d[k + 1]).abs());
         let force = std::array::from_fn(|k| {
             let force = stiffness * d[k] + damping * d[k + 1];
             if force.abs() <= noise(k) { 0.0 } else { force }
@@ -187,7 +167,7 @@ impl Modes {
     }
 
     /// The search for a function of contact `j`, signed, above a `level`.
-    fn watch(&self, j: usize, kind: Watched, (sign, level): (f64, f64)) -> Watch<'_> {
+    fn watch(&self, j: usize, kind: Watched, sign: f64, level: f64) -> Watch<'_> {
         Watch { modes: self, contact: j, kind, sign, level, fading: 0.0 }
     }
 
@@ -246,9 +226,9 @@ impl DenseOutput for Modes {
         // From where the force passes the best so far, by more than rounding, up to where it falls again.
         let mut allowed = self.allowed(j);
         loop {
-            let above = self.watch(j, Watched::Force, (1.0, best + 1e-12 * best.abs()));
+            let above = self.watch(j, Watched::Force, 1.0, best + HIGHER * best.abs());
             let Next::At(rise) = search_within(&above, t, to, &mut allowed) else { break };
-            let falling = self.watch(j, Watched::ForceRate, (-1.0, 0.0));
+            let falling = self.watch(j, Watched::ForceRate, -1.0, 0.0);
             let Next::At(top) = search_within(&falling, rise, to, &mut allowed) else { break };
             best = best.max(force(top));
             t = top;
@@ -283,11 +263,11 @@ impl DenseOutput for Modes {
     }
 
     fn onset(&self, j: usize, _window: &Window, until: f64, rounding: &Rounding) -> Next {
-        self.watch(j, Watched::Overlap, (1.0, rounding.position)).crossing(until)
+        self.watch(j, Watched::Overlap, 1.0, rounding.position).crossing(until)
     }
 
     fn release(&self, j: usize, until: f64, rounding: &Rounding) -> Next {
-        self.watch(j, Watched::Overlap, (-1.0, rounding.no_overlap())).crossing(until)
+        self.watch(j, Watched::Overlap, -1.0, rounding.no_overlap()).crossing(until)
     }
 
     fn clip(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Next {
@@ -295,7 +275,7 @@ impl DenseOutput for Modes {
         let level = sign * self.contacts[j].impedance * rounding.velocity;
         // What rounding the rate had at the start dies out with the motion, and the overlap has none.
         let fading = self.joining(j).map_or(0.0, Group::least_decay);
-        Watch { fading, ..self.watch(j, Watched::Force, (sign, level)) }.crossing(until)
+        Watch { fading, ..self.watch(j, Watched::Force, sign, level) }.crossing(until)
     }
 
     fn searched(&self) -> u64 {
@@ -379,7 +359,7 @@ impl Smooth for Watch<'_> {
     }
 
     fn time_scale(&self) -> f64 {
-        4.0 / self.modes.fastest_rate
+        SWINGS_OF_A_LOOK / self.modes.fastest_rate
     }
 
     fn third_derivative_bound(&self, t: f64, _span: f64) -> f64 {

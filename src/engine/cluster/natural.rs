@@ -13,6 +13,8 @@ use std::cell::Cell;
 
 use super::shapes::Shapes;
 use super::window::Window;
+use crate::engine::flight::degree;
+use crate::model::Mode;
 use crate::solver::oscillator::{ForcedOscillator, Oscillator, Response};
 
 /// One natural mode of a group: its coordinate, which starts at 0.
@@ -55,6 +57,35 @@ impl NaturalMode {
     pub fn squared_velocity_integral(&self, tau: f64) -> f64 {
         self.motion.squared_velocity_integral(&self.at(tau))
     }
+}
+
+/// Largest uniform chain that is taken apart into modes: the table of their shapes grows with the square. Largest other group: to
+/// find its shapes grows with the cube.
+const LARGEST_UNIFORM: usize = 128;
+const LARGEST_GROUP: usize = 40;
+
+/// Whether the closed contacts of a window are linear, and those that press join equal pendulums and are damped in proportion to
+/// their stiffness, under constant inputs. (Drag makes pendulums of unequal masses unequal.)
+pub(super) fn apply_to(window: &Window) -> bool {
+    let Window { flights, balls, contacts, laws } = window;
+    let (mut first, mut uniform) = (0, true);
+    for (j, (contact, law)) in contacts.iter().zip(*laws).enumerate() {
+        if contact.mode != Mode::Open && !law.is_linear() {
+            return false;
+        }
+        if contact.mode != Mode::Pressing {
+            (first, uniform) = (j + 1, true);
+            continue;
+        }
+        let (other, [left, right]) = (&laws[first], [&balls[first], &balls[j + 1]]);
+        uniform &= left.mass == right.mass && other.stiffness == law.stiffness;
+        let most = if uniform { LARGEST_UNIFORM } else { LARGEST_GROUP };
+        let proportional = law.damping_coefficient() * other.stiffness == other.damping_coefficient() * law.stiffness;
+        if !(left.oscillator == right.oscillator && proportional) || j + 2 - first > most {
+            return false;
+        }
+    }
+    flights.iter().all(|flight| degree(&flight.forcing) == 0)
 }
 
 /// Balls joined by pressing contacts.
@@ -141,6 +172,11 @@ impl Group {
     }
 }
 
+/// Roundings of a sum over modes that are taken for noise, and of its derivatives, which only lead a search on and may be taken for noise
+/// sooner.
+const NOISE: f64 = 8.0;
+const NOISE_OF_DERIVATIVES: f64 = 128.0;
+
 /// A value and its derivatives, summed over modes, and the magnitudes that went into them.
 pub(crate) struct Sum<const COUNT: usize> {
     values: [f64; COUNT],
@@ -164,8 +200,7 @@ impl<const COUNT: usize> Sum<COUNT> {
     /// The values, those that are but rounding set to 0: no search for a crossing should follow noise.
     pub fn without_noise(self) -> [f64; COUNT] {
         std::array::from_fn(|k| {
-            // The derivatives only lead a search on and may be taken for noise sooner.
-            let noise = if k == 0 { 8.0 } else { 128.0 } * f64::EPSILON * self.magnitudes[k];
+            let noise = if k == 0 { NOISE } else { NOISE_OF_DERIVATIVES } * f64::EPSILON * self.magnitudes[k];
             if self.values[k].abs() <= noise { 0.0 } else { self.values[k] }
         })
     }
@@ -173,8 +208,9 @@ impl<const COUNT: usize> Sum<COUNT> {
 
 #[cfg(test)]
 mod tests {
+    use super::apply_to;
     use crate::engine::cluster::dense_output::DenseOutput;
-    use crate::engine::cluster::modes::{Modes, apply_to};
+    use crate::engine::cluster::modes::Modes;
     use crate::engine::cluster::step_control::Control;
     use crate::engine::cluster::taylor::{Series, Workspace, velocity_scale};
     use crate::engine::cluster::window::{Window, WindowContact};

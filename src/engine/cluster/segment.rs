@@ -10,7 +10,8 @@ use std::ops::Range;
 
 use super::collocation;
 use super::dense_output::DenseOutput;
-use super::modes::{self, Modes};
+use super::modes::Modes;
+use super::natural;
 use super::step_control::{Control, StepHistory};
 use super::taylor::{Series, Workspace, velocity_scale};
 use super::window::{OverlapSeries, Switch, Window, WindowContact, clipping};
@@ -19,6 +20,29 @@ use crate::model::{ContactLaw, Mode};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::radau::STAGES;
+
+/// Segments after a switching that series have before natural modes take over: of elastic contacts, while a front has yet to pass a
+/// contact, and where more contacts than a [`FEW`] ring. Fewer pay for modes that the next switching ends, more for series where modes
+/// hold for long (`benches/runs.rs`); too few of a front lose what grows from nothing (`tests/rust/stiff.rs`).
+const SERIES_OF_ELASTIC: u32 = 13;
+const SERIES_OF_FRONT: u32 = 64;
+const SERIES_OF_RINGING: u32 = 4;
+const FEW: usize = 5;
+
+/// Time scales of the fastest mode that switchings are looked for in the first window by modes.
+const FIRST_HORIZON: f64 = 32.0;
+
+/// How much longer than that of the Taylor series the first step of implicit collocation is to be, and the part of it that is still
+/// worth its cost.
+const GAIN: f64 = 40.0;
+const WORTH: f64 = 0.5;
+
+/// The next step over the one that the error would just allow, the most that a step may grow, how far it shrinks after an error that was
+/// too large, and after one that says nothing (Hairer and Wanner, Solving Ordinary Differential Equations II, 1996, section IV.8).
+const SAFETY: f64 = 0.9;
+const GROWTH: f64 = 4.0;
+const SHRINKAGE: [f64; 2] = [0.1, 0.7];
+const FAILED: f64 = 0.25;
 
 /// How the motion of a window is described.
 #[derive(Clone, Debug)]
@@ -277,7 +301,7 @@ impl Cluster {
     /// Describes the motion of `window` for as long as the description holds. Returns its error in the velocities, m/s.
     fn describe(&mut self, window: &Window, control: &Control, rounding: &Rounding) -> f64 {
         self.evaluations = window.closed() as u64;
-        if modes::apply_to(window)
+        if natural::apply_to(window)
             && let Some(windows) = self.history.quiet.checked_sub(series_before_modes(window))
             && let Some(modes) = Modes::new(window)
         {
@@ -324,36 +348,32 @@ impl Cluster {
             }
             length = GAIN * history.explicit_length;
         }
-        while length > 0.0 && length >= 0.5 * GAIN * history.explicit_length {
+        while length > 0.0 && length >= WORTH * GAIN * history.explicit_length {
             let step = collocation::collocate(series, window, length, control, rounding, local_error);
             self.evaluations = self.evaluations.saturating_add(step.evaluations);
             // The error falls with the power of the number of stages; a step that went wrong altogether says nothing.
-            let change = 0.9 * libm::pow(step.error, -1.0 / STAGES as f64);
+            let change = SAFETY * libm::pow(step.error, -1.0 / STAGES as f64);
             if step.error <= 1.0 {
-                history.implicit_length = (length * change.min(4.0)).min(control.longest);
+                history.implicit_length = (length * change.min(GROWTH)).min(control.longest);
                 return true;
             }
-            length *= if change.is_finite() { change.clamp(0.1, 0.7) } else { 0.25 };
+            length *= if change.is_finite() { change.clamp(SHRINKAGE[0], SHRINKAGE[1]) } else { FAILED };
         }
         history.patience = history.quiet.saturating_mul(2);
         false
     }
 }
 
-/// How many series linear contacts are followed by after a switching, before their natural modes are taken.
+/// How many segments after a switching are followed by series before natural modes take over.
 fn series_before_modes(window: &Window) -> u32 {
+    let rings = || window.closed() > FEW && window.rings();
     match window.laws.iter().all(ContactLaw::is_elastic) {
-        true => 13,
+        true => SERIES_OF_ELASTIC,
         // Only series keep balls that the motion has not reached exactly at rest, and follow what grows from nothing.
-        false if window.holds_front() => 64,
+        false if window.holds_front() => SERIES_OF_FRONT,
         // Where many balls pass waves on, the next switching is near, and series have it for less.
-        false if window.closed() > 5 && window.rings() => {
-            if window.is_of_one_mass() {
-                4
-            } else {
-                13
-            }
-        }
+        false if rings() && window.is_of_one_mass() => SERIES_OF_RINGING,
+        false if rings() => SERIES_OF_ELASTIC,
         false => 0,
     }
 }
@@ -361,13 +381,9 @@ fn series_before_modes(window: &Window) -> u32 {
 /// How far ahead switchings are looked for in window number `windows` without any, s: more and more while nothing
 /// happens.
 fn horizon(time: f64, windows: u32, longest: f64) -> f64 {
-    let first = if time < longest { 32.0 * time } else { 1.0 };
+    let first = if time < longest { FIRST_HORIZON * time } else { 1.0 };
     (first * libm::exp2(windows.min(60) as f64)).min(longest)
 }
-
-/// How much longer than that of the Taylor series the first step of implicit collocation is to be; half of it is worth
-/// its cost.
-const GAIN: f64 = 40.0;
 
 impl Default for Description {
     fn default() -> Self {
