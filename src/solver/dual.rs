@@ -10,6 +10,7 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 /// A number that formulas can be written for: a double or a [`Dual`].
 pub trait Scalar:
     Copy
+    + PartialEq
     + std::fmt::Debug
     + Default
     + From<f64>

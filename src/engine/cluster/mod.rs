@@ -8,6 +8,7 @@
 
 mod collocation;
 mod dense_output;
+mod equations;
 mod modes;
 mod natural;
 mod segment;
@@ -16,6 +17,8 @@ mod step_control;
 mod taylor;
 mod window;
 
+pub(crate) use equations::Equations;
 pub(crate) use segment::Cluster;
 pub(crate) use step_control::{Control, StepHistory};
-pub(crate) use window::{OVERLAP_TERMS, OverlapSeries, Switch, WindowContact, clipping};
+pub(crate) use taylor::Series;
+pub(crate) use window::{OverlapSeries, Switch, WindowContact, clipping};

@@ -2,8 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::engine::flight::{Ball, Flight};
-use crate::model::{ContactLaw, MAX_OUTPUT_DERIVATIVE, Mode};
+use super::equations::Equations;
+use crate::engine::flight::{Ball, Flight, Forcing};
+use crate::model::{BallModel, ContactLaw, MAX_OUTPUT_DERIVATIVE, Mode};
 
 /// The load of a contact that a wave has yet to reach is less than this part of the largest.
 const NEGLIGIBLE: f64 = 1e-4;
@@ -75,9 +76,43 @@ impl Window<'_> {
     }
 }
 
+impl Equations<f64> for Window<'_> {
+    fn balls(&self) -> usize {
+        self.balls.len()
+    }
+
+    fn ball(&self, i: usize) -> BallModel {
+        let Ball { mass, oscillator, .. } = &self.balls[i];
+        BallModel { mass: *mass, omega2: oscillator.omega2(), gamma: oscillator.gamma() }
+    }
+
+    fn position(&self, i: usize) -> f64 {
+        self.flights[i].x
+    }
+
+    fn velocity(&self, i: usize) -> f64 {
+        self.flights[i].v
+    }
+
+    fn forcing(&self, i: usize) -> &Forcing {
+        &self.flights[i].forcing
+    }
+
+    fn law(&self, j: usize) -> &ContactLaw {
+        &self.laws[j]
+    }
+
+    fn overlap(&self, j: usize) -> f64 {
+        self.contacts[j].overlap
+    }
+
+    fn mode(&self, j: usize) -> Mode {
+        self.contacts[j].mode
+    }
+}
+
 /// Coefficients of an overlap: as many as its force has up to the highest derivative by time, and one more for a dashpot.
-pub(crate) type OverlapSeries = [f64; OVERLAP_TERMS];
-pub(crate) const OVERLAP_TERMS: usize = MAX_OUTPUT_DERIVATIVE + 2;
+pub(crate) type OverlapSeries<S = f64> = [S; MAX_OUTPUT_DERIVATIVE + 2];
 
 /// What ends a segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,8 +1,7 @@
 //! Derivatives of the outputs by time.
 
-use super::chain_series::Expansion;
-use super::chain_state::ChainState;
-use crate::engine::cluster::OverlapSeries;
+use super::chain_state::{ChainEquations, ChainState};
+use crate::engine::cluster::{OverlapSeries, Series};
 use crate::engine::flight::Forcing;
 use crate::engine::inputs::HeldInputs;
 use crate::model::{Cradle, Differential, MAX_OUTPUT_DERIVATIVE, Mode};
@@ -26,7 +25,8 @@ pub(crate) fn by_time(
     order: usize,
 ) -> Differential {
     let forcings = forcings(cradle, inputs);
-    let series = Expansion::new(cradle, state, &forcings, MAX_OUTPUT_DERIVATIVE + 1, 1.0, |_| false, given);
+    let equations = ChainEquations { cradle, state, forcings: &forcings };
+    let series = equations.series(MAX_OUTPUT_DERIVATIVE + 1, 1.0, |_| false, given);
     of_series(cradle, state, inputs, &series, order)
 }
 
@@ -35,7 +35,7 @@ pub(crate) fn of_series(
     cradle: &Cradle,
     state: &ChainState,
     inputs: &HeldInputs,
-    series: &Expansion<f64>,
+    series: &Series,
     order: usize,
 ) -> Differential {
     let forcings = forcings(cradle, inputs);
@@ -45,7 +45,7 @@ pub(crate) fn of_series(
     let mut rates = Differential::zero(cradle.balls.len());
     let mut momentum = [0.0; MAX_OUTPUT_DERIVATIVE + 1];
     for (i, (ball, forcing)) in cradle.balls.iter().zip(&forcings).enumerate() {
-        let x = series.position(i);
+        let x = series.displacement(i);
         let v = series.rate(x);
         (rates.x[i], rates.v[i]) = (of_order * x[order], of_order * v[order]);
         momentum[0] += ball.mass * v[0];
@@ -63,10 +63,10 @@ pub(crate) fn of_series(
     rates.energy -= of_rate * product_term(&inputs.series(|inputs| inputs.support_acceleration), &momentum, last);
     for (j, mode) in state.modes.iter().enumerate() {
         let acts = if *mode == Mode::Pressing { 1.0 } else { 0.0 };
-        let force: Vec<f64> = series.force(j).iter().map(|f| acts * f).collect();
+        let force: Vec<f64> = series.force_row(j).iter().map(|f| acts * f).collect();
         (rates.force[j], rates.impulse[j]) = (of_order * force[order], of_rate * force[last]);
-        let excess: Vec<f64> = force.iter().zip(series.elastic(j)).map(|(f, e)| f - e).collect();
-        rates.energy -= of_rate * product_term(&excess, &series.rate(series.overlap(j)), last);
+        let excess: Vec<f64> = force.iter().zip(series.elastic_row(j)).map(|(f, e)| f - e).collect();
+        rates.energy -= of_rate * product_term(&excess, &series.rate(series.overlap_row(j)), last);
     }
     rates
 }
@@ -82,7 +82,7 @@ fn support_series(
     cradle: &Cradle,
     state: &ChainState,
     forcings: &[Forcing],
-    series: &Expansion<f64>,
+    series: &Series,
 ) -> [f64; MAX_OUTPUT_DERIVATIVE + 1] {
     let mut support = [0.0; MAX_OUTPUT_DERIVATIVE + 1];
     // Coefficients of accelerations times mass, which go with these omega2 and gamma.
@@ -98,12 +98,13 @@ fn support_series(
         }
     };
     for (j, pair) in cradle.balls.windows(2).enumerate().filter(|(j, _)| state.modes[*j] == Mode::Pressing) {
-        add(pair[1].omega2 - pair[0].omega2, pair[1].gamma - pair[0].gamma, series.force(j));
+        add(pair[1].omega2 - pair[0].omega2, pair[1].gamma - pair[0].gamma, series.force_row(j));
     }
     let mut at_once = [0.0; 2];
     for (i, (ball, forcing)) in cradle.balls.iter().zip(forcings).enumerate() {
-        let (x, mut factorial) = (series.position(i), 1.0);
-        let v = series.rate(x);
+        let (mut x, mut factorial) = (series.displacement(i).to_vec(), 1.0);
+        let v = series.rate(&x);
+        x[0] = state.x[i];
         let without_contacts = |(k, forcing): (usize, &f64)| {
             factorial *= k.max(1) as f64;
             ball.mass * (forcing / factorial - ball.omega2 * x[k] - 2.0 * ball.gamma * v[k])

@@ -5,7 +5,6 @@
 //! method. No differences are taken.
 
 mod by_time;
-mod chain_series;
 mod chain_state;
 mod last_step;
 mod of_run;

@@ -8,9 +8,8 @@
 //! Impacts of rigid balls are taken in dual numbers, too, as long as the balls part. Where they stay in contact there are
 //! no derivatives, nor where more balls touch that the direction would bring apart.
 
-use super::chain_series::Expansion;
-use super::chain_state::ChainState;
-use crate::engine::cluster::{Switch, clipping};
+use super::chain_state::{ChainEquations, ChainState};
+use crate::engine::cluster::{Series, Switch, clipping};
 use crate::engine::flight::{Forcing, shifted};
 use crate::engine::rigid::restitution;
 use crate::model::algebraic::{self, Chain};
@@ -109,16 +108,17 @@ impl<'a> Run<'a> {
     }
 
     /// The series from now on and how long they converge, s.
-    fn expand(&self) -> (Expansion<Dual>, f64) {
+    fn expand(&self) -> (Series<Dual>, f64) {
         let (scale, unit) = self.scales();
         let negligible: Vec<f64> = (0..self.cradle.contacts.len()).map(|j| self.negligible(j, scale)).collect();
-        let series =
-            Expansion::new(&self.along, &self.state, &self.forcings, ORDER, unit, |j| negligible[j] > 0.0, &[]);
+        let Self { along, state, forcings, .. } = self;
+        let equations = ChainEquations { cradle: along, state, forcings };
+        let series = equations.series(ORDER, unit, |j| negligible[j] > 0.0, &[]);
         let converges_for = self.convergence(&series, Dual::value).min(self.convergence(&series, Dual::tangent));
         let mut length = converges_for * unit;
         for (j, negligible) in negligible.into_iter().enumerate().filter(|(_, negligible)| *negligible > 0.0) {
             // Up to where the elastic force begins to matter.
-            let overlap: Vec<f64> = series.overlap(j).iter().map(|c| c.value()).collect();
+            let overlap: Vec<f64> = series.overlap_row(j).iter().map(|c| c.value()).collect();
             if let Some(s) = series::first_positive(&overlap, 1.0, negligible, length / unit) {
                 length = s * unit;
             }
@@ -173,10 +173,12 @@ impl<'a> Run<'a> {
 
     /// How long the values or the tangents of the series converge, in its unit: after an onset, series have gaps, so
     /// that more of the last terms are looked at than a gap is long.
-    fn convergence(&self, series: &Expansion<Dual>, part: fn(Dual) -> f64) -> f64 {
+    fn convergence(&self, series: &Series<Dual>, part: fn(Dual) -> f64) -> f64 {
         let exponent = self.cradle.contacts.first().map_or(1.0, |law| law.exponent);
         let gap = libm::ceil(exponent) as usize + 2;
-        let largest = |k: usize| series.positions().map(|x| k as f64 * part(x[k]).abs()).fold(0.0, f64::max);
+        let balls = 0..self.cradle.balls.len();
+        let term = |i: usize, k: usize| k as f64 * part(series.displacement(i)[k]).abs();
+        let largest = |k: usize| balls.clone().map(|i| term(i, k)).fold(0.0, f64::max);
         let scale = (1..=3).map(largest).fold(0.0, f64::max);
         let reach = |k: usize| {
             let term = largest(k + 1);
@@ -186,7 +188,7 @@ impl<'a> Run<'a> {
     }
 
     /// The first switching within `length` (s): when, in which contact, and what.
-    fn first_switch(&self, series: &Expansion<Dual>, length: f64) -> Option<(Dual, usize, Switch)> {
+    fn first_switch(&self, series: &Series<Dual>, length: f64) -> Option<(Dual, usize, Switch)> {
         let mut first: Option<(Dual, usize, Switch)> = None;
         for j in 0..self.cradle.contacts.len() {
             let until = first.map_or(length, |(tau, ..)| tau.value()) / series.unit;
@@ -198,7 +200,7 @@ impl<'a> Run<'a> {
     }
 
     /// The first switching of contact `j` before `until`, both in the unit of the series.
-    fn switch_of(&self, series: &Expansion<Dual>, j: usize, until: f64) -> Option<(Dual, Switch)> {
+    fn switch_of(&self, series: &Series<Dual>, j: usize, until: f64) -> Option<(Dual, Switch)> {
         let crossing = |row: &[Dual], sign: f64, until: f64, noise: f64, switch: Switch| {
             let values: Vec<f64> = row.iter().map(|c| c.value()).collect();
             let s = series::first_positive(&values, sign, 0.0, until).filter(|s| *s < until)?;
@@ -210,7 +212,7 @@ impl<'a> Run<'a> {
             let shift = if slope == 0.0 { 0.0 } else { -series::value(row, Dual::from(s)).tangent() / slope };
             Some((Dual::with_tangent(s, shift), switch))
         };
-        let (law, overlap) = (&self.along.contacts[j], series.overlap(j));
+        let (law, overlap) = (&self.along.contacts[j], series.overlap_row(j));
         let mode = self.state.modes[j];
         if mode == Mode::Open {
             return crossing(overlap, 1.0, until, self.rounding(j), Switch::Onset);
@@ -226,7 +228,7 @@ impl<'a> Run<'a> {
                 factor[0] += Dual::from(1.0);
                 factor
             }
-            None => series.force(j).to_vec(),
+            None => series.force_row(j).to_vec(),
         };
         let (sign, switch) = clipping(mode);
         crossing(&pressing, sign, until, 0.0, switch).or(release)
@@ -243,17 +245,17 @@ impl<'a> Run<'a> {
     }
 
     /// Adds what happens till `tau` after the state.
-    fn gather(&mut self, series: &Expansion<Dual>, tau: Dual) {
+    fn gather(&mut self, series: &Series<Dual>, tau: Dual) {
         let s = tau / Dual::from(series.unit);
         for (i, ball) in self.along.balls.iter().enumerate() {
-            let x = series.position(i);
-            let moved = series::value(x, s) - self.state.x[i];
-            let integral = Dual::from(series.unit) * series::integral(x, s);
+            let displacement = series.displacement(i);
+            let moved = series::value(displacement, s);
+            let integral = self.state.x[i] * tau + Dual::from(series.unit) * series::integral(displacement, s);
             self.support_impulse += ball.mass * (ball.omega2 * integral + Dual::from(2.0) * ball.gamma * moved);
         }
         let pressing = |j: &usize| self.state.modes[*j] == Mode::Pressing;
         for j in (0..self.cradle.contacts.len()).filter(pressing) {
-            let force = series.force(j);
+            let force = series.force_row(j);
             self.impulse[j] += Dual::from(series.unit) * series::integral(force, s);
             let values: Vec<f64> = force.iter().map(|c| c.value()).collect();
             let top = series::place_of_maximum(&values, 0.0, s.value());
@@ -265,16 +267,16 @@ impl<'a> Run<'a> {
         }
     }
 
-    fn move_to(&mut self, series: &Expansion<Dual>, tau: Dual) {
+    fn move_to(&mut self, series: &Series<Dual>, tau: Dual) {
         let s = tau / Dual::from(series.unit);
         for (i, forcing) in self.forcings.iter_mut().enumerate() {
-            let x = series.position(i);
-            self.state.x[i] = series::value(x, s);
-            self.state.v[i] = series::derivative(x, s) / Dual::from(series.unit);
+            let displacement = series.displacement(i);
+            self.state.x[i] += series::value(displacement, s);
+            self.state.v[i] = series::derivative(displacement, s) / Dual::from(series.unit);
             *forcing = shifted(forcing, tau);
         }
         for (j, overlap) in self.state.overlaps.iter_mut().enumerate() {
-            *overlap = series::value(series.overlap(j), s);
+            *overlap = series::value(series.overlap_row(j), s);
         }
         self.elapsed += tau.value();
         self.delay += tau.tangent();

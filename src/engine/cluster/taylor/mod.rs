@@ -9,7 +9,7 @@ mod recurrences;
 mod series;
 
 pub(super) use recurrences::velocity_scale;
-pub(super) use series::Series;
+pub(crate) use series::Series;
 
 /// Memory of the expansions, which a copy does without.
 #[derive(Debug, Default)]

@@ -7,10 +7,12 @@
 //! of the velocities.
 
 use super::series::{INVERSE_FACTORIAL, Series};
+use crate::engine::cluster::equations::Equations;
 use crate::engine::cluster::step_control::Control;
 use crate::engine::cluster::window::Window;
-use crate::model::{ContactLaw, Mode};
-use crate::solver::oscillator::{MAX_FORCE_ORDER, Oscillator};
+use crate::model::{BallModel, ContactLaw, Mode};
+use crate::solver::dual::Scalar;
+use crate::solver::oscillator::MAX_FORCE_ORDER;
 use crate::solver::series;
 
 /// The force by the series may differ from that of the law by what changes the velocities by this part of their scale.
@@ -43,6 +45,79 @@ impl Workspace {
     }
 }
 
+impl<S: Scalar> Series<S> {
+    /// Computes all coefficients from those of [`begin`](Self::begin). Contacts whose overlap is `negligible` have no elastic force;
+    /// the overlaps of those that are `given` one are taken as they are, and their forces follow from them.
+    pub fn fill(
+        &mut self,
+        equations: &impl Equations<S>,
+        powers: &mut [Vec<S>],
+        negligible: impl Fn(usize) -> bool,
+        given: impl Fn(usize) -> bool,
+    ) {
+        for k in 0..self.order {
+            for (j, powers) in powers.iter_mut().enumerate() {
+                if equations.mode(j) != Mode::Open {
+                    self.expand_force(j, equations.law(j), (!negligible(j)).then_some(powers), k);
+                }
+            }
+            self.expand_motion(equations, k, &given);
+        }
+    }
+
+    /// Coefficient `k` of the forces of contact `j`, from the powers of its overlap if it has an elastic force.
+    fn expand_force(&mut self, j: usize, law: &ContactLaw<S>, powers: Option<&mut Vec<S>>, k: usize) {
+        let at = j * self.stride();
+        let overlap = &self.overlaps[at..at + self.stride()];
+        let elastic = powers.map_or(S::default(), |powers| law.elastic_coefficient(overlap, powers, k));
+        self.elastic[at + k] = elastic;
+        let rate = |k: usize| S::from((k + 1) as f64) * overlap[k + 1] / S::from(self.unit);
+        let product = || (0..=k).map(|i| self.elastic[at + i] * rate(k - i)).sum();
+        self.forces[at + k] = law.force_coefficient(elastic, rate(k), product);
+    }
+
+    /// Coefficient `k` of the accelerations, hence `k + 2` of the displacements and of the overlaps that are not given.
+    fn expand_motion(&mut self, equations: &impl Equations<S>, k: usize, given: impl Fn(usize) -> bool) {
+        let (stride, unit, contacts) = (self.stride(), S::from(self.unit), equations.balls() - 1);
+        let unit_to_k = (0..k.min(MAX_FORCE_ORDER)).fold(1.0, |power, _| power * self.unit);
+        let next = (k + 1) as f64;
+        // What a pendulum makes of this coefficient of a position (m) and this one of a rate, under the acceleration `driven`.
+        let term = |ball: &BallModel<S>, driven: S, position: S, of_rate: S| {
+            let damped = S::from(2.0) * ball.gamma * S::from(next) * of_rate / unit;
+            (driven - ball.omega2 * position - damped) * unit * unit / S::from(next * (next + 1.0))
+        };
+        let mut left: Option<(BallModel<S>, S, S)> = None;
+        for i in 0..=contacts {
+            let (ball, at) = (equations.ball(i), i * stride + k);
+            let presses = i < contacts && equations.mode(i) == Mode::Pressing;
+            let from_right = if presses { self.forces[at] } else { S::default() };
+            let from_left = left.as_ref().map_or(S::default(), |(_, force, _)| *force);
+            let forcing = equations.forcing(i).get(k);
+            let forcing = forcing.map_or(S::default(), |f| *f * S::from(INVERSE_FACTORIAL[k]) * S::from(unit_to_k));
+            let driven = (from_left - from_right) / ball.mass + forcing;
+            let position = if k == 0 { equations.position(i) } else { self.displacements[at] };
+            self.displacements[at + 2] = term(&ball, driven, position, self.displacements[at + 1]);
+            if let Some((other, _, driven_left)) = left
+                && !given(i - 1)
+            {
+                let (j, at_contact) = (i - 1, at - stride);
+                self.overlaps[at_contact + 2] = if (other.omega2, other.gamma) == (ball.omega2, ball.gamma) {
+                    // Gravity pulls on the difference of the positions, which the overlap gives without rounding.
+                    let apart = if k == 0 {
+                        equations.overlap(j) + equations.law(j).clearance
+                    } else {
+                        self.overlaps[at_contact]
+                    };
+                    term(&ball, driven_left - driven, apart, self.overlaps[at_contact + 1])
+                } else {
+                    self.displacements[at_contact + 2] - self.displacements[at + 2]
+                };
+            }
+            left = Some((ball, from_right, driven));
+        }
+    }
+}
+
 impl Series {
     /// Computes all coefficients from the state at the start of a segment with velocities of this `scale` (m/s).
     pub fn expand(&mut self, workspace: &mut Workspace, window: &Window, control: &Control, scale: f64) {
@@ -51,15 +126,8 @@ impl Series {
         workspace.begin(contacts.len());
         let dv = control.epsilon * scale;
         (0..laws.len()).for_each(|j| workspace.negligible[j] = self.negligible_overlap(j, window, dv, scale));
-        for k in 0..self.order {
-            for (j, law) in laws.iter().enumerate() {
-                if contacts[j].mode != Mode::Open {
-                    let powers = (workspace.negligible[j] == 0.0).then_some(&mut workspace.powers[j]);
-                    self.expand_force(j, law, powers, k);
-                }
-            }
-            self.expand_motion(window, k);
-        }
+        let Workspace { powers, negligible } = &mut *workspace;
+        self.fill(window, powers, |j| negligible[j] > 0.0, |_| false);
         // After an onset, series have gaps: the overlap is `d = u t + c t^(p+2) + ...`, with nothing in between. So many terms are
         // looked at that they cannot all fall into a gap.
         let gap = laws.iter().map(|law| libm::ceil(law.exponent) as usize).fold(1, usize::max);
@@ -104,52 +172,6 @@ impl Series {
         0.0
     }
 
-    /// Coefficient `k` of the forces of contact `j`, from the powers of its overlap if it has an elastic force.
-    fn expand_force(&mut self, j: usize, law: &ContactLaw, powers: Option<&mut Vec<f64>>, k: usize) {
-        let at = j * self.stride();
-        let overlap = &self.overlaps[at..at + self.stride()];
-        let elastic = powers.map_or(0.0, |powers| law.elastic_coefficient(overlap, powers, k));
-        self.elastic[at + k] = elastic;
-        let rate = |k: usize| (k + 1) as f64 * overlap[k + 1] / self.unit;
-        let product = || (0..=k).map(|i| self.elastic[at + i] * rate(k - i)).sum();
-        self.forces[at + k] = law.force_coefficient(elastic, rate(k), product);
-    }
-
-    /// Coefficient `k` of the accelerations, hence `k + 2` of the displacements and overlaps.
-    fn expand_motion(&mut self, window: &Window, k: usize) {
-        let Window { flights, balls, contacts, laws } = window;
-        let (stride, unit) = (self.stride(), self.unit);
-        let unit_to_k = (0..k.min(MAX_FORCE_ORDER)).fold(1.0, |power, _| power * unit);
-        let forces = &self.forces;
-        let acting = |j: usize| if window.presses(j) { forces[j * stride + k] } else { 0.0 };
-        let next = (k + 1) as f64;
-        // What a pendulum makes of this coefficient of a position (m) and this one of a rate, under the acceleration `driven`.
-        let term = |o: &Oscillator, driven: f64, position: f64, of_rate: f64| {
-            let acceleration = driven - o.omega2() * position - 2.0 * o.gamma() * next * of_rate / unit;
-            acceleration * unit * unit / (next * (next + 1.0))
-        };
-        let (mut from_left, mut driven_left) = (0.0, 0.0);
-        for (j, (flight, ball)) in flights.iter().zip(*balls).enumerate() {
-            let from_right = acting(j);
-            let forcing = flight.forcing.get(k).map_or(0.0, |p| p * INVERSE_FACTORIAL[k] * unit_to_k);
-            let driven = (from_left - from_right) / ball.mass + forcing;
-            let at = j * stride + k;
-            let position = if k == 0 { flight.x } else { self.displacements[at] };
-            self.displacements[at + 2] = term(&ball.oscillator, driven, position, self.displacements[at + 1]);
-            if let Some(i) = j.checked_sub(1) {
-                let at = i * stride + k;
-                self.overlaps[at + 2] = if balls[i].oscillator == ball.oscillator {
-                    // Gravity pulls on the difference of the positions, which the overlap gives without rounding.
-                    let apart = if k == 0 { contacts[i].overlap + laws[i].clearance } else { self.overlaps[at] };
-                    term(&ball.oscillator, driven_left - driven, apart, self.overlaps[at + 1])
-                } else {
-                    self.displacements[at + 2] - self.displacements[at + 2 + stride]
-                };
-            }
-            (from_left, driven_left) = (from_right, driven);
-        }
-    }
-
     /// The time on which the last `terms` of the velocities stay below `dv` (m/s).
     fn convergence(&self, dv: f64, terms: usize) -> f64 {
         let mut shortest = f64::INFINITY;
@@ -173,7 +195,7 @@ impl Series {
         for _ in 0..64 {
             let s = self.converges_for / self.unit;
             let overlap = self.value(self.overlap_row(j), s);
-            let by_series = self.value(&self.row(&self.elastic, j)[..self.order], s);
+            let by_series = self.value(self.elastic_row(j), s);
             if let Some(by_law) = elastic(overlap) {
                 let speed_up = |force: f64| force.abs() * self.converges_for / mass;
                 let allowed = WRONG * (scale + speed_up(by_law));

@@ -3,16 +3,18 @@
 //! pressed together for long, or `collocation`.
 
 use crate::engine::cluster::dense_output::DenseOutput;
+use crate::engine::cluster::equations::Equations;
 use crate::engine::cluster::window::{OverlapSeries, Window, clipping};
 use crate::engine::flight::{Forcing, Rounding, degree};
 use crate::model::Mode;
 use crate::next::Next;
+use crate::solver::dual::Scalar;
 use crate::solver::oscillator::MAX_FORCE_ORDER;
 use crate::solver::series;
 
 /// Coefficients of the motions and forces of a window, as functions of the time since the start of the segment over `unit`.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Series {
+pub(crate) struct Series<S = f64> {
     /// Order of the velocities; displacements have one more.
     pub(crate) order: usize,
     /// Unit of time of the series, s: of the order of what they converge for, lest high powers overflow.
@@ -20,42 +22,78 @@ pub(crate) struct Series {
     /// Whether its sums are taken in lanes side by side: other bits, in less time.
     pub(crate) by_lanes: bool,
     /// A ball each: displacement since the start of the segment.
-    pub(crate) displacements: Vec<f64>,
+    pub(crate) displacements: Vec<S>,
     /// A contact each: overlap.
-    pub(crate) overlaps: Vec<f64>,
+    pub(crate) overlaps: Vec<S>,
     /// A contact each: elastic force, and the force of the law without clipping. Zero where the contact is open.
-    pub(crate) elastic: Vec<f64>,
-    pub(crate) forces: Vec<f64>,
+    pub(crate) elastic: Vec<S>,
+    pub(crate) forces: Vec<S>,
     /// How long the series converge to the tolerance, s.
     pub(crate) converges_for: f64,
 }
 
-impl Series {
+impl<S: Scalar> Series<S> {
     pub(crate) fn stride(&self) -> usize {
         self.order + 2
     }
 
-    pub(crate) fn row<'a>(&self, rows: &'a [f64], j: usize) -> &'a [f64] {
+    pub(crate) fn row<'a>(&self, rows: &'a [S], j: usize) -> &'a [S] {
         &rows[j * self.stride()..(j + 1) * self.stride()]
     }
 
-    fn displacement(&self, j: usize) -> &[f64] {
-        self.row(&self.displacements, j)
+    /// Displacement of ball `i` since the start, m.
+    pub(crate) fn displacement(&self, i: usize) -> &[S] {
+        self.row(&self.displacements, i)
     }
 
-    pub(crate) fn overlap_row(&self, j: usize) -> &[f64] {
+    /// Overlap of contact `j`, m.
+    pub(crate) fn overlap_row(&self, j: usize) -> &[S] {
         self.row(&self.overlaps, j)
     }
 
-    fn force_row(&self, j: usize) -> &[f64] {
+    /// Elastic force of contact `j`, N; zero while it is open.
+    pub(crate) fn elastic_row(&self, j: usize) -> &[S] {
+        &self.row(&self.elastic, j)[..self.order]
+    }
+
+    /// Force of contact `j` by its law without clipping, N; zero while it is open.
+    pub(crate) fn force_row(&self, j: usize) -> &[S] {
         &self.row(&self.forces, j)[..self.order]
     }
 
     /// Coefficients of the derivative of a row by time.
-    fn rate(&self, row: &[f64]) -> Vec<f64> {
-        row.iter().enumerate().skip(1).map(|(k, c)| k as f64 * c / self.unit).collect()
+    pub(crate) fn rate(&self, row: &[S]) -> Vec<S> {
+        row.iter().enumerate().skip(1).map(|(k, c)| S::from(k as f64) * *c / S::from(self.unit)).collect()
     }
 
+    /// Rows of the given order and unit of time with nothing but the state at the start.
+    pub(crate) fn begin(&mut self, equations: &impl Equations<S>, order: usize, unit: f64) {
+        (self.order, self.unit, self.converges_for, self.by_lanes) = (order, unit, unit, false);
+        let (stride, balls) = (self.stride(), equations.balls());
+        self.displacements.clear();
+        self.displacements.resize(balls * stride, S::default());
+        for rows in [&mut self.overlaps, &mut self.elastic, &mut self.forces] {
+            rows.clear();
+            rows.resize(balls.saturating_sub(1) * stride, S::default());
+        }
+        for i in 0..balls {
+            self.displacements[i * stride + 1] = equations.velocity(i) * S::from(unit);
+        }
+        for j in 0..balls.saturating_sub(1) {
+            self.overlaps[j * stride] = equations.overlap(j);
+            self.overlaps[j * stride + 1] = (equations.velocity(j) - equations.velocity(j + 1)) * S::from(unit);
+        }
+    }
+
+    /// Gives contact `j` these polynomials of the scaled time as its forces, N: elastic, and by the law without clipping.
+    pub(crate) fn set_forces(&mut self, j: usize, elastic: &[S], force: &[S]) {
+        let at = j * self.stride();
+        self.elastic[at..at + elastic.len()].copy_from_slice(elastic);
+        self.forces[at..at + force.len()].copy_from_slice(force);
+    }
+}
+
+impl Series {
     fn with_change_of_rate(&self, row: &[f64], tau: f64) -> (f64, f64) {
         let s = tau / self.unit;
         (self.value(row, s), self.change_of_derivative(row, s) / self.unit)
@@ -110,26 +148,6 @@ impl Series {
         }
     }
 
-    /// Rows of the given order and unit of time with nothing but the state at the start.
-    pub(crate) fn begin(&mut self, window: &Window, order: usize, unit: f64) {
-        let Window { flights, contacts, .. } = window;
-        (self.order, self.unit, self.converges_for, self.by_lanes) = (order, unit, unit, false);
-        let stride = self.stride();
-        self.displacements.clear();
-        self.displacements.resize(flights.len() * stride, 0.0);
-        for rows in [&mut self.overlaps, &mut self.elastic, &mut self.forces] {
-            rows.clear();
-            rows.resize(contacts.len() * stride, 0.0);
-        }
-        for (j, flight) in flights.iter().enumerate() {
-            self.displacements[j * stride + 1] = flight.v * self.unit;
-        }
-        for (j, contact) in contacts.iter().enumerate() {
-            self.overlaps[j * stride] = contact.overlap;
-            self.overlaps[j * stride + 1] = (flights[j].v - flights[j + 1].v) * self.unit;
-        }
-    }
-
     /// Gives ball `j` of the window this polynomial of the scaled time as its velocity, m/s.
     pub(crate) fn set_velocity(&mut self, j: usize, velocity: &[f64]) {
         let (stride, unit) = (self.stride(), self.unit);
@@ -140,13 +158,6 @@ impl Series {
     pub(crate) fn set_rate(&mut self, j: usize, rate: &[f64]) {
         let (stride, unit) = (self.stride(), self.unit);
         integrate(&mut self.overlaps[j * stride..(j + 1) * stride], rate, unit);
-    }
-
-    /// Gives contact `j` these polynomials of the scaled time as its forces, N: elastic, and by the law without clipping.
-    pub(crate) fn set_forces(&mut self, j: usize, elastic: &[f64], force: &[f64]) {
-        let at = j * self.stride();
-        self.elastic[at..at + elastic.len()].copy_from_slice(elastic);
-        self.forces[at..at + force.len()].copy_from_slice(force);
     }
 }
 
@@ -201,7 +212,7 @@ impl DenseOutput for Series {
     }
 
     fn contact_loss(&self, j: usize, tau: f64) -> f64 {
-        let elastic = &self.row(&self.elastic, j)[..self.order];
+        let elastic = self.elastic_row(j);
         let excess: Vec<f64> = self.force_row(j).iter().zip(elastic).map(|(f, e)| f - e).collect();
         self.product_integral(&excess, &self.rate(self.overlap_row(j)), tau)
     }
