@@ -8,9 +8,11 @@ folder CRADLE_DEBIAN_RUST, or else the targets that rustup has. It says what it 
 """
 
 import os
+import re
 import shutil
 import subprocess
 import sys
+import tomllib
 import zipfile
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -70,6 +72,11 @@ def build(platform: Platform) -> Path | None:
     toolchain = os.environ.get("CRADLE_DEBIAN_RUST")
     if toolchain:
         target, environment = platform.along, with_sources(Path(toolchain).resolve() / "usr")
+        if older := too_old(environment):
+            return skip(
+                platform,
+                f"{older}; `apt-get update`, delete {toolchain}, and .ci/debian-rust unpacks a newer one",
+            )
     else:
         target, environment = platform.target, {}
         sysroot = subprocess.run(["rustc", "--print", "sysroot"], capture_output=True, text=True, check=True)
@@ -98,6 +105,17 @@ def with_sources(usr: Path) -> dict:
         "CARGO_UNSTABLE_BUILD_STD": "std,panic_unwind",
         "CARGO_UNSTABLE_BUILD_STD_FEATURES": "panic-unwind",  # no backtraces, which nobody sees in a host
     }
+
+
+def too_old(environment: dict) -> str | None:
+    """What is wrong with the version of a Rust, if it is older than the sources need: apt may know of an old one only."""
+    command = [environment["RUSTC"], "--version"]
+    answer = subprocess.run(command, env=os.environ | environment, capture_output=True, text=True)
+    version = re.match(r"rustc (\d+)\.(\d+)", answer.stdout)
+    needed = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]["package"]["rust-version"]
+    if version and tuple(map(int, version.groups())) >= tuple(map(int, needed.split("."))):
+        return None
+    return f"Rust {needed} is needed, this is {answer.stdout.strip() or 'none that runs'}"
 
 
 def skip(platform: Platform, reason: str) -> None:

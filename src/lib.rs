@@ -17,8 +17,7 @@
 //! | [`instance`] | one running instance: phases, legality of calls, steps, saved states, log | `variables`, `engine` |
 //! | [`fmi2`] | the C functions of FMI 2.0; the only unsafe code | `instance` |
 //!
-//! The producer of the FMU is built without the feature `engine`: of all this it needs the parameters and the table, and compiles
-//! in half the time.
+//! The producer of the FMU is built without the feature `engine`: of all this it needs the parameters and the table.
 //!
 //! A call of a host goes down that list from the bottom: `fmi2` turns C into Rust and asks whether the call is legal now,
 //! `instance` carries it out, `engine` moves the trajectory, and what the host reads is evaluated at its communication point

@@ -140,7 +140,7 @@ pub(super) unsafe fn array<'a, T>(name: &'static str, pointer: *const T, count: 
 /// The array at `pointer` that `count` values are to be written to; what it holds need not be initialized.
 ///
 /// # Safety
-/// As for [`array`], and nobody else uses it for `'a`.
+/// As for [`array()`], and nobody else uses it for `'a`.
 pub(super) unsafe fn array_mut<'a, T>(
     name: &'static str,
     pointer: *mut T,
