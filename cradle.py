@@ -38,7 +38,7 @@ FUZZ_RUNS = {"calls": 8_000, "check": 1_500, "corners": 1_500, "states": 20_000}
 
 
 # What `test` does without `--all`: cases of each property; Rust tests that it leaves out, which try every bit of saved states;
-# and the tests in tests/hosts that take FMPy only, and seconds.
+# and the tests in tests/hosts that take FMPy only, and few seconds.
 FEW_CASES = 20
 LONG_RUST_TESTS = ("damaged_bytes", "forged_states")
 SHORT_HOST_TESTS = (
@@ -46,7 +46,6 @@ SHORT_HOST_TESTS = (
     "derivatives",
     "description",
     "helpers",
-    "methods",
     "reference",
     "rigid",
     "runs",
