@@ -447,6 +447,8 @@ def fuzz(tally: Tally) -> None:
     for sanitizer in ("-Zsanitizer=address", ""):
         # Stable compilers know the sanitizer and its coverage, but only take their flags when told so.
         environment = {"RUSTC_BOOTSTRAP": "1", "RUSTFLAGS": f"{COVERAGE} {sanitizer}"}
+        # Rust gives a constant that several crates use a symbol in each.
+        environment["ASAN_OPTIONS"] = "detect_odr_violation=0"
         with stage(f"Fuzz targets {sanitizer or 'without sanitizer'}"):
             built = run(["cargo", "build", "--bins", *options], check=False, env=environment) == 0
         if built:
@@ -465,7 +467,11 @@ def fuzz(tally: Tally) -> None:
         limits = ["-seed=1", f"-runs={runs}", "-timeout=300", "-max_len=600", "-print_final_stats=1"]
         crashes = f"-artifact_prefix={corpus}/crash-"
         program = target / host_target() / "release" / name
-        tally.step(f"Fuzzing: {name}", [program, *limits, crashes, corpus, ROOT / "fuzz/seeds" / name])
+        tally.step(
+            f"Fuzzing: {name}",
+            [program, *limits, crashes, corpus, ROOT / "fuzz/seeds" / name],
+            env=environment,
+        )
     return None
 
 
