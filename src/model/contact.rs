@@ -27,21 +27,17 @@ pub enum Damping<S = f64> {
 }
 
 impl<S: Scalar> Damping<S> {
-    /// The law that `p` selects, its coefficient a `number` of one of the parameters. A law without its coefficient is no damping, unless
-    /// the coefficient is about to change.
+    /// The law that `p` selects, its coefficients the `number`s of parameters. A law without its coefficient is no damping, unless the
+    /// coefficient is about to change.
     pub fn selected(p: &Parameters, number: impl Fn(fn(&Parameters) -> f64) -> S) -> Self {
-        let (damping, coefficient) = match p.damping_law {
-            law @ (DampingLaw::KelvinVoigt | DampingLaw::KelvinVoigtNoPull) => {
-                let c = number(|p| p.damping);
-                (Self::KelvinVoigt { c, pull: law == DampingLaw::KelvinVoigt }, c)
-            }
-            DampingLaw::HuntCrossley => {
-                let alpha = number(|p| p.hunt_crossley);
-                (Self::HuntCrossley { alpha }, alpha)
-            }
-        };
-        let acts = coefficient.value() > 0.0 || coefficient.tangent() != 0.0;
-        if acts { damping } else { Self::None }
+        let (c, alpha) = (number(|p| p.damping), number(|p| p.hunt_crossley));
+        let acts = |coefficient: S| coefficient.value() > 0.0 || coefficient.tangent() != 0.0;
+        match p.damping_law {
+            DampingLaw::KelvinVoigt if acts(c) => Self::KelvinVoigt { c, pull: true },
+            DampingLaw::KelvinVoigtNoPull if acts(c) => Self::KelvinVoigt { c, pull: false },
+            DampingLaw::HuntCrossley if acts(alpha) => Self::HuntCrossley { alpha },
+            DampingLaw::KelvinVoigt | DampingLaw::KelvinVoigtNoPull | DampingLaw::HuntCrossley => Self::None,
+        }
     }
 
     /// The same law in other numbers.
@@ -212,7 +208,7 @@ impl ContactLaw {
         if clipped { Mode::Clipped } else { Mode::Pressing }
     }
 
-    /// Coefficient c of a Kelvin-Voigt contact (N.s/m); 0 for others.
+    /// Coefficient c of a linear contact, `F = k d + c r` (N.s/m); 0 for laws that are not linear.
     pub fn damping_coefficient(&self) -> f64 {
         match self.damping {
             Damping::KelvinVoigt { c, .. } => c,
@@ -338,6 +334,16 @@ mod tests {
                 let rate_step = (law.force(d, rate + 1e-5) - law.force(d, rate - 1e-5)) / 2e-5;
                 assert!((by_overlap - overlap_step).abs() <= 1e-7 * overlap_step.abs(), "{law:?} {d} {rate}");
                 assert!((by_rate - rate_step).abs() <= 1e-5 * rate_step.abs(), "{law:?} {d} {rate}");
+                if d > 0.0 {
+                    // The formula goes on where the force is clipped.
+                    let (force, by_overlap, by_rate) = law.continued(d, rate).unwrap();
+                    let formula = |d: f64, rate: f64| law.unclipped_force(d, rate);
+                    let overlap_step = (formula(d + 1e-10, rate) - formula(d - 1e-10, rate)) / 2e-10;
+                    let rate_step = (formula(d, rate + 1e-5) - formula(d, rate - 1e-5)) / 2e-5;
+                    assert!((force - formula(d, rate)).abs() <= 1e-12 * force.abs(), "{law:?} {d} {rate}");
+                    assert!((by_overlap - overlap_step).abs() <= 1e-7 * overlap_step.abs(), "{law:?} {d} {rate}");
+                    assert!((by_rate - rate_step).abs() <= 1e-5 * rate_step.abs(), "{law:?} {d} {rate}");
+                }
             }
         }
     }

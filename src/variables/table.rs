@@ -47,12 +47,19 @@ fn compliant(parameters: &Parameters) -> bool {
 }
 
 fn hunt_crossley(parameters: &Parameters) -> bool {
-    compliant(parameters) && parameters.damping_law == DampingLaw::HuntCrossley
+    compliant(parameters)
+        && match parameters.damping_law {
+            DampingLaw::HuntCrossley => true,
+            DampingLaw::KelvinVoigt | DampingLaw::KelvinVoigtNoPull => false,
+        }
 }
 
 fn kelvin_voigt(parameters: &Parameters) -> bool {
-    let law = parameters.damping_law;
-    compliant(parameters) && matches!(law, DampingLaw::KelvinVoigt | DampingLaw::KelvinVoigtNoPull)
+    compliant(parameters)
+        && match parameters.damping_law {
+            DampingLaw::KelvinVoigt | DampingLaw::KelvinVoigtNoPull => true,
+            DampingLaw::HuntCrossley => false,
+        }
 }
 
 fn error_control(parameters: &Parameters) -> bool {

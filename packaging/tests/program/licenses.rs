@@ -47,32 +47,20 @@ fn text() -> String {
     all
 }
 
-/// The packages of others that the FMU's library is made of: no build scripts, no procedural macros.
+/// The packages of others that the FMU's library is made of, in the order of their names: no build scripts, no procedural macros.
 fn linked() -> Vec<Value> {
-    let metadata: Value = serde_json::from_slice(&output(
-        "cargo",
-        &["metadata", "--format-version", "1", "--locked", "--filter-platform", &host()],
-    ))
-    .unwrap();
-    let list = |value: &Value| value.as_array().unwrap().clone();
-    let packages: BTreeMap<String, Value> =
-        list(&metadata["packages"]).into_iter().map(|package| (package["id"].to_string(), package)).collect();
-    let nodes: BTreeMap<String, Value> =
-        list(&metadata["resolve"]["nodes"]).into_iter().map(|node| (node["id"].to_string(), node)).collect();
-    let macros = |id: &str| list(&packages[id]["targets"]).iter().any(|target| target["kind"][0] == "proc-macro");
-    let root = packages.iter().find(|(_, package)| package["name"] == "newtons-cradle").unwrap().0;
-    let (mut found, mut open) = (BTreeSet::new(), vec![root.clone()]);
-    while let Some(id) = open.pop() {
-        for dependency in list(&nodes[&id]["deps"]) {
-            let normal = list(&dependency["dep_kinds"]).iter().any(|kind| kind["kind"].is_null());
-            let next = dependency["pkg"].to_string();
-            if normal && !macros(&next) && found.insert(next.clone()) {
-                open.push(next);
-            }
-        }
-    }
-    let mut linked: Vec<Value> = found.iter().map(|id| packages[id].clone()).collect();
-    linked.retain(|package| !package["source"].is_null());
+    let edges = ["--package", "newtons-cradle", "--edges", "normal,no-proc-macro", "--target", &host()];
+    let tree = output("cargo", &[&["tree", "--locked", "--prefix", "none", "--format", "{p}"], &edges[..]].concat());
+    let tree = String::from_utf8(tree).unwrap();
+    // Lines such as "serde v1.0.0" or, once more, "serde v1.0.0 (*)".
+    let names: BTreeSet<Vec<&str>> = tree.lines().map(|line| line.split_whitespace().take(2).collect()).collect();
+    let metadata = output("cargo", &["metadata", "--format-version", "1", "--locked"]);
+    let mut metadata: Value = serde_json::from_slice(&metadata).unwrap();
+    let mut linked = metadata["packages"].as_array_mut().unwrap().split_off(0);
+    linked.retain(|package| {
+        let [name, version] = ["name", "version"].map(|key| package[key].as_str().unwrap());
+        !package["source"].is_null() && names.contains(&vec![name, &format!("v{version}")])
+    });
     linked.sort_by_key(|package| package["name"].to_string());
     linked
 }
