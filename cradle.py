@@ -152,10 +152,13 @@ def build_fmu(*producer) -> None:
 
 
 def old_linux() -> tuple[list, dict]:
-    """Options and environment for a binary that runs on every Linux from glibc 2.17 on, if .venv has cargo-zigbuild."""
+    """Options and environment for a binary that runs on every Linux from glibc 2.17 on, if .venv has cargo-zigbuild, which
+    `test --all` puts there."""
     programs = VENV / "bin"
     if not (programs / "cargo-zigbuild").exists() or host_target() != "x86_64-unknown-linux-gnu":
-        say("  !! this machine's own glibc is what the binary will need: cargo-zigbuild is not for it")
+        say(
+            "  !! the binary will need a glibc like this machine's: cargo-zigbuild is not in .venv, or not for this machine"
+        )
         return [], {}
     caches = {name: str(ROOT / "target/zig") for name in ("ZIG_GLOBAL_CACHE_DIR", "CARGO_ZIGBUILD_CACHE_DIR")}
     path = f"{programs}{os.pathsep}{os.environ['PATH']}"
@@ -185,7 +188,7 @@ def paper(_options) -> int:
 
 
 @dataclass
-class Tally:
+class Totals:
     """Counts over all stages, and the remarks to repeat at the end."""
 
     passed: int = 0
@@ -249,7 +252,7 @@ def skipped_platforms(line: str):
 def test(options) -> int:
     """What a change needs, or everything that checks the project, then one line of totals."""
     begin = time.perf_counter()
-    tally = Tally()
+    tally = Totals()
     with stage("Python packages"):
         make_venv(ALL if options.all else SOME)
     rust_style(tally)
@@ -266,7 +269,7 @@ def test(options) -> int:
     return 1 if tally.failed else 0
 
 
-def what_a_change_needs(tally: Tally, pytest: list) -> None:
+def what_a_change_needs(tally: Totals, pytest: list) -> None:
     """The Rust tests but for the longest, and FMPy with the FMU as they have compiled it."""
     fmu = FMU.parent / "tested" / FMU.name
     skipped = [option for name in LONG_RUST_TESTS for option in ("--skip", name)]
@@ -283,7 +286,7 @@ def what_a_change_needs(tally: Tally, pytest: list) -> None:
     tally.step("FMPy", [PYTHON, "-m", "pytest", *hosts, "--fmu", fmu, "-rs", *pytest], pytest_counts)
 
 
-def everything(tally: Tally, pytest: list) -> None:
+def everything(tally: Totals, pytest: list) -> None:
     """All tests of all kinds."""
     tally.step("Rust tests", ["cargo", "test", "--workspace", "--no-fail-fast"], cargo_counts)
     tally.step("Benches, each once", ["cargo", "bench", "--profile", "dev", "--", "--test"])
@@ -304,7 +307,7 @@ def everything(tally: Tally, pytest: list) -> None:
     fuzz(tally)
 
 
-def rust_style(tally: Tally) -> None:
+def rust_style(tally: Totals) -> None:
     """rustfmt and clippy, where the toolchain has them."""
     for what, tool, command in (
         ("Rust format", "cargo-fmt", ["cargo", "fmt", "--all", "--check"]),
@@ -323,13 +326,13 @@ def rust_style(tally: Tally) -> None:
             tally.step(what, command)
 
 
-def python_style(tally: Tally) -> None:
+def python_style(tally: Totals) -> None:
     """ruff, from the virtual environment."""
     tally.step("Python lints", [PYTHON, "-m", "ruff", "check", "."])
     tally.step("Python format", [PYTHON, "-m", "ruff", "format", "--check", "."])
 
 
-def rust_host(tally: Tally) -> None:
+def rust_host(tally: Totals) -> None:
     """The `fmi` crate as a host: a workspace of its own, because its bindings need libclang."""
     manifest = ROOT / "tests/hosts/fmi-rs/Cargo.toml"
     if not manifest.exists():
@@ -340,7 +343,7 @@ def rust_host(tally: Tally) -> None:
     return tally.step("Rust host", command, cargo_counts, env={"CRADLE_FMU": str(FMU)})
 
 
-def same_bytes(tally: Tally) -> None:
+def same_bytes(tally: Totals) -> None:
     """Builds the FMU once more from a copy of the sources in another folder: the same bytes."""
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "another/checkout"
@@ -353,7 +356,7 @@ def same_bytes(tally: Tally) -> None:
             tally.fail("FMU from another folder: not the same bytes")
 
 
-def install_fmi_sim(tally: Tally) -> None:
+def install_fmi_sim(tally: Totals) -> None:
     """fmi-sim, a host that tests/hosts/test_hosts.py runs if it is there.
 
     It is compiled unoptimised, which takes half the time, and in the folder of the Rust host, which shares some crates."""
@@ -380,7 +383,7 @@ def has_libclang() -> bool:
     return any(any(Path(f).glob(name)) for f in folders if f for name in names)
 
 
-def leak_check(tally: Tally) -> None:
+def leak_check(tally: Totals) -> None:
     """2,000 cycles of instantiate, run, free in a C host: no crash, and no leak or error under valgrind."""
     if sys.platform != "linux":
         return tally.skip("C host", "it is written for Linux")
@@ -427,7 +430,7 @@ COVERAGE = (
 )
 
 
-def fuzz(tally: Tally) -> None:
+def fuzz(tally: Totals) -> None:
     """The C border's tests with AddressSanitizer; then each fuzz target: its seeds, and a fixed sequence of inputs from them."""
     if sys.platform != "linux":
         return tally.skip("Fuzzing", "it is tried on Linux only")

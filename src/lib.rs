@@ -24,8 +24,8 @@
 //! without moving anything.
 //!
 //! Beside the event-driven engine stand the methods that one would take without it (`solver.method`): [`engine::Continuous`]
-//! integrates the whole chain by backward differentiation, Adams-Moulton or Runge-Kutta formulas. They are slow, for comparison, and
-//! an independent check. An instance sees either of them as an [`engine::Simulation`], the variables as [`model::Results`].
+//! integrates the whole chain by backward differentiation, Adams-Moulton or Runge-Kutta formulas. They are slow, for comparison,
+//! and an independent check. An instance sees either of them as an [`engine::Simulation`], the variables as [`model::Results`].
 //!
 //! # Three ideas
 //!

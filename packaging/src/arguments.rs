@@ -1,4 +1,5 @@
-//! The command line. It is put together by calls: to derive it, procedural macros would have to be compiled that nothing else needs.
+//! The command line. It is put together by calls: to derive it, procedural macros would have to be compiled that nothing else
+//! needs.
 
 use std::ffi::OsString;
 use std::path::PathBuf;

@@ -22,7 +22,7 @@ pub enum EngineError {
         /// Where, from 0.
         contact: usize,
     },
-    /// At this event_rate of events, the end of the step is out of reach.
+    /// At this rate of events, the end of the step is out of reach.
     TooFast {
         /// When, s.
         time: f64,

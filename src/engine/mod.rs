@@ -1,15 +1,17 @@
-//! Drives a run. [`Simulation`] is a run by any method: by the event-driven [`Engine`], or by a general-purpose solver ([`Continuous`]).
+//! Drives a run. [`Simulation`] is a run by any method: by the event-driven [`Engine`], or by a general-purpose solver
+//! ([`Continuous`]).
 //!
 //! | room | what it does | needs |
 //! |---|---|---|
-//! | `flight` | balls that touch nothing: closed forms, the next onset of two | `solver` |
-//! | `pair_impact` | elastic impacts of two balls: outcome in closed form | `flight`, `cluster` |
+//! | `flight` | balls that touch nothing: closed forms, the next onset of two | |
+//! | `records` | what a run takes down: ledgers, the start of the step | |
 //! | `cluster` | balls in contact: Taylor series, natural modes, collocation | `flight` |
+//! | `pair_impact` | elastic impacts of two balls: outcome in closed form | `flight`, `cluster` |
 //! | `rigid` | impacts without duration, balls that move as one body | `flight` |
-//! | `run` | the state of an event-driven run and its events | all of these |
-//! | `observation` | ledgers, the outputs at the current time, the next onset | `run` |
-//! | `derivatives` | of the outputs: by time, along inputs and parameters | `flight`, `cluster`, `rigid` |
-//! | `continuous` | BDF, Adams and Runge-Kutta over the whole chain | `flight`, `derivatives`, `observation` |
+//! | `run` | the state of an event-driven run and its events | all above |
+//! | `derivatives` | of the outputs: by time, along inputs and parameters | `run` and all above |
+//! | `observation` | the outputs of a run at the current time, the next onset | `run`, `derivatives` and all above |
+//! | `continuous` | BDF, Adams and Runge-Kutta over the whole chain | `flight`, `records`, `run`, `derivatives` |
 //!
 //! Events happen at their own times, never at communication points: between changes of the inputs the trajectory is the same,
 //! bit for bit, however a host cuts its steps. What a host asks for at a communication point is evaluated there and moves nothing.
@@ -24,6 +26,7 @@ mod inputs;
 mod observation;
 mod observer;
 mod pair_impact;
+mod records;
 mod rigid;
 mod run;
 mod simulation;

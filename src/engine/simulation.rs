@@ -1,5 +1,7 @@
 //! One run of the cradle, by the method that was selected.
 
+use std::ops::Deref;
+
 use serde::{Deserialize, Serialize};
 
 use super::continuous::{Continuous, Method};
@@ -7,8 +9,7 @@ use super::derivatives::NotFollowed;
 use super::error::EngineError;
 use super::observer::Observer;
 use super::run::{Engine, Snapshot, Unsound};
-use crate::model::{ContactModel, Differential, Inputs, Parameters, Results, WorkCounters};
-use crate::next::Next;
+use crate::model::{ContactModel, Differential, Inputs, Parameters, Results};
 
 /// A run by the selected method. Every method offers what [`Engine`] offers, with the same meaning.
 #[expect(clippy::large_enum_variant, reason = "an instance has one")]
@@ -40,43 +41,16 @@ macro_rules! of_method {
     };
 }
 
-/// Hands on what can be read at the current time: one function for each line.
-macro_rules! observables {
-    ($($name:ident($($i:ident)?) -> $type:ty;)*) => {
-        impl Results for Simulation {
-            $(#[inline]
-            fn $name(&self $(, $i: usize)?) -> $type {
-                of_method!(self, $name($($i)?))
-            })*
-        }
-    };
-}
+/// What can be read at the current time is that of whichever method it is.
+impl Deref for Simulation {
+    type Target = dyn Results;
 
-observables! {
-    x(i) -> f64;
-    v(i) -> f64;
-    a(i) -> f64;
-    force(i) -> f64;
-    overlap(i) -> f64;
-    in_contact(i) -> bool;
-    impulse(i) -> f64;
-    force_mean(i) -> f64;
-    force_peak(i) -> f64;
-    pulses(i) -> u64;
-    last_onset(i) -> f64;
-    last_release(i) -> f64;
-    kinetic_energy(i) -> f64;
-    gravity_energy(i) -> f64;
-    contact_energy(i) -> f64;
-    total_energy() -> f64;
-    dissipated_energy() -> f64;
-    external_work() -> f64;
-    energy_residual() -> f64;
-    momentum() -> f64;
-    support_force() -> f64;
-    support_force_mean() -> f64;
-    next_onset() -> Next;
-    work() -> WorkCounters;
+    fn deref(&self) -> &Self::Target {
+        match self {
+            Self::EventDriven(engine) => engine,
+            Self::Continuous(run) => run,
+        }
+    }
 }
 
 impl Simulation {

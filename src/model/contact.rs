@@ -27,8 +27,8 @@ pub enum Damping<S = f64> {
 }
 
 impl<S: Scalar> Damping<S> {
-    /// The law that `p` selects, its coefficients the `number`s of parameters. A law without its coefficient is no damping, unless the
-    /// coefficient is about to change.
+    /// The law that `p` selects, its coefficients the `number`s of parameters. A law without its coefficient is no damping,
+    /// unless the coefficient is about to change.
     pub fn selected(p: &Parameters, number: impl Fn(fn(&Parameters) -> f64) -> S) -> Self {
         let (c, alpha) = (number(|p| p.damping), number(|p| p.hunt_crossley));
         let acts = |coefficient: S| coefficient.value() > 0.0 || coefficient.tangent() != 0.0;
@@ -110,8 +110,8 @@ impl<S: Scalar> ContactLaw<S> {
         }
     }
 
-    /// Coefficient `k` of the power series of the elastic force, from the first `k + 1` of the overlap; `powers` keeps what leads to the
-    /// next one. Where the overlap vanishes a power that is not whole has no series: zero.
+    /// Coefficient `k` of the power series of the elastic force, from the first `k + 1` of the overlap; `powers` keeps what leads
+    /// to the next one. Where the overlap vanishes a power that is not whole has no series: zero.
     pub fn elastic_coefficient(&self, overlap: &[S], powers: &mut Vec<S>, k: usize) -> S {
         let (scale, stride) = (S::from(1.0) / self.overlap_ref, overlap.len());
         let power = match self.whole_exponent() {
@@ -141,8 +141,8 @@ impl<S: Scalar> ContactLaw<S> {
         self.stiffness * self.overlap_ref * power
     }
 
-    /// One coefficient of the power series of the force by the law without clipping, from the same coefficients of the elastic force,
-    /// of the rate of the overlap and, where the law needs it, of the `product` of the two.
+    /// One coefficient of the power series of the force by the law without clipping, from the same coefficients of the elastic
+    /// force, of the rate of the overlap and, where the law needs it, of the `product` of the two.
     pub fn force_coefficient(&self, elastic: S, rate: S, product: impl FnOnce() -> S) -> S {
         match self.damping {
             Damping::None => elastic,

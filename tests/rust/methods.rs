@@ -1,6 +1,6 @@
 //! The methods that integrate the whole chain, next to the event-driven engine and to themselves.
 
-use newtons_cradle::engine::{EngineError, Next, Pulse, Results, Simulation};
+use newtons_cradle::engine::{EngineError, Next, Pulse, Simulation};
 use newtons_cradle::model::{ContactModel, DampingLaw, Inputs, Parameters, SolverMethod};
 
 /// Method, tolerance and step, and how far from the engine's the results of a second may be, in units of their scale. It is far

@@ -1,8 +1,8 @@
 //! What is wrong with an FMU: its entries, its description, its binaries, and what the binary answers. Damage of any kind is
 //! reported, whoever wrote the FMU.
 //!
-//! [`file()`] and [`bytes()`] check a whole FMU and hand out a [`Report`]. What they read on the way is here, too, for those who only
-//! want to look: the entries by [`unpack()`], the description as [`Model`], a binary as [`Library`].
+//! [`file()`] and [`bytes()`] check a whole FMU and hand out a [`Report`]. What they read on the way is here, too, for those who
+//! only want to look: the entries by [`unpack()`], the description as [`Model`], a binary as [`Library`].
 
 mod binary;
 mod description;

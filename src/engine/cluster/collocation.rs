@@ -28,8 +28,8 @@ const NOISE: f64 = 100.0;
 const ITERATIONS: usize = 8;
 const SQUARE: f64 = 1e-8;
 
-/// Error allowed over the tolerance of a whole run: of the velocities and of the overlaps, relative to the largest. Larger ones make
-/// steps longer, and balls at rest less so (`tests/stiff.rs`, `tests/output_derivatives.rs`).
+/// Error allowed over the tolerance of a whole run: of the velocities and of the overlaps, relative to the largest. Larger ones
+/// make steps longer, and balls at rest less so (`tests/rust/stiff.rs`, `tests/rust/output_derivatives.rs`).
 const OF_VELOCITIES: f64 = 0.01;
 const OF_OVERLAPS: f64 = 0.1;
 

@@ -7,13 +7,13 @@ use crate::next::Next;
 /// The motion of a window on a segment. Balls and contacts are counted within the window, times (s) from the start of the segment.
 /// Forces are those of the law without clipping.
 pub(crate) trait DenseOutput {
-    /// Displacement of ball `i` (m) and the change of its velocity (m/s) till `tau`. The change: at the start, where many switchings may
-    /// come at once, it must be exactly 0.
+    /// Displacement of ball `i` (m) and the change of its velocity (m/s) till `tau`. The change: at the start, where many
+    /// switchings may come at once, it must be exactly 0.
     fn moved(&self, i: usize, tau: f64) -> (f64, f64);
     /// Integral of that displacement, m.s.
     fn displacement_integral(&self, i: usize, tau: f64) -> f64;
-    /// Integral of the squared velocity of ball `i`, m2/s. A method may enter the sum over a group, weighted with the masses over that
-    /// of the group's first ball, at that ball.
+    /// Integral of the squared velocity of ball `i`, m2/s. A method may enter the sum over a group, weighted with the masses over
+    /// that of the group's first ball, at that ball.
     fn squared_velocity_integral(&self, i: usize, tau: f64) -> f64;
     /// Work per unit of mass of the acceleration `forcing` on ball `i`, m2/s2.
     fn work(&self, i: usize, forcing: &Forcing, tau: f64) -> f64;
@@ -28,8 +28,8 @@ pub(crate) trait DenseOutput {
     /// Energy that the pressing contact `j` dissipates, J. A method may enter that of a group of contacts at the first one.
     fn contact_loss(&self, j: usize, tau: f64) -> f64;
 
-    /// The onset of the open contact `j` of the `window` described, before `until`. Balls that swing side by side approach each other
-    /// by `rounding`: that is no onset.
+    /// The onset of the open contact `j` of the `window` described, before `until`. Balls that swing side by side approach each
+    /// other by `rounding`: that is no onset.
     fn onset(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Next;
     /// The release of the closed contact `j`, before `until`.
     fn release(&self, j: usize, until: f64, rounding: &Rounding) -> Next;

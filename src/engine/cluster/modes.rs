@@ -17,8 +17,8 @@ use crate::next::Next;
 use crate::solver::oscillator::ForcedOscillator;
 use crate::solver::root::{Smooth, search_within};
 
-/// Evaluations of a mode that the search for the switchings of a segment may take: some milliseconds. What comes then is left to the
-/// next segment.
+/// Evaluations of a mode that the search for the switchings of a segment may take: some milliseconds. What comes then is left to
+/// the next segment.
 const SEARCH: usize = 40_000;
 const LEAST_EVALUATIONS: usize = 200;
 
@@ -65,7 +65,8 @@ struct Joint {
 }
 
 impl Modes {
-    /// The motion from the state at the start of a segment, which [`apply_to`](super::natural::apply_to) allows; `None` for balls or contacts that differ too much.
+    /// The motion from the state at the start of a segment, which [`apply_to`](super::natural::apply_to) allows; `None` for balls
+    /// or contacts that differ too much.
     pub fn new(window: &Window) -> Option<Self> {
         let Window { flights, contacts, laws, .. } = window;
         let mut modes = Self::default();
@@ -217,8 +218,8 @@ impl DenseOutput for Modes {
         stiffness * (overlap * tau + change) + damping * (self.overlap(j, tau).0 - overlap)
     }
 
-    /// Modes without damping come ever closer to the sum of their amplitudes: after some dozens of swings the largest force till then is
-    /// taken.
+    /// Modes without damping come ever closer to the sum of their amplitudes: after some dozens of swings the largest force till
+    /// then is taken.
     fn peak(&self, j: usize, from: f64, to: f64, known: f64) -> f64 {
         let force = |t: f64| self.force_at(j, t).0[0];
         let mut best = force(from).max(force(to)).max(known);

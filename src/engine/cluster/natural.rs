@@ -172,8 +172,8 @@ impl Group {
     }
 }
 
-/// Roundings of a sum over modes that are taken for noise, and of its derivatives, which only lead a search on and may be taken for noise
-/// sooner.
+/// Roundings of a sum over modes that are taken for noise, and of its derivatives, which only lead a search on and may be taken
+/// for noise sooner.
 const NOISE: f64 = 8.0;
 const NOISE_OF_DERIVATIVES: f64 = 128.0;
 
@@ -229,7 +229,8 @@ mod tests {
         }
     }
 
-    /// Random chains, all linear: unequal balls, undamped ones also with unequal contacts, now and then an open contact between groups.
+    /// Random chains, all linear: unequal balls, undamped ones also with unequal contacts, now and then an open contact between
+    /// groups.
     #[test]
     fn modes_follow_what_series_follow() {
         let mut state = 7_u64;

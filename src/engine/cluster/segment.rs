@@ -21,9 +21,9 @@ use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::radau::STAGES;
 
-/// Segments after a switching that series have before natural modes take over: of elastic contacts, while a front has yet to pass a
-/// contact, and where more contacts than a [`FEW`] ring. Fewer pay for modes that the next switching ends, more for series where modes
-/// hold for long (`benches/runs.rs`); too few of a front lose what grows from nothing (`tests/rust/stiff.rs`).
+/// Segments after a switching that series have before natural modes take over: of elastic contacts, while a front has yet to pass
+/// a contact, and where more contacts than a [`FEW`] ring. Fewer pay for modes that the next switching ends, more for series
+/// where modes hold for long (`benches/runs.rs`); too few of a front lose what grows from nothing (`tests/rust/stiff.rs`).
 const SERIES_OF_ELASTIC: u32 = 13;
 const SERIES_OF_FRONT: u32 = 64;
 const SERIES_OF_RINGING: u32 = 4;
@@ -37,8 +37,9 @@ const FIRST_HORIZON: f64 = 32.0;
 const GAIN: f64 = 40.0;
 const WORTH: f64 = 0.5;
 
-/// The next step over the one that the error would just allow, the most that a step may grow, how far it shrinks after an error that was
-/// too large, and after one that says nothing (Hairer and Wanner, Solving Ordinary Differential Equations II, 1996, section IV.8).
+/// The next step over the one that the error would just allow, the most that a step may grow, how far it shrinks after an error
+/// that was too large, and after one that says nothing (Hairer and Wanner, Solving Ordinary Differential Equations II, 1996,
+/// section IV.8).
 const SAFETY: f64 = 0.9;
 const GROWTH: f64 = 4.0;
 const SHRINKAGE: [f64; 2] = [0.1, 0.7];
@@ -314,11 +315,11 @@ impl Cluster {
             Description::Series(series) => series,
             Description::Modes(_) => Series::default(),
         };
-        let lasting = self.history.is_lasting();
-        let scale = if lasting { self.workspace.persistent.velocity_scale(window) } else { velocity_scale(window) };
+        let persistent = self.history.is_persistent();
+        let scale = if persistent { self.workspace.persistent.velocity_scale(window) } else { velocity_scale(window) };
         let local_error = control.local_error(scale);
         if !self.collocate(&mut series, window, control, rounding, local_error) {
-            if lasting {
+            if persistent {
                 let before = self.history.explicit_length;
                 series.expand_persistent(&mut self.workspace.persistent, window, control, scale, before);
             } else {

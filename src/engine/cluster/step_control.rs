@@ -5,17 +5,17 @@ use serde::{Deserialize, Serialize};
 /// Longest segment, s, for a window in which nothing varies.
 const LONGEST: f64 = 1e6;
 
-/// Local error of a segment over the tolerance of a whole run, so that thousands of pulses stay within that; and the least one, below
-/// which rounding decides. A larger one makes segments longer and runs less exact (`tests/reference.rs`).
+/// Local error of a segment over the tolerance of a whole run, so that thousands of pulses stay within that; and the least one,
+/// below which rounding decides. A larger one makes segments longer and runs less exact (`tests/rust/reference.rs`).
 const LOCAL: f64 = 1e-5;
 const LEAST_EPSILON: f64 = 1e-18;
 
 /// Segments without a switching before implicit collocation is tried: fewer try it within impacts, where it does not pay; more
-/// follow balls at rest by short segments for longer (`tests/work.rs`).
+/// follow balls at rest by short segments for longer (`tests/rust/work.rs`).
 const PATIENCE: u32 = 24;
 
 /// Segments of a cluster after which its balls count as pressed together for long: no impact takes as many.
-const LASTING: u32 = 1 << 15;
+const PERSISTENT: u32 = 1 << 15;
 
 /// What governs order and step.
 #[derive(Clone, Copy, Debug)]
@@ -81,8 +81,8 @@ impl StepHistory {
     }
 
     /// Whether the balls have been pressed together for so long that they will hardly part: no impact takes as many segments.
-    pub fn is_lasting(&self) -> bool {
-        self.age >= LASTING
+    pub fn is_persistent(&self) -> bool {
+        self.age >= PERSISTENT
     }
 
     /// Whether its lengths are lengths.

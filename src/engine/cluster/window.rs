@@ -121,11 +121,12 @@ pub(crate) enum Switch {
     Release,
     /// The force would begin to pull.
     Clip,
-    /// The force would forcing again.
+    /// The force would push again.
     Unclip,
 }
 
-/// The switching that ends this mode of a closed contact unless its release does: the sign that the force then gets, and what it is.
+/// The switching that ends this mode of a closed contact unless its release does: the sign that the force then gets, and what it
+/// is.
 pub(crate) fn clipping(mode: Mode) -> (f64, Switch) {
     if mode == Mode::Pressing { (-1.0, Switch::Clip) } else { (1.0, Switch::Unclip) }
 }

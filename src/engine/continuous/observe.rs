@@ -57,8 +57,8 @@ impl Continuous {
         self.time - self.step_start
     }
 
-    /// The first onset strictly after the current time, or none within 1000 periods of the first ball; where a fixed number of steps
-    /// does not show it, how far they have led. The next look, at a later time, goes on from there.
+    /// The first onset strictly after the current time, or none within 1000 periods of the first ball; where a fixed number of
+    /// steps does not show it, how far they have led. The next look, at a later time, goes on from there.
     fn find_next_onset(&self) -> Next {
         let now = self.now();
         if self.contacts.is_empty() {
@@ -188,8 +188,8 @@ impl Results for Continuous {
     }
 }
 
-/// The first onset in the last step of `motion` after the time `now`, s.
-fn onset_after(motion: &Trajectory, now: DoubleDouble) -> Option<f64> {
-    let onset = motion.events.iter().find(|event| event.kind == Kind::Onset && event.time > now)?;
+/// The first onset in the last step of `trajectory` after the time `now`, s.
+fn onset_after(trajectory: &Trajectory, now: DoubleDouble) -> Option<f64> {
+    let onset = trajectory.events.iter().find(|event| event.kind == Kind::Onset && event.time > now)?;
     Some(onset.time.value_up())
 }

@@ -11,8 +11,8 @@ use crate::engine::derivatives::ChainState;
 use crate::engine::error::EngineError;
 use crate::engine::flight::{Forcing, shifted};
 use crate::engine::inputs::HeldInputs;
-use crate::engine::observation::{LARGEST_COUNT, Ledger};
 use crate::engine::observer::{Observer, Progress};
+use crate::engine::records::{LARGEST_COUNT, Ledger};
 use crate::engine::run::Unsound;
 use crate::model::{BallModel, Cradle, Inputs, Parameters, Results};
 use crate::next::Next;
@@ -125,8 +125,8 @@ impl Continuous {
         let finite = self.inputs.are_finite() && self.state_at_step.is_finite();
         require(failed || finite, "an input or a state is not finite")?;
         let forcings = forcings(&cradle, &self.inputs, self.trajectory.dynamics.since.value());
-        let motion = self.trajectory.restored(method, cradle, forcings, failed);
-        self.trajectory = motion.ok_or(Unsound("its solver has not come here"))?;
+        let trajectory = self.trajectory.restored(method, cradle, forcings, failed);
+        self.trajectory = trajectory.ok_or(Unsound("its solver has not come here"))?;
         if let Some(ahead) = self.ahead.take() {
             let forcings = self.trajectory.dynamics.forcings.clone();
             let ahead = ahead.restored(method, self.trajectory.dynamics.cradle.clone(), forcings, failed);
@@ -154,7 +154,8 @@ impl Continuous {
     }
 
     /// From the current time on, `inputs` act, changing with these `derivatives` by time, from the first up to order
-    /// [`MAX_INPUT_DERIVATIVE`](crate::model::MAX_INPUT_DERIVATIVE). No change of the trajectory if they are constant and act already.
+    /// [`MAX_INPUT_DERIVATIVE`](crate::model::MAX_INPUT_DERIVATIVE). No change of the trajectory if they are constant and act
+    /// already.
     pub fn hold(&mut self, inputs: &Inputs, derivatives: &[Inputs]) -> Result<(), EngineError> {
         let constant = derivatives.is_empty() && self.inputs.derivatives.is_empty();
         if !constant || *inputs != self.inputs.values {

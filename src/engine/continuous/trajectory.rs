@@ -8,7 +8,7 @@ use super::dynamics::{Dynamics, LARGEST};
 use super::method::Method;
 use crate::engine::error::EngineError;
 use crate::engine::flight::Forcing;
-use crate::engine::observation::LARGEST_COUNT;
+use crate::engine::records::LARGEST_COUNT;
 use crate::model::Cradle;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::ode::{Multistep, Path, RungeKutta, StepCounters, Stuck};

@@ -73,7 +73,8 @@ impl<S: Scalar> Equations<S> for ChainEquations<'_, S> {
 
 impl<S: Scalar> ChainEquations<'_, S> {
     /// The series of all motions and forces with `order` coefficients of the forces, in this unit of time (s). Contacts marked as
-    /// `negligible` have no elastic force. Overlaps that are `given`, in that unit, are taken as they are; the forces follow from them.
+    /// `negligible` have no elastic force. Overlaps that are `given`, in that unit, are taken as they are; the forces follow from
+    /// them.
     pub fn series(
         &self,
         order: usize,

@@ -31,7 +31,7 @@ impl LastStep<'_> {
             return Ok(Differential::zero(self.cradle.balls.len()));
         }
         let along = Cradle::constant(self.cradle);
-        let forcings = pushes_along(&along, &self.inputs, inputs);
+        let forcings = forcings_along(&along, &self.inputs, inputs);
         let mut run = Run::new(self.cradle, along, lifted(&self.start), forcings);
         run.follow(Some(self.length))?;
         run.agree_with(&self.end)?;
@@ -52,7 +52,7 @@ impl LastStep<'_> {
         inputs: &Inputs,
     ) -> Result<Differential, NotFollowed> {
         let along = Cradle::along(parameters, tangent);
-        let forcings = pushes_along(&along, &self.inputs, inputs);
+        let forcings = forcings_along(&along, &self.inputs, inputs);
         let state = start_along(&self.end, &along, tangent);
         let first = along.balls[0].omega2;
         let run = Run::new(self.cradle, along, state, forcings);
@@ -85,7 +85,7 @@ impl LastStep<'_> {
 
 /// Accelerations by the inputs `held`, with the derivatives that they have where the inputs have the derivatives
 /// `tangent`, all of them constant over the step, and the masses theirs.
-fn pushes_along(cradle: &Cradle<Dual>, held: &HeldInputs, tangent: &Inputs) -> Vec<Forcing<Dual>> {
+fn forcings_along(cradle: &Cradle<Dual>, held: &HeldInputs, tangent: &Inputs) -> Vec<Forcing<Dual>> {
     let forcing = |(i, ball): (usize, &BallModel<Dual>)| {
         let along = |k: usize, value: f64, tangent: f64| Dual::with_tangent(value, if k == 0 { tangent } else { 0.0 });
         let mut forcing = Forcing::default();

@@ -12,8 +12,8 @@ impl Engine {
     /// Derivatives of the outputs by time at the current time, of order 1 to [`MAX_OUTPUT_DERIVATIVE`], from the right. What
     /// changes only at events and communication points has derivative 0.
     ///
-    /// They are those of the motion as it is followed. Of the forces of contacts that have come to rest, the second keep 7 digits and
-    /// the third 4 or 5. A contact that rings, by 1e-12 of its force from rounding alone where it has just closed or the
+    /// They are those of the motion as it is followed. Of the forces of contacts that have come to rest, the second keep 7 digits
+    /// and the third 4 or 5. A contact that rings, by 1e-12 of its force from rounding alone where it has just closed or the
     /// inputs have just changed, rings in its derivatives, too, times the angular frequency for each order.
     pub fn time_derivative(&self, order: usize) -> Differential {
         let (state, inputs) = (self.state_of_all(self.time.into()), self.inputs.at(self.time));

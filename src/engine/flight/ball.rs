@@ -45,7 +45,8 @@ pub(crate) enum Regime {
     Body,
 }
 
-/// A ball: its state at its anchor, and the closed form that its motion follows from there unless a cluster or an impact acts on it.
+/// A ball: its state at its anchor, and the closed form that its motion follows from there unless a cluster or an impact acts on
+/// it.
 #[derive(Clone, Debug)]
 pub(crate) struct Ball {
     /// In kg.

@@ -83,7 +83,7 @@ impl Flight {
         self.response(o, u, 0)
     }
 
-    /// The displacement integrated `level - 1` times: `v U_level + A U_(level+1) + push_1 U_(level+2) + ...`. Fewer functions than
+    /// The displacement integrated `level - 1` times: `v U_level + A U_(level+1) + f_1 U_(level+2) + ...`. Fewer functions than
     /// [`BASIS`] do where the forcing is constant.
     #[inline]
     fn response<const N: usize>(&self, o: &Oscillator, u: &[f64; N], level: usize) -> f64 {

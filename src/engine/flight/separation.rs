@@ -142,8 +142,8 @@ impl Separation {
         }
     }
 
-    /// The next closing after `from`, a time at or after the anchor, with at most so many evaluations as are `allowed`, which counts
-    /// them down.
+    /// The next closing after `from`, a time at or after the anchor, with at most so many evaluations as are `allowed`, which
+    /// counts them down.
     pub fn forecast(&self, from: DoubleDouble, allowed: &mut u32) -> Next<DoubleDouble> {
         if self.stays_apart() {
             return Next::Never;

@@ -6,17 +6,17 @@ use crate::model::ONSET_PERIODS;
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 
-/// Work that one look ahead may take, in the units of [`Engine::effort`]: some tenths of a millisecond. The event that exceeds it is
-/// still handled.
+/// Work that one look ahead may take, in the units of [`Engine::effort`]: some tenths of a millisecond. The event that exceeds it
+/// is still handled.
 const LOOK_AHEAD: u64 = 4_000;
 
 /// The same for copying a ball and its contact.
 const COPY: u64 = 3;
 
 impl Engine {
-    /// First onset strictly after the current time with the inputs continued, or none within 1000 periods of the first ball. Where a
-    /// fixed amount of work does not show it, it is the time up to which there is none; the next look, at a later time, goes on
-    /// from there.
+    /// First onset strictly after the current time with the inputs continued, or none within 1000 periods of the first ball.
+    /// Where a fixed amount of work does not show it, it is the time up to which there is none; the next look, at a later time,
+    /// goes on from there.
     pub(crate) fn find_next_onset(&self) -> Next {
         if let Some((asked_at, answer)) = self.caches.ahead.found.get() {
             // An onset stays the next one until it comes. That there is none within the horizon holds for now only.

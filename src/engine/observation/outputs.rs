@@ -96,7 +96,8 @@ impl Engine {
         state
     }
 
-    /// The functions of the oscillator for ball `i` in flight, if its left neighbour, equal and anchored at the same time, has them.
+    /// The functions of the oscillator for ball `i` in flight, if its left neighbour, equal and anchored at the same time, has
+    /// them.
     fn shared_basis(&self, i: usize) -> Option<[f64; 3]> {
         let (left, ball) = (&self.balls[i.checked_sub(1)?], &self.balls[i]);
         let known = self.caches.states[i - 1].get();

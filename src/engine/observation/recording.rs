@@ -1,7 +1,7 @@
 //! Records the start of the step under way before an event moves anything off its closed form.
 
-use super::step_start::{BallStart, ContactStart};
 use crate::engine::derivatives::ChainState;
+use crate::engine::records::{BallStart, ContactStart};
 use crate::engine::run::Engine;
 use crate::solver::double_double::DoubleDouble;
 
@@ -24,16 +24,16 @@ impl Engine {
         if self.looks_ahead() || self.step.ball(i).is_some() {
             return;
         }
-        let (step, start) = (self.step.number, self.step.time.into());
+        let start = self.step.time.into();
         for j in i.saturating_sub(1)..(i + 1).min(self.contacts.len()) {
             if self.step.contact(j).is_none() {
                 let (overlap, mode) = self.overlap_at(j, start);
-                self.step.record_contact(j, ContactStart { step, overlap, mode });
+                self.step.record_contact(j, ContactStart { overlap, mode });
             }
         }
         let (x, v) = self.state_at(i, start);
         let support_impulse = self.support_impulse_of(i, start);
-        self.step.record_ball(i, BallStart { step, x, v, support_impulse });
+        self.step.record_ball(i, BallStart { x, v, support_impulse });
     }
 
     /// To be called before an event at `t` enters anything in the ledger of contact `i`: what its impulse was at the start of the

@@ -1,5 +1,5 @@
-//! The interior of an impact of known outcome, for those who look at it: segments as those of any cluster, computed as far as somebody
-//! has asked for.
+//! The interior of an impact of known outcome, for those who look at it: segments as those of any cluster, computed as far as
+//! somebody has asked for.
 
 use std::cell::OnceCell;
 

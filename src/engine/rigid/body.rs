@@ -1,4 +1,4 @@
-//! Rigid balls in lasting contact: they move as one body, and each contact transmits the force that this takes.
+//! Rigid balls in sustained contact: they move as one body, and each contact transmits the force that this takes.
 //!
 //! The sum of the members' equations is one oscillator, with the mean of their frequencies squared, of their decays and of the
 //! accelerations by the inputs, all weighted with the masses. What a member's own pendulum, drag and inputs do beyond that is up to
@@ -24,7 +24,7 @@ const ROUNDINGS: f64 = 8.0;
 /// Up to so many swings are looked through one by one for the largest force.
 const MOST_SWINGS: f64 = 8.0;
 
-/// A lasting contact.
+/// A sustained contact, which constrains its balls to move as one.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Constraint {
     anchor: DoubleDouble,

@@ -1,5 +1,5 @@
-//! What has been computed and would be computed again the same: nothing here is part of the state of a run, but for how far ahead has
-//! been looked, which later looks go on from.
+//! What has been computed and could be computed again. None of it is state, except how far a look ahead has come: later looks go
+//! on from there.
 
 use std::cell::{Cell, OnceCell, RefCell};
 
@@ -7,7 +7,7 @@ use crate::engine::pair_impact::Interior;
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 
-/// Everything that a run keeps of what it has computed for those who ask. `R` is the run.
+/// Everything that a run keeps of what it has computed for those who ask. `R` is the run, which these caches are a part of.
 #[derive(Debug)]
 pub(crate) struct Caches<R> {
     /// A ball each: its state when it was last asked for.
@@ -30,8 +30,8 @@ pub(crate) struct KnownState {
     pub basis: Option<[f64; 3]>,
 }
 
-/// What has been seen of the future. It is good until the inputs change. The copy stands at most at the first onset that the run has
-/// yet to come to.
+/// What has been seen of the future. It is good until the inputs change. The copy stands at most at the first onset that the run
+/// has yet to come to.
 #[derive(Clone, Debug)]
 pub(crate) struct LookAhead<R> {
     /// A copy of the run that has gone ahead on the same trajectory.

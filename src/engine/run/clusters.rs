@@ -1,4 +1,4 @@
-//! Clusters within a run: founded, followed from switching to switching, and dissolved.
+//! Clusters within a run: formed, followed from switching to switching, and dissolved.
 
 use std::ops::Range;
 
@@ -11,8 +11,8 @@ use crate::engine::observer::Observer;
 use crate::model::Mode;
 use crate::solver::double_double::DoubleDouble;
 
-/// Effort (see [`Engine::effort`]) of each contact of a cluster's window in a new segment, and of each evaluation of a contact force
-/// for it.
+/// Effort (see [`Engine::effort`]) of each contact of a cluster's window in a new segment, and of each evaluation of a contact
+/// force for it.
 const SEGMENT: u64 = 24;
 const EVALUATION: u64 = 2;
 

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::engine::flight::Separation;
-use crate::engine::observation::Ledger;
 use crate::engine::pair_impact::PairImpact;
+use crate::engine::records::Ledger;
 use crate::engine::rigid::Constraint;
 use crate::model::Mode;
 use crate::next::Next;
@@ -22,7 +22,7 @@ pub(crate) struct Contact {
 pub(crate) enum Phase<I = PairImpact> {
     /// Nothing for the moment: an event regroups the balls about it. Between events no contact is loose.
     Loose(Loose),
-    /// Open between balls in flight, with what is foretold of its onset.
+    /// Open between balls in flight, with the forecast of its onset.
     Open(Separation, Next<DoubleDouble>),
     /// Open beside an impact of known outcome, with the overlap (m) between where its balls are at their anchors, which differ.
     Beside(f64),
@@ -30,7 +30,7 @@ pub(crate) enum Phase<I = PairImpact> {
     Window(u32),
     /// An impact of known outcome.
     Impact(I),
-    /// A lasting contact of rigid balls, with what is foretold of its end.
+    /// A sustained contact of rigid balls, with the forecast of its end.
     Constraint(Constraint, Next<DoubleDouble>),
 }
 
@@ -100,7 +100,10 @@ impl Contact {
     pub fn overlap(&self) -> f64 {
         match self.phase {
             Phase::Loose(Loose { overlap, .. }) | Phase::Beside(overlap) => overlap,
-            _ => 0.0,
+            Phase::Open(..) | Phase::Window(_) | Phase::Impact(_) | Phase::Constraint(..) => {
+                debug_assert!(false, "a contact that is part of something has its overlap there");
+                0.0
+            }
         }
     }
 

@@ -7,9 +7,9 @@ use crate::engine::cluster::{Cluster, Control};
 use crate::engine::error::EngineError;
 use crate::engine::flight::{Ball, Flight};
 use crate::engine::inputs::HeldInputs;
-use crate::engine::observation::StepStart;
 use crate::engine::observer::{Observer, Unrecorded};
 use crate::engine::pair_impact::ImpactCoefficients;
+use crate::engine::records::StepStart;
 use crate::model::{Cradle, Inputs, Mode, Parameters, Results, WorkCounters};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::queue::EventQueue;
@@ -124,8 +124,8 @@ impl Engine {
     }
 
     /// From the current time on, `inputs` act, changing with these `derivatives` by time, from the first up to order
-    /// [`MAX_INPUT_DERIVATIVE`](crate::model::MAX_INPUT_DERIVATIVE). No change of the trajectory if they are constant and act already. The last step is over: the values
-    /// over it are gone.
+    /// [`MAX_INPUT_DERIVATIVE`](crate::model::MAX_INPUT_DERIVATIVE). No change of the trajectory if they are constant and act
+    /// already. The last step is over: the values over it are gone.
     pub fn hold(&mut self, inputs: &Inputs, derivatives: &[Inputs]) -> Result<(), EngineError> {
         let constant = derivatives.is_empty() && self.inputs.derivatives.is_empty();
         if !constant || *inputs != self.inputs.values {

@@ -14,8 +14,8 @@ use crate::solver::double_double::DoubleDouble;
 /// Effort (see [`Engine::effort`]) of an event.
 const EVENT: u64 = 8;
 
-/// Events that one impact can bring about without any progress of time, and the same for each ball: beyond that a run has stalled. Fewer
-/// would stop runs that go on (`tests/stiff.rs`), more only delay the error.
+/// Events that one impact can bring about without any progress of time, and the same for each ball: beyond that a run has
+/// stalled. Fewer would stop runs that go on (`tests/rust/stiff.rs`), more only delay the error.
 const EVENTS_AT_ONCE: usize = 100;
 const EVENTS_AT_ONCE_OF_A_BALL: usize = 20;
 
@@ -61,7 +61,7 @@ impl Engine {
         let mut members = range.clone().find(|j| closed(self, j)).map_or(i, |first| first.min(i))
             ..range.clone().rev().find(|j| closed(self, j)).map_or(i, |last| last.max(i)) + 2;
         let mut range = range;
-        // Balls next to a member that are held themselves become members, and so on.
+        // Balls next to a member that a cluster or an impact governs become members, and so on.
         let mut ball = members.start.saturating_sub(1);
         while ball < (members.end + 1).min(self.balls.len()) {
             let freed = match self.balls[ball].regime {

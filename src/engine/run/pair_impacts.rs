@@ -15,11 +15,11 @@ impl Engine {
     /// stay clear of their neighbours until the impact is over.
     pub(crate) fn begin_impact(&mut self, i: usize, t: DoubleDouble) -> bool {
         let neighbours = i.saturating_sub(1)..(i + 3).min(self.balls.len());
-        let held = |ball: usize| self.balls[ball].regime;
-        if held(i) != Regime::Flight || held(i + 1) != Regime::Flight {
+        let regime = |ball: usize| self.balls[ball].regime;
+        if regime(i) != Regime::Flight || regime(i + 1) != Regime::Flight {
             return false;
         }
-        if neighbours.clone().any(|ball| matches!(held(ball), Regime::Cluster(_))) {
+        if neighbours.clone().any(|ball| matches!(regime(ball), Regime::Cluster(_))) {
             return false;
         }
         self.reanchor_free(neighbours.clone(), t);

@@ -1,8 +1,8 @@
-//! The events of rigid contacts: impacts of balls that touch, lasting contacts, and their end.
+//! The events of rigid contacts: impacts of balls that touch, sustained contacts, and their end.
 //!
-//! An onset is an impact without duration (`restitution`). All balls that touch at that moment, as far as their positions are known,
-//! take part. Afterwards neighbours without relative velocity that are pressed together are held by a [`Constraint`] and move as one
-//! body; those that are not fly on, be it side by side.
+//! An onset is an impact without duration (`restitution`). All balls that touch at that moment, as far as their positions are
+//! known, take part. Afterwards neighbours without relative velocity that are pressed together are held by a [`Constraint`] and
+//! move as one body; those that are not fly on, be it side by side.
 //!
 //! Chatter has an end where doubles do: an approach whose rebound would stay lower than the rounding of the positions, or that is
 //! itself below the rounding of the velocities, comes to rest, and so does every approach once hundreds of impacts have followed
@@ -16,8 +16,8 @@ use super::contact::{Contact, Keep, Phase};
 use super::engine::Engine;
 use crate::engine::error::EngineError;
 use crate::engine::flight::{Forcing, Regime, Rounding, Separation, shifted, spaced};
-use crate::engine::observation::RAPID;
 use crate::engine::observer::Observer;
+use crate::engine::records::RAPID;
 use crate::engine::rigid::restitution::{self, Impact};
 use crate::engine::rigid::{Body, Constraint, acceleration_rounding};
 use crate::model::Mode;
@@ -112,8 +112,8 @@ impl Engine {
         }
     }
 
-    /// Enters the impacts at `t` in the ledgers of the contacts, counted from `first`: pulses without duration, but for the last one
-    /// of a contact that lasts, one of `constraints`.
+    /// Enters the impacts at `t` in the ledgers of the contacts, counted from `first`: pulses without duration, but for the last
+    /// one of a contact that lasts, one of `constraints`.
     fn enter(
         &mut self,
         impacts: &[Impact<f64>],
@@ -172,16 +172,16 @@ impl Engine {
         rounding.fold(Rounding::default(), Rounding::max)
     }
 
-    /// The balls of the contacts `group`, which no constraint leads out of, and all their contacts are taken apart at `t`: the balls are in
-    /// flight and anchored then, the contacts hold their overlaps, and where there was a constraint that they press.
+    /// The balls of the contacts `group`, which no constraint leads out of, and all their contacts are taken apart at `t`: the
+    /// balls are in flight and anchored then, the contacts hold their overlaps, and where there was a constraint that they press.
     pub(crate) fn separate(&mut self, group: Range<usize>, t: DoubleDouble) {
+        (group.start..group.end + 1).for_each(|i| self.before_move(i, t));
         let beside = group.start.saturating_sub(1)..(group.end + 1).min(self.contacts.len());
         for j in beside {
             self.stop_separation(j, t);
         }
         for i in group.start..group.end + 1 {
             if self.balls[i].regime == Regime::Body {
-                self.before_move(i, t);
                 let (before, after) = (self.own_forcing(i, self.balls[i].anchor), self.own_forcing(i, t));
                 let (model, ball) = (&self.cradle.balls[i], &mut self.balls[i]);
                 ball.integrals = ball.integrals_under(&before, t);
@@ -221,14 +221,15 @@ impl Engine {
         (t - DoubleDouble::from(self.inputs.since)).value()
     }
 
-    /// Bonds where balls press each other at `t` and flight elsewhere, for the contacts `group`, which have been taken apart, and
-    /// those beside them.
+    /// Joins balls that press each other at `t` to bodies and lets the others fly, for the contacts `group`, which have been
+    /// separated, and those beside them.
     pub(crate) fn settle(&mut self, group: Range<usize>, t: DoubleDouble, keep: Keep, observer: &mut dyn Observer) {
         let constraints = self.join_where_pressed(group.clone(), t, keep);
         self.go_on(group, t, constraints, observer);
     }
 
-    /// Where balls of `group` press each other at `t` they move as bodies from then on. Returns the constraint of each contact that has one.
+    /// Where balls of `group` press each other at `t` they move as bodies from then on. Returns the constraint of each contact
+    /// that has one.
     fn join_where_pressed(&mut self, group: Range<usize>, t: DoubleDouble, keep: Keep) -> Vec<Option<Constraint>> {
         let mut constraints = vec![None; group.len()];
         let mut first = group.start;
@@ -285,8 +286,8 @@ impl Engine {
         left.v == right.v && self.contacts[j].overlap() >= -self.rounding(j..j + 2).position
     }
 
-    /// Makes bodies of the balls of the contacts `run`, which touch without relative velocity, where they press each other. Enters what
-    /// holds them together in `constraints`.
+    /// Makes bodies of the balls of the contacts `run`, which touch without relative velocity, where they press each other.
+    /// Enters what holds them together in `constraints`.
     fn press(&mut self, run: Range<usize>, t: DoubleDouble, keep: Keep, constraints: &mut [Option<Constraint>]) {
         let balls = &self.balls[run.start..run.end + 1];
         let masses: Vec<f64> = balls.iter().map(|ball| ball.mass).collect();

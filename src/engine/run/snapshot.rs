@@ -13,8 +13,8 @@ use super::engine::{Engine, NO_STEP};
 use crate::engine::cluster::{Cluster, StepHistory, WindowContact};
 use crate::engine::flight::{Ball, Flight, Regime, RunningIntegrals};
 use crate::engine::inputs::HeldInputs;
-use crate::engine::observation::{BallStart, ContactStart, LARGEST_COUNT, Ledger};
 use crate::engine::pair_impact::PairImpact;
+use crate::engine::records::{BallStart, ContactStart, LARGEST_COUNT, Ledger};
 use crate::engine::rigid::Constraint;
 use crate::model::{Mode, Parameters, WorkCounters};
 use crate::next::Next;
@@ -253,7 +253,7 @@ impl Engine {
             Phase::Loose(_) => return require(false, "a contact is part of nothing"),
             Phase::Constraint(constraint, forecast) => {
                 let sound = constraint.is_sound(left, right, self.time.into());
-                require(failed || sound, "a lasting contact does not fit its balls")?;
+                require(failed || sound, "a sustained contact does not fit its balls")?;
                 self.restore_forecast(i, forecast, failed)?;
                 Phase::Constraint(constraint, forecast)
             }
@@ -324,12 +324,14 @@ impl RunState {
                 "a cluster is not finite, or of the future",
             )?;
         }
-        let ball = |ball: &BallState| ball.at_start.is_none_or(|start| start.step == self.step && start.is_finite());
-        let contact = |contact: &ContactState| {
-            contact.at_start.is_none_or(|start| start.step == self.step && start.overlap.is_finite())
+        let ball = |ball: &BallState| ball.at_start.is_none_or(|start| start.is_finite());
+        // Contacts are recorded with their balls.
+        let contact = |(contact, balls): (&ContactState, &[BallState])| {
+            let recorded = balls.iter().any(|ball| ball.at_start.is_some());
+            contact.at_start.is_none_or(|start| recorded && start.overlap.is_finite())
         };
-        let start = self.balls.iter().all(ball) && self.contacts.iter().all(contact);
-        require(start, "the state at the start of the step is not finite, or of another step")?;
+        let start = self.balls.iter().all(ball) && self.contacts.iter().zip(self.balls.windows(2)).all(contact);
+        require(start, "the state at the start of the step is not finite, or not recorded so")?;
         let sums = [self.contact_loss, self.energy_at_start];
         require(sums.iter().all(|sum| sum.is_finite()), "a sum is not finite")?;
         require(self.step < LARGEST_COUNT, "a count is too large")

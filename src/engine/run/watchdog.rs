@@ -4,8 +4,8 @@ use crate::engine::error::EngineError;
 use crate::engine::observer::{Observer, Progress};
 use crate::solver::double_double::DoubleDouble;
 
-/// Watches a call of [`advance`](super::Engine::advance): tells how far it has come, and gives up where the events follow each other
-/// so fast that the end of the step would not be reached in days: the values of a cradle may be any numbers above 0.
+/// Watches a call of [`advance`](super::Engine::advance): tells how far it has come, and gives up where the events follow each
+/// other so fast that the end of the step would not be reached in days: the values of a cradle may be any numbers above 0.
 pub(super) struct Watchdog {
     until: DoubleDouble,
     /// Events so far.

@@ -13,7 +13,7 @@ impl Instance {
         let variable = self.variable(reference)?;
         match variable.row.access {
             Access::Real(get) => {
-                let value = get(self.simulation()?, variable.index);
+                let value = get(&**self.simulation()?, variable.index);
                 // In the error state values may be anything.
                 if value.is_nan() && self.run.phase != Phase::Error {
                     return Err(Refusal::NotANumber { variable: variable.to_string(), time: self.time() });
@@ -28,7 +28,7 @@ impl Instance {
     pub fn integer(&mut self, reference: u32) -> Result<i32, Refusal> {
         let variable = self.variable(reference)?;
         match variable.row.access {
-            Access::Count(get) => Ok(i32::try_from(get(self.simulation()?, variable.index)).unwrap_or(i32::MAX)),
+            Access::Count(get) => Ok(i32::try_from(get(&**self.simulation()?, variable.index)).unwrap_or(i32::MAX)),
             _ => variable.item(&self.run.settings).ok_or_else(|| variable.wrong_type(Type::Integer).into()),
         }
     }
@@ -37,7 +37,7 @@ impl Instance {
     pub fn boolean(&mut self, reference: u32) -> Result<bool, Refusal> {
         let variable = self.variable(reference)?;
         match variable.row.access {
-            Access::Flag(get) => Ok(get(self.simulation()?, variable.index)),
+            Access::Flag(get) => Ok(get(&**self.simulation()?, variable.index)),
             _ => Err(variable.wrong_type(Type::Boolean).into()),
         }
     }

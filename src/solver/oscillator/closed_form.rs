@@ -197,8 +197,8 @@ impl Oscillator {
         (fast, self.omega2 / fast)
     }
 
-    /// What the velocity is the sum of under a constant force if this is overdamped: for the velocity `v` (m/s) and the acceleration
-    /// but for that by the velocity, `force` (m/s2), at time 0.
+    /// What the velocity is the sum of under a constant force if this is overdamped: for the velocity `v` (m/s) and the
+    /// acceleration but for that by the velocity, `force` (m/s2), at time 0.
     pub(super) fn decays(&self, v: f64, force: f64) -> Option<Decays> {
         self.is_overdamped().then(|| Decays::new(self.decay_rates(), v, force))
     }

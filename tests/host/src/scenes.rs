@@ -157,8 +157,8 @@ pub fn separated(balls: usize) -> Host {
     started(at_rest(balls, &[("x_start[1]", -0.1)]))
 }
 
-/// Five balls of masses in the ratios 1 2 1 0.5 1 that touch, on linear contacts with this damping (N.s/m): the first one lifted, or
-/// the outer ones pressed by 20 N.
+/// Five balls of masses in the ratios 1 2 1 0.5 1 that touch, on linear contacts with this damping (N.s/m): the first one lifted,
+/// or the outer ones pressed by 20 N.
 pub fn unequal(damping: f64, pressed: bool) -> Host {
     let lifted = [("x_start[1]", -0.1)];
     let forces = [("F_ext[1]", 20.0), ("F_ext[5]", -20.0)];

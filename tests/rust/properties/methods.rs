@@ -1,6 +1,6 @@
 //! The methods that integrate the whole chain, on the cradles of the engine.
 
-use newtons_cradle::engine::{Results, Simulation};
+use newtons_cradle::engine::Simulation;
 use newtons_cradle::model::{Parameters, SolverMethod};
 use proptest::prelude::*;
 

@@ -1,8 +1,8 @@
 //! Power series of the motions and forces of a window.
 //!
-//! [`Series`] holds the coefficients and is its own dense output; [`Workspace`] computes them, by the recurrences of the equations right
-//! after a switching (`recurrences`), by those of a higher order and with less arithmetic where balls have long been pressed
-//! together (`persistent`). Collocation fills in a [`Series`], too.
+//! [`Series`] holds the coefficients and is its own dense output; [`Workspace`] computes them, by the recurrences of the
+//! equations right after a switching (`recurrences`), by those of a higher order and with less arithmetic where balls have long
+//! been pressed together (`persistent`). Collocation fills in a [`Series`], too.
 
 mod persistent;
 mod recurrences;

@@ -46,8 +46,8 @@ impl Workspace {
 }
 
 impl<S: Scalar> Series<S> {
-    /// Computes all coefficients from those of [`begin`](Self::begin). Contacts whose overlap is `negligible` have no elastic force;
-    /// the overlaps of those that are `given` one are taken as they are, and their forces follow from them.
+    /// Computes all coefficients from those of [`begin`](Self::begin). Contacts whose overlap is `negligible` have no elastic
+    /// force; the overlaps of those that are `given` one are taken as they are, and their forces follow from them.
     pub fn fill(
         &mut self,
         equations: &impl Equations<S>,

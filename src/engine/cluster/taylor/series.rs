@@ -254,7 +254,7 @@ impl DenseOutput for Series {
 
     fn clip(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Next {
         let (law, mode) = (&window.laws[j], window.contacts[j].mode);
-        let (push, noise) = match law.rate_factor() {
+        let (pressing, noise) = match law.rate_factor() {
             Some(alpha) => {
                 let row = self.overlap_row(j);
                 let fastest = row[1].abs() + series::bound_of_change_of_derivative(row, until / self.unit);
@@ -268,8 +268,8 @@ impl DenseOutput for Series {
             None => (self.force_row(j).to_vec(), rounding.force(law)),
         };
         let (sign, _) = clipping(mode);
-        match series::first_positive(&push, sign, sign * noise, until / self.unit) {
-            Some(_) => self.crossing(&push, sign, 0.0, until),
+        match series::first_positive(&pressing, sign, sign * noise, until / self.unit) {
+            Some(_) => self.crossing(&pressing, sign, 0.0, until),
             None => Next::Never,
         }
     }

@@ -7,24 +7,14 @@ use serde::{Deserialize, Serialize};
 
 use crate::model::Mode;
 
-/// No step has this number.
-const NO_STEP: u64 = u64::MAX;
-
-/// How a ball stood at the start of the step with this number.
+/// How a ball stood at the start of the step.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct BallStart {
-    pub step: u64,
     /// Position, m, and velocity, m/s.
     pub x: f64,
     pub v: f64,
     /// Integral of its part of the force on the support since the start of the run up to a constant, N.s.
     pub support_impulse: f64,
-}
-
-impl Default for BallStart {
-    fn default() -> Self {
-        Self { step: NO_STEP, x: 0.0, v: 0.0, support_impulse: 0.0 }
-    }
 }
 
 impl BallStart {
@@ -34,19 +24,12 @@ impl BallStart {
     }
 }
 
-/// How a contact stood at the start of the step with this number.
+/// How a contact stood at the start of the step.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct ContactStart {
-    pub step: u64,
     /// In m.
     pub overlap: f64,
     pub mode: Mode,
-}
-
-impl Default for ContactStart {
-    fn default() -> Self {
-        Self { step: NO_STEP, overlap: 0.0, mode: Mode::Open }
-    }
 }
 
 /// The start of the step under way.
@@ -58,53 +41,52 @@ pub(crate) struct StepStart {
     pub time: f64,
     /// Balls that have moved off their closed forms since.
     pub moved: Vec<u32>,
-    balls: Vec<BallStart>,
-    contacts: Vec<ContactStart>,
+    /// How these stood, and the contacts on either side of them.
+    balls: Vec<Option<BallStart>>,
+    contacts: Vec<Option<ContactStart>>,
 }
 
 impl StepStart {
     /// Before the first step of so many balls and contacts, at `time` (s).
     pub fn new(balls: usize, contacts: usize, time: f64) -> Self {
-        Self {
-            number: 0,
-            time,
-            moved: Vec::new(),
-            balls: vec![BallStart::default(); balls],
-            contacts: vec![ContactStart::default(); contacts],
-        }
+        Self { number: 0, time, moved: Vec::new(), balls: vec![None; balls], contacts: vec![None; contacts] }
     }
 
     /// A new step begins at `time` (s).
     pub fn begin(&mut self, time: f64) {
         self.number += 1;
         self.time = time;
-        self.moved.clear();
+        for i in self.moved.drain(..).map(|i| i as usize) {
+            self.balls[i] = None;
+            let beside = i.saturating_sub(1)..(i + 1).min(self.contacts.len());
+            self.contacts[beside].fill(None);
+        }
     }
 
     /// How ball `i` stood, if that has been recorded.
     pub fn ball(&self, i: usize) -> Option<&BallStart> {
-        Some(&self.balls[i]).filter(|start| start.step == self.number)
+        self.balls[i].as_ref()
     }
 
     /// How contact `i` stood, if that has been recorded.
     pub fn contact(&self, i: usize) -> Option<&ContactStart> {
-        Some(&self.contacts[i]).filter(|start| start.step == self.number)
+        self.contacts[i].as_ref()
     }
 
     /// Records how ball `i` stood, which is about to move.
     pub fn record_ball(&mut self, i: usize, start: BallStart) {
-        self.balls[i] = start;
+        self.balls[i] = Some(start);
         self.moved.push(i as u32);
     }
 
     /// Records how contact `i` stood.
     pub fn record_contact(&mut self, i: usize, start: ContactStart) {
-        self.contacts[i] = start;
+        self.contacts[i] = Some(start);
     }
 
     /// Takes over what a saved state has recorded.
     pub fn restore(&mut self, balls: Vec<Option<BallStart>>, contacts: Vec<Option<ContactStart>>) {
-        self.balls = balls.into_iter().map(Option::unwrap_or_default).collect();
-        self.contacts = contacts.into_iter().map(Option::unwrap_or_default).collect();
+        self.moved = (0..balls.len()).filter(|&i| balls[i].is_some()).map(|i| i as u32).collect();
+        (self.balls, self.contacts) = (balls, contacts);
     }
 }
