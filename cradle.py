@@ -275,6 +275,8 @@ def what_a_change_needs(tally: Totals, pytest: list) -> None:
     skipped = [option for name in LONG_RUST_TESTS for option in ("--skip", name)]
     tests = ["cargo", "test", "--workspace", "--no-fail-fast", "--", *skipped]
     tally.step("Rust tests", tests, cargo_counts, env={"PROPTEST_CASES": str(FEW_CASES)})
+    if not PRODUCER.exists():
+        return tally.fail("FMU: the Rust tests have not compiled what builds it")
     system, library = {
         "win32": ("win", "newtons_cradle.dll"),
         "darwin": ("darwin", "libnewtons_cradle.dylib"),
@@ -283,7 +285,7 @@ def what_a_change_needs(tally: Totals, pytest: list) -> None:
     binary = f"--binary={platform}={PRODUCER.parent / 'deps' / library}"
     tally.step("FMU", [PRODUCER, "build", binary, "--out", fmu])
     hosts = [f"tests/hosts/test_{name}.py" for name in SHORT_HOST_TESTS]
-    tally.step("FMPy", [PYTHON, "-m", "pytest", *hosts, "--fmu", fmu, "-rs", *pytest], pytest_counts)
+    return tally.step("FMPy", [PYTHON, "-m", "pytest", *hosts, "--fmu", fmu, "-rs", *pytest], pytest_counts)
 
 
 def everything(tally: Totals, pytest: list) -> None:
@@ -292,6 +294,8 @@ def everything(tally: Totals, pytest: list) -> None:
     tally.step("Benches, each once", ["cargo", "bench", "--profile", "dev", "--", "--test"])
     try:
         with stage("FMU"):
+            if not PRODUCER.exists():
+                raise Stop("the Rust tests have not compiled what builds it.")
             build_fmu(PRODUCER)
     except Stop as problem:
         tally.fail(f"FMU: {problem} Without it the hosts cannot run.")
