@@ -16,6 +16,19 @@ fn difference(samples: &[f64], h: f64) -> f64 {
     weights.iter().zip(1..).map(|(w, k)| w * (samples[4 + k] - samples[4 - k])).sum::<f64>() / h
 }
 
+/// Starts five unequal pendulums, released side by side, with these values of real variables.
+fn start_unequal(host: &Host, values: &[(&str, f64)]) {
+    for (name, value) in values {
+        assert_eq!(host.set(name, *value), fmi2OK);
+    }
+    for i in 1..=5 {
+        assert_eq!(host.set(&format!("x_start[{i}]"), -0.02), fmi2OK);
+        assert_eq!(host.set(&format!("ball.massRatio[{i}]"), 1.0 + 0.1 * f64::from(i)), fmi2OK);
+        assert_eq!(host.set(&format!("pendulum.lengthRatio[{i}]"), 1.0 - 0.02 * f64::from(i)), fmi2OK);
+    }
+    host.start();
+}
+
 /// Steps finely from `start` on and checks the derivatives of orders 1 to 3 against differences of the order before, by the
 /// `tolerance` for their largest.
 fn check(what: &str, host: &Host, (start, h, count): (f64, f64, usize), tolerance: f64) {
@@ -116,15 +129,7 @@ fn they_agree_with_differences_in_flight_and_in_contact() {
 fn they_agree_with_differences_in_a_rigid_body() {
     let host = Host::new();
     assert_eq!((host.set_integer("contact.model", 3), host.set("contact.deadBand", 0.0)), (fmi2OK, fmi2OK));
-    for (name, value) in [("F_ext[1]", 3.0), ("F_ext[5]", -2.0), ("a_support", -0.2), ("pendulum.drag", 0.4)] {
-        assert_eq!(host.set(name, value), fmi2OK);
-    }
-    for i in 1..=5 {
-        assert_eq!(host.set(&format!("x_start[{i}]"), -0.02), fmi2OK);
-        assert_eq!(host.set(&format!("ball.massRatio[{i}]"), 1.0 + 0.1 * f64::from(i)), fmi2OK);
-        assert_eq!(host.set(&format!("pendulum.lengthRatio[{i}]"), 1.0 - 0.02 * f64::from(i)), fmi2OK);
-    }
-    host.start();
+    start_unequal(&host, &[("F_ext[1]", 3.0), ("F_ext[5]", -2.0), ("a_support", -0.2), ("pendulum.drag", 0.4)]);
     assert_eq!((host.set_derivative("F_ext[1]", 1, 0.2), host.step(0.0, 0.1)), (fmi2OK, fmi2OK));
     check("rigid", &host, (0.1, 0.01, 40), 1e-6);
     assert!((1..=4).all(|i| host.get(&format!("F[{i}]")) > 0.1));
@@ -191,15 +196,7 @@ fn they_keep_their_digits_where_balls_rest_against_each_other() {
 #[test]
 fn they_agree_with_differences_where_balls_rest_against_each_other() {
     let host = Host::new();
-    for (name, value) in [("contact.deadBand", 0.0), ("contact.damping", 2e4), ("F_ext[1]", 3.0), ("F_ext[5]", -3.0)] {
-        assert_eq!(host.set(name, value), fmi2OK);
-    }
-    for i in 1..=5 {
-        assert_eq!(host.set(&format!("x_start[{i}]"), -0.02), fmi2OK);
-        assert_eq!(host.set(&format!("ball.massRatio[{i}]"), 1.0 + 0.1 * f64::from(i)), fmi2OK);
-        assert_eq!(host.set(&format!("pendulum.lengthRatio[{i}]"), 1.0 - 0.02 * f64::from(i)), fmi2OK);
-    }
-    host.start();
+    start_unequal(&host, &[("contact.deadBand", 0.0), ("contact.damping", 2e4), ("F_ext[1]", 3.0), ("F_ext[5]", -3.0)]);
     assert_eq!((host.set_derivative("F_ext[1]", 1, 0.2), host.step(0.0, 0.5)), (fmi2OK, fmi2OK));
     // The third derivative of a force is rounding from the fifth digit on, of some starts from the fourth.
     check("at rest", &host, (0.5, 0.02, 40), 1e-4);

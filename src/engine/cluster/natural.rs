@@ -59,7 +59,7 @@ impl NaturalMode {
     }
 }
 
-/// Largest uniform chain that is taken apart into modes: the table of their shapes grows with the square. Largest other group: to
+/// Largest uniform chain that is decomposed into modes: the table of their shapes grows with the square. Largest other group: to
 /// find its shapes grows with the cube.
 const LARGEST_UNIFORM: usize = 128;
 const LARGEST_GROUP: usize = 40;

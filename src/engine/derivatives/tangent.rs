@@ -28,6 +28,9 @@ const MAX_SEGMENTS: usize = 100_000;
 /// How much of the largest derivative of a velocity on the way may be left at the end: less is its rounding.
 const CANCELLATION: f64 = 1e-10;
 
+/// An overlap about to vanish shortens the unit of time of the series by no more than this factor.
+const SHORTEST_UNIT: f64 = 1e-6;
+
 /// Approach speeds of rigid balls up to so many roundings of the fastest come to rest, as in the run itself.
 const UNRESOLVED: f64 = 32.0;
 
@@ -144,7 +147,7 @@ impl<'a> Run<'a> {
             unit = unit.min(law.time_scale(mass, scale)).min(law.relaxation_time(mass, scale));
             let (overlap, rate) = (state.overlaps[j].value(), self.overlap_rate(j).value().abs());
             if law.whole_exponent().is_none() && overlap < unit * rate {
-                unit = unit.min((overlap / rate).max(1e-6 * unit));
+                unit = unit.min((overlap / rate).max(SHORTEST_UNIT * unit));
             }
         }
         (scale, unit)

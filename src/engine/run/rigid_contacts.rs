@@ -172,8 +172,8 @@ impl Engine {
         rounding.fold(Rounding::default(), Rounding::max)
     }
 
-    /// The balls of the contacts `group`, which no constraint leads out of, and all their contacts are taken apart at `t`: the
-    /// balls are in flight and anchored then, the contacts hold their overlaps, and where there was a constraint that they press.
+    /// Separates the balls of the contacts `group`, which no constraint leads out of, at `t`: the balls are in flight and anchored
+    /// then, their contacts are loose, and press where there was a constraint.
     pub(crate) fn separate(&mut self, group: Range<usize>, t: DoubleDouble) {
         (group.start..group.end + 1).for_each(|i| self.before_move(i, t));
         let beside = group.start.saturating_sub(1)..(group.end + 1).min(self.contacts.len());
