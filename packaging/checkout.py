@@ -1,0 +1,126 @@
+"""What the commands of cradle.py need of a checkout: its virtual environment, its FMUs, and programs run with progress shown."""
+
+import hashlib
+import os
+import re
+import shutil
+import subprocess
+import sys
+import sysconfig
+import time
+from contextlib import contextmanager
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+VENV = ROOT / ".venv"
+PYTHON = VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+FMU = ROOT / "target/fmu/NewtonsCradle.fmu"
+FMU13 = FMU.with_stem("NewtonsCradle13")  # of 13 balls, for the paper's Figure 3
+# Packages for the paper and the short test, and all.
+SOME, ALL = (ROOT / name for name in ("requirements.txt", "requirements-all.txt"))
+
+
+class Stop(Exception):
+    """Something is missing that these commands cannot supply; the message says what to do."""
+
+
+def say(text: str) -> None:
+    """Prints at once, also into a pipe."""
+    print(text, flush=True)
+
+
+def run(command: list, check: bool = True, watch=None, **options) -> int:
+    """Runs a command in the checkout. With `watch`, each line of its output goes there instead of to the terminal.
+
+    Raises `Stop` where the command fails and `check` is true."""
+    command = [str(part) for part in command]
+    (watch or say)("  $ " + " ".join(part.removeprefix(f"{ROOT}{os.sep}") for part in command))
+    environment = os.environ | {"PYTHONUNBUFFERED": "1"} | options.pop("env", {})
+    options = {"cwd": ROOT, "env": environment} | options
+    if watch is None:
+        code = subprocess.run(command, **options).returncode
+    else:
+        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True, "errors": "replace"}
+        with subprocess.Popen(command, **pipes, **options) as process:
+            for line in process.stdout:
+                watch(line.rstrip("\n"))
+        code = process.returncode
+    if check and code != 0:
+        raise Stop(f"`{Path(command[0]).name}` ended with code {code}; its messages are above.")
+    return code
+
+
+@contextmanager
+def stage(title: str, show=say):
+    """Announces a stage and says at its end how long it took."""
+    begin = time.perf_counter()
+    outcome = "stopped"
+    show(f"\n== {title}")
+    try:
+        yield
+        outcome = "done"
+    finally:
+        show(f"== {title}: {outcome} after {time.perf_counter() - begin:.1f} s")
+
+
+def check_machine() -> None:
+    """Stops with advice when cargo or a C compiler is missing."""
+    if shutil.which("cargo") is None:
+        raise Stop("cargo is missing: install Rust from https://rustup.rs and open a new shell.")
+    if not any(shutil.which(name) for name in ("cc", "gcc", "clang", "cl")):
+        raise Stop(
+            "a C compiler is missing (the linker of Rust programs): on Debian, `apt install gcc libc6-dev`."
+        )
+
+
+def make_venv(requirements: Path) -> None:
+    """.venv with the packages of SOME or ALL; nothing to do when they have not changed."""
+    # The checkout's path counts as well: a virtual environment does not survive being moved.
+    wanted = {
+        file: hashlib.sha256(file.read_bytes() + SOME.read_bytes() + str(ROOT).encode()).hexdigest()
+        for file in (SOME, ALL)
+    }
+    stamps = {file: VENV / f"{file.stem}.sha256" for file in wanted}
+    present = [file for file, stamp in stamps.items() if stamp.exists() and stamp.read_text() == wanted[file]]
+    if PYTHON.exists() and requirements in present:
+        say("  .venv is up to date")
+        return
+    if not (PYTHON.exists() and SOME in present):
+        shutil.rmtree(VENV, ignore_errors=True)
+        if run([sys.executable, "-m", "venv", VENV], check=False) != 0:
+            raise Stop("this Python cannot make virtual environments: on Debian, `apt install python3-venv`.")
+    quietly = ["--disable-pip-version-check", "--progress-bar", "off"]
+    run([PYTHON, "-m", "pip", "install", *quietly, "-r", requirements])
+    packages = Path(sysconfig.get_path("purelib", "venv", {"base": str(VENV)}))
+    (packages / "newtons_cradle.pth").write_text(f"{ROOT / 'python'}\n")
+    for file in {SOME, requirements}:
+        stamps[file].write_text(wanted[file])
+
+
+def fmu_builds(*producer) -> tuple[list, dict]:
+    """The commands that build the FMUs of five and 13 balls in target/fmu with the program cradle-fmu, and their environment."""
+    options, environment = old_linux()
+    build = [*producer, "build", "--release", *options]
+    return [
+        [*build, "--balls", str(balls), "--out", path] for balls, path in ((5, FMU), (13, FMU13))
+    ], environment
+
+
+def old_linux() -> tuple[list, dict]:
+    """Options and environment for a binary that runs on every Linux from glibc 2.17 on, if .venv has cargo-zigbuild, which
+    `test --all` puts there."""
+    programs = VENV / "bin"
+    if not (programs / "cargo-zigbuild").exists() or host_target() != "x86_64-unknown-linux-gnu":
+        say(
+            "  !! the binary will need a glibc like this machine's: cargo-zigbuild is not in .venv, or not for this machine"
+        )
+        return [], {}
+    caches = {name: str(ROOT / "target/zig") for name in ("ZIG_GLOBAL_CACHE_DIR", "CARGO_ZIGBUILD_CACHE_DIR")}
+    path = f"{programs}{os.pathsep}{os.environ['PATH']}"
+    return ["--target", "x86_64-unknown-linux-gnu.2.17"], caches | {"PATH": path}
+
+
+def host_target() -> str:
+    """The target triple that rustc compiles for."""
+    version = subprocess.run(["rustc", "-vV"], capture_output=True, text=True, check=True).stdout
+    return re.search(r"^host: (.+)$", version, re.MULTILINE)[1]
