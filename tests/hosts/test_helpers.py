@@ -7,8 +7,8 @@ import newtons_cradle as nc
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
-from cradle import cargo_counts, pytest_counts
+sys.path[:0] = [str(Path(__file__).resolve().parents[2] / folder) for folder in ("packaging", "tests")]
+from suite import cargo_counts, pytest_counts
 
 
 def pulses(*rows) -> np.ndarray:
