@@ -9,12 +9,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import newtons_cradle as nc
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "python"))
-
-import newtons_cradle as nc  # noqa: E402
 
 
 def pytest_addoption(parser):

@@ -1,13 +1,8 @@
 """The helpers themselves, without an FMU: log lines, sequences, order, counts of the test command."""
 
-import sys
-from pathlib import Path
-
 import newtons_cradle as nc
 import numpy as np
 import pytest
-
-sys.path[:0] = [str(Path(__file__).resolve().parents[2] / folder) for folder in ("packaging", "tests")]
 from suite import cargo_counts, pytest_counts
 
 
