@@ -25,8 +25,9 @@ class Stop(Exception):
 
 
 def say(text: str) -> None:
-    """Prints at once, also into a pipe."""
-    print(text, flush=True)
+    """Prints at once, also into a pipe; in one piece, as several threads may print."""
+    sys.stdout.write(text + "\n")
+    sys.stdout.flush()
 
 
 def run(command: list, check: bool = True, watch=None, **options) -> int:
