@@ -76,9 +76,9 @@ def check_machine() -> None:
 
 def make_venv(requirements: Path) -> None:
     """.venv with the packages of SOME or ALL; nothing to do when they have not changed."""
-    # The checkout's path counts as well: a virtual environment does not survive being moved.
+    # Its path counts as well: a virtual environment does not survive being moved.
     wanted = {
-        file: hashlib.sha256(file.read_bytes() + SOME.read_bytes() + str(ROOT).encode()).hexdigest()
+        file: hashlib.sha256(file.read_bytes() + SOME.read_bytes() + str(VENV.resolve()).encode()).hexdigest()
         for file in (SOME, ALL)
     }
     stamps = {file: VENV / f"{file.stem}.sha256" for file in wanted}
