@@ -158,15 +158,10 @@ impl std::fmt::Display for Range {
     }
 }
 
-/// On what the value at initialization depends.
-#[derive(Clone, Copy, Debug)]
-pub enum Initially {
-    /// On anything.
-    OnAll,
-    /// On these rows (or on one variable of a row, given as `name[i]`): on the scalars as such, on arrays at the same
-    /// ball or contact, at the contacts of the ball, at the balls of the contact, or as a whole where this is a scalar.
-    On(&'static [&'static [&'static str]]),
-}
+/// On which rows (or on which variable of a row, given as `name[i]`) the value at initialization depends: on the scalars as such,
+/// on arrays at the same ball or contact, at the contacts of the ball, at the balls of the contact, or as a whole where this is a
+/// scalar.
+pub type Groups = &'static [&'static [&'static str]];
 
 /// A family of variables: all there is to know of them outside the model.
 pub struct Row {
@@ -190,8 +185,8 @@ pub struct Row {
     pub used: fn(&Parameters) -> bool,
     /// Derivative of a real result, for ball or contact `i`; outputs and calculated parameters have one.
     pub derivative: Option<fn(&Differential, usize) -> f64>,
-    /// Dependencies of a calculated value at initialization.
-    pub initially: Initially,
+    /// Dependencies of a calculated value at initialization; on anything if there are none given.
+    pub initially: Option<Groups>,
     /// Text; `{i}` and `{j}` stand for the index and the one after it.
     pub description: &'static str,
 }
@@ -209,7 +204,7 @@ impl Row {
 
     /// Unit, or nothing for counts, truth values and enumerations.
     pub fn unit(&self) -> &'static str {
-        self.quantity.map_or("", |quantity| quantity.unit.name)
+        self.quantity.map_or("", |quantity| quantity.unit)
     }
 
     /// A value with its unit, for messages.
@@ -245,7 +240,7 @@ const fn row(
         access,
         used: |_| true,
         derivative: None,
-        initially: Initially::OnAll,
+        initially: None,
         description,
     }
 }
@@ -364,8 +359,8 @@ impl Row {
     }
 
     /// Depends at initialization on these rows only.
-    pub const fn initially(mut self, on: &'static [&'static [&'static str]]) -> Self {
-        self.initially = Initially::On(on);
+    pub const fn initially(mut self, on: Groups) -> Self {
+        self.initially = Some(on);
         self
     }
 }

@@ -3,7 +3,7 @@
 use std::ffi::CStr;
 
 use crate::fmi2::boundary::{array, call};
-use crate::fmi2::types::{fmi2Boolean, fmi2Component, fmi2False, fmi2Real, fmi2Status, fmi2String};
+use crate::fmi2::types::*;
 use crate::instance::{Call, Experiment, Refusal};
 use crate::variables::{LOG_CATEGORIES, LogCategory};
 

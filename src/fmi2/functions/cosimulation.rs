@@ -1,10 +1,7 @@
 //! Functions of co-simulation: stepping, and asking about the last step.
 
 use crate::fmi2::boundary::{array_mut, call};
-use crate::fmi2::types::{
-    fmi2Boolean, fmi2Component, fmi2DoStepStatus, fmi2False, fmi2Integer, fmi2LastSuccessfulTime, fmi2PendingStatus,
-    fmi2Real, fmi2Status, fmi2StatusKind, fmi2String, fmi2Terminated,
-};
+use crate::fmi2::types::*;
 use crate::instance::{Call, Instance, Refusal};
 
 /// Steps from `currentCommunicationPoint` by `communicationStepSize` > 0, in s. Never answers fmi2Discard or
@@ -35,20 +32,14 @@ pub unsafe extern "C" fn fmi2CancelStep(c: fmi2Component) -> fmi2Status {
     unsafe { call(c, "fmi2CancelStep", Call::CancelStep, |_| Ok(())) }
 }
 
-/// A question about the last step, under its name in the standard.
-struct Question {
-    kind: fmi2StatusKind,
-    name: &'static str,
-}
-
-/// Answers the question about the last step that is `allowed`, if `kind` asks it.
+/// Answers the question about the last step that is `allowed`, given with its name in the standard, if `kind` asks it.
 ///
 /// # Safety
 /// See the [module](crate::fmi2).
 unsafe fn status<T>(
     c: fmi2Component,
     function: &'static str,
-    allowed: Question,
+    allowed: (fmi2StatusKind, &str),
     kind: fmi2StatusKind,
     value: *mut T,
     answer: impl Fn(&Instance) -> T,
@@ -56,8 +47,8 @@ unsafe fn status<T>(
     // SAFETY: the host's promises, see the module.
     unsafe {
         call(c, function, Call::Status, |instance| {
-            if kind != allowed.kind {
-                let allowed = format!("{} ({})", allowed.name, allowed.kind);
+            if kind != allowed.0 {
+                let allowed = format!("{} ({})", allowed.1, allowed.0);
                 return Err(Refusal::Argument { name: "fmi2StatusKind", value: kind.to_string(), allowed });
             }
             for place in array_mut("value", value, 1)? {
@@ -74,7 +65,7 @@ unsafe fn status<T>(
 /// See the [module](crate::fmi2).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetStatus(c: fmi2Component, s: fmi2StatusKind, value: *mut fmi2Status) -> fmi2Status {
-    let allowed = Question { kind: fmi2DoStepStatus, name: "fmi2DoStepStatus" };
+    let allowed = (fmi2DoStepStatus, "fmi2DoStepStatus");
     // SAFETY: the host's promises, see the module.
     unsafe { status(c, "fmi2GetStatus", allowed, s, value, |_| fmi2Status::fmi2OK) }
 }
@@ -85,7 +76,7 @@ pub unsafe extern "C" fn fmi2GetStatus(c: fmi2Component, s: fmi2StatusKind, valu
 /// See the [module](crate::fmi2).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetRealStatus(c: fmi2Component, s: fmi2StatusKind, value: *mut fmi2Real) -> fmi2Status {
-    let allowed = Question { kind: fmi2LastSuccessfulTime, name: "fmi2LastSuccessfulTime" };
+    let allowed = (fmi2LastSuccessfulTime, "fmi2LastSuccessfulTime");
     // SAFETY: the host's promises, see the module.
     unsafe { status(c, "fmi2GetRealStatus", allowed, s, value, Instance::time) }
 }
@@ -115,7 +106,7 @@ pub unsafe extern "C" fn fmi2GetBooleanStatus(
     s: fmi2StatusKind,
     value: *mut fmi2Boolean,
 ) -> fmi2Status {
-    let allowed = Question { kind: fmi2Terminated, name: "fmi2Terminated" };
+    let allowed = (fmi2Terminated, "fmi2Terminated");
     // SAFETY: the host's promises, see the module.
     unsafe { status(c, "fmi2GetBooleanStatus", allowed, s, value, |_| fmi2False) }
 }
@@ -130,7 +121,7 @@ pub unsafe extern "C" fn fmi2GetStringStatus(
     s: fmi2StatusKind,
     value: *mut fmi2String,
 ) -> fmi2Status {
-    let allowed = Question { kind: fmi2PendingStatus, name: "fmi2PendingStatus" };
+    let allowed = (fmi2PendingStatus, "fmi2PendingStatus");
     // SAFETY: the host's promises, see the module.
     unsafe { status(c, "fmi2GetStringStatus", allowed, s, value, |_| c"".as_ptr()) }
 }

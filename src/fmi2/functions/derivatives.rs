@@ -3,7 +3,7 @@
 use std::mem::MaybeUninit;
 
 use crate::fmi2::boundary::{array, array_mut, call};
-use crate::fmi2::types::{fmi2Component, fmi2Integer, fmi2Real, fmi2Status, fmi2ValueReference};
+use crate::fmi2::types::*;
 use crate::instance::Call;
 
 /// Gives derivatives of real inputs by time, of order 1 to 3, for the next fmi2DoStep: all of them, or none if any is

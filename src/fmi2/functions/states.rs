@@ -3,7 +3,7 @@
 use std::mem::MaybeUninit;
 
 use crate::fmi2::boundary::{array, array_mut, call};
-use crate::fmi2::types::{fmi2Byte, fmi2Component, fmi2FMUstate, fmi2Status};
+use crate::fmi2::types::*;
 use crate::instance::{Call, Refusal, SavedState};
 
 /// Marks memory as a state of ours; "cradleFS" in ASCII.

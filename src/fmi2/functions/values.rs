@@ -3,9 +3,7 @@
 use std::mem::MaybeUninit;
 
 use crate::fmi2::boundary::{array, array_mut, call};
-use crate::fmi2::types::{
-    fmi2Boolean, fmi2Component, fmi2Integer, fmi2Real, fmi2Status, fmi2String, fmi2ValueReference,
-};
+use crate::fmi2::types::*;
 use crate::instance::{Call, Instance, Refusal};
 use crate::variables::Type;
 
@@ -52,125 +50,41 @@ unsafe fn set<T>(
     }
 }
 
-/// Reads real variables.
-///
-/// # Safety
-/// See the [module](crate::fmi2).
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetReal(
-    c: fmi2Component,
-    vr: *const fmi2ValueReference,
-    nvr: usize,
-    value: *mut fmi2Real,
-) -> fmi2Status {
-    // SAFETY: the host's promises, see the module.
-    unsafe { get(c, "fmi2GetReal", vr, nvr, value, Instance::real) }
+/// Exports getters and setters of a type of values.
+macro_rules! export {
+    ($($(#[$doc:meta])* $name:ident($values:ty) = $access:ident($function:expr);)*) => {$(
+        $(#[$doc])*
+        ///
+        /// # Safety
+        /// See the [module](crate::fmi2).
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $name(
+            c: fmi2Component,
+            vr: *const fmi2ValueReference,
+            nvr: usize,
+            value: $values,
+        ) -> fmi2Status {
+            // SAFETY: the host's promises, see the module.
+            unsafe { $access(c, stringify!($name), vr, nvr, value, $function) }
+        }
+    )*};
 }
 
-/// Reads integers and enumerations.
-///
-/// # Safety
-/// See the [module](crate::fmi2).
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetInteger(
-    c: fmi2Component,
-    vr: *const fmi2ValueReference,
-    nvr: usize,
-    value: *mut fmi2Integer,
-) -> fmi2Status {
-    // SAFETY: the host's promises, see the module.
-    unsafe { get(c, "fmi2GetInteger", vr, nvr, value, Instance::integer) }
-}
-
-/// Reads booleans.
-///
-/// # Safety
-/// See the [module](crate::fmi2).
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetBoolean(
-    c: fmi2Component,
-    vr: *const fmi2ValueReference,
-    nvr: usize,
-    value: *mut fmi2Boolean,
-) -> fmi2Status {
-    let read = |instance: &mut Instance, reference| instance.boolean(reference).map(fmi2Boolean::from);
-    // SAFETY: the host's promises, see the module.
-    unsafe { get(c, "fmi2GetBoolean", vr, nvr, value, read) }
-}
-
-/// There are no strings: an error unless nothing is asked for.
-///
-/// # Safety
-/// See the [module](crate::fmi2).
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetString(
-    c: fmi2Component,
-    vr: *const fmi2ValueReference,
-    nvr: usize,
-    value: *mut fmi2String,
-) -> fmi2Status {
-    // SAFETY: the host's promises, see the module.
-    unsafe { get(c, "fmi2GetString", vr, nvr, value, |instance, reference| Err(instance.refuse_string(reference))) }
-}
-
-/// Sets real parameters and inputs: all of them, or none if any is refused.
-///
-/// # Safety
-/// See the [module](crate::fmi2).
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetReal(
-    c: fmi2Component,
-    vr: *const fmi2ValueReference,
-    nvr: usize,
-    value: *const fmi2Real,
-) -> fmi2Status {
-    // SAFETY: the host's promises, see the module.
-    unsafe { set(c, "fmi2SetReal", vr, nvr, value, Instance::set_reals) }
-}
-
-/// Sets enumerations: all of them, or none if any is refused.
-///
-/// # Safety
-/// See the [module](crate::fmi2).
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetInteger(
-    c: fmi2Component,
-    vr: *const fmi2ValueReference,
-    nvr: usize,
-    value: *const fmi2Integer,
-) -> fmi2Status {
-    // SAFETY: the host's promises, see the module.
-    unsafe { set(c, "fmi2SetInteger", vr, nvr, value, Instance::set_integers) }
-}
-
-/// No boolean can be set: an error unless nothing is set.
-///
-/// # Safety
-/// See the [module](crate::fmi2).
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetBoolean(
-    c: fmi2Component,
-    vr: *const fmi2ValueReference,
-    nvr: usize,
-    value: *const fmi2Boolean,
-) -> fmi2Status {
-    let refuse = |instance: &mut Instance, references: &[_], _: &[_]| instance.refuse_to_set(references, Type::Boolean);
-    // SAFETY: the host's promises, see the module.
-    unsafe { set(c, "fmi2SetBoolean", vr, nvr, value, refuse) }
-}
-
-/// There are no strings: an error unless nothing is set.
-///
-/// # Safety
-/// See the [module](crate::fmi2).
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetString(
-    c: fmi2Component,
-    vr: *const fmi2ValueReference,
-    nvr: usize,
-    value: *const fmi2String,
-) -> fmi2Status {
-    let refuse = |instance: &mut Instance, references: &[_], _: &[_]| instance.refuse_to_set(references, Type::String);
-    // SAFETY: the host's promises, see the module.
-    unsafe { set(c, "fmi2SetString", vr, nvr, value, refuse) }
+export! {
+    /// Reads real variables.
+    fmi2GetReal(*mut fmi2Real) = get(Instance::real);
+    /// Reads integers and enumerations.
+    fmi2GetInteger(*mut fmi2Integer) = get(Instance::integer);
+    /// Reads booleans.
+    fmi2GetBoolean(*mut fmi2Boolean) = get(|instance, reference| instance.boolean(reference).map(fmi2Boolean::from));
+    /// There are no strings: an error unless nothing is asked for.
+    fmi2GetString(*mut fmi2String) = get(|instance, reference| Err(instance.refuse_string(reference)));
+    /// Sets real parameters and inputs: all of them, or none if any is refused.
+    fmi2SetReal(*const fmi2Real) = set(Instance::set_reals);
+    /// Sets enumerations: all of them, or none if any is refused.
+    fmi2SetInteger(*const fmi2Integer) = set(Instance::set_integers);
+    /// No boolean can be set: an error unless nothing is set.
+    fmi2SetBoolean(*const fmi2Boolean) = set(|instance, references, _| instance.refuse_to_set(references, Type::Boolean));
+    /// There are no strings: an error unless nothing is set.
+    fmi2SetString(*const fmi2String) = set(|instance, references, _| instance.refuse_to_set(references, Type::String));
 }
