@@ -53,7 +53,11 @@ impl Settings {
 impl Variable {
     /// Whether a host may set it as a value of type `asked`; `between_steps` when initialization is over.
     pub fn check_settable(&self, asked: Type, between_steps: bool) -> Result<(), VariableError> {
-        if !self.is_of(asked) {
+        let actual = match self.row.access.data_type() {
+            Type::Enumeration => Type::Integer,
+            other => other,
+        };
+        if asked != actual {
             return Err(self.wrong_type(asked));
         }
         if !self.row.settable() {
@@ -111,13 +115,6 @@ impl Variable {
     /// The error for a getter or setter of the wrong type.
     pub fn wrong_type(&self, asked: Type) -> VariableError {
         VariableError::WrongType { variable: self.to_string(), actual: self.row.access.data_type(), asked }
-    }
-
-    fn is_of(&self, asked: Type) -> bool {
-        match self.row.access.data_type() {
-            Type::Enumeration => asked == Type::Integer,
-            actual => actual == asked,
-        }
     }
 
     /// A real parameter, input or calculated parameter; nothing for anything else.

@@ -5,13 +5,12 @@ use std::collections::VecDeque;
 use serde::{Deserialize, Serialize};
 
 use super::dynamics::{Dynamics, LARGEST};
-use super::method::Method;
 use crate::engine::error::EngineError;
 use crate::engine::flight::Forcing;
 use crate::engine::records::LARGEST_COUNT;
-use crate::model::Cradle;
+use crate::model::{Cradle, Parameters, SolverMethod};
 use crate::solver::double_double::DoubleDouble;
-use crate::solver::ode::{Multistep, Path, RungeKutta, StepCounters, Stuck};
+use crate::solver::ode::{Family, Multistep, Path, RungeKutta, StepCounters, Stuck};
 use crate::solver::root;
 use crate::solver::series;
 
@@ -33,7 +32,27 @@ pub(super) struct Event {
     pub force: f64,
 }
 
-/// The methods that integrate the whole chain.
+/// Which solver integrates the chain.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) enum Method {
+    Multistep(Family),
+    /// With the step, s.
+    RungeKutta(f64),
+}
+
+impl Method {
+    /// The one that the parameters select, if it is not the event-driven one.
+    pub fn of(parameters: &Parameters) -> Option<Self> {
+        match parameters.method {
+            SolverMethod::EventDriven => None,
+            SolverMethod::Bdf => Some(Self::Multistep(Family::Bdf)),
+            SolverMethod::Adams => Some(Self::Multistep(Family::Adams)),
+            SolverMethod::Rk4 => Some(Self::RungeKutta(parameters.fixed_step)),
+        }
+    }
+}
+
+/// The same solver at work.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 enum Solver {
     Multistep(Multistep),
@@ -63,15 +82,15 @@ impl Solver {
 
     fn path(&self) -> &Path {
         match self {
-            Self::Multistep(solver) => solver.path(),
-            Self::RungeKutta(solver) => solver.path(),
+            Self::Multistep(solver) => &solver.path,
+            Self::RungeKutta(solver) => &solver.path,
         }
     }
 
     fn work(&self) -> StepCounters {
         match self {
-            Self::Multistep(solver) => solver.work(),
-            Self::RungeKutta(solver) => solver.work(),
+            Self::Multistep(solver) => solver.work,
+            Self::RungeKutta(solver) => solver.work,
         }
     }
 

@@ -24,8 +24,7 @@ pub(crate) fn by_time(
     given: &[Option<OverlapSeries>],
     order: usize,
 ) -> Differential {
-    let forcings = forcings(cradle, inputs);
-    let equations = ChainEquations { cradle, state, forcings: &forcings };
+    let equations = ChainEquations { cradle, state, forcings: &inputs.forcings(cradle) };
     let series = equations.series(MAX_OUTPUT_DERIVATIVE + 1, 1.0, |_| false, given);
     of_series(cradle, state, inputs, &series, order)
 }
@@ -38,7 +37,7 @@ pub(crate) fn of_series(
     series: &Series,
     order: usize,
 ) -> Differential {
-    let forcings = forcings(cradle, inputs);
+    let forcings = inputs.forcings(cradle);
     let factorial = |k: usize| (1..=k).map(|i| i as f64).product::<f64>();
     let (of_order, of_rate, last) = (factorial(order), factorial(order - 1), order - 1);
     let support = support_series(cradle, state, &forcings, series);
@@ -69,11 +68,6 @@ pub(crate) fn of_series(
         rates.energy -= of_rate * product_term(&excess, &series.rate(series.overlap_row(j)), last);
     }
     rates
-}
-
-/// Accelerations of the balls by the inputs.
-pub(crate) fn forcings(cradle: &Cradle, inputs: &HeldInputs) -> Vec<Forcing> {
-    cradle.balls.iter().enumerate().map(|(i, ball)| inputs.forcing(i, ball.mass)).collect()
 }
 
 /// Coefficients of the force on the support, `sum m (omega2 x + 2 gamma v)`. The contacts move it only as far as the two balls'

@@ -1,6 +1,6 @@
 //! Derivatives of the outputs of an event-driven run.
 
-use super::by_time::{by_time, forcings, of_series};
+use super::by_time::{by_time, of_series};
 use super::chain_state::{ChainEquations, ChainState};
 use super::last_step::LastStep;
 use crate::engine::cluster::Series;
@@ -21,7 +21,7 @@ impl Engine {
             let pressed: Vec<_> = (0..self.contacts.len()).map(|i| self.pressed_series(i)).collect();
             return by_time(&self.cradle, &state, &inputs, &pressed, order);
         }
-        let series = self.series_of_bodies(&state, &forcings(&self.cradle, &inputs));
+        let series = self.series_of_bodies(&state, &inputs.forcings(&self.cradle));
         of_series(&self.cradle, &state, &inputs, &series, order)
     }
 

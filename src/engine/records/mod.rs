@@ -2,6 +2,8 @@
 
 mod ledger;
 mod step_start;
+mod totals;
 
 pub(crate) use ledger::{LARGEST_COUNT, Ledger, RAPID};
-pub(crate) use step_start::{BallStart, ContactStart, StepStart};
+pub(crate) use step_start::{BallStart, StepStart};
+pub(crate) use totals::Totals;

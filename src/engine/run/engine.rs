@@ -9,8 +9,8 @@ use crate::engine::flight::{Ball, Flight};
 use crate::engine::inputs::HeldInputs;
 use crate::engine::observer::{Observer, Unrecorded};
 use crate::engine::pair_impact::ImpactCoefficients;
-use crate::engine::records::StepStart;
-use crate::model::{Cradle, Inputs, Mode, Parameters, Results, WorkCounters};
+use crate::engine::records::{StepStart, Totals};
+use crate::model::{Cradle, Inputs, Mode, Parameters, Results};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::queue::EventQueue;
 
@@ -31,18 +31,13 @@ pub struct Engine {
     pub(crate) queue: EventQueue,
     /// The current step. That of a copy that goes ahead begins after all events: nothing is recorded.
     pub(crate) step: StepStart,
-    pub(crate) contact_loss: f64,
-    pub(crate) energy_at_start: f64,
-    pub(crate) work: WorkCounters,
+    pub(crate) totals: Totals,
     pub(crate) caches: Caches<Self>,
     /// Entries of the queue handled so far, and onsets among what came of them.
     pub(crate) handled: u64,
     pub(crate) onsets: u64,
     /// Work so far, in units of about a tenth of a microsecond: what bounds a look ahead.
     pub(crate) effort: u64,
-    /// Time of the last event and how many came without any progress of time.
-    pub(crate) last_event: DoubleDouble,
-    pub(crate) standstill: usize,
     /// The run has yet to begin, see [`Self::hold_back`].
     pub(crate) initializing: bool,
 }
@@ -61,8 +56,8 @@ impl Engine {
             engine.form(0..engine.contacts.len(), start);
         }
         engine.check_finite(0..engine.balls.len())?;
-        engine.energy_at_start = engine.total_energy();
-        if !engine.energy_at_start.is_finite() {
+        engine.totals.energy_at_start = engine.total_energy();
+        if !engine.totals.energy_at_start.is_finite() {
             return Err(EngineError::EnergyNotFinite { time: start_time });
         }
         Ok(engine)
@@ -88,15 +83,11 @@ impl Engine {
             contacts,
             clusters: Vec::new(),
             step: StepStart::new(cradle.balls.len(), cradle.contacts.len(), start_time),
-            contact_loss: 0.0,
-            energy_at_start: 0.0,
-            work: WorkCounters::default(),
+            totals: Totals { last_event: start, ..Totals::default() },
             caches: Caches::new(cradle.balls.len(), cradle.contacts.len()),
             handled: 0,
             onsets: 0,
             effort: 0,
-            last_event: start,
-            standstill: 0,
             initializing: false,
             cradle,
         }

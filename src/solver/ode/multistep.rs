@@ -55,7 +55,8 @@ impl Family {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Multistep {
     family: Family,
-    path: Path,
+    /// The last step.
+    pub path: Path,
     /// Where a step is tried.
     #[serde(skip)]
     trial: Path,
@@ -77,7 +78,8 @@ pub struct Multistep {
     state: Vec<f64>,
     #[serde(skip)]
     rates: Vec<f64>,
-    work: StepCounters,
+    /// What it took so far.
+    pub work: StepCounters,
 }
 
 /// Ratio to the last step of one whose error, last `error` times what is tolerated, would be within it with some
@@ -128,16 +130,6 @@ impl Multistep {
         self.state = vec![0.0; size];
         self.rates = vec![0.0; size];
         sound.then_some(self)
-    }
-
-    /// The last step.
-    pub fn path(&self) -> &Path {
-        &self.path
-    }
-
-    /// StepCounters so far.
-    pub fn work(&self) -> StepCounters {
-        self.work
     }
 
     fn begin(&mut self, system: &impl System) {
