@@ -15,7 +15,8 @@ pub struct Instance {
     /// Start values of the description, which a reset returns to.
     start: Settings,
     pub(super) run: Run,
-    pub(super) log: Log,
+    /// Where it writes its log lines.
+    pub log: Log,
 }
 
 impl Instance {
@@ -35,16 +36,6 @@ impl Instance {
     #[inline]
     pub fn balls(&self) -> usize {
         self.run.settings.balls()
-    }
-
-    /// Its log.
-    pub fn log(&self) -> &Log {
-        &self.log
-    }
-
-    /// Its log, to switch categories.
-    pub fn log_mut(&mut self) -> &mut Log {
-        &mut self.log
     }
 
     /// Refuses a call that is not legal in the current phase. To be asked before every call.

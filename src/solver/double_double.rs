@@ -76,11 +76,6 @@ impl DoubleDouble {
         let square = Self::product(root, root);
         quick_two_sum(root, ((self.hi - square.hi) + (self.lo - square.lo)) / (2.0 * root))
     }
-
-    /// Half the value, exactly.
-    pub fn half(self) -> Self {
-        Self { hi: 0.5 * self.hi, lo: 0.5 * self.lo }
-    }
 }
 
 impl From<f64> for DoubleDouble {

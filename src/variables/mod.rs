@@ -19,7 +19,7 @@ pub use description::{Description, LOG_CATEGORIES, LogCategory, MODEL_IDENTIFIER
 pub use enumeration::{ENUMERATIONS, Enumeration, Item};
 pub use error::VariableError;
 pub use recipe::{FILE_NAME, Recipe, RecipeError, StartValue};
-pub use row::{Access, Causality, Groups, Range, Row, Shape, Type, Variability};
+pub use row::{Access, Causality, Get, Groups, Range, Row, Shape, Type, Variability};
 pub use settings::Settings;
 pub use table::TABLE;
 pub use text::{Escaped, Number};

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::error::VariableError;
-use super::row::{ANY, Access, Type};
+use super::row::{ANY, Access, Causality, Type, Variability};
 use super::table::TABLE;
 use super::text::Number;
 use super::variable::{Variable, variables};
@@ -63,7 +63,7 @@ impl Variable {
         if !self.row.settable() {
             return Err(VariableError::NotSettable { variable: self.to_string(), causality: self.row.causality });
         }
-        if between_steps && !self.row.settable_between_steps() {
+        if between_steps && self.row.causality != Causality::Input && self.row.variability != Variability::Tunable {
             return Err(VariableError::Fixed { variable: self.to_string() });
         }
         Ok(())

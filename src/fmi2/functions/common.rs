@@ -36,7 +36,7 @@ pub unsafe extern "C" fn fmi2SetDebugLogging(
         call(c, "fmi2SetDebugLogging", Call::SetDebugLogging, |instance| {
             let names = array("categories", categories, nCategories)?;
             let categories: Vec<LogCategory> = names.iter().map(|name| category(*name)).collect::<Result<_, _>>()?;
-            instance.log_mut().switch(loggingOn != fmi2False, &categories);
+            instance.log.switch(loggingOn != fmi2False, &categories);
             Ok(())
         })
     }

@@ -5,11 +5,10 @@ use std::str::FromStr;
 
 use fmi_schema::fmi2::Fmi2ModelDescription;
 use fmi_schema::traits::FmiModelDescription;
+use newtons_cradle::variables::Type;
 use roxmltree::{Document, Node, ParsingOptions};
 
-use super::model::{
-    Attributes, Experiment, Interface, Kind, Model, SimpleType, Structure, Type, Unit, Unknown, Variable,
-};
+use super::model::{Attributes, Experiment, Interface, Kind, Model, SimpleType, Structure, Unit, Unknown, Variable};
 use crate::check::report::Report;
 
 impl Model {
@@ -153,16 +152,10 @@ impl Reader<'_> {
     }
 
     fn attributes(&mut self, node: Node) -> Option<Attributes> {
-        const TYPES: [(&str, Type); 5] = [
-            ("Real", Type::Real),
-            ("Integer", Type::Integer),
-            ("Boolean", Type::Boolean),
-            ("String", Type::String),
-            ("Enumeration", Type::Enumeration),
-        ];
-        let element =
-            |node: Node<'_, '_>| TYPES.iter().find(|(name, _)| node.has_tag_name(*name)).map(|(_, kind)| *kind);
-        let Some((node, data_type)) = node.children().find_map(|node| Some((node, element(node)?))) else {
+        let types = [Type::Real, Type::Integer, Type::Boolean, Type::String, Type::Enumeration];
+        let named = |name: &str| types.into_iter().find(|known| format!("{known:?}") == name);
+        let Some((node, data_type)) = node.children().find_map(|node| Some((node, named(node.tag_name().name())?)))
+        else {
             self.report.problem(format_args!("{}: has no data type", place(node)));
             return None;
         };

@@ -3,8 +3,9 @@
 use std::collections::BTreeSet;
 
 use fmi_schema::fmi2::{Causality, Initial};
+use newtons_cradle::variables::Type;
 
-use super::model::{Model, Type, Unknown, Variable};
+use super::model::{Model, Unknown, Variable};
 use crate::check::report::Report;
 
 /// Checks the definitions and the structure.

@@ -3,8 +3,9 @@
 use std::collections::{HashMap, HashSet};
 
 use fmi_schema::fmi2::{Causality, Initial, Variability};
+use newtons_cradle::variables::Type;
 
-use super::model::{Attributes, Model, Type, Variable};
+use super::model::{Attributes, Model, Variable};
 use crate::check::report::Report;
 
 /// Longer names are cut or refused by some hosts.
