@@ -42,7 +42,7 @@ impl Instance {
     #[inline]
     pub fn require(&self, call: Call) -> Result<(), Refusal> {
         let phase = self.run.phase;
-        if call.is_legal_in(phase) { Ok(()) } else { Err(Refusal::Phase { call, phase }) }
+        if call.legal_phases().contains(&phase) { Ok(()) } else { Err(Refusal::Phase { call, phase }) }
     }
 
     /// Takes start time, stop time and tolerance; the last call before initialization counts.

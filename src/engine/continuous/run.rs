@@ -83,7 +83,7 @@ impl Continuous {
             foreseen: Cell::new(None),
         };
         for i in 0..run.contacts.len() {
-            if run.trajectory.closed(i) {
+            if run.trajectory.closed[i] {
                 run.contacts[i].ledger.open_pulse(since, 0);
                 run.events += 1;
             }
@@ -201,7 +201,7 @@ impl Continuous {
                 break;
             }
             for i in 0..self.contacts.len() {
-                if self.trajectory.closed(i) {
+                if self.trajectory.closed[i] {
                     let force = self.trajectory.force(i, 0.0);
                     self.contacts[i].ledger.add(0.0, force, force);
                 }

@@ -109,8 +109,8 @@ pub(super) struct Trajectory {
     solver: Solver,
     /// StepCounters before the solver was started anew.
     work_before: StepCounters,
-    /// Contacts that are closed at the end of the last step.
-    closed: Vec<bool>,
+    /// Which contacts are closed at the end of the last step.
+    pub closed: Vec<bool>,
     /// Events of the last step that nobody has taken yet, in the order of time.
     pub events: VecDeque<Event>,
 }
@@ -166,11 +166,6 @@ impl Trajectory {
             steps: before.steps.saturating_add(now.steps),
             evaluations: before.evaluations.saturating_add(now.evaluations),
         }
-    }
-
-    /// Whether contact `i` is closed at the end of the last step.
-    pub fn closed(&self, i: usize) -> bool {
-        self.closed[i]
     }
 
     /// Force in contact `i` at `s` on the last step, N.

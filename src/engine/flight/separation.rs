@@ -20,7 +20,7 @@ pub(crate) struct Separation {
     overlap: f64,
     pendulums: Pendulums,
     /// Rounding of the positions that the swing of the two entails, m: a contact that closes no deeper is none.
-    noise: f64,
+    pub noise: f64,
     /// Rounding of the rate (m/s) and of the acceleration (m/s2) right after the anchor, where an overlap by rounding is no onset.
     resolution: [f64; 2],
 }
@@ -104,11 +104,6 @@ impl Separation {
     pub fn at_time(&self, t: DoubleDouble) -> (f64, f64) {
         let [overlap, rate, _] = self.evaluate(t - self.anchor);
         (overlap, rate)
-    }
-
-    /// What rounding may be of the overlap, m.
-    pub fn noise(&self) -> f64 {
-        self.noise
     }
 
     /// Whether the balls touch at the time `t` as far as their positions are known, or to within `noise` (m).

@@ -2,7 +2,7 @@
 
 use crate::engine::derivatives::ChainState;
 use crate::engine::records::BallStart;
-use crate::engine::run::Engine;
+use crate::engine::run::{Engine, NO_STEP};
 use crate::solver::double_double::DoubleDouble;
 
 impl Engine {
@@ -21,7 +21,8 @@ impl Engine {
 
     /// Records how ball `i` and its contacts stood at the start of the step, unless that has been done.
     pub(crate) fn record_start(&mut self, i: usize) {
-        if self.looks_ahead() || self.step.balls[i].is_some() {
+        // Nobody reads a step of a copy that goes ahead.
+        if self.step.time == NO_STEP || self.step.balls[i].is_some() {
             return;
         }
         let start = self.step.time.into();

@@ -104,11 +104,6 @@ impl Engine {
         self.initializing = false;
     }
 
-    /// Whether it is a copy that goes ahead: nobody reads a step of it, so that it need not know how one began.
-    pub(crate) fn looks_ahead(&self) -> bool {
-        self.step.time == NO_STEP
-    }
-
     /// Current time, s.
     pub fn time(&self) -> f64 {
         self.time

@@ -59,7 +59,7 @@ impl Engine {
         let e = if clock_stands { 0.0 } else { self.cradle.restitution.unwrap_or_default() };
         let Some(separation) = self.contacts[i].separation() else { return };
         let shortest = if self.contacts[i].ledger.rapid < MANY { 0.0 } else { RAPID };
-        let (last_bounce, noise) = (separation.is_last_bounce(t, e, shortest), separation.noise());
+        let (last_bounce, noise) = (separation.is_last_bounce(t, e, shortest), separation.noise);
         let group = self.around(i, |contact| {
             let touches = |separation: &Separation| separation.touches(t, noise);
             contact.constraint().is_some() || contact.separation().is_some_and(touches)
@@ -202,7 +202,7 @@ impl Engine {
             let contact = &mut self.contacts[j];
             if let Phase::Constraint(constraint, _) = std::mem::take(&mut contact.phase) {
                 let in_step = constraint.peak(self.step.time.into(), t);
-                contact.ledger.add(constraint.impulse(t), constraint.peak(constraint.anchor(), t), in_step);
+                contact.ledger.add(constraint.impulse(t), constraint.peak(constraint.anchor, t), in_step);
             }
             contact.loosen(0.0, Mode::Pressing);
             // Members differ by rounding only.

@@ -148,7 +148,7 @@ impl Engine {
         for i in contacts.clone() {
             match &engine.contacts[i].phase {
                 Phase::Impact(_) => engine.restore_impact(i)?,
-                Phase::Constraint(constraint, _) => engine.restore_constraint(i, constraint.oscillator(), failed)?,
+                Phase::Constraint(constraint, _) => engine.restore_constraint(i, constraint.oscillator, failed)?,
                 Phase::Window(id) => {
                     let cluster = engine.clusters.get(*id as usize).and_then(Option::as_ref);
                     let its_own = cluster.is_some_and(|cluster| cluster.window_contacts().contains(&i));

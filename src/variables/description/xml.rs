@@ -116,8 +116,8 @@ fn write_types(out: &mut String) -> fmt::Result {
 
 fn write_log_categories(out: &mut String) -> fmt::Result {
     LOG_CATEGORIES.iter().try_for_each(|category| {
-        let description = Escaped(category.description());
-        writeln!(out, "    <Category name=\"{}\" description=\"{description}\"/>", category.name())
+        let (name, description) = category.texts();
+        writeln!(out, "    <Category name=\"{name}\" description=\"{}\"/>", Escaped(description))
     })
 }
 
