@@ -2,89 +2,75 @@
 
 use std::mem::MaybeUninit;
 
-use crate::fmi2::boundary::{array, array_mut, call};
+use crate::fmi2::boundary::{array, array_mut};
 use crate::fmi2::types::*;
-use crate::instance::{Call, Instance, Refusal};
+use crate::instance::Refusal;
 use crate::variables::Type;
 
-/// Fills `value` with what `get` finds for each of `vr`.
+/// Fills the `count` places of `value` with what `get` finds for each of `vr`.
 ///
 /// # Safety
-/// See the [module](crate::fmi2).
+/// As for [`array()`] and [`array_mut()`].
 #[inline]
 unsafe fn get<T>(
-    c: fmi2Component,
-    function: &'static str,
     vr: *const fmi2ValueReference,
-    nvr: usize,
+    count: usize,
     value: *mut T,
-    get: impl Fn(&mut Instance, fmi2ValueReference) -> Result<T, Refusal>,
-) -> fmi2Status {
-    // SAFETY: the host's promises, see the module.
-    unsafe {
-        call(c, function, Call::Get, |instance| {
-            let (references, values) = (array("vr", vr, nvr)?, array_mut("value", value, nvr)?);
-            for (reference, value) in references.iter().zip(values) {
-                MaybeUninit::write(value, get(instance, *reference)?);
-            }
-            Ok(())
-        })
+    mut get: impl FnMut(fmi2ValueReference) -> Result<T, Refusal>,
+) -> Result<(), Refusal> {
+    // SAFETY: as the caller promises.
+    let (references, values) = unsafe { (array("vr", vr, count)?, array_mut("value", value, count)?) };
+    for (reference, value) in references.iter().zip(values) {
+        MaybeUninit::write(value, get(*reference)?);
     }
+    Ok(())
 }
 
-/// Hands `vr` and `value` to `set`, which applies all of them or none.
+/// Hands the `count` elements of `vr` and `value` to `set`, which applies all of them or none.
 ///
 /// # Safety
-/// See the [module](crate::fmi2).
+/// As for [`array()`].
 unsafe fn set<T>(
-    c: fmi2Component,
-    function: &'static str,
     vr: *const fmi2ValueReference,
-    nvr: usize,
+    count: usize,
     value: *const T,
-    set: impl Fn(&mut Instance, &[fmi2ValueReference], &[T]) -> Result<(), Refusal>,
-) -> fmi2Status {
-    // SAFETY: the host's promises, see the module.
-    unsafe {
-        call(c, function, Call::Set, |instance| set(instance, array("vr", vr, nvr)?, array("value", value, nvr)?))
-    }
-}
-
-/// Exports getters and setters of a type of values.
-macro_rules! export {
-    ($($(#[$doc:meta])* $name:ident($values:ty) = $access:ident($function:expr);)*) => {$(
-        $(#[$doc])*
-        ///
-        /// # Safety
-        /// See the [module](crate::fmi2).
-        #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $name(
-            c: fmi2Component,
-            vr: *const fmi2ValueReference,
-            nvr: usize,
-            value: $values,
-        ) -> fmi2Status {
-            // SAFETY: the host's promises, see the module.
-            unsafe { $access(c, stringify!($name), vr, nvr, value, $function) }
-        }
-    )*};
+    set: impl FnOnce(&[fmi2ValueReference], &[T]) -> Result<(), Refusal>,
+) -> Result<(), Refusal> {
+    // SAFETY: as the caller promises.
+    unsafe { set(array("vr", vr, count)?, array("value", value, count)?) }
 }
 
 export! {
     /// Reads real variables.
-    fmi2GetReal(*mut fmi2Real) = get(Instance::real);
+    fn fmi2GetReal(vr: *const fmi2ValueReference, nvr: usize, value: *mut fmi2Real) as Get |instance| {
+        get(vr, nvr, value, |reference| instance.real(reference))
+    };
     /// Reads integers and enumerations.
-    fmi2GetInteger(*mut fmi2Integer) = get(Instance::integer);
+    fn fmi2GetInteger(vr: *const fmi2ValueReference, nvr: usize, value: *mut fmi2Integer) as Get |instance| {
+        get(vr, nvr, value, |reference| instance.integer(reference))
+    };
     /// Reads booleans.
-    fmi2GetBoolean(*mut fmi2Boolean) = get(|instance, reference| instance.boolean(reference).map(fmi2Boolean::from));
+    fn fmi2GetBoolean(vr: *const fmi2ValueReference, nvr: usize, value: *mut fmi2Boolean) as Get |instance| {
+        get(vr, nvr, value, |reference| instance.boolean(reference).map(fmi2Boolean::from))
+    };
     /// There are no strings: an error unless nothing is asked for.
-    fmi2GetString(*mut fmi2String) = get(|instance, reference| Err(instance.refuse_string(reference)));
+    fn fmi2GetString(vr: *const fmi2ValueReference, nvr: usize, value: *mut fmi2String) as Get |instance| {
+        get(vr, nvr, value, |reference| Err(instance.refuse_string(reference)))
+    };
     /// Sets real parameters and inputs: all of them, or none if any is refused.
-    fmi2SetReal(*const fmi2Real) = set(Instance::set_reals);
+    fn fmi2SetReal(vr: *const fmi2ValueReference, nvr: usize, value: *const fmi2Real) as Set |instance| {
+        set(vr, nvr, value, |references, values| instance.set_reals(references, values))
+    };
     /// Sets enumerations: all of them, or none if any is refused.
-    fmi2SetInteger(*const fmi2Integer) = set(Instance::set_integers);
+    fn fmi2SetInteger(vr: *const fmi2ValueReference, nvr: usize, value: *const fmi2Integer) as Set |instance| {
+        set(vr, nvr, value, |references, values| instance.set_integers(references, values))
+    };
     /// No boolean can be set: an error unless nothing is set.
-    fmi2SetBoolean(*const fmi2Boolean) = set(|instance, references, _| instance.refuse_to_set(references, Type::Boolean));
+    fn fmi2SetBoolean(vr: *const fmi2ValueReference, nvr: usize, value: *const fmi2Boolean) as Set |instance| {
+        set(vr, nvr, value, |references, _| instance.refuse_to_set(references, Type::Boolean))
+    };
     /// There are no strings: an error unless nothing is set.
-    fmi2SetString(*const fmi2String) = set(|instance, references, _| instance.refuse_to_set(references, Type::String));
+    fn fmi2SetString(vr: *const fmi2ValueReference, nvr: usize, value: *const fmi2String) as Set |instance| {
+        set(vr, nvr, value, |references, _| instance.refuse_to_set(references, Type::String))
+    };
 }
