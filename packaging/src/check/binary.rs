@@ -164,10 +164,7 @@ fn paths(bytes: &[u8]) -> BTreeSet<String> {
 
 /// Checks a shared library of an FMU that is `own` or somebody else's.
 pub(super) fn check(place: &str, bytes: &[u8], kind: Kind, own: bool, report: &mut Report) {
-    let library = match Library::read(bytes) {
-        Ok(library) => library,
-        Err(error) => return report.problem(format_args!("{place}: {error}")),
-    };
+    let Some(library) = report.accept(place, Library::read(bytes)) else { return };
     let of_kind: &[&str] = if kind == Kind::CoSimulation { &CO_SIMULATION } else { &MODEL_EXCHANGE };
     for function in COMMON.iter().chain(of_kind) {
         if !library.exports.contains(*function) {

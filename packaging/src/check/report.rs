@@ -31,6 +31,11 @@ impl Report {
         Self::add(&mut self.remarks, &mut self.omitted, text);
     }
 
+    /// What has gone well; where it has not, that is a problem of `what`.
+    pub(super) fn accept<T, E: Display>(&mut self, what: impl Display, result: Result<T, E>) -> Option<T> {
+        result.inspect_err(|error| self.problem(format_args!("{what}: {error}"))).ok()
+    }
+
     /// A problem for each of `items` that has been there before.
     pub(super) fn duplicates<T: Eq + Hash + Display>(&mut self, what: &str, items: impl Iterator<Item = T>) {
         let mut seen = HashSet::new();

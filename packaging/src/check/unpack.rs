@@ -12,23 +12,13 @@ const LONG_PATH: usize = 160;
 
 /// Every entry that can be read, at most `limit` bytes together; nothing if this is no zip file.
 pub fn unpack(bytes: &[u8], limit: u64, report: &mut Report) -> Option<Entries> {
-    let mut archive = match ZipArchive::new(Cursor::new(bytes)) {
-        Ok(archive) => archive,
-        Err(error) => {
-            report.problem(format_args!("zip: {error}"));
-            return None;
-        }
-    };
+    let mut archive = report.accept("zip", ZipArchive::new(Cursor::new(bytes)))?;
     let mut entries = Entries::new();
     let mut left = limit;
     for index in 0..archive.len() {
-        let (name, method) = match archive.by_index_raw(index) {
-            Ok(entry) => (String::from_utf8_lossy(entry.name_raw()).into_owned(), entry.compression()),
-            Err(error) => {
-                report.problem(format_args!("zip: entry {}: {error}", index + 1));
-                continue;
-            }
-        };
+        let entry = archive.by_index_raw(index);
+        let entry = entry.map(|entry| (String::from_utf8_lossy(entry.name_raw()).into_owned(), entry.compression()));
+        let Some((name, method)) = report.accept(format_args!("zip: entry {}", index + 1), entry) else { continue };
         check_name(&name, report);
         if !matches!(method, CompressionMethod::Stored | CompressionMethod::Deflated) {
             report.problem(format_args!("{name}: compressed by {method}; allowed: deflated, stored"));

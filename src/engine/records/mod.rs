@@ -2,8 +2,6 @@
 
 mod ledger;
 mod step_start;
-mod totals;
 
 pub(crate) use ledger::{LARGEST_COUNT, Ledger, RAPID};
 pub(crate) use step_start::{BallStart, StepStart};
-pub(crate) use totals::Totals;

@@ -262,7 +262,7 @@ impl Constraint {
         if self.is_constant() {
             return Next::Never;
         }
-        let reach = reach(&[&self.oscillator], start);
+        let reach = reach(std::iter::once(&self.oscillator), start);
         let horizon = start + reach;
         match search_within(self, start, horizon, allowed) {
             Next::At(tau) => Next::At(self.anchor + tau),

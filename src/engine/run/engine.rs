@@ -1,5 +1,7 @@
 //! The state of an event-driven run, and the calls that move it on.
 
+use serde::{Deserialize, Serialize};
+
 use super::caches::Caches;
 use super::contact::{Contact, Keep, Phase};
 use super::watchdog::Watchdog;
@@ -9,8 +11,8 @@ use crate::engine::flight::{Ball, Flight};
 use crate::engine::inputs::HeldInputs;
 use crate::engine::observer::{Observer, Unrecorded};
 use crate::engine::pair_impact::ImpactCoefficients;
-use crate::engine::records::{StepStart, Totals};
-use crate::model::{Cradle, Inputs, Mode, Parameters, Results};
+use crate::engine::records::StepStart;
+use crate::model::{Cradle, Inputs, Mode, Parameters, Results, WorkCounters};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::queue::EventQueue;
 
@@ -40,6 +42,19 @@ pub struct Engine {
     pub(crate) effort: u64,
     /// The run has yet to begin, see [`Self::hold_back`].
     pub(crate) initializing: bool,
+}
+
+/// The sums of an event-driven run so far.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct Totals {
+    /// Energy lost in the contacts up to the start of their current segments, J.
+    pub contact_loss: f64,
+    /// Total energy at the start, J.
+    pub energy_at_start: f64,
+    pub work: WorkCounters,
+    /// Time of the last event and how many came without any progress of time.
+    pub last_event: DoubleDouble,
+    pub standstill: usize,
 }
 
 impl Engine {
@@ -200,9 +215,6 @@ impl Engine {
     /// Refuses states of `balls` that are none.
     fn check_finite(&self, mut balls: impl Iterator<Item = usize>) -> Result<(), EngineError> {
         let infinite = |ball: &usize| !self.balls[*ball].flight.is_finite();
-        match balls.find(infinite) {
-            Some(ball) => Err(EngineError::NotFinite { time: self.time, ball }),
-            None => Ok(()),
-        }
+        balls.find(infinite).map_or(Ok(()), |ball| Err(EngineError::NotFinite { time: self.time, ball }))
     }
 }

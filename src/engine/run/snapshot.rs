@@ -9,12 +9,12 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use super::contact::{Contact, Phase};
-use super::engine::{Engine, NO_STEP};
+use super::engine::{Engine, NO_STEP, Totals};
 use crate::engine::cluster::{Cluster, StepHistory, WindowContact};
 use crate::engine::flight::{Ball, Flight, Regime, RunningIntegrals};
 use crate::engine::inputs::HeldInputs;
 use crate::engine::pair_impact::PairImpact;
-use crate::engine::records::{LARGEST_COUNT, StepStart, Totals};
+use crate::engine::records::{LARGEST_COUNT, StepStart};
 use crate::model::{Mode, Parameters};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;

@@ -15,21 +15,11 @@ impl Model {
     /// Reads a description; nothing if it is no XML or not of FMI 2.0.
     pub fn read(bytes: &[u8], report: &mut Report) -> Option<Self> {
         let place = "modelDescription.xml";
-        let text = match std::str::from_utf8(bytes) {
-            Ok(text) => text.trim_start_matches('\u{feff}'),
-            Err(error) => {
-                report.problem(format_args!("{place}: not in UTF-8: {error}"));
-                return None;
-            }
-        };
+        let text = report.accept(format_args!("{place}: not in UTF-8"), std::str::from_utf8(bytes))?;
+        let text = text.trim_start_matches('\u{feff}');
         let options = ParsingOptions { nodes_limit: 20_000_000, ..ParsingOptions::default() };
-        let document = match Document::parse_with_options(text, options) {
-            Ok(document) => document,
-            Err(error) => {
-                report.problem(format_args!("{place}: not well-formed XML: {error}"));
-                return None;
-            }
-        };
+        let document = Document::parse_with_options(text, options);
+        let document = report.accept(format_args!("{place}: not well-formed XML"), document)?;
         let root = document.root_element();
         if root.tag_name().name() != "fmiModelDescription" || root.attribute("fmiVersion") != Some("2.0") {
             let version = root.attribute("fmiVersion").unwrap_or_default();
