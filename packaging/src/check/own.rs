@@ -25,8 +25,6 @@ pub fn check(entries: &Entries, model: &Model, report: &mut Report) {
         report.problem("modelDescription.xml: not the description that belongs to its GUID");
     }
     for name in ["documentation/index.html", "documentation/licenses/third-party.txt", "model.png"] {
-        if !entries.contains_key(name) {
-            report.problem(format_args!("{name}: missing"));
-        }
+        report.require(entries.contains_key(name), format_args!("{name}: missing"));
     }
 }

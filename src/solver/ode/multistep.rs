@@ -150,8 +150,13 @@ impl Multistep {
     /// # Errors
     /// [`Stuck`] if it would have to be shorter than the clock resolves.
     pub fn step(&mut self, system: &impl System) -> Result<(), Stuck> {
-        self.change_order();
-        self.change_step(self.step / self.path.step);
+        // From the order of the last step to that of this one.
+        match self.order.cmp(&self.path.degree) {
+            Ordering::Less => self.lower_order(),
+            Ordering::Greater => self.raise_order(),
+            Ordering::Equal => {}
+        }
+        self.path.rescale(self.step / self.path.step);
         let mut failures = 0;
         for _ in 0..MAX_ATTEMPTS {
             if !resolved(self.path.end, self.path.step) {
@@ -166,7 +171,7 @@ impl Multistep {
             self.trial.extrapolate();
             let Some(error) = self.correct(system, &c) else {
                 self.growth = 1.0;
-                self.change_step(0.25);
+                self.path.rescale(0.25);
                 continue;
             };
             if error.is_nan() || error > 1.0 {
@@ -179,7 +184,7 @@ impl Multistep {
             }
             if let Some(fraction) = system.overlooked(&self.trial) {
                 self.growth = 1.0;
-                self.change_step(fraction);
+                self.path.rescale(fraction);
                 continue;
             }
             self.accept(system, &c, error);
@@ -259,13 +264,7 @@ impl Multistep {
             // A ratio that is not a number becomes the smallest.
             ratio(6.0, error, self.order).max(0.1).min(if failures > 1 { 0.2 } else { 0.9 })
         };
-        self.change_step(shorter);
-    }
-
-    fn change_step(&mut self, ratio: f64) {
-        if ratio != 1.0 {
-            self.path.rescale(ratio);
-        }
+        self.path.rescale(shorter);
     }
 
     /// Takes the trial step over, and chooses the order and the length of the next one.
@@ -308,15 +307,6 @@ impl Multistep {
         self.order = next;
         self.step = (self.path.step * best.min(self.growth)).min(LONGEST);
         self.growth = GROWTH;
-    }
-
-    /// Brings the path from the order of the last step to that of the next one.
-    fn change_order(&mut self) {
-        match self.order.cmp(&self.path.degree) {
-            Ordering::Less => self.lower_order(),
-            Ordering::Greater => self.raise_order(),
-            Ordering::Equal => {}
-        }
     }
 
     /// Distances of the points before the end of the last step, in steps.
