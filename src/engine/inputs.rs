@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::flight::Forcing;
-use crate::model::{Inputs, MAX_INPUT_DERIVATIVE};
+use crate::model::{Cradle, Inputs, MAX_INPUT_DERIVATIVE};
 use crate::solver::oscillator::MAX_FORCE_ORDER;
 
 // The inputs are polynomials of the degree that the closed forms take.
@@ -42,6 +42,11 @@ impl HeldInputs {
             *forcing = inputs.force[i] / mass - inputs.support_acceleration;
         }
         forcing
+    }
+
+    /// Accelerations of all balls by them.
+    pub fn forcings(&self, cradle: &Cradle) -> Vec<Forcing> {
+        cradle.balls.iter().enumerate().map(|(i, ball)| self.forcing(i, ball.mass)).collect()
     }
 
     /// The same inputs seen from the time `t` (s).

@@ -37,5 +37,6 @@ pub use continuous::Continuous;
 pub use derivatives::NotFollowed;
 pub use error::EngineError;
 pub use observer::{Observer, Progress, Pulse, Unrecorded};
+pub(crate) use run::require;
 pub use run::{Engine, Snapshot, Unsound};
 pub use simulation::{Simulation, SimulationSnapshot};

@@ -103,7 +103,7 @@ pub(super) unsafe fn call(
 /// Logs why a call was refused.
 #[cold]
 fn log_refusal(instance: &Instance, function: &str, refusal: &Refusal) {
-    instance.log().error(format_args!("{function}: {refusal}"));
+    instance.log.error(format_args!("{function}: {refusal}"));
 }
 
 /// After a panic the instance may be in any state: it is given up.
@@ -119,7 +119,7 @@ fn poison(component: &Component, function: &str, panic: &(dyn std::any::Any + Se
         // SAFETY: `busy` is still set, so that this is the only reference; the log is never changed in the middle of
         // something that panics.
         let instance = unsafe { &*component.instance.get() };
-        instance.log().fatal(format_args!("{function}: internal error, the instance can only be freed: {reason}"));
+        instance.log.fatal(format_args!("{function}: internal error, the instance can only be freed: {reason}"));
     }));
     fmi2Status::fmi2Fatal
 }

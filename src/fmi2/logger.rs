@@ -4,7 +4,6 @@ use std::ffi::{CStr, CString};
 
 use super::types::{fmi2CallbackFunctions, fmi2Status};
 use crate::instance::{Severity, Sink};
-use crate::variables::LogCategory;
 
 /// A way to the host's logger, if it has one. The name is copied: the host may free its own.
 pub(super) fn sink(functions: &fmi2CallbackFunctions, instance_name: &CStr) -> Option<Sink> {
@@ -12,7 +11,7 @@ pub(super) fn sink(functions: &fmi2CallbackFunctions, instance_name: &CStr) -> O
     let environment = functions.componentEnvironment;
     let name = instance_name.to_owned();
     Some(Box::new(move |severity, category, text| {
-        let (category, message) = (c_name(category), message(text));
+        let (category, message) = (CString::new(category.name()).unwrap_or_default(), message(text));
         // SAFETY: the host promises that its logger can be called with its environment while the instance lives. The
         // message is a format without conversions, so that no further argument is read.
         unsafe { logger(environment, name.as_ptr(), status(severity), category.as_ptr(), message.as_ptr()) }
@@ -26,10 +25,6 @@ fn status(severity: Severity) -> fmi2Status {
         Severity::Error => fmi2Status::fmi2Error,
         Severity::Fatal => fmi2Status::fmi2Fatal,
     }
-}
-
-fn c_name(category: LogCategory) -> CString {
-    CString::new(category.name()).unwrap_or_default()
 }
 
 /// A message is a printf format, and some hosts expand `#r123#` to a variable's name: both signs are doubled.

@@ -87,7 +87,7 @@ fn path(rest: &[u8], windows: bool) -> Result<Vec<u8>, String> {
             String::from_utf8_lossy(rest)
         )),
         2 => match bare.strip_prefix(b"localhost/") {
-            Some(path) => path_from_host(path, windows),
+            Some(local) => path(&[b"/", local].concat(), windows),
             None if windows => Ok([b"//", bare].concat()),
             None => Err(format!(
                 "fmuResourceLocation = file:{} is refused; allowed: a path on this machine, as in file:///path",
@@ -97,10 +97,6 @@ fn path(rest: &[u8], windows: bool) -> Result<Vec<u8>, String> {
         4 if windows => Ok([b"//", bare].concat()),
         _ => Ok([b"/", bare].concat()),
     }
-}
-
-fn path_from_host(bare: &[u8], windows: bool) -> Result<Vec<u8>, String> {
-    path(&[b"/", bare].concat(), windows)
 }
 
 #[cfg(unix)]

@@ -64,66 +64,24 @@ pub enum Call {
     Status,
 }
 
-/// Every phase, in the order of the columns of the table.
-pub const PHASES: [Phase; 5] =
-    [Phase::Instantiated, Phase::InitializationMode, Phase::StepMode, Phase::Terminated, Phase::Error];
-
-/// A row for each call, a column for each of [`PHASES`]. Steps are synchronous, so "step in progress" and "canceled"
-/// do not occur and nothing can be cancelled.
-#[rustfmt::skip]
-const LEGAL: [(Call, [bool; 5]); 15] = {
-    const Y: bool = true;
-    const N: bool = false;
-    [
-        //                               Inst Init Step Term Error
-        (Call::SetDebugLogging,         [Y,   Y,   Y,   Y,   Y]),
-        (Call::SetupExperiment,         [Y,   N,   N,   N,   N]),
-        (Call::EnterInitializationMode, [Y,   N,   N,   N,   N]),
-        (Call::ExitInitializationMode,  [N,   Y,   N,   N,   N]),
-        (Call::Terminate,               [N,   N,   Y,   N,   N]),
-        (Call::Reset,                   [Y,   Y,   Y,   Y,   Y]),
-        (Call::Get,                     [N,   Y,   Y,   Y,   Y]),
-        (Call::Set,                     [Y,   Y,   Y,   N,   N]),
-        (Call::State,                   [Y,   Y,   Y,   Y,   Y]),
-        (Call::DirectionalDerivative,   [N,   Y,   Y,   Y,   Y]),
-        (Call::SetInputDerivatives,     [Y,   Y,   Y,   N,   N]),
-        (Call::GetOutputDerivatives,    [N,   N,   Y,   Y,   Y]),
-        (Call::DoStep,                  [N,   N,   Y,   N,   N]),
-        (Call::CancelStep,              [N,   N,   N,   N,   N]),
-        (Call::Status,                  [N,   N,   Y,   Y,   N]),
-    ]
-};
-
 impl Call {
-    /// Every call.
-    pub fn all() -> impl Iterator<Item = Self> {
-        LEGAL.iter().map(|(call, _)| *call)
-    }
-
-    /// Whether it is legal in `phase`.
+    /// The phases it is legal in. Steps are synchronous, so "step in progress" and "canceled" do not occur and nothing can be
+    /// cancelled.
     #[inline]
-    pub fn is_legal_in(self, phase: Phase) -> bool {
-        // Both enumerations number their items in the order of the table (a test checks it).
-        LEGAL.get(self as usize).and_then(|(_, legal)| legal.get(phase as usize)).is_some_and(|legal| *legal)
-    }
-
-    /// The phases it is legal in, for messages.
-    pub fn legal_phases(self) -> impl Iterator<Item = Phase> {
-        PHASES.into_iter().filter(move |phase| self.is_legal_in(*phase))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_table_is_in_the_order_of_the_enumerations() {
-        for (position, (call, _)) in LEGAL.iter().enumerate() {
-            assert_eq!(*call as usize, position);
-        }
-        for (position, phase) in PHASES.into_iter().enumerate() {
-            assert_eq!(phase as usize, position);
+    pub fn legal_phases(self) -> &'static [Phase] {
+        use Phase::{Error, InitializationMode, Instantiated, StepMode, Terminated};
+        match self {
+            Self::SetDebugLogging | Self::Reset | Self::State => {
+                &[Instantiated, InitializationMode, StepMode, Terminated, Error]
+            }
+            Self::SetupExperiment | Self::EnterInitializationMode => &[Instantiated],
+            Self::ExitInitializationMode => &[InitializationMode],
+            Self::Set | Self::SetInputDerivatives => &[Instantiated, InitializationMode, StepMode],
+            Self::Get | Self::DirectionalDerivative => &[InitializationMode, StepMode, Terminated, Error],
+            Self::GetOutputDerivatives => &[StepMode, Terminated, Error],
+            Self::DoStep | Self::Terminate => &[StepMode],
+            Self::Status => &[StepMode, Terminated],
+            Self::CancelStep => &[],
         }
     }
 }

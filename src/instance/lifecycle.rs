@@ -15,7 +15,8 @@ pub struct Instance {
     /// Start values of the description, which a reset returns to.
     start: Settings,
     pub(super) run: Run,
-    pub(super) log: Log,
+    /// Where it writes its log lines.
+    pub log: Log,
 }
 
 impl Instance {
@@ -37,21 +38,11 @@ impl Instance {
         self.run.settings.balls()
     }
 
-    /// Its log.
-    pub fn log(&self) -> &Log {
-        &self.log
-    }
-
-    /// Its log, to switch categories.
-    pub fn log_mut(&mut self) -> &mut Log {
-        &mut self.log
-    }
-
     /// Refuses a call that is not legal in the current phase. To be asked before every call.
     #[inline]
     pub fn require(&self, call: Call) -> Result<(), Refusal> {
         let phase = self.run.phase;
-        if call.is_legal_in(phase) { Ok(()) } else { Err(Refusal::Phase { call, phase }) }
+        if call.legal_phases().contains(&phase) { Ok(()) } else { Err(Refusal::Phase { call, phase }) }
     }
 
     /// Takes start time, stop time and tolerance; the last call before initialization counts.

@@ -15,7 +15,7 @@ mod run;
 
 pub use calls::SavedState;
 pub use experiment::Experiment;
-pub use legality::{Call, PHASES, Phase};
+pub use legality::{Call, Phase};
 pub use lifecycle::Instance;
 pub use log::{Log, Severity, Sink};
 pub use refusal::{Refusal, StateError};

@@ -58,7 +58,7 @@ impl std::fmt::Display for Refusal {
         match self {
             Self::Phase { call, phase } => {
                 write!(f, "not allowed in {phase}")?;
-                for (i, legal) in call.legal_phases().enumerate() {
+                for (i, legal) in call.legal_phases().iter().enumerate() {
                     let separator = if i == 0 { "; allowed: in " } else { ", " };
                     write!(f, "{separator}{legal}")?;
                 }

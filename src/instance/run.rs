@@ -4,8 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::experiment::Experiment;
 use super::legality::Phase;
-use super::refusal::StateError;
-use crate::engine::{MAX_INPUT_DERIVATIVE, Simulation};
+use crate::engine::{MAX_INPUT_DERIVATIVE, Simulation, Unsound, require};
 use crate::model::{Inputs, Parameters, Tunables};
 use crate::variables::Settings;
 
@@ -55,23 +54,22 @@ impl Run {
     }
 
     /// Refuses what no instance can have saved; the simulation has checks of its own.
-    pub(super) fn check(&self, balls: usize) -> Result<(), StateError> {
-        let sound = |holds: bool, reason| if holds { Ok(()) } else { Err(StateError::Unsound(reason)) };
-        sound(self.settings.are_sound(balls), "a setting is out of range")?;
+    pub(super) fn check(&self, balls: usize) -> Result<(), Unsound> {
+        require(self.settings.are_sound(balls), "a setting is out of range")?;
         let experiment = self.experiment.is_none_or(|experiment| experiment.check().is_ok());
-        sound(
+        require(
             experiment && (self.experiment.is_some() || self.phase == Phase::Instantiated),
             "its times are no times",
         )?;
         let derivatives = &self.input_derivatives;
         let known = derivatives.len() <= MAX_INPUT_DERIVATIVE
             && derivatives.iter().all(|inputs| inputs.force.len() == balls && inputs.is_finite());
-        sound(known, "an input derivative is out of range")?;
+        require(known, "an input derivative is out of range")?;
         let tunables = self.tuned_from.is_none_or(|tunables| {
             let mut before = self.settings.clone();
             before.parameters.tune(tunables);
             before.are_sound(balls)
         });
-        sound(tunables, "a tunable parameter is out of range")
+        require(tunables, "a tunable parameter is out of range")
     }
 }

@@ -2,11 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Force law of a contact, `contact.model`.
+/// Force law of a contact, `contact.model`. The items of this and the other enumerations are numbered as hosts number them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ContactModel {
     /// `F = k r (d/d_ref)^(p-1) d`.
-    PowerLaw,
+    PowerLaw = 1,
     /// `F = K r d^(3/2)` with `K` from the elastic constants of two equal spheres (Hertz 1882).
     Hertz,
     /// No force law: instantaneous impacts of two balls with a coefficient of restitution (Newton 1687).
@@ -17,7 +17,7 @@ pub enum ContactModel {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum DampingLaw {
     /// Adds `c` times the rate of the overlap; may pull just before the balls part.
-    KelvinVoigt,
+    KelvinVoigt = 1,
     /// The same with the total force clipped at zero.
     KelvinVoigtNoPull,
     /// Multiplies the elastic force by `1 + alpha` times the rate of the overlap, clipped at zero
@@ -29,7 +29,7 @@ pub enum DampingLaw {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SolverMethod {
     /// Exact flight between contacts, adaptive integration of the balls in contact.
-    EventDriven,
+    EventDriven = 1,
     /// Backward differentiation formulas of variable order and step for the whole chain.
     Bdf,
     /// Adams-Moulton formulas of variable order and step for the whole chain.

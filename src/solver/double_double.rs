@@ -28,19 +28,6 @@ fn quick_two_sum(a: f64, b: f64) -> DoubleDouble {
     DoubleDouble { hi, lo: b - (hi - a) }
 }
 
-/// Product and its rounding error (Dekker 1971), without a fused multiply-add: not every target has one, and all of
-/// them must give the same digits.
-fn two_product(a: f64, b: f64) -> DoubleDouble {
-    let split = |x: f64| {
-        let t = 134_217_729.0 * x; // 2^27 + 1
-        let high = t - (t - x);
-        (high, x - high)
-    };
-    let hi = a * b;
-    let ((a1, a2), (b1, b2)) = (split(a), split(b));
-    DoubleDouble { hi, lo: ((a1 * b1 - hi) + a1 * b2 + a2 * b1) + a2 * b2 }
-}
-
 impl DoubleDouble {
     /// The value rounded to a double.
     pub fn value(self) -> f64 {
@@ -67,9 +54,17 @@ impl DoubleDouble {
         if self.lo < 0.0 { self.hi.next_down() } else { self.hi }
     }
 
-    /// The exact product of two doubles.
+    /// The exact product of two doubles (Dekker 1971), without a fused multiply-add: not every target has one, and all of them must
+    /// give the same digits.
     pub fn product(a: f64, b: f64) -> Self {
-        two_product(a, b)
+        let split = |x: f64| {
+            let t = 134_217_729.0 * x; // 2^27 + 1
+            let high = t - (t - x);
+            (high, x - high)
+        };
+        let hi = a * b;
+        let ((a1, a2), (b1, b2)) = (split(a), split(b));
+        Self { hi, lo: ((a1 * b1 - hi) + a1 * b2 + a2 * b1) + a2 * b2 }
     }
 
     /// The square root of a value >= 0: one Newton correction of the rounded root.
@@ -78,13 +73,8 @@ impl DoubleDouble {
         if root == 0.0 {
             return Self::default();
         }
-        let square = two_product(root, root);
+        let square = Self::product(root, root);
         quick_two_sum(root, ((self.hi - square.hi) + (self.lo - square.lo)) / (2.0 * root))
-    }
-
-    /// Half the value, exactly.
-    pub fn half(self) -> Self {
-        Self { hi: 0.5 * self.hi, lo: 0.5 * self.lo }
     }
 }
 
@@ -133,7 +123,7 @@ impl std::ops::Sub for DoubleDouble {
 impl std::ops::Mul for DoubleDouble {
     type Output = Self;
     fn mul(self, b: Self) -> Self {
-        let product = two_product(self.hi, b.hi);
+        let product = Self::product(self.hi, b.hi);
         quick_two_sum(product.hi, product.lo + (self.hi * b.lo + self.lo * b.hi))
     }
 }

@@ -28,11 +28,6 @@ impl EventQueue {
         self.heap.first().map(|&key| (self.time[key as usize], key as usize))
     }
 
-    /// Time of the entry of `key`.
-    pub fn get(&self, key: usize) -> Option<DoubleDouble> {
-        (self.place[key] != ABSENT).then(|| self.time[key])
-    }
-
     /// Enters `key` at `time`, in place of its old entry if it has one. A time that is no number comes first of all, as minus
     /// infinity, so that nobody waits for it.
     pub fn set(&mut self, key: usize, time: DoubleDouble) {

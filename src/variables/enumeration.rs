@@ -52,6 +52,13 @@ const fn item(value: i32, name: &'static str, description: &'static str) -> Item
     Item { name, value, description }
 }
 
+/// Puts the item with this integer, counted from 1, in its place.
+fn select<T: Copy, const N: usize>(place: &mut T, value: i32, items: [T; N]) {
+    if let Some(item) = (1..).zip(items).find_map(|(number, item)| (number == value).then_some(item)) {
+        *place = item;
+    }
+}
+
 /// `contact.model`.
 pub static CONTACT_MODEL: Enumeration = Enumeration {
     type_name: "ContactModel",
@@ -60,16 +67,13 @@ pub static CONTACT_MODEL: Enumeration = Enumeration {
         item(2, "hertz", "F = K r d^(3/2), K from the elastic constants of two equal spheres (Hertz 1882)"),
         item(3, "rigid", "no force law: instantaneous impacts of two balls with a coefficient of restitution"),
     ],
-    get: |parameters| match parameters.contact_model {
-        ContactModel::PowerLaw => 1,
-        ContactModel::Hertz => 2,
-        ContactModel::Rigid => 3,
-    },
-    set: |parameters, value| match value {
-        1 => parameters.contact_model = ContactModel::PowerLaw,
-        2 => parameters.contact_model = ContactModel::Hertz,
-        3 => parameters.contact_model = ContactModel::Rigid,
-        _ => {}
+    get: |parameters| parameters.contact_model as i32,
+    set: |parameters, value| {
+        select(
+            &mut parameters.contact_model,
+            value,
+            [ContactModel::PowerLaw, ContactModel::Hertz, ContactModel::Rigid],
+        );
     },
 };
 
@@ -85,16 +89,10 @@ pub static DAMPING_LAW: Enumeration = Enumeration {
             "multiplies the elastic force by 1 + alpha times the rate of the overlap, clipped at 0",
         ),
     ],
-    get: |parameters| match parameters.damping_law {
-        DampingLaw::KelvinVoigt => 1,
-        DampingLaw::KelvinVoigtNoPull => 2,
-        DampingLaw::HuntCrossley => 3,
-    },
-    set: |parameters, value| match value {
-        1 => parameters.damping_law = DampingLaw::KelvinVoigt,
-        2 => parameters.damping_law = DampingLaw::KelvinVoigtNoPull,
-        3 => parameters.damping_law = DampingLaw::HuntCrossley,
-        _ => {}
+    get: |parameters| parameters.damping_law as i32,
+    set: |parameters, value| {
+        use DampingLaw::{HuntCrossley, KelvinVoigt, KelvinVoigtNoPull};
+        select(&mut parameters.damping_law, value, [KelvinVoigt, KelvinVoigtNoPull, HuntCrossley]);
     },
 };
 
@@ -107,18 +105,10 @@ pub static SOLVER_METHOD: Enumeration = Enumeration {
         item(3, "adams", "Adams-Moulton formulas of variable order and step for the whole chain"),
         item(4, "rk4", "classical Runge-Kutta method with fixed steps for the whole chain"),
     ],
-    get: |parameters| match parameters.method {
-        SolverMethod::EventDriven => 1,
-        SolverMethod::Bdf => 2,
-        SolverMethod::Adams => 3,
-        SolverMethod::Rk4 => 4,
-    },
-    set: |parameters, value| match value {
-        1 => parameters.method = SolverMethod::EventDriven,
-        2 => parameters.method = SolverMethod::Bdf,
-        3 => parameters.method = SolverMethod::Adams,
-        4 => parameters.method = SolverMethod::Rk4,
-        _ => {}
+    get: |parameters| parameters.method as i32,
+    set: |parameters, value| {
+        use SolverMethod::{Adams, Bdf, EventDriven, Rk4};
+        select(&mut parameters.method, value, [EventDriven, Bdf, Adams, Rk4]);
     },
 };
 

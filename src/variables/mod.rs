@@ -19,9 +19,9 @@ pub use description::{Description, LOG_CATEGORIES, LogCategory, MODEL_IDENTIFIER
 pub use enumeration::{ENUMERATIONS, Enumeration, Item};
 pub use error::VariableError;
 pub use recipe::{FILE_NAME, Recipe, RecipeError, StartValue};
-pub use row::{Access, Causality, Range, Row, Shape, Type, Variability};
+pub use row::{Access, Causality, Get, Groups, Range, Row, Shape, Type, Variability};
 pub use settings::Settings;
 pub use table::TABLE;
 pub use text::{Escaped, Number};
-pub use unit::{QUANTITIES, Quantity, UNITS, Unit};
+pub use unit::{QUANTITIES, Quantity};
 pub use variable::{DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, Variable, variables};

@@ -27,7 +27,7 @@ impl Shape {
 }
 
 /// The data types of the interface.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Type {
     /// A double.
     Real,
@@ -69,6 +69,13 @@ pub enum Variability {
     Continuous,
 }
 
+/// A text of the table, and the quantity of a real variable.
+type Text = &'static str;
+type Of = &'static Quantity;
+
+/// Reads a result for ball or contact `i`.
+pub type Get<T> = fn(&dyn Results, usize) -> T;
+
 /// Where the value is. The data type follows from it, so the two cannot disagree, and a row without it does not compile.
 #[derive(Clone, Copy)]
 pub enum Access {
@@ -91,11 +98,11 @@ pub enum Access {
     /// A real number that follows from the parameters alone.
     Calculated(fn(&Parameters) -> f64),
     /// A real result for ball or contact `i`.
-    Real(fn(&dyn Results, usize) -> f64),
+    Real(Get<f64>),
     /// A count.
-    Count(fn(&dyn Results, usize) -> u64),
+    Count(Get<u64>),
     /// A truth value.
-    Flag(fn(&dyn Results, usize) -> bool),
+    Flag(Get<bool>),
 }
 
 impl Access {
@@ -158,15 +165,10 @@ impl std::fmt::Display for Range {
     }
 }
 
-/// On what the value at initialization depends.
-#[derive(Clone, Copy, Debug)]
-pub enum Initially {
-    /// On anything.
-    OnAll,
-    /// On these rows (or on one variable of a row, given as `name[i]`): on the scalars as such, on arrays at the same
-    /// ball or contact, at the contacts of the ball, at the balls of the contact, or as a whole where this is a scalar.
-    On(&'static [&'static [&'static str]]),
-}
+/// On which rows (or on which variable of a row, given as `name[i]`) the value at initialization depends: on the scalars as such,
+/// on arrays at the same ball or contact, at the contacts of the ball, at the balls of the contact, or as a whole where this is a
+/// scalar.
+pub type Groups = &'static [&'static [&'static str]];
 
 /// A family of variables: all there is to know of them outside the model.
 pub struct Row {
@@ -190,8 +192,8 @@ pub struct Row {
     pub used: fn(&Parameters) -> bool,
     /// Derivative of a real result, for ball or contact `i`; outputs and calculated parameters have one.
     pub derivative: Option<fn(&Differential, usize) -> f64>,
-    /// Dependencies of a calculated value at initialization.
-    pub initially: Initially,
+    /// Dependencies of a calculated value at initialization; on anything if there are none given.
+    pub initially: Option<Groups>,
     /// Text; `{i}` and `{j}` stand for the index and the one after it.
     pub description: &'static str,
 }
@@ -202,14 +204,9 @@ impl Row {
         matches!(self.causality, Causality::Parameter | Causality::Input)
     }
 
-    /// Whether the host may set it between steps.
-    pub const fn settable_between_steps(&self) -> bool {
-        matches!(self.causality, Causality::Input) || matches!(self.variability, Variability::Tunable)
-    }
-
     /// Unit, or nothing for counts, truth values and enumerations.
     pub fn unit(&self) -> &'static str {
-        self.quantity.map_or("", |quantity| quantity.unit.name)
+        self.quantity.map_or("", |quantity| quantity.unit)
     }
 
     /// A value with its unit, for messages.
@@ -221,14 +218,7 @@ impl Row {
     }
 }
 
-const fn row(
-    name: &'static str,
-    shape: Shape,
-    causality: Causality,
-    access: Access,
-    quantity: Option<&'static Quantity>,
-    description: &'static str,
-) -> Row {
+const fn row(name: Text, shape: Shape, causality: Causality, access: Access, description: Text) -> Row {
     let variability = match (&causality, &access) {
         (Causality::Parameter | Causality::CalculatedParameter, _) => Variability::Fixed,
         (_, Access::Count(_) | Access::Flag(_)) => Variability::Discrete,
@@ -239,94 +229,60 @@ const fn row(
         shape,
         causality,
         variability,
-        quantity,
+        quantity: None,
         range: ANY,
         nominal: None,
         access,
         used: |_| true,
         derivative: None,
-        initially: Initially::OnAll,
+        initially: None,
         description,
     }
 }
 
 /// A real parameter.
-pub const fn parameter(
-    name: &'static str,
-    shape: Shape,
-    quantity: &'static Quantity,
-    range: Range,
-    access: Access,
-    description: &'static str,
-) -> Row {
-    let mut row = row(name, shape, Causality::Parameter, access, Some(quantity), description);
-    row.range = range;
-    row
+pub const fn parameter(name: Text, shape: Shape, quantity: Of, range: Range, access: Access, description: Text) -> Row {
+    row(name, shape, Causality::Parameter, access, description).of(quantity, range)
 }
 
 /// A parameter with named items.
-pub const fn enumeration(name: &'static str, enumeration: &'static Enumeration, description: &'static str) -> Row {
-    row(name, Shape::Scalar, Causality::Parameter, Access::Enumeration(enumeration), None, description)
+pub const fn enumeration(name: Text, enumeration: &'static Enumeration, description: Text) -> Row {
+    row(name, Shape::Scalar, Causality::Parameter, Access::Enumeration(enumeration), description)
 }
 
 /// A parameter that follows from others.
-pub const fn calculated(
-    name: &'static str,
-    quantity: &'static Quantity,
-    access: fn(&Parameters) -> f64,
-    description: &'static str,
-) -> Row {
-    row(name, Shape::Scalar, Causality::CalculatedParameter, Access::Calculated(access), Some(quantity), description)
+pub const fn calculated(name: Text, quantity: Of, access: fn(&Parameters) -> f64, description: Text) -> Row {
+    let access = Access::Calculated(access);
+    row(name, Shape::Scalar, Causality::CalculatedParameter, access, description).of(quantity, ANY)
 }
 
 /// A real input.
-pub const fn input(
-    name: &'static str,
-    shape: Shape,
-    quantity: &'static Quantity,
-    access: Access,
-    description: &'static str,
-) -> Row {
-    row(name, shape, Causality::Input, access, Some(quantity), description)
+pub const fn input(name: Text, shape: Shape, quantity: Of, access: Access, description: Text) -> Row {
+    row(name, shape, Causality::Input, access, description).of(quantity, ANY)
 }
 
-/// A real result of `causality` output or local.
-pub const fn real(
-    name: &'static str,
-    shape: Shape,
-    causality: Causality,
-    quantity: &'static Quantity,
-    access: fn(&dyn Results, usize) -> f64,
-    description: &'static str,
-) -> Row {
-    row(name, shape, causality, Access::Real(access), Some(quantity), description)
+/// A real result of causality output or local.
+pub const fn real(name: Text, shape: Shape, to: Causality, quantity: Of, get: Get<f64>, description: Text) -> Row {
+    row(name, shape, to, Access::Real(get), description).of(quantity, ANY)
 }
 
-/// A count of `causality` output or local.
-pub const fn count(
-    name: &'static str,
-    shape: Shape,
-    causality: Causality,
-    access: fn(&dyn Results, usize) -> u64,
-    description: &'static str,
-) -> Row {
-    let mut row = row(name, shape, causality, Access::Count(access), None, description);
-    row.range = NOT_NEGATIVE;
-    row
+/// A count of causality output or local.
+pub const fn count(name: Text, shape: Shape, to: Causality, get: Get<u64>, description: Text) -> Row {
+    row(name, shape, to, Access::Count(get), description).not_negative()
 }
 
-/// A truth value of `causality` output or local.
-pub const fn flag(
-    name: &'static str,
-    shape: Shape,
-    causality: Causality,
-    access: fn(&dyn Results, usize) -> bool,
-    description: &'static str,
-) -> Row {
-    row(name, shape, causality, Access::Flag(access), None, description)
+/// A truth value of causality output or local.
+pub const fn flag(name: Text, shape: Shape, to: Causality, get: Get<bool>, description: Text) -> Row {
+    row(name, shape, to, Access::Flag(get), description)
 }
 
 impl Row {
+    /// Is of this quantity and within this range.
+    const fn of(mut self, quantity: Of, range: Range) -> Self {
+        (self.quantity, self.range) = (Some(quantity), range);
+        self
+    }
+
     /// May also be set between steps.
     pub const fn tunable(mut self) -> Self {
         self.variability = Variability::Tunable;
@@ -364,8 +320,8 @@ impl Row {
     }
 
     /// Depends at initialization on these rows only.
-    pub const fn initially(mut self, on: &'static [&'static [&'static str]]) -> Self {
-        self.initially = Initially::On(on);
+    pub const fn initially(mut self, on: Groups) -> Self {
+        self.initially = Some(on);
         self
     }
 }

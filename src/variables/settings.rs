@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::error::VariableError;
-use super::row::{ANY, Access, Type};
+use super::row::{ANY, Access, Causality, Type, Variability};
 use super::table::TABLE;
 use super::text::Number;
 use super::variable::{Variable, variables};
@@ -53,13 +53,17 @@ impl Settings {
 impl Variable {
     /// Whether a host may set it as a value of type `asked`; `between_steps` when initialization is over.
     pub fn check_settable(&self, asked: Type, between_steps: bool) -> Result<(), VariableError> {
-        if !self.is_of(asked) {
+        let actual = match self.row.access.data_type() {
+            Type::Enumeration => Type::Integer,
+            other => other,
+        };
+        if asked != actual {
             return Err(self.wrong_type(asked));
         }
         if !self.row.settable() {
             return Err(VariableError::NotSettable { variable: self.to_string(), causality: self.row.causality });
         }
-        if between_steps && !self.row.settable_between_steps() {
+        if between_steps && self.row.causality != Causality::Input && self.row.variability != Variability::Tunable {
             return Err(VariableError::Fixed { variable: self.to_string() });
         }
         Ok(())
@@ -111,13 +115,6 @@ impl Variable {
     /// The error for a getter or setter of the wrong type.
     pub fn wrong_type(&self, asked: Type) -> VariableError {
         VariableError::WrongType { variable: self.to_string(), actual: self.row.access.data_type(), asked }
-    }
-
-    fn is_of(&self, asked: Type) -> bool {
-        match self.row.access.data_type() {
-            Type::Enumeration => asked == Type::Integer,
-            actual => actual == asked,
-        }
     }
 
     /// A real parameter, input or calculated parameter; nothing for anything else.

@@ -164,15 +164,11 @@ fn paths(bytes: &[u8]) -> BTreeSet<String> {
 
 /// Checks a shared library of an FMU that is `own` or somebody else's.
 pub(super) fn check(place: &str, bytes: &[u8], kind: Kind, own: bool, report: &mut Report) {
-    let library = match Library::read(bytes) {
-        Ok(library) => library,
-        Err(error) => return report.problem(format_args!("{place}: {error}")),
-    };
+    let Some(library) = report.accept(place, Library::read(bytes)) else { return };
     let of_kind: &[&str] = if kind == Kind::CoSimulation { &CO_SIMULATION } else { &MODEL_EXCHANGE };
     for function in COMMON.iter().chain(of_kind) {
-        if !library.exports.contains(*function) {
-            report.problem(format_args!("{place}: {function} is not exported"));
-        }
+        let exported = library.exports.contains(*function);
+        report.require(exported, format_args!("{place}: {function} is not exported"));
     }
     if own {
         let known = |name: &str| COMMON.iter().chain(&CO_SIMULATION).any(|function| *function == name);

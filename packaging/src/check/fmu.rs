@@ -65,11 +65,9 @@ fn binaries(entries: &Entries, model: &Model, report: &mut Report) {
         }
         for platform in found {
             let path = path(platform);
-            if let Err(error) = platform.check(&entries[&path]) {
-                report.problem(format_args!("{path}: {error}"));
-                continue;
+            if report.accept(&path, platform.check(&entries[&path])).is_some() {
+                binary::check(&path, &entries[&path], interface.kind, model.is_own(), report);
             }
-            binary::check(&path, &entries[&path], interface.kind, model.is_own(), report);
         }
     }
 }

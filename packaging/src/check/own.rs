@@ -13,10 +13,7 @@ pub fn check(entries: &Entries, model: &Model, report: &mut Report) {
     }
     let place = format!("resources/{FILE_NAME}");
     let recipe = entries.get(&place).map_or_else(|| Ok(Recipe::default()), |text| Recipe::from_json(text));
-    let settings = match recipe.and_then(|recipe| recipe.settings()) {
-        Ok(settings) => settings,
-        Err(error) => return report.problem(format_args!("{place}: {error}")),
-    };
+    let Some(settings) = report.accept(place, recipe.and_then(|recipe| recipe.settings())) else { return };
     if model.tool != concat!("newtons-cradle ", env!("CARGO_PKG_VERSION")) {
         return report.remark(format_args!("written by {}: its GUID cannot be checked by this version", model.tool));
     }
@@ -28,8 +25,6 @@ pub fn check(entries: &Entries, model: &Model, report: &mut Report) {
         report.problem("modelDescription.xml: not the description that belongs to its GUID");
     }
     for name in ["documentation/index.html", "documentation/licenses/third-party.txt", "model.png"] {
-        if !entries.contains_key(name) {
-            report.problem(format_args!("{name}: missing"));
-        }
+        report.require(entries.contains_key(name), format_args!("{name}: missing"));
     }
 }

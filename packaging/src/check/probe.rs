@@ -7,15 +7,16 @@ use std::fs::{self, File};
 use std::io::Write;
 use std::path::{Component, Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
-use std::ptr::null;
+use std::ptr::{null, null_mut};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 use std::{env, thread};
 
 use fmi_schema::fmi2::Causality;
-use libloading::Symbol;
+use libloading::Library;
+use newtons_cradle::variables::Type;
 
-use super::description::model::{Interface, Model, Type, Variable};
+use super::description::model::{Model, Variable};
 use super::report::Report;
 use crate::archive::Entries;
 use crate::error::Error;
@@ -135,11 +136,14 @@ pub fn run(folder: &Path, findings: &Path) -> Result<(), Error> {
     let file = File::create(findings).map_err(|error| failed("write the findings", error))?;
     let Some((model, platform)) = model.as_ref().zip(Platform::host().ok()) else { return Ok(()) };
     let Some(interface) = &model.co_simulation else { return Ok(()) };
-    let mut probe = Probe { file, model };
-    if let Err(problem) = probe.all(folder, platform, interface) {
+    let mut findings = Findings(file);
+    let binary = folder.join(platform.binary_path(&interface.identifier));
+    let done = load(&binary, &mut findings)
+        .and_then(|library| Probe { findings: &mut findings, model, library, instance: null_mut() }.all(folder));
+    if let Err(problem) = done {
         let said = SAID.lock().map(|said| said.clone()).unwrap_or_default();
         let said = if said.is_empty() { said } else { format!("; it says: {said}") };
-        probe.tell("problem", &format!("{problem}{said}"));
+        findings.tell("problem", &format!("{problem}{said}"));
     }
     Ok(())
 }
@@ -183,85 +187,95 @@ unsafe extern "C" fn log(_: *mut c_void, _: *const c_char, status: c_int, _: *co
     }
 }
 
+/// The file that the findings are left in.
+struct Findings(File);
+
+impl Findings {
+    fn tell(&mut self, kind: &str, text: &str) {
+        // If the disk is full, the parent reports what it finds.
+        let _ = writeln!(self.0, "{kind}: {}", text.replace(['\n', '\r'], " "));
+    }
+}
+
+fn load(path: &Path, findings: &mut Findings) -> Result<Library, String> {
+    findings.tell("call", "loading");
+    // SAFETY: none; that it may do anything is why this is another process.
+    unsafe { Library::new(path) }.map_err(|error| {
+        let reason = std::error::Error::source(&error).map_or_else(|| error.to_string(), ToString::to_string);
+        format!("cannot be loaded: {reason}")
+    })
+}
+
 struct Probe<'a> {
-    file: File,
+    findings: &'a mut Findings,
     model: &'a Model,
+    library: Library,
+    instance: Instance,
 }
 
 impl<'a> Probe<'a> {
-    fn tell(&mut self, kind: &str, text: &str) {
-        // If the disk is full, the parent reports what it finds.
-        let _ = writeln!(self.file, "{kind}: {}", text.replace(['\n', '\r'], " "));
-    }
-
     /// A host's way through the functions, to the first that fails.
-    fn all(&mut self, folder: &Path, platform: &Platform, interface: &Interface) -> Result<(), String> {
-        let path = folder.join(platform.binary_path(&interface.identifier));
-        self.tell("call", "loading");
-        // SAFETY: none; that it may do anything is why this is another process.
-        let library = unsafe { libloading::Library::new(path) }.map_err(|error| {
-            let reason = std::error::Error::source(&error).map_or_else(|| error.to_string(), ToString::to_string);
-            format!("cannot be loaded: {reason}")
-        })?;
-        self.constant(&library, "fmi2GetTypesPlatform", "default")?;
-        self.constant(&library, "fmi2GetVersion", "2.0")?;
+    fn all(&mut self, folder: &Path) -> Result<(), String> {
+        self.constant("fmi2GetTypesPlatform", "default")?;
+        self.constant("fmi2GetVersion", "2.0")?;
         let callbacks = Callbacks {
             // The same arguments up to the format; what follows it is not looked at.
             logger: log as *const c_void,
             allocate_memory: libc::calloc,
             free_memory: libc::free,
             step_finished: None,
-            environment: std::ptr::null_mut(),
+            environment: null_mut(),
         };
         let location = location(&folder.join("resources"));
-        let wrong = self.instantiate(&library, "{00000000-0000-0000-0000-000000000000}", &location, &callbacks)?;
-        if !wrong.is_null() {
-            self.tell("remark", "fmi2Instantiate accepts a GUID that is not that of the description");
-            self.free(&library, wrong)?;
+        self.instantiate("{00000000-0000-0000-0000-000000000000}", &location, &callbacks)?;
+        if !self.instance.is_null() {
+            self.findings.tell("remark", "fmi2Instantiate accepts a GUID that is not that of the description");
+            self.free()?;
         }
         if let Ok(mut said) = SAID.lock() {
             said.clear();
         }
-        let instance = self.instantiate(&library, &self.model.guid, &location, &callbacks)?;
-        if instance.is_null() {
+        self.instantiate(&self.model.guid, &location, &callbacks)?;
+        if self.instance.is_null() {
             return Err("fmi2Instantiate refuses the description's GUID or the resources".to_owned());
         }
-        let done = self.step(&library, instance);
-        self.free(&library, instance)?;
+        let done = self.step();
+        self.free()?;
         done
     }
 
     /// Initialization, one step, and every value before and after.
-    fn step(&mut self, library: &libloading::Library, instance: Instance) -> Result<(), String> {
+    fn step(&mut self) -> Result<(), String> {
         let experiment = &self.model.experiment;
         let start = experiment.start.unwrap_or(0.0);
         let step = experiment.step.unwrap_or_else(|| (experiment.stop.unwrap_or(start + 1.0) - start) / 500.0);
         type Setup = unsafe extern "C" fn(Instance, c_int, f64, f64, c_int, f64) -> c_int;
         type Step = unsafe extern "C" fn(Instance, f64, f64, c_int) -> c_int;
-        let set_up = self.function::<Setup>(library, "fmi2SetupExperiment")?;
+        let set_up = self.function::<Setup>("fmi2SetupExperiment")?;
         // SAFETY: the arguments of the standard, here and below.
-        self.status("fmi2SetupExperiment", unsafe { set_up(instance, 0, 0.0, start, 0, 0.0) })?;
-        self.plain(library, instance, "fmi2EnterInitializationMode")?;
-        self.values(library, instance, true)?;
-        self.plain(library, instance, "fmi2ExitInitializationMode")?;
-        self.values(library, instance, false)?;
-        let do_step = self.function::<Step>(library, "fmi2DoStep")?;
-        self.status("fmi2DoStep", unsafe { do_step(instance, start, step, 1) })?;
-        self.values(library, instance, false)?;
-        self.plain(library, instance, "fmi2Terminate")
+        self.status("fmi2SetupExperiment", unsafe { set_up(self.instance, 0, 0.0, start, 0, 0.0) })?;
+        self.plain("fmi2EnterInitializationMode")?;
+        self.values(true)?;
+        self.plain("fmi2ExitInitializationMode")?;
+        self.values(false)?;
+        let do_step = self.function::<Step>("fmi2DoStep")?;
+        self.status("fmi2DoStep", unsafe { do_step(self.instance, start, step, 1) })?;
+        self.values(false)?;
+        self.plain("fmi2Terminate")
     }
 
-    fn function<'l, T>(&mut self, library: &'l libloading::Library, name: &str) -> Result<Symbol<'l, T>, String> {
-        self.tell("call", name);
-        // SAFETY: the caller names the type that the standard gives the function.
-        unsafe { library.get(name.as_bytes()) }.map_err(|_| format!("{name} is not exported"))
+    fn function<T: Copy>(&mut self, name: &str) -> Result<T, String> {
+        self.findings.tell("call", name);
+        // SAFETY: the caller names the type that the standard gives the function, and does not keep it.
+        let function = unsafe { self.library.get::<T>(name.as_bytes()) };
+        function.map(|function| *function).map_err(|_| format!("{name} is not exported"))
     }
 
     fn status(&mut self, function: &str, status: c_int) -> Result<(), String> {
         let name = match status {
             0 => return Ok(()),
             1 => {
-                self.tell("remark", &format!("{function} answers fmi2Warning, at which some hosts stop"));
+                self.findings.tell("remark", &format!("{function} answers fmi2Warning, at which some hosts stop"));
                 return Ok(());
             }
             2 => "fmi2Discard",
@@ -273,48 +287,44 @@ impl<'a> Probe<'a> {
         Err(format!("{function} answers {name}"))
     }
 
-    fn plain(&mut self, library: &libloading::Library, instance: Instance, name: &str) -> Result<(), String> {
-        let function = self.function::<unsafe extern "C" fn(Instance) -> c_int>(library, name)?;
-        self.status(name, unsafe { function(instance) })
+    fn plain(&mut self, name: &str) -> Result<(), String> {
+        let function = self.function::<unsafe extern "C" fn(Instance) -> c_int>(name)?;
+        self.status(name, unsafe { function(self.instance) })
     }
 
-    fn free(&mut self, library: &libloading::Library, instance: Instance) -> Result<(), String> {
-        let function = self.function::<unsafe extern "C" fn(Instance)>(library, "fmi2FreeInstance")?;
-        unsafe { function(instance) };
+    fn free(&mut self) -> Result<(), String> {
+        let function = self.function::<unsafe extern "C" fn(Instance)>("fmi2FreeInstance")?;
+        unsafe { function(self.instance) };
         Ok(())
     }
 
-    fn constant(&mut self, library: &libloading::Library, name: &str, wanted: &str) -> Result<(), String> {
-        let function = self.function::<unsafe extern "C" fn() -> *const c_char>(library, name)?;
+    fn constant(&mut self, name: &str, wanted: &str) -> Result<(), String> {
+        let function = self.function::<unsafe extern "C" fn() -> *const c_char>(name)?;
         let text = unsafe { function() };
         // SAFETY: not NULL here, and the binary promises a text closed by a null byte.
         let text = if text.is_null() { "NULL".into() } else { unsafe { CStr::from_ptr(text) }.to_string_lossy() };
         if text == wanted { Ok(()) } else { Err(format!("{name} answers \"{text}\"; allowed: \"{wanted}\"")) }
     }
 
-    fn instantiate(
-        &mut self,
-        library: &libloading::Library,
-        guid: &str,
-        location: &str,
-        callbacks: &Callbacks,
-    ) -> Result<Instance, String> {
-        let function = self.function::<Instantiate>(library, "fmi2Instantiate")?;
+    fn instantiate(&mut self, guid: &str, location: &str, callbacks: &Callbacks) -> Result<(), String> {
+        let function = self.function::<Instantiate>("fmi2Instantiate")?;
         let text = |text: &str| CString::new(text).map_err(|_| format!("\"{text}\" holds a null byte"));
         let (name, guid, location) = (text("check")?, text(guid)?, text(location)?);
-        Ok(unsafe { function(name.as_ptr(), CO_SIMULATION, guid.as_ptr(), location.as_ptr(), callbacks, 0, 0) })
+        self.instance =
+            unsafe { function(name.as_ptr(), CO_SIMULATION, guid.as_ptr(), location.as_ptr(), callbacks, 0, 0) };
+        Ok(())
     }
 
     /// Reads every variable; compares start values with those of the description if nothing else was set yet.
-    fn values(&mut self, library: &libloading::Library, instance: Instance, compare: bool) -> Result<(), String> {
-        let reals = self.read(library, instance, "fmi2GetReal", 0.0_f64, |kind| kind == Type::Real)?;
+    fn values(&mut self, compare: bool) -> Result<(), String> {
+        let reals = self.read("fmi2GetReal", 0.0_f64, |kind| kind == Type::Real)?;
         let of_integers = |kind| matches!(kind, Type::Integer | Type::Enumeration);
-        let integers = self.read(library, instance, "fmi2GetInteger", 0, of_integers)?;
-        let booleans = self.read(library, instance, "fmi2GetBoolean", 0, |kind| kind == Type::Boolean)?;
-        self.read(library, instance, "fmi2GetString", null::<c_char>(), |kind| kind == Type::String)?;
+        let integers = self.read("fmi2GetInteger", 0, of_integers)?;
+        let booleans = self.read("fmi2GetBoolean", 0, |kind| kind == Type::Boolean)?;
+        self.read("fmi2GetString", null::<c_char>(), |kind| kind == Type::String)?;
         for (variable, value) in &reals {
             if !value.is_finite() {
-                self.tell("remark", &format!("{} = {value}", variable.name));
+                self.findings.tell("remark", &format!("{} = {value}", variable.name));
             }
         }
         if compare {
@@ -334,15 +344,13 @@ impl<'a> Probe<'a> {
             if let Some(start) = variable.attributes.start.as_deref().filter(|_| given)
                 && parse(start).is_some_and(|start| start != value)
             {
-                self.tell("problem", &format!("{} is {value}; the description has {start}", variable.name));
+                self.findings.tell("problem", &format!("{} is {value}; the description has {start}", variable.name));
             }
         }
     }
 
     fn read<T: Copy>(
         &mut self,
-        library: &libloading::Library,
-        instance: Instance,
         name: &str,
         nothing: T,
         wanted: impl Fn(Type) -> bool,
@@ -352,8 +360,8 @@ impl<'a> Probe<'a> {
         let references: Vec<u32> = variables.iter().map(|variable| variable.reference).collect();
         let mut values = vec![nothing; variables.len()];
         if !variables.is_empty() {
-            let get = self.function::<Values<T>>(library, name)?;
-            let status = unsafe { get(instance, references.as_ptr(), references.len(), values.as_mut_ptr()) };
+            let get = self.function::<Values<T>>(name)?;
+            let status = unsafe { get(self.instance, references.as_ptr(), references.len(), values.as_mut_ptr()) };
             self.status(name, status)?;
         }
         Ok(variables.into_iter().zip(values).collect())

@@ -31,13 +31,30 @@ impl Report {
         Self::add(&mut self.remarks, &mut self.omitted, text);
     }
 
+    /// A problem unless this `holds`.
+    pub(super) fn require(&mut self, holds: bool, problem: impl Display) {
+        if !holds {
+            self.problem(problem);
+        }
+    }
+
+    /// A remark unless this `holds`.
+    pub(super) fn advise(&mut self, holds: bool, remark: impl Display) {
+        if !holds {
+            self.remark(remark);
+        }
+    }
+
+    /// What has gone well; where it has not, that is a problem of `what`.
+    pub(super) fn accept<T, E: Display>(&mut self, what: impl Display, result: Result<T, E>) -> Option<T> {
+        result.inspect_err(|error| self.problem(format_args!("{what}: {error}"))).ok()
+    }
+
     /// A problem for each of `items` that has been there before.
     pub(super) fn duplicates<T: Eq + Hash + Display>(&mut self, what: &str, items: impl Iterator<Item = T>) {
         let mut seen = HashSet::new();
         for item in items {
-            if seen.contains(&item) {
-                self.problem(format_args!("{what} {item} is defined twice"));
-            }
+            self.require(!seen.contains(&item), format_args!("{what} {item} is defined twice"));
             seen.insert(item);
         }
     }

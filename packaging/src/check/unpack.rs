@@ -12,23 +12,13 @@ const LONG_PATH: usize = 160;
 
 /// Every entry that can be read, at most `limit` bytes together; nothing if this is no zip file.
 pub fn unpack(bytes: &[u8], limit: u64, report: &mut Report) -> Option<Entries> {
-    let mut archive = match ZipArchive::new(Cursor::new(bytes)) {
-        Ok(archive) => archive,
-        Err(error) => {
-            report.problem(format_args!("zip: {error}"));
-            return None;
-        }
-    };
+    let mut archive = report.accept("zip", ZipArchive::new(Cursor::new(bytes)))?;
     let mut entries = Entries::new();
     let mut left = limit;
     for index in 0..archive.len() {
-        let (name, method) = match archive.by_index_raw(index) {
-            Ok(entry) => (String::from_utf8_lossy(entry.name_raw()).into_owned(), entry.compression()),
-            Err(error) => {
-                report.problem(format_args!("zip: entry {}: {error}", index + 1));
-                continue;
-            }
-        };
+        let entry = archive.by_index_raw(index);
+        let entry = entry.map(|entry| (String::from_utf8_lossy(entry.name_raw()).into_owned(), entry.compression()));
+        let Some((name, method)) = report.accept(format_args!("zip: entry {}", index + 1), entry) else { continue };
         check_name(&name, report);
         if !matches!(method, CompressionMethod::Stored | CompressionMethod::Deflated) {
             report.problem(format_args!("{name}: compressed by {method}; allowed: deflated, stored"));
@@ -48,9 +38,7 @@ pub fn unpack(bytes: &[u8], limit: u64, report: &mut Report) -> Option<Entries> 
             Err(error) => report.problem(format_args!("{name}: cannot be unpacked: {error}")),
         }
     }
-    if !entries.contains_key("modelDescription.xml") {
-        report.problem("modelDescription.xml: missing");
-    }
+    report.require(entries.contains_key("modelDescription.xml"), "modelDescription.xml: missing");
     Some(entries)
 }
 
@@ -63,17 +51,11 @@ fn read(archive: &mut ZipArchive<Cursor<&[u8]>>, index: usize, limit: u64) -> Re
 }
 
 fn check_name(name: &str, report: &mut Report) {
-    if name.contains('\\') {
-        report.problem(format_args!("{name}: a backslash in the name; allowed: forward slashes"));
-    }
+    report.require(!name.contains('\\'), format_args!("{name}: a backslash in the name; allowed: forward slashes"));
     let parts = || name.trim_end_matches('/').split(['/', '\\']);
-    if parts().any(|part| part.is_empty() || part == "." || part == ".." || part.contains(':')) {
-        report.problem(format_args!("{name}: not a path that stays in the folder of the FMU"));
-    }
-    if name.len() > LONG_PATH || parts().any(|part| part.len() > 100) {
-        report.remark(format_args!("{name}: a path of {} bytes, too long for some hosts on Windows", name.len()));
-    }
-    if !name.is_ascii() {
-        report.remark(format_args!("{name}: not in ASCII, hosts differ in how they unpack that"));
-    }
+    let leaves = parts().any(|part| part.is_empty() || part == "." || part == ".." || part.contains(':'));
+    report.require(!leaves, format_args!("{name}: not a path that stays in the folder of the FMU"));
+    let (length, short) = (name.len(), name.len() <= LONG_PATH && parts().all(|part| part.len() <= 100));
+    report.advise(short, format_args!("{name}: a path of {length} bytes, too long for some hosts on Windows"));
+    report.advise(name.is_ascii(), format_args!("{name}: not in ASCII, hosts differ in how they unpack that"));
 }

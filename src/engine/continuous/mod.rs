@@ -10,10 +10,9 @@
 //! put down and taken up again it goes on with the same bits.
 
 mod dynamics;
-mod method;
 mod observe;
 mod run;
 mod trajectory;
 
-pub(crate) use method::Method;
 pub use run::Continuous;
+pub(crate) use trajectory::Method;

@@ -57,26 +57,8 @@ impl Continuous {
         self.time - self.step_start
     }
 
-    /// The first onset strictly after the current time, or none within 1000 periods of the first ball; where a fixed number of
-    /// steps does not show it, how far they have led. The next look, at a later time, goes on from there.
-    fn find_next_onset(&self) -> Next {
-        let now = self.now();
-        if self.contacts.is_empty() {
-            return Next::Never;
-        }
-        if let Some(onset) = onset_after(&self.trajectory, now) {
-            return Next::At(onset);
-        }
-        if let Some((asked_at, answer)) = self.foreseen.get()
-            && asked_at == self.time
-        {
-            return answer;
-        }
-        let answer = self.look_ahead(now);
-        self.foreseen.set(Some((self.time, answer)));
-        answer
-    }
-
+    /// The first onset beyond the last step, or none within 1000 periods of the first ball; where a fixed number of steps does not
+    /// show it, how far they have led. The next look, at a later time, goes on from there.
     fn look_ahead(&self, now: DoubleDouble) -> Next {
         let period = std::f64::consts::TAU / self.cradle().balls[0].omega2.sqrt();
         let limit = now + ONSET_PERIODS * period;
@@ -179,7 +161,21 @@ impl Results for Continuous {
     }
 
     fn next_onset(&self) -> Next {
-        self.find_next_onset()
+        let now = self.now();
+        if self.contacts.is_empty() {
+            return Next::Never;
+        }
+        if let Some(onset) = onset_after(&self.trajectory, now) {
+            return Next::At(onset);
+        }
+        if let Some((asked_at, answer)) = self.foreseen.get()
+            && asked_at == self.time
+        {
+            return answer;
+        }
+        let answer = self.look_ahead(now);
+        self.foreseen.set(Some((self.time, answer)));
+        answer
     }
 
     fn work(&self) -> WorkCounters {

@@ -5,16 +5,15 @@ use std::cell::{Cell, RefCell};
 use serde::{Deserialize, Serialize};
 
 use super::dynamics::Dynamics;
-use super::method::Method;
-use super::trajectory::{Event, Kind, Trajectory};
+use super::trajectory::{Event, Kind, Method, Trajectory};
 use crate::engine::derivatives::ChainState;
 use crate::engine::error::EngineError;
 use crate::engine::flight::{Forcing, shifted};
 use crate::engine::inputs::HeldInputs;
 use crate::engine::observer::{Observer, Progress};
 use crate::engine::records::{LARGEST_COUNT, Ledger};
-use crate::engine::run::Unsound;
-use crate::model::{BallModel, Cradle, Inputs, Parameters, Results};
+use crate::engine::run::{Unsound, require};
+use crate::model::{Cradle, Inputs, Parameters, Results};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 
@@ -84,7 +83,7 @@ impl Continuous {
             foreseen: Cell::new(None),
         };
         for i in 0..run.contacts.len() {
-            if run.trajectory.closed(i) {
+            if run.trajectory.closed[i] {
                 run.contacts[i].ledger.open_pulse(since, 0);
                 run.events += 1;
             }
@@ -114,7 +113,6 @@ impl Continuous {
         start: f64,
         failed: bool,
     ) -> Result<Self, Unsound> {
-        let require = |holds: bool, reason| if holds { Ok(()) } else { Err(Unsound(reason)) };
         let cradle = Cradle::new(parameters);
         let tolerance = self.trajectory.dynamics.tolerance;
         require(self.method == method && tolerance == parameters.tolerance, "it is of another method")?;
@@ -203,7 +201,7 @@ impl Continuous {
                 break;
             }
             for i in 0..self.contacts.len() {
-                if self.trajectory.closed(i) {
+                if self.trajectory.closed[i] {
                     let force = self.trajectory.force(i, 0.0);
                     self.contacts[i].ledger.add(0.0, force, force);
                 }
@@ -269,6 +267,5 @@ fn equations(cradle: Cradle, inputs: &HeldInputs, since: f64, y: &[f64], toleran
 
 /// Accelerations of the balls by the inputs, seen from the time `since` (s).
 fn forcings(cradle: &Cradle, inputs: &HeldInputs, since: f64) -> Vec<Forcing> {
-    let forcing = |(i, ball): (usize, &BallModel)| shifted(&inputs.forcing(i, ball.mass), since - inputs.since);
-    cradle.balls.iter().enumerate().map(forcing).collect()
+    inputs.forcings(cradle).iter().map(|forcing| shifted(forcing, since - inputs.since)).collect()
 }

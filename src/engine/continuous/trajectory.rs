@@ -5,13 +5,12 @@ use std::collections::VecDeque;
 use serde::{Deserialize, Serialize};
 
 use super::dynamics::{Dynamics, LARGEST};
-use super::method::Method;
 use crate::engine::error::EngineError;
 use crate::engine::flight::Forcing;
 use crate::engine::records::LARGEST_COUNT;
-use crate::model::Cradle;
+use crate::model::{Cradle, Parameters, SolverMethod};
 use crate::solver::double_double::DoubleDouble;
-use crate::solver::ode::{Multistep, Path, RungeKutta, StepCounters, Stuck};
+use crate::solver::ode::{Family, Multistep, Path, RungeKutta, StepCounters, Stuck};
 use crate::solver::root;
 use crate::solver::series;
 
@@ -33,7 +32,27 @@ pub(super) struct Event {
     pub force: f64,
 }
 
-/// The methods that integrate the whole chain.
+/// Which solver integrates the chain.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) enum Method {
+    Multistep(Family),
+    /// With the step, s.
+    RungeKutta(f64),
+}
+
+impl Method {
+    /// The one that the parameters select, if it is not the event-driven one.
+    pub fn of(parameters: &Parameters) -> Option<Self> {
+        match parameters.method {
+            SolverMethod::EventDriven => None,
+            SolverMethod::Bdf => Some(Self::Multistep(Family::Bdf)),
+            SolverMethod::Adams => Some(Self::Multistep(Family::Adams)),
+            SolverMethod::Rk4 => Some(Self::RungeKutta(parameters.fixed_step)),
+        }
+    }
+}
+
+/// The same solver at work.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 enum Solver {
     Multistep(Multistep),
@@ -63,15 +82,15 @@ impl Solver {
 
     fn path(&self) -> &Path {
         match self {
-            Self::Multistep(solver) => solver.path(),
-            Self::RungeKutta(solver) => solver.path(),
+            Self::Multistep(solver) => &solver.path,
+            Self::RungeKutta(solver) => &solver.path,
         }
     }
 
     fn work(&self) -> StepCounters {
         match self {
-            Self::Multistep(solver) => solver.work(),
-            Self::RungeKutta(solver) => solver.work(),
+            Self::Multistep(solver) => solver.work,
+            Self::RungeKutta(solver) => solver.work,
         }
     }
 
@@ -90,8 +109,8 @@ pub(super) struct Trajectory {
     solver: Solver,
     /// StepCounters before the solver was started anew.
     work_before: StepCounters,
-    /// Contacts that are closed at the end of the last step.
-    closed: Vec<bool>,
+    /// Which contacts are closed at the end of the last step.
+    pub closed: Vec<bool>,
     /// Events of the last step that nobody has taken yet, in the order of time.
     pub events: VecDeque<Event>,
 }
@@ -147,11 +166,6 @@ impl Trajectory {
             steps: before.steps.saturating_add(now.steps),
             evaluations: before.evaluations.saturating_add(now.evaluations),
         }
-    }
-
-    /// Whether contact `i` is closed at the end of the last step.
-    pub fn closed(&self, i: usize) -> bool {
-        self.closed[i]
     }
 
     /// Force in contact `i` at `s` on the last step, N.

@@ -2,7 +2,6 @@
 
 use super::chain_state::{ChainEquations, ChainState};
 use crate::engine::cluster::{OverlapSeries, Series};
-use crate::engine::flight::Forcing;
 use crate::engine::inputs::HeldInputs;
 use crate::model::{Cradle, Differential, MAX_OUTPUT_DERIVATIVE, Mode};
 use crate::solver::series::product_term;
@@ -24,27 +23,25 @@ pub(crate) fn by_time(
     given: &[Option<OverlapSeries>],
     order: usize,
 ) -> Differential {
-    let forcings = forcings(cradle, inputs);
-    let equations = ChainEquations { cradle, state, forcings: &forcings };
+    let equations = ChainEquations { cradle, state, forcings: &inputs.forcings(cradle) };
     let series = equations.series(MAX_OUTPUT_DERIVATIVE + 1, 1.0, |_| false, given);
-    of_series(cradle, state, inputs, &series, order)
+    of_series(&equations, inputs, &series, order)
 }
 
 /// The same from the series of all motions and forces.
-pub(crate) fn of_series(
-    cradle: &Cradle,
-    state: &ChainState,
+pub(super) fn of_series(
+    chain: &ChainEquations<f64>,
     inputs: &HeldInputs,
     series: &Series,
     order: usize,
 ) -> Differential {
-    let forcings = forcings(cradle, inputs);
+    let ChainEquations { cradle, state, forcings } = chain;
     let factorial = |k: usize| (1..=k).map(|i| i as f64).product::<f64>();
     let (of_order, of_rate, last) = (factorial(order), factorial(order - 1), order - 1);
-    let support = support_series(cradle, state, &forcings, series);
+    let support = support_series(chain, series);
     let mut rates = Differential::zero(cradle.balls.len());
     let mut momentum = [0.0; MAX_OUTPUT_DERIVATIVE + 1];
-    for (i, (ball, forcing)) in cradle.balls.iter().zip(&forcings).enumerate() {
+    for (i, (ball, forcing)) in cradle.balls.iter().zip(*forcings).enumerate() {
         let x = series.displacement(i);
         let v = series.rate(x);
         (rates.x[i], rates.v[i]) = (of_order * x[order], of_order * v[order]);
@@ -71,19 +68,10 @@ pub(crate) fn of_series(
     rates
 }
 
-/// Accelerations of the balls by the inputs.
-pub(crate) fn forcings(cradle: &Cradle, inputs: &HeldInputs) -> Vec<Forcing> {
-    cradle.balls.iter().enumerate().map(|(i, ball)| inputs.forcing(i, ball.mass)).collect()
-}
-
 /// Coefficients of the force on the support, `sum m (omega2 x + 2 gamma v)`. The contacts move it only as far as the two balls'
 /// pendulums differ: their parts are summed contact by contact, where they cancel, not ball by ball, where they only nearly would.
-fn support_series(
-    cradle: &Cradle,
-    state: &ChainState,
-    forcings: &[Forcing],
-    series: &Series,
-) -> [f64; MAX_OUTPUT_DERIVATIVE + 1] {
+fn support_series(chain: &ChainEquations<f64>, series: &Series) -> [f64; MAX_OUTPUT_DERIVATIVE + 1] {
+    let ChainEquations { cradle, state, forcings } = chain;
     let mut support = [0.0; MAX_OUTPUT_DERIVATIVE + 1];
     // Coefficients of accelerations times mass, which go with these omega2 and gamma.
     let mut add = |omega2: f64, gamma: f64, accelerations: &[f64]| {
@@ -101,7 +89,7 @@ fn support_series(
         add(pair[1].omega2 - pair[0].omega2, pair[1].gamma - pair[0].gamma, series.force_row(j));
     }
     let mut at_once = [0.0; 2];
-    for (i, (ball, forcing)) in cradle.balls.iter().zip(forcings).enumerate() {
+    for (i, (ball, forcing)) in cradle.balls.iter().zip(*forcings).enumerate() {
         let (mut x, mut factorial) = (series.displacement(i).to_vec(), 1.0);
         let v = series.rate(&x);
         x[0] = state.x[i];

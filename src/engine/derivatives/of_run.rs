@@ -1,10 +1,10 @@
 //! Derivatives of the outputs of an event-driven run.
 
-use super::by_time::{by_time, forcings, of_series};
-use super::chain_state::{ChainEquations, ChainState};
+use super::by_time::{by_time, of_series};
+use super::chain_state::ChainEquations;
 use super::last_step::LastStep;
 use crate::engine::cluster::Series;
-use crate::engine::flight::{Forcing, Regime, shifted};
+use crate::engine::flight::{Regime, shifted};
 use crate::engine::run::Engine;
 use crate::model::{Differential, MAX_OUTPUT_DERIVATIVE, Mode};
 
@@ -21,13 +21,13 @@ impl Engine {
             let pressed: Vec<_> = (0..self.contacts.len()).map(|i| self.pressed_series(i)).collect();
             return by_time(&self.cradle, &state, &inputs, &pressed, order);
         }
-        let series = self.series_of_bodies(&state, &forcings(&self.cradle, &inputs));
-        of_series(&self.cradle, &state, &inputs, &series, order)
+        let chain = ChainEquations { cradle: &self.cradle, state: &state, forcings: &inputs.forcings(&self.cradle) };
+        of_series(&chain, &inputs, &self.series_of_bodies(&chain), order)
     }
 
     /// The series of rigid balls from `state` on, some of which move as one body: as such, and with the forces that this takes.
-    fn series_of_bodies(&self, state: &ChainState, forcings: &[Forcing]) -> Series {
-        let (mut bodies, mut apart, mut common) = (self.cradle.clone(), state.clone(), forcings.to_vec());
+    fn series_of_bodies(&self, chain: &ChainEquations<f64>) -> Series {
+        let (mut bodies, mut apart, mut common) = (self.cradle.clone(), chain.state.clone(), chain.forcings.to_vec());
         apart.modes.fill(Mode::Open);
         for (i, ball) in self.balls.iter().enumerate().filter(|(_, ball)| ball.regime == Regime::Body) {
             (bodies.balls[i].omega2, bodies.balls[i].gamma) = (ball.oscillator.omega2(), ball.oscillator.gamma());
@@ -35,12 +35,8 @@ impl Engine {
         }
         let equations = ChainEquations { cradle: &bodies, state: &apart, forcings: &common };
         let mut series = equations.series(MAX_OUTPUT_DERIVATIVE + 1, 1.0, |_| false, &[]);
-        self.constrain(&mut series, state, forcings);
-        series
-    }
-
-    /// Takes the motions as given, and as forces in the contacts that press what they need beside gravity, drag and inputs.
-    fn constrain(&self, series: &mut Series, state: &ChainState, forcings: &[Forcing]) {
+        // The motions as they are, and as forces in the contacts that press what they need beside gravity, drag and inputs.
+        let ChainEquations { state, forcings, .. } = chain;
         for (j, mode) in state.modes.iter().enumerate() {
             if *mode != Mode::Pressing {
                 continue;
@@ -59,6 +55,7 @@ impl Engine {
             let forces: Vec<f64> = (0..series.order).map(force).collect();
             series.set_forces(j, &[], &forces);
         }
+        series
     }
 
     /// The last step.

@@ -91,8 +91,7 @@ impl<'a> Run<'a> {
                 None if length == rest => Dual::with_tangent(rest, -self.delay),
                 None => Dual::from(length),
             };
-            self.gather(&series, tau);
-            self.move_to(&series, tau);
+            self.move_by(&series, tau);
             let reached = self.state.v.iter().map(|v| v.tangent().abs()).fold(0.0, f64::max);
             self.largest = self.largest.max(reached);
             let finite = self.state.v.iter().all(|v| v.value().is_finite() && v.tangent().is_finite());
@@ -247,8 +246,8 @@ impl<'a> Run<'a> {
         2.0 * f64::EPSILON * amplitude(j).max(amplitude(j + 1))
     }
 
-    /// Adds what happens till `tau` after the state.
-    fn gather(&mut self, series: &Series<Dual>, tau: Dual) {
+    /// Moves the state on by `tau` and adds what happens till then.
+    fn move_by(&mut self, series: &Series<Dual>, tau: Dual) {
         let s = tau / Dual::from(series.unit);
         for (i, ball) in self.along.balls.iter().enumerate() {
             let displacement = series.displacement(i);
@@ -268,10 +267,6 @@ impl<'a> Run<'a> {
                 self.peak[j] = peak;
             }
         }
-    }
-
-    fn move_to(&mut self, series: &Series<Dual>, tau: Dual) {
-        let s = tau / Dual::from(series.unit);
         for (i, forcing) in self.forcings.iter_mut().enumerate() {
             let displacement = series.displacement(i);
             self.state.x[i] += series::value(displacement, s);

@@ -2,8 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::forcing::{Forcing, degree, shifted};
-use super::free_motion::Flight;
+use super::free_motion::{Flight, Forcing, degree, shifted};
 use crate::model::BallModel;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::oscillator::{BASIS, Oscillator, Steady};

@@ -5,11 +5,9 @@
 //! crossings of the solver; knows no contact forces.
 
 mod ball;
-mod forcing;
 mod free_motion;
 mod separation;
 
 pub(crate) use ball::{Ball, Regime, RunningIntegrals, spaced};
-pub(crate) use forcing::{Forcing, degree, forcing_at, shifted};
-pub(crate) use free_motion::{Flight, Rounding};
+pub(crate) use free_motion::{Flight, Forcing, Rounding, degree, forcing_at, shifted};
 pub(crate) use separation::{EVALUATIONS, FAR, LEAST_PROGRESS, Separation, reach};

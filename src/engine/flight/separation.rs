@@ -3,8 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::ball::Ball;
-use super::forcing::degree;
-use super::free_motion::Flight;
+use super::free_motion::{Flight, degree};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::oscillator::Oscillator;
@@ -20,7 +19,7 @@ pub(crate) struct Separation {
     overlap: f64,
     pendulums: Pendulums,
     /// Rounding of the positions that the swing of the two entails, m: a contact that closes no deeper is none.
-    noise: f64,
+    pub noise: f64,
     /// Rounding of the rate (m/s) and of the acceleration (m/s2) right after the anchor, where an overlap by rounding is no onset.
     resolution: [f64; 2],
 }
@@ -28,9 +27,30 @@ pub(crate) struct Separation {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 enum Pendulums {
     /// Equal pendulums: the difference of the two motions is a motion of the same kind.
-    Relative(Oscillator, Flight),
+    Relative((Oscillator, Flight)),
     /// Unequal pendulums: left and right.
     Both([(Oscillator, Flight); 2]),
+}
+
+impl Pendulums {
+    /// Those that there are.
+    fn parts(&self) -> &[(Oscillator, Flight)] {
+        match self {
+            Self::Relative(part) => std::slice::from_ref(part),
+            Self::Both(parts) => parts,
+        }
+    }
+
+    /// What these three `values` of a motion are for the difference of the two.
+    fn difference(&self, values: impl Fn(&Oscillator, &Flight) -> [f64; 3]) -> [f64; 3] {
+        match self {
+            Self::Relative((o, flight)) => values(o, flight),
+            Self::Both([(ol, left), (or, right)]) => {
+                let (left, right) = (values(ol, left), values(or, right));
+                std::array::from_fn(|k| left[k] - right[k])
+            }
+        }
+    }
 }
 
 /// Evaluations that one forecast may take, far beyond what most motions take; what comes then is left to the next one.
@@ -61,7 +81,7 @@ impl Separation {
             let mut forcing = l.forcing;
             forcing.iter_mut().zip(&r.forcing).for_each(|(p, r)| *p -= r);
             // The difference of the positions, which gravity pulls on, without their rounding.
-            Pendulums::Relative(left.oscillator, Flight { x: overlap + clearance, v: l.v - r.v, forcing })
+            Pendulums::Relative((left.oscillator, Flight { x: overlap + clearance, v: l.v - r.v, forcing }))
         } else {
             Pendulums::Both([(left.oscillator, l), (right.oscillator, r)])
         };
@@ -75,7 +95,7 @@ impl Separation {
         let noise = self.noise.max(noise);
         let of_time = |flight: &Flight| flight.forcing[1].abs() * age;
         let resolution = match &self.pendulums {
-            Pendulums::Relative(_, flight) => [0.0, of_time(flight)],
+            Pendulums::Relative((_, flight)) => [0.0, of_time(flight)],
             Pendulums::Both(parts) => {
                 let acceleration = |(o, flight): &(Oscillator, Flight)| {
                     flight.acceleration(o, 0.0, 0.0, flight.v).abs() + of_time(flight)
@@ -89,12 +109,11 @@ impl Separation {
 
     /// Whether it is one between `left` and `right` at the time `now`, with finite values.
     pub fn is_sound(&self, left: &Ball, right: &Ball, now: DoubleDouble) -> bool {
-        let (pendulums, finite) = match &self.pendulums {
-            Pendulums::Relative(o, flight) => (*o == left.oscillator && *o == right.oscillator, flight.is_finite()),
-            Pendulums::Both([(ol, l), (or, r)]) => {
-                (*ol == left.oscillator && *or == right.oscillator && ol != or, l.is_finite() && r.is_finite())
-            }
+        let pendulums = match &self.pendulums {
+            Pendulums::Relative((o, _)) => *o == left.oscillator && *o == right.oscillator,
+            Pendulums::Both([(ol, _), (or, _)]) => *ol == left.oscillator && *or == right.oscillator && ol != or,
         };
+        let finite = self.pendulums.parts().iter().all(|(_, flight)| flight.is_finite());
         let numbers =
             [self.overlap, self.noise, self.resolution[0], self.resolution[1]].iter().all(|value| value.is_finite());
         pendulums && finite && numbers && self.anchor.is_sound() && self.anchor <= now
@@ -104,11 +123,6 @@ impl Separation {
     pub fn at_time(&self, t: DoubleDouble) -> (f64, f64) {
         let [overlap, rate, _] = self.evaluate(t - self.anchor);
         (overlap, rate)
-    }
-
-    /// What rounding may be of the overlap, m.
-    pub fn noise(&self) -> f64 {
-        self.noise
     }
 
     /// Whether the balls touch at the time `t` as far as their positions are known, or to within `noise` (m).
@@ -126,20 +140,11 @@ impl Separation {
 
     /// Overlap (m), rate (m/s) and acceleration (m/s2) `tau` after the anchor.
     fn evaluate(&self, tau: DoubleDouble) -> [f64; 3] {
-        let part = |o: &Oscillator, flight: &Flight| {
+        let [d, v, a] = self.pendulums.difference(|o, flight| {
             let (d, v) = flight.at(o, tau);
             [d, v, flight.acceleration(o, tau.value(), d, v)]
-        };
-        match &self.pendulums {
-            Pendulums::Relative(o, flight) => {
-                let [d, v, a] = part(o, flight);
-                [self.overlap + d, v, a]
-            }
-            Pendulums::Both([(ol, left), (or, right)]) => {
-                let ([dl, vl, al], [dr, vr, ar]) = (part(ol, left), part(or, right));
-                [self.overlap + (dl - dr), vl - vr, al - ar]
-            }
-        }
+        });
+        [self.overlap + d, v, a]
     }
 
     /// The next closing after `from`, a time at or after the anchor, with at most so many evaluations as are `allowed`, which
@@ -149,7 +154,7 @@ impl Separation {
             return Next::Never;
         }
         let start = (from - self.anchor).value();
-        let reach = self.reach(start);
+        let reach = reach(self.pendulums.parts().iter().map(|(o, _)| o), start);
         let mut clear = start;
         if start == 0.0 {
             // Most forecasts are overtaken by events: a bound that costs little comes first. It is the tighter the shorter the
@@ -174,19 +179,15 @@ impl Separation {
 
     /// Overlap (m), rate (m/s) and acceleration (m/s2) at the anchor.
     pub fn at_anchor(&self) -> [f64; 3] {
-        let acceleration = |o: &Oscillator, flight: &Flight| flight.acceleration(o, 0.0, 0.0, flight.v);
-        match &self.pendulums {
-            Pendulums::Relative(o, flight) => [self.overlap, flight.v, acceleration(o, flight)],
-            Pendulums::Both([(ol, left), (or, right)]) => {
-                [self.overlap, left.v - right.v, acceleration(ol, left) - acceleration(or, right)]
-            }
-        }
+        let at_anchor = |o: &Oscillator, flight: &Flight| [0.0, flight.v, flight.acceleration(o, 0.0, 0.0, flight.v)];
+        let [_, v, a] = self.pendulums.difference(at_anchor);
+        [self.overlap, v, a]
     }
 
     /// The next rise through zero of a plain wave, `start` being known not to lie behind it; `None` where the motion is no
     /// plain wave or only grazes.
     fn next_wave(&self, start: f64) -> Option<DoubleDouble> {
-        let Pendulums::Relative(o, flight) = &self.pendulums else { return None };
+        let Pendulums::Relative((o, flight)) = &self.pendulums else { return None };
         if o.gamma() > 0.0 || o.omega2() == 0.0 || degree(&flight.forcing) > 0 {
             return None;
         }
@@ -224,33 +225,22 @@ impl Separation {
     /// Whether the amplitudes alone rule a contact out.
     fn stays_apart(&self) -> bool {
         // Highest value of the displacement, signed by `side`: equilibrium plus amplitude, which drag only shrinks.
-        let highest = |o: &Oscillator, flight: &Flight, side: f64| {
+        let highest = |((o, flight), side): (&(Oscillator, Flight), f64)| {
             if degree(&flight.forcing) > 0 || o.omega2() == 0.0 {
                 return f64::INFINITY;
             }
             let equilibrium = flight.forcing[0] / o.omega2() - flight.x;
             side * equilibrium + (equilibrium * equilibrium + flight.v * flight.v / o.omega2()).sqrt()
         };
-        let reach = match &self.pendulums {
-            Pendulums::Relative(o, flight) => highest(o, flight, 1.0),
-            Pendulums::Both([(ol, left), (or, right)]) => highest(ol, left, 1.0) + highest(or, right, -1.0),
-        };
+        let reach: f64 = self.pendulums.parts().iter().zip([1.0, -1.0]).map(highest).sum();
         self.overlap + reach <= self.noise
-    }
-
-    /// How far ahead a forecast looks that starts at `start` after the anchor, s.
-    fn reach(&self, start: f64) -> f64 {
-        match &self.pendulums {
-            Pendulums::Relative(o, _) => reach(&[o], start),
-            Pendulums::Both([(left, _), (right, _)]) => reach(&[left, right], start),
-        }
     }
 }
 
 /// How far ahead a forecast of these motions looks that starts at `start` after their anchor, s.
-pub(crate) fn reach(oscillators: &[&Oscillator], start: f64) -> f64 {
-    let slowest = oscillators.iter().map(|o| o.omega().max(o.gamma())).fold(f64::INFINITY, f64::min);
-    let fastest = oscillators.iter().map(|o| o.omega()).fold(0.0, f64::max);
+pub(crate) fn reach<'a>(oscillators: impl Iterator<Item = &'a Oscillator> + Clone, start: f64) -> f64 {
+    let slowest = oscillators.clone().map(|o| o.omega().max(o.gamma())).fold(f64::INFINITY, f64::min);
+    let fastest = oscillators.map(Oscillator::omega).fold(0.0, f64::max);
     if fastest > 0.0 {
         PERIODS_AHEAD * std::f64::consts::TAU / fastest
     } else if slowest > 0.0 {
@@ -271,10 +261,6 @@ impl Smooth for Separation {
     }
 
     fn third_derivative_bound(&self, t: f64, span: f64) -> f64 {
-        let bound = |o: &Oscillator, flight: &Flight| flight.derivative_bound(o, t, span, 3);
-        match &self.pendulums {
-            Pendulums::Relative(o, flight) => bound(o, flight),
-            Pendulums::Both([(ol, left), (or, right)]) => bound(ol, left) + bound(or, right),
-        }
+        self.pendulums.parts().iter().map(|(o, flight)| flight.derivative_bound(o, t, span, 3)).sum()
     }
 }

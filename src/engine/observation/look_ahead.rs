@@ -63,7 +63,7 @@ impl Engine {
         let enough = copy.effort.saturating_add(LOOK_AHEAD);
         let mut passed = self.onsets;
         loop {
-            let onset = copy.last_event;
+            let onset = copy.totals.last_event;
             if copy.onsets > passed && onset > limit {
                 return Next::Never;
             }

@@ -256,7 +256,7 @@ impl Results for Engine {
             let law = &self.cradle.contacts[i];
             self.segment_of_contact(i, now).map_or(0.0, |(cluster, tau)| cluster.contact_loss(i, law, tau))
         };
-        drag + self.contact_loss + (0..self.contacts.len()).map(contact).sum::<f64>()
+        drag + self.totals.contact_loss + (0..self.contacts.len()).map(contact).sum::<f64>()
     }
 
     fn external_work(&self) -> f64 {
@@ -264,7 +264,7 @@ impl Results for Engine {
     }
 
     fn energy_residual(&self) -> f64 {
-        (self.total_energy() - self.energy_at_start) + (self.dissipated_energy() - self.external_work())
+        (self.total_energy() - self.totals.energy_at_start) + (self.dissipated_energy() - self.external_work())
     }
 
     fn support_force_mean(&self) -> f64 {
@@ -282,6 +282,6 @@ impl Results for Engine {
     }
 
     fn work(&self) -> WorkCounters {
-        self.work
+        self.totals.work
     }
 }

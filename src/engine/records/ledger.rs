@@ -27,8 +27,8 @@ pub(crate) struct Ledger {
     pub impulse: DoubleDouble,
     /// The part of it that belongs to the last pulse, N.s.
     pulse_impulse: f64,
-    /// Largest force of the last pulse so far, N.
-    pulse_peak: f64,
+    /// Largest force of the last pulse up to the start of the current segment, N.
+    pub pulse_peak: f64,
     /// Number of the step that the two fields below belong to.
     step: u64,
     /// `impulse` at the start of that step, N.s.
@@ -103,11 +103,6 @@ impl Ledger {
     /// What the impulse was when step number `step` began, N.s, if anything has been entered since.
     pub fn impulse_at_start(&self, step: u64) -> Option<DoubleDouble> {
         (self.step == step).then_some(self.step_impulse)
-    }
-
-    /// Largest force of the last pulse up to the start of the current segment, N.
-    pub fn peak_of_pulse(&self) -> f64 {
-        self.pulse_peak
     }
 
     /// Largest force in step number `step` up to the start of the current segment, N.

@@ -4,4 +4,4 @@ mod ledger;
 mod step_start;
 
 pub(crate) use ledger::{LARGEST_COUNT, Ledger, RAPID};
-pub(crate) use step_start::{BallStart, ContactStart, StepStart};
+pub(crate) use step_start::{BallStart, StepStart};

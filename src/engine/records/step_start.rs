@@ -11,39 +11,24 @@ use crate::model::Mode;
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct BallStart {
     /// Position, m, and velocity, m/s.
-    pub x: f64,
-    pub v: f64,
+    pub state: (f64, f64),
     /// Integral of its part of the force on the support since the start of the run up to a constant, N.s.
     pub support_impulse: f64,
 }
 
-impl BallStart {
-    /// Whether its values are finite.
-    pub fn is_finite(&self) -> bool {
-        [self.x, self.v, self.support_impulse].iter().all(|value| value.is_finite())
-    }
-}
-
-/// How a contact stood at the start of the step.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub(crate) struct ContactStart {
-    /// In m.
-    pub overlap: f64,
-    pub mode: Mode,
-}
-
 /// The start of the step under way.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct StepStart {
     /// Number of the step; 0 before the first.
     pub number: u64,
     /// When it began, s.
     pub time: f64,
     /// Balls that have moved off their closed forms since.
+    #[serde(skip)]
     pub moved: Vec<u32>,
-    /// How these stood, and the contacts on either side of them.
-    balls: Vec<Option<BallStart>>,
-    contacts: Vec<Option<ContactStart>>,
+    /// How these stood, and the contacts on either side of them: overlap (m) and mode.
+    pub balls: Vec<Option<BallStart>>,
+    pub contacts: Vec<Option<(f64, Mode)>>,
 }
 
 impl StepStart {
@@ -63,30 +48,21 @@ impl StepStart {
         }
     }
 
-    /// How ball `i` stood, if that has been recorded.
-    pub fn ball(&self, i: usize) -> Option<&BallStart> {
-        self.balls[i].as_ref()
+    /// Whether all values are finite, and contacts recorded with their balls.
+    pub fn is_sound(&self) -> bool {
+        let finite = |start: &BallStart| {
+            let BallStart { state: (x, v), support_impulse } = start;
+            x.is_finite() && v.is_finite() && support_impulse.is_finite()
+        };
+        let contact = |(contact, balls): (&Option<(f64, Mode)>, &[Option<BallStart>])| {
+            contact.is_none_or(|(overlap, _)| overlap.is_finite() && balls.iter().any(Option::is_some))
+        };
+        self.balls.iter().flatten().all(finite) && self.contacts.iter().zip(self.balls.windows(2)).all(contact)
     }
 
-    /// How contact `i` stood, if that has been recorded.
-    pub fn contact(&self, i: usize) -> Option<&ContactStart> {
-        self.contacts[i].as_ref()
-    }
-
-    /// Records how ball `i` stood, which is about to move.
-    pub fn record_ball(&mut self, i: usize, start: BallStart) {
-        self.balls[i] = Some(start);
-        self.moved.push(i as u32);
-    }
-
-    /// Records how contact `i` stood.
-    pub fn record_contact(&mut self, i: usize, start: ContactStart) {
-        self.contacts[i] = Some(start);
-    }
-
-    /// Takes over what a saved state has recorded.
-    pub fn restore(&mut self, balls: Vec<Option<BallStart>>, contacts: Vec<Option<ContactStart>>) {
-        self.moved = (0..balls.len()).filter(|&i| balls[i].is_some()).map(|i| i as u32).collect();
-        (self.balls, self.contacts) = (balls, contacts);
+    /// What was put down as plain data, taken up again.
+    pub fn restored(self) -> Self {
+        let moved = (0..self.balls.len()).filter(|&i| self.balls[i].is_some()).map(|i| i as u32).collect();
+        Self { moved, ..self }
     }
 }

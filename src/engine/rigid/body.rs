@@ -27,9 +27,10 @@ const MOST_SWINGS: f64 = 8.0;
 /// A sustained contact, which constrains its balls to move as one.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Constraint {
-    anchor: DoubleDouble,
+    /// When the body has formed.
+    pub anchor: DoubleDouble,
     /// Motion of the body from where it is at the anchor.
-    oscillator: Oscillator,
+    pub oscillator: Oscillator,
     flight: Flight,
     /// The force is this polynomial of the time (N, with derivatives) ...
     load: Forcing,
@@ -142,16 +143,6 @@ fn growing(from: f64, to: f64, width: f64) -> impl Iterator<Item = (f64, f64)> {
 }
 
 impl Constraint {
-    /// When the body has formed.
-    pub fn anchor(&self) -> DoubleDouble {
-        self.anchor
-    }
-
-    /// The oscillator of the body that it holds together.
-    pub fn oscillator(&self) -> Oscillator {
-        self.oscillator
-    }
-
     /// Whether it is one between `left` and `right` at the time `now`, with finite values.
     pub fn is_sound(&self, left: &Ball, right: &Ball, now: DoubleDouble) -> bool {
         let of_balls = |ball: &Ball| ball.anchor == self.anchor && ball.oscillator == self.oscillator;
@@ -271,7 +262,7 @@ impl Constraint {
         if self.is_constant() {
             return Next::Never;
         }
-        let reach = reach(&[&self.oscillator], start);
+        let reach = reach(std::iter::once(&self.oscillator), start);
         let horizon = start + reach;
         match search_within(self, start, horizon, allowed) {
             Next::At(tau) => Next::At(self.anchor + tau),

@@ -40,12 +40,6 @@ pub(crate) struct LookAhead<R> {
     pub found: Cell<Option<(f64, Next)>>,
 }
 
-impl<R> Default for LookAhead<R> {
-    fn default() -> Self {
-        Self { copy: RefCell::default(), found: Cell::default() }
-    }
-}
-
 impl<R> Caches<R> {
     /// Empty ones for a run of so many balls and contacts.
     pub fn new(balls: usize, contacts: usize) -> Self {
@@ -53,7 +47,7 @@ impl<R> Caches<R> {
         Self {
             states: vec![Cell::new(unknown); balls],
             interiors: std::iter::repeat_with(OnceCell::new).take(contacts).collect(),
-            ahead: LookAhead::default(),
+            ahead: LookAhead { copy: RefCell::default(), found: Cell::default() },
         }
     }
 

@@ -79,8 +79,8 @@ impl Engine {
     /// Computes the next segment of a cluster and puts it back in its place.
     fn follow(&mut self, id: usize, mut cluster: Cluster) {
         cluster.expand(&self.balls, &self.cradle.contacts, &self.control);
-        self.work.steps = self.work.steps.saturating_add(1);
-        self.work.evaluations = self.work.evaluations.saturating_add(cluster.evaluations);
+        self.totals.work.steps = self.totals.work.steps.saturating_add(1);
+        self.totals.work.evaluations = self.totals.work.evaluations.saturating_add(cluster.evaluations);
         let effort = SEGMENT * cluster.contacts.len() as u64 + EVALUATION * cluster.evaluations + cluster.searched();
         self.effort = self.effort.saturating_add(effort);
         self.queue.set(cluster.key(), cluster.end());
@@ -105,7 +105,7 @@ impl Engine {
                 if ledger.impulse_at_start(self.step.number).is_none() {
                     ledger.begin_step(self.step.number, ledger.impulse + cluster.impulse(i, step_start));
                 }
-                let (of_pulse, of_step) = (ledger.peak_of_pulse(), ledger.peak_in_step(self.step.number));
+                let (of_pulse, of_step) = (ledger.pulse_peak, ledger.peak_in_step(self.step.number));
                 // Looked for over the whole segment, so that it does not depend on where the steps begin.
                 let peak = cluster.peak(i, 0.0, tau, of_pulse);
                 let in_step = match step_start == 0.0 {
@@ -114,7 +114,7 @@ impl Engine {
                     _ => cluster.peak(i, step_start, tau, of_step),
                 };
                 self.contacts[i].ledger.add(cluster.impulse(i, tau), peak, in_step);
-                self.contact_loss += cluster.contact_loss(i, &self.cradle.contacts[i], tau);
+                self.totals.contact_loss += cluster.contact_loss(i, &self.cradle.contacts[i], tau);
             }
         }
         for i in cluster.members.clone() {

@@ -11,15 +11,15 @@ use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 
 /// A contact of the cradle.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Contact {
     pub ledger: Ledger,
     pub phase: Phase,
 }
 
-/// What a contact is part of. A saved state has no outcome `I` of an impact: it is computed anew.
+/// What a contact is part of.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) enum Phase<I = PairImpact> {
+pub(crate) enum Phase {
     /// Nothing for the moment: an event regroups the balls about it. Between events no contact is loose.
     Loose(Loose),
     /// Open between balls in flight, with the forecast of its onset.
@@ -28,8 +28,8 @@ pub(crate) enum Phase<I = PairImpact> {
     Beside(f64),
     /// In the window of this cluster.
     Window(u32),
-    /// An impact of known outcome.
-    Impact(I),
+    /// An impact of known outcome, which a saved state does not have: it is computed anew.
+    Impact(#[serde(skip)] Option<PairImpact>),
     /// A sustained contact of rigid balls, with the forecast of its end.
     Constraint(Constraint, Next<DoubleDouble>),
 }
@@ -44,23 +44,9 @@ pub(crate) struct Loose {
     pub age: u32,
 }
 
-impl<I> Default for Phase<I> {
+impl Default for Phase {
     fn default() -> Self {
         Self::Loose(Loose::default())
-    }
-}
-
-impl<I> Phase<I> {
-    /// The same with another kind of outcome.
-    pub fn with_outcome<J>(self, outcome: impl FnOnce(I) -> J) -> Phase<J> {
-        match self {
-            Self::Loose(loose) => Phase::Loose(loose),
-            Self::Open(separation, forecast) => Phase::Open(separation, forecast),
-            Self::Beside(overlap) => Phase::Beside(overlap),
-            Self::Window(cluster) => Phase::Window(cluster),
-            Self::Impact(impact) => Phase::Impact(outcome(impact)),
-            Self::Constraint(constraint, forecast) => Phase::Constraint(constraint, forecast),
-        }
     }
 }
 
@@ -72,7 +58,7 @@ impl Contact {
 
     /// The impact of known outcome that is under way in it.
     pub fn impact(&self) -> Option<&PairImpact> {
-        if let Phase::Impact(impact) = &self.phase { Some(impact) } else { None }
+        if let Phase::Impact(impact) = &self.phase { impact.as_ref() } else { None }
     }
 
     /// What holds its balls together while it lasts, if it is rigid.
@@ -110,13 +96,6 @@ impl Contact {
     /// Whether it is loose and closed.
     pub fn is_closed(&self) -> bool {
         self.loose().mode != Mode::Open
-    }
-
-    /// If it is beside an impact, the displacement (m) of one of its balls' anchors changes the overlap between them by this.
-    pub fn shift(&mut self, by: f64) {
-        if let Phase::Beside(overlap) = &mut self.phase {
-            *overlap += by;
-        }
     }
 }
 

@@ -1,5 +1,7 @@
 //! The state of an event-driven run, and the calls that move it on.
 
+use serde::{Deserialize, Serialize};
+
 use super::caches::Caches;
 use super::contact::{Contact, Keep, Phase};
 use super::watchdog::Watchdog;
@@ -31,20 +33,28 @@ pub struct Engine {
     pub(crate) queue: EventQueue,
     /// The current step. That of a copy that goes ahead begins after all events: nothing is recorded.
     pub(crate) step: StepStart,
-    pub(crate) contact_loss: f64,
-    pub(crate) energy_at_start: f64,
-    pub(crate) work: WorkCounters,
+    pub(crate) totals: Totals,
     pub(crate) caches: Caches<Self>,
     /// Entries of the queue handled so far, and onsets among what came of them.
     pub(crate) handled: u64,
     pub(crate) onsets: u64,
     /// Work so far, in units of about a tenth of a microsecond: what bounds a look ahead.
     pub(crate) effort: u64,
-    /// Time of the last event and how many came without any progress of time.
-    pub(crate) last_event: DoubleDouble,
-    pub(crate) standstill: usize,
     /// The run has yet to begin, see [`Self::hold_back`].
     pub(crate) initializing: bool,
+}
+
+/// The sums of an event-driven run so far.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct Totals {
+    /// Energy lost in the contacts up to the start of their current segments, J.
+    pub contact_loss: f64,
+    /// Total energy at the start, J.
+    pub energy_at_start: f64,
+    pub work: WorkCounters,
+    /// Time of the last event and how many came without any progress of time.
+    pub last_event: DoubleDouble,
+    pub standstill: usize,
 }
 
 impl Engine {
@@ -61,8 +71,8 @@ impl Engine {
             engine.form(0..engine.contacts.len(), start);
         }
         engine.check_finite(0..engine.balls.len())?;
-        engine.energy_at_start = engine.total_energy();
-        if !engine.energy_at_start.is_finite() {
+        engine.totals.energy_at_start = engine.total_energy();
+        if !engine.totals.energy_at_start.is_finite() {
             return Err(EngineError::EnergyNotFinite { time: start_time });
         }
         Ok(engine)
@@ -88,15 +98,11 @@ impl Engine {
             contacts,
             clusters: Vec::new(),
             step: StepStart::new(cradle.balls.len(), cradle.contacts.len(), start_time),
-            contact_loss: 0.0,
-            energy_at_start: 0.0,
-            work: WorkCounters::default(),
+            totals: Totals { last_event: start, ..Totals::default() },
             caches: Caches::new(cradle.balls.len(), cradle.contacts.len()),
             handled: 0,
             onsets: 0,
             effort: 0,
-            last_event: start,
-            standstill: 0,
             initializing: false,
             cradle,
         }
@@ -111,11 +117,6 @@ impl Engine {
     /// The run begins.
     pub fn begin(&mut self) {
         self.initializing = false;
-    }
-
-    /// Whether it is a copy that goes ahead: nobody reads a step of it, so that it need not know how one began.
-    pub(crate) fn looks_ahead(&self) -> bool {
-        self.step.time == NO_STEP
     }
 
     /// Current time, s.
@@ -214,9 +215,6 @@ impl Engine {
     /// Refuses states of `balls` that are none.
     fn check_finite(&self, mut balls: impl Iterator<Item = usize>) -> Result<(), EngineError> {
         let infinite = |ball: &usize| !self.balls[*ball].flight.is_finite();
-        match balls.find(infinite) {
-            Some(ball) => Err(EngineError::NotFinite { time: self.time, ball }),
-            None => Ok(()),
-        }
+        balls.find(infinite).map_or(Ok(()), |ball| Err(EngineError::NotFinite { time: self.time, ball }))
     }
 }

@@ -28,7 +28,7 @@ impl Engine {
         observer: &mut dyn Observer,
     ) -> Result<(), EngineError> {
         if t.value() == f64::NEG_INFINITY {
-            return Err(EngineError::NotFinite { time: self.last_event.value(), ball: key });
+            return Err(EngineError::NotFinite { time: self.totals.last_event.value(), ball: key });
         }
         self.watch_progress(t, self.switching(key))?;
         self.handled += 1;
@@ -192,7 +192,7 @@ impl Engine {
     }
 
     pub(crate) fn count_event(&mut self) {
-        self.work.events = self.work.events.saturating_add(1);
+        self.totals.work.events = self.totals.work.events.saturating_add(1);
     }
 
     /// Events that an impact can bring about without any progress of time.
@@ -203,15 +203,16 @@ impl Engine {
     /// Fails when events follow each other without any progress of time beyond what one impact can bring about.
     fn watch_progress(&mut self, t: DoubleDouble, contact: usize) -> Result<(), EngineError> {
         // Chatter of rigid contacts is at its end where the clock shows no progress.
-        let progress = if self.is_rigid() { t.value() > self.last_event.value() } else { t > self.last_event };
+        let progress =
+            if self.is_rigid() { t.value() > self.totals.last_event.value() } else { t > self.totals.last_event };
         if progress {
-            self.standstill = 0;
+            self.totals.standstill = 0;
         }
-        if t > self.last_event {
-            self.last_event = t;
+        if t > self.totals.last_event {
+            self.totals.last_event = t;
         }
-        self.standstill += 1;
-        if self.standstill > self.most_without_progress() {
+        self.totals.standstill += 1;
+        if self.totals.standstill > self.most_without_progress() {
             return Err(EngineError::Stalled { time: t.value(), contact });
         }
         Ok(())

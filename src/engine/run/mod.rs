@@ -19,4 +19,5 @@ pub(crate) use caches::KnownState;
 pub(crate) use contact::Phase;
 pub use engine::Engine;
 pub(crate) use engine::NO_STEP;
+pub(crate) use snapshot::require;
 pub use snapshot::{Snapshot, Unsound};

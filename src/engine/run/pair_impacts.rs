@@ -37,14 +37,14 @@ impl Engine {
             return false;
         }
         self.queue.set(i, impact.end());
-        self.contacts[i].phase = Phase::Impact(impact);
+        self.contacts[i].phase = Phase::Impact(Some(impact));
         for beside in (neighbours.start..neighbours.end - 1).filter(|beside| *beside != i) {
             self.contacts[beside].phase = Phase::Beside(self.contacts[beside].overlap());
         }
         (self.balls[i].regime, self.balls[i + 1].regime) = (Regime::Impact(i as u32), Regime::Impact(i as u32));
         self.begin_pulse(i, t);
-        self.work.steps = self.work.steps.saturating_add(1);
-        self.work.evaluations = self.work.evaluations.saturating_add(1);
+        self.totals.work.steps = self.totals.work.steps.saturating_add(1);
+        self.totals.work.evaluations = self.totals.work.evaluations.saturating_add(1);
         true
     }
 
@@ -56,15 +56,11 @@ impl Engine {
 
     /// The outcome of the impact in contact `i`, which is over or given up: the contact is loose, with this overlap (m) and mode.
     fn take_impact(&mut self, i: usize, overlap: f64, mode: Mode) -> Option<PairImpact> {
-        self.contacts[i].impact()?;
+        let Phase::Impact(impact) = &mut self.contacts[i].phase else { return None };
+        let impact = impact.take();
         self.caches.interiors[i].take();
-        match std::mem::take(&mut self.contacts[i].phase) {
-            Phase::Impact(impact) => {
-                self.contacts[i].loosen(overlap, mode);
-                Some(impact)
-            }
-            _ => None,
-        }
+        self.contacts[i].loosen(overlap, mode);
+        impact
     }
 
     /// Whether the open contact `j` provably stays open from `t` on until the impacts of its balls are over: the impact about
@@ -107,7 +103,7 @@ impl Engine {
             ball.integrals.add(&impact.integrals[side]);
             ball.regime = Regime::Flight;
         }
-        self.shift_neighbours(i, impact.displacement, impact.displacement);
+        (i..i + 2).for_each(|ball| self.shift_contacts(ball, impact.displacement));
         self.end_pulse(i, t, observer);
         let neighbours = i.saturating_sub(1)..(i + 3).min(self.balls.len());
         self.reanchor_free(neighbours.clone(), t);
@@ -134,21 +130,16 @@ impl Engine {
         }
         self.before_move(i, t);
         let displacement = self.balls[i].reanchor(t);
-        if i > 0 {
-            self.contacts[i - 1].shift(-displacement);
-        }
-        if i < self.contacts.len() {
-            self.contacts[i].shift(displacement);
-        }
+        self.shift_contacts(i, displacement);
     }
 
-    /// The contacts beside contact `i` follow its balls, whose anchors have moved by these displacements (m).
-    fn shift_neighbours(&mut self, i: usize, left: f64, right: f64) {
-        if i > 0 {
-            self.contacts[i - 1].shift(-left);
-        }
-        if i + 1 < self.contacts.len() {
-            self.contacts[i + 1].shift(right);
+    /// Contacts of ball `i` beside an impact follow its anchor, which has moved by this displacement (m): the overlap between the
+    /// anchors of their balls changes.
+    fn shift_contacts(&mut self, i: usize, displacement: f64) {
+        for j in i.saturating_sub(1)..(i + 1).min(self.contacts.len()) {
+            if let Phase::Beside(overlap) = &mut self.contacts[j].phase {
+                *overlap += if j == i { displacement } else { -displacement };
+            }
         }
     }
 
@@ -179,7 +170,7 @@ impl Engine {
         for ball in &mut self.balls[i..i + 2] {
             ball.regime = Regime::Flight;
         }
-        self.shift_neighbours(i, moved[0], moved[1]);
+        moved.into_iter().enumerate().for_each(|(side, moved)| self.shift_contacts(i + side, moved));
         self.contacts[i].loosen(cluster.contacts[0].overlap, Mode::Pressing);
     }
 }

@@ -55,11 +55,11 @@ impl Engine {
 
     /// The balls of contact `i` meet at `t`.
     pub(crate) fn meet(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) {
-        let clock_stands = self.standstill > self.most_without_progress() / 2;
+        let clock_stands = self.totals.standstill > self.most_without_progress() / 2;
         let e = if clock_stands { 0.0 } else { self.cradle.restitution.unwrap_or_default() };
         let Some(separation) = self.contacts[i].separation() else { return };
         let shortest = if self.contacts[i].ledger.rapid < MANY { 0.0 } else { RAPID };
-        let (last_bounce, noise) = (separation.is_last_bounce(t, e, shortest), separation.noise());
+        let (last_bounce, noise) = (separation.is_last_bounce(t, e, shortest), separation.noise);
         let group = self.around(i, |contact| {
             let touches = |separation: &Separation| separation.touches(t, noise);
             contact.constraint().is_some() || contact.separation().is_some_and(touches)
@@ -85,7 +85,7 @@ impl Engine {
             // It has been foretold.
             impacts.push(Impact { contact: i - first, impulse: 0.0 });
         }
-        self.contact_loss += outcome.loss;
+        self.totals.contact_loss += outcome.loss;
         for (ball, v) in self.balls[balls].iter_mut().zip(v) {
             ball.flight.v = v;
         }
@@ -104,7 +104,7 @@ impl Engine {
         let positions = spaced(balls.iter().map(|ball| (ball.mass, ball.flight.x)), clearances);
         for (ball, x) in balls.iter_mut().zip(positions) {
             let raised = (x - ball.flight.x) * (x + ball.flight.x);
-            self.contact_loss -= 0.5 * ball.mass * ball.oscillator.omega2() * raised;
+            self.totals.contact_loss -= 0.5 * ball.mass * ball.oscillator.omega2() * raised;
             ball.flight.x = x;
         }
         for contact in &mut self.contacts[group] {
@@ -202,7 +202,7 @@ impl Engine {
             let contact = &mut self.contacts[j];
             if let Phase::Constraint(constraint, _) = std::mem::take(&mut contact.phase) {
                 let in_step = constraint.peak(self.step.time.into(), t);
-                contact.ledger.add(constraint.impulse(t), constraint.peak(constraint.anchor(), t), in_step);
+                contact.ledger.add(constraint.impulse(t), constraint.peak(constraint.anchor, t), in_step);
             }
             contact.loosen(0.0, Mode::Pressing);
             // Members differ by rounding only.

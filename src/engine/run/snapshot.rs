@@ -8,17 +8,17 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use super::contact::Phase;
-use super::engine::{Engine, NO_STEP};
+use super::contact::{Contact, Phase};
+use super::engine::{Engine, NO_STEP, Totals};
 use crate::engine::cluster::{Cluster, StepHistory, WindowContact};
 use crate::engine::flight::{Ball, Flight, Regime, RunningIntegrals};
 use crate::engine::inputs::HeldInputs;
 use crate::engine::pair_impact::PairImpact;
-use crate::engine::records::{BallStart, ContactStart, LARGEST_COUNT, Ledger};
-use crate::engine::rigid::Constraint;
-use crate::model::{Mode, Parameters, WorkCounters};
+use crate::engine::records::{LARGEST_COUNT, StepStart};
+use crate::model::{Mode, Parameters};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
+use crate::solver::oscillator::Oscillator;
 
 /// A run as plain data.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -35,15 +35,10 @@ struct RunState {
     time: f64,
     inputs: HeldInputs,
     balls: Vec<BallState>,
-    contacts: Vec<ContactState>,
+    contacts: Vec<Contact>,
     clusters: Vec<Option<ClusterState>>,
-    step: u64,
-    step_start: f64,
-    contact_loss: f64,
-    energy_at_start: f64,
-    work: WorkCounters,
-    last_event: DoubleDouble,
-    standstill: usize,
+    step: StepStart,
+    totals: Totals,
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -51,16 +46,6 @@ struct BallState {
     anchor: DoubleDouble,
     flight: Flight,
     integrals: RunningIntegrals,
-    /// If it has moved within the step.
-    at_start: Option<BallStart>,
-}
-
-#[derive(Clone, Debug, Serialize, Deserialize)]
-struct ContactState {
-    ledger: Ledger,
-    phase: Phase<()>,
-    /// If one of its balls has moved within the step.
-    at_start: Option<ContactStart>,
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -77,7 +62,7 @@ struct ClusterState {
 pub struct Unsound(pub &'static str);
 
 /// Refuses what does not hold.
-fn require(holds: bool, reason: &'static str) -> Result<(), Unsound> {
+pub(crate) fn require(holds: bool, reason: &'static str) -> Result<(), Unsound> {
     if holds { Ok(()) } else { Err(Unsound(reason)) }
 }
 
@@ -88,8 +73,9 @@ impl Engine {
         let copy = ahead.copy.borrow();
         let state = |copy: &Self| {
             // The time of a copy that goes ahead is that of its last event.
-            let now = copy.last_event.value_up();
-            (RunState { time: now, step_start: now, ..copy.run_state() }, copy.handled - self.handled)
+            let (now, mut state) = (copy.totals.last_event.value_up(), copy.run_state());
+            (state.time, state.step.time) = (now, now);
+            (state, copy.handled - self.handled)
         };
         // What has been passed by now is of no use any more.
         let found = ahead.found.get().filter(|(_, found)| found.time() > self.time);
@@ -98,16 +84,7 @@ impl Engine {
     }
 
     fn run_state(&self) -> RunState {
-        let ball = |i: usize| {
-            let ball = &self.balls[i];
-            let at_start = self.step.ball(i).copied();
-            BallState { anchor: ball.anchor, flight: ball.flight, integrals: ball.integrals, at_start }
-        };
-        let contact = |i: usize| {
-            let contact = &self.contacts[i];
-            let (phase, at_start) = (contact.phase.clone().with_outcome(|_| ()), self.step.contact(i).copied());
-            ContactState { ledger: contact.ledger.clone(), phase, at_start }
-        };
+        let ball = |ball: &Ball| BallState { anchor: ball.anchor, flight: ball.flight, integrals: ball.integrals };
         let cluster = |cluster: &Cluster| ClusterState {
             members: cluster.members.clone(),
             start: cluster.start,
@@ -118,16 +95,11 @@ impl Engine {
         RunState {
             time: self.time,
             inputs: self.inputs.clone(),
-            balls: (0..self.balls.len()).map(ball).collect(),
-            contacts: (0..self.contacts.len()).map(contact).collect(),
+            balls: self.balls.iter().map(ball).collect(),
+            contacts: self.contacts.clone(),
             clusters: self.clusters.iter().map(|slot| slot.as_ref().map(cluster)).collect(),
-            step: self.step.number,
-            step_start: self.step.time,
-            contact_loss: self.contact_loss,
-            energy_at_start: self.energy_at_start,
-            work: self.work,
-            last_event: self.last_event,
-            standstill: self.standstill,
+            step: self.step.clone(),
+            totals: self.totals,
         }
     }
 
@@ -141,7 +113,8 @@ impl Engine {
         require(failed || !missed(&engine, now), "an event was missed")?;
         if let Some((copy, lead)) = copy {
             let mut copy = Self::rebuild(parameters, start, copy, failed)?;
-            let sound = copy.last_event >= now && !missed(&copy, copy.last_event) && lead < LARGEST_COUNT;
+            let last = copy.totals.last_event;
+            let sound = last >= now && !missed(&copy, last) && lead < LARGEST_COUNT;
             require(failed || sound, "it looks ahead to the past")?;
             (copy.step.time, copy.handled) = (NO_STEP, lead);
             engine.caches.ahead.copy.replace(Some(Box::new(copy)));
@@ -157,50 +130,39 @@ impl Engine {
         if !failed {
             snapshot.check_values(start)?;
         }
-        let RunState { time, inputs, balls, contacts, clusters, .. } = snapshot;
-        let mut engine = Self::apart(parameters, inputs, time);
-        (engine.step.number, engine.step.time) = (snapshot.step, snapshot.step_start);
-        engine.contact_loss = snapshot.contact_loss;
-        engine.energy_at_start = snapshot.energy_at_start;
-        engine.work = snapshot.work;
-        engine.last_event = snapshot.last_event;
-        engine.standstill = snapshot.standstill;
-        require(engine.standstill <= engine.most_without_progress() + 1, "a count is too large")?;
-        let mut starts = (Vec::with_capacity(balls.len()), Vec::with_capacity(contacts.len()));
+        let RunState { time, inputs, balls, contacts, clusters, step, totals } = snapshot;
+        let apart = Self::apart(parameters, inputs, time);
+        let mut engine = Self { contacts, step: step.restored(), totals, ..apart };
+        require(totals.standstill <= engine.most_without_progress() + 1, "a count is too large")?;
         for (ball, state) in engine.balls.iter_mut().zip(balls) {
             (ball.anchor, ball.flight, ball.integrals) = (state.anchor, state.flight, state.integrals);
-            starts.0.push(state.at_start);
         }
-        let mut phases = Vec::with_capacity(contacts.len());
-        for (contact, state) in engine.contacts.iter_mut().zip(contacts) {
-            contact.ledger = state.ledger;
-            starts.1.push(state.at_start);
-            engine.onsets = engine.onsets.saturating_add(contact.ledger.pulses);
-            phases.push(state.phase);
-        }
-        engine.step.restore(starts.0, starts.1);
+        engine.onsets = engine.contacts.iter().fold(0, |sum, contact| sum.saturating_add(contact.ledger.pulses));
         for state in clusters {
             engine.clusters.push(None);
             if let Some(state) = state {
-                engine.restore_cluster(state, &phases)?;
+                engine.restore_cluster(state)?;
             }
         }
-        for (i, phase) in phases.iter().enumerate() {
-            match phase {
-                Phase::Impact(()) => engine.restore_impact(i)?,
-                Phase::Constraint(constraint, _) => engine.restore_constraint(i, constraint, failed)?,
-                Phase::Window(_) => require(engine.contacts[i].cluster().is_some(), "a contact lost its cluster")?,
+        let contacts = 0..engine.contacts.len();
+        for i in contacts.clone() {
+            match &engine.contacts[i].phase {
+                Phase::Impact(_) => engine.restore_impact(i)?,
+                Phase::Constraint(constraint, _) => engine.restore_constraint(i, constraint.oscillator, failed)?,
+                Phase::Window(id) => {
+                    let cluster = engine.clusters.get(*id as usize).and_then(Option::as_ref);
+                    let its_own = cluster.is_some_and(|cluster| cluster.window_contacts().contains(&i));
+                    require(its_own, "a contact lost its cluster")?;
+                }
                 Phase::Open(..) | Phase::Beside(_) | Phase::Loose(_) => {}
             }
         }
-        for (i, phase) in phases.into_iter().enumerate() {
-            engine.restore_phase(i, phase, failed)?;
-        }
+        contacts.into_iter().try_for_each(|i| engine.restore_phase(i, failed))?;
         Ok(engine)
     }
 
     /// Puts a cluster into the last slot.
-    fn restore_cluster(&mut self, state: ClusterState, phases: &[Phase<()>]) -> Result<(), Unsound> {
+    fn restore_cluster(&mut self, state: ClusterState) -> Result<(), Unsound> {
         let ClusterState { members, start, flights, contacts, history } = state;
         let balls = self.balls.len();
         require(members.start < members.end && members.end <= balls && members.len() > 1, "a cluster has no balls")?;
@@ -209,11 +171,10 @@ impl Engine {
         require(fits, "a cluster is not as large as its window")?;
         let id = self.clusters.len() - 1;
         for (i, state) in (window.start..window.end - 1).zip(&contacts) {
-            let its_own = matches!(phases[i], Phase::Window(cluster) if cluster == id as u32);
+            let its_own = self.contacts[i].cluster() == Some(id as u32);
             require(its_own, "a contact is not in the window of its cluster")?;
             let law = &self.cradle.contacts[i];
             require(state.mode != Mode::Clipped || law.clips(), "a contact is clipped whose law does not clip")?;
-            self.contacts[i].phase = Phase::Window(id as u32);
         }
         let closed = |i: usize| contacts[i - window.start].mode != Mode::Open;
         require(closed(members.start) && closed(members.end - 2), "a cluster holds balls that touch nothing")?;
@@ -235,7 +196,7 @@ impl Engine {
         let impact = PairImpact::new(left, right, &self.cradle.contacts[i], &self.impact_coefficients);
         let impact = impact.ok_or(Unsound("an impact has no outcome"))?;
         self.queue.set(i, impact.end());
-        self.contacts[i].phase = Phase::Impact(impact);
+        self.contacts[i].phase = Phase::Impact(Some(impact));
         for ball in &mut self.balls[i..i + 2] {
             ball.regime = Regime::Impact(i as u32);
         }
@@ -243,38 +204,29 @@ impl Engine {
     }
 
     /// What a contact is part of, once all balls are held by what holds them.
-    fn restore_phase(&mut self, i: usize, phase: Phase<()>, failed: bool) -> Result<(), Unsound> {
+    fn restore_phase(&mut self, i: usize, failed: bool) -> Result<(), Unsound> {
         let (left, right) = (&self.balls[i], &self.balls[i + 1]);
         let flies = |ball: &Ball| matches!(ball.regime, Regime::Flight | Regime::Body);
         let in_flight = flies(left) && flies(right);
         let in_cluster = |regime: Regime| matches!(regime, Regime::Cluster(_));
-        let phase = match phase {
-            Phase::Window(_) | Phase::Impact(()) => return Ok(()),
+        let forecast = match &self.contacts[i].phase {
+            Phase::Window(_) | Phase::Impact(_) => return Ok(()),
             Phase::Loose(_) => return require(false, "a contact is part of nothing"),
+            Phase::Beside(overlap) => {
+                let beside_impact = !in_flight && !in_cluster(left.regime) && !in_cluster(right.regime);
+                return require(beside_impact && (failed || overlap.is_finite()), "a contact is beside no impact");
+            }
             Phase::Constraint(constraint, forecast) => {
                 let sound = constraint.is_sound(left, right, self.time.into());
                 require(failed || sound, "a sustained contact does not fit its balls")?;
-                self.restore_forecast(i, forecast, failed)?;
-                Phase::Constraint(constraint, forecast)
-            }
-            Phase::Beside(overlap) => {
-                let beside_impact = !in_flight && !in_cluster(left.regime) && !in_cluster(right.regime);
-                require(beside_impact && (failed || overlap.is_finite()), "a contact is beside no impact")?;
-                Phase::Beside(overlap)
+                *forecast
             }
             Phase::Open(separation, forecast) => {
                 let sound = separation.is_sound(left, right, self.time.into());
                 require(in_flight && (failed || sound), "an open contact does not fit its balls")?;
-                self.restore_forecast(i, forecast, failed)?;
-                Phase::Open(separation, forecast)
+                *forecast
             }
         };
-        self.contacts[i].phase = phase;
-        Ok(())
-    }
-
-    /// Enters contact `i` in the event queue as its forecast says.
-    fn restore_forecast(&mut self, i: usize, forecast: Next<DoubleDouble>, failed: bool) -> Result<(), Unsound> {
         if let Next::At(time) | Next::NotBefore(time) = forecast {
             require(failed || time.is_sound(), "a time of an event is none")?;
             self.queue.set(i, time);
@@ -282,15 +234,15 @@ impl Engine {
         Ok(())
     }
 
-    /// The balls of contact `i` move as `constraint` says.
-    fn restore_constraint(&mut self, i: usize, constraint: &Constraint, failed: bool) -> Result<(), Unsound> {
+    /// The balls of contact `i` move as a part of a body, by this oscillator.
+    fn restore_constraint(&mut self, i: usize, oscillator: Oscillator, failed: bool) -> Result<(), Unsound> {
         for ball in &mut self.balls[i..i + 2] {
             let free = matches!(ball.regime, Regime::Flight | Regime::Body);
             require(
                 free && (failed || self.cradle.restitution.is_some()),
                 "a constraint holds balls that are held otherwise",
             )?;
-            (ball.regime, ball.oscillator) = (Regime::Body, constraint.oscillator());
+            (ball.regime, ball.oscillator) = (Regime::Body, oscillator);
         }
         Ok(())
     }
@@ -302,6 +254,7 @@ impl RunState {
         let fits = self.balls.len() == balls
             && self.contacts.len() == contacts
             && self.clusters.len() <= contacts
+            && (self.step.balls.len(), self.step.contacts.len()) == (balls, contacts)
             && self.inputs.fit(balls);
         require(fits, "it is not as large as the cradle")
     }
@@ -311,8 +264,8 @@ impl RunState {
         let now = DoubleDouble::from(self.time);
         let past = |t: DoubleDouble| t.is_sound() && t <= now && t >= DoubleDouble::from(start);
         require(self.inputs.are_finite(), "an input is not finite")?;
-        let times = [self.time, self.inputs.since, self.step_start].map(DoubleDouble::from);
-        require(times.into_iter().chain([self.last_event]).all(past), "a time of the past is not in the past")?;
+        let times = [self.time, self.inputs.since, self.step.time].map(DoubleDouble::from);
+        require(times.into_iter().chain([self.totals.last_event]).all(past), "a time of the past is not in the past")?;
         let ball = |ball: &BallState| past(ball.anchor) && ball.flight.is_finite() && ball.integrals.is_finite();
         require(self.balls.iter().all(ball), "the state of a ball is not finite, or of the future")?;
         require(self.contacts.iter().all(|contact| contact.ledger.is_sound()), "a ledger is not finite")?;
@@ -324,16 +277,9 @@ impl RunState {
                 "a cluster is not finite, or of the future",
             )?;
         }
-        let ball = |ball: &BallState| ball.at_start.is_none_or(|start| start.is_finite());
-        // Contacts are recorded with their balls.
-        let contact = |(contact, balls): (&ContactState, &[BallState])| {
-            let recorded = balls.iter().any(|ball| ball.at_start.is_some());
-            contact.at_start.is_none_or(|start| recorded && start.overlap.is_finite())
-        };
-        let start = self.balls.iter().all(ball) && self.contacts.iter().zip(self.balls.windows(2)).all(contact);
-        require(start, "the state at the start of the step is not finite, or not recorded so")?;
-        let sums = [self.contact_loss, self.energy_at_start];
+        require(self.step.is_sound(), "the state at the start of the step is not finite, or not recorded so")?;
+        let sums = [self.totals.contact_loss, self.totals.energy_at_start];
         require(sums.iter().all(|sum| sum.is_finite()), "a sum is not finite")?;
-        require(self.step < LARGEST_COUNT, "a count is too large")
+        require(self.step.number < LARGEST_COUNT, "a count is too large")
     }
 }

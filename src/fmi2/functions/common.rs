@@ -2,9 +2,9 @@
 
 use std::ffi::CStr;
 
-use crate::fmi2::boundary::{array, call};
-use crate::fmi2::types::{fmi2Boolean, fmi2Component, fmi2False, fmi2Real, fmi2Status, fmi2String};
-use crate::instance::{Call, Experiment, Refusal};
+use crate::fmi2::boundary::array;
+use crate::fmi2::types::*;
+use crate::instance::{Experiment, Refusal};
 use crate::variables::{LOG_CATEGORIES, LogCategory};
 
 /// Platform of the types: `default`.
@@ -19,27 +19,32 @@ pub extern "C" fn fmi2GetVersion() -> fmi2String {
     c"2.0".as_ptr()
 }
 
-/// Switches logging on for the categories listed only, for all if none is listed, or off. An unknown category is an
-/// error and changes nothing.
-///
-/// # Safety
-/// See the [module](crate::fmi2).
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetDebugLogging(
-    c: fmi2Component,
-    loggingOn: fmi2Boolean,
-    nCategories: usize,
-    categories: *const fmi2String,
-) -> fmi2Status {
-    // SAFETY: the host's promises, see the module.
-    unsafe {
-        call(c, "fmi2SetDebugLogging", Call::SetDebugLogging, |instance| {
-            let names = array("categories", categories, nCategories)?;
-            let categories: Vec<LogCategory> = names.iter().map(|name| category(*name)).collect::<Result<_, _>>()?;
-            instance.log_mut().switch(loggingOn != fmi2False, &categories);
-            Ok(())
-        })
-    }
+export! {
+    /// Switches logging on for the categories listed only, for all if none is listed, or off. An unknown category is an
+    /// error and changes nothing.
+    fn fmi2SetDebugLogging(loggingOn: fmi2Boolean, nCategories: usize, categories: *const fmi2String)
+    as SetDebugLogging |instance| {
+        let names = array("categories", categories, nCategories)?;
+        let categories: Vec<LogCategory> = names.iter().map(|name| category(*name)).collect::<Result<_, _>>()?;
+        instance.log.switch(loggingOn != fmi2False, &categories);
+        Ok(())
+    };
+    /// Takes start time, stop time and tolerance. A tolerance can only tighten `solver.tolerance`; nonsense is ignored.
+    fn fmi2SetupExperiment(
+        toleranceDefined: fmi2Boolean, tolerance: fmi2Real, startTime: fmi2Real, stopTimeDefined: fmi2Boolean, stopTime: fmi2Real
+    ) as SetupExperiment |instance| {
+        let stop = (stopTimeDefined != fmi2False).then_some(stopTime);
+        let tolerance = (toleranceDefined != fmi2False).then_some(tolerance);
+        instance.set_up(Experiment { start: startTime, stop, tolerance })
+    };
+    /// Enters Initialization Mode; fmi2SetupExperiment comes first.
+    fn fmi2EnterInitializationMode() as EnterInitializationMode |instance| instance.enter_initialization();
+    /// Starts the run.
+    fn fmi2ExitInitializationMode() as ExitInitializationMode |instance| instance.exit_initialization();
+    /// Ends the run; its last values can still be read.
+    fn fmi2Terminate() as Terminate |instance| instance.terminate();
+    /// Back to where fmi2Instantiate left it.
+    fn fmi2Reset() as Reset |instance| instance.reset();
 }
 
 /// # Safety
@@ -52,68 +57,4 @@ unsafe fn category(name: fmi2String) -> Result<LogCategory, Refusal> {
         value: name.into_owned(),
         allowed: LOG_CATEGORIES.map(LogCategory::name).join(", "),
     })
-}
-
-/// Takes start time, stop time and tolerance. A tolerance can only tighten `solver.tolerance`; nonsense is ignored.
-///
-/// # Safety
-/// See the [module](crate::fmi2).
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetupExperiment(
-    c: fmi2Component,
-    toleranceDefined: fmi2Boolean,
-    tolerance: fmi2Real,
-    startTime: fmi2Real,
-    stopTimeDefined: fmi2Boolean,
-    stopTime: fmi2Real,
-) -> fmi2Status {
-    let experiment = Experiment {
-        start: startTime,
-        stop: (stopTimeDefined != fmi2False).then_some(stopTime),
-        tolerance: (toleranceDefined != fmi2False).then_some(tolerance),
-    };
-    // SAFETY: the host's promises, see the module.
-    unsafe { call(c, "fmi2SetupExperiment", Call::SetupExperiment, |instance| instance.set_up(experiment)) }
-}
-
-/// Enters Initialization Mode; fmi2SetupExperiment comes first.
-///
-/// # Safety
-/// See the [module](crate::fmi2).
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2EnterInitializationMode(c: fmi2Component) -> fmi2Status {
-    let function = "fmi2EnterInitializationMode";
-    // SAFETY: the host's promises, see the module.
-    unsafe { call(c, function, Call::EnterInitializationMode, |instance| instance.enter_initialization()) }
-}
-
-/// Starts the run.
-///
-/// # Safety
-/// See the [module](crate::fmi2).
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2ExitInitializationMode(c: fmi2Component) -> fmi2Status {
-    let function = "fmi2ExitInitializationMode";
-    // SAFETY: the host's promises, see the module.
-    unsafe { call(c, function, Call::ExitInitializationMode, |instance| instance.exit_initialization()) }
-}
-
-/// Ends the run; its last values can still be read.
-///
-/// # Safety
-/// See the [module](crate::fmi2).
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2Terminate(c: fmi2Component) -> fmi2Status {
-    // SAFETY: the host's promises, see the module.
-    unsafe { call(c, "fmi2Terminate", Call::Terminate, |instance| instance.terminate()) }
-}
-
-/// Back to where fmi2Instantiate left it.
-///
-/// # Safety
-/// See the [module](crate::fmi2).
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2Reset(c: fmi2Component) -> fmi2Status {
-    // SAFETY: the host's promises, see the module.
-    unsafe { call(c, "fmi2Reset", Call::Reset, |instance| instance.reset()) }
 }

@@ -5,9 +5,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::ptr::null_mut;
 
 use crate::fmi2::boundary::Component;
-use crate::fmi2::types::{
-    fmi2Boolean, fmi2CallbackFunctions, fmi2CoSimulation, fmi2Component, fmi2False, fmi2String, fmi2Type,
-};
+use crate::fmi2::types::*;
 use crate::fmi2::{logger, resources};
 use crate::instance::{Instance, Log};
 use crate::variables::{Description, Settings};

@@ -1,10 +1,9 @@
 //! Saving and restoring the state of a component.
 
-use std::mem::MaybeUninit;
-
-use crate::fmi2::boundary::{array, array_mut, call};
-use crate::fmi2::types::{fmi2Byte, fmi2Component, fmi2FMUstate, fmi2Status};
-use crate::instance::{Call, Refusal, SavedState};
+use super::derivatives::fill;
+use crate::fmi2::boundary::{array, array_mut};
+use crate::fmi2::types::*;
+use crate::instance::{Refusal, SavedState};
 
 /// Marks memory as a state of ours; "cradleFS" in ASCII.
 const MAGIC: u64 = 0x6372_6164_6c65_4653;
@@ -55,115 +54,47 @@ unsafe fn store(place: *mut fmi2FMUstate, state: impl FnOnce() -> Result<SavedSt
     Ok(())
 }
 
-/// Saves the state. Where `*FMUstate` is not NULL it is a state saved before, whose memory is used again.
-///
-/// # Safety
-/// See the [module](crate::fmi2).
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetFMUstate(c: fmi2Component, FMUstate: *mut fmi2FMUstate) -> fmi2Status {
-    // SAFETY: the host's promises, see the module.
-    unsafe { call(c, "fmi2GetFMUstate", Call::State, |instance| store(FMUstate, || Ok(instance.state()))) }
-}
-
-/// Goes back to a state saved by a component of the same FMU. The state stays as it is and can be set again.
-///
-/// # Safety
-/// See the [module](crate::fmi2).
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetFMUstate(c: fmi2Component, FMUstate: fmi2FMUstate) -> fmi2Status {
-    // SAFETY: the host's promises, see the module.
-    unsafe { call(c, "fmi2SetFMUstate", Call::State, |instance| instance.set_state(&Saved::from_raw(FMUstate)?.state)) }
-}
-
-/// Frees a state and sets the host's pointer to NULL; no state is ignored.
-///
-/// # Safety
-/// See the [module](crate::fmi2).
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2FreeFMUstate(c: fmi2Component, FMUstate: *mut fmi2FMUstate) -> fmi2Status {
-    // SAFETY: the host's promises, see the module.
-    unsafe {
-        call(c, "fmi2FreeFMUstate", Call::State, |_| {
-            if FMUstate.is_null() {
-                return Ok(());
-            }
-            array("FMUstate", FMUstate.cast_const(), 1)?;
-            if !(*FMUstate).is_null() {
-                let saved: *mut Saved = Saved::from_raw(*FMUstate)?;
-                (*saved).magic = 0;
-                drop(Box::from_raw(saved));
-                *FMUstate = std::ptr::null_mut();
-            }
-            Ok(())
-        })
-    }
-}
-
-/// Number of bytes that [`fmi2SerializeFMUstate`] writes for this state.
-///
-/// # Safety
-/// See the [module](crate::fmi2).
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SerializedFMUstateSize(
-    c: fmi2Component,
-    FMUstate: fmi2FMUstate,
-    size: *mut usize,
-) -> fmi2Status {
-    // SAFETY: the host's promises, see the module.
-    unsafe {
-        call(c, "fmi2SerializedFMUstateSize", Call::State, |_| {
-            for place in array_mut("size", size, 1)? {
-                place.write(Saved::from_raw(FMUstate)?.state.to_bytes()?.len());
-            }
-            Ok(())
-        })
-    }
-}
-
-/// Writes a state as bytes that any process with this FMU can read. `size` must be what [`fmi2SerializedFMUstateSize`]
-/// answered.
-///
-/// # Safety
-/// See the [module](crate::fmi2).
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SerializeFMUstate(
-    c: fmi2Component,
-    FMUstate: fmi2FMUstate,
-    serializedState: *mut fmi2Byte,
-    size: usize,
-) -> fmi2Status {
-    // SAFETY: the host's promises, see the module.
-    unsafe {
-        call(c, "fmi2SerializeFMUstate", Call::State, |_| {
-            let bytes = Saved::from_raw(FMUstate)?.state.to_bytes()?;
-            if size != bytes.len() {
-                let allowed = format!("{}, as fmi2SerializedFMUstateSize says", bytes.len());
-                return Err(Refusal::Argument { name: "size", value: size.to_string(), allowed });
-            }
-            let places = array_mut("serializedState", serializedState.cast::<u8>(), size)?;
-            places.iter_mut().zip(bytes).for_each(|(place, byte)| *place = MaybeUninit::new(byte));
-            Ok(())
-        })
-    }
-}
-
-/// Makes a state of the bytes that [`fmi2SerializeFMUstate`] wrote, also in another process. Damaged, foreign and newer bytes
-/// are refused, and `*FMUstate` is left as it is; where it is not NULL its memory is used again.
-///
-/// # Safety
-/// See the [module](crate::fmi2).
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
-    c: fmi2Component,
-    serializedState: *const fmi2Byte,
-    size: usize,
-    FMUstate: *mut fmi2FMUstate,
-) -> fmi2Status {
-    // SAFETY: the host's promises, see the module.
-    unsafe {
-        call(c, "fmi2DeSerializeFMUstate", Call::State, |instance| {
-            let bytes = array("serializedState", serializedState.cast::<u8>(), size)?;
-            store(FMUstate, || instance.read_state(bytes))
-        })
-    }
+export! {
+    /// Saves the state. Where `*FMUstate` is not NULL it is a state saved before, whose memory is used again.
+    fn fmi2GetFMUstate(FMUstate: *mut fmi2FMUstate) as State |instance| store(FMUstate, || Ok(instance.state()));
+    /// Goes back to a state saved by a component of the same FMU. The state stays as it is and can be set again.
+    fn fmi2SetFMUstate(FMUstate: fmi2FMUstate) as State |instance| instance.set_state(&Saved::from_raw(FMUstate)?.state);
+    /// Frees a state and sets the host's pointer to NULL; no state is ignored.
+    fn fmi2FreeFMUstate(FMUstate: *mut fmi2FMUstate) as State |_| {
+        if FMUstate.is_null() {
+            return Ok(());
+        }
+        array("FMUstate", FMUstate.cast_const(), 1)?;
+        if !(*FMUstate).is_null() {
+            let saved: *mut Saved = Saved::from_raw(*FMUstate)?;
+            (*saved).magic = 0;
+            drop(Box::from_raw(saved));
+            *FMUstate = std::ptr::null_mut();
+        }
+        Ok(())
+    };
+    /// Number of bytes that [`fmi2SerializeFMUstate`] writes for this state.
+    fn fmi2SerializedFMUstateSize(FMUstate: fmi2FMUstate, size: *mut usize) as State |_| {
+        for place in array_mut("size", size, 1)? {
+            place.write(Saved::from_raw(FMUstate)?.state.to_bytes()?.len());
+        }
+        Ok(())
+    };
+    /// Writes a state as bytes that any process with this FMU can read. `size` must be what [`fmi2SerializedFMUstateSize`]
+    /// answered.
+    fn fmi2SerializeFMUstate(FMUstate: fmi2FMUstate, serializedState: *mut fmi2Byte, size: usize) as State |_| {
+        let bytes = Saved::from_raw(FMUstate)?.state.to_bytes()?;
+        if size != bytes.len() {
+            let allowed = format!("{}, as fmi2SerializedFMUstateSize says", bytes.len());
+            return Err(Refusal::Argument { name: "size", value: size.to_string(), allowed });
+        }
+        fill(array_mut("serializedState", serializedState.cast::<u8>(), size)?, bytes);
+        Ok(())
+    };
+    /// Makes a state of the bytes that [`fmi2SerializeFMUstate`] wrote, also in another process. Damaged, foreign and newer bytes
+    /// are refused, and `*FMUstate` is left as it is; where it is not NULL its memory is used again.
+    fn fmi2DeSerializeFMUstate(serializedState: *const fmi2Byte, size: usize, FMUstate: *mut fmi2FMUstate) as State |instance| {
+        let bytes = array("serializedState", serializedState.cast::<u8>(), size)?;
+        store(FMUstate, || instance.read_state(bytes))
+    };
 }

@@ -17,7 +17,7 @@ pub struct SavedState {
 
 /// What the bytes begin with, and the format that follows.
 const MAGIC: [u8; 8] = *b"cradleFS";
-const FORMAT: u32 = 3;
+const FORMAT: u32 = 4;
 const HEADER: usize = MAGIC.len() + size_of::<u32>();
 
 /// Length of the digest that the bytes end with.
@@ -105,7 +105,7 @@ impl Instance {
         if !rest.is_empty() {
             return Err(StateError::Unsound("there is more than a state").into());
         }
-        run.check(self.balls())?;
+        run.check(self.balls()).map_err(StateError::from)?;
         if (run.phase > Phase::InitializationMode) != snapshot.is_some() {
             return Err(StateError::Unsound("the phase does not fit").into());
         }

@@ -4,7 +4,7 @@ use crate::instance::legality::Phase;
 use crate::instance::lifecycle::Instance;
 use crate::instance::refusal::Refusal;
 use crate::model::{Inputs, Tunables};
-use crate::variables::{Access, Type, Variability, Variable, VariableError};
+use crate::variables::{Access, Settings, Type, Variability, Variable, VariableError};
 
 impl Instance {
     /// Reads a real variable.
@@ -47,17 +47,7 @@ impl Instance {
     /// A value takes effect with the next step (in Initialization Mode: with the next value read). Setting what is
     /// set already is no change.
     pub fn set_reals(&mut self, references: &[u32], values: &[f64]) -> Result<(), Refusal> {
-        for (reference, value) in references.iter().zip(values) {
-            self.settable(*reference, Type::Real)?.check_real(*value)?;
-        }
-        let before = self.run.settings.parameters.tunables();
-        for (reference, value) in references.iter().zip(values) {
-            let variable = self.variable(*reference)?;
-            if variable.set_real(&mut self.run.settings, *value) {
-                self.changed(variable, before);
-            }
-        }
-        Ok(())
+        self.set(references, values, Type::Real, Variable::check_real, Variable::set_real)
     }
 
     /// Gives derivatives of inputs by time, `orders` from the first on, for the next step: all of them, or none if any of it
@@ -86,13 +76,25 @@ impl Instance {
 
     /// Sets enumerations: all of them, or none if any of it is refused.
     pub fn set_integers(&mut self, references: &[u32], values: &[i32]) -> Result<(), Refusal> {
+        self.set(references, values, Type::Integer, Variable::check_item, Variable::set_item)
+    }
+
+    /// Sets variables of type `asked` to values that pass the `check`: all of them, or none.
+    fn set<T: Copy>(
+        &mut self,
+        references: &[u32],
+        values: &[T],
+        asked: Type,
+        check: impl Fn(&Variable, T) -> Result<(), VariableError>,
+        set: impl Fn(&Variable, &mut Settings, T) -> bool,
+    ) -> Result<(), Refusal> {
         for (reference, value) in references.iter().zip(values) {
-            self.settable(*reference, Type::Integer)?.check_item(*value)?;
+            check(&self.settable(*reference, asked)?, *value)?;
         }
         let before = self.run.settings.parameters.tunables();
         for (reference, value) in references.iter().zip(values) {
             let variable = self.variable(*reference)?;
-            if variable.set_item(&mut self.run.settings, *value) {
+            if set(&variable, &mut self.run.settings, *value) {
                 self.changed(variable, before);
             }
         }

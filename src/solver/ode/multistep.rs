@@ -55,7 +55,8 @@ impl Family {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Multistep {
     family: Family,
-    path: Path,
+    /// The last step.
+    pub path: Path,
     /// Where a step is tried.
     #[serde(skip)]
     trial: Path,
@@ -77,7 +78,8 @@ pub struct Multistep {
     state: Vec<f64>,
     #[serde(skip)]
     rates: Vec<f64>,
-    work: StepCounters,
+    /// What it took so far.
+    pub work: StepCounters,
 }
 
 /// Ratio to the last step of one whose error, last `error` times what is tolerated, would be within it with some
@@ -130,16 +132,6 @@ impl Multistep {
         sound.then_some(self)
     }
 
-    /// The last step.
-    pub fn path(&self) -> &Path {
-        &self.path
-    }
-
-    /// StepCounters so far.
-    pub fn work(&self) -> StepCounters {
-        self.work
-    }
-
     fn begin(&mut self, system: &impl System) {
         self.evaluate(system, self.path.end);
         let pace = system.size(&self.state, &self.rates);
@@ -158,8 +150,13 @@ impl Multistep {
     /// # Errors
     /// [`Stuck`] if it would have to be shorter than the clock resolves.
     pub fn step(&mut self, system: &impl System) -> Result<(), Stuck> {
-        self.change_order();
-        self.change_step(self.step / self.path.step);
+        // From the order of the last step to that of this one.
+        match self.order.cmp(&self.path.degree) {
+            Ordering::Less => self.lower_order(),
+            Ordering::Greater => self.raise_order(),
+            Ordering::Equal => {}
+        }
+        self.path.rescale(self.step / self.path.step);
         let mut failures = 0;
         for _ in 0..MAX_ATTEMPTS {
             if !resolved(self.path.end, self.path.step) {
@@ -174,7 +171,7 @@ impl Multistep {
             self.trial.extrapolate();
             let Some(error) = self.correct(system, &c) else {
                 self.growth = 1.0;
-                self.change_step(0.25);
+                self.path.rescale(0.25);
                 continue;
             };
             if error.is_nan() || error > 1.0 {
@@ -187,7 +184,7 @@ impl Multistep {
             }
             if let Some(fraction) = system.overlooked(&self.trial) {
                 self.growth = 1.0;
-                self.change_step(fraction);
+                self.path.rescale(fraction);
                 continue;
             }
             self.accept(system, &c, error);
@@ -267,13 +264,7 @@ impl Multistep {
             // A ratio that is not a number becomes the smallest.
             ratio(6.0, error, self.order).max(0.1).min(if failures > 1 { 0.2 } else { 0.9 })
         };
-        self.change_step(shorter);
-    }
-
-    fn change_step(&mut self, ratio: f64) {
-        if ratio != 1.0 {
-            self.path.rescale(ratio);
-        }
+        self.path.rescale(shorter);
     }
 
     /// Takes the trial step over, and chooses the order and the length of the next one.
@@ -316,15 +307,6 @@ impl Multistep {
         self.order = next;
         self.step = (self.path.step * best.min(self.growth)).min(LONGEST);
         self.growth = GROWTH;
-    }
-
-    /// Brings the path from the order of the last step to that of the next one.
-    fn change_order(&mut self) {
-        match self.order.cmp(&self.path.degree) {
-            Ordering::Less => self.lower_order(),
-            Ordering::Greater => self.raise_order(),
-            Ordering::Equal => {}
-        }
     }
 
     /// Distances of the points before the end of the last step, in steps.

@@ -12,7 +12,8 @@ pub struct RungeKutta {
     start: DoubleDouble,
     /// Length of a step, s.
     step: f64,
-    path: Path,
+    /// The last step.
+    pub path: Path,
     /// Rates at the end of the path.
     rates: Vec<f64>,
     /// Room for a state, its rates, and the sum of the rates.
@@ -22,7 +23,8 @@ pub struct RungeKutta {
     stage: Vec<f64>,
     #[serde(skip)]
     sum: Vec<f64>,
-    work: StepCounters,
+    /// What it took so far.
+    pub work: StepCounters,
 }
 
 impl RungeKutta {
@@ -53,16 +55,6 @@ impl RungeKutta {
             && (broken || (self.step == step && self.start.is_sound() && self.path.end == end && finite));
         (self.state, self.stage, self.sum) = (vec![0.0; size], vec![0.0; size], vec![0.0; size]);
         sound.then_some(self)
-    }
-
-    /// The last step.
-    pub fn path(&self) -> &Path {
-        &self.path
-    }
-
-    /// StepCounters so far.
-    pub fn work(&self) -> StepCounters {
-        self.work
     }
 
     /// Makes a step.

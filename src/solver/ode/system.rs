@@ -154,6 +154,9 @@ impl Path {
 
     /// Describes the same polynomials in steps `ratio` times as long.
     pub fn rescale(&mut self, ratio: f64) {
+        if ratio == 1.0 {
+            return;
+        }
         let mut power = 1.0;
         for j in 1..=self.degree {
             power *= ratio;

@@ -20,21 +20,18 @@ pub const LOG_CATEGORIES: [LogCategory; 4] =
 impl LogCategory {
     /// Name in the description and in the host's log.
     pub const fn name(self) -> &'static str {
-        match self {
-            Self::Events => "logEvents",
-            Self::Solver => "logSolver",
-            Self::Warning => "logStatusWarning",
-            Self::Error => "logStatusError",
-        }
+        self.texts().0
     }
 
-    /// Text for the user.
-    pub(super) const fn description(self) -> &'static str {
+    /// That name, and a text for the user.
+    pub(super) const fn texts(self) -> (&'static str, &'static str) {
         match self {
-            Self::Events => "One line for each finished pulse: contact, onset, release, peak force and impulse",
-            Self::Solver => "What the solver does with the settings it was given",
-            Self::Warning => "Warnings",
-            Self::Error => "Refused calls and failed steps, with the reason",
+            Self::Events => {
+                ("logEvents", "One line for each finished pulse: contact, onset, release, peak force and impulse")
+            }
+            Self::Solver => ("logSolver", "What the solver does with the settings it was given"),
+            Self::Warning => ("logStatusWarning", "Warnings"),
+            Self::Error => ("logStatusError", "Refused calls and failed steps, with the reason"),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Write};
 
-use crate::variables::row::{Causality, Initially, Row, Shape};
+use crate::variables::row::{Causality, Groups, Row, Shape};
 use crate::variables::table::TABLE;
 use crate::variables::variable::{Variable, variables};
 
@@ -27,10 +27,7 @@ pub(super) fn write_structure(out: &mut String, balls: usize) -> fmt::Result {
 
 /// Writes the initial unknowns of one row.
 fn write_initial(out: &mut String, indices: &Indices, position: usize, row: &'static Row) -> fmt::Result {
-    let knowns = match row.initially {
-        Initially::OnAll => None,
-        Initially::On(groups) => Some(indices.knowns(groups)),
-    };
+    let knowns = row.initially.map(|groups| indices.knowns(groups));
     for index in 0..row.shape.len(indices.balls) {
         let variable = Variable { row, position, index };
         write!(out, "      <Unknown index=\"{}\"", indices.of_variable(variable))?;
@@ -75,7 +72,7 @@ impl Indices {
     }
 
     /// The rows and variables behind names, looked up once for all variables of a row.
-    fn knowns(&self, groups: &[&[&str]]) -> Vec<Known> {
+    fn knowns(&self, groups: Groups) -> Vec<Known> {
         let known = |name: &&str| match Variable::named(name, self.balls) {
             Some(single) => Some(Known { first: self.of_variable(single), shape: Shape::Scalar }),
             None => {
@@ -117,8 +114,7 @@ mod tests {
     #[test]
     fn every_dependency_names_a_row() {
         for row in TABLE {
-            let Initially::On(groups) = row.initially else { continue };
-            for name in groups.iter().copied().flatten() {
+            for name in row.initially.into_iter().flatten().copied().flatten() {
                 let found = Variable::named(name, 5).is_some() || TABLE.iter().any(|other| other.name == *name);
                 assert!(found, "{} depends on {name}", row.name);
             }

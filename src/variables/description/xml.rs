@@ -5,11 +5,11 @@ use std::fmt::{self, Write};
 use super::log_category::LOG_CATEGORIES;
 use super::structure::write_structure;
 use crate::variables::enumeration::ENUMERATIONS;
-use crate::variables::row::{Access, Causality, Row, Type, Variability};
+use crate::variables::row::{Access, Causality, Row, Variability};
 use crate::variables::settings::Settings;
 use crate::variables::table::TABLE;
 use crate::variables::text::{Escaped, Number};
-use crate::variables::unit::{QUANTITIES, UNITS};
+use crate::variables::unit::QUANTITIES;
 use crate::variables::variable::Variable;
 
 /// Model name, model identifier and file name.
@@ -82,9 +82,9 @@ impl<'a> Description<'a> {
 }
 
 fn write_units(out: &mut String) -> fmt::Result {
-    for unit in UNITS {
-        write!(out, "    <Unit name=\"{}\"><BaseUnit", unit.name)?;
-        for (base, exponent) in ["kg", "m", "s"].iter().zip(unit.exponents) {
+    for quantity in QUANTITIES {
+        write!(out, "    <Unit name=\"{}\"><BaseUnit", quantity.unit)?;
+        for (base, exponent) in ["kg", "m", "s"].iter().zip(quantity.exponents) {
             if exponent != 0 {
                 write!(out, " {base}=\"{exponent}\"")?;
             }
@@ -96,7 +96,7 @@ fn write_units(out: &mut String) -> fmt::Result {
 
 fn write_types(out: &mut String) -> fmt::Result {
     for quantity in QUANTITIES {
-        let (name, unit) = (quantity.name, quantity.unit.name);
+        let (name, unit) = (quantity.name, quantity.unit);
         writeln!(out, "    <SimpleType name=\"{name}\"><Real quantity=\"{name}\" unit=\"{unit}\"/></SimpleType>")?;
     }
     for enumeration in ENUMERATIONS {
@@ -116,8 +116,8 @@ fn write_types(out: &mut String) -> fmt::Result {
 
 fn write_log_categories(out: &mut String) -> fmt::Result {
     LOG_CATEGORIES.iter().try_for_each(|category| {
-        let description = Escaped(category.description());
-        writeln!(out, "    <Category name=\"{}\" description=\"{description}\"/>", category.name())
+        let (name, description) = category.texts();
+        writeln!(out, "    <Category name=\"{name}\" description=\"{}\"/>", Escaped(description))
     })
 }
 
@@ -185,21 +185,14 @@ fn common_attributes(row: &Row) -> String {
 
 /// The element of the data type up to its start value.
 fn element(row: &Row) -> String {
-    let mut text = match row.access.data_type() {
-        Type::Real => "<Real",
-        Type::Integer => "<Integer",
-        Type::Boolean => "<Boolean",
-        Type::Enumeration => "<Enumeration",
-        Type::String => "<String",
-    }
-    .to_owned();
+    let mut text = format!("<{:?}", row.access.data_type());
     let mut attribute = |name: &str, value: &dyn fmt::Display| {
         // Writing to a string cannot fail.
         let _ = write!(text, " {name}=\"{value}\"");
     };
     if let Some(quantity) = row.quantity {
         attribute("declaredType", &quantity.name);
-        attribute("unit", &quantity.unit.name);
+        attribute("unit", &quantity.unit);
     }
     if let Access::Enumeration(enumeration) = row.access {
         attribute("declaredType", &enumeration.type_name);

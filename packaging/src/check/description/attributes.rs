@@ -6,50 +6,34 @@ use crate::check::report::Report;
 
 /// Checks what the attributes of the model and its interfaces must be.
 pub fn check(model: &Model, entries: &Entries, report: &mut Report) {
-    if model.name.is_empty() {
-        report.problem("modelName is empty");
+    report.require(!model.name.is_empty(), "modelName is empty");
+    report.require(!model.guid.is_empty(), "guid is empty");
+    if let Some(date) = &model.date {
+        let text = format_args!("generationDateAndTime = \"{date}\"; should be YYYY-MM-DDThh:mm:ssZ");
+        report.advise(is_date(date), text);
     }
-    if model.guid.is_empty() {
-        report.problem("guid is empty");
-    }
-    if let Some(date) = &model.date
-        && !is_date(date)
-    {
-        report.remark(format_args!("generationDateAndTime = \"{date}\"; should be YYYY-MM-DDThh:mm:ssZ"));
-    }
-    if model.interfaces().next().is_none() {
-        report.problem("neither CoSimulation nor ModelExchange");
-    }
+    report.require(model.interfaces().next().is_some(), "neither CoSimulation nor ModelExchange");
     for interface in model.interfaces() {
         let identifier = &interface.identifier;
-        let allowed = |c: char| c.is_ascii_alphanumeric() || c == '_';
-        if !identifier.chars().all(allowed)
-            || identifier.starts_with(|c: char| c.is_ascii_digit())
-            || identifier.is_empty()
-        {
-            report.problem(format_args!("modelIdentifier = \"{identifier}\" is no identifier of C"));
-        }
-        if identifier.len() > 63 {
-            report.remark(format_args!("modelIdentifier has {} characters; some hosts take 63", identifier.len()));
-        }
-        if interface.needs_tool {
-            report.remark("needsExecutionTool: the FMU does not run by itself");
-        }
+        let letter = |c: char| c.is_ascii_alphabetic() || c == '_';
+        let is_identifier =
+            identifier.starts_with(letter) && identifier.chars().all(|c| letter(c) || c.is_ascii_digit());
+        report.require(is_identifier, format_args!("modelIdentifier = \"{identifier}\" is no identifier of C"));
+        let length = identifier.len();
+        report.advise(length <= 63, format_args!("modelIdentifier has {length} characters; some hosts take 63"));
+        report.advise(!interface.needs_tool, "needsExecutionTool: the FMU does not run by itself");
         for file in &interface.sources {
-            if !entries.contains_key(&format!("sources/{file}")) {
-                report.problem(format_args!("sources/{file} is listed in SourceFiles and missing"));
-            }
+            let there = entries.contains_key(&format!("sources/{file}"));
+            report.require(there, format_args!("sources/{file} is listed in SourceFiles and missing"));
         }
     }
     let Experiment { start, stop, step, tolerance } = model.experiment;
     let start = start.unwrap_or(0.0);
-    if stop.is_some_and(|stop| stop <= start) {
-        report.problem(format_args!("DefaultExperiment: stopTime is not after startTime = {start}"));
-    }
+    let not_after = stop.is_some_and(|stop| stop <= start);
+    report.require(!not_after, format_args!("DefaultExperiment: stopTime is not after startTime = {start}"));
     for (name, value) in [("stepSize", step), ("tolerance", tolerance)] {
-        if value.is_some_and(|value| value <= 0.0) {
-            report.problem(format_args!("DefaultExperiment: {name} is not positive"));
-        }
+        let not_positive = value.is_some_and(|value| value <= 0.0);
+        report.require(!not_positive, format_args!("DefaultExperiment: {name} is not positive"));
     }
     report.duplicates("log category", model.log_categories.iter());
 }

@@ -1,7 +1,7 @@
 //! What a modelDescription.xml says, as far as the checks need it. Data alone: `reader` fills it in.
 
 use fmi_schema::fmi2::{Causality, Initial, Variability};
-use newtons_cradle::variables::MODEL_IDENTIFIER;
+use newtons_cradle::variables::{MODEL_IDENTIFIER, Type};
 
 /// A description.
 pub struct Model {
@@ -58,16 +58,6 @@ pub struct Unit {
 pub struct SimpleType {
     pub name: String,
     pub attributes: Attributes,
-}
-
-/// Type of a value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Type {
-    Real,
-    Integer,
-    Boolean,
-    String,
-    Enumeration,
 }
 
 /// What an element `Real`, `Integer` and so on says, of a variable or of its type.

@@ -5,32 +5,21 @@ use std::str::FromStr;
 
 use fmi_schema::fmi2::Fmi2ModelDescription;
 use fmi_schema::traits::FmiModelDescription;
+use newtons_cradle::variables::Type;
 use roxmltree::{Document, Node, ParsingOptions};
 
-use super::model::{
-    Attributes, Experiment, Interface, Kind, Model, SimpleType, Structure, Type, Unit, Unknown, Variable,
-};
+use super::model::{Attributes, Experiment, Interface, Kind, Model, SimpleType, Structure, Unit, Unknown, Variable};
 use crate::check::report::Report;
 
 impl Model {
     /// Reads a description; nothing if it is no XML or not of FMI 2.0.
     pub fn read(bytes: &[u8], report: &mut Report) -> Option<Self> {
         let place = "modelDescription.xml";
-        let text = match std::str::from_utf8(bytes) {
-            Ok(text) => text.trim_start_matches('\u{feff}'),
-            Err(error) => {
-                report.problem(format_args!("{place}: not in UTF-8: {error}"));
-                return None;
-            }
-        };
+        let text = report.accept(format_args!("{place}: not in UTF-8"), std::str::from_utf8(bytes))?;
+        let text = text.trim_start_matches('\u{feff}');
         let options = ParsingOptions { nodes_limit: 20_000_000, ..ParsingOptions::default() };
-        let document = match Document::parse_with_options(text, options) {
-            Ok(document) => document,
-            Err(error) => {
-                report.problem(format_args!("{place}: not well-formed XML: {error}"));
-                return None;
-            }
-        };
+        let document = Document::parse_with_options(text, options);
+        let document = report.accept(format_args!("{place}: not well-formed XML"), document)?;
         let root = document.root_element();
         if root.tag_name().name() != "fmiModelDescription" || root.attribute("fmiVersion") != Some("2.0") {
             let version = root.attribute("fmiVersion").unwrap_or_default();
@@ -153,16 +142,10 @@ impl Reader<'_> {
     }
 
     fn attributes(&mut self, node: Node) -> Option<Attributes> {
-        const TYPES: [(&str, Type); 5] = [
-            ("Real", Type::Real),
-            ("Integer", Type::Integer),
-            ("Boolean", Type::Boolean),
-            ("String", Type::String),
-            ("Enumeration", Type::Enumeration),
-        ];
-        let element =
-            |node: Node<'_, '_>| TYPES.iter().find(|(name, _)| node.has_tag_name(*name)).map(|(_, kind)| *kind);
-        let Some((node, data_type)) = node.children().find_map(|node| Some((node, element(node)?))) else {
+        let types = [Type::Real, Type::Integer, Type::Boolean, Type::String, Type::Enumeration];
+        let named = |name: &str| types.into_iter().find(|known| format!("{known:?}") == name);
+        let Some((node, data_type)) = node.children().find_map(|node| Some((node, named(node.tag_name().name())?)))
+        else {
             self.report.problem(format_args!("{}: has no data type", place(node)));
             return None;
         };

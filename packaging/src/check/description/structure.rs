@@ -3,8 +3,9 @@
 use std::collections::BTreeSet;
 
 use fmi_schema::fmi2::{Causality, Initial};
+use newtons_cradle::variables::Type;
 
-use super::model::{Model, Type, Unknown, Variable};
+use super::model::{Model, Unknown, Variable};
 use crate::check::report::Report;
 
 /// Checks the definitions and the structure.
@@ -13,9 +14,8 @@ pub fn check(model: &Model, report: &mut Report) {
     report.duplicates("type", model.types.iter().map(|kind| &kind.name));
     for kind in &model.types {
         let attributes = &kind.attributes;
-        if attributes.data_type == Type::Enumeration && attributes.items.is_empty() {
-            report.problem(format_args!("{}: an enumeration without items", kind.name));
-        }
+        let empty = attributes.data_type == Type::Enumeration && attributes.items.is_empty();
+        report.require(!empty, format_args!("{}: an enumeration without items", kind.name));
         report.duplicates(&format!("item of {}", kind.name), attributes.items.iter());
     }
     let structure = &model.structure;
@@ -60,19 +60,13 @@ fn exactly(list: &str, unknowns: &[Unknown], wanted: BTreeSet<usize>, model: &Mo
     for index in listed.difference(&wanted) {
         report.problem(format_args!("{list}: {} does not belong there", name(*index)));
     }
-    if listed.len() < unknowns.len() {
-        report.problem(format_args!("{list}: an unknown is listed twice"));
-    }
+    report.require(listed.len() == unknowns.len(), format_args!("{list}: an unknown is listed twice"));
     for unknown in unknowns {
         let dependencies = unknown.dependencies.as_deref().unwrap_or_default();
-        if dependencies.iter().any(|index| variable(model, *index).is_none()) {
-            report.problem(format_args!("{list}: {} depends on a variable that does not exist", name(unknown.index)));
-        }
-        if unknown.kinds.is_some_and(|kinds| unknown.dependencies.is_none() || kinds != dependencies.len()) {
-            report.problem(format_args!(
-                "{list}: {} has not one dependenciesKind for each dependency",
-                name(unknown.index)
-            ));
-        }
+        let name = name(unknown.index);
+        let exist = dependencies.iter().all(|index| variable(model, *index).is_some());
+        report.require(exist, format_args!("{list}: {name} depends on a variable that does not exist"));
+        let fit = unknown.kinds.is_none_or(|kinds| unknown.dependencies.is_some() && kinds == dependencies.len());
+        report.require(fit, format_args!("{list}: {name} has not one dependenciesKind for each dependency"));
     }
 }

@@ -3,8 +3,9 @@
 use std::collections::{HashMap, HashSet};
 
 use fmi_schema::fmi2::{Causality, Initial, Variability};
+use newtons_cradle::variables::Type;
 
-use super::model::{Attributes, Model, Type, Variable};
+use super::model::{Attributes, Model, Variable};
 use crate::check::report::Report;
 
 /// Longer names are cut or refused by some hosts.
@@ -16,15 +17,10 @@ pub fn check(model: &Model, report: &mut Report) {
     let mut references: HashMap<(Type, u32), &Variable> = HashMap::new();
     for variable in &model.variables {
         let name = &variable.name;
-        if !names.insert(name) {
-            report.problem(format_args!("{name}: there are two variables of this name"));
-        }
-        if name.is_empty() || (model.structured && !is_structured(name)) {
-            report.problem(format_args!("{name}: not a name of variableNamingConvention=\"structured\""));
-        }
-        if name.len() > LONG_NAME {
-            report.remark(format_args!("{name}: a name of {} bytes", name.len()));
-        }
+        report.require(names.insert(name), format_args!("{name}: there are two variables of this name"));
+        let well_named = !name.is_empty() && (!model.structured || is_structured(name));
+        report.require(well_named, format_args!("{name}: not a name of variableNamingConvention=\"structured\""));
+        report.advise(name.len() <= LONG_NAME, format_args!("{name}: a name of {} bytes", name.len()));
         combination(variable, report);
         value(model, variable, report);
         // Integers and enumerations are read and set by the same functions.
@@ -64,14 +60,12 @@ fn combination(variable: &Variable, report: &mut Report) {
         return report
             .problem(format_args!("{name}: causality {causality} and variability {variability} exclude each other"));
     };
-    if *variability == Continuous && attributes.data_type != Type::Real {
-        report
-            .problem(format_args!("{name}: {:?} and variability continuous exclude each other", attributes.data_type));
-    }
-    if let Some(initial) = initial
-        && !allowed.contains(initial)
-    {
-        report.problem(format_args!("{name}: initial {initial} is not allowed for causality {causality}"));
+    let kind = attributes.data_type;
+    let may_change = *variability != Continuous || kind == Type::Real;
+    report.require(may_change, format_args!("{name}: {kind:?} and variability continuous exclude each other"));
+    if let Some(initial) = initial {
+        let text = format_args!("{name}: initial {initial} is not allowed for causality {causality}");
+        report.require(allowed.contains(initial), text);
     }
     let wanted = match variable.initial_or_default() {
         Some(initial) => initial != Calculated,
@@ -98,9 +92,8 @@ fn value(model: &Model, variable: &Variable, report: &mut Report) {
         },
     };
     let effective = inherit(attributes, declared);
-    if effective.data_type == Type::Enumeration && declared.is_none() {
-        report.problem(format_args!("{name}: an enumeration without declaredType"));
-    }
+    let typed = effective.data_type != Type::Enumeration || declared.is_some();
+    report.require(typed, format_args!("{name}: an enumeration without declaredType"));
     let unit = effective.unit.as_ref().map(|unit| (unit, model.units.iter().find(|known| known.name == *unit)));
     if let Some((unit, None)) = unit {
         report.problem(format_args!("{name}: unit {unit} is not defined"));
@@ -110,13 +103,11 @@ fn value(model: &Model, variable: &Variable, report: &mut Report) {
     {
         report.problem(format_args!("{name}: displayUnit {display} is not defined for its unit"));
     }
-    if effective.nominal.is_some_and(|nominal| nominal <= 0.0) {
-        report.problem(format_args!("{name}: nominal is not positive"));
-    }
-    if let (Some(min), Some(max)) = (effective.min, effective.max)
-        && min > max
-    {
-        report.problem(format_args!("{name}: min = {min} is above max = {max}"));
+    let not_positive = effective.nominal.is_some_and(|nominal| nominal <= 0.0);
+    report.require(!not_positive, format_args!("{name}: nominal is not positive"));
+    if let (Some(min), Some(max)) = (effective.min, effective.max) {
+        let crossed = min > max;
+        report.require(!crossed, format_args!("{name}: min = {min} is above max = {max}"));
     }
     if let Some(index) = effective.derivative
         && model.variables.get(index.wrapping_sub(1)).is_none_or(|state| state.attributes.data_type != Type::Real)
