@@ -144,8 +144,7 @@ fn shown(path: &Path) -> &Path {
 
 /// How this program was called.
 fn this_program() -> String {
-    let program = std::env::args_os().next().map_or_else(|| "cradle-fmu".into(), PathBuf::from);
-    quoted(&shown(&program).display().to_string())
+    quoted(&std::env::args().next().unwrap_or_else(|| "cradle-fmu".to_owned()))
 }
 
 /// A word for the shell.
