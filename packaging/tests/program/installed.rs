@@ -170,3 +170,31 @@ fn results_that_cannot_be_recorded_are_missed_loudly() {
     let failed = run(&["build", "--binary", &binary, "--out", &out, "--reference", &folder.file("")]);
     assert!(failed.code == 1 && failed.error.contains("there are no reference results: "), "{}", failed.error);
 }
+
+/// A folder as the sources are, and a script that stands in for cargo-zigbuild.
+#[cfg(unix)]
+#[test]
+fn a_zigbuild_in_the_venv_of_the_sources_is_found() {
+    use std::fs::Permissions;
+    use std::os::unix::fs::PermissionsExt;
+
+    let folder = Folder::new("sources");
+    for path in ["src", ".venv/bin"] {
+        fs::create_dir_all(folder.file(path)).unwrap();
+    }
+    fs::write(folder.file("src/lib.rs"), "").unwrap();
+    fs::write(folder.file("Cargo.toml"), "[package]\nname = \"newtons-cradle\"\nversion = \"0.0.0\"\n[workspace]\n")
+        .unwrap();
+    let zigbuild = folder.file(".venv/bin/cargo-zigbuild");
+    fs::write(&zigbuild, "#!/bin/sh\necho \"$@\" > arguments\nexit 1\n").unwrap();
+    fs::set_permissions(&zigbuild, Permissions::from_mode(0o755)).unwrap();
+    let target = "x86_64-unknown-linux-gnu.2.17";
+    let failed = run_in(&folder.file(""), &["build", "--target", target]);
+    assert!(
+        failed.code == 1 && failed.error.contains("needs `pip install ziglang cargo-zigbuild`"),
+        "{}",
+        failed.error
+    );
+    let arguments = fs::read_to_string(folder.file("arguments")).unwrap();
+    assert!(arguments.starts_with("zigbuild --package newtons-cradle ") && arguments.contains(target), "{arguments}");
+}
