@@ -2,8 +2,8 @@
 //! give the same bytes.
 
 use std::collections::BTreeMap;
-use std::fs::{self, File};
-use std::io::{BufWriter, Write};
+use std::fs;
+use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
 
 use zip::write::SimpleFileOptions;
@@ -16,7 +16,14 @@ pub type Entries = BTreeMap<String, Vec<u8>>;
 
 /// Writes `entries` to `path` and tells the size in bytes. The file appears only when it is complete.
 pub fn write(path: &Path, entries: Entries) -> Result<u64, Error> {
-    let told = |error: &dyn std::fmt::Display| Error::Failure(format!("cannot write {}: {error}", path.display()));
+    let bytes = bytes(entries).map_err(|error| cannot_write(path, &error))?;
+    replace(path, &bytes)?;
+    Ok(bytes.len() as u64)
+}
+
+/// Writes a file, which appears only when it is complete.
+pub fn replace(path: &Path, contents: &[u8]) -> Result<(), Error> {
+    let told = |error: &dyn std::fmt::Display| cannot_write(path, error);
     let name = path.file_name().ok_or_else(|| told(&"it names no file"))?;
     let folder = match path.parent() {
         Some(parent) if parent != Path::new("") => parent,
@@ -24,9 +31,12 @@ pub fn write(path: &Path, entries: Entries) -> Result<u64, Error> {
     };
     fs::create_dir_all(folder).map_err(|error| told(&error))?;
     let unfinished = Unfinished(folder.join(format!(".{}.{}", name.to_string_lossy(), std::process::id())));
-    let size = fill(&unfinished.0, entries).map_err(|error| told(&error))?;
-    fs::rename(&unfinished.0, path).map_err(|error| told(&error))?;
-    Ok(size)
+    fs::write(&unfinished.0, contents).map_err(|error| told(&error))?;
+    fs::rename(&unfinished.0, path).map_err(|error| told(&error))
+}
+
+fn cannot_write(path: &Path, error: &dyn std::fmt::Display) -> Error {
+    Error::Failure(format!("cannot write {}: {error}", path.display()))
 }
 
 /// A file that is removed unless it was renamed.
@@ -39,17 +49,16 @@ impl Drop for Unfinished {
     }
 }
 
-fn fill(path: &Path, entries: Entries) -> Result<u64, Box<dyn std::error::Error>> {
-    let mut zip = ZipWriter::new(BufWriter::new(File::create(path)?));
+/// The zip file of `entries`.
+pub fn bytes(entries: Entries) -> Result<Vec<u8>, zip::result::ZipError> {
+    let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     let options =
         SimpleFileOptions::default().compression_method(CompressionMethod::Deflated).compression_level(Some(6));
     for (name, contents) in entries {
         zip.start_file(name, options)?;
         zip.write_all(&contents)?;
     }
-    let mut file = zip.finish()?;
-    file.flush()?;
-    Ok(file.get_ref().metadata()?.len())
+    Ok(zip.finish()?.into_inner())
 }
 
 #[cfg(test)]

@@ -5,15 +5,17 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
-use cradle_packaging::build::{PRESETS, Preset};
+use cradle_packaging::build::PRESETS;
 
 /// What the user asks for.
 pub enum Request {
     Build(Build),
     Check { file: PathBuf, load: bool },
     Info { file: PathBuf },
+    Presets,
     Page { python: Option<OsString>, arguments: Vec<OsString> },
     Probe { folder: PathBuf, findings: PathBuf },
+    Record { folder: PathBuf, experiment: bool },
 }
 
 /// Write an FMU.
@@ -21,11 +23,13 @@ pub struct Build {
     pub balls: Option<usize>,
     pub set: Vec<String>,
     pub parameters: Vec<PathBuf>,
-    pub preset: Option<&'static Preset>,
+    pub preset: Option<String>,
+    pub from: Option<PathBuf>,
     pub target: Vec<String>,
     pub binary: Vec<String>,
     pub release: bool,
     pub out: Option<PathBuf>,
+    pub reference: Option<PathBuf>,
 }
 
 /// Reads the command line; ends the program if it is wrong or asks for help.
@@ -36,6 +40,10 @@ pub fn parse() -> Request {
         "build" => Request::Build(Build::of(given)),
         "check" => Request::Check { file: required(&mut given, "file"), load: !given.get_flag("no-load") },
         "info" => Request::Info { file: required(&mut given, "file") },
+        "presets" => Request::Presets,
+        "record" => {
+            Request::Record { folder: required(&mut given, "folder"), experiment: given.get_flag("experiment") }
+        }
         "page" => Request::Page { python: given.remove_one("python"), arguments: several(&mut given, "arguments") },
         _ => Request::Probe { folder: required(&mut given, "folder"), findings: required(&mut given, "findings") },
     }
@@ -48,10 +56,12 @@ impl Build {
             set: several(&mut given, "set"),
             parameters: several(&mut given, "parameters"),
             preset: given.remove_one("preset"),
+            from: given.remove_one("from"),
             target: several(&mut given, "target"),
             binary: several(&mut given, "binary"),
             release: given.get_flag("release"),
             out: given.remove_one("out"),
+            reference: given.remove_one("reference"),
         }
     }
 }
@@ -87,11 +97,24 @@ fn command() -> Command {
         )
         .hide(true)
         .args([path("folder"), path("findings")]);
+    let record = Command::new("record")
+        .about("Run the binary of an unpacked FMU for its reference results; `build` runs this")
+        .hide(true)
+        .args([path("folder"), flag("experiment")]);
+    let presets = command("presets", "List the ready cradles that `build --preset` takes");
     command("cradle-fmu", "Builds, checks, describes and shows FMUs of Newton's cradle")
         .version(env!("CARGO_PKG_VERSION"))
         .subcommand_required(true)
         .arg_required_else_help(true)
-        .subcommands([build(), check, command("info", "Say what is in an FMU").arg(file), page(), probe])
+        .subcommands([
+            build(),
+            check,
+            command("info", "Say what is in an FMU").arg(file),
+            presets,
+            page(),
+            probe,
+            record,
+        ])
 }
 
 fn page() -> Command {
@@ -100,7 +123,8 @@ fn page() -> Command {
         .long_about(
             "Make a 3D animation of an FMU's run, or of a result in CSV: one HTML file that needs no network.\n\n\
              This is done in Python, by `python -m newtons_cradle page`, which gets all arguments but --python: \
-             `cradle-fmu page x.fmu --help` lists them. `python3 cradle.py paper` installs what it needs into .venv.",
+             `cradle-fmu page x.fmu --help` lists them. `pip install newtons-cradle` installs what it needs, as does \
+             `python3 cradle.py paper` in the folder of the sources.",
         )
         .after_help("Exit codes: those of Python; 1 if it cannot be run.")
         .args([
@@ -108,7 +132,8 @@ fn page() -> Command {
                 .long("python")
                 .value_name("PROGRAM")
                 .value_parser(value_parser!(OsString))
-                .help("The Python to run [default: that of .venv in this folder or one above, else python3 or python]"),
+                .help("The Python to run [default: the first that has the package, of that beside this program, that on the PATH, and \
+                       that of .venv in this folder or one above]"),
             Arg::new("arguments")
                 .value_names(["FILE", "ARGUMENT"])
                 .value_parser(value_parser!(OsString))
@@ -124,7 +149,7 @@ fn build() -> Command {
     let option = |name: &'static str, value: &'static str| Arg::new(name).long(name).value_name(value);
     let list = |name: &'static str, value: &'static str| option(name, value).action(ArgAction::Append);
     Command::new("build")
-        .about("Write an FMU of a cradle: compile the binary, or take ready ones, and pack it with description and documentation")
+        .about("Write an FMU of a cradle: take ready binaries, or compile one, and pack it with description and documentation")
         .after_help(build_help())
         .args([
             option("balls", "N")
@@ -136,7 +161,10 @@ fn build() -> Command {
             list("parameters", "FILE.toml")
                 .value_parser(value_parser!(PathBuf))
                 .help("Take balls and start values from a TOML file, as the presets are"),
-            option("preset", "NAME").value_parser(preset).help("Begin with a ready cradle, see below"),
+            option("preset", "NAME").help("Begin with a ready cradle, see below"),
+            option("from", "FILE.fmu")
+                .value_parser(value_parser!(PathBuf))
+                .help("Take binaries and licences from an FMU that this version of this program has written; nothing is compiled"),
             list("target", "TRIPLE").help("Compile for a target triple of Rust [default: this machine]").long_help(
                 "Compile for a target triple of Rust [default: this machine].\n\n\
                  `x86_64-unknown-linux-gnu.2.17`, with a version of glibc, needs cargo-zigbuild and makes a binary for that \
@@ -146,8 +174,11 @@ fn build() -> Command {
                 .help("Take a ready binary, such as `linux64=libnewtons_cradle.so`; nothing is compiled unless there is a --target"),
             flag("release").help("Optimise what is compiled: what an FMU to be used should have"),
             option("out", "FILE").value_parser(value_parser!(PathBuf)).help(
-                "Where to write the FMU [default: fmu/NewtonsCradle.fmu in Cargo's target folder; \
-                 NewtonsCradle.fmu here if nothing is compiled]",
+                "Where to write the FMU [default: named after the preset, the parameter file or NewtonsCradle, and --balls; in \
+                 Cargo's target/fmu if something is compiled, else here]",
+            ),
+            option("reference", "FOLDER").value_parser(value_parser!(PathBuf)).help(
+                "Also run the FMU for its default experiment and write the results and options there, as NAME_ref.csv and NAME_ref.opt",
             ),
         ])
 }
@@ -156,14 +187,11 @@ fn build_help() -> String {
     let presets: Vec<String> = PRESETS.iter().map(|preset| format!("  {:8} {}", preset.name, preset.title())).collect();
     format!(
         "Presets:\n{}\n\nA --parameters file replaces values of the preset, a --set those of both.\n\n\
+         Binaries: of --from, --binary and --target; without any, compiled for this machine in the folder of the sources, elsewhere \
+         those of the FMU that came with this program.\n\n\
          The same sources and arguments give the same bytes. The date in the FMU is SOURCE_DATE_EPOCH, else 1980-01-01.\n\n{EXIT_CODES}",
         presets.join("\n")
     )
-}
-
-fn preset(name: &str) -> Result<&'static Preset, String> {
-    let names: Vec<&str> = PRESETS.iter().map(|preset| preset.name).collect();
-    Preset::named(name).ok_or_else(|| format!("allowed: {}", names.join(", ")))
 }
 
 fn flag(name: &'static str) -> Arg {

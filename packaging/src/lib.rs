@@ -5,7 +5,9 @@
 //! | [`build`] | the files of an FMU: the cradle the user chooses, description, documentation, compiled binary | `archive`, `platform` |
 //! | [`check`] | what is wrong with an FMU, whoever wrote it | `archive`, `platform` |
 //! | [`info`] | what is in an FMU | `build`, `check` |
-//! | [`animation`] | a run as a page for the browser, by the Python package | nothing |
+//! | [`reference`] | parameter sets and reference results, from runs of the FMU's own binary | `build`, `check` |
+//! | [`environment`] | the Python environment that this program is installed in | nothing |
+//! | [`animation`] | a run as a page for the browser, by the Python package | `environment` |
 //! | [`archive`] | the zip file, the same bytes for the same contents | nothing |
 //! | [`platform`] | folders of the standard, target triples, and what a binary is made for | nothing |
 //!
@@ -15,8 +17,10 @@ pub mod animation;
 pub mod archive;
 pub mod build;
 pub mod check;
+pub mod environment;
 mod error;
 pub mod info;
 pub mod platform;
+pub mod reference;
 
 pub use error::Error;

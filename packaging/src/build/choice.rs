@@ -5,43 +5,13 @@ use std::fs;
 use std::path::Path;
 
 use newtons_cradle::variables::{
-    Access, DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, Recipe, RecipeError, Row, Shape, StartValue, TABLE, Variable,
-    VariableError,
+    Access, DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, Recipe, Shape, StartValue, TABLE, Variable,
 };
 use toml::{Table, Value};
 
+use super::names;
+use super::preset::Preset;
 use crate::error::Error;
-
-/// A cradle with a name, in the form of a parameter file.
-pub struct Preset {
-    /// What `--preset` calls it.
-    pub name: &'static str,
-    /// The parameter file; its first line says what it is.
-    pub file: &'static str,
-}
-
-impl Preset {
-    /// One line for the help.
-    pub fn title(&self) -> &'static str {
-        self.file.lines().next().unwrap_or_default().trim_start_matches("# ")
-    }
-
-    /// The preset of this name.
-    pub fn named(name: &str) -> Option<&'static Self> {
-        PRESETS.iter().find(|preset| preset.name == name)
-    }
-}
-
-/// Every preset.
-pub static PRESETS: &[Preset] = &[
-    Preset { name: "figure3", file: include_str!("../../presets/figure3.toml") },
-    Preset { name: "figure4", file: FIGURES_4_AND_5 },
-    Preset { name: "figure5", file: FIGURES_4_AND_5 },
-    Preset { name: "figure6", file: include_str!("../../presets/figure6.toml") },
-    Preset { name: "desk", file: include_str!("../../presets/desk.toml") },
-];
-
-const FIGURES_4_AND_5: &str = include_str!("../../presets/figure5.toml");
 
 /// What was chosen so far; what comes later replaces what came before.
 #[derive(Default)]
@@ -58,9 +28,9 @@ struct Assignment {
 }
 
 impl Choice {
-    /// Chooses the number of balls.
-    pub fn balls(&mut self, balls: usize) {
-        self.balls = Some(balls);
+    /// Chooses the number of balls; says whether that is another one than was chosen before.
+    pub fn balls(&mut self, balls: usize) -> bool {
+        self.balls.replace(balls).unwrap_or(DEFAULT_BALLS) != balls
     }
 
     /// Takes everything from a preset.
@@ -142,7 +112,7 @@ impl Choice {
                 .map_err(|error| Error::Usage(format!("{origin}: {error}")))?
                 .into_iter()
                 .collect();
-            alone.settings().map_err(|error| Error::Usage(format!("{origin}: {}", told(error))))?;
+            alone.settings().map_err(|error| Error::Usage(format!("{origin}: {error}")))?;
             recipe.start.append(&mut alone.start);
         }
         Ok(recipe)
@@ -151,9 +121,19 @@ impl Choice {
 
 /// The variables that `name` stands for, with their values.
 fn elements(name: &str, values: Vec<StartValue>, balls: usize) -> Result<Vec<(String, StartValue)>, String> {
-    let Some((position, row)) = TABLE.iter().enumerate().find(|(_, row)| row.name == name) else {
+    if let Some(refusal) = names::refusal(name, balls) {
+        return Err(refusal);
+    }
+    let family = name.split('[').next().unwrap_or_default();
+    let Some((position, row)) = TABLE.iter().enumerate().find(|(_, row)| row.name == family) else {
         return single(name, values);
     };
+    if let Some(refusal) = values.iter().find_map(|value| names::unit_written(row, value)) {
+        return Err(refusal);
+    }
+    if name != family {
+        return single(name, values);
+    }
     if row.shape == Shape::Scalar {
         let named = |value| match (value, row.access) {
             // The user may have meant an item's integer; the error names the items.
@@ -177,20 +157,8 @@ fn elements(name: &str, values: Vec<StartValue>, balls: usize) -> Result<Vec<(St
 fn single(name: &str, values: Vec<StartValue>) -> Result<Vec<(String, StartValue)>, String> {
     match <[StartValue; 1]>::try_from(values) {
         Ok([value]) => Ok(vec![(name.to_owned(), value)]),
-        Err(values) => Err(format!("{name} takes one value, not {}", values.len())),
+        Err(values) => Err(format!("{name} takes one value, not {}; decimals have a point", values.len())),
     }
-}
-
-/// The error, with the names that there are if it is a name.
-fn told(error: RecipeError) -> String {
-    let RecipeError::Start(VariableError::UnknownName { .. }) = error else { return error.to_string() };
-    let name = |row: &Row| match row.shape {
-        Shape::Scalar => row.name.to_owned(),
-        Shape::Balls => format!("{}[1..n]", row.name),
-        Shape::Contacts => format!("{}[1..n-1]", row.name),
-    };
-    let names: Vec<String> = TABLE.iter().filter(|row| row.settable()).map(name).collect();
-    format!("{error}; allowed: {}", names.join(", "))
 }
 
 /// What a start value is in a parameter file.

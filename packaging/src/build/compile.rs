@@ -54,6 +54,13 @@ impl Workspace {
             command.arg("--release");
         }
         command.env("CARGO_ENCODED_RUSTFLAGS", self.flags(target)?);
+        // `pip install cargo-zigbuild` may have put it, and the Python that knows where zig is, into the .venv of the sources.
+        let programs = self.root.join(".venv/bin");
+        if old_glibc && programs.join("cargo-zigbuild").is_file() {
+            let path = std::env::var_os("PATH").unwrap_or_default();
+            let all = std::iter::once(programs).chain(std::env::split_paths(&path));
+            command.env("PATH", std::env::join_paths(all).unwrap_or(path));
+        }
         let output = command
             .stderr(Stdio::inherit())
             .output()

@@ -47,9 +47,16 @@ pub fn check(entries: &Entries, model: &Model, report: &mut Report) -> Result<()
         }
     }
     let findings = folder.0.join("findings");
+    let status = supervise(&[Path::new("probe"), &folder.0, &findings])?;
+    collect(&binary, status, &fs::read_to_string(&findings).unwrap_or_default(), report);
+    Ok(())
+}
+
+/// Runs this program with other arguments, silently and not for longer than `PATIENCE`; nothing if it took longer.
+pub(crate) fn supervise(arguments: &[&Path]) -> Result<Option<ExitStatus>, Error> {
     let program = env::current_exe().map_err(|error| failed("find this program", error))?;
     let mut child = Command::new(program)
-        .args([Path::new("probe"), &folder.0, &findings])
+        .args(arguments)
         .stdin(Stdio::null())
         .stdout(Stdio::null())
         .stderr(Stdio::null())
@@ -68,8 +75,7 @@ pub fn check(entries: &Entries, model: &Model, report: &mut Report) -> Result<()
         let _ = child.kill();
         let _ = child.wait();
     }
-    collect(&binary, status, &fs::read_to_string(&findings).unwrap_or_default(), report);
-    Ok(())
+    Ok(status)
 }
 
 /// Takes over the child's findings, and tells where it stopped if it did not get to the end.
@@ -95,10 +101,10 @@ fn failed(what: &str, error: std::io::Error) -> Error {
 }
 
 /// A new folder that is removed in the end.
-struct Folder(PathBuf);
+pub(crate) struct Folder(pub(crate) PathBuf);
 
 impl Folder {
-    fn new() -> Result<Self, Error> {
+    pub(crate) fn new() -> Result<Self, Error> {
         let mut attempt = 0;
         loop {
             let path = env::temp_dir().join(format!("cradle-fmu-{}-{attempt}", std::process::id()));
@@ -111,7 +117,7 @@ impl Folder {
     }
 
     /// Writes an entry of the zip file, unless its path leaves the folder.
-    fn write(&self, name: &str, contents: &[u8]) -> Result<(), Error> {
+    pub(crate) fn write(&self, name: &str, contents: &[u8]) -> Result<(), Error> {
         let relative = Path::new(name);
         if !relative.components().all(|part| matches!(part, Component::Normal(_))) {
             return Ok(());
@@ -150,19 +156,19 @@ pub fn run(folder: &Path, findings: &Path) -> Result<(), Error> {
 
 /// `fmi2CallbackFunctions` of the standard.
 #[repr(C)]
-struct Callbacks {
-    logger: *const c_void,
-    allocate_memory: unsafe extern "C" fn(usize, usize) -> *mut c_void,
-    free_memory: unsafe extern "C" fn(*mut c_void),
-    step_finished: Option<unsafe extern "C" fn(*mut c_void, c_int)>,
-    environment: *mut c_void,
+pub(crate) struct Callbacks {
+    pub(crate) logger: *const c_void,
+    pub(crate) allocate_memory: unsafe extern "C" fn(usize, usize) -> *mut c_void,
+    pub(crate) free_memory: unsafe extern "C" fn(*mut c_void),
+    pub(crate) step_finished: Option<unsafe extern "C" fn(*mut c_void, c_int)>,
+    pub(crate) environment: *mut c_void,
 }
 
 /// `fmi2CoSimulation` of the standard.
-const CO_SIMULATION: c_int = 1;
+pub(crate) const CO_SIMULATION: c_int = 1;
 
-type Instance = *mut c_void;
-type Instantiate = unsafe extern "C" fn(
+pub(crate) type Instance = *mut c_void;
+pub(crate) type Instantiate = unsafe extern "C" fn(
     *const c_char,
     c_int,
     *const c_char,
@@ -174,9 +180,15 @@ type Instantiate = unsafe extern "C" fn(
 type Values<T> = unsafe extern "C" fn(Instance, *const u32, usize, *mut T) -> c_int;
 
 /// The last text that the binary logged as an error.
-static SAID: Mutex<String> = Mutex::new(String::new());
+pub(crate) static SAID: Mutex<String> = Mutex::new(String::new());
 
-unsafe extern "C" fn log(_: *mut c_void, _: *const c_char, status: c_int, _: *const c_char, text: *const c_char) {
+pub(crate) unsafe extern "C" fn log(
+    _: *mut c_void,
+    _: *const c_char,
+    status: c_int,
+    _: *const c_char,
+    text: *const c_char,
+) {
     // From fmi2Discard on. The text is a format whose arguments are out of reach for Rust.
     if status >= 2 && !text.is_null() {
         // SAFETY: the binary promises a text closed by a null byte.
@@ -369,7 +381,7 @@ impl<'a> Probe<'a> {
 }
 
 /// The location of a folder as hosts give it.
-fn location(folder: &Path) -> String {
+pub(crate) fn location(folder: &Path) -> String {
     let path = folder.to_string_lossy().replace('\\', "/");
     let encode = |c: char| match c {
         ' ' => "%20".to_owned(),

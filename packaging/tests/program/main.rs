@@ -4,7 +4,9 @@
 
 mod command;
 mod damage;
+mod installed;
 mod licenses;
+mod messages;
 #[cfg(unix)]
 mod page;
 mod support;

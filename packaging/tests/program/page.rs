@@ -3,7 +3,7 @@ use std::fs::{self, Permissions};
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
-use super::support::{Folder, run, run_in};
+use super::support::{Folder, output, run};
 
 /// A program in `folder` that is called as Python would be.
 fn script(folder: &Folder, name: &str, text: &str) -> String {
@@ -28,7 +28,10 @@ fn the_virtual_environment_above_is_taken() {
     let folder = Folder::new("venv");
     script(&folder, ".venv/bin/python", "printf %s \"$0\"");
     fs::create_dir_all(folder.file("deep/down")).unwrap();
-    let ended = run_in(&folder.file("deep/down"), &["page", "x.fmu"]);
+    // Without a PATH no other Python is found.
+    let command =
+        format!("cd '{}' && PATH= exec '{}' page x.fmu", folder.file("deep/down"), env!("CARGO_BIN_EXE_cradle-fmu"));
+    let ended = output("/bin/sh", &["-c", &command]);
     assert_eq!(ended.code, 0, "{}", ended.error);
     assert!(ended.output.ends_with("venv/.venv/bin/python"), "{}", ended.output);
 }
@@ -40,8 +43,7 @@ fn what_is_missing_is_named() {
     for (python, expected) in [(bare, "cannot import newtons_cradle; "), (folder.file("nothing"), "cannot run ")] {
         let failed = run(&["page", "--python", &python, "x.fmu"]);
         assert_eq!(failed.code, 1);
-        for part in [expected, &python, "`python3 cradle.py paper` in the folder of the sources makes .venv/bin/python"]
-        {
+        for part in [expected, &python, "`pip install newtons-cradle`", "`python3 cradle.py paper`"] {
             assert!(failed.error.contains(part), "{}", failed.error);
         }
     }

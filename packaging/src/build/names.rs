@@ -1,0 +1,105 @@
+//! Names that a user gets wrong, and what may have been meant.
+
+use newtons_cradle::variables::{Row, Shape, StartValue, TABLE, Type};
+
+/// The known name that is most like a wrong one, if any is like it: less than a third of its letters differ, or it is the wrong one
+/// after a dot.
+pub fn nearest<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let wrong = wrong.to_lowercase();
+    let distance = |name: &str| {
+        let name = name.to_lowercase();
+        let last = name.rsplit('.').next().unwrap_or_default();
+        strsim::damerau_levenshtein(&wrong, &name).min(1 + strsim::damerau_levenshtein(&wrong, last))
+    };
+    let enough = 1 + wrong.chars().count() / 3;
+    known
+        .into_iter()
+        .map(|name| (distance(name), name))
+        .filter(|(far, _)| *far < enough.max(2))
+        .min()
+        .map(|(_, name)| name)
+}
+
+/// `; did you mean "..."?`, or nothing.
+pub fn did_you_mean<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -> String {
+    nearest(wrong, known).map(|name| format!("; did you mean \"{name}\"?")).unwrap_or_default()
+}
+
+/// Why no start value can be given for `name` in a cradle of `balls` balls, and for what it can; nothing if it can be.
+pub fn refusal(name: &str, balls: usize) -> Option<String> {
+    let (family, index) = match name.strip_suffix(']').and_then(|name| name.split_once('[')) {
+        Some((family, index)) => (family, Some(index)),
+        None => (name, None),
+    };
+    let Some(row) = TABLE.iter().find(|row| row.name == family) else {
+        let settable = || TABLE.iter().filter(|row| row.settable());
+        let mut hint = did_you_mean(family, settable().map(|row| row.name));
+        if hint.is_empty() {
+            let names: Vec<String> = settable().map(indexed).collect();
+            hint = format!("; allowed: {}", names.join(", "));
+        }
+        return Some(format!("no variable has the name \"{name}\"{hint}"));
+    };
+    if !row.settable() {
+        let instead = match row.name {
+            "x" => "; x_start[i] is the position at the start",
+            "v" => "; v_start[i] is the velocity at the start",
+            "F" => "; F_ext[i] is a force on a ball",
+            _ => "",
+        };
+        let causality = format!("{:?}", row.causality).to_lowercase();
+        return Some(format!("{name} cannot be set, it is of causality {causality}{instead}"));
+    }
+    let count = row.shape.len(balls);
+    match index {
+        Some(_) if row.shape == Shape::Scalar => Some(format!("{family} is one value, without an index")),
+        Some(index) if !index.parse().is_ok_and(|index: usize| (1..=count).contains(&index)) => {
+            let allowed = if count == 0 { "there is none".to_owned() } else { format!("allowed: 1 to {count}") };
+            Some(format!("{name}: index {index} is refused; {allowed}, in a cradle of {balls} ball(s)"))
+        }
+        _ => None,
+    }
+}
+
+/// Why `value` is no value of `row`, if it is a number followed by something.
+pub fn unit_written(row: &Row, value: &StartValue) -> Option<String> {
+    let StartValue::Item(text) = value else { return None };
+    let end =
+        text.find(|c: char| c.is_ascii_alphabetic() && !matches!(c, 'e' | 'E') || c.is_whitespace() || c == '%')?;
+    let number = text.get(..end).filter(|number| number.parse::<f64>().is_ok())?;
+    (row.access.data_type() == Type::Real).then(|| {
+        let unit = if row.unit() == "1" { "has no unit".to_owned() } else { format!("is in {}", row.unit()) };
+        format!("{} = {text} is refused: units are not written, {number} {unit}", row.name)
+    })
+}
+
+fn indexed(row: &Row) -> String {
+    match row.shape {
+        Shape::Scalar => row.name.to_owned(),
+        Shape::Balls => format!("{}[1..n]", row.name),
+        Shape::Contacts => format!("{}[1..n-1]", row.name),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_like_a_name_is_found() {
+        let names = || TABLE.iter().filter(|row| row.settable()).map(|row| row.name);
+        for (wrong, meant) in [
+            ("contact.stifness", "contact.stiffness"),
+            ("stiffness", "contact.stiffness"),
+            ("Gravity", "gravity"),
+            ("ball.radios", "ball.radius"),
+            ("xstart", "x_start"),
+            ("contact.modle", "contact.model"),
+        ] {
+            assert_eq!(nearest(wrong, names()), Some(meant), "{wrong}");
+        }
+        for wrong in ["", "nothing", "voltage", "T"] {
+            assert_eq!(nearest(wrong, names()), None, "{wrong}");
+        }
+    }
+}

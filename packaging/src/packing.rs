@@ -1,0 +1,160 @@
+//! `build`: from the arguments to the file.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use cradle_packaging::archive;
+use cradle_packaging::build::{self, Binary, Choice, PRESETS, Preset, Ready, Workspace};
+use cradle_packaging::platform::{self, Platform};
+use cradle_packaging::{Error, environment, reference};
+use newtons_cradle::variables::MODEL_IDENTIFIER;
+
+use super::arguments::Build;
+
+impl Build {
+    /// Writes the FMU.
+    pub fn run(self) -> Result<ExitCode, Error> {
+        let (choice, name) = self.choice()?;
+        let recipe = choice.recipe()?;
+        let (ready, folder) = self.ready()?;
+        let out = self.out.clone().unwrap_or_else(|| folder.join(format!("{name}.fmu")));
+        if let Some(from) = self.from.as_ref().filter(|from| is_same(from, &out)) {
+            let from = from.display();
+            return Err(Error::Usage(format!(
+                "{from} would be replaced by an FMU made from it; name another one by --out"
+            )));
+        }
+        let mut entries = build::entries(&recipe, ready.binaries)?;
+        entries.extend(ready.licenses);
+        if let Some(reason) = reference::add(&mut entries, &recipe)? {
+            eprintln!("warning: the FMU gets no reference results: {reason}");
+        }
+        let beside = self.reference.as_ref().map(|folder| reference::beside(&entries, &out, folder)).transpose()?;
+        let failed = |error: &dyn std::fmt::Display| Error::Failure(format!("cannot pack {}: {error}", out.display()));
+        let bytes = archive::bytes(entries).map_err(|error| failed(&error))?;
+        let replaced = build::replaced(&out, &bytes);
+        archive::replace(&out, &bytes)?;
+        let path = shown(&out).display().to_string();
+        if let Some(what) = replaced {
+            eprintln!("Replaced {path}, which was: {what}");
+        }
+        println!("{path} ({} kB, n = {})", bytes.len().div_ceil(1000), recipe.balls);
+        for file in beside.iter().flatten() {
+            println!("{}", shown(file).display());
+        }
+        println!(
+            "Try it: {} {} {}",
+            this_program(),
+            if environment::python().is_some() { "page" } else { "check" },
+            quoted(&path)
+        );
+        Ok(ExitCode::SUCCESS)
+    }
+
+    /// The cradle, and what its file is called: after the preset or the last parameter file, and the number of balls if it is another.
+    fn choice(&self) -> Result<(Choice, String), Error> {
+        let mut choice = Choice::default();
+        let mut name = MODEL_IDENTIFIER.to_owned();
+        if let Some(preset) = &self.preset {
+            let known = || PRESETS.iter().map(|preset| preset.name);
+            let preset = Preset::named(preset).ok_or_else(|| {
+                let allowed: Vec<&str> = known().collect();
+                let hint = build::did_you_mean(preset, known());
+                Error::Usage(format!("there is no preset \"{preset}\"{hint}; allowed: {}", allowed.join(", ")))
+            })?;
+            choice.preset(preset)?;
+            preset.name.clone_into(&mut name);
+        }
+        for file in &self.parameters {
+            choice.file(file)?;
+            if let Some(stem) = file.file_stem() {
+                name = stem.to_string_lossy().into_owned();
+            }
+        }
+        for text in &self.set {
+            choice.set(text)?;
+        }
+        if let Some(balls) = self.balls
+            && choice.balls(balls)
+        {
+            name = format!("{name}{balls}");
+        }
+        Ok((choice, name))
+    }
+
+    /// The binaries, and the folder for the FMU if none is named: Cargo's, if they are compiled, else this one.
+    fn ready(&self) -> Result<(Ready, PathBuf), Error> {
+        let mut ready = self.from.as_deref().map_or_else(|| Ok(Ready::default()), Ready::of)?;
+        for text in &self.binary {
+            let refused = |reason: &str| Error::Usage(format!("--binary {text} is refused: {reason}"));
+            let (folder, file) = text.split_once('=').ok_or_else(|| refused("allowed: PLATFORM=FILE"))?;
+            let platform = Platform::named(folder)
+                .ok_or_else(|| refused(&format!("allowed platforms: {}", platform::folders())))?;
+            add(&mut ready.binaries, platform, Path::new(file), &format!("--binary {folder}"))?;
+        }
+        let mut targets: Vec<Option<&str>> = self.target.iter().map(|target| Some(target.as_str())).collect();
+        if targets.is_empty() && ready.binaries.is_empty() {
+            if build::checkout().is_none() {
+                let fmu = environment::fmu().ok_or_else(|| Error::Failure(NO_BINARY.to_owned()))?;
+                return Ok((Ready::of(&fmu)?, PathBuf::new()));
+            }
+            targets.push(None);
+        }
+        if targets.is_empty() {
+            return Ok((ready, PathBuf::new()));
+        }
+        let workspace = Workspace::find()?;
+        for target in targets {
+            let platform = target.map_or_else(Platform::host, Platform::of_target)?;
+            let how = if self.release { "release" } else { "debug" };
+            eprintln!("Compiling the FMU's binary for {} ({how})", platform.folder);
+            add(&mut ready.binaries, platform, &workspace.library(target, self.release)?, "--target")?;
+        }
+        Ok((ready, workspace.target.join("fmu")))
+    }
+}
+
+const NO_BINARY: &str = concat!(
+    "there is no binary to pack: name an FMU of newtons-cradle ",
+    env!("CARGO_PKG_VERSION"),
+    " by --from, or use the program that `pip install newtons-cradle` installs, or run it in the folder of the sources"
+);
+
+fn add(binaries: &mut Vec<Binary>, platform: &'static Platform, file: &Path, argument: &str) -> Result<(), Error> {
+    let name = file.display();
+    let contents =
+        fs::read(file).map_err(|error| Error::Failure(format!("{argument}: cannot read {name}: {error}")))?;
+    platform.check(&contents).map_err(|error| Error::Usage(format!("{argument}: {name} is {error}")))?;
+    if binaries.iter().any(|other| other.platform == platform) {
+        return Err(Error::Usage(format!("{argument}: there are two binaries for {}; allowed: one", platform.folder)));
+    }
+    binaries.push(Binary { platform, contents });
+    Ok(())
+}
+
+fn is_same(one: &Path, other: &Path) -> bool {
+    fs::canonicalize(one).is_ok_and(|one| fs::canonicalize(other).is_ok_and(|other| one == other))
+}
+
+/// A path as short as it can be typed from here.
+fn shown(path: &Path) -> &Path {
+    std::env::current_dir().ok().and_then(|here| path.strip_prefix(here).ok()).unwrap_or(path)
+}
+
+/// How this program was called.
+fn this_program() -> String {
+    quoted(&std::env::args().next().unwrap_or_else(|| "cradle-fmu".to_owned()))
+}
+
+/// A word for the shell.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || matches!(c, '/' | '\\' | '.' | ':' | '_' | '-' | '+');
+    if word.chars().all(plain) {
+        word.to_owned()
+    } else if cfg!(windows) {
+        format!("\"{word}\"")
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
+}

@@ -1,0 +1,94 @@
+//! The files: in the FMU, with the manifest that tells of them, and beside it.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use newtons_cradle::variables::{Escaped, MODEL_IDENTIFIER, Number, Recipe, START_TIME, STEP_SIZE, STOP_TIME};
+
+use super::case::{Case, cases};
+use super::parameter_set::ssv;
+use super::record::record;
+use crate::archive::{self, Entries};
+use crate::error::Error;
+
+/// The folder of the layered standard in an FMU.
+const FOLDER: &str = "extra/org.fmi-standard.fmi-ls-ref";
+/// What the standard wants said of it; its page is beside the other documentation.
+const DESCRIPTION: &str = "Layered Standard providing information on related files included in an FMU.";
+const PAGE: &str = include_str!("../../assets/fmi-ls-ref.txt");
+/// How close another host should come, relative to the largest value of a variable.
+const TOLERANCE: f64 = 1e-6;
+
+/// What is missing, and why.
+pub type Missing = Option<String>;
+
+/// Adds parameter sets and reference results to the FMU of `recipe`. Without a binary that runs on this machine there are no results.
+pub fn add(entries: &mut Entries, recipe: &Recipe) -> Result<Missing, Error> {
+    let cases = cases(recipe)?;
+    let own = recipe.settings().map_err(|error| Error::Usage(error.to_string()))?;
+    let (results, missing) = match record(entries, &cases, false) {
+        Ok(results) => (results.cases, None),
+        Err(reason) => (Vec::new(), Some(reason)),
+    };
+    let mut put = |name: &str, text: String| entries.insert(format!("{FOLDER}/{name}"), text.into_bytes());
+    put("fmi-ls-manifest.xml", manifest(&cases, !results.is_empty()));
+    for case in &cases {
+        put(&format!("{}.ssv", case.name), ssv(case, &own));
+    }
+    for (case, csv) in cases.iter().zip(results) {
+        put(&format!("{}.csv", case.name), csv);
+    }
+    entries.insert("documentation/fmi-ls-ref.txt".to_owned(), PAGE.as_bytes().to_vec());
+    Ok(missing)
+}
+
+/// Writes the reference results of the default experiment and its options as FMI's tool pages ask for, `NAME_ref.csv` and
+/// `NAME_ref.opt`, for an FMU that is called `NAME.fmu`; their paths.
+pub fn beside(entries: &Entries, fmu: &Path, folder: &Path) -> Result<[PathBuf; 2], Error> {
+    let failed = |reason: String| Error::Failure(format!("there are no reference results: {reason}"));
+    let results = record(entries, &[], true).map_err(failed)?;
+    let csv = results.experiment.ok_or_else(|| failed("they were not recorded".to_owned()))?;
+    let stem = fmu.file_stem().map_or(MODEL_IDENTIFIER.into(), |stem| stem.to_string_lossy());
+    let (start, stop, step) = (Number(START_TIME), Number(STOP_TIME), Number(STEP_SIZE));
+    let options = format!(
+        "StartTime, {start}\nStopTime, {stop}\nStepSize, {step}\nRelTol, {}\nSolverType, FixedStep\nOutputIntervalLength, {step}\n",
+        Number(TOLERANCE)
+    );
+    let files = [folder.join(format!("{stem}_ref.csv")), folder.join(format!("{stem}_ref.opt"))];
+    archive::replace(&files[0], csv.as_bytes())?;
+    archive::replace(&files[1], options.as_bytes())?;
+    Ok(files)
+}
+
+fn manifest(cases: &[Case], results: bool) -> String {
+    let mut xml = format!(
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
+         <fmiReferences xmlns:fmi-ls=\"http://fmi-standard.org/fmi-ls-manifest\"\n    \
+         fmi-ls:fmi-ls-name=\"org.fmi-standard.fmi-ls-ref\"\n    fmi-ls:fmi-ls-version=\"1.0.0-alpha.1\"\n    \
+         fmi-ls:fmi-ls-description=\"{DESCRIPTION}\">\n"
+    );
+    let mut related = |of_type: &str, source: &str, role: &str, description: &str, label: &str| {
+        let end = if label.is_empty() {
+            "/>".to_owned()
+        } else {
+            format!(">\n    <Label name=\"cradle:{label}\"/>\n  </Related>")
+        };
+        let description = Escaped(description);
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            xml,
+            "  <Related type=\"{of_type}\" source=\"{source}\" role=\"{role}\" description=\"{description}\"{end}"
+        );
+    };
+    for Case { name, title, .. } in cases {
+        related("application/x-ssp-parameter-set", &format!("{name}.ssv"), "parameter", title, name);
+        if results {
+            let what = format!("Results with {name}.ssv.");
+            related("text/csv", &format!("{name}.csv"), "result", &what, name);
+        }
+    }
+    related("text/plain", "../../documentation/fmi-ls-ref.txt", "document", "How to use these files.", "");
+    related("text/html", "../../documentation/index.html", "document", "Documentation of the FMU.", "");
+    xml.push_str("</fmiReferences>\n");
+    xml
+}

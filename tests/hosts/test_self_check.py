@@ -1,0 +1,113 @@
+"""What an FMU brings along to be checked and tried by: parameter sets, reference results, and the lines of its documentation."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import zipfile
+from html import unescape
+from pathlib import Path
+from xml.etree import ElementTree
+
+import fmpy
+import newtons_cradle as nc
+import numpy as np
+import pytest
+from conftest import ROOT
+from fmpy.ssp.ssd import read_ssv
+from fmpy.validation import validate_fmu
+
+FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
+SCRIPTS = Path(sys.executable).parent  # the virtual environment's programs
+ENVIRONMENT = os.environ | {
+    "PATH": f"{SCRIPTS}{os.pathsep}{os.environ['PATH']}",
+    "PYTHONPATH": str(ROOT / "python"),
+}
+
+
+def run(command, **options) -> str:
+    """Runs a program; what it printed."""
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, env=ENVIRONMENT, **options)
+    assert done.returncode == 0, (done.stdout + done.stderr)[-3000:]
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def packed(producer, fmu_path, tmp_path_factory):
+    """Packs an FMU with the binaries of the FMU under test: its path, and what the producer printed."""
+
+    def pack(*arguments) -> tuple[Path, str]:
+        out = tmp_path_factory.mktemp("packed") / "NewtonsCradle.fmu"
+        command = [producer, "build", "--from", fmu_path, "--out", out, *arguments]
+        return out, run([str(part) for part in command], cwd=out.parent)
+
+    return pack
+
+
+@pytest.mark.parametrize("balls", [1, 5, 13])
+def test_parameter_sets_give_the_reference_results(packed, balls, tmp_path):
+    """Each parameter set of the manifest, applied by FMPy, gives the results with the same label."""
+    path, _ = packed("--balls", balls)
+    assert validate_fmu(str(path)) == []
+    with zipfile.ZipFile(path) as archive:
+        archive.extractall(tmp_path)
+    files = {}
+    for related in ElementTree.parse(tmp_path / FOLDER / "fmi-ls-manifest.xml").getroot():
+        source = (tmp_path / FOLDER / related.get("source")).resolve()
+        assert source.exists(), source
+        for label in related.findall("Label"):
+            files.setdefault(label.get("name"), {})[related.get("role")] = source
+    names = {1: {"start"}, 5: {"start", "figure4", "figure5", "figure6", "desk"}, 13: {"start", "figure3"}}
+    assert set(files) == {f"cradle:{name}" for name in names[balls]}
+    with nc.Fmu(path) as fmu:
+        for name, roles in files.items():
+            expected = np.genfromtxt(roles["result"], delimiter=",", names=True, deletechars="")
+            set_up = read_ssv(str(roles["parameter"])).parameters
+            start = {p.name: fmu.number(p.name, p.value) for p in set_up}
+            result = fmpy.simulate_fmu(
+                str(path),
+                stop_time=expected["time"][-1],
+                output_interval=0.1,
+                start_values=start,
+                output=[column for column in expected.dtype.names if column != "time"],
+            )
+            for column in expected.dtype.names:
+                error = np.abs(result[column] - expected[column]).max()
+                assert error <= 1e-9 * np.abs(expected[column]).max(), (name, column, error)
+
+
+def test_a_desk_cradle_comes_to_rest(packed):
+    """Below 1 mm after about a minute."""
+    path, _ = packed("--preset", "desk")
+    positions = [f"x[{i}]" for i in range(1, 6)]
+    result = fmpy.simulate_fmu(str(path), stop_time=70.0, output_interval=0.01, output=positions)
+    x = np.column_stack([result[name] for name in positions])
+    largest = np.abs(x).max(axis=1)
+    last = result["time"][largest > 1e-3][-1]
+    assert 50.0 < last < 65.0, last
+
+
+def test_the_lines_of_the_documentation_run(packed, tmp_path):
+    """The Python program and the command of the page, as they stand."""
+    path, _ = packed("--balls", "2")
+    shutil.copy(path, tmp_path / "NewtonsCradle.fmu")
+    with zipfile.ZipFile(path) as archive:
+        page = archive.read("documentation/index.html").decode()
+    program, command = (
+        unescape(re.search(rf'id="{name}">(.*?)</', page, re.DOTALL)[1]) for name in ("python", "command")
+    )
+    printed = run([sys.executable, "-c", program], cwd=tmp_path).splitlines()
+    assert len(printed) == 21 and "ball 1 at -0.1000 m" in printed[0]
+    run(command, shell=True, cwd=tmp_path)
+    header, *rows = (tmp_path / "result.csv").read_text().splitlines()
+    assert '"x[2]"' in header and len(rows) == 1001
+
+
+def test_the_hint_after_a_build_runs(packed):
+    """With a Python that has the package, it is the animation."""
+    path, printed = packed("--preset", "desk")
+    hint = re.search(r"^Try it: (.*)$", printed, re.MULTILINE)[1]
+    assert " page " in hint
+    run(hint, shell=True, cwd=path.parent)
+    assert path.with_suffix(".html").stat().st_size > 100_000
