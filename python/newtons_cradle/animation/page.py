@@ -9,10 +9,11 @@ import zlib
 from html import escape
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from ..pulses import impact_sequences
+from ..pulses import Array, impact_sequences
 from .recording import Recording
 
 ASSETS = files(__package__)
@@ -60,7 +61,7 @@ def three_js() -> str:
     return script[0]
 
 
-def numbers(recording: Recording) -> dict:
+def numbers(recording: Recording) -> dict[str, Any]:
     """The run as the scripts read it."""
     pulses = np.sort(recording.pulses, order=["contact", "onset"])
     # Rigid impacts have no force: their impulse shows how hard they are.
@@ -87,7 +88,7 @@ def numbers(recording: Recording) -> dict:
     }
 
 
-def packed(array: np.ndarray, kind: str) -> dict:
+def packed(array: Array, kind: str) -> dict[str, str]:
     """An array as bytes, the first ones of all numbers, then the second ones, ...: so they deflate better."""
     values = np.ascontiguousarray(array, dtype=f"<{kind}").ravel()
     planes = values.view(np.uint8).reshape(len(values), values.itemsize).T
