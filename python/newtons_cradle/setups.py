@@ -22,7 +22,8 @@ def presets() -> list[str]:
 def preset(name: str) -> Start:
     """Start values of a preset, `x_start[1]` and so on for arrays. Raises ValueError, which names what there is.
 
-    The number of balls belongs to the FMU; the number of elements of `x_start` says for how many the preset is.
+    The number of balls belongs to the FMU; the number of elements of `x_start` says for how many the preset is. FMPy's
+    `simulate_fmu` takes numbers only: `fmu.settings(preset("desk"))`.
     """
     known = files.preset_files()
     if name not in known:

@@ -43,7 +43,10 @@ def asset(name: str) -> str:
 
 
 def three_js() -> str:
-    """three.js (r140, MIT licence) as one classic script, from the viewer that the package trimesh carries."""
+    """three.js (r140, MIT licence) as one classic script: that of the wheel, else from the viewer that trimesh carries."""
+    packaged = ASSETS / "three.js"
+    if packaged.is_file():
+        return packaged.read_text(encoding="utf-8")
     try:
         archive = (files("trimesh") / "resources/templates/viewer.zip").read_bytes()
     except (ModuleNotFoundError, FileNotFoundError):
