@@ -21,7 +21,7 @@ sys.path[:0] = [str(Path(__file__).resolve().parent / folder) for folder in ("pa
 
 from checkout import PYTHON, SOME, Stop, check_machine, fmu_builds, make_venv, run, say, stage  # noqa: E402
 from suite import test  # noqa: E402
-from wheel import make_wheel  # noqa: E402
+from make_wheel import make_wheel  # noqa: E402
 
 
 def paper(_options) -> int:

@@ -1,12 +1,13 @@
 """The wheel: what goes into it is built here; pyproject.toml says where it goes, wheel_hook.py for which platform it is."""
 
+import os
 import shutil
 import subprocess
 from pathlib import Path
 
 from checkout import FMU, PYTHON, ROOT, SOME, make_venv, old_linux, run, say, stage
-from wheel_hook import PROGRAM
 
+PROGRAM = "cradle-fmu.exe" if os.name == "nt" else "cradle-fmu"
 FOLDER = ROOT / "target/wheel"
 THREE_JS = "import sys; from newtons_cradle.animation.page import three_js; sys.stdout.buffer.write(three_js().encode())"
 
