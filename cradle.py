@@ -20,8 +20,8 @@ if sys.version_info < (3, 11):  # noqa: UP036 - the script is the first thing an
 sys.path[:0] = [str(Path(__file__).resolve().parent / folder) for folder in ("packaging", "tests")]
 
 from checkout import PYTHON, SOME, Stop, check_machine, fmu_builds, make_venv, run, say, stage  # noqa: E402
-from suite import test  # noqa: E402
 from make_wheel import make_wheel  # noqa: E402
+from suite import test  # noqa: E402
 
 
 def paper(_options) -> int:
@@ -56,7 +56,10 @@ def main() -> int:
     tests.set_defaults(function=test)
     wheels = commands.add_parser("wheel", help=wheel.__doc__)
     wheels.add_argument(
-        "--fmu", type=Path, metavar="FILE", help="the FMU to put in [default: with this platform's binary only]"
+        "--fmu",
+        type=Path,
+        metavar="FILE",
+        help="the FMU to put in [default: with this platform's binary only]",
     )
     wheels.set_defaults(function=wheel)
     options = parser.parse_args()

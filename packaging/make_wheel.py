@@ -30,7 +30,10 @@ def make_wheel(fmu: Path | None) -> int:
         (FOLDER / "three.js").write_bytes(subprocess.check_output([PYTHON, "-c", THREE_JS]))
         # zig has linked for glibc 2.17, whatever this machine has.
         platform = {"CRADLE_WHEEL_PLATFORM": "manylinux_2_17_x86_64"} if target else {}
-        run([PYTHON, "-m", "pip", "wheel", "--no-deps", "--wheel-dir", FOLDER, "."], env=environment | platform)
+        run(
+            [PYTHON, "-m", "pip", "wheel", "--no-deps", "--wheel-dir", FOLDER, "."],
+            env=environment | platform,
+        )
         (wheel,) = FOLDER.glob("*.whl")
         say(f"  pip install '{wheel.relative_to(ROOT)}[plot]'   ({wheel.stat().st_size / 1e6:.1f} MB)")
     return 0
@@ -38,7 +41,14 @@ def make_wheel(fmu: Path | None) -> int:
 
 def build_program(target: list, environment: dict) -> None:
     """The program cradle-fmu, optimised, in target/wheel; for every Linux where cargo-zigbuild can."""
-    command = ["cargo", "zigbuild" if target else "build", "--release", "--package", "cradle-packaging", *target]
+    command = [
+        "cargo",
+        "zigbuild" if target else "build",
+        "--release",
+        "--package",
+        "cradle-packaging",
+        *target,
+    ]
     run(command, env=environment)
     # Cargo's folder has the target without the version of glibc.
     triple = target[1].split(".")[0] if target else ""

@@ -19,7 +19,9 @@ class CustomBuildHook(BuildHookInterface):
         built = Path(self.root, "target/wheel")
         for name in (PROGRAM, "NewtonsCradle.fmu", "three.js"):
             if not (built / name).exists():
-                raise FileNotFoundError(f"{built / name} is missing: `python3 cradle.py wheel` makes it, and the wheel")
+                raise FileNotFoundError(
+                    f"{built / name} is missing: `python3 cradle.py wheel` makes it, and the wheel"
+                )
         build_data["shared_scripts"] = {str(built / PROGRAM): PROGRAM}
         build_data["pure_python"] = False
         build_data["tag"] = f"py3-none-{os.environ.get('CRADLE_WHEEL_PLATFORM') or this_platform()}"

@@ -15,32 +15,58 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
+from .fmu import Fmu
+from .run.model import Values
+
+HALVINGS = 20  # of the interval that the damping lies in
+SAMPLES = 201  # around the highest point
+
 
 @dataclass(frozen=True)
 class Calibration:
-    """What a film tells. `restitution`: e, 0 to 1; `drag`: b of every ball, kg/s; `speed`: of the first click, m/s."""
+    """What a film tells. `restitution`: e, 0 to 1; `drag`: b of every ball, kg/s; `speed`: of the first click, m/s; `height`: as filmed, m."""
 
     restitution: float
     drag: float
     speed: float
-
-    @property
-    def hunt_crossley(self) -> float:
-        """Damping factor alpha of Hunt and Crossley's law with this restitution at this speed, s/m: e = 1 - 2/3 alpha v.
-
-        To first order (J. Appl. Mech. 42 (1975) 440), for contacts that close one after the other.
-        """
-        return 1.5 * (1.0 - self.restitution) / self.speed
+    height: float
 
     def rigid(self) -> dict[str, Any]:
-        """Start values of a cradle with rigid contacts that loses as much."""
+        """Start values of rigid contacts that lose as much."""
         contact = {"contact.model": "rigid", "contact.restitution": self.restitution}
         return {"pendulum.drag": self.drag} | contact
 
-    def compliant(self) -> dict[str, Any]:
-        """The same for contacts of the power law or Hertz's."""
-        contact = {"contact.dampingLaw": "huntCrossley", "contact.huntCrossley": self.hunt_crossley}
-        return {"pendulum.drag": self.drag} | contact
+    def compliant(self, fmu: Fmu, values: Values) -> dict[str, Any]:
+        """Start values by which the last ball of this cradle, with contacts of a power law or Hertz's, rises as filmed.
+
+        `values` describe the cradle and the lift, as `preset("desk")` does; Hunt and Crossley's damping factor is found by runs.
+        Touching balls do not meet one after the other, so that no formula gives it from e. Raises ValueError, FmuError.
+        """
+        base = {**values, "pendulum.drag": self.drag, "contact.dampingLaw": "huntCrossley"}
+        low, high = 0.0, 3.0 / self.speed  # s/m; the law passes on hardly anything at the upper end
+        undamped = _rise(fmu, base | {"contact.huntCrossley": low})
+        if undamped < self.height:
+            raise ValueError(
+                f"height = {self.height} m is refused: without damping these contacts reach {undamped:.4g} m"
+            )
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            higher = _rise(fmu, base | {"contact.huntCrossley": middle}) > self.height
+            low, high = (middle, high) if higher else (low, middle)
+        found = {name: base[name] for name in ("pendulum.drag", "contact.dampingLaw")}
+        return found | {"contact.huntCrossley": 0.5 * (low + high)}
+
+
+def _rise(fmu: Fmu, values: Values) -> float:
+    """How high the last ball rises after the first click, half a period after the lift, m."""
+    last = f"x[{fmu.balls}]"
+    with fmu.start(values) as run:
+        period, length = run["pendulum.period"], run["pendulum.length"]
+        times = np.concatenate([[0.0], np.linspace(0.4, 0.6, SAMPLES) * period])
+    largest = float(fmu.simulate(values, times=times, record=[last])[last].max())
+    return largest**2 / (2.0 * float(length))
 
 
 def calibrate(
@@ -103,4 +129,4 @@ def calibrate(
         * math.sqrt(gravity / length)
         * math.exp(-delta / omega * (math.pi / 2.0 + math.asin(delta * math.sqrt(length / gravity))))
     )
-    return Calibration(restitution, 2.0 * mass * delta, speed)
+    return Calibration(float(restitution), float(2.0 * mass * delta), float(speed), float(height))
