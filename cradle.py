@@ -4,8 +4,9 @@
     python3 cradle.py paper         build the FMU, run the experiments through FMPy, write report and pictures to out/paper
     python3 cradle.py test          run what a change needs, in minutes
     python3 cradle.py test --all    run everything that checks this project
+    python3 cradle.py wheel         make a wheel for pip, of the FMU, cradle-fmu and the Python package
 
-Both need cargo, a C compiler and Python 3.11 or newer. What else is needed goes into this folder: Python
+They need cargo, a C compiler and Python 3.11 or newer. What else is needed goes into this folder: Python
 packages into .venv, compiled code into target. Delete either at any time; it is made again.
 """
 
@@ -19,6 +20,7 @@ if sys.version_info < (3, 11):  # noqa: UP036 - the script is the first thing an
 sys.path[:0] = [str(Path(__file__).resolve().parent / folder) for folder in ("packaging", "tests")]
 
 from checkout import PYTHON, SOME, Stop, check_machine, fmu_builds, make_venv, run, say, stage  # noqa: E402
+from make_wheel import make_wheel  # noqa: E402
 from suite import test  # noqa: E402
 
 
@@ -37,16 +39,29 @@ def paper(_options) -> int:
     return code
 
 
+def wheel(options) -> int:
+    """Makes a wheel for pip: FMU, cradle-fmu and the Python package, in target/wheel."""
+    return make_wheel(options.fmu)
+
+
 def main() -> int:
     """Parses the command line and runs the command."""
     parser = argparse.ArgumentParser(
         prog="cradle.py", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    commands = parser.add_subparsers(dest="command", required=True, metavar="{paper,test}")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="{paper,test,wheel}")
     commands.add_parser("paper", help=paper.__doc__).set_defaults(function=paper)
     tests = commands.add_parser("test", help=test.__doc__)
     tests.add_argument("--all", action="store_true", help="everything that checks this project")
     tests.set_defaults(function=test)
+    wheels = commands.add_parser("wheel", help=wheel.__doc__)
+    wheels.add_argument(
+        "--fmu",
+        type=Path,
+        metavar="FILE",
+        help="the FMU to put in [default: with this platform's binary only]",
+    )
+    wheels.set_defaults(function=wheel)
     options = parser.parse_args()
     try:
         check_machine()

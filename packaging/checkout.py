@@ -91,7 +91,8 @@ def make_venv(requirements: Path) -> None:
         if run([sys.executable, "-m", "venv", VENV], check=False) != 0:
             raise Stop("this Python cannot make virtual environments: on Debian, `apt install python3-venv`.")
     quietly = ["--disable-pip-version-check", "--progress-bar", "off"]
-    run([PYTHON, "-m", "pip", "install", *quietly, "-r", requirements])
+    # The files list all that is needed; what is not compiled now is when it is first imported, which most of it never is.
+    run([PYTHON, "-m", "pip", "install", *quietly, "--no-deps", "--no-compile", "-r", requirements])
     packages = Path(sysconfig.get_path("purelib", "venv", {"base": str(VENV)}))
     (packages / "newtons_cradle.pth").write_text(f"{ROOT / 'python'}\n")
     for file in {SOME, requirements}:

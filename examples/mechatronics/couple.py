@@ -7,12 +7,13 @@ machine.ssp, presets.ssp, pictures and CSV files in out/mechatronics. It ends wi
 """
 
 import argparse
+import json
 import sys
 from pathlib import Path
 
 import numpy as np
 import ssp
-from machine import COMMON, FREE, ROOT, STOP, Fmus, nc, opened, positions, reference
+from machine import COMMON, CRADLE, FREE, ROOT, STOP, Fmus, nc, opened, plant, positions, reference
 from master import METHODS, REPEATING
 from plots import COLOURS, Column, Plot, Strip, Trace, View
 from support import Check, Outcome, at_least, at_most, draw, equal, print_checks, save_checks, save_csv
@@ -35,10 +36,14 @@ def main() -> int:
     options.out.mkdir(parents=True, exist_ok=True)
     try:
         with opened(options.fmu, options.out) as fmus:
-            if fmus.cradle.balls != 5:
-                sys.exit(f"{options.fmu} has {fmus.cradle.balls} balls where 5 are needed")
             outcome = run(fmus, options.out, options.steps)
-    except FileNotFoundError as problem:
+            about = fmus.cradle.provenance() | {
+                "cradle": CRADLE,
+                "plant": plant.PARAMETERS,
+                "plant guid": fmus.plant.description.guid,
+            }
+            (options.out / "about.json").write_text(json.dumps(about, indent=1), encoding="utf-8")
+    except (FileNotFoundError, nc.FmuError) as problem:
         sys.exit(f"error: {problem}")
     draw(outcome, options.out)
     save_checks(outcome.checks, options.out / "checks.csv")
@@ -227,7 +232,7 @@ def conserved(fmus: Fmus, path: Path) -> list[Check]:
 def carried(fmus: Fmus, table: np.ndarray) -> list[Check]:
     """F_mean times step is the momentum that crossed the contact; F at the communication points is not."""
     masses = np.array([1.0, 0.05, 2.0, 0.05, 1.0])  # light balls rattle between heavy ones
-    values = {"gravity": 0.0, "ball.mass": 1.0} | nc.power_law(1e10)
+    values = CRADLE | {"gravity": 0.0} | nc.power_law(1e10)
     values |= {f"ball.massRatio[{i}]": mass for i, mass in enumerate(masses, 1)}
     values |= {f"x_start[{i}]": -1e-4 * (5 - i) for i in range(1, 6)}
     values |= {f"v_start[{i}]": v for i, v in enumerate([1.0, 0.0, 0.0, 0.0, -1.0], 1)}

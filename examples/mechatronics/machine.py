@@ -20,13 +20,21 @@ from reference import Machine  # noqa: E402
 STOP = 5.0  # s
 COMMON = 0.2  # s, distance of the times at which runs are compared
 FREE = {"stiffness": 0.0, "damping": 0.0}  # no spring and damper to ground
-CRADLE = {
+CRADLE = {  # all that the equations in reference.py take for granted
     "gravity": 9.81,
     "pendulum.length": 1.962,
+    "pendulum.drag": 0.0,
     "ball.mass": 1.0,
     "contact.stiffness": 1e10,
+    "contact.exponent": 1.0,
     "contact.deadBand": 2.6e-6,
+    "contact.damping": 0.0,
 } | nc.lifted(0)  # all balls hang at rest: the coil pulls the first one
+for ratio in ("ball.massRatio", "pendulum.lengthRatio", "contact.stiffnessRatio"):
+    CRADLE |= {f"{ratio}[{i}]": 1.0 for i in range(1, 5 if ratio.startswith("contact") else 6)}
+CRADLE |= {f"contact.gap[{i}]": 0.0 for i in range(1, 5)}
+# These cannot be set by every tool that runs an SSP: the FMU must have been built with them.
+BUILT_IN = {"contact.model": "powerLaw", "contact.dampingLaw": "kelvinVoigt", "solver.method": "eventDriven"}
 
 
 @dataclass(frozen=True)
@@ -45,8 +53,9 @@ class Fmus:
 
 @contextmanager
 def opened(cradle: Path, out: Path) -> Iterator[Fmus]:
-    """The cradle, and the plant as built by PythonFMU into the folder `out`. Raises FileNotFoundError."""
+    """The cradle, and the plant as built by PythonFMU into the folder `out`. Raises FileNotFoundError, FmuError."""
     with nc.Fmu(cradle) as first:
+        first.require(balls=5, starts=BUILT_IN)
         built = FmuBuilder.build_FMU(plant.__file__, dest=out, canGetAndSetFMUstate=True)
         with nc.Fmu(built) as second:
             yield Fmus(first, second)

@@ -3,7 +3,7 @@
 FMPy's runner ignores the parameter bindings of an SSP, starts every connector at 0, and steps the FMUs side
 by side: the parameter set is read from the SSP and passed to it. Other tools read the bindings themselves, some only those of
 a component: the cradle's parameters are bound to the system and to the component. All of them are numbers, since some tools
-cannot set an enumeration.
+cannot set an enumeration, and others pass over it without a word: enumerations are what the FMU was built with.
 """
 
 import zipfile
@@ -32,22 +32,18 @@ SHOWN = ["p_total", *(f"x[{i}]" for i in range(1, 6))]  # by the cradle, without
 SHOWN_PLANT = {"s": "m", "v": "m/s", "sensed": "N.s", "impacts": ""}
 
 
-def hertz_as_power_law(values: dict) -> dict:
-    """The same start values with Hertz contacts given as a power law, so that `contact.model` is the default."""
-    modulus = values["ball.youngModulus"] / (2.0 * (1.0 - values["ball.poissonRatio"] ** 2))
-    stiffness = 4.0 / 3.0 * modulus * (0.5 * values["ball.radius"]) ** 0.5
-    replaced = ("contact.model", "ball.youngModulus", "ball.poissonRatio")
-    others = {name: value for name, value in values.items() if name not in replaced}
-    return others | {"contact.stiffness": stiffness, "contact.overlapRef": 1.0, "contact.exponent": 1.5}
+def presets(fmu: nc.Fmu) -> dict[str, dict]:
+    """Start values by name: none, Figure 5 without its dead band, and the presets that this FMU can be set to by numbers alone."""
+    known = {name: nc.preset(name) for name in nc.presets()}
+    fitting = {name: values for name, values in known.items() if by_numbers(fmu, values)}
+    return {"default": {}, "figure5_overlapping": nc.figure5(0.0)} | fitting
 
 
-PRESETS = {
-    "default": {},
-    "figure5_overlapping": nc.figure5(0.0),
-    "figure5": nc.figure5(),
-    "figure6": nc.figure6(),
-    "steel": hertz_as_power_law(nc.steel()),
-}
+def by_numbers(fmu: nc.Fmu, values: dict) -> bool:
+    """Whether these start values are for as many balls, and their enumerations those that the FMU was built with."""
+    items = {name: value for name, value in values.items() if isinstance(value, str)}
+    balls = sum(name.startswith("x_start[") for name in values)
+    return balls == fmu.balls and all(fmu.number(*item) == fmu.built_with(item[0]) for item in items.items())
 
 
 def save_machine(path: Path, fmus: Fmus) -> None:
@@ -73,7 +69,7 @@ def save_presets(path: Path, fmus: Fmus) -> None:
     """
     connectors = [connector(fmus.cradle, name, "output") for name in fmus.cradle.outputs]
     files = {}
-    for preset, values in PRESETS.items():
+    for preset, values in presets(fmus.cradle).items():
         components = component("cradle", fmus.cradle, connectors, preset)
         name = "SystemStructure" if preset == "default" else preset
         files[f"{name}.ssd"] = system(preset, fmus, components, preset, 10.0)
@@ -161,8 +157,10 @@ def parameter_sets(name: str, values: dict, cradle: nc.Fmu) -> dict[str, str]:
 def parameters(name: str, values: dict, fmu: nc.Fmu, prefix: str = "") -> str:
     """A parameter set."""
     lines = ""
-    for of_fmu, value in values.items():
+    for of_fmu, value in fmu.settings(values).items():
         variable = fmu.variables[of_fmu]
+        if variable.type == "Enumeration":
+            continue
         unit = f" unit={quoteattr(variable.unit)}" if variable.unit else ""
         lines += f'    <ssv:Parameter name={quoteattr(prefix + of_fmu)}><ssv:{variable.type} value="{value!r}"{unit}/></ssv:Parameter>\n'
     return f"""<?xml version="1.0" encoding="UTF-8"?>

@@ -5,12 +5,15 @@
 makes 1,156 runs of ten seconds with a process for each core, writes out/study/runs.csv with a row per run
 and draws maps of it. `--scheduler ADDRESS` takes the workers of a dask cluster instead. A run that fails
 has the reason in its row and on the terminal; the others go on. A run whose worker dies is repeated by
-another one.
+another one. An FMU of another cradle is refused, and an axis that changes nothing in any run is an error. What the rows
+are of (FMU, start values, versions) is in out/study/about.json.
 """
 
 import argparse
 import csv
 import itertools
+import json
+import math
 import sys
 import time
 from collections.abc import Iterator
@@ -26,10 +29,8 @@ from distributed import Client, LocalCluster, as_completed
 from maps import save_maps
 
 ROOT = Path(__file__).resolve().parents[2]
-COLUMNS = [
-    "order", "dead_band", "damping", "lifted",
-    "overlap", "last_ball", "middle_ball", "energy_left", "energy_error", "pulses", "error", "seconds",
-]  # fmt: skip
+MEASURED = ["overlap", "last_ball", "middle_ball", "energy_left", "energy_error", "pulses"]
+COLUMNS = ["order", "dead_band", "damping", "lifted", *MEASURED, "error", "seconds"]
 
 
 def main() -> int:
@@ -39,17 +40,25 @@ def main() -> int:
     cases = [dict(zip(COLUMNS, values, strict=False)) for values in itertools.product(*axes)]
     begin = time.perf_counter()
     try:
+        about = checked(options.fmu)
         with connected(options.scheduler, options.workers) as client:
             print(f"{len(cases)} runs on {client.scheduler.address}")
             rows = list(outcomes(client, options.fmu, cases))
-    except OSError as problem:  # no FMU, no scheduler
+    except (OSError, nc.FmuError) as problem:  # no FMU, another cradle's, no scheduler
         print(f"error: {problem}", file=sys.stderr)
         return 2
     seconds = time.perf_counter() - begin
     rows.sort(key=lambda row: [row[name] for name in COLUMNS[:4]])
     options.out.mkdir(parents=True, exist_ok=True)
     save_rows(options.out / "runs.csv", rows)
+    about |= {"axes": dict(zip(COLUMNS, axes, strict=False)), "dask": dask.__version__}
+    (options.out / "about.json").write_text(json.dumps(about, indent=1), encoding="utf-8")
     good = report(rows, seconds)
+    idle = without_effect(good)
+    for name in idle:
+        print(f"error: the axis {name} has no effect in any run", file=sys.stderr)
+    if idle:
+        return 1
     if good:
         save_maps(options.out / "study.png", good)
     print(f"wrote {options.out}")
@@ -74,6 +83,40 @@ def command_line() -> argparse.Namespace:
     parser.add_argument("--fmu", type=Path, default=ROOT / "target/fmu/NewtonsCradle.fmu")
     parser.add_argument("--out", type=Path, default=ROOT / "out/study", help="folder of the results")
     return parser.parse_args()
+
+
+def checked(path: Path) -> dict:
+    """What the runs of this FMU are of. Raises OSError, or FmuError for an FMU that this study cannot mean."""
+    with nc.Fmu(path) as fmu:
+        fmu.require()
+        if fmu.balls < 3:
+            raise nc.FmuError(f"{path} is refused: it has {fmu.balls} balls where 3 or more are needed")
+        given = one_run.given(fmu.balls)
+        fmu.require(starts=given)
+        run = {
+            "stop": one_run.STOP,
+            "step": one_run.STEP,
+            "amplitude": one_run.AMPLITUDE,
+            "largest overlap": one_run.LARGEST,
+        }
+        return fmu.provenance() | {"given": given, "run": run}
+
+
+def without_effect(rows: list[dict]) -> list[str]:
+    """The axes along which runs can be compared, and all that was measured is the same in all that differ in nothing else."""
+    axes, measured = COLUMNS[:4], [name for name in MEASURED if name != "energy_error"]
+    idle = []
+    for axis in axes:
+        others = [name for name in axes if name != axis]
+        groups: dict[tuple, list[dict]] = {}
+        for row in rows:
+            groups.setdefault(tuple(row[name] for name in others), []).append(row)
+        pairs = [(group[0], row) for group in groups.values() for row in group[1:]]
+        if pairs and all(
+            math.isclose(a[name], b[name], rel_tol=1e-9, abs_tol=1e-12) for a, b in pairs for name in measured
+        ):
+            idle.append(axis)
+    return idle
 
 
 @contextmanager

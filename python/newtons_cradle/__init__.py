@@ -2,27 +2,34 @@
 
     import newtons_cradle as nc
 
-    with nc.Fmu("target/fmu/NewtonsCradle.fmu") as fmu:
+    with nc.Fmu() as fmu:
         result = fmu.simulate({"contact.deadBand": 2.6e-6}, stop=10.0)
 
-    result["x[1]"]      # one value per communication point
+    result["x[1]"]      # one value per communication point, m
     result.pulses       # one row per contact pulse, however short
+    result.plot("x")    # a picture, with the extra `plot`
 
-Modules: `fmu` (open, start and step an FMU), `pulses` (the log of pulses as a table, impact sequences,
-pulse order), `views` (runs that resolve every pulse), `balances` (energy and momentum), `setups` (start
-values of the paper's experiments), `progress` (a progress bar).
+Modules: `fmu` (open and run an FMU), `run` (its instances, steps, log and results), `pulses` (the log of pulses as a table,
+impact sequences, pulse order), `views` (runs that resolve every pulse), `balances` (energy and momentum), `setups` (start
+values: presets, the paper's experiments), `calibration` (a real cradle's losses from a film), `progress` (a progress bar).
 """
 
 from .balances import energy_error, momentum_defect, momentum_of_sequences
-from .fmu import NEVER, Fmu, FmuError, LogLine, Result, Run, Saved
+from .calibration import Calibration, calibrate
+from .files import version
+from .fmu import Fmu
 from .progress import Progress
 from .pulses import PULSE, impact_sequences, overlapping_neighbours, parse_pulse, pulse_order
-from .setups import chain, figure3, figure5, figure6, lifted, power_law, steel
+from .run import NEVER, FmuError, LogLine, Result, Run, Saved, UnknownName
+from .setups import chain, desk, figure3, figure5, figure6, lifted, power_law, preset, presets, steel
 from .views import overlaps, resolved, sample_times
+
+__version__ = version()
 
 __all__ = [
     "NEVER",
     "PULSE",
+    "Calibration",
     "Fmu",
     "FmuError",
     "LogLine",
@@ -30,7 +37,10 @@ __all__ = [
     "Result",
     "Run",
     "Saved",
+    "UnknownName",
+    "calibrate",
     "chain",
+    "desk",
     "energy_error",
     "figure3",
     "figure5",
@@ -43,6 +53,8 @@ __all__ = [
     "overlaps",
     "parse_pulse",
     "power_law",
+    "preset",
+    "presets",
     "pulse_order",
     "resolved",
     "sample_times",

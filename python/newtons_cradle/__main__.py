@@ -7,8 +7,8 @@ from pathlib import Path
 
 from .animation import PageError, from_csv, from_fmu, save_page
 from .animation.recording import RecordingError
-from .fmu import FmuError
 from .progress import Progress
+from .run import FmuError
 
 
 def setting(text: str) -> tuple[str, str]:

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from .fmu import Result
-from .pulses import impact_sequences
+from .pulses import Array, impact_sequences
+from .run import Result
 
 
 def energy_error(result: Result) -> float:
@@ -15,16 +15,17 @@ def energy_error(result: Result) -> float:
     return float(np.max(np.abs(result["E_residual"])) / result["E_total"][0])
 
 
-def momentum_defect(result: Result) -> np.ndarray:
+def momentum_defect(result: Result) -> Array:
     """p_total(after) - p_total(before) + h F_support_mean of every step, kg.m/s, shape (steps,).
 
     Zero for a cradle without external forces: the support is all that changes its momentum.
     """
     h = np.diff(result["time"])
-    return np.diff(result["p_total"]) + h * result["F_support_mean"][1:]
+    defect: Array = np.diff(result["p_total"]) + h * result["F_support_mean"][1:]
+    return defect
 
 
-def momentum_of_sequences(result: Result, pause: float = 0.01) -> np.ndarray:
+def momentum_of_sequences(result: Result, pause: float = 0.01) -> Array:
     """The same over each impact sequence, kg.m/s, shape (sequences,).
 
     Each sequence is taken over the whole communication steps around it; sequences that began before

@@ -1,195 +1,140 @@
-"""Open an FMU, start instances of it, step them as finely as wanted and keep their pulse log.
+"""Open an FMU, start instances of it, or run it from start to stop.
 
-FMPy's `simulate_fmu` is the right tool for an ordinary run. This module drives FMPy's slave directly
+FMPy's `simulate_fmu` is the right tool for an ordinary run. This package drives FMPy's slave directly
 where more is wanted: a table of all pulses, nanosecond steps at an impact, a hand on each step.
 """
 
-import itertools
+import hashlib
 import math
+import numbers
+import platform
 import shutil
-import threading
-from collections.abc import Callable, Iterable, Mapping
-from ctypes import byref
-from dataclasses import dataclass
+import weakref
+from collections.abc import Callable, Iterable
+from importlib import metadata
 from pathlib import Path
+from types import TracebackType
 
 import numpy as np
 from fmpy import extract, read_model_description
-from fmpy.fmi2 import FMU2Slave, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
-from fmpy.logging import addLoggerProxy
 
-from .pulses import pulse_table
+from . import files
+from .run import FmuError, Model, Result, Run
+from .run.model import Values
 
-LOOKS = 10_000  # by which an onset must be in sight
-NEVER = 1e30  # s, what `t_next` says when no impact lies ahead
-DTYPES = {"Real": "f8", "Integer": "i4", "Enumeration": "i4", "Boolean": "?"}  # FMI type to NumPy's
-
-
-class FmuError(RuntimeError):
-    """A call the FMU refused; the message holds what the FMU logged about it."""
+MODEL = "NewtonsCradle"
+MOST_STEPS = 100_000_000  # of one run: their samples alone are gigabytes
 
 
-@dataclass(frozen=True)
-class LogLine:
-    """One message of an FMU: FMI status (0 OK, 1 warning, 3 error, 4 fatal), category and text."""
-
-    status: int
-    category: str
-    text: str
-
-
-class _LogRouter:
-    """Hands each log message to the run it belongs to.
-
-    FMPy's proxy, which fills in the C-style message, keeps one logger for the whole process: the last
-    one registered gets the messages of every instance. So all runs share this one and are told apart
-    by the componentEnvironment that the FMU hands back. (A `simulate_fmu(..., logger=...)` started
-    while a run is open takes over the proxy: the run's later messages go to that logger.)
-    """
-
-    def __init__(self):
-        self._logs: dict[int, list[LogLine]] = {}
-        self._numbers = itertools.count(1)
-        self._lock = threading.Lock()
-        self._logger = fmi2CallbackLoggerTYPE(self._receive)
-
-    def _receive(self, environment, _instance, status, category, message):
-        log = self._logs.get(environment)
-        if log is not None:
-            texts = ((text or b"").decode("utf-8", "replace") for text in (category, message))
-            log.append(LogLine(status, *texts))
-
-    def callbacks(self, log: list[LogLine]) -> fmi2CallbackFunctions:
-        """Callbacks of a new instance, whose messages are appended to `log`."""
-        callbacks = fmi2CallbackFunctions()
-        callbacks.logger = self._logger
-        with self._lock:
-            number = next(self._numbers)
-            addLoggerProxy(byref(callbacks))
-        callbacks.componentEnvironment = number
-        self._logs[number] = log
-        return callbacks
-
-    def forget(self, callbacks: fmi2CallbackFunctions) -> None:
-        self._logs.pop(callbacks.componentEnvironment, None)
-
-
-_router = _LogRouter()
-
-
-@dataclass
-class Result:
-    """Samples of a run and its pulses.
-
-    `samples`: structured array with `time` (s) and one field per recorded variable;
-    `pulses`: structured array of dtype `PULSE`, finished pulses only, by onset.
-    `result["x[1]"]` is short for `result.samples["x[1]"]`.
-    """
-
-    samples: np.ndarray
-    pulses: np.ndarray
-
-    def __getitem__(self, name: str) -> np.ndarray:
-        return self.samples[name]
-
-    def stack(self, name: str) -> np.ndarray:
-        """All elements of a vector, `stack("x")` for x[1], x[2], ...: shape (samples, elements)."""
-        columns = [c for c in self.samples.dtype.names if c.startswith(f"{name}[")]
-        return np.column_stack([self.samples[c] for c in columns])
-
-
-@dataclass(frozen=True)
-class Saved:
-    """A saved state: the time it was saved at (s), and the bytes."""
-
-    time: float
-    data: bytes
-
-
-class Fmu:
+class Fmu(Model):
     """An FMU, unpacked: start as many runs of it as you like, side by side if need be.
 
-    `folder`: where to unpack it, a temporary folder if None; `close` removes it.
+    `path`: the file; without it, the FMU that comes with the package, or in a checkout the one that was built last.
+    `folder`: where to unpack it, a temporary folder if None; `close`, or the end of the program, removes it.
+    Raises FileNotFoundError or FmuError.
     """
 
-    def __init__(self, path: str | Path, folder: str | Path | None = None):
-        self.path = Path(path)
-        if not self.path.exists():
-            raise FileNotFoundError(f"{self.path}: build it with `cargo pack build --release`")
-        self.description = read_model_description(str(self.path))
-        self.variables = {v.name: v for v in self.description.modelVariables}
-        self.folder = extract(str(self.path), unzipdir=folder and str(folder))
+    def __init__(self, path: str | Path | None = None, folder: str | Path | None = None):
+        path = files.own_fmu() if path is None else Path(path)
+        if not path.exists():
+            own = "without a path nc.Fmu() takes the one that comes with the package"
+            raise FileNotFoundError(f"{path}: there is no such file; {own}")
+        try:
+            description = read_model_description(str(path))
+        except Exception as problem:  # FMPy raises what its parser meets
+            raise FmuError(f"{path} is not an FMU that FMPy can read: {problem}") from problem
+        if not description.fmiVersion.startswith("2.") or description.coSimulation is None:
+            raise FmuError(f"{path} is not an FMU for co-simulation by FMI 2.0")
+        super().__init__(path, description, extract(str(path), unzipdir=str(folder) if folder else None))
+        self._remove = weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)
 
-    def __enter__(self):
+    def __enter__(self) -> "Fmu":
         return self
 
-    def __exit__(self, *_):
+    def __exit__(
+        self, _kind: type[BaseException] | None, _error: BaseException | None, _trace: TracebackType | None
+    ) -> None:
         self.close()
 
     def close(self) -> None:
         """Removes the unpacked files."""
-        shutil.rmtree(self.folder, ignore_errors=True)
+        self._remove()
 
-    @property
-    def outputs(self) -> list[str]:
-        """Names of all outputs, in the description's order."""
-        return [v.name for v in self.description.modelVariables if v.causality == "output"]
+    def require(self, *, balls: int | None = None, starts: Values | None = None) -> None:
+        """Raises FmuError unless this is a cradle of so many balls, built with these start values.
 
-    @property
-    def balls(self) -> int:
-        """Number of balls n."""
-        return sum(name.startswith("x[") for name in self.variables)
+        For programs that mean a certain cradle, and would give wrong numbers, or none, with another one.
+        """
+        what = f"{self.path} is refused: "
+        if self.description.modelName != MODEL:
+            raise FmuError(f"{what}it is the model {self.description.modelName}; allowed: {MODEL}")
+        if balls is not None and self.balls != balls:
+            raise FmuError(f"{what}it has {self.balls} balls where {balls} are needed")
+        others = [
+            f"{name} = {self._text(name)} where {self._text(name, value)} is meant"
+            for name, value in self.settings(starts or {}).items()
+            if self.built_with(name) != value
+        ]
+        if others:
+            cure = "needed is one that was built without a preset and without other start values"
+            raise FmuError(f"{what}it was built as another cradle, {', '.join(others)}; {cure}")
 
-    def items(self, name: str) -> dict[str, int]:
-        """The items of an enumeration and their integers: `items("contact.model")["hertz"]` is 2."""
-        return {item.name: int(item.value) for item in self.variables[name].declaredType.items}
+    def _text(self, name: str, value: float | int | bool | None = None) -> str:
+        """A start value as it is written, with its unit; the FMU's own if None."""
+        number = self.built_with(name) if value is None else value
+        if self.variables[name].type == "Enumeration":
+            return next(item for item, integer in self.items(name).items() if integer == number)
+        unit = self.unit(name)
+        return f"{number:g}" if unit in ("", "1") else f"{number:g} {unit}"
 
-    def number(self, name: str, value: float | int | bool | str) -> float | int | bool:
-        """A value as a variable of this name takes it; an item of an enumeration may be named. Raises FmuError."""
-        kind = self.variables[name].type
-        try:
-            if kind == "Enumeration" and isinstance(value, str):
-                return self.items(name)[value]
-            return float(value) if kind == "Real" else int(value)
-        except KeyError:
-            allowed = ", ".join(self.items(name))
-            raise FmuError(f"{name} = {value} is refused; allowed: {allowed}") from None
-        except ValueError:
-            raise FmuError(f"{name} = {value} is not a number") from None
+    def provenance(self) -> dict[str, str]:
+        """What results should carry with them: file, GUID and checksum of the FMU, and the versions of what ran it."""
+        packages = {name: metadata.version(name) for name in ("fmpy", "numpy")}
+        return {
+            "fmu": self.path.name,
+            "guid": self.description.guid,
+            "sha256": hashlib.sha256(self.path.read_bytes()).hexdigest(),
+            "model": f"{self.description.modelName} {self.description.version}",
+            "newtons-cradle": files.version(),
+            "python": platform.python_version(),
+            "machine": f"{platform.system()} {platform.machine()}",
+        } | packages
 
-    def start(self, values: Mapping[str, float] | None = None, **options) -> "Run":
+    def start(self, values: Values | None = None, *, initialize: bool = True) -> Run:
         """A run at its start time; see `Run`. Use it in a `with` block, which frees the instance."""
-        return Run(self, values, **options)
+        if not self._remove.alive:
+            raise FmuError(f"{self.path.name} is closed: its `with` block has ended, or `close` was called")
+        return Run(self, values, initialize=initialize)
 
     def simulate(
         self,
-        values: Mapping[str, float] | None = None,
+        values: Values | None = None,
         *,
         stop: float = 10.0,
         step: float = 0.01,
         times: Iterable[float] | None = None,
         record: Iterable[str] | None = None,
-        inputs: Callable[[float], Mapping[str, float]] | None = None,
+        inputs: Callable[[float], Values] | None = None,
+        control: Callable[[Run], Values] | None = None,
         progress: Callable[[float], None] | None = None,
     ) -> Result:
         """Runs from 0 to `stop` (s) in equal steps of about `step` (s) and records at each.
 
-        `times`: the communication points (s, rising, from 0 on) instead of equal steps. `record`:
-        variable names, all outputs and E_residual if None. `inputs(t)`: inputs for the step that begins
-        at t. `progress(fraction)`: called up to 200 times. Raises FmuError.
+        `values`: start values by name, see `Run.set`. `times`: the communication points (s, rising, from 0 on) instead of
+        equal steps. `record`: names of variables or arrays, all outputs and E_residual if None. `inputs(t)`: inputs for the
+        step that begins at t. `control(run)`: the same by a controller, which may look at the run, `run["v[1]"]`.
+        `progress(fraction)`: called up to 200 times. Raises FmuError, UnknownName, and ValueError for times and steps.
         """
-        if times is None:
-            steps = max(1, round(stop / step))
-            times = [stop * i / steps for i in range(steps + 1)]
-        start, *points = times
-        if start != 0.0 or np.any(np.diff([start, *points]) <= 0.0):
-            raise ValueError("the communication points must begin at 0 and rise")
+        points = equal_steps(stop, step) if times is None else rising(times)
         with self.start(values) as run:
-            recorder = run.recorder(record if record is not None else [*self.outputs, "E_residual"])
+            names = [*self.outputs, *(["E_residual"] if "E_residual" in self.variables else [])]
+            recorder = run.recorder(names if record is None else record)
             recorder.sample()
             for i, time in enumerate(points, start=1):
                 if inputs is not None:
                     run.set(inputs(run.time))
+                if control is not None:
+                    run.set(control(run))
                 run.step_to(time)
                 recorder.sample()
                 if progress is not None and (i * 200 // len(points) != (i - 1) * 200 // len(points)):
@@ -197,179 +142,22 @@ class Fmu:
             return recorder.result()
 
 
-class Run:
-    """One instance, initialised and ready to step. `values`: start values by variable name.
-
-    With `initialize=False` it is only instantiated, and `initialize()` is left to the caller.
-    """
-
-    def __init__(self, fmu: Fmu, values: Mapping[str, float] | None = None, *, initialize: bool = True):
-        self.fmu, self.time = fmu, 0.0
-        self.log: list[LogLine] = []
-        self._callbacks = _router.callbacks(self.log)
-        self._alive = False
-        self.slave = FMU2Slave(
-            guid=fmu.description.guid,
-            modelIdentifier=fmu.description.coSimulation.modelIdentifier,
-            unzipDirectory=fmu.folder,
-            instanceName="cradle",
+def equal_steps(stop: float, step: float) -> list[float]:
+    """The ends (s) of equal steps up to `stop` (s), about `step` (s) long. Raises ValueError."""
+    for name, value in (("stop", stop), ("step", step)):
+        if not isinstance(value, numbers.Real) or not 0.0 < value < math.inf:
+            raise ValueError(f"{name} = {value} is refused; allowed: a positive number of seconds")
+    if stop / step > MOST_STEPS:
+        raise ValueError(
+            f"step = {step} is refused: up to {stop} s these are {stop / step:.2g} steps; allowed: {MOST_STEPS}"
         )
-        try:
-            self._call(self.slave.instantiate, callbacks=self._callbacks)
-            self._alive = True
-            self._call(self.slave.setDebugLogging, True, ["logEvents"])
-            self.set(values or {})
-            if initialize:
-                self.initialize()
-        except BaseException:
-            self.close()
-            raise
-
-    def initialize(self, start_time: float = 0.0) -> None:
-        """Brings an instance that was only instantiated to its start time (s). Raises FmuError."""
-        self._call(self.slave.setupExperiment, startTime=start_time)
-        self._call(self.slave.enterInitializationMode)
-        self._call(self.slave.exitInitializationMode)
-        self.time = start_time
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.close()
-
-    def close(self) -> None:
-        """Frees the instance; the log and the pulses stay readable."""
-        if self._alive:
-            self._alive = False
-            self.slave.freeInstance()
-        _router.forget(self._callbacks)
-
-    def _call(self, function, *args, **kwargs):
-        before = len(self.log)
-        try:
-            return function(*args, **kwargs)
-        except Exception as error:
-            said = "; ".join(line.text for line in self.log[before:] if line.status >= 1)
-            raise FmuError(f"{error} {said}".strip()) from error
-
-    @property
-    def pulses(self) -> np.ndarray:
-        """All finished pulses so far, by onset: array of dtype `PULSE`."""
-        return pulse_table(line.text for line in self.log if line.category == "logEvents")
-
-    def set(self, values: Mapping[str, float | str]) -> None:
-        """Sets variables by name, all of one type in one call; see `Fmu.number`. Raises KeyError or FmuError."""
-        for kind, names in self._by_type(values).items():
-            setter = getattr(self.slave, "setInteger" if kind == "Enumeration" else f"set{kind}")
-            references = [self.fmu.variables[name].valueReference for name in names]
-            self._call(setter, references, [self.fmu.number(name, values[name]) for name in names])
-
-    def get(self, name: str) -> float | int | bool:
-        """The value of one variable. Raises KeyError or FmuError."""
-        return self.recorder([name]).row()[0]
-
-    def step(self, h: float) -> None:
-        """One communication step of `h` seconds. Raises FmuError."""
-        self._call(self.slave.doStep, self.time, h)
-        self.time += h
-
-    def step_to(self, t: float) -> None:
-        """One communication step that ends at `t` (s) exactly, not an ulp beside it."""
-        h = t - self.time
-        while self.time + h < t:
-            h = math.nextafter(h, math.inf)
-        while self.time + h > t:
-            h = math.nextafter(h, -math.inf)
-        self.step(h)
-        self.time = t
-
-    def step_to_onset(self, before: float = 0.0) -> float:
-        """Steps to the next onset, or to `before` seconds ahead of it; returns the time of the onset.
-
-        Where a contact phase is so long that the FMU does not see its end, that takes several steps. Raises FmuError when
-        no contact will close any more, or none is in sight after many steps.
-        """
-        for _ in range(LOOKS):
-            if self.get("t_next_isOnset"):
-                break
-            # A look goes on as soon as time has moved.
-            self.step_to(max(self.get("t_next") - before, math.nextafter(self.time, math.inf)))
-        else:
-            raise FmuError(f"no contact closes within {LOOKS} looks ahead, up to t = {self.get('t_next')} s")
-        onset = self.get("t_next")
-        if onset >= NEVER:
-            raise FmuError(f"no contact closes any more after t = {self.time} s")
-        if onset - before > self.time:
-            self.step_to(onset - before)
-        return onset
-
-    def zoom(
-        self, span: float, step: float, record: Iterable[str], before: float = 0.0
-    ) -> tuple[float, Result]:
-        """The micro view of the next impact: records every `step` (s) from `before` (s) ahead of the
-        onset until `span` (s) after it. Returns the time of the onset and the samples."""
-        onset = self.step_to_onset(before)
-        recorder = self.recorder(record)
-        recorder.sample()
-        first = self.time
-        for i in range(1, round((onset + span - first) / step) + 1):
-            self.step_to(first + i * step)
-            recorder.sample()
-        return onset, recorder.result()
-
-    def save(self) -> "Saved":
-        """The state of the instance, from which any run of the same FMU can go on, also in another process."""
-        state = self._call(self.slave.getFMUstate)
-        data = self._call(self.slave.serializeFMUstate, state)
-        self._call(self.slave.freeFMUstate, state)
-        return Saved(self.time, data)
-
-    def load(self, saved: "Saved") -> None:
-        """Goes on from a saved state, with the same bits; the log is kept. Raises FmuError."""
-        state = self._call(self.slave.deSerializeFMUstate, saved.data)
-        self._call(self.slave.setFMUstate, state)
-        self._call(self.slave.freeFMUstate, state)
-        self.time = saved.time
-
-    def recorder(self, names: Iterable[str]) -> "Recorder":
-        """Records the named variables of this run."""
-        return Recorder(self, list(names))
-
-    def _by_type(self, names: Iterable[str]) -> dict[str, list[str]]:
-        groups: dict[str, list[str]] = {}
-        for name in names:
-            if name not in self.fmu.variables:
-                raise KeyError(f"{self.fmu.path.name} has no variable {name!r}")
-            groups.setdefault(self.fmu.variables[name].type, []).append(name)
-        return groups
+    steps = max(1, round(stop / step))
+    return [stop * i / steps for i in range(1, steps + 1)]
 
 
-class Recorder:
-    """Reads a fixed set of variables with one call per type."""
-
-    def __init__(self, run: Run, names: list[str]):
-        self._run, self._names, self._rows = run, names, []
-        self._groups = []
-        for kind, members in run._by_type(names).items():
-            getter = getattr(run.slave, "getInteger" if kind == "Enumeration" else f"get{kind}")
-            references = [run.fmu.variables[name].valueReference for name in members]
-            self._groups.append((getter, references, [names.index(name) for name in members]))
-        kinds = [(name, DTYPES[run.fmu.variables[name].type]) for name in names]
-        self._dtype = np.dtype([("time", "f8"), *kinds])
-
-    def row(self) -> list:
-        """The values now, in the order of the names."""
-        row = [None] * len(self._names)
-        for getter, references, places in self._groups:
-            for place, value in zip(places, self._run._call(getter, references), strict=True):
-                row[place] = value
-        return row
-
-    def sample(self) -> None:
-        """Keeps the values at the run's current time."""
-        self._rows.append((self._run.time, *self.row()))
-
-    def result(self) -> Result:
-        """All samples so far and the run's pulses so far."""
-        return Result(np.array(self._rows, dtype=self._dtype), self._run.pulses)
+def rising(times: Iterable[float]) -> list[float]:
+    """The ends of the steps between these times (s). Raises ValueError unless they begin at 0 and rise."""
+    start, *points = [float(time) for time in times] or [math.nan]
+    if start != 0.0 or not np.all(np.diff([start, *points]) > 0.0):
+        raise ValueError("times: the communication points must begin at 0 and rise")
+    return points

@@ -2,12 +2,13 @@
 
 import sys
 import time
+from typing import TextIO
 
 
 class Progress:
     """Callable with the fraction done (0 to 1): `fmu.simulate(..., progress=Progress("Figure 4"))`."""
 
-    def __init__(self, label: str, stream=None):
+    def __init__(self, label: str, stream: TextIO | None = None):
         self.label, self.stream = label, stream or sys.stdout
         self.begin = self.spoke = time.perf_counter()
         self.bar = self.stream.isatty()

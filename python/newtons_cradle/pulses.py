@@ -5,11 +5,17 @@ pulses keeps only the last one in its variables. The log has them all, one line 
 """
 
 import re
+from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[Any]
 
 #: One row per finished pulse: contact (1-based), onset and release in s, peak force in N, impulse in N.s.
-PULSE = np.dtype([("contact", "i4"), ("onset", "f8"), ("release", "f8"), ("peak", "f8"), ("impulse", "f8")])
+FIELDS = ("contact", "onset", "release", "peak", "impulse")
+PULSE = np.dtype([("contact", "i4"), *((name, "f8") for name in FIELDS[1:])])
 
 _LINE = re.compile(
     r"contact=(?P<contact>\d+) onset=(?P<onset>\S+) release=(?P<release>\S+) "
@@ -17,15 +23,15 @@ _LINE = re.compile(
 )
 
 
-def parse_pulse(line: str) -> tuple | None:
+def parse_pulse(line: str) -> tuple[int | float, ...] | None:
     """One log line as a row of `PULSE`, or None when the line is not about a pulse."""
     match = _LINE.search(line)
     if match is None:
         return None
-    return (int(match["contact"]), *(float(match[name]) for name in PULSE.names[1:]))
+    return (int(match["contact"]), *(float(match[name]) for name in FIELDS[1:]))
 
 
-def pulse_table(lines) -> np.ndarray:
+def pulse_table(lines: Iterable[str]) -> Array:
     """The pulses among log lines as an array of dtype `PULSE`, shape (number of pulses,), by onset.
 
     Those that close at the same time stay in the order of the log, which is that of rigid impacts.
@@ -34,12 +40,13 @@ def pulse_table(lines) -> np.ndarray:
     return by_onset(np.array(rows, dtype=PULSE))
 
 
-def by_onset(pulses: np.ndarray) -> np.ndarray:
+def by_onset(pulses: Array) -> Array:
     """The pulses in the order of their onsets; simultaneous ones stay as they are."""
-    return pulses[np.argsort(pulses["onset"], kind="stable")]
+    ordered: Array = pulses[np.argsort(pulses["onset"], kind="stable")]
+    return ordered
 
 
-def impact_sequences(pulses: np.ndarray, pause: float = 0.01) -> list[np.ndarray]:
+def impact_sequences(pulses: Array, pause: float = 0.01) -> list[Array]:
     """Cuts a pulse table wherever no contact was closed for `pause` seconds.
 
     The cradle clicks twice per period, and a click is a sequence of pulses within microseconds:
@@ -53,7 +60,7 @@ def impact_sequences(pulses: np.ndarray, pause: float = 0.01) -> list[np.ndarray
     return np.split(pulses, cuts)
 
 
-def pulse_order(sequence: np.ndarray) -> list[list[int]]:
+def pulse_order(sequence: Array) -> list[list[int]]:
     """The contacts of one impact sequence in the order they closed, simultaneous ones together.
 
     Pulses count as simultaneous when their onsets differ by less than a tenth of the shorter pulse.
@@ -73,7 +80,7 @@ def pulse_order(sequence: np.ndarray) -> list[list[int]]:
     return [sorted(group) for group in order]
 
 
-def overlapping_neighbours(sequence: np.ndarray) -> int:
+def overlapping_neighbours(sequence: Array) -> int:
     """How many pairs of pulses that share a ball overlap in time; 0 means "properly sequenced"."""
     count = 0
     for i, a in enumerate(sequence):

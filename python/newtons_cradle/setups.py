@@ -1,13 +1,44 @@
-"""Start values of the paper's experiments (P. C. Breedveld, "Newton's cradle revisited", 2002).
+"""Start values: the presets that the command line knows, the paper's experiments, and parts to put together.
 
 Each function returns a dict of start values by variable name, in SI units, to be merged and changed
-freely: `figure5(dead_band=0) | {"pendulum.drag": 0.01}`.
+freely: `figure5(dead_band=0) | {"pendulum.drag": 0.01}`. The numbers of the presets are in their parameter files.
 """
 
+import tomllib
+from collections.abc import Sequence
+from typing import Any
 
-def power_law(k: float, p: float = 1.0, dead_band: float = 0.0) -> dict:
+from . import files
+from .run.names import did_you_mean
+
+Start = dict[str, Any]
+
+
+def presets() -> list[str]:
+    """Names of the presets, as `cradle-fmu build --preset` takes them."""
+    return list(files.preset_files())
+
+
+def preset(name: str) -> Start:
+    """Start values of a preset, `x_start[1]` and so on for arrays. Raises ValueError, which names what there is.
+
+    The number of balls belongs to the FMU; the number of elements of `x_start` says for how many the preset is. FMPy's
+    `simulate_fmu` takes numbers only: `fmu.settings(preset("desk"))`.
+    """
+    known = files.preset_files()
+    if name not in known:
+        raise ValueError(
+            f"there is no preset {name!r}; allowed: {', '.join(known)}{did_you_mean(name, known)}"
+        )
+    table = tomllib.loads(known[name].read_text(encoding="utf-8"))
+    del table["balls"]
+    return _flat("", table)
+
+
+def power_law(k: float, p: float = 1.0, dead_band: float = 0.0) -> Start:
     """Contacts F = k overlap^p, k in N/m^p; `dead_band` in m."""
     return {
+        "contact.model": "powerLaw",
         "contact.stiffness": k,
         "contact.overlapRef": 1.0,
         "contact.exponent": p,
@@ -15,47 +46,67 @@ def power_law(k: float, p: float = 1.0, dead_band: float = 0.0) -> dict:
     }
 
 
-def lifted(left: int, right: int = 0, *, n: int = 5, amplitude: float = 1.0) -> dict:
-    """`left` balls lifted to the left and `right` to the right by `amplitude` (m), all at rest."""
+def lifted(left: int, right: int = 0, *, n: int = 5, amplitude: float = 1.0) -> Start:
+    """`left` of `n` balls lifted to the left and `right` to the right by `amplitude` (m), all at rest. Raises ValueError."""
+    if left < 0 or right < 0 or left + right > n:
+        raise ValueError(
+            f"left = {left}, right = {right} is refused; allowed: together 0 to {n}, the number of balls n"
+        )
     x = [-amplitude] * left + [0.0] * (n - left - right) + [amplitude] * right
     return _vector("x_start", x) | _vector("v_start", [0.0] * n)
 
 
-def chain(p: float, strikers: int, *, n: int = 5) -> dict:
+def chain(p: float, strikers: int, *, n: int = 5) -> Start:
     """Free chain: no gravity, balls of 1 kg exactly in touch, F = overlap^p, strikers at 1 m/s."""
     v = [1.0] * strikers + [0.0] * (n - strikers)
     at_rest_in_touch = _vector("x_start", [0.0] * n) | _vector("v_start", v)
     return {"gravity": 0.0, "ball.mass": 1.0} | power_law(1.0, p) | at_rest_in_touch
 
 
-def figure5(dead_band: float = 2.6e-7) -> dict:
-    """Figures 4 and 5, Table 1: two balls of 1 kg lifted by 1 m, g/L = 5 1/s2, k = 1e14 N/m."""
-    pendulum = {"gravity": 9.81, "pendulum.length": 1.962, "ball.mass": 1.0}
-    return pendulum | power_law(1e14, dead_band=dead_band) | lifted(2)
+def figure3() -> Start:
+    """Figure 3, of 13 balls: three lifted left and two right, soft contacts."""
+    return preset("figure3")
 
 
-def figure6() -> dict:
-    """Figure 6: as Figure 5 with k = 2.9e14 N/m and a dead band of 1.46e-7 m."""
-    return figure5() | power_law(2.9e14, dead_band=1.46e-7)
+def figure5(dead_band: float | None = None) -> Start:
+    """Figures 4 and 5, Table 1: two of five balls lifted; `dead_band` (m) instead of the paper's."""
+    return preset("figure5") | ({} if dead_band is None else {"contact.deadBand": dead_band})
 
 
-def figure3() -> dict:
-    """Figure 3: 13 balls of 1 kg, three lifted left and two right by 1 m, g/L = 9.81 1/s2, k = 4e4 N/m."""
-    pendulum = {"gravity": 9.81, "pendulum.length": 1.0, "ball.mass": 1.0}
-    return pendulum | power_law(4e4) | lifted(3, 2, n=13)
+def figure6() -> Start:
+    """Figure 6: as Figure 5 with stiffer contacts and a smaller dead band."""
+    return preset("figure6")
 
 
-def steel(lifted_balls: int = 1, *, amplitude: float = 0.05) -> dict:
-    """Five touching steel balls (1 kg, radius 31.3 mm, Hertz contacts), lifted by `amplitude` (m)."""
-    ball = {"ball.mass": 1.0, "ball.radius": 0.0313, "ball.youngModulus": 2.1e11, "ball.poissonRatio": 0.3}
-    contact = {"contact.model": 2, "contact.deadBand": 0.0}
+def desk() -> Start:
+    """A desk cradle of five steel balls, one lifted, losing energy as a real one does."""
+    return preset("desk")
+
+
+def steel(lifted_balls: int = 1, *, amplitude: float = 0.05) -> Start:
+    """Five touching steel balls (Hertz contacts) of the paper's mass on its pendulums, lifted by `amplitude` (m)."""
+    paper, elastic = preset("figure5"), preset("desk")
+    of_paper = ("gravity", "pendulum.length", "ball.mass")
+    of_steel = ("ball.youngModulus", "ball.poissonRatio", "contact.model", "contact.deadBand")
     return (
-        {"gravity": 9.81, "pendulum.length": 1.962}
-        | ball
-        | contact
+        {name: paper[name] for name in of_paper}
+        | {name: elastic[name] for name in of_steel}
+        | {"ball.radius": 0.0313}  # m, of a steel ball of 1 kg
         | lifted(lifted_balls, amplitude=amplitude)
     )
 
 
-def _vector(name: str, values) -> dict:
+def _vector(name: str, values: Sequence[float]) -> Start:
     return {f"{name}[{i}]": value for i, value in enumerate(values, start=1)}
+
+
+def _flat(prefix: str, table: dict[str, Any]) -> Start:
+    """The tables of a TOML file as dotted names, its lists by element."""
+    values: Start = {}
+    for key, value in table.items():
+        name = f"{prefix}{key}"
+        if isinstance(value, dict):
+            values |= _flat(f"{name}.", value)
+        else:
+            values |= _vector(name, value) if isinstance(value, list) else {name: value}
+    return values

@@ -1,13 +1,16 @@
 """Views that show a run at two time scales at once, and how much pulses overlap in them."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from .fmu import Fmu, Result
+from .fmu import Fmu
+from .pulses import Array
+from .run import Result
+from .run.model import Values
 
 
-def sample_times(pulses: np.ndarray, stop: float, step: float, per_pulse: int = 32) -> np.ndarray:
+def sample_times(pulses: Array, stop: float, step: float, per_pulse: int = 32) -> Array:
     """Communication points (s) every `step` up to `stop` and `per_pulse` of them in every pulse.
 
     Pulses without duration, as of rigid contacts, get points from a nanosecond before them on.
@@ -22,13 +25,13 @@ def sample_times(pulses: np.ndarray, stop: float, step: float, per_pulse: int = 
 
 def resolved(
     fmu: Fmu,
-    values: Mapping[str, float] | None = None,
+    values: Values | None = None,
     *,
     stop: float,
     step: float = 0.01,
     per_pulse: int = 32,
     record: Iterable[str] | None = None,
-    progress=None,
+    progress: Callable[[float], None] | None = None,
 ) -> Result:
     """A run whose samples resolve every pulse, from seconds down to nanoseconds.
 
@@ -41,7 +44,7 @@ def resolved(
     )
 
 
-def overlaps(result: Result) -> np.ndarray:
+def overlaps(result: Result) -> Array:
     """Overlap of each contact's pulse with the next contact's, shape (contacts - 1,), 0 to 1.
 
     The impulse they share, the integral of min(F_i, F_(i+1)), over the smaller of their impulses; by the
@@ -51,4 +54,5 @@ def overlaps(result: Result) -> np.ndarray:
     shared = np.trapezoid(np.minimum(force[:, :-1], force[:, 1:]), time, axis=0)
     impulse = np.trapezoid(force, time, axis=0)
     smaller = np.minimum(impulse[:-1], impulse[1:])
-    return np.divide(shared, smaller, out=np.zeros_like(shared), where=smaller > 0)
+    shares: Array = np.divide(shared, smaller, out=np.zeros_like(shared), where=smaller > 0)
+    return shares

@@ -7,12 +7,25 @@ the environment variable CRADLE_FMU.
 import os
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
 import newtons_cradle as nc
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
+
+
+def repacked(producer: Path, fmu: Path, out: Path, *arguments: str) -> Path:
+    """An FMU with the binaries of another one, packed anew with these arguments of `cradle-fmu build`."""
+    folder = out.with_suffix("")
+    with zipfile.ZipFile(fmu) as archive:
+        binaries = [name for name in archive.namelist() if name.startswith("binaries/") and name[-1] != "/"]
+        archive.extractall(folder, binaries)
+    ready = [f"--binary={Path(name).parts[1]}={folder / name}" for name in binaries]
+    command = [producer, "build", *ready, "--out", out, *arguments]
+    subprocess.run(command, check=True, capture_output=True)
+    return out
 
 
 def pytest_addoption(parser):

@@ -232,10 +232,10 @@ def test_an_instance_may_be_freed_in_any_state(fmu):
 
 def instantiate(folder, guid) -> tuple[bool, list]:
     """Whether an unpacked FMU can be instantiated with a GUID, and what it logged."""
-    from newtons_cradle.fmu import _router
+    from newtons_cradle.run.log import router
 
     log: list[nc.LogLine] = []
-    callbacks = _router.callbacks(log)
+    callbacks = router.callbacks(log)
     slave = FMU2Slave(
         guid=guid, modelIdentifier="NewtonsCradle", unzipDirectory=str(folder), instanceName="x"
     )
@@ -245,7 +245,7 @@ def instantiate(folder, guid) -> tuple[bool, list]:
         assert "Failed to instantiate" in str(error)
         return False, log
     finally:
-        _router.forget(callbacks)
+        router.forget(callbacks)
     slave.freeInstance()
     return True, log
 

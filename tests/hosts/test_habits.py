@@ -13,7 +13,7 @@ from pathlib import Path
 
 import newtons_cradle as nc
 import pytest
-from newtons_cradle.fmu import _router
+from newtons_cradle.run.log import router
 
 STOP, STEP = 3.0, 0.01  # s
 POINTS = range(1, round(STOP / STEP) + 1)
@@ -95,7 +95,7 @@ def end_of_run(fmu: nc.Fmu, habit: Habit) -> list:
     with fmu.start(initialize=False) as run:  # for its names and getters; the instance is made anew
         slave = run.slave
         slave.fmi2FreeInstance(slave.component)  # FMPy's own would unload the library
-        callbacks = _router.callbacks(log)
+        callbacks = router.callbacks(log)
         if not habit.environment:
             callbacks.componentEnvironment = None
         resources = Path(fmu.folder) / "resources"

@@ -9,12 +9,12 @@ import zipfile
 import newtons_cradle as nc
 import numpy as np
 import pytest
-from conftest import ROOT
+from conftest import ROOT, repacked
 from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import read_ssv, validate_tree
 from lxml import etree
 
-PRESETS = ["default", "figure5_overlapping", "figure5", "figure6", "steel"]
+PRESETS = ["default", "figure5_overlapping", "figure5", "figure6"]
 
 
 @pytest.fixture(scope="module")
@@ -91,7 +91,6 @@ def test_a_preset_gives_the_run_it_is_named_after(coupled, fmu, preset):
         "figure5_overlapping": nc.figure5(0.0),
         "figure5": nc.figure5(),
         "figure6": nc.figure6(),
-        "steel": nc.steel(),
     }[preset]
     parameters = read_ssv(path, f"resources/{preset}.ssv")
     result = simulate_ssp(path, stop_time=0.95, step_size=0.1, parameter_set=parameters)
@@ -156,3 +155,21 @@ def test_another_number_of_balls_is_refused(fmu13_path, tmp_path):
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 1
     assert done.stderr.strip().endswith("has 13 balls where 5 are needed")
+
+
+def test_an_fmu_of_another_cradle_is_refused(producer, fmu_path, tmp_path):
+    """Rigid contacts where the equations have springs: a sentence, no table of checks that fail."""
+    rigid = repacked(producer, fmu_path, tmp_path / "rigid.fmu", "--set", "contact.model=rigid")
+    script = ROOT / "examples/mechatronics/couple.py"
+    command = [sys.executable, script, "--fmu", rigid, "--out", tmp_path]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 1
+    assert "it was built as another cradle, contact.model = rigid where powerLaw is meant" in done.stderr
+    assert "FAILS" not in done.stdout
+
+
+def test_the_results_say_what_they_are_of(coupled, fmu):
+    out, _ = coupled
+    about = json.loads((out / "about.json").read_text(encoding="utf-8"))
+    assert about["guid"] == fmu.description.guid
+    assert about["cradle"]["contact.stiffness"] == 1e10 and about["numpy"] == np.__version__

@@ -34,7 +34,8 @@ def test_simulate_fmu_with_no_arguments(fmu, fmu_path, capfd):
 
 def test_the_helper_and_simulate_fmu_read_the_same_numbers(fmu, fmu_path):
     values = nc.figure5()
-    theirs = fmpy.simulate_fmu(str(fmu_path), stop_time=3.0, output_interval=0.01, start_values=values)
+    options = {"stop_time": 3.0, "output_interval": 0.01}
+    theirs = fmpy.simulate_fmu(str(fmu_path), **options, start_values=fmu.settings(values))
     ours = fmu.simulate(values, stop=3.0)
     for name in ("x[1]", "v[3]", "E_total", "impulse[2]", "F_peak[4]"):
         assert ours[name] == pytest.approx(theirs[name], rel=1e-10, abs=1e-10)

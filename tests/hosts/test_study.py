@@ -2,12 +2,14 @@
 
 import csv
 import itertools
+import json
 import subprocess
 import sys
 
 import pytest
-from conftest import ROOT
+from conftest import ROOT, repacked
 from distributed import Client
+from pythonfmu.builder import FmuBuilder
 
 FOLDER = ROOT / "examples/study"
 sys.path.insert(0, str(FOLDER))
@@ -67,6 +69,55 @@ def test_a_study_that_cannot_start_says_why(fmu_path, tmp_path, arguments, compl
     done = study(fmu_path, tmp_path, *arguments)
     assert done.returncode == 2
     assert done.stderr.splitlines()[-1].startswith("error: ") and complaint in done.stderr
+
+
+def refused(path, out) -> str:
+    """What the study says of an FMU that it refuses, before any run."""
+    done = study(path, out, "--workers", "1", "--orders", "1", "2")
+    assert done.returncode == 2 and "runs" not in done.stdout
+    assert not out.exists() or not list(out.iterdir())
+    return done.stderr.splitlines()[-1]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (["--preset", "desk"], "contact.model = hertz where powerLaw is meant"),
+        (["--set", "contact.model=rigid"], "contact.model = rigid where powerLaw is meant"),
+        (["--set", "contact.gap[2]=1e-6"], "contact.gap[2] = 1e-06 m where 0 m is meant"),
+        (["--balls", "2"], "it has 2 balls where 3 or more are needed"),
+    ],
+)
+def test_an_fmu_of_another_cradle_is_refused(producer, fmu_path, tmp_path, arguments, complaint):
+    """Each would have been run, but not as the cradle that its maker chose."""
+    path = repacked(producer, fmu_path, tmp_path / "other.fmu", *arguments)
+    said = refused(path, tmp_path / "out")
+    assert said.startswith("error: ") and complaint in said
+
+
+def test_a_foreign_fmu_is_refused(tmp_path):
+    """That of another exporter, which the coupled machine has for its plant."""
+    plant = FmuBuilder.build_FMU(ROOT / "examples/mechatronics/plant.py", dest=tmp_path)
+    said = refused(plant, tmp_path / "out")
+    assert "it is the model CartAndCoil; allowed: NewtonsCradle" in said
+
+
+def test_an_axis_without_effect_is_an_error(fmu_path, tmp_path):
+    """A damping that is too small to change a bit; the other axes have their effect, the rows are kept."""
+    axes = ["--orders", "1", "2", "--dead-bands", "0", "1", "--dampings", "0", "1e-300", "--lifted", "1"]
+    done = study(fmu_path, tmp_path, "--workers", "1", *axes)
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[-1] == "error: the axis damping has no effect in any run"
+    assert len(rows(tmp_path)) == 8 and not (tmp_path / "study.png").exists()
+
+
+def test_the_rows_say_what_they_are_of(fmu, fmu_path, tmp_path):
+    axes = ["--orders", "1", "--dead-bands", "0", "--dampings", "0", "--lifted", "1"]
+    assert study(fmu_path, tmp_path, "--workers", "1", *axes).returncode == 0
+    about = json.loads((tmp_path / "about.json").read_text(encoding="utf-8"))
+    assert about["guid"] == fmu.description.guid
+    assert about["given"]["contact.model"] == "powerLaw" and about["axes"]["order"] == [1.0]
+    assert {"fmpy", "numpy", "dask", "newtons-cradle", "python"} <= set(about)
 
 
 @pytest.fixture

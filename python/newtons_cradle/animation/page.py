@@ -9,10 +9,11 @@ import zlib
 from html import escape
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from ..pulses import impact_sequences
+from ..pulses import Array, impact_sequences
 from .recording import Recording
 
 ASSETS = files(__package__)
@@ -42,7 +43,10 @@ def asset(name: str) -> str:
 
 
 def three_js() -> str:
-    """three.js (r140, MIT licence) as one classic script, from the viewer that the package trimesh carries."""
+    """three.js (r140, MIT licence) as one classic script: that of the wheel, else from the viewer that trimesh carries."""
+    packaged = ASSETS / "three.js"
+    if packaged.is_file():
+        return packaged.read_text(encoding="utf-8")
     try:
         archive = (files("trimesh") / "resources/templates/viewer.zip").read_bytes()
     except (ModuleNotFoundError, FileNotFoundError):
@@ -60,7 +64,7 @@ def three_js() -> str:
     return script[0]
 
 
-def numbers(recording: Recording) -> dict:
+def numbers(recording: Recording) -> dict[str, Any]:
     """The run as the scripts read it."""
     pulses = np.sort(recording.pulses, order=["contact", "onset"])
     # Rigid impacts have no force: their impulse shows how hard they are.
@@ -87,7 +91,7 @@ def numbers(recording: Recording) -> dict:
     }
 
 
-def packed(array: np.ndarray, kind: str) -> dict:
+def packed(array: Array, kind: str) -> dict[str, str]:
     """An array as bytes, the first ones of all numbers, then the second ones, ...: so they deflate better."""
     values = np.ascontiguousarray(array, dtype=f"<{kind}").ravel()
     planes = values.view(np.uint8).reshape(len(values), values.itemsize).T

@@ -1,18 +1,21 @@
 """What an animation shows: motion, forces, energies and pulses, from a run of an FMU or from a CSV file."""
 
 import csv
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from ..fmu import Fmu
-from ..pulses import PULSE
+from ..pulses import FIELDS, PULSE, Array
+from ..run.model import Values
 from ..views import sample_times
 
 #: As many numbers as an animation may hold, so that its page stays below 5 MB.
 LARGEST = 1_200_000
+
+Columns = dict[str, Array]  # by name
 
 #: How FMPy writes Booleans.
 TRUTH = {"True": "1", "False": "0"}
@@ -31,19 +34,19 @@ class Recording:
     """
 
     title: str
-    time: np.ndarray
-    x: np.ndarray
-    v: np.ndarray
-    F: np.ndarray
-    pulses: np.ndarray
-    energy: dict[str, np.ndarray] = field(default_factory=dict)
+    time: Array
+    x: Array
+    v: Array
+    F: Array
+    pulses: Array
+    energy: Columns = field(default_factory=dict)
     length: float = 1.962
     radius: float = 0.0313
 
 
 def from_fmu(
-    path: str | Path,
-    values: Mapping[str, float] | None = None,
+    path: str | Path | None,
+    values: Values | None = None,
     *,
     stop: float = 10.0,
     step: float = 0.02,
@@ -84,7 +87,7 @@ def from_csv(
     return _recording(Path(path).stem, _read_columns(Path(path)), table, length=length, radius=radius)
 
 
-def _recording(title: str, columns: dict, pulses: np.ndarray | None, **drawing) -> Recording:
+def _recording(title: str, columns: Columns, pulses: Array | None, **drawing: float) -> Recording:
     time, x = columns.get("time"), _vector(columns, "x")
     if time is None or x is None:
         raise RecordingError(
@@ -108,15 +111,15 @@ def _recording(title: str, columns: dict, pulses: np.ndarray | None, **drawing) 
     return Recording(title, time, x, v, force, pulses, _energies(columns), **drawing)
 
 
-def _vector(columns: dict, name: str) -> np.ndarray | None:
+def _vector(columns: Columns, name: str) -> Array | None:
     """Columns name[1], name[2], ... side by side."""
-    found = []
+    found: list[Array] = []
     while (column := columns.get(f"{name}[{len(found) + 1}]")) is not None:
         found.append(column)
     return np.column_stack(found) if found else None
 
 
-def _energies(columns: dict) -> dict[str, np.ndarray]:
+def _energies(columns: Columns) -> Columns:
     """The sums of what is stored where, else the total."""
     parts = {name: _vector(columns, f"E_{name}") for name in ("kinetic", "gravity", "contact")}
     if any(part is not None for part in parts.values()):
@@ -124,7 +127,7 @@ def _energies(columns: dict) -> dict[str, np.ndarray]:
     return {"total": columns["E_total"]} if "E_total" in columns else {}
 
 
-def _guessed_pulses(time: np.ndarray, force: np.ndarray) -> np.ndarray:
+def _guessed_pulses(time: Array, force: Array) -> Array:
     """Pulses as far as samples of the force show them: as long as a contact's samples are not 0."""
     rows = []
     for contact, column in enumerate(force.T, start=1):
@@ -134,7 +137,7 @@ def _guessed_pulses(time: np.ndarray, force: np.ndarray) -> np.ndarray:
     return np.sort(np.array(rows, dtype=PULSE), order=["onset", "contact"])
 
 
-def _read_columns(path: Path) -> dict[str, np.ndarray]:
+def _read_columns(path: Path) -> Columns:
     """A CSV file of numbers below one line of names."""
     with path.open(newline="", encoding="utf-8-sig", errors="replace") as file:
         lines = csv.reader(file)
@@ -155,12 +158,12 @@ def _read_columns(path: Path) -> dict[str, np.ndarray]:
     return dict(zip(names, table.T, strict=True))
 
 
-def _pulse_table(path: Path) -> np.ndarray:
+def _pulse_table(path: Path) -> Array:
     columns = _read_columns(path)
-    missing = [name for name in PULSE.names if name not in columns]
+    missing = [name for name in FIELDS if name not in columns]
     if missing:
-        raise RecordingError(f"{path}: a table of pulses has the columns {', '.join(PULSE.names)}")
+        raise RecordingError(f"{path}: a table of pulses has the columns {', '.join(FIELDS)}")
     table = np.zeros(len(columns["onset"]), dtype=PULSE)
-    for name in PULSE.names:
+    for name in FIELDS:
         table[name] = columns[name]
     return np.sort(table, order=["onset", "contact"])

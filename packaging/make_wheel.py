@@ -1,0 +1,55 @@
+"""The wheel: what goes into it is built here; pyproject.toml says where it goes, wheel_hook.py for which platform it is."""
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+from checkout import FMU, PYTHON, ROOT, SOME, make_venv, old_linux, run, say, stage
+
+PROGRAM = "cradle-fmu.exe" if os.name == "nt" else "cradle-fmu"
+FOLDER = ROOT / "target/wheel"
+THREE_JS = "import sys; from newtons_cradle.animation.page import three_js; sys.stdout.buffer.write(three_js().encode())"
+
+
+def make_wheel(fmu: Path | None) -> int:
+    """Makes a wheel of cradle-fmu, the Python package and this FMU, or else one for this platform only, in target/wheel."""
+    shutil.rmtree(FOLDER, ignore_errors=True)
+    FOLDER.mkdir(parents=True)
+    with stage("1/3 Python packages"):
+        make_venv(SOME)
+    with stage("2/3 program and FMU (the first time, compiling takes minutes)"):
+        target, environment = old_linux()
+        build_program(target, environment)
+        if fmu is None:
+            command = [FOLDER / PROGRAM, "build", "--release", *target, "--out", FOLDER / FMU.name]
+            run(command, env=environment)
+        else:
+            shutil.copyfile(fmu, FOLDER / FMU.name)
+    with stage("3/3 wheel"):
+        (FOLDER / "three.js").write_bytes(subprocess.check_output([PYTHON, "-c", THREE_JS]))
+        # zig has linked for glibc 2.17, whatever this machine has.
+        platform = {"CRADLE_WHEEL_PLATFORM": "manylinux_2_17_x86_64"} if target else {}
+        run(
+            [PYTHON, "-m", "pip", "wheel", "--no-deps", "--wheel-dir", FOLDER, "."],
+            env=environment | platform,
+        )
+        (wheel,) = FOLDER.glob("*.whl")
+        say(f"  pip install '{wheel.relative_to(ROOT)}[plot]'   ({wheel.stat().st_size / 1e6:.1f} MB)")
+    return 0
+
+
+def build_program(target: list, environment: dict) -> None:
+    """The program cradle-fmu, optimised, in target/wheel; for every Linux where cargo-zigbuild can."""
+    command = [
+        "cargo",
+        "zigbuild" if target else "build",
+        "--release",
+        "--package",
+        "cradle-packaging",
+        *target,
+    ]
+    run(command, env=environment)
+    # Cargo's folder has the target without the version of glibc.
+    triple = target[1].split(".")[0] if target else ""
+    shutil.copy2(ROOT / "target" / triple / "release" / PROGRAM, FOLDER)

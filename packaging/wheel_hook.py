@@ -1,0 +1,39 @@
+"""What hatchling cannot know of the wheel: its platform, and the program `cradle-fmu` that it puts on the path."""
+
+import os
+import platform
+import sys
+from pathlib import Path
+from typing import Any
+
+from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+
+PROGRAM = "cradle-fmu.exe" if os.name == "nt" else "cradle-fmu"
+
+
+class CustomBuildHook(BuildHookInterface):
+    """Takes what `cradle.py wheel` has left in target/wheel."""
+
+    def initialize(self, _version: str, build_data: dict[str, Any]) -> None:
+        """Called before the files are gathered. Raises FileNotFoundError."""
+        built = Path(self.root, "target/wheel")
+        for name in (PROGRAM, "NewtonsCradle.fmu", "three.js"):
+            if not (built / name).exists():
+                raise FileNotFoundError(
+                    f"{built / name} is missing: `python3 cradle.py wheel` makes it, and the wheel"
+                )
+        build_data["shared_scripts"] = {str(built / PROGRAM): PROGRAM}
+        build_data["pure_python"] = False
+        build_data["tag"] = f"py3-none-{os.environ.get('CRADLE_WHEEL_PLATFORM') or this_platform()}"
+
+
+def this_platform() -> str:
+    """The platform tag of a program that was compiled on this machine, for it."""
+    machine = platform.machine().lower()
+    if sys.platform == "win32":
+        return {"amd64": "win_amd64", "arm64": "win_arm64"}.get(machine, "win32")
+    if sys.platform == "darwin":  # as old as rustc compiles for
+        return "macosx_11_0_arm64" if machine == "arm64" else "macosx_10_12_x86_64"
+    library, version = platform.libc_ver()
+    # What is compiled here needs no newer library than the one that is here.
+    return f"manylinux_{version.replace('.', '_')}_{machine}" if library == "glibc" else f"linux_{machine}"

@@ -1,0 +1,132 @@
+"""A real cradle's losses, from what a film of it shows.
+
+The pendulums are those of the FMU: x'' = -(g/L) x - (b/m) x'. One ball is lifted and let go, the others hang at rest. Its
+click passes through the chain ball by ball, of which each hit passes on the share (1 + e)/2 of the speed (equal masses,
+e the coefficient of restitution), and the last ball rises. Between the lift and the highest point after it lies half a period of a
+damped pendulum, so that the rise over the lift is
+
+    ((1 + e)/2)^(n - 1) exp(-pi delta/omega_d),   delta = b/(2 m),   omega_d^2 = g/L - delta^2.
+
+After some dozens of clicks all balls swing together. Then nothing is lost in contacts, and the amplitudes fall as
+exp(-delta t), which tells the drag b.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .fmu import Fmu
+from .run.model import Values
+
+HALVINGS = 20  # of the interval that the damping lies in
+SAMPLES = 201  # around the highest point
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """What a film tells. `restitution`: e, 0 to 1; `drag`: b of every ball, kg/s; `speed`: of the first click, m/s; `height`: as filmed, m."""
+
+    restitution: float
+    drag: float
+    speed: float
+    height: float
+
+    def rigid(self) -> dict[str, Any]:
+        """Start values of rigid contacts that lose as much."""
+        contact = {"contact.model": "rigid", "contact.restitution": self.restitution}
+        return {"pendulum.drag": self.drag} | contact
+
+    def compliant(self, fmu: Fmu, values: Values) -> dict[str, Any]:
+        """Start values by which the last ball of this cradle, with contacts of a power law or Hertz's, rises as filmed.
+
+        `values` describe the cradle and the lift, as `preset("desk")` does; Hunt and Crossley's damping factor is found by runs.
+        Touching balls do not meet one after the other, so that no formula gives it from e. Raises ValueError, FmuError.
+        """
+        base = {**values, "pendulum.drag": self.drag, "contact.dampingLaw": "huntCrossley"}
+        low, high = 0.0, 3.0 / self.speed  # s/m; the law passes on hardly anything at the upper end
+        undamped = _rise(fmu, base | {"contact.huntCrossley": low})
+        if undamped < self.height:
+            raise ValueError(
+                f"height = {self.height} m is refused: without damping these contacts reach {undamped:.4g} m"
+            )
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            higher = _rise(fmu, base | {"contact.huntCrossley": middle}) > self.height
+            low, high = (middle, high) if higher else (low, middle)
+        found = {name: base[name] for name in ("pendulum.drag", "contact.dampingLaw")}
+        return found | {"contact.huntCrossley": 0.5 * (low + high)}
+
+
+def _rise(fmu: Fmu, values: Values) -> float:
+    """How high the last ball rises after the first click, half a period after the lift, m."""
+    last = f"x[{fmu.balls}]"
+    with fmu.start(values) as run:
+        period, length = run["pendulum.period"], run["pendulum.length"]
+        times = np.concatenate([[0.0], np.linspace(0.4, 0.6, SAMPLES) * period])
+    largest = float(fmu.simulate(values, times=times, record=[last])[last].max())
+    return largest**2 / (2.0 * float(length))
+
+
+def calibrate(
+    *,
+    lift: float,
+    height: float,
+    amplitudes: tuple[float, float],
+    interval: float,
+    length: float,
+    mass: float,
+    balls: int = 5,
+    gravity: float = 9.81,
+) -> Calibration:
+    """Restitution and drag of a real cradle, from a film of it.
+
+    `lift`: how far to the side the first ball is lifted, m; `height`: how high the last ball rises after the first click, m,
+    above where it hung; `amplitudes`: two swings to the side, m, once all balls swing together, `interval` (s) apart;
+    `length` of the pendulums, m; `mass` of a ball, kg; number of `balls`, at least 2; `gravity`, m/s2.
+    Raises ValueError where a number is impossible.
+    """
+    lengths = {
+        "lift": lift,
+        "height": height,
+        "interval": interval,
+        "length": length,
+        "mass": mass,
+        "gravity": gravity,
+    }
+    for name, value in (
+        lengths | dict(zip(("amplitudes[0]", "amplitudes[1]"), amplitudes, strict=True))
+    ).items():
+        if not 0.0 < value < math.inf:
+            raise ValueError(f"{name} = {value} is refused; allowed: a positive number")
+    if balls < 2:
+        raise ValueError(f"balls = {balls} is refused; allowed: 2 or more")
+    first, second = amplitudes
+    if second > first:
+        raise ValueError(
+            f"amplitudes = {amplitudes} is refused: the second, {interval} s later, must not be larger"
+        )
+    if lift >= length:
+        raise ValueError(f"lift = {lift} is refused; allowed: less than the length, {length} m")
+    delta = math.log(first / second) / interval
+    if delta**2 >= gravity / length:
+        raise ValueError(
+            f"amplitudes = {amplitudes}, interval = {interval} are refused: such a pendulum does not swing"
+        )
+    omega = math.sqrt(gravity / length - delta**2)
+    # A height is the square of a deflection, x^2/(2 L) for the FMU's linear pendulums.
+    rise = math.sqrt(2.0 * length * height)
+    passed = rise / lift * math.exp(math.pi * delta / omega)
+    restitution = 2.0 * passed ** (1.0 / (balls - 1)) - 1.0
+    if not 0.0 <= restitution <= 1.0:
+        most = (lift * math.exp(-math.pi * delta / omega)) ** 2 / (2.0 * length)
+        least = most * 0.25 ** (balls - 1)
+        raise ValueError(f"height = {height} is refused; allowed here: {least:.3g} to {most:.3g} m")
+    # At x = 0, after a quarter of a period and a little more.
+    speed = (
+        lift
+        * math.sqrt(gravity / length)
+        * math.exp(-delta / omega * (math.pi / 2.0 + math.asin(delta * math.sqrt(length / gravity))))
+    )
+    return Calibration(float(restitution), float(2.0 * mass * delta), float(speed), float(height))

@@ -1,0 +1,44 @@
+"""Where the files are that come with the package: in a wheel beside it, in a checkout with the sources and the builds."""
+
+import tomllib
+from importlib import metadata
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+CHECKOUT = HERE.parents[1]  # if this is one
+BUILT = CHECKOUT / "target/fmu/NewtonsCradle.fmu"
+
+
+def in_checkout() -> bool:
+    """Whether the package runs from its sources."""
+    return (CHECKOUT / "packaging/presets").is_dir()
+
+
+def own_fmu() -> Path:
+    """The FMU that comes with a wheel; in a checkout the one that was built last. Raises FileNotFoundError."""
+    packaged = HERE / "NewtonsCradle.fmu"
+    if packaged.exists():
+        return packaged
+    if not in_checkout():
+        raise FileNotFoundError(
+            f"{packaged} is missing: install newtons-cradle again, or give the path of an FMU"
+        )
+    if not BUILT.exists():
+        raise FileNotFoundError(
+            f"{BUILT} has not been built: `cargo pack build --release`, or give the path of an FMU"
+        )
+    return BUILT
+
+
+def preset_files() -> dict[str, Path]:
+    """The parameter files of the presets by name, those that `cradle-fmu build --preset` knows."""
+    folder = CHECKOUT / "packaging/presets" if in_checkout() else HERE / "presets"
+    return {path.stem: path for path in sorted(folder.glob("*.toml"))}
+
+
+def version() -> str:
+    """The version of the package: what was installed, or what the sources say."""
+    if in_checkout():
+        workspace = tomllib.loads((CHECKOUT / "Cargo.toml").read_text(encoding="utf-8"))["workspace"]
+        return str(workspace["package"]["version"])
+    return metadata.version("newtons-cradle")

@@ -1,0 +1,9 @@
+"""A run of an FMU through FMPy: the description it obeys, its log, its steps, and what came of it."""
+
+from .instance import NEVER, Recorder, Run, Saved
+from .log import LogLine
+from .model import FmuError, Model
+from .names import UnknownName
+from .result import Result
+
+__all__ = ["NEVER", "FmuError", "LogLine", "Model", "Recorder", "Result", "Run", "Saved", "UnknownName"]

@@ -1,0 +1,227 @@
+"""A running instance of an FMU, stepped as finely as wanted."""
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+from fmpy.fmi2 import FMU2Slave
+
+from ..pulses import Array, pulse_table
+from .log import LogLine, router
+from .model import FmuError, Model, Value, Values
+from .result import Result
+
+LOOKS = 10_000  # by which an onset must be in sight
+NEVER = 1e30  # s, what `t_next` says when no impact lies ahead
+DTYPES = {"Real": "f8", "Integer": "i4", "Enumeration": "i4", "Boolean": "?"}  # FMI type to NumPy's
+
+
+@dataclass(frozen=True)
+class Saved:
+    """A saved state: the time it was saved at (s), and the bytes."""
+
+    time: float
+    data: bytes
+
+
+class Run:
+    """One instance, initialised and ready to step. `values`: start values by variable name, as `set` takes them.
+
+    `run["F_ext[1]"] = 0.2` sets a variable, `run["v[1]"]` is its value now. With `initialize=False` it is only
+    instantiated, and `initialize()` is left to the caller.
+    """
+
+    def __init__(self, fmu: Model, values: Values | None = None, *, initialize: bool = True):
+        self.fmu, self.time = fmu, 0.0
+        self.log: list[LogLine] = []
+        self._callbacks = router.callbacks(self.log)
+        self._alive = self._closed = False
+        self.slave = FMU2Slave(
+            guid=fmu.description.guid,
+            modelIdentifier=fmu.description.coSimulation.modelIdentifier,
+            unzipDirectory=fmu.folder,
+            instanceName="cradle",
+        )
+        try:
+            self._call(self.slave.instantiate, callbacks=self._callbacks)
+            self._alive = True
+            self._call(self.slave.setDebugLogging, True, ["logEvents"])
+            self.set({} if values is None else values)
+            if initialize:
+                self.initialize()
+        except BaseException:
+            self.close()
+            raise
+
+    def initialize(self, start_time: float = 0.0) -> None:
+        """Brings an instance that was only instantiated to its start time (s). Raises FmuError."""
+        self._call(self.slave.setupExperiment, startTime=start_time)
+        self._call(self.slave.enterInitializationMode)
+        self._call(self.slave.exitInitializationMode)
+        self.time = start_time
+
+    def __enter__(self) -> "Run":
+        return self
+
+    def __exit__(
+        self, _kind: type[BaseException] | None, _error: BaseException | None, _trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Frees the instance; the log and the pulses stay readable."""
+        self._closed = True
+        if self._alive:
+            self._alive = False
+            self.slave.freeInstance()
+        router.forget(self._callbacks)
+
+    def _call(self, function: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
+        if self._closed:
+            raise FmuError("the run is closed: its `with` block has ended, or `close` was called")
+        before = len(self.log)
+        try:
+            return function(*args, **kwargs)
+        except Exception as error:
+            said = "; ".join(line.text for line in self.log[before:] if line.status >= 1)
+            raise FmuError(f"{error} {said}".strip()) from error
+
+    @property
+    def pulses(self) -> Array:
+        """All finished pulses so far, by onset: array of dtype `PULSE`."""
+        return pulse_table(line.text for line in self.log if line.category == "logEvents")
+
+    def set(self, values: Values) -> None:
+        """Sets parameters and inputs by name, all of one type in one call.
+
+        An array takes a sequence, `{"x_start": [-0.1, 0, 0, 0, 0]}`, an enumeration the name of an item. Raises UnknownName,
+        FmuError.
+        """
+        numbers = self.fmu.settings(values)
+        for kind, names in self._by_type(numbers).items():
+            setter = getattr(self.slave, "setInteger" if kind == "Enumeration" else f"set{kind}")
+            references = [self.fmu.variables[name].valueReference for name in names]
+            self._call(setter, references, [numbers[name] for name in names])
+
+    def get(self, name: str) -> float | int | bool:
+        """The value of one variable. Raises UnknownName or FmuError."""
+        self.fmu.variable(name)
+        value: float | int | bool = self.recorder([name]).row()[0]
+        return value
+
+    def __setitem__(self, name: str, value: Value) -> None:
+        self.set({name: value})
+
+    def __getitem__(self, name: str) -> Any:
+        """The value of a variable; of an array the values of all elements, shape (elements,)."""
+        if name in self.fmu.arrays:
+            return np.array(self.recorder([name]).row())
+        return self.get(name)
+
+    def step(self, h: float) -> None:
+        """One communication step of `h` seconds. Raises FmuError."""
+        self._call(self.slave.doStep, self.time, h)
+        self.time += h
+
+    def step_to(self, t: float) -> None:
+        """One communication step that ends at `t` (s) exactly, not an ulp beside it."""
+        h = t - self.time
+        while self.time + h < t:
+            h = math.nextafter(h, math.inf)
+        while self.time + h > t:
+            h = math.nextafter(h, -math.inf)
+        self.step(h)
+        self.time = t
+
+    def step_to_onset(self, before: float = 0.0) -> float:
+        """Steps to the next onset, or to `before` seconds ahead of it; returns the time of the onset.
+
+        Where a contact phase is so long that the FMU does not see its end, that takes several steps. Raises FmuError when
+        no contact will close any more, or none is in sight after many steps.
+        """
+        for _ in range(LOOKS):
+            if self.get("t_next_isOnset"):
+                break
+            # A look goes on as soon as time has moved.
+            self.step_to(max(self.get("t_next") - before, math.nextafter(self.time, math.inf)))
+        else:
+            raise FmuError(f"no contact closes within {LOOKS} looks ahead, up to t = {self.get('t_next')} s")
+        onset = float(self.get("t_next"))
+        if onset >= NEVER:
+            raise FmuError(f"no contact closes any more after t = {self.time} s")
+        if onset - before > self.time:
+            self.step_to(onset - before)
+        return onset
+
+    def zoom(
+        self, span: float, step: float, record: Iterable[str], before: float = 0.0
+    ) -> tuple[float, Result]:
+        """The micro view of the next impact: records every `step` (s) from `before` (s) ahead of the
+        onset until `span` (s) after it. Returns the time of the onset and the samples."""
+        onset = self.step_to_onset(before)
+        recorder = self.recorder(record)
+        recorder.sample()
+        first = self.time
+        for i in range(1, round((onset + span - first) / step) + 1):
+            self.step_to(first + i * step)
+            recorder.sample()
+        return onset, recorder.result()
+
+    def save(self) -> "Saved":
+        """The state of the instance, from which any run of the same FMU can go on, also in another process."""
+        state = self._call(self.slave.getFMUstate)
+        data: bytes = self._call(self.slave.serializeFMUstate, state)
+        self._call(self.slave.freeFMUstate, state)
+        return Saved(self.time, data)
+
+    def load(self, saved: "Saved") -> None:
+        """Goes on from a saved state, with the same bits; the log is kept. Raises FmuError."""
+        state = self._call(self.slave.deSerializeFMUstate, saved.data)
+        self._call(self.slave.setFMUstate, state)
+        self._call(self.slave.freeFMUstate, state)
+        self.time = saved.time
+
+    def recorder(self, names: Iterable[str]) -> "Recorder":
+        """Records the named variables of this run, all elements where an array is named. Raises UnknownName."""
+        return Recorder(self, list(dict.fromkeys(self.fmu.names(names))))
+
+    def _by_type(self, names: Iterable[str]) -> dict[str, list[str]]:
+        groups: dict[str, list[str]] = {}
+        for name in names:
+            groups.setdefault(self.fmu.variable(name).type, []).append(name)
+        return groups
+
+
+class Recorder:
+    """Reads a fixed set of variables with one call per type."""
+
+    def __init__(self, run: Run, names: list[str]):
+        self._run, self._names = run, names
+        self._rows: list[tuple[Any, ...]] = []
+        self._groups = []
+        for kind, members in run._by_type(names).items():
+            getter = getattr(run.slave, "getInteger" if kind == "Enumeration" else f"get{kind}")
+            references = [run.fmu.variables[name].valueReference for name in members]
+            self._groups.append((getter, references, [names.index(name) for name in members]))
+        kinds = [(name, DTYPES[run.fmu.variables[name].type]) for name in names]
+        self._dtype = np.dtype([("time", "f8"), *kinds])
+
+    def row(self) -> list[Any]:
+        """The values now, in the order of the names."""
+        row: list[Any] = [None] * len(self._names)
+        for getter, references, places in self._groups:
+            for place, value in zip(places, self._run._call(getter, references), strict=True):
+                row[place] = value
+        return row
+
+    def sample(self) -> None:
+        """Keeps the values at the run's current time."""
+        self._rows.append((self._run.time, *self.row()))
+
+    def result(self) -> Result:
+        """All samples so far and the run's pulses so far."""
+        units = {"time": "s"} | {name: self._run.fmu.unit(name) for name in self._names}
+        return Result(np.array(self._rows, dtype=self._dtype), self._run.pulses, units)

@@ -1,0 +1,179 @@
+"""What an FMU's description says: its variables by name, what may be set, and which values they take."""
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from fmpy.model_description import ModelDescription
+
+from .names import UnknownName, did_you_mean, split
+
+Value = float | int | bool | str  #: of a variable; an item of an enumeration may be named
+Values = Mapping[str, Any]  #: by name: a `Value`, or for an array a sequence of them
+
+GIVEN = (
+    "parameter",
+    "input",
+)  # causalities that can be set at any time; others only where they have a start value
+
+
+class FmuError(RuntimeError):
+    """Something the FMU refused, or an FMU that is refused; the message says what is wrong and what is allowed."""
+
+
+class Model:
+    """The description of an FMU, unpacked into `folder`."""
+
+    def __init__(self, path: Path, description: ModelDescription, folder: str):
+        self.path, self.description, self.folder = path, description, folder
+        self.variables: dict[str, Any] = {v.name: v for v in description.modelVariables}
+        self.arrays: dict[str, list[str]] = {}  # x: x[1], x[2], ...
+        for name in self.variables:
+            if name.endswith("]"):
+                self.arrays.setdefault(name.partition("[")[0], []).append(name)
+
+    @property
+    def outputs(self) -> list[str]:
+        """Names of all outputs, in the description's order."""
+        return [v.name for v in self.description.modelVariables if v.causality == "output"]
+
+    @property
+    def balls(self) -> int:
+        """Number of balls n."""
+        return len(self.arrays.get("x", []))
+
+    def items(self, name: str) -> dict[str, int]:
+        """The items of an enumeration and their integers: `items("contact.model")["hertz"]` is 2."""
+        return {item.name: int(item.value) for item in self.variable(name).declaredType.items}
+
+    def variable(self, name: str) -> Any:
+        """FMPy's description of one variable. Raises UnknownName."""
+        if name not in self.variables:
+            raise UnknownName(self._unknown(name))
+        return self.variables[name]
+
+    def unit(self, name: str) -> str:
+        """Unit of a variable, "" if it has none. Raises UnknownName."""
+        return self.variable(name).unit or ""
+
+    def number(self, name: str, value: Value) -> float | int | bool:
+        """A value as a variable of this name takes it; an item of an enumeration may be named. Raises FmuError."""
+        kind = self.variable(name).type
+        try:
+            if kind == "Enumeration" and isinstance(value, str):
+                return self.items(name)[value]
+            return float(value) if kind == "Real" else int(value)
+        except KeyError:
+            items = self.items(name)
+            hint = did_you_mean(str(value), items)
+            raise FmuError(f"{name} = {value} is refused; allowed: {', '.join(items)}{hint}") from None
+        except (TypeError, ValueError):
+            unit = self.unit(name)
+            written = (
+                f"; it is taken in {unit}, which is not written"
+                if unit not in ("", "1") and isinstance(value, str)
+                else ""
+            )
+            raise FmuError(f"{name} = {value} is not a number{written}") from None
+
+    def built_with(self, name: str) -> float | int | bool:
+        """The start value of the description, an enumeration's integer. Raises UnknownName, or FmuError if it has none."""
+        variable = self.variable(name)
+        if variable.start is None:
+            raise FmuError(f"{name} has no start value: the FMU computes it")
+        if variable.type == "Boolean":
+            return variable.start in ("true", "1", True)
+        return float(variable.start) if variable.type == "Real" else int(variable.start)
+
+    def names(self, wanted: Iterable[str]) -> list[str]:
+        """These variables, with the elements of an array, x[1], x[2], ..., where only x is named. Raises UnknownName."""
+        if isinstance(wanted, str):
+            raise TypeError(f"record: a list of names such as [{wanted!r}] is needed, not one text")
+        found = []
+        for name in wanted:
+            found += [name] if name in self.variables else self.arrays.get(name, [])
+            if name not in self.variables and name not in self.arrays:
+                raise UnknownName(self._unknown(name))
+        return found
+
+    def settings(self, values: Values) -> dict[str, float | int | bool]:
+        """A value for each variable, arrays by element, as the FMU takes them. Raises UnknownName or FmuError."""
+        if not isinstance(values, Mapping):
+            raise TypeError(
+                f'values: a dict such as {{"ball.mass": 0.5}} is needed, not {type(values).__name__}'
+            )
+        self._check_lengths(values)
+        single: dict[str, Any] = {}
+        for name, value in values.items():
+            if name in self.arrays:
+                self._check_settable(self.arrays[name][0], name)
+                single |= self._elements(name, value)
+            else:
+                self._check_settable(name, name)
+                single[name] = value
+        return {name: self.number(name, value) for name, value in single.items()}
+
+    def _elements(self, name: str, value: Any) -> dict[str, Any]:
+        elements = self.arrays[name]
+        if np.ndim(value) != 1:
+            raise FmuError(
+                f"{name} = {value} is refused: {name} has {len(elements)} elements; allowed: {name}[i], or a list"
+            )
+        if len(value) != len(elements):
+            raise FmuError(
+                f"{name} takes {len(elements)} values in {self._shape()}, not {len(value)}{_cure(name, len(value))}"
+            )
+        return dict(zip(elements, value, strict=True))
+
+    def _check_lengths(self, values: Values) -> None:
+        """Refuses start values of a cradle with more balls, all of them in one sentence."""
+        for name in values:
+            array, index = split(name)
+            if array in self.arrays and index is not None and name not in self.variables:
+                last = max(i or 0 for base, i in map(split, values) if base == array)
+                raise UnknownName(
+                    f"{name} is refused: {array}[1] to {array}[{len(self.arrays[array])}] are in {self._shape()}{_cure(array, last)}"
+                )
+
+    def _check_settable(self, name: str, shown: str) -> None:
+        variable = self.variable(name)
+        if variable.causality in GIVEN or variable.start is not None:
+            return
+        array, index = split(shown)
+        start = f"{array}_start" if f"{array}_start" in self.arrays else None
+        meant = f"; {start}[{index or 'i'}] is meant" if start else "; allowed: parameters and inputs"
+        raise FmuError(
+            f"{shown} is refused: it is {_article(variable.causality)}, which the FMU computes{meant}"
+        )
+
+    def _shape(self) -> str:
+        return f"{self.path.name}, a cradle of {self.balls} balls" if self.balls else self.path.name
+
+    def _unknown(self, name: str) -> str:
+        array, index = split(name)
+        if array in self.arrays and index is not None:
+            allowed = f"{array}[1] to {array}[{len(self.arrays[array])}]"
+            return f"{name} is refused: allowed in {self._shape()}: {allowed}"
+        if array in self.arrays:
+            return (
+                f"{name} is an array: a single variable is {name}[i], i from 1 to {len(self.arrays[array])}"
+            )
+        known = [f"{array}[i]" for array in self.arrays] + [
+            name for name in self.variables if name[-1] != "]"
+        ]
+        hint = did_you_mean(array if index is None else f"{array}[i]", known)
+        return f"{self.path.name} has no variable {name!r}{hint}"
+
+
+def _cure(array: str, count: int) -> str:
+    """How to get an FMU in which an array of the balls has so many elements."""
+    return (
+        f"; `cradle-fmu build --balls {count}` makes one of {count}"
+        if array.endswith("_start") and count > 0
+        else ""
+    )
+
+
+def _article(causality: str) -> str:
+    return f"an {causality}" if causality[0] in "aeiou" else f"a {causality} variable"

@@ -1,0 +1,34 @@
+"""Names of variables: elements of arrays, and which names are like one that does not exist."""
+
+import difflib
+import re
+from collections.abc import Iterable
+
+
+class UnknownName(KeyError):
+    """A name that no variable has; the message names similar ones, or those that there are."""
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
+def split(name: str) -> tuple[str, int | None]:
+    """x[3] as ("x", 3), any other name as (name, None)."""
+    match = re.fullmatch(r"(.+)\[(-?\d+)\]", name)
+    return (match[1], int(match[2])) if match else (name, None)
+
+
+def similar(name: str, known: Iterable[str]) -> list[str]:
+    """Up to three of the known names that are like this one, whole or after their dot; the best first."""
+    by_form: dict[str, str] = {}
+    for other in known:
+        by_form.setdefault(other.lower().rpartition(".")[2], other)
+        by_form[other.lower()] = other
+    close = difflib.get_close_matches(name.lower(), by_form, n=5, cutoff=0.7)
+    return list(dict.fromkeys(by_form[form] for form in close))[:3]
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """`; did you mean a or b?`, or nothing where no known name is similar."""
+    close = similar(name, known)
+    return f"; did you mean {' or '.join(close)}?" if close else ""

@@ -1,0 +1,108 @@
+"""What came of a run: samples and pulses, as NumPy arrays, data frame, Parquet file or picture."""
+
+from dataclasses import dataclass, field
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..pulses import Array
+from .names import UnknownName, did_you_mean
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+
+@dataclass
+class Result:
+    """Samples of a run and its pulses.
+
+    `samples`: structured array with `time` (s) and one field per recorded variable;
+    `pulses`: structured array of dtype `PULSE`, finished pulses only, by onset;
+    `units`: of the recorded variables, by name.
+    `result["x[1]"]` is short for `result.samples["x[1]"]`, `result["x"]` for `result.stack("x")`.
+    """
+
+    samples: Array
+    pulses: Array
+    units: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def names(self) -> list[str]:
+        """What was recorded, `time` first."""
+        return list(self.samples.dtype.names or ())
+
+    def __getitem__(self, name: str) -> Array:
+        column: Array = self.samples[name] if name in self.names else self.stack(name)
+        return column
+
+    def stack(self, name: str) -> Array:
+        """All elements of a vector, `stack("x")` for x[1], x[2], ...: shape (samples, elements). Raises UnknownName."""
+        return np.column_stack([self.samples[column] for column in self._columns(name)])
+
+    def _columns(self, name: str) -> list[str]:
+        """The recorded variables that a name stands for: itself, or the elements of a vector."""
+        found = [column for column in self.names if column == name or column.startswith(f"{name}[")]
+        if not found:
+            vectors = dict.fromkeys(column.partition("[")[0] for column in self.names)
+            recorded = f"recorded: {', '.join(vectors)}; others by `record=[...]`"
+            raise UnknownName(
+                f"{name} was not recorded{did_you_mean(name, [*vectors, *self.names])} ({recorded})"
+            )
+        return found
+
+    def to_dataframe(self) -> "pd.DataFrame":
+        """The samples as a pandas data frame: index `time` (s), a column for each variable, their units in `attrs["units"]`.
+
+        The pulses are a table of their own, `pandas.DataFrame(result.pulses)`. Raises ImportError without pandas.
+        """
+        pandas = _needed("pandas", "data")
+        frame = pandas.DataFrame({name: self.samples[name] for name in self.names}).set_index("time")
+        frame.attrs["units"] = self.units
+        return frame
+
+    def to_parquet(self, path: str | Path) -> None:
+        """Writes the data frame as a Parquet file, which pandas reads with its units. Raises ImportError without pyarrow."""
+        frame = self.to_dataframe()
+        _needed("pyarrow", "data")
+        frame.to_parquet(path, engine="pyarrow")
+
+    def plot(self, *signals: str, origin: float = 0.0) -> "Figure":
+        """A picture with a strip for each signal, over the time from `origin` (s) on: `plot("x", "F[2]").savefig("run.png")`.
+
+        A signal is a variable or an array, whose elements share a strip; without any, the positions x are shown, or all that
+        was recorded. Raises UnknownName, and ImportError without matplotlib.
+        """
+        _needed("matplotlib", "plot")
+        from matplotlib import pyplot
+        from matplotlib.ticker import EngFormatter
+
+        vectors = dict.fromkeys(name.partition("[")[0] for name in self.names[1:])
+        shown = signals or (["x"] if "x" in vectors else list(vectors))
+        columns = [self._columns(signal) for signal in shown]  # before there is a figure
+        size = (8.0, 1.0 + 1.8 * len(shown))
+        figure, axes = pyplot.subplots(
+            len(shown), figsize=size, sharex=True, squeeze=False, layout="constrained"
+        )
+        for axis, signal, names in zip(axes.flat, shown, columns, strict=True):
+            for name in names:
+                axis.plot(self.samples["time"] - origin, self.samples[name], label=name, linewidth=1.0)
+            axis.set_ylabel(signal)
+            axis.yaxis.set_major_formatter(EngFormatter(self.units.get(names[0], "")))
+            axis.grid(alpha=0.3)
+            if len(names) > 1:
+                axis.legend(ncols=2, fontsize="x-small")
+        axes[-1, 0].set_xlabel(f"time after {origin:.9g} s" if origin else "time")
+        axes[-1, 0].xaxis.set_major_formatter(EngFormatter("s"))
+        return figure
+
+
+def _needed(package: str, extra: str) -> Any:
+    """A package that only an extra of this one installs. Raises ImportError, which names both."""
+    try:
+        return import_module(package)
+    except ImportError:
+        advice = f"`pip install 'newtons-cradle[{extra}]'`, or `pip install {package}`"
+        raise ImportError(f"{package} is needed, and missing: {advice}", name=package) from None

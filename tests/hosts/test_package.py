@@ -1,0 +1,208 @@
+"""The Python package as its users meet it: presets, wrong input, results, one's own controller, types."""
+
+import subprocess
+import sys
+import tomllib
+
+import newtons_cradle as nc
+import numpy as np
+import pytest
+from conftest import ROOT, repacked
+from newtons_cradle.run import result as of_run
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "complaint"),
+    [
+        (lambda fmu: fmu.simulate(step=0), ValueError, "step = 0 is refused; allowed: a positive number of seconds"),
+        (lambda fmu: fmu.simulate(stop=-1.0), ValueError, "stop = -1.0 is refused"),
+        (lambda fmu: fmu.simulate(stop="soon"), ValueError, "stop = soon is refused"),
+        (lambda fmu: fmu.simulate(step=1e-300), ValueError, "step = 1e-300 is refused: up to 10.0 s these are 1e+301 steps"),
+        (lambda fmu: fmu.simulate(times=[0.0, 2.0, 1.0]), ValueError, "must begin at 0 and rise"),
+        (lambda fmu: fmu.simulate(times=[]), ValueError, "must begin at 0 and rise"),
+        (lambda fmu: fmu.simulate(nc.figure3()), KeyError, "x_start[1] to x_start[5]"),
+        (lambda fmu: fmu.simulate(nc.figure3()), KeyError, "`cradle-fmu build --balls 13` makes one of 13"),
+        (lambda fmu: fmu.simulate({"x_start[7]": 0.1}), KeyError, "x_start[7] is refused: x_start[1] to x_start[5]"),
+        (lambda fmu: fmu.simulate({"x_start[0]": 0.1}), KeyError, "x_start[0] is refused: x_start[1] to x_start[5]"),
+        (lambda fmu: fmu.simulate({"x": 0.1}), nc.FmuError, "x is refused: it is an output, which the FMU computes; x_start[i] is meant"),
+        (lambda fmu: fmu.simulate({"x[2]": 0.1}), nc.FmuError, "x_start[2] is meant"),
+        (lambda fmu: fmu.simulate({"E_total": 0.1}), nc.FmuError, "it is an output, which the FMU computes; allowed: parameters and inputs"),
+        (lambda fmu: fmu.simulate({"x_start": [0.1, 0.2]}), nc.FmuError, "x_start takes 5 values"),
+        (lambda fmu: fmu.simulate({"x_start": 0.1}), nc.FmuError, "x_start has 5 elements; allowed: x_start[i], or a list"),
+        (lambda fmu: fmu.simulate({"contact.stifness": 1e9}), KeyError, "did you mean contact.stiffness"),
+        (lambda fmu: fmu.simulate({"drag": 1e-3}), KeyError, "did you mean pendulum.drag?"),
+        (lambda fmu: fmu.simulate({"ball.mass": "1kg"}), nc.FmuError, "ball.mass = 1kg is not a number; it is taken in kg, which is not written"),
+        (lambda fmu: fmu.simulate({"ball.mass": -1}), nc.FmuError, "ball.mass = -1 kg is refused"),
+        (lambda fmu: fmu.simulate({"contact.model": "herz"}), nc.FmuError, "allowed: powerLaw, hertz, rigid; did you mean hertz?"),
+        (lambda fmu: fmu.simulate([0.1]), TypeError, "values: a dict"),
+        (lambda fmu: fmu.simulate(record="x"), TypeError, "record: a list of names such as ['x']"),
+        (lambda fmu: fmu.simulate(record=["F[5]"]), KeyError, "F[1] to F[4]"),
+        (lambda fmu: fmu.simulate(stop=0.1)["E_totl"], KeyError, "E_totl was not recorded; did you mean E_total"),
+        (lambda fmu: fmu.start({}).get("x"), KeyError, "x is an array: a single variable is x[i], i from 1 to 5"),
+        (lambda fmu: nc.preset("desc"), ValueError, "did you mean desk?"),
+        (lambda fmu: nc.lifted(4, 2), ValueError, "left = 4, right = 2 is refused"),
+        (lambda fmu: nc.Fmu("missing.fmu"), FileNotFoundError, "missing.fmu: there is no such file"),
+        (lambda fmu: nc.Fmu(ROOT / "README.md"), nc.FmuError, "README.md is not an FMU"),
+    ],
+)  # fmt: skip
+def test_wrong_input_is_refused_in_words(fmu, call, error, complaint):
+    """Each message names what was wrong and what is allowed."""
+    with pytest.raises(error) as caught:
+        call(fmu)
+    assert complaint in str(caught.value)
+
+
+def test_what_is_closed_says_so(fmu_path):
+    """Calls of a freed instance would end the process."""
+    with nc.Fmu(fmu_path) as fmu, fmu.start() as run:
+        pass
+    with pytest.raises(nc.FmuError, match="the run is closed"):
+        run.get("x[1]")
+    with pytest.raises(nc.FmuError, match="is closed"):
+        fmu.start()
+
+
+def test_presets_are_those_of_the_command_line(producer, fmu_path, tmp_path):
+    """The same names in its help, and in an FMU built with each the start values that Python reads."""
+    listed = subprocess.run([producer, "build", "--help"], capture_output=True, text=True, check=True).stdout
+    assert nc.presets()
+    for name in nc.presets():
+        assert f"\n  {name} " in listed
+        balls = tomllib.loads((ROOT / f"packaging/presets/{name}.toml").read_text(encoding="utf-8"))["balls"]
+        with nc.Fmu(repacked(producer, fmu_path, tmp_path / f"{name}.fmu", "--preset", name)) as built:
+            assert built.balls == balls
+            built.require(balls=balls, starts=nc.preset(name))
+
+
+def test_a_list_sets_an_array(fmu):
+    with fmu.start({"x_start": [-0.03, 0.0, 0.0, 0.0, 0.01]}) as run:
+        assert run["x"] == pytest.approx([-0.03, 0.0, 0.0, 0.0, 0.01])
+
+
+def test_a_controller_of_ones_own(fmu):
+    """An active brake on ball 1 does what a drag on that ball would: its energy falls, and no more than it had goes into it."""
+    swing = nc.lifted(1, amplitude=0.1)
+    with fmu.start(swing) as run:
+        recorder = run.recorder(["x", "E_total"])
+        while run.time < 20.0:
+            run["F_ext[1]"] = -0.5 * run["v[1]"]
+            run.step(0.01)
+            recorder.sample()
+        braked = recorder.result()
+    again = fmu.simulate(
+        swing, stop=20.0, record=["E_total"], control=lambda run: {"F_ext[1]": -0.5 * run["v[1]"]}
+    )
+    free = fmu.simulate(swing, stop=20.0, record=["E_total"])
+    assert braked["x"].shape == (len(braked.samples), 5)
+    assert braked["E_total"][-1] < 0.5 * free["E_total"][-1]
+    assert again["E_total"][-1] == pytest.approx(braked["E_total"][-1], rel=1e-2)
+
+
+def test_a_result_as_data_frame_and_parquet(fmu, tmp_path):
+    pandas = pytest.importorskip("pandas")
+    pytest.importorskip("pyarrow")
+    result = fmu.simulate(nc.figure5(), stop=1.0)
+    result.to_parquet(tmp_path / "run.parquet")
+    frame = pandas.read_parquet(tmp_path / "run.parquet")
+    assert frame.index.name == "time" and frame.index[-1] == 1.0
+    assert frame.attrs["units"]["x[1]"] == "m" and frame.attrs["units"]["E_total"] == "J"
+    for name in result.names[1:]:
+        assert np.array_equal(frame[name], result[name])
+
+
+def test_a_result_as_picture(fmu, tmp_path):
+    result = fmu.simulate(nc.figure5(), stop=1.0)
+    figure = result.plot("x", "F_peak", "E_total", origin=0.7)
+    assert [axis.get_ylabel() for axis in figure.axes] == ["x", "F_peak", "E_total"]
+    assert [len(axis.lines) for axis in figure.axes] == [5, 4, 1]
+    assert np.array_equal(figure.axes[0].lines[2].get_ydata(), result["x[3]"])
+    figure.savefig(tmp_path / "run.png")
+    assert len(result.plot().axes) == 1
+
+
+def test_a_missing_package_is_named_with_its_extra(fmu, monkeypatch, tmp_path):
+    result = fmu.simulate(stop=0.1)
+    for package in ("pandas", "matplotlib"):
+        monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(
+        ImportError, match=r"pandas is needed, and missing: `pip install 'newtons-cradle\[data\]'`"
+    ):
+        result.to_parquet(tmp_path / "run.parquet")
+    with pytest.raises(ImportError, match=r"newtons-cradle\[plot\]"):
+        result.plot()
+    assert of_run._needed("json", "data")
+
+
+def filmed(fmu, values, length: float) -> dict:
+    """What a film of this run would show: the rise after the first click, two late amplitudes and the time between."""
+    run = fmu.simulate(values, stop=52.0, step=0.002, record=["x"])
+    time, x = run["time"], run["x"]
+    period = 2.0 * np.pi * np.sqrt(length / 9.81)
+    rise = x[time < period, -1].max()
+    peaks = []
+    for begin in (40.0, 50.0):
+        swing = (time > begin) & (time < begin + period)
+        peaks.append(np.flatnonzero(swing)[np.argmax(x[swing].mean(axis=1))])
+    amplitudes = tuple(x[peak].mean() for peak in peaks)
+    return {
+        "height": rise**2 / (2.0 * length),
+        "amplitudes": amplitudes,
+        "interval": time[peaks[1]] - time[peaks[0]],
+    }
+
+
+@pytest.mark.parametrize("restitution", [0.85, 0.9, 0.97])
+def test_calibration_finds_restitution_and_drag(fmu, restitution):
+    """Of rigid contacts, from what a film of a run shows."""
+    desk = nc.desk() | {"contact.model": "rigid", "contact.restitution": restitution, "pendulum.drag": 0.003}
+    found = nc.calibrate(lift=0.03, length=0.14, mass=0.04377, **filmed(fmu, desk, 0.14))
+    assert found.restitution == pytest.approx(restitution, abs=1e-4)
+    assert found.drag == pytest.approx(0.003, rel=1e-3)
+    assert found.rigid()["contact.restitution"] == found.restitution
+    first = fmu.simulate(desk, stop=0.25, step=1e-4, record=["v[1]"])
+    assert found.speed == pytest.approx(first["v[1]"].max(), rel=1e-3)
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-4])
+def test_calibration_finds_the_damping_of_hertz_contacts(fmu, gap):
+    """Touching, when pulses overlap, and apart, when they do not."""
+    desk = nc.desk() | {"contact.gap": [gap] * 4, "contact.huntCrossley": 0.2, "pendulum.drag": 0.003}
+    found = nc.calibrate(lift=0.03, length=0.14, mass=0.04377, **filmed(fmu, desk, 0.14))
+    unknown = desk | {"contact.huntCrossley": 0.0, "pendulum.drag": 0.0}
+    values = found.compliant(fmu, unknown)
+    assert values["contact.huntCrossley"] == pytest.approx(0.2, rel=2e-3)
+    assert values["pendulum.drag"] == pytest.approx(0.003, rel=1e-3)
+
+
+FILM = {
+    "lift": 0.03,
+    "height": 0.0026,
+    "amplitudes": (0.006, 0.003),
+    "interval": 15.0,
+    "length": 0.14,
+    "mass": 0.044,
+}
+
+
+@pytest.mark.parametrize(
+    ("wrong", "complaint"),
+    [
+        ({"height": 0.004}, "height = 0.004 is refused; allowed here: "),
+        ({"amplitudes": (0.003, 0.006)}, "the second, 15.0 s later, must not be larger"),
+        ({"lift": -0.03}, "lift = -0.03 is refused; allowed: a positive number"),
+        ({"lift": 0.2}, "allowed: less than the length, 0.14 m"),
+        ({"interval": 0.0}, "interval = 0.0 is refused"),
+        ({"balls": 1}, "balls = 1 is refused; allowed: 2 or more"),
+    ],
+)
+def test_an_impossible_film_is_refused(wrong, complaint):
+    with pytest.raises(ValueError) as caught:
+        nc.calibrate(**FILM | wrong)
+    assert complaint in str(caught.value)
+
+
+def test_types():
+    """mypy --strict finds nothing in the package."""
+    pytest.importorskip("mypy")
+    done = subprocess.run([sys.executable, "-m", "mypy"], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
