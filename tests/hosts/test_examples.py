@@ -1,36 +1,9 @@
-"""What the documentation tells people to type works: README's Python, the paper's figures."""
+"""The paper's figures."""
 
-import re
 import subprocess
 import sys
 
-import pytest
 from conftest import ROOT
-
-README = ROOT / "README.md"
-
-
-def python_blocks(text: str) -> list[str]:
-    """The ```python blocks of a Markdown text."""
-    return re.findall(r"```python\n(.*?)```", text, flags=re.DOTALL)
-
-
-@pytest.mark.parametrize("index", range(len(python_blocks(README.read_text(encoding="utf-8")))))
-def test_readme_example(fmu_path, tmp_path, index):
-    """Each example of the README, run as a script in an empty folder."""
-    code = python_blocks(README.read_text(encoding="utf-8"))[index]
-    code = code.replace("target/fmu/NewtonsCradle.fmu", fmu_path.as_posix())
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.strip()
-
-
-def test_readme_names_what_is_there():
-    """Every file and folder that the README links to exists."""
-    text = README.read_text(encoding="utf-8")
-    links = [target for target in re.findall(r"\]\(([^)#]+)\)", text) if "://" not in target]
-    assert len(links) >= 5
-    assert [target for target in links if not (ROOT / target).exists()] == []
 
 
 def test_the_papers_experiments(paper):

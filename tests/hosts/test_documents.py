@@ -1,0 +1,102 @@
+"""README and docs: every command and program in them is run as it stands, in a copy of the checkout, and every link leads somewhere.
+
+A block that cannot be run here has a comment before it with the reason: `<!-- not run here: REASON -->`.
+"""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from conftest import ROOT
+from markdown_it import MarkdownIt
+
+DOCUMENTS = ["README.md", *sorted(f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md"))]
+NOT_RUN = re.compile(r"<!-- not run here: (.+?) -->", re.DOTALL)
+
+
+@dataclass(frozen=True)
+class Block:
+    """A block of code in a document; its language is empty for indented blocks, which are commands."""
+
+    line: int
+    language: str
+    code: str
+
+
+def tokens(document: str) -> list:
+    """The parts of a Markdown file."""
+    return MarkdownIt().enable("table").parse((ROOT / document).read_text(encoding="utf-8"))
+
+
+def blocks(document: str) -> list[Block]:
+    """What a document shows to be run: its code but for formulas and listings, and what is marked."""
+    found, marked = [], False
+    for token in tokens(document):
+        if token.type in ("fence", "code_block") and token.info != "text" and not marked:
+            found.append(Block(token.map[0] + 1, token.info, token.content))
+        marked = token.type == "html_block" and NOT_RUN.search(token.content) is not None
+    return found
+
+
+def anchors(document: str) -> set[str]:
+    """The names that links can have behind `#`, as GitHub makes them of headings."""
+    parts = tokens(document)
+    titles = [parts[i + 1].content for i, part in enumerate(parts) if part.type == "heading_open"]
+    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+@pytest.fixture(scope="module")
+def checkout(tmp_path_factory, producer, fmu_path, fmu13_path) -> Path:
+    """A copy of the checkout with its FMUs, whose commands may leave what they like."""
+    folder = tmp_path_factory.mktemp("documents") / "newtons-cradle"
+    shutil.copytree(
+        ROOT, folder, ignore=shutil.ignore_patterns("target", "out", ".venv", ".git", "__pycache__")
+    )
+    (folder / ".venv").symlink_to(Path(sys.prefix), target_is_directory=True)
+    for path in (fmu_path, fmu13_path):
+        (folder / "target/fmu").mkdir(parents=True, exist_ok=True)
+        shutil.copy(path, folder / "target/fmu")
+    return folder
+
+
+@pytest.mark.skipif(os.name == "nt", reason="the documents' commands are those of a Unix shell")
+@pytest.mark.parametrize("document", [document for document in DOCUMENTS if blocks(document)])
+def test_everything_in_a_document_runs(checkout, producer, fmu_path, document):
+    path = f"{Path(sys.prefix) / 'bin'}{os.pathsep}{producer.parent}{os.pathsep}{os.environ['PATH']}"
+    file = checkout / "out/cradle.toml"
+    file.parent.mkdir(exist_ok=True)
+    build = [producer, "build", "--from", fmu_path, "--parameters", file, "--out", file.with_suffix(".fmu")]
+    commands = {"": ["bash", "-ec"], "python": [sys.executable, "-c"], "toml": build}
+    for block in blocks(document):
+        command = commands[block.language]
+        if block.language == "toml":
+            file.write_text(block.code, encoding="utf-8")
+        else:
+            command = [*command, block.code]
+        environment = os.environ | {"PATH": path}
+        done = subprocess.run(command, cwd=checkout, env=environment, capture_output=True, text=True)
+        said = f"{done.stdout[-2000:]}\n{done.stderr[-2000:]}"
+        assert done.returncode == 0, f"{document}:{block.line}\n{block.code}\n{said}"
+
+
+@pytest.mark.parametrize("document", DOCUMENTS)
+def test_every_link_leads_somewhere(document):
+    inline = [child for token in tokens(document) for child in token.children or ()]
+    links = [
+        child.attrs.get("href") or child.attrs.get("src")
+        for child in inline
+        if child.type in ("link_open", "image")
+    ]
+    for link in links:
+        if re.match(r"https?:", link):
+            continue
+        name, _, anchor = link.partition("#")
+        target = (ROOT / document).parent / name if name else ROOT / document
+        assert target.exists(), f"{document}: {link}"
+        if anchor:
+            assert anchor in anchors(str(target.resolve().relative_to(ROOT))), f"{document}: {link}"
