@@ -189,6 +189,7 @@ fn build_help() -> String {
         "Presets:\n{}\n\nA --parameters file replaces values of the preset, a --set those of both.\n\n\
          Binaries: of --from, --binary and --target; without any, compiled for this machine in the folder of the sources, elsewhere \
          those of the FMU that came with this program.\n\n\
+         The FMU gets parameter sets and reference results by which a host can check itself; its binary runs for them.\n\n\
          The same sources and arguments give the same bytes. The date in the FMU is SOURCE_DATE_EPOCH, else 1980-01-01.\n\n{EXIT_CODES}",
         presets.join("\n")
     )

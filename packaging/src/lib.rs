@@ -2,7 +2,7 @@
 //!
 //! | module | what it does | needs |
 //! |---|---|---|
-//! | [`build`] | the files of an FMU: the cradle the user chooses, description, documentation, compiled binary | `archive`, `platform` |
+//! | [`build`] | the files of an FMU: the cradle the user chooses, description, documentation, compiled binary | `archive`, `check`, `platform` |
 //! | [`check`] | what is wrong with an FMU, whoever wrote it | `archive`, `platform` |
 //! | [`info`] | what is in an FMU | `build`, `check` |
 //! | [`reference`] | parameter sets and reference results, from runs of the FMU's own binary | `build`, `check` |

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use newtons_cradle::variables::{
-    Access, DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, Recipe, Shape, StartValue, TABLE, Variable,
+    Access, DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, Recipe, Settings, Shape, StartValue, TABLE, Variable,
 };
 use toml::{Table, Value};
 
@@ -28,6 +28,13 @@ struct Assignment {
 }
 
 impl Choice {
+    /// The start values of a preset.
+    pub fn settings_of(preset: &Preset) -> Result<Settings, Error> {
+        let mut choice = Self::default();
+        choice.preset(preset)?;
+        choice.recipe()?.settings().map_err(|error| Error::Usage(error.to_string()))
+    }
+
     /// Chooses the number of balls; says whether that is another one than was chosen before.
     pub fn balls(&mut self, balls: usize) -> bool {
         self.balls.replace(balls).unwrap_or(DEFAULT_BALLS) != balls
@@ -170,5 +177,54 @@ pub fn in_words(variable: Variable, value: &StartValue) -> String {
             let number = newtons_cradle::variables::Number(*number);
             format!("{variable} = {}", variable.row.quantified(number))
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use newtons_cradle::variables::Causality;
+
+    use super::*;
+    use crate::build::PRESETS;
+
+    fn recipe(preset: &Preset) -> Recipe {
+        let mut choice = Choice::default();
+        choice.preset(preset).unwrap();
+        choice.recipe().unwrap()
+    }
+
+    #[test]
+    fn every_file_is_a_preset() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("presets");
+        let mut files: Vec<String> =
+            fs::read_dir(folder).unwrap().map(|file| file.unwrap().file_name().into_string().unwrap()).collect();
+        let mut presets: Vec<String> = PRESETS.iter().map(|preset| format!("{}.toml", preset.name)).collect();
+        files.sort();
+        presets.sort();
+        assert_eq!(files, presets);
+    }
+
+    #[test]
+    fn a_preset_states_every_parameter_that_has_an_effect() {
+        for preset in PRESETS {
+            let recipe = recipe(preset);
+            let parameters = recipe.settings().unwrap().parameters;
+            let stated = |name: &str| recipe.start.contains_key(name);
+            for row in TABLE.iter().filter(|row| row.causality == Causality::Parameter && (row.used)(&parameters)) {
+                let (preset, name) = (preset.name, row.name);
+                match row.shape {
+                    Shape::Scalar => assert!(stated(name) || name.starts_with("solver."), "{preset}: {name}"),
+                    // The others are ratios, which are 1, and gaps, which are 0.
+                    _ if name.ends_with("_start") => assert!(stated(&format!("{name}[1]")), "{preset}: {name}"),
+                    _ => {}
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn figures_4_and_5_are_of_the_same_run() {
+        let [four, five] = ["figure4", "figure5"].map(|name| recipe(Preset::named(name).unwrap()));
+        assert_eq!(four, five);
     }
 }

@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 
 use newtons_cradle::variables::{Description, MODEL_IDENTIFIER};
 
+use super::choice::Choice;
 use super::contents::Binary;
+use super::preset::PRESETS;
 use crate::archive::Entries;
 use crate::check::{self, MAX_BYTES, Model, Report};
 use crate::error::Error;
@@ -83,9 +85,9 @@ pub fn replaced(path: &Path, new: &[u8]) -> Option<String> {
         return Some("the same cradle, with other binaries or documents".to_owned());
     }
     let balls = was.variables.iter().filter(|variable| variable.name.starts_with("x[")).count();
-    let preset = super::PRESETS
+    let preset = PRESETS
         .iter()
-        .find(|preset| preset.settings().is_ok_and(|settings| Description::of(&settings).guid() == was.guid));
+        .find(|preset| Choice::settings_of(preset).is_ok_and(|settings| Description::of(&settings).guid() == was.guid));
     let what = match preset {
         Some(preset) => format!("preset {}", preset.name),
         None if was.is_own() => format!("n = {balls}"),

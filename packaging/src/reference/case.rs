@@ -2,7 +2,7 @@
 
 use newtons_cradle::variables::{Recipe, Settings, Variable};
 
-use crate::build::PRESETS;
+use crate::build::{Choice, PRESETS};
 use crate::error::Error;
 
 /// From this number of balls on the run is short.
@@ -23,7 +23,7 @@ pub fn cases(recipe: &Recipe) -> Result<Vec<Case>, Error> {
     let settings = recipe.settings().map_err(|error| Error::Usage(error.to_string()))?;
     let mut cases = vec![Case { name: "start", title: "The start values of this FMU.", settings }];
     for preset in PRESETS {
-        let settings = preset.settings()?;
+        let settings = Choice::settings_of(preset)?;
         if settings.balls() == recipe.balls {
             cases.push(Case { name: preset.name, title: preset.title(), settings });
         }
