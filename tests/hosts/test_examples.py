@@ -1,4 +1,4 @@
-"""What the documentation tells people to type works: README's Python, the paper's figures."""
+"""What the documentation tells people to type works: its Python, the paper's figures."""
 
 import re
 import subprocess
@@ -15,11 +15,18 @@ def python_blocks(text: str) -> list[str]:
     return re.findall(r"```python\n(.*?)```", text, flags=re.DOTALL)
 
 
-@pytest.mark.parametrize("index", range(len(python_blocks(README.read_text(encoding="utf-8")))))
-def test_readme_example(fmu_path, tmp_path, index):
-    """Each example of the README, run as a script in an empty folder."""
-    code = python_blocks(README.read_text(encoding="utf-8"))[index]
+EXAMPLES = [
+    pytest.param(code, id=f"{name}-{number}")
+    for name in ("README.md", "docs/calibration.md")
+    for number, code in enumerate(python_blocks((ROOT / name).read_text(encoding="utf-8")))
+]
+
+
+@pytest.mark.parametrize("code", EXAMPLES)
+def test_example(fmu_path, tmp_path, code):
+    """Each example of the documentation, run as a script in an empty folder."""
     code = code.replace("target/fmu/NewtonsCradle.fmu", fmu_path.as_posix())
+    code = code.replace("nc.Fmu()", f'nc.Fmu("{fmu_path.as_posix()}")')
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip()
