@@ -5,7 +5,7 @@ import shutil
 import subprocess
 from pathlib import Path
 
-from checkout import FMU, PYTHON, ROOT, SOME, make_venv, old_linux, run, say, stage
+from checkout import FMU, PYTHON, ROOT, SOME, Stop, make_venv, old_linux, run, say, stage
 
 PROGRAM = "cradle-fmu.exe" if os.name == "nt" else "cradle-fmu"
 FOLDER = ROOT / "target/wheel"
@@ -14,6 +14,9 @@ THREE_JS = "import sys; from newtons_cradle.animation.page import three_js; sys.
 
 def make_wheel(fmu: Path | None) -> int:
     """Makes a wheel of cradle-fmu, the Python package and this FMU, or else one for this platform only, in target/wheel."""
+    if fmu is not None and not fmu.is_file():
+        raise Stop(f"--fmu {fmu} is refused: there is no such file.")
+    contents = None if fmu is None else fmu.read_bytes()
     shutil.rmtree(FOLDER, ignore_errors=True)
     FOLDER.mkdir(parents=True)
     with stage("1/3 Python packages"):
@@ -21,11 +24,11 @@ def make_wheel(fmu: Path | None) -> int:
     with stage("2/3 program and FMU (the first time, compiling takes minutes)"):
         target, environment = old_linux()
         build_program(target, environment)
-        if fmu is None:
+        if contents is None:
             command = [FOLDER / PROGRAM, "build", "--release", *target, "--out", FOLDER / FMU.name]
             run(command, env=environment)
         else:
-            shutil.copyfile(fmu, FOLDER / FMU.name)
+            (FOLDER / FMU.name).write_bytes(contents)
     with stage("3/3 wheel"):
         (FOLDER / "three.js").write_bytes(subprocess.check_output([PYTHON, "-c", THREE_JS]))
         # zig has linked for glibc 2.17, whatever this machine has.

@@ -41,6 +41,7 @@ SHORT_HOST_TESTS = (
     "derivatives",
     "description",
     "helpers",
+    "package",
     "reference",
     "rigid",
     "runs",
@@ -48,7 +49,7 @@ SHORT_HOST_TESTS = (
     "states",
 )
 # Those that run whole programs, most of the time on one core; the others run beside them.
-PROGRAM_TESTS = ("examples", "mechatronics", "pages", "study")
+PROGRAM_TESTS = ("examples", "mechatronics", "notebook", "pages", "study", "wheel")
 
 
 @dataclass
@@ -205,6 +206,7 @@ def compiled(results: Results) -> None:
         if not results.step("FMU", command, env=environment):
             return None
     same_bytes(results)
+    results.step("Wheel", [sys.executable, "cradle.py", "wheel", "--fmu", FMU])
     platforms = [sys.executable, "packaging/platforms.py", PRODUCER, FMU]
     results.step("FMU for all platforms", platforms, skipped_platforms, env=environment)
     return None

@@ -135,11 +135,14 @@ def opened(options: argparse.Namespace):
     try:
         with nc.Fmu(options.fmu) as five, nc.Fmu(options.fmu13) as thirteen:
             for fmu, balls in ((five, 5), (thirteen, 13)):
-                if fmu.balls != balls:
-                    sys.exit(f"{fmu.path} has {fmu.balls} balls where {balls} are needed")
+                fmu.require(balls=balls)
             yield Fmus(five, thirteen)
+    except nc.FmuError as problem:
+        sys.exit(f"error: {problem}")
     except FileNotFoundError as problem:
-        sys.exit(f"{problem} (13 balls: add `--balls 13 --out target/fmu/NewtonsCradle13.fmu`)")
+        sys.exit(
+            f"error: {problem} (13 balls: `cargo pack build --release --balls 13 --out target/fmu/NewtonsCradle13.fmu`)"
+        )
 
 
 def draw(outcome: Outcome, out: Path) -> None:

@@ -1,0 +1,124 @@
+"""The wheel in a bare virtual environment: no checkout, no Rust, no compiler; from install to Figure 5 in half a minute."""
+
+import os
+import resource
+import subprocess
+import sys
+import time
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import newtons_cradle as nc
+import pytest
+from conftest import ROOT
+
+FIGURE_5 = """
+import newtons_cradle as nc
+
+with nc.Fmu() as fmu, fmu.start(nc.figure5()) as run:
+    onset, micro = run.zoom(span=1.1e-6, step=1e-9, record=["F"], before=5e-8)
+micro.plot("F", origin=onset).savefig("figure5.png")
+print(nc.pulse_order(micro.pulses), fmu.path, nc.__version__, *nc.presets())
+"""
+
+
+@dataclass
+class Bare:
+    """A virtual environment with the wheel, a folder to work in, and the processor's time for the installation, s."""
+
+    programs: Path
+    folder: Path
+    seconds: float
+
+    def run(self, *command) -> subprocess.CompletedProcess:
+        """Runs a program of the environment, with nothing else on the path."""
+        environment = {"PATH": str(self.programs), "HOME": str(self.folder), "LANG": "C.UTF-8"}
+        if "SYSTEMROOT" in os.environ:
+            environment["SYSTEMROOT"] = os.environ["SYSTEMROOT"]
+        program = self.programs / command[0]
+        return subprocess.run(
+            [program, *command[1:]], cwd=self.folder, env=environment, capture_output=True, text=True
+        )
+
+
+def processor_time() -> float:
+    """Of all processes that have ended, s: other than the time on the clock it does not depend on what else the machine does."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+@pytest.fixture(scope="module")
+def wheel() -> Path:
+    """The wheel that `cradle.py wheel` has left."""
+    found = list((ROOT / "target/wheel").glob("*.whl"))
+    if not found:
+        pytest.skip("there is no wheel: `python3 cradle.py wheel`")
+    return found[0]
+
+
+@pytest.fixture(scope="module")
+def bare(wheel, tmp_path_factory) -> Bare:
+    """The wheel with its extra `plot` in an empty environment; what it needs is downloaded first."""
+    root = tmp_path_factory.mktemp("bare")
+    folder, downloads, programs = root / "work", root / "downloads", root / "venv/bin"
+    folder.mkdir()
+    wanted = f"{wheel}[plot]"
+    pip = [sys.executable, "-m", "pip", "--disable-pip-version-check"]
+    loaded = subprocess.run([*pip, "download", "-q", "-d", downloads, wanted], capture_output=True, text=True)
+    if loaded.returncode != 0:
+        pytest.skip(
+            f"the packages that it needs cannot be downloaded: {loaded.stderr.strip().splitlines()[-1]}"
+        )
+    begin = processor_time()
+    subprocess.run([sys.executable, "-m", "venv", root / "venv"], check=True)
+    offline = ["install", "-q", "--no-index", "--find-links", downloads, wanted]
+    subprocess.run([programs / "python", "-m", "pip", *offline], check=True)
+    return Bare(programs, folder, processor_time() - begin)
+
+
+def test_from_install_to_figure_5(bare):
+    """The processor is busy for less than 30 s, with the virtual environment itself."""
+    begin, clock = processor_time(), time.perf_counter()
+    built = bare.run("cradle-fmu", "build", "--balls", "13", "--out", "thirteen.fmu")
+    assert built.returncode == 0, built.stderr
+    drawn = bare.run("python", "-c", FIGURE_5)
+    assert drawn.returncode == 0, drawn.stderr
+    assert (bare.folder / "figure5.png").read_bytes().startswith(b"\x89PNG")
+    order, path = drawn.stdout.split("]] ")[0], drawn.stdout.split("]] ")[1].split()[0]
+    assert order == "[[2], [1, 3], [2, 4], [3"
+    assert "site-packages" in path
+    assert drawn.stdout.split()[-1 - len(nc.presets()) :] == [nc.__version__, *nc.presets()]
+    with nc.Fmu(bare.folder / "thirteen.fmu") as fmu:
+        fmu.require(balls=13)
+        assert len(fmu.simulate(nc.figure3(), stop=1.0).pulses) > 0
+    used = processor_time() - begin
+    print(
+        f"install {bare.seconds:.1f} s, build and Figure 5 {used:.1f} s ({time.perf_counter() - clock:.1f} s on the clock)"
+    )
+    assert bare.seconds + used < 30.0
+
+
+def test_a_page_needs_nothing_else(bare):
+    """three.js and the templates come along."""
+    done = bare.run("cradle-fmu", "build", "--preset", "desk", "--out", "desk.fmu")
+    assert done.returncode == 0, done.stderr
+    done = bare.run("cradle-fmu", "page", "desk.fmu", "--stop", "1")
+    assert done.returncode == 0, done.stderr
+    assert "Three.js Authors" in (bare.folder / "desk.html").read_text(encoding="utf-8")
+
+
+def test_what_is_not_installed_is_named(bare):
+    code = "import newtons_cradle as nc; nc.Fmu().simulate(stop=0.1).to_dataframe()"
+    done = bare.run("python", "-c", code)
+    assert done.stderr.splitlines()[-1].startswith(
+        "ImportError: pandas is needed, and missing: `pip install 'newtons-cradle[data]'`"
+    )
+
+
+def test_the_licences_come_along(wheel):
+    """Of this project and of all that is linked in; and the marker for type checkers."""
+    names = zipfile.ZipFile(wheel).namelist()
+    for name in ("LICENSE-MIT", "LICENSE-APACHE", "third-party.txt"):
+        assert any(entry.endswith(name) and ".dist-info/licenses/" in entry for entry in names)
+    assert "newtons_cradle/py.typed" in names
