@@ -1,10 +1,9 @@
 //! An instance and its way through the phases, from start values to the end of the run.
 
-use super::experiment::Experiment;
 use super::legality::{Call, Phase};
 use super::log::Log;
 use super::refusal::Refusal;
-use super::run::Run;
+use super::run::{Experiment, Run};
 use crate::engine::Simulation;
 use crate::variables::{Access, LogCategory, Number, Settings, variables};
 

@@ -30,9 +30,9 @@ pub unsafe extern "C" fn fmi2Instantiate(
     }
     // SAFETY: checked above, and the host promises that it points to its functions.
     let functions = unsafe { *functions };
-    // SAFETY: the host promises texts closed by a null byte.
-    let [name, guid, location] =
-        [instanceName, fmuGUID, fmuResourceLocation].map(|text| unsafe { optional_text(text) }.unwrap_or_default());
+    // SAFETY: the host promises texts closed by a null byte, or NULL.
+    let [name, guid, location] = [instanceName, fmuGUID, fmuResourceLocation]
+        .map(|text| if text.is_null() { c"" } else { unsafe { CStr::from_ptr(text) } });
     let created = catch_unwind(AssertUnwindSafe(|| {
         let log = Log::new(logger::sink(&functions, name), loggingOn != fmi2False);
         match settings(name, fmuType, guid, location) {
@@ -74,11 +74,4 @@ fn settings(name: &CStr, kind: fmi2Type, guid: &CStr, location: &CStr) -> Result
         ));
     }
     Ok((settings, own))
-}
-
-/// # Safety
-/// `text` is NULL or a text closed by a null byte that lives for `'a`.
-unsafe fn optional_text<'a>(text: fmi2String) -> Option<&'a CStr> {
-    // SAFETY: not NULL here, the rest is the caller's promise.
-    if text.is_null() { None } else { Some(unsafe { CStr::from_ptr(text) }) }
 }

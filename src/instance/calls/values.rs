@@ -108,10 +108,7 @@ impl Instance {
 
     /// Says why a variable cannot be read as a string: there are none.
     pub fn refuse_string(&self, reference: u32) -> Refusal {
-        match self.variable(reference) {
-            Ok(variable) => variable.wrong_type(Type::String).into(),
-            Err(refusal) => refusal,
-        }
+        self.variable(reference).map_or_else(|refusal| refusal, |variable| variable.wrong_type(Type::String).into())
     }
 
     #[inline]

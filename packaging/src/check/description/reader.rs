@@ -50,7 +50,11 @@ impl Model {
             model_exchange: interface(Kind::ModelExchange, reader),
             experiment: child(root, "DefaultExperiment").map(|node| reader.experiment(node)).unwrap_or_default(),
             units: list(root, "UnitDefinitions", "Unit").map(|node| reader.unit(node)).collect(),
-            types: list(root, "TypeDefinitions", "SimpleType").filter_map(|node| reader.simple_type(node)).collect(),
+            types: list(root, "TypeDefinitions", "SimpleType")
+                .filter_map(|node| {
+                    Some(SimpleType { name: reader.text(node, "name"), attributes: reader.attributes(node)? })
+                })
+                .collect(),
             log_categories: list(root, "LogCategories", "Category").map(|node| reader.text(node, "name")).collect(),
             variables: list(root, "ModelVariables", "ScalarVariable")
                 .filter_map(|node| reader.variable(node))
@@ -135,10 +139,6 @@ impl Reader<'_> {
     fn unit(&mut self, node: Node) -> Unit {
         let display = children(node, "DisplayUnit").map(|node| self.text(node, "name")).collect();
         Unit { name: self.text(node, "name"), display }
-    }
-
-    fn simple_type(&mut self, node: Node) -> Option<SimpleType> {
-        Some(SimpleType { name: self.text(node, "name"), attributes: self.attributes(node)? })
     }
 
     fn attributes(&mut self, node: Node) -> Option<Attributes> {
