@@ -116,19 +116,16 @@ mod tests {
 
     /// Runs whose next onset lies far off or nowhere.
     fn hard() -> Vec<(Parameters, Inputs, Vec<Inputs>)> {
-        let mut runs: Vec<_> =
-            [1e-9, 1e-3, 0.2, 10.0].into_iter().flat_map(|drag| [1, 2, 3].map(|order| driven(drag, order))).collect();
+        let driven = [1e-9, 1e-3, 0.2, 10.0].into_iter().flat_map(|drag| [1, 2, 3].map(|order| driven(drag, order)));
         let pressed = Parameters { damping: 3e5, exponent: 7.3, gap: vec![-1e-6; 12], ..at_rest(13) };
-        runs.push((pressed, Inputs::zero(13), Vec::new()));
         let unequal = Parameters {
             damping_law: DampingLaw::HuntCrossley,
             hunt_crossley: 0.3,
             mass_ratio: vec![1.0, 2.0, 1.0, 0.5, 1.0],
             ..at_rest(5)
         };
-        let force = vec![50.0, 0.0, 0.0, 0.0, -50.0];
-        runs.push((unequal, Inputs { force, ..Inputs::zero(5) }, Vec::new()));
-        runs
+        let squeezed = Inputs { force: vec![50.0, 0.0, 0.0, 0.0, -50.0], ..Inputs::zero(5) };
+        driven.chain([(pressed, Inputs::zero(13), Vec::new()), (unequal, squeezed, Vec::new())]).collect()
     }
 
     #[test]

@@ -73,7 +73,10 @@ impl<'a> Description<'a> {
             "step_size" => write!(out, "{}", Number(STEP_SIZE)),
             "units" => write_units(out),
             "types" => write_types(out),
-            "log_categories" => write_log_categories(out),
+            "log_categories" => LOG_CATEGORIES.iter().try_for_each(|category| {
+                let (name, description) = category.texts();
+                writeln!(out, "    <Category name=\"{name}\" description=\"{}\"/>", Escaped(description))
+            }),
             "variables" => TABLE.iter().enumerate().try_for_each(|(i, row)| write_row(out, self.start, i, row)),
             "structure" => write_structure(out, self.start.balls()),
             _ => Ok(()),
@@ -112,13 +115,6 @@ fn write_types(out: &mut String) -> fmt::Result {
         out.write_str("      </Enumeration>\n    </SimpleType>\n")?;
     }
     Ok(())
-}
-
-fn write_log_categories(out: &mut String) -> fmt::Result {
-    LOG_CATEGORIES.iter().try_for_each(|category| {
-        let (name, description) = category.texts();
-        writeln!(out, "    <Category name=\"{name}\" description=\"{}\"/>", Escaped(description))
-    })
 }
 
 /// Writes every variable of a row. What they have in common is rendered once: an instance renders all of this to know
