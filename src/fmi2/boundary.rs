@@ -87,7 +87,7 @@ pub(super) unsafe fn call(
         // SAFETY: `busy` makes this the only reference while the call lasts.
         let instance = unsafe { &mut *component.instance.get() };
         let outcome = instance.require(call).and_then(|()| body(instance));
-        outcome.inspect_err(|refusal| log_refusal(instance, function, refusal)).is_ok()
+        outcome.inspect_err(|refusal| instance.log.error(format_args!("{function}: {refusal}"))).is_ok()
     }));
     let status = match outcome {
         Ok(true) => fmi2Status::fmi2OK,
@@ -96,12 +96,6 @@ pub(super) unsafe fn call(
     };
     component.busy.set(false);
     status
-}
-
-/// Logs why a call was refused.
-#[cold]
-fn log_refusal(instance: &Instance, function: &str, refusal: &Refusal) {
-    instance.log.error(format_args!("{function}: {refusal}"));
 }
 
 /// After a panic the instance may be in any state: it is given up.

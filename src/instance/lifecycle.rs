@@ -62,7 +62,7 @@ impl Instance {
 
     /// Builds the simulation and enters step mode. Fails, staying in Initialization Mode, if no run can start like this.
     pub fn exit_initialization(&mut self) -> Result<(), Refusal> {
-        self.simulation()?.begin();
+        self.simulation()?.set_initializing(false);
         self.run.inputs_changed = !self.run.input_derivatives.is_empty();
         self.run.tuned_from = None;
         self.run.phase = Phase::StepMode;
@@ -96,7 +96,7 @@ impl Instance {
         let start = self.run.experiment.unwrap_or_default().start;
         let built = Simulation::new(&self.run.effective_parameters(), &self.run.settings.inputs, start);
         let mut simulation = built.map_err(Refusal::Start)?;
-        simulation.hold_back();
+        simulation.set_initializing(true);
         Ok(simulation)
     }
 

@@ -118,7 +118,7 @@ pub enum StateError {
         ours: String,
     },
     /// No instance can have been in this state.
-    Unsound(&'static str),
+    Unsound(Unsound),
 }
 
 impl std::fmt::Display for StateError {
@@ -131,13 +131,7 @@ impl std::fmt::Display for StateError {
             }
             Self::Damaged => write!(f, "the bytes are damaged"),
             Self::Foreign { theirs, ours } => write!(f, "it belongs to {theirs}; allowed: states of {ours}"),
-            Self::Unsound(reason) => write!(f, "no run leads to it: {reason}"),
+            Self::Unsound(Unsound(reason)) => write!(f, "no run leads to it: {reason}"),
         }
-    }
-}
-
-impl From<Unsound> for StateError {
-    fn from(Unsound(reason): Unsound) -> Self {
-        Self::Unsound(reason)
     }
 }

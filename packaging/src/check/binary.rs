@@ -28,25 +28,9 @@ const MODEL_EXCHANGE: &str = "EnterEventMode NewDiscreteStates EnterContinuousTi
 const PATHS: [&[u8]; 5] = [b"/home/", b"/root/", b"/Users/", b"/tmp/", b":\\Users\\"];
 
 /// Libraries that every system of a kind has: of glibc, of Windows, of macOS.
-const SYSTEM: [&str; 17] = [
-    "ld-linux",
-    "libc.so.",
-    "libm.so.",
-    "libdl.so.",
-    "libpthread.so.",
-    "librt.so.",
-    "advapi32.dll",
-    "api-ms-win-",
-    "bcrypt",
-    "kernel32.dll",
-    "msvcrt.dll",
-    "ntdll.dll",
-    "ucrtbase.dll",
-    "user32.dll",
-    "userenv.dll",
-    "ws2_32.dll",
-    "/usr/lib/libsystem",
-];
+const SYSTEM: &str = "ld-linux libc.so. libm.so. libdl.so. libpthread.so. librt.so.
+    advapi32.dll api-ms-win- bcrypt kernel32.dll msvcrt.dll ntdll.dll ucrtbase.dll user32.dll userenv.dll ws2_32.dll
+    /usr/lib/libsystem";
 
 /// The glibc of systems that are still about (2012).
 const OLD_GLIBC: (u32, u32) = (2, 17);
@@ -140,7 +124,7 @@ pub(super) fn check(place: &str, bytes: &[u8], kind: Kind, own: bool, report: &m
             report.remark(format_args!("{place}: exports {name}, which may clash with what others load"));
         }
     }
-    let system = |name: &str| SYSTEM.iter().any(|known| name.to_lowercase().starts_with(known));
+    let system = |name: &str| SYSTEM.split_whitespace().any(|known| name.to_lowercase().starts_with(known));
     for name in library.libraries.iter().filter(|name| !system(name)) {
         report.remark(format_args!("{place}: is linked with {name}, which not every system has"));
     }

@@ -49,14 +49,14 @@ impl Model {
             co_simulation: interface(Kind::CoSimulation, reader),
             model_exchange: interface(Kind::ModelExchange, reader),
             experiment: child(root, "DefaultExperiment").map(|node| reader.experiment(node)).unwrap_or_default(),
-            units: list(root, "UnitDefinitions", "Unit").map(|node| reader.unit(node)).collect(),
-            types: list(root, "TypeDefinitions", "SimpleType")
+            units: list(root, ["UnitDefinitions", "Unit"]).map(|node| reader.unit(node)).collect(),
+            types: list(root, ["TypeDefinitions", "SimpleType"])
                 .filter_map(|node| {
                     Some(SimpleType { name: reader.text(node, "name"), attributes: reader.attributes(node)? })
                 })
                 .collect(),
-            log_categories: list(root, "LogCategories", "Category").map(|node| reader.text(node, "name")).collect(),
-            variables: list(root, "ModelVariables", "ScalarVariable")
+            log_categories: list(root, ["LogCategories", "Category"]).map(|node| reader.text(node, "name")).collect(),
+            variables: list(root, ["ModelVariables", "ScalarVariable"])
                 .filter_map(|node| reader.variable(node))
                 .collect(),
             structure: child(root, "ModelStructure").map(|node| reader.structure(node)).unwrap_or_default(),
@@ -86,12 +86,8 @@ fn children<'a, 'input: 'a>(node: Node<'a, 'input>, name: &'static str) -> impl 
     node.children().filter(move |child| child.has_tag_name(name))
 }
 
-fn list<'a, 'input: 'a>(
-    root: Node<'a, 'input>,
-    list: &'static str,
-    name: &'static str,
-) -> impl Iterator<Item = Node<'a, 'input>> {
-    child(root, list).into_iter().flat_map(move |list| children(list, name))
+fn list<'a, 'input: 'a>(root: Node<'a, 'input>, names: [&'static str; 2]) -> impl Iterator<Item = Node<'a, 'input>> {
+    child(root, names[0]).into_iter().flat_map(move |list| children(list, names[1]))
 }
 
 /// Reads attributes, and reports those that are missing or cannot be read.
@@ -128,12 +124,9 @@ impl Reader<'_> {
     }
 
     fn experiment(&mut self, node: Node) -> Experiment {
-        Experiment {
-            start: self.value(node, "startTime"),
-            stop: self.value(node, "stopTime"),
-            step: self.value(node, "stepSize"),
-            tolerance: self.value(node, "tolerance"),
-        }
+        let [start, stop, step, tolerance] =
+            ["startTime", "stopTime", "stepSize", "tolerance"].map(|key| self.value(node, key));
+        Experiment { start, stop, step, tolerance }
     }
 
     fn unit(&mut self, node: Node) -> Unit {
