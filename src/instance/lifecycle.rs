@@ -25,12 +25,6 @@ impl Instance {
         Self { guid, start, run, log }
     }
 
-    /// The phase it is in.
-    #[inline]
-    pub fn phase(&self) -> Phase {
-        self.run.phase
-    }
-
     /// Number of balls n.
     #[inline]
     pub fn balls(&self) -> usize {

@@ -168,11 +168,6 @@ impl Inputs {
         Self { force: vec![0.0; n], support_acceleration: 0.0 }
     }
 
-    /// Whether all of them are zero.
-    pub fn is_zero(&self) -> bool {
-        self.support_acceleration == 0.0 && self.force.iter().all(|force| *force == 0.0)
-    }
-
     /// Whether all of them are finite.
     pub fn is_finite(&self) -> bool {
         self.support_acceleration.is_finite() && self.force.iter().all(|force| force.is_finite())

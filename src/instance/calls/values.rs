@@ -68,7 +68,7 @@ impl Instance {
                 variable.set_input(inputs, *value);
             }
         }
-        while derivatives.pop_if(|derivative| derivative.is_zero()).is_some() {}
+        while derivatives.pop_if(|derivative| *derivative == Inputs::zero(balls)).is_some() {}
         run.inputs_changed |= !derivatives.is_empty();
         run.input_derivatives = derivatives;
         Ok(())
