@@ -206,10 +206,7 @@ mod tests {
             let text = mass.check_real(value).unwrap_err().to_string();
             assert!(text.starts_with("ball.mass = ") && text.contains("allowed: finite and > 0 kg"), "{text}");
         }
-        let exponent = Variable::named("contact.exponent", 5).unwrap();
-        assert_eq!(
-            exponent.check_real(0.5).unwrap_err().to_string(),
-            "contact.exponent = 0.5 is refused; allowed: 1 to 10"
-        );
+        let text = Variable::named("contact.exponent", 5).unwrap().check_real(0.5).unwrap_err().to_string();
+        assert_eq!(text, "contact.exponent = 0.5 is refused; allowed: 1 to 10");
     }
 }

@@ -188,10 +188,7 @@ mod tests {
     fn ties_that_share_a_ball_collide_jointly() {
         let (after, outcome) = outcome(&[1.0, 3.0, 1.0], &[1.0, 0.0, -1.0], 0.5);
         assert_eq!(after, [-0.5, 0.0, 0.5]);
-        assert_eq!(
-            outcome.impacts.iter().map(|impact| (impact.contact, impact.impulse)).collect::<Vec<_>>(),
-            [(0, 1.5), (1, 1.5)]
-        );
+        assert_eq!(outcome.impacts, [0, 1].map(|contact| Impact { contact, impulse: 1.5 }));
         assert_eq!(outcome.loss, 0.75);
     }
 

@@ -5,7 +5,7 @@ use std::fmt::{self, Write};
 use super::log_category::LOG_CATEGORIES;
 use super::structure::write_structure;
 use crate::variables::enumeration::ENUMERATIONS;
-use crate::variables::row::{Access, Causality, Row, Variability};
+use crate::variables::row::{Access, Causality, Row};
 use crate::variables::settings::Settings;
 use crate::variables::table::TABLE;
 use crate::variables::text::{Escaped, Number};
@@ -160,22 +160,21 @@ fn write_text(out: &mut String, variable: Variable) -> fmt::Result {
     }
 }
 
+/// The name of an item in the standard: ours with a small first letter.
+fn camel(item: &impl fmt::Debug) -> String {
+    let name = format!("{item:?}");
+    name[..1].to_lowercase() + &name[1..]
+}
+
 /// Attributes of a ScalarVariable up to the description's opening quote, less name and value reference.
 fn common_attributes(row: &Row) -> String {
-    let (causality, initial) = match row.causality {
-        Causality::Parameter => ("parameter", " initial=\"exact\""),
-        Causality::CalculatedParameter => ("calculatedParameter", " initial=\"calculated\""),
+    let initial = match row.causality {
+        Causality::Parameter => " initial=\"exact\"",
         // The standard forbids `initial` on inputs.
-        Causality::Input => ("input", ""),
-        Causality::Output => ("output", " initial=\"calculated\""),
-        Causality::Local => ("local", " initial=\"calculated\""),
+        Causality::Input => "",
+        Causality::CalculatedParameter | Causality::Output | Causality::Local => " initial=\"calculated\"",
     };
-    let variability = match row.variability {
-        Variability::Fixed => "fixed",
-        Variability::Tunable => "tunable",
-        Variability::Discrete => "discrete",
-        Variability::Continuous => "continuous",
-    };
+    let (causality, variability) = (camel(&row.causality), camel(&row.variability));
     format!(" causality=\"{causality}\" variability=\"{variability}\"{initial} description=\"")
 }
 
