@@ -16,19 +16,8 @@ const FROM_CARGO: [(&str, &str); 4] = [
 ];
 
 /// Placeholders left for the library, see `src/variables/description/xml.rs`.
-const AT_RUN_TIME: [&str; 11] = [
-    "model",
-    "guid",
-    "date",
-    "start_time",
-    "stop_time",
-    "step_size",
-    "units",
-    "types",
-    "log_categories",
-    "variables",
-    "structure",
-];
+const AT_RUN_TIME: &str =
+    "model guid date start_time stop_time step_size units types log_categories variables structure";
 
 fn main() {
     println!("cargo::rerun-if-changed={TEMPLATE}");
@@ -41,7 +30,8 @@ fn main() {
 
 /// Replaces every placeholder that Cargo knows; panics on one that nobody knows and on one that is missing.
 fn fill(template: &str) -> String {
-    let mut missing: BTreeSet<&str> = FROM_CARGO.iter().map(|(key, _)| *key).chain(AT_RUN_TIME).collect();
+    let at_run_time: BTreeSet<&str> = AT_RUN_TIME.split_whitespace().collect();
+    let mut missing: BTreeSet<&str> = FROM_CARGO.iter().map(|(key, _)| *key).chain(at_run_time.clone()).collect();
     let mut pieces = template.split("{{");
     let mut filled = pieces.next().unwrap_or_default().to_owned();
     for piece in pieces {
@@ -53,7 +43,7 @@ fn fill(template: &str) -> String {
             // Cargo separates authors by colons.
             let value = if key == "authors" { value.replace(':', ", ") } else { value };
             filled.push_str(&escape(&value));
-        } else if AT_RUN_TIME.contains(&key) {
+        } else if at_run_time.contains(key) {
             filled.push_str(&format!("{{{{{key}}}}}"));
         } else {
             panic!("{TEMPLATE}: nobody knows {{{{{key}}}}}");

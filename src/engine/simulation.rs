@@ -63,17 +63,10 @@ impl Simulation {
         }
     }
 
-    /// See [`Engine::hold_back`]; only an engine knows rigid contacts.
-    pub fn hold_back(&mut self) {
+    /// Whether the run has yet to begin: until then rigid contacts, which only an engine knows, transmit nothing.
+    pub fn set_initializing(&mut self, initializing: bool) {
         if let Self::EventDriven(engine) = self {
-            engine.hold_back();
-        }
-    }
-
-    /// See [`Engine::begin`].
-    pub fn begin(&mut self) {
-        if let Self::EventDriven(engine) = self {
-            engine.begin();
+            engine.initializing = initializing;
         }
     }
 

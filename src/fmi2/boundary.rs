@@ -53,14 +53,12 @@ impl Component {
     /// As for [`Component::from_raw`], and nobody uses `c` afterwards.
     pub(super) unsafe fn free(c: fmi2Component) {
         // SAFETY: as the caller promises.
-        match unsafe { Self::from_raw(c) } {
-            Some(component) if !component.busy.get() => {
-                component.magic.set(0);
-                // SAFETY: it came out of `into_raw`, as the magic number says, and no reference to it is left.
-                let owned = unsafe { Box::from_raw(c.cast::<Self>()) };
-                let _ = catch_unwind(AssertUnwindSafe(|| drop(owned)));
-            }
-            _ => {}
+        let component = unsafe { Self::from_raw(c) };
+        if let Some(component) = component.filter(|component| !component.busy.get()) {
+            component.magic.set(0);
+            // SAFETY: it came out of `into_raw`, as the magic number says, and no reference to it is left.
+            let owned = unsafe { Box::from_raw(c.cast::<Self>()) };
+            let _ = catch_unwind(AssertUnwindSafe(|| drop(owned)));
         }
     }
 }
@@ -89,7 +87,7 @@ pub(super) unsafe fn call(
         // SAFETY: `busy` makes this the only reference while the call lasts.
         let instance = unsafe { &mut *component.instance.get() };
         let outcome = instance.require(call).and_then(|()| body(instance));
-        outcome.inspect_err(|refusal| log_refusal(instance, function, refusal)).is_ok()
+        outcome.inspect_err(|refusal| instance.log.error(format_args!("{function}: {refusal}"))).is_ok()
     }));
     let status = match outcome {
         Ok(true) => fmi2Status::fmi2OK,
@@ -98,12 +96,6 @@ pub(super) unsafe fn call(
     };
     component.busy.set(false);
     status
-}
-
-/// Logs why a call was refused.
-#[cold]
-fn log_refusal(instance: &Instance, function: &str, refusal: &Refusal) {
-    instance.log.error(format_args!("{function}: {refusal}"));
 }
 
 /// After a panic the instance may be in any state: it is given up.
@@ -183,14 +175,23 @@ mod tests {
         (Component::into_raw(Instance::new(Settings::default_for(5), String::new(), log)), lines)
     }
 
+    /// Resets the component, and makes of that call whatever `body` does.
+    fn reset(c: fmi2Component, body: impl FnOnce(&mut Instance)) -> fmi2Status {
+        unsafe {
+            call(c, "fmi2Reset", Call::Reset, |instance| {
+                body(instance);
+                instance.reset()
+            })
+        }
+    }
+
     #[test]
     fn a_panic_is_fatal_and_the_instance_can_only_be_freed() {
         let (c, lines) = component();
-        let panicking = unsafe { call(c, "fmi2Test", Call::Reset, |_| panic!("by test")) };
-        assert_eq!(panicking, fmi2Status::fmi2Fatal);
+        assert_eq!(reset(c, |_| panic!("by test")), fmi2Status::fmi2Fatal);
         let (severity, text) = lines.borrow()[0].clone();
-        assert!(severity == Severity::Fatal && text.contains("fmi2Test: internal error") && text.contains("by test"));
-        assert_eq!(unsafe { call(c, "fmi2Reset", Call::Reset, |instance| instance.reset()) }, fmi2Status::fmi2Fatal);
+        assert!(severity == Severity::Fatal && text.contains("fmi2Reset: internal error") && text.contains("by test"));
+        assert_eq!(reset(c, |_| {}), fmi2Status::fmi2Fatal);
         unsafe { Component::free(c) };
     }
 
@@ -198,15 +199,12 @@ mod tests {
     fn a_call_from_within_a_call_is_refused() {
         let (c, _) = component();
         let mut inner = fmi2Status::fmi2OK;
-        let outer = unsafe {
-            call(c, "fmi2Reset", Call::Reset, |_| {
-                inner = call(c, "fmi2Reset", Call::Reset, |instance| instance.reset());
-                Component::free(c); // Left alone.
-                Ok(())
-            })
-        };
+        let outer = reset(c, |_| {
+            inner = reset(c, |_| {});
+            unsafe { Component::free(c) }; // Left alone.
+        });
         assert_eq!((outer, inner), (fmi2Status::fmi2OK, fmi2Status::fmi2Error));
-        assert_eq!(unsafe { call(c, "fmi2Reset", Call::Reset, |instance| instance.reset()) }, fmi2Status::fmi2OK);
+        assert_eq!(reset(c, |_| {}), fmi2Status::fmi2OK);
         unsafe { Component::free(c) };
     }
 

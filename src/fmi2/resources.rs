@@ -32,7 +32,8 @@ pub(super) fn load(location: &[u8]) -> Result<Recipe, String> {
 
 /// The folders that `location` may mean, the likelier one first: most hosts encode it, some do not.
 fn folders(location: &[u8], windows: bool) -> Result<Vec<Vec<u8>>, String> {
-    let Some(rest) = strip_scheme(location) else {
+    let scheme = location.split_at_checked(5).filter(|(scheme, _)| scheme.eq_ignore_ascii_case(b"file:"));
+    let Some((_, rest)) = scheme else {
         let text = String::from_utf8_lossy(location);
         if text.contains("://") {
             return Err(format!("fmuResourceLocation = {text} is refused; allowed: a location that starts with file:"));
@@ -45,11 +46,6 @@ fn folders(location: &[u8], windows: bool) -> Result<Vec<Vec<u8>>, String> {
         folders.push(path(rest, windows)?);
     }
     Ok(folders)
-}
-
-fn strip_scheme(location: &[u8]) -> Option<&[u8]> {
-    let (scheme, rest) = location.split_at_checked(5)?;
-    scheme.eq_ignore_ascii_case(b"file:").then_some(rest)
 }
 
 /// Replaces `%41` by `A`; what does not decode stays as it is.

@@ -1,10 +1,9 @@
 //! An instance and its way through the phases, from start values to the end of the run.
 
-use super::experiment::Experiment;
 use super::legality::{Call, Phase};
 use super::log::Log;
 use super::refusal::Refusal;
-use super::run::Run;
+use super::run::{Experiment, Run};
 use crate::engine::Simulation;
 use crate::variables::{Access, LogCategory, Number, Settings, variables};
 
@@ -24,12 +23,6 @@ impl Instance {
     pub fn new(start: Settings, guid: String, log: Log) -> Self {
         let run = Run::new(&start);
         Self { guid, start, run, log }
-    }
-
-    /// The phase it is in.
-    #[inline]
-    pub fn phase(&self) -> Phase {
-        self.run.phase
     }
 
     /// Number of balls n.
@@ -63,7 +56,7 @@ impl Instance {
 
     /// Builds the simulation and enters step mode. Fails, staying in Initialization Mode, if no run can start like this.
     pub fn exit_initialization(&mut self) -> Result<(), Refusal> {
-        self.simulation()?.begin();
+        self.simulation()?.set_initializing(false);
         self.run.inputs_changed = !self.run.input_derivatives.is_empty();
         self.run.tuned_from = None;
         self.run.phase = Phase::StepMode;
@@ -97,7 +90,7 @@ impl Instance {
         let start = self.run.experiment.unwrap_or_default().start;
         let built = Simulation::new(&self.run.effective_parameters(), &self.run.settings.inputs, start);
         let mut simulation = built.map_err(Refusal::Start)?;
-        simulation.hold_back();
+        simulation.set_initializing(true);
         Ok(simulation)
     }
 

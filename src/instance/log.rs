@@ -57,6 +57,7 @@ impl Log {
     }
 
     /// A refused call or a failed step.
+    #[cold]
     pub fn error(&self, text: Arguments<'_>) {
         self.write(Severity::Error, LogCategory::Error, text);
     }

@@ -6,7 +6,6 @@
 //! [`Variable`](crate::variables::Variable).
 
 mod calls;
-mod experiment;
 mod legality;
 mod lifecycle;
 mod log;
@@ -14,8 +13,8 @@ mod refusal;
 mod run;
 
 pub use calls::SavedState;
-pub use experiment::Experiment;
 pub use legality::{Call, Phase};
 pub use lifecycle::Instance;
 pub use log::{Log, Severity, Sink};
 pub use refusal::{Refusal, StateError};
+pub use run::Experiment;

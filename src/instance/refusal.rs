@@ -57,12 +57,9 @@ impl std::fmt::Display for Refusal {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Phase { call, phase } => {
-                write!(f, "not allowed in {phase}")?;
-                for (i, legal) in call.legal_phases().iter().enumerate() {
-                    let separator = if i == 0 { "; allowed: in " } else { ", " };
-                    write!(f, "{separator}{legal}")?;
-                }
-                Ok(())
+                let legal: Vec<String> = call.legal_phases().iter().map(Phase::to_string).collect();
+                let allowed = if legal.is_empty() { "" } else { "; allowed: in " };
+                write!(f, "not allowed in {phase}{allowed}{}", legal.join(", "))
             }
             Self::Value(refused) => write!(f, "{refused}"),
             Self::Argument { name, value, allowed } => write!(f, "{name} = {value} is refused; allowed: {allowed}"),
@@ -78,8 +75,7 @@ impl std::fmt::Display for Refusal {
                 "{variable} has no value at t = {} s: what it is calculated from is beyond the range of doubles",
                 Number(*time)
             ),
-            Self::Missing(what) => write!(f, "{what}"),
-            Self::Unsupported(what) => write!(f, "{what}"),
+            Self::Missing(what) | Self::Unsupported(what) => write!(f, "{what}"),
             Self::Start(error) => write!(f, "the run cannot start: {error}"),
             Self::Step(error) => write!(f, "the run cannot go on: {error}"),
         }
@@ -122,7 +118,7 @@ pub enum StateError {
         ours: String,
     },
     /// No instance can have been in this state.
-    Unsound(&'static str),
+    Unsound(Unsound),
 }
 
 impl std::fmt::Display for StateError {
@@ -135,13 +131,7 @@ impl std::fmt::Display for StateError {
             }
             Self::Damaged => write!(f, "the bytes are damaged"),
             Self::Foreign { theirs, ours } => write!(f, "it belongs to {theirs}; allowed: states of {ours}"),
-            Self::Unsound(reason) => write!(f, "no run leads to it: {reason}"),
+            Self::Unsound(Unsound(reason)) => write!(f, "no run leads to it: {reason}"),
         }
-    }
-}
-
-impl From<Unsound> for StateError {
-    fn from(Unsound(reason): Unsound) -> Self {
-        Self::Unsound(reason)
     }
 }

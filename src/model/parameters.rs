@@ -135,22 +135,12 @@ impl Parameters {
 
     /// The parameters that may change during a run.
     pub fn tunables(&self) -> Tunables {
-        Tunables {
-            drag: self.drag,
-            damping: self.damping,
-            hunt_crossley: self.hunt_crossley,
-            restitution: self.restitution,
-        }
+        [self.drag, self.damping, self.hunt_crossley, self.restitution]
     }
 
     /// Sets them.
     pub fn tune(&mut self, tunables: Tunables) {
-        Tunables {
-            drag: self.drag,
-            damping: self.damping,
-            hunt_crossley: self.hunt_crossley,
-            restitution: self.restitution,
-        } = tunables;
+        [self.drag, self.damping, self.hunt_crossley, self.restitution] = tunables;
     }
 
     /// Number of contacts, n - 1.
@@ -159,18 +149,9 @@ impl Parameters {
     }
 }
 
-/// The parameters that may change during a run, in the units of [`Parameters`].
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Tunables {
-    /// Drag b.
-    pub drag: f64,
-    /// Damping c.
-    pub damping: f64,
-    /// Factor alpha.
-    pub hunt_crossley: f64,
-    /// Coefficient of restitution.
-    pub restitution: f64,
-}
+/// The parameters that may change during a run: drag, damping, Hunt and Crossley's factor, and the coefficient of restitution, in the
+/// units of [`Parameters`].
+pub type Tunables = [f64; 4];
 
 /// The inputs of the cradle at one time, or their derivatives by time of one order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -185,11 +166,6 @@ impl Inputs {
     /// No force on any of `n` balls, support at rest.
     pub fn zero(n: usize) -> Self {
         Self { force: vec![0.0; n], support_acceleration: 0.0 }
-    }
-
-    /// Whether all of them are zero.
-    pub fn is_zero(&self) -> bool {
-        self.support_acceleration == 0.0 && self.force.iter().all(|force| *force == 0.0)
     }
 
     /// Whether all of them are finite.

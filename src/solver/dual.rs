@@ -26,8 +26,10 @@ pub trait Scalar:
     fn with_tangent(value: f64, tangent: f64) -> Self;
     /// Its value.
     fn value(self) -> f64;
-    /// Its derivative.
-    fn tangent(self) -> f64;
+    /// Its derivative; 0 where there is no room for it.
+    fn tangent(self) -> f64 {
+        0.0
+    }
     /// The square root.
     fn sqrt(self) -> Self;
     /// Its power with a real exponent, for a value above 0.
@@ -41,10 +43,6 @@ impl Scalar for f64 {
 
     fn value(self) -> f64 {
         self
-    }
-
-    fn tangent(self) -> f64 {
-        0.0
     }
 
     fn sqrt(self) -> Self {

@@ -40,11 +40,8 @@ impl Enumeration {
 /// What may be chosen, for messages: `powerLaw (1) or hertz (2) or rigid (3)`.
 impl std::fmt::Display for Enumeration {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        for (i, item) in self.items.iter().enumerate() {
-            let separator = if i == 0 { "" } else { " or " };
-            write!(f, "{separator}{} ({})", item.name, item.value)?;
-        }
-        Ok(())
+        let items: Vec<String> = self.items.iter().map(|item| format!("{} ({})", item.name, item.value)).collect();
+        f.write_str(&items.join(" or "))
     }
 }
 

@@ -1,5 +1,7 @@
 //! Why a variable, or a value for it, is not accepted.
 
+use std::fmt::Display;
+
 use super::row::{Causality, Type};
 
 /// A variable or value that is not accepted, and what would be.
@@ -65,7 +67,14 @@ pub enum VariableError {
     },
 }
 
-impl std::fmt::Display for VariableError {
+impl VariableError {
+    /// A `value` that is not among those `allowed` for the `variable`.
+    pub(crate) fn not_allowed(variable: impl Display, value: impl Display, allowed: impl Display) -> Self {
+        Self::NotAllowed { variable: variable.to_string(), value: value.to_string(), allowed: allowed.to_string() }
+    }
+}
+
+impl Display for VariableError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::UnknownReference { reference, balls } => {

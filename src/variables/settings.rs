@@ -1,5 +1,7 @@
 //! What a host has set: the values of parameters and inputs, what is allowed for them, and setting them by variable.
 
+use std::fmt::Display;
+
 use serde::{Deserialize, Serialize};
 
 use super::error::VariableError;
@@ -74,11 +76,8 @@ impl Variable {
         if self.row.range.contains(value) {
             return Ok(());
         }
-        Err(VariableError::NotAllowed {
-            variable: self.to_string(),
-            value: self.row.quantified(Number(value)),
-            allowed: self.row.quantified(self.row.range),
-        })
+        let quantified = |value: &dyn Display| self.row.quantified(value);
+        Err(VariableError::not_allowed(self, quantified(&Number(value)), quantified(&self.row.range)))
     }
 
     /// Whether it is an input, and its derivative by time of this order (1/s^order times its unit) may be `value`.
@@ -86,28 +85,27 @@ impl Variable {
         if !matches!(self.row.access, Access::Input { .. }) {
             return Err(VariableError::NotInput { variable: self.to_string(), causality: self.row.causality });
         }
-        let refused = |variable, value, allowed| Err(VariableError::NotAllowed { variable, value, allowed });
         if !usize::try_from(order).is_ok_and(|order| (1..=MAX_INPUT_DERIVATIVE).contains(&order)) {
-            return refused(
-                format!("order of the derivative of {self}"),
-                order.to_string(),
-                format!("1 to {MAX_INPUT_DERIVATIVE}"),
-            );
+            return Err(self.no_such_order(order, MAX_INPUT_DERIVATIVE));
         }
         if !value.is_finite() {
-            return refused(format!("derivative {order} of {self}"), Number(value).to_string(), ANY.to_string());
+            return Err(VariableError::not_allowed(format_args!("derivative {order} of {self}"), Number(value), ANY));
         }
         Ok(())
+    }
+
+    /// The error for a derivative of an `order` that is not one of 1 to `most`.
+    pub(crate) fn no_such_order(&self, order: i32, most: usize) -> VariableError {
+        let what = format_args!("order of the derivative of {self}");
+        VariableError::not_allowed(what, order, format_args!("1 to {most}"))
     }
 
     /// Whether `value` is the integer of an item.
     pub fn check_item(&self, value: i32) -> Result<(), VariableError> {
         match self.row.access {
-            Access::Enumeration(enumeration) if enumeration.item(value).is_none() => Err(VariableError::NotAllowed {
-                variable: self.to_string(),
-                value: value.to_string(),
-                allowed: enumeration.to_string(),
-            }),
+            Access::Enumeration(enumeration) if enumeration.item(value).is_none() => {
+                Err(VariableError::not_allowed(self, value, enumeration))
+            }
             _ => Ok(()),
         }
     }
@@ -208,10 +206,7 @@ mod tests {
             let text = mass.check_real(value).unwrap_err().to_string();
             assert!(text.starts_with("ball.mass = ") && text.contains("allowed: finite and > 0 kg"), "{text}");
         }
-        let exponent = Variable::named("contact.exponent", 5).unwrap();
-        assert_eq!(
-            exponent.check_real(0.5).unwrap_err().to_string(),
-            "contact.exponent = 0.5 is refused; allowed: 1 to 10"
-        );
+        let text = Variable::named("contact.exponent", 5).unwrap().check_real(0.5).unwrap_err().to_string();
+        assert_eq!(text, "contact.exponent = 0.5 is refused; allowed: 1 to 10");
     }
 }

@@ -47,27 +47,11 @@ fn compliant(parameters: &Parameters) -> bool {
 }
 
 fn hunt_crossley(parameters: &Parameters) -> bool {
-    compliant(parameters)
-        && match parameters.damping_law {
-            DampingLaw::HuntCrossley => true,
-            DampingLaw::KelvinVoigt | DampingLaw::KelvinVoigtNoPull => false,
-        }
+    compliant(parameters) && parameters.damping_law == DampingLaw::HuntCrossley
 }
 
 fn kelvin_voigt(parameters: &Parameters) -> bool {
-    compliant(parameters)
-        && match parameters.damping_law {
-            DampingLaw::KelvinVoigt | DampingLaw::KelvinVoigtNoPull => true,
-            DampingLaw::HuntCrossley => false,
-        }
-}
-
-fn error_control(parameters: &Parameters) -> bool {
-    !fixed_steps(parameters)
-}
-
-fn fixed_steps(parameters: &Parameters) -> bool {
-    parameters.method == SolverMethod::Rk4
+    compliant(parameters) && matches!(parameters.damping_law, DampingLaw::KelvinVoigt | DampingLaw::KelvinVoigtNoPull)
 }
 
 /// Period of ball 1, s; `NEVER` without gravity.
@@ -145,9 +129,9 @@ pub static TABLE: &[Row] = &[
         "Method of solution"),
     parameter("solver.tolerance", Scalar, &RATIO, between(1e-14, 1e-3), one!(tolerance),
         "Relative tolerance of all methods but rk4; a host's own tolerance can only tighten it").nominal(1e-12)
-        .used_if(error_control),
+        .used_if(|p| p.method != SolverMethod::Rk4),
     parameter("solver.fixedStep", Scalar, &TIME, POSITIVE, one!(fixed_step),
-        "Step of the rk4 method").nominal(1e-6).used_if(fixed_steps),
+        "Step of the rk4 method").nominal(1e-6).used_if(|p| p.method == SolverMethod::Rk4),
     calculated("pendulum.period", &TIME, period,
         "Period of ball 1; 1e30 without gravity")
         .initially(&[&["gravity", "pendulum.length", "pendulum.lengthRatio[1]"]])

@@ -9,85 +9,28 @@ use object::{File, Object, ReadRef, elf};
 use super::description::model::Kind;
 use super::report::Report;
 
-/// Functions of every FMI 2.0 binary.
-const COMMON: [&str; 25] = [
-    "fmi2GetTypesPlatform",
-    "fmi2GetVersion",
-    "fmi2SetDebugLogging",
-    "fmi2Instantiate",
-    "fmi2FreeInstance",
-    "fmi2SetupExperiment",
-    "fmi2EnterInitializationMode",
-    "fmi2ExitInitializationMode",
-    "fmi2Terminate",
-    "fmi2Reset",
-    "fmi2GetReal",
-    "fmi2GetInteger",
-    "fmi2GetBoolean",
-    "fmi2GetString",
-    "fmi2SetReal",
-    "fmi2SetInteger",
-    "fmi2SetBoolean",
-    "fmi2SetString",
-    "fmi2GetFMUstate",
-    "fmi2SetFMUstate",
-    "fmi2FreeFMUstate",
-    "fmi2SerializedFMUstateSize",
-    "fmi2SerializeFMUstate",
-    "fmi2DeSerializeFMUstate",
-    "fmi2GetDirectionalDerivative",
-];
+/// Functions of every FMI 2.0 binary, without the `fmi2` that all of them begin with.
+const COMMON: &str = "GetTypesPlatform GetVersion SetDebugLogging Instantiate FreeInstance
+    SetupExperiment EnterInitializationMode ExitInitializationMode Terminate Reset
+    GetReal GetInteger GetBoolean GetString SetReal SetInteger SetBoolean SetString
+    GetFMUstate SetFMUstate FreeFMUstate SerializedFMUstateSize SerializeFMUstate DeSerializeFMUstate
+    GetDirectionalDerivative";
 
 /// Functions for co-simulation.
-const CO_SIMULATION: [&str; 9] = [
-    "fmi2SetRealInputDerivatives",
-    "fmi2GetRealOutputDerivatives",
-    "fmi2DoStep",
-    "fmi2CancelStep",
-    "fmi2GetStatus",
-    "fmi2GetRealStatus",
-    "fmi2GetIntegerStatus",
-    "fmi2GetBooleanStatus",
-    "fmi2GetStringStatus",
-];
+const CO_SIMULATION: &str = "SetRealInputDerivatives GetRealOutputDerivatives DoStep CancelStep
+    GetStatus GetRealStatus GetIntegerStatus GetBooleanStatus GetStringStatus";
 
 /// Functions for model exchange.
-const MODEL_EXCHANGE: [&str; 10] = [
-    "fmi2EnterEventMode",
-    "fmi2NewDiscreteStates",
-    "fmi2EnterContinuousTimeMode",
-    "fmi2CompletedIntegratorStep",
-    "fmi2SetTime",
-    "fmi2SetContinuousStates",
-    "fmi2GetDerivatives",
-    "fmi2GetEventIndicators",
-    "fmi2GetContinuousStates",
-    "fmi2GetNominalsOfContinuousStates",
-];
+const MODEL_EXCHANGE: &str = "EnterEventMode NewDiscreteStates EnterContinuousTimeMode CompletedIntegratorStep
+    SetTime SetContinuousStates GetDerivatives GetEventIndicators GetContinuousStates GetNominalsOfContinuousStates";
 
 /// What a path of somebody's machine begins with.
 const PATHS: [&[u8]; 5] = [b"/home/", b"/root/", b"/Users/", b"/tmp/", b":\\Users\\"];
 
 /// Libraries that every system of a kind has: of glibc, of Windows, of macOS.
-const SYSTEM: [&str; 17] = [
-    "ld-linux",
-    "libc.so.",
-    "libm.so.",
-    "libdl.so.",
-    "libpthread.so.",
-    "librt.so.",
-    "advapi32.dll",
-    "api-ms-win-",
-    "bcrypt",
-    "kernel32.dll",
-    "msvcrt.dll",
-    "ntdll.dll",
-    "ucrtbase.dll",
-    "user32.dll",
-    "userenv.dll",
-    "ws2_32.dll",
-    "/usr/lib/libsystem",
-];
+const SYSTEM: &str = "ld-linux libc.so. libm.so. libdl.so. libpthread.so. librt.so.
+    advapi32.dll api-ms-win- bcrypt kernel32.dll msvcrt.dll ntdll.dll ucrtbase.dll user32.dll userenv.dll ws2_32.dll
+    /usr/lib/libsystem";
 
 /// The glibc of systems that are still about (2012).
 const OLD_GLIBC: (u32, u32) = (2, 17);
@@ -162,21 +105,26 @@ fn paths(bytes: &[u8]) -> BTreeSet<String> {
     paths
 }
 
+/// Names of the functions of a binary that has those of its kind.
+fn functions(of_kind: &str) -> impl Iterator<Item = String> {
+    COMMON.split_whitespace().chain(of_kind.split_whitespace()).map(|name| format!("fmi2{name}"))
+}
+
 /// Checks a shared library of an FMU that is `own` or somebody else's.
 pub(super) fn check(place: &str, bytes: &[u8], kind: Kind, own: bool, report: &mut Report) {
     let Some(library) = report.accept(place, Library::read(bytes)) else { return };
-    let of_kind: &[&str] = if kind == Kind::CoSimulation { &CO_SIMULATION } else { &MODEL_EXCHANGE };
-    for function in COMMON.iter().chain(of_kind) {
-        let exported = library.exports.contains(*function);
+    let of_kind = if kind == Kind::CoSimulation { CO_SIMULATION } else { MODEL_EXCHANGE };
+    for function in functions(of_kind) {
+        let exported = library.exports.contains(&function);
         report.require(exported, format_args!("{place}: {function} is not exported"));
     }
     if own {
-        let known = |name: &str| COMMON.iter().chain(&CO_SIMULATION).any(|function| *function == name);
-        for name in library.exports.iter().filter(|name| !known(name)) {
+        let known: BTreeSet<String> = functions(CO_SIMULATION).collect();
+        for name in library.exports.difference(&known) {
             report.remark(format_args!("{place}: exports {name}, which may clash with what others load"));
         }
     }
-    let system = |name: &str| SYSTEM.iter().any(|known| name.to_lowercase().starts_with(known));
+    let system = |name: &str| SYSTEM.split_whitespace().any(|known| name.to_lowercase().starts_with(known));
     for name in library.libraries.iter().filter(|name| !system(name)) {
         report.remark(format_args!("{place}: is linked with {name}, which not every system has"));
     }

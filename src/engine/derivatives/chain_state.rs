@@ -20,7 +20,7 @@ impl ChainState {
     /// Whether it is one of this many balls.
     pub fn is_of(&self, balls: usize) -> bool {
         let contacts = balls.saturating_sub(1);
-        [self.x.len(), self.v.len()] == [balls; 2] && [self.overlaps.len(), self.modes.len()] == [contacts; 2]
+        [self.x.len(), self.v.len(), self.overlaps.len(), self.modes.len()] == [balls, balls, contacts, contacts]
     }
 
     /// Whether all of it is finite.

@@ -76,10 +76,7 @@ impl LastStep<'_> {
         if !self.onset_ahead {
             return 0.0;
         }
-        match run.follow(None) {
-            Ok(()) => run.delay,
-            Err(NotFollowed) => f64::NAN,
-        }
+        run.follow(None).map_or(f64::NAN, |()| run.delay)
     }
 }
 

@@ -101,6 +101,11 @@ mod tests {
         Parameters { x_start: vec![0.0; balls], dead_band: 0.0, ..Parameters::default_for(balls) }
     }
 
+    /// Work of the copy that goes ahead so far.
+    fn effort_ahead(engine: &Engine) -> u64 {
+        engine.caches.ahead.copy.borrow().as_ref().map_or(0, |copy| copy.effort)
+    }
+
     /// A gap that closes slowly under drag while an input of this order grows.
     fn driven(drag: f64, order: usize) -> (Parameters, Inputs, Vec<Inputs>) {
         let p = Parameters { gravity: 0.0, drag, x_start: vec![-0.01, 0.0], ..at_rest(2) };
@@ -111,19 +116,16 @@ mod tests {
 
     /// Runs whose next onset lies far off or nowhere.
     fn hard() -> Vec<(Parameters, Inputs, Vec<Inputs>)> {
-        let mut runs: Vec<_> =
-            [1e-9, 1e-3, 0.2, 10.0].into_iter().flat_map(|drag| [1, 2, 3].map(|order| driven(drag, order))).collect();
+        let driven = [1e-9, 1e-3, 0.2, 10.0].into_iter().flat_map(|drag| [1, 2, 3].map(|order| driven(drag, order)));
         let pressed = Parameters { damping: 3e5, exponent: 7.3, gap: vec![-1e-6; 12], ..at_rest(13) };
-        runs.push((pressed, Inputs::zero(13), Vec::new()));
         let unequal = Parameters {
             damping_law: DampingLaw::HuntCrossley,
             hunt_crossley: 0.3,
             mass_ratio: vec![1.0, 2.0, 1.0, 0.5, 1.0],
             ..at_rest(5)
         };
-        let force = vec![50.0, 0.0, 0.0, 0.0, -50.0];
-        runs.push((unequal, Inputs { force, ..Inputs::zero(5) }, Vec::new()));
-        runs
+        let squeezed = Inputs { force: vec![50.0, 0.0, 0.0, 0.0, -50.0], ..Inputs::zero(5) };
+        driven.chain([(pressed, Inputs::zero(13), Vec::new()), (unequal, squeezed, Vec::new())]).collect()
     }
 
     #[test]
@@ -134,12 +136,11 @@ mod tests {
             engine.advance(0.01, &mut Unrecorded).unwrap();
             let mut last = 0.0;
             for _ in 0..20 {
-                let effort = |engine: &Engine| engine.caches.ahead.copy.borrow().as_ref().map_or(0, |copy| copy.effort);
-                let before = effort(&engine).max(engine.effort);
+                let before = effort_ahead(&engine).max(engine.effort);
                 let next = engine.next_onset();
                 assert!(next.time() > engine.time().max(last), "{next:?} at {}", engine.time());
                 // What the last event takes that is begun within the limit is up to the number of balls.
-                let taken = effort(&engine).saturating_sub(before);
+                let taken = effort_ahead(&engine).saturating_sub(before);
                 assert!(taken < 2 * LOOK_AHEAD + 200 * p.balls() as u64, "{taken} at {}", engine.time());
                 if next.is_settled() {
                     break;
@@ -161,9 +162,9 @@ mod tests {
             std::array::from_fn::<_, 3, _>(|_| {
                 let before = engine.effort;
                 engine.advance(onset(&engine), &mut Unrecorded).unwrap();
-                let copy = engine.caches.ahead.copy.borrow().as_ref().map_or(0, |copy| copy.effort);
+                let copy = effort_ahead(&engine);
                 onset(&engine);
-                let ahead = engine.caches.ahead.copy.borrow().as_ref().map_or(0, |copy| copy.effort) - copy;
+                let ahead = effort_ahead(&engine) - copy;
                 (engine.effort - before, engine.step.moved.len(), ahead)
             })
         });

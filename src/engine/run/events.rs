@@ -173,19 +173,14 @@ impl Engine {
     /// Looks from `t` on for the next onset of contact `i`, whose balls are in flight, or for the end of its constraint.
     pub(crate) fn forecast(&mut self, i: usize, t: DoubleDouble) {
         let mut allowed = EVALUATIONS;
-        let forecast = match &mut self.contacts[i].phase {
-            Phase::Constraint(constraint, forecast) => {
-                *forecast = constraint.forecast(t, &mut allowed);
-                *forecast
-            }
-            Phase::Open(separation, forecast) => {
-                *forecast = separation.forecast(t, &mut allowed);
-                *forecast
-            }
+        let (found, forecast) = match &mut self.contacts[i].phase {
+            Phase::Constraint(constraint, forecast) => (constraint.forecast(t, &mut allowed), forecast),
+            Phase::Open(separation, forecast) => (separation.forecast(t, &mut allowed), forecast),
             Phase::Loose(_) | Phase::Beside(_) | Phase::Window(_) | Phase::Impact(_) => return,
         };
+        *forecast = found;
         self.effort = self.effort.saturating_add(u64::from(EVALUATIONS - allowed));
-        match forecast {
+        match found {
             Next::At(time) | Next::NotBefore(time) => self.queue.set(i, time),
             Next::Never => self.queue.remove(i),
         }
@@ -212,9 +207,7 @@ impl Engine {
             self.totals.last_event = t;
         }
         self.totals.standstill += 1;
-        if self.totals.standstill > self.most_without_progress() {
-            return Err(EngineError::Stalled { time: t.value(), contact });
-        }
-        Ok(())
+        let stalled = self.totals.standstill > self.most_without_progress();
+        if stalled { Err(EngineError::Stalled { time: t.value(), contact }) } else { Ok(()) }
     }
 }

@@ -186,18 +186,17 @@ mod tests {
         engine.caches.interiors[0].get().map_or(0, |first| first.known())
     }
 
+    /// Two balls without gravity, the first of which hits the other one at `speed` (m/s).
+    fn collision(speed: f64, exponent: f64) -> Engine {
+        let (x_start, v_start) = (vec![0.0; 2], vec![speed, 0.0]);
+        let p = Parameters { gravity: 0.0, exponent, dead_band: 0.0, x_start, v_start, ..Parameters::default_for(2) };
+        Engine::new(&p, &Inputs::zero(2), 0.0).unwrap()
+    }
+
     #[test]
     fn an_impact_too_slow_for_its_square_still_moves() {
         for (speed, exponent) in [(1e-165, 1.0), (1e-165, 10.0), (1e-250, 1.5)] {
-            let p = Parameters {
-                gravity: 0.0,
-                exponent,
-                dead_band: 0.0,
-                x_start: vec![0.0; 2],
-                v_start: vec![speed, 0.0],
-                ..Parameters::default_for(2)
-            };
-            let mut engine = Engine::new(&p, &Inputs::zero(2), 0.0).unwrap();
+            let mut engine = collision(speed, exponent);
             engine.advance(1e-3, &mut Unrecorded).unwrap();
             let moved = (engine.x(0) + engine.x(1)) / (speed * 1e-3);
             assert!((moved - 1.0).abs() < 1e-12, "{speed} {exponent}: {moved}");
@@ -208,19 +207,9 @@ mod tests {
     #[test]
     fn an_impact_of_any_duration_has_as_many_segments() {
         let counts = [1.0, 1e-8, 1e-20, 1e-30].map(|speed| {
-            let p = Parameters {
-                gravity: 0.0,
-                exponent: 10.0,
-                dead_band: 0.0,
-                x_start: vec![0.0; 2],
-                v_start: vec![speed, 0.0],
-                ..Parameters::default_for(2)
-            };
-            let mut engine = Engine::new(&p, &Inputs::zero(2), 0.0).unwrap();
-            let duration = {
-                engine.advance(1e-12, &mut Unrecorded).unwrap();
-                engine.contacts[0].impact().unwrap().duration
-            };
+            let mut engine = collision(speed, 10.0);
+            engine.advance(1e-12, &mut Unrecorded).unwrap();
+            let duration = engine.contacts[0].impact().unwrap().duration;
             // Only what is asked for is computed.
             engine.x(0);
             assert_eq!(segments(&engine), 1);

@@ -126,7 +126,11 @@ impl Engine {
 
     /// The run, without what it has seen of the future.
     fn rebuild(parameters: &Parameters, start: f64, snapshot: RunState, failed: bool) -> Result<Self, Unsound> {
-        snapshot.check_lengths(parameters)?;
+        let (n, m) = (parameters.balls(), parameters.contacts());
+        let StepStart { balls, contacts, .. } = &snapshot.step;
+        let lengths = [(snapshot.balls.len(), snapshot.contacts.len()), (balls.len(), contacts.len())];
+        let fits = lengths == [(n, m); 2] && snapshot.clusters.len() <= m && snapshot.inputs.fit(n);
+        require(fits, "it is not as large as the cradle")?;
         if !failed {
             snapshot.check_values(start)?;
         }
@@ -249,16 +253,6 @@ impl Engine {
 }
 
 impl RunState {
-    fn check_lengths(&self, parameters: &Parameters) -> Result<(), Unsound> {
-        let (balls, contacts) = (parameters.balls(), parameters.contacts());
-        let fits = self.balls.len() == balls
-            && self.contacts.len() == contacts
-            && self.clusters.len() <= contacts
-            && (self.step.balls.len(), self.step.contacts.len()) == (balls, contacts)
-            && self.inputs.fit(balls);
-        require(fits, "it is not as large as the cradle")
-    }
-
     /// That all values are finite and no time of the past lies ahead.
     fn check_values(&self, start: f64) -> Result<(), Unsound> {
         let now = DoubleDouble::from(self.time);

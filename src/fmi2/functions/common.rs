@@ -1,11 +1,14 @@
-//! Functions common to all kinds of FMUs: versions, logging, and the way through the phases.
+//! Functions common to all kinds of FMUs: versions, creating and freeing components, logging, and the way through the phases.
 
 use std::ffi::CStr;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::ptr::null_mut;
 
-use crate::fmi2::boundary::array;
+use crate::fmi2::boundary::{Component, array};
 use crate::fmi2::types::*;
-use crate::instance::{Experiment, Refusal};
-use crate::variables::{LOG_CATEGORIES, LogCategory};
+use crate::fmi2::{logger, resources};
+use crate::instance::{Experiment, Instance, Log, Refusal};
+use crate::variables::{Description, LOG_CATEGORIES, LogCategory, Settings};
 
 /// Platform of the types: `default`.
 #[unsafe(no_mangle)]
@@ -17,6 +20,52 @@ pub extern "C" fn fmi2GetTypesPlatform() -> fmi2String {
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi2GetVersion() -> fmi2String {
     c"2.0".as_ptr()
+}
+
+/// Creates an instance. NULL, with a line in the log, if the GUID is not that of the description that belongs to this
+/// binary and the FMU's resources, if the resources are damaged, or if this is not to be a co-simulation.
+///
+/// # Safety
+/// See the [module](crate::fmi2).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2Instantiate(
+    instanceName: fmi2String,
+    fmuType: fmi2Type,
+    fmuGUID: fmi2String,
+    fmuResourceLocation: fmi2String,
+    functions: *const fmi2CallbackFunctions,
+    _visible: fmi2Boolean,
+    loggingOn: fmi2Boolean,
+) -> fmi2Component {
+    if functions.is_null() || !functions.is_aligned() {
+        return null_mut(); // Nobody to tell.
+    }
+    // SAFETY: checked above, and the host promises that it points to its functions.
+    let functions = unsafe { *functions };
+    // SAFETY: the host promises texts closed by a null byte, or NULL.
+    let [name, guid, location] = [instanceName, fmuGUID, fmuResourceLocation]
+        .map(|text| if text.is_null() { c"" } else { unsafe { CStr::from_ptr(text) } });
+    let created = catch_unwind(AssertUnwindSafe(|| {
+        let log = Log::new(logger::sink(&functions, name), loggingOn != fmi2False);
+        match settings(name, fmuType, guid, location) {
+            Ok((settings, guid)) => Component::into_raw(Instance::new(settings, guid, log)),
+            Err(reason) => {
+                log.error(format_args!("fmi2Instantiate: {reason}"));
+                null_mut()
+            }
+        }
+    }));
+    created.unwrap_or(null_mut())
+}
+
+/// Frees a component in any phase; NULL is ignored.
+///
+/// # Safety
+/// See the [module](crate::fmi2).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2FreeInstance(c: fmi2Component) {
+    // SAFETY: the host promises that `c` is NULL or a component it does not use again.
+    unsafe { Component::free(c) }
 }
 
 export! {
@@ -57,4 +106,24 @@ unsafe fn category(name: fmi2String) -> Result<LogCategory, Refusal> {
         value: name.into_owned(),
         allowed: LOG_CATEGORIES.map(LogCategory::name).join(", "),
     })
+}
+
+/// The start values of the FMU whose description has this GUID, with the GUID, or why there are none.
+fn settings(name: &CStr, kind: fmi2Type, guid: &CStr, location: &CStr) -> Result<(Settings, String), String> {
+    if name.is_empty() {
+        return Err("instanceName is missing or empty; allowed: any other text".to_owned());
+    }
+    if kind != fmi2CoSimulation {
+        return Err(format!("fmuType = {kind} is refused; allowed: fmi2CoSimulation ({fmi2CoSimulation})"));
+    }
+    let recipe = resources::load(location.to_bytes())?;
+    let settings = recipe.settings().map_err(|error| format!("resources: {error}"))?;
+    let own = Description::of(&settings).guid();
+    if guid.to_bytes() != own.as_bytes() {
+        let guid = guid.to_string_lossy();
+        return Err(format!(
+            "fmuGUID = {guid} is refused; allowed: {own}, that of the description that belongs to this binary and resources"
+        ));
+    }
+    Ok((settings, own))
 }

@@ -21,13 +21,11 @@ macro_rules! export {
 mod common;
 mod cosimulation;
 mod derivatives;
-mod instantiate;
 mod states;
 mod values;
 
 pub use common::*;
 pub use cosimulation::*;
 pub use derivatives::*;
-pub use instantiate::*;
 pub use states::*;
 pub use values::*;

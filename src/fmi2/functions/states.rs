@@ -15,10 +15,6 @@ struct Saved {
 }
 
 impl Saved {
-    fn into_raw(state: SavedState) -> fmi2FMUstate {
-        Box::into_raw(Box::new(Self { magic: MAGIC, state })).cast()
-    }
-
     /// The state behind a pointer; refused are null and, as far as it can be told, what is no state.
     ///
     /// # Safety
@@ -46,7 +42,7 @@ unsafe fn store(place: *mut fmi2FMUstate, state: impl FnOnce() -> Result<SavedSt
     unsafe {
         array("FMUstate", place.cast_const(), 1)?;
         if (*place).is_null() {
-            *place = Saved::into_raw(state()?);
+            *place = Box::into_raw(Box::new(Saved { magic: MAGIC, state: state()? })).cast();
         } else {
             Saved::from_raw(*place)?.state = state()?;
         }

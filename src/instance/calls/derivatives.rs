@@ -21,12 +21,7 @@ impl Instance {
             let variable = self.differentiable(*reference, &[Causality::Output], OUTPUTS)?;
             let wanted = usize::try_from(*order).unwrap_or_default();
             let Some(slot) = wanted.checked_sub(1).and_then(|place| known.get_mut(place)) else {
-                return Err(VariableError::NotAllowed {
-                    variable: format!("order of the derivative of {variable}"),
-                    value: order.to_string(),
-                    allowed: format!("1 to {MAX_OUTPUT_DERIVATIVE}"),
-                }
-                .into());
+                return Err(variable.no_such_order(*order, MAX_OUTPUT_DERIVATIVE).into());
             };
             if slot.is_none() {
                 *slot = Some(self.simulation()?.time_derivative(wanted));

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use uuid::Uuid;
 
-use crate::engine::{Simulation, SimulationSnapshot};
+use crate::engine::{Simulation, SimulationSnapshot, Unsound};
 use crate::instance::legality::Phase;
 use crate::instance::lifecycle::Instance;
 use crate::instance::refusal::{Refusal, StateError};
@@ -98,22 +98,22 @@ impl Instance {
 
     /// Reads what [`SavedState::to_bytes`] wrote, in this or another process.
     pub fn read_state(&self, bytes: &[u8]) -> Result<SavedState, Refusal> {
-        let unreadable = |_| StateError::Unsound("it cannot be read");
+        let unreadable = |_| StateError::Unsound(Unsound("it cannot be read"));
         let (owner, rest) = postcard::take_from_bytes::<Owner>(content(bytes)?).map_err(unreadable)?;
         self.check_owner(owner)?;
         let ((mut run, snapshot), rest) = postcard::take_from_bytes::<Content>(rest).map_err(unreadable)?;
         if !rest.is_empty() {
-            return Err(StateError::Unsound("there is more than a state").into());
+            return Err(StateError::Unsound(Unsound("there is more than a state")).into());
         }
-        run.check(self.balls()).map_err(StateError::from)?;
+        run.check(self.balls()).map_err(StateError::Unsound)?;
         if (run.phase > Phase::InitializationMode) != snapshot.is_some() {
-            return Err(StateError::Unsound("the phase does not fit").into());
+            return Err(StateError::Unsound(Unsound("the phase does not fit")).into());
         }
         if let Some(snapshot) = snapshot {
             let start = run.experiment.unwrap_or_default().start;
             let failed = run.phase == Phase::Error;
             let restored = Simulation::restore(&run.effective_parameters(), start, snapshot, failed);
-            run.simulation = Some(restored.map_err(StateError::from)?);
+            run.simulation = Some(restored.map_err(StateError::Unsound)?);
         }
         Ok(SavedState { guid: self.guid.clone(), run })
     }

@@ -68,7 +68,7 @@ impl Instance {
                 variable.set_input(inputs, *value);
             }
         }
-        while derivatives.pop_if(|derivative| derivative.is_zero()).is_some() {}
+        while derivatives.pop_if(|derivative| *derivative == Inputs::zero(balls)).is_some() {}
         run.inputs_changed |= !derivatives.is_empty();
         run.input_derivatives = derivatives;
         Ok(())
@@ -108,10 +108,7 @@ impl Instance {
 
     /// Says why a variable cannot be read as a string: there are none.
     pub fn refuse_string(&self, reference: u32) -> Refusal {
-        match self.variable(reference) {
-            Ok(variable) => variable.wrong_type(Type::String).into(),
-            Err(refusal) => refusal,
-        }
+        self.variable(reference).map_or_else(|refusal| refusal, |variable| variable.wrong_type(Type::String).into())
     }
 
     #[inline]

@@ -30,9 +30,9 @@ pub struct RungeKutta {
 impl RungeKutta {
     /// Starts at the state `y` at time `t` with steps of `step` > 0 s.
     pub fn new(step: f64, system: &impl System, t: DoubleDouble, y: &[f64]) -> Self {
-        let mut rates = vec![0.0; y.len()];
-        system.rates(t, y, &mut rates);
         let room = vec![0.0; y.len()];
+        let mut rates = room.clone();
+        system.rates(t, y, &mut rates);
         Self {
             start: t,
             step,

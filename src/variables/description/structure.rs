@@ -50,11 +50,8 @@ struct Indices {
     first: Vec<usize>,
 }
 
-/// What a value depends on: a row, or one variable of a row, with the index of its first variable.
-struct Known {
-    first: usize,
-    shape: Shape,
-}
+/// What a value depends on, a row or one variable of a row: the index of its first variable, and its shape.
+type Known = (usize, Shape);
 
 impl Indices {
     fn of(balls: usize) -> Self {
@@ -74,10 +71,10 @@ impl Indices {
     /// The rows and variables behind names, looked up once for all variables of a row.
     fn knowns(&self, groups: Groups) -> Vec<Known> {
         let known = |name: &&str| match Variable::named(name, self.balls) {
-            Some(single) => Some(Known { first: self.of_variable(single), shape: Shape::Scalar }),
+            Some(single) => Some((self.of_variable(single), Shape::Scalar)),
             None => {
-                let position = TABLE.iter().position(|row| row.name == *name)?;
-                Some(Known { first: *self.first.get(position)?, shape: TABLE.get(position)?.shape })
+                let (first, row) = self.first.iter().zip(TABLE).find(|(_, row)| row.name == *name)?;
+                Some((*first, row.shape))
             }
         };
         groups.iter().copied().flatten().filter_map(known).collect()
@@ -85,11 +82,11 @@ impl Indices {
 
     /// Indices of what `variable` depends on, ascending.
     fn dependencies(&self, variable: Variable, knowns: &[Known]) -> Vec<usize> {
-        let mut indices = Vec::new();
-        for known in knowns {
-            let range = neighbours(variable, known.shape, self.balls);
-            indices.extend(range.map(|index| known.first + index));
-        }
+        let of = |(first, shape): &Known| {
+            let range = neighbours(variable, *shape, self.balls);
+            range.start + first..range.end + first
+        };
+        let mut indices: Vec<usize> = knowns.iter().flat_map(of).collect();
         indices.sort_unstable();
         indices.dedup();
         indices

@@ -5,7 +5,7 @@ use std::fmt::{self, Write};
 use super::log_category::LOG_CATEGORIES;
 use super::structure::write_structure;
 use crate::variables::enumeration::ENUMERATIONS;
-use crate::variables::row::{Access, Causality, Row, Variability};
+use crate::variables::row::{Access, Causality, Row};
 use crate::variables::settings::Settings;
 use crate::variables::table::TABLE;
 use crate::variables::text::{Escaped, Number};
@@ -73,7 +73,10 @@ impl<'a> Description<'a> {
             "step_size" => write!(out, "{}", Number(STEP_SIZE)),
             "units" => write_units(out),
             "types" => write_types(out),
-            "log_categories" => write_log_categories(out),
+            "log_categories" => LOG_CATEGORIES.iter().try_for_each(|category| {
+                let (name, description) = category.texts();
+                writeln!(out, "    <Category name=\"{name}\" description=\"{}\"/>", Escaped(description))
+            }),
             "variables" => TABLE.iter().enumerate().try_for_each(|(i, row)| write_row(out, self.start, i, row)),
             "structure" => write_structure(out, self.start.balls()),
             _ => Ok(()),
@@ -112,13 +115,6 @@ fn write_types(out: &mut String) -> fmt::Result {
         out.write_str("      </Enumeration>\n    </SimpleType>\n")?;
     }
     Ok(())
-}
-
-fn write_log_categories(out: &mut String) -> fmt::Result {
-    LOG_CATEGORIES.iter().try_for_each(|category| {
-        let (name, description) = category.texts();
-        writeln!(out, "    <Category name=\"{name}\" description=\"{}\"/>", Escaped(description))
-    })
 }
 
 /// Writes every variable of a row. What they have in common is rendered once: an instance renders all of this to know
@@ -164,22 +160,21 @@ fn write_text(out: &mut String, variable: Variable) -> fmt::Result {
     }
 }
 
+/// The name of an item in the standard: ours with a small first letter.
+fn camel(item: &impl fmt::Debug) -> String {
+    let name = format!("{item:?}");
+    name[..1].to_lowercase() + &name[1..]
+}
+
 /// Attributes of a ScalarVariable up to the description's opening quote, less name and value reference.
 fn common_attributes(row: &Row) -> String {
-    let (causality, initial) = match row.causality {
-        Causality::Parameter => ("parameter", " initial=\"exact\""),
-        Causality::CalculatedParameter => ("calculatedParameter", " initial=\"calculated\""),
+    let initial = match row.causality {
+        Causality::Parameter => " initial=\"exact\"",
         // The standard forbids `initial` on inputs.
-        Causality::Input => ("input", ""),
-        Causality::Output => ("output", " initial=\"calculated\""),
-        Causality::Local => ("local", " initial=\"calculated\""),
+        Causality::Input => "",
+        Causality::CalculatedParameter | Causality::Output | Causality::Local => " initial=\"calculated\"",
     };
-    let variability = match row.variability {
-        Variability::Fixed => "fixed",
-        Variability::Tunable => "tunable",
-        Variability::Discrete => "discrete",
-        Variability::Continuous => "continuous",
-    };
+    let (causality, variability) = (camel(&row.causality), camel(&row.variability));
     format!(" causality=\"{causality}\" variability=\"{variability}\"{initial} description=\"")
 }
 

@@ -41,9 +41,6 @@ pub fn check(model: &Model, entries: &Entries, report: &mut Report) {
 /// `YYYY-MM-DDThh:mm:ssZ`.
 fn is_date(text: &str) -> bool {
     let shape = "dddd-dd-ddTdd:dd:ddZ";
-    text.len() == shape.len()
-        && text
-            .chars()
-            .zip(shape.chars())
-            .all(|(c, wanted)| if wanted == 'd' { c.is_ascii_digit() } else { c == wanted })
+    let fits = |(c, wanted): (u8, u8)| if wanted == b'd' { c.is_ascii_digit() } else { c == wanted };
+    text.len() == shape.len() && text.bytes().zip(shape.bytes()).all(fits)
 }

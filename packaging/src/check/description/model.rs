@@ -112,11 +112,6 @@ impl Model {
     pub fn is_own(&self) -> bool {
         self.name == MODEL_IDENTIFIER && self.tool.starts_with("newtons-cradle ")
     }
-
-    /// The type of that name.
-    pub fn declared(&self, name: &str) -> Option<&SimpleType> {
-        self.types.iter().find(|kind| kind.name == name)
-    }
 }
 
 impl Variable {

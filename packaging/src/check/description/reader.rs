@@ -49,10 +49,14 @@ impl Model {
             co_simulation: interface(Kind::CoSimulation, reader),
             model_exchange: interface(Kind::ModelExchange, reader),
             experiment: child(root, "DefaultExperiment").map(|node| reader.experiment(node)).unwrap_or_default(),
-            units: list(root, "UnitDefinitions", "Unit").map(|node| reader.unit(node)).collect(),
-            types: list(root, "TypeDefinitions", "SimpleType").filter_map(|node| reader.simple_type(node)).collect(),
-            log_categories: list(root, "LogCategories", "Category").map(|node| reader.text(node, "name")).collect(),
-            variables: list(root, "ModelVariables", "ScalarVariable")
+            units: list(root, ["UnitDefinitions", "Unit"]).map(|node| reader.unit(node)).collect(),
+            types: list(root, ["TypeDefinitions", "SimpleType"])
+                .filter_map(|node| {
+                    Some(SimpleType { name: reader.text(node, "name"), attributes: reader.attributes(node)? })
+                })
+                .collect(),
+            log_categories: list(root, ["LogCategories", "Category"]).map(|node| reader.text(node, "name")).collect(),
+            variables: list(root, ["ModelVariables", "ScalarVariable"])
                 .filter_map(|node| reader.variable(node))
                 .collect(),
             structure: child(root, "ModelStructure").map(|node| reader.structure(node)).unwrap_or_default(),
@@ -82,12 +86,8 @@ fn children<'a, 'input: 'a>(node: Node<'a, 'input>, name: &'static str) -> impl 
     node.children().filter(move |child| child.has_tag_name(name))
 }
 
-fn list<'a, 'input: 'a>(
-    root: Node<'a, 'input>,
-    list: &'static str,
-    name: &'static str,
-) -> impl Iterator<Item = Node<'a, 'input>> {
-    child(root, list).into_iter().flat_map(move |list| children(list, name))
+fn list<'a, 'input: 'a>(root: Node<'a, 'input>, names: [&'static str; 2]) -> impl Iterator<Item = Node<'a, 'input>> {
+    child(root, names[0]).into_iter().flat_map(move |list| children(list, names[1]))
 }
 
 /// Reads attributes, and reports those that are missing or cannot be read.
@@ -124,21 +124,14 @@ impl Reader<'_> {
     }
 
     fn experiment(&mut self, node: Node) -> Experiment {
-        Experiment {
-            start: self.value(node, "startTime"),
-            stop: self.value(node, "stopTime"),
-            step: self.value(node, "stepSize"),
-            tolerance: self.value(node, "tolerance"),
-        }
+        let [start, stop, step, tolerance] =
+            ["startTime", "stopTime", "stepSize", "tolerance"].map(|key| self.value(node, key));
+        Experiment { start, stop, step, tolerance }
     }
 
     fn unit(&mut self, node: Node) -> Unit {
         let display = children(node, "DisplayUnit").map(|node| self.text(node, "name")).collect();
         Unit { name: self.text(node, "name"), display }
-    }
-
-    fn simple_type(&mut self, node: Node) -> Option<SimpleType> {
-        Some(SimpleType { name: self.text(node, "name"), attributes: self.attributes(node)? })
     }
 
     fn attributes(&mut self, node: Node) -> Option<Attributes> {

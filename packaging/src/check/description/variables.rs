@@ -83,7 +83,7 @@ fn value(model: &Model, variable: &Variable, report: &mut Report) {
     let Variable { name, attributes, .. } = variable;
     let declared = match &attributes.declared_type {
         None => None,
-        Some(declared) => match model.declared(declared) {
+        Some(declared) => match model.types.iter().find(|kind| kind.name == *declared) {
             Some(found) if found.attributes.data_type == attributes.data_type => Some(&found.attributes),
             _ => {
                 let kind = attributes.data_type;
