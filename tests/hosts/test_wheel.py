@@ -1,10 +1,8 @@
-"""The wheel in a bare virtual environment: no checkout, no Rust, no compiler; from install to Figure 5 in half a minute."""
+"""The wheel in a bare virtual environment: no checkout, no Rust, no compiler."""
 
 import os
-import resource
 import subprocess
 import sys
-import time
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,11 +23,10 @@ print(nc.pulse_order(micro.pulses), fmu.path, nc.__version__, *nc.presets())
 
 @dataclass
 class Bare:
-    """A virtual environment with the wheel, a folder to work in, and the processor's time for the installation, s."""
+    """A virtual environment with the wheel, and a folder to work in."""
 
     programs: Path
     folder: Path
-    seconds: float
 
     def run(self, *command) -> subprocess.CompletedProcess:
         """Runs a program of the environment, with nothing else on the path."""
@@ -40,12 +37,6 @@ class Bare:
         return subprocess.run(
             [program, *command[1:]], cwd=self.folder, env=environment, capture_output=True, text=True
         )
-
-
-def processor_time() -> float:
-    """Of all processes that have ended, s: other than the time on the clock it does not depend on what else the machine does."""
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
 
 
 @pytest.fixture(scope="module")
@@ -70,16 +61,13 @@ def bare(wheel, tmp_path_factory) -> Bare:
         pytest.skip(
             f"the packages that it needs cannot be downloaded: {loaded.stderr.strip().splitlines()[-1]}"
         )
-    begin = processor_time()
     subprocess.run([sys.executable, "-m", "venv", root / "venv"], check=True)
     offline = ["install", "-q", "--no-index", "--find-links", downloads, wanted]
     subprocess.run([programs / "python", "-m", "pip", *offline], check=True)
-    return Bare(programs, folder, processor_time() - begin)
+    return Bare(programs, folder)
 
 
 def test_from_install_to_figure_5(bare):
-    """The processor is busy for less than 30 s, with the virtual environment itself."""
-    begin, clock = processor_time(), time.perf_counter()
     built = bare.run("cradle-fmu", "build", "--balls", "13", "--out", "thirteen.fmu")
     assert built.returncode == 0, built.stderr
     drawn = bare.run("python", "-c", FIGURE_5)
@@ -92,11 +80,6 @@ def test_from_install_to_figure_5(bare):
     with nc.Fmu(bare.folder / "thirteen.fmu") as fmu:
         fmu.require(balls=13)
         assert len(fmu.simulate(nc.figure3(), stop=1.0).pulses) > 0
-    used = processor_time() - begin
-    print(
-        f"install {bare.seconds:.1f} s, build and Figure 5 {used:.1f} s ({time.perf_counter() - clock:.1f} s on the clock)"
-    )
-    assert bare.seconds + used < 30.0
 
 
 def test_a_page_needs_nothing_else(bare):
