@@ -39,16 +39,14 @@ impl Build {
         if let Some(what) = replaced {
             eprintln!("Replaced {path}, which was: {what}");
         }
-        println!("{path} ({} kB, n = {})", bytes.len().div_ceil(1000), recipe.balls);
+        let mut told = format!("{path} ({} kB, n = {})\n", bytes.len().div_ceil(1000), recipe.balls);
         for file in beside.iter().flatten() {
-            println!("{}", shown(file).display());
+            told.push_str(&format!("{}\n", shown(file).display()));
         }
-        println!(
-            "Try it: {} {} {}",
-            this_program(),
-            if environment::python().is_some() { "page" } else { "check" },
-            quoted(&path)
-        );
+        let command = if environment::python().is_some() { "page" } else { "check" };
+        told.push_str(&format!("Try it: {} {command} {}\n", this_program(), quoted(&path)));
+        // At once, for a reader who closes the pipe after the first line.
+        print!("{told}");
         Ok(ExitCode::SUCCESS)
     }
 
