@@ -40,8 +40,8 @@ pub struct Engine {
     pub(crate) onsets: u64,
     /// Work so far, in units of about a tenth of a microsecond: what bounds a look ahead.
     pub(crate) effort: u64,
-    /// The run has yet to begin: rigid contacts transmit nothing and have had no onset. What balls that are pressed together transmit
-    /// depends on all of them and on the inputs: a host that couples this run to others would have to iterate for it.
+    /// The run has yet to begin: rigid contacts transmit nothing and have had no onset. What balls that are pressed together
+    /// transmit depends on all of them and on the inputs: a host that couples this run to others would have to iterate for it.
     pub(crate) initializing: bool,
 }
 
