@@ -76,7 +76,7 @@ class Fmu(Model):
             if self.built_with(name) != value
         ]
         if others:
-            cure = "needed is one that was built without a preset and without other start values"
+            cure = "`cradle-fmu build` without --preset and --set makes the default one"
             raise FmuError(f"{what}it was built as another cradle, {', '.join(others)}; {cure}")
 
     def _text(self, name: str, value: float | int | bool | None = None) -> str:
