@@ -191,6 +191,11 @@ fn check_one(place: &str, library: &Library, kind: Kind, own: bool, report: &mut
     if let Some((major, minor)) = library.glibc.filter(|version| *version > OLD_GLIBC) {
         report.remark(format_args!("{place}: needs glibc {major}.{minor}, which older systems lack"));
     }
+    if library.architecture == Architecture::Aarch64 && place.starts_with("binaries/linux64/") {
+        report.remark(format_args!(
+            "{place}: is for ARM, which the standard calls aarch64-linux, and most hosts linux64"
+        ));
+    }
     if let Some((major, minor)) = library.macos {
         if (major, minor) > OLD_MACOS {
             report.remark(format_args!("{place}: needs macOS {major}.{minor}, which older systems lack"));
