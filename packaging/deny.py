@@ -37,8 +37,10 @@ def main() -> int:
     except Stop as problem:
         say(f"SKIPPED licences, bans, sources and advisories: cargo-deny could not be installed: {problem}")
         return 0
-    code = run([deny, "check", "licenses", "bans", "sources"], check=False)
-    answer = subprocess.run([deny, "check", "advisories"], cwd=ROOT, capture_output=True, text=True)
+    code = run([deny, "--workspace", "check", "licenses", "bans", "sources"], check=False)
+    answer = subprocess.run(
+        [deny, "--workspace", "check", "advisories"], cwd=ROOT, capture_output=True, text=True
+    )
     sys.stderr.write(answer.stderr)
     if "failed to fetch advisory database" in answer.stderr:
         say("SKIPPED advisories: their database cannot be reached")

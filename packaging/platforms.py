@@ -50,24 +50,28 @@ def by_mingw(folder: str, processor: str) -> Platform:
     )
 
 
+# Linked by Rust's lld with the names of the system's functions that zig knows: zig's own linker exports every function.
+MACOS = ("x86_64-apple-darwin", "aarch64-apple-darwin")
 PLATFORMS = (
     by_zig("linux32", "i686-unknown-linux-gnu.2.17"),
     by_zig("aarch64-linux", "aarch64-unknown-linux-gnu.2.17"),
-    by_zig("darwin64", "x86_64-apple-darwin", "aarch64-apple-darwin"),
+    Platform("darwin64", MACOS, MACOS, "cargo-zigbuild", "pip install ziglang cargo-zigbuild"),
     by_mingw("win64", "x86_64"),
     by_mingw("win32", "i686"),
 )
 
+# The linkers strip the binaries: Debian's Rust has nothing to do it with for macOS.
+SETTINGS = """
+[profile.release]
+strip = "none"
+"""
+
 # What makes Cargo compile the standard library along. Its code is optimised less, which saves a third of the time: what is
-# inlined or generic is compiled with the FMU's own code. No backtraces, which nobody sees in a host. Debian's Rust has
-# nothing to strip binaries for macOS with: the linkers do it.
+# inlined or generic is compiled with the FMU's own code. No backtraces, which nobody sees in a host.
 WITH_SOURCES = """
 [unstable]
 build-std = ["std", "panic_unwind"]
 build-std-features = ["panic-unwind"]
-
-[profile.release]
-strip = "none"
 
 [profile.release.package]
 alloc.opt-level = 1
@@ -75,6 +79,16 @@ compiler_builtins.opt-level = 1
 core.opt-level = 1
 proc_macro.opt-level = 0
 std.opt-level = 1
+"""
+
+# lld calls it differently to leave out symbols that are not exported.
+LLD = """#!/bin/sh
+for argument; do
+    shift
+    [ "$argument" != -s ] || argument=-x
+    set -- "$@" "$argument"
+done
+exec {} "$@"
 """
 
 
@@ -85,7 +99,6 @@ def with_sources(usr: Path) -> dict:
         "RUSTC": str(usr / "bin/rustc"),
         "LD_LIBRARY_PATH": str(usr / "lib/x86_64-linux-gnu"),
         "RUSTC_BOOTSTRAP": "1",
-        "RUSTFLAGS": "-Clink-arg=-s",
     }
 
 
@@ -104,11 +117,31 @@ def skip(platform: Platform, reason: str) -> None:
     print(f"SKIPPED {platform.folder}: {reason}", flush=True)
 
 
-def possible(toolchain: Path | None) -> list[tuple[Platform, tuple[str, ...]]]:
+def for_macos(sysroot: Path) -> tuple[str, dict]:
+    """Cargo's settings and the environment to link for macOS, after making what they name."""
+    (lld,) = sysroot.glob("lib/rustlib/*/bin/rust-lld")
+    linker = BUILD / "rust-lld"  # rustc knows by the name what it is
+    linker.write_text(LLD.format(lld))
+    linker.chmod(0o755)
+    library = BUILD / "sdk/usr/lib"
+    shutil.rmtree(library, ignore_errors=True)
+    library.mkdir(parents=True)
+    # Beside the program lies the Python that has zig.
+    environment = Path(shutil.which("cargo-zigbuild")).parents[1]
+    (names,) = environment.glob("lib/python3*/site-packages/ziglang/lib/libc/darwin/libSystem.tbd")
+    # Apple's libraries are for arm64e, which takes calls from arm64. A later variant is one that lld does not know.
+    text = re.sub(r"arm64e\.x1-\w+,?\s*", "", names.read_text()).replace("arm64e-", "arm64-")
+    (library / names.name).write_text(text)
+    for part in ("c", "iconv", "m", "objc"):
+        (library / f"lib{part}.tbd").symlink_to(names.name)
+    settings = "".join(f'[target.{target}]\nlinker = "{linker}"\n' for target in MACOS)
+    return settings, {"SDKROOT": str(BUILD / "sdk"), "MACOSX_DEPLOYMENT_TARGET": "11.0"}
+
+
+def possible(toolchain: Path | None, sysroot: Path) -> list[tuple[Platform, tuple[str, ...]]]:
     """The platforms that can be compiled for, each with its targets."""
     older = toolchain and too_old(with_sources(toolchain))
-    sysroot = subprocess.run(["rustc", "--print", "sysroot"], capture_output=True, text=True, check=True)
-    rustup = Path(sysroot.stdout.strip()) / "lib/rustlib"
+    rustup = sysroot / "lib/rustlib"
     found = []
     for platform in PLATFORMS:
         missing = [
@@ -137,27 +170,28 @@ def main() -> int:
     """Compiles for all platforms together, and packs what comes out with the binary for this machine."""
     folder = os.environ.get("CRADLE_DEBIAN_RUST")
     toolchain = Path(folder).resolve() / "usr" if folder else None
-    platforms = possible(toolchain)
+    answer = subprocess.run(["rustc", "--print", "sysroot"], capture_output=True, text=True, check=True)
+    sysroot = Path(answer.stdout.strip())
+    platforms = possible(toolchain, sysroot)
     shutil.rmtree(FOLDER, ignore_errors=True)
     with zipfile.ZipFile(sys.argv[2]) as archive:
         ready = [name for name in archive.namelist() if name.startswith("binaries/")]
         archive.extractall(FOLDER, ready)
     command = [Path(sys.argv[1]).resolve(), "build", "--release", "--out", FOLDER / "NewtonsCradle.fmu"]
     command += [f"--binary={name.split('/')[1]}={FOLDER / name}" for name in ready]
-    settings = WITH_SOURCES if toolchain else ""
-    for platform, targets in platforms:
-        command += [f"--target={target}" for target in targets]
-        if "mingw" in platform.linker:
-            settings += f'[target.{targets[0]}]\nlinker = "{platform.linker}"\n'
+    environment = {"CARGO_TARGET_DIR": str(BUILD), "CARGO_TERM_QUIET": "true", "RUSTFLAGS": "-Clink-arg=-s"}
+    environment |= with_sources(toolchain) if toolchain else {}
+    settings = SETTINGS + (WITH_SOURCES if toolchain else "")
     # Cargo reads its settings from the folder it runs in, and from those above.
     (BUILD / ".cargo").mkdir(parents=True, exist_ok=True)
+    for platform, targets in platforms:
+        command += [f"--target={target}" for target in targets]
+        if targets == MACOS:
+            linking, more = for_macos(sysroot)
+            settings, environment = settings + linking, environment | more
+        elif "mingw" in platform.linker:
+            settings += f'[target.{targets[0]}]\nlinker = "{platform.linker}"\n'
     (BUILD / ".cargo/config.toml").write_text(settings)
-    environment = {
-        "CARGO_TARGET_DIR": str(BUILD),
-        "CARGO_TERM_QUIET": "true",
-        "MACOSX_DEPLOYMENT_TARGET": "11.0",
-    }
-    environment |= with_sources(toolchain) if toolchain else {}
     return subprocess.run([str(part) for part in command], cwd=BUILD, env=os.environ | environment).returncode
 
 

@@ -39,14 +39,14 @@ impl Workspace {
     }
 
     /// Builds the shared library for this machine, or for each of the target triples, and tells where they are, in the same
-    /// order. Cargo shows its progress on standard error. cargo-zigbuild links for systems from a version of glibc on, with which
-    /// a triple then ends, and for macOS on other systems.
+    /// order. Cargo shows its progress on standard error. What has a version of glibc at its end is linked by cargo-zigbuild, for
+    /// systems from that version on.
     pub fn libraries(&self, targets: &[String], release: bool) -> Result<Vec<(&'static Platform, PathBuf)>, Error> {
         let here = [rustc("host-tuple")?];
         let all = if targets.is_empty() { &here } else { targets };
         let platforms = all.iter().map(|target| Platform::of_target(target)).collect::<Result<Vec<_>, _>>()?;
         let (zig, plain): (Vec<&str>, Vec<&str>) =
-            all.iter().map(String::as_str).partition(|target| linked_by_zig(target));
+            all.iter().map(String::as_str).partition(|target| target.contains("-gnu."));
         let mut built = Vec::new();
         for (command, of) in [("build", plain), ("zigbuild", zig)] {
             if !of.is_empty() {
@@ -92,7 +92,7 @@ impl Workspace {
             .map_err(|error| Error::Failure(format!("cannot run cargo: {error}")))?;
         if !output.status.success() {
             let advice = if build == "zigbuild" {
-                "a version of glibc, and macOS on other systems, need `pip install ziglang cargo-zigbuild`"
+                "a target with a version of glibc needs `pip install ziglang cargo-zigbuild`"
             } else {
                 "`rustup target add` installs what Rust needs for a target"
             };
@@ -128,11 +128,6 @@ impl Workspace {
         }
         Ok(flags.join("\x1f".as_ref()))
     }
-}
-
-/// Whether cargo-zigbuild is to link for a target: zig knows the symbols of old versions of glibc, and of macOS.
-fn linked_by_zig(target: &str) -> bool {
-    target.contains("-gnu.") || target.contains("-apple-") && !cfg!(target_os = "macos")
 }
 
 /// The files that a message of Cargo tells of, if they are those of our library.
