@@ -40,18 +40,14 @@ def fmus(options) -> None:
         run(commands[0], env=environment)
         run([sys.executable, "packaging/platforms.py", PRODUCER, FMU], env=environment)
         given = ROOT / "target/fmu/platforms" / FMU.name
-    folder = ROOT / "target/fmu/release"
-    shutil.rmtree(folder, ignore_errors=True)
     with zipfile.ZipFile(given) as archive:
-        names = [name for name in archive.namelist() if name.startswith("binaries/")]
-        archive.extractall(folder, names)
-    if missing := set(PLATFORMS) - {name.split("/")[1] for name in names}:
+        found = {name.split("/")[1] for name in archive.namelist() if name.startswith("binaries/")}
+    if missing := set(PLATFORMS) - found:
         raise Stop(f"{given} has no binary for {', '.join(sorted(missing))}: a release has all.")
-    binaries = [f"--binary={name.split('/')[1]}={folder / name}" for name in names]
     presets = sorted(path.stem for path in (ROOT / "packaging/presets").glob("*.toml"))
     for name, choice in [(FMU.stem, []), *((preset, ["--preset", preset]) for preset in presets)]:
         out = DIST / f"{name}.fmu"
-        run([PRODUCER, "build", *binaries, *choice, "--out", out])
+        run([PRODUCER, "build", "--from", given, *choice, "--out", out])
         run([PRODUCER, "check", out])
 
 
