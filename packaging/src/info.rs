@@ -77,7 +77,7 @@ fn write_cradle(out: &mut String, model: &Model, entries: &Entries) -> std::fmt:
 }
 
 fn write_library(out: &mut String, folder: &str, bytes: &[u8]) -> std::fmt::Result {
-    write!(out, "{folder:13}{} kB", bytes.len().div_ceil(1000))?;
+    write!(out, "{folder:12} {} kB", bytes.len().div_ceil(1000))?;
     match Library::read(bytes) {
         Ok(libraries) => {
             let universal = libraries.len() > 1;
