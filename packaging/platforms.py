@@ -3,8 +3,9 @@
 
     python3 packaging/platforms.py PRODUCER FMU
 
-PRODUCER is the program cradle-fmu. FMU is an FMU for this machine, whose binary is taken over. For the others it takes the Rust that .ci/debian-rust has put into the
-folder CRADLE_DEBIAN_RUST, or else the targets that rustup has. It says what it skips, in lines that begin with SKIPPED.
+PRODUCER is the program cradle-fmu. FMU is an FMU for this machine, whose binary is taken over. For the others it takes the
+Rust that .ci/debian-rust has put into the folder CRADLE_DEBIAN_RUST, or else the targets that rustup has. It says what it
+skips, in lines that begin with SKIPPED.
 """
 
 import os
@@ -14,12 +15,12 @@ import subprocess
 import sys
 import tomllib
 import zipfile
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 FOLDER = ROOT / "target/fmu/platforms"
+BUILD = ROOT / "target/platforms"  # what is compiled: what runs while compiling serves all targets
 
 
 @dataclass(frozen=True)
@@ -27,83 +28,77 @@ class Platform:
     """A platform of the standard, and what compiles for it."""
 
     folder: str
-    target: str  # with a version of glibc where cargo-zigbuild is to link
-    along: str  # the target if the standard library is compiled along
+    targets: tuple[str, ...]  # with a version of glibc where cargo-zigbuild is to link
+    along: tuple[str, ...]  # the targets if the standard library is compiled along
     linker: str
     advice: str
 
 
+def by_zig(folder: str, *targets: str) -> Platform:
+    """A platform that cargo-zigbuild links for."""
+    return Platform(folder, targets, targets, "cargo-zigbuild", "pip install ziglang cargo-zigbuild")
+
+
+def by_mingw(folder: str, processor: str) -> Platform:
+    """Windows. The standard library for Windows 7 needs nothing newer, and nothing that an old wine lacks."""
+    return Platform(
+        folder,
+        (f"{processor}-pc-windows-gnu",),
+        (f"{processor}-win7-windows-gnu",),
+        f"{processor}-w64-mingw32-gcc",
+        f"on Debian, apt install gcc-mingw-w64-{processor.replace('_', '-')}-win32",
+    )
+
+
+# Linked by Rust's lld with the names of the system's functions that zig knows: zig's own linker exports every function.
+MACOS = ("x86_64-apple-darwin", "aarch64-apple-darwin")
 PLATFORMS = (
-    Platform(
-        "linux32",
-        target="i686-unknown-linux-gnu.2.17",
-        along="i686-unknown-linux-gnu.2.17",
-        linker="cargo-zigbuild",
-        advice="pip install ziglang cargo-zigbuild",
-    ),
-    # The standard library for Windows 7 needs nothing newer, and nothing that an old wine lacks.
-    Platform(
-        "win64",
-        target="x86_64-pc-windows-gnu",
-        along="x86_64-win7-windows-gnu",
-        linker="x86_64-w64-mingw32-gcc",
-        advice="on Debian, apt install gcc-mingw-w64-x86-64-win32",
-    ),
-    Platform(
-        "win32",
-        target="i686-pc-windows-gnu",
-        along="i686-win7-windows-gnu",
-        linker="i686-w64-mingw32-gcc",
-        advice="on Debian, apt install gcc-mingw-w64-i686-win32",
-    ),
+    by_zig("linux32", "i686-unknown-linux-gnu.2.17"),
+    by_zig("aarch64-linux", "aarch64-unknown-linux-gnu.2.17"),
+    Platform("darwin64", MACOS, MACOS, "cargo-zigbuild", "pip install ziglang cargo-zigbuild"),
+    by_mingw("win64", "x86_64"),
+    by_mingw("win32", "i686"),
 )
 
+# The linkers strip the binaries: Debian's Rust has nothing to do it with for macOS.
+SETTINGS = """
+[profile.release]
+strip = "none"
+"""
 
-def producer(*arguments, **environment) -> None:
-    """Runs cradle-fmu."""
-    command = [str(part) for part in (sys.argv[1], *arguments)]
-    subprocess.run(command, cwd=ROOT, env=os.environ | environment, check=True)
+# What makes Cargo compile the standard library along. Its code is optimised less, which saves a third of the time: what is
+# inlined or generic is compiled with the FMU's own code. No backtraces, which nobody sees in a host.
+WITH_SOURCES = """
+[unstable]
+build-std = ["std", "panic_unwind"]
+build-std-features = ["panic-unwind"]
 
+[profile.release.package]
+alloc.opt-level = 1
+compiler_builtins.opt-level = 1
+core.opt-level = 1
+proc_macro.opt-level = 0
+std.opt-level = 1
+"""
 
-def build(platform: Platform) -> Path | None:
-    """An FMU for a platform, or nothing where something is missing."""
-    if shutil.which(platform.linker) is None:
-        return skip(platform, f"{platform.linker} is missing: {platform.advice}")
-    toolchain = os.environ.get("CRADLE_DEBIAN_RUST")
-    if toolchain:
-        target, environment = platform.along, with_sources(Path(toolchain).resolve() / "usr")
-        if older := too_old(environment):
-            return skip(
-                platform,
-                f"{older}; `apt-get update`, delete {toolchain}, and .ci/debian-rust unpacks a newer one",
-            )
-    else:
-        target, environment = platform.target, {}
-        sysroot = subprocess.run(["rustc", "--print", "sysroot"], capture_output=True, text=True, check=True)
-        name = target.split(".")[0]
-        if not (Path(sysroot.stdout.strip()) / "lib/rustlib" / name).exists():
-            return skip(platform, f"there is no Rust for it: rustup target add {name}, or .ci/debian-rust")
-    # A target folder for each, so that they need not wait for one another.
-    environment |= {
-        "CARGO_TARGET_DIR": str(ROOT / "target/platforms" / platform.folder),
-        "CARGO_TERM_QUIET": "true",
-    }
-    if "windows" in target:
-        environment[f"CARGO_TARGET_{target.upper().replace('-', '_')}_LINKER"] = platform.linker
-    out = FOLDER / f"{platform.folder}.fmu"
-    producer("build", "--release", "--target", target, "--out", out, **environment)
-    return out
+# lld calls it differently to leave out symbols that are not exported.
+LLD = """#!/bin/sh
+for argument; do
+    shift
+    [ "$argument" != -s ] || argument=-x
+    set -- "$@" "$argument"
+done
+exec {} "$@"
+"""
 
 
 def with_sources(usr: Path) -> dict:
-    """What makes Cargo compile the standard library along, with the Rust in a folder."""
+    """The environment in which Cargo takes the Rust in a folder."""
     return {
         "CARGO": str(usr / "bin/cargo"),
         "RUSTC": str(usr / "bin/rustc"),
         "LD_LIBRARY_PATH": str(usr / "lib/x86_64-linux-gnu"),
         "RUSTC_BOOTSTRAP": "1",
-        "CARGO_UNSTABLE_BUILD_STD": "std,panic_unwind",
-        "CARGO_UNSTABLE_BUILD_STD_FEATURES": "panic-unwind",  # no backtraces, which nobody sees in a host
     }
 
 
@@ -122,19 +117,82 @@ def skip(platform: Platform, reason: str) -> None:
     print(f"SKIPPED {platform.folder}: {reason}", flush=True)
 
 
+def for_macos(sysroot: Path) -> tuple[str, dict]:
+    """Cargo's settings and the environment to link for macOS, after making what they name."""
+    (lld,) = sysroot.glob("lib/rustlib/*/bin/rust-lld")
+    linker = BUILD / "rust-lld"  # rustc knows by the name what it is
+    linker.write_text(LLD.format(lld))
+    linker.chmod(0o755)
+    library = BUILD / "sdk/usr/lib"
+    shutil.rmtree(library, ignore_errors=True)
+    library.mkdir(parents=True)
+    # Beside the program lies the Python that has zig.
+    environment = Path(shutil.which("cargo-zigbuild")).parents[1]
+    (names,) = environment.glob("lib/python3*/site-packages/ziglang/lib/libc/darwin/libSystem.tbd")
+    # Apple's libraries are for arm64e, which takes calls from arm64. A later variant is one that lld does not know.
+    text = re.sub(r"arm64e\.x1-\w+,?\s*", "", names.read_text()).replace("arm64e-", "arm64-")
+    (library / names.name).write_text(text)
+    for part in ("c", "iconv", "m", "objc"):
+        (library / f"lib{part}.tbd").symlink_to(names.name)
+    settings = "".join(f'[target.{target}]\nlinker = "{linker}"\n' for target in MACOS)
+    return settings, {"SDKROOT": str(BUILD / "sdk"), "MACOSX_DEPLOYMENT_TARGET": "11.0"}
+
+
+def possible(toolchain: Path | None, sysroot: Path) -> list[tuple[Platform, tuple[str, ...]]]:
+    """The platforms that can be compiled for, each with its targets."""
+    older = toolchain and too_old(with_sources(toolchain))
+    rustup = sysroot / "lib/rustlib"
+    found = []
+    for platform in PLATFORMS:
+        missing = [
+            name for target in platform.targets if not (rustup / (name := target.split(".")[0])).exists()
+        ]
+        if shutil.which(platform.linker) is None:
+            skip(platform, f"{platform.linker} is missing: {platform.advice}")
+        elif older:
+            skip(
+                platform,
+                f"{older}; `apt-get update`, delete {toolchain}, and .ci/debian-rust unpacks a newer one",
+            )
+        elif toolchain:
+            found.append((platform, platform.along))
+        elif missing:
+            skip(
+                platform,
+                f"there is no Rust for it: rustup target add {' '.join(missing)}, or .ci/debian-rust",
+            )
+        else:
+            found.append((platform, platform.targets))
+    return found
+
+
 def main() -> int:
-    """Collects the binaries of all FMUs and packs them together."""
+    """Compiles for all platforms together, and packs what comes out with the binary for this machine."""
+    folder = os.environ.get("CRADLE_DEBIAN_RUST")
+    toolchain = Path(folder).resolve() / "usr" if folder else None
+    answer = subprocess.run(["rustc", "--print", "sysroot"], capture_output=True, text=True, check=True)
+    sysroot = Path(answer.stdout.strip())
+    platforms = possible(toolchain, sysroot)
     shutil.rmtree(FOLDER, ignore_errors=True)
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        fmus = [Path(sys.argv[2]), *pool.map(build, PLATFORMS)]
-    binaries = []
-    for fmu in filter(None, fmus):
-        with zipfile.ZipFile(fmu) as archive:
-            names = [name for name in archive.namelist() if name.startswith("binaries/")]
-            archive.extractall(FOLDER, names)
-        binaries += [f"--binary={name.split('/')[1]}={FOLDER / name}" for name in names]
-    producer("build", *binaries, "--out", FOLDER / "NewtonsCradle.fmu")
-    return 0
+    with zipfile.ZipFile(sys.argv[2]) as archive:
+        ready = [name for name in archive.namelist() if name.startswith("binaries/")]
+        archive.extractall(FOLDER, ready)
+    command = [Path(sys.argv[1]).resolve(), "build", "--release", "--out", FOLDER / "NewtonsCradle.fmu"]
+    command += [f"--binary={name.split('/')[1]}={FOLDER / name}" for name in ready]
+    environment = {"CARGO_TARGET_DIR": str(BUILD), "CARGO_TERM_QUIET": "true", "RUSTFLAGS": "-Clink-arg=-s"}
+    environment |= with_sources(toolchain) if toolchain else {}
+    settings = SETTINGS + (WITH_SOURCES if toolchain else "")
+    # Cargo reads its settings from the folder it runs in, and from those above.
+    (BUILD / ".cargo").mkdir(parents=True, exist_ok=True)
+    for platform, targets in platforms:
+        command += [f"--target={target}" for target in targets]
+        if targets == MACOS:
+            linking, more = for_macos(sysroot)
+            settings, environment = settings + linking, environment | more
+        elif "mingw" in platform.linker:
+            settings += f'[target.{targets[0]}]\nlinker = "{platform.linker}"\n'
+    (BUILD / ".cargo/config.toml").write_text(settings)
+    return subprocess.run([str(part) for part in command], cwd=BUILD, env=os.environ | environment).returncode
 
 
 if __name__ == "__main__":

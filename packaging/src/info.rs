@@ -79,13 +79,26 @@ fn write_cradle(out: &mut String, model: &Model, entries: &Entries) -> std::fmt:
 fn write_library(out: &mut String, folder: &str, bytes: &[u8]) -> std::fmt::Result {
     write!(out, "{folder:12} {} kB", bytes.len().div_ceil(1000))?;
     match Library::read(bytes) {
-        Ok(library) => {
-            if let Some((major, minor)) = library.glibc {
-                write!(out, ", for glibc {major}.{minor} or newer")?;
-            }
-            let libraries: Vec<String> = library.libraries.into_iter().collect();
-            writeln!(out, ", linked with {}", libraries.join(", "))
+        Ok(libraries) => {
+            let universal = libraries.len() > 1;
+            libraries.into_iter().try_for_each(|library| write_one(out, library, universal))?;
+            writeln!(out)
         }
         Err(error) => writeln!(out, ", {error}"),
     }
+}
+
+fn write_one(out: &mut String, library: Library, universal: bool) -> std::fmt::Result {
+    if universal {
+        write!(out, "; {:?}", library.architecture)?;
+    }
+    if let Some((major, minor)) = library.glibc {
+        write!(out, ", for glibc {major}.{minor} or newer")?;
+    }
+    if let Some((major, minor)) = library.macos {
+        let signed = if library.signed { "signed" } else { "not signed" };
+        write!(out, ", for macOS {major}.{minor} or newer, {signed}")?;
+    }
+    let libraries: Vec<String> = library.libraries.into_iter().collect();
+    write!(out, ", linked with {}", libraries.join(", "))
 }

@@ -9,7 +9,8 @@
 //! | [`environment`] | the Python environment that this program is installed in | nothing |
 //! | [`animation`] | a run as a page for the browser, by the Python package | `environment` |
 //! | [`archive`] | the zip file, the same bytes for the same contents | nothing |
-//! | [`platform`] | folders of the standard, target triples, and what a binary is made for | nothing |
+//! | [`platform`] | folders of the standard, target triples, and what a binary is made for | `universal` |
+//! | [`universal`] | universal binaries of macOS | nothing |
 //!
 //! All of them tell what went wrong by an [`Error`].
 
@@ -22,5 +23,6 @@ mod error;
 pub mod info;
 pub mod platform;
 pub mod reference;
+pub mod universal;
 
 pub use error::Error;

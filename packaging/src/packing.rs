@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use cradle_packaging::archive;
 use cradle_packaging::build::{self, Binary, Choice, PRESETS, Preset, Ready, Workspace};
 use cradle_packaging::platform::{self, Platform};
-use cradle_packaging::{Error, environment, reference};
+use cradle_packaging::{Error, environment, reference, universal};
 use newtons_cradle::variables::MODEL_IDENTIFIER;
 
 use super::arguments::Build;
@@ -91,23 +91,20 @@ impl Build {
                 .ok_or_else(|| refused(&format!("allowed platforms: {}", platform::folders())))?;
             add(&mut ready.binaries, platform, Path::new(file), &format!("--binary {folder}"))?;
         }
-        let mut targets: Vec<Option<&str>> = self.target.iter().map(|target| Some(target.as_str())).collect();
-        if targets.is_empty() && ready.binaries.is_empty() {
-            if build::checkout().is_none() {
-                let fmu = environment::fmu().ok_or_else(|| Error::Failure(NO_BINARY.to_owned()))?;
-                return Ok((Ready::of(&fmu)?, PathBuf::new()));
-            }
-            targets.push(None);
+        let here = self.target.is_empty();
+        if here && ready.binaries.is_empty() && build::checkout().is_none() {
+            let fmu = environment::fmu().ok_or_else(|| Error::Failure(NO_BINARY.to_owned()))?;
+            return Ok((Ready::of(&fmu)?, PathBuf::new()));
         }
-        if targets.is_empty() {
+        if here && !ready.binaries.is_empty() {
             return Ok((ready, PathBuf::new()));
         }
         let workspace = Workspace::find()?;
-        for target in targets {
-            let platform = target.map_or_else(Platform::host, Platform::of_target)?;
-            let how = if self.release { "release" } else { "debug" };
-            eprintln!("Compiling the FMU's binary for {} ({how})", platform.folder);
-            add(&mut ready.binaries, platform, &workspace.library(target, self.release)?, "--target")?;
+        let how = if self.release { "release" } else { "debug" };
+        let of = if here { "this machine".to_owned() } else { self.target.join(", ") };
+        eprintln!("Compiling the FMU's binary for {of} ({how})");
+        for (platform, file) in workspace.libraries(&self.target, self.release)? {
+            add(&mut ready.binaries, platform, &file, "--target")?;
         }
         Ok((ready, workspace.target.join("fmu")))
     }
@@ -124,8 +121,16 @@ fn add(binaries: &mut Vec<Binary>, platform: &'static Platform, file: &Path, arg
     let contents =
         fs::read(file).map_err(|error| Error::Failure(format!("{argument}: cannot read {name}: {error}")))?;
     platform.check(&contents).map_err(|error| Error::Usage(format!("{argument}: {name} is {error}")))?;
-    if binaries.iter().any(|other| other.platform == platform) {
-        return Err(Error::Usage(format!("{argument}: there are two binaries for {}; allowed: one", platform.folder)));
+    if let Some(other) = binaries.iter_mut().find(|other| other.platform == platform) {
+        let refused = |allowed: &str| {
+            Error::Usage(format!("{argument}: there are two binaries for {}; allowed: {allowed}", platform.folder))
+        };
+        if platform.folder != "darwin64" {
+            return Err(refused("one"));
+        }
+        other.contents = universal::join(&other.contents, &contents)
+            .map_err(|error| refused(&format!("one for each processor, but {error}")))?;
+        return Ok(());
     }
     binaries.push(Binary { platform, contents });
     Ok(())

@@ -3,6 +3,7 @@
 use object::{Architecture, BinaryFormat, Object, ObjectKind};
 
 use crate::error::Error;
+use crate::universal;
 
 /// A platform of the FMI 2.0 standard.
 #[derive(Debug, PartialEq, Eq)]
@@ -19,7 +20,8 @@ pub struct Platform {
     architectures: &'static [Architecture],
 }
 
-/// Every platform that the standard names.
+/// Every platform that the standard names, and what it names since 2.0.4 by the tuple of FMI 3.0: Linux on ARM. Hosts of FMI 2.0
+/// look for macOS in `darwin64`, whatever the processor.
 pub static PLATFORMS: &[Platform] = &[
     Platform {
         folder: "linux64",
@@ -27,7 +29,8 @@ pub static PLATFORMS: &[Platform] = &[
         os: "linux",
         processors: &["x86_64"],
         format: BinaryFormat::Elf,
-        architectures: &[Architecture::X86_64],
+        // Hosts of FMI 2.0 on ARM look here, too, though the standard has another name for it.
+        architectures: &[Architecture::X86_64, Architecture::Aarch64],
     },
     Platform {
         folder: "linux32",
@@ -52,6 +55,14 @@ pub static PLATFORMS: &[Platform] = &[
         processors: &["i586", "i686"],
         format: BinaryFormat::Pe,
         architectures: &[Architecture::I386],
+    },
+    Platform {
+        folder: "aarch64-linux",
+        extension: "so",
+        os: "linux",
+        processors: &["aarch64"],
+        format: BinaryFormat::Elf,
+        architectures: &[Architecture::Aarch64],
     },
     Platform {
         folder: "darwin64",
@@ -94,10 +105,11 @@ impl Platform {
     /// Whether `binary` is a shared library for this platform; else what it is instead.
     pub fn check(&self, binary: &[u8]) -> Result<(), String> {
         let wanted = format!("a shared library for {}", self.folder);
-        // A universal binary of macOS holds several; one of them is made for the host's processor.
-        if self.format == BinaryFormat::MachO && matches!(binary, [0xca, 0xfe, 0xba, 0xbe, ..]) {
-            return Ok(());
-        }
+        let slices = universal::slices(binary).map_err(|error| format!("not {wanted}: {error}"))?;
+        slices.into_iter().try_for_each(|slice| self.check_one(slice, &wanted))
+    }
+
+    fn check_one(&self, binary: &[u8], wanted: &str) -> Result<(), String> {
         let file = object::File::parse(binary).map_err(|error| format!("not {wanted}: {error}"))?;
         let (format, architecture, kind) = (file.format(), file.architecture(), file.kind());
         if format != self.format || !self.architectures.contains(&architecture) || kind != ObjectKind::Dynamic {
@@ -139,6 +151,8 @@ mod tests {
             ("x86_64-pc-windows-msvc", "win64"),
             ("x86_64-win7-windows-gnu", "win64"),
             ("i686-pc-windows-gnu", "win32"),
+            ("aarch64-unknown-linux-gnu.2.17", "aarch64-linux"),
+            ("x86_64-apple-darwin", "darwin64"),
             ("aarch64-apple-darwin", "darwin64"),
         ] {
             assert_eq!(Platform::of_target(triple).unwrap().folder, folder, "{triple}");
@@ -153,7 +167,7 @@ mod tests {
     fn what_is_no_shared_library_of_the_platform_is_refused() {
         let host = Platform::host().unwrap();
         let program = std::fs::read(std::env::current_exe().unwrap()).unwrap();
-        for platform in PLATFORMS.iter().filter(|platform| *platform != host) {
+        for platform in PLATFORMS.iter().filter(|platform| platform.format != host.format) {
             let error = platform.check(&program).unwrap_err();
             assert!(error.contains(platform.folder), "{error}");
         }

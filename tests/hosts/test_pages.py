@@ -164,6 +164,10 @@ def test_the_animation_is_drawn(browser, animation):
     WebDriverWait(browser, 60).until(lambda _: state(browser)["time"] > 0.3)
 
 
+def test_the_animation_has_the_licence_of_three_js(animation):
+    assert "Permission is hereby granted, free of charge" in animation.read_text(encoding="utf-8")
+
+
 def test_thirteen_balls_for_a_minute_stay_small(browser, fmu13_path, tmp_path):
     path = tmp_path / "thirteen.html"
     assert save_page(path, from_fmu(fmu13_path, nc.figure3(), stop=60.0)) < 5e6

@@ -1,8 +1,9 @@
 """FMUs of any number of balls, and the binaries for other platforms: what they need, and that they give the same doubles
 and read the states of one another.
 
-The FMU with the binaries for Linux and Windows, 32 and 64 bits, is made by `cradle.py test --all` where the tools are to be had; these
-tests skip, and say so, where it or what runs it is missing or runs nothing.
+The FMU with the binaries for Linux and Windows, 32 and 64 bits, Linux on ARM and macOS is made by `cradle.py test --all` where
+the tools are to be had; these tests skip, and say so, where it or what runs it is missing or runs nothing. What is for macOS is
+inspected (test_macos.py), not run.
 """
 
 import os
@@ -24,6 +25,8 @@ from fmpy.validation import validate_fmu
 STEPS = 1000
 SCRIPTS = Path(sys.executable).parent  # the virtual environment's programs
 ZIG = [sys.executable, "-m", "ziglang", "cc", "-target"]
+# A C library for ARM lies where Debian's cross compilers have it.
+QEMU = [[name, "-L", "/usr/aarch64-linux-gnu"] for name in ("qemu-aarch64-static", "qemu-aarch64")]
 WINE32 = ROOT / os.environ.get("CRADLE_WINE32", "target/wine32") / "wine"  # unpacked by .ci/wine32
 
 
@@ -109,17 +112,23 @@ def test_the_fmu_for_all_platforms_is_small_and_sound(producer, platforms):
     path = ROOT / "target/fmu/platforms/NewtonsCradle.fmu"
     assert "0 problem(s), 0 remark(s)" in run([producer, "check", path])
     assert validate_fmu(str(path)) == []
+    assert path.stat().st_size < 5_000_000
     with zipfile.ZipFile(path) as archive:
         sizes = [
             e.compress_size
             for e in archive.infolist()
-            if "linux32" not in e.filename and "win32" not in e.filename
+            if not e.filename.startswith("binaries/") or e.filename.split("/")[1] in ("linux64", "win64")
         ]
     assert sum(sizes) < 2_000_000
 
 
 @pytest.mark.parametrize(
-    ("folder", "loader"), [("linux64", "ld-linux-x86-64.so.2"), ("linux32", "ld-linux.so.2")]
+    ("folder", "loader"),
+    [
+        ("linux64", "ld-linux-x86-64.so.2"),
+        ("linux32", "ld-linux.so.2"),
+        ("aarch64-linux", "ld-linux-aarch64.so.1"),
+    ],
 )
 def test_linux_needs_glibc_2_17_and_nothing_else(producer, platforms, folder, loader):
     if not (SCRIPTS / "cargo-zigbuild").exists():
@@ -239,29 +248,30 @@ def linux(outputs) -> tuple[list[str], Path]:
 @pytest.mark.parametrize(
     ("folder", "compiler", "runners", "packages"),
     [
-        ("linux32", [*ZIG, "x86-linux-gnu.2.17"], ["/lib/ld-linux.so.2"], "libc6-i386"),
+        ("linux32", [*ZIG, "x86-linux-gnu.2.17"], [["/lib/ld-linux.so.2"]], "libc6-i386"),
         (
             "win64",
             ["x86_64-w64-mingw32-gcc"],
-            ["wine64", "/usr/lib/wine/wine64"],
+            [["wine64"], ["/usr/lib/wine/wine64"]],
             "gcc-mingw-w64-x86-64-win32 wine64",
         ),
         (
             "win32",
             ["i686-w64-mingw32-gcc"],
-            [WINE32, "/usr/lib/wine/wine"],
+            [[WINE32], ["/usr/lib/wine/wine"]],
             "gcc-mingw-w64-i686-win32 wine32:i386",
         ),
+        ("aarch64-linux", [*ZIG, "aarch64-linux-gnu.2.17"], QEMU, "qemu-user-static libc6-arm64-cross"),
     ],
 )
 def test_every_platform_gives_the_same_doubles_and_reads_the_states_of_others(
     platforms, outputs, linux, folder, compiler, runners, packages
 ):
     skip_without(platforms, folder)
-    runner = next(filter(shutil.which, runners), None)
+    runner = next((command for command in runners if shutil.which(command[0])), None)
     if not shutil.which(compiler[0]) or runner is None:
         pytest.skip(f"what runs {folder} is missing: on Debian, `apt install {packages}`")
-    lines, state = outputs(folder, compiler, [runner], given=linux[1])
+    lines, state = outputs(folder, compiler, runner, given=linux[1])
     assert lines == linux[0]
     # Hence 64-bit Linux reads the state of this platform, too.
     assert state.read_bytes() == linux[1].read_bytes()

@@ -38,25 +38,50 @@ impl Workspace {
         }
     }
 
-    /// Builds the shared library for a target triple, or for this machine, and tells where it is. Cargo shows its progress on
-    /// standard error. A triple that ends with a version of glibc is built by cargo-zigbuild, for systems from that version on.
-    pub fn library(&self, target: Option<&str>, release: bool) -> Result<PathBuf, Error> {
-        let platform = target.map_or_else(Platform::host, Platform::of_target)?;
-        let old_glibc = target.is_some_and(|target| target.contains("-gnu."));
+    /// Builds the shared library for this machine, or for each of the target triples, and tells where they are, in the same
+    /// order. Cargo shows its progress on standard error. What has a version of glibc at its end is linked by cargo-zigbuild, for
+    /// systems from that version on.
+    pub fn libraries(&self, targets: &[String], release: bool) -> Result<Vec<(&'static Platform, PathBuf)>, Error> {
+        let here = [rustc("host-tuple")?];
+        let all = if targets.is_empty() { &here } else { targets };
+        let platforms = all.iter().map(|target| Platform::of_target(target)).collect::<Result<Vec<_>, _>>()?;
+        let (zig, plain): (Vec<&str>, Vec<&str>) =
+            all.iter().map(String::as_str).partition(|target| target.contains("-gnu."));
+        let mut built = Vec::new();
+        for (command, of) in [("build", plain), ("zigbuild", zig)] {
+            if !of.is_empty() {
+                built.extend(self.cargo_build(command, &of, release)?);
+            }
+        }
+        let found = |(target, platform): (&String, &'static Platform)| {
+            // A library lies in a folder of its target's name, without a version of glibc.
+            let folder = target.split('.').next().unwrap_or_default();
+            let of_target = |file: &&PathBuf| {
+                file.extension().is_some_and(|extension| extension == platform.extension)
+                    && file.components().any(|part| part.as_os_str() == folder)
+            };
+            let file = built.iter().rfind(of_target).cloned();
+            file.map(|file| (platform, file))
+                .ok_or_else(|| Error::Failure(format!("cargo built no shared library of {PACKAGE} for {target}")))
+        };
+        all.iter().zip(platforms).map(found).collect()
+    }
+
+    /// Runs `cargo build` or `cargo zigbuild` for these targets: the files of the library.
+    fn cargo_build(&self, build: &str, targets: &[&str], release: bool) -> Result<Vec<PathBuf>, Error> {
         let mut command = cargo();
-        command.arg(if old_glibc { "zigbuild" } else { "build" });
-        command.args(["--package", PACKAGE, "--lib", "--message-format=json-render-diagnostics"]);
+        command.args([build, "--package", PACKAGE, "--lib", "--message-format=json-render-diagnostics"]);
         command.arg("--manifest-path").arg(self.root.join("Cargo.toml"));
         // Also named where it is this machine's: the flags are then not those of what runs while compiling, which can be shared
         // with what has compiled this program.
-        command.arg("--target").arg(target.map_or_else(|| rustc("host-tuple"), |target| Ok(target.to_owned()))?);
+        command.args(targets.iter().flat_map(|target| ["--target", target]));
         if release {
             command.arg("--release");
         }
-        command.env("CARGO_ENCODED_RUSTFLAGS", self.flags(target)?);
+        command.env("CARGO_ENCODED_RUSTFLAGS", self.flags()?);
         // `pip install cargo-zigbuild` may have put it, and the Python that knows where zig is, into the .venv of the sources.
         let programs = self.root.join(".venv/bin");
-        if old_glibc && programs.join("cargo-zigbuild").is_file() {
+        if build == "zigbuild" && programs.join("cargo-zigbuild").is_file() {
             let path = std::env::var_os("PATH").unwrap_or_default();
             let all = std::iter::once(programs).chain(std::env::split_paths(&path));
             command.env("PATH", std::env::join_paths(all).unwrap_or(path));
@@ -66,23 +91,23 @@ impl Workspace {
             .output()
             .map_err(|error| Error::Failure(format!("cannot run cargo: {error}")))?;
         if !output.status.success() {
-            let advice = match target {
-                Some(_) if old_glibc => "; a target with a version of glibc needs `pip install ziglang cargo-zigbuild`",
-                Some(_) => "; `rustup target add` installs what Rust needs for a target",
-                None => "",
+            let advice = if build == "zigbuild" {
+                "a target with a version of glibc needs `pip install ziglang cargo-zigbuild`"
+            } else {
+                "`rustup target add` installs what Rust needs for a target"
             };
-            let of = target.map(|target| format!(" for --target {target}")).unwrap_or_default();
-            return Err(Error::Failure(format!("the FMU's binary does not compile{of}, see above{advice}")));
+            let of = targets.join(", ");
+            return Err(Error::Failure(format!("the FMU's binary does not compile for {of}, see above; {advice}")));
         }
-        let mut artifact = None;
+        let mut files = Vec::new();
         for line in output.stdout.split(|byte| *byte == b'\n').filter(|line| line.starts_with(b"{")) {
-            artifact = shared_library(&json(line)?, platform).or(artifact);
+            files.extend(library_files(&json(line)?));
         }
-        artifact.ok_or_else(|| Error::Failure(format!("cargo built no shared library of {PACKAGE}")))
+        Ok(files)
     }
 
-    /// The user's flags for the compiler, and those that keep this machine's paths and the time out of the binary.
-    fn flags(&self, target: Option<&str>) -> Result<OsString, Error> {
+    /// The user's flags for the compiler, and those that keep this machine's paths out of the binary.
+    fn flags(&self) -> Result<OsString, Error> {
         let mut flags: Vec<OsString> = Vec::new();
         if let Some(encoded) = std::env::var_os("CARGO_ENCODED_RUSTFLAGS") {
             flags.push(encoded);
@@ -101,25 +126,19 @@ impl Workspace {
         if let Ok(inside) = library.strip_prefix(&self.root) {
             remap(inside, "rust");
         }
-        let windows = target.map_or(cfg!(windows), |target| target.contains("-windows-"));
-        if windows {
-            let gnu = target.map_or(cfg!(target_env = "gnu"), |target| target.ends_with("-gnu"));
-            flags.push("-C".into());
-            flags.push(if gnu { "link-arg=-Wl,--no-insert-timestamp" } else { "link-arg=/Brepro" }.into());
-        }
         Ok(flags.join("\x1f".as_ref()))
     }
 }
 
-/// The shared library that a message of Cargo tells of, if it is ours.
-fn shared_library(message: &Value, platform: &Platform) -> Option<PathBuf> {
-    let text = |value: &Value, key: &str| value.get(key).and_then(Value::as_str).map(str::to_owned);
-    let library = text(message.get("target")?, "name")?;
-    if text(message, "reason")? != "compiler-artifact" || library != PACKAGE.replace('-', "_") {
-        return None;
+/// The files that a message of Cargo tells of, if they are those of our library.
+fn library_files(message: &Value) -> Vec<PathBuf> {
+    let text = |value: Option<&Value>| value.and_then(Value::as_str).unwrap_or_default().to_owned();
+    let library = text(message.get("target").and_then(|target| target.get("name")));
+    if text(message.get("reason")) != "compiler-artifact" || library != PACKAGE.replace('-', "_") {
+        return Vec::new();
     }
-    let mut files = message.get("filenames")?.as_array()?.iter().filter_map(Value::as_str).map(PathBuf::from);
-    files.rfind(|file| file.extension().is_some_and(|extension| extension == platform.extension))
+    let files = message.get("filenames").and_then(Value::as_array).into_iter().flatten();
+    files.filter_map(Value::as_str).map(PathBuf::from).collect()
 }
 
 fn cargo() -> Command {

@@ -1,13 +1,15 @@
-//! What a shared library shows without being loaded: exported functions, linked libraries, the glibc it needs, and paths of the
-//! machine it was built on.
+//! What a shared library shows without being loaded: exported functions, linked libraries, the glibc or macOS it needs, its
+//! signature, and paths of the machine it was built on.
 
 use std::collections::BTreeSet;
 
 use object::read::elf::{ElfFile, FileHeader};
-use object::{File, Object, ReadRef, elf};
+use object::read::macho::{LoadCommandVariant, MachHeader, MachOFile};
+use object::{Architecture, File, Object, ReadRef, elf, macho};
 
 use super::description::model::Kind;
 use super::report::Report;
+use crate::universal;
 
 /// Functions of every FMI 2.0 binary, without the `fmi2` that all of them begin with.
 const COMMON: &str = "GetTypesPlatform GetVersion SetDebugLogging Instantiate FreeInstance
@@ -35,46 +37,86 @@ const SYSTEM: &str = "ld-linux libc.so. libm.so. libdl.so. libpthread.so. librt.
 /// The glibc of systems that are still about (2012).
 const OLD_GLIBC: (u32, u32) = (2, 17);
 
+/// The first macOS for ARM, of 2020.
+const OLD_MACOS: (u16, u8) = (11, 0);
+
 /// What a shared library shows.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Library {
+    /// The processor it is made for.
+    pub architecture: Architecture,
     /// Names of the functions it exports.
     pub exports: BTreeSet<String>,
     /// Libraries it is linked with.
     pub libraries: BTreeSet<String>,
     /// The newest version of glibc that it needs something of, such as (2, 17).
     pub glibc: Option<(u32, u32)>,
+    /// The oldest macOS that it is meant for, such as (11, 0).
+    pub macos: Option<(u16, u8)>,
+    /// Whether it has a signature, without which macOS loads nothing on ARM. It is not verified.
+    pub signed: bool,
     /// Paths of the machine it was built on.
     pub paths: BTreeSet<String>,
 }
 
 impl Library {
-    /// Reads a shared library of any platform.
-    pub fn read(bytes: &[u8]) -> Result<Self, String> {
-        let mut library = Self { paths: paths(bytes), ..Self::default() };
-        let file = File::parse(bytes).map_err(|error| error.to_string())?;
-        let text = |name: &[u8]| String::from_utf8_lossy(name).into_owned();
-        let exports = file.exports().map_err(|error| error.to_string())?;
-        library.exports = exports.iter().map(|export| text(export.name())).collect();
-        // Symbols of macOS begin with an underscore.
-        if matches!(file, File::MachO32(_) | File::MachO64(_)) {
-            library.exports = library.exports.iter().map(|name| name.trim_start_matches('_').to_owned()).collect();
-        }
+    /// Reads a shared library of any platform. A universal binary of macOS holds several.
+    pub fn read(bytes: &[u8]) -> Result<Vec<Self>, String> {
+        let slices = universal::slices(bytes).map_err(|error| error.to_string())?;
+        slices.into_iter().map(|slice| Self::read_one(slice).map_err(|error| error.to_string())).collect()
+    }
+
+    fn read_one(bytes: &[u8]) -> object::Result<Self> {
+        let file = File::parse(bytes)?;
+        let exports = file.exports()?.iter().map(|export| text(export.name())).collect();
+        let mut library = Self {
+            architecture: file.architecture(),
+            exports,
+            libraries: BTreeSet::new(),
+            glibc: None,
+            macos: None,
+            signed: false,
+            paths: paths(bytes),
+        };
         match &file {
-            File::Elf32(file) => library.elf(file),
-            File::Elf64(file) => library.elf(file),
-            _ => file.imports().map(|imports| {
-                library.libraries = imports.iter().map(|import| text(import.library())).collect();
-            }),
+            File::Elf32(file) => library.elf(file)?,
+            File::Elf64(file) => library.elf(file)?,
+            File::MachO32(file) => library.mach_o(file)?,
+            File::MachO64(file) => library.mach_o(file)?,
+            _ => library.libraries = file.imports()?.iter().map(|import| text(import.library())).collect(),
         }
-        .map_err(|error| error.to_string())?;
         Ok(library)
+    }
+
+    fn mach_o<'data, Mach: MachHeader, R: ReadRef<'data>>(
+        &mut self,
+        file: &MachOFile<'data, Mach, R>,
+    ) -> object::Result<()> {
+        // Symbols of macOS begin with an underscore.
+        let plain = |name: &String| name.strip_prefix('_').unwrap_or(name).to_owned();
+        self.exports = self.exports.iter().map(plain).collect();
+        let endian = file.endian();
+        let mut commands = file.macho_load_commands()?;
+        while let Some(command) = commands.next()? {
+            match command.variant()? {
+                LoadCommandVariant::Dylib(dylib) => {
+                    self.libraries.insert(text(command.string(endian, dylib.dylib.name)?));
+                }
+                LoadCommandVariant::BuildVersion(version) => self.macos = Some(macos(version.minos.get(endian))),
+                LoadCommandVariant::VersionMin(version) => self.macos = Some(macos(version.version.get(endian))),
+                LoadCommandVariant::LinkeditData(data) => {
+                    self.signed |= data.cmd.get(endian) == macho::LC_CODE_SIGNATURE;
+                }
+                _ => {}
+            }
+        }
+        Ok(())
     }
 
     fn elf<'data, Elf: FileHeader, R: ReadRef<'data>>(&mut self, file: &ElfFile<'data, Elf, R>) -> object::Result<()> {
         let table = file.elf_dynamic_table()?;
         for entry in table.iter().filter(|entry| entry.tag == elf::DT_NEEDED) {
-            self.libraries.insert(String::from_utf8_lossy(table.string(entry)?).into_owned());
+            self.libraries.insert(text(table.string(entry)?));
         }
         let (endian, sections) = (file.endian(), file.elf_section_table());
         let Some((mut needs, link)) = sections.gnu_verneed(endian, file.data())? else { return Ok(()) };
@@ -86,6 +128,16 @@ impl Library {
         }
         Ok(())
     }
+}
+
+fn text(name: &[u8]) -> String {
+    String::from_utf8_lossy(name).into_owned()
+}
+
+/// 0x000b0000 to (11, 0): the lowest byte is a patch level.
+fn macos(version: u32) -> (u16, u8) {
+    let [_, minor, low, high] = version.to_le_bytes();
+    (u16::from_le_bytes([low, high]), minor)
 }
 
 /// `GLIBC_2.17` to (2, 17).
@@ -112,7 +164,15 @@ fn functions(of_kind: &str) -> impl Iterator<Item = String> {
 
 /// Checks a shared library of an FMU that is `own` or somebody else's.
 pub(super) fn check(place: &str, bytes: &[u8], kind: Kind, own: bool, report: &mut Report) {
-    let Some(library) = report.accept(place, Library::read(bytes)) else { return };
+    let libraries = report.accept(place, Library::read(bytes)).unwrap_or_default();
+    let universal = libraries.len() > 1;
+    for library in libraries {
+        let of = if universal { format!(" for {:?}", library.architecture) } else { String::new() };
+        check_one(&format!("{place}{of}"), &library, kind, own, report);
+    }
+}
+
+fn check_one(place: &str, library: &Library, kind: Kind, own: bool, report: &mut Report) {
     let of_kind = if kind == Kind::CoSimulation { CO_SIMULATION } else { MODEL_EXCHANGE };
     for function in functions(of_kind) {
         let exported = library.exports.contains(&function);
@@ -131,6 +191,19 @@ pub(super) fn check(place: &str, bytes: &[u8], kind: Kind, own: bool, report: &m
     if let Some((major, minor)) = library.glibc.filter(|version| *version > OLD_GLIBC) {
         report.remark(format_args!("{place}: needs glibc {major}.{minor}, which older systems lack"));
     }
+    if library.architecture == Architecture::Aarch64 && place.starts_with("binaries/linux64/") {
+        report.remark(format_args!(
+            "{place}: is for ARM, which the standard calls aarch64-linux, and most hosts linux64"
+        ));
+    }
+    if let Some((major, minor)) = library.macos {
+        if (major, minor) > OLD_MACOS {
+            report.remark(format_args!("{place}: needs macOS {major}.{minor}, which older systems lack"));
+        }
+        if !library.signed && library.architecture == Architecture::Aarch64 {
+            report.problem(format_args!("{place}: is not signed, and macOS on ARM loads nothing without a signature"));
+        }
+    }
     for path in &library.paths {
         report.remark(format_args!("{place}: holds a path of the machine it was built on: {path}"));
     }
@@ -145,6 +218,12 @@ mod tests {
         assert_eq!(glibc(b"GLIBC_2.2.5"), Some((2, 2)));
         assert!(glibc(b"GLIBC_2.17") > glibc(b"GLIBC_2.4"));
         assert_eq!(glibc(b"GCC_3.0"), None);
+    }
+
+    #[test]
+    fn versions_of_macos_are_packed_into_bytes() {
+        assert_eq!(macos(0x000b_0000), (11, 0));
+        assert_eq!(macos(0x000a_0d06), (10, 13));
     }
 
     #[test]

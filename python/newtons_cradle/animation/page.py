@@ -29,7 +29,8 @@ def save_page(path: str | Path, recording: Recording) -> int:
     parts = {
         "{{title}}": escape(recording.title),
         "{{style}}": asset("animation.css"),
-        "{{three}}": three_js(),
+        # Its licence asks for its text in every copy.
+        "{{three}}": f"/*\n{asset('three-license.txt')}*/\n{three_js()}",
         "{{script}}": "\n".join(map(asset, SCRIPTS)),
         "{{data}}": json.dumps(numbers(recording)),
     }

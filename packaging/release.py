@@ -1,0 +1,112 @@
+#!/usr/bin/env python3
+"""Makes the files of a release in target/dist. .github/workflows/release.yml calls it, and so can anybody.
+
+    python3 packaging/release.py fmus [FMU]     the FMU for all platforms, and one for each preset
+    python3 packaging/release.py programs FMU   for this machine: the wheel with this FMU, and cradle-fmu with its licences
+    python3 packaging/release.py finish         when all is in target/dist: bill of materials, SHA256SUMS
+
+FMU is one for all platforms, as packaging/platforms.py leaves it; `fmus` compiles it where it is not given.
+"""
+
+import argparse
+import hashlib
+import os
+import re
+import shutil
+import sys
+import time
+import tomllib
+import zipfile
+from pathlib import Path
+
+from checkout import ALL, FMU, PYTHON, ROOT, Stop, fmu_builds, host_target, make_venv, run, say
+
+DIST = ROOT / "target/dist"
+PROGRAM = "cradle-fmu.exe" if os.name == "nt" else "cradle-fmu"
+PRODUCER = ROOT / "target/debug" / PROGRAM
+PLATFORMS = ("aarch64-linux", "darwin64", "linux32", "linux64", "win32", "win64")
+VERSION = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]["package"]["version"]
+# What goes with the program.
+TEXTS = ("LICENSE-APACHE", "LICENSE-MIT", "packaging/assets/third-party-program.txt", "CHANGELOG.md")
+
+
+def fmus(options) -> None:
+    """An FMU of the default cradle and one for each preset, all checked."""
+    make_venv(ALL)
+    run(["cargo", "build", "--package", "cradle-packaging"])
+    given = options.fmu
+    if given is None:
+        commands, environment = fmu_builds(PRODUCER)
+        run(commands[0], env=environment)
+        run([sys.executable, "packaging/platforms.py", PRODUCER, FMU], env=environment)
+        given = ROOT / "target/fmu/platforms" / FMU.name
+    with zipfile.ZipFile(given) as archive:
+        found = {name.split("/")[1] for name in archive.namelist() if name.startswith("binaries/")}
+    if missing := set(PLATFORMS) - found:
+        raise Stop(f"{given} has no binary for {', '.join(sorted(missing))}: a release has all.")
+    presets = sorted(path.stem for path in (ROOT / "packaging/presets").glob("*.toml"))
+    for name, choice in [(FMU.stem, []), *((preset, ["--preset", preset]) for preset in presets)]:
+        out = DIST / f"{name}.fmu"
+        run([PRODUCER, "build", "--from", given, *choice, "--out", out])
+        run([PRODUCER, "check", out])
+
+
+def programs(options) -> None:
+    """The wheel, and the program that is in it, in an archive of its own."""
+    make_venv(ALL)
+    run([sys.executable, "cradle.py", "wheel", "--fmu", options.fmu.resolve()])
+    (wheel,) = (ROOT / "target/wheel").glob("*.whl")
+    shutil.copy2(wheel, DIST)
+    out = DIST / f"cradle-fmu-{VERSION}-{host_target()}.zip"
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+        for path in (ROOT / "target/wheel" / PROGRAM, *(ROOT / name for name in TEXTS)):
+            entry = zipfile.ZipInfo(f"{out.stem}/{path.name}", date())
+            entry.external_attr = (0o755 if path.name == PROGRAM else 0o644) << 16
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            archive.writestr(entry, path.read_bytes())
+    say(f"  {out.relative_to(ROOT)} ({out.stat().st_size / 1e6:.1f} MB)")
+
+
+def date() -> tuple:
+    """The time that goes into archives, as in FMUs: `SOURCE_DATE_EPOCH`, else that at which zip files begin."""
+    return time.gmtime(int(os.environ.get("SOURCE_DATE_EPOCH", 315532800)))[:6]
+
+
+def finish(_options) -> None:
+    """The bill of materials, and the sums of all files."""
+    tag = os.environ.get("GITHUB_REF_NAME", "")
+    if re.match(r"v\d", tag) and tag != f"v{VERSION}":
+        raise Stop(f"the tag {tag} is not that of version {VERSION}, which Cargo.toml has.")
+    make_venv(ALL)
+    run([PYTHON, "packaging/sbom.py", DIST / f"newtons-cradle-{VERSION}.cdx.json"])
+    files = sorted(path for path in DIST.iterdir() if path.name != "SHA256SUMS")
+    lines = [f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.name}\n" for path in files]
+    (DIST / "SHA256SUMS").write_text("".join(lines), newline="\n")
+    for path in files:
+        say(f"{path.stat().st_size / 1e6:8.2f} MB  {path.name}")
+
+
+def main() -> int:
+    """Parses the command line and makes what is asked for."""
+    description, _, commands = __doc__.partition("\n\n")
+    parser = argparse.ArgumentParser(
+        description=description, epilog=commands, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    steps = parser.add_subparsers(required=True, metavar="{fmus,programs,finish}")
+    for step in (fmus, programs, finish):
+        command = steps.add_parser(step.__name__, help=step.__doc__)
+        command.set_defaults(function=step)
+        if step is not finish:
+            command.add_argument("fmu", type=Path, nargs="?" if step is fmus else None)
+    options = parser.parse_args()
+    DIST.mkdir(parents=True, exist_ok=True)
+    try:
+        options.function(options)
+    except Stop as problem:
+        say(f"\nThe release stopped: {problem}")
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,116 @@
+#!/usr/bin/env python3
+"""Writes what a release is made of as CycloneDX, a format for software bills of materials.
+
+    .venv/bin/python packaging/sbom.py FILE.json
+
+Three components hold code of others: the FMU's library, the program cradle-fmu and the pages. What is linked into the first
+two comes from `cargo tree` for all targets, three.js from the package trimesh. The file is checked against the schema.
+"""
+
+import json
+import re
+import subprocess
+import sys
+import uuid
+from datetime import UTC, datetime
+from os import environ
+from pathlib import Path
+
+from checkout import ROOT
+from cyclonedx.model import HashAlgorithm, HashType
+from cyclonedx.model.bom import Bom, BomMetaData
+from cyclonedx.model.component import Component, ComponentType
+from cyclonedx.model.license import DisjunctiveLicense, LicenseExpression
+from cyclonedx.output.json import JsonV1Dot6
+from cyclonedx.schema import SchemaVersion
+from cyclonedx.validation.json import JsonStrictValidator
+from newtons_cradle.animation.page import three_js
+from packageurl import PackageURL
+
+# Packages of this project that binaries are made of, and what they are called.
+PROGRAMS = {"newtons-cradle": ComponentType.LIBRARY, "cradle-packaging": ComponentType.APPLICATION}
+
+
+def cargo(*arguments: str) -> str:
+    """What Cargo says of the packages that Cargo.lock names."""
+    command = ["cargo", *arguments, "--locked"]
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+
+
+def linked(package: str) -> set[tuple[str, str]]:
+    """Names and versions of the packages that are linked into one of ours on any target: no build scripts, no macros."""
+    options = ["--package", package, "--edges", "normal,no-proc-macro", "--target", "all", "--prefix", "none"]
+    lines = cargo("tree", *options, "--format", "{p}").splitlines()
+    return {tuple(re.match(r"(\S+) v(\S+)", line).groups()) for line in lines if line}
+
+
+def checksums() -> dict[tuple[str, str], str]:
+    """SHA-256 of each package's archive."""
+    text = (ROOT / "Cargo.lock").read_text()
+    entries = re.findall(r'name = "(.+)"\nversion = "(.+)"\nsource = ".+"\nchecksum = "(.+)"', text)
+    return {(name, version): checksum for name, version, checksum in entries}
+
+
+def bill() -> Bom:
+    """The bill of this version. The same sources give the same bytes; the time is `SOURCE_DATE_EPOCH`, else 1980 as in FMUs."""
+    packages = {
+        (p["name"], p["version"]): p for p in json.loads(cargo("metadata", "--format-version=1"))["packages"]
+    }
+    version = next(v for name, v in packages if name == "newtons-cradle")
+    archives = checksums()
+    components = {}
+    for key, package in packages.items():
+        name, number = key
+        kind = PROGRAMS.get(name, ComponentType.LIBRARY)
+        url = PackageURL("cargo", name=name, version=number)
+        own = package["source"] is None
+        components[key] = Component(
+            name=name,
+            version=number,
+            type=kind,
+            purl=url,
+            bom_ref=str(url),
+            # Older manifests separate alternatives by slashes.
+            licenses=[LicenseExpression(package["license"].replace("/", " OR "))],
+            hashes=[] if own else [HashType(alg=HashAlgorithm.SHA_256, content=archives[key])],
+        )
+    revision = re.search(r'REVISION="?(\d+)|const \w="(1\d\d)"', three_js())
+    number = f"0.{next(filter(None, revision.groups()))}.0"
+    url = PackageURL("npm", name="three", version=number)
+    three = Component(
+        name="three", version=number, purl=url, bom_ref=str(url), licenses=[DisjunctiveLicense(id="MIT")]
+    )
+    whole = Component(
+        name="newtons-cradle release",
+        version=version,
+        type=ComponentType.APPLICATION,
+        bom_ref="release",
+        licenses=[LicenseExpression("MIT OR Apache-2.0")],
+    )
+    epoch = int(environ.get("SOURCE_DATE_EPOCH", 315532800))
+    metadata = BomMetaData(component=whole, timestamp=datetime.fromtimestamp(epoch, UTC))
+    used = {name: linked(name) for name in PROGRAMS}
+    in_use = [components[key] for key in sorted(set().union(*used.values()))]
+    serial = uuid.uuid5(uuid.NAMESPACE_URL, "\n".join(sorted(str(part.purl) for part in [*in_use, three])))
+    bom = Bom(components=[*in_use, three], metadata=metadata, serial_number=serial)
+    for name, keys in used.items():
+        bom.register_dependency(components[name, version], [components[k] for k in keys if k[0] != name])
+    bom.register_dependency(whole, [*(components[name, version] for name in PROGRAMS), three])
+    return bom
+
+
+def main() -> int:
+    """Writes the bill. 1 where it does not follow its schema."""
+    text = JsonV1Dot6(bill()).output_as_string(indent=1)
+    if problem := JsonStrictValidator(SchemaVersion.V1_6).validate_str(text):
+        print(
+            f"the bill of materials does not follow the schema of CycloneDX 1.6: {problem}", file=sys.stderr
+        )
+        return 1
+    Path(sys.argv[1]).write_text(text + "\n")
+    print(f"{sys.argv[1]}: {len(json.loads(text)['components'])} components")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

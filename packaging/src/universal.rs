@@ -1,0 +1,97 @@
+//! Universal binaries of macOS: one file with a shared library for each processor, from which the system takes its own.
+
+use object::macho::{FAT_MAGIC, FatArch32, FatHeader, MachHeader64};
+use object::pod::bytes_of;
+use object::read::FileKind;
+use object::read::macho::{FatArch, MachHeader, MachOFatFile32, MachOFatFile64};
+use object::{BigEndian, U32};
+
+/// Pages of Apple's processors have 16 KiB (2^14 bytes), those of Intel's 4 KiB: each library begins with one.
+const ALIGNMENT: u32 = 14;
+
+/// The libraries in a universal binary, or just the binary itself if it is not one.
+pub fn slices(binary: &[u8]) -> object::Result<Vec<&[u8]>> {
+    match FileKind::parse(binary) {
+        Ok(FileKind::MachOFat32) => {
+            MachOFatFile32::parse(binary)?.arches().iter().map(|arch| arch.data(binary)).collect()
+        }
+        Ok(FileKind::MachOFat64) => {
+            MachOFatFile64::parse(binary)?.arches().iter().map(|arch| arch.data(binary)).collect()
+        }
+        _ => Ok(vec![binary]),
+    }
+}
+
+/// One universal binary with the libraries of both. Refused are files that are none of macOS, and two for one processor.
+pub fn join(first: &[u8], second: &[u8]) -> Result<Vec<u8>, String> {
+    let mut libraries = Vec::new();
+    for binary in [first, second] {
+        for library in slices(binary).map_err(|error| error.to_string())? {
+            let header = MachHeader64::<object::Endianness>::parse(library, 0).map_err(|error| error.to_string())?;
+            let endian = header.endian().map_err(|error| error.to_string())?;
+            libraries.push((header.cputype(endian), header.cpusubtype(endian), library));
+        }
+    }
+    libraries.sort_by_key(|(processor, ..)| *processor);
+    if libraries.windows(2).any(|pair| pair[0].0 == pair[1].0) {
+        return Err("both are made for the same processor".to_owned());
+    }
+    let too_long = |_| "it would have more than 4 GB".to_owned();
+    let number = |number: usize| u32::try_from(number).map(|number| U32::new(BigEndian, number)).map_err(too_long);
+    let header = FatHeader { magic: U32::new(BigEndian, FAT_MAGIC), nfat_arch: number(libraries.len())? };
+    let mut head = bytes_of(&header).to_vec();
+    let mut end = head.len() + libraries.len() * size_of::<FatArch32>();
+    let mut body = Vec::new();
+    let beginning = end;
+    for (processor, variant, library) in libraries {
+        let offset = end.next_multiple_of(1 << ALIGNMENT);
+        let arch = FatArch32 {
+            cputype: U32::new(BigEndian, processor),
+            cpusubtype: U32::new(BigEndian, variant),
+            offset: number(offset)?,
+            size: number(library.len())?,
+            align: U32::new(BigEndian, ALIGNMENT),
+        };
+        head.extend(bytes_of(&arch));
+        body.resize(offset - beginning, 0);
+        body.extend(library);
+        end = offset + library.len();
+    }
+    head.extend(body);
+    Ok(head)
+}
+
+#[cfg(test)]
+mod tests {
+    use object::macho::{CPU_TYPE_ARM64, CPU_TYPE_X86_64, MH_MAGIC_64};
+
+    use super::*;
+
+    /// The header of a library without contents, and some bytes.
+    fn library(processor: u32, text: &[u8]) -> Vec<u8> {
+        let mut bytes: Vec<u8> =
+            [MH_MAGIC_64, processor, 0, 6, 0, 0, 0, 0].iter().flat_map(|n| n.to_le_bytes()).collect();
+        bytes.extend(text);
+        bytes
+    }
+
+    #[test]
+    fn a_universal_binary_gives_back_what_was_joined() {
+        let (intel, arm) = (library(CPU_TYPE_X86_64, b"intel"), library(CPU_TYPE_ARM64, b"arm"));
+        let joined = join(&arm, &intel).unwrap();
+        assert_eq!(joined, join(&intel, &arm).unwrap());
+        assert_eq!(slices(&joined).unwrap(), [&intel[..], &arm[..]]);
+        let begin = joined.windows(5).position(|text| text == b"intel").unwrap() - 32;
+        assert_eq!(begin, 1 << ALIGNMENT);
+        assert_eq!(slices(&arm).unwrap(), [&arm[..]]);
+    }
+
+    #[test]
+    fn what_cannot_be_joined_is_refused() {
+        let arm = library(CPU_TYPE_ARM64, b"");
+        assert!(join(&arm, &arm).unwrap_err().contains("same processor"));
+        assert!(join(&arm, &join(&arm, &library(CPU_TYPE_X86_64, b"")).unwrap()).is_err());
+        assert!(join(&arm, b"\x7fELF").is_err());
+        assert!(slices(&[0xca, 0xfe, 0xba, 0xbe, 0, 0, 0, 9]).is_err());
+    }
+}
