@@ -129,8 +129,8 @@ def pytest_counts(line: str):
     return numbers.get("passed", 0), failed, numbers.get("skipped", 0)
 
 
-def skipped_platforms(line: str):
-    """(passed, failed, skipped) of a line of packaging/platforms.py."""
+def skipped_lines(line: str):
+    """(passed, failed, skipped) of a line of packaging/platforms.py or deny.py."""
     return (0, 0, 1) if line.startswith("SKIPPED") else None
 
 
@@ -189,6 +189,10 @@ def everything(results: Results) -> None:
         python_hosts(part, "Python hosts", sorted(others), "--fmu", FMU)
         rust_host(part)
         leak_check(part)
+        part.step(
+            "Licences, bans and sources of packages", [sys.executable, "packaging/deny.py"], skipped_lines
+        )
+        part.step("Bill of materials", [PYTHON, "packaging/sbom.py", ROOT / "target/newtons-cradle.cdx.json"])
 
     results.beside(programs=programs, hosts=hosts)
     return None
@@ -208,7 +212,7 @@ def compiled(results: Results) -> None:
     same_bytes(results)
     results.step("Wheel", [sys.executable, "cradle.py", "wheel", "--fmu", FMU])
     platforms = [sys.executable, "packaging/platforms.py", PRODUCER, FMU]
-    results.step("FMU for all platforms", platforms, skipped_platforms, env=environment)
+    results.step("FMU for all platforms", platforms, skipped_lines, env=environment)
     return None
 
 
