@@ -5,8 +5,7 @@ import sys
 import zipfile
 from pathlib import Path
 
-from .animation import PageError, from_csv, from_fmu, save_page
-from .animation.recording import RecordingError
+from .animation import PageError, RecordingError, from_csv, from_fmu, save_page
 from .progress import Progress
 from .run import FmuError
 
@@ -26,6 +25,13 @@ def positive(text: str) -> float:
     return value
 
 
+def whole(text: str) -> int:
+    value = int(text)
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"{text} is not a number of balls")
+    return value
+
+
 def arguments() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m newtons_cradle", description="Looks at runs of the cradle FMU."
@@ -35,7 +41,8 @@ def arguments() -> argparse.ArgumentParser:
         "page",
         help="make a 3D animation of a run: one HTML file that needs nothing else",
         description="Makes a 3D animation of a run: one HTML file that needs no network. FILE is an FMU, which is run "
-        "here with samples in every pulse, or the CSV file of a result (time, x[1], ..., as FMPy writes it).",
+        "here with samples in every pulse, or the CSV file of a result as FMPy writes it: time, x[i] and v[i] of every ball, F[i] and "
+        "F_peak[i] of every contact.",
     )
     page.add_argument("file", type=Path, metavar="FILE", help="an .fmu or a .csv")
     page.add_argument("-o", "--out", type=Path, metavar="FILE.html", help="the page (default: beside FILE)")
@@ -54,6 +61,9 @@ def arguments() -> argparse.ArgumentParser:
     result = page.add_argument_group("for a CSV file")
     result.add_argument("--pulses", type=Path, metavar="FILE.csv", help="the run's table of pulses")
     result.add_argument(
+        "--balls", type=whole, metavar="N", help="number of balls, if one (default: as the file names)"
+    )
+    result.add_argument(
         "--length", type=positive, default=1.962, help="pendulum length in m, for the drawing (default 1.962)"
     )
     result.add_argument(
@@ -69,7 +79,9 @@ def page(options: argparse.Namespace) -> None:
         progress = Progress(f"Running {options.file.name}")
         recording = from_fmu(options.file, dict(options.set), stop=options.stop, progress=progress)
     elif kind == ".csv":
-        recording = from_csv(options.file, options.pulses, length=options.length, radius=options.radius)
+        recording = from_csv(
+            options.file, options.pulses, balls=options.balls, length=options.length, radius=options.radius
+        )
     else:
         raise RecordingError(f"{options.file}: only .fmu and .csv files can be shown")
     out = options.out or options.file.with_suffix(".html")

@@ -5,6 +5,7 @@ save_page("result.html", from_csv("result.csv"))
 """
 
 from .page import PageError, save_page
-from .recording import Recording, from_csv, from_fmu
+from .recording import Recording, from_fmu
+from .results import RecordingError, from_csv
 
-__all__ = ["PageError", "Recording", "from_csv", "from_fmu", "save_page"]
+__all__ = ["PageError", "Recording", "RecordingError", "from_csv", "from_fmu", "save_page"]

@@ -13,11 +13,12 @@ from typing import Any
 
 import numpy as np
 
+from .. import look
 from ..pulses import Array, impact_sequences
 from .recording import Recording
 
-ASSETS = files(__package__)
-SCRIPTS = ("run.js", "scene.js", "strips.js", "player.js")
+ASSETS = files(__package__) / "assets"
+SCRIPTS = ("run.js", "clicks.js", "eye.js", "scene.js", "strips.js", "player.js", "controls.js")
 
 
 class PageError(RuntimeError):
@@ -28,11 +29,11 @@ def save_page(path: str | Path, recording: Recording) -> int:
     """Writes the page; returns its size in bytes. Raises PageError, OSError."""
     parts = {
         "{{title}}": escape(recording.title),
-        "{{style}}": asset("animation.css"),
+        "{{style}}": look.STYLE + asset("animation.css"),
         # Its licence asks for its text in every copy.
         "{{three}}": f"/*\n{asset('three-license.txt')}*/\n{three_js()}",
-        "{{script}}": "\n".join(map(asset, SCRIPTS)),
-        "{{data}}": json.dumps(numbers(recording)),
+        "{{script}}": "\n".join([look.SCRIPT, *map(asset, SCRIPTS)]),
+        "{{data}}": json.dumps(numbers(recording)).replace("</", "<\\/"),
     }
     # One pass, so that nothing in three.js or the data is taken for a mark.
     page = re.sub(r"{{\w+}}", lambda mark: parts[mark[0]], asset("template.html"))
@@ -45,7 +46,7 @@ def asset(name: str) -> str:
 
 def three_js() -> str:
     """three.js (r140, MIT licence) as one classic script: that of the wheel, else from the viewer that trimesh carries."""
-    packaged = ASSETS / "three.js"
+    packaged = files(__package__) / "three.js"
     if packaged.is_file():
         return packaged.read_text(encoding="utf-8")
     try:
@@ -74,6 +75,7 @@ def numbers(recording: Recording) -> dict[str, Any]:
     return {
         "title": recording.title,
         "balls": recording.x.shape[1],
+        "parameters": recording.parameters,
         "length": recording.length,
         "radius": recording.radius,
         "time": packed(recording.time, "f8"),

@@ -25,7 +25,7 @@ class Run {
   /** From the JSON in the page. */
   static async load(json) {
     const run = new Run();
-    Object.assign(run, { title: json.title, balls: json.balls, length: json.length, radius: json.radius, strength: json.strength });
+    for (const name of ["title", "balls", "length", "radius", "strength", "parameters"]) run[name] = json[name];
     run.time = await unpacked(json.time);
     for (const name of ["x", "v", "F"]) run[name] = run.split(await unpacked(json[name]));
     run.energy = {};
@@ -34,8 +34,8 @@ class Run {
     for (const [name, values] of Object.entries(json.pulses)) pulses[name] = await unpacked(values);
     run.sortPulses(pulses);
     const impacts = await unpacked(json.impacts);
-    run.impacts = Array.from({ length: impacts.length / 2 }, (_, i) => ({ begin: impacts[2 * i], end: impacts[2 * i + 1] }));
-    run.begins = run.impacts.map((impact) => impact.begin);
+    run.clicks = Array.from({ length: impacts.length / 2 }, (_, i) => new Click(run, i, impacts[2 * i], impacts[2 * i + 1]));
+    run.begins = run.clicks.map((click) => click.begin);
     return run;
   }
 
@@ -74,28 +74,17 @@ class Run {
       + h * part * rest * (v[i] * rest - v[i + 1] * part);
   }
 
+  /** The number of samples from one time to another. */
+  samples(from, to) { return countUpTo(this.time, to) - countUpTo(this.time, from) + 1; }
+
+  /** The click that began last at t; undefined before the first. */
+  lastClick(t) { return this.clicks[countUpTo(this.begins, t) - 1]; }
+
   /** How brightly contact `i` shines at t, 0 to 1: its force, and what is left of its last pulse after `fade` (s). */
   glow(contact, t, fade, place) {
     const { onset, release, peak } = this.pulses[contact], last = countUpTo(onset, t) - 1;
     if (last < 0) return 0;
     if (t <= release[last] && onset[last] < release[last]) return Math.max(0, this.linear(this.F[contact], place)) / this.largest;
     return (peak[last] / this.largest) * Math.exp(-3 * (t - release[last]) / fade);
-  }
-
-  /** The impact at or after t in direction 1, or before it in direction -1. */
-  neighbour(t, direction) {
-    const reached = countUpTo(this.begins, t);
-    return this.impacts[direction > 0 ? reached : (this.begins[reached - 1] === t ? reached - 2 : reached - 1)];
-  }
-
-  /** Distance (s) from t to the nearest impact, and how long that lasts: {distance, length}. */
-  nearest(t) {
-    const reached = countUpTo(this.begins, t), best = { distance: Infinity, length: 0 };
-    for (const impact of [this.impacts[reached - 1], this.impacts[reached]]) {
-      if (!impact) continue;
-      const distance = Math.max(impact.begin - t, t - impact.end, 0);
-      if (distance < best.distance) Object.assign(best, { distance, length: impact.end - impact.begin });
-    }
-    return best;
   }
 }

@@ -1,0 +1,166 @@
+"""A result from a CSV file, read and refused where it cannot be shown."""
+
+import csv
+import re
+from pathlib import Path
+
+import numpy as np
+
+from ..pulses import FIELDS, PULSE, Array
+from .recording import Columns, Recording, energies, vector
+
+#: How FMPy writes Booleans.
+TRUTH = {"True": "1", "False": "0"}
+
+#: How far a ball may be, between two samples, from where their velocities take it: this part of the largest excursion.
+COARSE = 0.05
+
+#: A velocity that changes by this part of the largest from one sample to the next has been struck.
+STRUCK = 0.3
+
+
+class RecordingError(ValueError):
+    """A result that cannot be shown; the message says what is needed."""
+
+
+def from_csv(
+    path: str | Path,
+    pulses: str | Path | None = None,
+    *,
+    balls: int | None = None,
+    length: float = 1.962,
+    radius: float = 0.0313,
+) -> Recording:
+    """Reads a result in the layout that FMPy writes: time, x[i], v[i] of all balls, F[i] of all contacts; energies if there.
+
+    `pulses`: CSV file of the pulse table. Without it, pulses are taken from F_peak, else from F. `balls`: how many there
+    are, None for as many as the file names. `length` and `radius` (m): for the drawing. Raises RecordingError, OSError.
+    """
+    path = Path(path)
+    columns = _read_columns(path)
+    n = _number_of_balls(path, columns, balls)
+    time, x, v, force = (
+        columns["time"],
+        vector(columns, "x", n),
+        vector(columns, "v", n),
+        vector(columns, "F", n - 1),
+    )
+    if len(time) < 2 or np.any(np.diff(time) <= 0):
+        raise RecordingError(f"{path}: at least two rows are needed, with times that rise")
+    _refuse_coarse(path, time, x, v)
+    if pulses is not None:
+        table = _pulse_table(Path(pulses), n)
+    elif all(f"F_peak[{i}]" in columns for i in range(1, n)):
+        table = _guessed_pulses(time, vector(columns, "F_peak", n - 1))
+    else:
+        _refuse_missed_clicks(path, time, v, force)
+        table = _guessed_pulses(time, force)
+    return Recording(path.stem, time, x, v, force, table, energies(columns), [], length, radius)
+
+
+def _number_of_balls(path: Path, columns: Columns, wanted: int | None) -> int:
+    """How many balls the file tells of, once all columns of all of them are there."""
+
+    def highest(names: str) -> int:
+        found = (re.fullmatch(rf"(?:{names})\[(\d+)\]", name) for name in columns)
+        return max((int(match[1]) for match in found if match), default=0)
+
+    contacts = highest("F|F_peak|F_mean|impulse|E_contact|gap")
+    n = wanted or max(highest(r"\w+"), contacts + 1 if contacts else 0)
+    needed = [
+        "time",
+        *(f"{name}[{i}]" for name in "xv" for i in range(1, max(n, 1) + 1)),
+        *(f"F[{i}]" for i in range(1, n)),
+    ]
+    missing = [name for name in needed if name not in columns]
+    if missing:
+        shown = ", ".join(missing[:6]) + (", ..." if len(missing) > 6 else "")
+        whose = f" of {n} balls" if n > 1 else ""
+        raise RecordingError(
+            f"{path}: not a whole result{whose}; missing: {shown}. Needed: time, x[i] and v[i] of every ball and F[i] of every "
+            "contact; F_peak[i] as well, unless the samples resolve every pulse"
+        )
+    if n == 1 and wanted is None:
+        raise RecordingError(
+            f"{path}: there is one ball only. If the cradle has one, say `--balls 1`; else record x[i] and v[i] of every "
+            "ball and F[i] and F_peak[i] of every contact"
+        )
+    return n
+
+
+def _refuse_coarse(path: Path, time: Array, x: Array, v: Array) -> None:
+    """Raises RecordingError where the motion between samples cannot be told from them."""
+    step = np.diff(time)[:, None]
+    extent = np.ptp(x)
+    away = np.abs(np.diff(x, axis=0) - 0.5 * step * (v[1:] + v[:-1]))
+    worst = np.unravel_index(np.argmax(away), away.shape)
+    if extent > 0 and away[worst] > COARSE * extent:
+        h = step[worst[0], 0]
+        finer = float(f"{0.9 * h * COARSE * extent / away[worst]:.1g}")
+        raise RecordingError(
+            f"{path}: too coarse. The samples at t = {time[worst[0]]:g} s are {h:g} s apart, and ball {worst[1] + 1} cannot be "
+            f"followed between them. Needed: samples at most about {finer:g} s apart"
+        )
+
+
+def _refuse_missed_clicks(path: Path, time: Array, v: Array, force: Array) -> None:
+    """Raises RecordingError where a ball was struck between samples and neither of them shows a force."""
+    fastest = np.abs(v).max(initial=0.0)
+    struck = np.abs(np.diff(v, axis=0)) > STRUCK * fastest
+    padded = np.pad(force != 0, ((0, 0), (1, 1)))
+    pressed = padded[:, 1:] | padded[:, :-1]
+    missed = np.argwhere(struck & ~(pressed[1:] | pressed[:-1]))
+    if v.shape[1] > 1 and len(missed):
+        row, ball = missed[0]
+        raise RecordingError(
+            f"{path}: too coarse for the clicks. Ball {ball + 1} is struck between t = {time[row]:g} s and {time[row + 1]:g} s, and "
+            "F is 0 at both. Needed: F_peak[i] of every contact, or the run's table of pulses (`--pulses FILE.csv`)"
+        )
+
+
+def _guessed_pulses(time: Array, force: Array) -> Array:
+    """Pulses as far as samples of the force show them: as long as a contact's samples are not 0."""
+    rows = []
+    for contact, column in enumerate(force.T, start=1):
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], column > 0, [0]])))
+        for first, end in edges.reshape(-1, 2):
+            rows.append((contact, time[max(0, first - 1)], time[end - 1], column[first:end].max(), 0.0))
+    return np.sort(np.array(rows, dtype=PULSE), order=["onset", "contact"])
+
+
+def _read_columns(path: Path) -> Columns:
+    """A CSV file of numbers below one line of names."""
+    with path.open(newline="", encoding="utf-8-sig", errors="replace") as file:
+        lines = csv.reader(file)
+        names = [name.strip() for name in next(lines, [])]
+        rows = []
+        for row in lines:
+            try:
+                rows.append([float(TRUTH.get(cell, cell)) for cell in row])
+            except ValueError as problem:
+                raise RecordingError(f"{path}, line {lines.line_num}: {problem}") from None
+            if len(row) != len(names):
+                raise RecordingError(
+                    f"{path}, line {lines.line_num}: {len(row)} numbers for {len(names)} names"
+                )
+    table = np.array(rows, dtype=float).reshape(len(rows), len(names))
+    if not np.isfinite(table).all():
+        raise RecordingError(f"{path}: NaN or infinite numbers cannot be drawn")
+    return dict(zip(names, table.T, strict=True))
+
+
+def _pulse_table(path: Path, balls: int) -> Array:
+    columns = _read_columns(path)
+    missing = [name for name in FIELDS if name not in columns]
+    if missing:
+        raise RecordingError(
+            f"{path}: a table of pulses has the columns {', '.join(FIELDS)}; missing: {', '.join(missing)}"
+        )
+    table = np.zeros(len(columns["onset"]), dtype=PULSE)
+    for name in FIELDS:
+        table[name] = columns[name]
+    if len(table) and not (1 <= table["contact"].min() and table["contact"].max() < balls):
+        raise RecordingError(
+            f"{path}: pulses of contacts {table['contact'].min()} to {table['contact'].max()}; {balls} balls have contacts 1 to {balls - 1}"
+        )
+    return np.sort(table, order=["onset", "contact"])

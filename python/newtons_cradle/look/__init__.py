@@ -1,0 +1,29 @@
+"""What all pages share: fonts, colours and what they mean (look.css), and how numbers are written (look.js).
+
+The producer puts look.css into the FMU's page, too.
+"""
+
+import re
+from importlib.resources import files
+
+STYLE, SCRIPT = ((files(__package__) / name).read_text(encoding="utf-8") for name in ("look.css", "look.js"))
+
+#: Colours by name, `COLOURS["series-1"]`, as "#rrggbb", where pages are light.
+COLOURS = dict(re.findall(r"--([\w-]+): (#[0-9a-f]{6});", STYLE.partition("@media")[0]))
+
+#: Of balls or contacts, from left to right; told apart by colour-blind eyes as well.
+SERIES = [COLOURS[f"series-{i}"] for i in range(1, 7)]
+
+
+def series(count: int) -> list[str]:
+    """Colours of `count` balls or contacts: `SERIES`, or, where they are too few, colours between some of them."""
+    if count <= len(SERIES):
+        return SERIES[:count]
+    stops = [[int(SERIES[i][k : k + 2], 16) for k in (1, 3, 5)] for i in (0, 2, 4, 1)]
+    colours = []
+    for i in range(count):
+        place = (len(stops) - 1) * i / (count - 1)
+        below = min(int(place), len(stops) - 2)
+        mixed = (a + (place - below) * (b - a) for a, b in zip(*stops[below : below + 2], strict=True))
+        colours.append("#" + "".join(f"{round(channel):02x}" for channel in mixed))
+    return colours
