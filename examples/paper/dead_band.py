@@ -72,6 +72,7 @@ def plot(curves: dict) -> Plot:
         [Column("", "dead band / largest overlap", "", [Strip("shared impulse", "", traces, (0.0, 0.6))],
                 [View("all", 0.0, 1.6)])],
         height=2.6,
+        files=("dead_band.csv",),
     )  # fmt: skip
 
 

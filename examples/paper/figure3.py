@@ -1,7 +1,7 @@
 """Figure 3: 13 balls struck from both sides. The two waves of pulses cross and interfere."""
 
 import numpy as np
-from plots import COLOURS, Column, Plot, Strip, Trace, View, forces, gradient
+from plots import COLOURS, Column, Plot, Strip, Trace, View, forces, look
 from support import (
     Check,
     Fmus,
@@ -86,7 +86,7 @@ def checks_rigid(rigid: nc.Result, outcome: np.ndarray) -> list[Check]:
 
 def plot_forces(both: nc.Result, alone: list[nc.Result]) -> Plot:
     """One strip per contact; dashed, what each wave would do alone."""
-    strips = forces(both, gradient(12), limits=(0, 900))
+    strips = forces(both, look.series(12), limits=(0, 900))
     for strip in strips:
         strip.traces.extend(Trace(one["time"], one[strip.label], "#555555", "dashed") for one in alone)
     meeting = int(np.argmax(interference(both, alone))) + 1
@@ -106,6 +106,7 @@ def plot_forces(both: nc.Result, alone: list[nc.Result]) -> Plot:
                 [View("impacts", 0.5, 0.58), View("whole run", 0.0, STOP), View("crossing", 0.512, 0.536)],
             )
         ],
+        files=("figure3.csv", "figure3_pulses.csv"),
         height=0.62,
     )
 

@@ -49,6 +49,7 @@ def plot(resolved: nc.Result) -> Plot:
         "all at once at this scale. Zoom into one, as Figure 5 does, and it comes apart: six pulses, one after the "
         "other, within a microsecond.",
         [Column("", "time", "s", forces(resolved, limits=(0, 1.8e7)), views)],
+        files=("figure4.csv", "figure4_pulses.csv"),
     )
 
 

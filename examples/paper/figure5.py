@@ -113,6 +113,15 @@ def plot(without: dict, with_band: dict) -> Plot:
             column("without a dead band: the pulses overlap", without),
             column("with a dead band of 0.26 µm: one after the other", with_band),
         ],
+        files=(
+            "figure5_without_dead_band.csv",
+            "figure5_without_dead_band_pulses.csv",
+            "figure5_without_dead_band_micro.csv",
+            "figure5_with_dead_band.csv",
+            "figure5_with_dead_band_pulses.csv",
+            "figure5_with_dead_band_micro.csv",
+            "table1.csv",
+        ),
     )
 
 

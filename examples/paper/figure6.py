@@ -75,6 +75,7 @@ def plot(result: nc.Result) -> Plot:
         "strip, a hundred thousand times magnified: it does not quite, and its amplitude (dashed) grows with each click. "
         "The pendulums are linearised: their period does not depend on the amplitude.",
         [Column("", "time", "s", strips, [View("30 s", 0.0, SHOWN), View("240 s", 0.0, STOP)])],
+        files=("figure6.csv", "figure6_pulses.csv"),
         height=1.05,
     )
 

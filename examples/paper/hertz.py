@@ -72,6 +72,7 @@ def plot_impact(touching: dict, apart: dict) -> Plot:
         "with steel balls find just this break-up (Hutzler et al. 2004, Donahue et al. 2008). Right: a dead band, or an "
         "order of 3 and more, gives the textbook outcome instead.",
         columns,
+        files=("hertz.csv", "hertz_pulses.csv"),
     )
 
 

@@ -47,6 +47,7 @@ def plot_overlap(overlap: dict) -> Plot:
         "smaller force, over the smaller of their impulses; the mean of the three neighbouring pairs is shown. Quadratic "
         "springs still overlap, third and higher orders hardly, as the paper says. Hertz contacts are p = 1.5.",
         [Column("", "order p", "", [strip], [View("all", 0.8, 5.2)])],
+        files=("overlap_order.csv",),
         height=2.6,
     )
 

@@ -18,7 +18,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 from newtons_cradle.animation import from_fmu, save_page
 from PIL import Image
-from plots import COLOURS, Column, Plot, Strip, Trace, View, forces, save_picture
+from plots import COLOURS, Column, Plot, Strip, Trace, View, forces, look, save_picture
 from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
 from support import ROOT, command_line, nc, opened, shorter
@@ -48,7 +48,9 @@ def default_run(fmu: nc.Fmu) -> Plot:
         Strip(f"x[{i}]", "m", [Trace(macro["time"], macro[f"x[{i}]"], COLOURS[i - 1])], (-0.12, 0.12))
         for i in range(1, 6)
     ]
-    stored = Trace(micro["time"] - onset, micro.stack("E_contact").sum(axis=1), COLOURS[5], "area")
+    stored = Trace(
+        micro["time"] - onset, micro.stack("E_contact").sum(axis=1), look.COLOURS["contact"], "area"
+    )
     pulses = [*forces(micro, origin=onset), Strip("stored", "J", [stored])]
     return Plot(
         "run",
@@ -63,7 +65,7 @@ def default_run(fmu: nc.Fmu) -> Plot:
 
 
 def svg(plot: Plot, path: Path) -> None:
-    """A plot as SVG to be put into a page: text stays text, three digits are enough."""
+    """A plot as SVG to be put into a page: text stays text, three digits are enough, colours are those of the page."""
     plt.rcParams["svg.fonttype"] = "none"
     plt.rcParams["svg.hashsalt"] = "cradle"
     plt.rcParams["path.simplify_threshold"] = 0.3
@@ -72,6 +74,9 @@ def svg(plot: Plot, path: Path) -> None:
     text = text[text.index("<svg") :]
     text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
     text = re.sub(r"\d+\.\d{3,}", lambda number: f"{float(number[0]):.1f}", text)
+    names = {value: name for name, value in look.COLOURS.items() if value != "#ffffff"}
+    text = re.sub(r"#[0-9a-f]{6}", lambda shade: f"var(--{names[shade[0]]})", text.replace("#ffffff", "none"))
+    text = text.replace("font-family: 'DejaVu Sans'", "font-family: inherit")
     path.write_text(re.sub(r"\n\s*", "\n", text), encoding="utf-8")
     print(f"  wrote {shorter(path)}")
 
@@ -95,8 +100,8 @@ def photographs(fmus, report: Path, docs: Path) -> None:
             browser.get(page.as_uri())
             time.sleep(3)
             browser.execute_script(
-                "const [click] = cradle.run.impacts;"
-                "cradle.seek(click.begin + 0.4 * (click.end - click.begin))"
+                "cradle.open(); cradle.play(false);"
+                "const stage = cradle.opened.stages[2]; cradle.seek((stage.from + stage.to) / 2)"
             )
             photograph(browser, docs / "animation.jpg")
         browser.get(report.as_uri())

@@ -1,5 +1,6 @@
 """Plots as data: strips of traces above a common axis, drawn as PNG here and by the report's script in a browser."""
 
+import sys
 import textwrap
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,9 +12,14 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.ticker import EngFormatter
 
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "python"))
+
+from newtons_cradle import look  # noqa: E402
+
 #: One colour per ball or contact, from left to right; told apart by colour-blind eyes as well.
-COLOURS = ["#0b5394", "#d1495b", "#2a9d60", "#8e5ea2", "#c77d0a", "#3a3a3a"]
-INK, FAINT = "#222222", "#8a8a8a"
+COLOURS = look.SERIES
+INK, FAINT, GRID = (look.COLOURS[name] for name in ("ink", "edge", "line"))
 
 
 @dataclass(frozen=True)
@@ -59,19 +65,15 @@ class Column:
 
 @dataclass(frozen=True)
 class Plot:
-    """A figure: columns side by side, and a caption that says what to see. `height`: of a strip, in inches."""
+    """A figure: columns side by side, and a caption that says what to see. `height`: of a strip, in inches; `files`: CSV files
+    with its numbers, in the folder of the report."""
 
     name: str
     title: str
     caption: str
     columns: list[Column]
     height: float = 1.25
-
-
-def gradient(count: int) -> list[str]:
-    """`count` colours from blue to red, for more balls or contacts than `COLOURS` has."""
-    scale = matplotlib.colormaps["turbo"]
-    return [matplotlib.colors.to_hex(scale(0.08 + 0.84 * i / max(1, count - 1))) for i in range(count)]
+    files: tuple[str, ...] = ()
 
 
 def forces(result, colours=COLOURS, *, origin: float = 0.0, limits=None) -> list[Strip]:
@@ -95,10 +97,11 @@ def save_picture(plot: Plot, path: Path, **options) -> None:
             "axes.spines.right": False,
             "axes.edgecolor": FAINT,
             "axes.labelcolor": INK,
+            "axes.titlecolor": INK,
             "xtick.color": INK,
             "ytick.color": INK,
             "axes.grid": True,
-            "grid.color": "#e6e6e6",
+            "grid.color": GRID,
             "grid.linewidth": 0.6,
             "lines.linewidth": 1.3,
             "lines.markersize": 4.5,
@@ -119,7 +122,9 @@ def save_picture(plot: Plot, path: Path, **options) -> None:
         _draw_column(column, strips)
     if plot.caption:
         caption = textwrap.fill(plot.caption, 150)
-        figure.supxlabel(caption, fontsize=8.5, color="#444444", x=0.01, ha="left", linespacing=1.5)
+        figure.supxlabel(
+            caption, fontsize=8.5, color=look.COLOURS["soft"], x=0.01, ha="left", linespacing=1.5
+        )
     figure.savefig(path, dpi=130, **options)
     plt.close(figure)
 

@@ -6,19 +6,23 @@ from html import escape
 from pathlib import Path
 
 import numpy as np
-from plots import Plot
+from plots import COLOURS, Plot, look
 from support import Check
 
 ASSETS = Path(__file__).parent / "report"
 
 
-def save_report(path: Path, plots: list[Plot], checks: list[Check]) -> None:
-    """Writes the report."""
+SCRIPTS = ("axes.js", "charts.js")
+
+
+def save_report(path: Path, plots: list[Plot], checks: list[Check], animation: Path) -> None:
+    """Writes the report; `animation`: the page beside it that it links."""
     data = Arrays()
     figures = [figure(plot, data) for plot in plots]
     parts = {
-        "{{style}}": (ASSETS / "report.css").read_text(encoding="utf-8"),
-        "{{script}}": (ASSETS / "charts.js").read_text(encoding="utf-8"),
+        "{{style}}": look.STYLE + asset("report.css"),
+        "{{script}}": "\n".join([look.SCRIPT, *map(asset, SCRIPTS)]),
+        "{{animation}}": escape(animation.name),
         "{{holding}}": str(sum(check.holds for check in checks)),
         "{{checks}}": str(len(checks)),
         "{{contents}}": "\n".join(map(entry, plots)),
@@ -26,10 +30,14 @@ def save_report(path: Path, plots: list[Plot], checks: list[Check]) -> None:
         "{{rows}}": "\n".join(map(row, checks)),
         "{{data}}": json.dumps({"figures": figures, "arrays": data.texts}).replace("</", "<\\/"),
     }
-    page = (ASSETS / "template.html").read_text(encoding="utf-8")
+    page = asset("template.html")
     for mark, text in parts.items():
         page = page.replace(mark, text)
     path.write_text(page, encoding="utf-8")
+
+
+def asset(name: str) -> str:
+    return (ASSETS / name).read_text(encoding="utf-8")
 
 
 class Arrays:
@@ -68,7 +76,7 @@ def figure(plot: Plot, data: Arrays) -> dict:
                             {
                                 "x": data.place(trace.x, "f8"),
                                 "y": data.place(trace.y, "f4"),
-                                "colour": trace.colour,
+                                "colour": themed(trace.colour),
                                 "style": trace.style,
                                 "label": trace.label,
                             }
@@ -83,6 +91,11 @@ def figure(plot: Plot, data: Arrays) -> dict:
     }
 
 
+def themed(colour: str) -> str:
+    """The name of a colour that dark pages have another one for, else the colour."""
+    return f"--series-{COLOURS.index(colour) + 1}" if colour in COLOURS else colour
+
+
 def entry(plot: Plot) -> str:
     """A line of the table of contents."""
     return f'<li><a href="#{plot.name}">{escape(plot.title)}</a></li>'
@@ -92,13 +105,22 @@ def section(plot: Plot) -> str:
     """Where the script puts a plot's charts, with its caption."""
     return (
         f'<section id="{plot.name}"><h2>{escape(plot.title)}</h2>\n'
-        f'<div class="charts"></div>\n<p class="caption">{escape(plot.caption)}</p></section>'
+        f'<div class="charts"></div>\n<p class="caption">{escape(plot.caption)}</p>{links(plot)}</section>'
     )
+
+
+def links(plot: Plot) -> str:
+    """The files with a plot's numbers."""
+    names = [f'<a href="{escape(name)}">{escape(name)}</a>' for name in plot.files]
+    return f'\n<p class="files">Numbers: {", ".join(names)}</p>' if names else ""
 
 
 def row(check: Check) -> str:
     """A line of the table of checks."""
     cells = "".join(f"<td>{escape(text)}</td>" for text in (check.figure, check.what))
-    numbers = "".join(f'<td class="number">{escape(text)}</td>' for text in (check.measured, check.required))
-    verdict = '<td class="holds">holds</td>' if check.holds else '<td class="fails">FAILS</td>'
+    numbers = "".join(
+        f'<td class="number" data-name="{name}">{escape(text)}</td>'
+        for name, text in (("measured", check.measured), ("required", check.required))
+    )
+    verdict = '<td class="holds">agrees</td>' if check.holds else '<td class="fails">DIFFERS</td>'
     return f"<tr>{cells}{numbers}{verdict}</tr>"

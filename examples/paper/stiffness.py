@@ -77,6 +77,7 @@ def plot(cases: dict) -> Plot:
         "separate. Right: with a fixed dead band only its ratio to the largest overlap counts, so the same dead band that "
         "separates stiff contacts does nothing for soft ones.",
         columns,
+        files=("stiffness.csv",),
     )
 
 

@@ -8,12 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from plots import Plot, save_picture
-
-ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "python"))
-
-import newtons_cradle as nc  # noqa: E402
+from plots import ROOT, Plot, nc, save_picture
 
 
 @dataclass(frozen=True)

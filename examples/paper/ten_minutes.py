@@ -59,6 +59,7 @@ def plot(result: nc.Result) -> Plot:
         "it; the FMU needs milliseconds. The middle ball's swing keeps growing linearly, and the solver's own energy error "
         "stays at the level of rounding.",
         [Column("", "time", "s", strips, [View("600 s", 0.0, STOP), View("last 20 s", 580.0, STOP)])],
+        files=("ten_minutes_pulses.csv",),
     )
 
 

@@ -1,55 +1,6 @@
-"use strict";
-// Charts of strips above a common axis, drawn on a canvas, zoomable over any number of decades.
+// Charts of strips above a common axis, zoomable over any number of decades; those side by side move together.
 
-const MARGIN = { left: 70, right: 14, top: 8, bottom: 44, gap: 14 };
-const PREFIXES = { 9: "G", 6: "M", 3: "k", 0: "", "-3": "m", "-6": "µ", "-9": "n", "-12": "p", "-15": "f" };
-const INK = "#1c2430", SOFT = "#5b6675", GRID = "#e8ebef", FONT = "12px system-ui, sans-serif";
-
-/** Bytes in base64 as an array of numbers; kind: f4 or f8. */
-function decoded({ kind, data }) {
-  const bytes = Uint8Array.from(atob(data), (letter) => letter.charCodeAt(0));
-  return kind === "f8" ? new Float64Array(bytes.buffer) : new Float32Array(bytes.buffer);
-}
-
-/** 1, 2 or 5 times a power of ten, such that about `count` steps make up `span`. */
-function niceStep(span, count) {
-  const raw = span / count, power = 10 ** Math.floor(Math.log10(raw));
-  return power * [1, 2, 5, 10].find((factor) => factor * power >= raw * 0.999);
-}
-
-/** Ticks of an axis from a to b: where they are, their texts, and what the texts are counted from.
- *
- *  Deep in a zoom all numbers begin alike. Then `origin` names a round value below a, and the texts count from there.
- */
-function ticks(a, b, count, unit) {
-  const span = b - a, step = niceStep(span, count), largest = Math.max(Math.abs(a), Math.abs(b));
-  let origin = 0, name = "";
-  if (span < 1e-3 * largest) {
-    const round = 10 ** Math.ceil(Math.log10(span));
-    origin = Math.floor(a / round) * round;
-    name = `${origin.toFixed(Math.max(0, -Math.round(Math.log10(round))))} ${unit} + …`;
-  }
-  const extent = Math.max(Math.abs(a - origin), Math.abs(b - origin));
-  const power = unit ? 3 * Math.floor(Math.log10(extent * 1.0001) / 3) : 0;
-  const scale = power in PREFIXES ? 10 ** power : 1, prefix = power in PREFIXES ? PREFIXES[power] : "";
-  const digits = Math.max(0, -Math.floor(Math.log10(step / scale) + 1e-9));
-  const list = [];
-  for (let k = Math.ceil((a - origin) / step - 1e-9); k * step <= (b - origin) * (1 + 1e-12) + 1e-9 * step; k++) {
-    const short = digits > 5 ? (k * step / scale).toPrecision(2) : (k * step / scale).toFixed(digits);
-    list.push({ at: origin + k * step, text: unit ? `${short} ${prefix}${unit}` : short });
-  }
-  return { list, name };
-}
-
-/** First index of a rising array whose value is not below `value`. */
-function lowerBound(array, value) {
-  let low = 0, high = array.length;
-  while (low < high) {
-    const middle = (low + high) >> 1;
-    if (array[middle] < value) low = middle + 1; else high = middle;
-  }
-  return low;
-}
+const MARGIN = { left: 70, right: 14, top: 26, bottom: 44, gap: 14 };
 
 class Chart {
   constructor(parent, column, height, arrays) {
@@ -63,6 +14,8 @@ class Chart {
     for (const strip of this.strips) strip.range = strip.limits ?? Chart.range(strip.traces);
     this.left = this.views[0].left;
     this.right = this.views[0].right;
+    this.mates = [this]; // the charts that show the same range
+    this.reading = null; // where values are read
     this.build(parent);
     new ResizeObserver(() => this.draw()).observe(this.canvas);
   }
@@ -84,15 +37,28 @@ class Chart {
     const zooms = this.column.xunit !== "" || this.views.length > 1;
     this.buttons = this.views.filter(() => zooms).map((view) => this.button(bar, view.label, () => this.show(view)));
     if (zooms) {
-      this.button(bar, "+", () => this.zoom(0.5)).title = "zoom in";
-      this.button(bar, "−", () => this.zoom(2)).title = "zoom out";
+      for (const [text, name, factor] of [["+", "zoom in", 0.5], ["−", "zoom out", 2]]) {
+        this.button(bar, text, () => this.zoom(factor)).setAttribute("aria-label", name);
+      }
     }
+    const named = this.strips.flatMap(({ traces }) => traces).filter(({ label }) => label);
+    this.legend = document.createElement("p");
+    this.legend.className = "legend";
+    this.legend.append(...named.map(({ label, colour: shade }) => {
+      const item = document.createElement("span"), patch = document.createElement("i");
+      patch.style.background = shade.startsWith("--") ? `var(${shade})` : shade;
+      item.append(patch, label);
+      return item;
+    }));
     this.canvas = document.createElement("canvas");
     this.canvas.tabIndex = 0;
     this.canvas.setAttribute("role", "img");
     this.canvas.setAttribute("aria-label", `${this.column.title}: ${this.strips.map((strip) => strip.label).join(", ")}`);
     this.canvas.style.height = `${this.height()}px`;
-    figure.append(...(zooms || title.textContent ? [bar] : []), this.canvas);
+    this.spoken = document.createElement("p");
+    this.spoken.className = "spoken";
+    this.spoken.setAttribute("aria-live", "polite");
+    figure.append(...(zooms || title.textContent ? [bar] : []), ...(named.length ? [this.legend] : []), this.canvas, this.spoken);
     parent.append(figure);
     this.listen();
   }
@@ -118,32 +84,76 @@ class Chart {
       event.preventDefault();
       this.zoom(Math.exp(event.deltaY * 0.002), this.timeAt(event.offsetX));
     }, { passive: false });
-    canvas.addEventListener("pointerdown", (event) => { this.grip = event.offsetX; canvas.setPointerCapture(event.pointerId); });
-    canvas.addEventListener("pointerup", () => { this.grip = null; });
+    canvas.addEventListener("pointerdown", (event) => {
+      this.grip = event.offsetX;
+      canvas.setPointerCapture(event.pointerId);
+      this.read(this.timeAt(event.offsetX));
+    });
+    for (const name of ["pointerup", "pointercancel"]) canvas.addEventListener(name, () => { this.grip = null; });
     canvas.addEventListener("pointermove", (event) => {
-      this.pointer = event.offsetX;
       if (this.grip != null) {
         const shift = this.timeAt(this.grip) - this.timeAt(event.offsetX);
         this.grip = event.offsetX;
         this.set(this.left + shift, this.right + shift);
-      } else this.draw();
+      }
+      this.read(this.timeAt(event.offsetX));
     });
-    canvas.addEventListener("pointerleave", () => { this.pointer = null; this.draw(); });
+    canvas.addEventListener("pointerleave", (event) => { if (event.pointerType === "mouse") this.read(null); });
+    canvas.addEventListener("blur", () => this.read(null));
     canvas.addEventListener("dblclick", () => this.show(this.views[0]));
-    canvas.addEventListener("keydown", (event) => {
-      const step = 0.1 * (this.right - this.left);
-      if (event.key === "ArrowLeft") this.set(this.left - step, this.right - step);
-      else if (event.key === "ArrowRight") this.set(this.left + step, this.right + step);
-      else if (event.key === "+") this.zoom(0.5);
-      else if (event.key === "-") this.zoom(2);
-      else return;
-      event.preventDefault();
-    });
+    canvas.addEventListener("keydown", (event) => this.key(event));
   }
 
+  key(event) {
+    const span = this.right - this.left, side = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (side && event.shiftKey) {
+      this.read(Math.min(this.right, Math.max(this.left, (this.reading ?? 0.5 * (this.left + this.right)) + 0.01 * side * span)));
+      const { at, values } = this.readings();
+      this.spoken.textContent = [at, ...values.flat().map(({ name, text }) => `${name} ${text}`)].join("; ");
+    } else if (side) this.set(this.left + 0.1 * side * span, this.right + 0.1 * side * span);
+    else if (event.key === "+" || event.key === "=") this.zoom(0.5);
+    else if (event.key === "-") this.zoom(2);
+    else if (event.key === "0" || event.key === "Home") this.show(this.views[0]);
+    else if (event.key === "Escape") this.read(null);
+    else return;
+    event.preventDefault();
+  }
+
+  /** Reads all strips at a place on the axis, null for none; in the charts beside it as well. */
+  read(at) {
+    for (const mate of this.mates) {
+      mate.reading = at;
+      mate.draw();
+    }
+  }
+
+  /** What is read, in the units of the axes: the place, and for each strip the values of its traces: {name, colour, text}. */
+  readings() {
+    const at = this.reading, finest = (this.right - this.left) / Math.max(1, this.inner);
+    const values = this.strips.map((strip) => {
+      const [low, high] = strip.range, way = notation(low, high, strip.unit);
+      return strip.traces.flatMap(({ x, y, colour, style, label }) => {
+        const value = Chart.valueAt(x, y, at, style === "points");
+        return value === null ? [] : [{ name: label || strip.label, colour, text: written(value, way, (high - low) / 2000) }];
+      });
+    });
+    return { at: written(at, notation(this.left, this.right, this.column.xunit), finest), values };
+  }
+
+  /** A curve's value at x = `at`, of points that of the nearest one; null beside the data. */
+  static valueAt(x, y, at, nearest) {
+    const i = lowerBound(x, at);
+    if (nearest) return y[i > 0 && (i === x.length || at - x[i - 1] < x[i] - at) ? i - 1 : i];
+    if (i === 0 || i === x.length) return x[i] === at ? y[i] : null;
+    return y[i - 1] + (y[i] - y[i - 1]) * (at - x[i - 1]) / (x[i] - x[i - 1]);
+  }
+
+  /** Width of the strips in pixels. */
+  get inner() { return this.canvas.clientWidth - MARGIN.left - MARGIN.right; }
+
   timeAt(pixel) {
-    const width = this.canvas.clientWidth - MARGIN.left - MARGIN.right;
-    return this.left + (this.right - this.left) * (pixel - MARGIN.left) / width;
+    return this.left + (this.right - this.left) * (pixel - MARGIN.left) / this.inner;
   }
 
   /** Narrows (factor < 1) or widens what is shown around `fixed`. */
@@ -156,8 +166,16 @@ class Chart {
     const finest = Math.max(1e-12 * Math.max(Math.abs(left), Math.abs(right)), 1e-15);
     const widest = 1.5 * Math.max(...this.views.map((view) => view.right - view.left));
     if (right - left < finest || right - left > widest) return;
-    [this.left, this.right] = [left, right];
-    this.draw();
+    this.turn = null;
+    this.place(left, right);
+  }
+
+  /** Shows a range here and in the charts beside it. */
+  place(left, right) {
+    for (const mate of this.mates) {
+      Object.assign(mate, { left, right });
+      mate.draw();
+    }
   }
 
   /** Moves to a view so that the eye can follow: the width shrinks or grows by the same factor in each frame. */
@@ -165,51 +183,42 @@ class Chart {
     const from = { left: this.left, right: this.right }, begin = performance.now();
     const [w0, w1] = [from.right - from.left, view.right - view.left];
     const decades = Math.abs(Math.log10(w0 / w1));
-    const duration = matchMedia("(prefers-reduced-motion: reduce)").matches ? 0 : 300 + 220 * decades;
-    const turn = this.turn = {};
+    const duration = STILL.matches ? 0 : 300 + 220 * decades, turn = {};
+    for (const mate of this.mates) mate.turn = turn;
     const frame = (now) => {
       if (this.turn !== turn) return;
       const part = Math.min(1, (now - begin) / duration || 1), eased = part * part * (3 - 2 * part);
       const width = w0 * (w1 / w0) ** eased, rest = w0 === w1 ? 1 - eased : (width - w1) / (w0 - w1);
-      this.left = part === 1 ? view.left : view.left + (from.left - view.left) * rest;
-      this.right = part === 1 ? view.right : this.left + width;
-      this.draw();
+      const left = part === 1 ? view.left : view.left + (from.left - view.left) * rest;
+      this.place(left, part === 1 ? view.right : left + width);
       if (part < 1) requestAnimationFrame(frame);
     };
     frame(begin);
   }
 
   draw() {
-    const ratio = devicePixelRatio || 1, canvas = this.canvas, width = canvas.clientWidth, height = this.height();
-    if (!width) return;
-    if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
-      canvas.width = Math.round(width * ratio);
-      canvas.height = Math.round(height * ratio);
-    }
-    const context = canvas.getContext("2d");
-    context.setTransform(ratio, 0, 0, ratio, 0, 0);
-    context.clearRect(0, 0, width, height);
-    context.font = FONT;
-    const inner = width - MARGIN.left - MARGIN.right;
+    if (!this.canvas.clientWidth) return;
+    const { context, height } = prepared(this.canvas), inner = this.inner, read = this.reading === null ? null : this.readings();
     const across = ticks(this.left, this.right, Math.max(2, inner / 110), this.column.xunit);
     this.strips.forEach((strip, number) => {
       const top = MARGIN.top + number * (this.stripHeight + MARGIN.gap);
-      this.drawStrip(context, strip, top, inner, across);
+      this.drawStrip(context, strip, top, inner, across, read?.values[number]);
     });
     this.drawAxis(context, across, inner, height);
+    if (read) this.drawReading(context, read.at, inner, height);
     this.buttons.forEach((button, i) => {
       const { left, right } = this.views[i];
       button.setAttribute("aria-pressed", String(left === this.left && right === this.right));
     });
   }
 
-  drawStrip(context, strip, top, inner, across) {
+  drawStrip(context, strip, top, inner, across, values) {
     const [low, high] = strip.range, bottom = top + this.stripHeight;
     const px = (x) => MARGIN.left + inner * (x - this.left) / (this.right - this.left);
     const py = (y) => bottom - (bottom - top) * (y - low) / (high - low);
     context.lineWidth = 1;
-    context.strokeStyle = GRID;
-    context.fillStyle = SOFT;
+    context.strokeStyle = colour("--line");
+    context.fillStyle = colour("--soft");
     context.textAlign = "right";
     context.textBaseline = "middle";
     context.beginPath();
@@ -226,12 +235,12 @@ class Chart {
     context.clip();
     for (const trace of strip.traces) this.drawTrace(context, trace, px, py, inner);
     context.restore();
-    this.drawTexts(context, strip, top, inner);
+    this.drawTexts(context, strip, top, inner, values);
   }
 
-  drawTrace(context, { x, y, colour, style }, px, py, inner) {
+  drawTrace(context, { x, y, colour: shade, style }, px, py, inner) {
     const first = Math.max(0, lowerBound(x, this.left) - 1), last = Math.min(x.length - 1, lowerBound(x, this.right));
-    context.strokeStyle = context.fillStyle = colour;
+    context.strokeStyle = context.fillStyle = colour(shade);
     if (style === "points") {
       for (let i = first; i <= last; i++) {
         context.beginPath();
@@ -240,7 +249,7 @@ class Chart {
       }
       return;
     }
-    const path = Chart.path(x, y, first, last, px, py, inner);
+    const path = this.path(x, y, first, last, px, py, inner);
     if (style === "area") {
       const area = new Path2D(path);
       area.lineTo(px(x[last]), py(0));
@@ -257,7 +266,7 @@ class Chart {
   }
 
   /** The polyline; where many points share a pixel column, only its first, lowest, highest and last. */
-  static path(x, y, first, last, px, py, inner) {
+  path(x, y, first, last, px, py, inner) {
     const path = new Path2D();
     path.moveTo(px(x[first]), py(y[first]));
     if (last - first < 4 * inner) {
@@ -273,51 +282,58 @@ class Chart {
     return path;
   }
 
-  /** Name of the strip or its legend, and the values under the pointer. */
-  drawTexts(context, strip, top, inner) {
+  /** Name of the strip, and the values that are read. */
+  drawTexts(context, strip, top, inner, values) {
     context.textBaseline = "top";
-    context.textAlign = "left";
-    context.fillStyle = INK;
-    context.fillText(strip.label, MARGIN.left + 6, top + 1);
-    const named = strip.traces.filter((trace) => trace.label);
-    named.forEach(({ colour, label }, i) => {
-      context.fillStyle = colour;
-      context.textAlign = "right";
-      context.fillText(label, MARGIN.left + inner - 6, top + 1 + 15 * i);
+    this.plate(context, strip.label, MARGIN.left + 6, top + 1, "left", colour("--ink"));
+    (values ?? []).forEach(({ colour: shade, text }, i) => {
+      const y = top + 1 + 15 * i, left = this.plate(context, text, MARGIN.left + inner - 6, y, "right", colour("--ink"));
+      context.fillStyle = colour(shade);
+      context.fillRect(left - 12, y + 2, 9, 9);
     });
-    if (this.pointer == null || this.pointer < MARGIN.left || named.length) return;
-    const trace = strip.traces[0], at = this.timeAt(this.pointer);
-    const i = lowerBound(trace.x, at);
-    if (i < 1 || i >= trace.x.length) return;
-    const part = (at - trace.x[i - 1]) / (trace.x[i] - trace.x[i - 1]);
-    const value = trace.y[i - 1] + part * (trace.y[i] - trace.y[i - 1]);
-    context.strokeStyle = "#9aa4b0";
-    context.lineWidth = 1;
-    context.beginPath();
-    context.moveTo(this.pointer, top);
-    context.lineTo(this.pointer, top + this.stripHeight);
-    context.stroke();
-    context.textAlign = "right";
-    context.fillStyle = trace.colour;
-    context.fillText(`${value.toPrecision(4)} ${strip.unit}`, MARGIN.left + inner - 6, top + 1);
+  }
+
+  /** A text that stays readable on the curves; returns its left end. */
+  plate(context, text, x, y, align, shade) {
+    const wide = context.measureText(text).width, left = align === "left" ? x : align === "right" ? x - wide : x - wide / 2;
+    context.fillStyle = colour("--card");
+    context.globalAlpha = 0.85;
+    context.fillRect(left - (align === "right" ? 14 : 2), y - 1, wide + (align === "right" ? 16 : 4), 15);
+    context.globalAlpha = 1;
+    context.textAlign = "left";
+    context.textBaseline = "top";
+    context.fillStyle = shade;
+    context.fillText(text, left, y);
+    return left;
+  }
+
+  /** The line at which values are read, and where that is. */
+  drawReading(context, text, inner, height) {
+    const pixel = MARGIN.left + inner * (this.reading - this.left) / (this.right - this.left);
+    if (pixel < MARGIN.left || pixel > MARGIN.left + inner) return;
+    context.fillStyle = colour("--edge");
+    context.fillRect(pixel - 0.5, MARGIN.top - 4, 1, height - MARGIN.bottom - MARGIN.top + 4);
+    const half = context.measureText(text).width / 2, middle = Math.min(Math.max(pixel, MARGIN.left + half), MARGIN.left + inner - half);
+    this.plate(context, text, middle, 6, "center", colour("--ink"));
   }
 
   drawAxis(context, across, inner, height) {
     const y = height - MARGIN.bottom;
-    context.strokeStyle = "#aab3be";
+    context.strokeStyle = colour("--edge");
     context.lineWidth = 1;
     context.beginPath();
     context.moveTo(MARGIN.left, y + 0.5);
     context.lineTo(MARGIN.left + inner, y + 0.5);
     context.stroke();
-    context.fillStyle = SOFT;
+    context.fillStyle = colour("--soft");
     context.textBaseline = "top";
     context.textAlign = "center";
     for (const { at, text } of across.list) {
       context.fillText(text, MARGIN.left + inner * (at - this.left) / (this.right - this.left), y + 6);
     }
     const label = across.name ? `${this.column.xlabel}: ${across.name}` : this.column.xlabel;
-    context.fillText(label, MARGIN.left + inner / 2, y + 25);
+    const half = Math.min(context.measureText(label).width / 2, this.canvas.clientWidth / 2);
+    context.fillText(label, Math.min(MARGIN.left + inner / 2, this.canvas.clientWidth - half), y + 25);
   }
 }
 
@@ -325,8 +341,11 @@ window.report = (() => {
   const { figures, arrays } = JSON.parse(document.getElementById("data").textContent);
   const numbers = arrays.map(decoded), charts = {};
   for (const figure of figures) {
-    const parent = document.querySelector(`#${figure.name} .charts`);
-    charts[figure.name] = figure.columns.map((column) => new Chart(parent, column, figure.height, numbers));
+    const parent = document.querySelector(`#${figure.name} .charts`), row = figure.columns.map((column) => new Chart(parent, column, figure.height, numbers));
+    const ranges = (chart) => JSON.stringify(chart.views.map(({ left, right }) => [left, right]));
+    for (const chart of row) chart.mates = row.filter((other) => ranges(other) === ranges(chart));
+    charts[figure.name] = row;
   }
+  DARK.addEventListener("change", () => { for (const chart of Object.values(charts).flat()) chart.draw(); });
   return { charts };
 })();

@@ -8,6 +8,8 @@ use newtons_cradle::variables::{
 };
 
 const TEMPLATE: &str = include_str!("../../assets/index.html");
+/// Fonts and colours of this page and those of the Python package.
+const LOOK: &str = include_str!("../../../python/newtons_cradle/look/look.css");
 /// A run with the default parameters, drawn by `examples/paper/pictures.py`.
 const PICTURE: &str = include_str!("../../assets/run.svg");
 
@@ -15,6 +17,7 @@ const PICTURE: &str = include_str!("../../assets/run.svg");
 pub fn html(start: &Settings) -> String {
     let balls = start.balls();
     TEMPLATE
+        .replace("{{look}}", LOOK)
         .replace("{{picture}}", PICTURE)
         .replace("{{model}}", MODEL_IDENTIFIER)
         .replace("{{version}}", env!("CARGO_PKG_VERSION"))

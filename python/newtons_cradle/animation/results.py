@@ -159,7 +159,7 @@ def _pulse_table(path: Path, balls: int) -> Array:
     table = np.zeros(len(columns["onset"]), dtype=PULSE)
     for name in FIELDS:
         table[name] = columns[name]
-    if len(table) and not (1 <= table["contact"].min() and table["contact"].max() < balls):
+    if len(table) and not (table["contact"].min() >= 1 and table["contact"].max() < balls):
         raise RecordingError(
             f"{path}: pulses of contacts {table['contact'].min()} to {table['contact'].max()}; {balls} balls have contacts 1 to {balls - 1}"
         )
