@@ -1,7 +1,7 @@
 """Figure 3: 13 balls struck from both sides. The two waves of pulses cross and interfere."""
 
 import numpy as np
-from plots import COLOURS, Column, Plot, Strip, Trace, View, forces, look
+from plots import COLOURS, Column, Plot, Strip, Trace, View, forces
 from support import (
     Check,
     Fmus,
@@ -86,7 +86,7 @@ def checks_rigid(rigid: nc.Result, outcome: np.ndarray) -> list[Check]:
 
 def plot_forces(both: nc.Result, alone: list[nc.Result]) -> Plot:
     """One strip per contact; dashed, what each wave would do alone."""
-    strips = forces(both, look.series(12), limits=(0, 900))
+    strips = forces(both, nc.look.series(12), limits=(0, 900))
     for strip in strips:
         strip.traces.extend(Trace(one["time"], one[strip.label], "#555555", "dashed") for one in alone)
     meeting = int(np.argmax(interference(both, alone))) + 1

@@ -18,7 +18,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 from newtons_cradle.animation import from_fmu, save_page
 from PIL import Image
-from plots import COLOURS, Column, Plot, Strip, Trace, View, forces, look, save_picture
+from plots import COLOURS, Column, Plot, Strip, Trace, View, forces, save_picture
 from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
 from support import ROOT, command_line, nc, opened, shorter
@@ -49,7 +49,7 @@ def default_run(fmu: nc.Fmu) -> Plot:
         for i in range(1, 6)
     ]
     stored = Trace(
-        micro["time"] - onset, micro.stack("E_contact").sum(axis=1), look.COLOURS["contact"], "area"
+        micro["time"] - onset, micro.stack("E_contact").sum(axis=1), nc.look.COLOURS["contact"], "area"
     )
     pulses = [*forces(micro, origin=onset), Strip("stored", "J", [stored])]
     return Plot(
@@ -74,7 +74,7 @@ def svg(plot: Plot, path: Path) -> None:
     text = text[text.index("<svg") :]
     text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
     text = re.sub(r"\d+\.\d{3,}", lambda number: f"{float(number[0]):.1f}", text)
-    names = {value: name for name, value in look.COLOURS.items() if value != "#ffffff"}
+    names = {value: name for name, value in nc.look.COLOURS.items() if value != "#ffffff"}
     text = re.sub(r"#[0-9a-f]{6}", lambda shade: f"var(--{names[shade[0]]})", text.replace("#ffffff", "none"))
     text = text.replace("font-family: 'DejaVu Sans'", "font-family: inherit")
     path.write_text(re.sub(r"\n\s*", "\n", text), encoding="utf-8")

@@ -15,11 +15,11 @@ from matplotlib.ticker import EngFormatter
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "python"))
 
-from newtons_cradle import look  # noqa: E402
+import newtons_cradle as nc  # noqa: E402
 
 #: One colour per ball or contact, from left to right; told apart by colour-blind eyes as well.
-COLOURS = look.SERIES
-INK, FAINT, GRID = (look.COLOURS[name] for name in ("ink", "edge", "line"))
+COLOURS = nc.look.SERIES
+INK, FAINT, GRID = (nc.look.COLOURS[name] for name in ("ink", "edge", "line"))
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ def save_picture(plot: Plot, path: Path, **options) -> None:
     if plot.caption:
         caption = textwrap.fill(plot.caption, 150)
         figure.supxlabel(
-            caption, fontsize=8.5, color=look.COLOURS["soft"], x=0.01, ha="left", linespacing=1.5
+            caption, fontsize=8.5, color=nc.look.COLOURS["soft"], x=0.01, ha="left", linespacing=1.5
         )
     figure.savefig(path, dpi=130, **options)
     plt.close(figure)

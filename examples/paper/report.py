@@ -6,8 +6,8 @@ from html import escape
 from pathlib import Path
 
 import numpy as np
-from plots import COLOURS, Plot, look
-from support import Check
+from plots import COLOURS, Plot
+from support import Check, nc
 
 ASSETS = Path(__file__).parent / "report"
 
@@ -20,8 +20,8 @@ def save_report(path: Path, plots: list[Plot], checks: list[Check], animation: P
     data = Arrays()
     figures = [figure(plot, data) for plot in plots]
     parts = {
-        "{{style}}": look.STYLE + asset("report.css"),
-        "{{script}}": "\n".join([look.SCRIPT, *map(asset, SCRIPTS)]),
+        "{{style}}": nc.look.STYLE + asset("report.css"),
+        "{{script}}": "\n".join([nc.look.SCRIPT, *map(asset, SCRIPTS)]),
         "{{animation}}": escape(animation.name),
         "{{holding}}": str(sum(check.holds for check in checks)),
         "{{checks}}": str(len(checks)),

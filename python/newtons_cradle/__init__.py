@@ -11,9 +11,11 @@
 
 Modules: `fmu` (open and run an FMU), `run` (its instances, steps, log and results), `pulses` (the log of pulses as a table,
 impact sequences, pulse order), `views` (runs that resolve every pulse), `balances` (energy and momentum), `setups` (start
-values: presets, the paper's experiments), `calibration` (a real cradle's losses from a film), `progress` (a progress bar).
+values: presets, the paper's experiments), `calibration` (a real cradle's losses from a film), `progress` (a progress
+bar), `look` (colours and fonts of all pages).
 """
 
+from . import look
 from .balances import energy_error, momentum_defect, momentum_of_sequences
 from .calibration import Calibration, calibrate
 from .files import version
@@ -47,6 +49,7 @@ __all__ = [
     "figure6",
     "impact_sequences",
     "lifted",
+    "look",
     "momentum_defect",
     "momentum_of_sequences",
     "overlapping_neighbours",
