@@ -70,6 +70,27 @@ def fmu13_path() -> Path:
     return path
 
 
+@pytest.fixture(scope="module")
+def browser():
+    """Chromium, as browser.py starts it."""
+    pytest.importorskip("selenium")
+    import browser
+
+    started = browser.start()
+    yield started
+    started.quit()
+
+
+@pytest.fixture(scope="session")
+def animation(fmu_path, tmp_path_factory) -> Path:
+    """The default experiment as a page."""
+    from newtons_cradle.animation import from_fmu, save_page
+
+    path = tmp_path_factory.mktemp("animation") / "cradle.html"
+    save_page(path, from_fmu(fmu_path))
+    return path
+
+
 @pytest.fixture(scope="session")
 def paper(fmu_path, fmu13_path, tmp_path_factory) -> tuple[Path, subprocess.CompletedProcess]:
     """The paper's experiments, run as the main command runs them: their folder, and the finished process."""

@@ -1,0 +1,78 @@
+"""A headless Chromium for the tests of pages: windows of given sizes, light and dark, and what a page shows, asks for and complains about."""
+
+import io
+import json
+import shutil
+
+import numpy as np
+import pytest
+from PIL import Image
+from selenium import webdriver
+from selenium.webdriver.chrome.service import Service
+from selenium.webdriver.support.wait import WebDriverWait
+
+SIZES = {"desktop": (1280, 800), "phone": (390, 844), "landscape": (844, 390)}
+
+
+def start():
+    """Chromium without a GPU and without a window; skips where it is not installed."""
+    program, driver = shutil.which("chromium") or shutil.which("google-chrome"), shutil.which("chromedriver")
+    if program is None or driver is None:
+        pytest.skip("chromium or chromedriver is missing: on Debian, `apt install chromium chromium-driver`")
+    options = webdriver.ChromeOptions()
+    options.binary_location = program
+    for argument in ("headless=new", "no-sandbox", "window-size=1280,860", "enable-unsafe-swiftshader"):
+        options.add_argument(f"--{argument}")
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+    return webdriver.Chrome(options=options, service=Service(driver))
+
+
+def set_screen(browser, size: str = "desktop", *, dark: bool = False, still: bool = False) -> None:
+    """The size of what is seen, the colours that the user prefers, and whether motion is to be reduced."""
+    width, height = SIZES[size]
+    metrics = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+    wishes = {
+        "prefers-color-scheme": "dark" if dark else "light",
+        "prefers-reduced-motion": "reduce" if still else "no-preference",
+    }
+    features = [{"name": name, "value": value} for name, value in wishes.items()]
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
+
+
+def visit(browser, path) -> None:
+    """Opens a page and asserts that it asks for nothing but itself and says nothing on the console.
+
+    Those with scripts are ready once they have left `cradle` or `report` in the window.
+    """
+    for kind in ("browser", "performance"):
+        browser.get_log(kind)  # what earlier pages left
+    browser.get(path.as_uri())
+    WebDriverWait(browser, 60).until(
+        lambda _: browser.execute_script(
+            "return !document.scripts.length || Boolean(window.cradle ?? window.report)"
+        )
+    )
+    assert_quiet(browser)
+    messages = [json.loads(entry["message"])["message"] for entry in browser.get_log("performance")]
+    requests = [m["params"]["request"]["url"] for m in messages if m["method"] == "Network.requestWillBeSent"]
+    assert [url for url in requests if not url.startswith(("data:", "blob:"))] == [path.as_uri()]
+
+
+def assert_quiet(browser) -> None:
+    """Nothing on the console but what the renderer without a GPU says about itself."""
+    entries = [entry for entry in browser.get_log("browser") if "GPU stall" not in entry["message"]]
+    assert entries == []
+
+
+def colours(browser, element) -> int:
+    """How many colours an element shows: a blank one has a single one."""
+    picture = Image.open(io.BytesIO(element.screenshot_as_png)).convert("RGB")
+    return len(np.unique(np.asarray(picture).reshape(-1, 3), axis=0))
+
+
+def state(browser, t: float | None = None) -> dict:
+    """What the player shows, at time t (s) if given."""
+    if t is not None:
+        browser.execute_script("cradle.seek(arguments[0])", t)
+    return browser.execute_script("return cradle.state()")
