@@ -49,7 +49,17 @@ SHORT_HOST_TESTS = (
     "states",
 )
 # Those that run whole programs, most of the time on one core; the others run beside them.
-PROGRAM_TESTS = ("examples", "mechatronics", "notebook", "pages", "study", "wheel")
+PROGRAM_TESTS = (
+    "examples",
+    "mechatronics",
+    "notebook",
+    "pages",
+    "pages_animation",
+    "pages_files",
+    "pages_layout",
+    "study",
+    "wheel",
+)
 
 
 @dataclass

@@ -1,6 +1,5 @@
 """All pages in windows of a desktop and of a phone, light and dark: nothing overprints, and axe-core finds nothing serious."""
 
-import itertools
 import shutil
 import subprocess
 from pathlib import Path
@@ -46,13 +45,17 @@ def axe() -> str:
     npm = shutil.which("npm")
     if not script.exists():
         if npm is None:
-            pytest.skip("npm is missing: axe-core cannot be installed, and nothing checks how accessible pages are")
+            pytest.skip(
+                "npm is missing: axe-core cannot be installed, and nothing checks how accessible pages are"
+            )
         quietly = ["--ignore-scripts", "--no-audit", "--no-fund", "--no-save"]
         command = [npm, "install", "--prefix", str(folder), *quietly, f"axe-core@{AXE}"]
         folder.mkdir(parents=True, exist_ok=True)
         done = subprocess.run(command, capture_output=True, text=True)
         if done.returncode != 0:
-            pytest.skip(f"npm cannot install axe-core, and nothing checks how accessible pages are: {done.stderr}")
+            pytest.skip(
+                f"npm cannot install axe-core, and nothing checks how accessible pages are: {done.stderr}"
+            )
     return script.read_text(encoding="utf-8")
 
 
@@ -61,7 +64,9 @@ def overprints(browser) -> list[tuple[str, str]]:
     texts = sorted(browser.execute_script(TEXTS), key=lambda text: text[2])
     found = []
     for i, (text, left, top, right, bottom, _) in enumerate(texts):
-        for other, *box, _ in itertools.takewhile(lambda text: text[2] < bottom, texts[i + 1 :]):
+        for other, *box, _ in texts[i + 1 :]:
+            if box[1] >= bottom:
+                break
             wide = min(right, box[2]) - max(left, box[0])
             high = min(bottom, box[3]) - max(top, box[1])
             if wide > 1.5 and high > 0.35 * min(bottom - top, box[3] - box[1]):

@@ -1,0 +1,157 @@
+"""The command that makes animations: what it takes, and what it refuses in words."""
+
+import subprocess
+import sys
+
+import newtons_cradle as nc
+import numpy as np
+import pytest
+from fmpy import simulate_fmu
+from fmpy.util import write_csv
+from newtons_cradle.animation import RecordingError, from_csv
+
+
+def page(*arguments) -> subprocess.CompletedProcess:
+    """The command that makes a page."""
+    return subprocess.run(
+        [sys.executable, "-m", "newtons_cradle", "page", *map(str, arguments)], capture_output=True, text=True
+    )
+
+
+def test_the_producer_makes_the_same_page(producer, fmu_path, tmp_path):
+    """`cradle-fmu page` is the same command."""
+    pages = [tmp_path / "one.html", tmp_path / "two.html"]
+    options = [fmu_path, "--stop", "1", "--set", "contact.model=hertz", "--out"]
+    assert page(*options, pages[0]).returncode == 0
+    command = [producer, "page", "--python", sys.executable]
+    done = subprocess.run([*command, *map(str, options), pages[1]], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert pages[0].read_bytes() == pages[1].read_bytes()
+    failed = subprocess.run([*command, "missing.fmu"], capture_output=True, text=True)
+    assert failed.returncode == 1 and failed.stderr.startswith("error: ") and "import" not in failed.stderr
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ("", "missing: time, x[1], v[1]. Needed: time, x[i] and v[i] of every ball"),
+        ("time,y\n0,1\n1,2\n", "missing: x[1], v[1]"),
+        ("time,x[1],v[1]\n0,1,0\n1,1,0\n", "there is one ball only. If the cradle has one, say `--balls 1`"),
+        (
+            "time,x[1],x[3],v[1],v[2],v[3],F[1],F[2]\n0,1,1,0,0,0,0,0\n",
+            "not a whole result of 3 balls; missing: x[2]",
+        ),
+        (
+            "time,x[1],F_peak[4]\n0,1,1\n",
+            "not a whole result of 5 balls; missing: x[2], x[3], x[4], x[5], v[1], v[2], ...",
+        ),
+        ("time,x[1],x[2],v[1],v[2]\n0,1,2,3,4\n", "not a whole result of 2 balls; missing: F[1]"),
+        (
+            "time,x[1],x[2],v[1],v[2],F[1],F[2]\n0,1,2,3,4,0,0\n",
+            "not a whole result of 3 balls; missing: x[3], v[3]",
+        ),
+        (
+            "time,x[1],x[2],v[1],v[2],F[1]\n0,1,2,3,4,0\n",
+            "at least two rows are needed, with times that rise",
+        ),
+        (
+            "time,x[1],x[2],v[1],v[2],F[1]\n0,1,2,3,4,0\n0,1,2,3,4,0\n",
+            "at least two rows are needed, with times that rise",
+        ),
+        ("time,x[1]\n0,1\n1,red\n", "line 3: could not convert string to float: 'red'"),
+        ("time,x[1]\n0,1\n1,2,3\n", "line 3: 3 numbers for 2 names"),
+        ("time,x[1]\n0,1\n1,nan\n", "NaN or infinite numbers cannot be drawn"),
+    ],
+)
+def test_a_bad_result_is_refused_in_words(tmp_path, text, complaint):
+    path = tmp_path / "bad.csv"
+    path.write_text(text)
+    done = page(path)
+    assert done.returncode == 1
+    assert done.stderr.startswith("error: ") and complaint in done.stderr
+    assert not path.with_suffix(".html").exists()
+
+
+def saved(folder, result, names=None):
+    """A result, or some of its columns, as FMPy writes it."""
+    path = folder / "result.csv"
+    write_csv(path, result if names is None else result[["time", *names]])
+    return path
+
+
+@pytest.fixture(scope="module")
+def fine(fmu_path):
+    """Three seconds of the default experiment as FMPy runs it, in steps of 10 ms."""
+    return simulate_fmu(fmu_path, stop_time=3.0, output_interval=0.01)
+
+
+def test_a_result_that_is_too_coarse_is_refused(fmu_path, fine, tmp_path):
+    """The needed step that the refusal names is fine enough."""
+    coarse = saved(tmp_path, simulate_fmu(fmu_path, stop_time=6.0, output_interval=0.25))
+    with pytest.raises(
+        RecordingError,
+        match=r"too coarse. The samples at t = [\d.]+ s are 0.25 s apart, and ball \d cannot be followed",
+    ) as refusal:
+        from_csv(coarse)
+    needed = float(str(refusal.value).split("at most about ")[1].removesuffix(" s apart"))
+    assert 0.02 <= needed < 0.25
+    again = saved(tmp_path, simulate_fmu(fmu_path, stop_time=6.0, output_interval=needed))
+    assert len(from_csv(again).pulses) > 0
+    assert len(from_csv(saved(tmp_path, fine)).pulses) == 8
+
+
+def test_forces_that_miss_the_clicks_are_refused(fmu, fine, tmp_path):
+    """Without F_peak or a table of pulses, steps of 10 ms show none; samples in every pulse do."""
+    names = [f"{name}[{i}]" for name in "xv" for i in range(1, 6)] + [f"F[{i}]" for i in range(1, 5)]
+    with pytest.raises(
+        RecordingError,
+        match=r"too coarse for the clicks. Ball 1 is struck between t = 0.7 s and 0.71 s, and F is 0 at both. Needed: F_peak",
+    ):
+        from_csv(saved(tmp_path, fine, names))
+    pulses = tmp_path / "pulses.csv"
+    run = fmu.simulate(stop=3.0)
+    np.savetxt(pulses, run.pulses, delimiter=",", header=",".join(run.pulses.dtype.names), comments="")
+    assert len(from_csv(saved(tmp_path, fine, names), pulses).pulses) == len(run.pulses) == 12
+    resolved = nc.resolved(fmu, stop=3.0, record=names)
+    assert len(from_csv(saved(tmp_path, resolved.samples)).pulses) == 12
+
+
+def test_pulses_of_another_cradle_are_refused(fine, tmp_path):
+    pulses = tmp_path / "pulses.csv"
+    pulses.write_text("contact,onset,release,peak,impulse\n7,0.1,0.2,1,1\n")
+    with pytest.raises(RecordingError, match="pulses of contacts 7 to 7; 5 balls have contacts 1 to 4"):
+        from_csv(saved(tmp_path, fine), pulses)
+    pulses.write_text("contact,onset,release\n1,0.1,0.2\n")
+    with pytest.raises(RecordingError, match=r"a table of pulses has the columns .*; missing: peak, impulse"):
+        from_csv(saved(tmp_path, fine), pulses)
+
+
+def test_one_ball_is_drawn_if_said_so(tmp_path):
+    time = np.linspace(0.0, 3.0, 301)
+    path = tmp_path / "one.csv"
+    table = np.column_stack([time, np.cos(2 * time), -2 * np.sin(2 * time)])
+    np.savetxt(path, table, delimiter=",", header="time,x[1],v[1]", comments="")
+    assert page(path).returncode == 1
+    done = page(path, "--balls", 1)
+    assert done.returncode == 0, done.stderr
+    assert from_csv(path, balls=1).F.shape == (301, 0)
+    assert "missing: x[2], v[2], F[1]" in page(path, "--balls", 2).stderr
+    assert "is not a number of balls" in page(path, "--balls", 0).stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (["missing.csv"], "No such file"),
+        (["missing.fmu"], "missing.fmu"),
+        (["README.md"], "only .fmu and .csv files can be shown"),
+        (["FMU", "--set", "foo=1"], "has no variable 'foo'"),
+        (["FMU", "--set", "ball.mass=-1"], "ball.mass = -1 kg is refused"),
+        (["FMU", "--set", "ball.mass=heavy"], "ball.mass = heavy is not a number"),
+        (["FMU", "--set", "contact.model=glue"], "contact.model = glue is refused; allowed: powerLaw, hertz"),
+    ],
+)
+def test_a_bad_command_is_refused_in_words(fmu_path, arguments, complaint):
+    done = page(*(fmu_path if argument == "FMU" else argument for argument in arguments))
+    assert done.returncode == 1
+    assert done.stderr.startswith("error: ") and complaint in done.stderr
