@@ -104,7 +104,7 @@ def test_the_pointer_reads_time_and_values_in_the_axes_units(report):
     chart = report.find_element(By.CSS_SELECTOR, "#figure5 canvas")
     report.execute_script("arguments[0].scrollIntoView({behavior: 'instant', block: 'center'})", chart)
     before = chart.screenshot_as_png
-    ActionChains(report).move_to_element_with_offset(chart, 20, 0).perform()
+    ActionChains(report).move_to_element_with_offset(chart, -100, 0).perform()
     read = "return report.charts.figure5.map((chart) => ({at: chart.reading, ...chart.readings(), seconds: chart.reading}))"
     one, other = report.execute_script(read)
     assert one["at"] == other["at"]

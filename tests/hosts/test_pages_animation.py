@@ -151,6 +151,15 @@ def test_coming_closer_cuts_no_ball_off(browser, animation, size):
     assert 0 < browser.execute_script(MARGIN) < 0.5
 
 
+def test_two_fingers_come_closer(player):
+    zoom = "return cradle.scene.eye.zoom"
+    before = player.execute_script(zoom)
+    for kind, apart in (("touchStart", 40), ("touchMove", 80), ("touchMove", 120), ("touchEnd", None)):
+        points = [] if apart is None else [{"x": 600 + side * apart, "y": 250, "id": side} for side in (0, 1)]
+        player.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+    WebDriverWait(player, 60).until(lambda _: player.execute_script(zoom) < 0.8 * before)
+
+
 def test_the_values_at_the_pointer(player):
     """Energies and forces at the time shown, or below the pointer, with prefixes of their units."""
     player.execute_script(
