@@ -3,10 +3,14 @@
 const DARK = matchMedia("(prefers-color-scheme: dark)"), STILL = matchMedia("(prefers-reduced-motion: reduce)");
 const PREFIXES = { 9: "G", 6: "M", 3: "k", 0: "", "-3": "m", "-6": "µ", "-9": "n", "-12": "p", "-15": "f" };
 
+const COLOURS = new Map(); // as looked up, until the page turns dark or light
+DARK.addEventListener("change", () => COLOURS.clear());
+
 /** The value of a colour of look.css, such as "--ink"; a colour by its number is lightened where the page is dark. */
 function colour(name) {
   if (!name.startsWith("--")) return DARK.matches ? mixed(name, "#ffffff", 0.4) : name;
-  return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+  if (!COLOURS.has(name)) COLOURS.set(name, getComputedStyle(document.documentElement).getPropertyValue(name).trim());
+  return COLOURS.get(name);
 }
 
 /** The colour `part` of the way from #rrggbb to another. */
