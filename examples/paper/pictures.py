@@ -101,7 +101,8 @@ def photographs(fmus, report: Path, docs: Path) -> None:
             time.sleep(3)
             browser.execute_script(
                 "cradle.open(); cradle.play(false);"
-                "const stage = cradle.opened.stages[2]; cradle.seek((stage.from + stage.to) / 2)"
+                "const stage = cradle.opened.stages[2]; cradle.seek((stage.from + stage.to) / 2);"
+                "cradle.scene.eye.close = 1"
             )
             photograph(browser, docs / "animation.jpg")
         browser.get(report.as_uri())
