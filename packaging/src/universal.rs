@@ -92,6 +92,7 @@ mod tests {
         assert!(join(&arm, &arm).unwrap_err().contains("same processor"));
         assert!(join(&arm, &join(&arm, &library(CPU_TYPE_X86_64, b"")).unwrap()).is_err());
         assert!(join(&arm, b"\x7fELF").is_err());
-        assert!(slices(&[0xca, 0xfe, 0xba, 0xbe, 0, 0, 0, 9]).is_err());
+        let announces_nine = [0xca, 0xfe, 0xba, 0xbe, 0, 0, 0, 9];
+        assert!(slices(&[announces_nine, [0; 8]].concat()).is_err());
     }
 }
