@@ -111,15 +111,15 @@ def fmu_builds(*producer) -> tuple[list, dict]:
 def old_linux() -> tuple[list, dict]:
     """Options and environment for a binary that runs on every Linux from glibc 2.17 on, if .venv has cargo-zigbuild, which
     `test --all` puts there."""
-    programs = VENV / "bin"
-    if not (programs / "cargo-zigbuild").exists() or host_target() != "x86_64-unknown-linux-gnu":
+    programs, host = VENV / "bin", host_target()
+    if not (programs / "cargo-zigbuild").exists() or not host.endswith("-unknown-linux-gnu"):
         say(
             "  !! the binary will need a glibc like this machine's: cargo-zigbuild is not in .venv, or not for this machine"
         )
         return [], {}
     caches = {name: str(ROOT / "target/zig") for name in ("ZIG_GLOBAL_CACHE_DIR", "CARGO_ZIGBUILD_CACHE_DIR")}
     path = f"{programs}{os.pathsep}{os.environ['PATH']}"
-    return ["--target", "x86_64-unknown-linux-gnu.2.17"], caches | {"PATH": path}
+    return ["--target", f"{host}.2.17"], caches | {"PATH": path}
 
 
 def host_target() -> str:

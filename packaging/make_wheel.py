@@ -5,7 +5,7 @@ import shutil
 import subprocess
 from pathlib import Path
 
-from checkout import FMU, PYTHON, ROOT, SOME, Stop, make_venv, old_linux, run, say, stage
+from checkout import FMU, PYTHON, ROOT, SOME, Stop, host_target, make_venv, old_linux, run, say, stage
 
 PROGRAM = "cradle-fmu.exe" if os.name == "nt" else "cradle-fmu"
 FOLDER = ROOT / "target/wheel"
@@ -32,7 +32,8 @@ def make_wheel(fmu: Path | None) -> int:
     with stage("3/3 wheel"):
         (FOLDER / "three.js").write_bytes(subprocess.check_output([PYTHON, "-c", THREE_JS]))
         # zig has linked for glibc 2.17, whatever this machine has.
-        platform = {"CRADLE_WHEEL_PLATFORM": "manylinux_2_17_x86_64"} if target else {}
+        processor = host_target().split("-")[0]
+        platform = {"CRADLE_WHEEL_PLATFORM": f"manylinux_2_17_{processor}"} if target else {}
         run(
             [PYTHON, "-m", "pip", "wheel", "--no-deps", "--wheel-dir", FOLDER, "."],
             env=environment | platform,

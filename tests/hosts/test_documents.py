@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from checkout import VENV
 from conftest import ROOT
 from markdown_it import MarkdownIt
 
@@ -65,6 +66,9 @@ def checkout(tmp_path_factory, producer, fmu_path, fmu13_path) -> Path:
 
 
 @pytest.mark.skipif(os.name == "nt", reason="the documents' commands are those of a Unix shell")
+@pytest.mark.skipif(
+    Path(sys.prefix).resolve() != VENV.resolve(), reason="they need the .venv that cradle.py makes"
+)
 @pytest.mark.parametrize("document", [document for document in DOCUMENTS if blocks(document)])
 def test_everything_in_a_document_runs(checkout, producer, fmu_path, document):
     path = f"{Path(sys.prefix) / 'bin'}{os.pathsep}{producer.parent}{os.pathsep}{os.environ['PATH']}"

@@ -4,6 +4,7 @@ import subprocess
 import sys
 import tomllib
 
+import fmpy
 import newtons_cradle as nc
 import numpy as np
 import pytest
@@ -60,6 +61,14 @@ def test_what_is_closed_says_so(fmu_path):
         run.get("x[1]")
     with pytest.raises(nc.FmuError, match="is closed"):
         fmu.start()
+
+
+def test_a_folder_with_a_name_of_fmi_2_0_4_is_found(fmu_path, tmp_path):
+    """As Linux on ARM needs it: FMPy knows the older names only."""
+    with nc.Fmu(fmu_path, tmp_path) as fmu:
+        (tmp_path / "binaries" / fmpy.platform).rename(tmp_path / "binaries" / fmpy.platform_tuple)
+        with fmu.start() as run:
+            assert run["x[1]"] == -0.1
 
 
 def test_presets_are_those_of_the_command_line(producer, fmu_path, tmp_path):

@@ -3,10 +3,12 @@
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from pathlib import Path
 from types import TracebackType
 from typing import Any
 
 import numpy as np
+from fmpy import platform_tuple, sharedLibraryExtension
 from fmpy.fmi2 import FMU2Slave
 
 from ..pulses import Array, pulse_table
@@ -39,11 +41,15 @@ class Run:
         self.log: list[LogLine] = []
         self._callbacks = router.callbacks(self.log)
         self._alive = self._closed = False
+        identifier = fmu.description.coSimulation.modelIdentifier
+        # FMPy looks in linux64 on ARM, too; FMI 2.0.4 has aarch64-linux.
+        library = Path(fmu.folder, "binaries", platform_tuple, identifier + sharedLibraryExtension)
         self.slave = FMU2Slave(
             guid=fmu.description.guid,
-            modelIdentifier=fmu.description.coSimulation.modelIdentifier,
+            modelIdentifier=identifier,
             unzipDirectory=fmu.folder,
             instanceName="cradle",
+            libraryPath=str(library) if library.is_file() else None,
         )
         try:
             self._call(self.slave.instantiate, callbacks=self._callbacks)
