@@ -125,7 +125,7 @@ fn three_digits(value: f64) -> f64 {
 
 fn print(lines: &[Line], whole: f64) {
     let fastest = lines.first().map_or(1.0, |line| line.seconds);
-    println!("| solver | time, s | over eventDriven | steps | evaluations | energy error |");
+    println!("| solver | time, s | times eventDriven | steps | evaluations | energy error |");
     println!("|---|---:|---:|---:|---:|---:|");
     let mut scaled = Vec::new();
     for line in lines {
