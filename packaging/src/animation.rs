@@ -30,5 +30,5 @@ fn imports(python: &OsStr) -> bool {
     Command::new(python).args(["-c", &code]).output().is_ok_and(|output| output.status.success())
 }
 
-const ADVICE: &str = "`pip install newtons-cradle` installs it, in the folder of the sources `python3 cradle.py paper` does; \
-                      --python takes another one";
+const ADVICE: &str = "install it with `pip install newtons-cradle` or, in the folder of the sources, `python3 cradle.py paper`; \
+                      --python selects another Python";

@@ -75,8 +75,7 @@ fn several<T: Clone + Send + Sync + 'static>(given: &mut ArgMatches, name: &str)
 }
 
 const EXIT_CODES: &str = "\
-Exit codes: 0 done, or nothing to report; 1 it did not work, or `check` found problems; 2 the arguments are refused, or the file
-cannot be read.";
+Exit codes: 0 success; 1 failure, or `check` found problems; 2 the arguments are refused, or the file cannot be read.";
 
 fn command() -> Command {
     let command = |name: &'static str, about: &'static str| Command::new(name).about(about).after_help(EXIT_CODES);
@@ -84,24 +83,22 @@ fn command() -> Command {
     let file = path("file").value_name("FILE").help("The FMU");
     let check = command(
         "check",
-        "Say what is wrong with an FMU: entries, description, binaries, and what they answer on this machine",
+        "Say what is wrong with an FMU: zip entries, description, binaries, and how they answer on this machine",
     )
     .long_about(
-        "Say what is wrong with an FMU: entries, description, binaries, and what they answer on this machine.\n\n\
-         Works on anybody's FMI 2.0 FMU. A binary for this machine is loaded, in a process of its own, and runs for one step.",
+        "Say what is wrong with an FMU: zip entries, description, binaries, and how they answer on this machine.\n\n\
+         Works on any FMI 2.0 FMU. The binary for this machine is loaded in a separate process and runs for one step.",
     )
     .args([file.clone(), flag("no-load").help("Do not load the binary")]);
     let probe = Command::new("probe")
-        .about(
-            "Load the binary of an unpacked FMU and write what is wrong with its answers to a file; `check` runs this",
-        )
+        .about("Load the binary of an unpacked FMU and write problems with its answers to a file; `check` runs this")
         .hide(true)
         .args([path("folder"), path("findings")]);
     let record = Command::new("record")
         .about("Run the binary of an unpacked FMU for its reference results; `build` runs this")
         .hide(true)
         .args([path("folder"), flag("experiment")]);
-    let presets = command("presets", "List the ready cradles that `build --preset` takes");
+    let presets = command("presets", "List the presets that `build --preset` takes");
     command("cradle-fmu", "Builds, checks, describes and shows FMUs of Newton's cradle")
         .version(env!("CARGO_PKG_VERSION"))
         .subcommand_required(true)
@@ -122,18 +119,18 @@ fn page() -> Command {
         .about("Make a 3D animation of an FMU's run, or of a result in CSV: one HTML file that needs no network")
         .long_about(
             "Make a 3D animation of an FMU's run, or of a result in CSV: one HTML file that needs no network.\n\n\
-             This is done in Python, by `python -m newtons_cradle page`, which gets all arguments but --python: \
-             `cradle-fmu page x.fmu --help` lists them. `pip install newtons-cradle` installs what it needs, as does \
+             This runs `python -m newtons_cradle page`, with all arguments except --python. \
+             `cradle-fmu page x.fmu --help` lists them. `pip install newtons-cradle` installs what is needed. So does \
              `python3 cradle.py paper` in the folder of the sources.",
         )
-        .after_help("Exit codes: those of Python; 1 if it cannot be run.")
+        .after_help("Exit codes: those of Python; 1 if Python cannot be run.")
         .args([
             Arg::new("python")
                 .long("python")
                 .value_name("PROGRAM")
                 .value_parser(value_parser!(OsString))
-                .help("The Python to run [default: the first that has the package, of that beside this program, that on the PATH, and \
-                       that of .venv in this folder or one above]"),
+                .help("The Python to run [default: the first that has the package: beside this program, on the PATH, or in .venv in \
+                       this folder or one above]"),
             Arg::new("arguments")
                 .value_names(["FILE", "ARGUMENT"])
                 .value_parser(value_parser!(OsString))
@@ -141,7 +138,7 @@ fn page() -> Command {
                 .required(true)
                 .trailing_var_arg(true)
                 .allow_hyphen_values(true)
-                .help("An .fmu or a .csv; then such as --out cradle.html, --stop 5, --set contact.model=hertz"),
+                .help("An .fmu or .csv file, then options such as --out cradle.html, --stop 5, --set contact.model=hertz"),
         ])
 }
 
@@ -149,33 +146,33 @@ fn build() -> Command {
     let option = |name: &'static str, value: &'static str| Arg::new(name).long(name).value_name(value);
     let list = |name: &'static str, value: &'static str| option(name, value).action(ArgAction::Append);
     Command::new("build")
-        .about("Write an FMU of a cradle: take ready binaries, or compile one, and pack it with description and documentation")
+        .about("Write an FMU of a cradle: pack existing or newly compiled binaries with description and documentation")
         .after_help(build_help())
         .args([
             option("balls", "N")
                 .value_parser(value_parser!(usize))
                 .allow_negative_numbers(true)
-                .help("Number of balls, 1 to 10000 [default: of the preset or parameter file, else 5]"),
+                .help("Number of balls, 1 to 10000 [default: that of the preset or parameter file, or 5]"),
             list("set", "NAME=VALUE")
-                .help("A start value; for arrays `x_start[1]=-0.1` or `x_start=-0.1,-0.1,0`; items of enumerations by name"),
+                .help("Set a start value; an array as `x_start[1]=-0.1` or `x_start=-0.1,-0.1,0`, an enumeration by item name"),
             list("parameters", "FILE.toml")
                 .value_parser(value_parser!(PathBuf))
-                .help("Take balls and start values from a TOML file, as the presets are"),
-            option("preset", "NAME").help("Begin with a ready cradle, see below"),
+                .help("Take the number of balls and start values from a TOML file in the format of the presets"),
+            option("preset", "NAME").help("Start from a preset, see below"),
             option("from", "FILE.fmu")
                 .value_parser(value_parser!(PathBuf))
                 .help("Take binaries and licences from an FMU that this version of this program has written; nothing is compiled"),
-            list("target", "TRIPLE").help("Compile for a target triple of Rust [default: this machine]").long_help(
-                "Compile for a target triple of Rust [default: this machine].\n\n\
-                 `x86_64-unknown-linux-gnu.2.17`, with a version of glibc, needs cargo-zigbuild and makes a binary for that \
-                 and newer systems.",
+            list("target", "TRIPLE").help("Compile for a Rust target triple [default: this machine]").long_help(
+                "Compile for a Rust target triple [default: this machine].\n\n\
+                 A triple with a glibc version, such as `x86_64-unknown-linux-gnu.2.17`, needs cargo-zigbuild. Its binary \
+                 runs on systems with that glibc or a newer one.",
             ),
             list("binary", "PLATFORM=FILE")
-                .help("Take a ready binary, such as `linux64=libnewtons_cradle.so`; nothing is compiled unless there is a --target"),
-            flag("release").help("Optimise what is compiled: what an FMU to be used should have"),
+                .help("Take an existing binary, such as `linux64=libnewtons_cradle.so`; compile only if there is a --target"),
+            flag("release").help("Optimise what is compiled; recommended for every FMU that is to be used"),
             option("out", "FILE").value_parser(value_parser!(PathBuf)).help(
-                "Where to write the FMU [default: named after the preset, the parameter file or NewtonsCradle, and --balls; in \
-                 Cargo's target/fmu if something is compiled, else here]",
+                "Where to write the FMU [default: a name from the preset, the parameter file or NewtonsCradle, and --balls; in \
+                 Cargo's target/fmu if something is compiled, otherwise in the current folder]",
             ),
             option("reference", "FOLDER").value_parser(value_parser!(PathBuf)).help(
                 "Also run the FMU for its default experiment and write the results and options there, as NAME_ref.csv and NAME_ref.opt",
@@ -186,11 +183,12 @@ fn build() -> Command {
 fn build_help() -> String {
     let presets: Vec<String> = PRESETS.iter().map(|preset| format!("  {:8} {}", preset.name, preset.title())).collect();
     format!(
-        "Presets:\n{}\n\nA --parameters file replaces values of the preset, a --set those of both.\n\n\
-         Binaries: of --from, --binary and --target; without any, compiled for this machine in the folder of the sources, elsewhere \
-         those of the FMU that came with this program.\n\n\
-         The FMU gets parameter sets and reference results by which a host can check itself; its binary runs for them.\n\n\
-         The same sources and arguments give the same bytes. The date in the FMU is SOURCE_DATE_EPOCH, else 1980-01-01.\n\n{EXIT_CODES}",
+        "Presets:\n{}\n\n--parameters overrides the preset; --set overrides both.\n\n\
+         Binaries come from --from, --binary and --target. Without any of them, one is compiled for this machine if you are in the \
+         folder of the sources; elsewhere they come from the FMU that was installed with this program.\n\n\
+         The FMU gets parameter sets and reference results with which a host can check itself. Its binary is run to make them.\n\n\
+         The same sources and arguments give the same bytes. The date in the FMU is SOURCE_DATE_EPOCH, or 1980-01-01 if it is not set.\
+         \n\n{EXIT_CODES}",
         presets.join("\n")
     )
 }

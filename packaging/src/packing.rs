@@ -22,7 +22,7 @@ impl Build {
         if let Some(from) = self.from.as_ref().filter(|from| is_same(from, &out)) {
             let from = from.display();
             return Err(Error::Usage(format!(
-                "{from} would be replaced by an FMU made from it; name another one by --out"
+                "the new FMU would replace {from}, from which it is made; give another file with --out"
             )));
         }
         let mut entries = build::entries(&recipe, ready.binaries)?;
@@ -111,9 +111,9 @@ impl Build {
 }
 
 const NO_BINARY: &str = concat!(
-    "there is no binary to pack: name an FMU of newtons-cradle ",
+    "there is no binary to pack: give an FMU of newtons-cradle ",
     env!("CARGO_PKG_VERSION"),
-    " by --from, or use the program that `pip install newtons-cradle` installs, or run it in the folder of the sources"
+    " with --from, or use the program that `pip install newtons-cradle` installs, or run this in the folder of the sources"
 );
 
 fn add(binaries: &mut Vec<Binary>, platform: &'static Platform, file: &Path, argument: &str) -> Result<(), Error> {

@@ -11,7 +11,7 @@
 
 Modules: `fmu` (open and run an FMU), `run` (its instances, steps, log and results), `pulses` (the log of pulses as a table,
 impact sequences, pulse order), `views` (runs that resolve every pulse), `balances` (energy and momentum), `setups` (start
-values: presets, the paper's experiments), `calibration` (a real cradle's losses from a film), `progress` (a progress
+values: presets, the paper's experiments), `calibration` (a real cradle's losses from a video), `progress` (a progress
 bar), `look` (colours and fonts of all pages).
 """
 

@@ -39,12 +39,12 @@ def arguments() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(dest="command", required=True, metavar="page")
     page = commands.add_parser(
         "page",
-        help="make a 3D animation of a run: one HTML file that needs nothing else",
-        description="Makes a 3D animation of a run: one HTML file that needs no network. FILE is an FMU, which is run "
-        "here with samples in every pulse, or the CSV file of a result as FMPy writes it: time, x[i] and v[i] of every ball, F[i] and "
+        help="make a 3D animation of a run: one HTML file that needs no network",
+        description="Makes a 3D animation of a run: one HTML file that needs no network. FILE is an FMU, which this runs with "
+        "samples in every pulse, or the CSV file of a result as FMPy writes it: time, x[i] and v[i] of every ball, F[i] and "
         "F_peak[i] of every contact.",
     )
-    page.add_argument("file", type=Path, metavar="FILE", help="an .fmu or a .csv")
+    page.add_argument("file", type=Path, metavar="FILE", help="an .fmu or .csv file")
     page.add_argument("-o", "--out", type=Path, metavar="FILE.html", help="the page (default: beside FILE)")
     run = page.add_argument_group("for an FMU")
     run.add_argument(

@@ -1,4 +1,4 @@
-"""What must not change: energy and momentum over a run, as numbers to hold against a tolerance."""
+"""What must not change: energy and momentum over a run, as numbers to compare with a tolerance."""
 
 import numpy as np
 
@@ -7,10 +7,10 @@ from .run import Result
 
 
 def energy_error(result: Result) -> float:
-    """Largest |E_residual| of a run over its start energy (1). Needs E_residual and E_total recorded.
+    """Largest |E_residual| of a run, divided by its start energy. E_residual and E_total must be recorded.
 
-    E_residual is E_total + E_dissipated - W_external - E_total(start): damping and outside work are
-    accounted for, what is left is the solver's own error.
+    E_residual is E_total + E_dissipated - W_external - E_total(start). Damping and external work are
+    accounted for; what is left is the solver's own error.
     """
     return float(np.max(np.abs(result["E_residual"])) / result["E_total"][0])
 
@@ -18,7 +18,7 @@ def energy_error(result: Result) -> float:
 def momentum_defect(result: Result) -> Array:
     """p_total(after) - p_total(before) + h F_support_mean of every step, kg.m/s, shape (steps,).
 
-    Zero for a cradle without external forces: the support is all that changes its momentum.
+    Zero for a cradle without external forces, because only the support changes its momentum.
     """
     h = np.diff(result["time"])
     defect: Array = np.diff(result["p_total"]) + h * result["F_support_mean"][1:]
@@ -28,8 +28,8 @@ def momentum_defect(result: Result) -> Array:
 def momentum_of_sequences(result: Result, pause: float = 0.01) -> Array:
     """The same over each impact sequence, kg.m/s, shape (sequences,).
 
-    Each sequence is taken over the whole communication steps around it; sequences that began before
-    the first or ended after the last communication point are left out.
+    Each sequence is taken over the whole communication steps around it; sequences that begin before
+    the first or end after the last communication point are left out.
     """
     time = result["time"]
     supported = np.concatenate([[0.0], np.cumsum(np.diff(time) * result["F_support_mean"][1:])])

@@ -1,14 +1,14 @@
-"""A real cradle's losses, from what a film of it shows.
+"""A real cradle's losses, from a video of it.
 
-The pendulums are those of the FMU: x'' = -(g/L) x - (b/m) x'. One ball is lifted and let go, the others hang at rest. Its
-click passes through the chain ball by ball, of which each hit passes on the share (1 + e)/2 of the speed (equal masses,
-e the coefficient of restitution), and the last ball rises. Between the lift and the highest point after it lies half a period of a
-damped pendulum, so that the rise over the lift is
+The pendulums are those of the FMU: x'' = -(g/L) x - (b/m) x'. One ball is lifted and let go; the others hang at rest. Its
+click passes through the chain ball by ball. Each hit passes on the share (1 + e)/2 of the speed (equal masses, e the
+coefficient of restitution), and the last ball rises. Between the lift and the highest point lies half a period of a
+damped pendulum. The deflection of the last ball, divided by the lift, is then
 
     ((1 + e)/2)^(n - 1) exp(-pi delta/omega_d),   delta = b/(2 m),   omega_d^2 = g/L - delta^2.
 
-After some dozens of clicks all balls swing together. Then nothing is lost in contacts, and the amplitudes fall as
-exp(-delta t), which tells the drag b.
+After a few dozen clicks all balls swing together. Then nothing is lost in contacts, and the amplitudes fall as
+exp(-delta t), which gives the drag b.
 """
 
 import math
@@ -26,7 +26,7 @@ SAMPLES = 201  # around the highest point
 
 @dataclass(frozen=True)
 class Calibration:
-    """What a film tells. `restitution`: e, 0 to 1; `drag`: b of every ball, kg/s; `speed`: of the first click, m/s; `height`: as filmed, m."""
+    """Results. `restitution`: e, 0 to 1; `drag`: b of every ball, kg/s; `speed`: of the first click, m/s; `height`: as filmed, m."""
 
     restitution: float
     drag: float
@@ -39,10 +39,10 @@ class Calibration:
         return {"pendulum.drag": self.drag} | contact
 
     def compliant(self, fmu: Fmu, values: Values) -> dict[str, Any]:
-        """Start values by which the last ball of this cradle, with contacts of a power law or Hertz's, rises as filmed.
+        """Start values with which the last ball of this cradle rises as filmed, for power-law or Hertz contacts.
 
-        `values` describe the cradle and the lift, as `preset("desk")` does; Hunt and Crossley's damping factor is found by runs.
-        Touching balls do not meet one after the other, so that no formula gives it from e. Raises ValueError, FmuError.
+        `values` describe the cradle and the lift, as `preset("desk")` does. Runs find the Hunt-Crossley damping factor, because
+        touching balls do not collide one after the other: no formula gives it from e. Raises ValueError, FmuError.
         """
         base = {**values, "pendulum.drag": self.drag, "contact.dampingLaw": "huntCrossley"}
         low, high = 0.0, 3.0 / self.speed  # s/m; the law passes on hardly anything at the upper end
@@ -80,7 +80,7 @@ def calibrate(
     balls: int = 5,
     gravity: float = 9.81,
 ) -> Calibration:
-    """Restitution and drag of a real cradle, from a film of it.
+    """Restitution and drag of a real cradle, from a video of it.
 
     `lift`: how far to the side the first ball is lifted, m; `height`: how high the last ball rises after the first click, m,
     above where it hung; `amplitudes`: two swings to the side, m, once all balls swing together, `interval` (s) apart;

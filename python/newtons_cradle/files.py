@@ -1,4 +1,4 @@
-"""Where the files are that come with the package: in a wheel beside it, in a checkout with the sources and the builds."""
+"""Where to find the files that come with the package: beside it in a wheel, with the sources and builds in a checkout."""
 
 import tomllib
 from importlib import metadata
@@ -15,7 +15,7 @@ def in_checkout() -> bool:
 
 
 def own_fmu() -> Path:
-    """The FMU that comes with a wheel; in a checkout the one that was built last. Raises FileNotFoundError."""
+    """The FMU that comes with a wheel or, in a checkout, the one that was built last. Raises FileNotFoundError."""
     packaged = HERE / "NewtonsCradle.fmu"
     if packaged.exists():
         return packaged
@@ -25,19 +25,19 @@ def own_fmu() -> Path:
         )
     if not BUILT.exists():
         raise FileNotFoundError(
-            f"{BUILT} has not been built: `cargo pack build --release`, or give the path of an FMU"
+            f"{BUILT} has not been built: run `cargo pack build --release`, or give the path of an FMU"
         )
     return BUILT
 
 
 def preset_files() -> dict[str, Path]:
-    """The parameter files of the presets by name, those that `cradle-fmu build --preset` knows."""
+    """The parameter files of the presets that `cradle-fmu build --preset` knows, by name."""
     folder = CHECKOUT / "packaging/presets" if in_checkout() else HERE / "presets"
     return {path.stem: path for path in sorted(folder.glob("*.toml"))}
 
 
 def version() -> str:
-    """The version of the package: what was installed, or what the sources say."""
+    """The version of the package: that of the installation or, in a checkout, of the sources."""
     if in_checkout():
         workspace = tomllib.loads((CHECKOUT / "Cargo.toml").read_text(encoding="utf-8"))["workspace"]
         return str(workspace["package"]["version"])

@@ -1,7 +1,7 @@
 """Open an FMU, start instances of it, or run it from start to stop.
 
 FMPy's `simulate_fmu` is the right tool for an ordinary run. This package drives FMPy's slave directly
-where more is wanted: a table of all pulses, nanosecond steps at an impact, a hand on each step.
+where you need more: a table of all pulses, nanosecond steps at an impact, or control over each step.
 """
 
 import hashlib
@@ -29,22 +29,22 @@ MOST_STEPS = 100_000_000  # of one run: their samples alone are gigabytes
 class Fmu(Model):
     """An FMU, unpacked: start as many runs of it as you like, side by side if need be.
 
-    `path`: the file; without it, the FMU that comes with the package, or in a checkout the one that was built last.
-    `folder`: where to unpack it, a temporary folder if None; `close`, or the end of the program, removes it.
+    `path`: the file; if None, the FMU that comes with the package or, in a checkout, the one that was built last.
+    `folder`: where to unpack it; if None, a temporary folder. `close`, or the end of the program, removes it.
     Raises FileNotFoundError or FmuError.
     """
 
     def __init__(self, path: str | Path | None = None, folder: str | Path | None = None):
         path = files.own_fmu() if path is None else Path(path)
         if not path.exists():
-            own = "without a path nc.Fmu() takes the one that comes with the package"
+            own = "without a path, nc.Fmu() takes the FMU that comes with the package"
             raise FileNotFoundError(f"{path}: there is no such file; {own}")
         try:
             description = read_model_description(str(path))
         except Exception as problem:  # FMPy raises what its parser meets
             raise FmuError(f"{path} is not an FMU that FMPy can read: {problem}") from problem
         if not description.fmiVersion.startswith("2.") or description.coSimulation is None:
-            raise FmuError(f"{path} is not an FMU for co-simulation by FMI 2.0")
+            raise FmuError(f"{path} is not an FMI 2.0 co-simulation FMU")
         super().__init__(path, description, extract(str(path), unzipdir=str(folder) if folder else None))
         self._remove = weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)
 
@@ -63,7 +63,7 @@ class Fmu(Model):
     def require(self, *, balls: int | None = None, starts: Values | None = None) -> None:
         """Raises FmuError unless this is a cradle of so many balls, built with these start values.
 
-        For programs that mean a certain cradle, and would give wrong numbers, or none, with another one.
+        For programs that need a certain cradle, and would fail or give wrong numbers with another one.
         """
         what = f"{self.path} is refused: "
         if self.description.modelName != MODEL:
@@ -71,7 +71,7 @@ class Fmu(Model):
         if balls is not None and self.balls != balls:
             raise FmuError(f"{what}it has {self.balls} balls where {balls} are needed")
         others = [
-            f"{name} = {self._text(name)} where {self._text(name, value)} is meant"
+            f"{name} = {self._text(name)} where {self._text(name, value)} is needed"
             for name, value in self.settings(starts or {}).items()
             if self.built_with(name) != value
         ]
@@ -88,7 +88,7 @@ class Fmu(Model):
         return f"{number:g}" if unit in ("", "1") else f"{number:g} {unit}"
 
     def provenance(self) -> dict[str, str]:
-        """What results should carry with them: file, GUID and checksum of the FMU, and the versions of what ran it."""
+        """What to store with results: file, GUID and checksum of the FMU, and the versions of the software that ran it."""
         packages = {name: metadata.version(name) for name in ("fmpy", "numpy")}
         return {
             "fmu": self.path.name,
@@ -122,7 +122,7 @@ class Fmu(Model):
 
         `values`: start values by name, see `Run.set`. `times`: the communication points (s, rising, from 0 on) instead of
         equal steps. `record`: names of variables or arrays, all outputs and E_residual if None. `inputs(t)`: inputs for the
-        step that begins at t. `control(run)`: the same by a controller, which may look at the run, `run["v[1]"]`.
+        step that begins at t. `control(run)`: inputs from a controller, which may read the run, `run["v[1]"]`.
         `progress(fraction)`: called up to 200 times. Raises FmuError, UnknownName, and ValueError for times and steps.
         """
         points = equal_steps(stop, step) if times is None else rising(times)
@@ -149,7 +149,7 @@ def equal_steps(stop: float, step: float) -> list[float]:
             raise ValueError(f"{name} = {value} is refused; allowed: a positive number of seconds")
     if stop / step > MOST_STEPS:
         raise ValueError(
-            f"step = {step} is refused: up to {stop} s these are {stop / step:.2g} steps; allowed: {MOST_STEPS}"
+            f"step = {step} is refused: up to {stop} s that makes {stop / step:.2g} steps; allowed: {MOST_STEPS}"
         )
     steps = max(1, round(stop / step))
     return [stop * i / steps for i in range(1, steps + 1)]

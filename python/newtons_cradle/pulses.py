@@ -1,7 +1,7 @@
 """The pulse log: what the FMU writes to its category `logEvents`, as a table.
 
-A contact pulse lasts about a microsecond, a communication step milliseconds: a step that holds several
-pulses keeps only the last one in its variables. The log has them all, one line per finished pulse.
+A contact pulse lasts about a microsecond, a communication step milliseconds. After a step with several
+pulses, the variables show only the last one. The log has them all, one line per finished pulse.
 """
 
 import re
@@ -34,7 +34,7 @@ def parse_pulse(line: str) -> tuple[int | float, ...] | None:
 def pulse_table(lines: Iterable[str]) -> Array:
     """The pulses among log lines as an array of dtype `PULSE`, shape (number of pulses,), by onset.
 
-    Those that close at the same time stay in the order of the log, which is that of rigid impacts.
+    Pulses that begin at the same time stay in the order of the log, which is that of rigid impacts.
     """
     rows = [row for row in map(parse_pulse, lines) if row is not None]
     return by_onset(np.array(rows, dtype=PULSE))
@@ -49,8 +49,8 @@ def by_onset(pulses: Array) -> Array:
 def impact_sequences(pulses: Array, pause: float = 0.01) -> list[Array]:
     """Cuts a pulse table wherever no contact was closed for `pause` seconds.
 
-    The cradle clicks twice per period, and a click is a sequence of pulses within microseconds:
-    each returned table is one click.
+    The cradle clicks twice per period, and a click is a sequence of pulses within microseconds.
+    Each returned table is one click.
     """
     if len(pulses) == 0:
         return []

@@ -1,7 +1,7 @@
-"""Start values: the presets that the command line knows, the paper's experiments, and parts to put together.
+"""Start values: the presets of the command line, the paper's experiments, and parts to combine.
 
-Each function returns a dict of start values by variable name, in SI units, to be merged and changed
-freely: `figure5(dead_band=0) | {"pendulum.drag": 0.01}`. The numbers of the presets are in their parameter files.
+Each function returns a dict of start values by variable name, in SI units. Merge and change them freely:
+`figure5(dead_band=0) | {"pendulum.drag": 0.01}`. The numbers of the presets are in their parameter files.
 """
 
 import tomllib
@@ -20,10 +20,10 @@ def presets() -> list[str]:
 
 
 def preset(name: str) -> Start:
-    """Start values of a preset, `x_start[1]` and so on for arrays. Raises ValueError, which names what there is.
+    """Start values of a preset, `x_start[1]` and so on for arrays. Raises ValueError, which names the presets.
 
-    The number of balls belongs to the FMU; the number of elements of `x_start` says for how many the preset is. FMPy's
-    `simulate_fmu` takes numbers only: `fmu.settings(preset("desk"))`.
+    The number of balls belongs to the FMU; the number of elements of `x_start` is the one that the preset needs. FMPy's
+    `simulate_fmu` takes numbers only: give it `fmu.settings(preset("desk"))`.
     """
     known = files.preset_files()
     if name not in known:

@@ -13,7 +13,7 @@ from .run.model import Values
 def sample_times(pulses: Array, stop: float, step: float, per_pulse: int = 32) -> Array:
     """Communication points (s) every `step` up to `stop` and `per_pulse` of them in every pulse.
 
-    Pulses without duration, as of rigid contacts, get points from a nanosecond before them on.
+    Pulses without duration, such as those of rigid contacts, get points from a nanosecond before them.
     """
     steps = max(1, round(stop / step))
     grid = stop * np.arange(steps + 1) / steps
@@ -47,8 +47,8 @@ def resolved(
 def overlaps(result: Result) -> Array:
     """Overlap of each contact's pulse with the next contact's, shape (contacts - 1,), 0 to 1.
 
-    The impulse they share, the integral of min(F_i, F_(i+1)), over the smaller of their impulses; by the
-    trapezoidal rule, so the samples must resolve the pulses. 0 where one of the two never closed.
+    The impulse that they share, the integral of min(F_i, F_(i+1)), divided by the smaller of their impulses. Uses
+    the trapezoidal rule, so the samples must resolve the pulses. 0 where one of the two never closed.
     """
     force, time = result.stack("F"), result["time"]
     shared = np.trapezoid(np.minimum(force[:, :-1], force[:, 1:]), time, axis=0)

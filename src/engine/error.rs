@@ -63,12 +63,12 @@ impl std::fmt::Display for EngineError {
             }
             Self::TooFast { time, contact, event_rate } => write!(
                 f,
-                "contact {} is too fast to be followed to the end of the step: {event_rate:.1e} events a second at t = {} s",
+                "contact {} has too many events to reach the end of the step: {event_rate:.1e} per second at t = {} s",
                 contact + 1,
                 Plain(time)
             ),
             Self::StepTooSmall { time, step } => {
-                write!(f, "the solver cannot go on at t = {} s, not even by {} s", Plain(time), Plain(step))
+                write!(f, "the solver cannot go on at t = {} s, even with a step of {} s", Plain(time), Plain(step))
             }
             Self::Overlap { ball, overlap } => write!(
                 f,

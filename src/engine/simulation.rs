@@ -118,7 +118,7 @@ impl Simulation {
             (Some(method), SimulationSnapshot::Continuous(run)) => {
                 run.restored(method, parameters, start, failed).map(Self::Continuous)
             }
-            _ => Err(Unsound("it is of another method")),
+            _ => Err(Unsound("it belongs to another method")),
         }
     }
 

@@ -67,7 +67,7 @@ impl std::fmt::Display for Refusal {
             Self::Derivative(variable) => {
                 write!(
                     f,
-                    "{variable} has no derivative here: it is not finite, or the step holds too many switchings, or contacts too stiff for its length"
+                    "{variable} has no derivative here: it is not finite, or the step has too many switchings, or contacts too stiff for its length"
                 )
             }
             Self::NotANumber { variable, time } => write!(
@@ -124,14 +124,14 @@ pub enum StateError {
 impl std::fmt::Display for StateError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::NoState => write!(f, "these are not the bytes of a state of this FMU, or their end is missing"),
+            Self::NoState => write!(f, "these are not the bytes of a state of this FMU, or they are cut short"),
             Self::Format { format, known } => {
                 let version = if format < known { "an earlier" } else { "a later" };
                 write!(f, "its format, {format}, is that of {version} version; allowed: {known}")
             }
             Self::Damaged => write!(f, "the bytes are damaged"),
             Self::Foreign { theirs, ours } => write!(f, "it belongs to {theirs}; allowed: states of {ours}"),
-            Self::Unsound(Unsound(reason)) => write!(f, "no run leads to it: {reason}"),
+            Self::Unsound(Unsound(reason)) => write!(f, "no run can reach it: {reason}"),
         }
     }
 }

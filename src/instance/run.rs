@@ -96,7 +96,7 @@ impl Run {
         let experiment = self.experiment.is_none_or(|experiment| experiment.check().is_ok());
         require(
             experiment && (self.experiment.is_some() || self.phase == Phase::Instantiated),
-            "its times are no times",
+            "its start time or stop time is invalid",
         )?;
         let derivatives = &self.input_derivatives;
         let known = derivatives.len() <= MAX_INPUT_DERIVATIVE

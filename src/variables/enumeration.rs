@@ -60,8 +60,8 @@ fn select<T: Copy, const N: usize>(place: &mut T, value: i32, items: [T; N]) {
 pub static CONTACT_MODEL: Enumeration = Enumeration {
     type_name: "ContactModel",
     items: &[
-        item(1, "powerLaw", "F = k r (d/d_ref)^(p-1) d for an overlap d"),
-        item(2, "hertz", "F = K r d^(3/2), K from the elastic constants of two equal spheres (Hertz 1882)"),
+        item(1, "powerLaw", "F = k r (d/d_ref)^(p-1) d for an overlap d and a stiffness ratio r"),
+        item(2, "hertz", "F = K r d^(3/2), with K from the elastic constants of two equal spheres (Hertz 1882)"),
         item(3, "rigid", "no force law: instantaneous impacts of two balls with a coefficient of restitution"),
     ],
     get: |parameters| parameters.contact_model as i32,
@@ -78,13 +78,9 @@ pub static CONTACT_MODEL: Enumeration = Enumeration {
 pub static DAMPING_LAW: Enumeration = Enumeration {
     type_name: "DampingLaw",
     items: &[
-        item(1, "kelvinVoigt", "adds c times the rate of the overlap; may pull just before the balls part"),
-        item(2, "kelvinVoigtNoPull", "the same with the total force clipped at 0"),
-        item(
-            3,
-            "huntCrossley",
-            "multiplies the elastic force by 1 + alpha times the rate of the overlap, clipped at 0",
-        ),
+        item(1, "kelvinVoigt", "adds c times the overlap rate; may pull just before the balls part"),
+        item(2, "kelvinVoigtNoPull", "as kelvinVoigt, with the total force clipped at 0"),
+        item(3, "huntCrossley", "multiplies the elastic force by 1 + alpha times the overlap rate, clipped at 0"),
     ],
     get: |parameters| parameters.damping_law as i32,
     set: |parameters, value| {

@@ -89,13 +89,13 @@ impl Display for VariableError {
             Self::NotSettable { variable, causality } => {
                 write!(
                     f,
-                    "{variable} cannot be set: only parameters and inputs can, and it is of causality {causality:?}"
+                    "{variable} cannot be set: only parameters and inputs can, and its causality is {causality:?}"
                 )
             }
             Self::NotInput { variable, causality } => {
                 write!(
                     f,
-                    "{variable} can have no derivative set: only inputs can, and it is of causality {causality:?}"
+                    "no derivative of {variable} can be set: only those of inputs can, and its causality is {causality:?}"
                 )
             }
             Self::NotDifferentiable { variable, allowed } => {

@@ -86,9 +86,9 @@ pub static TABLE: &[Row] = &[
     parameter("ball.mass", Scalar, &MASS, POSITIVE, one!(mass),
         "Mass of a ball with mass ratio 1"),
     parameter("ball.massRatio", Balls, &RATIO, POSITIVE, each!(mass_ratio),
-        "Mass of ball {i} over ball.mass"),
+        "Mass of ball {i}, as a multiple of ball.mass"),
     parameter("ball.radius", Scalar, &LENGTH, POSITIVE, one!(radius),
-        "Radius of the balls, for hertz contacts and for drawing").nominal(0.01),
+        "Radius of the balls, for hertz contacts and for animations").nominal(0.01),
     parameter("ball.youngModulus", Scalar, &ELASTIC_MODULUS, POSITIVE, one!(young_modulus),
         "Young's modulus E of the balls, for hertz contacts").nominal(1e11).used_if(hertz),
     parameter("ball.poissonRatio", Scalar, &RATIO, between(0.0, 0.5), one!(poisson_ratio),
@@ -96,21 +96,21 @@ pub static TABLE: &[Row] = &[
     parameter("pendulum.length", Scalar, &LENGTH, POSITIVE, one!(length),
         "Length L of a pendulum with length ratio 1"),
     parameter("pendulum.lengthRatio", Balls, &RATIO, POSITIVE, each!(length_ratio),
-        "Length of pendulum {i} over pendulum.length"),
+        "Length of pendulum {i}, as a multiple of pendulum.length"),
     parameter("pendulum.drag", Scalar, &DRAG, NOT_NEGATIVE, one!(drag),
-        "Viscous drag b on every ball; it reacts on the support").tunable(),
+        "Viscous drag b on every ball; the reaction acts on the support").tunable(),
     enumeration("contact.model", &CONTACT_MODEL,
         "Force law of the contacts"),
     parameter("contact.stiffness", Scalar, &STIFFNESS, POSITIVE, one!(stiffness),
         "Secant stiffness k at the overlap contact.overlapRef, for powerLaw contacts").nominal(1e10).used_if(power_law),
     parameter("contact.stiffnessRatio", Contacts, &RATIO, POSITIVE, each!(stiffness_ratio),
-        "Stiffness of the contact of balls {i} and {j} over that of the others").used_if(compliant),
+        "Stiffness ratio r of the contact between balls {i} and {j}: a factor on its elastic force").used_if(compliant),
     parameter("contact.overlapRef", Scalar, &LENGTH, POSITIVE, one!(overlap_ref),
         "Overlap d_ref at which the secant stiffness is contact.stiffness").nominal(1e-6).used_if(power_law),
     parameter("contact.exponent", Scalar, &RATIO, between(1.0, 10.0), one!(exponent),
         "Exponent p of the powerLaw contacts").used_if(power_law),
     parameter("contact.deadBand", Scalar, &LENGTH, NOT_NEGATIVE, one!(dead_band),
-        "Distance beyond the gap that neighbours travel before their contact acts").nominal(1e-6),
+        "Distance that neighbours travel beyond the gap before their contact acts").nominal(1e-6),
     parameter("contact.gap", Contacts, &LENGTH, ANY, each!(gap),
         "Gap between balls {i} and {j} at rest; negative if they are pre-compressed").nominal(1e-6),
     enumeration("contact.dampingLaw", &DAMPING_LAW,
@@ -126,9 +126,9 @@ pub static TABLE: &[Row] = &[
     parameter("v_start", Balls, &VELOCITY, ANY, each!(v_start),
         "Velocity of ball {i} at the start time"),
     enumeration("solver.method", &SOLVER_METHOD,
-        "Method of solution"),
+        "Solution method"),
     parameter("solver.tolerance", Scalar, &RATIO, between(1e-14, 1e-3), one!(tolerance),
-        "Relative tolerance of all methods but rk4; a host's own tolerance can only tighten it").nominal(1e-12)
+        "Relative tolerance of all methods except rk4; a host's own tolerance can only tighten it").nominal(1e-12)
         .used_if(|p| p.method != SolverMethod::Rk4),
     parameter("solver.fixedStep", Scalar, &TIME, POSITIVE, one!(fixed_step),
         "Step of the rk4 method").nominal(1e-6).used_if(|p| p.method == SolverMethod::Rk4),
@@ -153,17 +153,17 @@ pub static TABLE: &[Row] = &[
         "Velocity of ball {i} relative to the support").initially(&[&["v_start"]])
         .derivative(|d, i| d.v[i]),
     real("E_total", Scalar, Output, &ENERGY, |s, _| s.total_energy(),
-        "Kinetic, gravity and contact energy of all balls")
+        "Kinetic, gravitational and contact energy of all balls")
         .initially(&[MASSES, PENDULUMS, OVERLAP, ELASTIC, &["v_start"]])
         .derivative(|d, _| d.energy),
     real("p_total", Scalar, Output, &MOMENTUM, |s, _| s.momentum(),
         "Sum of mass times velocity").initially(&[MASSES, &["v_start"]])
         .derivative(|d, _| d.momentum),
     real("F_support", Scalar, Output, &FORCE, |s, _| s.support_force(),
-        "Horizontal force of the pendulums and the drag on the support").initially(&[MASSES, PENDULUMS, SUPPORT])
+        "Horizontal force on the support, by the pendulums and the drag").initially(&[MASSES, PENDULUMS, SUPPORT])
         .derivative(|d, _| d.support_force),
     real("t_next", Scalar, Output, &TIME, |s, _| s.next_onset().time(),
-        "First onset of any contact strictly after the current time; 1e30 if there is none within 1000 periods; while \
+        "First onset of any contact strictly after the current time; 1e30 if there is none within 1000 periods; if \
          t_next_isOnset is false, a time up to which there is none").discrete()
         .derivative(|d, _| d.next_onset),
     real("impulse", Contacts, Output, &IMPULSE, |s, i| s.impulse(i),
@@ -173,36 +173,36 @@ pub static TABLE: &[Row] = &[
         "Mean of F[{i}] over the last step").discrete().initially(FORCE_AT_START)
         .derivative(|d, i| d.force_mean[i]),
     real("F_peak", Contacts, Output, &FORCE, |s, i| s.force_peak(i),
-        "Largest F[{i}] in the last step; 0 if the contact never closed").discrete().initially(FORCE_AT_START)
+        "Largest F[{i}] in the last step; 0 if the contact stayed open").discrete().initially(FORCE_AT_START)
         .derivative(|d, i| d.force_peak[i]),
     real("F_support_mean", Scalar, Output, &FORCE, |s, _| s.support_force_mean(),
         "Mean of F_support over the last step").discrete().initially(&[MASSES, PENDULUMS, SUPPORT])
         .derivative(|d, _| d.support_force_mean),
     count("pulses", Contacts, Output, |s, i| s.pulses(i),
-        "Onsets so far of the contact of balls {i} and {j}").initially(&[OVERLAP]),
+        "Number of onsets so far of the contact between balls {i} and {j}").initially(&[OVERLAP]),
     flag("inContact", Contacts, Output, |s, i| s.in_contact(i),
         "Whether balls {i} and {j} overlap").initially(&[OVERLAP]),
 
     flag("t_next_isOnset", Scalar, Local, |s, _| s.next_onset().is_settled(),
-        "Whether t_next is an onset, or 1e30 because there is none; false where the look-ahead has ended before"),
+        "True if t_next is an onset, or 1e30 because there is none; false if the look ahead ended before an onset"),
     real("t_onset", Contacts, Local, &TIME, |s, i| s.last_onset(i),
-        "Last onset of the contact of balls {i} and {j}; -1e30 before the first").discrete(),
+        "Last onset of the contact between balls {i} and {j}; -1e30 before the first").discrete(),
     real("t_release", Contacts, Local, &TIME, |s, i| s.last_release(i),
-        "Last release of the contact of balls {i} and {j}; -1e30 before the first").discrete(),
+        "Last release of the contact between balls {i} and {j}; -1e30 before the first").discrete(),
     real("overlap", Contacts, Local, &LENGTH, |s, i| s.overlap(i),
-        "x[{i}] - x[{j}] - contact.gap[{i}] - contact.deadBand; negative while apart").nominal(1e-6),
+        "x[{i}] - x[{j}] - contact.gap[{i}] - contact.deadBand; negative while the contact is open").nominal(1e-6),
     real("a", Balls, Local, &ACCELERATION, |s, i| s.a(i),
         "Acceleration of ball {i} relative to the support"),
     real("E_kinetic", Balls, Local, &ENERGY, |s, i| s.kinetic_energy(i),
         "Kinetic energy of ball {i}").not_negative(),
     real("E_gravity", Balls, Local, &ENERGY, |s, i| s.gravity_energy(i),
-        "Energy of ball {i} in the field of gravity").not_negative(),
+        "Gravitational energy of ball {i}").not_negative(),
     real("E_contact", Contacts, Local, &ENERGY, |s, i| s.contact_energy(i),
-        "Elastic energy of the contact of balls {i} and {j}").not_negative(),
+        "Elastic energy of the contact between balls {i} and {j}").not_negative(),
     real("E_dissipated", Scalar, Local, &ENERGY, |s, _| s.dissipated_energy(),
         "Energy dissipated by drag and contacts since the start"),
     real("W_external", Scalar, Local, &ENERGY, |s, _| s.external_work(),
-        "Work of the external forces and of the moving support since the start"),
+        "Work done by the external forces and the moving support since the start"),
     real("E_residual", Scalar, Local, &ENERGY, |s, _| s.energy_residual(),
         "E_total + E_dissipated - W_external - E_total at the start: the energy error of the solver").nominal(1e-12),
     count("solver.steps", Scalar, Local, |s, _| s.work().steps,
@@ -210,7 +210,7 @@ pub static TABLE: &[Row] = &[
     count("solver.evaluations", Scalar, Local, |s, _| s.work().evaluations,
         "Evaluations of the contact forces since the start"),
     count("solver.events", Scalar, Local, |s, _| s.work().events,
-        "Onsets, releases and switchings of contact laws since the start"),
+        "Onsets, releases and other switchings of contacts since the start"),
 ];
 
 #[cfg(test)]

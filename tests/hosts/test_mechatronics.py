@@ -160,7 +160,7 @@ def test_an_fmu_of_another_cradle_is_refused(producer, fmu_path, tmp_path):
     command = [sys.executable, script, "--fmu", rigid, "--out", tmp_path]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 1
-    assert "it was built as another cradle, contact.model = rigid where powerLaw is meant" in done.stderr
+    assert "it was built as another cradle, contact.model = rigid where powerLaw is needed" in done.stderr
     assert "FAILS" not in done.stdout
 
 

@@ -18,7 +18,7 @@ from newtons_cradle.run import result as of_run
         (lambda fmu: fmu.simulate(step=0), ValueError, "step = 0 is refused; allowed: a positive number of seconds"),
         (lambda fmu: fmu.simulate(stop=-1.0), ValueError, "stop = -1.0 is refused"),
         (lambda fmu: fmu.simulate(stop="soon"), ValueError, "stop = soon is refused"),
-        (lambda fmu: fmu.simulate(step=1e-300), ValueError, "step = 1e-300 is refused: up to 10.0 s these are 1e+301 steps"),
+        (lambda fmu: fmu.simulate(step=1e-300), ValueError, "step = 1e-300 is refused: up to 10.0 s that makes 1e+301 steps"),
         (lambda fmu: fmu.simulate(times=[0.0, 2.0, 1.0]), ValueError, "must begin at 0 and rise"),
         (lambda fmu: fmu.simulate(times=[]), ValueError, "must begin at 0 and rise"),
         (lambda fmu: fmu.simulate(nc.figure3()), KeyError, "x_start[1] to x_start[5]"),
@@ -26,13 +26,13 @@ from newtons_cradle.run import result as of_run
         (lambda fmu: fmu.simulate({"x_start[7]": 0.1}), KeyError, "x_start[7] is refused: x_start[1] to x_start[5]"),
         (lambda fmu: fmu.simulate({"x_start[0]": 0.1}), KeyError, "x_start[0] is refused: x_start[1] to x_start[5]"),
         (lambda fmu: fmu.simulate({"x": 0.1}), nc.FmuError, "x is refused: it is an output, which the FMU computes; x_start[i] is meant"),
-        (lambda fmu: fmu.simulate({"x[2]": 0.1}), nc.FmuError, "x_start[2] is meant"),
+        (lambda fmu: fmu.simulate({"x[2]": 0.1}), nc.FmuError, "did you mean x_start[2]?"),
         (lambda fmu: fmu.simulate({"E_total": 0.1}), nc.FmuError, "it is an output, which the FMU computes; allowed: parameters and inputs"),
         (lambda fmu: fmu.simulate({"x_start": [0.1, 0.2]}), nc.FmuError, "x_start takes 5 values"),
         (lambda fmu: fmu.simulate({"x_start": 0.1}), nc.FmuError, "x_start has 5 elements; allowed: x_start[i], or a list"),
         (lambda fmu: fmu.simulate({"contact.stifness": 1e9}), KeyError, "did you mean contact.stiffness"),
         (lambda fmu: fmu.simulate({"drag": 1e-3}), KeyError, "did you mean pendulum.drag?"),
-        (lambda fmu: fmu.simulate({"ball.mass": "1kg"}), nc.FmuError, "ball.mass = 1kg is not a number; it is taken in kg, which is not written"),
+        (lambda fmu: fmu.simulate({"ball.mass": "1kg"}), nc.FmuError, "ball.mass = 1kg is not a number; give it in kg, without writing the unit"),
         (lambda fmu: fmu.simulate({"ball.mass": -1}), nc.FmuError, "ball.mass = -1 kg is refused"),
         (lambda fmu: fmu.simulate({"contact.model": "herz"}), nc.FmuError, "allowed: powerLaw, hertz, rigid; did you mean hertz?"),
         (lambda fmu: fmu.simulate([0.1]), TypeError, "values: a dict"),
@@ -134,7 +134,7 @@ def test_a_missing_package_is_named_with_its_extra(fmu, monkeypatch, tmp_path):
     for package in ("pandas", "matplotlib"):
         monkeypatch.setitem(sys.modules, package, None)
     with pytest.raises(
-        ImportError, match=r"pandas is needed, and missing: `pip install 'newtons-cradle\[data\]'`"
+        ImportError, match=r"pandas is needed but missing: `pip install 'newtons-cradle\[data\]'`"
     ):
         result.to_parquet(tmp_path / "run.parquet")
     with pytest.raises(ImportError, match=r"newtons-cradle\[plot\]"):

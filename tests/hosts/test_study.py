@@ -82,9 +82,9 @@ def refused(path, out) -> str:
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
-        (["--preset", "desk"], "contact.model = hertz where powerLaw is meant"),
-        (["--set", "contact.model=rigid"], "contact.model = rigid where powerLaw is meant"),
-        (["--set", "contact.gap[2]=1e-6"], "contact.gap[2] = 1e-06 m where 0 m is meant"),
+        (["--preset", "desk"], "contact.model = hertz where powerLaw is needed"),
+        (["--set", "contact.model=rigid"], "contact.model = rigid where powerLaw is needed"),
+        (["--set", "contact.gap[2]=1e-6"], "contact.gap[2] = 1e-06 m where 0 m is needed"),
         (["--balls", "2"], "it has 2 balls where 3 or more are needed"),
     ],
 )

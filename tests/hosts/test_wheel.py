@@ -95,7 +95,7 @@ def test_what_is_not_installed_is_named(bare):
     code = "import newtons_cradle as nc; nc.Fmu().simulate(stop=0.1).to_dataframe()"
     done = bare.run("python", "-c", code)
     assert done.stderr.splitlines()[-1].startswith(
-        "ImportError: pandas is needed, and missing: `pip install 'newtons-cradle[data]'`"
+        "ImportError: pandas is needed but missing: `pip install 'newtons-cradle[data]'`"
     )
 
 

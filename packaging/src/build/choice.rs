@@ -152,7 +152,7 @@ fn elements(name: &str, values: Vec<StartValue>, balls: usize) -> Result<Vec<(St
     let wanted = row.shape.len(balls);
     if values.len() != wanted {
         return Err(format!(
-            "{name} takes a list of {wanted} value(s) in a cradle of {balls} ball(s), not {}; a single one is {name}[i]",
+            "{name} takes a list of {wanted} value(s) in a cradle of {balls} ball(s), not {}; to set a single one, use {name}[i]",
             values.len()
         ));
     }
@@ -164,7 +164,7 @@ fn elements(name: &str, values: Vec<StartValue>, balls: usize) -> Result<Vec<(St
 fn single(name: &str, values: Vec<StartValue>) -> Result<Vec<(String, StartValue)>, String> {
     match <[StartValue; 1]>::try_from(values) {
         Ok([value]) => Ok(vec![(name.to_owned(), value)]),
-        Err(values) => Err(format!("{name} takes one value, not {}; decimals have a point", values.len())),
+        Err(values) => Err(format!("{name} takes one value, not {}; write decimals with a point", values.len())),
     }
 }
 

@@ -25,9 +25,10 @@ impl Workspace {
             .args(["metadata", "--format-version", "1", "--no-deps"])
             .stderr(Stdio::inherit())
             .output()
-            .map_err(|error| Error::Failure(format!("cannot run cargo: {error}; with --binary it is not needed")))?;
+            .map_err(|error| Error::Failure(format!("cannot run cargo: {error}; --from and --binary do without it")))?;
         if !output.status.success() {
-            let reason = "without --binary this must be run in the folder of the sources: cargo metadata failed";
+            let reason =
+                "to compile, run this in the folder of the sources, or use --from or --binary: cargo metadata failed";
             return Err(Error::Failure(reason.to_owned()));
         }
         let metadata = json(&output.stdout)?;
@@ -164,5 +165,5 @@ fn rustc(what: &str) -> Result<String, Error> {
 }
 
 fn json(text: &[u8]) -> Result<Value, Error> {
-    serde_json::from_slice(text).map_err(|error| Error::Failure(format!("cargo answered what is no JSON: {error}")))
+    serde_json::from_slice(text).map_err(|error| Error::Failure(format!("cargo's answer is not JSON: {error}")))
 }

@@ -48,13 +48,13 @@ pub fn refusal(name: &str, balls: usize) -> Option<String> {
             _ => "",
         };
         let causality = format!("{:?}", row.causality).to_lowercase();
-        return Some(format!("{name} cannot be set, it is of causality {causality}{instead}"));
+        return Some(format!("{name} cannot be set, because its causality is {causality}{instead}"));
     }
     let count = row.shape.len(balls);
     match index {
-        Some(_) if row.shape == Shape::Scalar => Some(format!("{family} is one value, without an index")),
+        Some(_) if row.shape == Shape::Scalar => Some(format!("{family} is a single value and takes no index")),
         Some(index) if !index.parse().is_ok_and(|index: usize| (1..=count).contains(&index)) => {
-            let allowed = if count == 0 { "there is none".to_owned() } else { format!("allowed: 1 to {count}") };
+            let allowed = if count == 0 { "there are none".to_owned() } else { format!("allowed: 1 to {count}") };
             Some(format!("{name}: index {index} is refused; {allowed}, in a cradle of {balls} ball(s)"))
         }
         _ => None,
@@ -69,7 +69,7 @@ pub fn unit_written(row: &Row, value: &StartValue) -> Option<String> {
     let number = text.get(..end).filter(|number| number.parse::<f64>().is_ok())?;
     (row.access.data_type() == Type::Real).then(|| {
         let unit = if row.unit() == "1" { "has no unit".to_owned() } else { format!("is in {}", row.unit()) };
-        format!("{} = {text} is refused: units are not written, {number} {unit}", row.name)
+        format!("{} = {text} is refused: leave the unit out, {number} {unit}", row.name)
     })
 }
 

@@ -39,7 +39,7 @@ impl Ready {
                 )));
             }
             if tool != TOOL {
-                return Err(refused(&format!("it is written by {tool}; allowed: {TOOL}")));
+                return Err(refused(&format!("it was written by {tool}; allowed: {TOOL}")));
             }
         }
         let report = check::bytes(&bytes, MAX_BYTES);

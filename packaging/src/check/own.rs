@@ -15,12 +15,12 @@ pub fn check(entries: &Entries, model: &Model, report: &mut Report) {
     let recipe = entries.get(&place).map_or_else(|| Ok(Recipe::default()), |text| Recipe::from_json(text));
     let Some(settings) = report.accept(place, recipe.and_then(|recipe| recipe.settings())) else { return };
     if model.tool != concat!("newtons-cradle ", env!("CARGO_PKG_VERSION")) {
-        return report.remark(format_args!("written by {}: its GUID cannot be checked by this version", model.tool));
+        return report.remark(format_args!("written by {}: this version cannot check its GUID", model.tool));
     }
     let description = Description::of(&settings);
     let guid = description.guid();
     if model.guid != guid {
-        report.problem(format_args!("guid = \"{}\"; that of these resources is {guid}", model.guid));
+        report.problem(format_args!("guid = \"{}\"; that of the resources is {guid}", model.guid));
     } else if description.xml(model.date.as_deref().unwrap_or_default()) != model.text {
         report.problem("modelDescription.xml: not the description that belongs to its GUID");
     }

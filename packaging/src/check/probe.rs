@@ -34,7 +34,7 @@ pub fn check(entries: &Entries, model: &Model, report: &mut Report) -> Result<()
     }
     match entries.get(&binary) {
         None => {
-            report.remark(format_args!("{binary}: there is none, so nothing was loaded"));
+            report.remark(format_args!("{binary}: missing, so nothing was loaded"));
             return Ok(());
         }
         Some(bytes) if platform.check(bytes).is_err() => return Ok(()),
@@ -80,7 +80,7 @@ pub(crate) fn supervise(arguments: &[&Path]) -> Result<Option<ExitStatus>, Error
 
 /// Takes over the child's findings, and tells where it stopped if it did not get to the end.
 fn collect(binary: &str, status: Option<ExitStatus>, findings: &str, report: &mut Report) {
-    let mut last = "it was loaded";
+    let mut last = "loading";
     for line in findings.lines() {
         match line.split_once(": ") {
             Some(("problem", text)) => report.problem(format_args!("{binary}: {text}")),
@@ -294,7 +294,7 @@ impl<'a> Probe<'a> {
             3 => "fmi2Error",
             4 => "fmi2Fatal",
             5 => "fmi2Pending",
-            _ => "no status that there is",
+            _ => "an unknown status",
         };
         Err(format!("{function} answers {name}"))
     }

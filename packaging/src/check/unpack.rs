@@ -26,7 +26,7 @@ pub fn unpack(bytes: &[u8], limit: u64, report: &mut Report) -> Option<Entries> 
         }
         match read(&mut archive, index, left) {
             Ok(contents) if contents.len() as u64 > left => {
-                report.problem(format_args!("{name}: unpacked, all is more than {limit} bytes; the rest is not read"));
+                report.problem(format_args!("{name}: the unpacked files exceed {limit} bytes; the rest is not read"));
                 break;
             }
             Ok(contents) => {
@@ -57,5 +57,5 @@ fn check_name(name: &str, report: &mut Report) {
     report.require(!leaves, format_args!("{name}: not a path that stays in the folder of the FMU"));
     let (length, short) = (name.len(), name.len() <= LONG_PATH && parts().all(|part| part.len() <= 100));
     report.advise(short, format_args!("{name}: a path of {length} bytes, too long for some hosts on Windows"));
-    report.advise(name.is_ascii(), format_args!("{name}: not in ASCII, hosts differ in how they unpack that"));
+    report.advise(name.is_ascii(), format_args!("{name}: not in ASCII; hosts differ in how they unpack such names"));
 }

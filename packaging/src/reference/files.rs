@@ -45,7 +45,7 @@ pub fn add(entries: &mut Entries, recipe: &Recipe) -> Result<Missing, Error> {
 /// Writes the reference results of the default experiment and its options as FMI's tool pages ask for, `NAME_ref.csv` and
 /// `NAME_ref.opt`, for an FMU that is called `NAME.fmu`; their paths.
 pub fn beside(entries: &Entries, fmu: &Path, folder: &Path) -> Result<[PathBuf; 2], Error> {
-    let failed = |reason: String| Error::Failure(format!("there are no reference results: {reason}"));
+    let failed = |reason: String| Error::Failure(format!("cannot make reference results: {reason}"));
     let results = record(entries, &[], true).map_err(failed)?;
     let csv = results.experiment.ok_or_else(|| failed("they were not recorded".to_owned()))?;
     let stem = fmu.file_stem().map_or(MODEL_IDENTIFIER.into(), |stem| stem.to_string_lossy());

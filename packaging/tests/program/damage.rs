@@ -62,7 +62,7 @@ fn damaged_entries_are_found() {
         (|entries| drop(entries.insert(library(), b"MZ".to_vec())), "not a shared library for "),
         (
             |entries| drop(entries.insert("resources/cradle.json".into(), b"{\"format\":1,\"balls\":4}".to_vec())),
-            "that of these resources is {",
+            "that of the resources is {",
         ),
         (
             |entries| drop(entries.insert("resources/cradle.json".into(), b"{".to_vec())),
@@ -84,12 +84,12 @@ fn damaged_entries_are_found() {
 fn wrong_descriptions_are_found() {
     for (from, to, expected) in [
         ("fmiVersion=\"2.0\"", "fmiVersion=\"3.0\"", "only 2.0 can be checked"),
-        ("guid=\"{", "guid=\"{0", "that of these resources is {"),
-        ("modelIdentifier=\"NewtonsCradle\"", "modelIdentifier=\"1-x\"", "is no identifier of C"),
+        ("guid=\"{", "guid=\"{0", "that of the resources is {"),
+        ("modelIdentifier=\"NewtonsCradle\"", "modelIdentifier=\"1-x\"", "is not a C identifier"),
         ("stopTime=\"10\"", "stopTime=\"-1\"", "stopTime is not after startTime"),
         ("stepSize=\"0.01\"", "stepSize=\"0\"", "stepSize is not positive"),
         ("name=\"gravity\"", "name=\"ball.mass\"", "there are two variables of this name"),
-        ("name=\"gravity\"", "name=\"a b\"", "not a name of variableNamingConvention"),
+        ("name=\"gravity\"", "name=\"a b\"", "not a valid name for variableNamingConvention"),
         ("valueReference=\"16384\"", "valueReference=\"0\"", "can both be set and share a value reference"),
         ("valueReference=\"0\"", "valueReference=\"x\"", "valueReference = \"x\" cannot be read"),
         (
@@ -106,13 +106,13 @@ fn wrong_descriptions_are_found() {
         (" start=\"9.81\"", " start=\"-1\"", "gravity: start = \"-1\"; allowed: 0 to inf"),
         (" start=\"9.81\"", " start=\"x\"", "gravity: start = \"x\"; allowed: a number"),
         ("\"ContactModel\" start=\"1\"", "\"ContactModel\" start=\"99\"", "allowed: an item of its type"),
-        ("declaredType=\"Acceleration\"", "declaredType=\"Nothing\"", "declaredType Nothing is no type of Real"),
+        ("declaredType=\"Acceleration\"", "declaredType=\"Nothing\"", "declaredType Nothing is not a type of Real"),
         ("unit=\"m/s2\" min", "unit=\"furlong\" min", "unit furlong is not defined"),
         ("<Outputs>", "<Outputs><Unknown index=\"1\"/>", "Outputs: gravity does not belong there"),
         ("<ModelStructure>", "<ModelStructure><Derivatives><Unknown index=\"99999\"/></Derivatives>", "index 99999"),
         ("<Category name=\"logSolver\"", "<Category name=\"logEvents\"", "log category logEvents is defined twice"),
         ("<DefaultExperiment", "<Nothing/><DefaultExperiment foo=\"1\"", "modelDescription.xml: not the description"),
-        ("needsExecutionTool=\"false\"", "needsExecutionTool=\"perhaps\"", "not what the schema asks for"),
+        ("needsExecutionTool=\"false\"", "needsExecutionTool=\"perhaps\"", "does not follow the schema"),
     ] {
         let found = described(from, to);
         assert!(found.contains(expected), "{to}: {found}");
@@ -161,5 +161,5 @@ fn a_zip_bomb_is_not_unpacked() {
     let mut bomb = SOUND.clone();
     bomb.insert("a".to_owned(), vec![0; 8 << 20]);
     let found = bytes(&zip(&bomb, Deflated), 1 << 20).problems.join("\n");
-    assert!(found.contains("a: unpacked, all is more than 1048576 bytes"), "{found}");
+    assert!(found.contains("a: the unpacked files exceed 1048576 bytes"), "{found}");
 }

@@ -168,7 +168,7 @@ fn results_that_cannot_be_recorded_are_missed_loudly() {
     let manifest = String::from_utf8(entries[&format!("{REFERENCE}/fmi-ls-manifest.xml")].clone()).unwrap();
     assert!(!manifest.contains(".csv"), "{manifest}");
     let failed = run(&["build", "--binary", &binary, "--out", &out, "--reference", &folder.file("")]);
-    assert!(failed.code == 1 && failed.error.contains("there are no reference results: "), "{}", failed.error);
+    assert!(failed.code == 1 && failed.error.contains("cannot make reference results: "), "{}", failed.error);
 }
 
 /// A folder as the sources are, and a script that stands in for cargo-zigbuild.

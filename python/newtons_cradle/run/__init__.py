@@ -1,4 +1,4 @@
-"""A run of an FMU through FMPy: the description it obeys, its log, its steps, and what came of it."""
+"""A run of an FMU through FMPy: its description, its log, its steps, and its results."""
 
 from .instance import NEVER, Recorder, Run, Saved
 from .log import LogLine

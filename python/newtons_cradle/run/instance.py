@@ -1,4 +1,4 @@
-"""A running instance of an FMU, stepped as finely as wanted."""
+"""A running instance of an FMU, stepped as finely as you like."""
 
 import math
 from collections.abc import Callable, Iterable
@@ -32,8 +32,8 @@ class Saved:
 class Run:
     """One instance, initialised and ready to step. `values`: start values by variable name, as `set` takes them.
 
-    `run["F_ext[1]"] = 0.2` sets a variable, `run["v[1]"]` is its value now. With `initialize=False` it is only
-    instantiated, and `initialize()` is left to the caller.
+    `run["F_ext[1]"] = 0.2` sets a variable; `run["v[1]"]` is the current value of one. With `initialize=False` the
+    instance is only instantiated, and the caller must call `initialize()`.
     """
 
     def __init__(self, fmu: Model, values: Values | None = None, *, initialize: bool = True):
@@ -63,7 +63,7 @@ class Run:
             raise
 
     def initialize(self, start_time: float = 0.0) -> None:
-        """Brings an instance that was only instantiated to its start time (s). Raises FmuError."""
+        """Initialises an instance that was only instantiated, at its start time (s). Raises FmuError."""
         self._call(self.slave.setupExperiment, startTime=start_time)
         self._call(self.slave.enterInitializationMode)
         self._call(self.slave.exitInitializationMode)
@@ -101,10 +101,10 @@ class Run:
         return pulse_table(line.text for line in self.log if line.category == "logEvents")
 
     def set(self, values: Values) -> None:
-        """Sets parameters and inputs by name, all of one type in one call.
+        """Sets parameters and inputs by name, with one call for each type.
 
-        An array takes a sequence, `{"x_start": [-0.1, 0, 0, 0, 0]}`, an enumeration the name of an item. Raises UnknownName,
-        FmuError.
+        An array takes a sequence, `{"x_start": [-0.1, 0, 0, 0, 0]}`; an enumeration takes the name of an item. Raises
+        UnknownName, FmuError.
         """
         numbers = self.fmu.settings(values)
         for kind, names in self._by_type(numbers).items():
@@ -122,7 +122,7 @@ class Run:
         self.set({name: value})
 
     def __getitem__(self, name: str) -> Any:
-        """The value of a variable; of an array the values of all elements, shape (elements,)."""
+        """The value of a variable; for an array, the values of all elements, shape (elements,)."""
         if name in self.fmu.arrays:
             return np.array(self.recorder([name]).row())
         return self.get(name)
@@ -145,8 +145,8 @@ class Run:
     def step_to_onset(self, before: float = 0.0) -> float:
         """Steps to the next onset, or to `before` seconds ahead of it; returns the time of the onset.
 
-        Where a contact phase is so long that the FMU does not see its end, that takes several steps. Raises FmuError when
-        no contact will close any more, or none is in sight after many steps.
+        If a contact phase is so long that the FMU does not see its end, this takes several steps. Raises FmuError if
+        no contact will close any more, or if none is in sight after many steps.
         """
         for _ in range(LOOKS):
             if self.get("t_next_isOnset"):
@@ -177,14 +177,14 @@ class Run:
         return onset, recorder.result()
 
     def save(self) -> "Saved":
-        """The state of the instance, from which any run of the same FMU can go on, also in another process."""
+        """The state of the instance, from which any run of the same FMU can continue, even in another process."""
         state = self._call(self.slave.getFMUstate)
         data: bytes = self._call(self.slave.serializeFMUstate, state)
         self._call(self.slave.freeFMUstate, state)
         return Saved(self.time, data)
 
     def load(self, saved: "Saved") -> None:
-        """Goes on from a saved state, with the same bits; the log is kept. Raises FmuError."""
+        """Continues from a saved state, with the same bits; the log is kept. Raises FmuError."""
         state = self._call(self.slave.deSerializeFMUstate, saved.data)
         self._call(self.slave.setFMUstate, state)
         self._call(self.slave.freeFMUstate, state)

@@ -21,9 +21,9 @@ class LogLine:
 class LogRouter:
     """Hands each log message to the run it belongs to.
 
-    FMPy's proxy, which fills in the C-style message, keeps one logger for the whole process: the last
-    one registered gets the messages of every instance. So all runs share this one and are told apart
-    by the componentEnvironment that the FMU hands back. (A `simulate_fmu(..., logger=...)` started
+    FMPy's proxy, which formats the C-style message, keeps one logger for the whole process: the last
+    one registered gets the messages of every instance. So all runs share this one. The componentEnvironment that
+    the FMU hands back tells them apart. (A `simulate_fmu(..., logger=...)` started
     while a run is open takes over the proxy: the run's later messages go to that logger.)
     """
 
@@ -53,7 +53,7 @@ class LogRouter:
         return callbacks
 
     def forget(self, callbacks: fmi2CallbackFunctions) -> None:
-        """Takes no more messages of this instance."""
+        """Stops taking messages of this instance."""
         self._logs.pop(callbacks.componentEnvironment, None)
 
 

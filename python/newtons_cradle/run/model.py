@@ -19,7 +19,7 @@ GIVEN = (
 
 
 class FmuError(RuntimeError):
-    """Something the FMU refused, or an FMU that is refused; the message says what is wrong and what is allowed."""
+    """The FMU refused something, or is itself refused; the message says what is wrong and what is allowed."""
 
 
 class Model:
@@ -58,7 +58,7 @@ class Model:
         return self.variable(name).unit or ""
 
     def number(self, name: str, value: Value) -> float | int | bool:
-        """A value as a variable of this name takes it; an item of an enumeration may be named. Raises FmuError."""
+        """A value in the type of this variable; an item of an enumeration may be named. Raises FmuError."""
         kind = self.variable(name).type
         try:
             if kind == "Enumeration" and isinstance(value, str):
@@ -71,14 +71,14 @@ class Model:
         except (TypeError, ValueError):
             unit = self.unit(name)
             written = (
-                f"; it is taken in {unit}, which is not written"
+                f"; give it in {unit}, without writing the unit"
                 if unit not in ("", "1") and isinstance(value, str)
                 else ""
             )
             raise FmuError(f"{name} = {value} is not a number{written}") from None
 
     def built_with(self, name: str) -> float | int | bool:
-        """The start value of the description, an enumeration's integer. Raises UnknownName, or FmuError if it has none."""
+        """The start value in the description; the integer of an enumeration. Raises UnknownName, or FmuError if there is none."""
         variable = self.variable(name)
         if variable.start is None:
             raise FmuError(f"{name} has no start value: the FMU computes it")
@@ -87,9 +87,9 @@ class Model:
         return float(variable.start) if variable.type == "Real" else int(variable.start)
 
     def names(self, wanted: Iterable[str]) -> list[str]:
-        """These variables, with the elements of an array, x[1], x[2], ..., where only x is named. Raises UnknownName."""
+        """These variables; where an array x is named, its elements x[1], x[2], ... Raises UnknownName."""
         if isinstance(wanted, str):
-            raise TypeError(f"record: a list of names such as [{wanted!r}] is needed, not one text")
+            raise TypeError(f"record: a list of names such as [{wanted!r}] is needed, not a string")
         found = []
         for name in wanted:
             found += [name] if name in self.variables else self.arrays.get(name, [])
@@ -98,7 +98,7 @@ class Model:
         return found
 
     def settings(self, values: Values) -> dict[str, float | int | bool]:
-        """A value for each variable, arrays by element, as the FMU takes them. Raises UnknownName or FmuError."""
+        """A value for each variable, arrays by element, in the FMU's types. Raises UnknownName or FmuError."""
         if not isinstance(values, Mapping):
             raise TypeError(
                 f'values: a dict such as {{"ball.mass": 0.5}} is needed, not {type(values).__name__}'
@@ -127,7 +127,7 @@ class Model:
         return dict(zip(elements, value, strict=True))
 
     def _check_lengths(self, values: Values) -> None:
-        """Refuses start values of a cradle with more balls, all of them in one sentence."""
+        """Refuses start values of a cradle with more balls, with one message for all."""
         for name in values:
             array, index = split(name)
             if array in self.arrays and index is not None and name not in self.variables:
@@ -142,7 +142,7 @@ class Model:
             return
         array, index = split(shown)
         start = f"{array}_start" if f"{array}_start" in self.arrays else None
-        meant = f"; {start}[{index or 'i'}] is meant" if start else "; allowed: parameters and inputs"
+        meant = f"; did you mean {start}[{index or 'i'}]?" if start else "; allowed: parameters and inputs"
         raise FmuError(
             f"{shown} is refused: it is {_article(variable.causality)}, which the FMU computes{meant}"
         )

@@ -1,4 +1,4 @@
-"""Names of variables: elements of arrays, and which names are like one that does not exist."""
+"""Names of variables: elements of arrays, and suggestions for names that do not exist."""
 
 import difflib
 import re
@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 
 class UnknownName(KeyError):
-    """A name that no variable has; the message names similar ones, or those that there are."""
+    """A name that no variable has; the message names similar ones, or those that exist."""
 
     def __str__(self) -> str:
         return str(self.args[0])
@@ -19,7 +19,7 @@ def split(name: str) -> tuple[str, int | None]:
 
 
 def similar(name: str, known: Iterable[str]) -> list[str]:
-    """Up to three of the known names that are like this one, whole or after their dot; the best first."""
+    """Up to three known names that are similar to this one, as a whole or after their dot; the best first."""
     by_form: dict[str, str] = {}
     for other in known:
         by_form.setdefault(other.lower().rpartition(".")[2], other)

@@ -1,4 +1,4 @@
-"""What came of a run: samples and pulses, as NumPy arrays, data frame, Parquet file or picture."""
+"""The result of a run: samples and pulses, as NumPy arrays, data frame, Parquet file or plot."""
 
 from dataclasses import dataclass, field
 from importlib import import_module
@@ -70,10 +70,10 @@ class Result:
         frame.to_parquet(path, engine="pyarrow")
 
     def plot(self, *signals: str, origin: float = 0.0) -> "Figure":
-        """A picture with a strip for each signal, over the time from `origin` (s) on: `plot("x", "F[2]").savefig("run.png")`.
+        """A plot with a strip for each signal, over the time from `origin` (s) on: `plot("x", "F[2]").savefig("run.png")`.
 
-        A signal is a variable or an array, whose elements share a strip; without any, the positions x are shown, or all that
-        was recorded. Raises UnknownName, and ImportError without matplotlib.
+        A signal is a variable or an array, whose elements share a strip. Without signals, it shows the positions x or, if those
+        were not recorded, everything that was. Raises UnknownName, and ImportError without matplotlib.
         """
         _needed("matplotlib", "plot")
         from matplotlib import pyplot
@@ -100,9 +100,9 @@ class Result:
 
 
 def _needed(package: str, extra: str) -> Any:
-    """A package that only an extra of this one installs. Raises ImportError, which names both."""
+    """A package that only an extra of this one installs. Raises ImportError, which names package and extra."""
     try:
         return import_module(package)
     except ImportError:
         advice = f"`pip install 'newtons-cradle[{extra}]'`, or `pip install {package}`"
-        raise ImportError(f"{package} is needed, and missing: {advice}", name=package) from None
+        raise ImportError(f"{package} is needed but missing: {advice}", name=package) from None

@@ -115,20 +115,20 @@ impl Continuous {
     ) -> Result<Self, Unsound> {
         let cradle = Cradle::new(parameters);
         let tolerance = self.trajectory.dynamics.tolerance;
-        require(self.method == method && tolerance == parameters.tolerance, "it is of another method")?;
+        require(self.method == method && tolerance == parameters.tolerance, "it belongs to another method")?;
         let fits = self.inputs.fit(parameters.balls())
             && self.contacts.len() == parameters.contacts()
             && self.state_at_step.is_of(parameters.balls());
-        require(fits, "it is not as large as the cradle")?;
+        require(fits, "its size does not match the cradle")?;
         let finite = self.inputs.are_finite() && self.state_at_step.is_finite();
         require(failed || finite, "an input or a state is not finite")?;
         let forcings = forcings(&cradle, &self.inputs, self.trajectory.dynamics.since.value());
         let trajectory = self.trajectory.restored(method, cradle, forcings, failed);
-        self.trajectory = trajectory.ok_or(Unsound("its solver has not come here"))?;
+        self.trajectory = trajectory.ok_or(Unsound("its solver has not reached its time"))?;
         if let Some(ahead) = self.ahead.take() {
             let forcings = self.trajectory.dynamics.forcings.clone();
             let ahead = ahead.restored(method, self.trajectory.dynamics.cradle.clone(), forcings, failed);
-            self.ahead.replace(Some(Box::new(ahead.ok_or(Unsound("its look ahead has not come here"))?)));
+            self.ahead.replace(Some(Box::new(ahead.ok_or(Unsound("its look ahead has not reached its time"))?)));
         }
         let path = self.trajectory.path();
         let on_path = path.end >= self.now() && path.start() <= self.now();
@@ -141,7 +141,7 @@ impl Continuous {
         let sums = [self.support_at_step, self.energy_at_start].iter().all(|sum| sum.is_finite());
         require(failed || (sums && self.contacts.iter().all(contact)), "a sum is not finite")?;
         let found = self.foreseen.get().is_none_or(|(_, found)| found.time() > self.time);
-        require(failed || found, "what lies ahead has been")?;
+        require(failed || found, "the onset that it found ahead lies in the past")?;
         require(self.step.max(self.events) < LARGEST_COUNT, "a count is too large")?;
         Ok(self)
     }

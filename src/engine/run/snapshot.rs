@@ -115,11 +115,14 @@ impl Engine {
             let mut copy = Self::rebuild(parameters, start, copy, failed)?;
             let last = copy.totals.last_event;
             let sound = last >= now && !missed(&copy, last) && lead < LARGEST_COUNT;
-            require(failed || sound, "it looks ahead to the past")?;
+            require(failed || sound, "its look ahead ends in the past")?;
             (copy.step.time, copy.handled) = (NO_STEP, lead);
             engine.caches.ahead.copy.replace(Some(Box::new(copy)));
         }
-        require(failed || found.is_none_or(|(_, found)| found.time() > engine.time), "what lies ahead has been")?;
+        require(
+            failed || found.is_none_or(|(_, found)| found.time() > engine.time),
+            "the onset that it found ahead lies in the past",
+        )?;
         engine.caches.ahead.found.set(found);
         Ok(engine)
     }
@@ -130,7 +133,7 @@ impl Engine {
         let StepStart { balls, contacts, .. } = &snapshot.step;
         let lengths = [(snapshot.balls.len(), snapshot.contacts.len()), (balls.len(), contacts.len())];
         let fits = lengths == [(n, m); 2] && snapshot.clusters.len() <= m && snapshot.inputs.fit(n);
-        require(fits, "it is not as large as the cradle")?;
+        require(fits, "its size does not match the cradle")?;
         if !failed {
             snapshot.check_values(start)?;
         }
@@ -172,7 +175,7 @@ impl Engine {
         require(members.start < members.end && members.end <= balls && members.len() > 1, "a cluster has no balls")?;
         let window = members.start.saturating_sub(1)..(members.end + 1).min(balls);
         let fits = flights.len() == window.len() && contacts.len() + 1 == window.len();
-        require(fits, "a cluster is not as large as its window")?;
+        require(fits, "the size of a cluster does not match its window")?;
         let id = self.clusters.len() - 1;
         for (i, state) in (window.start..window.end - 1).zip(&contacts) {
             let its_own = self.contacts[i].cluster() == Some(id as u32);
@@ -215,10 +218,10 @@ impl Engine {
         let in_cluster = |regime: Regime| matches!(regime, Regime::Cluster(_));
         let forecast = match &self.contacts[i].phase {
             Phase::Window(_) | Phase::Impact(_) => return Ok(()),
-            Phase::Loose(_) => return require(false, "a contact is part of nothing"),
+            Phase::Loose(_) => return require(false, "a contact belongs to nothing"),
             Phase::Beside(overlap) => {
                 let beside_impact = !in_flight && !in_cluster(left.regime) && !in_cluster(right.regime);
-                return require(beside_impact && (failed || overlap.is_finite()), "a contact is beside no impact");
+                return require(beside_impact && (failed || overlap.is_finite()), "a contact has no impact beside it");
             }
             Phase::Constraint(constraint, forecast) => {
                 let sound = constraint.is_sound(left, right, self.time.into());
@@ -232,7 +235,7 @@ impl Engine {
             }
         };
         if let Next::At(time) | Next::NotBefore(time) = forecast {
-            require(failed || time.is_sound(), "a time of an event is none")?;
+            require(failed || time.is_sound(), "the time of an event is invalid")?;
             self.queue.set(i, time);
         }
         Ok(())
@@ -244,7 +247,7 @@ impl Engine {
             let free = matches!(ball.regime, Regime::Flight | Regime::Body);
             require(
                 free && (failed || self.cradle.restitution.is_some()),
-                "a constraint holds balls that are held otherwise",
+                "a constraint holds balls that something else holds",
             )?;
             (ball.regime, ball.oscillator) = (Regime::Body, oscillator);
         }
@@ -259,19 +262,22 @@ impl RunState {
         let past = |t: DoubleDouble| t.is_sound() && t <= now && t >= DoubleDouble::from(start);
         require(self.inputs.are_finite(), "an input is not finite")?;
         let times = [self.time, self.inputs.since, self.step.time].map(DoubleDouble::from);
-        require(times.into_iter().chain([self.totals.last_event]).all(past), "a time of the past is not in the past")?;
+        require(
+            times.into_iter().chain([self.totals.last_event]).all(past),
+            "the time of a past event lies in the future",
+        )?;
         let ball = |ball: &BallState| past(ball.anchor) && ball.flight.is_finite() && ball.integrals.is_finite();
-        require(self.balls.iter().all(ball), "the state of a ball is not finite, or of the future")?;
+        require(self.balls.iter().all(ball), "the state of a ball is not finite, or lies in the future")?;
         require(self.contacts.iter().all(|contact| contact.ledger.is_sound()), "a ledger is not finite")?;
         for cluster in self.clusters.iter().flatten() {
             let flights = cluster.flights.iter().all(Flight::is_finite);
             let contacts = cluster.contacts.iter().all(|contact| contact.overlap.is_finite());
             require(
                 past(cluster.start) && flights && contacts && cluster.history.is_sound(),
-                "a cluster is not finite, or of the future",
+                "a cluster is not finite, or lies in the future",
             )?;
         }
-        require(self.step.is_sound(), "the state at the start of the step is not finite, or not recorded so")?;
+        require(self.step.is_sound(), "the state at the start of the step is not finite, or its record is invalid")?;
         let sums = [self.totals.contact_loss, self.totals.energy_at_start];
         require(sums.iter().all(|sum| sum.is_finite()), "a sum is not finite")?;
         require(self.step.number < LARGEST_COUNT, "a count is too large")

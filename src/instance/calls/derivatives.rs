@@ -10,7 +10,7 @@ use crate::variables::{Causality, Settings, Type, Variable, VariableError};
 const OUTPUTS: &str = "real outputs";
 const INITIAL_UNKNOWNS: &str = "real outputs and calculated parameters";
 /// Along what.
-const INPUTS: &str = "inputs; in Initialization Mode real parameters, too";
+const INPUTS: &str = "inputs and, in Initialization Mode, real parameters";
 
 impl Instance {
     /// Derivatives of outputs by time at the current time, each of its order, from 1 on. What changes only at events and
@@ -47,7 +47,7 @@ impl Instance {
             let parameter = variable.row.settable() && variable.row.access.data_type() == Type::Real;
             if !(input || initializing && parameter) {
                 return Err(VariableError::NotDifferentiable {
-                    variable: format!("along {variable} nothing"),
+                    variable: format!("a direction along {variable}"),
                     allowed: INPUTS,
                 }
                 .into());

@@ -66,7 +66,7 @@ impl Observer for Reporter<'_> {
             Severity::Warning,
             LogCategory::Warning,
             format_args!(
-                "the step to t = {} s has taken {} s so far: t = {time} s is reached after {events} events{}",
+                "the step to t = {} s has taken {} s so far: it has reached t = {time} s after {events} events{}",
                 self.until,
                 taken.as_secs(),
                 busiest.unwrap_or_default()
@@ -99,7 +99,7 @@ mod tests {
         let lines = lines.borrow();
         let expected = |seconds: u64, contact: usize| {
             let text = format!(
-                "the step to t = 7 s has taken {seconds} s so far: t = 0.25 s is reached after 1000 events, most of them in \
+                "the step to t = 7 s has taken {seconds} s so far: it has reached t = 0.25 s after 1000 events, most of them in \
                  contact {contact}"
             );
             (Severity::Warning, LogCategory::Warning, text)

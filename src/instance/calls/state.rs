@@ -103,11 +103,11 @@ impl Instance {
         self.check_owner(owner)?;
         let ((mut run, snapshot), rest) = postcard::take_from_bytes::<Content>(rest).map_err(unreadable)?;
         if !rest.is_empty() {
-            return Err(StateError::Unsound(Unsound("there is more than a state")).into());
+            return Err(StateError::Unsound(Unsound("there are more bytes than those of the state")).into());
         }
         run.check(self.balls()).map_err(StateError::Unsound)?;
         if (run.phase > Phase::InitializationMode) != snapshot.is_some() {
-            return Err(StateError::Unsound(Unsound("the phase does not fit")).into());
+            return Err(StateError::Unsound(Unsound("its phase does not match its contents")).into());
         }
         if let Some(snapshot) = snapshot {
             let start = run.experiment.unwrap_or_default().start;

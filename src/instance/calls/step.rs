@@ -65,7 +65,7 @@ impl Instance {
         if reached.is_finite() {
             Ok(Some(reached))
         } else {
-            let allowed = "a step on which the inputs, with the derivatives given for it, stay finite";
+            let allowed = "a step over which the inputs, with their given derivatives, stay finite";
             Err(Refusal::number("communicationStepSize", length, "s", allowed))
         }
     }
@@ -106,8 +106,7 @@ impl Instance {
     #[cold]
     fn log_past_stop(&mut self, next: f64, stop: f64) {
         self.run.past_stop_logged = true;
-        self.log
-            .solver(format_args!("the step to t = {next} s goes past stopTime = {stop} s; it is made all the same"));
+        self.log.solver(format_args!("the step to t = {next} s goes past stopTime = {stop} s; it is computed anyway"));
     }
 }
 

@@ -18,13 +18,13 @@ pub fn check(model: &Model, entries: &Entries, report: &mut Report) {
         let letter = |c: char| c.is_ascii_alphabetic() || c == '_';
         let is_identifier =
             identifier.starts_with(letter) && identifier.chars().all(|c| letter(c) || c.is_ascii_digit());
-        report.require(is_identifier, format_args!("modelIdentifier = \"{identifier}\" is no identifier of C"));
+        report.require(is_identifier, format_args!("modelIdentifier = \"{identifier}\" is not a C identifier"));
         let length = identifier.len();
         report.advise(length <= 63, format_args!("modelIdentifier has {length} characters; some hosts take 63"));
         report.advise(!interface.needs_tool, "needsExecutionTool: the FMU does not run by itself");
         for file in &interface.sources {
             let there = entries.contains_key(&format!("sources/{file}"));
-            report.require(there, format_args!("sources/{file} is listed in SourceFiles and missing"));
+            report.require(there, format_args!("sources/{file} is listed in SourceFiles but missing"));
         }
     }
     let Experiment { start, stop, step, tolerance } = model.experiment;

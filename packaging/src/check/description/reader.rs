@@ -73,7 +73,7 @@ fn check_schema(text: &str, root: &Node, report: &mut Report) {
         Ok(Err(error)) => error,
         Err(_) => "an element that is not where it belongs".to_owned(),
     };
-    let text = format!("modelDescription.xml: not what the schema asks for: {error}");
+    let text = format!("modelDescription.xml: does not follow the schema: {error}");
     // References to a schema are allowed, and it does not know them.
     if root.namespaces().len() > 0 { report.remark(text) } else { report.problem(text) }
 }
@@ -118,7 +118,7 @@ impl Reader<'_> {
         let text = node.attribute(key)?;
         let indices: Result<Vec<usize>, _> = text.split_whitespace().map(str::parse).collect();
         if indices.is_err() {
-            self.report.problem(format_args!("{}: {key} is no list of indices", place(node)));
+            self.report.problem(format_args!("{}: {key} is not a list of indices", place(node)));
         }
         indices.ok()
     }

@@ -67,6 +67,6 @@ fn exactly(list: &str, unknowns: &[Unknown], wanted: BTreeSet<usize>, model: &Mo
         let exist = dependencies.iter().all(|index| variable(model, *index).is_some());
         report.require(exist, format_args!("{list}: {name} depends on a variable that does not exist"));
         let fit = unknown.kinds.is_none_or(|kinds| unknown.dependencies.is_some() && kinds == dependencies.len());
-        report.require(fit, format_args!("{list}: {name} has not one dependenciesKind for each dependency"));
+        report.require(fit, format_args!("{list}: {name} does not have one dependenciesKind for each dependency"));
     }
 }

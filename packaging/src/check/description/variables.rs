@@ -19,7 +19,8 @@ pub fn check(model: &Model, report: &mut Report) {
         let name = &variable.name;
         report.require(names.insert(name), format_args!("{name}: there are two variables of this name"));
         let well_named = !name.is_empty() && (!model.structured || is_structured(name));
-        report.require(well_named, format_args!("{name}: not a name of variableNamingConvention=\"structured\""));
+        report
+            .require(well_named, format_args!("{name}: not a valid name for variableNamingConvention=\"structured\""));
         report.advise(name.len() <= LONG_NAME, format_args!("{name}: a name of {} bytes", name.len()));
         combination(variable, report);
         value(model, variable, report);
@@ -73,7 +74,7 @@ fn combination(variable: &Variable, report: &mut Report) {
     };
     match (&attributes.start, wanted) {
         (None, true) => report.problem(format_args!("{name}: the start value is missing")),
-        (Some(_), false) => report.problem(format_args!("{name}: is calculated and has a start value")),
+        (Some(_), false) => report.problem(format_args!("{name}: is calculated, but has a start value")),
         _ => {}
     }
 }
@@ -87,7 +88,7 @@ fn value(model: &Model, variable: &Variable, report: &mut Report) {
             Some(found) if found.attributes.data_type == attributes.data_type => Some(&found.attributes),
             _ => {
                 let kind = attributes.data_type;
-                return report.problem(format_args!("{name}: declaredType {declared} is no type of {kind:?}"));
+                return report.problem(format_args!("{name}: declaredType {declared} is not a type of {kind:?}"));
             }
         },
     };
@@ -112,7 +113,7 @@ fn value(model: &Model, variable: &Variable, report: &mut Report) {
     if let Some(index) = effective.derivative
         && model.variables.get(index.wrapping_sub(1)).is_none_or(|state| state.attributes.data_type != Type::Real)
     {
-        report.problem(format_args!("{name}: derivative = {index} is the index of no real variable"));
+        report.problem(format_args!("{name}: derivative = {index} is not the index of a real variable"));
     }
     if let Some(start) = &effective.start {
         start_value(name, start, &effective, report);
