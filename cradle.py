@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 """Newton's cradle as an FMU: run the paper's experiments, or run the tests.
 
-    python3 cradle.py paper         build the FMU, run the experiments through FMPy, write report and pictures to out/paper
+    python3 cradle.py paper         build the FMU, run the experiments through FMPy, write a report and pictures to out/paper
     python3 cradle.py test          run what a change needs, in minutes
     python3 cradle.py test --all    run everything that checks this project
-    python3 cradle.py wheel         make a wheel for pip, of the FMU, cradle-fmu and the Python package
+    python3 cradle.py wheel         make a wheel for pip with the FMU, cradle-fmu and the Python package
 
-They need cargo, a C compiler and Python 3.11 or newer. What else is needed goes into this folder: Python
-packages into .venv, compiled code into target. Delete either at any time; it is made again.
+They need cargo, a C compiler and Python 3.11 or newer. Everything else goes into this folder: Python packages
+into .venv, compiled code into target. You can delete either at any time; it is made again.
 """
 
 import argparse
@@ -16,7 +16,7 @@ import time
 from pathlib import Path
 
 if sys.version_info < (3, 11):  # noqa: UP036 - the script is the first thing an old Python meets
-    sys.exit(f"Python 3.11 or newer is needed, this is {sys.version.split()[0]}.")
+    sys.exit(f"Python 3.11 or newer is needed; this is {sys.version.split()[0]}.")
 sys.path[:0] = [str(Path(__file__).resolve().parent / folder) for folder in ("packaging", "tests")]
 
 from checkout import PYTHON, SOME, Stop, check_machine, fmu_builds, make_venv, run, say, stage  # noqa: E402
@@ -35,7 +35,7 @@ def paper(_options) -> int:
             run(command, env=environment)
     with stage("3/3 the paper's experiments"):
         code = run([PYTHON, "examples/paper/run_all.py"], check=False)
-    say(f"\nTogether {time.perf_counter() - begin:.0f} s.")
+    say(f"\nTotal: {time.perf_counter() - begin:.0f} s.")
     return code
 
 
@@ -52,14 +52,14 @@ def main() -> int:
     commands = parser.add_subparsers(dest="command", required=True, metavar="{paper,test,wheel}")
     commands.add_parser("paper", help=paper.__doc__).set_defaults(function=paper)
     tests = commands.add_parser("test", help=test.__doc__)
-    tests.add_argument("--all", action="store_true", help="everything that checks this project")
+    tests.add_argument("--all", action="store_true", help="run everything that checks this project")
     tests.set_defaults(function=test)
     wheels = commands.add_parser("wheel", help=wheel.__doc__)
     wheels.add_argument(
         "--fmu",
         type=Path,
         metavar="FILE",
-        help="the FMU to put in [default: with this platform's binary only]",
+        help="the FMU to include [default: one with this platform's binary only]",
     )
     wheels.set_defaults(function=wheel)
     options = parser.parse_args()

@@ -1,4 +1,4 @@
-"""What the commands of cradle.py need of a checkout: its virtual environment, its FMUs, and programs run with progress shown."""
+"""What the commands of cradle.py need: the checkout's virtual environment, its FMUs, and a way to run programs and show progress."""
 
 import hashlib
 import os
@@ -16,7 +16,7 @@ VENV = ROOT / ".venv"
 PYTHON = VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 FMU = ROOT / "target/fmu/NewtonsCradle.fmu"
 FMU13 = FMU.with_stem("NewtonsCradle13")  # of 13 balls, for the paper's Figure 3
-# Packages for the paper and the short test, and all.
+# Packages for the paper and the short test, and all packages.
 SOME, ALL = (ROOT / name for name in ("requirements.txt", "requirements-all.txt"))
 
 
@@ -25,7 +25,7 @@ class Stop(Exception):
 
 
 def say(text: str) -> None:
-    """Prints at once, also into a pipe; in one piece, as several threads may print."""
+    """Prints at once, even into a pipe, and in one piece, because several threads may print."""
     sys.stdout.write(text + "\n")
     sys.stdout.flush()
 
@@ -33,7 +33,7 @@ def say(text: str) -> None:
 def run(command: list, check: bool = True, watch=None, **options) -> int:
     """Runs a command in the checkout. With `watch`, each line of its output goes there instead of to the terminal.
 
-    Raises `Stop` where the command fails and `check` is true."""
+    Raises `Stop` if the command fails and `check` is true."""
     command = [str(part) for part in command]
     (watch or say)("  $ " + " ".join(part.removeprefix(f"{ROOT}{os.sep}") for part in command))
     environment = os.environ | {"PYTHONUNBUFFERED": "1"} | options.pop("env", {})
@@ -53,7 +53,7 @@ def run(command: list, check: bool = True, watch=None, **options) -> int:
 
 @contextmanager
 def stage(title: str, show=say):
-    """Announces a stage and says at its end how long it took."""
+    """Announces a stage and, at its end, says how long it took."""
     begin = time.perf_counter()
     outcome = "stopped"
     show(f"\n== {title}")
@@ -70,12 +70,12 @@ def check_machine() -> None:
         raise Stop("cargo is missing: install Rust from https://rustup.rs and open a new shell.")
     if not any(shutil.which(name) for name in ("cc", "gcc", "clang", "cl")):
         raise Stop(
-            "a C compiler is missing (the linker of Rust programs): on Debian, `apt install gcc libc6-dev`."
+            "a C compiler is missing; Rust needs it to link programs: on Debian, `apt install gcc libc6-dev`."
         )
 
 
 def make_venv(requirements: Path) -> None:
-    """.venv with the packages of SOME or ALL; nothing to do when they have not changed."""
+    """Makes .venv with the packages of SOME or ALL; does nothing if they have not changed."""
     # Its path counts as well: a virtual environment does not survive being moved.
     wanted = {
         file: hashlib.sha256(file.read_bytes() + SOME.read_bytes() + str(VENV.resolve()).encode()).hexdigest()
@@ -91,7 +91,7 @@ def make_venv(requirements: Path) -> None:
         if run([sys.executable, "-m", "venv", VENV], check=False) != 0:
             raise Stop("this Python cannot make virtual environments: on Debian, `apt install python3-venv`.")
     quietly = ["--disable-pip-version-check", "--progress-bar", "off"]
-    # The files list all that is needed; what is not compiled now is when it is first imported, which most of it never is.
+    # The files list all that is needed. Modules are compiled when they are first imported; most never are.
     run([PYTHON, "-m", "pip", "install", *quietly, "--no-deps", "--no-compile", "-r", requirements])
     packages = Path(sysconfig.get_path("purelib", "venv", {"base": str(VENV)}))
     (packages / "newtons_cradle.pth").write_text(f"{ROOT / 'python'}\n")
@@ -100,7 +100,7 @@ def make_venv(requirements: Path) -> None:
 
 
 def fmu_builds(*producer) -> tuple[list, dict]:
-    """The commands that build the FMUs of five and 13 balls in target/fmu with the program cradle-fmu, and their environment."""
+    """The commands that build the FMUs of five and 13 balls in target/fmu with cradle-fmu, and their environment."""
     options, environment = old_linux()
     build = [*producer, "build", "--release", *options]
     return [
@@ -109,12 +109,12 @@ def fmu_builds(*producer) -> tuple[list, dict]:
 
 
 def old_linux() -> tuple[list, dict]:
-    """Options and environment for a binary that runs on every Linux from glibc 2.17 on, if .venv has cargo-zigbuild, which
-    `test --all` puts there."""
+    """Options and environment for a binary that runs on every Linux from glibc 2.17 on. This needs cargo-zigbuild, which
+    `test --all` puts into .venv."""
     programs, host = VENV / "bin", host_target()
     if not (programs / "cargo-zigbuild").exists() or not host.endswith("-unknown-linux-gnu"):
         say(
-            "  !! the binary will need a glibc like this machine's: cargo-zigbuild is not in .venv, or not for this machine"
+            "  !! the binary will need this machine's glibc or a newer one: cargo-zigbuild is not in .venv, or not for this machine"
         )
         return [], {}
     caches = {name: str(ROOT / "target/zig") for name in ("ZIG_GLOBAL_CACHE_DIR", "CARGO_ZIGBUILD_CACHE_DIR")}

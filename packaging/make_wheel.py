@@ -1,4 +1,4 @@
-"""The wheel: what goes into it is built here; pyproject.toml says where it goes, wheel_hook.py for which platform it is."""
+"""Builds the contents of the wheel. pyproject.toml says where they go, wheel_hook.py for which platform the wheel is."""
 
 import os
 import shutil
@@ -13,7 +13,7 @@ THREE_JS = "import sys; from newtons_cradle.animation.page import three_js; sys.
 
 
 def make_wheel(fmu: Path | None) -> int:
-    """Makes a wheel of cradle-fmu, the Python package and this FMU, or else one for this platform only, in target/wheel."""
+    """Makes a wheel in target/wheel with cradle-fmu, the Python package and this FMU; if None, an FMU for this platform only."""
     if fmu is not None and not fmu.is_file():
         raise Stop(f"--fmu {fmu} is refused: there is no such file.")
     contents = None if fmu is None else fmu.read_bytes()
@@ -31,7 +31,7 @@ def make_wheel(fmu: Path | None) -> int:
             (FOLDER / FMU.name).write_bytes(contents)
     with stage("3/3 wheel"):
         (FOLDER / "three.js").write_bytes(subprocess.check_output([PYTHON, "-c", THREE_JS]))
-        # zig has linked for glibc 2.17, whatever this machine has.
+        # zig has linked for glibc 2.17, whichever version this machine has.
         processor = host_target().split("-")[0]
         platform = {"CRADLE_WHEEL_PLATFORM": f"manylinux_2_17_{processor}"} if target else {}
         run(
@@ -44,7 +44,7 @@ def make_wheel(fmu: Path | None) -> int:
 
 
 def build_program(target: list, environment: dict) -> None:
-    """The program cradle-fmu, optimised, in target/wheel; for every Linux where cargo-zigbuild can."""
+    """Builds cradle-fmu, optimised, in target/wheel; with cargo-zigbuild, for every Linux."""
     command = [
         "cargo",
         "zigbuild" if target else "build",

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Makes target/fmu/platforms/NewtonsCradle.fmu: one FMU with a binary for each platform that can be compiled for here.
+"""Makes target/fmu/platforms/NewtonsCradle.fmu: one FMU with a binary for each platform that this machine can compile for.
 
     python3 packaging/platforms.py PRODUCER FMU
 
-PRODUCER is the program cradle-fmu. FMU is an FMU for this machine, whose binary is taken over. For the others it takes the
-Rust that .ci/debian-rust has put into the folder CRADLE_DEBIAN_RUST, or else the targets that rustup has. It says what it
-skips, in lines that begin with SKIPPED.
+PRODUCER is the program cradle-fmu. FMU is an FMU for this machine, whose binary is reused. For the other platforms it takes
+the Rust that .ci/debian-rust has put into the folder CRADLE_DEBIAN_RUST, or else the targets that rustup has. Lines that begin
+with SKIPPED say what it skips.
 """
 
 import os
@@ -103,14 +103,14 @@ def with_sources(usr: Path) -> dict:
 
 
 def too_old(environment: dict) -> str | None:
-    """What is wrong with the version of a Rust, if it is older than the sources need: apt may know of an old one only."""
+    """What is wrong with the version of a Rust, if it is older than the sources need: apt may have only an old one."""
     command = [environment["RUSTC"], "--version"]
     answer = subprocess.run(command, env=os.environ | environment, capture_output=True, text=True)
     version = re.match(r"rustc (\d+)\.(\d+)", answer.stdout)
     needed = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]["package"]["rust-version"]
     if version and tuple(map(int, version.groups())) >= tuple(map(int, needed.split("."))):
         return None
-    return f"Rust {needed} is needed, this is {answer.stdout.strip() or 'none that runs'}"
+    return f"Rust {needed} is needed; this is {answer.stdout.strip() or 'none that runs'}"
 
 
 def skip(platform: Platform, reason: str) -> None:
@@ -152,7 +152,7 @@ def possible(toolchain: Path | None, sysroot: Path) -> list[tuple[Platform, tupl
         elif older:
             skip(
                 platform,
-                f"{older}; `apt-get update`, delete {toolchain}, and .ci/debian-rust unpacks a newer one",
+                f"{older}; run `apt-get update`, delete {toolchain}, and .ci/debian-rust unpacks a newer one",
             )
         elif toolchain:
             found.append((platform, platform.along))
@@ -167,7 +167,7 @@ def possible(toolchain: Path | None, sysroot: Path) -> list[tuple[Platform, tupl
 
 
 def main() -> int:
-    """Compiles for all platforms together, and packs what comes out with the binary for this machine."""
+    """Compiles for all platforms together, and packs the results with the binary for this machine."""
     folder = os.environ.get("CRADLE_DEBIAN_RUST")
     toolchain = Path(folder).resolve() / "usr" if folder else None
     answer = subprocess.run(["rustc", "--print", "sysroot"], capture_output=True, text=True, check=True)

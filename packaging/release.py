@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Makes the files of a release in target/dist. .github/workflows/release.yml calls it, and so can anybody.
+"""Makes the files of a release in target/dist. .github/workflows/release.yml calls it, and you can, too.
 
     python3 packaging/release.py fmus [FMU]     the FMU for all platforms, and one for each preset
-    python3 packaging/release.py programs FMU   for this machine: the wheel with this FMU, and cradle-fmu with its licences
-    python3 packaging/release.py finish         when all is in target/dist: bill of materials, SHA256SUMS
+    python3 packaging/release.py programs FMU   for this machine: the wheel with this FMU, and cradle-fmu with licences
+    python3 packaging/release.py finish         when all files are in target/dist: bill of materials, SHA256SUMS
 
-FMU is one for all platforms, as packaging/platforms.py leaves it; `fmus` compiles it where it is not given.
+FMU is the one for all platforms that packaging/platforms.py makes. `fmus` compiles it if it is not given.
 """
 
 import argparse
@@ -43,7 +43,7 @@ def fmus(options) -> None:
     with zipfile.ZipFile(given) as archive:
         found = {name.split("/")[1] for name in archive.namelist() if name.startswith("binaries/")}
     if missing := set(PLATFORMS) - found:
-        raise Stop(f"{given} has no binary for {', '.join(sorted(missing))}: a release has all.")
+        raise Stop(f"{given} has no binary for {', '.join(sorted(missing))}: a release needs them all.")
     presets = sorted(path.stem for path in (ROOT / "packaging/presets").glob("*.toml"))
     for name, choice in [(FMU.stem, []), *((preset, ["--preset", preset]) for preset in presets)]:
         out = DIST / f"{name}.fmu"
@@ -52,7 +52,7 @@ def fmus(options) -> None:
 
 
 def programs(options) -> None:
-    """The wheel, and the program that is in it, in an archive of its own."""
+    """The wheel, and its program in a separate archive."""
     make_venv(ALL)
     run([sys.executable, "cradle.py", "wheel", "--fmu", options.fmu.resolve()])
     (wheel,) = (ROOT / "target/wheel").glob("*.whl")
@@ -68,15 +68,15 @@ def programs(options) -> None:
 
 
 def date() -> tuple:
-    """The time that goes into archives, as in FMUs: `SOURCE_DATE_EPOCH`, else that at which zip files begin."""
+    """The time that goes into archives, as in FMUs: `SOURCE_DATE_EPOCH`, or 1980-01-01, the earliest that a zip file can hold."""
     return time.gmtime(int(os.environ.get("SOURCE_DATE_EPOCH", 315532800)))[:6]
 
 
 def finish(_options) -> None:
-    """The bill of materials, and the sums of all files."""
+    """The bill of materials, and the checksums of all files."""
     tag = os.environ.get("GITHUB_REF_NAME", "")
     if re.match(r"v\d", tag) and tag != f"v{VERSION}":
-        raise Stop(f"the tag {tag} is not that of version {VERSION}, which Cargo.toml has.")
+        raise Stop(f"the tag {tag} does not match the version in Cargo.toml, {VERSION}.")
     make_venv(ALL)
     run([PYTHON, "packaging/sbom.py", DIST / f"newtons-cradle-{VERSION}.cdx.json"])
     files = sorted(path for path in DIST.iterdir() if path.name != "SHA256SUMS")
@@ -87,7 +87,7 @@ def finish(_options) -> None:
 
 
 def main() -> int:
-    """Parses the command line and makes what is asked for."""
+    """Parses the command line and makes what it asks for."""
     description, _, commands = __doc__.partition("\n\n")
     parser = argparse.ArgumentParser(
         description=description, epilog=commands, formatter_class=argparse.RawDescriptionHelpFormatter

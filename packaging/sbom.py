@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Writes what a release is made of as CycloneDX, a format for software bills of materials.
+"""Writes the bill of materials of a release in the format CycloneDX.
 
     .venv/bin/python packaging/sbom.py FILE.json
 
-Three components hold code of others: the FMU's library, the program cradle-fmu and the pages. What is linked into the first
-two comes from `cargo tree` for all targets, three.js from the package trimesh. The file is checked against the schema.
+Three components contain third-party code: the FMU's library, the program cradle-fmu and the pages. `cargo tree`, for all
+targets, says what is linked into the first two; three.js comes from the package trimesh. The file is checked against the schema.
 """
 
 import json
@@ -27,12 +27,12 @@ from cyclonedx.validation.json import JsonStrictValidator
 from newtons_cradle.animation.page import three_js
 from packageurl import PackageURL
 
-# Packages of this project that binaries are made of, and what they are called.
+# This project's packages that become binaries, and their types.
 PROGRAMS = {"newtons-cradle": ComponentType.LIBRARY, "cradle-packaging": ComponentType.APPLICATION}
 
 
 def cargo(*arguments: str) -> str:
-    """What Cargo says of the packages that Cargo.lock names."""
+    """What Cargo says about the packages in Cargo.lock."""
     command = ["cargo", *arguments, "--locked"]
     return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
 
@@ -52,7 +52,7 @@ def checksums() -> dict[tuple[str, str], str]:
 
 
 def bill() -> Bom:
-    """The bill of this version. The same sources give the same bytes; the time is `SOURCE_DATE_EPOCH`, else 1980 as in FMUs."""
+    """The bill of this version. The same sources give the same bytes; the time is `SOURCE_DATE_EPOCH`, or 1980-01-01 as in FMUs."""
     packages = {
         (p["name"], p["version"]): p for p in json.loads(cargo("metadata", "--format-version=1"))["packages"]
     }
@@ -100,12 +100,10 @@ def bill() -> Bom:
 
 
 def main() -> int:
-    """Writes the bill. 1 where it does not follow its schema."""
+    """Writes the bill; returns 1 if it does not follow its schema."""
     text = JsonV1Dot6(bill()).output_as_string(indent=1)
     if problem := JsonStrictValidator(SchemaVersion.V1_6).validate_str(text):
-        print(
-            f"the bill of materials does not follow the schema of CycloneDX 1.6: {problem}", file=sys.stderr
-        )
+        print(f"the bill of materials does not follow the CycloneDX 1.6 schema: {problem}", file=sys.stderr)
         return 1
     Path(sys.argv[1]).write_text(text + "\n")
     print(f"{sys.argv[1]}: {len(json.loads(text)['components'])} components")

@@ -1,4 +1,4 @@
-"""What hatchling cannot know of the wheel: its platform, and the program `cradle-fmu` that it puts on the path."""
+"""What hatchling cannot know about the wheel: its platform, and the program `cradle-fmu` that it puts on the path."""
 
 import os
 import platform
@@ -20,7 +20,7 @@ class CustomBuildHook(BuildHookInterface):
         for name in (PROGRAM, "NewtonsCradle.fmu", "three.js"):
             if not (built / name).exists():
                 raise FileNotFoundError(
-                    f"{built / name} is missing: `python3 cradle.py wheel` makes it, and the wheel"
+                    f"{built / name} is missing: `python3 cradle.py wheel` makes it and the wheel"
                 )
         build_data["shared_scripts"] = {str(built / PROGRAM): PROGRAM}
         build_data["pure_python"] = False

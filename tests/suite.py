@@ -145,7 +145,7 @@ def skipped_lines(line: str):
 
 
 def test(options) -> int:
-    """What a change needs, or everything that checks the project, then one line of totals."""
+    """Runs what a change needs, or everything that checks the project, and prints one line of totals."""
     begin = time.perf_counter()
     results = Results()
     with stage("Python packages"):
