@@ -2,7 +2,7 @@
 
     .venv/bin/python examples/mechatronics/couple.py
 
-builds the plant's FMU with PythonFMU, runs both by the master in master.py and as an SSP by FMPy, and leaves
+builds the plant's FMU with PythonFMU, runs both with the master in master.py and as an SSP with FMPy, and leaves
 machine.ssp, presets.ssp, pictures and CSV files in out/mechatronics. It ends with a table of checks.
 """
 
@@ -31,7 +31,7 @@ ENERGIES = ["balls", "cart", "lost", "put in"]
 
 
 def main() -> int:
-    """Runs everything; returns 0 when every number holds, else 1."""
+    """Runs everything; returns 0 if every check passes, else 1."""
     options = command_line()
     options.out.mkdir(parents=True, exist_ok=True)
     try:
@@ -55,8 +55,10 @@ def command_line() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--fmu", type=Path, default=ROOT / "target/fmu/NewtonsCradle.fmu", help="of 5 balls")
-    parser.add_argument("--out", type=Path, default=ROOT / "out/mechatronics", help="folder of the results")
+    parser.add_argument(
+        "--fmu", type=Path, default=ROOT / "target/fmu/NewtonsCradle.fmu", help="FMU of 5 balls"
+    )
+    parser.add_argument("--out", type=Path, default=ROOT / "out/mechatronics", help="folder for the results")
     parser.add_argument(
         "--steps", type=int, default=len(STEPS), choices=range(2, len(STEPS) + 1),
         help=f"how many communication steps to compare, of {STEPS} s",
@@ -108,7 +110,7 @@ def show(fmus: Fmus, out: Path) -> tuple[np.ndarray, Plot]:
 
 
 def free_momenta(fmus: Fmus) -> np.ndarray:
-    """Momenta without spring and damper to ground, with the method that has most of it on its way."""
+    """Momenta without spring and damper to ground, with the method that has the most momentum in transit."""
     with fmus.started("hold", FREE) as master:
         rows = [(time, *master.momenta().values()) for time in master.steps(STOP, STEPS[-1])]
         names = ["time", *master.momenta()]
@@ -138,16 +140,16 @@ def plot_machine(table: np.ndarray, momenta: np.ndarray) -> Plot:
         "A cradle on a cart, started by a voice coil",
         "The coil, mounted on the cart, pulls ball 1 to the left with a current of the form sin² for 1.6 s, then "
         "lets go. Each click sends the last ball up and induces a voltage in the coil; the cart swings on its spring "
-        "all the while. The energies of balls and cart and what the damper took add up to what the coil put in. Last: "
-        f"without spring and damper to ground, last means held over steps of {STEPS[-1] * 1e3:g} ms: with what is on its way "
-        "between the FMUs, nothing is lost.",
+        "all the while. The energies of balls and cart and what the damper took add up to what the coil put in. Bottom: "
+        f"no spring and damper to ground, last means held over steps of {STEPS[-1] * 1e3:g} ms. If the momentum in transit "
+        "between the FMUs is counted, none is lost.",
         [Column("", "time", "s", strips, [View("all", 0.0, STOP)])],
         height=1.4,
     )
 
 
 def energy_defect(table: np.ndarray) -> float:
-    """Largest change of what must stay: stored + lost - put in, J."""
+    """Largest change of the sum that must stay constant: stored + lost - put in, J."""
     whole = table["balls"] + table["cart"] + table["lost"] - table["put in"]
     return float(np.ptp(whole))
 
@@ -215,7 +217,7 @@ def orders(table: np.ndarray) -> list[Check]:
 
 
 def conserved(fmus: Fmus, path: Path) -> list[Check]:
-    """Without spring and damper to ground the momentum of the whole stays what it was: nothing."""
+    """Without spring and damper to ground, the total momentum stays 0."""
     checks = []
     for method in METHODS:
         with fmus.started(method, FREE) as master:
@@ -252,7 +254,7 @@ def carried(fmus: Fmus, table: np.ndarray) -> list[Check]:
 
 
 def sensor_defect(table: np.ndarray) -> float:
-    """The sensor lags by a step: it is told a mean when the step is over. N.s"""
+    """The sensor lags by a step, because it gets a mean when the step is over. N.s"""
     return float(np.abs(table["sensed"][1:] - table["impulse"][:-1]).max())
 
 
@@ -282,7 +284,7 @@ def repeated(fmus: Fmus) -> list[Check]:
 
 
 def iterations(fmus: Fmus) -> list[Check]:
-    """Directional derivatives: fewer trials per step until what is told is what is done."""
+    """Directional derivatives: fewer trials per step until both FMUs agree."""
     trials = []
     for newton in (False, True):
         with fmus.started("repeat", newton=newton) as master:
@@ -320,8 +322,8 @@ def plot_coupling(table: np.ndarray, shown: np.ndarray) -> Plot:
         "coupling",
         "Coupling the cradle: error over step, and the force that a partner sees",
         "Left: largest deviation from the same machine integrated as one set of equations. Right: a pulse lasts "
-        "microseconds, so that the force at the communication points, every 10 ms, misses it; its mean over the "
-        "step carries all of its impulse.",
+        "microseconds, so the force at the communication points, every 10 ms, misses it. Its mean over the "
+        "step carries its whole impulse.",
         [left, right],
         height=3.4,
     )

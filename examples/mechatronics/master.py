@@ -1,16 +1,16 @@
-"""A master for the cradle and its plant: four signals, and four ways to know them before they are there.
+"""A master for the cradle and its plant: four signals, and four ways to estimate them in advance.
 
 The two FMUs step side by side, each over the same step of length h. What one needs from the other during
-the step is passed as a value and a rate, such that its integral over the step is what it should be:
+the step is passed as a value and a rate, chosen so that its integral over the step is correct:
 
     hold         what the other one did over its last step, spread over this one: order 1
-    extrapolate  value and rate at the begin of the step, by output derivatives, passed on as input derivatives;
-                 what the last step's guess missed is made up for, so that it is of order 3
-    repeat       what the other one did over this very step, held: the step is repeated until that no longer
-                 changes, from saved states: order 2
+    extrapolate  value and rate at the start of the step, from output derivatives, passed on as input derivatives;
+                 the error of the last step's guess is made up for, so this is of order 3
+    repeat       what the other one did over this very step, held: the step is repeated from saved states until that
+                 no longer changes: order 2
     smooth       the same, changing linearly over the step, by input derivatives: order 4
 
-Nothing is lost on the way: what has been sent but not delivered is added to the next step's share.
+Nothing is lost in transit: what has been sent but not delivered is added to the next step's share.
 """
 
 from collections.abc import Iterator
@@ -93,7 +93,9 @@ class Master:
         that repeat steps: the others would spend in a short step what was meant for a long one.
         """
         if at_impacts and self.method not in REPEATING:
-            raise ValueError(f"the method {self.method} needs equal steps; impacts can be met by {REPEATING}")
+            raise ValueError(
+                f"the method {self.method} needs equal steps; only {REPEATING} can step to impacts"
+            )
         yield self.time
         struck = False
         for number in range(1, round(stop / h) + 1):
@@ -107,7 +109,7 @@ class Master:
                 yield self.time
 
     def step_to(self, end: float) -> None:
-        """One communication step of both. Raises RuntimeError when a repeated one does not settle."""
+        """One communication step of both. Raises RuntimeError if a repeated one does not converge."""
         signals, h = self.signals, end - self.time
         if self.method in REPEATING:
             share = self._repeat(self.time, end)
@@ -140,7 +142,7 @@ class Master:
             self._back(before, begin)
         else:
             raise RuntimeError(
-                f"the step to {end} s does not settle in {MOST_TRIALS} trials: try shorter ones"
+                f"the step to {end} s does not converge in {MOST_TRIALS} trials: try shorter steps"
             )
         for run, state in zip((self.cradle, self.plant), before, strict=True):
             run.slave.freeFMUstate(state)
@@ -186,7 +188,7 @@ class Master:
         return np.array([*values, *plant[:2]]), np.array([*rates, *plant[2:]])
 
     def _response(self, begin: float, end: float, before: list) -> np.ndarray:
-        """How what both send changes with what they are told: the cradle's part by directional derivatives."""
+        """How the signals that both send change with those that they receive; the cradle's part by directional derivatives."""
         cradle, h, response = self.cradle, end - begin, np.zeros((4, 4))
         variables = cradle.fmu.variables
         unknowns = [variables[name].valueReference for name in ("F_support_mean", "x[1]")]
@@ -198,7 +200,7 @@ class Master:
         return response
 
     def _plant_response(self, begin: float, end: float, before: list) -> np.ndarray:
-        """The plant is linear, but gives no derivatives: the difference of trial steps, once for each length."""
+        """The same for the plant, which is linear but gives no derivatives: a difference of trial steps, once for each length."""
         h = end - begin
         if h not in self._responses:
             plant, sent = self.plant, []

@@ -1,14 +1,14 @@
 """The rest of the machine as an FMU of another exporter, PythonFMU: cart, voice coil, controller and force sensor.
 
 The cart (mass, spring and damper to ground) carries the cradle. A voice coil on the cart pulls ball 1; its
-amplifier holds the current at a reference, a pull of the form sin^2 at the beginning. All of it is linear,
-so that a step is the exact solution (by the matrix exponential) for inputs that change linearly over it.
+amplifier holds the current at a reference, a pull of the form sin^2 at the beginning. Everything is linear.
+So a step is the exact solution, by the matrix exponential, for inputs that change linearly over it.
 
     cart:  mass s'' = F_support - F_coil - stiffness s - damping s',  F_coil = force_constant i
     coil:  inductance i' = (resistance + gain) (i_ref - i) - force_constant v_coil
 
-The FMU holds this file and runs in the Python of the host: that needs NumPy and SciPy, and the host must be
-a Python program, or be started with LD_PRELOAD=/path/to/libpython3.so.
+The FMU contains this file and runs in the host's Python, which needs NumPy and SciPy. The host must be a
+Python program, or be started with LD_PRELOAD=/path/to/libpython3.so.
 """
 
 import math
@@ -30,9 +30,9 @@ PARAMETERS = {  # name: (start value, unit and meaning)
     "pull_time": (1.6, "s, how long it pulls"),
 }
 INPUTS = {
-    "F_support": "N, of the cradle on the cart at the begin of a step",
+    "F_support": "N, of the cradle on the cart at the start of a step",
     "F_support_rate": "N/s, its rate during the step",
-    "v_coil": "m/s, velocity of ball 1 relative to the cart at the begin of a step",
+    "v_coil": "m/s, velocity of ball 1 relative to the cart at the start of a step",
     "v_coil_rate": "m/s2, its rate during the step",
     "F_sensor": "N, mean contact force on the last ball over the step before",
 }

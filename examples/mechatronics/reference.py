@@ -1,4 +1,4 @@
-"""The same machine as one set of equations, integrated with tight tolerance: what the coupling is measured against."""
+"""The same machine as one set of equations, integrated with tight tolerance: the reference for the coupling."""
 
 import math
 
@@ -61,7 +61,7 @@ class Machine:
         return np.array([found[time] for time in times])
 
     def _crossing(self, contact: int, closed: np.ndarray):
-        """The event that this contact opens, if it is closed, or closes."""
+        """The event of this contact opening, if it is closed, or closing."""
 
         def overlap(_t, y, _closed):
             return self.overlaps(y)[contact]

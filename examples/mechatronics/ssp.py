@@ -1,9 +1,9 @@
 """System structures (SSP 1.0): the machine of this example, and the cradle alone with its presets.
 
 FMPy's runner ignores the parameter bindings of an SSP, starts every connector at 0, and steps the FMUs side
-by side: the parameter set is read from the SSP and passed to it. Other tools read the bindings themselves, some only those of
-a component: the cradle's parameters are bound to the system and to the component. All of them are numbers, since some tools
-cannot set an enumeration, and others pass over it without a word: enumerations are what the FMU was built with.
+by side. So the parameter set is read from the SSP and passed to it. Other tools read the bindings themselves, some only those
+of a component. So the cradle's parameters are bound both to the system and to the component. All of them are numbers, because
+some tools cannot set an enumeration, and others silently ignore it. Enumerations keep the values that the FMU was built with.
 """
 
 import zipfile
@@ -33,7 +33,7 @@ SHOWN_PLANT = {"s": "m", "v": "m/s", "sensed": "N.s", "impacts": ""}
 
 
 def presets(fmu: nc.Fmu) -> dict[str, dict]:
-    """Start values by name: none, Figure 5 without its dead band, and the presets that this FMU can be set to by numbers alone."""
+    """Start values by name: none, Figure 5 without its dead band, and the presets that need only numbers with this FMU."""
     known = {name: nc.preset(name) for name in nc.presets()}
     fitting = {name: values for name, values in known.items() if by_numbers(fmu, values)}
     return {"default": {}, "figure5_overlapping": nc.figure5(0.0)} | fitting
@@ -86,7 +86,7 @@ def run(path: Path, h: float, values: dict | None = None) -> np.ndarray:
     more = ParameterSet(name="more")
     more.parameters = [*start.parameters, *(_Parameter(*item) for item in (values or {}).items())]
     result = simulate_ssp(path, stop_time=STOP - 0.5 * h, step_size=h, parameter_set=more)
-    result["time"] = h * np.arange(1, len(result) + 1)  # FMPy writes the begin of the step
+    result["time"] = h * np.arange(1, len(result) + 1)  # FMPy writes the start of the step
     return result
 
 

@@ -50,7 +50,7 @@ def threshold(fmu: nc.Fmu, p: float) -> float:
 
 
 def checks(found: dict, balls: int) -> list[Check]:
-    """The thresholds, to the digits known; they do not depend on the number of balls."""
+    """The thresholds, to the digits that are known. They do not depend on the number of balls."""
     return [
         within("dead band", f"p = {p:g}, {balls} balls", found[p], wanted, 6e-5)
         for p, wanted in THRESHOLD.items()
@@ -68,7 +68,7 @@ def plot(curves: dict) -> Plot:
         "How much dead band separates the pulses",
         "Overlap of neighbouring pulses over the dead band, in units of the largest overlap of two balls. Each curve "
         "reaches zero at the ratio I_p = B(1/(p+1), 1/2)/(p+1): 1.5708 for linear contacts, less for higher orders, "
-        "for any number of balls. There a ball has left its neighbour before it reaches the next one.",
+        "for any number of balls. From there on a ball leaves its neighbour before it reaches the next one.",
         [Column("", "dead band / largest overlap", "", [Strip("shared impulse", "", traces, (0.0, 0.6))],
                 [View("all", 0.0, 1.6)])],
         height=2.6,

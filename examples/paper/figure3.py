@@ -47,14 +47,14 @@ def simulate(fmu: nc.Fmu, values: dict, label: str | None = None) -> nc.Result:
 
 
 def velocities(result: nc.Result) -> np.ndarray:
-    """Amplitudes of the balls' swings after the impacts, with the sign of v at x = 0, over that of a lifted one."""
+    """Amplitudes of the balls after the impacts, with the sign of v at x = 0, divided by that of a lifted ball."""
     phase = OMEGA * (result["time"][-1] - QUARTER)
     x, v = result.stack("x")[-1], result.stack("v")[-1]
     return (v * np.cos(phase) + OMEGA * x * np.sin(phase)) / SPEED
 
 
 def interference(both: nc.Result, alone: list[nc.Result]) -> np.ndarray:
-    """Largest force of each contact over the larger one of the two waves alone."""
+    """Largest force of each contact, divided by the larger of those of the two waves alone."""
     peaks = np.array([result.stack("F").max(axis=0) for result in alone])
     return both.stack("F").max(axis=0) / peaks.max(axis=0)
 
@@ -75,7 +75,7 @@ def checks_compliant(both: nc.Result, alone: list[nc.Result]) -> list[Check]:
 
 
 def checks_rigid(rigid: nc.Result, outcome: np.ndarray) -> list[Check]:
-    """The classical model: all is over at once, and the waves pass through each other unchanged."""
+    """The classical model: the impacts are instantaneous, and the waves pass through each other unchanged."""
     times = rigid.pulses["release"] - rigid.pulses["onset"]
     return [
         at_most("3, rigid", "outcome - classical outcome / speed", np.abs(outcome - CLASSICAL).max(), 1e-12),
@@ -85,7 +85,7 @@ def checks_rigid(rigid: nc.Result, outcome: np.ndarray) -> list[Check]:
 
 
 def plot_forces(both: nc.Result, alone: list[nc.Result]) -> Plot:
-    """One strip per contact; dashed, what each wave would do alone."""
+    """One strip per contact; dashed, the force of each wave alone."""
     strips = forces(both, nc.look.series(12), limits=(0, 900))
     for strip in strips:
         strip.traces.extend(Trace(one["time"], one[strip.label], "#555555", "dashed") for one in alone)
@@ -94,7 +94,7 @@ def plot_forces(both: nc.Result, alone: list[nc.Result]) -> Plot:
         "figure3",
         "Figure 3: two waves cross in a chain of 13 balls",
         "Three balls arrive from the left and two from the right, at the same time and with soft contacts "
-        "(k/m = 4e4 1/s²), so that it takes 0.08 s for the pulses to run through. Dashed: each wave alone. Where they "
+        "(k/m = 4e4 1/s²), so the pulses take 0.08 s to run through. Dashed: each wave alone. Where they "
         f"meet, at contact {meeting}, the force is {interference(both, alone).max():.1f} times that of either wave, "
         "and the pulses that come back out differ in shape and number from those that went in.",
         [
@@ -123,9 +123,9 @@ def plot_velocities(outcomes: dict) -> Plot:
     strip = Strip("velocity / impact speed", "", traces, (-1.4, 1.6))
     return Plot(
         "figure3_outcome",
-        "What the balls leave with",
+        "The velocities with which the balls leave",
         "The classical model exchanges velocities pair by pair: two balls leave to the left, three to the right, and "
-        "the waves know nothing of each other. With compliant contacts that overlap, all 13 balls move.",
+        "the waves do not affect each other. With compliant contacts, whose pulses overlap, all 13 balls move.",
         [Column("", "ball", "", [strip], [View("all balls", 0.5, 13.5)])],
         height=2.6,
     )

@@ -20,7 +20,7 @@ def run(fmus: Fmus, out) -> Outcome:
 
 
 def checks(result: nc.Result, resolved: nc.Result) -> list[Check]:
-    """Seven clicks of six pulses each, the same pulses however the run is stepped."""
+    """Seven clicks of six pulses each; the pulses do not depend on the communication step."""
     sequences = nc.impact_sequences(result.pulses)
     spans = [s["release"].max() - s["onset"].min() for s in sequences]
     return [

@@ -40,7 +40,7 @@ def case(fmu: nc.Fmu, out, label: str, dead_band: float) -> dict:
 
 
 def checks_without(data: dict) -> list[Check]:
-    """Overlapping pulses: their time, their end and what the balls leave with."""
+    """Overlapping pulses: when they begin and end, and the velocities with which the balls leave."""
     figure = "5, none"
     first = data["micro"].pulses
     count = (len(first), nc.overlapping_neighbours(first))
@@ -96,7 +96,7 @@ def save_table1(states: list[tuple], path) -> None:
         rows.append([name, *("moving" if moving else "stopped" for moving in state)])
     with path.open("w", newline="", encoding="ascii") as file:
         csv.writer(file).writerows(rows)
-    print("  Table 1, from the micro view whenever no contact is closed:")
+    print("  Table 1, from the samples of the first impact at which no contact is closed:")
     for row in rows:
         print("    " + "".join(cell.ljust(16 if i == 0 else 9) for i, cell in enumerate(row)).rstrip())
 
@@ -108,7 +108,7 @@ def plot(without: dict, with_band: dict) -> Plot:
         "Figure 5: the first impact, nanosecond by nanosecond",
         "Two balls arrive at 2.236 m/s. Left: neighbouring contacts are closed together, every ball ends up moving, "
         "and balls 1 and 2 bounce back. Right: the dead band lets each collision finish before the next begins, so "
-        "that the balls exchange velocities pair by pair (Table 1) and exactly two leave on the other side.",
+        "the balls exchange velocities pair by pair (Table 1), and exactly two leave on the other side.",
         [
             column("without a dead band: the pulses overlap", without),
             column("with a dead band of 0.26 µm: one after the other", with_band),

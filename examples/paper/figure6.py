@@ -9,7 +9,7 @@ AMPLITUDE = 1.0  # m
 DEAD_BAND = 1.46e-7  # m
 PULSE = np.pi / np.sqrt(2 * 2.9e14)  # s, length of a two-ball pulse at k/m = 2.9e14 1/s2
 SHIFT = 2 * (DEAD_BAND + AMPLITUDE * OMEGA * PULSE / 2)  # m, what each sequence adds to the middle ball
-SHOWN, STOP = 30.0, 240.0  # s; the paper shows the one and speaks of the other
+SHOWN, STOP = 30.0, 240.0  # s; the paper shows the first and mentions the second
 RECORD = [f"{name}[{i}]" for name in "xv" for i in range(1, 6)]
 RECORD += ["E_total", "E_residual", "p_total", "F_support_mean"]
 
@@ -71,8 +71,8 @@ def plot(result: nc.Result) -> Plot:
     return Plot(
         "figure6",
         "Figure 6: positions of the five balls",
-        "Two balls swing and three wait; the middle ball, in turn the third of either side, should stand still. Bottom "
-        "strip, a hundred thousand times magnified: it does not quite, and its amplitude (dashed) grows with each click. "
+        "Two balls swing while three wait. The middle ball, third from either side, should stand still. The bottom strip, "
+        "magnified a hundred thousand times, shows that it does not quite: its amplitude (dashed) grows with each click. "
         "The pendulums are linearised: their period does not depend on the amplitude.",
         [Column("", "time", "s", strips, [View("30 s", 0.0, SHOWN), View("240 s", 0.0, STOP)])],
         files=("figure6.csv", "figure6_pulses.csv"),
@@ -90,8 +90,8 @@ def plot_growth(number: np.ndarray, swing: np.ndarray) -> Plot:
         "figure6_growth",
         "Figure 6, continued: how the middle ball starts to swing",
         f"Each click shifts the middle ball by {SHIFT * 1e6:.3f} µm, twice the sum of the dead band and half a pulse's travel. "
-        "So its amplitude grows linearly with the number N of clicks, to 1e-4 of the other balls' after 171 clicks in 240 s: "
-        "the number the paper gives.",
+        "So its amplitude grows linearly with the number N of clicks. After 171 clicks in 240 s it is 1e-4 of the other "
+        "balls', which is the number that the paper gives.",
         [Column("", "number of clicks N", "", [Strip("amplitude", "m", [law, measured], (0, 1.2e-4))],
                 [View("all", 0.0, 175.0)])],
         height=2.6,

@@ -1,4 +1,4 @@
-"""Hertz: steel balls that touch break up at the first impact, as experiments show."""
+"""Hertz: steel balls that touch at rest move apart at the first impact, as experiments show."""
 
 import numpy as np
 from plots import COLOURS, Column, Plot, Strip, Trace, View, forces
@@ -34,7 +34,7 @@ def chain(fmu: nc.Fmu) -> np.ndarray:
 
 
 def case(fmu: nc.Fmu, values: dict, label: str) -> dict:
-    """Some swings, and the first impact in microsecond steps."""
+    """A few swings, and the first impact in microsecond steps."""
     macro = fmu.simulate(values, stop=STOP, progress=nc.Progress(label))
     with fmu.start(values) as run:
         onset, micro = run.zoom(span=1.7e-3, step=1e-6, record=NAMES, before=5e-5)
@@ -43,7 +43,7 @@ def case(fmu: nc.Fmu, values: dict, label: str) -> dict:
 
 
 def checks(free: np.ndarray, touching: dict, apart: dict) -> list[Check]:
-    """The chain to 1e-9, the cradle to what gravity adds in a millisecond, and the dead band's textbook outcome."""
+    """The chain to 1e-9, the cradle to within the effect of gravity in a millisecond, and the dead band's textbook outcome."""
     worst = np.abs(touching["outcome"] - OUTCOME).max()
     ideal = np.abs(apart["outcome"] - [0, 0, 0, 0, 1]).max()
     return [
@@ -69,15 +69,15 @@ def plot_impact(touching: dict, apart: dict) -> Plot:
         "Hertz contacts: the first impact of a cradle of steel balls",
         f"One steel ball of 1 kg strikes four at {SPEED:.3f} m/s. Left, touching: the last ball leaves with {v[4]:.3f} of the "
         f"speed, ball 4 with {v[3]:.3f}, and the first three bounce back. The paper calls this unrealistic; experiments "
-        "with steel balls find just this break-up (Hutzler et al. 2004, Donahue et al. 2008). Right: a dead band, or an "
-        "order of 3 and more, gives the textbook outcome instead.",
+        "with steel balls find the same (Hutzler et al. 2004, Donahue et al. 2008). Right: with a dead band the outcome is "
+        "that of the textbook. An order of 3 or more has a similar effect.",
         columns,
         files=("hertz.csv", "hertz_pulses.csv"),
     )
 
 
 def plot_swing(touching: dict, apart: dict) -> Plot:
-    """Positions over some swings."""
+    """Positions over a few swings."""
     columns = []
     for data, title in ((touching, "balls that touch"), (apart, "with the dead band")):
         strips = [
@@ -89,8 +89,8 @@ def plot_swing(touching: dict, apart: dict) -> Plot:
         )
     return Plot(
         "hertz_swing",
-        "Hertz contacts: some swings",
-        "Left: after the first impact no ball rests any more, and soon the balls swing together in groups, as on any desk. "
+        "Hertz contacts: a few swings",
+        "Left: after the first impact no ball is at rest, and soon the balls swing together in groups, as on any desk. "
         "Right: with the dead band the middle balls stand still.",
         columns,
         height=0.9,

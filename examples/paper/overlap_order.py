@@ -26,7 +26,7 @@ def run(fmus: Fmus, out) -> Outcome:
 
 
 def checks(overlap: dict) -> list[Check]:
-    """Three digits each: half a unit of the third is allowed."""
+    """Each value to three digits: an error of half a unit in the third is allowed."""
     return [
         within("overlap", f"p = {p:g}", overlap[p], wanted, 0.5 * 10 ** (np.floor(np.log10(wanted)) - 2))
         for p, wanted in OVERLAP.items()
@@ -43,9 +43,9 @@ def plot_overlap(overlap: dict) -> Plot:
     return Plot(
         "overlap_order",
         "Overlap of neighbouring pulses over the order of the force law",
-        "One ball strikes four that touch. The overlap of two pulses is the impulse they share, the integral of the "
-        "smaller force, over the smaller of their impulses; the mean of the three neighbouring pairs is shown. Quadratic "
-        "springs still overlap, third and higher orders hardly, as the paper says. Hertz contacts are p = 1.5.",
+        "One ball strikes four that touch. The overlap of two pulses is the impulse that they share (the integral of the "
+        "smaller force) over the smaller of their impulses. The plot shows the mean of the three neighbouring pairs. Pulses of "
+        "quadratic springs still overlap, those of third and higher order hardly do, as the paper says. Hertz: p = 1.5.",
         [Column("", "order p", "", [strip], [View("all", 0.8, 5.2)])],
         files=("overlap_order.csv",),
         height=2.6,

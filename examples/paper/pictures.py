@@ -2,9 +2,9 @@
 
     .venv/bin/python examples/paper/pictures.py
 
-writes docs/*.png, docs/animation.jpg and packaging/assets/run.svg. Those of the animation and the report need Chromium and its
-driver; what the other examples drew must be there (`python3 cradle.py paper`, examples/study/study.py,
-examples/mechatronics/couple.py).
+writes docs/*.png, docs/animation.jpg and packaging/assets/run.svg. The pictures of the animation and the report need Chromium
+and its driver. Run the other examples first, because it takes their pictures: `python3 cradle.py paper`,
+examples/study/study.py and examples/mechatronics/couple.py.
 """
 
 import io

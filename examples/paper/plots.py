@@ -45,7 +45,7 @@ class Strip:
 
 @dataclass(frozen=True)
 class View:
-    """A range of the horizontal axis worth looking at, and the name of its button."""
+    """A range of the horizontal axis to look at, and the name of its button."""
 
     label: str
     left: float
@@ -54,7 +54,7 @@ class View:
 
 @dataclass(frozen=True)
 class Column:
-    """Strips above each other that share a horizontal axis. The first view is what is shown at first."""
+    """Strips above each other that share a horizontal axis. The first view is shown first."""
 
     title: str
     xlabel: str

@@ -1,4 +1,4 @@
-"""The report: all plots, interactive, and the table of checks as one HTML file that needs nothing else."""
+"""The report: all plots, interactive, and the table of checks as one HTML file that needs no network."""
 
 import base64
 import json

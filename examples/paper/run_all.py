@@ -19,7 +19,7 @@ FIGURES = [figure3, figure4, figure5, figure6, ten_minutes, overlap_order, dead_
 
 
 def main() -> int:
-    """Runs every figure; returns 0 when every number holds, else 1."""
+    """Runs every figure; returns 0 if every check passes, else 1."""
     options = command_line(__doc__)
     outcomes = []
     with opened(options) as fmus:
@@ -35,9 +35,9 @@ def main() -> int:
     save_report(options.out / "report.html", plots, checks, animation)
     print("\nMeasured on this machine, through FMPy:\n")
     holds = print_checks(checks)
-    print(f"\n{sum(c.holds for c in checks)} of {len(checks)} hold.")
+    print(f"\n{sum(c.holds for c in checks)} of {len(checks)} checks pass.")
     print(f"Pictures and CSV files: {shorter(options.out)}")
-    print(f"To look at, in a browser: {shorter(options.out / 'report.html')} and {shorter(animation)}")
+    print(f"Open in a browser: {shorter(options.out / 'report.html')} and {shorter(animation)}")
     return 0 if holds else 1
 
 

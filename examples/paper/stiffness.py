@@ -1,4 +1,4 @@
-"""Stiffness independence: a stiffer linear contact shortens the pulses and leaves their overlap as it is."""
+"""Stiffness: a stiffer linear contact shortens the pulses, but does not change their overlap."""
 
 import numpy as np
 from plots import COLOURS, Column, Plot, Strip, Trace, View
@@ -41,7 +41,7 @@ def impact(fmu: nc.Fmu, k: float, dead_band: float) -> dict:
 
 
 def checks(cases: dict) -> list[Check]:
-    """The same shape to within gravity's share (about omega^2 m/k) and rounding; not so with a fixed dead band."""
+    """The same shape, apart from the effect of gravity (about omega^2 m/k) and rounding; not so with a fixed dead band."""
     reference = cases[STIFFNESS[0], 0.0]
     others = [cases[k, 0.0] for k in STIFFNESS]
     shape = max(np.abs(case["force"] - reference["force"]).max() for case in others)
@@ -73,9 +73,9 @@ def plot(cases: dict) -> Plot:
         "stiffness",
         "Stiffness does not matter, unless there is a dead band",
         "Figure 5's first impact at stiffnesses from 1e10 to 1e14 N/m, forces over v sqrt(k m) and time over sqrt(m/k). "
-        "Left: the four curves fall on one another; a stiffer contact makes the pulses shorter and higher, never "
-        "separate. Right: with a fixed dead band only its ratio to the largest overlap counts, so the same dead band that "
-        "separates stiff contacts does nothing for soft ones.",
+        "Left: the four curves coincide. A stiffer contact makes the pulses shorter and higher, but never separates them. "
+        "Right: what counts is the ratio of dead band to largest overlap, so a dead band that separates the pulses of stiff "
+        "contacts does nothing for soft ones.",
         columns,
         files=("stiffness.csv",),
     )

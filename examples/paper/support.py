@@ -13,7 +13,7 @@ from plots import ROOT, Plot, nc, save_picture
 
 @dataclass(frozen=True)
 class Check:
-    """One claim held against the FMU: what was measured, what is required, and whether it holds."""
+    """One claim checked with the FMU: what was measured, what is required, and whether it holds."""
 
     figure: str
     what: str
@@ -24,7 +24,7 @@ class Check:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a figure script found: the checks of its numbers, and what there is to look at."""
+    """What a figure script found: the checks of its numbers, and its plots."""
 
     checks: list[Check]
     plots: list[Plot]
@@ -76,14 +76,14 @@ def conserved(figure: str, result: nc.Result, speed: float) -> list[Check]:
 
 
 def equal(figure: str, what: str, value, wanted) -> Check:
-    """Something that must come out exactly so."""
+    """A value that must match exactly."""
     return Check(figure, what, str(value), str(wanted), bool(value == wanted))
 
 
 def print_checks(checks: list[Check]) -> bool:
-    """Prints the table of checks; True when all hold."""
+    """Prints the table of checks; returns True if all pass."""
     rows = [("figure", "what", "measured", "required", "")]
-    rows += [(c.figure, c.what, c.measured, c.required, "holds" if c.holds else "FAILS") for c in checks]
+    rows += [(c.figure, c.what, c.measured, c.required, "passes" if c.holds else "FAILS") for c in checks]
     widths = [max(len(row[i]) for row in rows) for i in range(5)]
     for i, row in enumerate(rows):
         print("  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip())
@@ -116,8 +116,8 @@ def command_line(description: str) -> argparse.Namespace:
     """The options that all figure scripts have: `--fmu`, `--fmu13`, `--out`."""
     built = ROOT / "target/fmu"
     parser = argparse.ArgumentParser(description=description)
-    parser.add_argument("--fmu", type=Path, default=built / "NewtonsCradle.fmu", help="of five balls")
-    parser.add_argument("--fmu13", type=Path, default=built / "NewtonsCradle13.fmu", help="of 13 balls")
+    parser.add_argument("--fmu", type=Path, default=built / "NewtonsCradle.fmu", help="FMU of five balls")
+    parser.add_argument("--fmu13", type=Path, default=built / "NewtonsCradle13.fmu", help="FMU of 13 balls")
     parser.add_argument("--out", type=Path, default=ROOT / "out/paper", help="folder for CSV and pictures")
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
@@ -126,7 +126,7 @@ def command_line(description: str) -> argparse.Namespace:
 
 @contextmanager
 def opened(options: argparse.Namespace):
-    """The FMUs of the command line, unpacked. Ends the script where one is missing or not what it should be."""
+    """The FMUs of the command line, unpacked. Ends the script if one is missing or has the wrong number of balls."""
     try:
         with nc.Fmu(options.fmu) as five, nc.Fmu(options.fmu13) as thirteen:
             for fmu, balls in ((five, 5), (thirteen, 13)):
@@ -149,7 +149,7 @@ def draw(outcome: Outcome, out: Path) -> None:
 
 
 def run_script(run, description: str) -> None:
-    """Runs one figure from the command line and ends with code 1 when a number does not hold."""
+    """Runs one figure from the command line; the exit code is 1 if a check fails."""
     options = command_line(description)
     with opened(options) as fmus:
         outcome = run(fmus, options.out)
@@ -158,5 +158,5 @@ def run_script(run, description: str) -> None:
 
 
 def shorter(path: Path) -> Path:
-    """The path as seen from the checkout, where it lies in it."""
+    """The path relative to the checkout, if it lies in it."""
     return path.relative_to(ROOT) if path.is_relative_to(ROOT) else path

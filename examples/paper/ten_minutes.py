@@ -11,7 +11,7 @@ STOP = 600.0  # s
 
 
 def run(fmus: Fmus, out) -> Outcome:
-    """In steps of 25 ms, and in one step, whose time is taken."""
+    """Runs it in steps of 25 ms, and in one step, which is timed."""
     result = fmus.five.simulate(
         nc.figure6(),
         stop=STOP,
@@ -30,7 +30,7 @@ def run(fmus: Fmus, out) -> Outcome:
 
 
 def checks(result: nc.Result, pulses: np.ndarray) -> list[Check]:
-    """All clicks in order until the end, the same ones in one step."""
+    """All clicks are in order until the end, and the same in one step."""
     sequences = nc.impact_sequences(result.pulses)
     number, swing = growth(result)
     figure = "ten minutes"
@@ -45,7 +45,7 @@ def checks(result: nc.Result, pulses: np.ndarray) -> list[Check]:
 
 
 def plot(result: nc.Result) -> Plot:
-    """Ball 1, the middle ball, and what is missing in the balance of energy."""
+    """Ball 1, the middle ball, and the error of the energy balance."""
     time_, energy = result["time"], result["E_residual"] / result["E_total"][0]
     strips = [
         Strip("x[1]", "m", [Trace(time_, result["x[1]"], COLOURS[0])], (-1.15, 1.15)),

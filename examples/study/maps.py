@@ -54,7 +54,7 @@ def _draw(axis, rows: list[dict], name: str, **colours):
 
 
 def _edges(centres: list[float]) -> np.ndarray:
-    """Borders of cells around rising centres; a single one gets a cell of width 1."""
+    """Edges of cells around rising centres; a single centre gets a cell of width 1."""
     middles = 0.5 * (np.array(centres[1:]) + np.array(centres[:-1]))
     first = 2 * centres[0] - middles[0] if len(middles) else centres[0] - 0.5
     last = 2 * centres[-1] - middles[-1] if len(middles) else centres[-1] + 0.5

@@ -1,6 +1,6 @@
 """What a worker of the study does: one cradle, given by a few parameters, run for ten seconds.
 
-`study.py` sends this file and the FMU to every worker, so that workers elsewhere need Python with
+`study.py` sends this file and the FMU to every worker. So remote workers need Python with
 `newtons_cradle`, FMPy and distributed, but no copy of the two.
 """
 
@@ -72,7 +72,7 @@ def start_values(order: float, dead_band: float, damping: float, lifted: int, n:
 
 
 def outcome(case: dict) -> dict:
-    """The case and what came of it; `error` says why a run failed, and is empty if it did not."""
+    """The case and its results; `error` says why a run failed, and is empty if it did not."""
     begin = time.perf_counter()
     try:
         found = measure(get_worker().fmu, case) | {"error": ""}

@@ -2,11 +2,11 @@
 
     .venv/bin/python examples/study/study.py
 
-makes 1,156 runs of ten seconds with a process for each core, writes out/study/runs.csv with a row per run
-and draws maps of it. `--scheduler ADDRESS` takes the workers of a dask cluster instead. A run that fails
-has the reason in its row and on the terminal; the others go on. A run whose worker dies is repeated by
-another one. An FMU of another cradle is refused, and an axis that changes nothing in any run is an error. What the rows
-are of (FMU, start values, versions) is in out/study/about.json.
+makes 1,156 runs of ten seconds with one process per core, writes out/study/runs.csv with one row per run,
+and draws maps of it. `--scheduler ADDRESS` uses the workers of a dask cluster instead. If a run fails, its row
+and the terminal give the reason, and the other runs continue. If a worker dies, another one repeats its run. An FMU
+of another cradle is refused, and an axis that changes nothing in any run is an error. out/study/about.json says what
+the rows come from: FMU, start values and versions.
 """
 
 import argparse
@@ -78,15 +78,17 @@ def command_line() -> argparse.Namespace:
     )  # fmt: skip
     parser.add_argument("--dampings", type=float, default=[0.0, 0.2], help="Hunt-Crossley, s/m", **axis)
     parser.add_argument("--lifted", type=int, default=[1, 2], help="balls lifted by 0.1 m", **axis)
-    parser.add_argument("--scheduler", metavar="ADDRESS", help="of a dask cluster: tcp://host:8786")
-    parser.add_argument("--workers", type=int, default=CPU_COUNT, help="local processes, one per core")
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="address of a dask scheduler, tcp://host:8786")
+    parser.add_argument(
+        "--workers", type=int, default=CPU_COUNT, help="number of local processes [default: one per core]"
+    )
     parser.add_argument("--fmu", type=Path, default=ROOT / "target/fmu/NewtonsCradle.fmu")
-    parser.add_argument("--out", type=Path, default=ROOT / "out/study", help="folder of the results")
+    parser.add_argument("--out", type=Path, default=ROOT / "out/study", help="folder for the results")
     return parser.parse_args()
 
 
 def checked(path: Path) -> dict:
-    """What the runs of this FMU are of. Raises OSError, or FmuError for an FMU that this study cannot mean."""
+    """What the rows come from. Raises OSError, or FmuError for an FMU that does not fit this study."""
     with nc.Fmu(path) as fmu:
         fmu.require()
         if fmu.balls < 3:
@@ -103,7 +105,7 @@ def checked(path: Path) -> dict:
 
 
 def without_effect(rows: list[dict]) -> list[str]:
-    """The axes along which runs can be compared, and all that was measured is the same in all that differ in nothing else."""
+    """The axes that change nothing: runs that differ only along such an axis agree in all that was measured."""
     axes, measured = COLUMNS[:4], [name for name in MEASURED if name != "energy_error"]
     idle = []
     for axis in axes:
@@ -168,7 +170,7 @@ def report(rows: list[dict], seconds: float) -> list[dict]:
         print(f"FAILED  {len(failed) - 20} more, see runs.csv")
     working = sum(row["seconds"] for row in rows)
     print(f"{len(rows) - len(failed)} runs succeeded, {len(failed)} failed")
-    print(f"{seconds:.1f} s together, {working:.1f} s of it within runs (added up over all workers)")
+    print(f"{seconds:.1f} s in total; the runs took {working:.1f} s, added up over all workers")
     return [row for row in rows if not row["error"]]
 
 
