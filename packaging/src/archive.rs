@@ -1,4 +1,4 @@
-//! Writing the zip file: deflated, sorted, with forward slashes and the date zip files begin at, so that the same contents
+//! Writing the zip file: deflated, sorted, with forward slashes and the earliest date of zip files, so that the same contents
 //! give the same bytes.
 
 use std::collections::BTreeMap;

@@ -23,7 +23,7 @@ pub struct Experiment {
 }
 
 impl Experiment {
-    /// Refuses times that are no times.
+    /// Refuses invalid times.
     pub(super) fn check(&self) -> Result<(), Refusal> {
         if !self.start.is_finite() {
             return Err(Refusal::number("startTime", self.start, "s", "any finite value"));

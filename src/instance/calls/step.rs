@@ -21,7 +21,7 @@ impl Instance {
     /// Steps from `current`, the host's time in s, by `step` > 0 s. The new time is exactly `current + step`.
     ///
     /// # Errors
-    /// Refused, with nothing changed, if the times are no times or `current` is not where the instance is. If the
+    /// Refused, with nothing changed, if a time is invalid or `current` is not where the instance is. If the
     /// simulation cannot go on the instance enters the error state.
     #[inline]
     pub fn step(&mut self, current: f64, step: f64) -> Result<(), Refusal> {
