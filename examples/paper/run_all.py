@@ -35,7 +35,7 @@ def main() -> int:
     save_report(options.out / "report.html", plots, checks, animation)
     print("\nMeasured on this machine, through FMPy:\n")
     holds = print_checks(checks)
-    print(f"\n{sum(c.holds for c in checks)} of {len(checks)} checks pass.")
+    print(f"\n{sum(c.holds for c in checks)} of {len(checks)} numbers agree.")
     print(f"Pictures and CSV files: {shorter(options.out)}")
     print(f"Open in a browser: {shorter(options.out / 'report.html')} and {shorter(animation)}")
     return 0 if holds else 1

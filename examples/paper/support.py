@@ -83,7 +83,7 @@ def equal(figure: str, what: str, value, wanted) -> Check:
 def print_checks(checks: list[Check]) -> bool:
     """Prints the table of checks; returns True if all pass."""
     rows = [("figure", "what", "measured", "required", "")]
-    rows += [(c.figure, c.what, c.measured, c.required, "passes" if c.holds else "FAILS") for c in checks]
+    rows += [(c.figure, c.what, c.measured, c.required, "agrees" if c.holds else "DIFFERS") for c in checks]
     widths = [max(len(row[i]) for row in rows) for i in range(5)]
     for i, row in enumerate(rows):
         print("  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip())
