@@ -41,8 +41,8 @@ def arguments() -> argparse.ArgumentParser:
         "page",
         help="make a 3D animation of a run: one HTML file that needs no network",
         description="Makes a 3D animation of a run: one HTML file that needs no network. FILE is an FMU, which this runs with "
-        "samples in every pulse, or the CSV file of a result as FMPy writes it: time, x[i] and v[i] of every ball, F[i] and "
-        "F_peak[i] of every contact.",
+        "samples in every pulse, or the CSV file of a result as FMPy writes it, with time, x[i] and v[i] of every ball, and "
+        "F[i] and F_peak[i] of every contact.",
     )
     page.add_argument("file", type=Path, metavar="FILE", help="an .fmu or .csv file")
     page.add_argument("-o", "--out", type=Path, metavar="FILE.html", help="the page (default: beside FILE)")
@@ -61,7 +61,10 @@ def arguments() -> argparse.ArgumentParser:
     result = page.add_argument_group("for a CSV file")
     result.add_argument("--pulses", type=Path, metavar="FILE.csv", help="the run's table of pulses")
     result.add_argument(
-        "--balls", type=whole, metavar="N", help="number of balls, if one (default: as the file names)"
+        "--balls",
+        type=whole,
+        metavar="N",
+        help="number of balls; needed if it is 1 (default: as in the file)",
     )
     result.add_argument(
         "--length", type=positive, default=1.962, help="pendulum length in m, for the drawing (default 1.962)"

@@ -32,7 +32,7 @@ fn an_fmu_gives_its_binaries_and_licences() {
     assert!(fs::read(&taken).unwrap() == fs::read(direct).unwrap());
     assert_eq!(run(&["check", &taken]).code, 0);
     let refused = run_in(&here, &["build", "--from", "NewtonsCradle.fmu", "--set", "gravity=1"]);
-    assert!(refused.code == 2 && refused.error.contains("name another one by --out"), "{}", refused.error);
+    assert!(refused.code == 2 && refused.error.contains("give another file with --out"), "{}", refused.error);
     assert!(fs::read(from).unwrap() == fmu());
 }
 
