@@ -70,7 +70,7 @@ def plot_impact(touching: dict, apart: dict) -> Plot:
         f"One steel ball of 1 kg strikes four at {SPEED:.3f} m/s. Left, touching: the last ball leaves with {v[4]:.3f} of the "
         f"speed, ball 4 with {v[3]:.3f}, and the first three bounce back. The paper calls this unrealistic; experiments "
         "with steel balls find the same (Hutzler et al. 2004, Donahue et al. 2008). Right: with a dead band the outcome is "
-        "that of the textbook. An order of 3 or more has a similar effect.",
+        "that of the textbook. Orders of 3 and more come close.",
         columns,
         files=("hertz.csv", "hertz_pulses.csv"),
     )
