@@ -28,7 +28,7 @@ def save_report(path: Path, plots: list[Plot], checks: list[Check], animation: P
         "{{contents}}": "\n".join(map(entry, plots)),
         "{{figures}}": "\n".join(map(section, plots)),
         "{{rows}}": "\n".join(map(row, checks)),
-        "{{data}}": json.dumps({"figures": figures, "arrays": data.texts}).replace("</", "<\\/"),
+        "{{data}}": json.dumps({"figures": figures, "arrays": data.texts}).replace("<", "\\u003c"),
     }
     page = asset("template.html")
     for mark, text in parts.items():

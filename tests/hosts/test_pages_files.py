@@ -2,13 +2,14 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 
 import newtons_cradle as nc
 import numpy as np
 import pytest
 from fmpy import simulate_fmu
 from fmpy.util import write_csv
-from newtons_cradle.animation import RecordingError, from_csv
+from newtons_cradle.animation import RecordingError, from_csv, save_page
 
 
 def page(*arguments) -> subprocess.CompletedProcess:
@@ -137,6 +138,14 @@ def test_one_ball_is_drawn_if_said_so(tmp_path):
     assert from_csv(path, balls=1).F.shape == (301, 0)
     assert "missing: x[2], v[2], F[1]" in page(path, "--balls", 2).stderr
     assert "is not a number of balls" in page(path, "--balls", 0).stderr
+
+
+def test_names_do_not_become_markup(fine, tmp_path):
+    """Neither as text nor in the data, where `<!--<script` would hide the end of the script."""
+    page = tmp_path / "page.html"
+    save_page(page, replace(from_csv(saved(tmp_path, fine)), title="<!--<script>alert(1)</script>"))
+    text = page.read_text(encoding="utf-8")
+    assert "alert(1)" in text and "<script>alert" not in text and "alert(1)<" not in text
 
 
 @pytest.mark.parametrize(

@@ -33,7 +33,7 @@ def save_page(path: str | Path, recording: Recording) -> int:
         # Its licence asks for its text in every copy.
         "{{three}}": f"/*\n{asset('three-license.txt')}*/\n{three_js()}",
         "{{script}}": "\n".join([look.SCRIPT, *map(asset, SCRIPTS)]),
-        "{{data}}": json.dumps(numbers(recording)).replace("</", "<\\/"),
+        "{{data}}": json.dumps(numbers(recording)).replace("<", "\\u003c"),
     }
     # One pass, so that nothing in three.js or the data is taken for a mark.
     page = re.sub(r"{{\w+}}", lambda mark: parts[mark[0]], asset("template.html"))
