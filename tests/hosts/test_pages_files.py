@@ -37,7 +37,10 @@ def test_the_producer_makes_the_same_page(producer, fmu_path, tmp_path):
     [
         ("", "missing: time, x[1], v[1]. Needed: time, x[i] and v[i] of every ball"),
         ("time,y\n0,1\n1,2\n", "missing: x[1], v[1]"),
-        ("time,x[1],v[1]\n0,1,0\n1,1,0\n", "there is one ball only. If the cradle has one, say `--balls 1`"),
+        (
+            "time,x[1],v[1]\n0,1,0\n1,1,0\n",
+            "the file has only one ball. If the cradle has one, say `--balls 1`",
+        ),
         (
             "time,x[1],x[3],v[1],v[2],v[3],F[1],F[2]\n0,1,1,0,0,0,0,0\n",
             "not a whole result of 3 balls; missing: x[2]",

@@ -59,7 +59,7 @@ def from_csv(
 
 
 def _number_of_balls(path: Path, columns: Columns, wanted: int | None) -> int:
-    """How many balls the file tells of, once all columns of all of them are there."""
+    """The number of balls in the file, once all their columns are there."""
 
     def highest(names: str) -> int:
         found = (re.fullmatch(rf"(?:{names})\[(\d+)\]", name) for name in columns)
@@ -82,7 +82,7 @@ def _number_of_balls(path: Path, columns: Columns, wanted: int | None) -> int:
         )
     if n == 1 and wanted is None:
         raise RecordingError(
-            f"{path}: there is one ball only. If the cradle has one, say `--balls 1`; else record x[i] and v[i] of every "
+            f"{path}: the file has only one ball. If the cradle has one, say `--balls 1`; else record x[i] and v[i] of every "
             "ball and F[i] and F_peak[i] of every contact"
         )
     return n
