@@ -131,7 +131,15 @@ def page() -> str:
 def presets() -> dict:
     """The producer's ready cradles, by name."""
     files = sorted((ROOT / "packaging/presets").glob("*.toml"))
-    return {file.stem: tomllib.loads(file.read_text(encoding="utf-8")) for file in files}
+    return {file.stem: flat(tomllib.loads(file.read_text(encoding="utf-8"))) for file in files}
+
+
+def flat(table: dict, before: str = "") -> dict:
+    """A table of tables as one, its names with dots: `pendulum.length`."""
+    names = {}
+    for name, value in table.items():
+        names |= flat(value, f"{before}{name}.") if isinstance(value, dict) else {before + name: value}
+    return names
 
 
 def main() -> int:

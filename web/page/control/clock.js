@@ -5,7 +5,7 @@ const APPROACH = 2.6;   // 1/s: nearing a click, the time to it shrinks at this 
 const SLOWEST = 1e-9;   // seconds of the run per second of the viewer's
 const LONGEST_FRAME = 0.05; // s: what passes at most from one picture to the next
 const EFFORT = 1500;    // of one call of the engine, about 0.15 ms
-const FRAME_BUDGET = 1.5; // ms that the engine may take for one picture
+const FRAME_BUDGET = 4; // ms that the engine may take for one picture
 
 class Clock {
   constructor() {
@@ -20,7 +20,7 @@ class Clock {
     this.targets = new Map();   // what the sources have not reached yet
   }
 
-  get inside() { return this.slow !== "no" && this.rate < 2e-3 * this.base; }
+  get inside() { return this.slow !== "no" && this.rate < 0.02 * this.base; }
 
   /** How fast time runs, given the clicks ahead. */
   rateFor(clicks) {

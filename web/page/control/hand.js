@@ -101,7 +101,7 @@ class Sliders {
   tell() {
     const { source } = this.stage, ball = this.chosen;
     if (ball < 0) return;
-    const x = source.state.x[ball], held = source.holds?.has(`keys ${ball}`);
+    const hold = source.holds?.get(`keys ${ball}`), x = hold?.x ?? source.state.x[ball], held = Boolean(hold);
     this.inputs[ball].value = (100 * x) / source.drawing.length;
     this.inputs[ball].setAttribute("aria-valuetext", say("ballAt", 100 * x, held));
   }

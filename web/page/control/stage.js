@@ -13,6 +13,7 @@ class Stage {
     this.canvas.setAttribute("role", "img");
     this.caption = make("div", "caption", this.figure);
     this.sentence = make("p", "sentence", this.caption);
+    this.sentence.setAttribute("aria-live", "polite");
     this.detail = make("p", "detail", this.caption);
     this.strips = make("div", "strips", this.figure);
     this.graphCanvas = make("canvas", "graph", this.strips);
@@ -61,14 +62,30 @@ class Stage {
   draw(theme) {
     const { source, scene, app } = this, { state } = source, { shows, clock } = app, drawing = source.drawing;
     const held = source.held ?? new Map(), click = clock.inside ? source.shownClick : null;
-    scene.layout(drawing).draw(state, {
+    scene.layout(drawing, this.nearness(), this.room(drawing)).draw(state, {
       theme, held, labels: shows.numbers || Boolean(click) || this.sliders.chosen >= 0, selected: this.sliders.chosen,
       arrows: shows.velocity || click ? Math.max(this.graph.fastest, 1e-3) : 0,
     });
-    const opacity = click && !drawing.rigid ? Math.min(1, Math.max(0, Math.log10((3e-3 * clock.base) / clock.rate))) : 0;
+    const opacity = click && !drawing.rigid ? Math.min(1, Math.max(0, (this.near ?? 0) * 2 - 1)) : 0;
     if (click?.sampled && click.widest) drawLenses(scene, state, { reach: this.lensReach(click), theme, opacity });
     this.describe(click, drawing);
     this.drawGraph(click, theme);
+  }
+
+  /** How close the viewer is: nearer as time slows at a click. */
+  nearness() {
+    const { clock, still } = this.app, wanted = clock.slow === "no" ? 0 : Math.log10((0.02 * clock.base) / clock.rate) / 1.3;
+    const eased = Math.min(1, Math.max(0, wanted)) ** 2 * (3 - 2 * Math.min(1, Math.max(0, wanted)));
+    this.near = still ? Math.round(eased) : (this.near ?? 0) + 0.12 * (eased - (this.near ?? 0));
+    if (Math.abs(this.near - eased) < 1e-3) this.near = eased;
+    return this.near;
+  }
+
+  /** Room for the swing, as an angle (rad). It changes gently, and not while somebody holds a ball. */
+  room({ reach }) {
+    const wanted = Math.min(1.1, Math.max(0.3, 1.08 * reach));
+    if (!this.source.holds?.size) this.swing = this.app.still ? wanted : (this.swing ?? wanted) + 0.08 * (wanted - (this.swing ?? wanted));
+    return this.swing ?? wanted;
   }
 
   /** Half of what a lens shows (m): the play, or the deepest overlap. */
@@ -87,16 +104,16 @@ class Stage {
   }
 
   /** What the rows show, in words. */
-  titlesOf(kinds) {
+  titlesOf(kinds, click) {
     const { source, graph } = this, { state } = source;
     return kinds.map((kind) => {
       if (kind === "energy") {
-        const parts = ENERGY_PARTS.map((part) => `<span class="${part}">${say(`energies.${part}`)}</span>`).join(" ");
+        const parts = ENERGY_PARTS.map((part) => `<span class="${part}">${say(`energies.${part}`)}</span>`).join(" · ");
         if (!source.account) return `${say("rows.energy", say("inHand"))} ${parts}`;
         return `${say("rows.energy", quantity(state.energy, "J", 6))} · ${say("exact", quantity(state.dissipated, "J"), power(state.residual))} ${parts}`;
       }
       if (kind === "momentum") return `${say("rows.momentum", `${rounded(state.momentum, 4)} kg m/s`)} · ${say("support", quantity(state.supportForce, "N"))}`;
-      return kind === "force" ? say("rows.force", quantity(graph.strongest, "N")) : say("rows.velocity", quantity(graph.fastest, "m/s"));
+      return kind === "force" ? say("rows.force", quantity(click?.strongest ?? graph.strongest, "N")) : say("rows.velocity", quantity(graph.fastest, "m/s"));
     });
   }
 
@@ -112,7 +129,7 @@ class Stage {
       : { left: now - span, right: now };
     this.graph.draw(kinds, { ...this.window, now, click: known ? click : null, offset: source.origin ?? 0, theme });
     this.graphCanvas.style.cursor = known ? "ew-resize" : "";
-    const titles = this.titlesOf(kinds), rows = this.titles.children;
+    const titles = this.titlesOf(kinds, known ? click : null), rows = this.titles.children;
     while (rows.length > titles.length) rows[rows.length - 1].remove();
     while (rows.length < titles.length) this.titles.append(document.createElement("p"));
     titles.forEach((title, i) => { if (rows[i].innerHTML !== title) rows[i].innerHTML = title; });

@@ -17,10 +17,12 @@ class Live {
 
   /** What does not change while balls move. */
   get drawing() {
-    const { setup } = this, length = setup.get("pendulum.length");
+    const { setup } = this, length = setup.get("pendulum.length"), { x_start: x, v_start: v } = setup.values;
+    const omega = Math.sqrt(Math.max(setup.get("gravity"), 0.1) / length);
     return {
       balls: setup.balls, radius: setup.get("ball.radius"), mass: setup.get("ball.mass"), ratio: setup.get("ball.massRatio"),
       length, gravity: setup.get("gravity"), rigid: setup.law === "rigid",
+      reach: x.reduce((most, place, i) => Math.max(most, Math.hypot(place, v[i] / omega) / length), 0), // rad, of the largest swing
     };
   }
 

@@ -86,9 +86,27 @@ class Graph {
       const colour = kind === "momentum" ? theme.ink : ballColour(i, balls, theme.dark);
       this.line(points, colour, 1.6, known && kind === "force" ? foot : null);
     }
+    if (kind === "force" && known) this.drawPairs(click, { place, offset, level, theme });
     // Pulses that lasted less than from one picture to the next.
     if (kind === "force" && !known) {
       for (const row of this.samples()) if (row[2] > 0) this.line([[place(row[0]), foot], [place(row[0]), level(row[2])]], theme.spike, 2);
+    }
+  }
+
+  /** Which balls each pulse is between, at its peak. */
+  drawPairs({ pulses, samples }, { place, offset, level, theme }) {
+    if (pulses.length > 16) return;
+    const { context: c } = this;
+    c.font = `600 11px ${FONT}`;
+    c.textAlign = "center";
+    c.textBaseline = "bottom";
+    for (const { contact, onset, release, peak } of pulses) {
+      c.fillStyle = ballColour(contact, this.balls, theme.dark);
+      let top = 0;
+      samples.time.forEach((time, k) => {
+        if (time >= onset && time <= release && samples.F[k][contact] > (samples.F[top][contact] || 0)) top = k;
+      });
+      c.fillText(`${contact + 1}–${contact + 2}`, place(samples.time[top] + offset), level(peak) - 2);
     }
   }
 

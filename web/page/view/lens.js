@@ -2,7 +2,7 @@
 
 /** Draws a lens for each contact; `reach` (m) is half of what it shows. */
 function drawLenses(scene, state, { reach, theme, opacity }) {
-  const { context: c, unit } = scene, radius = Math.min(0.94 * unit, 46);
+  const { context: c, unit } = scene, radius = Math.min(0.9 * unit, 84);
   if (radius < 15 || opacity <= 0) return;
   c.save();
   c.globalAlpha = opacity;
@@ -21,7 +21,7 @@ function drawLenses(scene, state, { reach, theme, opacity }) {
     c.stroke();
     drawLens(c, centre, radius, gap / reach, Math.max(0, state.F[i]), theme);
     c.fillStyle = theme.ink;
-    c.font = `600 ${Math.max(10, Math.min(13, 0.32 * unit))}px ${FONT}`;
+    c.font = `600 ${Math.max(10, Math.min(15, 0.3 * unit))}px ${FONT}`;
     c.textAlign = "center";
     c.textBaseline = "alphabetic";
     if (radius >= 22) c.fillText(quantity(Math.abs(gap), "m", 2), centre.x, centre.y - radius - 6);

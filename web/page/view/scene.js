@@ -1,6 +1,6 @@
 // The cradle, drawn: frame, strings, balls, and the glow of the forces between them.
 
-const LONGEST_STRING = 5.4, SHORTEST_STRING = 3.2; // lengths as drawn, in diameters of a ball
+const LONGEST_STRING = 4.7, SHORTEST_STRING = 3.2; // lengths as drawn, in diameters of a ball
 const AFTERGLOW = 0.5; // s on the viewer's clock that a contact shines after its pulse
 
 /** Distinct colours for up to 20 balls: around the circle, the same lightness. */
@@ -16,29 +16,30 @@ class Scene {
     this.sprites = new Map();
   }
 
-  /** Fits the picture into the canvas: where everything hangs. */
-  layout({ balls, radius, ratio, length }) {
+  /** Fits the picture into the canvas: where everything hangs. `near`: 0 for the whole cradle, 1 for the balls close by;
+   *  `swingAngle` (rad): how far balls swing. */
+  layout({ radius, ratio, length }, near = 0, swingAngle = 0.56) {
     const { clientWidth: width, clientHeight: height } = this.canvas, density = Math.min(window.devicePixelRatio || 1, 2);
     if (this.canvas.width !== Math.round(width * density) || this.canvas.height !== Math.round(height * density)) {
       this.canvas.width = Math.round(width * density);
       this.canvas.height = Math.round(height * density);
     }
-    Object.assign(this, { width, height, density });
     const sizes = ratio.map((mass) => Math.min(2.2, Math.max(0.35, Math.cbrt(mass)))); // of a radius
-    const row = sizes.reduce((sum, size) => sum + 2 * size, 0); // radii
-    const largest = Math.max(...sizes);
+    const row = sizes.reduce((sum, size) => sum + 2 * size, 0), largest = Math.max(...sizes); // radii
     const drawn = Math.min(LONGEST_STRING, Math.max(SHORTEST_STRING, length / (2 * radius))); // diameters
-    // Half a swing on both sides, and the height of strings, balls and base.
-    const swing = 2 * drawn * 0.62;
-    const unit = Math.min(width / (row + 2 * swing), (height - 8) / (2 * drawn + 2.6 * largest + 1.3), 64);
-    const string = 2 * drawn * unit, top = Math.max(8 + 0.45 * unit, 0.4 * (height - string - 2.6 * unit));
+    // From afar: room for a swing to both sides, strings, balls and base. Close by: only for the balls and what is above them.
+    const swing = 2 * drawn * Math.sin(swingAngle), far = Math.min(width / (row + 2 * swing), (height - 8) / (2 * drawn + 2.7 * largest + 1.2), 64);
+    const close = Math.max(far, Math.min(width / (row + 2.4), height / (7 * largest), 110));
+    const unit = far ** (1 - near) * close ** near, string = 2 * drawn * unit;
+    const hanging = (1 - near) * (8 + 0.5 * far + 2 * drawn * far + 0.45 * Math.max(0, height - far * (2 * drawn + 2.7 * largest + 1.7)))
+      + near * (height - 2.1 * largest * close);
     const positions = [];
     let x = 0.5 * (width - row * unit);
     for (const size of sizes) {
       positions.push(x + size * unit);
       x += 2 * size * unit;
     }
-    Object.assign(this, { unit, string, top, sizes, positions, length, toScale: drawn === length / (2 * radius) });
+    Object.assign(this, { width, height, density, near, unit, string, top: hanging - string, sizes, positions, length });
     return this;
   }
 
@@ -76,10 +77,10 @@ class Scene {
     const { context: c, density, width, height } = this;
     c.setTransform(density, 0, 0, density, 0, 0);
     c.clearRect(0, 0, width, height);
-    this.drawBase(state, theme);
+    this.drawFrame(theme);
+    this.drawShadows(state, theme);
     const places = Array.from(state.x, (x, i) => this.place(i, x));
     this.drawStrings(places, theme);
-    this.drawRail(theme);
     places.forEach((place, i) => this.drawBall(place, i, theme, held.has(i)));
     this.drawGlow(places, theme);
     if (arrows) this.drawArrows(places, state, arrows, theme);
@@ -87,32 +88,44 @@ class Scene {
     if (selected >= 0 && places[selected]) this.drawRing(places[selected], selected, theme);
   }
 
-  drawRail(theme) {
-    const { context: c, unit, top } = this, first = this.positions[0], last = this.positions.at(-1);
-    const left = first - 1.5 * unit, right = last + 1.5 * unit, thick = Math.max(5, 0.2 * unit);
-    const shade = c.createLinearGradient(0, top - thick, 0, top);
-    theme.rail.forEach((colour, i) => shade.addColorStop(i / (theme.rail.length - 1), colour));
-    c.fillStyle = shade;
-    c.beginPath();
-    c.roundRect(left, top - thick, right - left, thick, thick / 2);
-    c.fill();
+  /** The rail, on posts that stand on a base. */
+  drawFrame(theme) {
+    const { context: c, unit, top, string } = this, thick = Math.max(5, 0.2 * unit), edge = 1.9 * unit;
+    const left = this.positions[0] - edge, right = this.positions.at(-1) + edge;
+    const floor = top + string + 1.75 * Math.max(...this.sizes) * unit;
+    const slab = (y, from, to, height, shades) => {
+      const shade = c.createLinearGradient(0, y, 0, y + height);
+      shades.forEach((colour, i) => shade.addColorStop(i / (shades.length - 1), colour));
+      c.fillStyle = shade;
+      c.beginPath();
+      c.roundRect(from, y, to - from, height, Math.min(height / 2, 0.12 * unit));
+      c.fill();
+    };
+    slab(floor, left - 0.7 * unit, right + 0.7 * unit, 0.42 * unit, theme.base);
+    for (const x of [left, right]) {
+      const shade = c.createLinearGradient(x - thick / 2, 0, x + thick / 2, 0);
+      theme.rail.forEach((colour, i) => shade.addColorStop(i / (theme.rail.length - 1), colour));
+      c.fillStyle = shade;
+      c.fillRect(x - thick / 2, top - 0.5 * thick, thick, floor - top + 0.5 * thick);
+    }
+    slab(top - thick, left - thick / 2, right + thick / 2, thick, theme.rail);
   }
 
   /** A soft shadow for each ball on what the cradle stands on. */
-  drawBase(state, theme) {
-    const { context: c, unit, string, top } = this, floor = top + string + 1.75 * Math.max(...this.sizes) * unit;
+  drawShadows(state, theme) {
+    const { context: c, unit, string, top } = this, floor = top + string + 1.75 * Math.max(...this.sizes) * unit + 0.1 * unit;
     for (let i = 0; i < this.positions.length; i++) {
       const { x, y } = this.place(i, state.x[i]), up = Math.max(0, (top + string - y) / string), size = this.sizes[i] * unit;
       c.save();
       c.translate(x, floor);
-      c.scale(1, 0.16);
-      const shade = c.createRadialGradient(0, 0, 0, 0, 0, size * (1.25 + up));
+      c.scale(1, 0.13);
+      const shade = c.createRadialGradient(0, 0, 0, 0, 0, size * (1.15 + up));
       shade.addColorStop(0, theme.shadow);
       shade.addColorStop(1, theme.noShadow);
-      c.globalAlpha = Math.max(0.25, 1 - 1.4 * up);
+      c.globalAlpha = Math.max(0.15, 1 - 1.6 * up);
       c.fillStyle = shade;
       c.beginPath();
-      c.arc(0, 0, size * (1.25 + up), 0, 2 * Math.PI);
+      c.arc(0, 0, size * (1.15 + up), 0, 2 * Math.PI);
       c.fill();
       c.restore();
     }
@@ -126,9 +139,9 @@ class Scene {
       const eye = { x: x - size * Math.sin(angle), y: y - size * Math.cos(angle) };
       c.strokeStyle = theme.string;
       c.beginPath();
-      c.moveTo(this.positions[i] - 0.16 * unit, top - 0.06 * unit);
+      c.moveTo(this.positions[i] - 0.16 * unit, top - 0.04 * unit);
       c.lineTo(eye.x, eye.y);
-      c.lineTo(this.positions[i] + 0.16 * unit, top - 0.06 * unit);
+      c.lineTo(this.positions[i] + 0.16 * unit, top - 0.04 * unit);
       c.stroke();
     });
   }
@@ -158,7 +171,10 @@ class Scene {
     this.glow.forEach((glow, i) => {
       if (glow < 0.004 || !places[i + 1]) return;
       const a = places[i], b = places[i + 1], from = this.sizes[i], to = this.sizes[i + 1], part = from / (from + to);
-      const x = a.x + part * (b.x - a.x), y = a.y + part * (b.y - a.y), strength = Math.sqrt(glow);
+      const x = a.x + part * (b.x - a.x), y = a.y + part * (b.y - a.y);
+      // What has parted does not shine any more.
+      const away = Math.hypot(b.x - a.x, b.y - a.y) / ((from + to) * unit) - 1, strength = Math.sqrt(glow) * Math.max(0, 1 - 4 * away);
+      if (strength <= 0.05) return;
       const radius = unit * (0.35 + 1.15 * strength), shade = c.createRadialGradient(x, y, 0, x, y, radius);
       shade.addColorStop(0, theme.glow(Math.min(1, 0.25 + strength)));
       shade.addColorStop(0.25, theme.glow(0.55 * strength));
@@ -173,7 +189,7 @@ class Scene {
 
   /** Velocities as arrows below the balls; the longest is `arrows` m/s. */
   drawArrows(places, state, fastest, theme) {
-    const { context: c, unit } = this, longest = 2.4 * unit;
+    const { context: c, unit } = this, longest = 1.75 * unit;
     places.forEach(({ x, y }, i) => {
       const length = (longest * state.v[i]) / fastest, under = y + this.sizes[i] * unit + 0.32 * unit;
       if (Math.abs(length) < 1.5) return;

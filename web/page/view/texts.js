@@ -7,7 +7,7 @@ const ENGLISH = {
   hintPaused: "Time stands still. Place the balls where you like, then press Play.",
   play: "Play", pause: "Pause", again: "Let go again", rest: "Stop all",
   lift: (count) => (count === 1 ? "Lift one ball and let go" : `Lift ${count} balls and let go`),
-  inside: "Look inside the next click", insideNow: "Leave the click", every: "Slow down at every click",
+  inside: "Look inside a click", insideNow: "Leave the click", every: "Slow down at every click",
   change: "Change", show: "Show", beside: "Compare", keep: "Keep", help: "Keys", close: "Close",
   pace: "Speed of time", realTime: "real time",
   slower: (amount) => `1 s shows ${amount}`,
