@@ -237,10 +237,8 @@ def test_the_contact_changes_while_it_swings(page, fmu):
         before = js(page, "return source.state.energy")
         js(page, "cradle.change(arguments[0])", values)
         wait(page, "!source.pending")
-        recipe = js(page, "return source.setup.recipe()")
         for variable, value in values.items():
-            wanted = {variable: value} if not isinstance(value, list) else {f"{variable}[3]": value[2]}
-            assert all(recipe["start"][key] == item for key, item in wanted.items()), name
+            assert js(page, "return source.setup.get(arguments[0])", variable) == value, name
         kept = js(page, "return source.state.energy") / before
         if name not in ("heavy", "short", "moon"):
             assert kept == pytest.approx(1.0, abs=0.03), name
@@ -340,6 +338,15 @@ def test_the_keyboard_does_everything(page):
     assert js(page, "return cradle.clock.slow") == "next"
     body.send_keys(" ")
     assert js(page, "return cradle.clock.running") is False
+
+
+def test_the_defaults_are_those_of_the_fmu(page, fmu):
+    for name, value in page.execute_script("return DEFAULTS").items():
+        start = fmu.variables[name].start
+        if isinstance(value, str):
+            assert fmu.items(name)[value] == int(start), name
+        else:
+            assert float(start) == value, name
 
 
 def test_a_link_carries_the_set_up(page, live_path):

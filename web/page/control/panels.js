@@ -28,7 +28,7 @@ class Panels {
     if (!this.kind) return void opener?.focus();
     document.getElementById("paneltitle").textContent = say(this.kind);
     this.fill();
-    this.body.querySelector("input:checked, input, button, select")?.focus();
+    (this.body.querySelector("input:checked, input, button") ?? document.getElementById("close")).focus();
   }
 
   /** Fills it anew, with what is the case now. */

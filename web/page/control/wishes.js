@@ -17,12 +17,13 @@ Object.assign(App.prototype, {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const typing = event.target.matches?.("#panel input, select, textarea"), pressed = event.target.matches?.("button");
     const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
-    if (typing && key !== "Escape") return;
+    if (typing) return;
     if (key === " " && pressed) return;
     const acts = {
       " ": () => this.setRunning(!this.clock.running), i: () => this.inside(), a: () => this.again(), 0: () => this.stopAll(),
       e: () => this.setOther("every", this.clock.slow !== "always"), ",": () => this.stepInside(-1), ".": () => this.stepInside(1),
       c: () => this.panels.toggle("change"), s: () => this.panels.toggle("show"), b: () => this.panels.toggle("beside"),
+      Escape: () => { if (this.panels.kind) this.panels.toggle(this.panels.kind); },
       k: () => this.panels.toggle("keep"), "?": () => this.panels.toggle("help"), h: () => this.panels.toggle("help"),
     };
     const act = /^[1-9]$/.test(key) ? () => this.lift(Number(key)) : acts[key];

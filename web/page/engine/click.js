@@ -2,7 +2,7 @@
 
 const QUIET = 3;          // a click is over when nothing touches for this many times as long as it has lasted,
 const QUIET_LEAST = 2e-6; // and for so many seconds at least
-const LONGEST = 0.02;     // s, of a click that never ends
+const LONGEST = 0.2;      // s, of a click that never ends
 const SAMPLES = 360;      // instants at which its forces are sampled
 const CLICK_EFFORT = 3000; // that one frame spends on it
 

@@ -20,6 +20,7 @@ class Setup {
       const rest = name.endsWith("Ratio") ? 1 : 0, given = this.values[name] ?? [];
       this.values[name] = Array.from({ length: balls }, (_, i) => given[i] ?? rest);
     }
+    for (const [name, value] of Object.entries(DEFAULTS)) if (this.values[name] === value) delete this.values[name];
   }
 
   get(name) { return this.values[name] ?? DEFAULTS[name]; }
