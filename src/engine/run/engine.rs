@@ -170,7 +170,7 @@ impl Engine {
             if self.effort >= enough
                 && let between = t.value_down()
                 && between >= self.time
-                && DoubleDouble::from(between) >= self.last_event
+                && DoubleDouble::from(between) >= self.totals.last_event
             {
                 reached = between;
                 break;

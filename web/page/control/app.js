@@ -17,6 +17,7 @@ class App {
     this.still = matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.addStage(new Live(engine, PRESETS.textbook.setup()));
     this.panels = new Panels(this);
+    this.attempt(() => this.begin(PRESETS.textbook.setup(), "textbook"));
     this.listen();
     this.open(location.hash);
     requestAnimationFrame((now) => this.frame(now));
@@ -90,7 +91,8 @@ class App {
 
   begin(setup, preset) {
     this.engine.start(setup.recipe()).forget();
-    this.preset = preset;
+    // Values from an address may have made something else of it.
+    this.preset = preset && setup.toLink(preset).startsWith("preset=") ? preset : null;
     if (!this.stages[0].source.live) {
       this.stages[0].source.forget();
       this.stages[0].source = new Live(this.engine, setup);

@@ -10,7 +10,7 @@ function linkTo(app) {
   if (app.clock.slow === "always") options.push("slow=always");
   const shown = Object.keys(app.shows).filter((kind) => app.shows[kind]);
   if (shown.length) options.push(`show=${shown.join(",")}`);
-  const setup = source.live ? source.setup.toLink() : `preset=textbook`;
+  const setup = source.live ? source.setup.toLink(app.preset) : "preset=textbook";
   return `${location.href.replace(/#.*/, "")}#${[setup, ...options].join("&")}`;
 }
 

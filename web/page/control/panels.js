@@ -171,6 +171,16 @@ class Panels {
     input.addEventListener("change", () => app.openFile(input.files[0]));
   }
 
+  /** Six steps, each a link into this page. */
+  lesson() {
+    const list = this.element("ol", null, { className: "lesson" });
+    TEXTS.lessons.forEach(({ title, text }, i) => {
+      const item = this.element("li", null, {}, list);
+      this.element("a", title, { href: `#${LESSON[i]}` }, item);
+      this.element("p", text, {}, item);
+    });
+  }
+
   help() {
     const list = this.element("dl", null, { className: "keys" });
     for (const [key, meaning] of TEXTS.keys) {

@@ -24,7 +24,7 @@ Object.assign(App.prototype, {
       e: () => this.setOther("every", this.clock.slow !== "always"), ",": () => this.stepInside(-1), ".": () => this.stepInside(1),
       c: () => this.panels.toggle("change"), s: () => this.panels.toggle("show"), b: () => this.panels.toggle("beside"),
       Escape: () => { if (this.panels.kind) this.panels.toggle(this.panels.kind); },
-      k: () => this.panels.toggle("keep"), "?": () => this.panels.toggle("help"), h: () => this.panels.toggle("help"),
+      k: () => this.panels.toggle("keep"), l: () => this.panels.toggle("lesson"), "?": () => this.panels.toggle("help"), h: () => this.panels.toggle("help"),
     };
     const act = /^[1-9]$/.test(key) ? () => this.lift(Number(key)) : acts[key];
     if (!act) return;
@@ -75,13 +75,12 @@ Object.assign(App.prototype, {
   open(hash) {
     this.attempt(() => {
       const { setup, options } = Setup.fromLink(hash);
-      const preset = PRESETS[options.preset] ? options.preset : "textbook";
-      if (options.preset && preset !== options.preset) throw new Refusal(`preset = ${options.preset} is refused; allowed: ${Object.keys(PRESETS).join(", ")}`);
+      this.engine.start(setup.recipe()).forget();
       this.besideChoice = null;
       if (this.stages.length > 1) this.dropStage();
-      for (const kind of (options.show ?? "").split(",")) if (kind in this.shows) this.shows[kind] = true;
-      if (setup) this.begin(setup, null);
-      else this.begin(PRESETS[preset].setup(), preset);
+      this.clock.slowAt("no");
+      for (const kind of Object.keys(this.shows)) this.shows[kind] = (options.show ?? "").split(",").includes(kind);
+      this.begin(setup, options.preset ?? (hash.includes("balls=") ? null : "textbook"));
       if (options.lift) this.lift(Number(options.lift));
       if (options.beside in TEXTS.besides) this.compare(options.beside);
       if (options.slow === "always") this.setOther("every", true);

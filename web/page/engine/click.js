@@ -13,7 +13,6 @@ class Click {
     Object.assign(this, { begin, end: begin, pulses: [], reach: 1e-8, done: false });
     this.before = run.copy(); // just before it, to look at it again
     this.before.takePulses();
-    this.speeds = Array.from(this.before.look().v);
     this.scout = this.before.copy();
     this.sampler = null;
     this.samples = { time: [], F: [], v: [], overlap: [] };
@@ -28,6 +27,10 @@ class Click {
   explore() {
     const { scout } = this;
     let left = 12; // looks
+    if (!this.speeds) {
+      if (scout.advance(this.begin, CLICK_EFFORT) < this.begin) return;
+      this.speeds = Array.from(scout.look().v); // with which it begins
+    }
     while (!this.done && left-- > 0) {
       const until = this.begin + this.reach;
       if (scout.advance(until, CLICK_EFFORT) < until) break; // the budget is spent

@@ -10,6 +10,16 @@ const DEFAULTS = {
   "contact.huntCrossley": 0, "contact.restitution": 1,
 };
 
+/** The lesson's steps, see docs/lesson.md, as parts of the address. */
+const LESSON = [
+  "preset=textbook&lift=2",
+  "preset=textbook&lift=2&show=energy,momentum",
+  "preset=textbook&lift=2&slow=next",
+  "preset=hertz&lift=2&slow=next",
+  "preset=textbook&lift=2&beside=hertz",
+  "preset=textbook&ball.massRatio=1,1,1,1,0.5&lift=1&slow=next&show=velocity",
+];
+
 function fromFile(name, changes = {}) {
   const { balls, ...values } = FILES[name];
   return new Setup(balls, { ...values, ...changes });

@@ -55,10 +55,16 @@ class Setup {
     return { balls: this.balls, start };
   }
 
-  /** As the part of an address behind #. Values that are the defaults are left out. */
-  toLink() {
-    const parts = [`balls=${this.balls}`];
+  /** As the part of an address behind #. Values that are the defaults are left out, and those of the `preset` it is made from. */
+  toLink(preset) {
+    const ready = PRESETS[preset]?.setup(), same = ready && ready.atRest().toLinkOf(null) === this.atRest().toLinkOf(null);
+    return this.toLinkOf(same ? preset : null);
+  }
+
+  toLinkOf(preset) {
+    const parts = [preset ? `preset=${preset}` : `balls=${this.balls}`], given = preset ? PRESETS[preset].setup().values : {};
     for (const [name, value] of Object.entries(this.values)) {
+      if (preset && String(value) === String(given[name])) continue;
       const rest = name.endsWith("Ratio") ? 1 : 0;
       if (Array.isArray(value) ? value.every((element) => element === rest) : value === DEFAULTS[name]) continue;
       parts.push(`${name}=${Array.isArray(value) ? value.join(",") : value}`);
@@ -75,20 +81,29 @@ class Setup {
       else if (PER_BALL.includes(name) || name === "contact.gap") values[name] = raw.split(",").map((number) => parsed(name, number));
       else values[name] = /^[a-z]/i.test(raw) && Number.isNaN(Number(raw)) ? raw : parsed(name, raw);
     }
-    const { balls, ...rest } = values;
-    if (balls === undefined) return { setup: null, options };
+    if (options.preset && !PRESETS[options.preset]) {
+      throw new Refusal(`preset = ${options.preset} is refused; allowed: ${Object.keys(PRESETS).join(", ")}`);
+    }
+    const { balls: asked, ...rest } = values, ready = PRESETS[options.preset ?? (asked === undefined ? "textbook" : null)]?.setup();
+    if (ready && asked === undefined) return { setup: checked(ready.balls, rest, ready.values), options };
+    const balls = asked;
     if (!(Number.isInteger(balls) && balls >= 1 && balls <= MOST_BALLS)) {
       throw new Refusal(`balls = ${balls} is refused; allowed: 1 to ${MOST_BALLS}`);
     }
-    for (const [name, given] of Object.entries(rest)) {
-      const most = name === "contact.gap" ? balls - 1 : balls;
-      if (Array.isArray(given) && given.length > most) throw new Refusal(`${name} has ${given.length} numbers; allowed: up to ${most}`);
-    }
-    return { setup: new Setup(balls, rest), options };
+    return { setup: checked(balls, rest, {}), options };
   }
 }
 
 const LINK_OPTIONS = ["preset", "beside", "slow", "show", "lift", "look"];
+
+/** A set-up with values from an address, on top of others. */
+function checked(balls, values, others) {
+  for (const [name, given] of Object.entries(values)) {
+    const most = name === "contact.gap" ? balls - 1 : balls;
+    if (Array.isArray(given) && given.length > most) throw new Refusal(`${name} has ${given.length} numbers; allowed: up to ${most}`);
+  }
+  return new Setup(balls, { ...others, ...values });
+}
 
 function parsed(name, text) {
   const number = Number(text);

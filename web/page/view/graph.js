@@ -71,7 +71,7 @@ class Graph {
   }
 
   drawRow(kind, { place, tall, width, click, offset, theme }) {
-    const top = 22, foot = tall - 6, middle = 0.5 * (top + foot), half = 0.5 * (foot - top), { balls } = this;
+    const top = kind === "force" && click?.sampled ? 34 : 22, foot = tall - 6, middle = 0.5 * (top + foot), half = 0.5 * (foot - top), { balls } = this;
     if (kind === "energy") return this.drawEnergy(place, top, foot, theme);
     const several = kind === "velocity" ? balls : kind === "force" ? balls - 1 : 1;
     const at = kind === "velocity" ? 3 : kind === "force" ? 3 + balls : 1;
@@ -100,13 +100,24 @@ class Graph {
     c.font = `600 11px ${FONT}`;
     c.textAlign = "center";
     c.textBaseline = "bottom";
+    const labels = [];
     for (const { contact, onset, release, peak } of pulses) {
-      c.fillStyle = ballColour(contact, this.balls, theme.dark);
       let top = 0;
       samples.time.forEach((time, k) => {
         if (time >= onset && time <= release && samples.F[k][contact] > (samples.F[top][contact] || 0)) top = k;
       });
-      c.fillText(`${contact + 1}–${contact + 2}`, place(samples.time[top] + offset), level(peak) - 2);
+      labels.push({ x: place(samples.time[top] + offset), y: level(peak) - 2, text: `${contact + 1}–${contact + 2}`, contact });
+    }
+    labels.sort((a, b) => a.x - b.x);
+    for (let i = 0; i < labels.length; i++) {
+      const { x, y, text, contact } = labels[i], next = labels[i + 1];
+      // Pulses at the same time have one label.
+      if (next && next.x - x < 30) {
+        Object.assign(next, { x: 0.5 * (x + next.x), y: Math.min(y, next.y), text: `${text}, ${next.text}` });
+        continue;
+      }
+      c.fillStyle = text.includes(",") ? theme.ink : ballColour(contact, this.balls, theme.dark);
+      c.fillText(text, Math.max(16, Math.min(this.canvas.clientWidth - 20, x)), y);
     }
   }
 

@@ -18,7 +18,17 @@ const ENGLISH = {
   keys: [
     ["Tab", "choose a ball"], ["← →", "pull it aside, hold it there"], ["Enter", "let go"], ["Space", "pause or play"],
     ["1 to 9", "lift so many balls and let go"], ["I", "look inside the next click"], ["E", "slow down at every click"],
-    ["A", "let go again"], ["0", "stop all"], ["C", "change"], ["S", "show"], ["B", "compare"], ["K", "keep"], [", .", "back and on inside a click"],
+    ["A", "let go again"], ["0", "stop all"], ["C", "change"], ["S", "show"], ["B", "compare"], ["L", "lesson"], ["K", "keep"], [", .", "back and on inside a click"],
+  ],
+
+  lesson: "Lesson",
+  lessons: [
+    { title: "Two up, two out", text: "Lift two balls and let go: two fly out. Try one, three, four. How does the cradle know how many?" },
+    { title: "Why not one, twice as fast?", text: "That would keep the momentum. But it would need twice the energy: there the speed is squared. Watch both." },
+    { title: "Look inside the click", text: "Laws of conservation do not say how. Slowed down some 60 000 times: the balls meet in pairs, and each hands on all it has." },
+    { title: "Steel balls in touch", text: "Now they press all at once. Count what flies out: it is no longer only two." },
+    { title: "See the difference grow", text: "The same release, side by side: after ten clicks the neat pattern is gone where the balls touch." },
+    { title: "And one faster after all", text: "With a lighter ball at the end the hand-over does not fit: it leaves faster than any ball came in, and one comes back." },
   ],
 
   preset: "A ready cradle",
