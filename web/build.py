@@ -100,7 +100,9 @@ def linker(usr: Path) -> str:
         found = next(map(str, sysroot().glob("lib/rustlib/*/bin/rust-lld")), None)
         if found:
             return found
-    raise Stop("there is no linker for WebAssembly: rust-lld of a Rust by rustup, or on Debian `apt install lld`")
+    raise Stop(
+        "there is no linker for WebAssembly: rust-lld of a Rust by rustup, or on Debian `apt install lld`"
+    )
 
 
 def compile_engine() -> None:
@@ -144,7 +146,9 @@ def flat(table: dict, before: str = "") -> dict:
 
 def main() -> int:
     """Compiles the engine and writes the page."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--out", type=Path, default=DEFAULT, help="where to write it [default: %(default)s]")
     parser.add_argument("--page-only", action="store_true", help="do not compile the engine again")
     options = parser.parse_args()

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Makes the pictures of docs/lesson.md from the finished page, in a headless Chromium.
 
-    .venv/bin/python web/pictures.py
+.venv/bin/python web/pictures.py
 """
 
 import io
@@ -37,7 +37,9 @@ def main() -> int:
                 {"width": SIZE[0], "height": SIZE[1], "deviceScaleFactor": 1.5, "mobile": False},
             )
             page.get(PAGE.as_uri())
-            WebDriverWait(page, 30).until(lambda _: page.execute_script("return Boolean(window.cradle?.first)"))
+            WebDriverWait(page, 30).until(
+                lambda _: page.execute_script("return Boolean(window.cradle?.first)")
+            )
             page.execute_script("cradle.setTheme(false); location.hash = LESSON[arguments[0]]", step)
             if "time" in when:
                 condition = f"return cradle.clock.base === 1 && cradle.sources[0].run.time > {when['time']}"

@@ -104,8 +104,16 @@ fn command() -> Command {
         .hide(true)
         .args([path("folder"), flag("experiment")]);
     let presets = command("presets", "List the ready cradles that `build --preset` takes");
-    let live = command("live", "Write the page in which the cradle runs live: one HTML file for a browser, no network needed")
-        .arg(path("out").long("out").value_name("FILE").required(false).default_value("cradle.html").help("Where to write it"));
+    let live =
+        command("live", "Write the page in which the cradle runs live: one HTML file for a browser, no network needed")
+            .arg(
+                path("out")
+                    .long("out")
+                    .value_name("FILE")
+                    .required(false)
+                    .default_value("cradle.html")
+                    .help("Where to write it"),
+            );
     command("cradle-fmu", "Builds, checks, describes and shows FMUs of Newton's cradle")
         .version(env!("CARGO_PKG_VERSION"))
         .subcommand_required(true)

@@ -27,4 +27,5 @@ fn find() -> Option<PathBuf> {
     environment::file(PACKAGED).or(built)
 }
 
-const ADVICE: &str = "`pip install newtons-cradle` brings it, in the folder of the sources `python3 web/build.py` makes it";
+const ADVICE: &str =
+    "`pip install newtons-cradle` brings it, in the folder of the sources `python3 web/build.py` makes it";

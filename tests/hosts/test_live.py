@@ -1,122 +1,21 @@
 """The page in which the engine runs live: dragged, changed, looked into, in a headless Chromium; and its engine in node."""
 
+# ruff: noqa: F811 - fixtures are imported by their names
+
 import json
 import re
 import shutil
 import subprocess
 import time
-from pathlib import Path
 
 import newtons_cradle as nc
 import numpy as np
 import pytest
 from conftest import ROOT
-from selenium.webdriver import Keys
-from selenium.webdriver.common.actions.action_builder import ActionBuilder
-from selenium.webdriver.common.actions.pointer_input import PointerInput
+from live_page import GRID, Pointer, by_onset, drag, js, live_path, native, page, place, same_run, wait  # noqa: F401
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.wait import WebDriverWait
-from test_pages import browser, colours, visit  # noqa: F401 - a fixture
-
-GRID = [k / 64 for k in range(60 * 64 + 1)]  # s; doubles without rounding error
-SUMS = ("E_total", "E_dissipated", "W_external", "E_residual", "p_total", "F_support", "solver.events")
-ITEMS = {"powerLaw": 1, "hertz": 2, "rigid": 3}
-
-
-@pytest.fixture(scope="session")
-def live_path() -> Path:
-    """The finished page."""
-    path = ROOT / "target/web/cradle.html"
-    if not path.exists():
-        pytest.skip(f"{path} is missing: `python3 web/build.py`")
-    return path
-
-
-@pytest.fixture
-def page(browser, live_path):  # noqa: F811
-    """The page, opened anew from disk."""
-    browser.get("about:blank")
-    visit(browser, live_path)
-    yield browser
-    assert [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"] == []
-
-
-def native(fmu, recipe: dict, times) -> tuple[np.ndarray, np.ndarray]:
-    """What the FMU gives for a recipe of the page: rows of sums, positions and velocities; pulses by onset."""
-    start = {
-        name: ITEMS[value] if name == "contact.model" else value for name, value in recipe["start"].items()
-    }
-    names = [f"{name}[{i}]" for name in "xv" for i in range(1, recipe["balls"] + 1)]
-    result = fmu.simulate(start, times=times, record=[*SUMS, *names])
-    columns = ("onset", "contact", "release", "peak", "impulse")
-    return np.column_stack([result[name] for name in (*SUMS, *names)]), by_onset(result.pulses, columns)
-
-
-def by_onset(pulses, columns) -> np.ndarray:
-    return np.array(sorted(tuple(float(pulse[name]) for name in columns) for pulse in pulses))
-
-
-def same_run(fmu, recipe: dict, rows, pulses, times=GRID) -> bool:
-    """Whether rows and pulses of the page are the native ones, to the last bit."""
-    wanted, wanted_pulses = native(fmu, recipe, times)
-    rows = np.array(rows)[:, 1 : 1 + wanted.shape[1]]
-    pulses = by_onset(
-        [{**pulse, "contact": pulse["contact"] + 1} for pulse in pulses],
-        ("onset", "contact", "release", "peak", "impulse"),
-    )
-    return rows.tobytes() == wanted.tobytes() and pulses.tobytes() == wanted_pulses.tobytes()
-
-
-def js(page, script: str, *given):
-    """Runs a script in the page; `source` is the first cradle's."""
-    return page.execute_script(f"const {{source}} = cradle.stages[0]; {script}", *given)
-
-
-def place(page, ball: int) -> tuple[int, int]:
-    """Where a ball (from 0) is in the window, px."""
-    x, y = js(
-        page,
-        """const {canvas, scene} = cradle.stages[0], box = canvas.getBoundingClientRect();
-        const {x, y} = scene.place(arguments[0], source.state.x[arguments[0]]);
-        return [box.left + x, box.top + y]""",
-        ball,
-    )
-    return round(x), round(y)
-
-
-def drag(page, ball: int, by: int, kind="mouse", hold: float = 0.3, release: bool = True) -> None:
-    """Takes a ball with a pointer, moves it aside by so many px, keeps still, and lets go."""
-    x, y = place(page, ball)
-    chain = Pointer(page, kind)
-    chain.move_to_location(x, y).pointer_down()
-    for k in range(1, 6):
-        chain.move_to_location(x + by * k // 5, y - abs(by) * k // 40)
-    chain.pause(hold)
-    if release:
-        chain.pointer_up()
-    chain.perform()
-
-
-class Pointer:
-    """One pointer's actions."""
-
-    def __init__(self, page, kind):
-        self.builder = ActionBuilder(page, mouse=PointerInput(kind, kind), duration=20)
-
-    def __getattr__(self, name):
-        def act(*given):
-            getattr(self.builder.pointer_action, name)(*given)
-            return self
-
-        return act
-
-    def perform(self):
-        self.builder.perform()
-
-
-def wait(page, condition: str, seconds=20):
-    WebDriverWait(page, seconds).until(lambda _: js(page, f"return {condition}"), condition)
-
+from test_pages import browser, colours  # noqa: F401
 
 SET_UPS = {
     "default": {},
@@ -184,9 +83,9 @@ def test_a_ball_is_thrown_stopped_and_pushed_while_the_run_goes_on(page):
     js(page, "cradle.lift(1)")
     wait(page, "source.run.time > 0.1")
     x, y = place(page, 4)
-    Pointer(page, "mouse").move_to_location(x, y).pointer_down().move_to_location(
-        x + 30, y
-    ).move_to_location(x + 90, y).move_to_location(x + 170, y).pointer_up().perform()
+    Pointer(page, "mouse").move_to_location(x, y).pointer_down().move_to_location(x + 30, y).move_to_location(
+        x + 90, y
+    ).move_to_location(x + 170, y).pointer_up().perform()
     speed = js(page, "return source.setup.values.v_start[4]")
     assert speed > 0.3  # m/s, to the right
     wait(page, "source.pulses.length > 3")
@@ -202,7 +101,9 @@ def test_a_ball_is_thrown_stopped_and_pushed_while_the_run_goes_on(page):
     # Pushed into the row, a ball takes the others along.
     js(page, "cradle.stopAll()")
     drag(page, 0, 60)
-    assert js(page, "return Math.max(...source.pulses.map(({impulse}) => impulse), 0) + source.state.x[4]") > 0
+    assert (
+        js(page, "return Math.max(...source.pulses.map(({impulse}) => impulse), 0) + source.state.x[4]") > 0
+    )
 
 
 @pytest.mark.parametrize("balls", [1, 2, 20])
@@ -281,7 +182,9 @@ def test_inside_a_click(page):
         return [...new Set(said)]""",
     )
     assert "Ball 2 touches ball 3." in sentences
-    assert any(re.fullmatch(r"Ball \d still touches ball \d when ball \d leaves\.", text) for text in sentences)
+    assert any(
+        re.fullmatch(r"Ball \d still touches ball \d when ball \d leaves\.", text) for text in sentences
+    )
     pulses = js(page, "return source.shownClick.pulses")
     assert len(pulses) >= 4
     js(page, "cradle.setRunning(true)")
@@ -316,89 +219,3 @@ def test_more_contacts_than_time_slow_the_clock_and_not_the_page(page):
     assert np.median(shown[1]) < 20
     page.find_element(By.ID, "rest").click()
     wait(page, "source.run.time > 0")
-
-
-def test_the_keyboard_does_everything(page):
-    body = page.find_element(By.TAG_NAME, "body")
-    body.send_keys("2")
-    assert js(page, "return source.setup.values.x_start") == [-0.1, -0.1, 0, 0, 0]
-    body.send_keys("0")
-    slider = page.find_elements(By.CSS_SELECTOR, ".sliders input")[1]
-    page.execute_script("arguments[0].focus()", slider)
-    slider.send_keys(Keys.ARROW_LEFT * 4)
-    assert slider.get_attribute("aria-valuetext") == "4.0 cm to the left, held"
-    slider.send_keys(Keys.ENTER)
-    assert js(page, "return source.setup.values.x_start") == pytest.approx([-0.04, -0.04, 0, 0, 0])
-    for key, title in {"c": "Change", "s": "Show", "b": "Compare", "k": "Keep", "h": "Keys"}.items():
-        body.send_keys(key)
-        assert page.find_element(By.ID, "paneltitle").text == title
-        page.switch_to.active_element.send_keys(Keys.ESCAPE)
-        assert not page.find_element(By.ID, "panel").is_displayed()
-    body.send_keys("i")
-    assert js(page, "return cradle.clock.slow") == "next"
-    body.send_keys(" ")
-    assert js(page, "return cradle.clock.running") is False
-
-
-def test_the_defaults_are_those_of_the_fmu(page, fmu):
-    for name, value in page.execute_script("return DEFAULTS").items():
-        start = fmu.variables[name].start
-        if isinstance(value, str):
-            assert fmu.items(name)[value] == int(start), name
-        else:
-            assert float(start) == value, name
-
-
-def test_a_link_carries_the_set_up(page, live_path):
-    js(page, "cradle.choose('desk'); cradle.change({gravity: 1.62}); cradle.lift(2)")
-    wanted = js(page, "return source.setup.recipe()")
-    link = js(page, "return linkTo(cradle)")
-    assert link.startswith(live_path.as_uri() + "#balls=5&")
-    page.get("about:blank")
-    page.get(link)
-    WebDriverWait(page, 20).until(lambda _: page.execute_script("return Boolean(window.cradle)"))
-    assert js(page, "return source.setup.recipe()") == wanted
-
-
-def test_tables_and_a_recorded_run(page):
-    """The run in CSV is shown again by the same player, at the same places."""
-    js(page, "cradle.lift(2)")
-    wait(page, "source.run.time > 1.5")
-    run, pulses = page.execute_async_script(
-        """const done = arguments[0], {source} = cradle.stages[0];
-        Promise.all([runTable(source).text(), pulsesTable(source).text()]).then(done)"""
-    )
-    assert pulses.splitlines()[0] == "contact,onset,release,peak,impulse" and len(pulses.splitlines()) > 5
-    rows = np.genfromtxt(run.splitlines(), delimiter=",", names=True, deletechars="", replace_space="")
-    page.execute_async_script(
-        "cradle.openFile(new File([arguments[0]], 'run.csv')).then(arguments[1])", run
-    )
-    shown = js(page, "source.go(arguments[0]); return [source.live, Array.from(source.state.x)]", 1.234)
-    assert shown[0] is False
-    assert shown[1][0] == pytest.approx(np.interp(1.234, rows["time"], rows["x[1]"]), abs=1e-4)
-    page.execute_async_script("cradle.openFile(new File(['a,b'], 'bad.csv')).then(arguments[0])")
-    assert "bad.csv cannot be shown: it needs columns time" in page.find_element(By.ID, "status").text
-
-
-def test_no_serious_findings_of_axe(page):
-    """Where axe-core is there: `npm pack axe-core`, unpacked into target/web/axe."""
-    script = ROOT / "target/web/axe/package/axe.min.js"
-    if not script.exists():
-        pytest.skip(f"{script.relative_to(ROOT)} is missing: `npm pack axe-core`, unpacked there")
-    page.execute_script(script.read_text(encoding="utf-8"))
-    for light in (False, True):
-        for panel in (None, "change", "show", "beside", "keep", "help"):
-            js(page, "cradle.setTheme(arguments[0]); if (arguments[1]) cradle.panels.toggle(arguments[1])", light, panel)
-            found = page.execute_async_script("axe.run().then(arguments[0])")
-            serious = [
-                (finding["id"], [node["html"] for node in finding["nodes"]])
-                for finding in found["violations"]
-                if finding["impact"] in ("serious", "critical")
-            ]
-            assert serious == [], (light, panel)
-            if panel:
-                js(page, "cradle.panels.toggle(arguments[0])", panel)
-
-
-def test_size(live_path):
-    assert live_path.stat().st_size < 2e6

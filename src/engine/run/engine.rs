@@ -154,12 +154,7 @@ impl Engine {
 
     /// Like [`Self::advance`], but stops short before an event once it has spent this `effort`, in units of about a tenth of a
     /// microsecond; [`Self::time`] says where. The trajectory does not depend on it.
-    pub fn advance_within(
-        &mut self,
-        time: f64,
-        effort: u64,
-        observer: &mut dyn Observer,
-    ) -> Result<(), EngineError> {
+    pub fn advance_within(&mut self, time: f64, effort: u64, observer: &mut dyn Observer) -> Result<(), EngineError> {
         self.step.begin(self.time);
         let (until, enough) = (DoubleDouble::from(time), self.effort.saturating_add(effort));
         let mut reached = time;

@@ -5,6 +5,7 @@ const INSIDE_STEP = 0.01; // of a click's length, by the keys
 
 class App {
   constructor(engine) {
+    const asked = location.hash; // before the page writes there what it shows
     this.engine = engine;
     this.clock = new Clock();
     this.sound = new Sound();
@@ -19,7 +20,7 @@ class App {
     this.panels = new Panels(this);
     this.attempt(() => this.begin(PRESETS.textbook.setup(), "textbook"));
     this.listen();
-    this.open(location.hash);
+    if (asked) this.open(asked);
     requestAnimationFrame((now) => this.frame(now));
   }
 

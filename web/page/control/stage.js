@@ -16,6 +16,7 @@ class Stage {
     this.sentence.setAttribute("aria-live", "polite");
     this.detail = make("p", "detail", this.caption);
     this.strips = make("div", "strips", this.figure);
+    this.strips.hidden = true;
     this.graphCanvas = make("canvas", "graph", this.strips);
     this.graphCanvas.setAttribute("role", "img");
     this.titles = make("div", "titles", this.strips);

@@ -20,7 +20,7 @@ function drawLenses(scene, state, { reach, theme, opacity }) {
     c.lineTo(centre.x, centre.y + radius);
     c.stroke();
     drawLens(c, centre, radius, gap / reach, Math.max(0, state.F[i]), theme);
-    c.fillStyle = theme.ink;
+    c.fillStyle = gap < 0 ? theme.accent : theme.ink; // pressed, or apart
     c.font = `600 ${Math.max(10, Math.min(15, 0.3 * unit))}px ${FONT}`;
     c.textAlign = "center";
     c.textBaseline = "alphabetic";

@@ -19,7 +19,8 @@ class Scene {
   /** Fits the picture into the canvas: where everything hangs. `near`: 0 for the whole cradle, 1 for the balls close by;
    *  `swingAngle` (rad): how far balls swing. */
   layout({ radius, ratio, length }, near = 0, swingAngle = 0.56) {
-    const { clientWidth: width, clientHeight: height } = this.canvas, density = Math.min(window.devicePixelRatio || 1, 2);
+    // Never quite nothing, whatever is around it.
+    const width = Math.max(60, this.canvas.clientWidth), height = Math.max(60, this.canvas.clientHeight), density = Math.min(window.devicePixelRatio || 1, 2);
     if (this.canvas.width !== Math.round(width * density) || this.canvas.height !== Math.round(height * density)) {
       this.canvas.width = Math.round(width * density);
       this.canvas.height = Math.round(height * density);

@@ -1,0 +1,114 @@
+"""The page in which the engine runs live: keyboard, links, tables, accessibility, in a headless Chromium."""
+
+# ruff: noqa: F811 - fixtures are imported by their names
+
+import subprocess
+
+import numpy as np
+import pytest
+from conftest import ROOT
+from live_page import js, live_path, page, wait  # noqa: F401
+from selenium.webdriver import Keys
+from selenium.webdriver.common.by import By
+from selenium.webdriver.support.wait import WebDriverWait
+from test_pages import browser  # noqa: F401
+
+
+def test_the_producer_hands_the_page_out(producer, live_path, tmp_path):
+    done = subprocess.run(
+        [producer, "live", "--out", tmp_path / "x/live.html"], cwd=ROOT, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "x/live.html").read_bytes() == live_path.read_bytes()
+    done = subprocess.run([producer, "live"], cwd=tmp_path, capture_output=True, text=True)
+    if done.returncode:  # not beside an installed package that has it
+        assert done.stderr.startswith("error: the live page is missing: ")
+
+
+def test_the_keyboard_does_everything(page):
+    body = page.find_element(By.TAG_NAME, "body")
+    body.send_keys("2")
+    assert js(page, "return source.setup.values.x_start") == [-0.1, -0.1, 0, 0, 0]
+    body.send_keys("0")
+    slider = page.find_elements(By.CSS_SELECTOR, ".sliders input")[1]
+    page.execute_script("arguments[0].focus()", slider)
+    slider.send_keys(Keys.ARROW_LEFT * 4)
+    assert slider.get_attribute("aria-valuetext") == "4.0 cm to the left, held"
+    slider.send_keys(Keys.ENTER)
+    assert js(page, "return source.setup.values.x_start") == pytest.approx([-0.04, -0.04, 0, 0, 0])
+    for key, title in {"c": "Change", "s": "Show", "b": "Compare", "k": "Keep", "h": "Keys"}.items():
+        body.send_keys(key)
+        assert page.find_element(By.ID, "paneltitle").text == title
+        page.switch_to.active_element.send_keys(Keys.ESCAPE)
+        assert not page.find_element(By.ID, "panel").is_displayed()
+    body.send_keys("i")
+    assert js(page, "return cradle.clock.slow") == "next"
+    body.send_keys(" ")
+    assert js(page, "return cradle.clock.running") is False
+
+
+def test_the_defaults_are_those_of_the_fmu(page, fmu):
+    for name, value in page.execute_script("return DEFAULTS").items():
+        start = fmu.variables[name].start
+        if isinstance(value, str):
+            assert fmu.items(name)[value] == int(start), name
+        else:
+            assert float(start) == value, name
+
+
+def test_a_link_carries_the_set_up(page, live_path):
+    js(page, "cradle.choose('desk'); cradle.change({gravity: 1.62}); cradle.lift(2)")
+    wanted = js(page, "return source.setup.recipe()")
+    link = js(page, "return linkTo(cradle)")
+    assert link.startswith(live_path.as_uri() + "#balls=5&")
+    page.get("about:blank")
+    page.get(link)
+    WebDriverWait(page, 20).until(lambda _: page.execute_script("return Boolean(window.cradle)"))
+    assert js(page, "return source.setup.recipe()") == wanted
+
+
+def test_tables_and_a_recorded_run(page):
+    """The run in CSV is shown again by the same player, at the same places."""
+    js(page, "cradle.lift(2)")
+    wait(page, "source.run.time > 1.5")
+    run, pulses = page.execute_async_script(
+        """const done = arguments[0], {source} = cradle.stages[0];
+        Promise.all([runTable(source).text(), pulsesTable(source).text()]).then(done)"""
+    )
+    assert pulses.splitlines()[0] == "contact,onset,release,peak,impulse" and len(pulses.splitlines()) > 5
+    rows = np.genfromtxt(run.splitlines(), delimiter=",", names=True, deletechars="", replace_space="")
+    page.execute_async_script("cradle.openFile(new File([arguments[0]], 'run.csv')).then(arguments[1])", run)
+    shown = js(page, "source.go(arguments[0]); return [source.live, Array.from(source.state.x)]", 1.234)
+    assert shown[0] is False
+    assert shown[1][0] == pytest.approx(np.interp(1.234, rows["time"], rows["x[1]"]), abs=1e-4)
+    page.execute_async_script("cradle.openFile(new File(['a,b'], 'bad.csv')).then(arguments[0])")
+    assert "bad.csv cannot be shown: it needs columns time" in page.find_element(By.ID, "status").text
+
+
+def test_no_serious_findings_of_axe(page):
+    """Where axe-core is there: `npm pack axe-core`, unpacked into target/web/axe."""
+    script = ROOT / "target/web/axe/package/axe.min.js"
+    if not script.exists():
+        pytest.skip(f"{script.relative_to(ROOT)} is missing: `npm pack axe-core`, unpacked there")
+    page.execute_script(script.read_text(encoding="utf-8"))
+    for light in (False, True):
+        for panel in (None, "change", "show", "beside", "keep", "help"):
+            js(
+                page,
+                "cradle.setTheme(arguments[0]); if (arguments[1]) cradle.panels.toggle(arguments[1])",
+                light,
+                panel,
+            )
+            found = page.execute_async_script("axe.run().then(arguments[0])")
+            serious = [
+                (finding["id"], [node["html"] for node in finding["nodes"]])
+                for finding in found["violations"]
+                if finding["impact"] in ("serious", "critical")
+            ]
+            assert serious == [], (light, panel)
+            if panel:
+                js(page, "cradle.panels.toggle(arguments[0])", panel)
+
+
+def test_size(live_path):
+    assert live_path.stat().st_size < 2e6
