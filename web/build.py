@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """Makes target/web/cradle.html: the cradle live in a browser, one file that needs no network.
 
-    python3 web/build.py [--out FILE] [--page-only]
+    python3 web/build.py [--out FILE] [--page-only] [--or-skip]
 
 The engine is compiled to WebAssembly: by the Rust in the folder CRADLE_DEBIAN_RUST if that is set (.ci/debian-rust unpacks it), else
 by rustup's with its target wasm32-unknown-unknown. --page-only takes the engine that an earlier build has left.
+With --or-skip, a line that begins with SKIPPED says what is missing, and that is no failure.
 """
 
 import argparse
@@ -52,7 +53,7 @@ SCRIPTS = (
 )
 
 
-class Stop(Exception):
+class Missing(Exception):
     """What is missing, in words."""
 
 
@@ -65,7 +66,7 @@ def toolchain() -> tuple[str, dict]:
     if folder:
         usr = Path(folder).resolve() / "usr"
         if not (usr / "bin/rustc").exists():
-            raise Stop(f"CRADLE_DEBIAN_RUST={folder} holds no Rust: `.ci/debian-rust {folder}` unpacks it")
+            raise Missing(f"CRADLE_DEBIAN_RUST={folder} holds no Rust: `.ci/debian-rust {folder}` unpacks it")
         return str(usr / "bin/cargo"), {
             "RUSTC": str(usr / "bin/rustc"),
             "LD_LIBRARY_PATH": str(usr / "lib/x86_64-linux-gnu"),
@@ -75,9 +76,9 @@ def toolchain() -> tuple[str, dict]:
             "RUSTFLAGS": " ".join([*flags, f"--remap-path-prefix={usr}=/rust"]),
         }
     if shutil.which("cargo") is None:
-        raise Stop("there is no cargo: https://rustup.rs")
+        raise Missing("there is no cargo: https://rustup.rs")
     if not (sysroot() / "lib/rustlib" / TARGET).exists():
-        raise Stop(
+        raise Missing(
             f"there is no Rust for {TARGET}: `rustup target add {TARGET}`; where rustup cannot fetch it, on Debian, "
             "`.ci/debian-rust target/debian-rust` and CRADLE_DEBIAN_RUST=target/debian-rust"
         )
@@ -100,7 +101,7 @@ def linker(usr: Path) -> str:
         found = next(map(str, sysroot().glob("lib/rustlib/*/bin/rust-lld")), None)
         if found:
             return found
-    raise Stop(
+    raise Missing(
         "there is no linker for WebAssembly: rust-lld of a Rust by rustup, or on Debian `apt install lld`"
     )
 
@@ -110,14 +111,14 @@ def compile_engine() -> None:
     cargo, environment = toolchain()
     command = [cargo, "build", "--release", "--locked", "--target", TARGET]
     environment = os.environ | environment | {"CARGO_TARGET_DIR": str(FOLDER)}
-    if subprocess.run(command, cwd=WEB, env=environment).returncode:
-        raise Stop("the engine could not be compiled, see above")
+    if code := subprocess.run(command, cwd=WEB, env=environment).returncode:
+        sys.exit(code)
 
 
 def page() -> str:
     """The finished page."""
     if not ENGINE.exists():
-        raise Stop(f"{ENGINE} is missing: `python3 web/build.py`")
+        raise Missing(f"{ENGINE} is missing: `python3 web/build.py`")
     parts = {
         "presets": json.dumps(presets()),
         "style": (WEB / "page/style.css").read_text(encoding="utf-8"),
@@ -151,14 +152,15 @@ def main() -> int:
     )
     parser.add_argument("--out", type=Path, default=DEFAULT, help="where to write it [default: %(default)s]")
     parser.add_argument("--page-only", action="store_true", help="do not compile the engine again")
+    parser.add_argument("--or-skip", action="store_true", help="no failure if something is missing")
     options = parser.parse_args()
     try:
         if not options.page_only:
             compile_engine()
         text = page()
-    except Stop as missing:
-        print(f"error: {missing}", file=sys.stderr)
-        return 1
+    except Missing as missing:
+        print(f"{'SKIPPED live page' if options.or_skip else 'error'}: {missing}", file=sys.stderr)
+        return 0 if options.or_skip else 1
     options.out.parent.mkdir(parents=True, exist_ok=True)
     options.out.write_text(text, encoding="utf-8")
     print(f"{options.out} ({len(text.encode()) / 1000:.0f} kB)")

@@ -2,7 +2,11 @@
 
 # ruff: noqa: F811 - fixtures are imported by their names
 
+import re
 import subprocess
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from threading import Thread
 
 import numpy as np
 import pytest
@@ -65,6 +69,49 @@ def test_a_link_carries_the_set_up(page, live_path):
     page.get(link)
     WebDriverWait(page, 20).until(lambda _: page.execute_script("return Boolean(window.cradle)"))
     assert js(page, "return source.setup.recipe()") == wanted
+
+
+def test_the_links_of_the_lesson(page):
+    """Each opens the step that the page's own lesson has, and is understood."""
+    links = re.findall(r"out/cradle\.html#([^)]+)", (ROOT / "docs/lesson.md").read_text(encoding="utf-8"))
+    assert set(page.execute_script("return LESSON")) <= set(links)
+    for link in links:
+        js(page, "location.hash = arguments[0]", link)
+        lifted = int(re.search(r"lift=(\d)", link)[1])
+        wait(
+            page,
+            f"source.setup.values.x_start.filter((x) => x < 0).length === {lifted} && source.run.time > 0.05",
+        )
+        shown = js(page, "return [cradle.controls.status.textContent, cradle.stages.length]")
+        assert shown == ["", 2 if "beside" in link else 1], link
+        js(page, "cradle.stopAll()")
+
+
+def test_a_web_server_is_as_good(browser, live_path):
+    server = ThreadingHTTPServer(
+        ("127.0.0.1", 0), partial(SimpleHTTPRequestHandler, directory=live_path.parent)
+    )
+    Thread(target=server.serve_forever, daemon=True).start()
+    try:
+        browser.get(f"http://127.0.0.1:{server.server_port}/{live_path.name}#preset=desk&lift=1")
+        WebDriverWait(browser, 20).until(lambda _: browser.execute_script("return Boolean(window.cradle)"))
+        wait(browser, "source.run.time > 0.1")
+        assert js(browser, "return cradle.preset") == "desk"
+    finally:
+        server.shutdown()
+
+
+def test_a_click_sounds_and_a_picture_is_kept(page):
+    """Sounds are counted, as nobody listens; the picture has the size of the stage, twice over."""
+    js(page, "cradle.setOther('sound', true); cradle.lift(1)")
+    wait(page, "cradle.sound.played > 1")
+    size = page.execute_async_script(
+        """const done = arguments[0];
+        URL.createObjectURL = (blob) => { createImageBitmap(blob).then(({width, height}) => done([blob.type, width, height])); return "#kept"; };
+        savePicture(cradle)"""
+    )
+    width = js(page, "return cradle.stages[0].canvas.clientWidth")
+    assert size[0] == "image/png" and size[1] == 2 * width and size[2] > 300
 
 
 def test_tables_and_a_recorded_run(page):
