@@ -33,6 +33,7 @@ SCRIPTS = (
     "engine/setup.js",
     "engine/presets.js",
     "engine/click.js",
+    "engine/ahead.js",
     "engine/live.js",
     "engine/recording.js",
     "view/texts.js",

@@ -8,6 +8,7 @@ It needs Chromium with its driver, Selenium and FMPy. Times are those of this ma
 
 import argparse
 import shutil
+import subprocess
 import sys
 import time
 from pathlib import Path
@@ -40,28 +41,6 @@ const note = (now) => {
   else done([shown, changes]);
 };
 requestAnimationFrame(note);
-"""
-
-# The engine's part of each picture alone: the least of five tries, each with a copy, so that what else runs here does not count.
-ALONE = """
-const [balls, laws] = arguments, spent = [], starts = [], setup = new Setup(balls, TABLE);
-let run = cradle.engine.start(setup.with({x_start: [-0.1, -0.1]}).recipe());
-const least = (act) => Math.min(...[0, 1, 2, 3, 4].map(() => { const begun = performance.now(); act(); return performance.now() - begun; }));
-for (let second = 0; second < 30; second++) {
-  for (let picture = 1; picture <= 60; picture++) {
-    const copies = [0, 1, 2, 3, 4].map(() => run.copy()), until = run.time + 1 / 60;
-    spent.push(least(() => { const copy = copies.pop(); copy.advance(until); copy.look(); copy.takePulses(); copy.forget(); }));
-    run.advance(until);
-  }
-  const {x, v} = run.look(), changed = setup.with(LAWS[laws[second % laws.length]]);
-  const band = Array(balls - 1).fill(changed.get("contact.deadBand"));
-  const recipe = changed.with({x_start: apart(Array.from(x), band), v_start: Array.from(v)}).recipe();
-  starts.push(least(() => cradle.engine.start(recipe).forget()));
-  run.forget();
-  run = cradle.engine.start(recipe);
-}
-run.forget();
-return [spent, starts]
 """
 
 FIGURE6 = """
@@ -104,14 +83,12 @@ def pictures(page, balls: int, throttling: int) -> str:
     )
 
 
-def alone(page, balls: int) -> str:
-    """The engine's part without what else the machine does."""
-    visit(page)
-    spent, starts = map(np.array, page.execute_script(ALONE, balls, LAWS))
-    return (
-        f"{balls} balls, engine alone: {spent.mean():.3f} ms a picture (99 %: {np.quantile(spent, 0.99):.2f} ms, most: "
-        f"{spent.max():.2f} ms); a new run after a change, most: {starts.max():.2f} ms"
-    )
+def alone(balls: int) -> str:
+    """The engine's part in processor time, without what else the machine does."""
+    if shutil.which("node") is None:
+        return "engine in processor time: not measured, node is missing"
+    command = ["node", "--single-threaded", ROOT / "web/frames.mjs", PAGE, str(balls)]
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
 
 
 def native(fmu_path: Path) -> tuple[float, float]:
@@ -169,7 +146,7 @@ def main() -> int:
             f"({inside[0] / outside[0]:.2f} times); energy error {inside[1]:.2e} and {outside[1]:.2e}"
         )
         for balls in (5, 20):
-            print(alone(page, balls), flush=True)
+            print(alone(balls), flush=True)
             for throttling in (1, 4):
                 print(pictures(page, balls, throttling), flush=True)
         if options.minutes:

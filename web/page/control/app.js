@@ -172,9 +172,6 @@ class App {
   setRunning(on) {
     this.clock.running = on;
     this.controls.play.textContent = say(on ? "pause" : "play");
-    if (!on) return;
-    // Hands let go of what was placed while time stood still.
-    for (const source of this.sources) for (const who of [...(source.holds?.keys() ?? [])]) if (who === "placed") source.release(who);
   }
 
   /** Slows down at the next click, or leaves the one that is shown. */
@@ -233,7 +230,7 @@ class App {
 
   fail(problem) {
     this.setRunning(false);
-    this.tell(`${say("problem")}: ${problem.message}`, 60);
+    this.tell(`${say("problem")}: ${problem.message}. ${say("reload")}`, 600);
   }
 
   showClock() {
@@ -245,7 +242,7 @@ class App {
     const leave = clock.slow === "next" || clock.inside, text = say(leave ? "insideNow" : "inside");
     if (inside.textContent !== text) inside.textContent = text;
     if (clock.late > 0.25 && clock.running) {
-      const part = String(Math.round(10 * clock.late) * 10);
+      const part = String(Math.min(90, Math.round(10 * clock.late) * 10));
       if (this.lateTold !== part) this.tell(say("late", part), 4);
       this.lateTold = part;
     } else this.lateTold = null;

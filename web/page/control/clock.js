@@ -5,6 +5,7 @@ const APPROACH = 2.6;   // 1/s: nearing a click, the time to it shrinks at this 
 const SLOWEST = 1e-9;   // seconds of the run per second of the viewer's
 const LONGEST_FRAME = 0.05; // s: what passes at most from one picture to the next
 const EFFORT = 1500;    // of one call of the engine, about 0.15 ms
+const AHEAD_BUDGET = 0.6; // ms for computing ahead of what is shown, in each picture
 const FRAME_BUDGET = 4; // ms that the engine may take for one picture
 
 class Clock {
@@ -42,7 +43,7 @@ class Clock {
     let passed = 0;
     for (let k = 0; k < pieces; k++) {
       if (!this.finish(sources, begun)) break;
-      const clicks = watch ? sources.map((source) => source.ahead()).filter(Boolean) : [];
+      const clicks = watch ? sources.map((source) => source.ahead(begun + 0.5 * FRAME_BUDGET)).filter(Boolean) : [];
       this.rate = this.rateFor(clicks);
       let step = (asked / pieces) * this.rate;
       // Not past an onset before it is known what follows it.
@@ -52,6 +53,7 @@ class Clock {
       passed += asked / pieces;
     }
     this.finish(sources, begun);
+    for (const source of sources) source.prepare(begun + AHEAD_BUDGET, begun + FRAME_BUDGET);
     this.spent = performance.now() - begun;
     this.late += 0.06 * ((asked > 0 ? 1 - passed / asked : 0) - this.late);
   }

@@ -77,10 +77,11 @@ class State {
 /** One run of a cradle. It lives until `forget`. */
 class Run {
   constructor(engine, number, balls) {
-    Object.assign(this, { engine, number, balls, state: new State(balls) });
-    this.time = 0;
-    this.look();
+    Object.assign(this, { engine, number, balls, time: 0, shown: null });
   }
+
+  /** What was looked at last. */
+  get state() { return this.shown ?? this.look(); }
 
   /** Moves on to `time` or until `effort` (about 0.1 us each) is spent; the time reached. Throws Refusal. */
   advance(time, effort = Infinity) {
@@ -93,7 +94,7 @@ class Run {
 
   /** What it shows now: always the same object. */
   look() {
-    const { state } = this;
+    const state = (this.shown ??= new State(this.balls));
     state.numbers.set(this.engine.numbers(this.engine.call("look", this.number), state.numbers.length));
     return state;
   }

@@ -40,7 +40,7 @@ const PRESETS = {
   buzzing: {
     setup: () => new Setup(20, {
       "pendulum.length": 0.4, "contact.deadBand": 0, "contact.stiffness": 1e14, "contact.exponent": 1.5,
-      "contact.gap": Array(19).fill(-1e-6), x_start: [-0.1],
+      "contact.gap": Array(19).fill(-2e-8), x_start: [-0.1],
     }),
     beside: { "contact.dampingLaw": "huntCrossley", "contact.huntCrossley": 0.3 },
   },

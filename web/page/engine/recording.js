@@ -59,6 +59,7 @@ class Recording {
 
   takePulses() { return []; }
   wantsClick() {}
+  prepare() {}
   ahead() { return null; }
   get shownClick() { return null; }
   forget() {}

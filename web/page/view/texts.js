@@ -95,6 +95,7 @@ const ENGLISH = {
   all: "each ball hangs still",
   forEar: (list) => `A click. ${list}`,
   problem: "Something went wrong",
+  reload: "Load the page again to go on.",
 };
 
 const TEXTS = ENGLISH;
