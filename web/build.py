@@ -27,6 +27,8 @@ FOLDER = ROOT / "target/web"
 ENGINE = FOLDER / TARGET / "release/cradle_web.wasm"
 DEFAULT = FOLDER / "cradle.html"
 
+LICENCES = ("LICENSE-MIT", "LICENSE-APACHE", "packaging/assets/third-party.txt")
+
 # In the order in which they need each other.
 SCRIPTS = (
     "engine/engine.js",
@@ -123,13 +125,19 @@ def page() -> str:
     parts = {
         "presets": json.dumps(presets()),
         "style": (WEB / "page/style.css").read_text(encoding="utf-8"),
-        "engine": base64.b64encode(gzip.compress(ENGINE.read_bytes(), 9, mtime=0)).decode(),
+        "engine": packed(ENGINE.read_bytes()),
+        "licences": packed(b"\n\n".join((ROOT / name).read_bytes() for name in LICENCES)),
         "script": "\n".join((WEB / "page" / name).read_text(encoding="utf-8") for name in SCRIPTS),
     }
     template = (WEB / "page/template.html").read_text(encoding="utf-8")
     slot = re.compile(r"{{(\w+)}}")
     # Twice: the scripts have slots, too.
     return slot.sub(lambda found: parts[found[1]], slot.sub(lambda found: parts[found[1]], template))
+
+
+def packed(data: bytes) -> str:
+    """Compressed, as text."""
+    return base64.b64encode(gzip.compress(data, 9, mtime=0)).decode()
 
 
 def presets() -> dict:

@@ -187,6 +187,9 @@ class Panels {
       this.element("dt", key, {}, list);
       this.element("dd", meaning, {}, list);
     }
+    const column = this.element("div", null, { className: "column" });
+    const show = async () => this.element("pre", await unpacked("licences").text(), { tabIndex: 0 }, column);
+    this.element("button", say("licences"), { type: "button", onclick: (event) => { event.target.remove(); show(); } }, column);
   }
 }
 

@@ -1,6 +1,7 @@
 // Everything that the page says. To translate it, give this table another language, and choose it in `TEXTS` below.
 
 const ENGLISH = {
+  language: "en",
   title: "Newton's cradle",
   hint: "Pull a ball aside and let it go.",
   hintHeld: "Let go, or throw it.",
@@ -94,6 +95,7 @@ const ENGLISH = {
   leaver: (ball, percent) => `ball ${ball} has ${percent} %`,
   all: "each ball hangs still",
   forEar: (list) => `A click. ${list}`,
+  licences: "Licences",
   problem: "Something went wrong",
   reload: "Load the page again to go on.",
 };
@@ -108,6 +110,8 @@ function say(name, ...given) {
 
 /** Fills in what elements of the page ask for: data-text their text, data-label their accessible name. */
 function fillTexts(root = document) {
+  document.documentElement.lang = TEXTS.language;
+  document.title = say("title");
   for (const element of root.querySelectorAll("[data-text]")) element.textContent = say(element.dataset.text);
   for (const element of root.querySelectorAll("[data-label]")) element.setAttribute("aria-label", say(element.dataset.label));
 }
