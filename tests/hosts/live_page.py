@@ -4,11 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from browser import assert_quiet, set_screen, visit
 from conftest import ROOT
 from selenium.webdriver.common.actions.action_builder import ActionBuilder
 from selenium.webdriver.common.actions.pointer_input import PointerInput
 from selenium.webdriver.support.wait import WebDriverWait
-from test_pages import browser, colours, visit  # noqa: F401 - a fixture, and what the tests take from here
 
 GRID = [k / 64 for k in range(60 * 64 + 1)]  # s; doubles without rounding error
 SUMS = ("E_total", "E_dissipated", "W_external", "E_residual", "p_total", "F_support", "solver.events")
@@ -25,12 +25,13 @@ def live_path() -> Path:
 
 
 @pytest.fixture
-def page(browser, live_path):  # noqa: F811
+def page(browser, live_path):
     """The page, opened anew from disk."""
     browser.get("about:blank")
+    set_screen(browser, dark=True)
     visit(browser, live_path)
     yield browser
-    assert [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"] == []
+    assert_quiet(browser)
 
 
 def native(fmu, recipe: dict, times) -> tuple[np.ndarray, np.ndarray]:

@@ -11,11 +11,11 @@ import time
 import newtons_cradle as nc
 import numpy as np
 import pytest
+from browser import colours
 from conftest import ROOT
 from live_page import GRID, Pointer, by_onset, drag, js, live_path, native, page, place, same_run, wait  # noqa: F401
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.wait import WebDriverWait
-from test_pages import browser, colours  # noqa: F401
 
 SET_UPS = {
     "default": {},

@@ -135,6 +135,6 @@ class Stage {
     while (rows.length < titles.length) this.titles.append(document.createElement("p"));
     titles.forEach((title, i) => { if (rows[i].innerHTML !== title) rows[i].innerHTML = title; });
     const plain = this.titles.textContent;
-    if (performance.now() - (this.told ?? 0) > 1000) { this.graphCanvas.setAttribute("aria-label", plain); this.told = performance.now(); }
+    if (performance.now() - (this.told ?? -Infinity) > 1000) { this.graphCanvas.setAttribute("aria-label", plain); this.told = performance.now(); }
   }
 }
