@@ -14,6 +14,8 @@ import pytest
 from browser import colours
 from conftest import ROOT
 from live_page import GRID, Pointer, by_onset, drag, js, live_path, native, page, place, same_run, wait  # noqa: F401
+from selenium.webdriver.common.actions.action_builder import ActionBuilder
+from selenium.webdriver.common.actions.pointer_input import PointerInput
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.wait import WebDriverWait
 
@@ -103,6 +105,24 @@ def test_a_ball_is_thrown_stopped_and_pushed_while_the_run_goes_on(page):
     assert (
         js(page, "return Math.max(...source.pulses.map(({impulse}) => impulse), 0) + source.state.x[4]") > 0
     )
+
+
+def test_two_fingers_hold_two_balls(page):
+    """Both are lifted at once, to either side, and let go in the same instant."""
+    builder = ActionBuilder(page, mouse=PointerInput("touch", "first"), duration=20)
+    fingers = {0: builder.pointer_action.source, 4: builder.add_pointer_input("touch", "second")}
+    for ball, finger in fingers.items():
+        x, y = place(page, ball)
+        finger.create_pointer_move(duration=0, x=x, y=y)
+        finger.create_pointer_down(button=0)
+        for part in (0.5, 1):
+            finger.create_pointer_move(duration=30, x=round(x + part * (100 if ball else -100)), y=y)
+        finger.create_pause(0.3)
+        finger.create_pointer_up(button=0)
+    builder.perform()
+    x = js(page, "return source.setup.values.x_start")
+    assert x[0] < -0.03 < 0.03 < x[4] and x[1:4] == pytest.approx([0, 0, 0], abs=1e-4)
+    assert js(page, "return source.holds.size") == 0
 
 
 @pytest.mark.parametrize("balls", [1, 2, 20])
