@@ -11,6 +11,7 @@ into .venv, compiled code into target. You can delete either at any time; it is 
 """
 
 import argparse
+import shutil
 import sys
 import time
 from pathlib import Path
@@ -19,7 +20,7 @@ if sys.version_info < (3, 11):  # noqa: UP036 - the script is the first thing an
     sys.exit(f"Python 3.11 or newer is needed; this is {sys.version.split()[0]}.")
 sys.path[:0] = [str(Path(__file__).resolve().parent / folder) for folder in ("packaging", "tests")]
 
-from checkout import PYTHON, SOME, Stop, check_machine, fmu_builds, make_venv, run, say, stage  # noqa: E402
+from checkout import LIVE, PYTHON, ROOT, SOME, Stop, check_machine, fmu_builds, make_venv, run, say, stage  # noqa: E402
 from make_wheel import make_wheel  # noqa: E402
 from suite import test  # noqa: E402
 
@@ -35,8 +36,19 @@ def paper(_options) -> int:
             run(command, env=environment)
     with stage("3/3 the paper's experiments"):
         code = run([PYTHON, "examples/paper/run_all.py"], check=False)
+    show_live_page()
     say(f"\nTotal: {time.perf_counter() - begin:.0f} s.")
     return code
+
+
+def show_live_page() -> None:
+    """Puts the page in which the cradle runs live beside the report, where it has been built."""
+    if LIVE.exists():
+        copy = ROOT / "out/cradle.html"
+        shutil.copyfile(LIVE, copy)
+        say(f"\nThe cradle live, in a browser: {copy.relative_to(ROOT)}")
+    else:
+        say("\nThe cradle live, in a browser: `python3 web/build.py` makes target/web/cradle.html.")
 
 
 def wheel(options) -> int:

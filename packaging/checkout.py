@@ -15,6 +15,7 @@ ROOT = Path(__file__).resolve().parents[1]
 VENV = ROOT / ".venv"
 PYTHON = VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 FMU = ROOT / "target/fmu/NewtonsCradle.fmu"
+LIVE = ROOT / "target/web/cradle.html"
 FMU13 = FMU.with_stem("NewtonsCradle13")  # of 13 balls, for the paper's Figure 3
 # Packages for the paper and the short test, and all packages.
 SOME, ALL = (ROOT / name for name in ("requirements.txt", "requirements-all.txt"))

@@ -5,7 +5,7 @@ import shutil
 import subprocess
 from pathlib import Path
 
-from checkout import FMU, PYTHON, ROOT, SOME, Stop, host_target, make_venv, old_linux, run, say, stage
+from checkout import FMU, LIVE, PYTHON, ROOT, SOME, Stop, host_target, make_venv, old_linux, run, say, stage
 
 PROGRAM = "cradle-fmu.exe" if os.name == "nt" else "cradle-fmu"
 FOLDER = ROOT / "target/wheel"
@@ -30,6 +30,10 @@ def make_wheel(fmu: Path | None) -> int:
         else:
             (FOLDER / FMU.name).write_bytes(contents)
     with stage("3/3 wheel"):
+        if LIVE.exists():
+            shutil.copyfile(LIVE, FOLDER / "live.html")
+        else:
+            say("  without the live page: `python3 web/build.py` makes it")
         (FOLDER / "three.js").write_bytes(subprocess.check_output([PYTHON, "-c", THREE_JS]))
         # zig has linked for glibc 2.17, whichever version this machine has.
         processor = host_target().split("-")[0]

@@ -23,6 +23,9 @@ class CustomBuildHook(BuildHookInterface):
                     f"{built / name} is missing: `python3 cradle.py wheel` makes it and the wheel"
                 )
         build_data["shared_scripts"] = {str(built / PROGRAM): PROGRAM}
+        # Made by web/build.py, for which not everybody has what it takes.
+        if (built / "live.html").exists():
+            build_data["force_include"][str(built / "live.html")] = "newtons_cradle/live.html"
         build_data["pure_python"] = False
         build_data["tag"] = f"py3-none-{os.environ.get('CRADLE_WHEEL_PLATFORM') or this_platform()}"
 

@@ -55,7 +55,8 @@
 
 #[cfg(feature = "engine")]
 pub mod engine;
-#[cfg(feature = "engine")]
+// In a browser no host could call it: web/ has functions of its own.
+#[cfg(all(feature = "engine", not(target_family = "wasm")))]
 pub mod fmi2;
 #[cfg(feature = "engine")]
 pub mod instance;

@@ -140,7 +140,7 @@ def pytest_counts(line: str):
 
 
 def skipped_lines(line: str):
-    """(passed, failed, skipped) of a line of packaging/platforms.py or deny.py."""
+    """(passed, failed, skipped) of a line of packaging/platforms.py, packaging/deny.py or web/build.py."""
     return (0, 0, 1) if line.startswith("SKIPPED") else None
 
 
@@ -220,6 +220,7 @@ def compiled(results: Results) -> None:
         if not results.step("FMU", command, env=environment):
             return None
     same_bytes(results)
+    results.step("Live page", [sys.executable, "web/build.py", "--or-skip"], skipped_lines)
     results.step("Wheel", [sys.executable, "cradle.py", "wheel", "--fmu", FMU])
     platforms = [sys.executable, "packaging/platforms.py", PRODUCER, FMU]
     results.step("FMU for all platforms", platforms, skipped_lines, env=environment)

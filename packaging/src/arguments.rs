@@ -13,6 +13,7 @@ pub enum Request {
     Check { file: PathBuf, load: bool },
     Info { file: PathBuf },
     Presets,
+    Live { out: PathBuf },
     Page { python: Option<OsString>, arguments: Vec<OsString> },
     Probe { folder: PathBuf, findings: PathBuf },
     Record { folder: PathBuf, experiment: bool },
@@ -41,6 +42,7 @@ pub fn parse() -> Request {
         "check" => Request::Check { file: required(&mut given, "file"), load: !given.get_flag("no-load") },
         "info" => Request::Info { file: required(&mut given, "file") },
         "presets" => Request::Presets,
+        "live" => Request::Live { out: required(&mut given, "out") },
         "record" => {
             Request::Record { folder: required(&mut given, "folder"), experiment: given.get_flag("experiment") }
         }
@@ -99,6 +101,16 @@ fn command() -> Command {
         .hide(true)
         .args([path("folder"), flag("experiment")]);
     let presets = command("presets", "List the presets that `build --preset` takes");
+    let live =
+        command("live", "Write the page in which the cradle runs live: one HTML file for a browser, no network needed")
+            .arg(
+                path("out")
+                    .long("out")
+                    .value_name("FILE")
+                    .required(false)
+                    .default_value("cradle.html")
+                    .help("Where to write it"),
+            );
     command("cradle-fmu", "Builds, checks, describes and shows FMUs of Newton's cradle")
         .version(env!("CARGO_PKG_VERSION"))
         .subcommand_required(true)
@@ -108,6 +120,7 @@ fn command() -> Command {
             check,
             command("info", "Say what is in an FMU").arg(file),
             presets,
+            live,
             page(),
             probe,
             record,

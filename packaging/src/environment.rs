@@ -13,10 +13,13 @@ const IN_VENV: &str = if cfg!(windows) { ".venv/Scripts/python.exe" } else { ".v
 
 /// The FMU that the installed package brings along, if this program lies in an environment that has it.
 pub fn fmu() -> Option<PathBuf> {
-    packages(&program_folder()?)
-        .into_iter()
-        .map(|packages| packages.join(PACKAGE).join("NewtonsCradle.fmu"))
-        .find(|fmu| fmu.is_file())
+    file("NewtonsCradle.fmu")
+}
+
+/// A file that the installed package brings along, if this program lies in an environment that has it.
+pub fn file(name: &str) -> Option<PathBuf> {
+    let mut files = packages(&program_folder()?).into_iter().map(|packages| packages.join(PACKAGE).join(name));
+    files.find(|file| file.is_file())
 }
 
 /// A Python that finds the package: that of the environment this program is installed in, one on the PATH, or that of `.venv` in

@@ -8,6 +8,7 @@
 //! | [`reference`] | parameter sets and reference results, from runs of the FMU's own binary | `build`, `check` |
 //! | [`environment`] | the Python environment that this program is installed in | nothing |
 //! | [`animation`] | a run as a page for the browser, by the Python package | `environment` |
+//! | [`live`] | the page in which the engine runs live | `archive`, `environment` |
 //! | [`archive`] | the zip file, the same bytes for the same contents | nothing |
 //! | [`platform`] | folders of the standard, target triples, and what a binary is made for | `universal` |
 //! | [`universal`] | universal binaries of macOS | nothing |
@@ -21,6 +22,7 @@ pub mod check;
 pub mod environment;
 mod error;
 pub mod info;
+pub mod live;
 pub mod platform;
 pub mod reference;
 pub mod universal;

@@ -10,7 +10,7 @@ use std::process::ExitCode;
 
 use arguments::Request;
 use cradle_packaging::build::PRESETS;
-use cradle_packaging::{Error, animation, check, info, reference};
+use cradle_packaging::{Error, animation, check, info, live, reference};
 
 fn main() -> ExitCode {
     let done = match arguments::parse() {
@@ -26,6 +26,10 @@ fn main() -> ExitCode {
             }
             Ok(ExitCode::SUCCESS)
         }
+        Request::Live { out } => live::write(&out).map(|bytes| {
+            println!("{} ({} kB): open it in a browser", out.display(), bytes.div_ceil(1000));
+            ExitCode::SUCCESS
+        }),
         Request::Page { python, arguments } => animation::make(python, &arguments).map(ExitCode::from),
         Request::Record { folder, experiment } => reference::run(&folder, experiment).map(|()| ExitCode::SUCCESS),
         Request::Probe { folder, findings } => check::probe::run(&folder, &findings).map(|()| ExitCode::SUCCESS),

@@ -97,7 +97,8 @@ def test_every_link_leads_somewhere(document):
         if child.type in ("link_open", "image")
     ]
     for link in links:
-        if re.match(r"https?:", link):
+        # Links into the live page are opened by test_live_page.py.
+        if re.match(r"https?:|../out/cradle.html#", link):
             continue
         name, _, anchor = link.partition("#")
         target = (ROOT / document).parent / name if name else ROOT / document

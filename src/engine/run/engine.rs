@@ -149,16 +149,31 @@ impl Engine {
     /// Moves the current time to `time` (s, not before the current one); `observer` is told of the pulses that finish on the way,
     /// in the order of their release. The values "over the last step" refer to this call.
     pub fn advance(&mut self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
+        self.advance_within(time, u64::MAX, observer)
+    }
+
+    /// Like [`Self::advance`], but stops short before an event once it has spent this `effort`, in units of about a tenth of a
+    /// microsecond; [`Self::time`] says where. The trajectory does not depend on it.
+    pub fn advance_within(&mut self, time: f64, effort: u64, observer: &mut dyn Observer) -> Result<(), EngineError> {
         self.step.begin(self.time);
-        let until = DoubleDouble::from(time);
+        let (until, enough) = (DoubleDouble::from(time), self.effort.saturating_add(effort));
+        let mut reached = time;
         let mut watchdog = Watchdog::new(self.time.into(), until);
         while let Some((t, key)) = self.queue.first()
             && t <= until
         {
+            if self.effort >= enough
+                && let between = t.value_down()
+                && between >= self.time
+                && DoubleDouble::from(between) >= self.totals.last_event
+            {
+                reached = between;
+                break;
+            }
             watchdog.check(t, self.switching(key), self.effort, observer)?;
             self.process(t, key, observer)?;
         }
-        self.time = time;
+        self.time = reached;
         self.check_finite(self.step.moved.iter().map(|&ball| ball as usize))
     }
 

@@ -72,6 +72,22 @@ fn compare_at_points(case: &Case, (mut common, mut between): (Vec<f64>, Vec<f64>
     compare(case, &common, &between)
 }
 
+/// Compares a run with one that stops whenever it has spent some effort.
+fn compare_in_pieces(case: &Case, effort: u64) -> Result<(), TestCaseError> {
+    let (mut whole, mut pieces) = (case.start()?, case.start()?);
+    let (mut whole_pulses, mut pulses) = (Vec::new(), Vec::new());
+    whole.advance(case.time, &mut whole_pulses).map_err(ended_early)?;
+    while pieces.time() < case.time {
+        let before = pieces.time();
+        pieces.advance_within(case.time, effort, &mut pulses).map_err(ended_early)?;
+        prop_assert!(pieces.time() >= before);
+    }
+    prop_assert_eq!(bits(&whole, case), bits(&pieces, case));
+    let of = |pulses: &[Pulse]| pulses.iter().map(pulse_bits).collect::<Vec<_>>();
+    prop_assert_eq!(of(&whole_pulses), of(&pulses));
+    Ok(())
+}
+
 proptest! {
     #![proptest_config(config(150))]
 
@@ -97,6 +113,16 @@ proptest! {
             .collect();
         points.sort_by(f64::total_cmp);
         compare(&case, &[case.time], &points.iter().map(|point| point / case.time).collect::<Vec<_>>())?;
+    }
+
+    #[test]
+    fn a_limit_of_the_work_changes_nothing(case in cradles(ANY), effort in 1u64..3000) {
+        compare_in_pieces(&case, effort)?;
+    }
+
+    #[test]
+    fn a_limit_of_the_work_changes_nothing_for_rigid_balls(case in cradles(RIGID), effort in 1u64..300) {
+        compare_in_pieces(&case, effort)?;
     }
 
     /// Means and peaks of the steps add up to the impulses and the peaks of the pulses.

@@ -1,0 +1,111 @@
+"""What the tests of the live page share: the page in Chromium, pointers, and the native run to compare with."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from browser import assert_quiet, set_screen, visit
+from conftest import ROOT
+from selenium.webdriver.common.actions.action_builder import ActionBuilder
+from selenium.webdriver.common.actions.pointer_input import PointerInput
+from selenium.webdriver.support.wait import WebDriverWait
+
+GRID = [k / 64 for k in range(60 * 64 + 1)]  # s; doubles without rounding error
+SUMS = ("E_total", "E_dissipated", "W_external", "E_residual", "p_total", "F_support", "solver.events")
+ITEMS = {"powerLaw": 1, "hertz": 2, "rigid": 3}
+
+
+@pytest.fixture(scope="session")
+def live_path() -> Path:
+    """The finished page."""
+    path = ROOT / "target/web/cradle.html"
+    if not path.exists():
+        pytest.skip(f"{path} is missing: `python3 web/build.py`")
+    return path
+
+
+@pytest.fixture
+def page(browser, live_path):
+    """The page, opened anew from disk."""
+    browser.get("about:blank")
+    set_screen(browser, dark=True)
+    visit(browser, live_path)
+    yield browser
+    assert_quiet(browser)
+
+
+def native(fmu, recipe: dict, times) -> tuple[np.ndarray, np.ndarray]:
+    """What the FMU gives for a recipe of the page: rows of sums, positions and velocities; pulses by onset."""
+    start = {
+        name: ITEMS[value] if name == "contact.model" else value for name, value in recipe["start"].items()
+    }
+    names = [f"{name}[{i}]" for name in "xv" for i in range(1, recipe["balls"] + 1)]
+    result = fmu.simulate(start, times=times, record=[*SUMS, *names])
+    columns = ("onset", "contact", "release", "peak", "impulse")
+    return np.column_stack([result[name] for name in (*SUMS, *names)]), by_onset(result.pulses, columns)
+
+
+def by_onset(pulses, columns) -> np.ndarray:
+    return np.array(sorted(tuple(float(pulse[name]) for name in columns) for pulse in pulses))
+
+
+def same_run(fmu, recipe: dict, rows, pulses, times=GRID) -> bool:
+    """Whether rows and pulses of the page are the native ones, to the last bit."""
+    wanted, wanted_pulses = native(fmu, recipe, times)
+    rows = np.array(rows)[:, 1 : 1 + wanted.shape[1]]
+    pulses = by_onset(
+        [{**pulse, "contact": pulse["contact"] + 1} for pulse in pulses],
+        ("onset", "contact", "release", "peak", "impulse"),
+    )
+    return rows.tobytes() == wanted.tobytes() and pulses.tobytes() == wanted_pulses.tobytes()
+
+
+def js(page, script: str, *given):
+    """Runs a script in the page; `source` is the first cradle's."""
+    return page.execute_script(f"const {{source}} = cradle.stages[0]; {script}", *given)
+
+
+def place(page, ball: int) -> tuple[int, int]:
+    """Where a ball (from 0) is in the window, px."""
+    x, y = js(
+        page,
+        """const {canvas, scene} = cradle.stages[0], box = canvas.getBoundingClientRect();
+        const {x, y} = scene.place(arguments[0], source.state.x[arguments[0]]);
+        return [box.left + x, box.top + y]""",
+        ball,
+    )
+    return round(x), round(y)
+
+
+def drag(page, ball: int, by: int, kind="mouse", hold: float = 0.3, release: bool = True) -> None:
+    """Takes a ball with a pointer, moves it aside by so many px, keeps still, and lets go."""
+    x, y = place(page, ball)
+    chain = Pointer(page, kind)
+    chain.move_to_location(x, y).pointer_down()
+    for k in range(1, 6):
+        chain.move_to_location(x + by * k // 5, y - abs(by) * k // 40)
+    chain.pause(hold)
+    if release:
+        chain.pointer_up()
+    chain.perform()
+
+
+class Pointer:
+    """One pointer's actions."""
+
+    def __init__(self, page, kind):
+        self.builder = ActionBuilder(page, mouse=PointerInput(kind, kind), duration=20)
+
+    def __getattr__(self, name):
+        def act(*given):
+            getattr(self.builder.pointer_action, name)(*given)
+            return self
+
+        return act
+
+    def perform(self):
+        self.builder.perform()
+
+
+def wait(page, condition: str, seconds=20):
+    WebDriverWait(page, seconds).until(lambda _: js(page, f"return {condition}"), condition)

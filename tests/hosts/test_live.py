@@ -1,0 +1,240 @@
+"""The page in which the engine runs live: dragged, changed, looked into, in a headless Chromium; and its engine in node."""
+
+# ruff: noqa: F811 - fixtures are imported by their names
+
+import json
+import re
+import shutil
+import subprocess
+import time
+
+import newtons_cradle as nc
+import numpy as np
+import pytest
+from browser import colours
+from conftest import ROOT
+from live_page import GRID, Pointer, by_onset, drag, js, live_path, native, page, place, same_run, wait  # noqa: F401
+from selenium.webdriver.common.actions.action_builder import ActionBuilder
+from selenium.webdriver.common.actions.pointer_input import PointerInput
+from selenium.webdriver.common.by import By
+from selenium.webdriver.support.wait import WebDriverWait
+
+SET_UPS = {
+    "default": {},
+    "figure5": nc.figure5(),
+    "touching": nc.figure5(0.0),
+    "steel": nc.steel(2) | {"contact.model": "hertz"},
+    "rigid": {"contact.model": "rigid", "contact.restitution": 0.9},
+    "lossy": {"contact.exponent": 2, "contact.damping": 2e3, "pendulum.drag": 0.02, "ball.massRatio[3]": 2},
+}
+
+
+@pytest.mark.parametrize("name", SET_UPS)
+def test_the_engine_gives_the_native_bits_in_node(fmu, live_path, name):
+    """A minute of each, sampled at 3841 instants: sums, positions, velocities, pulses."""
+    if shutil.which("node") is None:
+        pytest.skip("node is missing")
+    recipe = {"balls": 5, "start": SET_UPS[name]}
+    done = subprocess.run(
+        ["node", ROOT / "web/run.mjs", live_path],
+        input=json.dumps({"recipe": recipe, "times": GRID}),
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    answer = json.loads(done.stdout)
+    assert len(answer["pulses"]) > 10
+    assert same_run(fmu, recipe, answer["rows"], answer["pulses"])
+
+
+@pytest.mark.parametrize("kind", ["mouse", "touch"])
+def test_two_balls_are_dragged_and_let_go(page, fmu, kind):
+    """Ball 2 is lifted, ball 1 comes along. From the release on, nothing is touched: for a minute the run is the native one."""
+    drag(page, 1, -120, kind)
+    recipe = js(page, "return source.setup.recipe()")
+    x = [recipe["start"][f"x_start[{i}]"] for i in range(1, 6)]
+    assert x[0] == x[1] < -0.03 and x[2:] == [0, 0, 0]
+    assert [recipe["start"][f"v_start[{i}]"] for i in range(1, 6)] == [0] * 5
+    # Two seconds as the page moves on by itself, picture by picture; then the same without waiting for the clock.
+    wait(page, "source.run.time > 2")
+    reached = js(page, "cradle.setRunning(false); return source.run.time")
+    rows = js(
+        page,
+        """const rows = [];
+        for (const time of arguments[0]) {
+          do source.gather(source.step(time)); while (source.run.time < time);
+          source.state = source.run.look();
+          rows.push(Array.from(source.state.numbers));
+        }
+        return rows""",
+        [time for time in GRID if time > reached],
+    )
+    pulses = js(page, "return source.pulses")
+    later = [time for time in GRID if time > reached]
+    wanted, wanted_pulses = native(fmu, recipe, [0.0, *later])
+    assert np.array(rows)[:, 1 : 1 + wanted.shape[1]].tobytes() == wanted[1:].tobytes()
+    seen = by_onset(
+        [{**p, "contact": p["contact"] + 1} for p in pulses],
+        ("onset", "contact", "release", "peak", "impulse"),
+    )
+    assert seen.tobytes() == wanted_pulses.tobytes() and len(seen) > 100
+
+
+def test_a_ball_is_thrown_stopped_and_pushed_while_the_run_goes_on(page):
+    js(page, "cradle.lift(1)")
+    wait(page, "source.run.time > 0.1")
+    x, y = place(page, 4)
+    Pointer(page, "mouse").move_to_location(x, y).pointer_down().move_to_location(x + 30, y).move_to_location(
+        x + 90, y
+    ).move_to_location(x + 170, y).pointer_up().perform()
+    speed = js(page, "return source.setup.values.v_start[4]")
+    assert speed > 0.3  # m/s, to the right
+    wait(page, "source.pulses.length > 3")
+    # Held, it is where the hand is, whatever bounces off it.
+    wait(page, "Math.abs(source.state.x[4]) < 0.02")
+    drag(page, 4, 60, release=False)
+    held = js(page, "return [source.held.has === undefined, source.state.x[4], source.holds.size]")
+    assert held[2] == 1
+    time.sleep(0.5)
+    assert js(page, "return source.state.x[4]") == pytest.approx(held[1], abs=1e-3)
+    Pointer(page, "mouse").pointer_up().perform()
+    assert js(page, "return source.holds.size") == 0
+    # Pushed into the row, a ball takes the others along.
+    js(page, "cradle.stopAll()")
+    drag(page, 0, 60)
+    assert (
+        js(page, "return Math.max(...source.pulses.map(({impulse}) => impulse), 0) + source.state.x[4]") > 0
+    )
+
+
+def test_two_fingers_hold_two_balls(page):
+    """Both are lifted at once, to either side, and let go in the same instant."""
+    builder = ActionBuilder(page, mouse=PointerInput("touch", "first"), duration=20)
+    fingers = {0: builder.pointer_action.source, 4: builder.add_pointer_input("touch", "second")}
+    for ball, finger in fingers.items():
+        x, y = place(page, ball)
+        finger.create_pointer_move(duration=0, x=x, y=y)
+        finger.create_pointer_down(button=0)
+        for part in (0.5, 1):
+            finger.create_pointer_move(duration=30, x=round(x + part * (100 if ball else -100)), y=y)
+        finger.create_pause(0.3)
+        finger.create_pointer_up(button=0)
+    builder.perform()
+    x = js(page, "return source.setup.values.x_start")
+    assert x[0] < -0.03 < 0.03 < x[4] and x[1:4] == pytest.approx([0, 0, 0], abs=1e-4)
+    assert js(page, "return source.holds.size") == 0
+
+
+@pytest.mark.parametrize("balls", [1, 2, 20])
+def test_any_number_of_balls(page, balls):
+    js(page, "cradle.resize(arguments[0]); cradle.lift(1)", balls)
+    wait(page, "source.run.time > 1")
+    shown = js(page, "return [source.state.balls, source.state.residual / source.state.energy]")
+    assert shown[0] == balls and abs(shown[1]) < 1e-12
+    assert len(page.find_elements(By.CSS_SELECTOR, ".sliders input")) == balls
+
+
+CHANGES = {
+    "linear": {"contact.model": "powerLaw", "contact.exponent": 1},
+    "quadratic": {"contact.model": "powerLaw", "contact.exponent": 2},
+    "cubic": {"contact.model": "powerLaw", "contact.exponent": 3},
+    "hertz": {"contact.model": "hertz"},
+    "rigid": {"contact.model": "rigid"},
+    "touching": {"contact.deadBand": 0},
+    "lossy": {"contact.dampingLaw": "huntCrossley", "contact.huntCrossley": 0.3},
+    "drag": {"pendulum.drag": 0.1},
+    "heavy": {"ball.massRatio": [1, 1, 4, 1, 1]},
+    "short": {"pendulum.length": 0.2},
+    "moon": {"gravity": 1.62},
+}
+
+
+def test_the_contact_changes_while_it_swings(page, fmu):
+    """Each change is a new run from where the balls are when none touch; what follows is the native run."""
+    js(page, "cradle.lift(2)")
+    for name, values in CHANGES.items():
+        wait(page, "source.run.time > 0.05")
+        before = js(page, "return source.state.energy")
+        js(page, "cradle.change(arguments[0])", values)
+        wait(page, "!source.pending")
+        for variable, value in values.items():
+            assert js(page, "return source.setup.get(arguments[0])", variable) == value, name
+        kept = js(page, "return source.state.energy") / before
+        if name not in ("heavy", "short", "moon"):
+            assert kept == pytest.approx(1.0, abs=0.03), name
+    js(page, "cradle.setRunning(false)")
+    rows, pulses = js(
+        page,
+        """const run = source.engine.start(source.setup.recipe()), rows = [], pulses = [];
+        for (const time of arguments[0]) { run.advance(time); rows.push(Array.from(run.look().numbers)); pulses.push(...run.takePulses()); }
+        run.forget();
+        return [rows, pulses]""",
+        GRID[:640],
+    )
+    assert same_run(fmu, js(page, "return source.setup.recipe()"), rows, pulses, GRID[:640])
+
+
+def test_what_the_engine_refuses_changes_nothing(page):
+    js(page, "cradle.lift(1); cradle.change({'ball.mass': -1})")
+    status = page.find_element(By.ID, "status").text
+    assert status == "ball.mass = -1 kg is refused; allowed: finite and > 0 kg"
+    assert js(page, "return source.setup.get('ball.mass')") == 1
+    page.get(page.current_url.split("#")[0] + "#balls=50")
+    WebDriverWait(page, 20).until(
+        lambda _: "balls = 50 is refused; allowed: 1 to 20" in page.find_element(By.ID, "status").text
+    )
+
+
+def test_inside_a_click(page):
+    """Time slows down by itself; the captions are those of the pulses; then it is ordinary time again."""
+    js(page, "cradle.choose('hertz'); cradle.lift(2); cradle.inside(); window.said = new Set()")
+    wait(page, "cradle.clock.inside && source.shownClick?.sampled && cradle.clock.rate < 1e-4", 40)
+    assert colours(page, page.find_element(By.CSS_SELECTOR, "canvas.cradle")) > 500
+    sentences = js(
+        page,
+        """cradle.setRunning(false);
+        const click = source.shownClick, said = [];
+        for (let k = 0; k <= 400; k++) {
+          cradle.seek(click.begin + k / 400 * click.length);
+          said.push(captionOf(click, source.run.time, source.state, false).text);
+        }
+        return [...new Set(said)]""",
+    )
+    assert "Ball 2 touches ball 3." in sentences
+    assert any(
+        re.fullmatch(r"Ball \d still touches ball \d when ball \d leaves\.", text) for text in sentences
+    )
+    pulses = js(page, "return source.shownClick.pulses")
+    assert len(pulses) >= 4
+    js(page, "cradle.setRunning(true)")
+    wait(page, "cradle.clock.slow === 'no'", 60)
+    assert page.find_element(By.ID, "pace").text == "real time"
+
+
+def test_two_side_by_side(page):
+    js(page, "cradle.choose('textbook'); cradle.lift(2); cradle.compare('hertz')")
+    wait(page, "cradle.stages.length === 2 && source.run.time > 1.5")
+    first, second = page.execute_script(
+        "return cradle.stages.map(({source}) => [source.setup.recipe().start, source.run.time, Array.from(source.state.x)])"
+    )
+    different = {key for key in second[0] if second[0][key] != first[0].get(key)}
+    assert different == {"contact.model", "contact.deadBand"}
+    assert first[1] == pytest.approx(second[1], abs=1e-12)
+    assert max(abs(a - b) for a, b in zip(first[2], second[2], strict=True)) > 1e-4
+    # A hand moves both.
+    drag(page, 0, -60)
+    starts = page.execute_script("return cradle.stages.map(({source}) => source.setup.values.x_start[0])")
+    assert starts[0] == starts[1] < 0
+
+
+def test_more_contacts_than_time_slow_the_clock_and_not_the_page(page):
+    js(page, "cradle.choose('buzzing'); window.spent = []")
+    js(
+        page,
+        "const note = () => { window.spent.push(cradle.clock.spent); requestAnimationFrame(note); }; note()",
+    )
+    wait(page, "document.getElementById('status').textContent.includes('the clock runs')", 30)
+    shown = js(page, "return [source.run.time, window.spent]")
+    assert np.median(shown[1]) < 20
+    page.find_element(By.ID, "rest").click()
+    wait(page, "source.run.time > 0")

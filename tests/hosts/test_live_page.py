@@ -1,0 +1,162 @@
+"""The page in which the engine runs live: keyboard, links, tables, accessibility, in a headless Chromium."""
+
+# ruff: noqa: F811 - fixtures are imported by their names
+
+import re
+import subprocess
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from threading import Thread
+
+import numpy as np
+import pytest
+from browser import set_screen
+from conftest import ROOT
+from live_page import js, live_path, page, wait  # noqa: F401
+from selenium.webdriver import Keys
+from selenium.webdriver.common.by import By
+from selenium.webdriver.support.wait import WebDriverWait
+from test_pages_layout import axe  # noqa: F401
+
+
+def test_the_producer_hands_the_page_out(producer, live_path, tmp_path):
+    done = subprocess.run(
+        [producer, "live", "--out", tmp_path / "x/live.html"], cwd=ROOT, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "x/live.html").read_bytes() == live_path.read_bytes()
+    done = subprocess.run([producer, "live"], cwd=tmp_path, capture_output=True, text=True)
+    if done.returncode:  # not beside an installed package that has it
+        assert done.stderr.startswith("error: the live page is missing: ")
+
+
+def test_the_keyboard_does_everything(page):
+    body = page.find_element(By.TAG_NAME, "body")
+    body.send_keys("2")
+    assert js(page, "return source.setup.values.x_start") == [-0.1, -0.1, 0, 0, 0]
+    body.send_keys("0")
+    slider = page.find_elements(By.CSS_SELECTOR, ".sliders input")[1]
+    page.execute_script("arguments[0].focus()", slider)
+    slider.send_keys(Keys.ARROW_LEFT * 4)
+    assert slider.get_attribute("aria-valuetext") == "4.0 cm to the left, held"
+    slider.send_keys(Keys.ENTER)
+    assert js(page, "return source.setup.values.x_start") == pytest.approx([-0.04, -0.04, 0, 0, 0])
+    for key, title in {"c": "Change", "s": "Show", "b": "Compare", "k": "Keep", "h": "Keys"}.items():
+        body.send_keys(key)
+        assert page.find_element(By.ID, "paneltitle").text == title
+        page.switch_to.active_element.send_keys(Keys.ESCAPE)
+        assert not page.find_element(By.ID, "panel").is_displayed()
+    body.send_keys("i")
+    assert js(page, "return cradle.clock.slow") == "next"
+    body.send_keys(" ")
+    assert js(page, "return cradle.clock.running") is False
+
+
+def test_the_defaults_are_those_of_the_fmu(page, fmu):
+    for name, value in page.execute_script("return DEFAULTS").items():
+        start = fmu.variables[name].start
+        if isinstance(value, str):
+            assert fmu.items(name)[value] == int(start), name
+        else:
+            assert float(start) == value, name
+
+
+def test_a_link_carries_the_set_up(page, live_path):
+    js(page, "cradle.choose('desk'); cradle.change({gravity: 1.62}); cradle.lift(2)")
+    wanted = js(page, "return source.setup.recipe()")
+    link = js(page, "return linkTo(cradle)")
+    assert link.startswith(live_path.as_uri() + "#balls=5&")
+    page.get("about:blank")
+    page.get(link)
+    WebDriverWait(page, 20).until(lambda _: page.execute_script("return Boolean(window.cradle)"))
+    assert js(page, "return source.setup.recipe()") == wanted
+
+
+def test_the_links_of_the_lesson(page):
+    """Each opens the step that the page's own lesson has, and is understood."""
+    links = re.findall(r"out/cradle\.html#([^)]+)", (ROOT / "docs/lesson.md").read_text(encoding="utf-8"))
+    assert set(page.execute_script("return LESSON")) <= set(links)
+    for link in links:
+        js(page, "location.hash = arguments[0]", link)
+        lifted = int(re.search(r"lift=(\d)", link)[1])
+        wait(
+            page,
+            f"source.setup.values.x_start.filter((x) => x < 0).length === {lifted} && source.run.time > 0.05",
+        )
+        shown = js(page, "return [cradle.controls.status.textContent, cradle.stages.length]")
+        assert shown == ["", 2 if "beside" in link else 1], link
+        js(page, "cradle.stopAll()")
+
+
+def test_a_web_server_is_as_good(browser, live_path):
+    server = ThreadingHTTPServer(
+        ("127.0.0.1", 0), partial(SimpleHTTPRequestHandler, directory=live_path.parent)
+    )
+    Thread(target=server.serve_forever, daemon=True).start()
+    try:
+        browser.get(f"http://127.0.0.1:{server.server_port}/{live_path.name}#preset=desk&lift=1")
+        WebDriverWait(browser, 20).until(lambda _: browser.execute_script("return Boolean(window.cradle)"))
+        wait(browser, "source.run.time > 0.1")
+        assert js(browser, "return cradle.preset") == "desk"
+    finally:
+        server.shutdown()
+
+
+def test_a_click_sounds_and_a_picture_is_kept(page):
+    """Sounds are counted, as nobody listens; the picture has the size of the stage, twice over."""
+    page.find_element(By.ID, "rest").click()  # browsers let a page sound after it was touched
+    js(page, "cradle.setOther('sound', true); cradle.lift(1)")
+    wait(page, "cradle.sound.played > 1")
+    size = page.execute_async_script(
+        """const done = arguments[0];
+        URL.createObjectURL = (blob) => { createImageBitmap(blob).then(({width, height}) => done([blob.type, width, height])); return "#kept"; };
+        savePicture(cradle)"""
+    )
+    width = js(page, "return cradle.stages[0].canvas.clientWidth")
+    assert size[0] == "image/png" and size[1] == 2 * width and size[2] > 300
+
+
+def test_tables_and_a_recorded_run(page):
+    """The run in CSV is shown again by the same player, at the same places."""
+    js(page, "cradle.lift(2)")
+    wait(page, "source.run.time > 1.5")
+    run, pulses = page.execute_async_script(
+        """const done = arguments[0], {source} = cradle.stages[0];
+        Promise.all([runTable(source).text(), pulsesTable(source).text()]).then(done)"""
+    )
+    assert pulses.splitlines()[0] == "contact,onset,release,peak,impulse" and len(pulses.splitlines()) > 5
+    rows = np.genfromtxt(run.splitlines(), delimiter=",", names=True, deletechars="", replace_space="")
+    page.execute_async_script("cradle.openFile(new File([arguments[0]], 'run.csv')).then(arguments[1])", run)
+    shown = js(page, "source.go(arguments[0]); return [source.live, Array.from(source.state.x)]", 1.234)
+    assert shown[0] is False
+    assert shown[1][0] == pytest.approx(np.interp(1.234, rows["time"], rows["x[1]"]), abs=1e-4)
+    page.execute_async_script("cradle.openFile(new File(['a,b'], 'bad.csv')).then(arguments[0])")
+    assert "bad.csv cannot be shown: it needs columns time" in page.find_element(By.ID, "status").text
+
+
+def serious(page) -> list:
+    """What axe-core finds serious or critical: rules, and what breaks them."""
+    found = page.execute_async_script("axe.run().then(arguments[0])")["violations"]
+    worst = [finding for finding in found if finding["impact"] in ("serious", "critical")]
+    return [(finding["id"], [node["html"] for node in finding["nodes"]]) for finding in worst]
+
+
+def test_axe_finds_nothing_serious(page, axe):
+    """The page and each of its panels, dark and light; and inside a click, on a phone."""
+    page.execute_script(axe)
+    js(page, "cradle.choose('hertz'); cradle.lift(2); cradle.setShow('energy', true)")
+    for light in (False, True):
+        js(page, "cradle.setTheme(arguments[0])", light)
+        assert serious(page) == [], light
+        for panel in ("change", "show", "beside", "lesson", "keep", "help"):
+            js(page, "cradle.panels.toggle(arguments[0])", panel)
+            assert serious(page) == [], (light, panel)
+            js(page, "cradle.panels.toggle(arguments[0])", panel)
+    set_screen(page, "phone")
+    js(page, "cradle.inside()")
+    wait(page, "cradle.clock.inside && source.shownClick?.sampled", 40)
+    assert serious(page) == []
+
+
+def test_size(live_path):
+    assert live_path.stat().st_size < 2e6

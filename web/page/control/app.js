@@ -1,0 +1,271 @@
+// The page: what is on it, and what its buttons and keys do.
+
+const LIFT = 0.25; // of the strings' length, by the button and the keys
+const INSIDE_STEP = 0.01; // of a click's length, by the keys
+
+class App {
+  constructor(engine) {
+    const asked = location.hash; // before the page writes there what it shows
+    this.engine = engine;
+    this.clock = new Clock();
+    this.sound = new Sound();
+    this.shows = Object.fromEntries(Object.keys(TEXTS.shows).map((kind) => [kind, false]));
+    this.side = "right";
+    this.stages = [];
+    this.controls = Object.fromEntries([...document.querySelectorAll("[id]")].map((item) => [item.id, item]));
+    this.preset = "textbook";
+    this.setTheme(matchMedia("(prefers-color-scheme: light)").matches);
+    this.still = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    this.addStage(new Live(engine, PRESETS.textbook.setup()));
+    this.panels = new Panels(this);
+    this.attempt(() => this.begin(PRESETS.textbook.setup(), "textbook"));
+    this.listen();
+    if (asked) this.open(asked);
+    requestAnimationFrame((now) => this.frame(now));
+  }
+
+  // ---- stages
+
+  get sources() { return this.stages.map(({ source }) => source); }
+  /** The source that changes go to. */
+  get changedSource() { return this.stages.length > 1 && this.side !== "left" ? this.stages[1].source : this.stages[0].source; }
+
+  addStage(source) {
+    const stage = new Stage(source, this);
+    this.stages.push(stage);
+    this.controls.stages.append(stage.figure);
+    this.controls.stages.classList.toggle("two", this.stages.length > 1);
+  }
+
+  dropStage() {
+    const stage = this.stages.pop();
+    stage.source.forget();
+    stage.figure.remove();
+    this.controls.stages.classList.remove("two");
+  }
+
+  /** All stages show other runs, or other drawings. */
+  changed() {
+    this.clock.reset();
+    for (const stage of this.stages) stage.changed();
+    this.name();
+    this.panels?.refresh();
+    showLink(this);
+  }
+
+  /** What is said about the stages. */
+  name() {
+    const own = this.stages[0].source.live ? (PRESETS[this.preset] ? this.preset : "own") : "recorded";
+    this.controls.about.textContent = say(`about.${own}`);
+    const titles = this.stages.map(({ source }) => (source.live ? describeSetup(source.setup) : source.name));
+    this.stages.forEach((stage, i) => {
+      stage.named = titles[i];
+      stage.heading.textContent = this.stages.length > 1 ? titles[i] : "";
+    });
+  }
+
+  // ---- what can be done
+
+  /** Does something that the engine may refuse: then it says why, and nothing is changed. */
+  attempt(act) {
+    try {
+      act();
+      return true;
+    } catch (problem) {
+      if (!(problem instanceof Refusal)) throw problem;
+      this.tell(problem.message);
+      return false;
+    }
+  }
+
+  tell(text, lasting = 6) {
+    this.controls.status.textContent = text;
+    clearTimeout(this.silence);
+    this.silence = setTimeout(() => { this.controls.status.textContent = ""; }, 1000 * lasting);
+  }
+
+  /** A ready cradle, with what it is lifted by; else at rest. */
+  choose(name) {
+    const setup = PRESETS[name].setup();
+    this.attempt(() => this.begin(setup, name));
+  }
+
+  begin(setup, preset) {
+    this.engine.start(setup.recipe()).forget();
+    // Values from an address may have made something else of it.
+    this.preset = preset && setup.toLink(preset).startsWith("preset=") ? preset : null;
+    if (!this.stages[0].source.live) {
+      this.stages[0].source.forget();
+      this.stages[0].source = new Live(this.engine, setup);
+    } else this.stages[0].source.begin(setup);
+    if (this.besideChoice) this.compare(this.besideChoice);
+    this.lifted = setup.values.x_start.some((x) => x !== 0) || setup.values.v_start.some((v) => v !== 0) ? pick(setup) : null;
+    this.clock.slowAt(this.clock.slow === "always" ? "always" : "no");
+    this.setRunning(true);
+    this.changed();
+  }
+
+  /** Other values from the next instant at which no balls touch. */
+  change(values) {
+    const sources = this.stages.length < 2 || this.side === "both" ? this.sources : [this.changedSource];
+    const made = this.attempt(() => sources.forEach((source) => source.change(values, () => this.changed())));
+    if (!made) return void this.panels.refresh();
+    this.preset = null;
+    this.name();
+    if (sources.some(({ pending }) => pending)) this.tell(say("waiting"), 2);
+  }
+
+  resize(balls) {
+    this.attempt(() => this.sources.forEach((source) => source.begin(source.setup.resized(balls))));
+    this.preset = null;
+    this.lifted = null;
+    this.changed();
+  }
+
+  /** Lets go of balls at these places. */
+  letGo({ x_start, v_start }) {
+    this.attempt(() => this.sources.forEach((source) => { if (source.live) source.restart(source.setup, [...x_start], [...v_start]); }));
+    this.lifted = { x_start, v_start };
+    this.setRunning(true);
+    this.changed();
+  }
+
+  lift(count) {
+    const { setup } = this.stages[0].source;
+    if (!setup || count > setup.balls) return;
+    const x = -Math.round(LIFT * setup.get("pendulum.length") * 1e3) / 1e3;
+    this.letGo({ x_start: Array.from({ length: setup.balls }, (_, i) => (i < count ? x : 0)), v_start: Array(setup.balls).fill(0) });
+  }
+
+  again() { if (this.lifted) this.letGo(this.lifted); else this.lift(1); }
+
+  stopAll() {
+    this.attempt(() => this.sources.forEach((source) => { if (source.live) source.begin(source.setup.atRest()); }));
+    this.changed();
+  }
+
+  /** A second cradle beside the first, that differs in what `name` says; "stop": none. */
+  compare(name) {
+    const first = this.stages[0].source;
+    if (this.stages.length > 1) this.dropStage();
+    this.besideChoice = null;
+    if (name !== "stop" && first.live) {
+      const middle = Math.floor(first.setup.balls / 2);
+      const values = {
+        usual: PRESETS[this.preset]?.beside ?? { "contact.model": "hertz", "contact.deadBand": 0 }, hertz: { "contact.model": "hertz", "contact.deadBand": 0 },
+        noBand: { "contact.deadBand": 0 }, rigid: LAWS.rigid, lossy: { "contact.dampingLaw": "huntCrossley", "contact.huntCrossley": 0.3, "contact.restitution": 0.9 },
+        heavy: { "ball.massRatio": first.setup.get("ball.massRatio").map((ratio, i) => (i === middle ? 2 * ratio : ratio)) },
+      }[name];
+      // From the same release: both begin again.
+      const again = first.setup.with(this.lifted ?? {});
+      this.attempt(() => {
+        const second = new Live(this.engine, again.with(values));
+        first.begin(again);
+        second.origin = first.origin;
+        this.addStage(second);
+        this.besideChoice = name;
+      });
+    }
+    this.changed();
+  }
+
+  setRunning(on) {
+    this.clock.running = on;
+    this.controls.play.textContent = say(on ? "pause" : "play");
+  }
+
+  /** Slows down at the next click, or leaves the one that is shown. */
+  inside() {
+    const leave = this.clock.slow === "next" || (this.clock.slow !== "no" && this.clock.inside);
+    this.clock.slowAt(leave ? "no" : "next");
+    if (!leave) this.setRunning(true);
+  }
+
+  seek(time) {
+    this.setRunning(false);
+    this.clock.reset();
+    this.stages[0].source.seek(time);
+  }
+
+  // ---- hands
+
+  take(who, ball, x) {
+    this.attempt(() => this.sources.forEach((source) => source.hold(who, ball, x)));
+    this.clock.slowAt(this.clock.slow === "always" ? "always" : "no");
+    this.clock.reset();
+  }
+
+  move(who, ball, x) {
+    for (const source of this.sources) source.hold(who, ball, x);
+    if (!this.clock.running) this.attempt(() => this.sources.forEach((source) => source.place()));
+  }
+
+  drop(who, speed) {
+    this.attempt(() => this.sources.forEach((source) => source.release(who, this.clock.running ? speed : 0)));
+    this.lifted = pick(this.stages[0].source.setup);
+    this.changed();
+  }
+
+  // ---- each picture
+
+  frame(now) {
+    requestAnimationFrame((later) => this.frame(later));
+    const passed = Math.min(now - (this.last ?? now), 100) / 1000;
+    this.last = now;
+    try {
+      if (this.clock.running) this.attempt(() => this.clock.frame(passed, this.sources)) || this.setRunning(false);
+      else for (const source of this.sources) source.shownClick?.work();
+    } catch (problem) {
+      this.fail(problem);
+    }
+    this.spent = this.clock.running ? this.clock.spent : 0;
+    for (const stage of this.stages) {
+      const pulses = stage.follow(this.clock.running ? passed : 0);
+      if (stage === this.stages[0]) this.sound.click(pulses, stage.source.drawing.mass);
+      stage.draw(this.theme);
+    }
+    this.showClock();
+    this.first ??= performance.now();
+  }
+
+  fail(problem) {
+    this.setRunning(false);
+    this.tell(`${say("problem")}: ${problem.message}. ${say("reload")}`, 600);
+  }
+
+  showClock() {
+    const { clock, controls } = this, { time, pace, inside } = controls, now = this.stages[0].source.run?.time ?? this.stages[0].source.now;
+    const digits = Math.max(2, Math.min(11, Math.ceil(-Math.log10(clock.rate)) + 2));
+    time.textContent = `${now.toFixed(digits)} s`;
+    pace.textContent = paceText(clock.rate);
+    pace.classList.toggle("slow", clock.rate < 0.5);
+    const leave = clock.slow === "next" || clock.inside, text = say(leave ? "insideNow" : "inside");
+    if (inside.textContent !== text) inside.textContent = text;
+    if (clock.late > 0.25 && clock.running) {
+      const part = String(Math.min(90, Math.round(10 * clock.late) * 10));
+      if (this.lateTold !== part) this.tell(say("late", part), 4);
+      this.lateTold = part;
+    } else this.lateTold = null;
+  }
+
+  /** What is said below the balls away from clicks. */
+  hintFor({ source }) {
+    if (!source.live) return { text: "", detail: "" };
+    if (source.holds.size) return { text: say(this.clock.running ? "hintHeld" : "hintPaused"), detail: "" };
+    if (!this.clock.running) return this.clock.inside ? { text: "", detail: "" } : { text: say("hintPaused"), detail: "" };
+    return { text: source.state.v.every((v) => v === 0) ? say("hint") : "", detail: "" };
+  }
+}
+
+/** What balls are let go with. */
+function pick({ values: { x_start, v_start } }) { return { x_start: [...x_start], v_start: [...v_start] }; }
+
+/** A set-up in a few words. */
+function describeSetup(setup) {
+  const band = setup.get("contact.deadBand"), uneven = setup.get("ball.massRatio").some((ratio) => ratio !== 1);
+  const parts = [say(`laws.${setup.law}`)];
+  if (setup.law !== "rigid") parts.push(`${say("deadBand").toLowerCase()}: ${band ? quantity(band, "m") : say("none")}`);
+  if (setup.get("contact.dampingLaw") === "huntCrossley" && setup.get("contact.huntCrossley")) parts.push(say("besides.lossy").toLowerCase());
+  if (uneven) parts.push(setup.get("ball.massRatio").map((ratio) => rounded(ratio)).join(" : "));
+  return parts.join(", ");
+}

@@ -1,0 +1,93 @@
+// Time: how fast it runs, and how it slows down at a click by itself.
+
+const CLICK_SHOWN = 12; // s on the viewer's clock that a click takes
+const APPROACH = 2.6;   // 1/s: nearing a click, the time to it shrinks at this rate; leaving it, it grows
+const SLOWEST = 1e-9;   // seconds of the run per second of the viewer's
+const LONGEST_FRAME = 0.05; // s: what passes at most from one picture to the next
+const EFFORT = 1500;    // of one call of the engine, about 0.15 ms
+const AHEAD_BUDGET = 0.6; // ms for computing ahead of what is shown, in each picture
+const FRAME_BUDGET = 4; // ms that the engine may take for one picture
+
+class Clock {
+  constructor() {
+    this.base = 1;      // seconds of the run per second of the viewer's, away from clicks
+    this.slow = "no";   // "next": slow down at the next click; "always": at each; "leaving": one is over
+    this.rate = 1;
+    this.running = true;
+    this.late = 0;      // which part of the time did not pass, of late, because the engine had too much to do
+    this.spent = 0;     // ms that the engine took for the last picture
+    this.sinceClick = Infinity; // s of the run
+    this.lastLength = 0;
+    this.targets = new Map();   // what the sources have not reached yet
+  }
+
+  get inside() { return this.slow !== "no" && this.rate < 0.02 * this.base; }
+
+  /** How fast time runs, given the clicks ahead. */
+  rateFor(clicks) {
+    let rate = this.base;
+    if (this.slow === "no") return rate;
+    rate = Math.min(rate, Math.max(this.lastLength / CLICK_SHOWN, APPROACH * this.sinceClick, SLOWEST));
+    if (this.slow === "leaving") return rate;
+    for (const { distance, length } of clicks) {
+      rate = Math.min(rate, Math.max(length / CLICK_SHOWN, APPROACH * distance, SLOWEST));
+    }
+    return rate;
+  }
+
+  /** Moves all sources on by what `seconds` of the viewer's are worth, together, within the budget. */
+  frame(seconds, sources) {
+    const begun = performance.now(), watch = this.slow !== "no";
+    const asked = Math.min(seconds, LONGEST_FRAME), pieces = watch ? 6 : 1;
+    for (const source of sources) source.wantsClick(watch);
+    let passed = 0;
+    for (let k = 0; k < pieces; k++) {
+      if (!this.finish(sources, begun)) break;
+      const clicks = watch ? sources.map((source) => source.ahead(begun + 0.5 * FRAME_BUDGET)).filter(Boolean) : [];
+      this.rate = this.rateFor(clicks);
+      let step = (asked / pieces) * this.rate;
+      // Not past an onset before it is known what follows it.
+      for (const { distance, done } of clicks) if (!done && distance < step) step = distance;
+      for (const source of sources) this.targets.set(source, source.time + step);
+      this.notice(clicks, step);
+      passed += asked / pieces;
+    }
+    this.finish(sources, begun);
+    for (const source of sources) source.prepare(begun + AHEAD_BUDGET, begun + FRAME_BUDGET);
+    this.spent = performance.now() - begun;
+    this.late += 0.06 * ((asked > 0 ? 1 - passed / asked : 0) - this.late);
+  }
+
+  /** Keeps account of the click that was passed last. */
+  notice(clicks, step) {
+    const current = clicks.filter(({ distance, done }) => done && distance === 0);
+    if (current.length) {
+      this.sinceClick = 0;
+      this.lastLength = Math.max(...current.map(({ length }) => length));
+      this.met = true;
+    } else this.sinceClick += step;
+    if (this.slow === "next" && this.met && this.sinceClick > 0.3 * this.lastLength + 1e-8) this.slow = "leaving";
+    if (this.slow === "leaving" && this.rate >= this.base) this.slowAt("no");
+  }
+
+  /** Slows down at the "next" click, "always" or, "no", not at all. */
+  slowAt(which) {
+    Object.assign(this, { slow: which, met: false, sinceClick: Infinity, lastLength: 0 });
+    if (which === "no") this.rate = this.base;
+  }
+
+  /** The sources are what they were not: nothing is left to be reached. */
+  reset() { this.targets.clear(); }
+
+  /** Whether all sources have come to their targets: each call of the engine is short, and they end when the budget is spent. */
+  finish(sources, begun) {
+    for (const source of sources) {
+      const target = this.targets.get(source);
+      while (source.time < target) {
+        source.advance(target, EFFORT);
+        if (source.time < target && performance.now() - begun > FRAME_BUDGET) return false;
+      }
+    }
+    return true;
+  }
+}

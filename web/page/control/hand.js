@@ -1,0 +1,108 @@
+// Hands: pointers that take balls, several at once, and the keyboard's sliders that do the same.
+
+const REACH = 22;         // px beside a ball that still take it, for fingers
+const STILL = 70;         // ms without a move after which a hand is at rest
+const MEMORY = 90;        // ms of a hand's way that say how fast it throws
+const FASTEST_THROW = 4;  // m/s
+
+class Hand {
+  /** `stage`: where; `app`: who is told: `take`, `move`, `drop`. */
+  constructor(stage, app) {
+    Object.assign(this, { stage, app, ways: new Map() });
+    const { canvas } = stage;
+    canvas.addEventListener("pointerdown", (event) => this.down(event));
+    canvas.addEventListener("pointermove", (event) => this.move(event));
+    for (const name of ["pointerup", "pointercancel"]) canvas.addEventListener(name, (event) => this.up(event));
+  }
+
+  point(event) {
+    const box = this.stage.canvas.getBoundingClientRect();
+    return { x: event.clientX - box.left, y: event.clientY - box.top };
+  }
+
+  down(event) {
+    const { scene, source, canvas } = this.stage, point = this.point(event);
+    if (!source.live || event.button > 0) return;
+    const ball = scene.ballAt(point, source.state, event.pointerType === "mouse" ? 6 : REACH);
+    if (ball < 0) return;
+    event.preventDefault();
+    canvas.setPointerCapture(event.pointerId);
+    const x = source.state.x[ball], grip = x - scene.displacement(ball, point);
+    this.ways.set(event.pointerId, { ball, grip, way: [{ time: event.timeStamp, x }] });
+    this.app.take(event.pointerId, ball, x);
+  }
+
+  move(event) {
+    const { scene, source, canvas } = this.stage, point = this.point(event), hold = this.ways.get(event.pointerId);
+    if (!hold) {
+      if (source.live) canvas.style.cursor = scene.ballAt(point, source.state, 6) >= 0 ? "grab" : "";
+      return;
+    }
+    canvas.style.cursor = "grabbing";
+    const x = scene.displacement(hold.ball, point) + hold.grip;
+    hold.way.push({ time: event.timeStamp, x });
+    while (hold.way.length > 2 && event.timeStamp - hold.way[0].time > MEMORY) hold.way.shift();
+    this.app.move(event.pointerId, hold.ball, x);
+  }
+
+  up(event) {
+    const hold = this.ways.get(event.pointerId);
+    if (!hold) return;
+    this.ways.delete(event.pointerId);
+    this.stage.canvas.style.cursor = "";
+    const first = hold.way[0], last = hold.way.at(-1), still = event.timeStamp - last.time > STILL || last.time - first.time < 8;
+    const speed = still ? 0 : (1000 * (last.x - first.x)) / (last.time - first.time);
+    this.app.drop(event.pointerId, Math.abs(speed) < 0.02 ? 0 : Math.max(-FASTEST_THROW, Math.min(FASTEST_THROW, speed)));
+  }
+}
+
+/** A slider for each ball, for the keyboard and for screen readers; seen are only the balls. */
+class Sliders {
+  constructor(stage, app) {
+    Object.assign(this, { stage, app, inputs: [], box: document.createElement("div") });
+    this.box.className = "sliders";
+    stage.figure.append(this.box);
+  }
+
+  /** As many as there are balls. */
+  fit() {
+    const { source } = this.stage, { balls } = source.drawing;
+    while (this.inputs.length > balls) this.inputs.pop().remove();
+    while (this.inputs.length < balls) this.add(this.inputs.length);
+    for (const input of this.inputs) input.disabled = !source.live;
+  }
+
+  add(ball) {
+    const input = document.createElement("input"), who = `keys ${ball}`;
+    Object.assign(input, { type: "range", min: -120, max: 120, step: "any" });
+    input.setAttribute("aria-label", say("ball", ball + 1));
+    input.addEventListener("keydown", (event) => {
+      const { source } = this.stage, step = 0.025 * source.drawing.length * (event.shiftKey ? 0.2 : 1);
+      const direction = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1 }[event.key];
+      if (direction) {
+        const from = source.holds.get(who)?.x ?? source.state.x[ball];
+        this.app.take(who, ball, from + direction * step);
+        this.app.move(who, ball, from + direction * step);
+      } else if (["Enter", "Escape"].includes(event.key)) this.app.drop(who, 0);
+      else return;
+      event.preventDefault();
+      event.stopPropagation();
+      this.tell();
+    });
+    input.addEventListener("blur", () => { if (this.stage.source.holds?.has(who)) this.app.drop(who, 0); });
+    this.inputs.push(input);
+    this.box.append(input);
+  }
+
+  /** The ball that has the keyboard, from 0; -1 for none. */
+  get chosen() { return this.inputs.indexOf(document.activeElement); }
+
+  /** Says where the chosen ball is. */
+  tell() {
+    const { source } = this.stage, ball = this.chosen;
+    if (ball < 0) return;
+    const hold = source.holds?.get(`keys ${ball}`), x = hold?.x ?? source.state.x[ball], held = Boolean(hold);
+    this.inputs[ball].value = (100 * x) / source.drawing.length;
+    this.inputs[ball].setAttribute("aria-valuetext", say("ballAt", 100 * x, held));
+  }
+}

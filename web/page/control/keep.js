@@ -1,0 +1,76 @@
+// What can be kept: a link, a picture, tables.
+
+const RUN_STEP = 0.01; // s between the rows of a run in CSV
+const RUN_ROWS = 6000;
+
+/** The address of this page with everything that is set. */
+function linkTo(app) {
+  const source = app.stages[0].source, options = [];
+  if (app.besideChoice) options.push(`beside=${app.besideChoice}`);
+  if (app.clock.slow === "always") options.push("slow=always");
+  const shown = Object.keys(app.shows).filter((kind) => app.shows[kind]);
+  if (shown.length) options.push(`show=${shown.join(",")}`);
+  const setup = source.live ? source.setup.toLink(app.preset) : "preset=textbook";
+  return `${location.href.replace(/#.*/, "")}#${[setup, ...options].join("&")}`;
+}
+
+/** Keeps the address of the page up to date, so that it can be copied and marked. */
+function showLink(app) {
+  try {
+    history.replaceState(null, "", linkTo(app));
+  } catch {
+    // Some browsers forbid it for files; the button that copies the link still works.
+  }
+}
+
+/** Hands a file to the viewer. */
+function save(name, content) {
+  const url = URL.createObjectURL(content), link = document.createElement("a");
+  Object.assign(link, { href: url, download: name });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(url), 10000);
+}
+
+/** All stages as they are, on the page's background, with what is said below. */
+function savePicture(app) {
+  const theme = app.theme, scale = 2, boxes = app.stages.map(({ canvas }) => canvas.getBoundingClientRect());
+  const width = boxes.reduce((sum, box) => sum + box.width, 0), height = boxes[0].height + 70;
+  const canvas = Object.assign(document.createElement("canvas"), { width: scale * width, height: scale * height });
+  const c = canvas.getContext("2d");
+  c.scale(scale, scale);
+  c.fillStyle = theme.back;
+  c.fillRect(0, 0, width, height);
+  let left = 0;
+  app.stages.forEach((stage, i) => {
+    c.drawImage(stage.canvas, left, 0, boxes[i].width, boxes[i].height);
+    c.textAlign = "center";
+    c.fillStyle = theme.ink;
+    c.font = `17px ${FONT}`;
+    c.fillText(stage.sentence.textContent, left + boxes[i].width / 2, height - 42, boxes[i].width - 20);
+    c.font = `14px ${FONT}`;
+    c.fillText([stage.heading.textContent, stage.detail.textContent].filter(Boolean).join(" · "), left + boxes[i].width / 2, height - 18, boxes[i].width - 20);
+    left += boxes[i].width;
+  });
+  canvas.toBlob((blob) => save("cradle.png", blob));
+}
+
+const csv = (lines) => new Blob([lines.map((line) => line.join(",")).join("\n") + "\n"], { type: "text/csv" });
+
+/** The pulses of the run so far, contacts and balls counted from 1. */
+function pulsesTable({ pulses }) {
+  return csv([["contact", "onset", "release", "peak", "impulse"], ...pulses.map((p) => [p.contact + 1, p.onset, p.release, p.peak, p.impulse])]);
+}
+
+/** The run so far, computed once more at even times: what `cradle-fmu page` and this page show again. */
+function runTable(source) {
+  const { balls } = source.setup, names = (name, count) => Array.from({ length: count }, (_, i) => `${name}[${i + 1}]`);
+  const lines = [["time", ...names("x", balls), ...names("v", balls), ...names("F", balls - 1), "E_total", "p_total"]];
+  const run = source.engine.start(source.setup.recipe()), last = Math.min(RUN_ROWS, Math.floor(source.run.time / RUN_STEP));
+  for (let k = 0; k <= Math.max(1, last); k++) {
+    run.advance(k * RUN_STEP);
+    const { time, x, v, F, energy, momentum } = run.look();
+    lines.push([time, ...x, ...v, ...F, energy, momentum]);
+  }
+  run.forget();
+  return csv(lines);
+}

@@ -1,0 +1,87 @@
+// A click: the contacts that follow each other so closely that they are one sound, from a few nanoseconds to milliseconds.
+
+const QUIET = 3;          // a click is over when nothing touches for this many times as long as it has lasted,
+const QUIET_LEAST = 2e-6; // and for so many seconds at least
+const LONGEST = 0.2;      // s, of a click that never ends
+const SAMPLES = 360;      // instants at which its forces are sampled
+const CLICK_EFFORT = 1500; // of one call of the engine, about 0.15 ms
+const CLICK_TIME = 2;      // ms for one picture, if nothing else is said
+
+/** Follows a run through its next click ahead of time, in copies, some work at a time. */
+class Click {
+  /** `run` is before the onset at `begin` (s). */
+  constructor(run, begin) {
+    Object.assign(this, { begin, end: begin, pulses: [], reach: 1e-8, done: false });
+    this.before = run.copy(); // just before it, to look at it again
+    this.before.takePulses();
+    this.scout = this.before.copy();
+    this.sampler = null;
+    this.samples = { time: [], F: [], v: [], overlap: [] };
+  }
+
+  /** Goes on until the clock shows `deadline` (ms); `done` says when all is known but the samples, `sampled` when these are. */
+  work(deadline = performance.now() + CLICK_TIME) {
+    while (!this.sampled) {
+      if (this.done) this.sample();
+      else this.explore();
+      if (performance.now() > deadline) return;
+    }
+  }
+
+  /** One look further. */
+  explore() {
+    const { scout } = this;
+    if (!this.speeds) {
+      if (scout.advance(this.begin, CLICK_EFFORT) < this.begin) return;
+      this.speeds = Array.from(scout.look().v); // with which it begins
+    }
+    const until = this.begin + this.reach;
+    if (scout.advance(until, CLICK_EFFORT) < until) return; // it takes more than that
+    const state = scout.look();
+    this.pulses.push(...scout.takePulses());
+    if (state.apart && this.pulses.length) {
+      this.end = this.pulses.reduce((latest, { release }) => Math.max(latest, release), this.begin);
+      const { at, notBefore } = scout.nextOnset(), quiet = (at ?? notBefore) - this.end;
+      const enough = Math.max(QUIET * (this.end - this.begin), QUIET_LEAST);
+      if (quiet > enough) this.finish(state);
+      else this.reach = Math.max(1.3 * this.reach, (at ?? notBefore) - this.begin);
+    } else if (this.reach > LONGEST) {
+      this.end = until;
+      this.finish(state);
+    } else this.reach *= 1.4;
+  }
+
+  finish(state) {
+    this.after = Array.from(state.v);
+    this.scout.forget();
+    this.done = true;
+    this.pulses.sort((a, b) => a.onset - b.onset || a.release - b.release);
+    this.length = this.end - this.begin;
+    if (this.length === 0) this.sampled = true; // rigid: at one instant
+  }
+
+  /** Some more forces, velocities and overlaps, at instants from a little before it to a little after. */
+  sample() {
+    const { time, F, v, overlap } = this.samples, margin = 0.06 * this.length;
+    this.sampler ??= this.before.copy();
+    const from = Math.max(this.begin - margin, this.before.time), step = (this.length + 2 * margin) / (SAMPLES - 1);
+    for (let left = 8; left > 0 && time.length < SAMPLES; left--) {
+      const t = from + time.length * step;
+      if (this.sampler.advance(t, CLICK_EFFORT) < t) return;
+      const state = this.sampler.look();
+      time.push(t);
+      F.push(Float32Array.from(state.F));
+      v.push(Float32Array.from(state.v));
+      overlap.push(Float32Array.from(state.overlap));
+    }
+    if (time.length < SAMPLES) return;
+    this.sampled = true;
+    this.sampler.forget();
+    this.strongest = Math.max(1e-12, ...F.map((forces) => Math.max(0, ...forces)));
+    this.widest = Math.max(1e-9, ...overlap.map((row) => Math.max(0, ...row)));
+  }
+
+  forget() {
+    for (const run of [this.before, this.scout, this.sampler]) run?.forget();
+  }
+}

@@ -1,0 +1,274 @@
+// A live source: a run of the engine that hands can take hold of and that changes can be made to while it moves.
+//
+// What the page needs of a source, live or recorded: `drawing`, `state`, `account`, `advance`, `takePulses`, `ahead`, `wantsClick`.
+
+const HAND_MASS = 1e9;  // a held ball, in its own masses: the others bounce off it as off a wall
+const NEVER_OPEN = 0.5; // s after which a change is made although balls are still in contact
+const LEAD = 1;         // s of the run that are computed ahead of what is shown,
+const LITTLE = 0.05;    // and what of it is little
+const KEPT = 20000;     // pulses that are kept for the CSV file
+
+class Live {
+  constructor(engine, setup) {
+    this.engine = engine;
+    this.holds = new Map(); // who holds: {ball, x}
+    this.begin(setup);
+  }
+
+  get live() { return true; }
+
+  /** What does not change while balls move. */
+  get drawing() {
+    const { setup } = this, length = setup.get("pendulum.length"), { x_start: x, v_start: v } = setup.values;
+    const omega = Math.sqrt(Math.max(setup.get("gravity"), 0.1) / length);
+    return {
+      balls: setup.balls, radius: setup.get("ball.radius"), mass: setup.get("ball.mass"), ratio: setup.get("ball.massRatio"),
+      length, gravity: setup.get("gravity"), rigid: setup.law === "rigid",
+      reach: x.reduce((most, place, i) => Math.max(most, Math.hypot(place, v[i] / omega) / length), 0), // rad, of the largest swing
+    };
+  }
+
+  /** Starts a run. If the engine refuses, nothing has changed. Throws Refusal. */
+  begin(setup) {
+    const run = this.engine.start(setup.recipe()), origin = this.run ? this.time : 0;
+    this.run?.forget();
+    this.dropClicks();
+    this.dropEarly();
+    Object.assign(this, { setup, run, origin, state: run.look(), pending: null, fresh: [], pulses: [], forgotten: 0 });
+  }
+
+  /** Whether its sums are those of one undisturbed run. */
+  get account() { return this.holds.size === 0; }
+
+  /** Time on the clock of the page (s): it goes on when a new run begins. That of the run is `run.time`. */
+  get time() { return this.origin + this.run.time; }
+
+  /** Moves on to `time` on the clock of the page (s), as far as `effort` goes. */
+  advance(time, effort) {
+    if (this.holds.size) return this.advanceHeld(time, effort);
+    const pulses = this.step(time - this.origin, effort);
+    if (time - this.time < 1e-15 * time) this.origin = time - this.run.time; // a rounding error is no time left
+    this.state = this.run.look();
+    this.gather(pulses);
+    if (this.pending) this.tryPending();
+  }
+
+  /** Moves the run on to `time` (s): from what was computed ahead, if that was. The pulses that finish on the way. */
+  step(time, effort) {
+    const { early } = this;
+    if (!early) {
+      this.run.advance(time, effort);
+      return this.run.takePulses();
+    }
+    if (early.time < time) early.piece(time);
+    const known = Math.min(time, early.time), newer = early.point(known);
+    if (newer) {
+      this.run.forget();
+      this.run = newer;
+    }
+    this.run.advance(known, effort);
+    this.run.takePulses();
+    return early.takePulses(this.run.time);
+  }
+
+  /** Computes ahead of what is shown until the clock shows `deadline` (ms), or `late` if there is little left. */
+  prepare(deadline, late) {
+    if (this.holds.size || this.wanted) return;
+    this.early ??= new Ahead(this.run);
+    this.early.work(this.run.time + LEAD, this.early.time - this.run.time < LITTLE ? late : deadline);
+  }
+
+  dropEarly() {
+    this.early?.forget();
+    this.early = null;
+  }
+
+  gather(pulses) {
+    if (!pulses.length) return;
+    this.fresh.push(...pulses);
+    this.pulses.push(...pulses);
+    if (this.pulses.length > 2 * KEPT) {
+      this.forgotten += this.pulses.length - KEPT;
+      this.pulses = this.pulses.slice(-KEPT);
+    }
+  }
+
+  /** Pulses that have finished since the last call. */
+  takePulses() {
+    const { fresh } = this;
+    this.fresh = [];
+    return fresh;
+  }
+
+  // ---- changes
+
+  /** A new run with other values, from the next instant at which all contacts are open. `done(reason)` is told. */
+  change(values, done = () => {}) {
+    // Refused now rather than later, and without any trace.
+    const wanted = { ...this.pending?.values, ...values };
+    this.engine.start(this.setup.with(wanted).atRest().recipe()).forget();
+    this.pending = { values: wanted, since: this.pending?.since ?? this.time, done };
+    this.tryPending();
+  }
+
+  tryPending() {
+    const { values, since, done } = this.pending;
+    if (!this.state.apart && this.time - since < NEVER_OPEN) return;
+    this.pending = null;
+    this.restart(this.setup.with(values), Array.from(this.state.x), Array.from(this.state.v));
+    done();
+  }
+
+  /** A new run at these positions (m) and velocities (m/s). Balls that would overlap under its law are moved apart by that much. */
+  restart(setup, x, v) {
+    const band = setup.get("contact.deadBand"), gap = setup.values["contact.gap"] ?? [];
+    const clearance = x.slice(1).map((_, i) => band + (gap[i] ?? 0));
+    let places = x;
+    // Pre-compressed balls overlap at rest: a force law takes what there is.
+    if (setup.law === "rigid" || clearance.every((least) => least >= 0)) {
+      places = apart(x, clearance);
+      // By a rounding error rigid balls may still overlap.
+      for (let i = 1; i < places.length; i++) if (places[i - 1] - places[i] > clearance[i - 1]) places[i] = places[i - 1] - clearance[i - 1];
+    }
+    this.begin(setup.with({ x_start: places, v_start: v }));
+  }
+
+  // ---- hands
+
+  /** Which balls are held, and where: {ball: x}. */
+  get held() {
+    const held = new Map();
+    for (const { balls, x } of this.holds.values()) for (const ball of balls) held.set(ball, x);
+    return held;
+  }
+
+  /** `who` takes ball `ball` (from 0), or moves the one it has, to `x` (m). What hangs on it, outward, comes along. */
+  hold(who, ball, x) {
+    this.dropClicks();
+    this.dropEarly();
+    const most = 1.2 * this.setup.get("pendulum.length"), place = Math.min(most, Math.max(-most, x));
+    const hold = this.holds.get(who) ?? { ball, balls: new Set([ball]), side: 0 };
+    const side = place < 0 ? -1 : 1, near = 0.02 * this.setup.get("pendulum.length");
+    if (side !== hold.side) hold.balls = new Set([hold.ball]);
+    for (let other = hold.ball + side; other >= 0 && other < this.setup.balls; other += side) {
+      if (!hold.balls.has(other) && side * (this.state.x[other] - place) > near) break;
+      hold.balls.add(other);
+    }
+    this.holds.set(who, Object.assign(hold, { x: place, side }));
+  }
+
+  /** Puts held balls where the hand is, without any time passing. */
+  place() {
+    const held = this.held, x = Array.from(this.state.x), v = x.map(() => 0);
+    for (const [ball, place] of held) x[ball] = place;
+    // What the hand pushes gives way.
+    for (const [ball, place] of held) {
+      for (let i = ball + 1; i < x.length && x[i] < place && !held.has(i); i++) x[i] = place;
+      for (let i = ball - 1; i >= 0 && x[i] > place && !held.has(i); i--) x[i] = place;
+    }
+    this.restart(this.setup, x, v);
+  }
+
+  /** The others swing on while some are held: in runs of a frame each, in which held balls are heavy and move as the hand does. */
+  advanceHeld(time, effort) {
+    const held = this.held, { setup, state } = this, passed = time - this.time;
+    if (!(passed > 0)) return;
+    const x = Array.from(state.x), v = Array.from(state.v), ratio = [...setup.get("ball.massRatio")];
+    for (const [ball, place] of held) {
+      v[ball] = Math.max(-8, Math.min(8, (place - x[ball]) / passed));
+      ratio[ball] *= HAND_MASS;
+    }
+    const before = this.time;
+    this.restart(setup.with({ "ball.massRatio": ratio }), x, v);
+    const reached = this.run.advance(passed, effort), after = this.run.look();
+    const fresh = this.run.takePulses(), places = Array.from(after.x), speeds = Array.from(after.v);
+    for (const [ball, place] of held) {
+      places[ball] = place;
+      speeds[ball] = 0;
+    }
+    this.restart(setup, places, speeds);
+    this.origin = before + reached;
+    this.fresh.push(...fresh);
+  }
+
+  /** `who` lets go; held balls fly on at `speed` (m/s). A new run when nobody holds any more. */
+  release(who, speed = 0) {
+    const hold = this.holds.get(who);
+    if (!hold) return;
+    const mine = this.held;
+    this.holds.delete(who);
+    const still = this.held, x = Array.from(this.state.x), v = Array.from(this.state.v);
+    for (const [ball, place] of mine) {
+      if (still.has(ball)) continue;
+      x[ball] = speed === 0 ? Math.round(place * 1e4) / 1e4 : place;
+      v[ball] = speed;
+    }
+    this.restart(this.setup, x, v);
+  }
+
+  // ---- clicks
+
+  /** Whether somebody wants to know of clicks before they come. */
+  wantsClick(wanted) {
+    this.wanted = wanted;
+    if (wanted) this.dropEarly();
+  }
+
+  dropClicks() {
+    this.click?.forget();
+    this.past?.forget();
+    this.click = this.past = null;
+  }
+
+  /** The next click, or the one that lasts: {distance, length, done}, s; null if none is in sight. It is explored until the
+   *  clock shows `deadline` (ms). */
+  ahead(deadline) {
+    if (this.holds.size || !this.wanted) return null;
+    const now = this.run.time;
+    this.past?.work(deadline);
+    if (this.click?.done && now > this.click.end + 0.05 * this.click.length) {
+      this.past?.forget();
+      [this.past, this.click] = [this.click, null];
+    }
+    if (!this.click) {
+      const { at, notBefore } = this.run.nextOnset();
+      if (at === Infinity) return null;
+      if (at === undefined) return { distance: Math.max(0, notBefore - now), length: 0, done: false };
+      this.click = new Click(this.run, at);
+    }
+    const { click } = this;
+    click.work(deadline);
+    return { distance: Math.max(click.begin - now, 0), length: click.end - click.begin, done: click.done };
+  }
+
+  /** The click that the time shown is in, or was in last. */
+  get shownClick() {
+    const now = this.run.time, { click, past } = this;
+    if (click?.done && (!past || click.begin - now < now - past.end)) return click;
+    return past;
+  }
+
+  /** To `time` of the run within a click that is known. */
+  seek(time) {
+    const click = this.shownClick;
+    if (!click || time < click.before.time) return;
+    const now = click.before.copy();
+    now.advance(time);
+    now.takePulses();
+    this.run.forget();
+    this.run = now;
+    this.state = now.look();
+    if (click === this.past && time < click.end) {
+      this.click?.forget();
+      [this.click, this.past] = [click, null];
+    }
+    this.pulses = this.pulses.filter(({ release }) => release <= time);
+    this.fresh = [];
+  }
+
+  forget() {
+    this.dropClicks();
+    this.dropEarly();
+    this.run.forget();
+  }
+}

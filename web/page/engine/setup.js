@@ -1,0 +1,135 @@
+// A set-up: the number of balls, and start values by the names that the FMU gives them. Values of balls and contacts are arrays.
+
+const PER_BALL = ["ball.massRatio", "pendulum.lengthRatio", "x_start", "v_start"];
+const MOST_BALLS = 20;
+
+const LAWS = {
+  linear: { "contact.model": "powerLaw", "contact.exponent": 1 },
+  quadratic: { "contact.model": "powerLaw", "contact.exponent": 2 },
+  cubic: { "contact.model": "powerLaw", "contact.exponent": 3 },
+  hertz: { "contact.model": "hertz" },
+  rigid: { "contact.model": "rigid" },
+};
+
+class Setup {
+  /** `values`: start values by name; those of balls as arrays, filled up with what a ball at rest has. */
+  constructor(balls, values) {
+    this.balls = balls;
+    this.values = { ...values };
+    for (const name of PER_BALL) {
+      const rest = name.endsWith("Ratio") ? 1 : 0, given = this.values[name] ?? [];
+      this.values[name] = Array.from({ length: balls }, (_, i) => given[i] ?? rest);
+    }
+    for (const [name, value] of Object.entries(DEFAULTS)) if (this.values[name] === value) delete this.values[name];
+  }
+
+  get(name) { return this.values[name] ?? DEFAULTS[name]; }
+
+  /** The same with other values. */
+  with(values) { return new Setup(this.balls, { ...this.values, ...values }); }
+
+  /** All balls at rest, hanging down. */
+  atRest() { return this.with({ x_start: [], v_start: [] }); }
+
+  /** Another number of balls, at rest. */
+  resized(balls) {
+    const values = { ...this.values };
+    delete values["contact.gap"];
+    return new Setup(balls, values).atRest();
+  }
+
+  /** Which of the laws of contact it has. */
+  get law() {
+    const model = this.get("contact.model");
+    if (model !== "powerLaw") return model;
+    return Object.keys(LAWS).find((law) => LAWS[law]["contact.exponent"] === this.get("contact.exponent")) ?? "linear";
+  }
+
+  /** What the engine starts from. */
+  recipe() {
+    const start = {};
+    for (const [name, value] of Object.entries(this.values)) {
+      if (Array.isArray(value)) value.forEach((element, i) => { start[`${name}[${i + 1}]`] = element; });
+      else start[name] = value;
+    }
+    return { balls: this.balls, start };
+  }
+
+  /** As the part of an address behind #. Values that are the defaults are left out, and those of the `preset` it is made from. */
+  toLink(preset) {
+    const ready = PRESETS[preset]?.setup(), same = ready && ready.atRest().toLinkOf(null) === this.atRest().toLinkOf(null);
+    return this.toLinkOf(same ? preset : null);
+  }
+
+  toLinkOf(preset) {
+    const parts = [preset ? `preset=${preset}` : `balls=${this.balls}`], given = preset ? PRESETS[preset].setup().values : {};
+    for (const [name, value] of Object.entries(this.values)) {
+      if (preset && String(value) === String(given[name])) continue;
+      const rest = name.endsWith("Ratio") ? 1 : 0;
+      if (Array.isArray(value) ? value.every((element) => element === rest) : value === DEFAULTS[name]) continue;
+      parts.push(`${name}=${Array.isArray(value) ? value.join(",") : value}`);
+    }
+    return parts.join("&");
+  }
+
+  /** From the part of an address behind #: {setup, options}; options are the names that are not the engine's. Throws Refusal. */
+  static fromLink(text) {
+    const values = {}, options = {};
+    for (const part of text.replace(/^#/, "").split("&").filter(Boolean)) {
+      const [name, raw = ""] = part.split("=").map(decodeURIComponent);
+      if (LINK_OPTIONS.includes(name)) options[name] = raw;
+      else if (PER_BALL.includes(name) || name === "contact.gap") values[name] = raw.split(",").map((number) => parsed(name, number));
+      else values[name] = /^[a-z]/i.test(raw) && Number.isNaN(Number(raw)) ? raw : parsed(name, raw);
+    }
+    if (options.preset && !PRESETS[options.preset]) {
+      throw new Refusal(`preset = ${options.preset} is refused; allowed: ${Object.keys(PRESETS).join(", ")}`);
+    }
+    const { balls: asked, ...rest } = values, ready = PRESETS[options.preset ?? (asked === undefined ? "textbook" : null)]?.setup();
+    if (ready && asked === undefined) return { setup: checked(ready.balls, rest, ready.values), options };
+    const balls = asked;
+    if (!(Number.isInteger(balls) && balls >= 1 && balls <= MOST_BALLS)) {
+      throw new Refusal(`balls = ${balls} is refused; allowed: 1 to ${MOST_BALLS}`);
+    }
+    return { setup: checked(balls, rest, {}), options };
+  }
+}
+
+const LINK_OPTIONS = ["preset", "beside", "slow", "show", "lift", "look"];
+
+/** A set-up with values from an address, on top of others. */
+function checked(balls, values, others) {
+  for (const [name, given] of Object.entries(values)) {
+    const most = name === "contact.gap" ? balls - 1 : balls;
+    if (Array.isArray(given) && given.length > most) throw new Refusal(`${name} has ${given.length} numbers; allowed: up to ${most}`);
+  }
+  return new Setup(balls, { ...others, ...values });
+}
+
+function parsed(name, text) {
+  const number = Number(text);
+  if (text.trim() === "" || Number.isNaN(number)) throw new Refusal(`${name} = ${text} is not a number`);
+  return number;
+}
+
+/** The positions nearest to `x` at which no neighbours are nearer than `clearance[i]` allows (m): pools of balls that touch. */
+function apart(x, clearance) {
+  // In coordinates in which balls in touch have equal places, they must not fall: pool adjacent violators.
+  let shift = 0;
+  const shifts = x.map((_, i) => (shift += i ? clearance[i - 1] : 0));
+  const pools = [];
+  x.forEach((place, i) => {
+    pools.push({ sum: place + shifts[i], count: 1 });
+    for (let last = pools.length - 1; last > 0 && pools[last - 1].sum / pools[last - 1].count > pools[last].sum / pools[last].count; last--) {
+      const { sum, count } = pools.pop();
+      pools[last - 1].sum += sum;
+      pools[last - 1].count += count;
+    }
+  });
+  // Balls that touch nothing stay where they are, to the last bit.
+  let i = 0;
+  return pools.flatMap(({ sum, count }) => Array.from({ length: count }, () => {
+    const place = count === 1 ? x[i] : sum / count - shifts[i];
+    i++;
+    return place;
+  }));
+}

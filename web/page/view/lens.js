@@ -1,0 +1,75 @@
+// Microscopes above the contacts: the gap between two balls, or how far they are pressed together, in micrometres.
+
+/** Draws a lens for each contact; `reach` (m) is half of what it shows. */
+function drawLenses(scene, state, { reach, theme, opacity }) {
+  const { context: c, unit } = scene, radius = Math.min(0.9 * unit, 84);
+  if (radius < 15 || opacity <= 0) return;
+  c.save();
+  c.globalAlpha = opacity;
+  for (let i = 0; i < state.F.length; i++) {
+    const a = scene.place(i, state.x[i]), b = scene.place(i + 1, state.x[i + 1]);
+    const part = scene.sizes[i] / (scene.sizes[i] + scene.sizes[i + 1]);
+    const touch = { x: a.x + part * (b.x - a.x), y: a.y + part * (b.y - a.y) };
+    const gap = -state.overlap[i]; // m until the law acts; negative while it does
+    if (Math.hypot(b.x - a.x, b.y - a.y) > 1.25 * (scene.sizes[i] + scene.sizes[i + 1]) * unit) continue;
+    const centre = { x: touch.x, y: touch.y - Math.max(...scene.sizes) * unit - radius - 0.55 * unit };
+    c.strokeStyle = theme.lensLine;
+    c.lineWidth = 1;
+    c.beginPath();
+    c.moveTo(touch.x, touch.y);
+    c.lineTo(centre.x, centre.y + radius);
+    c.stroke();
+    drawLens(c, centre, radius, gap / reach, Math.max(0, state.F[i]), theme);
+    c.fillStyle = gap < 0 ? theme.accent : theme.ink; // pressed, or apart
+    c.font = `600 ${Math.max(10, Math.min(15, 0.3 * unit))}px ${FONT}`;
+    c.textAlign = "center";
+    c.textBaseline = "alphabetic";
+    if (radius >= 22) c.fillText(quantity(Math.abs(gap), "m", 2), centre.x, centre.y - radius - 6);
+  }
+  c.restore();
+}
+
+/** One lens: `gap` in its half widths, drawn so that one half width is half of its radius. */
+function drawLens(c, { x, y }, radius, gap, force, theme) {
+  c.save();
+  c.beginPath();
+  c.arc(x, y, radius, 0, 2 * Math.PI);
+  c.fillStyle = theme.lens;
+  c.fill();
+  c.clip();
+  const shift = Math.max(-0.45, Math.min(0.9, 0.5 * gap)) * radius, bend = 2.6 * radius;
+  // Two surfaces that bulge towards each other; where they overlap, they flatten.
+  for (const side of [-1, 1]) {
+    const face = x + side * Math.max(0, 0.5 * shift), centre = face + side * bend;
+    c.beginPath();
+    c.arc(centre, y, bend, 0, 2 * Math.PI);
+    const shade = c.createLinearGradient(face, y, face + side * radius, y);
+    shade.addColorStop(0, theme.lensBall[0]);
+    shade.addColorStop(1, theme.lensBall[1]);
+    c.fillStyle = shade;
+    c.fill();
+  }
+  if (shift < 0) {
+    // The patch that is pressed: as high as the chord in which the undeformed surfaces would overlap.
+    const depth = -0.5 * shift, half = Math.min(0.8 * radius, Math.sqrt(2 * bend * depth)), width = 2 + 0.5 * depth;
+    const glow = c.createRadialGradient(x, y, 0, x, y, half + 8);
+    glow.addColorStop(0, theme.glow(0.95));
+    glow.addColorStop(1, theme.glow(0));
+    if (force > 0) {
+      c.fillStyle = glow;
+      c.beginPath();
+      c.ellipse(x, y, width + 0.4 * half, half + 8, 0, 0, 2 * Math.PI);
+      c.fill();
+    }
+    c.fillStyle = theme.patch;
+    c.beginPath();
+    c.roundRect(x - width / 2, y - half, width, 2 * half, width / 2);
+    c.fill();
+  }
+  c.restore();
+  c.strokeStyle = theme.lensLine;
+  c.lineWidth = 1.5;
+  c.beginPath();
+  c.arc(x, y, radius, 0, 2 * Math.PI);
+  c.stroke();
+}

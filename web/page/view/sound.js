@@ -1,0 +1,40 @@
+// A sound for each click: as loud as its impulse, as high as its contacts are short.
+
+const FULL_SPEED = 1.2;   // m/s: the change of a ball's speed that is as loud as it gets
+const LENGTH = 0.09;      // s
+const PITCH = 2400;       // Hz, of the sound that is kept
+
+class Sound {
+  constructor() { this.on = false; this.played = 0; }
+
+  /** Browsers let a page sound after it was touched only. */
+  switchOn(on) {
+    this.on = on;
+    if (!on || this.context) return void this.context?.resume?.();
+    const Context = window.AudioContext ?? window.webkitAudioContext;
+    if (!Context) return;
+    this.context = new Context();
+    const rate = this.context.sampleRate, samples = new Float32Array(LENGTH * rate);
+    for (let i = 0; i < samples.length; i++) {
+      const t = i / rate, ring = (f, decay) => Math.sin(2 * Math.PI * f * t) * Math.exp(-t * decay);
+      samples[i] = 0.5 * ring(PITCH, 90) + 0.3 * ring(2.76 * PITCH, 160) + 0.2 * ring(5.4 * PITCH, 320);
+    }
+    this.buffer = this.context.createBuffer(1, samples.length, rate);
+    this.buffer.copyToChannel(samples, 0);
+  }
+
+  /** The pulses that have finished since the last picture, of balls of this mass (kg). */
+  click(pulses, mass) {
+    if (!this.on || !this.context || !pulses.length) return;
+    const strongest = pulses.reduce((a, b) => (b.impulse > a.impulse ? b : a));
+    const loudness = Math.min(1, strongest.impulse / mass / FULL_SPEED) ** 0.8;
+    if (loudness < 0.003) return;
+    const duration = strongest.release - strongest.onset, source = this.context.createBufferSource(), gain = this.context.createGain();
+    source.buffer = this.buffer;
+    source.playbackRate.value = Math.max(0.35, Math.min(1.6, (2.5e-5 / Math.max(duration, 1e-6)) ** 0.25));
+    gain.gain.value = 0.6 * loudness;
+    source.connect(gain).connect(this.context.destination);
+    source.start();
+    this.played++;
+  }
+}
