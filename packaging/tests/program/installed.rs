@@ -112,8 +112,11 @@ fn the_hint_after_a_build_works_as_it_stands() {
     let built = run_in(&folder.file(""), &["build", "--binary", &library, "--out", "it's mine.fmu"]);
     assert_eq!(built.code, 0, "{}", built.error);
     let hint = built.output.lines().find_map(|line| line.strip_prefix("Try it: ")).unwrap().to_owned();
-    let (shell, option) = if cfg!(windows) { ("cmd", "/C") } else { ("sh", "-c") };
-    let tried = output(shell, &[option, &format!("cd \"{}\" && {hint}", folder.file(""))]);
+    // From a file, as Windows' shell takes no quotation marks within an argument.
+    let (name, change) = if cfg!(windows) { ("hint.cmd", "cd /D") } else { ("hint.sh", "cd") };
+    let script = folder.file(name);
+    fs::write(&script, format!("{change} \"{}\"\n{hint}\n", folder.file(""))).unwrap();
+    let tried = if cfg!(windows) { output("cmd", &["/C", &script]) } else { output("sh", &[&script]) };
     assert_eq!(tried.code, 0, "{hint}: {}{}", tried.output, tried.error);
 }
 
