@@ -63,7 +63,10 @@ class Model:
         try:
             if kind == "Enumeration" and isinstance(value, str):
                 return self.items(name)[value]
-            return float(value) if kind == "Real" else int(value)
+            number = float(value)
+            if kind != "Real" and not number.is_integer():
+                raise FmuError(f"{name} = {value} is refused; allowed: whole numbers")
+            return number if kind == "Real" else int(number)
         except KeyError:
             items = self.items(name)
             hint = did_you_mean(str(value), items)
