@@ -150,8 +150,8 @@ fn what_is_no_derivative_is_refused() {
     refused("a_support", i32::MIN, 1.0, "allowed: 1 to 3");
     refused("F_ext[2]", 1, f64::NAN, "derivative 1 of F_ext[2] = NaN is refused; allowed: any finite value");
     refused("x[1]", 1, 1.0, "no derivative of x[1] can be set: only those of inputs can, and its causality is Output");
-    refused("ball.mass", 1, 1.0, "of causality Parameter");
-    refused("contact.model", 1, 1.0, "of causality Parameter");
+    refused("ball.mass", 1, 1.0, "its causality is Parameter");
+    refused("contact.model", 1, 1.0, "its causality is Parameter");
     assert_eq!(unsafe { fmi2SetRealInputDerivatives(host.c, &u32::MAX, 1, &1, &1.0) }, fmi2Error);
     assert!(host.error().contains("value reference 4294967295"));
 
