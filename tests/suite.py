@@ -36,30 +36,15 @@ FUZZ_RUNS = {"calls": 8_000, "check": 1_500, "corners": 500, "states": 20_000}  
 # and the tests in tests/hosts that take FMPy only, and few seconds.
 FEW_CASES = 20
 LONG_RUST_TESTS = ("damaged_bytes", "forged_states")
-SHORT_HOST_TESTS = (
-    "conservation",
-    "derivatives",
-    "description",
-    "helpers",
-    "package",
-    "reference",
-    "rigid",
-    "runs",
-    "sequence",
-    "states",
-)
+SHORT_HOST_TESTS = [
+    "conservation", "derivatives", "description", "helpers", "package",
+    "reference", "rigid", "runs", "sequence", "states",
+]  # fmt: skip
 # Those that run whole programs, most of the time on one core; the others run beside them.
-PROGRAM_TESTS = (
-    "examples",
-    "mechatronics",
-    "notebook",
-    "pages",
-    "pages_animation",
-    "pages_files",
-    "pages_layout",
-    "study",
-    "wheel",
-)
+PROGRAM_TESTS = [
+    "examples", "mechatronics", "notebook", "pages", "pages_animation",
+    "pages_files", "pages_layout", "study", "wheel",
+]  # fmt: skip
 
 
 @dataclass
@@ -185,24 +170,19 @@ def what_a_change_needs(results: Results) -> None:
 def everything(results: Results) -> None:
     """All tests of all kinds."""
     FMU.unlink(missing_ok=True)
-    results.beside(build=compiled, fuzz=fuzz, hosts=install_fmi_sim)
+    results.beside(build=compiled, fuzz=fuzz, others=apart)
     if not FMU.exists():
         return results.fail("hosts: without the FMU they cannot run")
 
     def programs(part):
+        part.step("Wheel", [sys.executable, "cradle.py", "wheel", "--fmu", FMU])
         python_hosts(part, "Python programs", PROGRAM_TESTS, "--fmu", FMU)
 
     def hosts(part):
-        others = {path.stem.removeprefix("test_") for path in ROOT.glob("tests/hosts/test_*.py")} - {
-            *PROGRAM_TESTS
-        }
-        python_hosts(part, "Python hosts", sorted(others), "--fmu", FMU)
+        tests = {path.stem.removeprefix("test_") for path in ROOT.glob("tests/hosts/test_*.py")}
+        python_hosts(part, "Python hosts", sorted(tests.difference(PROGRAM_TESTS)), "--fmu", FMU)
         rust_host(part)
         leak_check(part)
-        part.step(
-            "Licences, bans and sources of packages", [sys.executable, "packaging/deny.py"], skipped_lines
-        )
-        part.step("Bill of materials", [PYTHON, "packaging/sbom.py", ROOT / "target/newtons-cradle.cdx.json"])
 
     results.beside(programs=programs, hosts=hosts)
     return None
@@ -220,19 +200,23 @@ def compiled(results: Results) -> None:
         if not results.step("FMU", command, env=environment):
             return None
     same_bytes(results)
-    results.step("Live page", [sys.executable, "web/build.py", "--or-skip"], skipped_lines)
-    results.step("Wheel", [sys.executable, "cradle.py", "wheel", "--fmu", FMU])
     platforms = [sys.executable, "packaging/platforms.py", PRODUCER, FMU]
     results.step("FMU for all platforms", platforms, skipped_lines, env=environment)
     return None
 
 
+def apart(results: Results) -> None:
+    """What is compiled in folders of its own: a host, the live page, and what looks at the packages of others."""
+    install_fmi_sim(results)
+    results.step("Live page", [sys.executable, "web/build.py", "--or-skip"], skipped_lines)
+    results.step("Licences, bans and sources", [sys.executable, "packaging/deny.py"], skipped_lines)
+    results.step("Bill of materials", [PYTHON, "packaging/sbom.py", ROOT / "target/newtons-cradle.cdx.json"])
+
+
 def style(results: Results) -> None:
     """rustfmt and clippy, where the toolchain has them, and ruff."""
-    fmt, clippy = (
-        ["cargo", "fmt", "--check"],
-        ["cargo", "clippy", "--workspace", "--all-targets", "--", "--deny", "warnings"],
-    )
+    fmt = ["cargo", "fmt", "--check"]
+    clippy = ["cargo", "clippy", "--workspace", "--all-targets", "--", "--deny", "warnings"]
     for what, tool, command in (
         ("Rust format", "cargo-fmt", [*fmt, "--all"]),
         ("Format of the fuzz targets", "cargo-fmt", [*fmt, "--manifest-path", "fuzz/Cargo.toml"]),
@@ -246,7 +230,7 @@ def style(results: Results) -> None:
     results.step("Python format", [PYTHON, "-m", "ruff", "format", "--check", "."])
 
 
-def python_hosts(results: Results, what: str, names: tuple, *options) -> None:
+def python_hosts(results: Results, what: str, names: list, *options) -> None:
     """The named files of tests/hosts, by pytest."""
     files = [f"tests/hosts/test_{name}.py" for name in names]
     results.step(what, [PYTHON, "-m", "pytest", *files, "-rs", *options], pytest_counts)
