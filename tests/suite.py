@@ -178,13 +178,17 @@ def everything(results: Results) -> None:
         part.step("Wheel", [sys.executable, "cradle.py", "wheel", "--fmu", FMU])
         python_hosts(part, "Python programs", PROGRAM_TESTS, "--fmu", FMU)
 
+    def documents(part):
+        python_hosts(part, "Commands of the documents", ["documents"], "--fmu", FMU)
+
     def hosts(part):
         tests = {path.stem.removeprefix("test_") for path in ROOT.glob("tests/hosts/test_*.py")}
-        python_hosts(part, "Python hosts", sorted(tests.difference(PROGRAM_TESTS)), "--fmu", FMU)
+        tests -= {"documents", *PROGRAM_TESTS}
+        python_hosts(part, "Python hosts", sorted(tests), "--fmu", FMU)
         rust_host(part)
         leak_check(part)
 
-    results.beside(programs=programs, hosts=hosts)
+    results.beside(programs=programs, documents=documents, hosts=hosts)
     return None
 
 
