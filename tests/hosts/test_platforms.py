@@ -77,7 +77,7 @@ def test_presets_are_the_setups_of_the_package(packed):
                 for variable in fmu.description.modelVariables
                 if variable.start
             }
-        assert {name: described[name] for name in setup} == setup
+        assert {name: described[name] for name in setup} == fmu.settings(setup)
 
 
 def test_start_values_count_whether_or_not_the_host_writes_them(fmu_path, packed):

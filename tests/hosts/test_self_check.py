@@ -95,7 +95,8 @@ def test_the_lines_of_the_documentation_run(packed, tmp_path):
     with zipfile.ZipFile(path) as archive:
         page = archive.read("documentation/index.html").decode()
     program, command = (
-        unescape(re.search(rf'id="{name}">(.*?)</', page, re.DOTALL)[1]) for name in ("python", "command")
+        unescape(re.search(rf'id="{name}"[^>]*>(.*?)</', page, re.DOTALL)[1])
+        for name in ("python", "command")
     )
     printed = run([sys.executable, "-c", program], cwd=tmp_path).splitlines()
     assert len(printed) == 21 and "ball 1 at -0.1000 m" in printed[0]
