@@ -2,7 +2,8 @@
 //! steps of a nanosecond to a million seconds. Every variable is read after every step. No call may end the process, answer a NaN
 //! with fmi2OK, or, but for a step, take more than a fixed amount of work; memory is bounded by the options of libFuzzer.
 //!
-//! Steps grow as long as little happens in them, by the FMU's own counters: how many events a step has to follow is up to the cradle.
+//! Steps grow as long as little happens in them, by the FMU's own counters and by the clock: how many events a step has to follow, and
+//! how many swings it has to search for one, is up to the cradle and to the host.
 //! With `CRADLE_SLOWEST` in the environment the slowest calls so far are told on standard error.
 #![no_main]
 
@@ -24,8 +25,12 @@ static INTERFACES: LazyLock<Vec<(usize, Interface)>> =
 /// What any call but a step may take here, where it is instrumented and others may be at work: a thousand times what it should.
 const LONGEST: Duration = Duration::from_secs(2);
 
-/// A step is followed by one ten times as long if the counters of work grew by less than that.
-const LITTLE: i32 = 1000;
+/// A step is followed by one `LONGER` times as long if the counters of work grew by less than this, and it took less time than that.
+const LITTLE: i32 = 100;
+const SHORT: Duration = Duration::from_millis(200);
+
+/// Under a force that grows with the cube of time, events become more numerous with its fifth power: a thousand times by this factor.
+const LONGER: f64 = 4.0;
 
 #[derive(Debug, Arbitrary)]
 struct Run {
@@ -71,7 +76,7 @@ enum Start {
 
 #[derive(Debug, Arbitrary)]
 struct Step {
-    /// Its length is a power of ten, from 1e-9 s on.
+    /// Its length is at most a power of ten, from 1e-9 s on.
     decade: u8,
     /// An input, and the order of its derivative; order 0 is its value.
     input: Option<(u8, u8, Corner)>,
@@ -148,21 +153,21 @@ impl Driver<'_> {
             if !self.change(step) {
                 return self.refused();
             }
-            let longest = f64::from(step.decade % 16) - 9.0;
-            let mut decade = -9.0;
-            while decade <= longest {
-                let length = 10f64.powf(decade);
-                let before = self.work();
+            let longest = 10f64.powi(i32::from(step.decade % 16) - 9);
+            let mut length = 1e-9;
+            while length <= longest {
+                let (before, begin) = (self.work(), Instant::now());
                 let status = self.timed("fmi2DoStep", || host.step(time, length));
+                let taken = begin.elapsed();
                 if status != fmi2OK {
                     return self.refused();
                 }
                 time += length;
                 self.read();
-                if self.work() - before > LITTLE {
+                if self.work() - before > LITTLE || taken > SHORT {
                     break;
                 }
-                decade += 1.0;
+                length *= LONGER;
             }
         }
     }
