@@ -1,0 +1,6 @@
+//! Model exchange, through a host with fixed steps.
+
+mod derivatives;
+mod events;
+mod masters;
+mod rigid;
