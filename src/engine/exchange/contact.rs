@@ -14,6 +14,8 @@ pub(super) struct Contact {
     pub impulse_at_onset: f64,
     /// Largest force of the last pulse as the last event saw it, N.
     pub peak: f64,
+    /// Largest force of the pulse under way that the host has asked for, N: many tell of no step but those to communication points.
+    pub seen: f64,
     /// The force and the time (s) at the end of the last step of the host's, while the contact is closed, and how the force changed
     /// then, N and N/s.
     pub last: Option<(f64, f64, f64)>,
@@ -23,7 +25,7 @@ impl Contact {
     /// It closes at `time`, with this impulse so far (N.s).
     pub fn open_pulse(&mut self, time: DoubleDouble, impulse: f64) {
         self.ledger.open_pulse(time, 0);
-        (self.impulse_at_onset, self.last, self.peak) = (impulse, None, 0.0);
+        (self.impulse_at_onset, self.last, self.peak, self.seen) = (impulse, None, 0.0, 0.0);
     }
 
     /// A force (N) in the middle of a pulse, with its derivative by time (N/s), at the end of a step to `time` (s): the largest
@@ -50,7 +52,7 @@ impl Contact {
 
     /// Contact `i` opens at `time`, with this impulse so far (N.s).
     pub fn close_pulse(&mut self, i: usize, time: DoubleDouble, impulse: f64, observer: &mut dyn Observer) {
-        self.ledger.add(impulse - self.impulse_at_onset, 0.0, 0.0);
+        self.ledger.add(impulse - self.impulse_at_onset, self.seen, 0.0);
         (self.last, self.peak) = (None, self.ledger.pulse_peak);
         observer.pulse(self.ledger.close_pulse(i, time));
     }

@@ -1,5 +1,6 @@
 //! Events: contacts open and close, laws begin and end to clip, groups are followed to their end.
 
+use super::contact::Contact;
 use super::group::Group;
 use super::run::Exchange;
 use crate::engine::error::EngineError;
@@ -114,18 +115,18 @@ impl Exchange {
 
     /// Follows what has been closed from the start to its end; what does not end before long stays closed.
     fn follow_closed(&mut self, observer: &mut dyn Observer) -> Result<(), EngineError> {
-        let closed: Vec<usize> = (0..self.modes.len()).filter(|&j| self.modes[j] != Mode::Open).collect();
-        for run in closed.chunk_by(|left, right| left + 1 == *right) {
-            if run.iter().any(|j| self.modes[*j] == Mode::Open) {
+        let mut closed: Vec<usize> = (0..self.modes.len()).filter(|&j| self.modes[j] != Mode::Open).collect();
+        while let Some(&first) = closed.first() {
+            let Some(group) = self.follow(&self.flights(), first, 0.0, &closed)? else {
+                closed.remove(0);
                 continue;
+            };
+            for &j in closed.iter().filter(|j| group.contacts.contains(j)) {
+                self.modes[j] = Mode::Open;
+                self.contacts[j] = Contact::default();
             }
-            if let Some(group) = self.follow(&self.flights(), run[0], 0.0, run)? {
-                for &j in run {
-                    self.modes[j] = Mode::Open;
-                    self.contacts[j] = Default::default();
-                }
-                self.apply(&group, observer);
-            }
+            closed.retain(|j| !group.contacts.contains(j));
+            self.apply(&group, observer);
         }
         Ok(())
     }

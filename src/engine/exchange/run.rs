@@ -197,7 +197,10 @@ impl Exchange {
     }
 
     /// Derivatives of the states by time.
-    pub fn derivatives(&self) -> Vec<f64> {
+    pub fn derivatives(&mut self) -> Vec<f64> {
+        for (contact, force) in self.contacts.iter_mut().zip(&self.state.forces) {
+            contact.seen = contact.seen.max(*force);
+        }
         let (view, State { v, forces, .. }) = (self.view(), &self.state);
         let mut rates = Vec::with_capacity(self.y.len());
         rates.push(v[0]);

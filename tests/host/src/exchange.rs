@@ -106,7 +106,8 @@ pub struct Master<'a> {
     pub next: f64,
     /// Events so far.
     pub events: usize,
-    indicators: Vec<f64>,
+    /// Those of the last event or step.
+    pub indicators: Vec<f64>,
 }
 
 fn plus(y: &[f64], h: f64, rates: &[f64]) -> Vec<f64> {
@@ -121,6 +122,11 @@ impl<'a> Master<'a> {
         let info = host.update();
         master.after(info);
         master
+    }
+
+    /// Takes over a component in Continuous-Time Mode, whose time and next event are still to be told.
+    pub fn resumed(host: &'a Host) -> Self {
+        Self { host, time: 0.0, next: f64::INFINITY, events: 0, indicators: host.indicators() }
     }
 
     fn after(&mut self, info: fmi2EventInfo) {

@@ -2,5 +2,7 @@
 
 mod derivatives;
 mod events;
+mod legality;
 mod masters;
 mod rigid;
+mod states;
