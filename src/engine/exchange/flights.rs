@@ -51,6 +51,24 @@ impl Exchange {
         (-overlap <= rate * self.margin()).then_some(-overlap / rate)
     }
 
+    /// When the balls of contact `j` part, from now (s), if at the time `from` (s from now) they overlap and have yet to.
+    pub(super) fn parting(&self, balls: &[Ball], j: usize, from: f64) -> Option<f64> {
+        let (overlap, rate) = self.overlap_in_flight(balls, j, from);
+        if overlap.is_nan() || overlap <= 0.0 || rate >= 0.0 {
+            return None;
+        }
+        let mut tau = from;
+        for _ in 0..STEPS {
+            let (overlap, rate) = self.overlap_in_flight(balls, j, tau);
+            let next = tau - overlap / rate;
+            if (next - tau).abs() <= f64::EPSILON * tau.abs() {
+                break;
+            }
+            tau = next;
+        }
+        (tau > from && tau.is_finite()).then_some(tau)
+    }
+
     /// When contact `j`, which overlaps and whose balls approach each other, has closed, from now (s, <= 0); nothing if it cannot be
     /// told.
     fn past_onset(&self, balls: &[Ball], j: usize) -> Option<f64> {

@@ -44,8 +44,8 @@ impl Exchange {
             allowed > 1
         };
         let mut goes_on = true;
-        for j in 0..settled.len() {
-            goes_on &= look(j, separations[j].anchor(), &mut queue, &mut settled);
+        for (j, separation) in separations.iter().enumerate() {
+            goes_on &= look(j, separation.anchor(), &mut queue, &mut settled);
         }
         while let Some((tau, j)) = queue.first() {
             if tau.value() > limit {
@@ -70,18 +70,10 @@ impl Exchange {
     /// The motion of the balls of contact `j` relative to each other, from where they part if they have yet to.
     fn separation(&self, balls: &[Ball], j: usize) -> Separation {
         let clearance = self.cradle.contacts[j].clearance;
-        let (mut overlap, rate) = self.overlap_and_rate(j);
-        let mut anchor = 0.0;
-        if overlap > 0.0 && rate < 0.0 {
-            let mut tau = 0.0;
-            for _ in 0..8 {
-                let (overlap, rate) = self.overlap_in_flight(balls, j, tau);
-                tau -= overlap / rate;
-            }
-            if tau.is_finite() && tau > 0.0 {
-                (anchor, overlap) = (tau, 0.0);
-            }
-        }
-        Separation::new(&balls[j], &balls[j + 1], anchor.into(), overlap.min(0.0), clearance)
+        let (anchor, overlap) = match self.parting(balls, j, 0.0) {
+            Some(anchor) => (anchor, 0.0),
+            None => (0.0, self.state.overlaps[j].min(0.0)),
+        };
+        Separation::new(&balls[j], &balls[j + 1], anchor.into(), overlap, clearance)
     }
 }

@@ -4,11 +4,12 @@ use std::ops::Range;
 
 use super::run::Exchange;
 use crate::engine::error::EngineError;
-use crate::engine::flight::Ball;
+use crate::engine::flight::{Ball, Separation};
 use crate::engine::inputs::HeldInputs;
 use crate::engine::observer::{Observer, Pulse};
-use crate::engine::run::{Contact, Engine};
+use crate::engine::run::{Contact, Engine, Phase};
 use crate::model::{ContactLaw, Inputs, Mode, Parameters};
+use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 
 /// Part of the period of ball 1 that a group may last.
@@ -100,6 +101,17 @@ impl Exchange {
             engine.begin_pulse(j, start);
         }
         engine.form(0..engine.contacts.len(), start);
+        for j in 0..engine.contacts.len() {
+            // Balls that have yet to part are apart from then on.
+            if let Some(parting) =
+                self.parting(balls, around.start + j, onset).filter(|_| engine.contacts[j].separation().is_some())
+            {
+                let (anchor, clearance) = (DoubleDouble::from(parting - onset), engine.cradle.contacts[j].clearance);
+                let separation = Separation::new(&engine.balls[j], &engine.balls[j + 1], anchor, 0.0, clearance);
+                engine.contacts[j].phase = Phase::Open(separation, Next::Never);
+                engine.forecast(j, anchor);
+            }
+        }
         if closed.is_empty() && !engine.begin_impact(local(first), start) {
             engine.close(local(first), start, local(first)..local(first) + 1);
         }
@@ -128,8 +140,7 @@ impl Exchange {
         start..end + 2
     }
 
-    /// An engine for the balls of `range`, all in flight, `onset` (s) from now; that is its time 0. Overlaps of balls that have yet
-    /// to part are none.
+    /// An engine for the balls of `range`, all in flight, `onset` (s) from now; that is its time 0.
     fn engine_at(&self, balls: &[Ball], range: &Range<usize>, onset: f64) -> Engine {
         let mut parameters = part(&self.parameters, range);
         for (k, ball) in balls[range.clone()].iter().enumerate() {
@@ -220,11 +231,8 @@ impl Exchange {
                 let change = if j < contacts.start { -changed(j + 1) } else { changed(j) };
                 return self.state.overlaps[shift + j] + change;
             }
-            // Balls that had yet to part at the onset, and have not met, still have that overlap.
-            let (before, _) = self.overlap_in_flight(balls, shift + j, onset);
-            let virtual_overlap = if contacts.contains(&j) { 0.0 } else { before.max(0.0) };
             let displacement = |i: usize| flights[i - wide.start].1.0;
-            virtual_overlap + engine.overlap_at(j, end).0 + (displacement(j) - displacement(j + 1))
+            engine.overlap_at(j, end).0 + (displacement(j) - displacement(j + 1))
         };
         let overlaps = (wide.start..wide.end - 1).map(overlap).collect();
         loss += match alone {

@@ -149,13 +149,13 @@ impl Exchange {
         let (n, back, now) = (self.balls(), (DoubleDouble::from(-onset) - end).value(), DoubleDouble::from(-onset));
         let [loss, work] = self.sums_place();
         let mut moved = Vec::with_capacity(n);
-        for i in 0..n {
+        for (i, before) in balls.iter().enumerate() {
             let ((x, v), mut ball) = (later.state_at(i, end), later.balls[i].clone());
             let inputs = later.own_forcing(i, end);
             (ball.flight.x, ball.flight.v, ball.anchor) = (x, v, NOW);
             ball.integrals = later.integrals_at(i, end);
             let (there, before) =
-                (ball.integrals_under(&inputs, back.into()), balls[i].integrals_under(&inputs, onset.into()));
+                (ball.integrals_under(&inputs, back.into()), before.integrals_under(&inputs, onset.into()));
             self.y[loss] += there.drag_loss + before.drag_loss;
             self.y[work] += there.work + before.work;
             let (displacement, v) = ball.moved(back.into());
