@@ -155,7 +155,6 @@ def test_states_of_model_exchange_in_their_order(fmu):
     found = [unknown.variable for unknown in fmu.description.derivatives]
     assert [variable.name for variable in found] == rates
     assert [variable.derivative.name for variable in found] == wanted
-    assert all(fmu.variables[name].reinit for name in wanted)
     for name in ("F_mean[1]", "F_support_mean", "F[1]"):
         assert fmu.variables[name].variability in (None, "continuous")
 

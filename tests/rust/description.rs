@@ -216,6 +216,9 @@ fn attributes_of_the_model_are_those_of_the_interface() {
     assert_eq!(description.model_exchange.unwrap().model_identifier, MODEL_IDENTIFIER);
     assert_eq!(description.co_simulation.unwrap().model_identifier, MODEL_IDENTIFIER);
     assert!(text.contains("numberOfEventIndicators=\"8\""));
+    // Every state may jump in an event.
+    let jumps = attributes(&text).into_iter().filter(|(_, attributes)| attributes.contains_key("reinit")).count();
+    assert_eq!(jumps, states(5).count());
     assert!(
         text.contains("name=\"contact.model\"")
             && text.contains("<Enumeration declaredType=\"ContactModel\" start=\"1\"/>")
