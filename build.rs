@@ -17,7 +17,7 @@ const FROM_CARGO: [(&str, &str); 4] = [
 
 /// Placeholders left for the library, see `src/variables/description/xml.rs`.
 const AT_RUN_TIME: &str =
-    "model guid date start_time stop_time step_size units types log_categories variables structure";
+    "model guid date start_time stop_time step_size indicators units types log_categories variables structure";
 
 fn main() {
     println!("cargo::rerun-if-changed={TEMPLATE}");

@@ -1,4 +1,4 @@
-//! Newton's cradle with compliant contacts as an FMI 2.0 co-simulation FMU.
+//! Newton's cradle with compliant contacts as an FMI 2.0 FMU for co-simulation and model exchange.
 //!
 //! The model is P. C. Breedveld's (Modelling & simulation of bouncing objects: Newton's cradle revisited, Mechatronics 2002):
 //! neighbouring balls are joined by springs that act only while the balls overlap, so that a collision is a short, stiff,
@@ -25,7 +25,7 @@
 //!
 //! Beside the event-driven engine stand the methods that one would take without it (`solver.method`): [`engine::Continuous`]
 //! integrates the whole chain by backward differentiation, Adams-Moulton or Runge-Kutta formulas. They are slow, for comparison,
-//! and an independent check. An instance sees either of them as an [`engine::Simulation`], the variables as [`model::Results`].
+//! and an independent check. In model exchange the host takes their part ([`engine::Exchange`]). An instance sees either of them as an [`engine::Simulation`], the variables as [`model::Results`].
 //!
 //! # Three ideas
 //!

@@ -8,7 +8,7 @@ use std::sync::LazyLock;
 
 use arbitrary::Arbitrary;
 use cradle_fuzz::interface::Interface;
-use cradle_fuzz::model::{Call, Model, Phase, Type, Verdict};
+use cradle_fuzz::model::{Call, Model, Phase, Type, Vector, Verdict};
 use cradle_fuzz::operation::{Operation, PLACES};
 use cradle_host::{Host, Line, fmi2Error, fmi2OK};
 use libfuzzer_sys::fuzz_target;
@@ -32,15 +32,21 @@ enum Beginning {
     Started,
     /// A step that failed.
     Failed,
+    /// The same for model exchange, where the host integrates.
+    Exchanging,
+    Integrating,
 }
 
 thread_local! {
     /// Reset before each sequence: creating one takes as long as many calls.
     static HOST: Host = Host::new();
+    static EXCHANGING: Host = Host::exchanging(5);
 }
 
 fuzz_target!(|sequence: Sequence| {
-    HOST.with(|host| {
+    let exchange = matches!(sequence.beginning, Beginning::Exchanging | Beginning::Integrating);
+    let host = if exchange { &EXCHANGING } else { &HOST };
+    host.with(|host| {
         assert_eq!((host.reset(), unsafe { fmi2SetDebugLogging(host.c, 0, 0, null()) }), (fmi2OK, fmi2OK));
         let mut driver = Driver::new(host, &sequence.beginning);
         for operation in sequence.operations.iter().take(LONGEST) {
@@ -63,14 +69,14 @@ impl<'a> Driver<'a> {
     fn new(host: &'a Host, beginning: &Beginning) -> Self {
         let mut driver = Self {
             host,
-            model: Model::new(&INTERFACE),
+            model: Model::new(&INTERFACE, matches!(beginning, Beginning::Exchanging | Beginning::Integrating)),
             states: [null_mut(); PLACES],
             saved: [const { None }; PLACES],
             bytes: [const { None }; PLACES],
         };
         match beginning {
-            Beginning::Instantiated => {}
-            Beginning::Started => {
+            Beginning::Instantiated | Beginning::Exchanging => {}
+            Beginning::Started | Beginning::Integrating => {
                 driver.check(&Call::SetupExperiment { tolerance: None, start: 0.0, stop: None });
                 driver.check(&Call::EnterInitializationMode);
                 driver.check(&Call::ExitInitializationMode);
@@ -84,7 +90,7 @@ impl<'a> Driver<'a> {
     }
 
     fn make(&mut self, operation: &Operation) {
-        let stepping = self.model.phase == Phase::StepComplete;
+        let stepping = matches!(self.model.phase, Phase::StepComplete | Phase::EventMode | Phase::ContinuousTime);
         let next_onset = if stepping { self.host.get("t_next") } else { 0.0 };
         self.check(&operation.call(&INTERFACE, &self.model, next_onset));
     }
@@ -256,7 +262,53 @@ impl<'a> Driver<'a> {
                     Some(Type::Boolean) => fmi2GetBooleanStatus(c, *kind, &mut 0),
                     Some(Type::String) => fmi2GetStringStatus(c, *kind, &mut null()),
                 },
+                Call::EnterEventMode => fmi2EnterEventMode(c),
+                Call::NewDiscreteStates => update(c, self.model.time),
+                Call::EnterContinuousTimeMode => fmi2EnterContinuousTimeMode(c),
+                Call::CompletedIntegratorStep => fmi2CompletedIntegratorStep(c, 1, &mut 0, &mut 0),
+                Call::SetTime(time) => fmi2SetTime(c, *time),
+                Call::SetContinuousStates { step, missing } => {
+                    let (mut y, mut rates) = (vec![0.0; INTERFACE.states], vec![0.0; INTERFACE.states]);
+                    if self.model.phase == Phase::ContinuousTime {
+                        assert_eq!(fmi2GetContinuousStates(c, y.as_mut_ptr(), y.len()), fmi2OK);
+                        assert_eq!(fmi2GetDerivatives(c, rates.as_mut_ptr(), y.len()), fmi2OK);
+                    }
+                    // A step of zero length that is not finite is not finite either.
+                    y.iter_mut().zip(rates).for_each(|(y, rate)| *y += step * rate + 0.0 * step);
+                    fmi2SetContinuousStates(c, y.as_ptr(), y.len() - missing)
+                }
+                Call::GetVector { of, missing } => vector(c, *of, *missing),
             }
+        }
+    }
+}
+
+/// Handles an event at `time` (s).
+unsafe fn update(c: fmi2Component, time: f64) -> fmi2Status {
+    let mut info = fmi2EventInfo {
+        newDiscreteStatesNeeded: 0,
+        terminateSimulation: 0,
+        nominalsOfContinuousStatesChanged: 0,
+        valuesOfContinuousStatesChanged: 0,
+        nextEventTimeDefined: 0,
+        nextEventTime: f64::NAN,
+    };
+    let status = unsafe { fmi2NewDiscreteStates(c, &mut info) };
+    assert!(info.nextEventTimeDefined == 0 || info.nextEventTime > time, "{} {time}", info.nextEventTime);
+    status
+}
+
+/// Reads a value for each state or indicator, `missing` too few of them.
+unsafe fn vector(c: fmi2Component, of: Vector, missing: usize) -> fmi2Status {
+    let length = if of == Vector::EventIndicators { INTERFACE.indicators } else { INTERFACE.states };
+    let mut values = vec![f64::NAN; length];
+    let (place, count) = (values.as_mut_ptr(), length - missing);
+    unsafe {
+        match of {
+            Vector::ContinuousStates => fmi2GetContinuousStates(c, place, count),
+            Vector::Derivatives => fmi2GetDerivatives(c, place, count),
+            Vector::NominalsOfContinuousStates => fmi2GetNominalsOfContinuousStates(c, place, count),
+            Vector::EventIndicators => fmi2GetEventIndicators(c, place, count),
         }
     }
 }
@@ -301,6 +353,7 @@ fn function(call: &Call) -> String {
     match call {
         Call::Get { of, .. } => format!("fmi2Get{of:?}"),
         Call::Set { of, .. } => format!("fmi2Set{of:?}"),
+        Call::GetVector { of, .. } => format!("fmi2Get{of:?}"),
         Call::GetStatus { of: Some(of), .. } => format!("fmi2Get{of:?}Status"),
         other => format!("fmi2{}", format!("{other:?}").split(['(', ' ']).next().unwrap_or_default()),
     }

@@ -1,4 +1,4 @@
-//! What is legal, and what an instance must answer: the standard (FMI 2.0.4, section 4.2.4) and the description, and nothing of how
+//! What is legal, and what an instance must answer: the standard (FMI 2.0.4, sections 3.2.3 and 4.2.4) and the description, and nothing of how
 //! the FMU does it.
 
 use std::collections::BTreeMap;
@@ -13,10 +13,12 @@ pub enum Phase {
     Instantiated,
     Initialization,
     StepComplete,
+    EventMode,
+    ContinuousTime,
     Terminated,
     Error,
 }
-use Phase::{Error, Initialization, Instantiated, StepComplete, Terminated};
+use Phase::{ContinuousTime, Error, EventMode, Initialization, Instantiated, StepComplete, Terminated};
 
 /// Which getter or setter.
 #[derive(Clone, Copy, Debug, PartialEq, arbitrary::Arbitrary)]
@@ -27,28 +29,83 @@ pub enum Type {
     String,
 }
 
+/// What there is a value of for each continuous state, or for each event indicator.
+#[derive(Clone, Copy, Debug, PartialEq, arbitrary::Arbitrary)]
+pub enum Vector {
+    ContinuousStates,
+    Derivatives,
+    NominalsOfContinuousStates,
+    EventIndicators,
+}
+
 /// A call with all its arguments. States are numbered places of the host, bytes likewise.
 #[derive(Clone, Debug)]
 pub enum Call {
-    SetDebugLogging { on: bool, categories: Vec<String> },
-    SetupExperiment { tolerance: Option<f64>, start: f64, stop: Option<f64> },
+    SetDebugLogging {
+        on: bool,
+        categories: Vec<String>,
+    },
+    SetupExperiment {
+        tolerance: Option<f64>,
+        start: f64,
+        stop: Option<f64>,
+    },
     EnterInitializationMode,
     ExitInitializationMode,
     Terminate,
     Reset,
-    Get { of: Type, references: Vec<u32>, null: bool },
-    Set { of: Type, values: Vec<(u32, f64)>, null: bool },
+    Get {
+        of: Type,
+        references: Vec<u32>,
+        null: bool,
+    },
+    Set {
+        of: Type,
+        values: Vec<(u32, f64)>,
+        null: bool,
+    },
     GetFMUstate(usize),
     SetFMUstate(usize),
     FreeFMUstate(usize),
-    SerializeFMUstate { from: usize, to: usize, excess: usize },
-    DeSerializeFMUstate { from: usize, to: usize, missing: usize },
+    SerializeFMUstate {
+        from: usize,
+        to: usize,
+        excess: usize,
+    },
+    DeSerializeFMUstate {
+        from: usize,
+        to: usize,
+        missing: usize,
+    },
     SetRealInputDerivatives(Vec<(u32, i32, f64)>),
     GetRealOutputDerivatives(Vec<(u32, i32)>),
-    GetDirectionalDerivative { unknowns: Vec<u32>, knowns: Vec<(u32, f64)> },
-    DoStep { current: f64, step: f64 },
+    GetDirectionalDerivative {
+        unknowns: Vec<u32>,
+        knowns: Vec<(u32, f64)>,
+    },
+    DoStep {
+        current: f64,
+        step: f64,
+    },
     CancelStep,
-    GetStatus { of: Option<Type>, kind: i32 },
+    GetStatus {
+        of: Option<Type>,
+        kind: i32,
+    },
+    EnterEventMode,
+    NewDiscreteStates,
+    EnterContinuousTimeMode,
+    CompletedIntegratorStep,
+    SetTime(f64),
+    /// The states as they would be after a step of Euler's method of this length (s); so many of them too few.
+    SetContinuousStates {
+        step: f64,
+        missing: usize,
+    },
+    GetVector {
+        of: Vector,
+        missing: usize,
+    },
 }
 
 /// What the model says of a call.
@@ -64,6 +121,8 @@ pub enum Verdict {
 #[derive(Clone)]
 pub struct Model<'a> {
     interface: &'a Interface,
+    /// For model exchange, not for co-simulation.
+    exchange: bool,
     pub phase: Phase,
     /// Start time, s, once the experiment has been set up.
     start: Option<f64>,
@@ -76,11 +135,11 @@ pub struct Model<'a> {
 }
 
 impl<'a> Model<'a> {
-    /// A new instance.
-    pub fn new(interface: &'a Interface) -> Self {
+    /// A new instance, for model exchange or for co-simulation.
+    pub fn new(interface: &'a Interface, exchange: bool) -> Self {
         let settable = interface.variables.iter().filter(|variable| variable.settable());
         let settings = settable.map(|variable| (variable.reference, (variable.start.unwrap(), 0.0))).collect();
-        Self { interface, phase: Instantiated, start: None, time: 0.0, settings, rates: BTreeMap::new() }
+        Self { interface, exchange, phase: Instantiated, start: None, time: 0.0, settings, rates: BTreeMap::new() }
     }
 
     /// The value that must be read, and how far off it may be; nothing for what is calculated.
@@ -109,14 +168,26 @@ impl<'a> Model<'a> {
             | Call::DeSerializeFMUstate { .. } => true,
             Call::SetupExperiment { .. } | Call::EnterInitializationMode => self.phase == Instantiated,
             Call::ExitInitializationMode => self.phase == Initialization,
-            Call::DoStep { .. } | Call::Terminate => self.phase == StepComplete,
+            Call::DoStep { .. } => self.phase == StepComplete,
+            Call::Terminate => matches!(self.phase, StepComplete | EventMode | ContinuousTime),
             Call::Get { .. } | Call::GetDirectionalDerivative { .. } => self.phase != Instantiated,
-            Call::Set { .. } | Call::SetRealInputDerivatives(_) => {
-                matches!(self.phase, Instantiated | Initialization | StepComplete)
+            Call::Set { of, .. } => {
+                let integrating = self.phase == ContinuousTime && *of == Type::Real;
+                integrating || matches!(self.phase, Instantiated | Initialization | StepComplete | EventMode)
             }
-            Call::GetRealOutputDerivatives(_) => matches!(self.phase, StepComplete | Terminated | Error),
-            Call::GetStatus { .. } => matches!(self.phase, StepComplete | Terminated),
+            Call::SetRealInputDerivatives(_) => {
+                !self.exchange && matches!(self.phase, Instantiated | Initialization | StepComplete)
+            }
+            Call::GetRealOutputDerivatives(_) => {
+                !self.exchange && matches!(self.phase, StepComplete | Terminated | Error)
+            }
+            Call::GetStatus { .. } => !self.exchange && matches!(self.phase, StepComplete | Terminated),
             Call::CancelStep => false,
+            Call::EnterEventMode | Call::SetTime(_) => matches!(self.phase, EventMode | ContinuousTime),
+            Call::NewDiscreteStates | Call::EnterContinuousTimeMode => self.phase == EventMode,
+            Call::CompletedIntegratorStep | Call::SetContinuousStates { .. } => self.phase == ContinuousTime,
+            Call::GetVector { of: Vector::NominalsOfContinuousStates, .. } => self.exchange,
+            Call::GetVector { .. } => self.exchange && self.phase != Instantiated,
         }
     }
 
@@ -149,9 +220,14 @@ impl<'a> Model<'a> {
             Call::GetDirectionalDerivative { unknowns, knowns } => {
                 let initializing = self.phase == Initialization;
                 let unknown = |v: &Variable| {
-                    v.kind == Kind::Real && (v.is("output") || initializing && v.is("calculatedParameter"))
+                    let exchanged = (v.state || v.rate) && (initializing || self.exchange);
+                    let calculated = initializing && v.is("calculatedParameter");
+                    v.kind == Kind::Real && (v.is("output") || exchanged || calculated)
                 };
-                let known = |v: &Variable| v.kind == Kind::Real && (v.is("input") || initializing && v.is("parameter"));
+                let known = |v: &Variable| {
+                    let state = v.state && self.exchange && !initializing;
+                    v.kind == Kind::Real && (v.is("input") || state || initializing && v.is("parameter"))
+                };
                 unknowns.iter().all(|one| at(one).is_some_and(unknown))
                     && knowns.iter().all(|(one, change)| at(one).is_some_and(known) && change.is_finite())
             }
@@ -159,6 +235,9 @@ impl<'a> Model<'a> {
                 let off = (current - self.time).abs();
                 off <= 1e-12 * self.time.abs().max(1.0) && *step > 0.0 && (current + step).is_finite()
             }
+            Call::SetTime(time) => time.is_finite() && self.start.is_some_and(|start| *time >= start),
+            Call::SetContinuousStates { step, missing } => *missing == 0 && step.is_finite(),
+            Call::GetVector { missing, .. } => *missing == 0,
             // fmi2DoStepStatus, fmi2LastSuccessfulTime, none, fmi2Terminated, fmi2PendingStatus.
             Call::GetStatus { of, kind } => match of {
                 None => *kind == 0,
@@ -173,7 +252,12 @@ impl<'a> Model<'a> {
 
     fn may_set(&self, variable: &Variable) -> bool {
         let tunable = variable.is("input") || variable.variability == "tunable";
-        variable.settable() && (self.phase != StepComplete || tunable)
+        variable.settable()
+            && match self.phase {
+                StepComplete | EventMode => tunable,
+                ContinuousTime => variable.is("input"),
+                _ => true,
+            }
     }
 
     /// Goes along with a call that was accepted; what concerns saved states is the host's business.
@@ -181,9 +265,12 @@ impl<'a> Model<'a> {
         match call {
             Call::SetupExperiment { start, .. } => (self.start, self.time) = (Some(*start), *start),
             Call::EnterInitializationMode => self.phase = Initialization,
-            Call::ExitInitializationMode => self.phase = StepComplete,
+            Call::ExitInitializationMode => self.phase = if self.exchange { EventMode } else { StepComplete },
+            Call::EnterEventMode => self.phase = EventMode,
+            Call::EnterContinuousTimeMode => self.phase = ContinuousTime,
+            Call::SetTime(time) => self.time = *time,
             Call::Terminate => self.phase = Terminated,
-            Call::Reset => *self = Self::new(self.interface),
+            Call::Reset => *self = Self::new(self.interface, self.exchange),
             Call::Set { values, .. } => {
                 for (reference, value) in values {
                     self.settings.insert(*reference, (*value, 0.0));

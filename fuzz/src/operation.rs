@@ -5,7 +5,7 @@
 use arbitrary::Arbitrary;
 
 use crate::interface::{Interface, Kind, Variable};
-use crate::model::{Call, Model, Type};
+use crate::model::{Call, Model, Type, Vector};
 
 /// How many places a host has for states, and as many for bytes.
 pub const PLACES: usize = 3;
@@ -65,6 +65,19 @@ pub enum Operation {
     GetStatus {
         of: Option<Type>,
         kind: i8,
+    },
+    EnterEventMode,
+    NewDiscreteStates,
+    EnterContinuousTimeMode,
+    CompletedIntegratorStep,
+    SetTime(Step),
+    SetContinuousStates {
+        step: Step,
+        missing: bool,
+    },
+    GetVector {
+        of: Vector,
+        missing: bool,
     },
 }
 
@@ -283,6 +296,16 @@ impl Operation {
             }
             Self::CancelStep => Call::CancelStep,
             Self::GetStatus { of, kind } => Call::GetStatus { of: *of, kind: (*kind % 6).into() },
+            Self::EnterEventMode => Call::EnterEventMode,
+            Self::NewDiscreteStates => Call::NewDiscreteStates,
+            Self::EnterContinuousTimeMode => Call::EnterContinuousTimeMode,
+            Self::CompletedIntegratorStep => Call::CompletedIntegratorStep,
+            Self::SetTime(step) => Call::SetTime(model.time + step.length(next_onset - model.time, LONGEST_STEP)),
+            Self::SetContinuousStates { step, missing } => Call::SetContinuousStates {
+                step: step.length(next_onset - model.time, LONGEST_STEP),
+                missing: (*missing).into(),
+            },
+            Self::GetVector { of, missing } => Call::GetVector { of: *of, missing: (*missing).into() },
         }
     }
 }

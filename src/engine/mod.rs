@@ -11,6 +11,7 @@
 //! | `run` | the state of an event-driven run and its events | all above |
 //! | `derivatives` | of the outputs: by time, along inputs and parameters | `run` and all above |
 //! | `observation` | the outputs of a run at the current time, the next onset | `run`, `derivatives` and all above |
+//! | `exchange` | a run that its host integrates | `flight`, `records`, `run`, `observation` |
 //! | `continuous` | BDF, Adams and Runge-Kutta over the whole chain | `flight`, `records`, `run`, `derivatives` |
 //!
 //! Events happen at their own times, never at communication points: between changes of the inputs the trajectory is the same,
@@ -21,6 +22,7 @@ mod cluster;
 mod continuous;
 mod derivatives;
 mod error;
+mod exchange;
 mod flight;
 mod inputs;
 mod observation;
@@ -36,6 +38,7 @@ pub use crate::next::{NEVER, Next};
 pub use continuous::Continuous;
 pub use derivatives::NotFollowed;
 pub use error::EngineError;
+pub use exchange::{Exchange, Update};
 pub use observer::{Observer, Progress, Pulse, Unrecorded};
 pub(crate) use run::require;
 pub use run::{Engine, Snapshot, Unsound};

@@ -160,7 +160,7 @@ fn no_array(name: &'static str, pointer: *const (), count: usize) -> Refusal {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::instance::{Log, Severity};
+    use crate::instance::{Kind, Log, Severity};
     use crate::variables::Settings;
     use std::cell::RefCell;
     use std::rc::Rc;
@@ -172,7 +172,7 @@ mod tests {
         let kept = lines.clone();
         let sink = move |severity, _, text: &str| kept.borrow_mut().push((severity, text.to_owned()));
         let log = Log::new(Some(Box::new(sink)), false);
-        (Component::into_raw(Instance::new(Settings::default_for(5), String::new(), log)), lines)
+        (Component::into_raw(Instance::new(Kind::CoSimulation, Settings::default_for(5), String::new(), log)), lines)
     }
 
     /// Resets the component, and makes of that call whatever `body` does.

@@ -1,4 +1,4 @@
-//! The C ABI of FMI 2.0 for co-simulation, and the only unsafe code of the FMU.
+//! The C ABI of FMI 2.0 for co-simulation and model exchange, and the only unsafe code of the FMU.
 //!
 //! Every exported function goes through `boundary::call`: null and foreign components are refused, calls that are not
 //! legal in the current phase are refused and logged, and a panic is caught before it reaches the host.

@@ -50,7 +50,7 @@ pub enum fmi2Status {
 
 /// Kind of FMU a host asks for. A plain integer, since a host may pass any.
 pub type fmi2Type = c_int;
-/// The host integrates; not offered.
+/// The host integrates.
 pub const fmi2ModelExchange: fmi2Type = 0;
 /// The FMU integrates.
 pub const fmi2CoSimulation: fmi2Type = 1;
@@ -75,6 +75,24 @@ pub type fmi2CallbackAllocateMemory = Option<unsafe extern "C" fn(usize, usize) 
 pub type fmi2CallbackFreeMemory = Option<unsafe extern "C" fn(*mut c_void)>;
 /// Tells the host that a step of its own thread has ended.
 pub type fmi2StepFinished = Option<unsafe extern "C" fn(fmi2ComponentEnvironment, fmi2Status)>;
+
+/// What handling an event has come to.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct fmi2EventInfo {
+    /// Never: one call handles all that is due.
+    pub newDiscreteStatesNeeded: fmi2Boolean,
+    /// Never.
+    pub terminateSimulation: fmi2Boolean,
+    /// Never: they are constant.
+    pub nominalsOfContinuousStatesChanged: fmi2Boolean,
+    /// Whether a contact has opened or closed, or a state has jumped.
+    pub valuesOfContinuousStatesChanged: fmi2Boolean,
+    /// Whether the next event is known.
+    pub nextEventTimeDefined: fmi2Boolean,
+    /// When it is due, s, later than now.
+    pub nextEventTime: fmi2Real,
+}
 
 /// What the host lends to an instance. Memory is our own (`canNotUseMemoryManagementFunctions`) and steps are
 /// synchronous, so only the logger and its environment are used.

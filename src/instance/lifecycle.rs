@@ -1,11 +1,11 @@
 //! An instance and its way through the phases, from start values to the end of the run.
 
-use super::legality::{Call, Phase};
+use super::legality::{Call, Kind, Phase};
 use super::log::Log;
 use super::refusal::Refusal;
 use super::run::{Experiment, Run};
-use crate::engine::Simulation;
-use crate::variables::{Access, LogCategory, Number, Settings, variables};
+use crate::engine::{Exchange, Results, Simulation};
+use crate::variables::{Access, LogCategory, Number, Settings, Variable, variables};
 
 /// One instance.
 pub struct Instance {
@@ -19,9 +19,9 @@ pub struct Instance {
 }
 
 impl Instance {
-    /// An instance with the start values of its description, which has this GUID.
-    pub fn new(start: Settings, guid: String, log: Log) -> Self {
-        let run = Run::new(&start);
+    /// An instance of this kind with the start values of its description, which has this GUID.
+    pub fn new(kind: Kind, start: Settings, guid: String, log: Log) -> Self {
+        let run = Run::new(kind, &start);
         Self { guid, start, run, log }
     }
 
@@ -34,14 +34,16 @@ impl Instance {
     /// Refuses a call that is not legal in the current phase. To be asked before every call.
     #[inline]
     pub fn require(&self, call: Call) -> Result<(), Refusal> {
-        let phase = self.run.phase;
-        if call.legal_phases().contains(&phase) { Ok(()) } else { Err(Refusal::Phase { call, phase }) }
+        let (phase, kind) = (self.run.phase, self.run.kind);
+        let of_kind = call.kind().is_none_or(|own| own == kind);
+        if of_kind && call.legal_phases().contains(&phase) { Ok(()) } else { Err(Refusal::Phase { call, phase, kind }) }
     }
 
     /// Takes start time, stop time and tolerance; the last call before initialization counts.
     pub fn set_up(&mut self, experiment: Experiment) -> Result<(), Refusal> {
         experiment.check()?;
         self.run.experiment = Some(experiment);
+        self.run.exchange = None;
         Ok(())
     }
 
@@ -54,8 +56,15 @@ impl Instance {
         Ok(())
     }
 
-    /// Builds the simulation and enters step mode. Fails, staying in Initialization Mode, if no run can start like this.
+    /// Builds the simulation and enters step mode, or Event Mode in model exchange. Fails, staying in Initialization Mode, if no run can start like this.
     pub fn exit_initialization(&mut self) -> Result<(), Refusal> {
+        if self.run.kind == Kind::ModelExchange {
+            self.exchange()?;
+            self.run.simulation = None;
+            self.run.phase = Phase::EventMode;
+            self.log_ignored_parameters();
+            return Ok(());
+        }
         self.simulation()?.set_initializing(false);
         self.run.inputs_changed = !self.run.input_derivatives.is_empty();
         self.run.tuned_from = None;
@@ -72,7 +81,7 @@ impl Instance {
 
     /// Back to where it was after it was created; which log categories are on is kept.
     pub fn reset(&mut self) -> Result<(), Refusal> {
-        self.run = Run::new(&self.start);
+        self.run = Run::new(self.run.kind, &self.start);
         Ok(())
     }
 
@@ -83,6 +92,26 @@ impl Instance {
             self.run.simulation = Some(self.build()?);
         }
         self.run.simulation.as_mut().ok_or(Refusal::Missing("nothing is calculated yet"))
+    }
+
+    /// The run in the host's hands, built first where that has not happened yet.
+    #[inline]
+    pub(super) fn exchange(&mut self) -> Result<&mut Exchange, Refusal> {
+        if self.run.exchange.is_none() {
+            let start = self.run.experiment.unwrap_or_default().start;
+            let built = Exchange::new(&self.run.effective_parameters(), &self.run.settings.inputs, start);
+            self.run.exchange = Some(built.map_err(Refusal::Start)?);
+        }
+        self.run.exchange.as_mut().ok_or(Refusal::Missing("nothing is calculated yet"))
+    }
+
+    /// What can be read, of whichever kind of run it is.
+    #[inline]
+    pub(super) fn results(&mut self) -> Result<&dyn Results, Refusal> {
+        match self.run.kind {
+            Kind::CoSimulation => Ok(&**self.simulation()?),
+            Kind::ModelExchange => Ok(self.exchange()?),
+        }
     }
 
     #[cold]
@@ -101,7 +130,13 @@ impl Instance {
             return;
         }
         let defaults = Settings::default_for(settings.balls());
-        for variable in variables(settings.balls()).filter(|variable| !(variable.row.used)(&settings.parameters)) {
+        // What only the other kind of instances makes use of.
+        let other = match self.run.kind {
+            Kind::CoSimulation => "exchange.contacts",
+            Kind::ModelExchange => "solver.method",
+        };
+        let unused = |variable: &Variable| variable.row.name == other || !(variable.row.used)(&settings.parameters);
+        for variable in variables(settings.balls()).filter(unused) {
             let value = |of: &Settings| match variable.row.access {
                 Access::Enumeration(enumeration) => {
                     enumeration.item((enumeration.get)(&of.parameters)).map(|item| item.name.to_owned())

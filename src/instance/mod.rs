@@ -13,7 +13,7 @@ mod refusal;
 mod run;
 
 pub use calls::SavedState;
-pub use legality::{Call, Phase};
+pub use legality::{Call, Kind, Phase};
 pub use lifecycle::Instance;
 pub use log::{Log, Severity, Sink};
 pub use refusal::{Refusal, StateError};

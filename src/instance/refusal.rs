@@ -1,6 +1,6 @@
 //! Why a call was refused.
 
-use super::legality::{Call, Phase};
+use super::legality::{Call, Kind, Phase};
 use crate::engine::{EngineError, Unsound};
 use crate::variables::{Number, VariableError};
 
@@ -13,6 +13,8 @@ pub enum Refusal {
         call: Call,
         /// Where the instance is.
         phase: Phase,
+        /// What it was created for.
+        kind: Kind,
     },
     /// A value, a value reference, a name or a type is not accepted.
     Value(VariableError),
@@ -56,8 +58,16 @@ impl Refusal {
 impl std::fmt::Display for Refusal {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::Phase { call, phase } => {
-                let legal: Vec<String> = call.legal_phases().iter().map(Phase::to_string).collect();
+            Self::Phase { call, kind, .. } if call.kind().is_some_and(|other| other != *kind) => {
+                write!(f, "not allowed in {kind}, which the instance was created for")
+            }
+            Self::Phase { call, phase, kind } => {
+                let other = |phase: &&Phase| match phase {
+                    Phase::StepMode => *kind == Kind::CoSimulation,
+                    Phase::EventMode | Phase::ContinuousTimeMode => *kind == Kind::ModelExchange,
+                    _ => true,
+                };
+                let legal: Vec<String> = call.legal_phases().iter().filter(other).map(Phase::to_string).collect();
                 let allowed = if legal.is_empty() { "" } else { "; allowed: in " };
                 write!(f, "not allowed in {phase}{allowed}{}", legal.join(", "))
             }
@@ -117,6 +127,13 @@ pub enum StateError {
         /// Who was to take it.
         ours: String,
     },
+    /// Of an instance that was created for something else.
+    OtherKind {
+        /// What for.
+        theirs: Kind,
+        /// What the one is for that was to take it.
+        ours: Kind,
+    },
     /// No instance can have been in this state.
     Unsound(Unsound),
 }
@@ -131,6 +148,9 @@ impl std::fmt::Display for StateError {
             }
             Self::Damaged => write!(f, "the bytes are damaged"),
             Self::Foreign { theirs, ours } => write!(f, "it belongs to {theirs}; allowed: states of {ours}"),
+            Self::OtherKind { theirs, ours } => {
+                write!(f, "it is one of {theirs}; allowed: states of {ours}, which the instance was created for")
+            }
             Self::Unsound(Unsound(reason)) => write!(f, "no run can reach it: {reason}"),
         }
     }

@@ -2,10 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::legality::Phase;
+use super::legality::{Kind, Phase};
 use super::refusal::Refusal;
-use crate::engine::{MAX_INPUT_DERIVATIVE, Simulation, Unsound, require};
-use crate::model::{Inputs, Parameters, Tunables};
+use crate::engine::{Exchange, MAX_INPUT_DERIVATIVE, Simulation, Unsound, require};
+use crate::model::{Inputs, Parameters, SolverMethod, Tunables};
 use crate::variables::Settings;
 
 /// Tightest relative tolerance.
@@ -48,6 +48,7 @@ impl Experiment {
 /// Everything that changes while an instance runs: all that a saved state has to hold.
 #[derive(Clone, Serialize, Deserialize)]
 pub(super) struct Run {
+    pub(super) kind: Kind,
     pub(super) phase: Phase,
     pub(super) settings: Settings,
     pub(super) experiment: Option<Experiment>,
@@ -55,6 +56,9 @@ pub(super) struct Run {
     /// setting changes.
     #[serde(skip)]
     pub(super) simulation: Option<Simulation>,
+    /// The same in model exchange.
+    #[serde(skip)]
+    pub(super) exchange: Option<Exchange>,
     /// Derivatives of the inputs by time over the next step, from the first on; those beyond are zero.
     pub(super) input_derivatives: Vec<Inputs>,
     /// The simulation does not yet know of the inputs or of their derivatives.
@@ -67,12 +71,14 @@ pub(super) struct Run {
 
 impl Run {
     /// Before the host has said anything, with these start values.
-    pub(super) fn new(start: &Settings) -> Self {
+    pub(super) fn new(kind: Kind, start: &Settings) -> Self {
         Self {
+            kind,
             phase: Phase::Instantiated,
             settings: start.clone(),
             experiment: None,
             simulation: None,
+            exchange: None,
             input_derivatives: Vec::new(),
             inputs_changed: false,
             tuned_from: None,
@@ -80,10 +86,14 @@ impl Run {
         }
     }
 
-    /// The parameters that the simulation runs with: the host's tolerance counts, changes that it does not yet know of do not.
+    /// The parameters that the simulation runs with: the host's tolerance counts, changes that it does not yet know of do not. In
+    /// model exchange there is no method to select.
     pub(super) fn effective_parameters(&self) -> Parameters {
         let mut parameters = self.settings.parameters.clone();
         parameters.tolerance = self.experiment.unwrap_or_default().tighten(parameters.tolerance);
+        if self.kind == Kind::ModelExchange {
+            parameters.method = SolverMethod::EventDriven;
+        }
         if let Some(tunables) = self.tuned_from {
             parameters.tune(tunables);
         }
@@ -93,6 +103,10 @@ impl Run {
     /// Refuses what no instance can have saved; the simulation has checks of its own.
     pub(super) fn check(&self, balls: usize) -> Result<(), Unsound> {
         require(self.settings.are_sound(balls), "a setting is out of range")?;
+        let steps = matches!(self.phase, Phase::StepMode);
+        let exchanges = matches!(self.phase, Phase::EventMode | Phase::ContinuousTimeMode);
+        let possible = if self.kind == Kind::CoSimulation { !exchanges } else { !steps };
+        require(possible, "its phase is not one of its kind")?;
         let experiment = self.experiment.is_none_or(|experiment| experiment.check().is_ok());
         require(
             experiment && (self.experiment.is_some() || self.phase == Phase::Instantiated),

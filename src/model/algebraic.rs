@@ -1,5 +1,6 @@
 //! The outputs that are functions of the state and the inputs at one time, whatever method has led there: doubles or dual numbers.
 
+use super::contact::ContactLaw;
 use super::cradle::{BallModel, Cradle};
 use crate::solver::dual::Scalar;
 
@@ -76,11 +77,37 @@ pub(crate) fn support_force<S: Scalar>(chain: &impl Chain<S>) -> S {
     chain.cradle().balls.iter().enumerate().map(of_ball).sum()
 }
 
+/// Rate of the overlap of contact `i`, m/s.
+pub(crate) fn overlap_rate<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
+    chain.state_of(i).1 - chain.state_of(i + 1).1
+}
+
+/// Power dissipated by drag and contacts, W.
+pub(crate) fn dissipation<S: Scalar>(chain: &impl Chain<S>) -> S {
+    let Cradle { balls, contacts, .. } = chain.cradle();
+    let of_ball = |(i, ball): (usize, &BallModel<S>)| {
+        let (_, v) = chain.state_of(i);
+        S::from(2.0) * ball.gamma * ball.mass * v * v
+    };
+    let of_contact = |(i, law): (usize, &ContactLaw<S>)| {
+        let excess = chain.force_of(i) - law.elastic_force(chain.overlap_of(i));
+        excess * overlap_rate(chain, i)
+    };
+    balls.iter().enumerate().map(of_ball).sum::<S>() + contacts.iter().enumerate().map(of_contact).sum()
+}
+
+/// Power of the external forces and of the moving support, W.
+pub(crate) fn external_power<S: Scalar>(chain: &impl Chain<S>) -> S {
+    let of_ball = |(i, ball): (usize, &BallModel<S>)| ball.mass * chain.forcing_of(i) * chain.state_of(i).1;
+    chain.cradle().balls.iter().enumerate().map(of_ball).sum()
+}
+
 /// The functions of [`Results`](super::Results) that the state and the inputs determine, of a type that is a [`Chain`].
 macro_rules! algebraic_results {
     () => {
         algebraic_results! {
-            x(i) v(i) a(i) kinetic_energy(i) gravity_energy(i) contact_energy(i) total_energy() momentum() support_force()
+            x(i) v(i) a(i) overlap_rate(i) kinetic_energy(i) gravity_energy(i) contact_energy(i) total_energy() momentum()
+            support_force() dissipation() external_power()
         }
 
         fn force(&self, i: usize) -> f64 {

@@ -13,5 +13,5 @@ mod results;
 pub use contact::{ContactLaw, Damping, Mode};
 #[cfg(feature = "engine")]
 pub use cradle::{BallModel, Cradle, hertz_stiffness};
-pub use parameters::{ContactModel, DampingLaw, Inputs, Parameters, SolverMethod, Tunables};
+pub use parameters::{ContactModel, DampingLaw, ExchangedContacts, Inputs, Parameters, SolverMethod, Tunables};
 pub use results::{Differential, MAX_INPUT_DERIVATIVE, MAX_OUTPUT_DERIVATIVE, ONSET_PERIODS, Results, WorkCounters};

@@ -38,6 +38,15 @@ pub enum SolverMethod {
     Rk4,
 }
 
+/// What a host that integrates the equations itself sees of contacts, `exchange.contacts`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum ExchangedContacts {
+    /// Their forces, which it integrates.
+    Resolved = 1,
+    /// Their outcome, at an event.
+    Mapped,
+}
+
 /// All parameters of a cradle of `n` balls. Vectors over balls have length `n`, vectors over
 /// contacts `n - 1`; the ranges are those of the variables table and hold for every value here.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -92,6 +101,8 @@ pub struct Parameters {
     pub tolerance: f64,
     /// Step of [`SolverMethod::Rk4`], s, > 0.
     pub fixed_step: f64,
+    /// What a host that integrates the equations itself sees of contacts.
+    pub exchanged: ExchangedContacts,
 }
 
 impl Parameters {
@@ -125,6 +136,7 @@ impl Parameters {
             method: SolverMethod::EventDriven,
             tolerance: 1e-12,
             fixed_step: 1e-6,
+            exchanged: ExchangedContacts::Mapped,
         }
     }
 

@@ -25,6 +25,8 @@ pub trait Results {
     fn force(&self, i: usize) -> f64;
     /// Overlap of contact `i`, m; negative while apart.
     fn overlap(&self, i: usize) -> f64;
+    /// Rate of that overlap, m/s.
+    fn overlap_rate(&self, i: usize) -> f64;
     /// Whether the balls of contact `i` overlap.
     fn in_contact(&self, i: usize) -> bool;
     /// Integral of the force of contact `i` since the start, N.s.
@@ -49,8 +51,12 @@ pub trait Results {
     fn total_energy(&self) -> f64;
     /// Energy dissipated by drag and contacts since the start, J.
     fn dissipated_energy(&self) -> f64;
+    /// Power dissipated by drag and contacts at this instant, W.
+    fn dissipation(&self) -> f64;
     /// Work of the external forces and of the moving support since the start, J.
     fn external_work(&self) -> f64;
+    /// Power of these at this instant, W.
+    fn external_power(&self) -> f64;
     /// The energy error since the start, J.
     fn energy_residual(&self) -> f64;
     /// Sum of mass times velocity, N.s.
@@ -76,8 +82,9 @@ pub struct WorkCounters {
     pub events: u64,
 }
 
-/// Derivatives of all real outputs: by time, of one order, or along one direction in the space of inputs and parameters. The units
-/// are those of the outputs over that of the time or of the direction.
+/// Derivatives of all real outputs, and of the states of model exchange with their derivatives: by time, of one order, or along one
+/// direction in the space of inputs, states and parameters. The units are those of the variables over that of the time or of the
+/// direction.
 #[derive(Clone, Debug, Default)]
 pub struct Differential {
     /// Of the positions.
@@ -104,6 +111,20 @@ pub struct Differential {
     pub support_force_mean: f64,
     /// Of the period of the first ball.
     pub period: f64,
+    /// Of the overlaps, by directions only.
+    pub overlap: Vec<f64>,
+    /// Of the rates of the overlaps, likewise.
+    pub overlap_rate: Vec<f64>,
+    /// Of the accelerations, likewise.
+    pub a: Vec<f64>,
+    /// Of the energy dissipated, likewise.
+    pub dissipated_energy: f64,
+    /// Of the power dissipated, likewise.
+    pub dissipation: f64,
+    /// Of the work of the inputs, likewise.
+    pub external_work: f64,
+    /// Of the power of the inputs, likewise.
+    pub external_power: f64,
 }
 
 impl Differential {
@@ -113,6 +134,9 @@ impl Differential {
         Self {
             x: vec![0.0; balls],
             v: vec![0.0; balls],
+            a: vec![0.0; balls],
+            overlap: contacts.clone(),
+            overlap_rate: contacts.clone(),
             force: contacts.clone(),
             impulse: contacts.clone(),
             force_mean: contacts.clone(),

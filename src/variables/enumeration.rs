@@ -1,6 +1,6 @@
 //! Parameters with named items: their integers never change.
 
-use crate::model::{ContactModel, DampingLaw, Parameters, SolverMethod};
+use crate::model::{ContactModel, DampingLaw, ExchangedContacts, Parameters, SolverMethod};
 
 /// One item of an enumeration.
 #[derive(Debug)]
@@ -105,8 +105,22 @@ pub static SOLVER_METHOD: Enumeration = Enumeration {
     },
 };
 
+/// `exchange.contacts`.
+pub static EXCHANGED_CONTACTS: Enumeration = Enumeration {
+    type_name: "ExchangedContacts",
+    items: &[
+        item(1, "resolved", "the host integrates the forces of every contact"),
+        item(2, "mapped", "an event follows the contacts to their end; the host integrates the flight between them"),
+    ],
+    get: |parameters| parameters.exchanged as i32,
+    set: |parameters, value| {
+        use ExchangedContacts::{Mapped, Resolved};
+        select(&mut parameters.exchanged, value, [Resolved, Mapped]);
+    },
+};
+
 /// Every enumeration.
-pub static ENUMERATIONS: &[&Enumeration] = &[&CONTACT_MODEL, &DAMPING_LAW, &SOLVER_METHOD];
+pub static ENUMERATIONS: &[&Enumeration] = &[&CONTACT_MODEL, &DAMPING_LAW, &SOLVER_METHOD, &EXCHANGED_CONTACTS];
 
 #[cfg(test)]
 mod tests {

@@ -56,6 +56,11 @@ pub enum VariableError {
         /// Name of the variable.
         variable: String,
     },
+    /// The variable cannot be set while the host integrates.
+    NotContinuous {
+        /// Name of the variable.
+        variable: String,
+    },
     /// The value is outside of what is allowed.
     NotAllowed {
         /// Name of the variable.
@@ -103,6 +108,12 @@ impl Display for VariableError {
             }
             Self::Fixed { variable } => {
                 write!(f, "{variable} cannot be set after initialization: only inputs and tunable parameters can")
+            }
+            Self::NotContinuous { variable } => {
+                write!(
+                    f,
+                    "{variable} cannot be set in Continuous-Time Mode: only inputs can; tunable parameters in Event Mode"
+                )
             }
             Self::NotAllowed { variable, value, allowed } => {
                 write!(f, "{variable} = {value} is refused; allowed: {allowed}")

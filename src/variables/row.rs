@@ -165,9 +165,10 @@ impl std::fmt::Display for Range {
     }
 }
 
-/// On which rows (or on which variable of a row, given as `name[i]`) the value at initialization depends: on the scalars as such,
-/// on arrays at the same ball or contact, at the contacts of the ball, at the balls of the contact, or as a whole where this is a
-/// scalar.
+/// On which rows (or on which variable of a row, given as `name[i]`) a value depends: on the scalars as such, on arrays at the same
+/// ball or contact, at the contacts of the ball, at the balls of the contact, or as a whole where this is a scalar. With an asterisk
+/// behind the name, on arrays over balls at the balls next to this one as well. `position` are the states that the position follows
+/// from.
 pub type Groups = &'static [&'static [&'static str]];
 
 /// A family of variables: all there is to know of them outside the model.
@@ -194,6 +195,8 @@ pub struct Row {
     pub derivative: Option<fn(&Differential, usize) -> f64>,
     /// Dependencies of a calculated value at initialization; on anything if there are none given.
     pub initially: Option<Groups>,
+    /// Dependencies on states and inputs in model exchange.
+    pub follows: Groups,
     /// Text; `{i}` and `{j}` stand for the index and the one after it.
     pub description: &'static str,
 }
@@ -202,6 +205,11 @@ impl Row {
     /// Whether the host may set it.
     pub const fn settable(&self) -> bool {
         matches!(self.causality, Causality::Parameter | Causality::Input)
+    }
+
+    /// The row whose derivative by time it is called, if it is called `der(...)`.
+    pub fn rate_of(&self) -> Option<&'static str> {
+        self.name.strip_prefix("der(").and_then(|name| name.strip_suffix(')'))
     }
 
     /// Unit, or nothing for counts, truth values and enumerations.
@@ -236,6 +244,7 @@ const fn row(name: Text, shape: Shape, causality: Causality, access: Access, des
         used: |_| true,
         derivative: None,
         initially: None,
+        follows: &[],
         description,
     }
 }
@@ -316,6 +325,12 @@ impl Row {
     /// Has this derivative, by time or along a direction.
     pub const fn derivative(mut self, derivative: fn(&Differential, usize) -> f64) -> Self {
         self.derivative = Some(derivative);
+        self
+    }
+
+    /// Depends on these states and inputs.
+    pub const fn follows(mut self, on: Groups) -> Self {
+        self.follows = on;
         self
     }
 

@@ -4,14 +4,14 @@
 
 use std::slice::{from_mut, from_ref};
 
-use super::enumeration::{CONTACT_MODEL, DAMPING_LAW, SOLVER_METHOD};
+use super::enumeration::{CONTACT_MODEL, DAMPING_LAW, EXCHANGED_CONTACTS, SOLVER_METHOD};
 use super::row::Causality::{Local, Output};
 use super::row::Shape::{Balls, Contacts, Scalar};
 use super::row::{ANY, Access, NOT_NEGATIVE, POSITIVE, Row, between};
 use super::row::{calculated, count, enumeration, flag, input, parameter, real};
 use super::unit::{
-    ACCELERATION, DAMPING, DRAG, ELASTIC_MODULUS, ENERGY, FORCE, IMPULSE, LENGTH, MASS, MOMENTUM, RATIO, SLOWNESS,
-    STIFFNESS, TIME, VELOCITY,
+    ACCELERATION, DAMPING, DRAG, ELASTIC_MODULUS, ENERGY, FORCE, IMPULSE, LENGTH, MASS, MOMENTUM, POWER, RATIO,
+    SLOWNESS, STIFFNESS, TIME, VELOCITY,
 };
 use crate::model::{ContactModel, DampingLaw, Parameters, SolverMethod};
 use crate::next::NEVER;
@@ -63,6 +63,7 @@ fn period(parameters: &Parameters) -> f64 {
 // What initial values depend on. During initialization rigid contacts transmit nothing.
 const MASSES: &[&str] = &["ball.mass", "ball.massRatio"];
 const PENDULUMS: &[&str] = &["gravity", "pendulum.length", "pendulum.lengthRatio"];
+const CLEARANCE: &[&str] = &["contact.deadBand", "contact.gap"];
 const OVERLAP: &[&str] = &["contact.deadBand", "contact.gap", "x_start"];
 const ELASTIC: &[&str] = &[
     "ball.radius",
@@ -74,8 +75,8 @@ const ELASTIC: &[&str] = &[
     "contact.overlapRef",
     "contact.exponent",
 ];
-const FORCE_AT_START: &[&[&str]] =
-    &[OVERLAP, ELASTIC, &["contact.dampingLaw", "contact.damping", "contact.huntCrossley", "v_start"]];
+const DAMPED: &[&str] = &["contact.dampingLaw", "contact.damping", "contact.huntCrossley"];
+const FORCE_AT_START: &[&[&str]] = &[OVERLAP, ELASTIC, DAMPED, &["v_start"]];
 const SUPPORT: &[&str] = &["pendulum.drag", "x_start", "v_start"];
 
 /// Every variable of the FMU. The position of a row is part of its variables' value references.
@@ -132,6 +133,8 @@ pub static TABLE: &[Row] = &[
         .used_if(|p| p.method != SolverMethod::Rk4),
     parameter("solver.fixedStep", Scalar, &TIME, POSITIVE, one!(fixed_step),
         "Step of the rk4 method").nominal(1e-6).used_if(|p| p.method == SolverMethod::Rk4),
+    enumeration("exchange.contacts", &EXCHANGED_CONTACTS,
+        "What the host sees of contacts in model exchange; resolved needs a tolerance of 1e-8 or tighter"),
     calculated("pendulum.period", &TIME, period,
         "Period of ball 1; 1e30 without gravity")
         .initially(&[&["gravity", "pendulum.length", "pendulum.lengthRatio[1]"]])
@@ -144,39 +147,42 @@ pub static TABLE: &[Row] = &[
     }, "Acceleration of the support, to the right"),
 
     real("x", Balls, Output, &LENGTH, |s, i| s.x(i),
-        "Position of ball {i}, to the right of its rest position, relative to the support").initially(&[&["x_start"]])
+        "Position of ball {i}, to the right of its rest position, relative to the support").initially(&[&["x_start"]]).follows(&[&["position"]])
         .derivative(|d, i| d.x[i]),
     real("F", Contacts, Output, &FORCE, |s, i| s.force(i),
-        "Contact force between balls {i} and {j} at this instant, pushing them apart").initially(FORCE_AT_START)
+        "Contact force between balls {i} and {j} at this instant, pushing them apart").initially(FORCE_AT_START).follows(&[&["overlap", "v"]])
         .derivative(|d, i| d.force[i]),
     real("v", Balls, Output, &VELOCITY, |s, i| s.v(i),
-        "Velocity of ball {i} relative to the support").initially(&[&["v_start"]])
+        "Velocity of ball {i} relative to the support").initially(&[&["v_start"]]).follows(&[&["v"]])
         .derivative(|d, i| d.v[i]),
     real("E_total", Scalar, Output, &ENERGY, |s, _| s.total_energy(),
         "Kinetic, gravitational and contact energy of all balls")
-        .initially(&[MASSES, PENDULUMS, OVERLAP, ELASTIC, &["v_start"]])
+        .initially(&[MASSES, PENDULUMS, OVERLAP, ELASTIC, &["v_start"]]).follows(&[&["position", "v"]])
         .derivative(|d, _| d.energy),
     real("p_total", Scalar, Output, &MOMENTUM, |s, _| s.momentum(),
-        "Sum of mass times velocity").initially(&[MASSES, &["v_start"]])
+        "Sum of mass times velocity").initially(&[MASSES, &["v_start"]]).follows(&[&["v"]])
         .derivative(|d, _| d.momentum),
     real("F_support", Scalar, Output, &FORCE, |s, _| s.support_force(),
         "Horizontal force on the support, by the pendulums and the drag").initially(&[MASSES, PENDULUMS, SUPPORT])
+        .follows(&[&["position", "v"]])
         .derivative(|d, _| d.support_force),
     real("t_next", Scalar, Output, &TIME, |s, _| s.next_onset().time(),
         "First onset of any contact strictly after the current time; 1e30 if there is none within 1000 periods; if \
          t_next_isOnset is false, a time up to which there is none").discrete()
         .derivative(|d, _| d.next_onset),
     real("impulse", Contacts, Output, &IMPULSE, |s, i| s.impulse(i),
-        "Integral of F[{i}] since the start").initially(&[])
+        "Integral of F[{i}] since the start").initially(&[]).follows(&[&["impulse"]])
         .derivative(|d, i| d.impulse[i]),
     real("F_mean", Contacts, Output, &FORCE, |s, i| s.force_mean(i),
-        "Mean of F[{i}] over the last step").discrete().initially(FORCE_AT_START)
+        "Mean of F[{i}] over the last step; F[{i}] in model exchange").initially(FORCE_AT_START)
+        .follows(&[&["overlap", "v"]])
         .derivative(|d, i| d.force_mean[i]),
     real("F_peak", Contacts, Output, &FORCE, |s, i| s.force_peak(i),
-        "Largest F[{i}] in the last step; 0 if the contact stayed open").discrete().initially(FORCE_AT_START)
+        "Largest F[{i}] in the last step, in model exchange in the last pulse; 0 if the contact stayed open").discrete().initially(FORCE_AT_START)
         .derivative(|d, i| d.force_peak[i]),
     real("F_support_mean", Scalar, Output, &FORCE, |s, _| s.support_force_mean(),
-        "Mean of F_support over the last step").discrete().initially(&[MASSES, PENDULUMS, SUPPORT])
+        "Mean of F_support over the last step; F_support in model exchange")
+        .initially(&[MASSES, PENDULUMS, SUPPORT]).follows(&[&["position", "v"]])
         .derivative(|d, _| d.support_force_mean),
     count("pulses", Contacts, Output, |s, i| s.pulses(i),
         "Number of onsets so far of the contact between balls {i} and {j}").initially(&[OVERLAP]),
@@ -190,9 +196,12 @@ pub static TABLE: &[Row] = &[
     real("t_release", Contacts, Local, &TIME, |s, i| s.last_release(i),
         "Last release of the contact between balls {i} and {j}; -1e30 before the first").discrete(),
     real("overlap", Contacts, Local, &LENGTH, |s, i| s.overlap(i),
-        "x[{i}] - x[{j}] - contact.gap[{i}] - contact.deadBand; negative while the contact is open").nominal(1e-6),
+        "x[{i}] - x[{j}] - contact.gap[{i}] - contact.deadBand; negative while the contact is open").nominal(1e-6)
+        .initially(&[OVERLAP]).derivative(|d, i| d.overlap[i]),
     real("a", Balls, Local, &ACCELERATION, |s, i| s.a(i),
-        "Acceleration of ball {i} relative to the support"),
+        "Acceleration of ball {i} relative to the support")
+        .initially(&[MASSES, PENDULUMS, CLEARANCE, ELASTIC, DAMPED, &["pendulum.drag", "x_start*", "v_start*", "F_ext", "a_support"]])
+        .follows(&[&["position", "overlap", "v*", "F_ext", "a_support"]]).derivative(|d, i| d.a[i]),
     real("E_kinetic", Balls, Local, &ENERGY, |s, i| s.kinetic_energy(i),
         "Kinetic energy of ball {i}").not_negative(),
     real("E_gravity", Balls, Local, &ENERGY, |s, i| s.gravity_energy(i),
@@ -200,9 +209,10 @@ pub static TABLE: &[Row] = &[
     real("E_contact", Contacts, Local, &ENERGY, |s, i| s.contact_energy(i),
         "Elastic energy of the contact between balls {i} and {j}").not_negative(),
     real("E_dissipated", Scalar, Local, &ENERGY, |s, _| s.dissipated_energy(),
-        "Energy dissipated by drag and contacts since the start"),
+        "Energy dissipated by drag and contacts since the start").initially(&[]).derivative(|d, _| d.dissipated_energy),
     real("W_external", Scalar, Local, &ENERGY, |s, _| s.external_work(),
-        "Work done by the external forces and the moving support since the start"),
+        "Work done by the external forces and the moving support since the start").initially(&[])
+        .derivative(|d, _| d.external_work),
     real("E_residual", Scalar, Local, &ENERGY, |s, _| s.energy_residual(),
         "E_total + E_dissipated - W_external - E_total at the start: the energy error of the solver").nominal(1e-12),
     count("solver.steps", Scalar, Local, |s, _| s.work().steps,
@@ -211,6 +221,16 @@ pub static TABLE: &[Row] = &[
         "Evaluations of the contact forces since the start"),
     count("solver.events", Scalar, Local, |s, _| s.work().events,
         "Onsets, releases and other switchings of contacts since the start"),
+
+    real("der(overlap)", Contacts, Local, &VELOCITY, |s, i| s.overlap_rate(i),
+        "Rate of overlap[{i}]: v[{i}] - v[{j}]").initially(&[&["v_start"]]).follows(&[&["v"]])
+        .derivative(|d, i| d.overlap_rate[i]),
+    real("der(E_dissipated)", Scalar, Local, &POWER, |s, _| s.dissipation(),
+        "Power dissipated by drag and contacts").initially(&[OVERLAP, ELASTIC, DAMPED, &["v_start", "pendulum.drag"]])
+        .follows(&[&["overlap", "v"]]).derivative(|d, _| d.dissipation),
+    real("der(W_external)", Scalar, Local, &POWER, |s, _| s.external_power(),
+        "Power of the external forces and the moving support").initially(&[MASSES, &["v_start", "F_ext", "a_support"]])
+        .follows(&[&["v", "F_ext", "a_support"]]).derivative(|d, _| d.external_power),
 ];
 
 #[cfg(test)]

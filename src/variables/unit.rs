@@ -35,5 +35,6 @@ quantities! {
     IMPULSE "Impulse" "N.s" 1 1 -1;
     DAMPING "Damping" "N.s/m" 1 0 -1;
     ENERGY "Energy" "J" 1 2 -2;
+    POWER "Power" "W" 1 2 -3;
     ELASTIC_MODULUS "ElasticModulus" "Pa" 1 -1 -2;
 }

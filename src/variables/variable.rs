@@ -39,11 +39,16 @@ impl Variable {
 
     /// The variable of this name, such as `x[1]` or `ball.mass`, in a cradle of `balls` balls.
     pub fn named(name: &str, balls: usize) -> Option<Self> {
-        let (family, index) = match name.strip_suffix(']').and_then(|name| name.split_once('[')) {
-            Some((family, digits)) => (family, Some(digits)),
-            None => (name, None),
+        let (inner, rate) = match name.strip_prefix("der(").and_then(|name| name.strip_suffix(')')) {
+            Some(inner) => (inner, true),
+            None => (name, false),
         };
-        let (position, row) = TABLE.iter().enumerate().find(|(_, row)| row.name == family)?;
+        let (family, index) = match inner.strip_suffix(']').and_then(|name| name.split_once('[')) {
+            Some((family, digits)) => (family, Some(digits)),
+            None => (inner, None),
+        };
+        let is_named = |row: &Row| if rate { row.rate_of() == Some(family) } else { row.name == family };
+        let (position, row) = TABLE.iter().enumerate().find(|(_, row)| is_named(row))?;
         let index = match (row.shape, index) {
             (Shape::Scalar, None) => 0,
             (Shape::Balls | Shape::Contacts, Some(digits)) => one_based(digits)?,
@@ -59,11 +64,14 @@ impl Variable {
     }
 }
 
-/// The name, with the index counted from 1.
+/// The name, with the index counted from 1: `x[1]`, `der(overlap[1])`.
 impl std::fmt::Display for Variable {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(self.row.name)?;
-        if self.row.shape == Shape::Scalar { Ok(()) } else { write!(f, "[{}]", self.index + 1) }
+        match (self.row.shape, self.row.rate_of()) {
+            (Shape::Scalar, _) => f.write_str(self.row.name),
+            (_, Some(family)) => write!(f, "der({family}[{}])", self.index + 1),
+            (_, None) => write!(f, "{}[{}]", self.row.name, self.index + 1),
+        }
     }
 }
 

@@ -30,6 +30,7 @@ PARAMETERS = {  # name: (unit, start); None where the start differs per element
     "solver.method": (None, 1),
     "solver.tolerance": ("1", 1e-12),
     "solver.fixedStep": ("s", 1e-6),
+    "exchange.contacts": (None, 2),
 }
 TUNABLE = {"pendulum.drag", "contact.damping", "contact.huntCrossley"}
 INPUTS = {"F_ext[#n]": "N", "a_support": "m/s2"}
@@ -58,12 +59,15 @@ LOCALS = {
     "E_contact[#c]": "J",
     "E_dissipated": "J",
     "W_external": "J",
+    "der(overlap[#c])": "m/s",
+    "der(E_dissipated)": "W",
+    "der(W_external)": "W",
     "E_residual": "J",
     "solver.steps": None,
     "solver.evaluations": None,
     "solver.events": None,
 }
-DISCRETE = ("F_mean", "F_peak", "F_support_mean", "pulses", "inContact")
+DISCRETE = ("F_peak", "t_next", "pulses", "inContact")
 
 
 def spread(name: str) -> list[str]:
@@ -87,6 +91,8 @@ def test_identity_and_default_experiment(fmu):
     description = fmu.description
     assert (description.fmiVersion, description.modelName) == ("2.0", "NewtonsCradle")
     assert description.coSimulation.modelIdentifier == "NewtonsCradle"
+    assert description.modelExchange.modelIdentifier == "NewtonsCradle"
+    assert (description.numberOfContinuousStates, description.numberOfEventIndicators) == (3 * N + 1, 2 * (N - 1))
     assert description.variableNamingConvention == "structured"
     experiment = description.defaultExperiment
     assert [float(v) for v in (experiment.startTime, experiment.stopTime, experiment.stepSize)] == [
@@ -140,6 +146,17 @@ def test_values_of_communication_points_are_discrete(fmu):
     for variable in fmu.description.modelVariables:
         if variable.name.split("[")[0] in DISCRETE:
             assert variable.variability == "discrete", variable.name
+
+
+def test_states_of_model_exchange_in_their_order(fmu):
+    wanted = ["x[1]", *spread("overlap[#c]"), *spread("v[#n]"), *spread("impulse[#c]"), "E_dissipated", "W_external"]
+    rates = ["v[1]", *spread("der(overlap[#c])"), *spread("a[#n]"), *spread("F[#c]")]
+    rates += ["der(E_dissipated)", "der(W_external)"]
+    found = [unknown.variable for unknown in fmu.description.derivatives]
+    assert [variable.name for variable in found] == rates
+    assert [variable.derivative.name for variable in found] == wanted
+    for name in ("F_mean[1]", "F_support_mean", "F[1]"):
+        assert fmu.variables[name].variability in (None, "continuous")
 
 
 def test_every_start_lies_within_its_range(fmu):

@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use fmi_schema::fmi2::{self, Causality, Fmi2ModelDescription, Initial, ScalarVariableElement, Variability};
 use fmi_schema::traits::FmiModelDescription;
 use newtons_cradle::variables::{
-    Description, LOG_CATEGORIES, MODEL_IDENTIFIER, Settings, TABLE, Type, Variable, variables,
+    Description, LOG_CATEGORIES, MODEL_IDENTIFIER, Settings, TABLE, Type, Variable, states, variables,
 };
 
 fn xml(balls: usize) -> String {
@@ -134,6 +134,7 @@ fn units_have_the_right_base_units() {
         ("N", [1, 1, -2]),
         ("N/m", [1, 0, -2]),
         ("J", [1, 2, -2]),
+        ("W", [1, 2, -3]),
         ("Pa", [1, -1, -2]),
         ("m/s2", [0, 1, -2]),
     ] {
@@ -150,12 +151,22 @@ fn the_structure_lists_what_the_standard_asks_for() {
             let matching = all.iter().enumerate().filter(|(_, variable)| wanted.contains(&variable.causality));
             matching.map(|(position, _)| position as u32 + 1).collect()
         };
+        let position = |name: &str| all.iter().position(|variable| variable.name == name).unwrap() as u32 + 1;
         let structure = &description.model_structure;
         let outputs: Vec<u32> = structure.outputs.unknowns.iter().map(|unknown| unknown.index).collect();
         assert_eq!(outputs, indices(&[Causality::Output]));
-        assert!(structure.outputs.unknowns.iter().all(|unknown| unknown.dependencies.is_empty()));
+        // In co-simulation nothing feeds through: outputs depend on states, not on inputs.
+        let states: Vec<u32> = states(balls).map(|(state, _)| position(&state.to_string())).collect();
+        let of_states =
+            |unknown: &fmi2::Fmi2VariableDependency| unknown.dependencies.iter().all(|one| states.contains(one));
+        assert!(structure.outputs.unknowns.iter().all(of_states));
         let initial: Vec<u32> = structure.initial_unknowns.unknowns.iter().map(|unknown| unknown.index).collect();
-        assert_eq!(initial, indices(&[Causality::Output, Causality::CalculatedParameter]));
+        let exchanged = newtons_cradle::variables::states(balls).flat_map(|(state, rate)| [state, rate]);
+        let mut expected = indices(&[Causality::Output, Causality::CalculatedParameter]);
+        expected.extend(exchanged.map(|variable| position(&variable.to_string())));
+        expected.sort_unstable();
+        expected.dedup();
+        assert_eq!(initial, expected);
         for unknown in &structure.initial_unknowns.unknowns {
             assert!(unknown.dependencies.is_sorted());
             let settable =
@@ -202,8 +213,12 @@ fn attributes_of_the_model_are_those_of_the_interface() {
     assert_eq!((experiment.step_size, experiment.tolerance), (Some(0.01), None));
     let categories: Vec<String> = description.log_categories.unwrap().categories.into_iter().map(|c| c.name).collect();
     assert_eq!(categories, LOG_CATEGORIES.map(|category| category.name()));
-    assert!(description.model_exchange.is_none());
+    assert_eq!(description.model_exchange.unwrap().model_identifier, MODEL_IDENTIFIER);
     assert_eq!(description.co_simulation.unwrap().model_identifier, MODEL_IDENTIFIER);
+    assert!(text.contains("numberOfEventIndicators=\"8\""));
+    // Every state may jump in an event.
+    let jumps = attributes(&text).into_iter().filter(|(_, attributes)| attributes.contains_key("reinit")).count();
+    assert_eq!(jumps, states(5).count());
     assert!(
         text.contains("name=\"contact.model\"")
             && text.contains("<Enumeration declaredType=\"ContactModel\" start=\"1\"/>")

@@ -77,6 +77,12 @@ const PRESSED: &[(&str, f64)] = &[
     ("contact.damping", 10.0),
     ("contact.huntCrossley", 0.1),
     ("pendulum.drag", 0.1),
+    ("F_ext[1]", 1.0),
+    ("F_ext[2]", -2.0),
+    ("F_ext[3]", 0.5),
+    ("F_ext[4]", -0.3),
+    ("F_ext[5]", 1.5),
+    ("a_support", 0.2),
 ];
 
 /// Rigid balls at rest in touch, pushed against each other.

@@ -7,6 +7,7 @@
 mod border;
 mod description;
 mod directional_derivatives;
+mod exchange;
 mod initial_unknowns;
 mod input_derivatives;
 mod methods;

@@ -162,24 +162,27 @@ fn functions(of_kind: &str) -> impl Iterator<Item = String> {
     COMMON.split_whitespace().chain(of_kind.split_whitespace()).map(|name| format!("fmi2{name}"))
 }
 
-/// Checks a shared library of an FMU that is `own` or somebody else's.
-pub(super) fn check(place: &str, bytes: &[u8], kind: Kind, own: bool, report: &mut Report) {
+/// Checks a shared library for these `kinds` of FMU, of an FMU that is `own` or somebody else's.
+pub(super) fn check(place: &str, bytes: &[u8], kinds: &[Kind], own: bool, report: &mut Report) {
     let libraries = report.accept(place, Library::read(bytes)).unwrap_or_default();
     let universal = libraries.len() > 1;
     for library in libraries {
         let of = if universal { format!(" for {:?}", library.architecture) } else { String::new() };
-        check_one(&format!("{place}{of}"), &library, kind, own, report);
+        check_one(&format!("{place}{of}"), &library, kinds, own, report);
     }
 }
 
-fn check_one(place: &str, library: &Library, kind: Kind, own: bool, report: &mut Report) {
-    let of_kind = if kind == Kind::CoSimulation { CO_SIMULATION } else { MODEL_EXCHANGE };
-    for function in functions(of_kind) {
-        let exported = library.exports.contains(&function);
+fn check_one(place: &str, library: &Library, kinds: &[Kind], own: bool, report: &mut Report) {
+    let of_kind = |kind: &Kind| match kind {
+        Kind::CoSimulation => CO_SIMULATION,
+        Kind::ModelExchange => MODEL_EXCHANGE,
+    };
+    let known: BTreeSet<String> = kinds.iter().flat_map(|kind| functions(of_kind(kind))).collect();
+    for function in &known {
+        let exported = library.exports.contains(function);
         report.require(exported, format_args!("{place}: {function} is not exported"));
     }
     if own {
-        let known: BTreeSet<String> = functions(CO_SIMULATION).collect();
         for name in library.exports.difference(&known) {
             report.remark(format_args!("{place}: exports {name}, which may clash with what others load"));
         }

@@ -4,7 +4,7 @@ use std::fmt::Display;
 use std::fs;
 use std::path::Path;
 
-use super::description::model::Model;
+use super::description::model::{Interface, Kind, Model};
 use super::description::{attributes, structure, variables};
 use super::report::Report;
 use super::unpack::unpack;
@@ -57,7 +57,13 @@ fn contents(bytes: &[u8], limit: u64, report: &mut Report) -> Option<(Entries, M
 
 /// Every shared library that a host would look for, and files that no host will find.
 fn binaries(entries: &Entries, model: &Model, report: &mut Report) {
-    for interface in model.interfaces() {
+    let interfaces: Vec<&Interface> = model.interfaces().collect();
+    for (place, interface) in interfaces.iter().enumerate() {
+        let same = |other: &&Interface| other.identifier == interface.identifier;
+        if interfaces[..place].iter().copied().any(|other| same(&other)) {
+            continue;
+        }
+        let kinds: Vec<Kind> = interfaces.iter().copied().filter(same).map(|interface| interface.kind).collect();
         let path = |platform: &Platform| platform.binary_path(&interface.identifier);
         let found: Vec<&Platform> = PLATFORMS.iter().filter(|platform| entries.contains_key(&path(platform))).collect();
         if found.is_empty() && !entries.keys().any(|name| name.starts_with("sources/")) {
@@ -66,7 +72,7 @@ fn binaries(entries: &Entries, model: &Model, report: &mut Report) {
         for platform in found {
             let path = path(platform);
             if report.accept(&path, platform.check(&entries[&path])).is_some() {
-                binary::check(&path, &entries[&path], interface.kind, model.is_own(), report);
+                binary::check(&path, &entries[&path], &kinds, model.is_own(), report);
             }
         }
     }

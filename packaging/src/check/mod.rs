@@ -6,7 +6,9 @@
 
 mod binary;
 mod description;
+mod exchange;
 mod fmu;
+mod folder;
 mod own;
 pub mod probe;
 mod report;

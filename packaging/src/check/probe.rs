@@ -5,7 +5,7 @@
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::fs::{self, File};
 use std::io::Write;
-use std::path::{Component, Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, ExitStatus, Stdio};
 use std::ptr::{null, null_mut};
 use std::sync::Mutex;
@@ -16,7 +16,9 @@ use fmi_schema::fmi2::Causality;
 use libloading::Library;
 use newtons_cradle::variables::Type;
 
-use super::description::model::{Model, Variable};
+use super::description::model::{Interface, Kind, Model, Variable};
+pub(crate) use super::folder::Folder;
+use super::folder::failed;
 use super::report::Report;
 use crate::archive::Entries;
 use crate::error::Error;
@@ -25,24 +27,28 @@ use crate::platform::Platform;
 /// How long a binary may take for all of it.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// Loads the binary of an FMU for co-simulation on this machine, if it has one, and reports what is wrong with its answers.
+/// Loads the binaries of an FMU on this machine, if it has any, and reports what is wrong with their answers.
 pub fn check(entries: &Entries, model: &Model, report: &mut Report) -> Result<(), Error> {
-    let Some((interface, platform)) = model.co_simulation.as_ref().zip(Platform::host().ok()) else { return Ok(()) };
-    let binary = platform.binary_path(&interface.identifier);
-    if interface.needs_tool {
-        return Ok(());
-    }
-    match entries.get(&binary) {
-        None => {
-            report.remark(format_args!("{binary}: missing, so nothing was loaded"));
+    let Some((first, platform)) = model.interfaces().next().zip(Platform::host().ok()) else { return Ok(()) };
+    let binary = platform.binary_path(&first.identifier);
+    let path = |interface: &Interface| platform.binary_path(&interface.identifier);
+    for interface in model.interfaces() {
+        if interface.needs_tool {
             return Ok(());
         }
-        Some(bytes) if platform.check(bytes).is_err() => return Ok(()),
-        Some(_) => {}
+        match entries.get(&path(interface)) {
+            None => {
+                report.remark(format_args!("{}: missing, so nothing was loaded", path(interface)));
+                return Ok(());
+            }
+            Some(bytes) if platform.check(bytes).is_err() => return Ok(()),
+            Some(_) => {}
+        }
     }
+    let is_binary = |name: &str| model.interfaces().any(|interface| path(interface) == name);
     let folder = Folder::new()?;
     for (name, contents) in entries {
-        if name == "modelDescription.xml" || *name == binary || name.starts_with("resources/") {
+        if name == "modelDescription.xml" || is_binary(name) || name.starts_with("resources/") {
             folder.write(name, contents)?;
         }
     }
@@ -96,60 +102,24 @@ fn collect(binary: &str, status: Option<ExitStatus>, findings: &str, report: &mu
     }
 }
 
-fn failed(what: &str, error: std::io::Error) -> Error {
-    Error::Failure(format!("cannot {what}: {error}"))
-}
-
-/// A new folder that is removed in the end.
-pub(crate) struct Folder(pub(crate) PathBuf);
-
-impl Folder {
-    pub(crate) fn new() -> Result<Self, Error> {
-        let mut attempt = 0;
-        loop {
-            let path = env::temp_dir().join(format!("cradle-fmu-{}-{attempt}", std::process::id()));
-            match fs::create_dir(&path) {
-                Ok(()) => return Ok(Self(path)),
-                Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists && attempt < 1000 => attempt += 1,
-                Err(error) => return Err(failed(&format!("make the folder {}", path.display()), error)),
-            }
-        }
-    }
-
-    /// Writes an entry of the zip file, unless its path leaves the folder.
-    pub(crate) fn write(&self, name: &str, contents: &[u8]) -> Result<(), Error> {
-        let relative = Path::new(name);
-        if !relative.components().all(|part| matches!(part, Component::Normal(_))) {
-            return Ok(());
-        }
-        let path = self.0.join(relative);
-        let written = path.parent().map_or(Ok(()), fs::create_dir_all).and_then(|()| fs::write(&path, contents));
-        written.map_err(|error| failed(&format!("write {}", path.display()), error))
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        // What is left in the system's folder for temporary files is no harm.
-        let _ = fs::remove_dir_all(&self.0);
-    }
-}
-
 /// The child: loads the binary of the FMU unpacked in `folder` and writes to the file `findings` what is wrong.
 pub fn run(folder: &Path, findings: &Path) -> Result<(), Error> {
     let text = fs::read(folder.join("modelDescription.xml")).map_err(|error| failed("read the description", error))?;
     let model = Model::read(&text, &mut Report::default());
     let file = File::create(findings).map_err(|error| failed("write the findings", error))?;
     let Some((model, platform)) = model.as_ref().zip(Platform::host().ok()) else { return Ok(()) };
-    let Some(interface) = &model.co_simulation else { return Ok(()) };
     let mut findings = Findings(file);
-    let binary = folder.join(platform.binary_path(&interface.identifier));
-    let done = load(&binary, &mut findings)
-        .and_then(|library| Probe { findings: &mut findings, model, library, instance: null_mut() }.all(folder));
-    if let Err(problem) = done {
-        let said = SAID.lock().map(|said| said.clone()).unwrap_or_default();
-        let said = if said.is_empty() { said } else { format!("; it says: {said}") };
-        findings.tell("problem", &format!("{problem}{said}"));
+    for interface in model.interfaces() {
+        let (kind, binary) = (interface.kind, folder.join(platform.binary_path(&interface.identifier)));
+        let done = load(&binary, &mut findings).and_then(|library| {
+            Probe { findings: &mut findings, model, kind, library, instance: null_mut() }.all(folder)
+        });
+        if let Err(problem) = done {
+            let said = SAID.lock().map(|mut said| std::mem::take(&mut *said)).unwrap_or_default();
+            let said = if said.is_empty() { said } else { format!("; it says: {said}") };
+            let of_kind = if kind == Kind::ModelExchange { "in model exchange: " } else { "" };
+            findings.tell("problem", &format!("{of_kind}{problem}{said}"));
+        }
     }
     Ok(())
 }
@@ -164,8 +134,9 @@ pub(crate) struct Callbacks {
     pub(crate) environment: *mut c_void,
 }
 
-/// `fmi2CoSimulation` of the standard.
+/// `fmi2CoSimulation` and `fmi2ModelExchange` of the standard.
 pub(crate) const CO_SIMULATION: c_int = 1;
+const MODEL_EXCHANGE: c_int = 0;
 
 pub(crate) type Instance = *mut c_void;
 pub(crate) type Instantiate = unsafe extern "C" fn(
@@ -218,11 +189,12 @@ fn load(path: &Path, findings: &mut Findings) -> Result<Library, String> {
     })
 }
 
-struct Probe<'a> {
+pub(super) struct Probe<'a> {
     findings: &'a mut Findings,
     model: &'a Model,
+    kind: Kind,
     library: Library,
-    instance: Instance,
+    pub(super) instance: Instance,
 }
 
 impl<'a> Probe<'a> {
@@ -270,20 +242,29 @@ impl<'a> Probe<'a> {
         self.values(true)?;
         self.plain("fmi2ExitInitializationMode")?;
         self.values(false)?;
+        if self.kind == Kind::ModelExchange {
+            self.integrate(start, step)?;
+            return self.plain("fmi2Terminate");
+        }
         let do_step = self.function::<Step>("fmi2DoStep")?;
         self.status("fmi2DoStep", unsafe { do_step(self.instance, start, step, 1) })?;
         self.values(false)?;
         self.plain("fmi2Terminate")
     }
 
-    fn function<T: Copy>(&mut self, name: &str) -> Result<T, String> {
+    /// How many continuous states and event indicators there are.
+    pub(super) fn continuous(&self) -> (usize, usize) {
+        (self.model.structure.derivatives.as_ref().map_or(0, Vec::len), self.model.event_indicators)
+    }
+
+    pub(super) fn function<T: Copy>(&mut self, name: &str) -> Result<T, String> {
         self.findings.tell("call", name);
         // SAFETY: the caller names the type that the standard gives the function, and does not keep it.
         let function = unsafe { self.library.get::<T>(name.as_bytes()) };
         function.map(|function| *function).map_err(|_| format!("{name} is not exported"))
     }
 
-    fn status(&mut self, function: &str, status: c_int) -> Result<(), String> {
+    pub(super) fn status(&mut self, function: &str, status: c_int) -> Result<(), String> {
         let name = match status {
             0 => return Ok(()),
             1 => {
@@ -299,7 +280,7 @@ impl<'a> Probe<'a> {
         Err(format!("{function} answers {name}"))
     }
 
-    fn plain(&mut self, name: &str) -> Result<(), String> {
+    pub(super) fn plain(&mut self, name: &str) -> Result<(), String> {
         let function = self.function::<unsafe extern "C" fn(Instance) -> c_int>(name)?;
         self.status(name, unsafe { function(self.instance) })
     }
@@ -321,14 +302,14 @@ impl<'a> Probe<'a> {
     fn instantiate(&mut self, guid: &str, location: &str, callbacks: &Callbacks) -> Result<(), String> {
         let function = self.function::<Instantiate>("fmi2Instantiate")?;
         let text = |text: &str| CString::new(text).map_err(|_| format!("\"{text}\" holds a null byte"));
+        let kind = if self.kind == Kind::CoSimulation { CO_SIMULATION } else { MODEL_EXCHANGE };
         let (name, guid, location) = (text("check")?, text(guid)?, text(location)?);
-        self.instance =
-            unsafe { function(name.as_ptr(), CO_SIMULATION, guid.as_ptr(), location.as_ptr(), callbacks, 0, 0) };
+        self.instance = unsafe { function(name.as_ptr(), kind, guid.as_ptr(), location.as_ptr(), callbacks, 0, 0) };
         Ok(())
     }
 
     /// Reads every variable; compares start values with those of the description if nothing else was set yet.
-    fn values(&mut self, compare: bool) -> Result<(), String> {
+    pub(super) fn values(&mut self, compare: bool) -> Result<(), String> {
         let reals = self.read("fmi2GetReal", 0.0_f64, |kind| kind == Type::Real)?;
         let of_integers = |kind| matches!(kind, Type::Integer | Type::Enumeration);
         let integers = self.read("fmi2GetInteger", 0, of_integers)?;

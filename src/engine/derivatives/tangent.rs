@@ -342,6 +342,11 @@ impl<'a> Run<'a> {
             let rigid = self.cradle.restitution.is_some() && state.modes[j] == Mode::Pressing;
             outputs.force[j] = if rigid { f64::NAN } else { self.force_of(j).tangent() };
         }
+        outputs.overlap = tangents(&state.overlaps);
+        outputs.overlap_rate = (0..state.overlaps.len()).map(|j| self.overlap_rate(j).tangent()).collect();
+        outputs.a = (0..state.x.len()).map(|i| algebraic::a(self, i).tangent()).collect();
+        outputs.dissipation = algebraic::dissipation(self).tangent();
+        outputs.external_power = algebraic::external_power(self).tangent();
         outputs.energy = algebraic::total_energy(self).tangent();
         outputs.momentum = algebraic::momentum(self).tangent();
         outputs.support_force = algebraic::support_force(self).tangent();

@@ -64,7 +64,7 @@ impl Engine {
         (x + displacement, v)
     }
 
-    fn integrals_at(&self, i: usize, t: DoubleDouble) -> RunningIntegrals {
+    pub(crate) fn integrals_at(&self, i: usize, t: DoubleDouble) -> RunningIntegrals {
         match (self.segment_of_ball(i, t), self.balls[i].regime) {
             (Some((cluster, tau)), Regime::Impact(contact)) => {
                 let mut integrals = cluster.integrals(i, &self.balls[i].integrals, &self.balls[i], tau);

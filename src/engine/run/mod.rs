@@ -16,7 +16,7 @@ mod snapshot;
 mod watchdog;
 
 pub(crate) use caches::KnownState;
-pub(crate) use contact::Phase;
+pub(crate) use contact::{Contact, Keep, Phase};
 pub use engine::Engine;
 pub(crate) use engine::NO_STEP;
 pub(crate) use snapshot::require;

@@ -7,7 +7,7 @@ use std::ptr::null_mut;
 use crate::fmi2::boundary::{Component, array};
 use crate::fmi2::types::*;
 use crate::fmi2::{logger, resources};
-use crate::instance::{Experiment, Instance, Log, Refusal};
+use crate::instance::{Experiment, Instance, Kind, Log, Refusal};
 use crate::variables::{Description, LOG_CATEGORIES, LogCategory, Settings};
 
 /// Platform of the types: `default`.
@@ -23,7 +23,7 @@ pub extern "C" fn fmi2GetVersion() -> fmi2String {
 }
 
 /// Creates an instance. NULL, with a line in the log, if the GUID is not that of the description that belongs to this
-/// binary and the FMU's resources, if the resources are damaged, or if this is not to be a co-simulation.
+/// binary and the FMU's resources, if the resources are damaged, or if this is to be neither co-simulation nor model exchange.
 ///
 /// # Safety
 /// See the [module](crate::fmi2).
@@ -48,7 +48,7 @@ pub unsafe extern "C" fn fmi2Instantiate(
     let created = catch_unwind(AssertUnwindSafe(|| {
         let log = Log::new(logger::sink(&functions, name), loggingOn != fmi2False);
         match settings(name, fmuType, guid, location) {
-            Ok((settings, guid)) => Component::into_raw(Instance::new(settings, guid, log)),
+            Ok((kind, settings, guid)) => Component::into_raw(Instance::new(kind, settings, guid, log)),
             Err(reason) => {
                 log.error(format_args!("fmi2Instantiate: {reason}"));
                 null_mut()
@@ -108,14 +108,20 @@ unsafe fn category(name: fmi2String) -> Result<LogCategory, Refusal> {
     })
 }
 
-/// The start values of the FMU whose description has this GUID, with the GUID, or why there are none.
-fn settings(name: &CStr, kind: fmi2Type, guid: &CStr, location: &CStr) -> Result<(Settings, String), String> {
+/// The kind of instance asked for, the start values of the FMU whose description has this GUID, and the GUID; or why there are none.
+fn settings(name: &CStr, kind: fmi2Type, guid: &CStr, location: &CStr) -> Result<(Kind, Settings, String), String> {
     if name.is_empty() {
         return Err("instanceName is missing or empty; allowed: any other text".to_owned());
     }
-    if kind != fmi2CoSimulation {
-        return Err(format!("fmuType = {kind} is refused; allowed: fmi2CoSimulation ({fmi2CoSimulation})"));
-    }
+    let kind = match kind {
+        fmi2ModelExchange => Kind::ModelExchange,
+        fmi2CoSimulation => Kind::CoSimulation,
+        _ => {
+            return Err(format!(
+                "fmuType = {kind} is refused; allowed: fmi2ModelExchange ({fmi2ModelExchange}), fmi2CoSimulation ({fmi2CoSimulation})"
+            ));
+        }
+    };
     let recipe = resources::load(location.to_bytes())?;
     let settings = recipe.settings().map_err(|error| format!("resources: {error}"))?;
     let own = Description::of(&settings).guid();
@@ -125,5 +131,5 @@ fn settings(name: &CStr, kind: fmi2Type, guid: &CStr, location: &CStr) -> Result
             "fmuGUID = {guid} is refused; allowed: {own}, that of the description that belongs to this binary and resources"
         ));
     }
-    Ok((settings, own))
+    Ok((kind, settings, own))
 }

@@ -25,7 +25,8 @@ export! {
     };
     /// Derivatives of the unknowns along the direction in which the knowns change by `dvKnown`. In Initialization Mode the unknowns
     /// are real outputs and calculated parameters, the knowns real parameters and inputs; later, the real outputs at the end of the
-    /// last step, and the inputs that were held over it.
+    /// last step, and the inputs that were held over it; in model exchange the real outputs and the derivatives of the states, and
+    /// states and inputs.
     fn fmi2GetDirectionalDerivative(
         vUnknown_ref: *const fmi2ValueReference, nUnknown: usize, vKnown_ref: *const fmi2ValueReference, nKnown: usize,
         dvKnown: *const fmi2Real, dvUnknown: *mut fmi2Real

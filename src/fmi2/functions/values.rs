@@ -62,15 +62,15 @@ export! {
         set(vr, nvr, value, |references, values| instance.set_reals(references, values))
     };
     /// Sets enumerations: all of them, or none if any is refused.
-    fn fmi2SetInteger(vr: *const fmi2ValueReference, nvr: usize, value: *const fmi2Integer) as Set |instance| {
+    fn fmi2SetInteger(vr: *const fmi2ValueReference, nvr: usize, value: *const fmi2Integer) as SetDiscrete |instance| {
         set(vr, nvr, value, |references, values| instance.set_integers(references, values))
     };
     /// No boolean can be set: an error unless nothing is set.
-    fn fmi2SetBoolean(vr: *const fmi2ValueReference, nvr: usize, value: *const fmi2Boolean) as Set |instance| {
+    fn fmi2SetBoolean(vr: *const fmi2ValueReference, nvr: usize, value: *const fmi2Boolean) as SetDiscrete |instance| {
         set(vr, nvr, value, |references, _| instance.refuse_to_set(references, Type::Boolean))
     };
     /// There are no strings: an error unless nothing is set.
-    fn fmi2SetString(vr: *const fmi2ValueReference, nvr: usize, value: *const fmi2String) as Set |instance| {
+    fn fmi2SetString(vr: *const fmi2ValueReference, nvr: usize, value: *const fmi2String) as SetDiscrete |instance| {
         set(vr, nvr, value, |references, _| instance.refuse_to_set(references, Type::String))
     };
 }

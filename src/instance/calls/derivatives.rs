@@ -1,16 +1,18 @@
 //! Derivatives of the outputs: by time, and along directions of inputs and parameters.
 
 use crate::engine::{Differential, MAX_OUTPUT_DERIVATIVE};
-use crate::instance::legality::Phase;
+use crate::instance::legality::{Kind, Phase};
 use crate::instance::lifecycle::Instance;
 use crate::instance::refusal::Refusal;
 use crate::variables::{Causality, Settings, Type, Variable, VariableError};
 
 /// What has derivatives by time, and along a direction.
 const OUTPUTS: &str = "real outputs";
-const INITIAL_UNKNOWNS: &str = "real outputs and calculated parameters";
+const INITIAL_UNKNOWNS: &str = "real outputs, states, their derivatives and calculated parameters";
+const EXCHANGED: &str = "real outputs and derivatives of states";
 /// Along what.
-const INPUTS: &str = "inputs and, in Initialization Mode, real parameters";
+const INPUTS: &str =
+    "inputs and, in Initialization Mode, real parameters; in model exchange, after it, continuous states";
 
 impl Instance {
     /// Derivatives of outputs by time at the current time, each of its order, from 1 on. What changes only at events and
@@ -32,7 +34,8 @@ impl Instance {
     }
 
     /// Derivatives of `unknowns` along the direction in which the `knowns` change by `direction`: in Initialization Mode those of
-    /// the start values, later those of the end of the last step along inputs that were held over it.
+    /// the start values, later those of the end of the last step along inputs that were held over it, or in model exchange those of
+    /// what follows from states and inputs.
     pub fn directional_derivatives(
         &mut self,
         unknowns: &[u32],
@@ -40,12 +43,15 @@ impl Instance {
         direction: &[f64],
     ) -> Result<Vec<f64>, Refusal> {
         let initializing = self.run.phase == Phase::InitializationMode;
+        let exchanging = self.run.kind == Kind::ModelExchange && !initializing;
         let mut along = Settings::zero(self.balls());
+        let mut states = vec![0.0; self.states()];
         for (known, change) in knowns.iter().zip(direction) {
             let variable = self.variable(*known)?;
+            let state = variable.state_place(self.balls()).filter(|_| exchanging);
             let input = variable.row.causality == Causality::Input;
             let parameter = variable.row.settable() && variable.row.access.data_type() == Type::Real;
-            if !(input || initializing && parameter) {
+            if !(input || initializing && parameter || state.is_some()) {
                 return Err(VariableError::NotDifferentiable {
                     variable: format!("a direction along {variable}"),
                     allowed: INPUTS,
@@ -55,16 +61,24 @@ impl Instance {
             if !change.is_finite() {
                 return Err(Refusal::number("dvKnown", *change, variable.row.unit(), "any finite value"));
             }
-            variable.set_real(&mut along, *change);
+            match state {
+                Some(place) => states[place] = *change,
+                None => _ = variable.set_real(&mut along, *change),
+            }
         }
-        let (causalities, allowed): (&[Causality], _) = match initializing {
-            true => (&[Causality::Output, Causality::CalculatedParameter], INITIAL_UNKNOWNS),
-            false => (&[Causality::Output], OUTPUTS),
+        let (causalities, allowed): (&[Causality], _) = match (initializing, exchanging) {
+            (true, _) => (&[Causality::Output, Causality::Local, Causality::CalculatedParameter], INITIAL_UNKNOWNS),
+            (_, true) => (&[Causality::Output, Causality::Local], EXCHANGED),
+            _ => (&[Causality::Output], OUTPUTS),
         };
         let unknowns: Vec<Variable> = unknowns
             .iter()
             .map(|unknown| self.differentiable(*unknown, causalities, allowed))
             .collect::<Result<_, _>>()?;
+        if exchanging {
+            let differential = self.exchange()?.along(&states, &along.inputs);
+            return unknowns.into_iter().map(|unknown| self.derivative(unknown, Some(&differential))).collect();
+        }
         let parameters = self.run.effective_parameters();
         let simulation = self.simulation()?;
         let differential = match initializing {

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 use uuid::Uuid;
 
-use crate::engine::{Simulation, SimulationSnapshot, Unsound};
-use crate::instance::legality::Phase;
+use crate::engine::{Exchange, Simulation, SimulationSnapshot, Unsound};
+use crate::instance::legality::{Kind, Phase};
 use crate::instance::lifecycle::Instance;
 use crate::instance::refusal::{Refusal, StateError};
 use crate::instance::run::Run;
@@ -17,7 +17,7 @@ pub struct SavedState {
 
 /// What the bytes begin with, and the format that follows.
 const MAGIC: [u8; 8] = *b"cradleFS";
-const FORMAT: u32 = 4;
+const FORMAT: u32 = 5;
 const HEADER: usize = MAGIC.len() + size_of::<u32>();
 
 /// Length of the digest that the bytes end with.
@@ -36,7 +36,7 @@ struct Owner {
 }
 
 /// What follows on the owner.
-type Content = (Run, Option<SimulationSnapshot>);
+type Content = (Run, Option<SimulationSnapshot>, Option<Exchange>);
 
 impl std::fmt::Display for Owner {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -54,7 +54,8 @@ impl SavedState {
         // In Initialization Mode the simulation follows from the settings.
         let calculated = self.run.phase > Phase::InitializationMode;
         let simulation = self.run.simulation.as_ref().filter(|_| calculated).map(Simulation::snapshot);
-        let content = postcard::to_allocvec(&(self.owner(), &self.run, simulation));
+        let exchange = self.run.exchange.as_ref().filter(|_| calculated);
+        let content = postcard::to_allocvec(&(self.owner(), &self.run, simulation, exchange));
         let content = content.map_err(|_| Refusal::Missing("the state cannot be written"))?;
         let mut bytes = [MAGIC.as_slice(), &FORMAT.to_le_bytes(), &content].concat();
         bytes.extend(digest(&bytes));
@@ -84,8 +85,14 @@ impl Instance {
     /// Goes back to a state that was saved by this instance, or by another one of the same FMU.
     pub fn set_state(&mut self, state: &SavedState) -> Result<(), Refusal> {
         self.check_owner(state.owner())?;
+        self.check_kind(state.run.kind)?;
         self.run.clone_from(&state.run);
         Ok(())
+    }
+
+    fn check_kind(&self, kind: Kind) -> Result<(), StateError> {
+        let own = self.run.kind;
+        if kind == own { Ok(()) } else { Err(StateError::OtherKind { theirs: kind, ours: own }) }
     }
 
     fn check_owner(&self, owner: Owner) -> Result<(), StateError> {
@@ -101,17 +108,24 @@ impl Instance {
         let unreadable = |_| StateError::Unsound(Unsound("it cannot be read"));
         let (owner, rest) = postcard::take_from_bytes::<Owner>(content(bytes)?).map_err(unreadable)?;
         self.check_owner(owner)?;
-        let ((mut run, snapshot), rest) = postcard::take_from_bytes::<Content>(rest).map_err(unreadable)?;
+        let ((mut run, snapshot, exchange), rest) = postcard::take_from_bytes::<Content>(rest).map_err(unreadable)?;
         if !rest.is_empty() {
             return Err(StateError::Unsound(Unsound("there are more bytes than those of the state")).into());
         }
         run.check(self.balls()).map_err(StateError::Unsound)?;
-        if (run.phase > Phase::InitializationMode) != snapshot.is_some() {
+        self.check_kind(run.kind)?;
+        let calculated = run.phase > Phase::InitializationMode;
+        let exchanges = run.kind == Kind::ModelExchange;
+        if (calculated && !exchanges) != snapshot.is_some() || (calculated && exchanges) != exchange.is_some() {
             return Err(StateError::Unsound(Unsound("its phase does not match its contents")).into());
         }
+        let start = run.experiment.unwrap_or_default().start;
+        let failed = run.phase == Phase::Error;
+        if let Some(exchange) = exchange {
+            let restored = exchange.restored(&run.effective_parameters(), start, failed);
+            run.exchange = Some(restored.map_err(StateError::Unsound)?);
+        }
         if let Some(snapshot) = snapshot {
-            let start = run.experiment.unwrap_or_default().start;
-            let failed = run.phase == Phase::Error;
             let restored = Simulation::restore(&run.effective_parameters(), start, snapshot, failed);
             run.simulation = Some(restored.map_err(StateError::Unsound)?);
         }

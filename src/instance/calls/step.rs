@@ -10,11 +10,12 @@ use crate::model::Inputs;
 const CLOCK_TOLERANCE: f64 = 1e-12;
 
 impl Instance {
-    /// Time that the last step reached, s.
+    /// Time that the last step reached, or that the host has set, s.
     pub fn time(&self) -> f64 {
-        match &self.run.simulation {
-            Some(simulation) => simulation.time(),
-            None => self.run.experiment.unwrap_or_default().start,
+        match (&self.run.simulation, &self.run.exchange) {
+            (Some(simulation), _) => simulation.time(),
+            (None, Some(exchange)) => exchange.time(),
+            (None, None) => self.run.experiment.unwrap_or_default().start,
         }
     }
 

@@ -1,10 +1,10 @@
 //! Reading and setting variables by value reference.
 
-use crate::instance::legality::Phase;
+use crate::instance::legality::{Kind, Phase};
 use crate::instance::lifecycle::Instance;
 use crate::instance::refusal::Refusal;
 use crate::model::{Inputs, Tunables};
-use crate::variables::{Access, Settings, Type, Variability, Variable, VariableError};
+use crate::variables::{Access, Causality, Settings, Type, Variability, Variable, VariableError};
 
 impl Instance {
     /// Reads a real variable.
@@ -13,7 +13,7 @@ impl Instance {
         let variable = self.variable(reference)?;
         match variable.row.access {
             Access::Real(get) => {
-                let value = get(&**self.simulation()?, variable.index);
+                let value = get(self.results()?, variable.index);
                 // In the error state values may be anything.
                 if value.is_nan() && self.run.phase != Phase::Error {
                     return Err(Refusal::NotANumber { variable: variable.to_string(), time: self.time() });
@@ -28,7 +28,7 @@ impl Instance {
     pub fn integer(&mut self, reference: u32) -> Result<i32, Refusal> {
         let variable = self.variable(reference)?;
         match variable.row.access {
-            Access::Count(get) => Ok(i32::try_from(get(&**self.simulation()?, variable.index)).unwrap_or(i32::MAX)),
+            Access::Count(get) => Ok(i32::try_from(get(self.results()?, variable.index)).unwrap_or(i32::MAX)),
             _ => variable.item(&self.run.settings).ok_or_else(|| variable.wrong_type(Type::Integer).into()),
         }
     }
@@ -37,15 +37,15 @@ impl Instance {
     pub fn boolean(&mut self, reference: u32) -> Result<bool, Refusal> {
         let variable = self.variable(reference)?;
         match variable.row.access {
-            Access::Flag(get) => Ok(get(&**self.simulation()?, variable.index)),
+            Access::Flag(get) => Ok(get(self.results()?, variable.index)),
             _ => Err(variable.wrong_type(Type::Boolean).into()),
         }
     }
 
     /// Sets real variables: all of them, or none if any of it is refused.
     ///
-    /// A value takes effect with the next step (in Initialization Mode: with the next value read). Setting what is
-    /// set already is no change.
+    /// A value takes effect with the next step (in Initialization Mode and in model exchange: at once). Setting what is set already
+    /// is no change.
     pub fn set_reals(&mut self, references: &[u32], values: &[f64]) -> Result<(), Refusal> {
         self.set(references, values, Type::Real, Variable::check_real, Variable::set_real)
     }
@@ -92,11 +92,20 @@ impl Instance {
             check(&self.settable(*reference, asked)?, *value)?;
         }
         let before = self.run.settings.parameters.tunables();
+        let mut any = false;
         for (reference, value) in references.iter().zip(values) {
             let variable = self.variable(*reference)?;
             if set(&variable, &mut self.run.settings, *value) {
                 self.changed(variable, before);
+                any = true;
             }
+        }
+        if any
+            && self.run.phase > Phase::InitializationMode
+            && let Some(exchange) = &mut self.run.exchange
+        {
+            let Settings { parameters, inputs } = &self.run.settings;
+            exchange.set(parameters, inputs);
         }
         Ok(())
     }
@@ -119,14 +128,20 @@ impl Instance {
 
     fn settable(&self, reference: u32, asked: Type) -> Result<Variable, Refusal> {
         let variable = self.variable(reference)?;
-        variable.check_settable(asked, self.run.phase == Phase::StepMode)?;
+        let phase = self.run.phase;
+        variable.check_settable(asked, phase > Phase::InitializationMode)?;
+        if phase == Phase::ContinuousTimeMode && variable.row.causality != Causality::Input {
+            return Err(VariableError::NotContinuous { variable: variable.to_string() }.into());
+        }
         Ok(variable)
     }
 
     /// Remembers that the simulation does not know of a setting yet; `before` are the tunable parameters before the call.
     fn changed(&mut self, variable: Variable, before: Tunables) {
-        if self.run.phase != Phase::StepMode {
-            self.run.simulation = None;
+        if self.run.phase <= Phase::InitializationMode {
+            (self.run.simulation, self.run.exchange) = (None, None);
+        } else if self.run.kind == Kind::ModelExchange {
+            // It is told at once.
         } else if variable.row.variability == Variability::Tunable {
             self.run.tuned_from.get_or_insert(before);
         } else {

@@ -3,7 +3,7 @@
 use std::fmt::{self, Write};
 
 use super::log_category::LOG_CATEGORIES;
-use super::structure::write_structure;
+use super::structure::{first_indices, write_structure};
 use crate::variables::enumeration::ENUMERATIONS;
 use crate::variables::row::{Access, Causality, Row};
 use crate::variables::settings::Settings;
@@ -71,14 +71,18 @@ impl<'a> Description<'a> {
             "start_time" => write!(out, "{}", Number(START_TIME)),
             "stop_time" => write!(out, "{}", Number(STOP_TIME)),
             "step_size" => write!(out, "{}", Number(STEP_SIZE)),
+            "indicators" => write!(out, "{}", 2 * (self.start.balls() - 1)),
             "units" => write_units(out),
             "types" => write_types(out),
             "log_categories" => LOG_CATEGORIES.iter().try_for_each(|category| {
                 let (name, description) = category.texts();
                 writeln!(out, "    <Category name=\"{name}\" description=\"{}\"/>", Escaped(description))
             }),
-            "variables" => TABLE.iter().enumerate().try_for_each(|(i, row)| write_row(out, self.start, i, row)),
-            "structure" => write_structure(out, self.start.balls()),
+            "variables" => {
+                let firsts = first_indices(self.start.balls());
+                TABLE.iter().enumerate().try_for_each(|(i, row)| write_row(out, self.start, &firsts, i, row))
+            }
+            "structure" => write_structure(out, self.start),
             _ => Ok(()),
         }
     }
@@ -119,7 +123,7 @@ fn write_types(out: &mut String) -> fmt::Result {
 
 /// Writes every variable of a row. What they have in common is rendered once: an instance renders all of this to know
 /// its GUID.
-fn write_row(out: &mut String, start: &Settings, position: usize, row: &'static Row) -> fmt::Result {
+fn write_row(out: &mut String, start: &Settings, firsts: &[usize], position: usize, row: &'static Row) -> fmt::Result {
     let common = common_attributes(row);
     let element = element(row);
     for index in 0..row.shape.len(start.balls()) {
@@ -130,6 +134,12 @@ fn write_row(out: &mut String, start: &Settings, position: usize, row: &'static 
         write_text(out, variable)?;
         out.write_str("\">\n      ")?;
         out.write_str(&element)?;
+        if let Some(state) = variable.state() {
+            write!(out, " derivative=\"{}\"", firsts[state.position] + state.index)?;
+        }
+        if variable.state_place(start.balls()).is_some() {
+            out.write_str(" reinit=\"true\"")?;
+        }
         if row.settable() {
             match (variable.real(start), variable.item(start)) {
                 (Some(value), _) => write!(out, " start=\"{}\"", Number(value))?,

@@ -3,6 +3,7 @@
 #![expect(unsafe_code, reason = "hosts call C functions")]
 #![expect(clippy::unwrap_used, reason = "a host that does not get on fails the test")]
 
+pub mod exchange;
 pub mod scenes;
 
 use std::cell::RefCell;

@@ -265,7 +265,7 @@ fn instances_of_something_else_are_refused() {
     refused(Instantiate { guid: Some(wrong), ..Default::default() }, &format!("allowed: {}", guid(5)));
     refused(Instantiate { guid: None, ..Default::default() }, "fmuGUID =  is refused");
     refused(Instantiate { guid: Some(guid(4)), ..Default::default() }, "fmuGUID");
-    refused(Instantiate { kind: fmi2ModelExchange, ..Default::default() }, "fmuType = 0 is refused");
+    refused(Instantiate { kind: -1, ..Default::default() }, "fmuType = -1 is refused");
     refused(Instantiate { kind: 7, ..Default::default() }, "fmuType = 7 is refused");
     refused(Instantiate { name: None, ..Default::default() }, "instanceName");
     refused(Instantiate { name: Some(""), ..Default::default() }, "instanceName");

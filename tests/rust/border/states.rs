@@ -311,10 +311,10 @@ fn damaged_bytes_are_refused() {
             refused(&state[..length], if length < 28 { "not the bytes of a state" } else { "damaged" });
         }
         refused(&[state.as_slice(), &[0]].concat(), "damaged");
-        for (format, version) in [(1, "an earlier"), (3, "an earlier"), (5, "a later")] {
+        for (format, version) in [(1, "an earlier"), (4, "an earlier"), (6, "a later")] {
             let mut other = state.clone();
             other[8] = format;
-            refused(&other, &format!("format, {format}, is that of {version} version; allowed: 4"));
+            refused(&other, &format!("format, {format}, is that of {version} version; allowed: 5"));
         }
     }
     refused(b"{\"a\": 1}", "not the bytes of a state");

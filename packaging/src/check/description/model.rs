@@ -15,6 +15,7 @@ pub struct Model {
     pub structured: bool,
     pub co_simulation: Option<Interface>,
     pub model_exchange: Option<Interface>,
+    pub event_indicators: usize,
     pub experiment: Experiment,
     pub units: Vec<Unit>,
     pub types: Vec<SimpleType>,

@@ -48,6 +48,10 @@ impl Model {
             structured: root.attribute("variableNamingConvention") == Some("structured"),
             co_simulation: interface(Kind::CoSimulation, reader),
             model_exchange: interface(Kind::ModelExchange, reader),
+            event_indicators: root
+                .attribute("numberOfEventIndicators")
+                .and_then(|number| number.parse().ok())
+                .unwrap_or_default(),
             experiment: child(root, "DefaultExperiment").map(|node| reader.experiment(node)).unwrap_or_default(),
             units: list(root, ["UnitDefinitions", "Unit"]).map(|node| reader.unit(node)).collect(),
             types: list(root, ["TypeDefinitions", "SimpleType"])

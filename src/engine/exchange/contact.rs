@@ -1,0 +1,67 @@
+//! What a contact remembers of its pulses.
+
+use serde::{Deserialize, Serialize};
+
+use crate::engine::observer::{Observer, Pulse};
+use crate::engine::records::Ledger;
+use crate::solver::double_double::DoubleDouble;
+
+/// What is known of a contact at the last event.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(super) struct Contact {
+    pub ledger: Ledger,
+    /// Its impulse at the last onset, N.s.
+    pub impulse_at_onset: f64,
+    /// Largest force of the last pulse as the last event saw it, N.
+    pub peak: f64,
+    /// Largest force of the pulse under way that the host has asked for, N: many tell of no step but those to communication points.
+    pub seen: f64,
+    /// The force and the time (s) at the end of the last step of the host's, while the contact is closed, and how the force changed
+    /// then, N and N/s.
+    pub last: Option<(f64, f64, f64)>,
+}
+
+impl Contact {
+    /// It closes at `time`, with this impulse so far (N.s).
+    pub fn open_pulse(&mut self, time: DoubleDouble, impulse: f64) {
+        self.ledger.open_pulse(time, 0);
+        (self.impulse_at_onset, self.last, self.peak, self.seen) = (impulse, None, 0.0, 0.0);
+    }
+
+    /// A force (N) in the middle of a pulse, with its derivative by time (N/s), at the end of a step to `time` (s): the largest
+    /// force may lie within the step, where the cubic through both ends has its maximum.
+    pub fn pass(&mut self, time: f64, force: f64, slope: f64) {
+        let mut peak = force;
+        if let Some((before, then, slope_then)) = self.last
+            && let h = time - before
+            && h > 0.0
+            && slope_then > 0.0
+            && slope < 0.0
+        {
+            let mean = (force - then) / h;
+            let [b, c] = [3.0 * mean - 2.0 * slope_then - slope, slope_then + slope - 2.0 * mean];
+            // Of slope_then + 2 b s + 3 c s^2, the root where it falls.
+            let s = slope_then / (-b + (b * b - 3.0 * c * slope_then).max(0.0).sqrt());
+            if (0.0..=1.0).contains(&s) {
+                peak = peak.max(then + h * s * (slope_then + s * (b + s * c)));
+            }
+        }
+        self.ledger.add(0.0, peak, peak);
+        self.last = Some((time, force, slope));
+    }
+
+    /// Contact `i` opens at `time`, with this impulse so far (N.s).
+    pub fn close_pulse(&mut self, i: usize, time: DoubleDouble, impulse: f64, observer: &mut dyn Observer) {
+        self.ledger.add(impulse - self.impulse_at_onset, self.seen, 0.0);
+        (self.last, self.peak) = (None, self.ledger.pulse_peak);
+        observer.pulse(self.ledger.close_pulse(i, time));
+    }
+
+    /// A pulse that an event has followed from its onset at `onset` to its release at `release`.
+    pub fn enter(&mut self, pulse: &Pulse, onset: DoubleDouble, release: DoubleDouble, observer: &mut dyn Observer) {
+        self.ledger.open_pulse(onset, 0);
+        self.ledger.add(pulse.impulse, pulse.peak, pulse.peak);
+        self.peak = pulse.peak;
+        observer.pulse(self.ledger.close_pulse(pulse.contact, release));
+    }
+}

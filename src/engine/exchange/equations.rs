@@ -1,0 +1,110 @@
+//! The equations of motion for contacts whose flags say whether they act, in doubles and in dual numbers.
+
+use crate::model::algebraic::Chain;
+use crate::model::{Cradle, Mode};
+use crate::solver::dual::Scalar;
+
+/// The first position, the overlaps, the velocities, the impulses, the energy dissipated and the work of the inputs.
+pub(super) const fn states(balls: usize) -> usize {
+    3 * balls + 1
+}
+
+/// The chain in one state of the host's, with the forces in it.
+#[derive(Clone, Debug, Default)]
+pub(super) struct State<S = f64> {
+    pub x: Vec<S>,
+    pub v: Vec<S>,
+    pub overlaps: Vec<S>,
+    /// Accelerations by the inputs, m/s2.
+    pub forcings: Vec<S>,
+    pub forces: Vec<S>,
+}
+
+impl<S: Scalar> State<S> {
+    /// The state `y`, in the host's order. A position is the one to its left less overlap and clearance.
+    pub fn new(cradle: &Cradle<S>, modes: &[Mode], y: &[S], forcings: Vec<S>) -> Self {
+        let n = cradle.balls.len();
+        let (overlaps, v) = (y[1..n].to_vec(), y[n..2 * n].to_vec());
+        let mut x = Vec::with_capacity(n);
+        let mut place = y[0];
+        x.push(place);
+        for (law, overlap) in cradle.contacts.iter().zip(&overlaps) {
+            place = place - (*overlap + law.clearance);
+            x.push(place);
+        }
+        let mut state = Self { x, v, overlaps, forcings, forces: Vec::new() };
+        state.forces = if cradle.restitution.is_some() {
+            state.constraint_forces(cradle, modes)
+        } else {
+            (0..n - 1).map(|j| state.contact_force(cradle, modes, j)).collect()
+        };
+        state
+    }
+
+    /// Force of a contact that presses, N. One that has yet to open although its overlap has vanished has no elastic force.
+    fn contact_force(&self, cradle: &Cradle<S>, modes: &[Mode], j: usize) -> S {
+        if modes[j] != Mode::Pressing {
+            return S::default();
+        }
+        let overlap = self.overlaps[j];
+        let overlap = if overlap.value() > 0.0 { overlap } else { S::from(f64::MIN_POSITIVE) };
+        cradle.contacts[j].unclipped_force(overlap, self.v[j] - self.v[j + 1])
+    }
+
+    /// Forces of rigid contacts: what it takes for the balls that closed contacts join to have one acceleration, N.
+    fn constraint_forces(&self, cradle: &Cradle<S>, modes: &[Mode]) -> Vec<S> {
+        let mut forces = vec![S::default(); modes.len()];
+        let free = |i: usize| cradle.balls[i].acceleration(self.x[i], self.v[i], S::default(), self.forcings[i]);
+        let mut first = 0;
+        while first < modes.len() {
+            let last = (first..modes.len()).take_while(|&j| modes[j] != Mode::Open).last();
+            let Some(last) = last else {
+                first += 1;
+                continue;
+            };
+            let own: Vec<S> = (first..last + 2).map(free).collect();
+            let masses = || cradle.balls[first..last + 2].iter().map(|ball| ball.mass);
+            // Relative to the first ball, so that what is the same for all cancels.
+            let moment: S = masses().zip(&own).map(|(mass, a)| mass * (*a - own[0])).sum();
+            let mean = moment / masses().sum();
+            let mut force = S::default();
+            for (j, (mass, a)) in (first..=last).zip(masses().zip(&own)) {
+                force += mass * ((*a - own[0]) - mean);
+                forces[j] = force;
+            }
+            first = last + 1;
+        }
+        forces
+    }
+}
+
+/// A state with what it is a state of.
+pub(super) struct View<'a, S> {
+    pub cradle: &'a Cradle<S>,
+    pub modes: &'a [Mode],
+    pub state: &'a State<S>,
+}
+
+impl<S: Scalar> Chain<S> for View<'_, S> {
+    fn cradle(&self) -> &Cradle<S> {
+        self.cradle
+    }
+
+    fn state_of(&self, i: usize) -> (S, S) {
+        (self.state.x[i], self.state.v[i])
+    }
+
+    /// Open contacts have no energy, whatever their overlap.
+    fn overlap_of(&self, i: usize) -> S {
+        let overlap = self.state.overlaps[i];
+        if self.modes[i] == Mode::Open && overlap.value() > 0.0 { S::default() } else { overlap }
+    }
+
+    fn force_of(&self, i: usize) -> S {
+        self.state.forces[i]
+    }
+
+    fn forcing_of(&self, i: usize) -> S {
+        self.state.forcings[i]
+    }
+}

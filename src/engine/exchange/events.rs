@@ -1,0 +1,183 @@
+//! Events: contacts open and close, laws begin and end to clip, groups are followed to their end.
+
+use super::contact::Contact;
+use super::group::Group;
+use super::run::Exchange;
+use crate::engine::error::EngineError;
+use crate::engine::flight::Ball;
+use crate::engine::observer::Observer;
+use crate::model::Mode;
+use crate::model::algebraic;
+use crate::next::Next;
+use crate::solver::double_double::DoubleDouble;
+
+/// What an event has done, and when the next one is due.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Update {
+    /// Whether a flag or a state has changed.
+    pub changed: bool,
+    /// When the next event is due with the inputs held, s, later than now.
+    pub next: Option<f64>,
+}
+
+/// Groups that one event may follow: after a long step, one after the other.
+const GROUPS: usize = 10_000;
+
+impl Exchange {
+    /// Handles what is due now; `observer` is told of the pulses that have finished. What is not due changes nothing.
+    pub fn update(&mut self, observer: &mut dyn Observer) -> Result<Update, EngineError> {
+        if let Some(i) = (0..self.balls()).find(|&i| !(self.state.x[i].is_finite() && self.state.v[i].is_finite())) {
+            return Err(EngineError::NotFinite { time: self.time, ball: i });
+        }
+        let before = (self.y.clone(), self.modes.clone());
+        let at_start = std::mem::take(&mut self.at_start);
+        if self.is_rigid() {
+            self.rigid_event(observer)?;
+        } else {
+            if at_start && self.is_mapped() {
+                self.follow_closed(observer)?;
+            }
+            self.open_and_clip(observer);
+            if self.is_mapped() {
+                self.follow_due(observer)?;
+            } else {
+                self.close_due();
+            }
+        }
+        self.refresh();
+        for (j, contact) in self.contacts.iter_mut().enumerate().filter(|(j, _)| self.modes[*j] != Mode::Open) {
+            contact.ledger.add(0.0, self.state.forces[j], 0.0);
+            contact.peak = contact.ledger.pulse_peak;
+        }
+        self.next = self.foresee();
+        let resolved = !self.is_rigid() && self.modes.iter().any(|mode| *mode != Mode::Open);
+        let next = Some(self.next).filter(|next| !resolved && *next != Next::Never).map(Next::time);
+        Ok(Update { changed: (&self.y, &self.modes) != (&before.0, &before.1), next })
+    }
+
+    /// The end of a step of the host's: whether an event is due.
+    pub fn complete_step(&mut self) -> bool {
+        for j in 0..self.modes.len() {
+            if self.modes[j] == Mode::Pressing && !self.is_rigid() {
+                let ((overlap, rate), law) = (self.overlap_and_rate(j), &self.cradle.contacts[j]);
+                let (by_overlap, by_rate) = law.force_slopes(overlap, rate);
+                let [left, right] = [j, j + 1].map(|i| algebraic::a(&self.view(), i));
+                let slope = by_overlap * rate + by_rate * (left - right);
+                self.contacts[j].pass(self.time, self.state.forces[j], slope);
+            }
+        }
+        self.is_event_due()
+    }
+
+    /// When contact `j` had the overlap 0, from a time at which it almost has.
+    fn time_of_switch(&self, j: usize) -> DoubleDouble {
+        let (overlap, rate) = self.overlap_and_rate(j);
+        let since = if overlap.abs() <= 2.0 * self.scales.shift(j) && rate != 0.0 { overlap / rate } else { 0.0 };
+        DoubleDouble::from(self.time) + -since
+    }
+
+    /// Opens closed contacts without overlap, and switches what clips.
+    fn open_and_clip(&mut self, observer: &mut dyn Observer) {
+        for j in 0..self.modes.len() {
+            let (overlap, rate) = self.overlap_and_rate(j);
+            if self.modes[j] == Mode::Open {
+                continue;
+            }
+            if overlap < 0.0 && rate <= 0.0 {
+                self.modes[j] = Mode::Open;
+                let (time, impulse) = (self.time_of_switch(j), self.y[self.impulse_place(j)]);
+                self.contacts[j].close_pulse(j, time, impulse, observer);
+            } else if (self.clip_indicator(j) < 0.0) != (self.modes[j] == Mode::Clipped) {
+                self.modes[j] = if self.modes[j] == Mode::Clipped { Mode::Pressing } else { Mode::Clipped };
+            }
+        }
+        self.refresh();
+    }
+
+    /// Closes contact `j`, for the host to integrate.
+    fn close(&mut self, j: usize) {
+        let (overlap, rate) = self.overlap_and_rate(j);
+        self.modes[j] = self.cradle.contacts[j].mode_when_closed(overlap.max(0.0), rate);
+        let (time, impulse) = (self.time_of_switch(j), self.y[self.impulse_place(j)]);
+        self.contacts[j].open_pulse(time, impulse);
+        self.refresh();
+    }
+
+    /// Closes open contacts that overlap, or are about to.
+    fn close_due(&mut self) {
+        for j in 0..self.modes.len() {
+            let (overlap, rate) = self.overlap_and_rate(j);
+            if self.modes[j] == Mode::Open && (overlap > 0.0 || rate > 0.0 && -overlap <= rate * self.margin()) {
+                self.close(j);
+            }
+        }
+    }
+
+    /// Follows what has been closed from the start to its end; what does not end before long stays closed.
+    fn follow_closed(&mut self, observer: &mut dyn Observer) -> Result<(), EngineError> {
+        let mut closed: Vec<usize> = (0..self.modes.len()).filter(|&j| self.modes[j] != Mode::Open).collect();
+        while let Some(&first) = closed.first() {
+            let Some(group) = self.follow(&self.flights(), first, 0.0, &closed)? else {
+                closed.remove(0);
+                continue;
+            };
+            for &j in closed.iter().filter(|j| group.contacts.contains(j)) {
+                self.modes[j] = Mode::Open;
+                self.contacts[j] = Contact::default();
+            }
+            closed.retain(|j| !group.contacts.contains(j));
+            self.apply(&group, observer);
+        }
+        Ok(())
+    }
+
+    /// Follows groups to their end as long as any is due, the earliest first; what does not end before long is closed for the host
+    /// to integrate.
+    fn follow_due(&mut self, observer: &mut dyn Observer) -> Result<(), EngineError> {
+        for _ in 0..GROUPS {
+            let balls = self.flights();
+            let Some((onset, first)) = self.earliest_due(&balls) else { break };
+            let beside = self.is_beside_closed(first);
+            match if beside { None } else { self.follow(&balls, first, onset, &[])? } {
+                Some(group) => self.apply(&group, observer),
+                None => self.close(first),
+            }
+        }
+        // Beside what the host integrates, whatever overlaps is closed.
+        for j in 0..self.modes.len() {
+            if self.modes[j] == Mode::Open && self.is_beside_closed(j) && self.state.overlaps[j] > 0.0 {
+                self.close(j);
+            }
+        }
+        Ok(())
+    }
+
+    /// The earliest onset that is due, from now (s), and its contact.
+    fn earliest_due(&self, balls: &[Ball]) -> Option<(f64, usize)> {
+        let open = (0..self.modes.len()).filter(|&j| self.modes[j] == Mode::Open);
+        let due = open.filter_map(|j| self.due_onset(balls, j).map(|onset| (onset, j)));
+        due.reduce(|first, other| if other.0 < first.0 { other } else { first })
+    }
+
+    /// Goes on from the end of `group`, seen from now.
+    pub(super) fn apply(&mut self, group: &Group, observer: &mut dyn Observer) {
+        let n = self.balls();
+        if group.balls().start == 0 {
+            self.y[0] = group.x[0];
+        }
+        self.y[1 + group.first_overlap..][..group.overlaps.len()].copy_from_slice(&group.overlaps);
+        self.y[n + group.balls().start..][..group.v.len()].copy_from_slice(&group.v);
+        for (j, impulse) in group.contacts.clone().zip(&group.impulses) {
+            let place = self.impulse_place(j);
+            self.y[place] += impulse;
+        }
+        let [loss, work] = self.sums_place();
+        self.y[loss] += group.loss;
+        self.y[work] += group.work;
+        let onset = DoubleDouble::from(self.time) + group.onset;
+        for pulse in &group.pulses {
+            self.contacts[pulse.contact].enter(pulse, onset + pulse.onset, onset + pulse.release, observer);
+        }
+        self.refresh();
+    }
+}

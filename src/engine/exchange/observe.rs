@@ -1,0 +1,99 @@
+//! What can be read at the current time.
+
+use super::run::Exchange;
+use crate::model::algebraic::{self, Chain, algebraic_results};
+use crate::model::{Cradle, Mode, Results, WorkCounters};
+use crate::next::Next;
+
+impl Chain for Exchange {
+    fn cradle(&self) -> &Cradle {
+        &self.cradle
+    }
+
+    fn state_of(&self, i: usize) -> (f64, f64) {
+        self.view().state_of(i)
+    }
+
+    fn overlap_of(&self, i: usize) -> f64 {
+        self.view().overlap_of(i)
+    }
+
+    fn force_of(&self, i: usize) -> f64 {
+        self.view().force_of(i)
+    }
+
+    fn forcing_of(&self, i: usize) -> f64 {
+        self.view().forcing_of(i)
+    }
+}
+
+/// See [`Results`]; what is of a step is of this instant, and what events change is as the last one left it.
+impl Results for Exchange {
+    algebraic_results! {
+        x(i) v(i) a(i) overlap_rate(i) kinetic_energy(i) gravity_energy(i) contact_energy(i) total_energy() momentum()
+        support_force() dissipation() external_power()
+    }
+
+    fn force(&self, i: usize) -> f64 {
+        self.state.forces[i]
+    }
+
+    fn overlap(&self, i: usize) -> f64 {
+        self.state.overlaps[i]
+    }
+
+    fn in_contact(&self, i: usize) -> bool {
+        self.modes[i] != Mode::Open
+    }
+
+    fn impulse(&self, i: usize) -> f64 {
+        self.y[self.impulse_place(i)]
+    }
+
+    fn force_mean(&self, i: usize) -> f64 {
+        self.force(i)
+    }
+
+    fn force_peak(&self, i: usize) -> f64 {
+        if self.at_start { self.force(i) } else { self.contacts[i].peak }
+    }
+
+    fn pulses(&self, i: usize) -> u64 {
+        self.contacts[i].ledger.pulses
+    }
+
+    fn last_onset(&self, i: usize) -> f64 {
+        self.contacts[i].ledger.onset
+    }
+
+    fn last_release(&self, i: usize) -> f64 {
+        self.contacts[i].ledger.release
+    }
+
+    fn dissipated_energy(&self) -> f64 {
+        let [loss, _] = self.sums_place();
+        self.y[loss]
+    }
+
+    fn external_work(&self) -> f64 {
+        let [_, work] = self.sums_place();
+        self.y[work]
+    }
+
+    fn energy_residual(&self) -> f64 {
+        (self.total_energy() - self.energy_at_start()) + (self.dissipated_energy() - self.external_work())
+    }
+
+    fn support_force_mean(&self) -> f64 {
+        self.support_force()
+    }
+
+    fn next_onset(&self) -> Next {
+        self.next
+    }
+
+    /// The host does the work.
+    fn work(&self) -> WorkCounters {
+        WorkCounters::default()
+    }
+}

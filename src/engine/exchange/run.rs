@@ -1,0 +1,252 @@
+//! The state of a run that its host integrates, and what the host moves it by.
+
+use serde::{Deserialize, Serialize};
+
+use super::contact::Contact;
+use super::equations::{State, View, states};
+use super::scales::Scales;
+use crate::engine::error::EngineError;
+use crate::engine::run::{Engine, Unsound, require};
+use crate::model::algebraic;
+use crate::model::{Cradle, Differential, ExchangedContacts, Inputs, Mode, Parameters, Results};
+use crate::next::Next;
+use crate::solver::dual::{Dual, Scalar};
+
+/// A cradle whose host integrates its equations of motion. Its states are, for n balls,
+///
+/// - the position of the first ball (m), the n-1 overlaps (m), negative while apart, and the n velocities (m/s),
+/// - the impulses of the n-1 contacts (N.s), the energy dissipated and the work of the inputs (J).
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Exchange {
+    pub(super) parameters: Parameters,
+    #[serde(skip)]
+    pub(super) cradle: Cradle,
+    pub(super) inputs: Inputs,
+    pub(super) time: f64,
+    /// The states, in that order.
+    pub(super) y: Vec<f64>,
+    /// Which contacts act, and how; it changes in events only.
+    pub(super) modes: Vec<Mode>,
+    pub(super) contacts: Vec<Contact>,
+    pub(super) scales: Scales,
+    energy_at_start: f64,
+    /// The next onset as the last event saw it.
+    pub(super) next: Next,
+    /// There has been no event yet: contacts that were closed at the start have not been followed.
+    pub(super) at_start: bool,
+    /// What follows from the states, the flags and the inputs.
+    #[serde(skip)]
+    pub(super) state: State,
+}
+
+impl Exchange {
+    /// Starts a run at `start_time` (s) with the start values of `parameters`, whose values are in their ranges.
+    pub fn new(parameters: &Parameters, inputs: &Inputs, start_time: f64) -> Result<Self, EngineError> {
+        // Refuses what no run can start with.
+        let engine = Engine::new(parameters, inputs, start_time)?;
+        let cradle = Cradle::new(parameters);
+        let (n, m) = (parameters.balls(), parameters.contacts());
+        let rigid = cradle.restitution.is_some();
+        let overlap = |j: usize| {
+            let [left, right] = [parameters.x_start[j], parameters.x_start[j + 1]];
+            let overlap = left - right - cradle.contacts[j].clearance;
+            // Rigid balls that overlap by rounding only touch.
+            if rigid && overlap.abs() <= 2.0 * f64::EPSILON * left.abs().max(right.abs()) { 0.0 } else { overlap }
+        };
+        let mut y = vec![parameters.x_start[0]];
+        y.extend((0..m).map(overlap));
+        y.extend_from_slice(&parameters.v_start);
+        y.resize(states(n), 0.0);
+        let mode = |(law, j): (&crate::model::ContactLaw, usize)| match y[1 + j] > 0.0 {
+            true => law.mode_when_closed(y[1 + j], y[n + j] - y[n + j + 1]),
+            false => Mode::Open,
+        };
+        let modes = cradle.contacts.iter().zip(0..).map(mode).collect();
+        let mut run = Self {
+            parameters: parameters.clone(),
+            inputs: inputs.clone(),
+            time: start_time,
+            modes,
+            contacts: vec![Contact::default(); m],
+            scales: Scales::default(),
+            energy_at_start: engine.total_energy(),
+            next: engine.next_onset(),
+            at_start: true,
+            state: State::default(),
+            cradle,
+            y,
+        };
+        run.refresh();
+        run.scales = Scales::new(&run.cradle, &run.state);
+        for (mode, contact) in run.modes.iter().zip(&mut run.contacts) {
+            if *mode != Mode::Open {
+                contact.open_pulse(start_time.into(), 0.0);
+            }
+        }
+        Ok(run)
+    }
+
+    /// Takes up again the run that was put down as this, with the parameters that acted then and the start time (s). After a failed
+    /// event (`failed`) its values may be anything, for it can only be looked at.
+    pub fn restored(mut self, parameters: &Parameters, start: f64, failed: bool) -> Result<Self, Unsound> {
+        let (n, m) = (parameters.balls(), parameters.contacts());
+        require(self.parameters == *parameters, "its parameters are not those that it was set up with")?;
+        let lengths = [self.y.len(), self.modes.len(), self.contacts.len(), self.inputs.force.len()];
+        require(lengths == [states(n), m, m, n], "its size does not match the cradle")?;
+        require(self.scales.are_sound(n), "an order of magnitude is not one")?;
+        require(failed || self.time >= start && self.time.is_finite(), "its time lies before its start")?;
+        require(self.inputs.is_finite(), "an input is not finite")?;
+        let sums = self.energy_at_start.is_finite() && self.contacts.iter().all(|contact| contact.ledger.is_sound());
+        require(failed || sums, "a sum is not finite")?;
+        self.cradle = Cradle::new(parameters);
+        let clipped = |(mode, law): (&Mode, &crate::model::ContactLaw)| *mode != Mode::Clipped || law.clips();
+        require(
+            self.modes.iter().zip(&self.cradle.contacts).all(clipped),
+            "a contact is clipped whose law does not clip",
+        )?;
+        self.refresh();
+        Ok(self)
+    }
+
+    /// The energy that the run started with, J.
+    pub(super) fn energy_at_start(&self) -> f64 {
+        self.energy_at_start
+    }
+
+    /// Computes what follows from the states, the flags and the inputs.
+    pub(super) fn refresh(&mut self) {
+        self.state = State::new(&self.cradle, &self.modes, &self.y, self.forcings());
+    }
+
+    fn forcings(&self) -> Vec<f64> {
+        let forces = self.cradle.balls.iter().zip(&self.inputs.force);
+        forces.map(|(ball, force)| force / ball.mass - self.inputs.support_acceleration).collect()
+    }
+
+    pub(super) fn balls(&self) -> usize {
+        self.cradle.balls.len()
+    }
+
+    pub(super) fn is_rigid(&self) -> bool {
+        self.cradle.restitution.is_some()
+    }
+
+    /// Whether events follow contacts to their end.
+    pub(super) fn is_mapped(&self) -> bool {
+        self.is_rigid() || self.parameters.exchanged == ExchangedContacts::Mapped
+    }
+
+    /// Overlap of contact `j`, m, and its rate, m/s.
+    pub(super) fn overlap_and_rate(&self, j: usize) -> (f64, f64) {
+        (self.state.overlaps[j], self.state.v[j] - self.state.v[j + 1])
+    }
+
+    /// Where the states have the impulse of contact `j`.
+    pub(super) fn impulse_place(&self, j: usize) -> usize {
+        2 * self.balls() + j
+    }
+
+    /// Where they have the energy dissipated and the work of the inputs.
+    pub(super) fn sums_place(&self) -> [usize; 2] {
+        [3 * self.balls() - 1, 3 * self.balls()]
+    }
+
+    /// Current time, s.
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// The time is `time` (s) now.
+    pub fn set_time(&mut self, time: f64) {
+        self.time = time;
+    }
+
+    /// The states.
+    pub fn states(&self) -> &[f64] {
+        &self.y
+    }
+
+    /// The states are these now, as many as there are.
+    pub fn set_states(&mut self, states: &[f64]) {
+        self.y.copy_from_slice(states);
+        self.refresh();
+    }
+
+    /// Orders of magnitude of the states, all of them positive.
+    pub fn nominals(&self) -> &[f64] {
+        &self.scales.nominals
+    }
+
+    /// These inputs, and the tunable ones of these parameters, act from now on.
+    pub fn set(&mut self, parameters: &Parameters, inputs: &Inputs) {
+        self.inputs.clone_from(inputs);
+        if parameters.tunables() != self.parameters.tunables() {
+            self.parameters.tune(parameters.tunables());
+            self.cradle = Cradle::new(&self.parameters);
+            for (mode, law) in self.modes.iter_mut().zip(&self.cradle.contacts) {
+                if *mode == Mode::Clipped && !law.clips() {
+                    *mode = Mode::Pressing;
+                }
+            }
+        }
+        self.refresh();
+    }
+
+    pub(super) fn view(&self) -> View<'_, f64> {
+        View { cradle: &self.cradle, modes: &self.modes, state: &self.state }
+    }
+
+    /// Derivatives of the states by time.
+    pub fn derivatives(&mut self) -> Vec<f64> {
+        for (contact, force) in self.contacts.iter_mut().zip(&self.state.forces) {
+            contact.seen = contact.seen.max(*force);
+        }
+        let (view, State { v, forces, .. }) = (self.view(), &self.state);
+        let mut rates = Vec::with_capacity(self.y.len());
+        rates.push(v[0]);
+        rates.extend(v.windows(2).map(|pair| pair[0] - pair[1]));
+        rates.extend((0..self.balls()).map(|i| algebraic::a(&view, i)));
+        rates.extend_from_slice(forces);
+        rates.extend([algebraic::dissipation(&view), algebraic::external_power(&view)]);
+        rates
+    }
+
+    /// Derivatives of all results along a direction of the states and the inputs.
+    pub fn along(&self, states: &[f64], inputs: &Inputs) -> Differential {
+        let cradle = Cradle::constant(&self.cradle);
+        let dual = |(value, tangent): (&f64, &f64)| Dual::with_tangent(*value, *tangent);
+        let y: Vec<Dual> = self.y.iter().zip(states).map(dual).collect();
+        let forcing = |(i, value): (usize, f64)| {
+            Dual::with_tangent(value, inputs.force[i] / self.cradle.balls[i].mass - inputs.support_acceleration)
+        };
+        let forcings = self.forcings().into_iter().enumerate().map(forcing).collect();
+        let state = State::new(&cradle, &self.modes, &y, forcings);
+        let view = View { cradle: &cradle, modes: &self.modes, state: &state };
+        let tangents = |values: &[Dual]| values.iter().map(|value| value.tangent()).collect::<Vec<f64>>();
+        let [loss, work] = self.sums_place();
+        let (n, m) = (self.balls(), self.modes.len());
+        let force = tangents(&state.forces);
+        let support_force = algebraic::support_force(&view).tangent();
+        Differential {
+            x: tangents(&state.x),
+            v: tangents(&state.v),
+            overlap: tangents(&state.overlaps),
+            overlap_rate: (0..m).map(|j| algebraic::overlap_rate(&view, j).tangent()).collect(),
+            a: (0..n).map(|i| algebraic::a(&view, i).tangent()).collect(),
+            energy: algebraic::total_energy(&view).tangent(),
+            momentum: algebraic::momentum(&view).tangent(),
+            impulse: states[self.impulse_place(0)..self.impulse_place(m)].to_vec(),
+            dissipated_energy: states[loss],
+            dissipation: algebraic::dissipation(&view).tangent(),
+            external_work: states[work],
+            external_power: algebraic::external_power(&view).tangent(),
+            force_mean: force.clone(),
+            support_force_mean: support_force,
+            force_peak: vec![0.0; m],
+            next_onset: 0.0,
+            period: 0.0,
+            force,
+            support_force,
+        }
+    }
+}

@@ -1,0 +1,92 @@
+//! Orders of magnitude: what a host scales its tolerances with, and what is small for an indicator.
+
+use serde::{Deserialize, Serialize};
+
+use super::equations::{State, states};
+use crate::model::{BallModel, ContactLaw, Cradle};
+
+/// Slowest nominal speed (m/s), and that of a cradle at rest.
+const LEAST_SPEED: f64 = 1e-9;
+const SPEED_AT_REST: f64 = 1e-3;
+
+/// Part of the nominal overlap, and of the nominal force, that an indicator is shifted by.
+const SHIFT: f64 = 1e-6;
+
+/// Orders of magnitude at the energy of the start. All are positive.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(super) struct Scales {
+    /// Of the states, in their order.
+    pub nominals: Vec<f64>,
+    /// Of all velocities, m/s.
+    pub speed: f64,
+    /// Of the contact forces, N.
+    pub forces: Vec<f64>,
+}
+
+/// Time in which a pendulum swings by one radian, s; 1 s without gravity.
+fn unit_of_time(ball: &BallModel) -> f64 {
+    if ball.omega2 > 0.0 { 1.0 / ball.omega2.sqrt() } else { 1.0 }
+}
+
+/// Positive and finite, with room for what a host makes of it.
+fn bounded(scale: f64) -> f64 {
+    if scale.is_nan() { 1.0 } else { scale.clamp(1e-150, 1e150) }
+}
+
+impl Scales {
+    /// From the speed that the balls can reach in `state` by what they have: their speed, their height, what their contacts hold,
+    /// and what the inputs give them within one unit of their time.
+    pub fn new(cradle: &Cradle, state: &State) -> Self {
+        let Cradle { balls, contacts, .. } = cradle;
+        let held = |j: usize| contacts.get(j).map_or(0.0, |law| law.elastic_energy(state.overlaps[j]));
+        let in_reach = |(i, ball): (usize, &BallModel)| {
+            let unit = unit_of_time(ball);
+            let energy = held(i) + if i > 0 { held(i - 1) } else { 0.0 };
+            let height = if ball.omega2 > 0.0 { state.x[i].abs() / unit } else { 0.0 };
+            let by_forces = (2.0 * energy / ball.mass).sqrt().max(state.forcings[i].abs() * unit);
+            state.v[i].abs().max(height).max(by_forces)
+        };
+        let fastest = balls.iter().enumerate().map(in_reach).fold(0.0, f64::max);
+        let speed = bounded(if fastest > 0.0 { fastest.max(LEAST_SPEED) } else { SPEED_AT_REST });
+        let unit = unit_of_time(&balls[0]);
+        let heaviest = balls.iter().fold(0.0_f64, |most, ball| most.max(ball.mass));
+        let reduced = |j: usize| balls[j].mass * balls[j + 1].mass / (balls[j].mass + balls[j + 1].mass);
+        let rigid = cradle.restitution.is_some();
+        let compression = |(j, law): (usize, &ContactLaw)| {
+            bounded(if rigid { SHIFT * speed * unit } else { law.largest_overlap(reduced(j), speed) })
+        };
+        let compressions: Vec<f64> = contacts.iter().enumerate().map(compression).collect();
+        let energy = bounded(0.5 * heaviest * speed * speed);
+        let mut nominals = Vec::with_capacity(states(balls.len()));
+        nominals.push(bounded(speed * unit));
+        nominals.extend_from_slice(&compressions);
+        nominals.extend(balls.iter().map(|_| speed));
+        nominals.extend((0..contacts.len()).map(|j| bounded(2.0 * reduced(j) * speed)));
+        nominals.extend([energy, energy]);
+        let force = |(j, law): (usize, &ContactLaw)| {
+            bounded(if rigid { reduced(j) * speed / unit } else { law.elastic_force(compressions[j]) })
+        };
+        let forces = contacts.iter().enumerate().map(force).collect();
+        Self { nominals, speed, forces }
+    }
+
+    /// Whether it is one of so many balls.
+    pub fn are_sound(&self, balls: usize) -> bool {
+        let sound = |scale: &f64| *scale > 0.0 && scale.is_finite();
+        let lengths = self.nominals.len() == states(balls) && self.forces.len() + 1 == balls;
+        lengths && self.nominals.iter().chain(&self.forces).chain([&self.speed]).all(sound)
+    }
+
+    /// Nominal overlap of contact `j`, m.
+    pub fn overlap(&self, j: usize) -> f64 {
+        self.nominals[1 + j]
+    }
+
+    /// What the indicator of contact `j` is shifted by, m, so that balls at rest in touch do not make it 0.
+    pub fn shift(&self, j: usize) -> f64 {
+        SHIFT * self.overlap(j)
+    }
+
+    /// The same for where a law clips, relative.
+    pub const CLIP_SHIFT: f64 = SHIFT;
+}

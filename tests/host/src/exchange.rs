@@ -1,0 +1,188 @@
+//! The host of model exchange: it integrates the states by a method with fixed steps.
+
+use super::{Host, Instantiate, fmi2OK, guid, resources};
+use newtons_cradle::fmi2::*;
+
+/// How a step is made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Method {
+    /// Explicit, of order 1.
+    Euler,
+    /// The classical method of Runge and Kutta, of order 4.
+    Rk4,
+}
+
+impl Host {
+    /// A component for model exchange of the FMU with this many balls.
+    pub fn exchanging(balls: usize) -> Self {
+        let recipe = format!("{{\"format\":1,\"balls\":{balls}}}");
+        let (_, location) = resources(&format!("exchange-{balls}"), recipe.as_bytes());
+        let kind = fmi2ModelExchange;
+        Instantiate { kind, guid: Some(guid(balls)), location: Some(location), balls, ..Default::default() }
+            .host()
+            .unwrap()
+    }
+
+    /// From Event Mode through an event into Continuous-Time Mode.
+    pub fn update(&self) -> fmi2EventInfo {
+        let mut info = fmi2EventInfo {
+            newDiscreteStatesNeeded: 1,
+            terminateSimulation: 1,
+            nominalsOfContinuousStatesChanged: 1,
+            valuesOfContinuousStatesChanged: 1,
+            nextEventTimeDefined: 1,
+            nextEventTime: f64::NAN,
+        };
+        assert_eq!(unsafe { fmi2NewDiscreteStates(self.c, &mut info) }, fmi2OK, "{:?}", self.log());
+        assert_eq!((info.newDiscreteStatesNeeded, info.terminateSimulation), (0, 0));
+        assert_eq!(unsafe { fmi2EnterContinuousTimeMode(self.c) }, fmi2OK);
+        info
+    }
+
+    /// From Continuous-Time Mode through an event back to it.
+    pub fn event(&self) -> fmi2EventInfo {
+        assert_eq!(unsafe { fmi2EnterEventMode(self.c) }, fmi2OK);
+        self.update()
+    }
+
+    /// Number of continuous states.
+    pub fn state_count(&self) -> usize {
+        3 * self.balls + 1
+    }
+
+    fn vector(
+        &self,
+        length: usize,
+        get: unsafe extern "C" fn(fmi2Component, *mut f64, usize) -> fmi2Status,
+    ) -> Vec<f64> {
+        let mut values = vec![f64::NAN; length];
+        assert_eq!(unsafe { get(self.c, values.as_mut_ptr(), length) }, fmi2OK, "{:?}", self.log());
+        values
+    }
+
+    /// The continuous states.
+    pub fn states(&self) -> Vec<f64> {
+        self.vector(self.state_count(), fmi2GetContinuousStates)
+    }
+
+    /// Their derivatives.
+    pub fn rates(&self) -> Vec<f64> {
+        self.vector(self.state_count(), fmi2GetDerivatives)
+    }
+
+    /// Their orders of magnitude.
+    pub fn nominals(&self) -> Vec<f64> {
+        self.vector(self.state_count(), fmi2GetNominalsOfContinuousStates)
+    }
+
+    /// The event indicators.
+    pub fn indicators(&self) -> Vec<f64> {
+        self.vector(2 * (self.balls - 1), fmi2GetEventIndicators)
+    }
+
+    /// Sets the time (s) and the states.
+    pub fn place(&self, time: f64, states: &[f64]) {
+        assert_eq!(unsafe { fmi2SetTime(self.c, time) }, fmi2OK, "{:?}", self.log());
+        let status = unsafe { fmi2SetContinuousStates(self.c, states.as_ptr(), states.len()) };
+        assert_eq!(status, fmi2OK, "{:?}", self.log());
+    }
+
+    /// Whether the end of a step asks for an event.
+    pub fn completed(&self) -> bool {
+        let (mut enter, mut terminate) = (-1, -1);
+        let status = unsafe { fmi2CompletedIntegratorStep(self.c, 1, &mut enter, &mut terminate) };
+        assert_eq!((status, terminate), (fmi2OK, 0), "{:?}", self.log());
+        enter != 0
+    }
+}
+
+/// Integrates a component in Continuous-Time Mode.
+pub struct Master<'a> {
+    /// Who is integrated.
+    pub host: &'a Host,
+    /// In s.
+    pub time: f64,
+    /// When the next event is due, s.
+    pub next: f64,
+    /// Events so far.
+    pub events: usize,
+    /// Those of the last event or step.
+    pub indicators: Vec<f64>,
+}
+
+fn plus(y: &[f64], h: f64, rates: &[f64]) -> Vec<f64> {
+    y.iter().zip(rates).map(|(y, rate)| y + h * rate).collect()
+}
+
+impl<'a> Master<'a> {
+    /// Starts a component that has been set up at the time `start` (s).
+    pub fn start(host: &'a Host, start: f64) -> Self {
+        assert_eq!((host.set_up(start), host.enter(), host.exit()), (fmi2OK, fmi2OK, fmi2OK), "{:?}", host.log());
+        let mut master = Self { host, time: start, next: f64::INFINITY, events: 0, indicators: Vec::new() };
+        let info = host.update();
+        master.after(info);
+        master
+    }
+
+    /// Takes over a component in Continuous-Time Mode, whose time and next event are still to be told.
+    pub fn resumed(host: &'a Host) -> Self {
+        Self { host, time: 0.0, next: f64::INFINITY, events: 0, indicators: host.indicators() }
+    }
+
+    fn after(&mut self, info: fmi2EventInfo) {
+        self.next = if info.nextEventTimeDefined != 0 { info.nextEventTime } else { f64::INFINITY };
+        assert!(self.next > self.time, "{} {}", self.next, self.time);
+        self.indicators = self.host.indicators();
+        self.events += 1;
+    }
+
+    /// An event now.
+    pub fn event(&mut self) {
+        let info = self.host.event();
+        self.after(info);
+    }
+
+    /// A step to the time `to` (s), with an event at its end if one is due.
+    pub fn step(&mut self, to: f64, method: Method) {
+        let (host, h, y) = (self.host, to - self.time, self.host.states());
+        let k1 = host.rates();
+        let end = match method {
+            Method::Euler => plus(&y, h, &k1),
+            Method::Rk4 => {
+                let rates = |time: f64, y: &[f64]| {
+                    host.place(time, y);
+                    host.rates()
+                };
+                let k2 = rates(self.time + 0.5 * h, &plus(&y, 0.5 * h, &k1));
+                let k3 = rates(self.time + 0.5 * h, &plus(&y, 0.5 * h, &k2));
+                let k4 = rates(to, &plus(&y, h, &k3));
+                let mean = |i: usize| (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]) / 6.0;
+                y.iter().enumerate().map(|(i, y)| y + h * mean(i)).collect()
+            }
+        };
+        host.place(to, &end);
+        self.time = to;
+        let asked = host.completed();
+        let indicators = host.indicators();
+        let crossed = indicators.iter().zip(&self.indicators).any(|(now, before)| (*now > 0.0) != (*before > 0.0));
+        self.indicators = indicators;
+        if asked || crossed || to >= self.next {
+            self.event();
+        }
+    }
+
+    /// Steps of the length `h` (s) to the time `until` (s), each of them whole: what is due before its end has to wait.
+    pub fn whole_steps(&mut self, until: f64, h: f64, method: Method) {
+        let (start, steps) = (self.time, ((until - self.time) / h).round() as usize);
+        for k in 1..=steps {
+            self.step(start + k as f64 * h, method);
+        }
+    }
+
+    /// The same, but a step ends early where an event is due.
+    pub fn steps(&mut self, until: f64, h: f64, method: Method) {
+        while self.time < until {
+            self.step((self.time + h).min(self.next).min(until), method);
+        }
+    }
+}

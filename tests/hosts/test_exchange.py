@@ -1,0 +1,156 @@
+"""Model exchange in FMPy: its CVODE and its Euler, with contacts mapped and resolved, beside co-simulation."""
+
+import random
+from contextlib import contextmanager
+
+import fmpy
+import newtons_cradle as nc
+import numpy as np
+import pytest
+from fmpy.simulation import instantiate_fmu
+
+N = 5
+RESOLVED, MAPPED = 1, 2  # exchange.contacts
+PULSES = [f"pulses[{i}]" for i in range(1, N)]
+LAWS = (1, 1, 2, 3)  # contact.dampingLaw, drawn
+
+
+def numbers(values: dict) -> dict:
+    """Start values as FMPy takes them: without names of items, all of which are defaults here."""
+    return {name: value for name, value in values.items() if not isinstance(value, str)}
+
+
+@contextmanager
+def opened(fmu_path, kind):
+    """An instance with its folder and description."""
+    folder = fmpy.extract(str(fmu_path))
+    description = fmpy.read_model_description(folder)
+    instance = instantiate_fmu(folder, description, kind)
+    yield folder, description, instance
+    instance.freeInstance()
+
+
+@pytest.fixture(scope="module")
+def exchange(fmu_path):
+    with opened(fmu_path, "ModelExchange") as opening:
+        yield opening
+
+
+@pytest.fixture(scope="module")
+def steps(fmu_path):
+    with opened(fmu_path, "CoSimulation") as opening:
+        yield opening
+
+
+def run(opening, values, stop=10.0, **options):
+    """The outputs of a run; the instance is as new afterwards."""
+    folder, description, instance = opening
+    options = {"output": ["E_total", "E_residual", *PULSES], "output_interval": 0.01, "record_events": False} | options
+    kind = "ModelExchange" if hasattr(instance, "getDerivatives") else "CoSimulation"
+    try:
+        return fmpy.simulate_fmu(
+            folder,
+            model_description=description,
+            fmu_instance=instance,
+            fmi_type=kind,
+            start_values=dict(values),
+            stop_time=stop,
+            validate=False,
+            **options,
+        )
+    finally:
+        instance.reset()
+
+
+def last(result) -> list[int]:
+    return [int(result[name][-1]) for name in PULSES]
+
+
+def error(result) -> float:
+    return abs(float(result["E_residual"][-1] / result["E_total"][0]))
+
+
+@pytest.mark.parametrize(("tolerance", "limit"), [(1e-8, 1e-4), (1e-10, 1e-5), (1e-12, 1e-7)])
+def test_figure_6_mapped_in_cvode(exchange, tolerance, limit):
+    """240 s; what is left is the error of BDF in flight."""
+    result = run(exchange, numbers(nc.figure6()), 240.0, relative_tolerance=tolerance, output_interval=0.1)
+    assert last(result) == [171, 342, 342, 171]
+    assert error(result) < limit
+
+
+def test_euler_runs_with_mapped_contacts(exchange):
+    result = run(exchange, {}, solver="Euler", step_size=1e-3, output_interval=1e-3)
+    assert last(result) == [7, 14, 14, 7]
+    # Steps end early at the onsets, so that Euler's error is a little less than that of whole steps.
+    grown = result["E_total"][-1] / result["E_total"][0]
+    assert 1.0 < grown < (1 + 5e-6) ** 10000
+
+
+@pytest.mark.parametrize(
+    ("values", "tolerance", "right"),
+    [({}, 1e-4, False), ({}, 1e-5, False), ({}, 1e-7, True), ({}, 1e-9, True), ({}, 1e-10, True)]
+    + [(numbers(nc.figure6()), 1e-5, False), (numbers(nc.figure6()), 1e-10, True)],
+)
+def test_resolved_contacts_need_a_tight_tolerance(exchange, values, tolerance, right):
+    result = run(exchange, values | {"exchange.contacts": RESOLVED}, relative_tolerance=tolerance)
+    assert (last(result) == [7, 14, 14, 7]) == right
+    assert not right or error(result) < 1e4 * tolerance
+
+
+def drawn(seed: int) -> dict:
+    """A cradle of everyday values."""
+    rng = random.Random(seed)
+    lifted = sorted(-rng.uniform(0.02, 0.3) for _ in range(rng.randint(1, 4)))
+    values = {f"x_start[{i}]": x for i, x in enumerate(lifted + [0.0] * (N - len(lifted)), start=1)}
+    if rng.random() < 0.3:
+        values["x_start[5]"] = rng.uniform(0.02, 0.3)
+    if rng.random() < 0.5:
+        values |= {f"ball.massRatio[{i}]": rng.uniform(0.5, 2.0) for i in range(1, N + 1)}
+    return values | {
+        "contact.stiffness": 10 ** rng.uniform(8, 12),
+        "contact.exponent": rng.choice([1, 1, 1.5, 2, 3]),
+        "contact.deadBand": 10 ** rng.uniform(-7, -5),
+        "contact.dampingLaw": rng.choice(LAWS),
+        "contact.damping": rng.choice([0.0, 10 ** rng.uniform(0, 3)]),
+        "contact.huntCrossley": rng.choice([0.0, 0.1, 0.5]),
+        "pendulum.drag": rng.choice([0.0, rng.uniform(0, 0.05)]),
+    }
+
+
+@pytest.mark.parametrize(("contacts", "tolerance"), [(MAPPED, 1e-8), (RESOLVED, 1e-8)])
+def test_no_contact_of_random_cradles_is_missed(exchange, steps, contacts, tolerance):
+    """100 cradles: after each event no open contact overlaps by more than its nominal value and approaches. Mapped, the pulses are
+    those of co-simulation."""
+    _, description, instance = exchange
+    references = {variable.name: variable.valueReference for variable in description.modelVariables}
+    of = {
+        family: [references[family.format(i)] for i in range(1, N)]
+        for family in ("overlap[{}]", "der(overlap[{}])", "inContact[{}]")
+    }
+    missed, differ = [], []
+    go_on = instance.enterContinuousTimeMode
+
+    def watched():
+        answer = go_on()
+        nominals = np.zeros(3 * N + 1)
+        instance.getNominalsOfContinuousStates(nominals.ctypes.data_as(fmpy.fmi2.POINTER(fmpy.fmi2.c_double)), 3 * N + 1)
+        overlap, rate = (np.array(instance.getReal(of[name])) for name in ("overlap[{}]", "der(overlap[{}])"))
+        closed = np.array(instance.getBoolean(of["inContact[{}]"]), dtype=bool)
+        missed.extend(np.flatnonzero((overlap > nominals[1:N]) & (rate > 0) & ~closed))
+        return answer
+
+    instance.enterContinuousTimeMode = watched
+    try:
+        for seed in range(100):
+            values = drawn(seed)
+            try:
+                result = run(exchange, values | {"exchange.contacts": contacts}, relative_tolerance=tolerance)
+            except RuntimeError as stopped:
+                assert "mxstep" in str(stopped)  # 500 steps within one interval of the output.
+                continue
+            if contacts == MAPPED and last(result) != last(run(steps, values)):
+                differ.append(seed)
+    finally:
+        instance.enterContinuousTimeMode = go_on
+    assert missed == []
+    assert differ == []

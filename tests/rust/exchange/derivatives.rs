@@ -1,0 +1,192 @@
+//! Directional derivatives by states and inputs: against differences, and against the structure in the description.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use cradle_host::exchange::{Master, Method};
+use cradle_host::{Host, fmi2OK};
+use newtons_cradle::fmi2::*;
+use newtons_cradle::model::ContactModel;
+use newtons_cradle::variables::{Causality, Description, Settings, Type, Variable, states, variables};
+
+const BALLS: usize = 5;
+
+/// Set-ups with contacts closed from the start, for all laws: `contact.model`, `contact.dampingLaw`, exponent.
+const LAWS: [(i32, i32, f64); 6] = [(1, 1, 1.0), (1, 2, 1.0), (1, 3, 1.5), (2, 1, 1.0), (1, 1, 3.0), (3, 1, 1.0)];
+
+fn pressed((model, law, exponent): (i32, i32, f64)) -> Host {
+    let host = Host::exchanging(BALLS);
+    let x = if model == 3 { [0.0; 5] } else { [3e-6, 1e-6, -1e-6, 1.2, 1.1999985] };
+    for (i, x) in x.into_iter().enumerate() {
+        assert_eq!(host.set(&format!("x_start[{}]", i + 1), x), fmi2OK);
+        assert_eq!(host.set(&format!("ball.massRatio[{}]", i + 1), 1.0 + 0.2 * i as f64), fmi2OK);
+        assert_eq!(host.set(&format!("F_ext[{}]", i + 1), 5.0 - 2.0 * i as f64), fmi2OK);
+        if model != 3 {
+            assert_eq!(host.set(&format!("v_start[{}]", i + 1), 0.1 - 0.06 * i as f64), fmi2OK);
+        }
+    }
+    for (name, value) in [
+        ("contact.deadBand", 0.0),
+        ("contact.damping", 1e2),
+        ("contact.huntCrossley", 0.2),
+        ("contact.exponent", exponent),
+        ("pendulum.drag", 0.3),
+        ("a_support", 0.7),
+    ] {
+        assert_eq!(host.set(name, value), fmi2OK);
+    }
+    for (name, value) in [("contact.model", model), ("contact.dampingLaw", law), ("exchange.contacts", 1)] {
+        assert_eq!(host.set_integer(name, value), fmi2OK);
+    }
+    Master::start(&host, 0.0);
+    host
+}
+
+/// Outputs and derivatives of states that are continuous.
+fn unknowns() -> Vec<Variable> {
+    let continuous = |v: &Variable| v.row.access.data_type() == Type::Real && v.row.derivative.is_some();
+    let outputs = variables(BALLS).filter(|v| v.row.causality == Causality::Output);
+    let rates = states(BALLS).map(|(_, rate)| rate).filter(|rate| rate.row.causality != Causality::Output);
+    outputs.chain(rates).filter(continuous).filter(|v| !["t_next", "F_peak"].contains(&v.row.name)).collect()
+}
+
+fn derivatives(host: &Host, unknowns: &[Variable], knowns: &[u32], direction: &[f64]) -> Vec<f64> {
+    let references: Vec<u32> = unknowns.iter().map(Variable::reference).collect();
+    let mut values = vec![f64::NAN; references.len()];
+    let status = unsafe {
+        fmi2GetDirectionalDerivative(
+            host.c,
+            references.as_ptr(),
+            references.len(),
+            knowns.as_ptr(),
+            knowns.len(),
+            direction.as_ptr(),
+            values.as_mut_ptr(),
+        )
+    };
+    assert_eq!(status, fmi2OK, "{:?}", host.log());
+    values
+}
+
+/// The states with their places and steps for differences, and the inputs.
+fn knowns(host: &Host) -> Vec<(Variable, Option<usize>, f64)> {
+    let nominals = host.nominals();
+    let of_states = states(BALLS).enumerate().map(|(place, (state, _))| (state, Some(place), 1e-4 * nominals[place]));
+    let inputs = variables(BALLS).filter(|variable| variable.row.causality == Causality::Input);
+    of_states.chain(inputs.map(|input| (input, None, 1e-2))).collect()
+}
+
+fn values(host: &Host, unknowns: &[Variable]) -> Vec<f64> {
+    unknowns.iter().map(|unknown| host.get(&unknown.to_string())).collect()
+}
+
+#[test]
+fn derivatives_are_differences() {
+    let unknowns = unknowns();
+    for law in LAWS {
+        let host = pressed(law);
+        assert!(host.get("F[1]") > 0.0);
+        let (base, y) = (values(&host, &unknowns), host.states());
+        for (known, place, step) in knowns(&host) {
+            let exact = derivatives(&host, &unknowns, &[known.reference()], &[1.0]);
+            let old = host.get(&known.to_string());
+            let shifted = |by: f64| {
+                match place {
+                    Some(place) => {
+                        let mut y = y.clone();
+                        y[place] += by;
+                        host.place(0.0, &y);
+                    }
+                    None => assert_eq!(host.set(&known.to_string(), old + by), fmi2OK),
+                }
+                values(&host, &unknowns)
+            };
+            let (up, down) = (shifted(step), shifted(-step));
+            shifted(0.0);
+            for (i, unknown) in unknowns.iter().enumerate() {
+                let difference = (up[i] - down[i]) / (2.0 * step);
+                let rounding = 1e-13 * base[i].abs() / step;
+                let off = (exact[i] - difference).abs();
+                assert!(
+                    off <= 1e-4 * exact[i].abs() + rounding + 1e-9,
+                    "{law:?} {unknown} by {known}: {} {difference}",
+                    exact[i]
+                );
+            }
+        }
+        assert_eq!(values(&host, &unknowns), base);
+    }
+}
+
+/// The dependencies of outputs and derivatives in the description, for these start values.
+fn structure(settings: &Settings) -> BTreeMap<String, BTreeSet<String>> {
+    let xml = Description::of(settings).xml("2000-01-01T00:00:00Z");
+    let name = |index: &str| variables(BALLS).nth(index.parse::<usize>().unwrap() - 1).unwrap().to_string();
+    let before = xml.split_once("<InitialUnknowns>").unwrap().0;
+    let lines = before.lines().filter(|line| line.contains("<Unknown "));
+    lines
+        .map(|line| {
+            let pieces: Vec<&str> = line.split('"').collect();
+            (name(pieces[1]), pieces[3].split_whitespace().map(name).collect())
+        })
+        .collect()
+}
+
+#[test]
+fn the_structure_is_what_depends() {
+    let unknowns = unknowns();
+    for rigid in [false, true] {
+        let mut settings = Settings::default_for(BALLS);
+        if rigid {
+            settings.parameters.contact_model = ContactModel::Rigid;
+        }
+        let described = structure(&settings);
+        let mut seen: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+        for law in LAWS.into_iter().filter(|law| (law.0 == 3) == rigid) {
+            let host = pressed(law);
+            for (known, ..) in knowns(&host) {
+                let exact = derivatives(&host, &unknowns, &[known.reference()], &[1.0]);
+                for (unknown, _) in unknowns.iter().zip(&exact).filter(|(_, derivative)| **derivative != 0.0) {
+                    seen.entry(unknown.to_string()).or_default().insert(known.to_string());
+                }
+            }
+        }
+        for unknown in &unknowns {
+            let name = unknown.to_string();
+            let seen = seen.remove(&name).unwrap_or_default();
+            assert!(seen.is_subset(&described[&name]), "{name}: {seen:?} {:?}", described[&name]);
+            // Of compliant contacts what is listed does matter, where the contacts are closed.
+            let excess: Vec<&String> = described[&name].difference(&seen).collect();
+            let of_open = |known: &&&String| !["overlap[3]", "v[3]", "v[4]"].contains(&known.as_str());
+            assert!(rigid || excess.iter().filter(of_open).count() == 0, "{name}: {excess:?}");
+        }
+    }
+}
+
+#[test]
+fn directions_add_up() {
+    let (unknowns, host) = (unknowns(), pressed(LAWS[2]));
+    let knowns = knowns(&host);
+    let references: Vec<u32> = knowns.iter().map(|(known, ..)| known.reference()).collect();
+    let direction: Vec<f64> = (0..references.len()).map(|k| (1.0 + k as f64).sin()).collect();
+    let together = derivatives(&host, &unknowns, &references, &direction);
+    let mut sum = vec![0.0; unknowns.len()];
+    for (reference, change) in references.iter().zip(&direction) {
+        let one = derivatives(&host, &unknowns, &[*reference], &[*change]);
+        sum.iter_mut().zip(one).for_each(|(sum, one)| *sum += one);
+    }
+    for ((together, sum), unknown) in together.iter().zip(&sum).zip(&unknowns) {
+        assert!((together - sum).abs() <= 1e-12 * sum.abs().max(1.0), "{unknown}: {together} {sum}");
+    }
+}
+
+#[test]
+fn rates_are_those_of_the_variables() {
+    let host = Host::exchanging(BALLS);
+    let mut master = Master::start(&host, 0.0);
+    for k in 1..20 {
+        master.steps(0.1 * f64::from(k), 1e-3, Method::Rk4);
+        for ((state, rate), (y, dy)) in states(BALLS).zip(host.states().into_iter().zip(host.rates())) {
+            assert_eq!((host.get(&state.to_string()), host.get(&rate.to_string())), (y, dy), "{state}");
+        }
+    }
+}

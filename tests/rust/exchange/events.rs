@@ -1,0 +1,235 @@
+//! What events do: contacts at rest, ties, contacts closed from the start, inputs that change at an onset, chains that stay pressed.
+
+use cradle_host::exchange::{Master, Method};
+use cradle_host::{Host, fmi2OK};
+
+type Values<'a> = &'a [(&'a str, f64)];
+
+fn with(values: Values, contacts: i32) -> Host {
+    let host = Host::exchanging(5);
+    apply(&host, values);
+    assert_eq!(host.set_integer("exchange.contacts", contacts), fmi2OK);
+    host
+}
+
+fn apply(host: &Host, values: Values) {
+    for (name, value) in values {
+        assert_eq!(host.set(name, *value), fmi2OK, "{name}");
+    }
+}
+
+/// Co-simulation of the same to the time `until` (s).
+fn steps(values: Values, until: f64) -> Host {
+    let host = Host::new();
+    apply(&host, values);
+    host.start();
+    assert_eq!(host.step(0.0, until), fmi2OK);
+    host
+}
+
+fn each(host: &Host, family: &str) -> Vec<f64> {
+    let count = if ["x", "v", "a"].contains(&family) { 5 } else { 4 };
+    (1..=count).map(|i| host.get(&format!("{family}[{i}]"))).collect()
+}
+
+fn pulses(host: &Host) -> Vec<i32> {
+    (1..5).map(|i| host.get_integer(&format!("pulses[{i}]"))).collect()
+}
+
+fn assert_close(own: &Host, other: &Host, families: &[&str], tolerance: f64) {
+    for family in families {
+        for (i, (own, other)) in each(own, family).into_iter().zip(each(other, family)).enumerate() {
+            assert!((own - other).abs() <= tolerance, "{family}[{}]: {own:e} {other:e}", i + 1);
+        }
+    }
+}
+
+const AT_REST: Values = &[("contact.deadBand", 0.0), ("x_start[1]", 0.0), ("x_start[2]", 0.0)];
+const ONE_LIFTED: Values = &[("contact.deadBand", 0.0), ("x_start[1]", -0.1), ("x_start[2]", 0.0)];
+const BOTH_ENDS: Values = &[("x_start[1]", -0.1), ("x_start[2]", 0.0), ("x_start[5]", 0.1)];
+
+#[test]
+fn balls_at_rest_in_touch_stay_so() {
+    for contacts in [1, 2] {
+        let host = with(AT_REST, contacts);
+        let mut master = Master::start(&host, 0.0);
+        assert_eq!(master.next, f64::INFINITY);
+        master.whole_steps(1.0, 1e-2, Method::Rk4);
+        assert!(host.states().iter().all(|state| *state == 0.0));
+        assert!(host.indicators()[..4].iter().all(|z| *z < 0.0) && host.indicators()[4..] == [1.0; 4]);
+        assert_eq!((pulses(&host), master.events), (vec![0; 4], 1));
+    }
+}
+
+#[test]
+fn a_ball_hits_four_at_rest_in_touch() {
+    let host = with(ONE_LIFTED, 2);
+    let mut master = Master::start(&host, 0.0);
+    master.steps(1.0, 1e-3, Method::Rk4);
+    let other = steps(ONE_LIFTED, 1.0);
+    assert_eq!(pulses(&host), pulses(&other));
+    assert_close(&host, &other, &["x", "v", "impulse", "overlap", "t_onset"], 1e-12);
+    master.steps(20.0, 1e-3, Method::Rk4);
+    let energy = host.get("E_total") / 0.025 - 1.0;
+    assert!(energy.abs() < 1e-11, "{energy:e}");
+}
+
+#[test]
+fn ties_from_both_ends_stay_mirrored() {
+    let host = with(BOTH_ENDS, 2);
+    let mut master = Master::start(&host, 0.0);
+    for k in 1..=10 {
+        master.steps(f64::from(k), 1e-3, Method::Rk4);
+        let (x, pulses) = (each(&host, "x"), pulses(&host));
+        assert!((0..5).all(|i| (x[i] + x[4 - i]).abs() < 1e-6), "{x:?}");
+        assert!((0..4).all(|i| pulses[i] == pulses[3 - i]), "{pulses:?}");
+    }
+    assert_eq!(pulses(&host), pulses(&steps(BOTH_ENDS, 10.0)));
+    assert!(host.get("E_residual").abs() < 1e-13);
+}
+
+#[test]
+fn what_is_closed_from_the_start_is_followed_from_there() {
+    let values: Values = &[
+        ("contact.deadBand", 0.0),
+        ("x_start[1]", 2e-8),
+        ("x_start[2]", 0.0),
+        ("x_start[4]", -1e-8),
+        ("v_start[5]", -0.1),
+    ];
+    for (contacts, h) in [(1, 1e-8), (2, 1e-3)] {
+        let host = with(values, contacts);
+        assert_eq!((host.set_up(0.0), host.enter()), (fmi2OK, fmi2OK));
+        assert_eq!((pulses(&host), host.get("t_onset[1]")), (vec![1, 0, 1, 0], 0.0));
+        assert!(host.get("F[1]") > 0.0 && host.get_boolean("inContact[1]"));
+        assert_eq!(host.reset(), fmi2OK);
+        apply(&host, values);
+        assert_eq!(host.set_integer("exchange.contacts", contacts), fmi2OK);
+        let mut master = Master::start(&host, 0.0);
+        if contacts == 2 {
+            assert_eq!((host.get("F[1]"), host.get_boolean("inContact[1]")), (0.0, false));
+        }
+        let until = if contacts == 1 { 1e-5 } else { 0.1 };
+        let other = steps(values, until);
+        master.steps(until, h, Method::Rk4);
+        assert_eq!(pulses(&host), pulses(&other), "{contacts}");
+        let tolerance = if contacts == 1 { 1e-6 } else { 1e-11 };
+        assert_close(&host, &other, &["x", "v", "impulse"], tolerance);
+        assert_close(&host, &other, &["t_release"], 1e-9);
+    }
+}
+
+#[test]
+fn an_input_that_changes_at_an_onset_acts_within_the_contact() {
+    let other = Host::new();
+    other.start();
+    let onset = other.get("t_next");
+    assert_eq!(
+        (other.step(0.0, onset), other.set("F_ext[3]", 50.0), other.step(onset, 1e-4)),
+        (fmi2OK, fmi2OK, fmi2OK)
+    );
+    let host = with(&[], 2);
+    let mut master = Master::start(&host, 0.0);
+    master.steps(master.next - 1e-3, 1e-3, Method::Rk4);
+    let (time, y) = (master.time, host.states());
+    // Swings in closed form, to be there exactly.
+    let (omega, tau) = (5f64.sqrt(), onset - time);
+    let (x, v) = (host.get("x[1]"), host.get("v[1]"));
+    let mut there = y.clone();
+    there[0] = x * (omega * tau).cos() + v / omega * (omega * tau).sin();
+    let speed = v * (omega * tau).cos() - x * omega * (omega * tau).sin();
+    (there[5], there[6], there[2]) = (speed, speed, 0.0);
+    host.place(onset, &there);
+    assert_eq!(host.set("F_ext[3]", 50.0), fmi2OK);
+    master.time = onset;
+    master.event();
+    assert!(pulses(&host).iter().sum::<i32>() > 0);
+    master.steps(onset + 1e-4, 1e-5, Method::Rk4);
+    assert_eq!(pulses(&host), pulses(&other));
+    assert_close(&host, &other, &["x", "v"], 1e-7);
+}
+
+#[test]
+fn a_chain_that_stays_pressed_is_resolved() {
+    let values: Values = &[
+        ("contact.deadBand", 0.0),
+        ("x_start[1]", 0.0),
+        ("x_start[2]", 0.0),
+        ("F_ext[1]", 1e3),
+        ("F_ext[5]", -1e3),
+        ("contact.damping", 1e5),
+    ];
+    let other = steps(values, 1e-3);
+    for contacts in [1, 2] {
+        let host = with(values, contacts);
+        let mut master = Master::start(&host, 0.0);
+        assert!(master.next < 1e-12);
+        master.steps(2e-6, 1e-7, Method::Rk4);
+        assert_eq!(master.next, f64::INFINITY);
+        assert!((1..5).any(|i| host.get_boolean(&format!("inContact[{i}]"))));
+        master.steps(1e-3, 1e-7, Method::Rk4);
+        assert_close(&host, &other, &["overlap"], 1e-12);
+        assert_close(&host, &other, &["F"], 1e-2);
+        assert!(each(&host, "F").iter().all(|force| (force - 1e3).abs() < 1.0), "{:?}", each(&host, "F"));
+    }
+}
+
+#[test]
+fn a_late_event_goes_back_to_every_onset() {
+    let host = with(BOTH_ENDS, 2);
+    let mut master = Master::start(&host, 0.0);
+    for k in 1..=500 {
+        master.whole_steps(0.02 * f64::from(k), 0.02, Method::Euler);
+        for i in 1..5 {
+            let (overlap, rate) = (host.get(&format!("overlap[{i}]")), host.get(&format!("der(overlap[{i}])")));
+            assert!(overlap <= 0.0 || rate <= 0.0, "{i} {overlap:e} {rate:e} at {}", master.time);
+        }
+    }
+    assert!(pulses(&host).iter().all(|pulses| *pulses >= 7), "{:?}", pulses(&host));
+}
+
+#[test]
+fn an_event_with_nothing_due_changes_nothing() {
+    for contacts in [1, 2] {
+        let host = with(&[], contacts);
+        let mut master = Master::start(&host, 0.0);
+        // Up to the first onset where the host would have to integrate it.
+        for k in 1..if contacts == 1 { 14 } else { 40 } {
+            master.steps(0.05 * f64::from(k), 1e-3, Method::Rk4);
+            let (before, next) = (host.everything(), master.next);
+            let info = host.event();
+            assert_eq!(info.valuesOfContinuousStatesChanged, 0);
+            let differs = |(a, b): (&u64, &u64)| a != b;
+            let changed = before.iter().zip(&host.everything()).filter(|pair| differs(*pair)).count();
+            // But for the next onset, which is foretold anew from the states.
+            assert!(changed <= 1 && (info.nextEventTime - next).abs() < 1e-9 || next == f64::INFINITY, "{changed}");
+        }
+    }
+}
+
+#[test]
+fn a_resolved_pulse_is_that_of_co_simulation() {
+    let other = steps(&[], 0.71);
+    let host = with(&[], 1);
+    let mut master = Master::start(&host, 0.0);
+    master.steps(0.70, 1e-3, Method::Rk4);
+    while master.time < 0.71 {
+        let closed = (1..5).any(|i| host.get_boolean(&format!("inContact[{i}]")));
+        let near = each(&host, "overlap").iter().any(|overlap| overlap.abs() < 1e-5);
+        let h = if closed {
+            2e-8
+        } else if near {
+            1e-6
+        } else {
+            1e-4
+        };
+        master.step((master.time + h).min(master.next).min(0.71), Method::Rk4);
+    }
+    assert_eq!(pulses(&host), pulses(&other));
+    assert_close(&host, &other, &["x", "v", "impulse"], 1e-6);
+    assert_close(&host, &other, &["t_onset", "t_release"], 1e-7);
+    for i in 1..5 {
+        let (own, other) = (host.get(&format!("F_peak[{i}]")), steps(&[], 0.71).get(&format!("F_peak[{i}]")));
+        assert!((own / other - 1.0).abs() < 1e-3, "{own} {other}");
+    }
+}

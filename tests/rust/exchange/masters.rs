@@ -1,0 +1,70 @@
+//! Runs with mapped contacts by explicit methods: what they leave is the error of the method in flight.
+
+use cradle_host::exchange::{Master, Method};
+use cradle_host::{FIGURE_6, Host, fmi2OK};
+
+/// Figure 6's set-up, with the first two of five balls lifted by 1 m.
+fn figure_6() -> Host {
+    let host = Host::exchanging(5);
+    for (name, value) in FIGURE_6.into_iter().chain([("x_start[1]", -1.0), ("x_start[2]", -1.0)]) {
+        assert_eq!(host.set(name, value), fmi2OK);
+    }
+    host
+}
+
+fn pulses(host: &Host) -> Vec<i32> {
+    (1..host.balls).map(|i| host.get_integer(&format!("pulses[{i}]"))).collect()
+}
+
+#[test]
+fn rk4_at_a_millisecond_keeps_the_energy_of_figure_6() {
+    for whole in [true, false] {
+        let host = figure_6();
+        let mut master = Master::start(&host, 0.0);
+        match whole {
+            true => master.whole_steps(240.0, 1e-3, Method::Rk4),
+            false => master.steps(240.0, 1e-3, Method::Rk4),
+        }
+        assert_eq!(pulses(&host), [171, 342, 342, 171]);
+        let energy = host.get("E_total") / 5.0 - 1.0;
+        assert!(energy.abs() < 1e-12, "{energy:e}");
+        assert!(host.get("E_dissipated") == 0.0 && host.get("W_external") == 0.0);
+    }
+}
+
+#[test]
+fn euler_leaves_exactly_what_euler_does() {
+    let host = figure_6();
+    let mut master = Master::start(&host, 0.0);
+    let (h, steps) = (1e-3, 20_000);
+    master.whole_steps(f64::from(steps) * h, h, Method::Euler);
+    // Every step multiplies the energy of a pendulum by 1 + omega^2 h^2, whatever its phase.
+    let expected = (1.0 + 5.0 * h * h).powi(steps);
+    let relative = host.get("E_total") / (5.0 * expected) - 1.0;
+    assert!(relative.abs() < 1e-11, "{relative:e}");
+    assert!(pulses(&host).iter().all(|pulses| *pulses > 10), "{:?}", pulses(&host));
+}
+
+#[test]
+fn pulses_are_those_of_co_simulation() {
+    let host = figure_6();
+    let mut master = Master::start(&host, 0.0);
+    master.steps(20.0, 1e-3, Method::Rk4);
+    let steps = Host::new();
+    for (name, value) in FIGURE_6.into_iter().chain([("x_start[1]", -1.0), ("x_start[2]", -1.0)]) {
+        assert_eq!(steps.set(name, value), fmi2OK);
+    }
+    steps.start();
+    assert_eq!(steps.step(0.0, 20.0), fmi2OK);
+    assert_eq!(pulses(&host), pulses(&steps));
+    for i in 1..5 {
+        for (family, scale) in [("impulse", 1e2), ("t_onset", 20.0), ("t_release", 20.0), ("x", 1.0), ("v", 2.0)] {
+            let name = format!("{family}[{i}]");
+            let (own, other) = (host.get(&name), steps.get(&name));
+            assert!((own - other).abs() < 1e-9 * scale, "{name}: {own} {other}");
+        }
+        let (own, other) = (host.get(&format!("F_peak[{i}]")), host.get("E_residual"));
+        assert!(own > 1e7 && other.abs() < 1e-11, "{own} {other}");
+    }
+    assert_eq!(host.get_integer("solver.steps"), 0);
+}

@@ -1,0 +1,8 @@
+//! Model exchange, through a host with fixed steps.
+
+mod derivatives;
+mod events;
+mod legality;
+mod masters;
+mod rigid;
+mod states;

@@ -1,0 +1,73 @@
+//! Rigid contacts in model exchange: impulses in events.
+
+use cradle_host::exchange::{Master, Method};
+use cradle_host::{Host, fmi2OK};
+
+/// A host of rigid contacts with this coefficient of restitution and these values.
+fn rigid(host: Host, restitution: f64, values: &[(&str, f64)]) -> Host {
+    assert_eq!(host.set_integer("contact.model", 3), fmi2OK);
+    assert_eq!(host.set("contact.restitution", restitution), fmi2OK);
+    for (name, value) in values {
+        assert_eq!(host.set(name, *value), fmi2OK);
+    }
+    host
+}
+
+fn pulses(host: &Host) -> Vec<i32> {
+    (1..5).map(|i| host.get_integer(&format!("pulses[{i}]"))).collect()
+}
+
+#[test]
+fn impacts_are_those_of_co_simulation() {
+    for restitution in [1.0, 0.9] {
+        let other = rigid(Host::new(), restitution, &[]);
+        other.start();
+        assert_eq!(other.step(0.0, 3.0), fmi2OK);
+        let host = rigid(Host::exchanging(5), restitution, &[]);
+        let mut master = Master::start(&host, 0.0);
+        master.steps(3.0, 1e-3, Method::Rk4);
+        assert_eq!(pulses(&host), pulses(&other), "{restitution}");
+        for family in ["x", "v", "impulse", "t_onset"] {
+            for i in 1..5 {
+                let name = format!("{family}[{i}]");
+                let (own, other) = (host.get(&name), other.get(&name));
+                assert!((own - other).abs() < 1e-9, "{restitution} {name}: {own} {other}");
+            }
+        }
+        assert!(host.get("E_residual").abs() < 1e-12, "{}", host.get("E_residual"));
+    }
+}
+
+#[test]
+fn pressed_balls_move_as_a_body_until_they_part() {
+    let values =
+        [("contact.deadBand", 0.0), ("x_start[1]", 0.0), ("x_start[2]", 0.0), ("F_ext[1]", 5.0), ("F_ext[5]", -3.0)];
+    let host = rigid(Host::exchanging(5), 0.5, &values);
+    let mut master = Master::start(&host, 0.0);
+    for (i, force) in [(1, 4.6), (2, 4.2), (3, 3.8), (4, 3.4)] {
+        assert!((host.get(&format!("F[{i}]")) - force).abs() < 1e-12);
+        assert!(host.get_boolean(&format!("inContact[{i}]")));
+    }
+    assert!((1..6).all(|i| (host.get(&format!("a[{i}]")) - 0.4).abs() < 1e-12));
+    assert!((host.sensitivity("F[2]", "F_ext[1]") - 0.6).abs() < 1e-12);
+    master.steps(0.1, 1e-3, Method::Rk4);
+    assert_eq!(pulses(&host), [1; 4]);
+    // Now they are pulled apart: the contacts open in the event that the indicators ask for.
+    assert_eq!(host.set("F_ext[1]", -5.0), fmi2OK);
+    assert!(host.indicators()[4..].iter().any(|z| *z < 0.0));
+    master.step(0.101, Method::Rk4);
+    assert!(!host.get_boolean("inContact[1]") && host.get_boolean("inContact[4]"));
+    assert!(host.get("t_release[1]") > 0.1);
+}
+
+#[test]
+fn chatter_comes_to_an_end() {
+    let values =
+        [("contact.deadBand", 0.0), ("x_start[1]", -0.01), ("x_start[2]", 0.0), ("F_ext[1]", 5.0), ("F_ext[5]", -5.0)];
+    let host = rigid(Host::exchanging(5), 0.5, &values);
+    let mut master = Master::start(&host, 0.0);
+    master.steps(2.0, 1e-3, Method::Rk4);
+    assert!(master.events < 1000, "{}", master.events);
+    assert!((1..5).all(|i| host.get_boolean(&format!("inContact[{i}]"))));
+    assert!(host.get("E_residual").abs() < 1e-9, "{}", host.get("E_residual"));
+}
