@@ -120,14 +120,24 @@ def save_plot(path: Path, rows: list[dict]) -> None:
     figure, axes = plt.subplots(1, len(names), figsize=(9, 4), sharey=True, layout="constrained")
     for name, axis in zip(names, axes, strict=True):
         for way, colour in zip(TOLERANCES, ("#c04000", "#0060a0", "#208030"), strict=True):
-            chosen = [row for row in rows if row["figure"] == name and row["way"] == way and row["error"] == row["error"]]
+            chosen = [
+                row
+                for row in rows
+                if row["figure"] == name and row["way"] == way and row["error"] == row["error"]
+            ]
             cost, error = [row["evaluations"] for row in chosen], [max(row["error"], 1e-16) for row in chosen]
             axis.loglog(cost, error, "-", color=colour, linewidth=1)
             for filled in (True, False):
-                points = [(x, y) for x, y, row in zip(cost, error, chosen, strict=True) if right(rows, row) == filled]
+                points = [
+                    (x, y)
+                    for x, y, row in zip(cost, error, chosen, strict=True)
+                    if right(rows, row) == filled
+                ]
                 label = (way if filled else f"{way}, wrong pulses") if points else None
                 face = colour if filled else "white"
-                axis.plot(*zip(*points, strict=True), "o", color=colour, markerfacecolor=face, label=label) if points else None
+                axis.plot(
+                    *zip(*points, strict=True), "o", color=colour, markerfacecolor=face, label=label
+                ) if points else None
         axis.set_title(name)
         axis.set_xlabel("evaluations in 10 s")
         axis.grid(alpha=0.3)

@@ -92,7 +92,10 @@ def test_identity_and_default_experiment(fmu):
     assert (description.fmiVersion, description.modelName) == ("2.0", "NewtonsCradle")
     assert description.coSimulation.modelIdentifier == "NewtonsCradle"
     assert description.modelExchange.modelIdentifier == "NewtonsCradle"
-    assert (description.numberOfContinuousStates, description.numberOfEventIndicators) == (3 * N + 1, 2 * (N - 1))
+    assert (description.numberOfContinuousStates, description.numberOfEventIndicators) == (
+        3 * N + 1,
+        2 * (N - 1),
+    )
     assert description.variableNamingConvention == "structured"
     experiment = description.defaultExperiment
     assert [float(v) for v in (experiment.startTime, experiment.stopTime, experiment.stepSize)] == [
@@ -149,7 +152,14 @@ def test_values_of_communication_points_are_discrete(fmu):
 
 
 def test_states_of_model_exchange_in_their_order(fmu):
-    wanted = ["x[1]", *spread("overlap[#c]"), *spread("v[#n]"), *spread("impulse[#c]"), "E_dissipated", "W_external"]
+    wanted = [
+        "x[1]",
+        *spread("overlap[#c]"),
+        *spread("v[#n]"),
+        *spread("impulse[#c]"),
+        "E_dissipated",
+        "W_external",
+    ]
     rates = ["v[1]", *spread("der(overlap[#c])"), *spread("a[#n]"), *spread("F[#c]")]
     rates += ["der(E_dissipated)", "der(W_external)"]
     found = [unknown.variable for unknown in fmu.description.derivatives]

@@ -45,7 +45,11 @@ def steps(fmu_path):
 def run(opening, values, stop=10.0, **options):
     """The outputs of a run; the instance is as new afterwards."""
     folder, description, instance = opening
-    options = {"output": ["E_total", "E_residual", *PULSES], "output_interval": 0.01, "record_events": False} | options
+    options = {
+        "output": ["E_total", "E_residual", *PULSES],
+        "output_interval": 0.01,
+        "record_events": False,
+    } | options
     kind = "ModelExchange" if hasattr(instance, "getDerivatives") else "CoSimulation"
     try:
         return fmpy.simulate_fmu(
@@ -88,8 +92,15 @@ def test_euler_runs_with_mapped_contacts(exchange):
 
 @pytest.mark.parametrize(
     ("values", "tolerance", "right"),
-    [({}, 1e-4, False), ({}, 1e-5, False), ({}, 1e-7, True), ({}, 1e-9, True), ({}, 1e-10, True)]
-    + [(numbers(nc.figure6()), 1e-5, False), (numbers(nc.figure6()), 1e-10, True)],
+    [
+        ({}, 1e-4, False),
+        ({}, 1e-5, False),
+        ({}, 1e-7, True),
+        ({}, 1e-9, True),
+        ({}, 1e-10, True),
+        (numbers(nc.figure6()), 1e-5, False),
+        (numbers(nc.figure6()), 1e-10, True),
+    ],
 )
 def test_resolved_contacts_need_a_tight_tolerance(exchange, values, tolerance, right):
     result = run(exchange, values | {"exchange.contacts": RESOLVED}, relative_tolerance=tolerance)
@@ -133,7 +144,9 @@ def test_no_contact_of_random_cradles_is_missed(exchange, steps, contacts, toler
     def watched():
         answer = go_on()
         nominals = np.zeros(3 * N + 1)
-        instance.getNominalsOfContinuousStates(nominals.ctypes.data_as(fmpy.fmi2.POINTER(fmpy.fmi2.c_double)), 3 * N + 1)
+        instance.getNominalsOfContinuousStates(
+            nominals.ctypes.data_as(fmpy.fmi2.POINTER(fmpy.fmi2.c_double)), 3 * N + 1
+        )
         overlap, rate = (np.array(instance.getReal(of[name])) for name in ("overlap[{}]", "der(overlap[{}])"))
         closed = np.array(instance.getBoolean(of["inContact[{}]"]), dtype=bool)
         missed.extend(np.flatnonzero((overlap > nominals[1:N]) & (rate > 0) & ~closed))
