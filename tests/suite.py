@@ -271,7 +271,7 @@ def install_fmi_sim(results: Results) -> None:
     if not has_libclang():
         return results.skip("fmi-sim", "libclang is missing: on Debian, `apt install libclang-dev`")
     # Its part for FMI 2 alone does not compile.
-    features = ["--no-default-features", "--features", "fmi2,fmi3,cs"]
+    features = ["--no-default-features", "--features", "fmi2,fmi3,cs,me"]
     command = ["cargo", "install", "--locked", "--debug", "--root", TOOLS, *features, "fmi-sim@0.7.0"]
     environment = {"CARGO_TARGET_DIR": str(ROOT / "target/hosts"), "CARGO_PROFILE_DEV_DEBUG": "0"}
     with stage("fmi-sim", results.show):

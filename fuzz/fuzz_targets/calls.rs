@@ -84,6 +84,8 @@ impl<'a> Driver<'a> {
             Beginning::Failed => {
                 host.fail();
                 driver.model.phase = Phase::Error;
+                // What is found by looking ahead is kept with the state: look before anything is compared.
+                driver.look();
             }
         }
         driver
@@ -123,7 +125,7 @@ impl<'a> Driver<'a> {
             let [line] = log.as_slice() else { panic!("{call:?}: not one line but {log:?}") };
             assert_eq!((line.status, line.category.as_str()), (fmi2Error, "logStatusError"));
             assert!(line.text.starts_with(&format!("{}: ", function(call))), "{call:?}: {}", line.text);
-            assert!(self.host.to_bytes() == before, "{call:?} was refused and changed something");
+            assert!(self.host.to_bytes() == before, "{call:?} was refused in {:?} and changed something", self.model.phase);
         }
     }
 

@@ -68,3 +68,23 @@ fn pulses_are_those_of_co_simulation() {
     }
     assert_eq!(host.get_integer("solver.steps"), 0);
 }
+
+#[test]
+fn one_ball_swings_and_two_free_balls_meet_once() {
+    let alone = Host::exchanging(1);
+    let mut master = Master::start(&alone, 0.0);
+    assert_eq!((master.next, alone.states().len(), alone.indicators().len()), (f64::INFINITY, 4, 0));
+    master.steps(1.0, 1e-3, Method::Rk4);
+    let (x, expected) = (alone.get("x[1]"), -0.1 * 5f64.sqrt().cos());
+    assert!((x - expected).abs() < 1e-12, "{x} {expected}");
+    let pair = Host::exchanging(2);
+    for (name, value) in [("gravity", 0.0), ("v_start[1]", 1.0)] {
+        assert_eq!(pair.set(name, value), fmi2OK);
+    }
+    let mut master = Master::start(&pair, 0.0);
+    assert!((master.next - 0.100_002_6).abs() < 1e-12, "{}", master.next);
+    master.steps(1.0, 0.1, Method::Euler);
+    assert_eq!((pair.get_integer("pulses[1]"), master.next), (1, f64::INFINITY));
+    assert!(pair.get("v[1]").abs() < 1e-13 && (pair.get("v[2]") - 1.0).abs() < 1e-13);
+    assert!((pair.get("impulse[1]") - 1.0).abs() < 1e-12);
+}
