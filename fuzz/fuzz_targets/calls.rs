@@ -125,7 +125,11 @@ impl<'a> Driver<'a> {
             let [line] = log.as_slice() else { panic!("{call:?}: not one line but {log:?}") };
             assert_eq!((line.status, line.category.as_str()), (fmi2Error, "logStatusError"));
             assert!(line.text.starts_with(&format!("{}: ", function(call))), "{call:?}: {}", line.text);
-            assert!(self.host.to_bytes() == before, "{call:?} was refused in {:?} and changed something", self.model.phase);
+            assert!(
+                self.host.to_bytes() == before,
+                "{call:?} was refused in {:?} and changed something",
+                self.model.phase
+            );
         }
     }
 
