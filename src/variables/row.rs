@@ -212,6 +212,15 @@ impl Row {
         self.name.strip_prefix("der(").and_then(|name| name.strip_suffix(')'))
     }
 
+    /// The name of its variable with this index, such as `x[1]` or `der(overlap[1])`.
+    pub fn name_of(&self, index: impl std::fmt::Display) -> String {
+        match (self.shape, self.rate_of()) {
+            (Shape::Scalar, _) => self.name.to_owned(),
+            (_, Some(family)) => format!("der({family}[{index}])"),
+            (_, None) => format!("{}[{index}]", self.name),
+        }
+    }
+
     /// Unit, or nothing for counts, truth values and enumerations.
     pub fn unit(&self) -> &'static str {
         self.quantity.map_or("", |quantity| quantity.unit)

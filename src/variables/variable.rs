@@ -67,11 +67,7 @@ impl Variable {
 /// The name, with the index counted from 1: `x[1]`, `der(overlap[1])`.
 impl std::fmt::Display for Variable {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match (self.row.shape, self.row.rate_of()) {
-            (Shape::Scalar, _) => f.write_str(self.row.name),
-            (_, Some(family)) => write!(f, "der({family}[{}])", self.index + 1),
-            (_, None) => write!(f, "{}[{}]", self.row.name, self.index + 1),
-        }
+        f.write_str(&self.row.name_of(self.index + 1))
     }
 }
 

@@ -22,7 +22,7 @@ def test_the_fmus_documentation(browser, fmu):
     )
     units = {name: unit for name, unit, *_ in rows}
     for variable in fmu.description.modelVariables:
-        assert units[re.sub(r"\[\d+\]$", "[i]", variable.name)] == (variable.unit or "")
+        assert units[re.sub(r"\[\d+\]", "[i]", variable.name)] == (variable.unit or "")
 
 
 @pytest.fixture

@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use newtons_cradle::variables::{
-    Access, Causality, Escaped, MODEL_IDENTIFIER, Number, Row, STEP_SIZE, STOP_TIME, Settings, Shape, TABLE,
-    Variability, Variable,
+    Access, Causality, Escaped, MODEL_IDENTIFIER, Number, Row, STEP_SIZE, STOP_TIME, Settings, TABLE, Variability,
+    Variable,
 };
 
 const TEMPLATE: &str = include_str!("../../assets/index.html");
@@ -33,14 +33,13 @@ pub fn html(start: &Settings) -> String {
 fn rows(start: &Settings, causalities: &[Causality]) -> String {
     let mut html = String::new();
     for (position, row) in TABLE.iter().enumerate().filter(|(_, row)| causalities.contains(&row.causality)) {
-        let (name, unit) = (row.name, row.unit());
-        let index = if row.shape == Shape::Scalar { "" } else { "[i]" };
+        let (name, unit) = (row.name_of("i"), row.unit());
         let value = start_value(start, position, row);
         let description = Escaped(row.description).to_string().replace("{i}", "i").replace("{j}", "i+1");
         // Writing to a string cannot fail.
         let _ = writeln!(
             html,
-            "<tr><td><code>{name}{index}</code></td><td>{unit}</td><td>{value}</td><td>{description}{}</td></tr>",
+            "<tr><td><code>{name}</code></td><td>{unit}</td><td>{value}</td><td>{description}{}</td></tr>",
             Escaped(&remarks(row))
         );
     }
@@ -92,8 +91,7 @@ mod tests {
     fn every_variable_is_on_the_page() {
         let html = html(&Settings::default_for(5));
         for row in TABLE {
-            let index = if row.shape == Shape::Scalar { "" } else { "[i]" };
-            assert!(html.contains(&format!("<code>{}{index}</code>", row.name)), "{}", row.name);
+            assert!(html.contains(&format!("<code>{}</code>", row.name_of("i"))), "{}", row.name);
         }
         assert!(html.contains("<svg ") && !html.contains("{{") && !html.contains("}}"));
     }
