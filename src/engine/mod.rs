@@ -38,7 +38,7 @@ pub use crate::next::{NEVER, Next};
 pub use continuous::Continuous;
 pub use derivatives::NotFollowed;
 pub use error::EngineError;
-pub use exchange::{Exchange, Update};
+pub use exchange::{Exchange, Update, state_count};
 pub use observer::{Observer, Progress, Pulse, Unrecorded};
 pub(crate) use run::require;
 pub use run::{Engine, Snapshot, Unsound};

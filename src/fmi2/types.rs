@@ -78,7 +78,7 @@ pub type fmi2StepFinished = Option<unsafe extern "C" fn(fmi2ComponentEnvironment
 
 /// What handling an event has come to.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct fmi2EventInfo {
     /// Never: one call handles all that is due.
     pub newDiscreteStatesNeeded: fmi2Boolean,

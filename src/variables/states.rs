@@ -13,11 +13,15 @@ const STATES: [(&str, &str); 6] = [
     ("W_external", "der(W_external)"),
 ];
 
-/// The first variable of the row of this name, and how many states the row has.
-fn row(name: &str, balls: usize) -> Option<(Variable, usize)> {
+/// The first variable of the row of this name.
+fn first(name: &str) -> Option<Variable> {
     let (position, row) = TABLE.iter().enumerate().find(|(_, row)| row.name == name)?;
-    let count = if name == "x" { 1 } else { row.shape.len(balls) };
-    Some((Variable { row, position, index: 0 }, count))
+    Some(Variable { row, position, index: 0 })
+}
+
+/// How many states the row of this one has.
+fn count(state: &Variable, balls: usize) -> usize {
+    if state.row.name == "x" { 1 } else { state.row.shape.len(balls) }
 }
 
 /// Each state with its derivative.
@@ -25,9 +29,9 @@ pub fn states(balls: usize) -> impl Iterator<Item = (Variable, Variable)> {
     STATES
         .iter()
         .flat_map(move |(state, derivative)| {
-            let ((state, count), derivative) = (row(state, balls)?, row(derivative, balls)?.0);
+            let (state, derivative) = (first(state)?, first(derivative)?);
             let at = move |index: usize| (Variable { index, ..state }, Variable { index, ..derivative });
-            Some((0..count).map(at))
+            Some((0..count(&state, balls)).map(at))
         })
         .flatten()
 }
@@ -35,10 +39,10 @@ pub fn states(balls: usize) -> impl Iterator<Item = (Variable, Variable)> {
 impl Variable {
     /// Its place among the states of a cradle of `balls` balls, if it is one.
     pub fn state_place(&self, balls: usize) -> Option<usize> {
-        let rows = STATES.iter().filter_map(|(state, _)| row(state, balls));
         let mut before = 0;
-        for (first, count) in rows {
-            if first.position == self.position {
+        for state in STATES.iter().filter_map(|(state, _)| first(state)) {
+            let count = count(&state, balls);
+            if state.position == self.position {
                 return (self.index < count).then_some(before + self.index);
             }
             before += count;
@@ -49,8 +53,7 @@ impl Variable {
     /// The state whose derivative it is, if it is one.
     pub fn state(&self) -> Option<Self> {
         let (state, _) = STATES.iter().find(|(_, derivative)| *derivative == self.row.name)?;
-        let (first, _) = row(state, usize::MAX >> 1)?;
-        (*state != "x" || self.index == 0).then_some(Self { index: self.index, ..first })
+        (*state != "x" || self.index == 0).then_some(Self { index: self.index, ..first(state)? })
     }
 
     /// Whether it is a state or the derivative of one.

@@ -4,8 +4,9 @@ use crate::model::algebraic::Chain;
 use crate::model::{Cradle, Mode};
 use crate::solver::dual::Scalar;
 
-/// The first position, the overlaps, the velocities, the impulses, the energy dissipated and the work of the inputs.
-pub(super) const fn states(balls: usize) -> usize {
+/// How many continuous states there are: the first position, the overlaps, the velocities, the impulses, the energy dissipated and the
+/// work of the inputs.
+pub const fn state_count(balls: usize) -> usize {
     3 * balls + 1
 }
 

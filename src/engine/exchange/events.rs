@@ -136,7 +136,7 @@ impl Exchange {
     fn follow_due(&mut self, observer: &mut dyn Observer) -> Result<(), EngineError> {
         for _ in 0..GROUPS {
             let balls = self.flights();
-            let Some((onset, first)) = self.earliest_due(&balls) else { break };
+            let Some((onset, first)) = self.earliest_due(&balls, |j| self.modes[j] == Mode::Open) else { break };
             let beside = self.is_beside_closed(first);
             match if beside { None } else { self.follow(&balls, first, onset, &[])? } {
                 Some(group) => self.apply(&group, observer),
@@ -152,9 +152,9 @@ impl Exchange {
         Ok(())
     }
 
-    /// The earliest onset that is due, from now (s), and its contact.
-    fn earliest_due(&self, balls: &[Ball]) -> Option<(f64, usize)> {
-        let open = (0..self.modes.len()).filter(|&j| self.modes[j] == Mode::Open);
+    /// The earliest onset that is due in one of the `open` contacts, from now (s), and its contact.
+    pub(super) fn earliest_due(&self, balls: &[Ball], open: impl Fn(usize) -> bool) -> Option<(f64, usize)> {
+        let open = (0..self.modes.len()).filter(|&j| open(j));
         let due = open.filter_map(|j| self.due_onset(balls, j).map(|onset| (onset, j)));
         due.reduce(|first, other| if other.0 < first.0 { other } else { first })
     }

@@ -18,5 +18,6 @@ mod rigid;
 mod run;
 mod scales;
 
+pub use equations::state_count;
 pub use events::Update;
 pub use run::Exchange;

@@ -33,10 +33,8 @@ impl Exchange {
         for _ in 0..INSTANTS {
             let mut engine = self.settled();
             let balls = engine.balls.clone();
-            let open = (0..self.modes.len()).filter(|&j| engine.contacts[j].constraint().is_none());
-            let due = open.filter_map(|j| self.due_onset(&balls, j).map(|onset| (onset, j)));
-            let earliest = due.reduce(|first, other| if other.0 < first.0 { other } else { first });
-            let Some((onset, first)) = earliest else {
+            let open = |j: usize| engine.contacts[j].constraint().is_none();
+            let Some((onset, first)) = self.earliest_due(&balls, open) else {
                 return self.rest(&mut engine, observer);
             };
             let mut later = self.engine_from(&balls, onset);

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::contact::Contact;
-use super::equations::{State, View, states};
+use super::equations::{State, View, state_count};
 use super::scales::Scales;
 use crate::engine::error::EngineError;
 use crate::engine::run::{Engine, Unsound, require};
@@ -56,7 +56,7 @@ impl Exchange {
         let mut y = vec![parameters.x_start[0]];
         y.extend((0..m).map(overlap));
         y.extend_from_slice(&parameters.v_start);
-        y.resize(states(n), 0.0);
+        y.resize(state_count(n), 0.0);
         let mode = |(law, j): (&crate::model::ContactLaw, usize)| match y[1 + j] > 0.0 {
             true => law.mode_when_closed(y[1 + j], y[n + j] - y[n + j + 1]),
             false => Mode::Open,
@@ -92,7 +92,7 @@ impl Exchange {
         let (n, m) = (parameters.balls(), parameters.contacts());
         require(self.parameters == *parameters, "its parameters are not those that it was set up with")?;
         let lengths = [self.y.len(), self.modes.len(), self.contacts.len(), self.inputs.force.len()];
-        require(lengths == [states(n), m, m, n], "its size does not match the cradle")?;
+        require(lengths == [state_count(n), m, m, n], "its size does not match the cradle")?;
         require(self.scales.are_sound(n), "an order of magnitude is not one")?;
         require(failed || self.time >= start && self.time.is_finite(), "its time lies before its start")?;
         require(self.inputs.is_finite(), "an input is not finite")?;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::equations::{State, states};
+use super::equations::{State, state_count};
 use crate::model::{BallModel, ContactLaw, Cradle};
 
 /// Slowest nominal speed (m/s), and that of a cradle at rest.
@@ -57,7 +57,7 @@ impl Scales {
         };
         let compressions: Vec<f64> = contacts.iter().enumerate().map(compression).collect();
         let energy = bounded(0.5 * heaviest * speed * speed);
-        let mut nominals = Vec::with_capacity(states(balls.len()));
+        let mut nominals = Vec::with_capacity(state_count(balls.len()));
         nominals.push(bounded(speed * unit));
         nominals.extend_from_slice(&compressions);
         nominals.extend(balls.iter().map(|_| speed));
@@ -73,7 +73,7 @@ impl Scales {
     /// Whether it is one of so many balls.
     pub fn are_sound(&self, balls: usize) -> bool {
         let sound = |scale: &f64| *scale > 0.0 && scale.is_finite();
-        let lengths = self.nominals.len() == states(balls) && self.forces.len() + 1 == balls;
+        let lengths = self.nominals.len() == state_count(balls) && self.forces.len() + 1 == balls;
         lengths && self.nominals.iter().chain(&self.forces).chain([&self.speed]).all(sound)
     }
 

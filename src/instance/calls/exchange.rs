@@ -1,7 +1,7 @@
 //! Model exchange: the host integrates the states, and asks for what it needs for that.
 
 use super::report::Reporter;
-use crate::engine::Update;
+use crate::engine::{Update, state_count};
 use crate::instance::legality::Phase;
 use crate::instance::lifecycle::Instance;
 use crate::instance::refusal::Refusal;
@@ -84,7 +84,7 @@ impl Instance {
     }
 
     pub(super) fn states(&self) -> usize {
-        3 * self.balls() + 1
+        state_count(self.balls())
     }
 
     fn require_length(&self, name: &'static str, length: usize, allowed: usize) -> Result<(), Refusal> {

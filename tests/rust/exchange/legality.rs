@@ -47,17 +47,6 @@ fn get(host: &Host, getter: Getter, length: usize) -> fmi2Status {
     unsafe { getter(host.c, values.as_mut_ptr(), length) }
 }
 
-fn info() -> fmi2EventInfo {
-    fmi2EventInfo {
-        newDiscreteStatesNeeded: 0,
-        terminateSimulation: 0,
-        nominalsOfContinuousStatesChanged: 0,
-        valuesOfContinuousStatesChanged: 0,
-        nextEventTimeDefined: 0,
-        nextEventTime: 0.0,
-    }
-}
-
 fn functions() -> Vec<Function> {
     vec![
         ("fmi2SetDebugLogging", ANY, |h| unsafe { fmi2SetDebugLogging(h.c, 0, 0, null()) }),
@@ -79,7 +68,7 @@ fn functions() -> Vec<Function> {
             fmi2GetDirectionalDerivative(h.c, &h.vr("x[1]"), 1, &h.vr("F_ext[1]"), 1, &1.0, &mut 0.0)
         }),
         ("fmi2EnterEventMode", &[Event, Continuous], |h| unsafe { fmi2EnterEventMode(h.c) }),
-        ("fmi2NewDiscreteStates", &[Event], |h| unsafe { fmi2NewDiscreteStates(h.c, &mut info()) }),
+        ("fmi2NewDiscreteStates", &[Event], |h| unsafe { fmi2NewDiscreteStates(h.c, &mut fmi2EventInfo::default()) }),
         ("fmi2EnterContinuousTimeMode", &[Event], |h| unsafe { fmi2EnterContinuousTimeMode(h.c) }),
         ("fmi2CompletedIntegratorStep", &[Continuous], |h| unsafe {
             fmi2CompletedIntegratorStep(h.c, 1, &mut 0, &mut 0)

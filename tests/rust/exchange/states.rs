@@ -77,14 +77,7 @@ fn forged_states_do_no_harm() {
                 continue;
             }
             accepted += 1;
-            let mut info = newtons_cradle::fmi2::fmi2EventInfo {
-                newDiscreteStatesNeeded: 0,
-                terminateSimulation: 0,
-                nominalsOfContinuousStatesChanged: 0,
-                valuesOfContinuousStatesChanged: 0,
-                nextEventTimeDefined: 0,
-                nextEventTime: 0.0,
-            };
+            let mut info = newtons_cradle::fmi2::fmi2EventInfo::default();
             // Either may be refused, if the forged phase does not have it.
             unsafe {
                 newtons_cradle::fmi2::fmi2EnterEventMode(other.c);
