@@ -6,6 +6,7 @@ use super::parameters::{DampingLaw, Parameters};
 use crate::solver::dual::Scalar;
 use crate::solver::series::{power_term, product_term};
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// Damping of a contact, with its coefficient.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,19 +25,55 @@ pub enum Damping<S = f64> {
         /// Factor, s/m, >= 0.
         alpha: S,
     },
+    /// Adds A times the rate of the elastic force, `A dF_el/dt`; never negative.
+    Viscoelastic {
+        /// Relaxation time A, s, >= 0.
+        relaxation: S,
+    },
+}
+
+/// `constant + by_overlap d + by_rate r`, which has the sign of a force for every overlap d (m) above 0 and its rate r (m/s).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SignOfForce<S = f64> {
+    /// Without a unit.
+    pub constant: S,
+    /// 1/m.
+    pub by_overlap: S,
+    /// s/m.
+    pub by_rate: S,
+}
+
+impl<S: Scalar> SignOfForce<S> {
+    /// At the overlap `d` (m) and its rate (m/s).
+    pub fn at(&self, d: S, rate: S) -> S {
+        self.constant + self.by_overlap * d + self.by_rate * rate
+    }
+
+    /// As a power series of the time, from those of the overlap (m) and of its rate (m/s), which may be shorter.
+    pub fn series(&self, overlap: &[S], rate: &[S]) -> Vec<S> {
+        let terms = overlap.iter().zip(rate).map(|(d, rate)| self.by_overlap * *d + self.by_rate * *rate);
+        let mut series: Vec<S> = terms.collect();
+        series[0] += self.constant;
+        series
+    }
 }
 
 impl<S: Scalar> Damping<S> {
     /// The law that `p` selects, its coefficients the `number`s of parameters. A law without its coefficient is no damping,
     /// unless the coefficient is about to change.
     pub fn selected(p: &Parameters, number: impl Fn(fn(&Parameters) -> f64) -> S) -> Self {
-        let (c, alpha) = (number(|p| p.damping), number(|p| p.hunt_crossley));
+        let (c, alpha, relaxation) =
+            (number(|p| p.damping), number(|p| p.hunt_crossley), number(|p| p.relaxation_time));
         let acts = |coefficient: S| coefficient.value() > 0.0 || coefficient.tangent() != 0.0;
         match p.damping_law {
             DampingLaw::KelvinVoigt if acts(c) => Self::KelvinVoigt { c, pull: true },
             DampingLaw::KelvinVoigtNoPull if acts(c) => Self::KelvinVoigt { c, pull: false },
             DampingLaw::HuntCrossley if acts(alpha) => Self::HuntCrossley { alpha },
-            DampingLaw::KelvinVoigt | DampingLaw::KelvinVoigtNoPull | DampingLaw::HuntCrossley => Self::None,
+            DampingLaw::Viscoelastic if acts(relaxation) => Self::Viscoelastic { relaxation },
+            DampingLaw::KelvinVoigt
+            | DampingLaw::KelvinVoigtNoPull
+            | DampingLaw::HuntCrossley
+            | DampingLaw::Viscoelastic => Self::None,
         }
     }
 
@@ -46,6 +83,7 @@ impl<S: Scalar> Damping<S> {
             Self::None => Damping::None,
             Self::KelvinVoigt { c, pull } => Damping::KelvinVoigt { c: number(c), pull },
             Self::HuntCrossley { alpha } => Damping::HuntCrossley { alpha: number(alpha) },
+            Self::Viscoelastic { relaxation } => Damping::Viscoelastic { relaxation: number(relaxation) },
         }
     }
 }
@@ -78,6 +116,17 @@ pub struct ContactLaw<S = f64> {
 }
 
 impl<S: Scalar> ContactLaw<S> {
+    /// The same law by its simplest formula: viscoelastic contacts whose exponent is and stays 1 are those of Kelvin and Voigt.
+    pub fn simplified(self) -> Self {
+        match self.damping {
+            Damping::Viscoelastic { relaxation } if self.whole_exponent() == Some(1) => {
+                let c = relaxation * self.stiffness;
+                Self { damping: Damping::KelvinVoigt { c, pull: false }, ..self }
+            }
+            _ => self,
+        }
+    }
+
     /// Elastic force at the overlap `d`, N; 0 for `d <= 0`.
     pub fn elastic_force(&self, d: S) -> S {
         if d.value() <= 0.0 {
@@ -107,6 +156,10 @@ impl<S: Scalar> ContactLaw<S> {
             Damping::None => self.elastic_force(d),
             Damping::KelvinVoigt { c, .. } => self.elastic_force(d) + c * rate,
             Damping::HuntCrossley { alpha } => self.elastic_force(d) * (S::from(1.0) + alpha * rate),
+            Damping::Viscoelastic { relaxation } => {
+                let elastic = self.elastic_force(d);
+                elastic + relaxation * (self.exponent * elastic / d * rate)
+            }
         }
     }
 
@@ -142,20 +195,41 @@ impl<S: Scalar> ContactLaw<S> {
     }
 
     /// One coefficient of the power series of the force by the law without clipping, from the same coefficients of the elastic
-    /// force, of the rate of the overlap and, where the law needs it, of the `product` of the two.
-    pub fn force_coefficient(&self, elastic: S, rate: S, product: impl FnOnce() -> S) -> S {
+    /// force, of the rate of the overlap and, where the law needs it, of the `product` of the two or of the derivative of the
+    /// elastic force by time, `elastic_rate` (N/s).
+    pub fn force_coefficient(
+        &self,
+        elastic: S,
+        rate: S,
+        product: impl FnOnce() -> S,
+        elastic_rate: impl FnOnce() -> S,
+    ) -> S {
         match self.damping {
             Damping::None => elastic,
             Damping::KelvinVoigt { c, .. } => elastic + c * rate,
             Damping::HuntCrossley { alpha } => elastic + alpha * product(),
+            Damping::Viscoelastic { relaxation } => elastic + relaxation * elastic_rate(),
         }
     }
 
-    /// The factor alpha (s/m), if the force is the elastic one times `1 + alpha` times the rate: the sign of that tells whether the
-    /// law would pull.
-    pub fn rate_factor(&self) -> Option<S> {
+    /// The coefficients of the elastic force that are to be computed next for [`Self::force_coefficient`] number `k`: that one, or the
+    /// one after it too, for the derivative by time.
+    pub fn elastic_terms_due(&self, k: usize) -> Range<usize> {
         match self.damping {
-            Damping::HuntCrossley { alpha } => Some(alpha),
+            Damping::None | Damping::KelvinVoigt { .. } | Damping::HuntCrossley { .. } => k..k + 1,
+            Damping::Viscoelastic { .. } => k + usize::from(k > 0)..k + 2,
+        }
+    }
+
+    /// What tells whether the law would pull, if the force is the elastic one times something simple.
+    pub fn sign_of_force(&self) -> Option<SignOfForce<S>> {
+        let (none, one) = (S::default(), S::from(1.0));
+        match self.damping {
+            Damping::HuntCrossley { alpha } => Some(SignOfForce { constant: one, by_overlap: none, by_rate: alpha }),
+            // The force is `F_el (d + p A r) / d`.
+            Damping::Viscoelastic { relaxation } => {
+                Some(SignOfForce { constant: none, by_overlap: one, by_rate: self.exponent * relaxation })
+            }
             Damping::None | Damping::KelvinVoigt { .. } => None,
         }
     }
@@ -185,6 +259,9 @@ impl ContactLaw {
             Damping::None => (stiffness, 0.0),
             Damping::KelvinVoigt { c, .. } => (stiffness, c),
             Damping::HuntCrossley { alpha } => (stiffness * (1.0 + alpha * rate), alpha * elastic),
+            Damping::Viscoelastic { relaxation } => {
+                (stiffness * (1.0 + relaxation * ((self.exponent - 1.0) * rate / d)), relaxation * stiffness)
+            }
         }
     }
 
@@ -201,7 +278,9 @@ impl ContactLaw {
     /// The mode of a closed contact at this overlap (m) and rate (m/s).
     pub fn mode_when_closed(&self, overlap: f64, rate: f64) -> Mode {
         let clipped = match self.damping {
-            Damping::HuntCrossley { alpha } => 1.0 + alpha * rate < 0.0,
+            Damping::HuntCrossley { .. } | Damping::Viscoelastic { .. } => {
+                self.sign_of_force().is_some_and(|sign| sign.at(overlap, rate) < 0.0)
+            }
             Damping::KelvinVoigt { c, pull: false } => self.elastic_force(overlap) + c * rate < 0.0,
             Damping::None | Damping::KelvinVoigt { pull: true, .. } => false,
         };
@@ -212,7 +291,7 @@ impl ContactLaw {
     pub fn damping_coefficient(&self) -> f64 {
         match self.damping {
             Damping::KelvinVoigt { c, .. } => c,
-            Damping::None | Damping::HuntCrossley { .. } => 0.0,
+            Damping::None | Damping::HuntCrossley { .. } | Damping::Viscoelastic { .. } => 0.0,
         }
     }
 
@@ -226,7 +305,7 @@ impl ContactLaw {
     pub fn clips(&self) -> bool {
         match self.damping {
             Damping::None | Damping::KelvinVoigt { pull: true, .. } => false,
-            Damping::KelvinVoigt { .. } | Damping::HuntCrossley { .. } => true,
+            Damping::KelvinVoigt { .. } | Damping::HuntCrossley { .. } | Damping::Viscoelastic { .. } => true,
         }
     }
 
@@ -235,7 +314,7 @@ impl ContactLaw {
         self.overlap_ref * libm::pow(force / (self.stiffness * self.overlap_ref), 1.0 / self.exponent)
     }
 
-    /// Overlap (m) below which the elastic force changes a mass `m` (kg) approaching at `rate` (m/s) by less than the
+    /// Overlap (m) below which the contact force, but for a dashpot's part of it, changes a mass `m` (kg) approaching at `rate` (m/s) by less than the
     /// velocity `dv` (m/s), acting for the time `d / rate` it takes to close that far but no longer than `duration` (s).
     pub fn largest_negligible_overlap(&self, m: f64, rate: f64, dv: f64, duration: f64) -> f64 {
         let p = self.exponent;
@@ -243,7 +322,12 @@ impl ContactLaw {
         let unit = m * dv / (self.stiffness * self.overlap_ref);
         let by_rate = libm::pow(unit * rate.abs() / self.overlap_ref, 1.0 / (p + 1.0));
         let by_time = if duration > 0.0 { libm::pow(unit / duration, 1.0 / p) } else { f64::INFINITY };
-        self.overlap_ref * by_rate.max(by_time)
+        let elastic = self.overlap_ref * by_rate.max(by_time);
+        match self.damping {
+            // The impulse of `A dF_el/dt` is `A F_el`.
+            Damping::Viscoelastic { relaxation } => elastic.min(self.static_overlap(m * dv / relaxation)),
+            Damping::None | Damping::KelvinVoigt { .. } | Damping::HuntCrossley { .. } => elastic,
+        }
     }
 
     /// Duration of the elastic impact of two balls with the reduced mass `m` (kg) closing at `rate` (m/s), s, to a few
@@ -252,13 +336,18 @@ impl ContactLaw {
         if rate > 0.0 { 2.9 * self.largest_overlap(m, rate) / rate } else { f64::INFINITY }
     }
 
-    /// Relaxation time, in which damping alone takes the rate of the overlap down to 1/e, s; for Hunt-Crossley that at the largest
-    /// overlap of the elastic impact. Infinite without damping.
+    /// Relaxation time, in which damping alone takes the rate of the overlap down to 1/e, s; where damping depends on the overlap that
+    /// at the largest one of the impact. Infinite without damping.
     pub fn relaxation_time(&self, m: f64, rate: f64) -> f64 {
         match self.damping {
             Damping::None => f64::INFINITY,
             Damping::KelvinVoigt { c, .. } => m / c,
             Damping::HuntCrossley { alpha } => m / (alpha * self.elastic_force(self.largest_overlap(m, rate))),
+            Damping::Viscoelastic { relaxation } => {
+                // Strong damping stops the mass where its impulse `A F_el` is that of the mass.
+                let d = self.largest_overlap(m, rate).min(self.static_overlap(m * rate / relaxation));
+                m * d / (relaxation * self.exponent * self.elastic_force(d))
+            }
         }
     }
 
@@ -298,7 +387,28 @@ impl ContactLaw {
                 let factor = 1.0 + alpha * rate;
                 (elastic * factor, stiffness * factor, elastic * alpha)
             }
+            Damping::Viscoelastic { relaxation } => {
+                let curvature = self.curvature_continued(d)?;
+                (
+                    elastic + relaxation * stiffness * rate,
+                    stiffness + relaxation * curvature * rate,
+                    relaxation * stiffness,
+                )
+            }
         })
+    }
+
+    /// Second derivative of the elastic force, N/m2, as in [`Self::elastic_continued`].
+    fn curvature_continued(&self, d: f64) -> Option<f64> {
+        let factor = self.exponent * (self.exponent - 1.0);
+        match self.whole_exponent() {
+            Some(p) => {
+                let ratio = d / self.overlap_ref;
+                Some((2..p).fold(factor * self.stiffness / self.overlap_ref, |curvature, _| curvature * ratio))
+            }
+            None if d > 0.0 => Some(factor * self.elastic_force(d) / (d * d)),
+            None => None,
+        }
     }
 }
 
@@ -325,6 +435,7 @@ mod tests {
             Damping::KelvinVoigt { c: 1e3, pull: true },
             Damping::KelvinVoigt { c: 1e6, pull: false },
             Damping::HuntCrossley { alpha: 0.4 },
+            Damping::Viscoelastic { relaxation: 1e-6 },
         ];
         for (damping, p) in dampings.into_iter().flat_map(|damping| [1.0, 1.5, 3.0].map(|p| (damping, p))) {
             let law = ContactLaw { damping, ..law(p) };

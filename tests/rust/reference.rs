@@ -1,5 +1,6 @@
 //! The engine and the other methods against results computed independently, in quadruple precision (`tests/data/reference.json`)
-//! and, for damped or pressed linear contacts, by matrix exponentials in 40 digits (`tests/data/strong_damping.py`).
+//! and, for damped or pressed linear contacts, by matrix exponentials in 40 digits (`tests/data/strong_damping.py`); for viscoelastic
+//! ones by collocation in 35 digits (`tests/data/viscoelastic.py`).
 
 use newtons_cradle::engine::{Engine, Results, Simulation};
 use newtons_cradle::model::{DampingLaw, Inputs, Parameters, SolverMethod};
@@ -20,18 +21,21 @@ fn numbers(value: &Value) -> Vec<f64> {
 
 /// A chain in the reference's units: m = k = 1, strikers at velocity 1, all contacts exactly in touch, no gravity.
 fn chain(case: &Value) -> Parameters {
-    let n = case["N"].as_u64().unwrap() as usize;
-    let strikers = case["strikers"].as_u64().unwrap() as usize;
+    let masses = case["masses"].is_array().then(|| numbers(&case["masses"]));
+    let n = case["N"].as_u64().map_or_else(|| masses.as_ref().unwrap().len(), |n| n as usize);
+    let strikers = case["strikers"].as_u64().unwrap_or(1) as usize;
     let mut p = Parameters::default_for(n);
     (p.gravity, p.stiffness, p.overlap_ref, p.dead_band) = (0.0, 1.0, 1.0, 0.0);
     p.exponent = number(&case["p"]);
-    if case["masses"].is_array() {
-        p.mass_ratio = numbers(&case["masses"]);
+    if let Some(masses) = masses {
+        p.mass_ratio = masses;
     }
     p.x_start = vec![0.0; n];
     p.v_start = (0..n).map(|i| if i < strikers { 1.0 } else { 0.0 }).collect();
     if case["alpha"].is_number() {
         (p.damping_law, p.hunt_crossley) = (DampingLaw::HuntCrossley, number(&case["alpha"]));
+    } else if case["A"].is_number() {
+        (p.damping_law, p.relaxation_time) = (DampingLaw::Viscoelastic, number(&case["A"]));
     } else if case["c"].is_number() {
         p.damping = number(&case["c"]);
         let clamped = case["clamped"].as_bool().unwrap();
@@ -66,6 +70,25 @@ fn free_chains() {
         assert_close(id, &[last], &[number(&case["duration"])], 1e-10);
         assert_close(id, &impulses, &numbers(&case["impulse"]), 1e-11);
         assert!(engine.energy_residual().abs() < 1e-13, "{id}: {:e}", engine.energy_residual());
+    }
+}
+
+#[test]
+fn viscoelastic_chains() {
+    let cases: Value = serde_json::from_str(include_str!("../data/viscoelastic.json")).unwrap();
+    for case in cases.as_array().unwrap() {
+        let id = format!("masses {}, p = {}, A = {}", case["masses"], case["p"], case["A"]);
+        let p = chain(case);
+        let expected = (numbers(&case["v_final"]), [number(&case["duration"])]);
+        // Of the engine, and of a method that knows nothing of where the force is not smooth.
+        for (method, tolerance, within) in
+            [(SolverMethod::EventDriven, 1e-12, 2e-15), (SolverMethod::Adams, 1e-13, 1e-11)]
+        {
+            let (velocities, last, run) = run_chain(&Parameters { method, tolerance, ..p.clone() });
+            assert_close(&format!("{method:?}, {id}"), &velocities, &expected.0, within);
+            assert_close(&format!("{method:?}, {id}"), &[last], &expected.1, 10.0 * within);
+            assert!(run.energy_residual().abs() < within, "{method:?}, {id}: {:e}", run.energy_residual());
+        }
     }
 }
 

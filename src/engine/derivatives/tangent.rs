@@ -224,12 +224,8 @@ impl<'a> Run<'a> {
             return release;
         }
         let until = release.map_or(until, |(s, _)| s.value());
-        let pressing: Vec<Dual> = match law.rate_factor() {
-            Some(alpha) => {
-                let mut factor: Vec<Dual> = series.rate(overlap).into_iter().map(|rate| alpha * rate).collect();
-                factor[0] += Dual::from(1.0);
-                factor
-            }
+        let pressing: Vec<Dual> = match law.sign_of_force() {
+            Some(sign) => sign.series(overlap, &series.rate(overlap)),
             None => series.force_row(j).to_vec(),
         };
         let (sign, switch) = clipping(mode);

@@ -238,18 +238,21 @@ impl Series {
 
     /// Coefficient `k` of the forces of contact `j`; without the elastic force if that is `negligible`.
     fn expand_persistent_force(&mut self, j: usize, law: &ContactLaw, force: &mut Force, negligible: bool, k: usize) {
-        let at = j * self.stride() + k;
-        let overlap = &self.overlaps[at..];
-        let ratio = overlap[0] * force.inverses[0];
-        let rate = (k + 1) as f64 * overlap[1] / self.unit;
-        let elastic = if negligible { 0.0 } else { law.stiffness * law.overlap_ref * force.power(law, k, ratio) };
-        self.elastic[at] = elastic;
-        self.forces[at] = law.force_coefficient(elastic, rate, || {
+        let first = j * self.stride();
+        let at = first + k;
+        for k in if negligible { 0..0 } else { law.elastic_terms_due(k) } {
+            let ratio = self.overlaps[first + k] * force.inverses[0];
+            self.elastic[first + k] = law.stiffness * law.overlap_ref * force.power(law, k, ratio);
+        }
+        let by_time = |c: f64| (k + 1) as f64 * c / self.unit;
+        let (elastic, rate) = (self.elastic[at], by_time(self.overlaps[at + 1]));
+        let product = || {
             let product = force.elastic.times(&force.rate, k, [elastic, rate]);
             force.elastic.set(k, elastic);
             force.rate.set(k, rate);
             product
-        });
+        };
+        self.forces[at] = law.force_coefficient(elastic, rate, product, || by_time(self.elastic[at + 1]));
     }
 
     /// Coefficient `k` of the accelerations, hence `k + 2` of the displacements and overlaps.
@@ -323,8 +326,12 @@ mod tests {
 
     #[test]
     fn the_motion_is_that_of_the_other_series() {
-        let dampings =
-            [Damping::None, Damping::KelvinVoigt { c: 100.0, pull: true }, Damping::HuntCrossley { alpha: 0.3 }];
+        let dampings = [
+            Damping::None,
+            Damping::KelvinVoigt { c: 100.0, pull: true },
+            Damping::HuntCrossley { alpha: 0.3 },
+            Damping::Viscoelastic { relaxation: 1e-6 },
+        ];
         for exponent in [1.0, 1.5, 2.0, 2.3, 3.0, 5.0, 6.0, 7.0, 10.0] {
             for damping in dampings {
                 for omega2 in [[5.0; 4], [5.0, 6.0, 5.0, 4.0]] {

@@ -69,11 +69,15 @@ impl<S: Scalar> Series<S> {
     fn expand_force(&mut self, j: usize, law: &ContactLaw<S>, powers: Option<&mut Vec<S>>, k: usize) {
         let at = j * self.stride();
         let overlap = &self.overlaps[at..at + self.stride()];
-        let elastic = powers.map_or(S::default(), |powers| law.elastic_coefficient(overlap, powers, k));
-        self.elastic[at + k] = elastic;
-        let rate = |k: usize| S::from((k + 1) as f64) * overlap[k + 1] / S::from(self.unit);
-        let product = || (0..=k).map(|i| self.elastic[at + i] * rate(k - i)).sum();
-        self.forces[at + k] = law.force_coefficient(elastic, rate(k), product);
+        if let Some(powers) = powers {
+            for k in law.elastic_terms_due(k) {
+                self.elastic[at + k] = law.elastic_coefficient(overlap, powers, k);
+            }
+        }
+        let elastic = &self.elastic[at..at + self.stride()];
+        let rate = |c: &[S], k: usize| S::from((k + 1) as f64) * c[k + 1] / S::from(self.unit);
+        let product = || (0..=k).map(|i| elastic[i] * rate(overlap, k - i)).sum();
+        self.forces[at + k] = law.force_coefficient(elastic[k], rate(overlap, k), product, || rate(elastic, k));
     }
 
     /// Coefficient `k` of the accelerations, hence `k + 2` of the displacements and of the overlaps that are not given.
