@@ -36,7 +36,11 @@ pub fn started(host: Host) -> Host {
 
 /// Five balls, the first two lifted by `height` (m), with a solver by its name and further settings.
 fn two_lifted(height: f64, set_up: &[Setting], method: &str, settings: &[Setting]) -> Host {
-    let host = at_rest(5, &[&[("x_start[1]", -height), ("x_start[2]", -height)], set_up].concat());
+    with_method(at_rest(5, &[&[("x_start[1]", -height), ("x_start[2]", -height)], set_up].concat()), method, settings)
+}
+
+/// Initialized with a solver by its name and further settings.
+fn with_method(host: Host, method: &str, settings: &[Setting]) -> Host {
     choose(&host, "solver.method", "SolverMethod", method);
     for (name, value) in settings {
         assert_eq!(host.set(name, *value), fmi2OK, "{name} = {value}");
@@ -52,6 +56,29 @@ pub fn ten_minutes(method: &str, settings: &[Setting]) -> Host {
 /// Cubic contacts, to be run for 600 s: 7,194 pulses.
 pub fn cubic(method: &str, settings: &[Setting]) -> Host {
     two_lifted(0.05, &CUBIC, method, settings)
+}
+
+/// Five touching steel balls, to be run for 60 s.
+pub fn steel(method: &str, settings: &[Setting]) -> Host {
+    damped_steel("kelvinVoigt", &[], method, settings)
+}
+
+/// The same with Hunt-Crossley damping.
+pub fn steel_hunt_crossley(method: &str, settings: &[Setting]) -> Host {
+    damped_steel("huntCrossley", &[("contact.huntCrossley", 0.05)], method, settings)
+}
+
+/// The same, viscoelastic.
+pub fn steel_viscoelastic(method: &str, settings: &[Setting]) -> Host {
+    damped_steel("viscoelastic", &[("contact.relaxationTime", 4e-7)], method, settings)
+}
+
+fn damped_steel(law: &str, damping: &[Setting], method: &str, settings: &[Setting]) -> Host {
+    let host =
+        at_rest(5, &[&[("x_start[1]", -0.1), ("x_start[2]", -0.1), ("contact.deadBand", 0.0)], damping].concat());
+    choose(&host, "contact.model", "ContactModel", "hertz");
+    choose(&host, "contact.dampingLaw", "DampingLaw", law);
+    with_method(host, method, settings)
 }
 
 /// Figure 3: waves that cross in thirteen balls, three lifted on the left and two on the right.

@@ -4,7 +4,7 @@
 //! where the exponent is whole, nothing is divided that can be multiplied, and sums of products are taken four at a time. All this
 //! gives other bits than `recurrences`, which impacts are followed by.
 
-use super::recurrences::{TERMS_AT_LEAST, unit_of_time, velocity_scale_by};
+use super::recurrences::{TERMS_AT_LEAST, negligible_overlap, unit_of_time, velocity_scale_by};
 use super::series::{INVERSE_FACTORIAL, Series};
 use crate::engine::cluster::step_control::Control;
 use crate::engine::cluster::window::Window;
@@ -203,22 +203,23 @@ impl Series {
         scale: f64,
         before: f64,
     ) {
-        let Window { contacts, laws, .. } = window;
-        self.begin(window, ORDER, if before > 0.0 { before } else { unit_of_time(window, scale) });
-        self.by_lanes = true;
+        let Window { flights, contacts, laws, .. } = window;
         let Workspace { forces, negligible } = workspace;
         negligible.clear();
         negligible.resize(contacts.len(), 0.0);
         let dv = control.epsilon * scale;
         for (j, force) in forces.iter_mut().enumerate() {
             let (law, overlap, change) = (&laws[j], contacts[j].overlap, window.reduced_mass(j) * dv);
-            let elastic = force.elastic_at(law, overlap);
+            let (elastic, rate) = (force.elastic_at(law, overlap), flights[j].v - flights[j + 1].v);
             // Most overlaps are so large that no power has to be taken to see it.
-            if elastic * self.unit < change || elastic * overlap * self.unit < change * self.overlap_row(j)[1].abs() {
-                negligible[j] = self.negligible_overlap(j, window, dv, scale);
+            if elastic * before < change || elastic * overlap < change * rate.abs() {
+                negligible[j] = negligible_overlap(j, window, dv, scale);
             }
             force.begin(law, overlap);
         }
+        let unit = if before > 0.0 { before } else { unit_of_time(window, scale, |j| negligible[j] > 0.0) };
+        self.begin(window, ORDER, unit);
+        self.by_lanes = true;
         let balls = window.balls;
         let alike = |j: usize| j > 0 && balls[j - 1].oscillator == balls[j].oscillator;
         let coefficients: Vec<Coefficients> =

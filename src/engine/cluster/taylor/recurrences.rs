@@ -22,7 +22,7 @@ const WRONG: f64 = 1e-13;
 const AT_REST: f64 = 1e-100;
 
 /// An overlap about to vanish shortens the unit of time by no more than this factor.
-const SHORTEST_UNIT: f64 = 1e-6;
+const SHORTEST_UNIT: f64 = 1e-20;
 
 /// Terms that are looked at to tell how far a series without gaps converges.
 pub(super) const TERMS_AT_LEAST: usize = 3;
@@ -125,12 +125,12 @@ impl<S: Scalar> Series<S> {
 impl Series {
     /// Computes all coefficients from the state at the start of a segment with velocities of this `scale` (m/s).
     pub fn expand(&mut self, workspace: &mut Workspace, window: &Window, control: &Control, scale: f64) {
-        let Window { contacts, laws, .. } = window;
-        self.begin(window, control.order, unit_of_time(window, scale));
-        workspace.begin(contacts.len());
-        let dv = control.epsilon * scale;
-        (0..laws.len()).for_each(|j| workspace.negligible[j] = self.negligible_overlap(j, window, dv, scale));
+        let laws = window.laws;
+        workspace.begin(laws.len());
         let Workspace { powers, negligible } = &mut *workspace;
+        let dv = control.epsilon * scale;
+        negligible.iter_mut().enumerate().for_each(|(j, level)| *level = negligible_overlap(j, window, dv, scale));
+        self.begin(window, control.order, unit_of_time(window, scale, |j| negligible[j] > 0.0));
         self.fill(window, powers, |j| negligible[j] > 0.0, |_| false);
         // After an onset, series have gaps: the overlap is `d = u t + c t^(p+2) + ...`, with nothing in between. So many terms are
         // looked at that they cannot all fall into a gap.
@@ -159,21 +159,6 @@ impl Series {
                 self.shorten_where_wrong(j, window.reduced_mass(j), scale, |overlap| elastic(j, overlap));
             }
         }
-    }
-
-    /// Where a power that is not whole starts from almost no overlap its series hardly converges, and its force does not
-    /// matter: it is left out up to an overlap where it would change the velocities by the local error `dv` (m/s).
-    pub(super) fn negligible_overlap(&self, j: usize, window: &Window, dv: f64, scale: f64) -> f64 {
-        let (contact, law) = (&window.contacts[j], &window.laws[j]);
-        if contact.mode != Mode::Open && law.whole_exponent().is_none() {
-            let mass = window.reduced_mass(j);
-            let rate = self.overlap_row(j)[1] / self.unit;
-            let bound = law.largest_negligible_overlap(mass, rate, dv, law.time_scale(mass, scale));
-            if contact.overlap < bound {
-                return 2.0 * bound;
-            }
-        }
-        0.0
     }
 
     /// The time on which the last `terms` of the velocities stay below `dv` (m/s).
@@ -245,9 +230,23 @@ pub(super) fn velocity_scale_by(window: &Window, mut energy: impl FnMut(usize) -
     stored.fold(moving, f64::max)
 }
 
+/// Where a power that is not whole starts from almost no overlap its series hardly converges, and its force does not
+/// matter: it is left out up to an overlap (m) where it would change the velocities by the local error `dv` (m/s); 0 if it is not.
+pub(super) fn negligible_overlap(j: usize, window: &Window, dv: f64, scale: f64) -> f64 {
+    let (contact, law) = (&window.contacts[j], &window.laws[j]);
+    if contact.mode != Mode::Open && law.whole_exponent().is_none() {
+        let (mass, rate) = (window.reduced_mass(j), window.flights[j].v - window.flights[j + 1].v);
+        let bound = law.largest_negligible_overlap(mass, rate, dv, law.time_scale(mass, scale));
+        if contact.overlap < bound {
+            return 2.0 * bound;
+        }
+    }
+    0.0
+}
+
 /// A time (s) within a few powers of ten of the one that the series will converge for: that of the fastest contact, or of an
-/// overlap about to vanish, whose power is singular there; without contact that of the pendulums.
-pub(super) fn unit_of_time(window: &Window, scale: f64) -> f64 {
+/// overlap about to vanish, whose power is singular there, unless it is `negligible`; without contact that of the pendulums.
+pub(super) fn unit_of_time(window: &Window, scale: f64, negligible: impl Fn(usize) -> bool) -> f64 {
     let Window { flights, balls, contacts, laws } = window;
     let swing = balls.iter().map(|b| b.oscillator.omega() + 2.0 * b.oscillator.gamma()).fold(0.0, f64::max);
     let mut unit = if swing > 0.0 { 1.0 / swing } else { 1.0 };
@@ -255,8 +254,8 @@ pub(super) fn unit_of_time(window: &Window, scale: f64) -> f64 {
         let mass = window.reduced_mass(j);
         unit = unit.min(law.time_scale(mass, scale)).min(law.relaxation_time(mass, scale));
         let rate = (flights[j].v - flights[j + 1].v).abs();
-        if law.whole_exponent().is_none() && contact.overlap < unit * rate {
-            unit = unit.min((contact.overlap / rate).max(SHORTEST_UNIT * unit));
+        if law.whole_exponent().is_none() && !negligible(j) && contact.overlap < unit * rate {
+            unit = (contact.overlap / rate).max(SHORTEST_UNIT * unit);
         }
     }
     unit
