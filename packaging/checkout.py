@@ -17,8 +17,10 @@ PYTHON = VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 FMU = ROOT / "target/fmu/NewtonsCradle.fmu"
 LIVE = ROOT / "target/web/cradle.html"
 FMU13 = FMU.with_stem("NewtonsCradle13")  # of 13 balls, for the paper's Figure 3
-# Packages for the paper and the short test, and all packages.
-SOME, ALL = (ROOT / name for name in ("requirements.txt", "requirements-all.txt"))
+# Packages for the paper, besides for the short test, and for everything: each file has those before it as well.
+REQUIREMENTS = SOME, TESTS, ALL = [
+    ROOT / name for name in ("requirements.txt", "requirements-test.txt", "requirements-all.txt")
+]
 
 
 class Stop(Exception):
@@ -76,18 +78,18 @@ def check_machine() -> None:
 
 
 def make_venv(requirements: Path) -> None:
-    """Makes .venv with the packages of SOME or ALL; does nothing if they have not changed."""
+    """Makes .venv with the packages of one of REQUIREMENTS, or adds them; does nothing if it has them."""
     # Its path counts as well: a virtual environment does not survive being moved.
-    wanted = {
-        file: hashlib.sha256(file.read_bytes() + SOME.read_bytes() + str(VENV.resolve()).encode()).hexdigest()
-        for file in (SOME, ALL)
-    }
+    digest, wanted = hashlib.sha256(str(VENV.resolve()).encode()), {}
+    for file in REQUIREMENTS:
+        digest.update(file.read_bytes())
+        wanted[file] = digest.hexdigest()
     stamps = {file: VENV / f"{file.stem}.sha256" for file in wanted}
     present = [file for file, stamp in stamps.items() if stamp.exists() and stamp.read_text() == wanted[file]]
     if PYTHON.exists() and requirements in present:
         say("  .venv is up to date")
         return
-    if not (PYTHON.exists() and SOME in present):
+    if not (PYTHON.exists() and present):
         shutil.rmtree(VENV, ignore_errors=True)
         if run([sys.executable, "-m", "venv", VENV], check=False) != 0:
             raise Stop("this Python cannot make virtual environments: on Debian, `apt install python3-venv`.")
@@ -96,7 +98,7 @@ def make_venv(requirements: Path) -> None:
     run([PYTHON, "-m", "pip", "install", *quietly, "--no-deps", "--no-compile", "-r", requirements])
     packages = Path(sysconfig.get_path("purelib", "venv", {"base": str(VENV)}))
     (packages / "newtons_cradle.pth").write_text(f"{ROOT / 'python'}\n")
-    for file in {SOME, requirements}:
+    for file in REQUIREMENTS[: REQUIREMENTS.index(requirements) + 1]:
         stamps[file].write_text(wanted[file])
 
 

@@ -17,7 +17,7 @@ from checkout import (
     FMU,
     PYTHON,
     ROOT,
-    SOME,
+    TESTS,
     fmu_builds,
     host_target,
     make_venv,
@@ -134,7 +134,7 @@ def test(options) -> int:
     begin = time.perf_counter()
     results = Results()
     with stage("Python packages"):
-        make_venv(ALL if options.all else SOME)
+        make_venv(ALL if options.all else TESTS)
     (everything if options.all else what_a_change_needs)(results)
     say(f"\n== {'all tests' if options.all else 'tests'}: {time.perf_counter() - begin:.0f} s")
     for remark in results.remarks:

@@ -5,8 +5,8 @@ const APPROACH = 2.6;   // 1/s: nearing a click, the time to it shrinks at this 
 const SLOWEST = 1e-9;   // seconds of the run per second of the viewer's
 const LONGEST_FRAME = 0.05; // s: what passes at most from one picture to the next
 const EFFORT = 1500;    // of one call of the engine, about 0.15 ms
-const AHEAD_BUDGET = 0.6; // ms for computing ahead of what is shown, in each picture
-const FRAME_BUDGET = 4; // ms that the engine may take for one picture
+const BUDGET = 0.6;     // ms after which the engine begins nothing more for a picture,
+const CLICK_BUDGET = 4; // and while clicks are looked into
 
 class Clock {
   constructor() {
@@ -37,13 +37,13 @@ class Clock {
 
   /** Moves all sources on by what `seconds` of the viewer's are worth, together, within the budget. */
   frame(seconds, sources) {
-    const begun = performance.now(), watch = this.slow !== "no";
+    const begun = performance.now(), watch = this.slow !== "no", deadline = begun + (watch ? CLICK_BUDGET : BUDGET);
     const asked = Math.min(seconds, LONGEST_FRAME), pieces = watch ? 6 : 1;
     for (const source of sources) source.wantsClick(watch);
     let passed = 0;
     for (let k = 0; k < pieces; k++) {
-      if (!this.finish(sources, begun)) break;
-      const clicks = watch ? sources.map((source) => source.ahead(begun + 0.5 * FRAME_BUDGET)).filter(Boolean) : [];
+      if (!this.finish(sources, deadline)) break;
+      const clicks = watch ? sources.map((source) => source.ahead(begun + 0.5 * CLICK_BUDGET)).filter(Boolean) : [];
       this.rate = this.rateFor(clicks);
       let step = (asked / pieces) * this.rate;
       // Not past an onset before it is known what follows it.
@@ -52,8 +52,8 @@ class Clock {
       this.notice(clicks, step);
       passed += asked / pieces;
     }
-    this.finish(sources, begun);
-    for (const source of sources) source.prepare(begun + AHEAD_BUDGET, begun + FRAME_BUDGET);
+    this.finish(sources, deadline);
+    for (const source of sources) source.prepare(deadline);
     this.spent = performance.now() - begun;
     this.late += 0.06 * ((asked > 0 ? 1 - passed / asked : 0) - this.late);
   }
@@ -79,13 +79,13 @@ class Clock {
   /** The sources are what they were not: nothing is left to be reached. */
   reset() { this.targets.clear(); }
 
-  /** Whether all sources have come to their targets: each call of the engine is short, and they end when the budget is spent. */
-  finish(sources, begun) {
+  /** Whether all sources have come to their targets: each call of the engine is short, and they end at the deadline. */
+  finish(sources, deadline) {
     for (const source of sources) {
       const target = this.targets.get(source);
       while (source.time < target) {
         source.advance(target, EFFORT);
-        if (source.time < target && performance.now() - begun > FRAME_BUDGET) return false;
+        if (source.time < target && performance.now() > deadline) return false;
       }
     }
     return true;

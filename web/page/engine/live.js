@@ -4,8 +4,7 @@
 
 const HAND_MASS = 1e9;  // a held ball, in its own masses: the others bounce off it as off a wall
 const NEVER_OPEN = 0.5; // s after which a change is made although balls are still in contact
-const LEAD = 1;         // s of the run that are computed ahead of what is shown,
-const LITTLE = 0.05;    // and what of it is little
+const LEAD = 1;         // s of the run that are computed ahead of what is shown
 const KEPT = 20000;     // pulses that are kept for the CSV file
 
 class Live {
@@ -71,11 +70,11 @@ class Live {
     return early.takePulses(this.run.time);
   }
 
-  /** Computes ahead of what is shown until the clock shows `deadline` (ms), or `late` if there is little left. */
-  prepare(deadline, late) {
+  /** Computes ahead of what is shown until the clock shows `deadline` (ms). */
+  prepare(deadline) {
     if (this.holds.size || this.wanted) return;
     this.early ??= new Ahead(this.run);
-    this.early.work(this.run.time + LEAD, this.early.time - this.run.time < LITTLE ? late : deadline);
+    this.early.work(this.run.time + LEAD, deadline);
   }
 
   dropEarly() {
