@@ -9,7 +9,7 @@ use super::series::{INVERSE_FACTORIAL, Series};
 use crate::engine::cluster::step_control::Control;
 use crate::engine::cluster::window::Window;
 use crate::engine::flight::Ball;
-use crate::model::{ContactLaw, Mode};
+use crate::model::ContactLaw;
 use crate::solver::series::{LANES, sum_of_products};
 
 /// Order of the series of the velocities, a multiple of the terms that are summed side by side.
@@ -226,7 +226,7 @@ impl Series {
             (0..balls.len()).map(|j| Coefficients::new(&balls[j], alike(j))).collect();
         for k in 0..ORDER {
             for (j, force) in forces.iter_mut().enumerate() {
-                if contacts[j].mode != Mode::Open {
+                if window.needs_force(j) {
                     self.expand_persistent_force(j, &laws[j], force, negligible[j] > 0.0, k);
                 }
             }
@@ -301,7 +301,7 @@ mod tests {
     use crate::engine::cluster::taylor::recurrences::{self, velocity_scale};
     use crate::engine::cluster::window::WindowContact;
     use crate::engine::flight::Flight;
-    use crate::model::{BallModel, Damping};
+    use crate::model::{BallModel, Damping, Mode};
     use crate::solver::double_double::DoubleDouble;
 
     /// Both expansions of four balls, the last one beside the others, and how long both converge.

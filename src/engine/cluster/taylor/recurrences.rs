@@ -131,7 +131,7 @@ impl Series {
         let dv = control.epsilon * scale;
         negligible.iter_mut().enumerate().for_each(|(j, level)| *level = negligible_overlap(j, window, dv, scale));
         self.begin(window, control.order, unit_of_time(window, scale, |j| negligible[j] > 0.0));
-        self.fill(window, powers, |j| negligible[j] > 0.0, |_| false);
+        self.fill(window, powers, |j| negligible[j] > 0.0 || !window.needs_force(j), |_| false);
         // After an onset, series have gaps: the overlap is `d = u t + c t^(p+2) + ...`, with nothing in between. So many terms are
         // looked at that they cannot all fall into a gap.
         let gap = laws.iter().map(|law| libm::ceil(law.exponent) as usize).fold(1, usize::max);
@@ -155,7 +155,7 @@ impl Series {
         for (j, law) in window.laws.iter().enumerate() {
             if negligible[j] > 0.0 {
                 self.shorten_where_above(j, negligible[j]);
-            } else if window.contacts[j].mode != Mode::Open && law.exponent > 1.0 {
+            } else if window.needs_force(j) && law.exponent > 1.0 {
                 self.shorten_where_wrong(j, window.reduced_mass(j), scale, |overlap| elastic(j, overlap));
             }
         }
@@ -234,7 +234,7 @@ pub(super) fn velocity_scale_by(window: &Window, mut energy: impl FnMut(usize) -
 /// matter: it is left out up to an overlap (m) where it would change the velocities by the local error `dv` (m/s); 0 if it is not.
 pub(super) fn negligible_overlap(j: usize, window: &Window, dv: f64, scale: f64) -> f64 {
     let (contact, law) = (&window.contacts[j], &window.laws[j]);
-    if contact.mode != Mode::Open && law.whole_exponent().is_none() {
+    if window.needs_force(j) && law.whole_exponent().is_none() {
         let (mass, rate) = (window.reduced_mass(j), window.flights[j].v - window.flights[j + 1].v);
         let bound = law.largest_negligible_overlap(mass, rate, dv, law.time_scale(mass, scale));
         if contact.overlap < bound {
@@ -250,7 +250,7 @@ pub(super) fn unit_of_time(window: &Window, scale: f64, negligible: impl Fn(usiz
     let Window { flights, balls, contacts, laws } = window;
     let swing = balls.iter().map(|b| b.oscillator.omega() + 2.0 * b.oscillator.gamma()).fold(0.0, f64::max);
     let mut unit = if swing > 0.0 { 1.0 / swing } else { 1.0 };
-    for (j, (contact, law)) in contacts.iter().zip(*laws).enumerate().filter(|(_, (c, _))| c.mode != Mode::Open) {
+    for (j, (contact, law)) in contacts.iter().zip(*laws).enumerate().filter(|(j, _)| window.needs_force(*j)) {
         let mass = window.reduced_mass(j);
         unit = unit.min(law.time_scale(mass, scale)).min(law.relaxation_time(mass, scale));
         let rate = (flights[j].v - flights[j + 1].v).abs();
