@@ -8,6 +8,7 @@ double from 1e-22 after each onset and stay away from where an overlap vanishes:
 """
 
 import json
+from functools import partial
 
 from mpmath import findroot, mp, mpf, nstr
 
@@ -87,7 +88,10 @@ class Chain:
     def step(self, h: mpf) -> tuple[list[mpf], list[mpf]]:
         """Velocities and overlaps at the end of a step."""
         n = len(self.v)
-        at = [(self.v, [d + h * c * (self.v[j] - self.v[j + 1]) for j, d in enumerate(self.d)]) for c in map(sum, INTEGRALS)]
+        at = [
+            (self.v, [d + h * c * (self.v[j] - self.v[j + 1]) for j, d in enumerate(self.d)])
+            for c in map(sum, INTEGRALS)
+        ]
         change = mpf(1)
         while change > mpf("1e-33"):
             a = [self.accelerations(v, d) for v, d in at]
@@ -95,8 +99,10 @@ class Chain:
             v = [[self.v[i] + h * mp.fdot(row, columns[i]) for i in range(n)] for row in INTEGRALS]
             rates = [[w[j] - w[j + 1] for w in v] for j in range(n - 1)]
             d = [[self.d[j] + h * mp.fdot(row, rates[j]) for j in range(n - 1)] for row in INTEGRALS]
-            change = max(abs(new - old) for w, (u, _) in zip(v, at) for new, old in zip(w, u))
-            at = list(zip(v, d))
+            change = max(
+                abs(new - old) for w, (u, _) in zip(v, at, strict=True) for new, old in zip(w, u, strict=True)
+            )
+            at = list(zip(v, d, strict=True))
         a = [self.accelerations(v, d) for v, d in at]
         v = [self.v[i] + h * mp.fdot(WEIGHTS, [row[i] for row in a]) for i in range(n)]
         d = [self.d[j] + h * mp.fdot(WEIGHTS, [w[j] - w[j + 1] for w, _ in at]) for j in range(n - 1)]
@@ -115,13 +121,17 @@ class Chain:
         rate = v[j] - v[j + 1]
         return {"pressing": -self.sign(d[j], rate), "clipped": -d[j], "open": d[j]}[self.modes[j]]
 
+    def sign_after(self, j: int, h: mpf) -> mpf:
+        return self.switched(j, *self.step(h))
+
     def advance(self) -> None:
         h = self.length()
         v, d = self.step(h)
         due = [j for j in range(len(d)) if self.switched(j, v, d) > 0]
         first = None
         for j in due:
-            time = findroot(lambda s: self.switched(j, *self.step(s)), (0, h), solver="anderson", tol=mpf("1e-60"))
+            ahead = partial(self.sign_after, j)
+            time = findroot(ahead, (0, h), solver="anderson", tol=mpf("1e-60"))
             if first is None or time < first[0]:
                 first = (time, j)
         if first is not None:
@@ -144,7 +154,7 @@ class Chain:
             self.age = mpf(0)
 
     def has_parted(self) -> bool:
-        return all(mode == "open" for mode in self.modes) and all(a <= b for a, b in zip(self.v, self.v[1:]))
+        return all(mode == "open" for mode in self.modes) and self.v == sorted(self.v)
 
 
 def main() -> None:
@@ -155,7 +165,13 @@ def main() -> None:
             chain.advance()
         digits = [nstr(v, 20) for v in chain.v]
         results.append(
-            {"masses": masses, "p": exponent, "A": relaxation, "v_final": digits, "duration": nstr(chain.last, 20)}
+            {
+                "masses": masses,
+                "p": exponent,
+                "A": relaxation,
+                "v_final": digits,
+                "duration": nstr(chain.last, 20),
+            }
         )
     print(json.dumps(results, indent=1))
 

@@ -145,7 +145,7 @@ def drawn(seed: int) -> dict:
         "contact.dampingLaw": rng.choice(LAWS),
         "contact.damping": rng.choice([0.0, 10 ** rng.uniform(0, 3)]),
         "contact.huntCrossley": rng.choice([0.0, 0.1, 0.5]),
-        "contact.relaxationTime": rng.choice([0.0, 1e-7, 1e-6]),
+        "contact.relaxationTime": rng.choice([0.0, 1e-8, 1e-7]),
         "pendulum.drag": rng.choice([0.0, rng.uniform(0, 0.05)]),
     }
 
