@@ -1,6 +1,7 @@
 //! The cradle as the equations see it: masses, oscillators and contact laws, derived from the parameters.
 
-use super::contact::{ContactLaw, Damping};
+use super::contact::ContactLaw;
+use super::damping::Damping;
 use super::parameters::{ContactModel, Parameters};
 use crate::solver::dual::Scalar;
 
