@@ -1,6 +1,6 @@
 //! The engine and the other methods against results computed independently, in quadruple precision (`tests/data/reference.json`)
-//! and, for damped or pressed linear contacts, by matrix exponentials in 40 digits (`tests/data/strong_damping.py`); for viscoelastic
-//! ones by collocation in 35 digits (`tests/data/viscoelastic.py`).
+//! and in 35 digits and more: damped or pressed linear contacts by matrix exponentials (`tests/data/strong_damping.py`), viscoelastic
+//! ones in touch by collocation (`tests/data/viscoelastic.py`), unequal balls that meet at speed by series (`tests/data/free_chains.py`).
 
 use newtons_cradle::engine::{Engine, Results, Simulation};
 use newtons_cradle::model::{DampingLaw, Inputs, Parameters, SolverMethod};
@@ -48,7 +48,7 @@ fn chain(case: &Value) -> Parameters {
 fn run_chain(p: &Parameters) -> (Vec<f64>, f64, Simulation) {
     let n = p.balls();
     let mut engine = Simulation::new(p, &Inputs::zero(n), 0.0).unwrap();
-    engine.advance(50.0, &mut Vec::new()).unwrap();
+    engine.advance(1000.0, &mut Vec::new()).unwrap();
     let velocities = (0..n).map(|i| engine.v(i)).collect();
     let last = (0..n - 1).map(|i| engine.last_release(i)).fold(0.0, f64::max);
     (velocities, last, engine)
@@ -102,6 +102,31 @@ fn damped_chains() {
         assert_close(&id, &[last], &[number(&case["duration"])], 1e-10);
         assert!(engine.energy_residual().abs() < 1e-13, "{id}: {:e}", engine.energy_residual());
         assert!(engine.dissipated_energy() > 0.0);
+    }
+}
+
+/// Unequal balls that meet at speed, elastic or damped, in contacts that are not linear.
+#[test]
+fn unequal_free_chains() {
+    let cases: Value = serde_json::from_str(include_str!("../data/free_chains.json")).unwrap();
+    for case in cases.as_array().unwrap() {
+        let masses = numbers(&case["masses"]);
+        let mut p = Parameters::default_for(masses.len());
+        (p.gravity, p.stiffness, p.overlap_ref, p.dead_band) = (0.0, 1.0, 1.0, 0.0);
+        (p.exponent, p.mass_ratio, p.gap) = (number(&case["p"]), masses, numbers(&case["gaps"]));
+        (p.x_start, p.v_start) = (vec![0.0; p.balls()], numbers(&case["v"]));
+        let coefficient = number(&case["coefficient"]);
+        match case["law"].as_str().unwrap() {
+            "none" => p.damping = 0.0,
+            "huntCrossley" => (p.damping_law, p.hunt_crossley) = (DampingLaw::HuntCrossley, coefficient),
+            "viscoelastic" => (p.damping_law, p.relaxation_time) = (DampingLaw::Viscoelastic, coefficient),
+            law => panic!("{law}"),
+        }
+        let (velocities, last, run) = run_chain(&p);
+        let id = case.to_string();
+        assert_close(&id, &velocities, &numbers(&case["v_final"]), 1e-11);
+        assert_close(&id, &[last], &[number(&case["duration"])], 1e-9);
+        assert!(run.energy_residual().abs() < 1e-13, "{id}: {:e}", run.energy_residual());
     }
 }
 
