@@ -1,4 +1,4 @@
-//! Newton's cradle with compliant contacts as an FMI 2.0 FMU for co-simulation and model exchange.
+//! Newton's cradle with compliant contacts as an FMU: FMI 2.0 for co-simulation and model exchange, FMI 3.0 for co-simulation.
 //!
 //! The model is P. C. Breedveld's (Modelling & simulation of bouncing objects: Newton's cradle revisited, Mechatronics 2002):
 //! neighbouring balls are joined by springs that act only while the balls overlap, so that a collision is a short, stiff,
@@ -15,11 +15,12 @@
 //! | [`engine`] | a run: flight, impacts, clusters and bodies of balls in contact, events, the ledger of pulses | `model`, `solver` |
 //! | [`variables`] | the interface as one table: names, types, units, ranges, description, access | `model`: [`model::Parameters`], [`model::Results`] |
 //! | [`instance`] | one running instance: phases, legality of calls, steps, saved states, log | `variables`, `engine` |
-//! | [`fmi2`] | the C functions of FMI 2.0; the only unsafe code | `instance` |
+//! | `border` | what the C functions of all versions share | `instance` |
+//! | [`fmi2`], [`fmi3`] | the C functions of FMI 2.0 and 3.0; with `border`, the only unsafe code | `border`, `instance` |
 //!
 //! The producer of the FMU is built without the feature `engine`: of all this it needs the parameters and the table.
 //!
-//! A call of a host goes down that list from the bottom: `fmi2` turns C into Rust and asks whether the call is legal now,
+//! A call of a host goes down that list from the bottom: `fmi2` or `fmi3` turns C into Rust and asks whether the call is legal now,
 //! `instance` carries it out, `engine` moves the trajectory, and what the host reads is evaluated at its communication point
 //! without moving anything.
 //!
@@ -55,9 +56,13 @@
 
 #[cfg(feature = "engine")]
 pub mod engine;
-// In a browser no host could call it: web/ has functions of its own.
+// In a browser no host could call them: web/ has functions of its own.
+#[cfg(all(feature = "engine", not(target_family = "wasm")))]
+mod border;
 #[cfg(all(feature = "engine", not(target_family = "wasm")))]
 pub mod fmi2;
+#[cfg(all(feature = "engine", not(target_family = "wasm")))]
+pub mod fmi3;
 #[cfg(feature = "engine")]
 pub mod instance;
 pub mod model;

@@ -66,7 +66,7 @@ enum Change {
 /// The entries of a small FMU, with a small binary.
 static ENTRIES: LazyLock<Entries> = LazyLock::new(|| {
     let binary = Binary { platform: Platform::host().unwrap(), contents: library() };
-    let mut entries = build::entries(&Recipe::new(1), vec![binary]).unwrap();
+    let mut entries = build::entries(&Recipe::new(1), vec![binary], build::Standard::Fmi2).unwrap();
     entries.retain(|name, _| !name.starts_with("documentation/licenses/"));
     entries
 });

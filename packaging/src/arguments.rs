@@ -5,7 +5,7 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
-use cradle_packaging::build::PRESETS;
+use cradle_packaging::build::{PRESETS, Standard};
 
 /// What the user asks for.
 pub enum Request {
@@ -21,6 +21,7 @@ pub enum Request {
 
 /// Write an FMU.
 pub struct Build {
+    pub standard: Standard,
     pub balls: Option<usize>,
     pub set: Vec<String>,
     pub parameters: Vec<PathBuf>,
@@ -53,7 +54,9 @@ pub fn parse() -> Request {
 
 impl Build {
     fn of(mut given: ArgMatches) -> Self {
+        let standard = given.remove_one::<String>("fmi").unwrap_or_default();
         Self {
+            standard: if standard == "3" { Standard::Fmi3 } else { Standard::Fmi2 },
             balls: given.remove_one("balls"),
             set: several(&mut given, "set"),
             parameters: several(&mut given, "parameters"),
@@ -89,7 +92,7 @@ fn command() -> Command {
     )
     .long_about(
         "Say what is wrong with an FMU: zip entries, description, binaries, and how they answer on this machine.\n\n\
-         Works on any FMI 2.0 FMU. The binary for this machine is loaded in a separate process and runs for one step.",
+         Works on any FMU of FMI 2.0, and of FMI 3.0 for co-simulation. The binary for this machine is loaded in a separate process and runs for one step.",
     )
     .args([file.clone(), flag("no-load").help("Do not load the binary")]);
     let probe = Command::new("probe")
@@ -171,6 +174,9 @@ fn build() -> Command {
             list("parameters", "FILE.toml")
                 .value_parser(value_parser!(PathBuf))
                 .help("Take the number of balls and start values from a TOML file in the format of the presets"),
+            option("fmi", "VERSION")
+                .value_parser(["2", "3"])
+                .help("Version of the standard [default: 2]; the default file of version 3 is called NAME.fmi3.fmu"),
             option("preset", "NAME").help("Start from a preset, see below"),
             option("from", "FILE.fmu")
                 .value_parser(value_parser!(PathBuf))

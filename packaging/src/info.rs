@@ -31,18 +31,22 @@ pub fn of(path: &Path) -> Result<String, Error> {
 fn write(out: &mut String, model: &Model, entries: &Entries) -> std::fmt::Result {
     let kinds: Vec<String> = model.interfaces().map(|interface| format!("{:?}", interface.kind)).collect();
     writeln!(out, "model        {} (FMI {}, {})", model.name, model.fmi_version, kinds.join(", "))?;
-    writeln!(out, "guid         {}", model.guid)?;
+    writeln!(out, "{:12} {}", if model.is_fmi3() { "token" } else { "guid" }, model.guid)?;
     writeln!(out, "written by   {}, {}", model.tool, model.date.as_deref().unwrap_or("no date"))?;
     write_cradle(out, model, entries)?;
     let experiment = &model.experiment;
     let seconds = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value} s"));
     let (start, stop, step) = (seconds(experiment.start), seconds(experiment.stop), seconds(experiment.step));
     writeln!(out, "experiment   start {start}, stop {stop}, step {step}")?;
-    let count = |causality: Causality| model.variables.iter().filter(|v| v.causality == causality).count();
+    let count = |causality: Causality| {
+        let arrays =
+            model.arrays.iter().filter(|array| array.causality.eq_ignore_ascii_case(&format!("{causality:?}")));
+        model.variables.iter().filter(|v| v.causality == causality).count() + arrays.count()
+    };
     writeln!(
         out,
         "variables    {}: {} parameters, {} inputs, {} outputs, {} locals",
-        model.variables.len(),
+        model.variables.len() + model.arrays.len(),
         count(Causality::Parameter) + count(Causality::CalculatedParameter),
         count(Causality::Input),
         count(Causality::Output),
@@ -50,8 +54,10 @@ fn write(out: &mut String, model: &Model, entries: &Entries) -> std::fmt::Result
     )?;
     for interface in model.interfaces() {
         for platform in PLATFORMS {
-            if let Some(bytes) = entries.get(&platform.binary_path(&interface.identifier)) {
-                write_library(out, platform.folder, bytes)?;
+            for path in platform.paths(&interface.identifier, model.is_fmi3()) {
+                if let Some(bytes) = entries.get(&path) {
+                    write_library(out, path.split('/').nth(1).unwrap_or_default(), bytes)?;
+                }
             }
         }
     }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use cradle_packaging::archive;
-use cradle_packaging::build::{self, Binary, Choice, PRESETS, Preset, Ready, Workspace};
+use cradle_packaging::build::{self, Binary, Choice, PRESETS, Preset, Ready, Standard, Workspace};
 use cradle_packaging::platform::{self, Platform};
 use cradle_packaging::{Error, environment, reference, universal};
 use newtons_cradle::variables::MODEL_IDENTIFIER;
@@ -25,9 +25,15 @@ impl Build {
                 "the new FMU would replace {from}, from which it is made; give another file with --out"
             )));
         }
-        let mut entries = build::entries(&recipe, ready.binaries)?;
+        let mut entries = build::entries(&recipe, ready.binaries, self.standard)?;
         entries.extend(ready.licenses);
-        if let Some(reason) = reference::add(&mut entries, &recipe)? {
+        if self.standard == Standard::Fmi3 {
+            if self.reference.is_some() {
+                return Err(Error::Usage(
+                    "--reference is for FMI 2.0; the results of an FMU of FMI 3.0 are the same".to_owned(),
+                ));
+            }
+        } else if let Some(reason) = reference::add(&mut entries, &recipe)? {
             eprintln!("warning: the FMU gets no reference results: {reason}");
         }
         let beside = self.reference.as_ref().map(|folder| reference::beside(&entries, &out, folder)).transpose()?;
@@ -77,6 +83,9 @@ impl Build {
             && choice.balls(balls)
         {
             name = format!("{name}{balls}");
+        }
+        if self.standard == Standard::Fmi3 {
+            name.push_str(".fmi3");
         }
         Ok((choice, name))
     }

@@ -5,11 +5,13 @@ use object::{Architecture, BinaryFormat, Object, ObjectKind};
 use crate::error::Error;
 use crate::universal;
 
-/// A platform of the FMI 2.0 standard.
+/// A platform of the FMI 2.0 standard, with its names in FMI 3.0.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Platform {
     /// Folder below `binaries/`.
     pub folder: &'static str,
+    /// Platform tuples of FMI 3.0, which are folders below `binaries/` there: one for each processor.
+    pub tuples: &'static [&'static str],
     /// Extension of its shared libraries.
     pub extension: &'static str,
     /// Operating system as Rust calls it.
@@ -25,6 +27,7 @@ pub struct Platform {
 pub static PLATFORMS: &[Platform] = &[
     Platform {
         folder: "linux64",
+        tuples: &["x86_64-linux"],
         extension: "so",
         os: "linux",
         processors: &["x86_64"],
@@ -34,6 +37,7 @@ pub static PLATFORMS: &[Platform] = &[
     },
     Platform {
         folder: "linux32",
+        tuples: &["x86-linux"],
         extension: "so",
         os: "linux",
         processors: &["i586", "i686"],
@@ -42,6 +46,7 @@ pub static PLATFORMS: &[Platform] = &[
     },
     Platform {
         folder: "win64",
+        tuples: &["x86_64-windows"],
         extension: "dll",
         os: "windows",
         processors: &["x86_64"],
@@ -50,6 +55,7 @@ pub static PLATFORMS: &[Platform] = &[
     },
     Platform {
         folder: "win32",
+        tuples: &["x86-windows"],
         extension: "dll",
         os: "windows",
         processors: &["i586", "i686"],
@@ -58,6 +64,7 @@ pub static PLATFORMS: &[Platform] = &[
     },
     Platform {
         folder: "aarch64-linux",
+        tuples: &["aarch64-linux"],
         extension: "so",
         os: "linux",
         processors: &["aarch64"],
@@ -66,6 +73,7 @@ pub static PLATFORMS: &[Platform] = &[
     },
     Platform {
         folder: "darwin64",
+        tuples: &["x86_64-darwin", "aarch64-darwin"],
         extension: "dylib",
         os: "darwin",
         processors: &["x86_64", "aarch64"],
@@ -100,6 +108,53 @@ impl Platform {
     /// Where an FMU has its shared library for this platform.
     pub fn binary_path(&self, identifier: &str) -> String {
         format!("binaries/{}/{identifier}.{}", self.folder, self.extension)
+    }
+
+    /// Where an FMU of FMI 3.0 has its shared library for this platform and processor, such as `x86_64`.
+    pub fn tuple_path(&self, identifier: &str, processor: &str) -> Option<String> {
+        let tuple = self.tuples.iter().find(|tuple| tuple.split('-').next() == Some(processor))?;
+        Some(format!("binaries/{tuple}/{identifier}.{}", self.extension))
+    }
+
+    /// The shared library that an FMU of FMI 3.0 has for the platform this program runs on.
+    pub fn host_path(&self, identifier: &str) -> Option<String> {
+        self.tuple_path(identifier, if cfg!(target_arch = "x86") { "x86" } else { std::env::consts::ARCH })
+    }
+
+    /// Where an FMU may have shared libraries for this platform.
+    pub fn paths(&self, identifier: &str, fmi3: bool) -> Vec<String> {
+        if !fmi3 {
+            return vec![self.binary_path(identifier)];
+        }
+        self.tuples.iter().map(|tuple| format!("binaries/{tuple}/{identifier}.{}", self.extension)).collect()
+    }
+
+    /// The platform whose shared library is at this path, in FMUs of either version.
+    pub fn of_path(path: &str, identifier: &str) -> Option<&'static Self> {
+        let folders = |platform: &Self| platform.tuples.iter().copied().chain([platform.folder]).collect::<Vec<_>>();
+        PLATFORMS.iter().find(|platform| {
+            let at = |folder: &str| format!("binaries/{folder}/{identifier}.{}", platform.extension) == path;
+            folders(platform).into_iter().any(at)
+        })
+    }
+
+    /// The parts of a shared library by their place in an FMU of FMI 3.0: a universal one is for several processors.
+    pub fn by_tuple(&self, identifier: &str, binary: &[u8]) -> Result<Vec<(String, Vec<u8>)>, String> {
+        let slices = universal::slices(binary).map_err(|error| error.to_string())?;
+        let place = |slice: &[u8]| {
+            let file = object::File::parse(slice).map_err(|error| error.to_string())?;
+            let processor = match file.architecture() {
+                Architecture::Aarch64 => "aarch64",
+                Architecture::I386 => "x86",
+                _ => "x86_64",
+            };
+            // Hosts of FMI 2.0 may have Linux on ARM in `linux64`.
+            let platform =
+                if processor == "aarch64" && self.os == "linux" { Self::named("aarch64-linux") } else { Some(self) };
+            let path = platform.and_then(|platform| platform.tuple_path(identifier, processor));
+            Ok((path.ok_or_else(|| format!("FMI 3.0 has no name for {processor} here"))?, slice.to_vec()))
+        };
+        slices.into_iter().map(place).collect()
     }
 
     /// Whether `binary` is a shared library for this platform; else what it is instead.

@@ -26,10 +26,18 @@ pub struct Progress {
     pub contact: Option<usize>,
 }
 
-/// Is told what happens while a run moves on. It sees, and changes nothing.
+/// Is told what happens while a run moves on. It sees, and changes nothing but where a call ends.
 pub trait Observer {
     /// A pulse has finished.
     fn pulse(&mut self, pulse: Pulse);
+
+    /// Contact `contact`, counted from 0, has closed at `time` (s).
+    fn onset(&mut self, _contact: usize, _time: f64) {}
+
+    /// Where the call of `advance` is to end, s, if that is before its own end: not before the last event that was told of.
+    fn stop(&self) -> Option<f64> {
+        None
+    }
 
     /// The run is still on its way. Called every few milliseconds of work, as often in every run.
     fn progress(&mut self, _progress: Progress) {}

@@ -75,6 +75,11 @@ impl Simulation {
         of_method!(self, time())
     }
 
+    /// See [`Engine::next_event`].
+    pub fn next_event(&self) -> Option<f64> {
+        of_method!(self, next_event())
+    }
+
     /// See [`Engine::time_derivative`].
     pub fn time_derivative(&self, order: usize) -> Differential {
         of_method!(self, time_derivative(order))
@@ -84,6 +89,11 @@ impl Simulation {
     /// depends on the inputs.
     pub fn sensitivity_of_step(&self, inputs: &Inputs) -> Result<Differential, NotFollowed> {
         of_method!(self, last_step()).along_inputs(inputs)
+    }
+
+    /// Derivatives of the outputs at the current time along `inputs` that act from now on.
+    pub fn sensitivity_at_point(&self, inputs: &Inputs) -> Differential {
+        of_method!(self, last_step()).at_end_along_inputs(inputs)
     }
 
     /// Derivatives of the outputs at the start, before the first step, along a direction of parameters and inputs.
@@ -136,5 +146,10 @@ impl Simulation {
     #[inline]
     pub fn advance(&mut self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
         of_method!(self, advance(time, observer))
+    }
+
+    /// See [`Engine::go_on`].
+    pub fn continue_step(&mut self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
+        of_method!(self, continue_step(time, observer))
     }
 }

@@ -1,7 +1,6 @@
-//! The C ABI of FMI 2.0 for co-simulation and model exchange, and the only unsafe code of the FMU.
+//! The C ABI of FMI 2.0 for co-simulation and model exchange,.
 //!
-//! Every exported function goes through `boundary::call`: null and foreign components are refused, calls that are not
-//! legal in the current phase are refused and logged, and a panic is caught before it reaches the host.
+//! Every exported function goes through the guard in `border`.
 //!
 //! # Safety
 //! The exported functions are called from C. Pointers are checked for null and alignment; beyond that they must be
@@ -9,11 +8,29 @@
 //! `fmi2Instantiate` returned and `fmi2FreeInstance` has not freed, one thread at a time per component.
 #![allow(unsafe_code, non_camel_case_types, non_upper_case_globals, non_snake_case)]
 
-mod boundary;
 mod functions;
 mod logger;
-mod resources;
 mod types;
 
 pub use functions::*;
 pub use types::*;
+
+use crate::border::Version;
+use crate::instance::{Instance, Refusal};
+
+/// FMI 2.0, as far as the border must know it.
+struct Fmi2;
+
+impl Version for Fmi2 {
+    // "cradleF2" in ASCII.
+    const MAGIC: u64 = 0x6372_6164_6c65_4632;
+    type Status = fmi2Status;
+    const OK: fmi2Status = fmi2Status::fmi2OK;
+    const ERROR: fmi2Status = fmi2Status::fmi2Error;
+    const FATAL: fmi2Status = fmi2Status::fmi2Fatal;
+
+    /// The instance goes on as it was.
+    fn refused(_: &mut Instance, _: &Refusal) -> fmi2Status {
+        Self::ERROR
+    }
+}

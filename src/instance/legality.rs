@@ -1,5 +1,5 @@
 //! Which call is legal in which phase: the state machines of co-simulation and of model exchange as one table (FMI 2.0.4, sections
-//! 3.2.3 and 4.2.4).
+//! 3.2.3 and 4.2.4; FMI 3.0.2, sections 2.3 and 4.2).
 
 use serde::{Deserialize, Serialize};
 
@@ -26,14 +26,20 @@ impl std::fmt::Display for Kind {
 pub enum Phase {
     /// Start values can be set, nothing is calculated.
     Instantiated,
+    /// The number of balls can be set.
+    ConfigurationMode,
+    /// A refused call has ended the run before it began; it can be reset.
+    Abandoned,
     /// Start values can be set and calculated values be read.
     InitializationMode,
     /// The host steps: co-simulation only.
     StepMode,
-    /// Discrete variables and states may jump: model exchange only.
+    /// Discrete variables and states may jump: model exchange, and co-simulation whose host takes part in events.
     EventMode,
     /// The host integrates: model exchange only.
     ContinuousTimeMode,
+    /// The host has been called in the middle of a step.
+    IntermediateUpdate,
     /// The run is over, its last values can be read.
     Terminated,
     /// A step failed numerically.
@@ -44,10 +50,13 @@ impl std::fmt::Display for Phase {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
             Self::Instantiated => "the instantiated state",
+            Self::ConfigurationMode => "Configuration Mode",
+            Self::Abandoned => "the terminated state, before any calculation",
             Self::InitializationMode => "Initialization Mode",
             Self::StepMode => "step mode",
             Self::EventMode => "Event Mode",
             Self::ContinuousTimeMode => "Continuous-Time Mode",
+            Self::IntermediateUpdate => "Intermediate Update Mode",
             Self::Terminated => "the terminated state",
             Self::Error => "the error state",
         })
@@ -89,6 +98,20 @@ pub enum Call {
     CancelStep,
     /// Asking about the last step.
     Status,
+    /// The way to Configuration Mode.
+    EnterConfigurationMode,
+    /// The way back from it.
+    ExitConfigurationMode,
+    /// Setting counts: the number of balls is one.
+    SetCounts,
+    /// The way from a step to its events.
+    EnterEvents,
+    /// Handling one of them after the other.
+    NextEvent,
+    /// The way back from events to steps.
+    EnterStepMode,
+    /// Going on with a step in which the host has been called.
+    ContinueStep,
     /// The way to an event.
     EnterEventMode,
     /// Handling an event.
@@ -107,13 +130,35 @@ pub enum Call {
     GetNominals,
 }
 
+impl Phase {
+    /// Whether an instance of this kind can be in it; `events` if its host takes part in the events of co-simulation, and `arrays` if
+    /// it is one of FMI 3.0.
+    pub(super) fn exists(self, kind: Kind, arrays: bool, events: bool) -> bool {
+        let exchange = kind == Kind::ModelExchange;
+        match self {
+            Self::ConfigurationMode | Self::Abandoned => arrays,
+            Self::StepMode => !exchange,
+            Self::EventMode => exchange || events,
+            Self::ContinuousTimeMode => exchange,
+            Self::IntermediateUpdate => arrays && !exchange,
+            Self::Instantiated | Self::InitializationMode | Self::Terminated | Self::Error => true,
+        }
+    }
+}
+
 impl Call {
     /// The kind of instance that it is for, if it is not for both.
     pub fn kind(self) -> Option<Kind> {
         match self {
-            Self::SetInputDerivatives | Self::GetOutputDerivatives | Self::DoStep | Self::CancelStep | Self::Status => {
-                Some(Kind::CoSimulation)
-            }
+            Self::SetInputDerivatives
+            | Self::GetOutputDerivatives
+            | Self::DoStep
+            | Self::CancelStep
+            | Self::Status
+            | Self::EnterEvents
+            | Self::NextEvent
+            | Self::EnterStepMode
+            | Self::ContinueStep => Some(Kind::CoSimulation),
             Self::EnterEventMode
             | Self::NewDiscreteStates
             | Self::EnterContinuousTimeMode
@@ -130,21 +175,41 @@ impl Call {
     /// cancelled.
     #[inline]
     pub fn legal_phases(self) -> &'static [Phase] {
-        use Phase::{ContinuousTimeMode, Error, EventMode, InitializationMode, Instantiated, StepMode, Terminated};
+        use Phase::{
+            Abandoned, ConfigurationMode, ContinuousTimeMode, Error, EventMode, InitializationMode, Instantiated,
+            IntermediateUpdate, StepMode, Terminated,
+        };
         match self {
-            Self::SetDebugLogging | Self::Reset | Self::State => {
-                &[Instantiated, InitializationMode, StepMode, EventMode, ContinuousTimeMode, Terminated, Error]
-            }
-            Self::SetupExperiment | Self::EnterInitializationMode => &[Instantiated],
+            Self::SetDebugLogging | Self::Reset | Self::State => &[
+                Instantiated,
+                ConfigurationMode,
+                Abandoned,
+                InitializationMode,
+                StepMode,
+                EventMode,
+                ContinuousTimeMode,
+                Terminated,
+                Error,
+            ],
+            Self::SetupExperiment | Self::EnterInitializationMode | Self::EnterConfigurationMode => &[Instantiated],
+            Self::ExitConfigurationMode => &[ConfigurationMode],
+            Self::SetCounts => &[Instantiated, ConfigurationMode, InitializationMode, StepMode, EventMode],
             Self::ExitInitializationMode => &[InitializationMode],
-            Self::Set => &[Instantiated, InitializationMode, StepMode, EventMode, ContinuousTimeMode],
+            Self::Set => {
+                &[Instantiated, InitializationMode, StepMode, EventMode, ContinuousTimeMode, IntermediateUpdate]
+            }
             Self::SetDiscrete => &[Instantiated, InitializationMode, StepMode, EventMode],
             Self::SetInputDerivatives => &[Instantiated, InitializationMode, StepMode],
-            Self::Get | Self::DirectionalDerivative => {
+            Self::Get => {
+                &[InitializationMode, StepMode, EventMode, ContinuousTimeMode, IntermediateUpdate, Terminated, Error]
+            }
+            Self::DirectionalDerivative => {
                 &[InitializationMode, StepMode, EventMode, ContinuousTimeMode, Terminated, Error]
             }
-            Self::GetOutputDerivatives => &[StepMode, Terminated, Error],
-            Self::DoStep => &[StepMode],
+            Self::GetOutputDerivatives => &[StepMode, IntermediateUpdate, Terminated, Error],
+            Self::DoStep | Self::EnterEvents => &[StepMode],
+            Self::NextEvent | Self::EnterStepMode => &[EventMode],
+            Self::ContinueStep => &[IntermediateUpdate],
             Self::Terminate => &[StepMode, EventMode, ContinuousTimeMode],
             Self::Status => &[StepMode, Terminated],
             Self::CancelStep => &[],

@@ -36,7 +36,15 @@ impl Instance {
     pub fn require(&self, call: Call) -> Result<(), Refusal> {
         let (phase, kind) = (self.run.phase, self.run.kind);
         let of_kind = call.kind().is_none_or(|own| own == kind);
-        if of_kind && call.legal_phases().contains(&phase) { Ok(()) } else { Err(Refusal::Phase { call, phase, kind }) }
+        if of_kind && call.legal_phases().contains(&phase) { Ok(()) } else { Err(self.illegal(call)) }
+    }
+
+    #[cold]
+    fn illegal(&self, call: Call) -> Refusal {
+        let (phase, kind, hybrid) = (self.run.phase, self.run.kind, self.run.hybrid.as_ref());
+        let exists =
+            |phase: &Phase| phase.exists(kind, hybrid.is_some(), hybrid.is_some_and(|hybrid| hybrid.event_mode));
+        Refusal::Phase { call, phase, kind, allowed: call.legal_phases().iter().copied().filter(exists).collect() }
     }
 
     /// Takes start time, stop time and tolerance; the last call before initialization counts.
@@ -66,9 +74,11 @@ impl Instance {
             return Ok(());
         }
         self.simulation()?.set_initializing(false);
+        let next = if self.run.takes_part_in_events() { Phase::EventMode } else { Phase::StepMode };
         self.run.inputs_changed = !self.run.input_derivatives.is_empty();
         self.run.tuned_from = None;
-        self.run.phase = Phase::StepMode;
+        self.run.phase = next;
+        self.begin_events()?;
         self.log_ignored_parameters();
         Ok(())
     }
@@ -81,7 +91,8 @@ impl Instance {
 
     /// Back to where it was after it was created; which log categories are on is kept.
     pub fn reset(&mut self) -> Result<(), Refusal> {
-        self.run = Run::new(self.run.kind, &self.start);
+        let hybrid = self.run.hybrid.as_ref().map(|hybrid| hybrid.anew(self.start.balls()));
+        self.run = Run { hybrid, ..Run::new(self.run.kind, &self.start) };
         Ok(())
     }
 

@@ -24,12 +24,19 @@ pub type Sink = Box<dyn Fn(Severity, LogCategory, &str)>;
 pub struct Log {
     sink: Option<Sink>,
     enabled: [bool; LOG_CATEGORIES.len()],
+    /// Whether warnings and errors are written in any case.
+    insists: bool,
 }
 
 impl Log {
     /// A log to `sink`, or to nowhere; `on` switches all categories.
     pub fn new(sink: Option<Sink>, on: bool) -> Self {
-        Self { sink, enabled: [on; LOG_CATEGORIES.len()] }
+        Self { sink, enabled: [on; LOG_CATEGORIES.len()], insists: true }
+    }
+
+    /// The same, but that warnings and errors are written on demand only, too.
+    pub fn on_demand(sink: Option<Sink>, on: bool) -> Self {
+        Self { insists: false, ..Self::new(sink, on) }
     }
 
     /// Switches logging on for `categories` only, for all of them if there are none, or off.
@@ -45,7 +52,7 @@ impl Log {
     /// Writes a line, if the host wants it.
     pub fn write(&self, severity: Severity, category: LogCategory, text: Arguments<'_>) {
         if let Some(sink) = &self.sink
-            && (severity >= Severity::Warning || self.wants(category))
+            && (self.insists && severity >= Severity::Warning || self.wants(category))
         {
             sink(severity, category, &text.to_string());
         }

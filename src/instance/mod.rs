@@ -6,6 +6,7 @@
 //! [`Variable`](crate::variables::Variable).
 
 mod calls;
+mod hybrid;
 mod legality;
 mod lifecycle;
 mod log;
@@ -13,6 +14,7 @@ mod refusal;
 mod run;
 
 pub use calls::SavedState;
+pub use hybrid::{Pause, StepEnd, Value};
 pub use legality::{Call, Kind, Phase};
 pub use lifecycle::Instance;
 pub use log::{Log, Severity, Sink};

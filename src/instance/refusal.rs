@@ -15,6 +15,8 @@ pub enum Refusal {
         phase: Phase,
         /// What it was created for.
         kind: Kind,
+        /// The phases in which it would be legal.
+        allowed: Vec<Phase>,
     },
     /// A value, a value reference, a name or a type is not accepted.
     Value(VariableError),
@@ -61,13 +63,8 @@ impl std::fmt::Display for Refusal {
             Self::Phase { call, kind, .. } if call.kind().is_some_and(|other| other != *kind) => {
                 write!(f, "not allowed in {kind}, which the instance was created for")
             }
-            Self::Phase { call, phase, kind } => {
-                let other = |phase: &&Phase| match phase {
-                    Phase::StepMode => *kind == Kind::CoSimulation,
-                    Phase::EventMode | Phase::ContinuousTimeMode => *kind == Kind::ModelExchange,
-                    _ => true,
-                };
-                let legal: Vec<String> = call.legal_phases().iter().filter(other).map(Phase::to_string).collect();
+            Self::Phase { phase, allowed, .. } => {
+                let legal: Vec<String> = allowed.iter().map(Phase::to_string).collect();
                 let allowed = if legal.is_empty() { "" } else { "; allowed: in " };
                 write!(f, "not allowed in {phase}{allowed}{}", legal.join(", "))
             }
@@ -134,6 +131,8 @@ pub enum StateError {
         /// What the one is for that was to take it.
         ours: Kind,
     },
+    /// Of an instance whose host takes part in events, or does not, unlike that of this one.
+    OtherEvents,
     /// No instance can have been in this state.
     Unsound(Unsound),
 }
@@ -151,6 +150,7 @@ impl std::fmt::Display for StateError {
             Self::OtherKind { theirs, ours } => {
                 write!(f, "it is one of {theirs}; allowed: states of {ours}, which the instance was created for")
             }
+            Self::OtherEvents => write!(f, "it is one of an instance that was created with another eventModeUsed"),
             Self::Unsound(Unsound(reason)) => write!(f, "no run can reach it: {reason}"),
         }
     }

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::hybrid::Hybrid;
 use super::legality::{Kind, Phase};
 use super::refusal::Refusal;
 use crate::engine::{Exchange, MAX_INPUT_DERIVATIVE, Simulation, Unsound, require};
@@ -65,6 +66,8 @@ pub(super) struct Run {
     pub(super) inputs_changed: bool,
     /// The tunable parameters that the simulation runs with, if they have been changed since.
     pub(super) tuned_from: Option<Tunables>,
+    /// What FMI 3.0 adds.
+    pub(super) hybrid: Option<Hybrid>,
     /// It was logged that the host steps past its own stop time.
     pub(super) past_stop_logged: bool,
 }
@@ -82,6 +85,7 @@ impl Run {
             input_derivatives: Vec::new(),
             inputs_changed: false,
             tuned_from: None,
+            hybrid: None,
             past_stop_logged: false,
         }
     }
@@ -100,16 +104,23 @@ impl Run {
         parameters
     }
 
+    /// Whether the host of co-simulation takes part in events.
+    pub(super) fn takes_part_in_events(&self) -> bool {
+        self.kind == Kind::CoSimulation && self.hybrid.as_ref().is_some_and(|hybrid| hybrid.event_mode)
+    }
+
     /// Refuses what no instance can have saved; the simulation has checks of its own.
     pub(super) fn check(&self, balls: usize) -> Result<(), Unsound> {
         require(self.settings.are_sound(balls), "a setting is out of range")?;
-        let steps = matches!(self.phase, Phase::StepMode);
-        let exchanges = matches!(self.phase, Phase::EventMode | Phase::ContinuousTimeMode);
-        let possible = if self.kind == Kind::CoSimulation { !exchanges } else { !steps };
+        let possible = self.phase.exists(self.kind, self.hybrid.is_some(), self.takes_part_in_events());
         require(possible, "its phase is not one of its kind")?;
+        require(
+            self.hybrid.as_ref().is_none_or(|hybrid| hybrid.is_sound(balls)),
+            "an event or a slope is out of range",
+        )?;
         let experiment = self.experiment.is_none_or(|experiment| experiment.check().is_ok());
         require(
-            experiment && (self.experiment.is_some() || self.phase == Phase::Instantiated),
+            experiment && (self.experiment.is_some() || self.phase < Phase::InitializationMode),
             "its start time or stop time is invalid",
         )?;
         let derivatives = &self.input_derivatives;

@@ -56,6 +56,11 @@ pub enum VariableError {
         /// Name of the variable.
         variable: String,
     },
+    /// The variable can only be set in Configuration Mode.
+    Structural {
+        /// Name of the variable.
+        variable: String,
+    },
     /// The variable cannot be set while the host integrates.
     NotContinuous {
         /// Name of the variable.
@@ -109,6 +114,7 @@ impl Display for VariableError {
             Self::Fixed { variable } => {
                 write!(f, "{variable} cannot be set after initialization: only inputs and tunable parameters can")
             }
+            Self::Structural { variable } => write!(f, "{variable} can only be set in Configuration Mode"),
             Self::NotContinuous { variable } => {
                 write!(
                     f,

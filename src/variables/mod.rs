@@ -4,6 +4,7 @@
 //! that a host has made, or in the [`Results`](crate::model::Results) of a run. The [`Description`], its ModelStructure, the
 //! getters and the setters are all derived from the table. A [`Recipe`] is what an FMU carries along of its start values.
 
+mod arrays;
 mod description;
 mod enumeration;
 mod error;
@@ -16,7 +17,10 @@ mod text;
 mod unit;
 mod variable;
 
-pub use description::{Description, LOG_CATEGORIES, LogCategory, MODEL_IDENTIFIER, START_TIME, STEP_SIZE, STOP_TIME};
+pub use arrays::{Array, ArrayType, DERIVATIVES_OF, Edge, Told};
+pub use description::{
+    Description, LOG_CATEGORIES, LogCategory, MODEL_IDENTIFIER, START_TIME, STEP_SIZE, STOP_TIME, spare,
+};
 pub use enumeration::{ENUMERATIONS, Enumeration, Item};
 pub use error::VariableError;
 pub use recipe::{FILE_NAME, Recipe, RecipeError, StartValue};

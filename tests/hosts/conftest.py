@@ -61,6 +61,25 @@ def producer() -> Path:
 
 
 @pytest.fixture(scope="session")
+def fmu3_path(fmu_path, producer, tmp_path_factory):
+    """The FMU under test as one of FMI 3.0, with the same binaries."""
+    out = tmp_path_factory.mktemp("fmi3") / "NewtonsCradle.fmi3.fmu"
+    subprocess.run(
+        [producer, "build", "--from", fmu_path, "--fmi", "3", "--out", out], check=True, capture_output=True
+    )
+    return out
+
+
+@pytest.fixture
+def make3(fmu3_path, tmp_path):
+    """Makes instances of the FMU of FMI 3.0."""
+    import fmi3_host
+
+    with fmi3_host.opened(fmu3_path, tmp_path) as make:
+        yield make
+
+
+@pytest.fixture(scope="session")
 def fmu13_path() -> Path:
     """An FMU of 13 balls, packed here where `cradle.py` has not left one."""
     path = ROOT / "target/fmu/NewtonsCradle13.fmu"

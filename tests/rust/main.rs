@@ -8,6 +8,7 @@ mod border;
 mod description;
 mod directional_derivatives;
 mod exchange;
+mod fmi3;
 mod initial_unknowns;
 mod input_derivatives;
 mod methods;

@@ -15,21 +15,48 @@ pub struct Binary {
     pub contents: Vec<u8>,
 }
 
+/// The version of the standard that an FMU follows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Standard {
+    /// FMI 2.0.
+    #[default]
+    Fmi2,
+    /// FMI 3.0.
+    Fmi3,
+}
+
+/// What connects to the support and to the balls.
+const TERMINALS: &str = include_str!("../../assets/terminalsAndIcons.xml");
+
 /// The files of an FMU for the cradle of `recipe` with these binaries.
-pub fn entries(recipe: &Recipe, binaries: Vec<Binary>) -> Result<Entries, Error> {
+pub fn entries(recipe: &Recipe, binaries: Vec<Binary>, standard: Standard) -> Result<Entries, Error> {
     let start = recipe.settings().map_err(|error| Error::Usage(error.to_string()))?;
     let mut entries = Entries::new();
     let mut add = |path: String, contents: Vec<u8>| entries.insert(path, contents);
-    add("modelDescription.xml".into(), Description::of(&start).xml(&date::generation()?).into());
-    add("model.png".into(), include_bytes!("../../assets/model.png").into());
+    let picture = include_bytes!("../../assets/model.png");
+    if standard == Standard::Fmi3 {
+        add("modelDescription.xml".into(), Description::fmi3(&start).xml(&date::generation()?).into());
+        add("terminalsAndIcons/terminalsAndIcons.xml".into(), TERMINALS.into());
+        add("terminalsAndIcons/icon.png".into(), picture.into());
+    } else {
+        add("modelDescription.xml".into(), Description::of(&start).xml(&date::generation()?).into());
+        add("model.png".into(), picture.into());
+    }
     add(format!("resources/{FILE_NAME}"), recipe.to_json().into());
-    add("documentation/index.html".into(), page::html(&start).into());
+    add("documentation/index.html".into(), page::html(&start, standard).into());
     add("documentation/licenses/LICENSE-MIT.txt".into(), include_bytes!("../../../LICENSE-MIT").into());
     add("documentation/licenses/LICENSE-APACHE.txt".into(), include_bytes!("../../../LICENSE-APACHE").into());
     // Kept in the sources, so that packing needs neither Cargo nor a network; a test compares it with what Cargo knows.
     add("documentation/licenses/third-party.txt".into(), include_bytes!("../../assets/third-party.txt").into());
     for Binary { platform, contents } in binaries {
-        add(platform.binary_path(MODEL_IDENTIFIER), contents);
+        if standard == Standard::Fmi2 {
+            add(platform.binary_path(MODEL_IDENTIFIER), contents);
+            continue;
+        }
+        let parts = platform.by_tuple(MODEL_IDENTIFIER, &contents);
+        for (path, part) in parts.map_err(|error| Error::Failure(format!("{}: {error}", platform.folder)))? {
+            add(path, part);
+        }
     }
     Ok(entries)
 }
@@ -41,7 +68,7 @@ mod tests {
     #[test]
     fn names_are_those_of_the_standard() {
         let binary = Binary { platform: Platform::named("linux64").unwrap(), contents: b"binary".to_vec() };
-        let entries = entries(&Recipe::default(), vec![binary]).unwrap();
+        let entries = entries(&Recipe::default(), vec![binary], Standard::Fmi2).unwrap();
         let names: Vec<&str> = entries.keys().map(String::as_str).collect();
         assert_eq!(
             names,

@@ -14,7 +14,7 @@ mod source;
 
 pub use choice::{Choice, in_words};
 pub use compile::Workspace;
-pub use contents::{Binary, entries};
+pub use contents::{Binary, Standard, entries};
 pub use names::did_you_mean;
 pub use preset::{PRESETS, Preset};
 pub use source::{Ready, checkout, replaced};

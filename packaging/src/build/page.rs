@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use super::contents::Standard;
 use newtons_cradle::variables::{
     Access, Causality, Escaped, MODEL_IDENTIFIER, Number, Row, STEP_SIZE, STOP_TIME, Settings, TABLE, Variability,
     Variable,
@@ -13,10 +14,25 @@ const LOOK: &str = include_str!("../../../python/newtons_cradle/look/look.css");
 /// A run with the default parameters, drawn by `examples/paper/pictures.py`.
 const PICTURE: &str = include_str!("../../assets/run.svg");
 
+/// The template with what is for this version of the standard, between `<!--2-->` or `<!--3-->` and `<!--end-->`.
+fn template(standard: Standard) -> String {
+    let mut pieces = TEMPLATE.split("<!--");
+    let mut html = pieces.next().unwrap_or_default().to_owned();
+    for piece in pieces {
+        match piece.split_once("-->") {
+            Some(("2", text)) if standard == Standard::Fmi2 => html.push_str(text),
+            Some(("3", text)) if standard == Standard::Fmi3 => html.push_str(text),
+            Some(("end", text)) => html.push_str(text),
+            _ => {}
+        }
+    }
+    html
+}
+
 /// The page of the FMU with these start values.
-pub fn html(start: &Settings) -> String {
+pub fn html(start: &Settings, standard: Standard) -> String {
     let balls = start.balls();
-    TEMPLATE
+    template(standard)
         .replace("{{look}}", LOOK)
         .replace("{{picture}}", PICTURE)
         .replace("{{model}}", MODEL_IDENTIFIER)
@@ -88,8 +104,15 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_page_is_for_one_version() {
+        let [two, three] = [Standard::Fmi2, Standard::Fmi3].map(|standard| html(&Settings::default_for(5), standard));
+        assert!(two.contains("fmi2Error") && !two.contains("fmi3") && !two.contains("<!--"));
+        assert!(three.contains("fmi3Error") && !three.contains("fmi2") && !three.contains("FMI 2"));
+    }
+
+    #[test]
     fn every_variable_is_on_the_page() {
-        let html = html(&Settings::default_for(5));
+        let html = html(&Settings::default_for(5), Standard::Fmi2);
         for row in TABLE {
             assert!(html.contains(&format!("<code>{}</code>", row.name_of("i"))), "{}", row.name);
         }

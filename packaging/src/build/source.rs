@@ -10,7 +10,8 @@ use super::preset::PRESETS;
 use crate::archive::Entries;
 use crate::check::{self, MAX_BYTES, Model, Report};
 use crate::error::Error;
-use crate::platform::PLATFORMS;
+use crate::platform::Platform;
+use crate::universal;
 
 const TOOL: &str = concat!("newtons-cradle ", env!("CARGO_PKG_VERSION"));
 
@@ -48,9 +49,14 @@ impl Ready {
         }
         let mut ready = Self::default();
         for (name, contents) in entries {
-            let platform = PLATFORMS.iter().find(|platform| platform.binary_path(MODEL_IDENTIFIER) == name);
-            if let Some(platform) = platform {
-                ready.binaries.push(Binary { platform, contents });
+            if let Some(platform) = Platform::of_path(&name, MODEL_IDENTIFIER) {
+                match ready.binaries.iter_mut().find(|other| other.platform == platform) {
+                    Some(other) => {
+                        other.contents =
+                            universal::join(&other.contents, &contents).map_err(|error| refused(&error))?;
+                    }
+                    None => ready.binaries.push(Binary { platform, contents }),
+                }
             } else if name.starts_with("documentation/licenses/") {
                 ready.licenses.insert(name, contents);
             }
@@ -84,10 +90,13 @@ pub fn replaced(path: &Path, new: &[u8]) -> Option<String> {
     if was.guid == is.guid {
         return Some("the same cradle, with other binaries or documents".to_owned());
     }
-    let balls = was.variables.iter().filter(|variable| variable.name.starts_with("x[")).count();
-    let preset = PRESETS
-        .iter()
-        .find(|preset| Choice::settings_of(preset).is_ok_and(|settings| Description::of(&settings).guid() == was.guid));
+    let balls = was.balls();
+    let preset = PRESETS.iter().find(|preset| {
+        Choice::settings_of(preset).is_ok_and(|settings| {
+            let description = if was.is_fmi3() { Description::fmi3(&settings) } else { Description::of(&settings) };
+            description.guid() == was.guid
+        })
+    });
     let what = match preset {
         Some(preset) => format!("preset {}", preset.name),
         None if was.is_own() => format!("n = {balls}"),

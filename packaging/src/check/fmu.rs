@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use super::description::model::{Interface, Kind, Model};
-use super::description::{attributes, structure, variables};
+use super::description::{arrays, attributes, structure, variables};
 use super::report::Report;
 use super::unpack::unpack;
 use super::{binary, own, probe};
@@ -48,8 +48,12 @@ fn contents(bytes: &[u8], limit: u64, report: &mut Report) -> Option<(Entries, M
     let entries = unpack(bytes, limit, report)?;
     let model = Model::read(entries.get("modelDescription.xml")?, report)?;
     attributes::check(&model, &entries, report);
-    variables::check(&model, report);
-    structure::check(&model, report);
+    if model.is_fmi3() {
+        arrays::check(&model, report);
+    } else {
+        variables::check(&model, report);
+        structure::check(&model, report);
+    }
     binaries(&entries, &model, report);
     own::check(&entries, &model, report);
     Some((entries, model))
@@ -64,15 +68,18 @@ fn binaries(entries: &Entries, model: &Model, report: &mut Report) {
             continue;
         }
         let kinds: Vec<Kind> = interfaces.iter().copied().filter(same).map(|interface| interface.kind).collect();
-        let path = |platform: &Platform| platform.binary_path(&interface.identifier);
-        let found: Vec<&Platform> = PLATFORMS.iter().filter(|platform| entries.contains_key(&path(platform))).collect();
+        let paths = |platform: &'static Platform| platform.paths(&interface.identifier, model.is_fmi3());
+        let found: Vec<(&Platform, String)> = PLATFORMS
+            .iter()
+            .flat_map(|platform| paths(platform).into_iter().map(move |path| (platform, path)))
+            .filter(|(_, path)| entries.contains_key(path))
+            .collect();
         if found.is_empty() && !entries.keys().any(|name| name.starts_with("sources/")) {
             report.problem(format_args!("binaries: none for {} on any platform", interface.identifier));
         }
-        for platform in found {
-            let path = path(platform);
+        for (platform, path) in found {
             if report.accept(&path, platform.check(&entries[&path])).is_some() {
-                binary::check(&path, &entries[&path], &kinds, model.is_own(), report);
+                binary::check(&path, &entries[&path], &kinds, model, report);
             }
         }
     }

@@ -17,14 +17,15 @@ pub fn check(entries: &Entries, model: &Model, report: &mut Report) {
     if model.tool != concat!("newtons-cradle ", env!("CARGO_PKG_VERSION")) {
         return report.remark(format_args!("written by {}: this version cannot check its GUID", model.tool));
     }
-    let description = Description::of(&settings);
+    let description = if model.is_fmi3() { Description::fmi3(&settings) } else { Description::of(&settings) };
     let guid = description.guid();
     if model.guid != guid {
         report.problem(format_args!("guid = \"{}\"; that of the resources is {guid}", model.guid));
     } else if description.xml(model.date.as_deref().unwrap_or_default()) != model.text {
         report.problem("modelDescription.xml: not the description that belongs to its GUID");
     }
-    for name in ["documentation/index.html", "documentation/licenses/third-party.txt", "model.png"] {
+    let picture = if model.is_fmi3() { "terminalsAndIcons/icon.png" } else { "model.png" };
+    for name in ["documentation/index.html", "documentation/licenses/third-party.txt", picture] {
         report.require(entries.contains_key(name), format_args!("{name}: missing"));
     }
 }

@@ -30,8 +30,8 @@ const PATIENCE: Duration = Duration::from_secs(60);
 /// Loads the binaries of an FMU on this machine, if it has any, and reports what is wrong with their answers.
 pub fn check(entries: &Entries, model: &Model, report: &mut Report) -> Result<(), Error> {
     let Some((first, platform)) = model.interfaces().next().zip(Platform::host().ok()) else { return Ok(()) };
-    let binary = platform.binary_path(&first.identifier);
-    let path = |interface: &Interface| platform.binary_path(&interface.identifier);
+    let path = |interface: &Interface| model.host_binary(&interface.identifier).unwrap_or_default();
+    let binary = path(first);
     for interface in model.interfaces() {
         if interface.needs_tool {
             return Ok(());
@@ -107,12 +107,14 @@ pub fn run(folder: &Path, findings: &Path) -> Result<(), Error> {
     let text = fs::read(folder.join("modelDescription.xml")).map_err(|error| failed("read the description", error))?;
     let model = Model::read(&text, &mut Report::default());
     let file = File::create(findings).map_err(|error| failed("write the findings", error))?;
-    let Some((model, platform)) = model.as_ref().zip(Platform::host().ok()) else { return Ok(()) };
+    let Some(model) = model.as_ref() else { return Ok(()) };
     let mut findings = Findings(file);
     for interface in model.interfaces() {
-        let (kind, binary) = (interface.kind, folder.join(platform.binary_path(&interface.identifier)));
+        let binary = folder.join(model.host_binary(&interface.identifier).unwrap_or_default());
+        let kind = interface.kind;
         let done = load(&binary, &mut findings).and_then(|library| {
-            Probe { findings: &mut findings, model, kind, library, instance: null_mut() }.all(folder)
+            let mut probe = Probe { findings: &mut findings, model, kind, library, instance: null_mut() };
+            if model.is_fmi3() { probe.all_arrays(folder) } else { probe.all(folder) }
         });
         if let Err(problem) = done {
             let said = SAID.lock().map(|mut said| std::mem::take(&mut *said)).unwrap_or_default();
@@ -171,10 +173,10 @@ pub(crate) unsafe extern "C" fn log(
 }
 
 /// The file that the findings are left in.
-struct Findings(File);
+pub(super) struct Findings(File);
 
 impl Findings {
-    fn tell(&mut self, kind: &str, text: &str) {
+    pub(super) fn tell(&mut self, kind: &str, text: &str) {
         // If the disk is full, the parent reports what it finds.
         let _ = writeln!(self.0, "{kind}: {}", text.replace(['\n', '\r'], " "));
     }
@@ -190,8 +192,8 @@ fn load(path: &Path, findings: &mut Findings) -> Result<Library, String> {
 }
 
 pub(super) struct Probe<'a> {
-    findings: &'a mut Findings,
-    model: &'a Model,
+    pub(super) findings: &'a mut Findings,
+    pub(super) model: &'a Model,
     kind: Kind,
     library: Library,
     pub(super) instance: Instance,
@@ -252,6 +254,10 @@ impl<'a> Probe<'a> {
         self.plain("fmi2Terminate")
     }
 
+    pub(super) fn kind(&self) -> Kind {
+        self.kind
+    }
+
     /// How many continuous states and event indicators there are.
     pub(super) fn continuous(&self) -> (usize, usize) {
         (self.model.structure.derivatives.as_ref().map_or(0, Vec::len), self.model.event_indicators)
@@ -268,16 +274,17 @@ impl<'a> Probe<'a> {
         let name = match status {
             0 => return Ok(()),
             1 => {
-                self.findings.tell("remark", &format!("{function} answers fmi2Warning, at which some hosts stop"));
+                let version = function.get(..4).unwrap_or_default();
+                self.findings.tell("remark", &format!("{function} answers {version}Warning, at which some hosts stop"));
                 return Ok(());
             }
-            2 => "fmi2Discard",
-            3 => "fmi2Error",
-            4 => "fmi2Fatal",
-            5 => "fmi2Pending",
-            _ => "an unknown status",
+            2 => "Discard",
+            3 => "Error",
+            4 => "Fatal",
+            5 => "Pending",
+            _ => return Err(format!("{function} answers an unknown status")),
         };
-        Err(format!("{function} answers {name}"))
+        Err(format!("{function} answers {}{name}", function.get(..4).unwrap_or_default()))
     }
 
     pub(super) fn plain(&mut self, name: &str) -> Result<(), String> {
@@ -285,13 +292,14 @@ impl<'a> Probe<'a> {
         self.status(name, unsafe { function(self.instance) })
     }
 
-    fn free(&mut self) -> Result<(), String> {
-        let function = self.function::<unsafe extern "C" fn(Instance)>("fmi2FreeInstance")?;
+    pub(super) fn free(&mut self) -> Result<(), String> {
+        let name = if self.model.is_fmi3() { "fmi3FreeInstance" } else { "fmi2FreeInstance" };
+        let function = self.function::<unsafe extern "C" fn(Instance)>(name)?;
         unsafe { function(self.instance) };
         Ok(())
     }
 
-    fn constant(&mut self, name: &str, wanted: &str) -> Result<(), String> {
+    pub(super) fn constant(&mut self, name: &str, wanted: &str) -> Result<(), String> {
         let function = self.function::<unsafe extern "C" fn() -> *const c_char>(name)?;
         let text = unsafe { function() };
         // SAFETY: not NULL here, and the binary promises a text closed by a null byte.

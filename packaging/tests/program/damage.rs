@@ -2,8 +2,9 @@
 
 use std::sync::LazyLock;
 
-use super::support::{entries, fmu, zip};
+use super::support::{entries, fmu, fmu_of, zip};
 use cradle_packaging::archive::Entries;
+use cradle_packaging::build::Standard;
 use cradle_packaging::check::{MAX_BYTES, bytes};
 use cradle_packaging::platform::Platform;
 use zip::CompressionMethod::{Deflated, Stored};
@@ -83,7 +84,7 @@ fn damaged_entries_are_found() {
 #[test]
 fn wrong_descriptions_are_found() {
     for (from, to, expected) in [
-        ("fmiVersion=\"2.0\"", "fmiVersion=\"3.0\"", "only 2.0 can be checked"),
+        ("fmiVersion=\"2.0\"", "fmiVersion=\"1.0\"", "only 2.0 and 3.0 can be checked"),
         ("guid=\"{", "guid=\"{0", "that of the resources is {"),
         ("modelIdentifier=\"NewtonsCradle\"", "modelIdentifier=\"1-x\"", "is not a C identifier"),
         ("stopTime=\"10\"", "stopTime=\"-1\"", "stopTime is not after startTime"),
@@ -162,4 +163,38 @@ fn a_zip_bomb_is_not_unpacked() {
     bomb.insert("a".to_owned(), vec![0; 8 << 20]);
     let found = bytes(&zip(&bomb, Deflated), 1 << 20).problems.join("\n");
     assert!(found.contains("a: the unpacked files exceed 1048576 bytes"), "{found}");
+}
+
+#[test]
+fn wrong_descriptions_of_fmi_3_are_found() {
+    let sound = fmu_of(Standard::Fmi3);
+    assert_eq!(problems(&sound), "");
+    let sound = entries(&sound);
+    let text = String::from_utf8(sound[DESCRIPTION].clone()).unwrap();
+    for (from, to, expected) in [
+        ("instantiationToken=\"{", "instantiationToken=\"{0", "that of the resources is {"),
+        ("name=\"gravity\"", "name=\"ball.mass\"", "there are two variables of this name"),
+        ("name=\"gravity\"", "name=\"a b\"", "not a valid name for variableNamingConvention"),
+        ("name=\"gravity\" valueReference=\"32\"", "name=\"gravity\" valueReference=\"1\"", "share a value reference"),
+        (" start=\"9.81\"", "", "gravity: the start value is missing"),
+        (" start=\"9.81\"", " start=\"x\"", "gravity: start = \"x\"; allowed: numbers"),
+        (" start=\"1 1 1 1 1\"", " start=\"1 1\"", "2 start value(s); allowed: 5"),
+        ("declaredType=\"Acceleration\"", "declaredType=\"Nothing\"", "its declaredType is not defined"),
+        ("causality=\"independent\"", "causality=\"local\"", "there are 0 independent variables"),
+        (
+            "<Dimension valueReference=\"1\"/>",
+            "<Dimension valueReference=\"0\"/>",
+            "is not sized by a structural parameter",
+        ),
+        (" clocks=\"8\"", " clocks=\"0\"", "belongs to a clock that is none"),
+        ("<Output valueReference", "<Nothing valueReference", "Output: x is missing"),
+        ("<InitialUnknown valueReference", "<Nothing valueReference", "InitialUnknown: pendulum.period is missing"),
+        ("dependencies=\"", "dependencies=\"999 ", "Output: x is, or depends on, a variable that does not exist"),
+    ] {
+        assert!(text.contains(from), "{from}");
+        let mut entries = sound.clone();
+        entries.insert(DESCRIPTION.to_owned(), text.replacen(from, to, 1).into_bytes());
+        let found = problems(&zip(&entries, Stored));
+        assert!(found.contains(expected), "{to}: {found}");
+    }
 }

@@ -86,8 +86,13 @@ pub fn library() -> String {
 
 /// The default FMU for this machine.
 pub fn fmu() -> Vec<u8> {
+    fmu_of(build::Standard::Fmi2)
+}
+
+/// The same of a version of the standard.
+pub fn fmu_of(standard: build::Standard) -> Vec<u8> {
     let binary = Binary { platform: Platform::host().unwrap(), contents: fs::read(library_path()).unwrap() };
-    zip(&build::entries(&Recipe::default(), vec![binary]).unwrap(), CompressionMethod::Stored)
+    zip(&build::entries(&Recipe::default(), vec![binary], standard).unwrap(), CompressionMethod::Stored)
 }
 
 /// Its entries.

@@ -57,6 +57,18 @@ impl Continuous {
         self.time - self.step_start
     }
 
+    /// When the next onset or release is due, s, as far as the solver's steps so far show it, and in flight as far as the look ahead
+    /// does.
+    pub fn next_event(&self) -> Option<f64> {
+        let known = self.trajectory.events.iter().find(|event| event.kind != Kind::Peak);
+        let in_flight = || self.trajectory.closed.iter().all(|closed| !closed);
+        let next = match known {
+            Some(event) => Some(event.time.value_up()),
+            None => self.next_onset().found().filter(|_| in_flight()),
+        };
+        next.filter(|next| *next > self.time)
+    }
+
     /// The first onset beyond the last step, or none within 1000 periods of the first ball; where a fixed number of steps does not
     /// show it, how far they have led. The next look, at a later time, goes on from there.
     fn look_ahead(&self, now: DoubleDouble) -> Next {

@@ -190,14 +190,19 @@ impl Continuous {
     /// in the order of their release. The values "over the last step" refer to this call.
     pub fn advance(&mut self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
         self.begin_step();
-        let until = DoubleDouble::from(time);
+        self.continue_step(time, observer)
+    }
+
+    /// Goes on to `time` (s) with the step that [`Self::advance`] began and the observer ended early.
+    pub fn continue_step(&mut self, mut time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
         let mut steps = 0_u64;
         loop {
-            while let Some(&event) = self.trajectory.events.front().filter(|event| event.time <= until) {
+            while let Some(&event) = self.trajectory.events.front().filter(|event| event.time <= time.into()) {
                 self.trajectory.events.pop_front();
                 self.enter(event, observer);
+                time = observer.stop().map_or(time, |stop| stop.min(time));
             }
-            if self.trajectory.path().end >= until {
+            if self.trajectory.path().end >= time.into() {
                 break;
             }
             for i in 0..self.contacts.len() {
@@ -246,6 +251,7 @@ impl Continuous {
                 contact.ledger.open_pulse(time, self.step);
                 contact.ledger.add(0.0, force, force);
                 contact.impulse_at_onset = impulse;
+                observer.onset(i, contact.ledger.onset);
             }
             Kind::Peak => contact.ledger.add(0.0, force, force),
             Kind::Release => {

@@ -43,6 +43,18 @@ impl LastStep<'_> {
         Ok(outputs)
     }
 
+    /// Derivatives of the outputs at its end along `inputs` that act from then on: what changes is the accelerations, the power and
+    /// the next onset. What rigid balls in contact transmit is not followed.
+    pub fn at_end_along_inputs(&self, inputs: &Inputs) -> Differential {
+        let along = Cradle::constant(self.cradle);
+        let held = self.inputs.at(self.inputs.since + self.length);
+        let forcings = forcings_along(&along, &held, inputs);
+        let run = Run::new(self.cradle, along, lifted(&self.end), forcings);
+        let mut outputs = run.outputs();
+        outputs.next_onset = self.next_onset(run);
+        outputs
+    }
+
     /// Derivatives of the outputs at the start of a run, of which there was no step yet, along a direction of
     /// parameters and inputs.
     pub fn along_parameters(

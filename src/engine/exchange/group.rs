@@ -6,7 +6,7 @@ use super::run::Exchange;
 use crate::engine::error::EngineError;
 use crate::engine::flight::{Ball, Separation};
 use crate::engine::inputs::HeldInputs;
-use crate::engine::observer::{Observer, Pulse};
+use crate::engine::observer::{Observer, Pulse, Unrecorded};
 use crate::engine::run::{Contact, Engine, Phase};
 use crate::model::{ContactLaw, Inputs, Mode, Parameters};
 use crate::next::Next;
@@ -98,7 +98,7 @@ impl Exchange {
             let rate = engine.balls[j].flight.v - engine.balls[j + 1].flight.v;
             let mode = law.mode_when_closed(overlap, rate);
             engine.contacts[j].loosen(overlap, mode);
-            engine.begin_pulse(j, start);
+            engine.begin_pulse(j, start, &mut Unrecorded);
         }
         engine.form(0..engine.contacts.len(), start);
         for j in 0..engine.contacts.len() {
@@ -112,8 +112,8 @@ impl Exchange {
                 engine.forecast(j, anchor);
             }
         }
-        if closed.is_empty() && !engine.begin_impact(local(first), start) {
-            engine.close(local(first), start, local(first)..local(first) + 1);
+        if closed.is_empty() && !engine.begin_impact(local(first), start, &mut Unrecorded) {
+            engine.close(local(first), start, local(first)..local(first) + 1, &mut Unrecorded);
         }
         let mut followed = Followed::of(&engine);
         let Some((contacts, end)) = self.to_the_end(&mut engine, local(first), &mut followed)? else {

@@ -46,7 +46,7 @@ impl Engine {
             Some((i, Switch::Onset)) => {
                 let range = cluster.window_contacts();
                 self.release_members(&cluster);
-                self.close(i, t, range);
+                self.close(i, t, range, observer);
             }
         }
         Ok(())

@@ -152,11 +152,20 @@ impl Engine {
         self.advance_within(time, u64::MAX, observer)
     }
 
+    /// Goes on to `time` (s) with the step that [`Self::advance`] began and the observer ended early.
+    pub fn continue_step(&mut self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
+        self.follow_events(time, u64::MAX, observer)
+    }
+
     /// Like [`Self::advance`], but stops short before an event once it has spent this `effort`, in units of about a tenth of a
     /// microsecond; [`Self::time`] says where. The trajectory does not depend on it.
     pub fn advance_within(&mut self, time: f64, effort: u64, observer: &mut dyn Observer) -> Result<(), EngineError> {
         self.step.begin(self.time);
-        let (until, enough) = (DoubleDouble::from(time), self.effort.saturating_add(effort));
+        self.follow_events(time, effort, observer)
+    }
+
+    fn follow_events(&mut self, time: f64, effort: u64, observer: &mut dyn Observer) -> Result<(), EngineError> {
+        let (mut until, enough) = (DoubleDouble::from(time), self.effort.saturating_add(effort));
         let mut reached = time;
         let mut watchdog = Watchdog::new(self.time.into(), until);
         while let Some((t, key)) = self.queue.first()
@@ -172,6 +181,9 @@ impl Engine {
             }
             watchdog.check(t, self.switching(key), self.effort, observer)?;
             self.process(t, key, observer)?;
+            if let Some(stop) = observer.stop().filter(|stop| *stop < reached) {
+                (reached, until) = (stop, stop.into());
+            }
         }
         self.time = reached;
         self.check_finite(self.step.moved.iter().map(|&ball| ball as usize))

@@ -6,7 +6,7 @@ use super::contact::Phase;
 use super::engine::Engine;
 use crate::engine::error::EngineError;
 use crate::engine::flight::{EVALUATIONS, Regime, Separation};
-use crate::engine::observer::Observer;
+use crate::engine::observer::{Observer, Unrecorded};
 use crate::model::Mode;
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
@@ -38,8 +38,8 @@ impl Engine {
             Phase::Impact(_) => self.end_impact(key, t, observer),
             Phase::Open(_, Next::At(_)) if self.is_rigid() => self.meet(key, t, observer),
             Phase::Open(_, Next::At(_)) => {
-                if !self.begin_impact(key, t) {
-                    self.close(key, t, key..key + 1);
+                if !self.begin_impact(key, t, observer) {
+                    self.close(key, t, key..key + 1, observer);
                 }
             }
             Phase::Constraint(_, Next::At(_)) => self.part(key, t, observer),
@@ -56,7 +56,7 @@ impl Engine {
 
     /// Contact `i` closes at time `t`: the clusters that its balls belong to or border on become one, with the contacts of
     /// `range`, which have left theirs.
-    pub(crate) fn close(&mut self, i: usize, t: DoubleDouble, range: Range<usize>) {
+    pub(crate) fn close(&mut self, i: usize, t: DoubleDouble, range: Range<usize>, observer: &mut dyn Observer) {
         let closed = |engine: &Self, j: &usize| engine.contacts[*j].is_closed();
         let mut members = range.clone().find(|j| closed(self, j)).map_or(i, |first| first.min(i))
             ..range.clone().rev().find(|j| closed(self, j)).map_or(i, |last| last.max(i)) + 2;
@@ -89,7 +89,7 @@ impl Engine {
         self.queue.remove(i);
         let rate = self.balls[i].moved(t).1 - self.balls[i + 1].moved(t).1;
         self.contacts[i].loosen(0.0, self.cradle.contacts[i].mode_when_closed(0.0, rate));
-        self.begin_pulse(i, t);
+        self.begin_pulse(i, t, observer);
         self.form(range, t);
     }
 
@@ -101,7 +101,7 @@ impl Engine {
             let mode = if overlap > 0.0 { law.mode_when_closed(overlap, left.v - right.v) } else { Mode::Open };
             self.contacts[i].loosen(overlap, mode);
             if overlap > 0.0 {
-                self.begin_pulse(i, start);
+                self.begin_pulse(i, start, &mut Unrecorded);
             }
         }
     }
@@ -116,8 +116,10 @@ impl Engine {
     }
 
     /// A pulse of contact `i` begins at `t`.
-    pub(crate) fn begin_pulse(&mut self, i: usize, t: DoubleDouble) {
-        self.contacts[i].ledger.open_pulse(t, self.step.number);
+    pub(crate) fn begin_pulse(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) {
+        let ledger = &mut self.contacts[i].ledger;
+        ledger.open_pulse(t, self.step.number);
+        observer.onset(i, ledger.onset);
         self.onsets = self.onsets.saturating_add(1);
         self.count_event();
     }

@@ -13,7 +13,7 @@ use crate::solver::double_double::DoubleDouble;
 impl Engine {
     /// Begins the closing of contact `i` at `t` as an impact of known outcome, if it is one: two balls that are in flight, and
     /// stay clear of their neighbours until the impact is over.
-    pub(crate) fn begin_impact(&mut self, i: usize, t: DoubleDouble) -> bool {
+    pub(crate) fn begin_impact(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) -> bool {
         let neighbours = i.saturating_sub(1)..(i + 3).min(self.balls.len());
         let regime = |ball: usize| self.balls[ball].regime;
         if regime(i) != Regime::Flight || regime(i + 1) != Regime::Flight {
@@ -42,7 +42,7 @@ impl Engine {
             self.contacts[beside].phase = Phase::Beside(self.contacts[beside].overlap());
         }
         (self.balls[i].regime, self.balls[i + 1].regime) = (Regime::Impact(i as u32), Regime::Impact(i as u32));
-        self.begin_pulse(i, t);
+        self.begin_pulse(i, t, observer);
         self.totals.work.steps = self.totals.work.steps.saturating_add(1);
         self.totals.work.evaluations = self.totals.work.evaluations.saturating_add(1);
         true

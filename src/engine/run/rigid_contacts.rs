@@ -127,7 +127,7 @@ impl Engine {
         for (impact, is_last) in impacts.iter().zip(is_last.into_iter().rev()) {
             let i = first + impact.contact;
             self.end_rigid_pulse(i, t, observer);
-            self.begin_rigid_pulse(i, t);
+            self.begin_rigid_pulse(i, t, observer);
             self.contacts[i].ledger.add(impact.impulse, 0.0, 0.0);
             if !is_last || constraints[impact.contact].is_none() {
                 self.end_rigid_pulse(i, t, observer);
@@ -151,10 +151,10 @@ impl Engine {
     }
 
     /// The loose contact `i` begins to press at `t`.
-    fn begin_rigid_pulse(&mut self, i: usize, t: DoubleDouble) {
+    fn begin_rigid_pulse(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) {
         let overlap = self.contacts[i].overlap();
         self.contacts[i].loosen(overlap, Mode::Pressing);
-        self.begin_pulse(i, t);
+        self.begin_pulse(i, t, observer);
     }
 
     /// The loose contact `i` presses no longer at `t`, if it has.
@@ -262,7 +262,7 @@ impl Engine {
         for (j, constraint) in beside.zip(constraints) {
             if let Some(constraint) = constraint {
                 if !self.contacts[j].is_closed() {
-                    self.begin_rigid_pulse(j, t);
+                    self.begin_rigid_pulse(j, t, observer);
                 }
                 self.contacts[j].phase = Phase::Constraint(constraint, Next::Never);
             } else {

@@ -4,11 +4,11 @@ use std::ffi::CStr;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::ptr::null_mut;
 
-use crate::fmi2::boundary::{Component, array};
+use crate::border::{self, Component, array, text};
 use crate::fmi2::types::*;
-use crate::fmi2::{logger, resources};
-use crate::instance::{Experiment, Instance, Kind, Log, Refusal};
-use crate::variables::{Description, LOG_CATEGORIES, LogCategory, Settings};
+use crate::fmi2::{Fmi2, logger};
+use crate::instance::{Experiment, Instance, Kind, Log};
+use crate::variables::{Description, Settings};
 
 /// Platform of the types: `default`.
 #[unsafe(no_mangle)]
@@ -43,12 +43,11 @@ pub unsafe extern "C" fn fmi2Instantiate(
     // SAFETY: checked above, and the host promises that it points to its functions.
     let functions = unsafe { *functions };
     // SAFETY: the host promises texts closed by a null byte, or NULL.
-    let [name, guid, location] = [instanceName, fmuGUID, fmuResourceLocation]
-        .map(|text| if text.is_null() { c"" } else { unsafe { CStr::from_ptr(text) } });
+    let [name, guid, location] = [instanceName, fmuGUID, fmuResourceLocation].map(|given| unsafe { text(given) });
     let created = catch_unwind(AssertUnwindSafe(|| {
         let log = Log::new(logger::sink(&functions, name), loggingOn != fmi2False);
         match settings(name, fmuType, guid, location) {
-            Ok((kind, settings, guid)) => Component::into_raw(Instance::new(kind, settings, guid, log)),
+            Ok((kind, settings, guid)) => Component::into_raw(Instance::new(kind, settings, guid, log), Fmi2),
             Err(reason) => {
                 log.error(format_args!("fmi2Instantiate: {reason}"));
                 null_mut()
@@ -65,7 +64,7 @@ pub unsafe extern "C" fn fmi2Instantiate(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2FreeInstance(c: fmi2Component) {
     // SAFETY: the host promises that `c` is NULL or a component it does not use again.
-    unsafe { Component::free(c) }
+    unsafe { Component::<Fmi2>::free(c) }
 }
 
 export! {
@@ -73,8 +72,7 @@ export! {
     /// error and changes nothing.
     fn fmi2SetDebugLogging(loggingOn: fmi2Boolean, nCategories: usize, categories: *const fmi2String)
     as SetDebugLogging |instance| {
-        let names = array("categories", categories, nCategories)?;
-        let categories: Vec<LogCategory> = names.iter().map(|name| category(*name)).collect::<Result<_, _>>()?;
+        let categories = border::categories(array("categories", categories, nCategories)?)?;
         instance.log.switch(loggingOn != fmi2False, &categories);
         Ok(())
     };
@@ -96,18 +94,6 @@ export! {
     fn fmi2Reset() as Reset |instance| instance.reset();
 }
 
-/// # Safety
-/// `name` is NULL or a text closed by a null byte.
-unsafe fn category(name: fmi2String) -> Result<LogCategory, Refusal> {
-    // SAFETY: not NULL here, the rest is the caller's promise.
-    let name = if name.is_null() { c"NULL" } else { unsafe { CStr::from_ptr(name) } }.to_string_lossy();
-    LOG_CATEGORIES.into_iter().find(|category| category.name() == name).ok_or_else(|| Refusal::Argument {
-        name: "category",
-        value: name.into_owned(),
-        allowed: LOG_CATEGORIES.map(LogCategory::name).join(", "),
-    })
-}
-
 /// The kind of instance asked for, the start values of the FMU whose description has this GUID, and the GUID; or why there are none.
 fn settings(name: &CStr, kind: fmi2Type, guid: &CStr, location: &CStr) -> Result<(Kind, Settings, String), String> {
     if name.is_empty() {
@@ -122,7 +108,7 @@ fn settings(name: &CStr, kind: fmi2Type, guid: &CStr, location: &CStr) -> Result
             ));
         }
     };
-    let recipe = resources::load(location.to_bytes())?;
+    let recipe = border::at_location(location.to_bytes())?;
     let settings = recipe.settings().map_err(|error| format!("resources: {error}"))?;
     let own = Description::of(&settings).guid();
     if guid.to_bytes() != own.as_bytes() {

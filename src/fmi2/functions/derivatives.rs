@@ -1,8 +1,6 @@
 //! Derivatives of inputs and outputs by time, and directional derivatives.
 
-use std::mem::MaybeUninit;
-
-use crate::fmi2::boundary::{array, array_mut};
+use crate::border::{array, array_mut, fill};
 use crate::fmi2::types::*;
 
 export! {
@@ -37,9 +35,4 @@ export! {
         fill(places, instance.directional_derivatives(unknowns, knowns, direction)?);
         Ok(())
     };
-}
-
-/// Writes `values` to their places.
-pub(super) fn fill<T>(places: &mut [MaybeUninit<T>], values: Vec<T>) {
-    places.iter_mut().zip(values).for_each(|(place, value)| *place = MaybeUninit::new(value));
 }

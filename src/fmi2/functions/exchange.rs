@@ -1,8 +1,7 @@
 //! Functions of model exchange: events, and what a host needs to integrate.
 
-use super::derivatives::fill;
+use crate::border::{array, array_mut, fill};
 use crate::engine::Update;
-use crate::fmi2::boundary::{array, array_mut};
 use crate::fmi2::types::*;
 use crate::instance::Refusal;
 

@@ -1,6 +1,7 @@
 //! Derivatives of the outputs: by time, and along directions of inputs and parameters.
 
 use crate::engine::{Differential, MAX_OUTPUT_DERIVATIVE};
+use crate::instance::hybrid::Hybrid;
 use crate::instance::legality::{Kind, Phase};
 use crate::instance::lifecycle::Instance;
 use crate::instance::refusal::Refusal;
@@ -80,8 +81,10 @@ impl Instance {
             return unknowns.into_iter().map(|unknown| self.derivative(unknown, Some(&differential))).collect();
         }
         let parameters = self.run.effective_parameters();
+        let at_point = self.run.hybrid.as_ref().is_some_and(Hybrid::derives_at_point);
         let simulation = self.simulation()?;
         let differential = match initializing {
+            false if at_point => Ok(simulation.sensitivity_at_point(&along.inputs)),
             true => simulation.sensitivity_of_start(&parameters, &along.parameters, &along.inputs),
             false => simulation.sensitivity_of_step(&along.inputs),
         };

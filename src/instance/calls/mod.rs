@@ -8,4 +8,6 @@ mod state;
 mod step;
 mod values;
 
+pub(super) use report::Reporter;
 pub use state::SavedState;
+pub(super) use step::CLOCK_TOLERANCE;

@@ -12,7 +12,7 @@ const FIRST: Duration = Duration::from_secs(2);
 const EVERY: Duration = Duration::from_secs(10);
 
 /// Writes each pulse to the log as it finishes, and how far the step has come if it takes long.
-pub(super) struct Reporter<'a> {
+pub(in crate::instance) struct Reporter<'a> {
     log: &'a Log,
     pulses: bool,
     /// Where the step ends, s.

@@ -8,6 +8,7 @@ use crate::instance::legality::{Kind, Phase};
 use crate::instance::lifecycle::Instance;
 use crate::instance::refusal::{Refusal, StateError};
 use crate::instance::run::Run;
+use crate::variables::{MAX_BALLS, MIN_BALLS};
 
 /// A saved state. The log is no part of it.
 pub struct SavedState {
@@ -17,7 +18,7 @@ pub struct SavedState {
 
 /// What the bytes begin with, and the format that follows.
 const MAGIC: [u8; 8] = *b"cradleFS";
-const FORMAT: u32 = 6;
+const FORMAT: u32 = 7;
 const HEADER: usize = MAGIC.len() + size_of::<u32>();
 
 /// Length of the digest that the bytes end with.
@@ -86,6 +87,10 @@ impl Instance {
     pub fn set_state(&mut self, state: &SavedState) -> Result<(), Refusal> {
         self.check_owner(state.owner())?;
         self.check_kind(state.run.kind)?;
+        let events = |run: &Run| run.hybrid.as_ref().is_some_and(|hybrid| hybrid.event_mode);
+        if events(&state.run) != events(&self.run) {
+            return Err(StateError::OtherEvents.into());
+        }
         self.run.clone_from(&state.run);
         Ok(())
     }
@@ -107,12 +112,15 @@ impl Instance {
     pub fn read_state(&self, bytes: &[u8]) -> Result<SavedState, Refusal> {
         let unreadable = |_| StateError::Unsound(Unsound("it cannot be read"));
         let (owner, rest) = postcard::take_from_bytes::<Owner>(content(bytes)?).map_err(unreadable)?;
+        let owner_balls = owner.balls.clamp(MIN_BALLS, MAX_BALLS);
         self.check_owner(owner)?;
         let ((mut run, snapshot, exchange), rest) = postcard::take_from_bytes::<Content>(rest).map_err(unreadable)?;
         if !rest.is_empty() {
             return Err(StateError::Unsound(Unsound("there are more bytes than those of the state")).into());
         }
-        run.check(self.balls()).map_err(StateError::Unsound)?;
+        // Only with arrays the number of balls is one of what the host can set.
+        let balls = if self.run.hybrid.is_some() { owner_balls } else { self.balls() };
+        run.check(balls).map_err(StateError::Unsound)?;
         self.check_kind(run.kind)?;
         let calculated = run.phase > Phase::InitializationMode;
         let exchanges = run.kind == Kind::ModelExchange;

@@ -7,7 +7,7 @@ use crate::instance::refusal::Refusal;
 use crate::model::Inputs;
 
 /// How far the host's clock may be off from ours, relative to the larger of 1 s and the time.
-const CLOCK_TOLERANCE: f64 = 1e-12;
+pub(crate) const CLOCK_TOLERANCE: f64 = 1e-12;
 
 impl Instance {
     /// Time that the last step reached, or that the host has set, s.
@@ -27,6 +27,20 @@ impl Instance {
     #[inline]
     pub fn step(&mut self, current: f64, step: f64) -> Result<(), Refusal> {
         let own = self.time();
+        let Some(next) = self.begin(current, step)? else { return Ok(()) };
+        let advanced = match &mut self.run.simulation {
+            Some(simulation) => simulation.advance(next, &mut Reporter::new(&self.log, next)),
+            None => return Err(Refusal::Missing("nothing is calculated yet")),
+        };
+        advanced.map_err(|error| self.fail(error))?;
+        let reached = self.inputs_reached(next - own)?;
+        self.keep_inputs(reached);
+        Ok(())
+    }
+
+    /// Makes everything ready for a step, and says where it ends, s; nothing if it is there already.
+    pub(in crate::instance) fn begin(&mut self, current: f64, step: f64) -> Result<Option<f64>, Refusal> {
+        let own = self.time();
         // Comparisons that are false for NaN, so that NaN is refused.
         let in_time = (current - own).abs() <= CLOCK_TOLERANCE * own.abs().max(1.0);
         let next = current + step;
@@ -37,7 +51,7 @@ impl Instance {
         if next <= own {
             // A step below the resolution of the clock, from a host whose clock lags by some ulps: it is there already.
             self.keep_inputs(reached);
-            return Ok(());
+            return Ok(None);
         }
         if self.run.inputs_changed || self.run.tuned_from.is_some() {
             self.update_simulation()?;
@@ -48,17 +62,11 @@ impl Instance {
         {
             self.log_past_stop(next, stop);
         }
-        let advanced = match &mut self.run.simulation {
-            Some(simulation) => simulation.advance(next, &mut Reporter::new(&self.log, next)),
-            None => return Err(Refusal::Missing("nothing is calculated yet")),
-        };
-        advanced.map_err(|error| self.fail(error))?;
-        self.keep_inputs(reached);
-        Ok(())
+        Ok(Some(next))
     }
 
     /// What the inputs with derivatives are after a step of `length` (s); nothing if all stay as they are.
-    fn inputs_reached(&self, length: f64) -> Result<Option<Inputs>, Refusal> {
+    pub(in crate::instance) fn inputs_reached(&self, length: f64) -> Result<Option<Inputs>, Refusal> {
         if self.run.input_derivatives.is_empty() {
             return Ok(None);
         }
@@ -72,7 +80,7 @@ impl Instance {
     }
 
     /// After a step with input derivatives the inputs stay at what they reached.
-    fn keep_inputs(&mut self, reached: Option<Inputs>) {
+    pub(in crate::instance) fn keep_inputs(&mut self, reached: Option<Inputs>) {
         if let Some(reached) = reached {
             self.run.settings.inputs = reached;
             self.run.input_derivatives.clear();
@@ -81,13 +89,13 @@ impl Instance {
     }
 
     #[cold]
-    fn fail(&mut self, error: crate::engine::EngineError) -> Refusal {
+    pub(in crate::instance) fn fail(&mut self, error: crate::engine::EngineError) -> Refusal {
         self.run.phase = Phase::Error;
         Refusal::Step(error)
     }
 
     /// Hands changed inputs and tunable parameters to the simulation.
-    fn update_simulation(&mut self) -> Result<(), Refusal> {
+    pub(in crate::instance) fn update_simulation(&mut self) -> Result<(), Refusal> {
         let run = &mut self.run;
         let Some(simulation) = &mut run.simulation else { return Ok(()) };
         let mut updated = Ok(());

@@ -2,6 +2,7 @@
 
 use std::fmt::{self, Write};
 
+use super::arrays;
 use super::log_category::LOG_CATEGORIES;
 use super::structure::{first_indices, write_structure};
 use crate::variables::enumeration::ENUMERATIONS;
@@ -23,6 +24,8 @@ pub const STEP_SIZE: f64 = 0.01;
 
 /// The prose and the fixed attributes; `build.rs` has filled in what Cargo knows and checked the placeholders.
 const TEMPLATE: &str = include_str!(concat!(env!("OUT_DIR"), "/modelDescription.xml"));
+/// The same for FMI 3.0.
+const TEMPLATE_OF_FMI3: &str = include_str!(concat!(env!("OUT_DIR"), "/modelDescription.fmi3.xml"));
 
 /// Namespace of the GUIDs: any constant will do, as long as it stays.
 const NAMESPACE: uuid::Uuid = uuid::Uuid::from_u128(0x6c1f_9a52_54f0_4b0e_9c4e_27a5_8d31_70b6);
@@ -30,12 +33,18 @@ const NAMESPACE: uuid::Uuid = uuid::Uuid::from_u128(0x6c1f_9a52_54f0_4b0e_9c4e_2
 /// The description of the FMU whose start values are `start`.
 pub struct Description<'a> {
     start: &'a Settings,
+    fmi3: bool,
 }
 
 impl<'a> Description<'a> {
     /// Describes the FMU whose start values are `start`.
     pub fn of(start: &'a Settings) -> Self {
-        Self { start }
+        Self { start, fmi3: false }
+    }
+
+    /// The same as an FMU of FMI 3.0, where the GUID is called instantiation token.
+    pub fn fmi3(start: &'a Settings) -> Self {
+        Self { start, fmi3: true }
     }
 
     /// GUID: a hash of the description less GUID and date, in braces. It is what ties a binary to its description.
@@ -51,7 +60,7 @@ impl<'a> Description<'a> {
 
     fn render(&self, guid: &str, date: &str) -> String {
         let mut out = String::with_capacity(64 * 1024);
-        let mut pieces = TEMPLATE.split("{{");
+        let mut pieces = if self.fmi3 { TEMPLATE_OF_FMI3 } else { TEMPLATE }.split("{{");
         out.push_str(pieces.next().unwrap_or_default());
         for piece in pieces {
             let (key, rest) = piece.split_once("}}").unwrap_or_default();
@@ -73,6 +82,9 @@ impl<'a> Description<'a> {
             "step_size" => write!(out, "{}", Number(STEP_SIZE)),
             "indicators" => write!(out, "{}", 2 * (self.start.balls() - 1)),
             "units" => write_units(out),
+            "types" if self.fmi3 => arrays::write_types(out),
+            "variables" if self.fmi3 => arrays::write_variables(out, self.start),
+            "structure" if self.fmi3 => arrays::write_structure(out, self.start),
             "types" => write_types(out),
             "log_categories" => LOG_CATEGORIES.iter().try_for_each(|category| {
                 let (name, description) = category.texts();
@@ -171,7 +183,7 @@ fn write_text(out: &mut String, variable: Variable) -> fmt::Result {
 }
 
 /// The name of an item in the standard: ours with a small first letter.
-fn camel(item: &impl fmt::Debug) -> String {
+pub(super) fn camel(item: &impl fmt::Debug) -> String {
     let name = format!("{item:?}");
     name[..1].to_lowercase() + &name[1..]
 }

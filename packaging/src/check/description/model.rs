@@ -3,6 +3,8 @@
 use fmi_schema::fmi2::{Causality, Initial, Variability};
 use newtons_cradle::variables::{MODEL_IDENTIFIER, Type};
 
+use crate::platform::Platform;
+
 /// A description.
 pub struct Model {
     /// The whole text.
@@ -22,6 +24,10 @@ pub struct Model {
     pub log_categories: Vec<String>,
     pub variables: Vec<Variable>,
     pub structure: Structure,
+    /// Variables and structure of FMI 3.0, whose FMUs have none of the two above.
+    pub arrays: Vec<Array>,
+    pub unknowns: Vec<ArrayUnknown>,
+    pub type_names: Vec<String>,
 }
 
 /// A kind of FMU that it can be.
@@ -88,6 +94,30 @@ pub struct Variable {
     pub attributes: Attributes,
 }
 
+/// A variable of FMI 3.0.
+pub struct Array {
+    /// Name of its element, which is its type.
+    pub element: String,
+    pub name: String,
+    pub reference: u32,
+    pub causality: String,
+    pub variability: String,
+    pub initial: Option<String>,
+    pub start: Option<String>,
+    pub declared_type: Option<String>,
+    pub unit: Option<String>,
+    /// Value references of the structural parameters that it is sized by, or sizes.
+    pub dimensions: Vec<Result<u32, usize>>,
+    pub clocks: Vec<u32>,
+}
+
+/// An entry of ModelStructure in FMI 3.0: the name of its element, whose it is, and what that depends on.
+pub struct ArrayUnknown {
+    pub list: String,
+    pub reference: u32,
+    pub dependencies: Option<Vec<u32>>,
+}
+
 /// ModelStructure.
 #[derive(Default)]
 pub struct Structure {
@@ -107,6 +137,37 @@ impl Model {
     /// The kinds of FMU that it can be.
     pub fn interfaces(&self) -> impl Iterator<Item = &Interface> {
         self.co_simulation.iter().chain(&self.model_exchange)
+    }
+
+    /// Whether it is one of FMI 3.0.
+    pub fn is_fmi3(&self) -> bool {
+        self.fmi_version.starts_with('3')
+    }
+
+    /// Where the FMU has the shared library for this machine, if it can have one.
+    pub fn host_binary(&self, identifier: &str) -> Option<String> {
+        let platform = Platform::host().ok()?;
+        if self.is_fmi3() { platform.host_path(identifier) } else { Some(platform.binary_path(identifier)) }
+    }
+
+    /// Number of balls of one of our own.
+    pub fn balls(&self) -> usize {
+        let start = self.arrays.iter().find(|array| array.name == "n").and_then(|array| array.start.as_deref());
+        let elements = self.variables.iter().filter(|variable| variable.name.starts_with("x[")).count();
+        start.and_then(|start| start.parse().ok()).unwrap_or(elements)
+    }
+
+    /// Number of elements of a variable of FMI 3.0 with the start values of the structural parameters.
+    pub fn elements(&self, array: &Array) -> usize {
+        let size = |reference: &u32| {
+            let parameter = self.arrays.iter().find(|other| other.reference == *reference)?;
+            parameter.start.as_deref()?.trim().parse::<usize>().ok()
+        };
+        array
+            .dimensions
+            .iter()
+            .map(|dimension| dimension.as_ref().map_or_else(|size| *size, |of| size(of).unwrap_or(0)))
+            .product()
     }
 
     /// Whether this program writes FMUs like it.

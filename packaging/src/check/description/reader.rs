@@ -4,11 +4,14 @@ use std::panic::catch_unwind;
 use std::str::FromStr;
 
 use fmi_schema::fmi2::Fmi2ModelDescription;
+use fmi_schema::fmi3::Fmi3ModelDescription;
 use fmi_schema::traits::FmiModelDescription;
 use newtons_cradle::variables::Type;
 use roxmltree::{Document, Node, ParsingOptions};
 
-use super::model::{Attributes, Experiment, Interface, Kind, Model, SimpleType, Structure, Unit, Unknown, Variable};
+use super::model::{
+    Array, ArrayUnknown, Attributes, Experiment, Interface, Kind, Model, SimpleType, Structure, Unit, Unknown, Variable,
+};
 use crate::check::report::Report;
 
 impl Model {
@@ -21,12 +24,13 @@ impl Model {
         let document = Document::parse_with_options(text, options);
         let document = report.accept(format_args!("{place}: not well-formed XML"), document)?;
         let root = document.root_element();
-        if root.tag_name().name() != "fmiModelDescription" || root.attribute("fmiVersion") != Some("2.0") {
-            let version = root.attribute("fmiVersion").unwrap_or_default();
-            report.problem(format_args!("{place}: fmiVersion = \"{version}\"; only 2.0 can be checked"));
+        let version = root.attribute("fmiVersion").unwrap_or_default();
+        let fmi3 = version.starts_with("3.0");
+        if root.tag_name().name() != "fmiModelDescription" || !(fmi3 || version == "2.0") {
+            report.problem(format_args!("{place}: fmiVersion = \"{version}\"; only 2.0 and 3.0 can be checked"));
             return None;
         }
-        check_schema(text, &root, report);
+        check_schema(text, &root, fmi3, report);
         let reader = &mut Reader { report };
         let interface = |kind: Kind, reader: &mut Reader| {
             let node = child(root, if kind == Kind::CoSimulation { "CoSimulation" } else { "ModelExchange" })?;
@@ -42,7 +46,7 @@ impl Model {
             text: text.to_owned(),
             fmi_version: reader.text(root, "fmiVersion"),
             name: reader.text(root, "modelName"),
-            guid: reader.text(root, "guid"),
+            guid: reader.text(root, if fmi3 { "instantiationToken" } else { "guid" }),
             tool: root.attribute("generationTool").unwrap_or_default().to_owned(),
             date: root.attribute("generationDateAndTime").map(str::to_owned),
             structured: root.attribute("variableNamingConvention") == Some("structured"),
@@ -64,22 +68,34 @@ impl Model {
                 .filter_map(|node| reader.variable(node))
                 .collect(),
             structure: child(root, "ModelStructure").map(|node| reader.structure(node)).unwrap_or_default(),
+            arrays: elements(root, "ModelVariables").filter(|_| fmi3).filter_map(|node| reader.array(node)).collect(),
+            type_names: elements(root, "TypeDefinitions")
+                .filter_map(|node| node.attribute("name"))
+                .map(str::to_owned)
+                .collect(),
+            unknowns: elements(root, "ModelStructure")
+                .filter(|_| fmi3)
+                .filter_map(|node| reader.array_unknown(node))
+                .collect(),
         })
     }
 }
 
 /// The schema, as strictly as `fmi-schema` has it.
-fn check_schema(text: &str, root: &Node, report: &mut Report) {
+fn check_schema(text: &str, root: &Node, fmi3: bool, report: &mut Report) {
     // It takes for granted what a schema would check first.
-    let read = catch_unwind(|| Fmi2ModelDescription::deserialize(text).map_err(|error| error.to_string()));
+    let read = catch_unwind(|| match fmi3 {
+        true => Fmi3ModelDescription::deserialize(text).map(|_| ()).map_err(|error| error.to_string()),
+        false => Fmi2ModelDescription::deserialize(text).map(|_| ()).map_err(|error| error.to_string()),
+    });
     let error = match read {
         Ok(Ok(_)) => return,
         Ok(Err(error)) => error,
         Err(_) => "an element that is not where it belongs".to_owned(),
     };
     let text = format!("modelDescription.xml: does not follow the schema: {error}");
-    // References to a schema are allowed, and it does not know them.
-    if root.namespaces().len() > 0 { report.remark(text) } else { report.problem(text) }
+    // References to a schema are allowed, and it does not know them; nor does it know all attributes of FMI 3.0.
+    if root.namespaces().len() > 0 || fmi3 { report.remark(text) } else { report.problem(text) }
 }
 
 fn child<'a, 'input>(node: Node<'a, 'input>, name: &str) -> Option<Node<'a, 'input>> {
@@ -92,6 +108,11 @@ fn children<'a, 'input: 'a>(node: Node<'a, 'input>, name: &'static str) -> impl 
 
 fn list<'a, 'input: 'a>(root: Node<'a, 'input>, names: [&'static str; 2]) -> impl Iterator<Item = Node<'a, 'input>> {
     child(root, names[0]).into_iter().flat_map(move |list| children(list, names[1]))
+}
+
+/// All elements of a list.
+fn elements<'a, 'input: 'a>(root: Node<'a, 'input>, list: &'static str) -> impl Iterator<Item = Node<'a, 'input>> {
+    child(root, list).into_iter().flat_map(|list| list.children()).filter(Node::is_element)
 }
 
 /// Reads attributes, and reports those that are missing or cannot be read.
@@ -169,6 +190,42 @@ impl Reader<'_> {
             variability: self.value(node, "variability").unwrap_or_default(),
             initial: self.value(node, "initial"),
             attributes: self.attributes(node)?,
+        })
+    }
+
+    fn array(&mut self, node: Node) -> Option<Array> {
+        let owned = |key: &str| node.attribute(key).map(str::to_owned);
+        let list =
+            |text: Option<&str>| text.unwrap_or_default().split_whitespace().filter_map(|n| n.parse().ok()).collect();
+        let dimension = |dimension: Node| match dimension.attribute("valueReference") {
+            Some(reference) => Ok(reference.parse().unwrap_or(u32::MAX)),
+            None => Err(dimension.attribute("start").and_then(|size| size.parse().ok()).unwrap_or(0)),
+        };
+        let element = node.tag_name().name().to_owned();
+        let variability = owned("variability");
+        let usual = if matches!(element.as_str(), "Float64" | "Float32") { "continuous" } else { "discrete" };
+        Some(Array {
+            name: self.text(node, "name"),
+            reference: self.value(node, "valueReference")?,
+            causality: owned("causality").unwrap_or_else(|| "local".to_owned()),
+            variability: variability.unwrap_or_else(|| usual.to_owned()),
+            initial: owned("initial"),
+            start: owned("start"),
+            declared_type: owned("declaredType"),
+            unit: owned("unit"),
+            dimensions: children(node, "Dimension").map(dimension).collect(),
+            clocks: list(node.attribute("clocks")),
+            element,
+        })
+    }
+
+    fn array_unknown(&mut self, node: Node) -> Option<ArrayUnknown> {
+        let dependencies = self.indices(node, "dependencies");
+        Some(ArrayUnknown {
+            list: node.tag_name().name().to_owned(),
+            reference: self.value(node, "valueReference")?,
+            // Of `usize` and not `u32` only because the reader of lists is that of FMI 2.0.
+            dependencies: dependencies.map(|list| list.into_iter().map(|of| of as u32).collect()),
         })
     }
 

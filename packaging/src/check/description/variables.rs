@@ -155,7 +155,7 @@ fn inherit(own: &Attributes, declared: Option<&Attributes>) -> Attributes {
 
 /// Whether a name is one of the naming convention: identifiers and quoted names separated by dots, each with indices, or the
 /// derivative `der(name,order)` of one (FMI 2.0.3, section 2.2.9).
-fn is_structured(name: &str) -> bool {
+pub(super) fn is_structured(name: &str) -> bool {
     if let Some(inner) = name.strip_prefix("der(") {
         let Some(inner) = inner.strip_suffix(')') else { return false };
         return match inner.rsplit_once(',') {

@@ -1,0 +1,106 @@
+//! Arrays and texts of the host.
+
+use std::ffi::{CStr, c_char};
+use std::mem::MaybeUninit;
+
+use crate::instance::Refusal;
+use crate::variables::{LOG_CATEGORIES, LogCategory};
+
+/// The array of `count` values at `pointer`.
+///
+/// # Safety
+/// `pointer` is null, misaligned, or points to `count` values that live for `'a`.
+pub(crate) unsafe fn array<'a, T>(name: &'static str, pointer: *const T, count: usize) -> Result<&'a [T], Refusal> {
+    if count == 0 {
+        return Ok(&[]);
+    }
+    check(name, pointer, count)?;
+    // SAFETY: checked as far as it can be; the rest is the caller's promise.
+    Ok(unsafe { std::slice::from_raw_parts(pointer, count) })
+}
+
+/// The array at `pointer` that `count` values are to be written to; what it holds need not be initialized.
+///
+/// # Safety
+/// As for [`array()`], and nobody else uses it for `'a`.
+pub(crate) unsafe fn array_mut<'a, T>(
+    name: &'static str,
+    pointer: *mut T,
+    count: usize,
+) -> Result<&'a mut [MaybeUninit<T>], Refusal> {
+    if count == 0 {
+        return Ok(&mut []);
+    }
+    check(name, pointer, count)?;
+    // SAFETY: as above.
+    Ok(unsafe { std::slice::from_raw_parts_mut(pointer.cast(), count) })
+}
+
+fn check<T>(name: &'static str, pointer: *const T, count: usize) -> Result<(), Refusal> {
+    let fits = count.checked_mul(size_of::<T>()).is_some_and(|bytes| isize::try_from(bytes).is_ok());
+    if !pointer.is_null() && pointer.is_aligned() && fits { Ok(()) } else { Err(no_array(name, pointer.cast(), count)) }
+}
+
+#[cold]
+fn no_array(name: &'static str, pointer: *const (), count: usize) -> Refusal {
+    let value = if pointer.is_null() { "NULL".to_owned() } else { format!("{pointer:p}") };
+    Refusal::Argument { name, value, allowed: format!("an array of {count}") }
+}
+
+/// Writes `values` to their places.
+pub(crate) fn fill<T>(places: &mut [MaybeUninit<T>], values: impl IntoIterator<Item = T>) {
+    places.iter_mut().zip(values).for_each(|(place, value)| *place = MaybeUninit::new(value));
+}
+
+/// Writes an answer to the place that the host has for it.
+///
+/// # Safety
+/// As for [`array_mut()`].
+pub(crate) unsafe fn answer<T>(name: &'static str, place: *mut T, value: T) -> Result<(), Refusal> {
+    // SAFETY: as the caller promises.
+    fill(unsafe { array_mut(name, place, 1) }?, [value]);
+    Ok(())
+}
+
+/// A text of the host; NULL is an empty one.
+///
+/// # Safety
+/// `text` is NULL or closed by a null byte, and lives for `'a`.
+pub(crate) unsafe fn text<'a>(text: *const c_char) -> &'a CStr {
+    // SAFETY: not NULL here, the rest is the caller's promise.
+    if text.is_null() { c"" } else { unsafe { CStr::from_ptr(text) } }
+}
+
+/// The log categories of these names.
+///
+/// # Safety
+/// As for [`text()`].
+pub(crate) unsafe fn categories(names: &[*const c_char]) -> Result<Vec<LogCategory>, Refusal> {
+    let category = |name: &*const c_char| {
+        // SAFETY: as the caller promises.
+        let name = if name.is_null() { c"NULL" } else { unsafe { text(*name) } }.to_string_lossy();
+        LOG_CATEGORIES.into_iter().find(|category| category.name() == name).ok_or_else(|| Refusal::Argument {
+            name: "category",
+            value: name.into_owned(),
+            allowed: LOG_CATEGORIES.map(LogCategory::name).join(", "),
+        })
+    };
+    names.iter().map(category).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arrays_are_checked() {
+        let values = [1.0, 2.0];
+        unsafe {
+            assert_eq!(array("value", values.as_ptr(), 2).unwrap(), &values);
+            assert!(array::<f64>("value", std::ptr::null(), 0).unwrap().is_empty());
+            assert!(array::<f64>("value", std::ptr::null(), 1).is_err());
+            assert!(array::<f64>("value", 9 as *const f64, 1).is_err());
+            assert!(array("value", values.as_ptr(), usize::MAX / 2).is_err());
+        }
+    }
+}

@@ -1,0 +1,16 @@
+//! What the C borders of all versions of the standard share.
+//!
+//! Every exported function goes through [`call`]: null and foreign components are refused, calls that are not legal in the current
+//! phase are refused and logged, and a panic is caught before it reaches the host. Pointers are checked for null and alignment;
+//! beyond that they must be what the standard says.
+#![allow(unsafe_code)]
+
+mod arrays;
+mod component;
+mod resources;
+mod states;
+
+pub(crate) use arrays::{answer, array, array_mut, categories, fill, text};
+pub(crate) use component::{Component, Version, call, call_small};
+pub(crate) use resources::{at_location, at_path};
+pub(crate) use states::{deserialize, free, get, serialize, serialized_size, set};

@@ -1,0 +1,141 @@
+//! Saved states in the host's hands: saved, restored, freed, and written as bytes.
+
+use std::ffi::c_void;
+
+use super::arrays::{answer, array, array_mut, fill};
+use crate::instance::{Instance, Refusal, SavedState};
+
+/// Marks memory as a state of ours; "cradleFS" in ASCII.
+const MAGIC: u64 = 0x6372_6164_6c65_4653;
+
+/// What the host's pointer points to.
+struct Saved {
+    magic: u64,
+    state: SavedState,
+}
+
+impl Saved {
+    /// The state behind a pointer; refused are null and, as far as it can be told, what is no state.
+    ///
+    /// # Safety
+    /// `pointer` is null or points to readable memory of at least the size of a state, which nobody else uses for `'a`.
+    unsafe fn from_raw<'a>(pointer: *mut c_void) -> Result<&'a mut Self, Refusal> {
+        let saved: *mut Self = pointer.cast();
+        if !saved.is_null() && saved.is_aligned() {
+            // SAFETY: not null, aligned, and alive as the caller promises.
+            let saved = unsafe { &mut *saved };
+            if saved.magic == MAGIC {
+                return Ok(saved);
+            }
+        }
+        let value = if saved.is_null() { "NULL".to_owned() } else { format!("{saved:p}") };
+        Err(Refusal::Argument { name: "FMUstate", value, allowed: "a state of this FMU".to_owned() })
+    }
+}
+
+/// Stores `state` where the host wants it: in the memory of the state that is there already, or in new memory.
+///
+/// # Safety
+/// `place` is null, misaligned, or points to NULL or a state.
+unsafe fn store(place: *mut *mut c_void, state: impl FnOnce() -> Result<SavedState, Refusal>) -> Result<(), Refusal> {
+    // SAFETY: null and misaligned are refused, the rest is the caller's promise.
+    unsafe {
+        array("FMUstate", place.cast_const(), 1)?;
+        if (*place).is_null() {
+            *place = Box::into_raw(Box::new(Saved { magic: MAGIC, state: state()? })).cast();
+        } else {
+            Saved::from_raw(*place)?.state = state()?;
+        }
+    }
+    Ok(())
+}
+
+/// Saves the state. Where `*place` is not NULL it is a state saved before, whose memory is used again.
+///
+/// # Safety
+/// As for [`store`].
+pub(crate) unsafe fn get(instance: &Instance, place: *mut *mut c_void) -> Result<(), Refusal> {
+    // SAFETY: as the caller promises.
+    unsafe { store(place, || Ok(instance.state())) }
+}
+
+/// Goes back to a state saved by a component of the same FMU. The state stays as it is and can be set again.
+///
+/// # Safety
+/// As for [`Saved::from_raw`].
+pub(crate) unsafe fn set(instance: &mut Instance, state: *mut c_void) -> Result<(), Refusal> {
+    // SAFETY: as the caller promises.
+    instance.set_state(&unsafe { Saved::from_raw(state) }?.state)
+}
+
+/// Frees a state and sets the host's pointer to NULL; no state is ignored.
+///
+/// # Safety
+/// As for [`store`], and nobody uses the state afterwards.
+pub(crate) unsafe fn free(place: *mut *mut c_void) -> Result<(), Refusal> {
+    if place.is_null() {
+        return Ok(());
+    }
+    // SAFETY: as the caller promises.
+    unsafe {
+        array("FMUstate", place.cast_const(), 1)?;
+        if !(*place).is_null() {
+            let saved: *mut Saved = Saved::from_raw(*place)?;
+            (*saved).magic = 0;
+            drop(Box::from_raw(saved));
+            *place = std::ptr::null_mut();
+        }
+    }
+    Ok(())
+}
+
+/// Number of bytes that [`serialize`] writes for this state.
+///
+/// # Safety
+/// As for [`Saved::from_raw`] and [`answer`].
+pub(crate) unsafe fn serialized_size(state: *mut c_void, size: *mut usize) -> Result<(), Refusal> {
+    // SAFETY: as the caller promises.
+    unsafe {
+        array("size", size.cast_const(), 1)?;
+        answer("size", size, Saved::from_raw(state)?.state.to_bytes()?.len())
+    }
+}
+
+/// Writes a state as bytes that any process with this FMU can read. `size` must be what the function called `sized` answered.
+///
+/// # Safety
+/// As for [`Saved::from_raw`] and [`array_mut`].
+pub(crate) unsafe fn serialize(
+    state: *mut c_void,
+    bytes: *mut u8,
+    size: usize,
+    sized: &'static str,
+) -> Result<(), Refusal> {
+    // SAFETY: as the caller promises.
+    let (state, places) = unsafe { (&Saved::from_raw(state)?.state, || array_mut("serializedState", bytes, size)) };
+    let written = state.to_bytes()?;
+    if size != written.len() {
+        let allowed = format!("{}, as {sized} says", written.len());
+        return Err(Refusal::Argument { name: "size", value: size.to_string(), allowed });
+    }
+    fill(places()?, written);
+    Ok(())
+}
+
+/// Makes a state of the bytes that [`serialize`] wrote, also in another process. Damaged, foreign and newer bytes are refused, and
+/// `*place` is left as it is; where it is not NULL its memory is used again.
+///
+/// # Safety
+/// As for [`array`] and [`store`].
+pub(crate) unsafe fn deserialize(
+    instance: &Instance,
+    bytes: *const u8,
+    size: usize,
+    place: *mut *mut c_void,
+) -> Result<(), Refusal> {
+    // SAFETY: as the caller promises.
+    unsafe {
+        let bytes = array("serializedState", bytes, size)?;
+        store(place, || instance.read_state(bytes))
+    }
+}

@@ -1,0 +1,52 @@
+//! Logging, and the way through the phases.
+
+use crate::border::{answer, array, categories as known_categories};
+use crate::fmi3::types::*;
+use crate::instance::Experiment;
+
+export! {
+    /// Switches logging on for the categories listed only, for all if none is listed, or off.
+    fn fmi3SetDebugLogging(loggingOn: fmi3Boolean, nCategories: usize, categories: *const fmi3String)
+    as SetDebugLogging |instance| {
+        let categories = known_categories(array("categories", categories, nCategories)?)?;
+        instance.log.switch(loggingOn != fmi3False, &categories);
+        Ok(())
+    };
+    /// Enters Configuration Mode, in which the number of balls can be set.
+    fn fmi3EnterConfigurationMode() as EnterConfigurationMode |instance| { instance.enter_configuration(); Ok(()) };
+    /// Leaves it.
+    fn fmi3ExitConfigurationMode() as ExitConfigurationMode |instance| { instance.exit_configuration(); Ok(()) };
+    /// Enters Initialization Mode. A tolerance can only tighten `solver.tolerance`; nonsense is ignored.
+    fn fmi3EnterInitializationMode(
+        toleranceDefined: fmi3Boolean, tolerance: fmi3Float64, startTime: fmi3Float64, stopTimeDefined: fmi3Boolean,
+        stopTime: fmi3Float64,
+    ) as EnterInitializationMode |instance| {
+        let stop = (stopTimeDefined != fmi3False).then_some(stopTime);
+        let tolerance = (toleranceDefined != fmi3False).then_some(tolerance);
+        instance.set_up(Experiment { start: startTime, stop, tolerance })?;
+        instance.enter_initialization()
+    };
+    /// Starts the run: the host has the first events to take part in, if it does, or takes the first step.
+    fn fmi3ExitInitializationMode() as ExitInitializationMode |instance| instance.exit_initialization();
+    /// Enters Event Mode: the clocks of the first thing that has happened since are active.
+    fn fmi3EnterEventMode() as EnterEvents |instance| instance.enter_events();
+    /// The host has taken part in the event of the active clocks. If more has happened, the clocks of the next one are active now, and
+    /// the host is to call this function again.
+    fn fmi3UpdateDiscreteStates(
+        discreteStatesNeedUpdate: *mut fmi3Boolean, terminateSimulation: *mut fmi3Boolean,
+        nominalsOfContinuousStatesChanged: *mut fmi3Boolean, valuesOfContinuousStatesChanged: *mut fmi3Boolean,
+        nextEventTimeDefined: *mut fmi3Boolean, nextEventTime: *mut fmi3Float64,
+    ) as NextEvent |instance| {
+        let (again, next) = instance.next_event()?;
+        answer("discreteStatesNeedUpdate", discreteStatesNeedUpdate, again.into())?;
+        answer("terminateSimulation", terminateSimulation, fmi3False)?;
+        answer("nominalsOfContinuousStatesChanged", nominalsOfContinuousStatesChanged, fmi3False)?;
+        answer("valuesOfContinuousStatesChanged", valuesOfContinuousStatesChanged, fmi3False)?;
+        answer("nextEventTimeDefined", nextEventTimeDefined, next.is_some().into())?;
+        answer("nextEventTime", nextEventTime, next.unwrap_or_default())
+    };
+    /// Ends the run; its last values can still be read.
+    fn fmi3Terminate() as Terminate |instance| instance.terminate();
+    /// Back to where it was instantiated.
+    fn fmi3Reset() as Reset |instance| instance.reset();
+}

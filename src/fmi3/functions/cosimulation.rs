@@ -1,0 +1,67 @@
+//! Functions of co-simulation: stepping, and back from events.
+
+use crate::border::{Component, answer, call_small};
+use crate::fmi3::Fmi3;
+use crate::fmi3::types::*;
+use crate::instance::{Call, Instance, Pause, Refusal, StepEnd};
+
+export! {
+    /// From events to steps.
+    fn fmi3EnterStepMode() as EnterStepMode |instance| { instance.enter_step_mode(); Ok(()) };
+}
+
+/// Steps from `currentCommunicationPoint` by `communicationStepSize` > 0, in s. Where the host takes part in events and lets steps end
+/// early, the step ends at the first onset or release; where it wants to be called within a step, it is called at each of them.
+///
+/// # Safety
+/// See the [module](crate::fmi3).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3DoStep(
+    instance: fmi3Instance,
+    currentCommunicationPoint: fmi3Float64,
+    communicationStepSize: fmi3Float64,
+    _noSetFMUStatePriorToCurrentPoint: fmi3Boolean,
+    eventHandlingNeeded: *mut fmi3Boolean,
+    terminateSimulation: *mut fmi3Boolean,
+    earlyReturn: *mut fmi3Boolean,
+    lastSuccessfulTime: *mut fmi3Float64,
+) -> fmi3Status {
+    let mut end: Option<StepEnd> = None;
+    let mut part = |legal: Call, body: &dyn Fn(&mut Instance) -> Result<StepEnd, Refusal>| {
+        let end = &mut end;
+        // SAFETY: the host's promises, here and below.
+        let status = unsafe {
+            call_small::<Fmi3>(instance, "fmi3DoStep", legal, &mut |instance| {
+                let reached = body(instance)?;
+                *end = Some(reached);
+                answer("eventHandlingNeeded", eventHandlingNeeded, reached.events.into())?;
+                answer("terminateSimulation", terminateSimulation, fmi3False)?;
+                answer("earlyReturn", earlyReturn, reached.early.into())?;
+                answer("lastSuccessfulTime", lastSuccessfulTime, reached.time)
+            })
+        };
+        (status, end.filter(|end| end.pauses))
+    };
+    let lent = unsafe { Component::pause(instance, |lent: &Fmi3| *lent) };
+    let pauses = lent.is_some_and(|lent| lent.update.is_some());
+    let (mut status, mut paused) =
+        part(Call::DoStep, &|instance| instance.begin_step(currentCommunicationPoint, communicationStepSize, pauses));
+    while let (fmi3Status::fmi3OK, Some(StepEnd { time, .. })) = (status, paused) {
+        let pause = unsafe { Component::pause(instance, |lent| update(lent, time)) }.unwrap_or_default();
+        (status, paused) = part(Call::ContinueStep, &|instance| instance.continue_step(pause));
+    }
+    status
+}
+
+/// Calls the host in the middle of a step, at `time` (s).
+///
+/// # Safety
+/// The host's callback may be called with its environment.
+unsafe fn update(lent: &Fmi3, time: f64) -> Pause {
+    let Some(update) = lent.update else { return Pause::default() };
+    let (mut requested, mut end) = (fmi3False, time);
+    let may_end = lent.may_end_early.into();
+    // SAFETY: as the caller promises; the places live until it returns.
+    unsafe { update(lent.environment, time, fmi3True, fmi3True, fmi3True, may_end, &mut requested, &mut end) };
+    Pause { end: (lent.may_end_early && requested != fmi3False && !end.is_nan()).then_some(end) }
+}

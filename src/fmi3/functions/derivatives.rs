@@ -1,0 +1,72 @@
+//! Directional, adjoint and output derivatives.
+
+use super::values::wrong_count;
+use crate::border::{array, array_mut, fill};
+use crate::fmi3::types::*;
+use crate::instance::{Instance, Refusal};
+
+/// Derivatives of unknowns by knowns, weighted by a seed.
+type Weighted = fn(&mut Instance, &[u32], &[u32], &[f64]) -> Result<Vec<f64>, Refusal>;
+
+/// Writes derivatives to their places, of which there must be as many.
+///
+/// # Safety
+/// As for [`array_mut()`].
+unsafe fn write(found: Vec<f64>, name: &'static str, places: *mut f64, count: usize) -> Result<(), Refusal> {
+    if found.len() != count {
+        return Err(wrong_count(name, count, found.len()));
+    }
+    // SAFETY: as the caller promises.
+    fill(unsafe { array_mut("sensitivity", places, count) }?, found);
+    Ok(())
+}
+
+/// Exports a function of weighted derivatives.
+macro_rules! weighted {
+    ($($(#[$doc:meta])* fn $name:ident = $of:expr;)*) => {
+        export! {$(
+            $(#[$doc])*
+            fn $name(
+                unknowns: *const fmi3ValueReference, nUnknowns: usize, knowns: *const fmi3ValueReference, nKnowns: usize,
+                seed: *const fmi3Float64, nSeed: usize, sensitivity: *mut fmi3Float64, nSensitivity: usize,
+            ) as DirectionalDerivative |instance| {
+                let (unknowns, knowns) = (array("unknowns", unknowns, nUnknowns)?, array("knowns", knowns, nKnowns)?);
+                let of: Weighted = $of;
+                let found = of(instance, unknowns, knowns, array("seed", seed, nSeed)?)?;
+                write(found, "nSensitivity", sensitivity, nSensitivity)
+            };
+        )*}
+    };
+}
+
+weighted! {
+    /// Derivatives of the unknowns along the direction in which the knowns change by `seed`. In Initialization Mode the unknowns are
+    /// real outputs and calculated parameters, the knowns real parameters and inputs; later outputs and inputs, as `derivatives.of`
+    /// says.
+    fn fmi3GetDirectionalDerivative = Instance::directional;
+    /// The same derivatives, summed over the unknowns with the weights `seed`, by each known.
+    fn fmi3GetAdjointDerivative = Instance::adjoint;
+}
+
+export! {
+    /// Derivatives of real outputs by time, of order 1 to 3: 0 for what changes only at events and communication points.
+    fn fmi3GetOutputDerivatives(
+        valueReferences: *const fmi3ValueReference, nValueReferences: usize, orders: *const fmi3Int32, values: *mut fmi3Float64,
+        nValues: usize,
+    ) as GetOutputDerivatives |instance| {
+        let references = array("valueReferences", valueReferences, nValueReferences)?;
+        let found = instance.output_derivatives_of_arrays(references, array("orders", orders, nValueReferences)?)?;
+        write(found, "nValues", values, nValues)
+    };
+}
+
+refuse! {
+    "dependencies of single elements are not offered; those of variables are in the description":
+    /// Not offered.
+    fn fmi3GetNumberOfVariableDependencies(valueReference: fmi3ValueReference, nDependencies: *mut usize);
+    /// Not offered.
+    fn fmi3GetVariableDependencies(
+        dependent: fmi3ValueReference, elementIndicesOfDependent: *mut usize, independents: *mut fmi3ValueReference,
+        elementIndicesOfIndependents: *mut usize, dependencyKinds: *mut fmi3DependencyKind, nDependencies: usize,
+    );
+}

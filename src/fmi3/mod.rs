@@ -1,0 +1,52 @@
+//! The C ABI of FMI 3.0 for co-simulation, with event mode, clocks and arrays.
+//!
+//! Every exported function goes through the guard in `border`. What is refused ends the run, as the standard has it, but for values
+//! out of range, which change nothing. Functions of model exchange and scheduled execution are there, as hosts look for them, and
+//! say that the FMU does not offer it.
+//!
+//! # Safety
+//! The exported functions are called from C. Pointers are checked for null and alignment; beyond that they must be
+//! what the standard says: arrays as long as their count, texts closed by a null byte, an instance that was instantiated and not yet
+//! freed, one thread at a time per instance.
+#![allow(unsafe_code, non_camel_case_types, non_upper_case_globals, non_snake_case)]
+
+mod functions;
+mod types;
+
+pub use functions::*;
+pub use types::*;
+
+use crate::border::Version;
+use crate::instance::{Instance, Refusal};
+use crate::variables::VariableError;
+
+/// FMI 3.0, and what the host lends to an instance.
+#[derive(Clone, Copy)]
+struct Fmi3 {
+    environment: fmi3InstanceEnvironment,
+    update: fmi3IntermediateUpdateCallback,
+    /// Whether the host may end a step where it is called.
+    may_end_early: bool,
+}
+
+impl Version for Fmi3 {
+    // "cradleF3" in ASCII.
+    const MAGIC: u64 = 0x6372_6164_6c65_4633;
+    type Status = fmi3Status;
+    const OK: fmi3Status = fmi3Status::fmi3OK;
+    const ERROR: fmi3Status = fmi3Status::fmi3Error;
+    const FATAL: fmi3Status = fmi3Status::fmi3Fatal;
+
+    /// A value that is out of range or does not exist changes nothing; everything else ends the run.
+    fn refused(instance: &mut Instance, refusal: &Refusal) -> fmi3Status {
+        match refusal {
+            Refusal::Value(VariableError::NotAllowed { .. }) | Refusal::NotANumber { .. } | Refusal::Derivative(_) => {
+                fmi3Status::fmi3Discard
+            }
+            _ => {
+                instance.give_up();
+                fmi3Status::fmi3Error
+            }
+        }
+    }
+}

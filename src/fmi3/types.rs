@@ -1,0 +1,81 @@
+//! The types of `fmi3PlatformTypes.h` and `fmi3FunctionTypes.h`, under the names of the standard.
+
+#![allow(non_camel_case_types, non_upper_case_globals, non_snake_case)]
+
+use std::ffi::{c_char, c_int, c_uint, c_void};
+
+/// An instance, opaque to the host.
+pub type fmi3Instance = *mut c_void;
+/// The host's own, handed back to its callbacks.
+pub type fmi3InstanceEnvironment = *mut c_void;
+/// A saved state, opaque to the host.
+pub type fmi3FMUState = *mut c_void;
+/// What a variable is called by.
+pub type fmi3ValueReference = c_uint;
+/// A real value, in the unit of its variable.
+pub type fmi3Float64 = f64;
+/// A count.
+pub type fmi3UInt64 = u64;
+/// The value of an enumeration.
+pub type fmi3Int64 = i64;
+/// The order of a derivative.
+pub type fmi3Int32 = i32;
+/// A C `bool`, as the byte that it is: a host may pass any.
+pub type fmi3Boolean = u8;
+/// Whether a clock is active, likewise.
+pub type fmi3Clock = u8;
+/// A text in UTF-8, closed by a null byte.
+pub type fmi3String = *const c_char;
+/// A byte of a serialized state.
+pub type fmi3Byte = u8;
+/// Bytes of which another argument tells the number.
+pub type fmi3Binary = *const fmi3Byte;
+/// How a variable depends on another one. A plain integer, since a host may pass any.
+pub type fmi3DependencyKind = c_int;
+/// What is known of the interval of a clock, likewise.
+pub type fmi3IntervalQualifier = c_int;
+
+/// No.
+pub const fmi3False: fmi3Boolean = 0;
+/// Yes.
+pub const fmi3True: fmi3Boolean = 1;
+
+/// What a function answers. Hosts never pass one to us, so an enumeration is safe.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum fmi3Status {
+    /// All went well.
+    fmi3OK,
+    /// It went on, but the log has something to say.
+    fmi3Warning,
+    /// The value is not to be had; the instance is as before.
+    fmi3Discard,
+    /// The call was refused or failed, and the run is over.
+    fmi3Error,
+    /// The instance is lost.
+    fmi3Fatal,
+}
+
+/// The host's logger: `(environment, status, category, message)`.
+pub type fmi3LogMessageCallback =
+    Option<unsafe extern "C" fn(fmi3InstanceEnvironment, fmi3Status, fmi3String, fmi3String)>;
+/// What the host does in the middle of a step: `(environment, time, set requested, get allowed, step finished, can return early,
+/// early return requested, early return time)`.
+pub type fmi3IntermediateUpdateCallback = Option<
+    unsafe extern "C" fn(
+        fmi3InstanceEnvironment,
+        fmi3Float64,
+        fmi3Boolean,
+        fmi3Boolean,
+        fmi3Boolean,
+        fmi3Boolean,
+        *mut fmi3Boolean,
+        *mut fmi3Float64,
+    ),
+>;
+/// Tells that a clock has ticked, in scheduled execution.
+pub type fmi3ClockUpdateCallback = Option<unsafe extern "C" fn(fmi3InstanceEnvironment)>;
+/// Keeps other threads out, in scheduled execution.
+pub type fmi3LockPreemptionCallback = Option<unsafe extern "C" fn()>;
+/// Lets them in again.
+pub type fmi3UnlockPreemptionCallback = Option<unsafe extern "C" fn()>;

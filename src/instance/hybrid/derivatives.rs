@@ -1,0 +1,83 @@
+//! Directional, adjoint and output derivatives by the value references of FMI 3.0.
+
+use crate::instance::legality::Phase;
+use crate::instance::lifecycle::Instance;
+use crate::instance::refusal::Refusal;
+use crate::variables::{Array, ArrayType, TABLE, Variable};
+
+/// An element: its reference in a cradle of as many balls, or nothing for one that belongs to no contact.
+type Element = Option<u32>;
+
+impl Instance {
+    /// The elements of the real variables behind `references`.
+    fn elements(&self, references: &[u32]) -> Result<Vec<Element>, Refusal> {
+        let balls = self.balls();
+        let mut elements = Vec::new();
+        for reference in references {
+            match self.array(*reference, ArrayType::Float64)? {
+                Array::Row(position) => {
+                    let variable = |index| Variable { row: &TABLE[position], position, index };
+                    let element =
+                        |index| (index < TABLE[position].shape.len(balls)).then(|| variable(index).reference());
+                    elements.extend((0..Array::Row(position).len(balls)).map(element));
+                }
+                other => return Err(Refusal::Derivative(other.to_string())),
+            }
+        }
+        Ok(elements)
+    }
+
+    /// Derivatives of the unknowns, element by element, along the direction in which the elements of the knowns change by `seed`.
+    pub fn directional(&mut self, unknowns: &[u32], knowns: &[u32], seed: &[f64]) -> Result<Vec<f64>, Refusal> {
+        let (unknowns, knowns) = (self.elements(unknowns)?, self.elements(knowns)?);
+        require_length("nSeed", seed.len(), knowns.len())?;
+        let (references, direction): (Vec<u32>, Vec<f64>) =
+            knowns.iter().zip(seed).filter_map(|(known, change)| Some(((*known)?, *change))).unzip();
+        self.along(&unknowns, &references, &direction)
+    }
+
+    /// The sums of the derivatives of the unknowns by each element of the knowns, weighted by `seed`.
+    pub fn adjoint(&mut self, unknowns: &[u32], knowns: &[u32], seed: &[f64]) -> Result<Vec<f64>, Refusal> {
+        let (unknowns, knowns) = (self.elements(unknowns)?, self.elements(knowns)?);
+        require_length("nSeed", seed.len(), unknowns.len())?;
+        let mut sensitivity = Vec::with_capacity(knowns.len());
+        for known in knowns {
+            let Some(known) = known else {
+                sensitivity.push(0.0);
+                continue;
+            };
+            let derivatives = self.along(&unknowns, &[known], &[1.0])?;
+            sensitivity.push(derivatives.iter().zip(seed).map(|(derivative, weight)| derivative * weight).sum());
+        }
+        Ok(sensitivity)
+    }
+
+    fn along(&mut self, unknowns: &[Element], knowns: &[u32], direction: &[f64]) -> Result<Vec<f64>, Refusal> {
+        if self.run.phase == Phase::EventMode {
+            self.update_simulation()?;
+        }
+        let references: Vec<u32> = unknowns.iter().filter_map(|unknown| *unknown).collect();
+        let mut found = self.directional_derivatives(&references, knowns, direction)?.into_iter();
+        Ok(unknowns.iter().map(|unknown| unknown.and_then(|_| found.next()).unwrap_or_default()).collect())
+    }
+
+    /// Derivatives by time of the elements of real outputs, each of its order.
+    pub fn output_derivatives_of_arrays(&mut self, references: &[u32], orders: &[i32]) -> Result<Vec<f64>, Refusal> {
+        let (mut elements, mut element_orders) = (Vec::new(), Vec::new());
+        for (reference, order) in references.iter().zip(orders) {
+            elements.extend(self.elements(&[*reference])?);
+            element_orders.resize(elements.len(), *order);
+        }
+        let (known, orders): (Vec<u32>, Vec<i32>) =
+            elements.iter().zip(element_orders).filter_map(|(element, order)| Some(((*element)?, order))).unzip();
+        let mut found = self.output_derivatives(&known, &orders)?.into_iter();
+        Ok(elements.iter().map(|element| element.and_then(|_| found.next()).unwrap_or_default()).collect())
+    }
+}
+
+fn require_length(name: &'static str, given: usize, wanted: usize) -> Result<(), Refusal> {
+    if given == wanted {
+        return Ok(());
+    }
+    Err(Refusal::Argument { name, value: given.to_string(), allowed: wanted.to_string() })
+}

@@ -1,0 +1,114 @@
+//! What FMI 3.0 adds to an instance: variables as arrays sized by the host, and co-simulation whose host takes part in events.
+//!
+//! A step may end at an onset or a release, or pause there for the host (`steps`). What has happened is told by clocks, one tick for
+//! each instant (`ticks`). Values are set and read as arrays (`values`), and so are derivatives (`derivatives`).
+
+mod derivatives;
+mod steps;
+mod ticks;
+mod values;
+
+use serde::{Deserialize, Serialize};
+
+use super::legality::{Kind, Phase};
+use super::lifecycle::Instance;
+use super::log::Log;
+use crate::model::Inputs;
+use crate::variables::{DERIVATIVES_OF, Settings};
+use steps::UnderWay;
+pub use steps::{Pause, StepEnd};
+use ticks::Ticks;
+pub use values::Value;
+
+/// What FMI 3.0 adds to the state of an instance.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct Hybrid {
+    /// Whether the host takes part in events.
+    pub event_mode: bool,
+    /// Whether steps may end early.
+    early_return: bool,
+    /// Slopes of the inputs over each step.
+    slopes: Inputs,
+    /// Integer of the item of `derivatives.of`.
+    derivatives_of: i32,
+    /// What was set for the last elements of arrays over contacts, by the row's position. It has no effect.
+    spare: Vec<(usize, f64)>,
+    ticks: Ticks,
+    /// The step in which the host has been called.
+    #[serde(skip)]
+    under_way: Option<UnderWay>,
+}
+
+impl Hybrid {
+    /// Before the host has said anything, in a cradle of so many balls.
+    pub fn new(balls: usize, event_mode: bool, early_return: bool) -> Self {
+        Self {
+            event_mode,
+            early_return,
+            slopes: Inputs::zero(balls),
+            derivatives_of: DERIVATIVES_OF[0].value,
+            spare: Vec::new(),
+            ticks: Ticks::new(balls.saturating_sub(1)),
+            under_way: None,
+        }
+    }
+
+    /// Whether derivatives are those at the point.
+    pub fn derives_at_point(&self) -> bool {
+        self.derivatives_of == DERIVATIVES_OF[0].value
+    }
+
+    /// The same host, from the beginning.
+    pub fn anew(&self, balls: usize) -> Self {
+        Self::new(balls, self.event_mode, self.early_return)
+    }
+
+    /// Whether an instance of so many balls can have this state.
+    pub fn is_sound(&self, balls: usize) -> bool {
+        let contacts = balls.saturating_sub(1);
+        self.slopes.force.len() == balls
+            && self.slopes.is_finite()
+            && DERIVATIVES_OF.iter().any(|item| item.value == self.derivatives_of)
+            && self.spare.iter().all(|(_, value)| value.is_finite())
+            && self.ticks.are_sound(contacts)
+    }
+}
+
+impl Instance {
+    /// An instance for a host of FMI 3.0, which takes part in events, and lets steps end early, or not.
+    pub fn with_arrays(
+        kind: Kind,
+        start: Settings,
+        token: String,
+        log: Log,
+        event_mode: bool,
+        early_return: bool,
+    ) -> Self {
+        let hybrid = Hybrid::new(start.balls(), event_mode, early_return);
+        let mut instance = Self::new(kind, start, token, log);
+        instance.run.hybrid = Some(hybrid);
+        instance
+    }
+
+    /// After a refused call there is nothing left but the last values, if there are any, and a new start.
+    pub fn give_up(&mut self) {
+        self.run.phase = match self.run.phase {
+            Phase::Error => Phase::Error,
+            phase if phase <= Phase::InitializationMode => Phase::Abandoned,
+            _ => Phase::Terminated,
+        };
+        if let Some(hybrid) = &mut self.run.hybrid {
+            hybrid.under_way = None;
+        }
+    }
+
+    /// Enters Configuration Mode.
+    pub fn enter_configuration(&mut self) {
+        self.run.phase = Phase::ConfigurationMode;
+    }
+
+    /// Leaves it.
+    pub fn exit_configuration(&mut self) {
+        self.run.phase = Phase::Instantiated;
+    }
+}

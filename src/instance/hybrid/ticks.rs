@@ -1,0 +1,249 @@
+//! The clocks: what has happened in the contacts, instant by instant, and how far the host has been told of it.
+
+use std::collections::VecDeque;
+
+use serde::{Deserialize, Serialize};
+
+use crate::engine::{NEVER, Observer, Progress, Pulse, Results, WorkCounters};
+use crate::instance::calls::Reporter;
+use crate::variables::{Edge, Told};
+
+/// A contact closes, or opens and ends a pulse.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+enum Transition {
+    Onset(usize),
+    Release(usize, Ended),
+}
+
+/// What is told of a pulse that has ended: its impulse (N.s), its largest force (N), its duration (s).
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+struct Ended {
+    impulse: f64,
+    peak: f64,
+    duration: f64,
+}
+
+impl Transition {
+    fn contact(&self) -> usize {
+        match self {
+            Self::Onset(contact) | Self::Release(contact, _) => *contact,
+        }
+    }
+
+    fn edge(&self) -> Edge {
+        if matches!(self, Self::Onset(_)) { Edge::Onset } else { Edge::Release }
+    }
+}
+
+/// What happens at one instant. A contact closes and opens in it once at most, in this order: more takes another tick.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Tick {
+    /// In s.
+    time: f64,
+    transitions: Vec<Transition>,
+}
+
+impl Tick {
+    /// Whether this may be a part of it.
+    fn takes(&self, transition: &Transition) -> bool {
+        let mut of_contact = self.transitions.iter().filter(|other| other.contact() == transition.contact());
+        match transition {
+            Transition::Onset(_) => of_contact.next().is_none(),
+            Transition::Release(..) => of_contact.all(|other| other.edge() == Edge::Onset),
+        }
+    }
+
+    fn has(&self, edge: Edge) -> bool {
+        self.transitions.iter().any(|transition| transition.edge() == edge)
+    }
+}
+
+/// The discrete variables of a contact as the host has been told of them.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub(super) struct Shown {
+    pub pulses: u64,
+    pub closed: bool,
+    /// Last onset and release, s.
+    pub onset: f64,
+    pub release: f64,
+}
+
+/// The clocks of an instance.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct Ticks {
+    /// What the host has yet to be told of, in order.
+    pending: VecDeque<Tick>,
+    /// Whether the clocks of the last tick are active.
+    active: bool,
+    /// The last ticks of the two clocks; before the first there is none.
+    last_onset: Option<Tick>,
+    last_release: Option<Tick>,
+    /// Whether the last tick was one of each.
+    ticked: [bool; 2],
+    shown: Vec<Shown>,
+    pub work: WorkCounters,
+}
+
+impl Ticks {
+    pub fn new(contacts: usize) -> Self {
+        let none = Shown { pulses: 0, closed: false, onset: -NEVER, release: -NEVER };
+        Self {
+            pending: VecDeque::new(),
+            active: false,
+            last_onset: None,
+            last_release: None,
+            ticked: [false; 2],
+            shown: vec![none; contacts],
+            work: WorkCounters::default(),
+        }
+    }
+
+    pub fn are_sound(&self, contacts: usize) -> bool {
+        let tick = |tick: &Tick| {
+            let known = |transition: &Transition| match transition {
+                Transition::Onset(contact) => *contact < contacts,
+                Transition::Release(contact, Ended { impulse, peak, duration }) => {
+                    *contact < contacts && (impulse + peak + duration).is_finite()
+                }
+            };
+            tick.time.is_finite() && !tick.transitions.is_empty() && tick.transitions.iter().all(known)
+        };
+        let shown = |shown: &Shown| (shown.onset + shown.release).is_finite() && shown.pulses < 1 << 62;
+        self.shown.len() == contacts
+            && self.shown.iter().all(shown)
+            && self.pending.iter().chain(&self.last_onset).chain(&self.last_release).all(tick)
+    }
+
+    /// Whether there is something that the host has not been told of.
+    pub fn are_due(&self) -> bool {
+        !self.pending.is_empty()
+    }
+
+    fn push(&mut self, time: f64, transition: Transition) {
+        match self.pending.back_mut().filter(|tick| tick.time == time && tick.takes(&transition)) {
+            Some(tick) => tick.transitions.push(transition),
+            None => self.pending.push_back(Tick { time, transitions: vec![transition] }),
+        }
+    }
+
+    /// The next tick: the host is told of it now. Says whether there was one.
+    pub fn tick(&mut self) -> bool {
+        self.active = false;
+        let Some(tick) = self.pending.pop_front() else { return false };
+        for transition in &tick.transitions {
+            let shown = &mut self.shown[transition.contact()];
+            match transition {
+                Transition::Onset(_) => {
+                    (shown.pulses, shown.closed, shown.onset) = (shown.pulses.saturating_add(1), true, tick.time);
+                }
+                Transition::Release(..) => (shown.closed, shown.release) = (false, tick.time),
+            }
+        }
+        (self.active, self.ticked) = (true, [tick.has(Edge::Onset), tick.has(Edge::Release)]);
+        if self.ticked[0] {
+            self.last_onset = Some(tick.clone());
+        }
+        if self.ticked[1] {
+            self.last_release = Some(tick);
+        }
+        true
+    }
+
+    /// The clocks of the last tick are no longer active.
+    pub fn rest(&mut self) {
+        self.active = false;
+    }
+
+    /// Contacts that have closed where nobody was told of it, at the time `now` (s): at the start, or because inputs have changed.
+    pub fn catch_up(&mut self, results: &dyn Results, now: f64) {
+        let mut known: Vec<u64> = self.shown.iter().map(|shown| shown.pulses).collect();
+        for transition in self.pending.iter().flat_map(|tick| &tick.transitions) {
+            known[transition.contact()] += u64::from(transition.edge() == Edge::Onset);
+        }
+        for (contact, known) in known.into_iter().enumerate() {
+            if results.pulses(contact) > known {
+                self.push(now, Transition::Onset(contact));
+            }
+        }
+    }
+
+    /// Whether a clock is active.
+    pub fn is_active(&self, edge: Edge) -> bool {
+        self.active && self.ticked[edge as usize]
+    }
+
+    fn last(&self, edge: Edge) -> Option<&Tick> {
+        if edge == Edge::Onset { self.last_onset.as_ref() } else { self.last_release.as_ref() }
+    }
+
+    /// The time of the last tick of a clock, s; before the first one minus [`NEVER`].
+    pub fn time(&self, edge: Edge) -> f64 {
+        self.last(edge).map_or(-NEVER, |tick| tick.time)
+    }
+
+    /// Whether a contact was part of it.
+    pub fn is_part(&self, edge: Edge, contact: usize) -> bool {
+        let is_it = |transition: &Transition| transition.contact() == contact && transition.edge() == edge;
+        self.last(edge).is_some_and(|tick| tick.transitions.iter().any(is_it))
+    }
+
+    /// What it tells of the pulse of a contact that ended, 0 if none did.
+    pub fn ended(&self, told: Told, contact: usize) -> f64 {
+        let of_contact = |transition: &Transition| match transition {
+            Transition::Release(released, ended) if *released == contact => Some(*ended),
+            _ => None,
+        };
+        let ended = self.last(Edge::Release).and_then(|tick| tick.transitions.iter().find_map(of_contact));
+        ended.map_or(0.0, |Ended { impulse, peak, duration }| match told {
+            Told::Impulse => impulse,
+            Told::Peak => peak,
+            _ => duration,
+        })
+    }
+
+    /// The discrete variables of a contact; nothing if there is no such contact.
+    pub fn shown(&self, contact: usize) -> Option<&Shown> {
+        self.shown.get(contact)
+    }
+}
+
+/// Takes down what happens in a step, and ends it at the first onset or release if that is wanted.
+pub(super) struct Recorder<'a> {
+    pub reporter: Reporter<'a>,
+    /// Where it is taken down, if the host takes part in events.
+    pub ticks: Option<&'a mut Ticks>,
+    pub stops: bool,
+    /// Time of the first onset or release, s.
+    pub stopped: Option<f64>,
+}
+
+impl Recorder<'_> {
+    fn enter(&mut self, time: f64, transition: Transition) {
+        if self.stops {
+            self.stopped.get_or_insert(time);
+        }
+        if let Some(ticks) = &mut self.ticks {
+            ticks.push(time, transition);
+        }
+    }
+}
+
+impl Observer for Recorder<'_> {
+    fn pulse(&mut self, pulse: Pulse) {
+        self.reporter.pulse(pulse);
+        let ended = Ended { impulse: pulse.impulse, peak: pulse.peak, duration: pulse.release - pulse.onset };
+        self.enter(pulse.release, Transition::Release(pulse.contact, ended));
+    }
+
+    fn onset(&mut self, contact: usize, time: f64) {
+        self.enter(time, Transition::Onset(contact));
+    }
+
+    fn progress(&mut self, progress: Progress) {
+        self.reporter.progress(progress);
+    }
+
+    fn stop(&self) -> Option<f64> {
+        self.stopped
+    }
+}

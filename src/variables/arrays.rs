@@ -1,0 +1,291 @@
+//! The interface of FMI 3.0: the same table, with an array for each row that has an index, and what only FMI 3.0 has.
+//!
+//! The arrays have `n` elements, those over contacts as well, since n - 1 cannot be a dimension: the last element belongs to no
+//! contact. A value reference does not depend on `n`.
+
+use super::enumeration::Item;
+use super::row::{Access, Causality, Row, Shape, Type, Variability};
+use super::table::TABLE;
+use super::unit::{FORCE, IMPULSE, Quantity, TIME};
+
+/// What happens to a contact.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Edge {
+    /// It closes.
+    Onset,
+    /// It opens.
+    Release,
+}
+
+/// What a clock tells of its last tick.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Told {
+    /// When it ticked, s.
+    Time(Edge),
+    /// Whether the contact has closed, or opened.
+    Which(Edge),
+    /// Impulse of the pulse that has ended, N.s.
+    Impulse,
+    /// Its largest force, N.
+    Peak,
+    /// How long it lasted, s.
+    Duration,
+}
+
+/// A variable of FMI 3.0: a scalar or an array.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Array {
+    /// The independent variable.
+    Time,
+    /// `n`, the structural parameter that the arrays are sized by.
+    Balls,
+    /// `derivatives.of`, one of [`DERIVATIVES_OF`].
+    DerivativesOf,
+    /// The row at this position of the table.
+    Row(usize),
+    /// The slope over a step of the input at this position.
+    Slope(usize),
+    /// A clock.
+    Clock(Edge),
+    /// A variable of a clock.
+    Told(Told),
+}
+
+/// The data types of these variables.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ArrayType {
+    /// A double.
+    Float64,
+    /// A count.
+    UInt64,
+    /// Its values travel as `Int64`.
+    Enumeration,
+    /// True or false.
+    Boolean,
+    /// Active or not.
+    Clock,
+}
+
+/// Items of `derivatives.of`.
+pub static DERIVATIVES_OF: &[Item] = &[
+    Item {
+        name: "point",
+        value: 1,
+        description: "what depends on the inputs at the same time, as the standard has it",
+    },
+    Item { name: "lastStep", value: 2, description: "the end of the last step, by the inputs held over it" },
+];
+
+/// Row of the table that has no place here: a Boolean that changes between events.
+const LEFT_OUT: &str = "t_next_isOnset";
+/// Value reference of the first row.
+const ROWS: u32 = 32;
+/// What comes before the rows, by its value reference, but for the slopes of inputs, which take two places from `SLOPES` on.
+const FIRST: [Array; 3] = [Array::Time, Array::Balls, Array::DerivativesOf];
+const SLOPES: u32 = 4;
+const CLOCKED: u32 = 8;
+const OF_CLOCKS: [Array; 9] = [
+    Array::Clock(Edge::Onset),
+    Array::Clock(Edge::Release),
+    Array::Told(Told::Time(Edge::Onset)),
+    Array::Told(Told::Which(Edge::Onset)),
+    Array::Told(Told::Time(Edge::Release)),
+    Array::Told(Told::Which(Edge::Release)),
+    Array::Told(Told::Impulse),
+    Array::Told(Told::Peak),
+    Array::Told(Told::Duration),
+];
+
+fn inputs() -> impl Iterator<Item = usize> {
+    TABLE.iter().enumerate().filter(|(_, row)| row.causality == Causality::Input).map(|(position, _)| position)
+}
+
+impl Array {
+    /// Every variable, in the order of the description.
+    pub fn all() -> impl Iterator<Item = Self> {
+        let rows = (0..TABLE.len()).filter(|position| TABLE[*position].name != LEFT_OUT).map(Self::Row);
+        FIRST.into_iter().chain(rows).chain(inputs().map(Self::Slope)).chain(OF_CLOCKS)
+    }
+
+    /// The variable behind a value reference.
+    #[inline]
+    pub fn at(reference: u32) -> Option<Self> {
+        let within = |first: u32| reference.checked_sub(first).map(|place| place as usize);
+        if let Some(position) = within(ROWS) {
+            return TABLE.get(position).filter(|row| row.name != LEFT_OUT).map(|_| Self::Row(position));
+        }
+        let of_clocks = within(CLOCKED).map(|place| OF_CLOCKS.get(place).copied());
+        let slope = || within(SLOPES).map(|place| inputs().nth(place).map(Self::Slope));
+        of_clocks.or_else(slope).unwrap_or_else(|| FIRST.get(reference as usize).copied())
+    }
+
+    /// Its value reference.
+    pub fn reference(self) -> u32 {
+        let place = |first: u32, mut places: Box<dyn Iterator<Item = Self>>| {
+            first + places.position(|other| other == self).unwrap_or_default() as u32
+        };
+        match self {
+            // It fits: the table is short.
+            Self::Row(position) => ROWS + position as u32,
+            Self::Slope(_) => place(SLOPES, Box::new(inputs().map(Self::Slope))),
+            Self::Clock(_) | Self::Told(_) => place(CLOCKED, Box::new(OF_CLOCKS.into_iter())),
+            _ => place(0, Box::new(FIRST.into_iter())),
+        }
+    }
+
+    /// The variable of this name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::all().find(|array| array.to_string() == name)
+    }
+
+    /// Its row, if it is one.
+    pub fn row(self) -> Option<&'static Row> {
+        if let Self::Row(position) = self { TABLE.get(position) } else { None }
+    }
+
+    /// Whether it is an array; a scalar otherwise.
+    pub fn is_array(self) -> bool {
+        match self {
+            Self::Row(position) | Self::Slope(position) => TABLE[position].shape != Shape::Scalar,
+            Self::Told(told) => !matches!(told, Told::Time(_)),
+            Self::Time | Self::Balls | Self::DerivativesOf | Self::Clock(_) => false,
+        }
+    }
+
+    /// Number of elements in a cradle of `balls` balls.
+    #[inline]
+    pub fn len(self, balls: usize) -> usize {
+        if self.is_array() { balls } else { 1 }
+    }
+
+    /// Its type.
+    pub fn data_type(self) -> ArrayType {
+        match self {
+            Self::Time | Self::Slope(_) => ArrayType::Float64,
+            Self::Balls => ArrayType::UInt64,
+            Self::DerivativesOf => ArrayType::Enumeration,
+            Self::Clock(_) => ArrayType::Clock,
+            Self::Told(Told::Which(_)) => ArrayType::Boolean,
+            Self::Told(_) => ArrayType::Float64,
+            Self::Row(position) => match TABLE[position].access.data_type() {
+                Type::Integer => ArrayType::UInt64,
+                Type::Boolean => ArrayType::Boolean,
+                Type::Enumeration => ArrayType::Enumeration,
+                Type::Real | Type::String => ArrayType::Float64,
+            },
+        }
+    }
+
+    /// What it is to the host; nothing for `time` and `n`, whose kind no row has.
+    pub fn causality(self) -> Option<Causality> {
+        match self {
+            Self::Time | Self::Balls => None,
+            Self::DerivativesOf => Some(Causality::Parameter),
+            Self::Row(position) => Some(TABLE[position].causality),
+            Self::Slope(_) => Some(Causality::Input),
+            Self::Clock(_) | Self::Told(_) => Some(Causality::Output),
+        }
+    }
+
+    /// When it changes. Real outputs that hold a value of the step are continuous: a discrete one may change in Event Mode only.
+    pub fn variability(self) -> Variability {
+        match self {
+            Self::Time | Self::Slope(_) => Variability::Continuous,
+            Self::Balls => Variability::Fixed,
+            Self::DerivativesOf => Variability::Tunable,
+            Self::Clock(_) | Self::Told(_) => Variability::Discrete,
+            Self::Row(position) => match &TABLE[position] {
+                row if row.causality == Causality::Output && matches!(row.access, Access::Real(_)) => {
+                    Variability::Continuous
+                }
+                row => row.variability,
+            },
+        }
+    }
+
+    /// Quantity of a real one that is no row of the table.
+    pub fn quantity(self) -> Option<&'static Quantity> {
+        match self {
+            Self::Time | Self::Told(Told::Time(_) | Told::Duration) => Some(&TIME),
+            Self::Told(Told::Impulse) => Some(&IMPULSE),
+            Self::Told(Told::Peak) => Some(&FORCE),
+            _ => None,
+        }
+    }
+
+    /// The clock that it belongs to.
+    pub fn clock(self) -> Option<Edge> {
+        match self {
+            Self::Told(Told::Time(edge) | Told::Which(edge)) => Some(edge),
+            Self::Told(_) => Some(Edge::Release),
+            _ => None,
+        }
+    }
+
+    /// Whether a host may read or set it in the middle of a step.
+    pub fn is_intermediate(self) -> bool {
+        let known = ["F_ext", "a_support", "x", "F", "v", "E_total", "p_total", "F_support", "impulse"];
+        self == Self::Time || self.row().is_some_and(|row| known.contains(&row.name))
+    }
+
+    /// Text of one that is no row of the table.
+    pub fn description(self) -> String {
+        let text = match self {
+            Self::Time => "Time",
+            Self::Balls => "Number of balls; a new one sets all arrays to their defaults",
+            Self::DerivativesOf => "What directional and adjoint derivatives are those of, after initialization",
+            Self::Slope(position) => {
+                return format!("Slope of {} over the next steps, from the value it is set to", TABLE[position].name);
+            }
+            Self::Clock(Edge::Onset) => "Ticks when contacts close",
+            Self::Clock(Edge::Release) => "Ticks when contacts open",
+            Self::Told(Told::Time(_)) => "Time of the last tick",
+            Self::Told(Told::Which(Edge::Onset)) => "Which contacts closed at the last tick",
+            Self::Told(Told::Which(Edge::Release)) => "Which contacts opened at the last tick",
+            Self::Told(Told::Impulse) => "Impulse of the pulses that ended at the last tick",
+            Self::Told(Told::Peak) => "Largest force of the pulses that ended at the last tick",
+            Self::Told(Told::Duration) => "Duration of the pulses that ended at the last tick",
+            Self::Row(position) => TABLE[position].description,
+        };
+        text.replace("{i}", "i").replace("{j}", "i+1")
+    }
+}
+
+/// The name: `x`, `der(F_ext)`, `onset.clock`.
+impl std::fmt::Display for Array {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let prefix = |edge: &Edge| if *edge == Edge::Onset { "onset" } else { "release" };
+        match self {
+            Self::Time => f.write_str("time"),
+            Self::Balls => f.write_str("n"),
+            Self::DerivativesOf => f.write_str("derivatives.of"),
+            Self::Row(position) => f.write_str(TABLE[*position].name),
+            Self::Slope(position) => write!(f, "der({})", TABLE[*position].name),
+            Self::Clock(edge) => write!(f, "{}.clock", prefix(edge)),
+            Self::Told(Told::Time(edge)) => write!(f, "{}.time", prefix(edge)),
+            Self::Told(Told::Which(Edge::Onset)) => f.write_str("onset.closed"),
+            Self::Told(Told::Which(Edge::Release)) => f.write_str("release.opened"),
+            Self::Told(Told::Impulse) => f.write_str("release.impulse"),
+            Self::Told(Told::Peak) => f.write_str("release.peak"),
+            Self::Told(Told::Duration) => f.write_str("release.duration"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::HashSet;
+
+    #[test]
+    fn names_and_references_are_unique_and_lead_back() {
+        let (mut names, mut references) = (HashSet::new(), HashSet::new());
+        for array in Array::all() {
+            assert_eq!(Array::at(array.reference()), Some(array));
+            assert_eq!(Array::named(&array.to_string()), Some(array));
+            assert!(names.insert(array.to_string()) && references.insert(array.reference()), "{array}");
+        }
+        assert_eq!(references.len(), (0..200).filter(|reference| Array::at(*reference).is_some()).count());
+        assert!(Array::named(LEFT_OUT).is_none() && Array::at(u32::MAX).is_none());
+    }
+}

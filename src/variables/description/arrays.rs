@@ -1,0 +1,182 @@
+//! What the description of FMI 3.0 says in its own way: types, variables and structure.
+
+use std::fmt::{self, Write};
+
+use super::xml::camel;
+use crate::model::ContactModel;
+use crate::variables::arrays::{Array, DERIVATIVES_OF};
+use crate::variables::enumeration::{ENUMERATIONS, Item};
+use crate::variables::row::{Access, Causality, Groups, Row, Shape};
+use crate::variables::settings::Settings;
+use crate::variables::table::TABLE;
+use crate::variables::text::{Escaped, Number};
+use crate::variables::unit::QUANTITIES;
+use crate::variables::variable::{MAX_BALLS, MIN_BALLS, Variable};
+
+/// Name of the type of `derivatives.of`.
+const DERIVATIVES_TYPE: &str = "DerivativesOf";
+
+/// What is continued to foresee the next onset.
+const INPUTS: Groups = &[&["F_ext", "a_support"]];
+
+/// Writes the type definitions.
+pub(super) fn write_types(out: &mut String) -> fmt::Result {
+    for quantity in QUANTITIES {
+        let (name, unit) = (quantity.name, quantity.unit);
+        writeln!(out, "    <Float64Type name=\"{name}\" quantity=\"{name}\" unit=\"{unit}\"/>")?;
+    }
+    let enumerations = ENUMERATIONS.iter().map(|enumeration| (enumeration.type_name, enumeration.items));
+    for (name, items) in enumerations.chain([(DERIVATIVES_TYPE, DERIVATIVES_OF)]) {
+        writeln!(out, "    <EnumerationType name=\"{name}\">")?;
+        for Item { name, value, description } in items {
+            let description = Escaped(description);
+            writeln!(out, "      <Item name=\"{name}\" value=\"{value}\" description=\"{description}\"/>")?;
+        }
+        writeln!(out, "    </EnumerationType>")?;
+    }
+    Ok(())
+}
+
+/// Writes every variable.
+pub(super) fn write_variables(out: &mut String, start: &Settings) -> fmt::Result {
+    Array::all().try_for_each(|array| write_variable(out, start, array))
+}
+
+fn write_variable(out: &mut String, start: &Settings, array: Array) -> fmt::Result {
+    let element = array.data_type();
+    let causality = match (array, array.causality()) {
+        (Array::Time, _) => "independent".to_owned(),
+        (Array::Balls, _) => "structuralParameter".to_owned(),
+        (_, causality) => causality.map_or_else(String::new, |causality| camel(&causality)),
+    };
+    let variability = camel(&array.variability());
+    write!(out, "    <{element:?} name=\"{array}\" valueReference=\"{}\"", array.reference())?;
+    write!(out, " causality=\"{causality}\" variability=\"{variability}\"")?;
+    if let Some(clock) = array.clock() {
+        write!(out, " clocks=\"{}\"", Array::Clock(clock).reference())?;
+    }
+    if array.is_intermediate() {
+        out.write_str(" intermediateUpdate=\"true\"")?;
+    }
+    let row = array.row();
+    let calculated = row.is_some_and(|row| !row.settable());
+    match array.causality() {
+        Some(Causality::Parameter) => out.write_str(" initial=\"exact\"")?,
+        Some(_) if calculated => out.write_str(" initial=\"calculated\"")?,
+        _ => {}
+    }
+    write!(out, " description=\"{}", Escaped(&array.description()))?;
+    if row.is_some_and(|row| row.range.above_min && row.settable()) {
+        out.write_str("; 0 itself is refused")?;
+    }
+    if row.is_some_and(|row| row.shape == Shape::Contacts) || matches!(array, Array::Told(_)) && array.is_array() {
+        out.write_str("; the last element belongs to no contact")?;
+    }
+    out.write_str("\"")?;
+    write_element(out, array, row)?;
+    write_start(out, start, array)?;
+    match (element, array.is_array()) {
+        (_, true) => {
+            writeln!(out, "><Dimension valueReference=\"{}\"/></{element:?}>", Array::Balls.reference())
+        }
+        _ => out.write_str("/>\n"),
+    }
+}
+
+/// Declared type, which has the unit, and range. The reader `fmi-schema` knows no unit and no nominal value of a variable.
+fn write_element(out: &mut String, array: Array, row: Option<&Row>) -> fmt::Result {
+    if let Some(quantity) = row.and_then(|row| row.quantity).or(array.quantity()) {
+        write!(out, " declaredType=\"{}\"", quantity.name)?;
+    }
+    match (array, row.map(|row| row.access)) {
+        (Array::DerivativesOf, _) => write!(out, " declaredType=\"{DERIVATIVES_TYPE}\"")?,
+        (Array::Balls, _) => write!(out, " min=\"{MIN_BALLS}\" max=\"{MAX_BALLS}\"")?,
+        (Array::Clock(_), _) => out.write_str(" intervalVariability=\"triggered\"")?,
+        (_, Some(Access::Enumeration(enumeration))) => write!(out, " declaredType=\"{}\"", enumeration.type_name)?,
+        _ => {}
+    }
+    if let Some(row) = row {
+        for (name, value) in [("min", row.range.min), ("max", row.range.max)] {
+            if let Some(value) = value {
+                write!(out, " {name}=\"{}\"", Number(value))?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The start values: those of the settings, and the default for the last element of an array over contacts.
+fn write_start(out: &mut String, start: &Settings, array: Array) -> fmt::Result {
+    let balls = start.balls();
+    match array {
+        Array::Balls => write!(out, " start=\"{balls}\""),
+        Array::DerivativesOf => write!(out, " start=\"{}\"", DERIVATIVES_OF[0].value),
+        Array::Slope(_) => {
+            write!(out, " start=\"{}\"", vec!["0"; array.len(balls)].join(" "))
+        }
+        Array::Row(position) if TABLE[position].settable() => {
+            let row = &TABLE[position];
+            let text = |index: usize| {
+                let variable = Variable { row, position, index };
+                match (variable.real(start), variable.item(start)) {
+                    (Some(value), _) => Number(value).to_string(),
+                    (_, Some(value)) => value.to_string(),
+                    _ => Number(spare(row)).to_string(),
+                }
+            };
+            let values: Vec<String> = (0..array.len(balls)).map(text).collect();
+            write!(out, " start=\"{}\"", values.join(" "))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The default of a parameter over contacts, for the element that belongs to none.
+pub fn spare(row: &Row) -> f64 {
+    let default = Settings::default_for(2);
+    if let Access::Parameter { get, .. } = row.access {
+        get(&default.parameters).first().copied().unwrap_or(0.0)
+    } else {
+        0.0
+    }
+}
+
+/// Writes Output and InitialUnknown. In co-simulation an input acts from now on: what it changes at once is what is foreseen, and
+/// the force of rigid balls that stay in contact.
+pub(super) fn write_structure(out: &mut String, start: &Settings) -> fmt::Result {
+    let rigid = start.parameters.contact_model == ContactModel::Rigid;
+    for array in Array::all().filter(|array| array.causality() == Some(Causality::Output)) {
+        let at_once =
+            array.row().is_some_and(|row| row.name == "t_next" || rigid && matches!(row.name, "F" | "F_mean"));
+        write!(out, "    <Output valueReference=\"{}\"", array.reference())?;
+        write_dependencies(out, if at_once { INPUTS } else { &[] })?;
+    }
+    let unknown = |row: &Row| matches!(row.causality, Causality::Output | Causality::CalculatedParameter);
+    for array in Array::all() {
+        // By the letter clocks have no `initial`; FMPy takes them for calculated outputs.
+        if matches!(array, Array::Clock(_)) {
+            writeln!(out, "    <InitialUnknown valueReference=\"{}\" dependencies=\"\"/>", array.reference())?;
+        }
+        if let Some(row) = array.row().filter(|row| unknown(row)) {
+            write!(out, "    <InitialUnknown valueReference=\"{}\"", array.reference())?;
+            match row.initially {
+                Some(groups) => write_dependencies(out, groups)?,
+                None => out.write_str("/>\n")?,
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Writes on which rows an unknown depends, each once.
+fn write_dependencies(out: &mut String, groups: Groups) -> fmt::Result {
+    let family = |name: &&str| name.trim_end_matches('*').split('[').next().unwrap_or_default().to_owned();
+    let names = groups.iter().copied().flatten().map(family);
+    let mut references: Vec<usize> = names
+        .filter_map(|name| Some(Array::Row(TABLE.iter().position(|row| row.name == name)?).reference() as usize))
+        .collect();
+    references.sort_unstable();
+    references.dedup();
+    let references: Vec<String> = references.iter().map(usize::to_string).collect();
+    writeln!(out, " dependencies=\"{}\"/>", references.join(" "))
+}
