@@ -1,8 +1,8 @@
-//! The C ABI of FMI 3.0 for co-simulation, with event mode, clocks and arrays.
+//! The C ABI of FMI 3.0 for co-simulation, with event mode, and model exchange, with clocks and arrays.
 //!
 //! Every exported function goes through the guard in `border`. What is refused ends the run, as the standard has it, but for values
-//! out of range, which change nothing. Functions of model exchange and scheduled execution are there, as hosts look for them, and
-//! say that the FMU does not offer it.
+//! out of range, which change nothing. Functions of scheduled execution are there, as hosts look for them, and say that the FMU does
+//! not offer it.
 //!
 //! # Safety
 //! The exported functions are called from C. Pointers are checked for null and alignment; beyond that they must be

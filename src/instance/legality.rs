@@ -104,7 +104,7 @@ pub enum Call {
     ExitConfigurationMode,
     /// Setting counts: the number of balls is one.
     SetCounts,
-    /// The way from a step to its events.
+    /// The way from a step, or from integration, to events.
     EnterEvents,
     /// Handling one of them after the other.
     NextEvent,
@@ -128,6 +128,8 @@ pub enum Call {
     GetContinuous,
     /// Reading the orders of magnitude of the states.
     GetNominals,
+    /// Asking how many states or event indicators there are.
+    CountContinuous,
 }
 
 impl Phase {
@@ -155,8 +157,6 @@ impl Call {
             | Self::DoStep
             | Self::CancelStep
             | Self::Status
-            | Self::EnterEvents
-            | Self::NextEvent
             | Self::EnterStepMode
             | Self::ContinueStep => Some(Kind::CoSimulation),
             Self::EnterEventMode
@@ -166,7 +166,8 @@ impl Call {
             | Self::SetTime
             | Self::SetContinuousStates
             | Self::GetContinuous
-            | Self::GetNominals => Some(Kind::ModelExchange),
+            | Self::GetNominals
+            | Self::CountContinuous => Some(Kind::ModelExchange),
             _ => None,
         }
     }
@@ -180,7 +181,7 @@ impl Call {
             IntermediateUpdate, StepMode, Terminated,
         };
         match self {
-            Self::SetDebugLogging | Self::Reset | Self::State => &[
+            Self::SetDebugLogging | Self::Reset | Self::State | Self::CountContinuous => &[
                 Instantiated,
                 ConfigurationMode,
                 Abandoned,
@@ -207,7 +208,8 @@ impl Call {
                 &[InitializationMode, StepMode, EventMode, ContinuousTimeMode, Terminated, Error]
             }
             Self::GetOutputDerivatives => &[StepMode, IntermediateUpdate, Terminated, Error],
-            Self::DoStep | Self::EnterEvents => &[StepMode],
+            Self::DoStep => &[StepMode],
+            Self::EnterEvents => &[StepMode, ContinuousTimeMode],
             Self::NextEvent | Self::EnterStepMode => &[EventMode],
             Self::ContinueStep => &[IntermediateUpdate],
             Self::Terminate => &[StepMode, EventMode, ContinuousTimeMode],

@@ -71,7 +71,7 @@ impl Instance {
             self.run.simulation = None;
             self.run.phase = Phase::EventMode;
             self.log_ignored_parameters();
-            return Ok(());
+            return if self.run.tells_of_events() { self.enter_events() } else { Ok(()) };
         }
         self.simulation()?.set_initializing(false);
         let next = if self.run.takes_part_in_events() { Phase::EventMode } else { Phase::StepMode };

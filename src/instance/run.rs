@@ -106,7 +106,12 @@ impl Run {
 
     /// Whether the host of co-simulation takes part in events.
     pub(super) fn takes_part_in_events(&self) -> bool {
-        self.kind == Kind::CoSimulation && self.hybrid.as_ref().is_some_and(|hybrid| hybrid.event_mode)
+        self.kind == Kind::CoSimulation && self.tells_of_events()
+    }
+
+    /// Whether clocks tell the host of events.
+    pub(super) fn tells_of_events(&self) -> bool {
+        self.hybrid.as_ref().is_some_and(|hybrid| hybrid.event_mode)
     }
 
     /// Refuses what no instance can have saved; the simulation has checks of its own.

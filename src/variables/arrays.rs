@@ -6,7 +6,8 @@
 use super::enumeration::Item;
 use super::row::{Access, Causality, Row, Shape, Type, Variability};
 use super::table::TABLE;
-use super::unit::{FORCE, IMPULSE, Quantity, TIME};
+use super::unit::{FORCE, IMPULSE, LENGTH, Quantity, TIME, VELOCITY};
+use super::variable::Variable;
 
 /// What happens to a contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,6 +33,19 @@ pub enum Told {
     Duration,
 }
 
+/// What model exchange has beside the rows. States are whole variables.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Exchanged {
+    /// `q`: the position of the first ball and the overlaps, m.
+    Position,
+    /// `der(q)`, m/s.
+    Rate,
+    /// `z.contact`: event indicators, negative while contacts are open.
+    Contact,
+    /// `z.clip`: event indicators, negative while the laws of contacts are clipped.
+    Clip,
+}
+
 /// A variable of FMI 3.0: a scalar or an array.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Array {
@@ -49,6 +63,8 @@ pub enum Array {
     Clock(Edge),
     /// A variable of a clock.
     Told(Told),
+    /// A variable of model exchange.
+    Exchanged(Exchanged),
 }
 
 /// The data types of these variables.
@@ -83,8 +99,9 @@ const ROWS: u32 = 32;
 /// What comes before the rows, by its value reference, but for the slopes of inputs, which take two places from `SLOPES` on.
 const FIRST: [Array; 3] = [Array::Time, Array::Balls, Array::DerivativesOf];
 const SLOPES: u32 = 4;
-const CLOCKED: u32 = 8;
-const OF_CLOCKS: [Array; 9] = [
+const BESIDE: u32 = 8;
+/// What clocks and model exchange have beside the rows.
+const LAST: [Array; 13] = [
     Array::Clock(Edge::Onset),
     Array::Clock(Edge::Release),
     Array::Told(Told::Time(Edge::Onset)),
@@ -94,6 +111,18 @@ const OF_CLOCKS: [Array; 9] = [
     Array::Told(Told::Impulse),
     Array::Told(Told::Peak),
     Array::Told(Told::Duration),
+    Array::Exchanged(Exchanged::Position),
+    Array::Exchanged(Exchanged::Rate),
+    Array::Exchanged(Exchanged::Contact),
+    Array::Exchanged(Exchanged::Clip),
+];
+/// Continuous states with their derivatives, in their order.
+const STATES: [(&str, &str); 5] = [
+    ("q", "der(q)"),
+    ("v", "a"),
+    ("impulse", "F"),
+    ("E_dissipated", "der(E_dissipated)"),
+    ("W_external", "der(W_external)"),
 ];
 
 fn inputs() -> impl Iterator<Item = usize> {
@@ -104,7 +133,7 @@ impl Array {
     /// Every variable, in the order of the description.
     pub fn all() -> impl Iterator<Item = Self> {
         let rows = (0..TABLE.len()).filter(|position| TABLE[*position].name != LEFT_OUT).map(Self::Row);
-        FIRST.into_iter().chain(rows).chain(inputs().map(Self::Slope)).chain(OF_CLOCKS)
+        FIRST.into_iter().chain(rows).chain(inputs().map(Self::Slope)).chain(LAST)
     }
 
     /// The variable behind a value reference.
@@ -114,9 +143,9 @@ impl Array {
         if let Some(position) = within(ROWS) {
             return TABLE.get(position).filter(|row| row.name != LEFT_OUT).map(|_| Self::Row(position));
         }
-        let of_clocks = within(CLOCKED).map(|place| OF_CLOCKS.get(place).copied());
+        let last = within(BESIDE).map(|place| LAST.get(place).copied());
         let slope = || within(SLOPES).map(|place| inputs().nth(place).map(Self::Slope));
-        of_clocks.or_else(slope).unwrap_or_else(|| FIRST.get(reference as usize).copied())
+        last.or_else(slope).unwrap_or_else(|| FIRST.get(reference as usize).copied())
     }
 
     /// Its value reference.
@@ -128,7 +157,7 @@ impl Array {
             // It fits: the table is short.
             Self::Row(position) => ROWS + position as u32,
             Self::Slope(_) => place(SLOPES, Box::new(inputs().map(Self::Slope))),
-            Self::Clock(_) | Self::Told(_) => place(CLOCKED, Box::new(OF_CLOCKS.into_iter())),
+            Self::Clock(_) | Self::Told(_) | Self::Exchanged(_) => place(BESIDE, Box::new(LAST.into_iter())),
             _ => place(0, Box::new(FIRST.into_iter())),
         }
     }
@@ -136,6 +165,28 @@ impl Array {
     /// The variable of this name.
     pub fn named(name: &str) -> Option<Self> {
         Self::all().find(|array| array.to_string() == name)
+    }
+
+    /// The continuous states of model exchange with their derivatives, in their order.
+    pub fn states() -> impl Iterator<Item = (Self, Self)> {
+        STATES.iter().filter_map(|(state, derivative)| Some((Self::named(state)?, Self::named(derivative)?)))
+    }
+
+    /// The variable of a single element, counted from 0, in a cradle of `balls` balls; nothing for one that belongs to no contact.
+    pub fn element(self, index: usize, balls: usize) -> Option<Variable> {
+        let of = |name: &str, index: usize| {
+            let (position, row) = TABLE.iter().enumerate().find(|(_, row)| row.name == name)?;
+            Some(Variable { row, position, index })
+        };
+        match (self, index.checked_sub(1)) {
+            (Self::Row(position), _) => Some(Variable { row: TABLE.get(position)?, position, index }),
+            (Self::Exchanged(Exchanged::Position), None) => of("x", 0),
+            (Self::Exchanged(Exchanged::Position), Some(contact)) => of("overlap", contact),
+            (Self::Exchanged(Exchanged::Rate), None) => of("v", 0),
+            (Self::Exchanged(Exchanged::Rate), Some(contact)) => of("der(overlap)", contact),
+            _ => None,
+        }
+        .filter(|variable| variable.index < variable.row.shape.len(balls))
     }
 
     /// Its row, if it is one.
@@ -148,6 +199,7 @@ impl Array {
         match self {
             Self::Row(position) | Self::Slope(position) => TABLE[position].shape != Shape::Scalar,
             Self::Told(told) => !matches!(told, Told::Time(_)),
+            Self::Exchanged(_) => true,
             Self::Time | Self::Balls | Self::DerivativesOf | Self::Clock(_) => false,
         }
     }
@@ -161,7 +213,7 @@ impl Array {
     /// Its type.
     pub fn data_type(self) -> ArrayType {
         match self {
-            Self::Time | Self::Slope(_) => ArrayType::Float64,
+            Self::Time | Self::Slope(_) | Self::Exchanged(_) => ArrayType::Float64,
             Self::Balls => ArrayType::UInt64,
             Self::DerivativesOf => ArrayType::Enumeration,
             Self::Clock(_) => ArrayType::Clock,
@@ -184,13 +236,14 @@ impl Array {
             Self::Row(position) => Some(TABLE[position].causality),
             Self::Slope(_) => Some(Causality::Input),
             Self::Clock(_) | Self::Told(_) => Some(Causality::Output),
+            Self::Exchanged(_) => Some(Causality::Local),
         }
     }
 
     /// When it changes. Real outputs that hold a value of the step are continuous: a discrete one may change in Event Mode only.
     pub fn variability(self) -> Variability {
         match self {
-            Self::Time | Self::Slope(_) => Variability::Continuous,
+            Self::Time | Self::Slope(_) | Self::Exchanged(_) => Variability::Continuous,
             Self::Balls => Variability::Fixed,
             Self::DerivativesOf => Variability::Tunable,
             Self::Clock(_) | Self::Told(_) => Variability::Discrete,
@@ -209,6 +262,8 @@ impl Array {
             Self::Time | Self::Told(Told::Time(_) | Told::Duration) => Some(&TIME),
             Self::Told(Told::Impulse) => Some(&IMPULSE),
             Self::Told(Told::Peak) => Some(&FORCE),
+            Self::Exchanged(Exchanged::Position) => Some(&LENGTH),
+            Self::Exchanged(Exchanged::Rate) => Some(&VELOCITY),
             _ => None,
         }
     }
@@ -245,6 +300,10 @@ impl Array {
             Self::Told(Told::Impulse) => "Impulse of the pulses that ended at the last tick",
             Self::Told(Told::Peak) => "Largest force of the pulses that ended at the last tick",
             Self::Told(Told::Duration) => "Duration of the pulses that ended at the last tick",
+            Self::Exchanged(Exchanged::Position) => "Position of the first ball, then the overlaps",
+            Self::Exchanged(Exchanged::Rate) => "Velocity of the first ball, then the rates of the overlaps",
+            Self::Exchanged(Exchanged::Contact) => "Event indicators of the contacts: negative while open",
+            Self::Exchanged(Exchanged::Clip) => "Event indicators of the laws: negative while clipped",
             Self::Row(position) => TABLE[position].description,
         };
         text.replace("{i}", "i").replace("{j}", "i+1")
@@ -268,6 +327,10 @@ impl std::fmt::Display for Array {
             Self::Told(Told::Impulse) => f.write_str("release.impulse"),
             Self::Told(Told::Peak) => f.write_str("release.peak"),
             Self::Told(Told::Duration) => f.write_str("release.duration"),
+            Self::Exchanged(Exchanged::Position) => f.write_str("q"),
+            Self::Exchanged(Exchanged::Rate) => f.write_str("der(q)"),
+            Self::Exchanged(Exchanged::Contact) => f.write_str("z.contact"),
+            Self::Exchanged(Exchanged::Clip) => f.write_str("z.clip"),
         }
     }
 }

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 
 import numpy as np
 from fmpy import extract, read_model_description
-from fmpy.fmi3 import FMU3Slave, fmi3Boolean, fmi3Float64
+from fmpy.fmi3 import FMU3Model, FMU3Slave, fmi3Boolean, fmi3Float64
 
 TYPES = {
     "Float64": ctypes.c_double,
@@ -190,3 +190,37 @@ def walk(cradle, time, until):
             cradle.enterEventMode()
             told += cradle.events()[0]
     return told
+
+
+@contextmanager
+def started_exchange(path, tmp, balls, parameters=None):
+    """An instance of model exchange with so many balls, in its first Event Mode."""
+    folder = extract(str(path), unzipdir=str(tmp))
+    description = read_model_description(folder, validate=False)
+    cradle = FMU3Model(
+        guid=description.guid,
+        unzipDirectory=folder,
+        modelIdentifier=description.modelExchange.modelIdentifier,
+        instanceName="cradle",
+    )
+    cradle.variables = description.modelVariables
+    cradle.instantiate()
+    try:
+        count = next(variable for variable in cradle.variables if variable.name == "n")
+        cradle.enterConfigurationMode()
+        cradle.setUInt64([count.valueReference], [balls])
+        cradle.exitConfigurationMode()
+        for variable in cradle.variables:
+            if variable.name in (parameters or {}) and variable.type == "Float64":
+                cradle.setFloat64([variable.valueReference], [parameters[variable.name]])
+        cradle.enterInitializationMode()
+        cradle.exitInitializationMode()
+        yield cradle
+    finally:
+        cradle.freeInstance()
+
+
+def read(cradle, name, balls):
+    """A real array of an instance of model exchange."""
+    reference = next(variable.valueReference for variable in cradle.variables if variable.name == name)
+    return np.array(cradle.getFloat64([reference], balls))

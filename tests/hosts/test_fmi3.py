@@ -39,7 +39,7 @@ def test_the_description_is_valid(fmu3_path, producer):
     assert checked.returncode == 0, checked.stdout + checked.stderr
     assert "0 problem(s)" in checked.stdout and "schema" not in checked.stdout, checked.stdout
     told = subprocess.run([producer, "info", fmu3_path], capture_output=True, text=True, check=True).stdout
-    assert "NewtonsCradle (FMI 3.0, CoSimulation)" in told and "balls        5" in told, told
+    assert "NewtonsCradle (FMI 3.0, CoSimulation, ModelExchange)" in told and "balls        5" in told, told
 
 
 def test_names_are_those_of_fmi_2(fmu3_path, fmu):

@@ -2,6 +2,8 @@
 //! description as another reader understands it. A legal call is not turned down for its time; an illegal one answers fmi3Error, and
 //! the run is over.
 
+mod exchange;
+
 use std::cell::Cell;
 use std::ffi::{CString, c_void};
 use std::ptr::{null, null_mut};
@@ -237,7 +239,7 @@ fn functions() -> Vec<Function> {
             fmi3GetOutputDerivatives(c, &vr("E_total"), 1, &1, &mut 0.0, 1)
         }),
         ("fmi3DoStep", &[Step], do_step),
-        // Not offered.
+        // Not offered, or for model exchange.
         ("fmi3GetNumberOfVariableDependencies", NOWHERE, |c| unsafe {
             fmi3GetNumberOfVariableDependencies(c, 0, &mut 0)
         }),

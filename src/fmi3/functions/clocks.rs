@@ -40,7 +40,7 @@ refuse! {
 }
 
 refuse! {
-    "scheduled execution is not offered; allowed: co-simulation":
+    "scheduled execution is not offered; allowed: co-simulation or model exchange":
     /// Not offered.
     fn fmi3ActivateModelPartition(clockReference: fmi3ValueReference, activationTime: fmi3Float64);
 }

@@ -2,7 +2,7 @@
 
 use crate::border::{answer, array, categories as known_categories};
 use crate::fmi3::types::*;
-use crate::instance::Experiment;
+use crate::instance::{Experiment, Handled};
 
 export! {
     /// Switches logging on for the categories listed only, for all if none is listed, or off.
@@ -37,11 +37,11 @@ export! {
         nominalsOfContinuousStatesChanged: *mut fmi3Boolean, valuesOfContinuousStatesChanged: *mut fmi3Boolean,
         nextEventTimeDefined: *mut fmi3Boolean, nextEventTime: *mut fmi3Float64,
     ) as NextEvent |instance| {
-        let (again, next) = instance.next_event()?;
+        let Handled { again, changed, next } = instance.next_event()?;
         answer("discreteStatesNeedUpdate", discreteStatesNeedUpdate, again.into())?;
         answer("terminateSimulation", terminateSimulation, fmi3False)?;
         answer("nominalsOfContinuousStatesChanged", nominalsOfContinuousStatesChanged, fmi3False)?;
-        answer("valuesOfContinuousStatesChanged", valuesOfContinuousStatesChanged, fmi3False)?;
+        answer("valuesOfContinuousStatesChanged", valuesOfContinuousStatesChanged, changed.into())?;
         answer("nextEventTimeDefined", nextEventTimeDefined, next.is_some().into())?;
         answer("nextEventTime", nextEventTime, next.unwrap_or_default())
     };

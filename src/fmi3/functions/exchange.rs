@@ -1,29 +1,57 @@
-//! Functions of model exchange, which the FMU does not offer in FMI 3.0.
+//! Functions of model exchange: what a host needs to integrate. Events are those of co-simulation with event mode.
 
+use crate::border::{answer, array, array_mut, fill};
 use crate::fmi3::types::*;
 
-refuse! {
-    "model exchange is not offered in FMI 3.0; allowed: co-simulation":
-    /// Not offered.
-    fn fmi3EnterContinuousTimeMode();
-    /// Not offered.
+export! {
+    /// From events to integration.
+    fn fmi3EnterContinuousTimeMode() as EnterContinuousTimeMode |instance| instance.enter_continuous_time_mode();
+    /// The end of a step of the host's solver; asks for Event Mode where an indicator has changed its sign. Never ends a run.
     fn fmi3CompletedIntegratorStep(
-        noSetFMUStatePriorToCurrentPoint: fmi3Boolean, enterEventMode: *mut fmi3Boolean, terminateSimulation: *mut fmi3Boolean,
-    );
-    /// Not offered.
-    fn fmi3SetTime(time: fmi3Float64);
-    /// Not offered.
-    fn fmi3SetContinuousStates(continuousStates: *const fmi3Float64, nContinuousStates: usize);
-    /// Not offered.
-    fn fmi3GetContinuousStateDerivatives(derivatives: *mut fmi3Float64, nContinuousStates: usize);
-    /// Not offered.
-    fn fmi3GetEventIndicators(eventIndicators: *mut fmi3Float64, nEventIndicators: usize);
-    /// Not offered.
-    fn fmi3GetContinuousStates(continuousStates: *mut fmi3Float64, nContinuousStates: usize);
-    /// Not offered.
-    fn fmi3GetNominalsOfContinuousStates(nominals: *mut fmi3Float64, nContinuousStates: usize);
-    /// Not offered.
-    fn fmi3GetNumberOfEventIndicators(nEventIndicators: *mut usize);
-    /// Not offered.
-    fn fmi3GetNumberOfContinuousStates(nContinuousStates: *mut usize);
+        _noSetFMUStatePriorToCurrentPoint: fmi3Boolean, enterEventMode: *mut fmi3Boolean, terminateSimulation: *mut fmi3Boolean,
+    ) as CompletedIntegratorStep |instance| {
+        let enter = instance.completed_integrator_step()?;
+        answer("enterEventMode", enterEventMode, enter.into())?;
+        answer("terminateSimulation", terminateSimulation, fmi3False)
+    };
+    /// Sets the time, s.
+    fn fmi3SetTime(time: fmi3Float64) as SetTime |instance| instance.set_time(time);
+    /// Sets the continuous states, all of them finite: the elements of `q`, `v`, `impulse`, `E_dissipated` and `W_external`.
+    fn fmi3SetContinuousStates(continuousStates: *const fmi3Float64, nContinuousStates: usize) as SetContinuousStates |instance| {
+        instance.set_array_states(array("continuousStates", continuousStates, nContinuousStates)?)
+    };
+    /// Derivatives of the continuous states by time.
+    fn fmi3GetContinuousStateDerivatives(
+        derivatives: *mut fmi3Float64, nContinuousStates: usize,
+    ) as GetContinuous |instance| {
+        let places = array_mut("derivatives", derivatives, nContinuousStates)?;
+        fill(places, instance.array_derivatives(nContinuousStates)?);
+        Ok(())
+    };
+    /// The event indicators: the elements of `z.contact` and `z.clip`.
+    fn fmi3GetEventIndicators(eventIndicators: *mut fmi3Float64, nEventIndicators: usize) as GetContinuous |instance| {
+        let places = array_mut("eventIndicators", eventIndicators, nEventIndicators)?;
+        fill(places, instance.array_indicators(nEventIndicators)?);
+        Ok(())
+    };
+    /// The continuous states.
+    fn fmi3GetContinuousStates(continuousStates: *mut fmi3Float64, nContinuousStates: usize) as GetContinuous |instance| {
+        let places = array_mut("continuousStates", continuousStates, nContinuousStates)?;
+        fill(places, instance.array_states(nContinuousStates)?);
+        Ok(())
+    };
+    /// Orders of magnitude of the continuous states, positive and constant from initialization on.
+    fn fmi3GetNominalsOfContinuousStates(nominals: *mut fmi3Float64, nContinuousStates: usize) as GetNominals |instance| {
+        let places = array_mut("nominals", nominals, nContinuousStates)?;
+        fill(places, instance.array_nominals(nContinuousStates)?);
+        Ok(())
+    };
+    /// Number of event indicators, 2 n.
+    fn fmi3GetNumberOfEventIndicators(nEventIndicators: *mut usize) as CountContinuous |instance| {
+        answer("nEventIndicators", nEventIndicators, instance.count_indicators())
+    };
+    /// Number of continuous states, 3 n + 2.
+    fn fmi3GetNumberOfContinuousStates(nContinuousStates: *mut usize) as CountContinuous |instance| {
+        answer("nContinuousStates", nContinuousStates, instance.count_states())
+    };
 }

@@ -40,13 +40,7 @@ pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
         let log = Log::on_demand(sink(logMessage, instanceEnvironment), loggingOn != fmi3False);
         // SAFETY: the host promises texts closed by a null byte, or NULL.
         let settings = unsafe { settings(instanceName, instantiationToken, resourcePath) };
-        let (settings, token) = match settings {
-            Ok(settings) => settings,
-            Err(reason) => {
-                log.error(format_args!("fmi3InstantiateCoSimulation: {reason}"));
-                return null_mut();
-            }
-        };
+        let Some((settings, token)) = told("fmi3InstantiateCoSimulation", &log, settings) else { return null_mut() };
         // SAFETY: the host promises as many references as it says.
         let wanted = unsafe {
             array("requiredIntermediateVariables", requiredIntermediateVariables, nRequiredIntermediateVariables)
@@ -66,21 +60,29 @@ pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
     created.unwrap_or(null_mut())
 }
 
-/// The FMU is not for model exchange in FMI 3.0: NULL, with a line in the log if it is on.
+/// Creates an instance for model exchange, with clocks. NULL as for co-simulation.
 ///
 /// # Safety
 /// See the [module](crate::fmi3).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3InstantiateModelExchange(
-    _instanceName: fmi3String,
-    _instantiationToken: fmi3String,
-    _resourcePath: fmi3String,
+    instanceName: fmi3String,
+    instantiationToken: fmi3String,
+    resourcePath: fmi3String,
     _visible: fmi3Boolean,
     loggingOn: fmi3Boolean,
     instanceEnvironment: fmi3InstanceEnvironment,
     logMessage: fmi3LogMessageCallback,
 ) -> fmi3Instance {
-    refuse_kind("model exchange", loggingOn, instanceEnvironment, logMessage)
+    let created = catch_unwind(AssertUnwindSafe(|| {
+        let log = Log::on_demand(sink(logMessage, instanceEnvironment), loggingOn != fmi3False);
+        // SAFETY: the host promises texts closed by a null byte, or NULL.
+        let settings = unsafe { settings(instanceName, instantiationToken, resourcePath) };
+        let Some((settings, token)) = told("fmi3InstantiateModelExchange", &log, settings) else { return null_mut() };
+        let lent = Fmi3 { environment: instanceEnvironment, update: None, may_end_early: false };
+        Component::into_raw(Instance::with_arrays(Kind::ModelExchange, settings, token, log, true, false), lent)
+    }));
+    created.unwrap_or(null_mut())
 }
 
 /// The FMU is not for scheduled execution: NULL, with a line in the log if it is on.
@@ -100,7 +102,11 @@ pub unsafe extern "C" fn fmi3InstantiateScheduledExecution(
     _lockPreemption: fmi3LockPreemptionCallback,
     _unlockPreemption: fmi3UnlockPreemptionCallback,
 ) -> fmi3Instance {
-    refuse_kind("scheduled execution", loggingOn, instanceEnvironment, logMessage)
+    let _ = catch_unwind(AssertUnwindSafe(|| {
+        let log = Log::on_demand(sink(logMessage, instanceEnvironment), loggingOn != fmi3False);
+        log.error(format_args!("scheduled execution is not offered; allowed: co-simulation or model exchange"));
+    }));
+    null_mut()
 }
 
 /// Frees an instance in any phase; NULL is ignored, and so is an instance in the middle of a step.
@@ -113,17 +119,9 @@ pub unsafe extern "C" fn fmi3FreeInstance(instance: fmi3Instance) {
     unsafe { Component::<Fmi3>::free(instance) }
 }
 
-fn refuse_kind(
-    kind: &str,
-    logging: fmi3Boolean,
-    environment: fmi3InstanceEnvironment,
-    logger: fmi3LogMessageCallback,
-) -> fmi3Instance {
-    let _ = catch_unwind(AssertUnwindSafe(|| {
-        let log = Log::on_demand(sink(logger, environment), logging != fmi3False);
-        log.error(format_args!("{kind} is not offered; allowed: co-simulation"));
-    }));
-    null_mut()
+/// What `function` needs, or a line in the log that says why it is not to be had.
+fn told<T>(function: &str, log: &Log, needed: Result<T, String>) -> Option<T> {
+    needed.map_err(|reason| log.error(format_args!("{function}: {reason}"))).ok()
 }
 
 /// A way to the host's logger, if it has one.

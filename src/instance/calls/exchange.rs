@@ -1,7 +1,7 @@
 //! Model exchange: the host integrates the states, and asks for what it needs for that.
 
 use super::report::Reporter;
-use crate::engine::{Update, state_count};
+use crate::engine::{Observer, Progress, Pulse, Update, state_count};
 use crate::instance::legality::Phase;
 use crate::instance::lifecycle::Instance;
 use crate::instance::refusal::Refusal;
@@ -21,9 +21,14 @@ impl Instance {
 
     /// Handles what is due now. If it cannot be followed the instance enters the error state.
     pub fn new_discrete_states(&mut self) -> Result<Update, Refusal> {
+        self.handle(&mut Vec::new())
+    }
+
+    /// The same; `pulses` takes those that have finished.
+    pub(in crate::instance) fn handle(&mut self, pulses: &mut Vec<Pulse>) -> Result<Update, Refusal> {
         self.exchange()?;
         let Some(exchange) = &mut self.run.exchange else { return Err(Refusal::Missing("nothing is calculated yet")) };
-        let updated = exchange.update(&mut Reporter::new(&self.log, exchange.time()));
+        let updated = exchange.update(&mut Both { reporter: Reporter::new(&self.log, exchange.time()), pulses });
         updated.map_err(|error| {
             self.run.phase = Phase::Error;
             Refusal::Step(error)
@@ -92,5 +97,22 @@ impl Instance {
             return Ok(());
         }
         Err(Refusal::Argument { name, value: length.to_string(), allowed: allowed.to_string() })
+    }
+}
+
+/// Logs pulses and keeps them.
+struct Both<'a> {
+    reporter: Reporter<'a>,
+    pulses: &'a mut Vec<Pulse>,
+}
+
+impl Observer for Both<'_> {
+    fn pulse(&mut self, pulse: Pulse) {
+        self.reporter.pulse(pulse);
+        self.pulses.push(pulse);
+    }
+
+    fn progress(&mut self, progress: Progress) {
+        self.reporter.progress(progress);
     }
 }

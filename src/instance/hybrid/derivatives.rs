@@ -3,7 +3,7 @@
 use crate::instance::legality::Phase;
 use crate::instance::lifecycle::Instance;
 use crate::instance::refusal::Refusal;
-use crate::variables::{Array, ArrayType, TABLE, Variable};
+use crate::variables::{Array, ArrayType, Exchanged};
 
 /// An element: its reference in a cradle of as many balls, or nothing for one that belongs to no contact.
 type Element = Option<u32>;
@@ -15,11 +15,9 @@ impl Instance {
         let mut elements = Vec::new();
         for reference in references {
             match self.array(*reference, ArrayType::Float64)? {
-                Array::Row(position) => {
-                    let variable = |index| Variable { row: &TABLE[position], position, index };
-                    let element =
-                        |index| (index < TABLE[position].shape.len(balls)).then(|| variable(index).reference());
-                    elements.extend((0..Array::Row(position).len(balls)).map(element));
+                array @ (Array::Row(_) | Array::Exchanged(Exchanged::Position | Exchanged::Rate)) => {
+                    let element = |index| array.element(index, balls).map(|variable| variable.reference());
+                    elements.extend((0..array.len(balls)).map(element));
                 }
                 other => return Err(Refusal::Derivative(other.to_string())),
             }
@@ -53,7 +51,7 @@ impl Instance {
     }
 
     fn along(&mut self, unknowns: &[Element], knowns: &[u32], direction: &[f64]) -> Result<Vec<f64>, Refusal> {
-        if self.run.phase == Phase::EventMode {
+        if self.run.phase == Phase::EventMode && self.run.takes_part_in_events() {
             self.update_simulation()?;
         }
         let references: Vec<u32> = unknowns.iter().filter_map(|unknown| *unknown).collect();
@@ -75,7 +73,7 @@ impl Instance {
     }
 }
 
-fn require_length(name: &'static str, given: usize, wanted: usize) -> Result<(), Refusal> {
+pub(super) fn require_length(name: &'static str, given: usize, wanted: usize) -> Result<(), Refusal> {
     if given == wanted {
         return Ok(());
     }

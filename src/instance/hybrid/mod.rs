@@ -1,9 +1,11 @@
 //! What FMI 3.0 adds to an instance: variables as arrays sized by the host, and co-simulation whose host takes part in events.
 //!
 //! A step may end at an onset or a release, or pause there for the host (`steps`). What has happened is told by clocks, one tick for
-//! each instant (`ticks`). Values are set and read as arrays (`values`), and so are derivatives (`derivatives`).
+//! each instant (`ticks`). Values are set and read as arrays (`values`), and so are derivatives (`derivatives`). In model
+//! exchange the same clocks tell of the events that the host asks for (`exchange`).
 
 mod derivatives;
+mod exchange;
 mod steps;
 mod ticks;
 mod values;
@@ -16,7 +18,7 @@ use super::log::Log;
 use crate::model::Inputs;
 use crate::variables::{DERIVATIVES_OF, Settings};
 use steps::UnderWay;
-pub use steps::{Pause, StepEnd};
+pub use steps::{Handled, Pause, StepEnd};
 use ticks::Ticks;
 pub use values::Value;
 
@@ -34,6 +36,8 @@ pub(super) struct Hybrid {
     /// What was set for the last elements of arrays over contacts, by the row's position. It has no effect.
     spare: Vec<(usize, f64)>,
     ticks: Ticks,
+    /// Whether events have changed continuous states of model exchange, and the host has not been told of all of them.
+    changed: bool,
     /// The step in which the host has been called.
     #[serde(skip)]
     under_way: Option<UnderWay>,
@@ -49,6 +53,7 @@ impl Hybrid {
             derivatives_of: DERIVATIVES_OF[0].value,
             spare: Vec::new(),
             ticks: Ticks::new(balls.saturating_sub(1)),
+            changed: false,
             under_way: None,
         }
     }

@@ -1,8 +1,9 @@
 //! Steps that end or pause at onsets and releases, and the events between them.
 
 use super::ticks::Recorder;
+use crate::engine::Results;
 use crate::instance::calls::{CLOCK_TOLERANCE, Reporter};
-use crate::instance::legality::Phase;
+use crate::instance::legality::{Kind, Phase};
 use crate::instance::lifecycle::Instance;
 use crate::instance::refusal::Refusal;
 use crate::model::{ContactModel, Inputs};
@@ -25,6 +26,17 @@ pub struct StepEnd {
 pub struct Pause {
     /// The time at which it wants the step to end, s, if it does.
     pub end: Option<f64>,
+}
+
+/// What the host is told where it has taken part in an event.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Handled {
+    /// Whether there is another one at once.
+    pub again: bool,
+    /// Whether continuous states have changed.
+    pub changed: bool,
+    /// When the next one is due, s, as far as that is known.
+    pub next: Option<f64>,
 }
 
 /// A step in which the host has been called.
@@ -123,8 +135,11 @@ impl Instance {
         Ok(())
     }
 
-    /// From a step to its events.
+    /// To events: from a step, or from integration.
     pub fn enter_events(&mut self) -> Result<(), Refusal> {
+        if self.run.kind == Kind::ModelExchange {
+            return self.enter_events_of_exchange();
+        }
         if !self.run.takes_part_in_events() {
             return Err(Refusal::Unsupported("the instance was created without event mode"));
         }
@@ -156,15 +171,16 @@ impl Instance {
         }
     }
 
-    /// The host has taken part in the event of the active clocks: whether there is another one at once, and when the next one is due,
-    /// s, as far as that is known.
-    pub fn next_event(&mut self) -> Result<(bool, Option<f64>), Refusal> {
+    /// The host has taken part in the event of the active clocks.
+    pub fn next_event(&mut self) -> Result<Handled, Refusal> {
+        if self.run.kind == Kind::ModelExchange {
+            return self.next_event_of_exchange();
+        }
         self.update_simulation()?;
         self.catch_up()?;
-        if self.tick() {
-            return Ok((true, None));
-        }
-        Ok((false, self.simulation()?.next_event()))
+        let again = self.tick();
+        let next = if again { None } else { self.simulation()?.next_event() };
+        Ok(Handled { again, changed: false, next })
     }
 
     /// From events to steps.
@@ -183,9 +199,10 @@ impl Instance {
         Ok(())
     }
 
-    fn tick(&mut self) -> bool {
-        let (Some(simulation), Some(hybrid)) = (&self.run.simulation, &mut self.run.hybrid) else { return false };
-        hybrid.ticks.work = simulation.work();
+    pub(super) fn tick(&mut self) -> bool {
+        let Ok(work) = self.results().map(Results::work) else { return false };
+        let Some(hybrid) = &mut self.run.hybrid else { return false };
+        hybrid.ticks.work = work;
         hybrid.ticks.tick()
     }
 

@@ -24,6 +24,12 @@ struct Ended {
 }
 
 impl Transition {
+    /// The end of a pulse.
+    fn of(pulse: Pulse) -> Self {
+        let duration = pulse.release - pulse.onset;
+        Self::Release(pulse.contact, Ended { impulse: pulse.impulse, peak: pulse.peak, duration })
+    }
+
     fn contact(&self) -> usize {
         match self {
             Self::Onset(contact) | Self::Release(contact, _) => *contact,
@@ -167,6 +173,34 @@ impl Ticks {
         }
     }
 
+    /// What an event of model exchange has done: these pulses have finished, and other contacts may have closed.
+    pub fn take_down(&mut self, pulses: &[Pulse], results: &dyn Results) {
+        let mut known: Vec<(u64, bool)> = self.shown.iter().map(|shown| (shown.pulses, shown.closed)).collect();
+        for transition in self.pending.iter().flat_map(|tick| &tick.transitions) {
+            let (onsets, closed) = &mut known[transition.contact()];
+            *closed = transition.edge() == Edge::Onset;
+            *onsets += u64::from(*closed);
+        }
+        let mut new = Vec::new();
+        for pulse in pulses {
+            let (onsets, closed) = &mut known[pulse.contact];
+            if !std::mem::take(closed) {
+                *onsets += 1;
+                new.push((pulse.onset, Transition::Onset(pulse.contact)));
+            }
+            new.push((pulse.release, Transition::of(*pulse)));
+        }
+        for (contact, (onsets, _)) in known.into_iter().enumerate() {
+            if results.pulses(contact) > onsets {
+                new.push((results.last_onset(contact), Transition::Onset(contact)));
+            }
+        }
+        new.sort_by(|(time, _), (other, _)| time.total_cmp(other));
+        for (time, transition) in new {
+            self.push(time, transition);
+        }
+    }
+
     /// Whether a clock is active.
     pub fn is_active(&self, edge: Edge) -> bool {
         self.active && self.ticked[edge as usize]
@@ -231,8 +265,7 @@ impl Recorder<'_> {
 impl Observer for Recorder<'_> {
     fn pulse(&mut self, pulse: Pulse) {
         self.reporter.pulse(pulse);
-        let ended = Ended { impulse: pulse.impulse, peak: pulse.peak, duration: pulse.release - pulse.onset };
-        self.enter(pulse.release, Transition::Release(pulse.contact, ended));
+        self.enter(pulse.release, Transition::of(pulse));
     }
 
     fn onset(&mut self, contact: usize, time: f64) {

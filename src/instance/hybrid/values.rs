@@ -68,7 +68,7 @@ impl Instance {
         let Array::Row(position) = array else { return self.element_of_no_row(array, index) };
         let row = &TABLE[position];
         let variable = Variable { row, position, index };
-        let is_told = self.run.takes_part_in_events() && self.run.phase > Phase::InitializationMode;
+        let is_told = self.run.tells_of_events() && self.run.phase > Phase::InitializationMode;
         let ticks = &self.hybrid()?.ticks;
         if index >= row.shape.len(self.balls()) {
             return Ok(match row.access {
@@ -102,6 +102,9 @@ impl Instance {
     }
 
     fn element_of_no_row(&mut self, array: Array, index: usize) -> Result<Value, Refusal> {
+        if let Array::Exchanged(of) = array {
+            return self.exchanged(of, index).map(Value::Float);
+        }
         let (time, balls, events) = (self.time(), self.balls(), self.run.phase == Phase::EventMode);
         let hybrid = self.hybrid()?;
         Ok(match array {
@@ -115,7 +118,7 @@ impl Instance {
             Array::Told(Told::Time(edge)) => Value::Float(hybrid.ticks.time(edge)),
             Array::Told(Told::Which(edge)) => Value::Flag(hybrid.ticks.is_part(edge, index)),
             Array::Told(told) => Value::Float(hybrid.ticks.ended(told, index)),
-            Array::Time | Array::Row(_) => Value::Float(time),
+            Array::Time | Array::Row(_) | Array::Exchanged(_) => Value::Float(time),
         })
     }
 
@@ -258,7 +261,7 @@ impl Instance {
         self.run.hybrid.as_ref().ok_or(Refusal::Unsupported("the instance has no arrays"))
     }
 
-    fn hybrid_mut(&mut self) -> Result<&mut Hybrid, Refusal> {
+    pub(super) fn hybrid_mut(&mut self) -> Result<&mut Hybrid, Refusal> {
         self.run.hybrid.as_mut().ok_or(Refusal::Unsupported("the instance has no arrays"))
     }
 }

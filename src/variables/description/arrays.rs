@@ -4,7 +4,7 @@ use std::fmt::{self, Write};
 
 use super::xml::camel;
 use crate::model::ContactModel;
-use crate::variables::arrays::{Array, DERIVATIVES_OF};
+use crate::variables::arrays::{Array, DERIVATIVES_OF, Exchanged};
 use crate::variables::enumeration::{ENUMERATIONS, Item};
 use crate::variables::row::{Access, Causality, Groups, Row, Shape};
 use crate::variables::settings::Settings;
@@ -18,6 +18,14 @@ const DERIVATIVES_TYPE: &str = "DerivativesOf";
 
 /// What is continued to foresee the next onset.
 const INPUTS: Groups = &[&["F_ext", "a_support"]];
+/// What `der(q)` depends on, and the indicators of contacts.
+const RATE: Groups = &[&["v"]];
+const OF_CONTACTS: Groups = &[&["q", "v"]];
+/// What the force of a rigid contact depends on.
+const EVERYTHING: Groups = &[&["q", "v", "F_ext", "a_support"]];
+/// What `q` and `der(q)` depend on at the start.
+const POSITION_AT_START: Groups = &[&["contact.deadBand", "contact.gap", "x_start"]];
+const RATE_AT_START: Groups = &[&["v_start"]];
 
 /// Writes the type definitions.
 pub(super) fn write_types(out: &mut String) -> fmt::Result {
@@ -59,7 +67,7 @@ fn write_variable(out: &mut String, start: &Settings, array: Array) -> fmt::Resu
         out.write_str(" intermediateUpdate=\"true\"")?;
     }
     let row = array.row();
-    let calculated = row.is_some_and(|row| !row.settable());
+    let calculated = row.map_or(matches!(array, Array::Exchanged(_)), |row| !row.settable());
     match array.causality() {
         Some(Causality::Parameter) => out.write_str(" initial=\"exact\"")?,
         Some(_) if calculated => out.write_str(" initial=\"calculated\"")?,
@@ -69,11 +77,15 @@ fn write_variable(out: &mut String, start: &Settings, array: Array) -> fmt::Resu
     if row.is_some_and(|row| row.range.above_min && row.settable()) {
         out.write_str("; 0 itself is refused")?;
     }
-    if row.is_some_and(|row| row.shape == Shape::Contacts) || matches!(array, Array::Told(_)) && array.is_array() {
+    if row.is_some_and(|row| row.shape == Shape::Contacts)
+        || matches!(array, Array::Told(_)) && array.is_array()
+        || matches!(array, Array::Exchanged(Exchanged::Contact | Exchanged::Clip))
+    {
         out.write_str("; the last element belongs to no contact")?;
     }
     out.write_str("\"")?;
     write_element(out, array, row)?;
+    write_exchange(out, array)?;
     write_start(out, start, array)?;
     match (element, array.is_array()) {
         (_, true) => {
@@ -100,6 +112,19 @@ fn write_element(out: &mut String, array: Array, row: Option<&Row>) -> fmt::Resu
             if let Some(value) = value {
                 write!(out, " {name}=\"{}\"", Number(value))?;
             }
+        }
+    }
+    Ok(())
+}
+
+/// What the variable is to model exchange.
+fn write_exchange(out: &mut String, array: Array) -> fmt::Result {
+    for (state, derivative) in Array::states() {
+        if derivative == array {
+            write!(out, " derivative=\"{}\"", state.reference())?;
+        }
+        if state == array {
+            out.write_str(" reinit=\"true\"")?;
         }
     }
     Ok(())
@@ -141,42 +166,66 @@ pub fn spare(row: &Row) -> f64 {
     }
 }
 
-/// Writes Output and InitialUnknown. In co-simulation an input acts from now on: what it changes at once is what is foreseen, and
-/// the force of rigid balls that stay in contact.
+/// Writes ModelStructure. In co-simulation an input acts from now on: what it changes at once is what is foreseen, and the force of
+/// rigid balls that stay in contact. In model exchange outputs and derivatives depend on states and inputs.
 pub(super) fn write_structure(out: &mut String, start: &Settings) -> fmt::Result {
     let rigid = start.parameters.contact_model == ContactModel::Rigid;
     for array in Array::all().filter(|array| array.causality() == Some(Causality::Output)) {
-        let at_once =
-            array.row().is_some_and(|row| row.name == "t_next" || rigid && matches!(row.name, "F" | "F_mean"));
         write!(out, "    <Output valueReference=\"{}\"", array.reference())?;
-        write_dependencies(out, if at_once { INPUTS } else { &[] })?;
+        write_dependencies(out, following(array, rigid))?;
     }
+    for (_, derivative) in Array::states() {
+        write!(out, "    <ContinuousStateDerivative valueReference=\"{}\"", derivative.reference())?;
+        write_dependencies(out, following(derivative, rigid))?;
+    }
+    let exchanged: Vec<Array> = Array::states().flat_map(|(state, derivative)| [state, derivative]).collect();
     let unknown = |row: &Row| matches!(row.causality, Causality::Output | Causality::CalculatedParameter);
     for array in Array::all() {
         // By the letter clocks have no `initial`; FMPy takes them for calculated outputs.
         if matches!(array, Array::Clock(_)) {
             writeln!(out, "    <InitialUnknown valueReference=\"{}\" dependencies=\"\"/>", array.reference())?;
         }
-        if let Some(row) = array.row().filter(|row| unknown(row)) {
+        let initially = match array {
+            Array::Exchanged(Exchanged::Position) => Some(POSITION_AT_START),
+            Array::Exchanged(Exchanged::Rate) => Some(RATE_AT_START),
+            _ => array.row().and_then(|row| row.initially),
+        };
+        if array.row().is_some_and(unknown) || exchanged.contains(&array) {
             write!(out, "    <InitialUnknown valueReference=\"{}\"", array.reference())?;
-            match row.initially {
+            match initially {
                 Some(groups) => write_dependencies(out, groups)?,
                 None => out.write_str("/>\n")?,
             }
         }
     }
+    for of in [Exchanged::Contact, Exchanged::Clip] {
+        write!(out, "    <EventIndicator valueReference=\"{}\"", Array::Exchanged(of).reference())?;
+        write_dependencies(out, if rigid { EVERYTHING } else { OF_CONTACTS })?;
+    }
     Ok(())
 }
 
-/// Writes on which rows an unknown depends, each once.
+/// What an output or a derivative depends on at the same time: states and inputs.
+fn following(array: Array, rigid: bool) -> Groups {
+    match (array, array.row()) {
+        (Array::Exchanged(_), _) => RATE,
+        (_, Some(row)) if row.name == "t_next" => INPUTS,
+        (_, Some(row)) if rigid && matches!(row.name, "F" | "F_mean" | "a" | "der(E_dissipated)") => EVERYTHING,
+        (_, Some(row)) => row.follows,
+        _ => &[],
+    }
+}
+
+/// Writes on which variables an unknown depends, each once.
 fn write_dependencies(out: &mut String, groups: Groups) -> fmt::Result {
-    let family = |name: &&str| name.trim_end_matches('*').split('[').next().unwrap_or_default().to_owned();
-    let names = groups.iter().copied().flatten().map(family);
-    let mut references: Vec<usize> = names
-        .filter_map(|name| Some(Array::Row(TABLE.iter().position(|row| row.name == name)?).reference() as usize))
-        .collect();
+    let family = |name: &&str| {
+        let name = name.trim_start_matches("all ").trim_end_matches('*').split('[').next().unwrap_or_default();
+        Array::named(if matches!(name, "position" | "positions" | "overlap") { "q" } else { name })
+    };
+    let names = groups.iter().copied().flatten();
+    let mut references: Vec<u32> = names.filter_map(|name| Some(family(name)?.reference())).collect();
     references.sort_unstable();
     references.dedup();
-    let references: Vec<String> = references.iter().map(usize::to_string).collect();
+    let references: Vec<String> = references.iter().map(u32::to_string).collect();
     writeln!(out, " dependencies=\"{}\"/>", references.join(" "))
 }
