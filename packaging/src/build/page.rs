@@ -4,8 +4,8 @@ use std::fmt::Write;
 
 use super::contents::Standard;
 use newtons_cradle::variables::{
-    Access, Causality, Escaped, MODEL_IDENTIFIER, Number, Row, STEP_SIZE, STOP_TIME, Settings, TABLE, Variability,
-    Variable,
+    Access, Array, Causality, DERIVATIVES_OF, Escaped, MODEL_IDENTIFIER, Number, Row, STEP_SIZE, STOP_TIME, Settings,
+    TABLE, Variability, Variable,
 };
 
 const TEMPLATE: &str = include_str!("../../assets/index.html");
@@ -40,26 +40,48 @@ pub fn html(start: &Settings, standard: Standard) -> String {
         .replace("{{balls}}", &format!("{balls} ball{}", if balls == 1 { "" } else { "s" }))
         .replace("{{stop_time}}", &Number(STOP_TIME).to_string())
         .replace("{{step_size}}", &Number(STEP_SIZE).to_string())
-        .replace("{{parameters}}", &rows(start, &[Causality::Parameter, Causality::CalculatedParameter]))
-        .replace("{{inputs}}", &rows(start, &[Causality::Input]))
-        .replace("{{outputs}}", &rows(start, &[Causality::Output]))
-        .replace("{{locals}}", &rows(start, &[Causality::Local]))
+        .replace("{{parameters}}", &rows(start, standard, &[Causality::Parameter, Causality::CalculatedParameter]))
+        .replace("{{inputs}}", &rows(start, standard, &[Causality::Input]))
+        .replace("{{outputs}}", &rows(start, standard, &[Causality::Output]))
+        .replace("{{locals}}", &rows(start, standard, &[Causality::Local]))
 }
 
-fn rows(start: &Settings, causalities: &[Causality]) -> String {
-    let mut html = String::new();
-    for (position, row) in TABLE.iter().enumerate().filter(|(_, row)| causalities.contains(&row.causality)) {
-        let (name, unit) = (row.name_of("i"), row.unit());
-        let value = start_value(start, position, row);
-        let description = Escaped(row.description).to_string().replace("{i}", "i").replace("{j}", "i+1");
-        // Writing to a string cannot fail.
-        let _ = writeln!(
-            html,
-            "<tr><td><code>{name}</code></td><td>{unit}</td><td>{value}</td><td>{description}{}</td></tr>",
-            Escaped(&remarks(row))
-        );
+/// The variables of these causalities, each as a row of a table.
+fn rows(start: &Settings, standard: Standard, causalities: &[Causality]) -> String {
+    match standard {
+        Standard::Fmi2 => {
+            let rows = TABLE.iter().enumerate().filter(|(_, row)| causalities.contains(&row.causality));
+            let of = |(position, row): (usize, &'static Row)| {
+                let description = row.description.replace("{i}", "i").replace("{j}", "i+1");
+                line(&row.name_of("i"), row.unit(), &start_value(start, position, row), &(description + &remarks(row)))
+            };
+            rows.map(of).collect()
+        }
+        Standard::Fmi3 => {
+            // The number of balls is a parameter to the reader.
+            let causality =
+                |array: Array| if array == Array::Balls { Some(Causality::Parameter) } else { array.causality() };
+            let arrays = Array::all().filter(|array| causality(*array).is_some_and(|own| causalities.contains(&own)));
+            arrays.map(|array| line_of_array(start, array)).collect()
+        }
     }
-    html
+}
+
+fn line_of_array(start: &Settings, array: Array) -> String {
+    let unit = array.row().map_or_else(|| array.quantity().map_or("", |quantity| quantity.unit), Row::unit);
+    let value = match array {
+        Array::Row(position) => start_value(start, position, &TABLE[position]),
+        Array::Balls => start.balls().to_string(),
+        Array::DerivativesOf => DERIVATIVES_OF[0].name.to_owned(),
+        Array::Slope(_) => "0".to_owned(),
+        _ => String::new(),
+    };
+    line(&array.to_string(), unit, &value, &(array.description() + &array.row().map_or_else(String::new, remarks)))
+}
+
+fn line(name: &str, unit: &str, value: &str, description: &str) -> String {
+    let description = Escaped(description);
+    format!("<tr><td><code>{name}</code></td><td>{unit}</td><td>{value}</td><td>{description}</td></tr>\n")
 }
 
 /// Start value, if all balls or contacts have the same.
@@ -116,6 +138,11 @@ mod tests {
         for row in TABLE {
             assert!(html.contains(&format!("<code>{}</code>", row.name_of("i"))), "{}", row.name);
         }
+        let three = super::html(&Settings::default_for(5), Standard::Fmi3);
+        for array in Array::all().filter(|array| *array != Array::Time) {
+            assert!(three.contains(&format!("<code>{array}</code>")), "{array}");
+        }
+        assert!(!three.contains("t_next_isOnset") && !three.contains("<code>x[i]</code>"));
         assert!(html.contains("<svg ") && !html.contains("{{") && !html.contains("}}"));
     }
 }
