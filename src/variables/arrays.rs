@@ -65,6 +65,8 @@ pub enum Array {
     Told(Told),
     /// A variable of model exchange.
     Exchanged(Exchanged),
+    /// `log.pulses`, the last pulses as CSV, at most [`MAX_LOG`] bytes.
+    Pulses,
 }
 
 /// The data types of these variables.
@@ -80,6 +82,8 @@ pub enum ArrayType {
     Boolean,
     /// Active or not.
     Clock,
+    /// Bytes.
+    Binary,
 }
 
 /// Items of `derivatives.of`.
@@ -92,6 +96,9 @@ pub static DERIVATIVES_OF: &[Item] = &[
     Item { name: "lastStep", value: 2, description: "the end of the last step, by the inputs held over it" },
 ];
 
+/// Largest size of `log.pulses`, bytes.
+pub const MAX_LOG: usize = 1 << 16;
+
 /// Row of the table that has no place here: a Boolean that changes between events.
 const LEFT_OUT: &str = "t_next_isOnset";
 /// Value reference of the first row.
@@ -101,7 +108,7 @@ const FIRST: [Array; 3] = [Array::Time, Array::Balls, Array::DerivativesOf];
 const SLOPES: u32 = 4;
 const BESIDE: u32 = 8;
 /// What clocks and model exchange have beside the rows.
-const LAST: [Array; 13] = [
+const LAST: [Array; 14] = [
     Array::Clock(Edge::Onset),
     Array::Clock(Edge::Release),
     Array::Told(Told::Time(Edge::Onset)),
@@ -115,6 +122,7 @@ const LAST: [Array; 13] = [
     Array::Exchanged(Exchanged::Rate),
     Array::Exchanged(Exchanged::Contact),
     Array::Exchanged(Exchanged::Clip),
+    Array::Pulses,
 ];
 /// Continuous states with their derivatives, in their order.
 const STATES: [(&str, &str); 5] = [
@@ -157,7 +165,9 @@ impl Array {
             // It fits: the table is short.
             Self::Row(position) => ROWS + position as u32,
             Self::Slope(_) => place(SLOPES, Box::new(inputs().map(Self::Slope))),
-            Self::Clock(_) | Self::Told(_) | Self::Exchanged(_) => place(BESIDE, Box::new(LAST.into_iter())),
+            Self::Clock(_) | Self::Told(_) | Self::Exchanged(_) | Self::Pulses => {
+                place(BESIDE, Box::new(LAST.into_iter()))
+            }
             _ => place(0, Box::new(FIRST.into_iter())),
         }
     }
@@ -200,7 +210,7 @@ impl Array {
             Self::Row(position) | Self::Slope(position) => TABLE[position].shape != Shape::Scalar,
             Self::Told(told) => !matches!(told, Told::Time(_)),
             Self::Exchanged(_) => true,
-            Self::Time | Self::Balls | Self::DerivativesOf | Self::Clock(_) => false,
+            Self::Time | Self::Balls | Self::DerivativesOf | Self::Clock(_) | Self::Pulses => false,
         }
     }
 
@@ -217,6 +227,7 @@ impl Array {
             Self::Balls => ArrayType::UInt64,
             Self::DerivativesOf => ArrayType::Enumeration,
             Self::Clock(_) => ArrayType::Clock,
+            Self::Pulses => ArrayType::Binary,
             Self::Told(Told::Which(_)) => ArrayType::Boolean,
             Self::Told(_) => ArrayType::Float64,
             Self::Row(position) => match TABLE[position].access.data_type() {
@@ -236,7 +247,7 @@ impl Array {
             Self::Row(position) => Some(TABLE[position].causality),
             Self::Slope(_) => Some(Causality::Input),
             Self::Clock(_) | Self::Told(_) => Some(Causality::Output),
-            Self::Exchanged(_) => Some(Causality::Local),
+            Self::Exchanged(_) | Self::Pulses => Some(Causality::Local),
         }
     }
 
@@ -246,7 +257,7 @@ impl Array {
             Self::Time | Self::Slope(_) | Self::Exchanged(_) => Variability::Continuous,
             Self::Balls => Variability::Fixed,
             Self::DerivativesOf => Variability::Tunable,
-            Self::Clock(_) | Self::Told(_) => Variability::Discrete,
+            Self::Clock(_) | Self::Told(_) | Self::Pulses => Variability::Discrete,
             Self::Row(position) => match &TABLE[position] {
                 row if row.causality == Causality::Output && matches!(row.access, Access::Real(_)) => {
                     Variability::Continuous
@@ -303,6 +314,7 @@ impl Array {
             Self::Exchanged(Exchanged::Position) => "Position of the first ball, then the overlaps",
             Self::Exchanged(Exchanged::Rate) => "Velocity of the first ball, then the rates of the overlaps",
             Self::Exchanged(Exchanged::Contact) => "Event indicators of the contacts: negative while open",
+            Self::Pulses => "The last pulses as CSV: contact, onset, release, largest force, impulse",
             Self::Exchanged(Exchanged::Clip) => "Event indicators of the laws: negative while clipped",
             Self::Row(position) => TABLE[position].description,
         };
@@ -331,6 +343,7 @@ impl std::fmt::Display for Array {
             Self::Exchanged(Exchanged::Rate) => f.write_str("der(q)"),
             Self::Exchanged(Exchanged::Contact) => f.write_str("z.contact"),
             Self::Exchanged(Exchanged::Clip) => f.write_str("z.clip"),
+            Self::Pulses => f.write_str("log.pulses"),
         }
     }
 }

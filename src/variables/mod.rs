@@ -17,7 +17,7 @@ mod text;
 mod unit;
 mod variable;
 
-pub use arrays::{Array, ArrayType, DERIVATIVES_OF, Edge, Exchanged, Told};
+pub use arrays::{Array, ArrayType, DERIVATIVES_OF, Edge, Exchanged, MAX_LOG, Told};
 pub use description::{
     Description, LOG_CATEGORIES, LogCategory, MODEL_IDENTIFIER, START_TIME, STEP_SIZE, STOP_TIME, spare,
 };

@@ -89,6 +89,16 @@ class Cradle(FMU3Slave):
         getattr(self, f"fmi3Get{kind}")(self.component, references, 1, places, len(places))
         return np.array(places[:]) if array else places[0]
 
+    def csv(self):
+        """The pulses of log.pulses: contact, onset, release, peak, impulse."""
+        references, size = (ctypes.c_uint32 * 1)(*self.reference("log.pulses")), ctypes.c_size_t()
+        data = ctypes.POINTER(ctypes.c_uint8)()
+        self.fmi3GetBinary(self.component, references, 1, ctypes.byref(size), ctypes.byref(data), 1)
+        assert size.value <= 65536  # maxSize
+        header, *lines = ctypes.string_at(data, size.value).decode().splitlines()
+        assert header == "contact,onset,release,peak,impulse"
+        return [tuple(float(part) for part in line.split(",")) for line in lines]
+
     def set(self, name, value):
         """Sets a scalar, or all elements of an array; an enumeration also by the name of its item."""
         if isinstance(value, str):

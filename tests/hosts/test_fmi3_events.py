@@ -41,6 +41,24 @@ def test_each_pulse_of_ten_minutes_ticks_once(make3, options):
     assert cradle.get("pulses").tolist() == [sum(i in which for _, which in onsets) for i in range(5)]
 
 
+@pytest.mark.parametrize("options", [{}, BOTH])
+def test_the_pulses_as_bytes_are_those_of_the_log(make3, options):
+    cradle = make3().start(nc.figure6(), **options)
+    if options:
+        cradle.events()
+    assert cradle.csv() == []
+    walk(cradle, 0.0, 30.0)
+    log = pulses(cradle.lines)
+    assert cradle.csv() == log and len(log) > 100
+    other = make3().start(nc.figure6(), **options)
+    other.go_back(cradle.state())
+    assert other.csv() == log
+    # The last ones, as far as there is room.
+    walk(cradle, 30.0, 300.0)
+    kept = cradle.csv()
+    assert 600 <= len(kept) < len(pulses(cradle.lines)) and kept == pulses(cradle.lines)[-len(kept) :]
+
+
 def test_a_step_ends_at_the_onset(make3):
     cradle = make3().start(**BOTH)
     due = cradle.events()[1]

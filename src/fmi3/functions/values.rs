@@ -133,16 +133,30 @@ export! {
             instance.refuse_to_set_arrays(references, ArrayType::Clock)
         })
     };
-    /// There are no variables of this type.
+    /// Reads `log.pulses`. The bytes stay where they are until the next call.
     fn fmi3GetBinary(
-        _valueReferences: *const fmi3ValueReference, nValueReferences: usize, _valueSizes: *mut usize, _values: *mut fmi3Binary,
-        _nValues: usize,
-    ) as Get |_| refuse_type(nValueReferences);
-    /// There are no variables of this type.
+        valueReferences: *const fmi3ValueReference, nValueReferences: usize, valueSizes: *mut usize, values: *mut fmi3Binary,
+        nValues: usize,
+    ) as Get |instance| {
+        let references = array("valueReferences", valueReferences, nValueReferences)?;
+        let (sizes, places) = (array_mut("valueSizes", valueSizes, nValues)?, array_mut("values", values, nValues)?);
+        if nValues != references.len() {
+            return Err(wrong_count("nValues", nValues, references.len()));
+        }
+        let bytes = instance.binary(references)?.as_bytes();
+        for (size, place) in sizes.iter_mut().zip(places) {
+            size.write(bytes.len());
+            place.write(bytes.as_ptr());
+        }
+        Ok(())
+    };
+    /// No bytes can be set.
     fn fmi3SetBinary(
-        _valueReferences: *const fmi3ValueReference, nValueReferences: usize, _valueSizes: *const usize,
+        valueReferences: *const fmi3ValueReference, nValueReferences: usize, _valueSizes: *const usize,
         _values: *const fmi3Binary, _nValues: usize,
-    ) as SetDiscrete |_| refuse_type(nValueReferences);
+    ) as SetDiscrete |instance| {
+        instance.refuse_to_set_arrays(array("valueReferences", valueReferences, nValueReferences)?, ArrayType::Binary)
+    };
 }
 
 /// Exports getter and setter of a type that no variable has.

@@ -6,6 +6,7 @@
 
 mod derivatives;
 mod exchange;
+mod pulses;
 mod steps;
 mod ticks;
 mod values;
@@ -38,6 +39,9 @@ pub(super) struct Hybrid {
     ticks: Ticks,
     /// Whether events have changed continuous states of model exchange, and the host has not been told of all of them.
     changed: bool,
+    /// What the host was given of `log.pulses`; it may read it until the next call.
+    #[serde(skip)]
+    csv: String,
     /// The step in which the host has been called.
     #[serde(skip)]
     under_way: Option<UnderWay>,
@@ -54,6 +58,7 @@ impl Hybrid {
             spare: Vec::new(),
             ticks: Ticks::new(balls.saturating_sub(1)),
             changed: false,
+            csv: String::new(),
             under_way: None,
         }
     }

@@ -94,8 +94,8 @@ impl Instance {
         let (Some(simulation), Some(hybrid)) = (&mut self.run.simulation, &mut self.run.hybrid) else {
             return Err(Refusal::Missing("nothing is calculated yet"));
         };
-        let ticks = events.then_some(&mut hybrid.ticks);
-        let mut recorder = Recorder { reporter: Reporter::new(&self.log, end), ticks, stops, stopped: None };
+        let (reporter, ticks) = (Reporter::new(&self.log, end), &mut hybrid.ticks);
+        let mut recorder = Recorder { reporter, ticks, tells: events, stops, stopped: None };
         let moved = match begins {
             true => simulation.advance(end, &mut recorder),
             false => simulation.continue_step(end, &mut recorder),

@@ -8,6 +8,8 @@ use crate::engine::{NEVER, Observer, Progress, Pulse, Results, WorkCounters};
 use crate::instance::calls::Reporter;
 use crate::variables::{Edge, Told};
 
+use super::pulses::Pulses;
+
 /// A contact closes, or opens and ends a pulse.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 enum Transition {
@@ -88,6 +90,8 @@ pub(super) struct Ticks {
     ticked: [bool; 2],
     shown: Vec<Shown>,
     pub work: WorkCounters,
+    /// The pulses that the host has been told of.
+    pub log: Pulses,
 }
 
 impl Ticks {
@@ -101,6 +105,7 @@ impl Ticks {
             ticked: [false; 2],
             shown: vec![none; contacts],
             work: WorkCounters::default(),
+            log: Pulses::default(),
         }
     }
 
@@ -116,6 +121,7 @@ impl Ticks {
         };
         let shown = |shown: &Shown| (shown.onset + shown.release).is_finite() && shown.pulses < 1 << 62;
         self.shown.len() == contacts
+            && self.log.are_sound(contacts)
             && self.shown.iter().all(shown)
             && self.pending.iter().chain(&self.last_onset).chain(&self.last_release).all(tick)
     }
@@ -142,7 +148,16 @@ impl Ticks {
                 Transition::Onset(_) => {
                     (shown.pulses, shown.closed, shown.onset) = (shown.pulses.saturating_add(1), true, tick.time);
                 }
-                Transition::Release(..) => (shown.closed, shown.release) = (false, tick.time),
+                Transition::Release(contact, Ended { impulse, peak, .. }) => {
+                    (shown.closed, shown.release) = (false, tick.time);
+                    self.log.enter(Pulse {
+                        contact: *contact,
+                        onset: shown.onset,
+                        release: tick.time,
+                        peak: *peak,
+                        impulse: *impulse,
+                    });
+                }
             }
         }
         (self.active, self.ticked) = (true, [tick.has(Edge::Onset), tick.has(Edge::Release)]);
@@ -244,8 +259,10 @@ impl Ticks {
 /// Takes down what happens in a step, and ends it at the first onset or release if that is wanted.
 pub(super) struct Recorder<'a> {
     pub reporter: Reporter<'a>,
-    /// Where it is taken down, if the host takes part in events.
-    pub ticks: Option<&'a mut Ticks>,
+    /// Where it is taken down.
+    pub ticks: &'a mut Ticks,
+    /// Whether the host takes part in events.
+    pub tells: bool,
     pub stops: bool,
     /// Time of the first onset or release, s.
     pub stopped: Option<f64>,
@@ -256,8 +273,8 @@ impl Recorder<'_> {
         if self.stops {
             self.stopped.get_or_insert(time);
         }
-        if let Some(ticks) = &mut self.ticks {
-            ticks.push(time, transition);
+        if self.tells {
+            self.ticks.push(time, transition);
         }
     }
 }
@@ -265,6 +282,9 @@ impl Recorder<'_> {
 impl Observer for Recorder<'_> {
     fn pulse(&mut self, pulse: Pulse) {
         self.reporter.pulse(pulse);
+        if !self.tells {
+            self.ticks.log.enter(pulse);
+        }
         self.enter(pulse.release, Transition::of(pulse));
     }
 

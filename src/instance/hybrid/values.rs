@@ -118,8 +118,18 @@ impl Instance {
             Array::Told(Told::Time(edge)) => Value::Float(hybrid.ticks.time(edge)),
             Array::Told(Told::Which(edge)) => Value::Flag(hybrid.ticks.is_part(edge, index)),
             Array::Told(told) => Value::Float(hybrid.ticks.ended(told, index)),
-            Array::Time | Array::Row(_) | Array::Exchanged(_) => Value::Float(time),
+            Array::Time | Array::Row(_) | Array::Exchanged(_) | Array::Pulses => Value::Float(time),
         })
+    }
+
+    /// The text of the variables behind `references`, of which there is but `log.pulses`. It stays until the next call.
+    pub fn binary(&mut self, references: &[u32]) -> Result<&str, Refusal> {
+        for reference in references {
+            self.array(*reference, ArrayType::Binary)?;
+        }
+        let hybrid = self.hybrid_mut()?;
+        hybrid.csv = hybrid.ticks.log.csv();
+        Ok(&hybrid.csv)
     }
 
     /// The value of an element that belongs to no contact: of a parameter what it was set to.

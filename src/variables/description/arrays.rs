@@ -4,7 +4,7 @@ use std::fmt::{self, Write};
 
 use super::xml::camel;
 use crate::model::ContactModel;
-use crate::variables::arrays::{Array, DERIVATIVES_OF, Exchanged};
+use crate::variables::arrays::{Array, DERIVATIVES_OF, Exchanged, MAX_LOG};
 use crate::variables::enumeration::{ENUMERATIONS, Item};
 use crate::variables::row::{Access, Causality, Groups, Row, Shape};
 use crate::variables::settings::Settings;
@@ -67,7 +67,7 @@ fn write_variable(out: &mut String, start: &Settings, array: Array) -> fmt::Resu
         out.write_str(" intermediateUpdate=\"true\"")?;
     }
     let row = array.row();
-    let calculated = row.map_or(matches!(array, Array::Exchanged(_)), |row| !row.settable());
+    let calculated = row.map_or(matches!(array, Array::Exchanged(_) | Array::Pulses), |row| !row.settable());
     match array.causality() {
         Some(Causality::Parameter) => out.write_str(" initial=\"exact\"")?,
         Some(_) if calculated => out.write_str(" initial=\"calculated\"")?,
@@ -103,6 +103,7 @@ fn write_element(out: &mut String, array: Array, row: Option<&Row>) -> fmt::Resu
     match (array, row.map(|row| row.access)) {
         (Array::DerivativesOf, _) => write!(out, " declaredType=\"{DERIVATIVES_TYPE}\"")?,
         (Array::Balls, _) => write!(out, " min=\"{MIN_BALLS}\" max=\"{MAX_BALLS}\"")?,
+        (Array::Pulses, _) => write!(out, " mimeType=\"text/csv\" maxSize=\"{MAX_LOG}\"")?,
         (Array::Clock(_), _) => out.write_str(" intervalVariability=\"triggered\"")?,
         (_, Some(Access::Enumeration(enumeration))) => write!(out, " declaredType=\"{}\"", enumeration.type_name)?,
         _ => {}
