@@ -15,7 +15,7 @@ pub type Run = (&'static str, [&'static str; 4]);
 const LIBRARIES: [&[&str]; 2] = [&["-lsundials_core"], &[]];
 
 /// The lines of the table and the version of SUNDIALS, or why there are none.
-pub fn measure(runs: &[Run], span: f64, whole: f64) -> Result<(Vec<Line>, String), String> {
+pub fn measure(runs: &[Run], span: f64) -> Result<(Vec<Line>, String), String> {
     let program = compile()?;
     let mut version = String::new();
     let lines = runs.iter().map(|(title, arguments)| {
@@ -28,12 +28,11 @@ pub fn measure(runs: &[Run], span: f64, whole: f64) -> Result<(Vec<Line>, String
             };
             sundials.clone_into(&mut version);
             let number = |text: &str| text.parse::<f64>().map_err(|error| format!("{title}: {error} in {text}"));
-            let share = span / whole;
             Ok(Line {
                 method: (*title).to_owned(),
-                seconds: number(seconds)? / share,
-                steps: number(steps)? / share,
-                evaluations: number(evaluations)? / share,
+                seconds: number(seconds)?,
+                steps: number(steps)?,
+                evaluations: number(evaluations)?,
                 energy_error: number(error)?,
                 span,
             })

@@ -1,4 +1,4 @@
-//! The methods of the FMU and SUNDIALS CVODE on two runs of ten minutes, as tables.
+//! The methods of the FMU and SUNDIALS CVODE on runs of one and of ten minutes, as tables.
 //!
 //!     cargo bench --bench comparison
 //!
@@ -13,8 +13,6 @@ use std::time::Instant;
 
 use cradle_host::{Host, fmi2OK, scenes};
 
-/// Length of the runs, s.
-const WHOLE: f64 = 600.0;
 /// Seconds that a run may take; slower methods are followed for a shorter span.
 const PATIENCE: f64 = 20.0;
 /// Enough to see whether it runs, s.
@@ -40,15 +38,18 @@ type Settings = &'static [(&'static str, f64)];
 /// What is compared.
 struct Table {
     title: &'static str,
+    /// Length of the runs, s.
+    whole: f64,
     scene: fn(&str, &[(&str, f64)]) -> Host,
     /// Title, method, settings.
     methods: &'static [(&'static str, &'static str, Settings)],
     cvode: &'static [cvode::Run],
 }
 
-const TABLES: [Table; 2] = [
+const TABLES: [Table; 4] = [
     Table {
         title: "Ten minutes of Figure 6's set-up (600 s, 2,562 pulses)",
+        whole: 600.0,
         scene: scenes::ten_minutes,
         methods: &[
             ("eventDriven", "eventDriven", &[]),
@@ -66,18 +67,33 @@ const TABLES: [Table; 2] = [
     },
     Table {
         title: "Cubic contacts (600 s, 7,194 pulses)",
+        whole: 600.0,
         scene: scenes::cubic,
         methods: &[("eventDriven", "eventDriven", &[]), ("adams, rtol 1e-10", "adams", &[("solver.tolerance", 1e-10)])],
         cvode: &[("CVODE Adams, rtol 1e-10", ["cubic", "adams", "1e-10", "1e-14"])],
     },
+    Table {
+        title: "Steel balls that touch, Hertz contacts (60 s, 312 pulses)",
+        whole: 60.0,
+        scene: scenes::steel,
+        methods: &[("eventDriven", "eventDriven", &[]), ("adams, rtol 1e-12", "adams", &[("solver.tolerance", 1e-12)])],
+        cvode: &[("CVODE Adams, rtol 1e-12", ["hertz", "adams", "1e-12", "1e-16"])],
+    },
+    Table {
+        title: "The same with Hunt and Crossley's damping, 0.05 s/m (60 s, 311 pulses)",
+        whole: 60.0,
+        scene: scenes::damped_steel,
+        methods: &[("eventDriven", "eventDriven", &[]), ("adams, rtol 1e-12", "adams", &[("solver.tolerance", 1e-12)])],
+        cvode: &[("CVODE Adams, rtol 1e-12", ["huntCrossley", "adams", "1e-12", "1e-16"])],
+    },
 ];
 
 /// One step of `span` s of a scene that is ready for it.
-fn once(method: &str, host: Host, span: f64) -> Line {
+fn once(method: &str, host: Host, span: f64, whole: f64) -> Line {
     let energy = host.get("E_total");
     let begin = Instant::now();
     assert_eq!(host.step(0.0, span), fmi2OK, "{method}: {:?}", host.log());
-    let (seconds, share) = (begin.elapsed().as_secs_f64(), span / WHOLE);
+    let (seconds, share) = (begin.elapsed().as_secs_f64(), span / whole);
     Line {
         method: method.to_owned(),
         seconds: seconds / share,
@@ -91,12 +107,12 @@ fn once(method: &str, host: Host, span: f64) -> Line {
 /// The fastest of a few runs, over the span that patience allows.
 fn measured(title: &str, scene: impl Fn() -> Host, whole: f64) -> Line {
     let least = SEQUENCE.min(whole);
-    let trial = once(title, scene(), least);
+    let trial = once(title, scene(), least, whole);
     let span = (whole * PATIENCE / trial.seconds).clamp(least, whole).floor().max(least);
-    let mut best = if span > trial.span { once(title, scene(), span) } else { trial };
-    let repeats = (2.0 / (best.seconds * span / WHOLE)).clamp(0.0, 50.0) as usize;
+    let mut best = if span > trial.span { once(title, scene(), span, whole) } else { trial };
+    let repeats = (2.0 / (best.seconds * span / whole)).clamp(0.0, 50.0) as usize;
     for _ in 0..repeats {
-        let again = once(title, scene(), span);
+        let again = once(title, scene(), span, whole);
         if again.seconds < best.seconds {
             best = again;
         }
@@ -147,7 +163,7 @@ fn print(lines: &[Line], whole: f64) {
     }
     if !scaled.is_empty() {
         println!("\n\\* Followed for a shorter time ({}); time and work are scaled", scaled.join("; "));
-        println!("up to {WHOLE} s, the energy error is that of the shorter time.");
+        println!("up to {whole} s, the energy error is that of the shorter time.");
     }
 }
 
@@ -166,17 +182,18 @@ fn processor() -> String {
 
 fn main() {
     // `cargo bench -- --test`: only whether it runs.
-    let whole = if std::env::args().any(|argument| argument == "--test") { GLANCE } else { WHOLE };
-    if whole < WHOLE {
-        println!("Only to see whether it runs: followed for {whole} s, time and work scaled up.");
+    let glance = std::env::args().any(|argument| argument == "--test");
+    if glance {
+        println!("Only to see whether it runs: followed for {GLANCE} s.");
     }
     let (version, rustc) = (env!("CARGO_PKG_VERSION"), first_line("rustc", "--version"));
     println!("newtons-cradle {version} ({rustc}), one core of: {}", processor());
-    for Table { title, scene, methods, cvode } in TABLES {
+    for Table { title, whole, scene, methods, cvode } in TABLES {
+        let whole = if glance { GLANCE } else { whole };
         let method =
             |(title, method, settings): &(&str, &str, Settings)| measured(title, || scene(method, settings), whole);
         let mut lines: Vec<Line> = methods.iter().map(method).collect();
-        let remark = match cvode::measure(cvode, whole, WHOLE) {
+        let remark = match cvode::measure(cvode, whole) {
             Ok((more, version)) => {
                 lines.extend(more);
                 format!("with SUNDIALS {version} ({})", first_line("cc", "--version"))

@@ -100,13 +100,16 @@ impl<S: Scalar> ContactLaw<S> {
 
     /// Total force at the overlap `d` (m) and its rate (m/s) by the formula of the law, not clipped, N; 0 for `d <= 0`.
     pub fn unclipped_force(&self, d: S, rate: S) -> S {
-        if d.value() <= 0.0 {
-            return S::default();
-        }
+        if d.value() <= 0.0 { S::default() } else { self.damped(self.elastic_force(d), rate) }
+    }
+
+    /// The formula of the law from the elastic force (N) and the rate of the overlap (m/s), N.
+    #[inline]
+    fn damped(&self, elastic: S, rate: S) -> S {
         match self.damping {
-            Damping::None => self.elastic_force(d),
-            Damping::KelvinVoigt { c, .. } => self.elastic_force(d) + c * rate,
-            Damping::HuntCrossley { alpha } => self.elastic_force(d) * (S::from(1.0) + alpha * rate),
+            Damping::None => elastic,
+            Damping::KelvinVoigt { c, .. } => elastic + c * rate,
+            Damping::HuntCrossley { alpha } => elastic * (S::from(1.0) + alpha * rate),
         }
     }
 
@@ -174,6 +177,37 @@ impl ContactLaw {
         if self.clips() { force.max(0.0) } else { force }
     }
 
+    /// Elastic forces at several overlaps (m), N; 0 for those <= 0. Roots and products, where twice the exponent is whole, can be taken side by side.
+    #[inline]
+    pub fn elastic_forces<const N: usize>(&self, overlaps: &[f64; N]) -> [f64; N] {
+        let scale = 1.0 / self.overlap_ref;
+        let overlaps = overlaps.map(|d| d.max(0.0));
+        let mut forces = overlaps.map(|d| self.stiffness * d);
+        let mut times = |factor: &dyn Fn(f64) -> f64| {
+            forces.iter_mut().zip(overlaps).for_each(|(force, d)| *force *= factor(d * scale));
+        };
+        if !self.has_root() && self.whole_exponent().is_none() {
+            times(&|ratio| if ratio > 0.0 { libm::pow(ratio, self.exponent - 1.0) } else { 0.0 });
+            return forces;
+        }
+        if self.has_root() {
+            times(&f64::sqrt);
+        }
+        (1..self.exponent as usize).for_each(|_| times(&|ratio| ratio));
+        forces
+    }
+
+    /// [`Self::unclipped_force`] at several overlaps (m) and rates (m/s), N. Where an overlap is <= 0, which an iteration may pass
+    /// through, the elastic force is 0 and the damping is not.
+    #[inline]
+    pub fn unclipped_forces<const N: usize>(&self, overlaps: &[f64; N], rates: &[f64; N]) -> [f64; N] {
+        let mut forces = self.elastic_forces(overlaps);
+        if !self.is_elastic() {
+            forces.iter_mut().zip(rates).for_each(|(force, rate)| *force = self.damped(*force, *rate));
+        }
+        forces
+    }
+
     /// Derivatives of the force by the overlap (N/m) and by its rate (N.s/m); 0 while open or clipped.
     pub fn force_slopes(&self, d: f64, rate: f64) -> (f64, f64) {
         if d <= 0.0 || (self.clips() && self.unclipped_force(d, rate) < 0.0) {
@@ -191,6 +225,12 @@ impl ContactLaw {
     /// Whether it dissipates nothing.
     pub fn is_elastic(&self) -> bool {
         self.damping == Damping::None
+    }
+
+    /// Whether the exponent is a whole number and a half: the force is then a smooth function of the root of the overlap.
+    pub fn has_root(&self) -> bool {
+        let twice = 2.0 * self.exponent;
+        twice as usize as f64 == twice && twice as usize % 2 == 1
     }
 
     /// Whether the force is a linear function of the overlap and its rate while the contact presses.

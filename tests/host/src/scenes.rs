@@ -36,7 +36,11 @@ pub fn started(host: Host) -> Host {
 
 /// Five balls, the first two lifted by `height` (m), with a solver by its name and further settings.
 fn two_lifted(height: f64, set_up: &[Setting], method: &str, settings: &[Setting]) -> Host {
-    let host = at_rest(5, &[&[("x_start[1]", -height), ("x_start[2]", -height)], set_up].concat());
+    solved_by(at_rest(5, &[&[("x_start[1]", -height), ("x_start[2]", -height)], set_up].concat()), method, settings)
+}
+
+/// With a solver by its name and further settings, initialized.
+fn solved_by(host: Host, method: &str, settings: &[Setting]) -> Host {
     choose(&host, "solver.method", "SolverMethod", method);
     for (name, value) in settings {
         assert_eq!(host.set(name, *value), fmi2OK, "{name} = {value}");
@@ -52,6 +56,25 @@ pub fn ten_minutes(method: &str, settings: &[Setting]) -> Host {
 /// Cubic contacts, to be run for 600 s: 7,194 pulses.
 pub fn cubic(method: &str, settings: &[Setting]) -> Host {
     two_lifted(0.05, &CUBIC, method, settings)
+}
+
+/// Steel balls that touch, to be run for 60 s: 312 pulses in 139 groups.
+pub fn steel(method: &str, settings: &[Setting]) -> Host {
+    solved_by(touching_steel(), method, settings)
+}
+
+fn touching_steel() -> Host {
+    let host = at_rest(5, &[("x_start[1]", -0.1), ("x_start[2]", -0.1), ("contact.deadBand", 0.0)]);
+    choose(&host, "contact.model", "ContactModel", "hertz");
+    host
+}
+
+/// The same with Hunt and Crossley's damping, 0.05 s/m: 311 pulses.
+pub fn damped_steel(method: &str, settings: &[Setting]) -> Host {
+    let host = touching_steel();
+    choose(&host, "contact.dampingLaw", "DampingLaw", "huntCrossley");
+    assert_eq!(host.set("contact.huntCrossley", 0.05), fmi2OK);
+    solved_by(host, method, settings)
 }
 
 /// Figure 3: waves that cross in thirteen balls, three lifted on the left and two on the right.
