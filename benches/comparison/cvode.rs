@@ -14,7 +14,7 @@ pub type Run = (&'static str, [&'static str; 4]);
 /// From version 7 on there is a core library.
 const LIBRARIES: [&[&str]; 2] = [&["-lsundials_core"], &[]];
 
-/// The lines of the table and the version of SUNDIALS, or why there are none.
+/// The lines of the table and the version of SUNDIALS, or why there are none, for runs of `span` (s).
 pub fn measure(runs: &[Run], span: f64) -> Result<(Vec<Line>, String), String> {
     let program = compile()?;
     let mut version = String::new();

@@ -154,6 +154,7 @@ const EVERYDAY: &[(&str, f64, f64, bool)] = &[
     ("contact.gap", -1e-7, 1e-5, false),
     ("contact.damping", 0.0, 1e4, false),
     ("contact.huntCrossley", 0.0, 2.0, false),
+    ("contact.relaxationTime", 1e-9, 1e-3, true),
     // No ball is put far into its neighbour, wherever that one is.
     ("x_start[1]", -0.2, -0.1, false),
     ("x_start[2]", -0.1, -0.01, false),

@@ -2,53 +2,11 @@
 //!
 //! A damping law is a variant of [`Damping`]; the methods of the engine ask for what they need of it by the functions here.
 
-use super::parameters::{DampingLaw, Parameters};
+use super::damping::{Damping, SignOfForce};
 use crate::solver::dual::Scalar;
 use crate::solver::series::{power_term, product_term};
 use serde::{Deserialize, Serialize};
-
-/// Damping of a contact, with its coefficient.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Damping<S = f64> {
-    /// Elastic contact.
-    None,
-    /// Adds `c` times the rate of the overlap.
-    KelvinVoigt {
-        /// Damping, N.s/m, >= 0.
-        c: S,
-        /// Whether the total may be negative.
-        pull: bool,
-    },
-    /// Multiplies the elastic force by `1 + alpha` times the rate of the overlap; never negative.
-    HuntCrossley {
-        /// Factor, s/m, >= 0.
-        alpha: S,
-    },
-}
-
-impl<S: Scalar> Damping<S> {
-    /// The law that `p` selects, its coefficients the `number`s of parameters. A law without its coefficient is no damping,
-    /// unless the coefficient is about to change.
-    pub fn selected(p: &Parameters, number: impl Fn(fn(&Parameters) -> f64) -> S) -> Self {
-        let (c, alpha) = (number(|p| p.damping), number(|p| p.hunt_crossley));
-        let acts = |coefficient: S| coefficient.value() > 0.0 || coefficient.tangent() != 0.0;
-        match p.damping_law {
-            DampingLaw::KelvinVoigt if acts(c) => Self::KelvinVoigt { c, pull: true },
-            DampingLaw::KelvinVoigtNoPull if acts(c) => Self::KelvinVoigt { c, pull: false },
-            DampingLaw::HuntCrossley if acts(alpha) => Self::HuntCrossley { alpha },
-            DampingLaw::KelvinVoigt | DampingLaw::KelvinVoigtNoPull | DampingLaw::HuntCrossley => Self::None,
-        }
-    }
-
-    /// The same law in other numbers.
-    pub fn map<T>(&self, number: impl Fn(S) -> T) -> Damping<T> {
-        match *self {
-            Self::None => Damping::None,
-            Self::KelvinVoigt { c, pull } => Damping::KelvinVoigt { c: number(c), pull },
-            Self::HuntCrossley { alpha } => Damping::HuntCrossley { alpha: number(alpha) },
-        }
-    }
-}
+use std::ops::Range;
 
 /// Whether and how a contact acts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -78,6 +36,17 @@ pub struct ContactLaw<S = f64> {
 }
 
 impl<S: Scalar> ContactLaw<S> {
+    /// The same law by its simplest formula: viscoelastic contacts whose exponent is and stays 1 are those of Kelvin and Voigt.
+    pub fn simplified(self) -> Self {
+        match self.damping {
+            Damping::Viscoelastic { relaxation } if self.whole_exponent() == Some(1) => {
+                let c = relaxation * self.stiffness;
+                Self { damping: Damping::KelvinVoigt { c, pull: false }, ..self }
+            }
+            _ => self,
+        }
+    }
+
     /// Elastic force at the overlap `d`, N; 0 for `d <= 0`.
     pub fn elastic_force(&self, d: S) -> S {
         if d.value() <= 0.0 {
@@ -100,16 +69,17 @@ impl<S: Scalar> ContactLaw<S> {
 
     /// Total force at the overlap `d` (m) and its rate (m/s) by the formula of the law, not clipped, N; 0 for `d <= 0`.
     pub fn unclipped_force(&self, d: S, rate: S) -> S {
-        if d.value() <= 0.0 { S::default() } else { self.damped(self.elastic_force(d), rate) }
+        if d.value() <= 0.0 { S::default() } else { self.damped(self.elastic_force(d), d, rate) }
     }
 
-    /// The formula of the law from the elastic force (N) and the rate of the overlap (m/s), N.
+    /// The formula of the law from the elastic force (N), the overlap (m, > 0) and its rate (m/s), N.
     #[inline]
-    fn damped(&self, elastic: S, rate: S) -> S {
+    pub(super) fn damped(&self, elastic: S, d: S, rate: S) -> S {
         match self.damping {
             Damping::None => elastic,
             Damping::KelvinVoigt { c, .. } => elastic + c * rate,
             Damping::HuntCrossley { alpha } => elastic * (S::from(1.0) + alpha * rate),
+            Damping::Viscoelastic { relaxation } => elastic + relaxation * (self.exponent * elastic / d * rate),
         }
     }
 
@@ -145,20 +115,41 @@ impl<S: Scalar> ContactLaw<S> {
     }
 
     /// One coefficient of the power series of the force by the law without clipping, from the same coefficients of the elastic
-    /// force, of the rate of the overlap and, where the law needs it, of the `product` of the two.
-    pub fn force_coefficient(&self, elastic: S, rate: S, product: impl FnOnce() -> S) -> S {
+    /// force, of the rate of the overlap and, where the law needs it, of the `product` of the two or of the derivative of the
+    /// elastic force by time, `elastic_rate` (N/s).
+    pub fn force_coefficient(
+        &self,
+        elastic: S,
+        rate: S,
+        product: impl FnOnce() -> S,
+        elastic_rate: impl FnOnce() -> S,
+    ) -> S {
         match self.damping {
             Damping::None => elastic,
             Damping::KelvinVoigt { c, .. } => elastic + c * rate,
             Damping::HuntCrossley { alpha } => elastic + alpha * product(),
+            Damping::Viscoelastic { relaxation } => elastic + relaxation * elastic_rate(),
         }
     }
 
-    /// The factor alpha (s/m), if the force is the elastic one times `1 + alpha` times the rate: the sign of that tells whether the
-    /// law would pull.
-    pub fn rate_factor(&self) -> Option<S> {
+    /// The coefficients of the elastic force that are to be computed next for [`Self::force_coefficient`] number `k`: that one, or the
+    /// one after it too, for the derivative by time.
+    pub fn elastic_terms_due(&self, k: usize) -> Range<usize> {
         match self.damping {
-            Damping::HuntCrossley { alpha } => Some(alpha),
+            Damping::None | Damping::KelvinVoigt { .. } | Damping::HuntCrossley { .. } => k..k + 1,
+            Damping::Viscoelastic { .. } => k + usize::from(k > 0)..k + 2,
+        }
+    }
+
+    /// What tells whether the law would pull, if the force is the elastic one times something simple.
+    pub fn sign_of_force(&self) -> Option<SignOfForce<S>> {
+        let (none, one) = (S::default(), S::from(1.0));
+        match self.damping {
+            Damping::HuntCrossley { alpha } => Some(SignOfForce { constant: one, by_overlap: none, by_rate: alpha }),
+            // The force is `F_el (d + p A r) / d`.
+            Damping::Viscoelastic { relaxation } => {
+                Some(SignOfForce { constant: none, by_overlap: one, by_rate: self.exponent * relaxation })
+            }
             Damping::None | Damping::KelvinVoigt { .. } => None,
         }
     }
@@ -177,37 +168,6 @@ impl ContactLaw {
         if self.clips() { force.max(0.0) } else { force }
     }
 
-    /// Elastic forces at several overlaps (m), N; 0 for those <= 0. Roots and products, where twice the exponent is whole, can be taken side by side.
-    #[inline]
-    pub fn elastic_forces<const N: usize>(&self, overlaps: &[f64; N]) -> [f64; N] {
-        let scale = 1.0 / self.overlap_ref;
-        let overlaps = overlaps.map(|d| d.max(0.0));
-        let mut forces = overlaps.map(|d| self.stiffness * d);
-        let mut times = |factor: &dyn Fn(f64) -> f64| {
-            forces.iter_mut().zip(overlaps).for_each(|(force, d)| *force *= factor(d * scale));
-        };
-        if !self.has_root() && self.whole_exponent().is_none() {
-            times(&|ratio| if ratio > 0.0 { libm::pow(ratio, self.exponent - 1.0) } else { 0.0 });
-            return forces;
-        }
-        if self.has_root() {
-            times(&f64::sqrt);
-        }
-        (1..self.exponent as usize).for_each(|_| times(&|ratio| ratio));
-        forces
-    }
-
-    /// [`Self::unclipped_force`] at several overlaps (m) and rates (m/s), N. Where an overlap is <= 0, which an iteration may pass
-    /// through, the elastic force is 0 and the damping is not.
-    #[inline]
-    pub fn unclipped_forces<const N: usize>(&self, overlaps: &[f64; N], rates: &[f64; N]) -> [f64; N] {
-        let mut forces = self.elastic_forces(overlaps);
-        if !self.is_elastic() {
-            forces.iter_mut().zip(rates).for_each(|(force, rate)| *force = self.damped(*force, *rate));
-        }
-        forces
-    }
-
     /// Derivatives of the force by the overlap (N/m) and by its rate (N.s/m); 0 while open or clipped.
     pub fn force_slopes(&self, d: f64, rate: f64) -> (f64, f64) {
         if d <= 0.0 || (self.clips() && self.unclipped_force(d, rate) < 0.0) {
@@ -219,18 +179,15 @@ impl ContactLaw {
             Damping::None => (stiffness, 0.0),
             Damping::KelvinVoigt { c, .. } => (stiffness, c),
             Damping::HuntCrossley { alpha } => (stiffness * (1.0 + alpha * rate), alpha * elastic),
+            Damping::Viscoelastic { relaxation } => {
+                (stiffness * (1.0 + relaxation * ((self.exponent - 1.0) * rate / d)), relaxation * stiffness)
+            }
         }
     }
 
     /// Whether it dissipates nothing.
     pub fn is_elastic(&self) -> bool {
         self.damping == Damping::None
-    }
-
-    /// Whether the exponent is a whole number and a half: the force is then a smooth function of the root of the overlap.
-    pub fn has_root(&self) -> bool {
-        let twice = 2.0 * self.exponent;
-        twice as usize as f64 == twice && twice as usize % 2 == 1
     }
 
     /// Whether the force is a linear function of the overlap and its rate while the contact presses.
@@ -241,7 +198,9 @@ impl ContactLaw {
     /// The mode of a closed contact at this overlap (m) and rate (m/s).
     pub fn mode_when_closed(&self, overlap: f64, rate: f64) -> Mode {
         let clipped = match self.damping {
-            Damping::HuntCrossley { alpha } => 1.0 + alpha * rate < 0.0,
+            Damping::HuntCrossley { .. } | Damping::Viscoelastic { .. } => {
+                self.sign_of_force().is_some_and(|sign| sign.at(overlap, rate) < 0.0)
+            }
             Damping::KelvinVoigt { c, pull: false } => self.elastic_force(overlap) + c * rate < 0.0,
             Damping::None | Damping::KelvinVoigt { pull: true, .. } => false,
         };
@@ -252,7 +211,7 @@ impl ContactLaw {
     pub fn damping_coefficient(&self) -> f64 {
         match self.damping {
             Damping::KelvinVoigt { c, .. } => c,
-            Damping::None | Damping::HuntCrossley { .. } => 0.0,
+            Damping::None | Damping::HuntCrossley { .. } | Damping::Viscoelastic { .. } => 0.0,
         }
     }
 
@@ -266,7 +225,7 @@ impl ContactLaw {
     pub fn clips(&self) -> bool {
         match self.damping {
             Damping::None | Damping::KelvinVoigt { pull: true, .. } => false,
-            Damping::KelvinVoigt { .. } | Damping::HuntCrossley { .. } => true,
+            Damping::KelvinVoigt { .. } | Damping::HuntCrossley { .. } | Damping::Viscoelastic { .. } => true,
         }
     }
 
@@ -275,7 +234,7 @@ impl ContactLaw {
         self.overlap_ref * libm::pow(force / (self.stiffness * self.overlap_ref), 1.0 / self.exponent)
     }
 
-    /// Overlap (m) below which the elastic force changes a mass `m` (kg) approaching at `rate` (m/s) by less than the
+    /// Overlap (m) below which the contact force, but for a dashpot's part of it, changes a mass `m` (kg) approaching at `rate` (m/s) by less than the
     /// velocity `dv` (m/s), acting for the time `d / rate` it takes to close that far but no longer than `duration` (s).
     pub fn largest_negligible_overlap(&self, m: f64, rate: f64, dv: f64, duration: f64) -> f64 {
         let p = self.exponent;
@@ -283,7 +242,12 @@ impl ContactLaw {
         let unit = m * dv / (self.stiffness * self.overlap_ref);
         let by_rate = libm::pow(unit * rate.abs() / self.overlap_ref, 1.0 / (p + 1.0));
         let by_time = if duration > 0.0 { libm::pow(unit / duration, 1.0 / p) } else { f64::INFINITY };
-        self.overlap_ref * by_rate.max(by_time)
+        let elastic = self.overlap_ref * by_rate.max(by_time);
+        match self.damping {
+            // The impulse of `A dF_el/dt` is `A F_el`.
+            Damping::Viscoelastic { relaxation } => elastic.min(self.static_overlap(m * dv / relaxation)),
+            Damping::None | Damping::KelvinVoigt { .. } | Damping::HuntCrossley { .. } => elastic,
+        }
     }
 
     /// Duration of the elastic impact of two balls with the reduced mass `m` (kg) closing at `rate` (m/s), s, to a few
@@ -292,13 +256,18 @@ impl ContactLaw {
         if rate > 0.0 { 2.9 * self.largest_overlap(m, rate) / rate } else { f64::INFINITY }
     }
 
-    /// Relaxation time, in which damping alone takes the rate of the overlap down to 1/e, s; for Hunt-Crossley that at the largest
-    /// overlap of the elastic impact. Infinite without damping.
+    /// Relaxation time, in which damping alone takes the rate of the overlap down to 1/e, s; where damping depends on the overlap that
+    /// at the largest one of the impact. Infinite without damping.
     pub fn relaxation_time(&self, m: f64, rate: f64) -> f64 {
         match self.damping {
             Damping::None => f64::INFINITY,
             Damping::KelvinVoigt { c, .. } => m / c,
             Damping::HuntCrossley { alpha } => m / (alpha * self.elastic_force(self.largest_overlap(m, rate))),
+            Damping::Viscoelastic { relaxation } => {
+                // Strong damping stops the mass where its impulse `A F_el` is that of the mass.
+                let d = self.largest_overlap(m, rate).min(self.static_overlap(m * rate / relaxation));
+                m * d / (relaxation * self.exponent * self.elastic_force(d))
+            }
         }
     }
 
@@ -338,7 +307,28 @@ impl ContactLaw {
                 let factor = 1.0 + alpha * rate;
                 (elastic * factor, stiffness * factor, elastic * alpha)
             }
+            Damping::Viscoelastic { relaxation } => {
+                let curvature = self.curvature_continued(d)?;
+                (
+                    elastic + relaxation * stiffness * rate,
+                    stiffness + relaxation * curvature * rate,
+                    relaxation * stiffness,
+                )
+            }
         })
+    }
+
+    /// Second derivative of the elastic force, N/m2, as in [`Self::elastic_continued`].
+    fn curvature_continued(&self, d: f64) -> Option<f64> {
+        let factor = self.exponent * (self.exponent - 1.0);
+        match self.whole_exponent() {
+            Some(p) => {
+                let ratio = d / self.overlap_ref;
+                Some((2..p).fold(factor * self.stiffness / self.overlap_ref, |curvature, _| curvature * ratio))
+            }
+            None if d > 0.0 => Some(factor * self.elastic_force(d) / (d * d)),
+            None => None,
+        }
     }
 }
 
@@ -365,6 +355,7 @@ mod tests {
             Damping::KelvinVoigt { c: 1e3, pull: true },
             Damping::KelvinVoigt { c: 1e6, pull: false },
             Damping::HuntCrossley { alpha: 0.4 },
+            Damping::Viscoelastic { relaxation: 1e-6 },
         ];
         for (damping, p) in dampings.into_iter().flat_map(|damping| [1.0, 1.5, 3.0].map(|p| (damping, p))) {
             let law = ContactLaw { damping, ..law(p) };

@@ -1,6 +1,7 @@
 //! The cradle as the equations see it: masses, oscillators and contact laws, derived from the parameters.
 
-use super::contact::{ContactLaw, Damping};
+use super::contact::ContactLaw;
+use super::damping::Damping;
 use super::parameters::{ContactModel, Parameters};
 use crate::solver::dual::Scalar;
 
@@ -95,7 +96,7 @@ impl<S: Scalar> Cradle<S> {
         };
         let contact = |(ratio, gap): (S, S)| {
             let clearance = gap + one(|p| p.dead_band);
-            ContactLaw { stiffness: stiffness * ratio, overlap_ref, exponent, clearance, damping }
+            ContactLaw { stiffness: stiffness * ratio, overlap_ref, exponent, clearance, damping }.simplified()
         };
         let balls = each(|p| &p.mass_ratio).into_iter().zip(each(|p| &p.length_ratio));
         let contacts = each(|p| &p.stiffness_ratio).into_iter().zip(each(|p| &p.gap));

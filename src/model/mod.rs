@@ -6,12 +6,17 @@ pub(crate) mod algebraic;
 mod contact;
 #[cfg(feature = "engine")]
 mod cradle;
+#[cfg(feature = "engine")]
+mod damping;
+mod forces;
 mod parameters;
 mod results;
 
 #[cfg(feature = "engine")]
-pub use contact::{ContactLaw, Damping, Mode};
+pub use contact::{ContactLaw, Mode};
 #[cfg(feature = "engine")]
 pub use cradle::{BallModel, Cradle, hertz_stiffness};
+#[cfg(feature = "engine")]
+pub use damping::{Damping, SignOfForce};
 pub use parameters::{ContactModel, DampingLaw, ExchangedContacts, Inputs, Parameters, SolverMethod, Tunables};
 pub use results::{Differential, MAX_INPUT_DERIVATIVE, MAX_OUTPUT_DERIVATIVE, ONSET_PERIODS, Results, WorkCounters};

@@ -23,6 +23,8 @@ pub enum DampingLaw {
     /// Multiplies the elastic force by `1 + alpha` times the rate of the overlap, clipped at zero
     /// (Hunt and Crossley 1975).
     HuntCrossley,
+    /// Adds `A` times the rate of the elastic force, clipped at zero (Kuwabara and Kono 1987; Brilliantov et al. 1996).
+    Viscoelastic,
 }
 
 /// Method of solution, `solver.method`.
@@ -89,6 +91,8 @@ pub struct Parameters {
     pub damping: f64,
     /// Factor alpha of the Hunt-Crossley law, s/m, >= 0.
     pub hunt_crossley: f64,
+    /// Relaxation time A of the viscoelastic law, s, >= 0.
+    pub relaxation_time: f64,
     /// Coefficient of restitution of rigid contacts, 1, 0 to 1.
     pub restitution: f64,
     /// Position of each ball at the start time, m.
@@ -130,6 +134,7 @@ impl Parameters {
             damping_law: DampingLaw::KelvinVoigt,
             damping: 0.0,
             hunt_crossley: 0.0,
+            relaxation_time: 0.0,
             restitution: 1.0,
             x_start: (0..n).map(|i| if i < lifted { -0.1 } else { 0.0 }).collect(),
             v_start: vec![0.0; n],
@@ -147,12 +152,12 @@ impl Parameters {
 
     /// The parameters that may change during a run.
     pub fn tunables(&self) -> Tunables {
-        [self.drag, self.damping, self.hunt_crossley, self.restitution]
+        [self.drag, self.damping, self.hunt_crossley, self.relaxation_time, self.restitution]
     }
 
     /// Sets them.
     pub fn tune(&mut self, tunables: Tunables) {
-        [self.drag, self.damping, self.hunt_crossley, self.restitution] = tunables;
+        [self.drag, self.damping, self.hunt_crossley, self.relaxation_time, self.restitution] = tunables;
     }
 
     /// Number of contacts, n - 1.
@@ -161,9 +166,9 @@ impl Parameters {
     }
 }
 
-/// The parameters that may change during a run: drag, damping, Hunt and Crossley's factor, and the coefficient of restitution, in the
-/// units of [`Parameters`].
-pub type Tunables = [f64; 4];
+/// The parameters that may change during a run: drag, damping, Hunt and Crossley's factor, the relaxation time, and the coefficient
+/// of restitution, in the units of [`Parameters`].
+pub type Tunables = [f64; 5];
 
 /// The inputs of the cradle at one time, or their derivatives by time of one order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

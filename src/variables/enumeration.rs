@@ -81,11 +81,12 @@ pub static DAMPING_LAW: Enumeration = Enumeration {
         item(1, "kelvinVoigt", "adds c times the overlap rate; may pull just before the balls part"),
         item(2, "kelvinVoigtNoPull", "as kelvinVoigt, with the total force clipped at 0"),
         item(3, "huntCrossley", "multiplies the elastic force by 1 + alpha times the overlap rate, clipped at 0"),
+        item(4, "viscoelastic", "adds A times the rate of the elastic force, clipped at 0"),
     ],
     get: |parameters| parameters.damping_law as i32,
     set: |parameters, value| {
-        use DampingLaw::{HuntCrossley, KelvinVoigt, KelvinVoigtNoPull};
-        select(&mut parameters.damping_law, value, [KelvinVoigt, KelvinVoigtNoPull, HuntCrossley]);
+        use DampingLaw::{HuntCrossley, KelvinVoigt, KelvinVoigtNoPull, Viscoelastic};
+        select(&mut parameters.damping_law, value, [KelvinVoigt, KelvinVoigtNoPull, HuntCrossley, Viscoelastic]);
     },
 };
 

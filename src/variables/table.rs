@@ -50,6 +50,10 @@ fn hunt_crossley(parameters: &Parameters) -> bool {
     compliant(parameters) && parameters.damping_law == DampingLaw::HuntCrossley
 }
 
+fn viscoelastic(parameters: &Parameters) -> bool {
+    compliant(parameters) && parameters.damping_law == DampingLaw::Viscoelastic
+}
+
 fn kelvin_voigt(parameters: &Parameters) -> bool {
     compliant(parameters) && matches!(parameters.damping_law, DampingLaw::KelvinVoigt | DampingLaw::KelvinVoigtNoPull)
 }
@@ -75,7 +79,7 @@ const ELASTIC: &[&str] = &[
     "contact.overlapRef",
     "contact.exponent",
 ];
-const DAMPED: &[&str] = &["contact.dampingLaw", "contact.damping", "contact.huntCrossley"];
+const DAMPED: &[&str] = &["contact.dampingLaw", "contact.damping", "contact.huntCrossley", "contact.relaxationTime"];
 const FORCE_AT_START: &[&[&str]] = &[OVERLAP, ELASTIC, DAMPED, &["v_start"]];
 const SUPPORT: &[&str] = &["pendulum.drag", "x_start", "v_start"];
 
@@ -120,6 +124,8 @@ pub static TABLE: &[Row] = &[
         "Damping c of the kelvinVoigt laws").tunable().used_if(kelvin_voigt),
     parameter("contact.huntCrossley", Scalar, &SLOWNESS, NOT_NEGATIVE, one!(hunt_crossley),
         "Damping factor alpha of the huntCrossley law").tunable().used_if(hunt_crossley),
+    parameter("contact.relaxationTime", Scalar, &TIME, NOT_NEGATIVE, one!(relaxation_time),
+        "Relaxation time A of the viscoelastic law").nominal(1e-6).tunable().used_if(viscoelastic),
     parameter("contact.restitution", Scalar, &RATIO, between(0.0, 1.0), one!(restitution),
         "Coefficient of restitution of rigid contacts").tunable().used_if(rigid),
     parameter("x_start", Balls, &LENGTH, ANY, each!(x_start),

@@ -175,7 +175,7 @@ def test_fixed_parameters_are_fixed_between_steps(ready):
 
 
 def test_tunable_parameters_and_inputs_may_change_between_steps_but_not_to_nonsense(ready):
-    for name in ("pendulum.drag", "contact.damping", "contact.huntCrossley"):
+    for name in ("pendulum.drag", "contact.damping", "contact.huntCrossley", "contact.relaxationTime"):
         assert name in refused_set(ready, name, -1.0)
         assert ready.get(name) == 0.0
     assert "F_ext[1]" in refused_set(ready, "F_ext[1]", NAN)

@@ -18,6 +18,7 @@ FREE = {  # gravity = 0, unequal masses, gaps, every kind of contact
     "damped": nc.power_law(1e10, 1.0) | {"contact.damping": 2e3},
     "damped, no pull": nc.power_law(1e10, 1.0) | {"contact.damping": 2e3, "contact.dampingLaw": 2},
     "hunt-crossley": nc.power_law(1e12, 1.5) | {"contact.huntCrossley": 0.2, "contact.dampingLaw": 3},
+    "viscoelastic": nc.power_law(1e12, 1.5) | {"contact.relaxationTime": 1e-7, "contact.dampingLaw": 4},
     "rigid": {"contact.model": 3, "contact.deadBand": 0.0, "contact.restitution": 0.6},
 }
 RATIOS = [1.0, 0.5, 2.0, 1.3, 0.7]

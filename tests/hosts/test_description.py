@@ -25,6 +25,7 @@ PARAMETERS = {  # name: (unit, start); None where the start differs per element
     "contact.dampingLaw": (None, 1),
     "contact.damping": ("N.s/m", 0.0),
     "contact.huntCrossley": ("s/m", 0.0),
+    "contact.relaxationTime": ("s", 0.0),
     "x_start[#n]": ("m", None),
     "v_start[#n]": ("m/s", 0.0),
     "solver.method": (None, 1),
@@ -32,7 +33,7 @@ PARAMETERS = {  # name: (unit, start); None where the start differs per element
     "solver.fixedStep": ("s", 1e-6),
     "exchange.contacts": (None, 2),
 }
-TUNABLE = {"pendulum.drag", "contact.damping", "contact.huntCrossley"}
+TUNABLE = {"pendulum.drag", "contact.damping", "contact.huntCrossley", "contact.relaxationTime"}
 INPUTS = {"F_ext[#n]": "N", "a_support": "m/s2"}
 OUTPUTS = {  # in this order
     "x[#n]": "m",

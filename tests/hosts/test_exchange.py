@@ -14,7 +14,7 @@ from fmpy.simulation import instantiate_fmu
 N = 5
 RESOLVED, MAPPED = 1, 2  # exchange.contacts
 PULSES = [f"pulses[{i}]" for i in range(1, N)]
-LAWS = (1, 1, 2, 3)  # contact.dampingLaw, drawn
+LAWS = (1, 1, 2, 3, 4)  # contact.dampingLaw, drawn
 
 
 def numbers(values: dict) -> dict:
@@ -145,6 +145,7 @@ def drawn(seed: int) -> dict:
         "contact.dampingLaw": rng.choice(LAWS),
         "contact.damping": rng.choice([0.0, 10 ** rng.uniform(0, 3)]),
         "contact.huntCrossley": rng.choice([0.0, 0.1, 0.5]),
+        "contact.relaxationTime": rng.choice([0.0, 1e-8, 1e-7]),
         "pendulum.drag": rng.choice([0.0, rng.uniform(0, 0.05)]),
     }
 

@@ -72,7 +72,7 @@ impl Drop for Step {
 
 type Setup = fn(&Host);
 
-const LAWS: [(&str, Setup); 9] = [
+const LAWS: [(&str, Setup); 11] = [
     ("linear", |_| {}),
     ("cubic", |h| assert_eq!(h.set("contact.exponent", 3.0), fmi2OK)),
     ("not whole", |h| assert_eq!(h.set("contact.exponent", 2.3), fmi2OK)),
@@ -84,6 +84,14 @@ const LAWS: [(&str, Setup); 9] = [
     ("Hunt-Crossley with drag", |h| {
         assert_eq!((h.set_integer("contact.dampingLaw", 3), h.set("contact.huntCrossley", 0.4)), (fmi2OK, fmi2OK));
         assert_eq!((h.set("pendulum.drag", 0.2), h.set("contact.exponent", 1.5)), (fmi2OK, fmi2OK));
+    }),
+    ("viscoelastic", |h| {
+        assert_eq!((h.set_integer("contact.dampingLaw", 4), h.set("contact.relaxationTime", 2e-7)), (fmi2OK, fmi2OK));
+        assert_eq!((h.set("pendulum.drag", 0.2), h.set("contact.exponent", 2.0)), (fmi2OK, fmi2OK));
+    }),
+    ("viscoelastic Hertz", |h| {
+        assert_eq!((h.set_integer("contact.dampingLaw", 4), h.set("contact.relaxationTime", 2e-6)), (fmi2OK, fmi2OK));
+        assert_eq!(h.set_integer("contact.model", 2), fmi2OK);
     }),
     ("rigid", |h| assert_eq!(h.set_integer("contact.model", 3), fmi2OK)),
     ("rigid with losses", |h| {
@@ -279,12 +287,22 @@ fn directions_add_up_and_states_keep_them() {
 /// In Initialization Mode the unknowns depend on the parameters and the inputs.
 #[test]
 fn initial_unknowns_agree_with_differences() {
-    let setups: [(&str, Setup); 3] = [
+    let setups: [(&str, Setup); 5] = [
         ("apart", |_| {}),
         ("pressed, Hertz with Hunt-Crossley damping", |h| {
             assert_eq!((h.set_integer("contact.model", 2), h.set_integer("contact.dampingLaw", 3)), (fmi2OK, fmi2OK));
             assert_eq!((h.set("contact.huntCrossley", 0.4), h.set("x_start[4]", 2e-4)), (fmi2OK, fmi2OK));
             assert_eq!((h.set("v_start[4]", 0.1), h.set("x_start[5]", 0.01)), (fmi2OK, fmi2OK));
+        }),
+        ("pressed, viscoelastic real power", |h| {
+            assert_eq!((h.set_integer("contact.dampingLaw", 4), h.set("contact.exponent", 1.7)), (fmi2OK, fmi2OK));
+            assert_eq!((h.set("contact.relaxationTime", 1e-5), h.set("x_start[4]", 2e-4)), (fmi2OK, fmi2OK));
+            assert_eq!((h.set("v_start[4]", 0.1), h.set("x_start[5]", 0.01)), (fmi2OK, fmi2OK));
+        }),
+        ("pressed, viscoelastic and linear", |h| {
+            assert_eq!((h.set_integer("contact.dampingLaw", 4), h.set("x_start[4]", 2e-4)), (fmi2OK, fmi2OK));
+            assert_eq!((h.set("contact.relaxationTime", 1e-5), h.set("x_start[5]", 0.01)), (fmi2OK, fmi2OK));
+            assert_eq!(h.set("v_start[4]", 0.1), fmi2OK);
         }),
         ("pressed, real power with dashpots and drag", |h| {
             assert_eq!((h.set("contact.exponent", 1.7), h.set("contact.damping", 1e3)), (fmi2OK, fmi2OK));

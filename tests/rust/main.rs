@@ -17,4 +17,5 @@ mod reference;
 mod rigid;
 mod running;
 mod stiff;
+mod viscoelastic;
 mod work;

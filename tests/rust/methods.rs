@@ -23,7 +23,7 @@ fn lossy(model: ContactModel, law: DampingLaw) -> Parameters {
     p.gap = vec![0.0, 1e-5, 2e-5];
     p.drag = 0.05;
     (p.contact_model, p.stiffness, p.young_modulus) = (model, 1e6, 2e8);
-    (p.damping_law, p.damping, p.hunt_crossley) = (law, 50.0, 0.3);
+    (p.damping_law, p.damping, p.hunt_crossley, p.relaxation_time) = (law, 50.0, 0.3, 5e-5);
     p
 }
 
@@ -74,7 +74,7 @@ fn pulse_numbers(pulse: &Pulse) -> [f64; 5] {
 
 /// Runs `p` by the engine and by every method with changing inputs and, in the middle, other losses.
 fn compare(p: &Parameters) {
-    let tuned = Parameters { drag: 0.1, damping: 20.0, hunt_crossley: 0.1, ..p.clone() };
+    let tuned = Parameters { drag: 0.1, damping: 20.0, hunt_crossley: 0.1, relaxation_time: 2e-5, ..p.clone() };
     // Some of the points lie within contacts.
     let times: Vec<f64> = (1..=50).map(|i| 0.0217 * f64::from(i)).collect();
     let follow = |method: SolverMethod, tolerance: f64, fixed_step: f64| {
@@ -146,11 +146,14 @@ fn derivatives_are_those_of_the_engine() {
 
 #[test]
 fn every_law_is_followed_as_by_the_engine() {
-    for law in [DampingLaw::KelvinVoigt, DampingLaw::KelvinVoigtNoPull, DampingLaw::HuntCrossley] {
+    use DampingLaw::{HuntCrossley, KelvinVoigt, KelvinVoigtNoPull, Viscoelastic};
+    for law in [KelvinVoigt, KelvinVoigtNoPull, HuntCrossley, Viscoelastic] {
         compare(&lossy(ContactModel::PowerLaw, law));
     }
-    compare(&lossy(ContactModel::Hertz, DampingLaw::HuntCrossley));
-    compare(&Parameters { exponent: 2.5, stiffness: 1e5, ..lossy(ContactModel::PowerLaw, DampingLaw::HuntCrossley) });
+    for law in [HuntCrossley, Viscoelastic] {
+        compare(&lossy(ContactModel::Hertz, law));
+        compare(&Parameters { exponent: 2.5, stiffness: 1e5, ..lossy(ContactModel::PowerLaw, law) });
+    }
 }
 
 /// The default cradle with a method; its contacts softer for the sake of rk4.

@@ -76,7 +76,7 @@ const MAX_ORDER: usize = 3;
 
 type Setup = fn(&Host);
 
-const LAWS: [(&str, Setup); 7] = [
+const LAWS: [(&str, Setup); 9] = [
     ("linear", |_| {}),
     ("cubic", |h| assert_eq!(h.set("contact.exponent", 3.0), fmi2OK)),
     ("not whole", |h| assert_eq!(h.set("contact.exponent", 2.3), fmi2OK)),
@@ -88,6 +88,14 @@ const LAWS: [(&str, Setup); 7] = [
     ("Hunt-Crossley with drag", |h| {
         assert_eq!((h.set_integer("contact.dampingLaw", 3), h.set("contact.huntCrossley", 0.5)), (fmi2OK, fmi2OK));
         assert_eq!((h.set("pendulum.drag", 0.3), h.set("contact.exponent", 1.5)), (fmi2OK, fmi2OK));
+    }),
+    ("viscoelastic", |h| {
+        assert_eq!((h.set_integer("contact.dampingLaw", 4), h.set("contact.relaxationTime", 2e-6)), (fmi2OK, fmi2OK));
+        assert_eq!((h.set("pendulum.drag", 0.3), h.set("contact.exponent", 2.0)), (fmi2OK, fmi2OK));
+    }),
+    ("viscoelastic Hertz", |h| {
+        assert_eq!((h.set_integer("contact.dampingLaw", 4), h.set("contact.relaxationTime", 2e-6)), (fmi2OK, fmi2OK));
+        assert_eq!(h.set_integer("contact.model", 2), fmi2OK);
     }),
 ];
 

@@ -1,5 +1,6 @@
 //! The engine and the other methods against results computed independently, in quadruple precision (`tests/data/reference.json`)
-//! and, for damped or pressed linear contacts, by matrix exponentials in 40 digits (`tests/data/strong_damping.py`).
+//! and in 35 digits and more: damped or pressed linear contacts by matrix exponentials (`tests/data/strong_damping.py`), viscoelastic
+//! ones in touch by collocation (`tests/data/viscoelastic.py`), unequal balls that meet at speed by series (`tests/data/free_chains.py`).
 
 use newtons_cradle::engine::{Engine, Results, Simulation};
 use newtons_cradle::model::{DampingLaw, Inputs, Parameters, SolverMethod};
@@ -20,18 +21,21 @@ fn numbers(value: &Value) -> Vec<f64> {
 
 /// A chain in the reference's units: m = k = 1, strikers at velocity 1, all contacts exactly in touch, no gravity.
 fn chain(case: &Value) -> Parameters {
-    let n = case["N"].as_u64().unwrap() as usize;
-    let strikers = case["strikers"].as_u64().unwrap() as usize;
+    let masses = case["masses"].is_array().then(|| numbers(&case["masses"]));
+    let n = case["N"].as_u64().map_or_else(|| masses.as_ref().unwrap().len(), |n| n as usize);
+    let strikers = case["strikers"].as_u64().unwrap_or(1) as usize;
     let mut p = Parameters::default_for(n);
     (p.gravity, p.stiffness, p.overlap_ref, p.dead_band) = (0.0, 1.0, 1.0, 0.0);
     p.exponent = number(&case["p"]);
-    if case["masses"].is_array() {
-        p.mass_ratio = numbers(&case["masses"]);
+    if let Some(masses) = masses {
+        p.mass_ratio = masses;
     }
     p.x_start = vec![0.0; n];
     p.v_start = (0..n).map(|i| if i < strikers { 1.0 } else { 0.0 }).collect();
     if case["alpha"].is_number() {
         (p.damping_law, p.hunt_crossley) = (DampingLaw::HuntCrossley, number(&case["alpha"]));
+    } else if case["A"].is_number() {
+        (p.damping_law, p.relaxation_time) = (DampingLaw::Viscoelastic, number(&case["A"]));
     } else if case["c"].is_number() {
         p.damping = number(&case["c"]);
         let clamped = case["clamped"].as_bool().unwrap();
@@ -44,7 +48,7 @@ fn chain(case: &Value) -> Parameters {
 fn run_chain(p: &Parameters) -> (Vec<f64>, f64, Simulation) {
     let n = p.balls();
     let mut engine = Simulation::new(p, &Inputs::zero(n), 0.0).unwrap();
-    engine.advance(50.0, &mut Vec::new()).unwrap();
+    engine.advance(1000.0, &mut Vec::new()).unwrap();
     let velocities = (0..n).map(|i| engine.v(i)).collect();
     let last = (0..n - 1).map(|i| engine.last_release(i)).fold(0.0, f64::max);
     (velocities, last, engine)
@@ -70,6 +74,25 @@ fn free_chains() {
 }
 
 #[test]
+fn viscoelastic_chains() {
+    let cases: Value = serde_json::from_str(include_str!("../data/viscoelastic.json")).unwrap();
+    for case in cases.as_array().unwrap() {
+        let id = format!("masses {}, p = {}, A = {}", case["masses"], case["p"], case["A"]);
+        let p = chain(case);
+        let expected = (numbers(&case["v_final"]), [number(&case["duration"])]);
+        // Of the engine, and of a method that knows nothing of where the force is not smooth.
+        for (method, tolerance, within) in
+            [(SolverMethod::EventDriven, 1e-12, 2e-15), (SolverMethod::Adams, 1e-13, 1e-11)]
+        {
+            let (velocities, last, run) = run_chain(&Parameters { method, tolerance, ..p.clone() });
+            assert_close(&format!("{method:?}, {id}"), &velocities, &expected.0, within);
+            assert_close(&format!("{method:?}, {id}"), &[last], &expected.1, 10.0 * within);
+            assert!(run.energy_residual().abs() < within, "{method:?}, {id}: {:e}", run.energy_residual());
+        }
+    }
+}
+
+#[test]
 fn damped_chains() {
     for case in reference()["damped_chain"].as_array().unwrap() {
         let id = format!("{} N={} p={}", case["model"], case["N"], case["p"]);
@@ -79,6 +102,31 @@ fn damped_chains() {
         assert_close(&id, &[last], &[number(&case["duration"])], 1e-10);
         assert!(engine.energy_residual().abs() < 1e-13, "{id}: {:e}", engine.energy_residual());
         assert!(engine.dissipated_energy() > 0.0);
+    }
+}
+
+/// Unequal balls that meet at speed, elastic or damped, in contacts that are not linear.
+#[test]
+fn unequal_free_chains() {
+    let cases: Value = serde_json::from_str(include_str!("../data/free_chains.json")).unwrap();
+    for case in cases.as_array().unwrap() {
+        let masses = numbers(&case["masses"]);
+        let mut p = Parameters::default_for(masses.len());
+        (p.gravity, p.stiffness, p.overlap_ref, p.dead_band) = (0.0, 1.0, 1.0, 0.0);
+        (p.exponent, p.mass_ratio, p.gap) = (number(&case["p"]), masses, numbers(&case["gaps"]));
+        (p.x_start, p.v_start) = (vec![0.0; p.balls()], numbers(&case["v"]));
+        let coefficient = number(&case["coefficient"]);
+        match case["law"].as_str().unwrap() {
+            "none" => p.damping = 0.0,
+            "huntCrossley" => (p.damping_law, p.hunt_crossley) = (DampingLaw::HuntCrossley, coefficient),
+            "viscoelastic" => (p.damping_law, p.relaxation_time) = (DampingLaw::Viscoelastic, coefficient),
+            law => panic!("{law}"),
+        }
+        let (velocities, last, run) = run_chain(&p);
+        let id = case.to_string();
+        assert_close(&id, &velocities, &numbers(&case["v_final"]), 1e-11);
+        assert_close(&id, &[last], &[number(&case["duration"])], 1e-9);
+        assert!(run.energy_residual().abs() < 1e-13, "{id}: {:e}", run.energy_residual());
     }
 }
 

@@ -74,6 +74,12 @@ fn chains() -> Vec<(&'static str, Parameters, Inputs)> {
     (parameters.damping_law, parameters.hunt_crossley) = (DampingLaw::HuntCrossley, 1e4);
     (parameters.exponent, parameters.damping) = (3.0, 0.0);
     chains.push(("Hunt-Crossley", parameters, inputs));
+    for exponent in [1.5, 3.0] {
+        let (mut parameters, inputs) = pressed(10.0);
+        (parameters.damping_law, parameters.relaxation_time) = (DampingLaw::Viscoelastic, 1e-4);
+        (parameters.exponent, parameters.damping) = (exponent, 0.0);
+        chains.push(("viscoelastic", parameters, inputs));
+    }
     let (mut parameters, inputs) = pressed(10.0);
     (parameters.contact_model, parameters.drag) = (ContactModel::Hertz, 0.1);
     parameters.length_ratio = vec![1.0, 1.1, 0.95, 1.0, 1.05];
@@ -238,7 +244,10 @@ fn energy_of_fast_damping_on_slow_springs() {
     unequal.mass_ratio = vec![2.0, 0.5, 1.0, 2.0, 0.5, 1.3, 1.0, 2.0];
     let mut lossy = cradle(4, 1, 10.0, 1e6, 0.0);
     (lossy.damping_law, lossy.hunt_crossley, lossy.overlap_ref) = (DampingLaw::HuntCrossley, 1e9, 1e-6);
-    for (name, parameters) in [("Hunt-Crossley", lossy), ("steep", steep), ("unequal", unequal)] {
+    let mut relaxing = cradle(4, 1, 10.0, 1e6, 0.0);
+    (relaxing.damping_law, relaxing.relaxation_time) = (DampingLaw::Viscoelastic, 1e3);
+    let all = [("Hunt-Crossley", lossy), ("steep", steep), ("unequal", unequal), ("viscoelastic", relaxing)];
+    for (name, parameters) in all {
         let engine = advanced(&parameters, &Inputs::zero(parameters.balls()), 5.0);
         let residual = engine.energy_residual();
         assert!(residual.abs() < 1e-14, "{name}: energy off by {residual:e} J, {:?}", engine.work());

@@ -29,7 +29,7 @@ const MAX_SEGMENTS: usize = 100_000;
 const CANCELLATION: f64 = 1e-10;
 
 /// An overlap about to vanish shortens the unit of time of the series by no more than this factor.
-const SHORTEST_UNIT: f64 = 1e-6;
+const SHORTEST_UNIT: f64 = 1e-20;
 
 /// Approach speeds of rigid balls up to so many roundings of the fastest come to rest, as in the run itself.
 const UNRESOLVED: f64 = 32.0;
@@ -111,8 +111,9 @@ impl<'a> Run<'a> {
 
     /// The series from now on and how long they converge, s.
     fn expand(&self) -> (Series<Dual>, f64) {
-        let (scale, unit) = self.scales();
+        let scale = self.velocity_scale();
         let negligible: Vec<f64> = (0..self.cradle.contacts.len()).map(|j| self.negligible(j, scale)).collect();
+        let unit = self.unit_of_time(scale, |j| negligible[j] > 0.0);
         let Self { along, state, forcings, .. } = self;
         let equations = ChainEquations { cradle: along, state, forcings };
         let series = equations.series(ORDER, unit, |j| negligible[j] > 0.0, &[]);
@@ -128,28 +129,33 @@ impl<'a> Run<'a> {
         (series, length)
     }
 
-    /// Scale of the velocities, m/s, and a time (s) within a few powers of ten of the one that the series will converge
-    /// for.
-    fn scales(&self) -> (f64, f64) {
+    /// Scale of the velocities, m/s.
+    fn velocity_scale(&self) -> f64 {
         let (state, contacts) = (&self.state, &self.cradle.contacts);
-        let closed = |j: &usize| state.modes[*j] != Mode::Open;
         let mut scale = state.v.iter().map(|v| v.value().abs()).fold(f64::MIN_POSITIVE, f64::max);
-        for j in (0..contacts.len()).filter(closed) {
+        for j in (0..contacts.len()).filter(|&j| state.modes[j] != Mode::Open) {
             let energy = contacts[j].elastic_energy(state.overlaps[j].value());
             scale = scale.max((2.0 * energy / self.reduced_mass(j)).sqrt());
         }
+        scale
+    }
+
+    /// A time (s) within a few powers of ten of the one that the series will converge for, contacts whose overlap is `negligible`
+    /// left out.
+    fn unit_of_time(&self, scale: f64, negligible: impl Fn(usize) -> bool) -> f64 {
+        let (state, contacts) = (&self.state, &self.cradle.contacts);
         let swing = |ball: &BallModel| ball.omega2.sqrt() + 2.0 * ball.gamma;
         let fastest = self.cradle.balls.iter().map(swing).fold(0.0, f64::max);
         let mut unit = if fastest > 0.0 { 1.0 / fastest } else { 1.0 };
-        for j in (0..contacts.len()).filter(closed) {
+        for j in (0..contacts.len()).filter(|&j| state.modes[j] != Mode::Open) {
             let (law, mass) = (&contacts[j], self.reduced_mass(j));
             unit = unit.min(law.time_scale(mass, scale)).min(law.relaxation_time(mass, scale));
             let (overlap, rate) = (state.overlaps[j].value(), self.overlap_rate(j).value().abs());
-            if law.whole_exponent().is_none() && overlap < unit * rate {
-                unit = unit.min((overlap / rate).max(SHORTEST_UNIT * unit));
+            if law.whole_exponent().is_none() && !negligible(j) && overlap < unit * rate {
+                unit = (overlap / rate).max(SHORTEST_UNIT * unit);
             }
         }
-        (scale, unit)
+        unit
     }
 
     fn reduced_mass(&self, j: usize) -> f64 {
@@ -224,12 +230,8 @@ impl<'a> Run<'a> {
             return release;
         }
         let until = release.map_or(until, |(s, _)| s.value());
-        let pressing: Vec<Dual> = match law.rate_factor() {
-            Some(alpha) => {
-                let mut factor: Vec<Dual> = series.rate(overlap).into_iter().map(|rate| alpha * rate).collect();
-                factor[0] += Dual::from(1.0);
-                factor
-            }
+        let pressing: Vec<Dual> = match law.sign_of_force() {
+            Some(sign) => sign.series(overlap, &series.rate(overlap)),
             None => series.force_row(j).to_vec(),
         };
         let (sign, switch) = clipping(mode);

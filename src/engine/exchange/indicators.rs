@@ -59,8 +59,8 @@ impl Exchange {
         if !law.clips() {
             return 1.0;
         }
-        match law.rate_factor() {
-            Some(alpha) => 1.0 + alpha * rate + shift,
+        match law.sign_of_force() {
+            Some(sign) => sign.at(overlap, rate) / sign.at(self.scales.overlap(j), 0.0) + shift,
             None => law.unclipped_force(overlap.max(f64::MIN_POSITIVE), rate) / self.scales.forces[j] + shift,
         }
     }

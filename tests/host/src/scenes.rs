@@ -36,11 +36,11 @@ pub fn started(host: Host) -> Host {
 
 /// Five balls, the first two lifted by `height` (m), with a solver by its name and further settings.
 fn two_lifted(height: f64, set_up: &[Setting], method: &str, settings: &[Setting]) -> Host {
-    solved_by(at_rest(5, &[&[("x_start[1]", -height), ("x_start[2]", -height)], set_up].concat()), method, settings)
+    with_method(at_rest(5, &[&[("x_start[1]", -height), ("x_start[2]", -height)], set_up].concat()), method, settings)
 }
 
-/// With a solver by its name and further settings, initialized.
-fn solved_by(host: Host, method: &str, settings: &[Setting]) -> Host {
+/// Initialized with a solver by its name and further settings.
+fn with_method(host: Host, method: &str, settings: &[Setting]) -> Host {
     choose(&host, "solver.method", "SolverMethod", method);
     for (name, value) in settings {
         assert_eq!(host.set(name, *value), fmi2OK, "{name} = {value}");
@@ -58,23 +58,27 @@ pub fn cubic(method: &str, settings: &[Setting]) -> Host {
     two_lifted(0.05, &CUBIC, method, settings)
 }
 
-/// Steel balls that touch, to be run for 60 s: 312 pulses in 139 groups.
+/// Five touching steel balls, to be run for 60 s.
 pub fn steel(method: &str, settings: &[Setting]) -> Host {
-    solved_by(touching_steel(), method, settings)
+    damped_steel("kelvinVoigt", &[], method, settings)
 }
 
-fn touching_steel() -> Host {
-    let host = at_rest(5, &[("x_start[1]", -0.1), ("x_start[2]", -0.1), ("contact.deadBand", 0.0)]);
+/// The same with Hunt-Crossley damping.
+pub fn steel_hunt_crossley(method: &str, settings: &[Setting]) -> Host {
+    damped_steel("huntCrossley", &[("contact.huntCrossley", 0.05)], method, settings)
+}
+
+/// The same, viscoelastic.
+pub fn steel_viscoelastic(method: &str, settings: &[Setting]) -> Host {
+    damped_steel("viscoelastic", &[("contact.relaxationTime", 4e-7)], method, settings)
+}
+
+fn damped_steel(law: &str, damping: &[Setting], method: &str, settings: &[Setting]) -> Host {
+    let host =
+        at_rest(5, &[&[("x_start[1]", -0.1), ("x_start[2]", -0.1), ("contact.deadBand", 0.0)], damping].concat());
     choose(&host, "contact.model", "ContactModel", "hertz");
-    host
-}
-
-/// The same with Hunt and Crossley's damping, 0.05 s/m: 311 pulses.
-pub fn damped_steel(method: &str, settings: &[Setting]) -> Host {
-    let host = touching_steel();
-    choose(&host, "contact.dampingLaw", "DampingLaw", "huntCrossley");
-    assert_eq!(host.set("contact.huntCrossley", 0.05), fmi2OK);
-    solved_by(host, method, settings)
+    choose(&host, "contact.dampingLaw", "DampingLaw", law);
+    with_method(host, method, settings)
 }
 
 /// Figure 3: waves that cross in thirteen balls, three lifted on the left and two on the right.

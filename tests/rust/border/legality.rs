@@ -188,6 +188,7 @@ fn what_may_be_set_depends_on_the_state() {
             ("pendulum.drag", between),
             ("contact.damping", between),
             ("contact.huntCrossley", between),
+            ("contact.relaxationTime", between),
             ("F_ext[5]", between),
             ("a_support", between),
             ("x[1]", false),

@@ -17,7 +17,7 @@ fn instantiated(setup: Setup) -> Host {
 }
 
 /// Cradles whose runs differ in kind: separate and overlapping impacts, all laws, drag, contacts that stay closed, free balls.
-const SETUPS: [(&str, Setup); 11] = [
+const SETUPS: [(&str, Setup); 12] = [
     ("separate impacts", |_| {}),
     ("overlapping impacts", |h| {
         assert_eq!(h.set("contact.deadBand", 0.0), fmi2OK);
@@ -29,6 +29,10 @@ const SETUPS: [(&str, Setup); 11] = [
         assert_eq!((h.set_integer("contact.model", 2), h.set_integer("contact.dampingLaw", 3)), (fmi2OK, fmi2OK));
         assert_eq!((h.set("contact.huntCrossley", 0.4), h.set("pendulum.drag", 0.2)), (fmi2OK, fmi2OK));
         assert_eq!(h.set("contact.deadBand", 0.0), fmi2OK);
+    }),
+    ("viscoelastic Hertz", |h| {
+        assert_eq!((h.set_integer("contact.model", 2), h.set_integer("contact.dampingLaw", 4)), (fmi2OK, fmi2OK));
+        assert_eq!((h.set("contact.relaxationTime", 1e-5), h.set("contact.deadBand", 0.0)), (fmi2OK, fmi2OK));
     }),
     ("clipped dashpots", |h| {
         assert_eq!((h.set_integer("contact.dampingLaw", 2), h.set("contact.damping", 6e4)), (fmi2OK, fmi2OK));
@@ -311,10 +315,10 @@ fn damaged_bytes_are_refused() {
             refused(&state[..length], if length < 28 { "not the bytes of a state" } else { "damaged" });
         }
         refused(&[state.as_slice(), &[0]].concat(), "damaged");
-        for (format, version) in [(1, "an earlier"), (4, "an earlier"), (6, "a later")] {
+        for (format, version) in [(1, "an earlier"), (5, "an earlier"), (7, "a later")] {
             let mut other = state.clone();
             other[8] = format;
-            refused(&other, &format!("format, {format}, is that of {version} version; allowed: 5"));
+            refused(&other, &format!("format, {format}, is that of {version} version; allowed: 6"));
         }
     }
     refused(b"{\"a\": 1}", "not the bytes of a state");

@@ -11,7 +11,8 @@ use newtons_cradle::variables::{Causality, Description, Settings, Type, Variable
 const BALLS: usize = 5;
 
 /// Set-ups with contacts closed from the start, for all laws: `contact.model`, `contact.dampingLaw`, exponent.
-const LAWS: [(i32, i32, f64); 6] = [(1, 1, 1.0), (1, 2, 1.0), (1, 3, 1.5), (2, 1, 1.0), (1, 1, 3.0), (3, 1, 1.0)];
+const LAWS: [(i32, i32, f64); 8] =
+    [(1, 1, 1.0), (1, 2, 1.0), (1, 3, 1.5), (1, 4, 2.3), (2, 1, 1.0), (2, 4, 1.0), (1, 1, 3.0), (3, 1, 1.0)];
 
 fn pressed((model, law, exponent): (i32, i32, f64)) -> Host {
     let host = Host::exchanging(BALLS);
@@ -28,6 +29,7 @@ fn pressed((model, law, exponent): (i32, i32, f64)) -> Host {
         ("contact.deadBand", 0.0),
         ("contact.damping", 1e2),
         ("contact.huntCrossley", 0.2),
+        ("contact.relaxationTime", 1e-6),
         ("contact.exponent", exponent),
         ("pendulum.drag", 0.3),
         ("a_support", 0.7),

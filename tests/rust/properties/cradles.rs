@@ -81,8 +81,12 @@ pub fn cradles(family: Family) -> impl Strategy<Value = Case> {
     let dead_band = if family.pressed { Just(0.0).boxed() } else { or(0.0, decades(-9.0, -3.0)) };
     let has_gaps = family.gaps || family.pressed;
     let contacts = (stiffness, exponents(), dead_band, only_if(has_gaps, vec![0.0; MOST], vec(gap, MOST)));
-    let law =
-        prop_oneof![Just(DampingLaw::KelvinVoigt), Just(DampingLaw::KelvinVoigtNoPull), Just(DampingLaw::HuntCrossley)];
+    let law = prop_oneof![
+        Just(DampingLaw::KelvinVoigt),
+        Just(DampingLaw::KelvinVoigtNoPull),
+        Just(DampingLaw::HuntCrossley),
+        Just(DampingLaw::Viscoelastic)
+    ];
     let losses = (law, only_if(family.damped, 0.0, decades(-3.0, 0.3)), only_if(family.drag, 0.0, decades(-3.0, 0.3)));
     let lifted = prop_oneof![2 => Just(0.0), 1 => -1.0..0.0, 1 => 0.0..1.0];
     let start = (decades(-3.0, -0.5), vec(lifted, MOST), or(vec![0.0; MOST], vec(-1.0..1.0, MOST)));
@@ -101,8 +105,9 @@ pub fn cradles(family: Family) -> impl Strategy<Value = Case> {
             (p.stiffness, p.exponent, p.dead_band) = (contacts.0 * mass, contacts.1, contacts.2);
             p.gap = contacts.3[..n - 1].to_vec();
             p.damping_law = losses.0;
-            // In units of the critical damping, and of the inverse of 1 m/s.
+            // In units of the critical damping, of the inverse of 1 m/s, and of the time of a linear contact.
             (p.damping, p.hunt_crossley) = (losses.1 * mass * (2.0 * contacts.0).sqrt(), losses.1);
+            p.relaxation_time = losses.1 * (2.0 / contacts.0).sqrt();
             p.drag = losses.2 * mass;
             let (amplitude, mut x, v) = start;
             x.truncate(n);
@@ -130,7 +135,8 @@ impl std::fmt::Debug for Case {
         write!(f, "n={} time={time:?} gravity={:?} length={:?}", p.balls(), p.gravity, p.length)?;
         write!(f, " mass={:?} k={:?} d_ref={:?}", p.mass, p.stiffness, p.overlap_ref)?;
         write!(f, " p={:?} deadBand={:?} drag={:?} {:?}", p.exponent, p.dead_band, p.drag, p.damping_law)?;
-        write!(f, " c={:?} alpha={:?} a_support={:?}", p.damping, p.hunt_crossley, inputs.support_acceleration)?;
+        write!(f, " c={:?} alpha={:?} A={:?}", p.damping, p.hunt_crossley, p.relaxation_time)?;
+        write!(f, " a_support={:?}", inputs.support_acceleration)?;
         write!(f, " {:?} e={:?}", p.contact_model, p.restitution)?;
         let vectors = [
             ("massRatio", &p.mass_ratio, 1.0),

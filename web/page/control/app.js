@@ -265,7 +265,8 @@ function describeSetup(setup) {
   const band = setup.get("contact.deadBand"), uneven = setup.get("ball.massRatio").some((ratio) => ratio !== 1);
   const parts = [say(`laws.${setup.law}`)];
   if (setup.law !== "rigid") parts.push(`${say("deadBand").toLowerCase()}: ${band ? quantity(band, "m") : say("none")}`);
-  if (setup.get("contact.dampingLaw") === "huntCrossley" && setup.get("contact.huntCrossley")) parts.push(say("besides.lossy").toLowerCase());
+  const damping = { huntCrossley: "contact.huntCrossley", viscoelastic: "contact.relaxationTime" }[setup.get("contact.dampingLaw")];
+  if (damping && setup.get(damping)) parts.push(say("besides.lossy").toLowerCase());
   if (uneven) parts.push(setup.get("ball.massRatio").map((ratio) => rounded(ratio)).join(" : "));
   return parts.join(", ");
 }

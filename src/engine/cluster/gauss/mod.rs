@@ -66,7 +66,9 @@ pub(super) struct Followed {
 pub(super) fn applies_to(window: &Window) -> bool {
     let serves = |(contact, law): (&WindowContact, &ContactLaw)| match contact.mode {
         Mode::Open => true,
-        Mode::Pressing => law.has_root() && (!law.clips() || law.rate_factor().is_some()),
+        Mode::Pressing => {
+            law.has_root() && (!law.clips() || law.sign_of_force().is_some_and(|sign| sign.by_overlap == 0.0))
+        }
         Mode::Clipped => false,
     };
     let oscillator = &window.balls[0].oscillator;

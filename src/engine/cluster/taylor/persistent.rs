@@ -4,12 +4,12 @@
 //! where the exponent is whole, nothing is divided that can be multiplied, and sums of products are taken four at a time. All this
 //! gives other bits than `recurrences`, which impacts are followed by.
 
-use super::recurrences::{TERMS_AT_LEAST, unit_of_time, velocity_scale_by};
+use super::recurrences::{TERMS_AT_LEAST, negligible_overlap, unit_of_time, velocity_scale_by};
 use super::series::{INVERSE_FACTORIAL, Series};
 use crate::engine::cluster::step_control::Control;
 use crate::engine::cluster::window::Window;
 use crate::engine::flight::Ball;
-use crate::model::{ContactLaw, Mode};
+use crate::model::ContactLaw;
 use crate::solver::series::{LANES, sum_of_products};
 
 /// Order of the series of the velocities, a multiple of the terms that are summed side by side.
@@ -203,29 +203,30 @@ impl Series {
         scale: f64,
         before: f64,
     ) {
-        let Window { contacts, laws, .. } = window;
-        self.begin(window, ORDER, if before > 0.0 { before } else { unit_of_time(window, scale) });
-        self.by_lanes = true;
+        let Window { flights, contacts, laws, .. } = window;
         let Workspace { forces, negligible } = workspace;
         negligible.clear();
         negligible.resize(contacts.len(), 0.0);
         let dv = control.epsilon * scale;
         for (j, force) in forces.iter_mut().enumerate() {
             let (law, overlap, change) = (&laws[j], contacts[j].overlap, window.reduced_mass(j) * dv);
-            let elastic = force.elastic_at(law, overlap);
+            let (elastic, rate) = (force.elastic_at(law, overlap), flights[j].v - flights[j + 1].v);
             // Most overlaps are so large that no power has to be taken to see it.
-            if elastic * self.unit < change || elastic * overlap * self.unit < change * self.overlap_row(j)[1].abs() {
-                negligible[j] = self.negligible_overlap(j, window, dv, scale);
+            if elastic * before < change || elastic * overlap < change * rate.abs() {
+                negligible[j] = negligible_overlap(j, window, dv, scale);
             }
             force.begin(law, overlap);
         }
+        let unit = if before > 0.0 { before } else { unit_of_time(window, scale, |j| negligible[j] > 0.0) };
+        self.begin(window, ORDER, unit);
+        self.by_lanes = true;
         let balls = window.balls;
         let alike = |j: usize| j > 0 && balls[j - 1].oscillator == balls[j].oscillator;
         let coefficients: Vec<Coefficients> =
             (0..balls.len()).map(|j| Coefficients::new(&balls[j], alike(j))).collect();
         for k in 0..ORDER {
             for (j, force) in forces.iter_mut().enumerate() {
-                if contacts[j].mode != Mode::Open {
+                if window.needs_force(j) {
                     self.expand_persistent_force(j, &laws[j], force, negligible[j] > 0.0, k);
                 }
             }
@@ -238,18 +239,21 @@ impl Series {
 
     /// Coefficient `k` of the forces of contact `j`; without the elastic force if that is `negligible`.
     fn expand_persistent_force(&mut self, j: usize, law: &ContactLaw, force: &mut Force, negligible: bool, k: usize) {
-        let at = j * self.stride() + k;
-        let overlap = &self.overlaps[at..];
-        let ratio = overlap[0] * force.inverses[0];
-        let rate = (k + 1) as f64 * overlap[1] / self.unit;
-        let elastic = if negligible { 0.0 } else { law.stiffness * law.overlap_ref * force.power(law, k, ratio) };
-        self.elastic[at] = elastic;
-        self.forces[at] = law.force_coefficient(elastic, rate, || {
+        let first = j * self.stride();
+        let at = first + k;
+        for k in if negligible { 0..0 } else { law.elastic_terms_due(k) } {
+            let ratio = self.overlaps[first + k] * force.inverses[0];
+            self.elastic[first + k] = law.stiffness * law.overlap_ref * force.power(law, k, ratio);
+        }
+        let by_time = |c: f64| (k + 1) as f64 * c / self.unit;
+        let (elastic, rate) = (self.elastic[at], by_time(self.overlaps[at + 1]));
+        let product = || {
             let product = force.elastic.times(&force.rate, k, [elastic, rate]);
             force.elastic.set(k, elastic);
             force.rate.set(k, rate);
             product
-        });
+        };
+        self.forces[at] = law.force_coefficient(elastic, rate, product, || by_time(self.elastic[at + 1]));
     }
 
     /// Coefficient `k` of the accelerations, hence `k + 2` of the displacements and overlaps.
@@ -297,7 +301,7 @@ mod tests {
     use crate::engine::cluster::taylor::recurrences::{self, velocity_scale};
     use crate::engine::cluster::window::WindowContact;
     use crate::engine::flight::Flight;
-    use crate::model::{BallModel, Damping};
+    use crate::model::{BallModel, Damping, Mode};
     use crate::solver::double_double::DoubleDouble;
 
     /// Both expansions of four balls, the last one beside the others, and how long both converge.
@@ -323,8 +327,12 @@ mod tests {
 
     #[test]
     fn the_motion_is_that_of_the_other_series() {
-        let dampings =
-            [Damping::None, Damping::KelvinVoigt { c: 100.0, pull: true }, Damping::HuntCrossley { alpha: 0.3 }];
+        let dampings = [
+            Damping::None,
+            Damping::KelvinVoigt { c: 100.0, pull: true },
+            Damping::HuntCrossley { alpha: 0.3 },
+            Damping::Viscoelastic { relaxation: 1e-6 },
+        ];
         for exponent in [1.0, 1.5, 2.0, 2.3, 3.0, 5.0, 6.0, 7.0, 10.0] {
             for damping in dampings {
                 for omega2 in [[5.0; 4], [5.0, 6.0, 5.0, 4.0]] {

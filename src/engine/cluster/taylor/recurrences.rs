@@ -22,7 +22,7 @@ const WRONG: f64 = 1e-13;
 const AT_REST: f64 = 1e-100;
 
 /// An overlap about to vanish shortens the unit of time by no more than this factor.
-const SHORTEST_UNIT: f64 = 1e-6;
+const SHORTEST_UNIT: f64 = 1e-20;
 
 /// Terms that are looked at to tell how far a series without gaps converges.
 pub(super) const TERMS_AT_LEAST: usize = 3;
@@ -69,11 +69,15 @@ impl<S: Scalar> Series<S> {
     fn expand_force(&mut self, j: usize, law: &ContactLaw<S>, powers: Option<&mut Vec<S>>, k: usize) {
         let at = j * self.stride();
         let overlap = &self.overlaps[at..at + self.stride()];
-        let elastic = powers.map_or(S::default(), |powers| law.elastic_coefficient(overlap, powers, k));
-        self.elastic[at + k] = elastic;
-        let rate = |k: usize| S::from((k + 1) as f64) * overlap[k + 1] / S::from(self.unit);
-        let product = || (0..=k).map(|i| self.elastic[at + i] * rate(k - i)).sum();
-        self.forces[at + k] = law.force_coefficient(elastic, rate(k), product);
+        if let Some(powers) = powers {
+            for k in law.elastic_terms_due(k) {
+                self.elastic[at + k] = law.elastic_coefficient(overlap, powers, k);
+            }
+        }
+        let elastic = &self.elastic[at..at + self.stride()];
+        let rate = |c: &[S], k: usize| S::from((k + 1) as f64) * c[k + 1] / S::from(self.unit);
+        let product = || (0..=k).map(|i| elastic[i] * rate(overlap, k - i)).sum();
+        self.forces[at + k] = law.force_coefficient(elastic[k], rate(overlap, k), product, || rate(elastic, k));
     }
 
     /// Coefficient `k` of the accelerations, hence `k + 2` of the displacements and of the overlaps that are not given.
@@ -121,13 +125,13 @@ impl<S: Scalar> Series<S> {
 impl Series {
     /// Computes all coefficients from the state at the start of a segment with velocities of this `scale` (m/s).
     pub fn expand(&mut self, workspace: &mut Workspace, window: &Window, control: &Control, scale: f64) {
-        let Window { contacts, laws, .. } = window;
-        self.begin(window, control.order, unit_of_time(window, scale));
-        workspace.begin(contacts.len());
-        let dv = control.epsilon * scale;
-        (0..laws.len()).for_each(|j| workspace.negligible[j] = self.negligible_overlap(j, window, dv, scale));
+        let laws = window.laws;
+        workspace.begin(laws.len());
         let Workspace { powers, negligible } = &mut *workspace;
-        self.fill(window, powers, |j| negligible[j] > 0.0, |_| false);
+        let dv = control.epsilon * scale;
+        negligible.iter_mut().enumerate().for_each(|(j, level)| *level = negligible_overlap(j, window, dv, scale));
+        self.begin(window, control.order, unit_of_time(window, scale, |j| negligible[j] > 0.0));
+        self.fill(window, powers, |j| negligible[j] > 0.0 || !window.needs_force(j), |_| false);
         // After an onset, series have gaps: the overlap is `d = u t + c t^(p+2) + ...`, with nothing in between. So many terms are
         // looked at that they cannot all fall into a gap.
         let gap = laws.iter().map(|law| libm::ceil(law.exponent) as usize).fold(1, usize::max);
@@ -151,25 +155,10 @@ impl Series {
         for (j, law) in window.laws.iter().enumerate() {
             if negligible[j] > 0.0 {
                 self.shorten_where_above(j, negligible[j]);
-            } else if window.contacts[j].mode != Mode::Open && law.exponent > 1.0 {
+            } else if window.needs_force(j) && law.exponent > 1.0 {
                 self.shorten_where_wrong(j, window.reduced_mass(j), scale, |overlap| elastic(j, overlap));
             }
         }
-    }
-
-    /// Where a power that is not whole starts from almost no overlap its series hardly converges, and its force does not
-    /// matter: it is left out up to an overlap where it would change the velocities by the local error `dv` (m/s).
-    pub(super) fn negligible_overlap(&self, j: usize, window: &Window, dv: f64, scale: f64) -> f64 {
-        let (contact, law) = (&window.contacts[j], &window.laws[j]);
-        if contact.mode != Mode::Open && law.whole_exponent().is_none() {
-            let mass = window.reduced_mass(j);
-            let rate = self.overlap_row(j)[1] / self.unit;
-            let bound = law.largest_negligible_overlap(mass, rate, dv, law.time_scale(mass, scale));
-            if contact.overlap < bound {
-                return 2.0 * bound;
-            }
-        }
-        0.0
     }
 
     /// The time on which the last `terms` of the velocities stay below `dv` (m/s).
@@ -241,18 +230,32 @@ pub(super) fn velocity_scale_by(window: &Window, mut energy: impl FnMut(usize) -
     stored.fold(moving, f64::max)
 }
 
+/// Where a power that is not whole starts from almost no overlap its series hardly converges, and its force does not
+/// matter: it is left out up to an overlap (m) where it would change the velocities by the local error `dv` (m/s); 0 if it is not.
+pub(super) fn negligible_overlap(j: usize, window: &Window, dv: f64, scale: f64) -> f64 {
+    let (contact, law) = (&window.contacts[j], &window.laws[j]);
+    if window.needs_force(j) && law.whole_exponent().is_none() {
+        let (mass, rate) = (window.reduced_mass(j), window.flights[j].v - window.flights[j + 1].v);
+        let bound = law.largest_negligible_overlap(mass, rate, dv, law.time_scale(mass, scale));
+        if contact.overlap < bound {
+            return 2.0 * bound;
+        }
+    }
+    0.0
+}
+
 /// A time (s) within a few powers of ten of the one that the series will converge for: that of the fastest contact, or of an
-/// overlap about to vanish, whose power is singular there; without contact that of the pendulums.
-pub(super) fn unit_of_time(window: &Window, scale: f64) -> f64 {
+/// overlap about to vanish, whose power is singular there, unless it is `negligible`; without contact that of the pendulums.
+pub(super) fn unit_of_time(window: &Window, scale: f64, negligible: impl Fn(usize) -> bool) -> f64 {
     let Window { flights, balls, contacts, laws } = window;
     let swing = balls.iter().map(|b| b.oscillator.omega() + 2.0 * b.oscillator.gamma()).fold(0.0, f64::max);
     let mut unit = if swing > 0.0 { 1.0 / swing } else { 1.0 };
-    for (j, (contact, law)) in contacts.iter().zip(*laws).enumerate().filter(|(_, (c, _))| c.mode != Mode::Open) {
+    for (j, (contact, law)) in contacts.iter().zip(*laws).enumerate().filter(|(j, _)| window.needs_force(*j)) {
         let mass = window.reduced_mass(j);
         unit = unit.min(law.time_scale(mass, scale)).min(law.relaxation_time(mass, scale));
         let rate = (flights[j].v - flights[j + 1].v).abs();
-        if law.whole_exponent().is_none() && contact.overlap < unit * rate {
-            unit = unit.min((contact.overlap / rate).max(SHORTEST_UNIT * unit));
+        if law.whole_exponent().is_none() && !negligible(j) && contact.overlap < unit * rate {
+            unit = (contact.overlap / rate).max(SHORTEST_UNIT * unit);
         }
     }
     unit

@@ -254,16 +254,15 @@ impl DenseOutput for Series {
 
     fn clip(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Next {
         let (law, mode) = (&window.laws[j], window.contacts[j].mode);
-        let (pressing, noise) = match law.rate_factor() {
-            Some(alpha) => {
+        let (pressing, noise) = match law.sign_of_force() {
+            Some(sign) => {
                 let row = self.overlap_row(j);
                 let fastest = row[1].abs() + series::bound_of_change_of_derivative(row, until / self.unit);
-                if mode == Mode::Pressing && alpha * fastest < (1.0 - 1e-9) * self.unit {
+                if mode == Mode::Pressing && sign.by_rate * fastest < (1.0 - 1e-9) * sign.constant * self.unit {
                     return Next::Never;
                 }
-                let mut factor: Vec<f64> = self.rate(row).iter().map(|r| alpha * r).collect();
-                factor[0] += 1.0;
-                (factor, alpha * rounding.velocity)
+                let noise = sign.by_overlap * rounding.position + sign.by_rate * rounding.velocity;
+                (sign.series(row, &self.rate(row)), noise)
             }
             None => (self.force_row(j).to_vec(), rounding.force(law)),
         };
