@@ -12,6 +12,7 @@
 pub mod block_tridiagonal;
 pub mod double_double;
 pub mod dual;
+pub mod gauss;
 pub mod ode;
 pub mod oscillator;
 pub mod quadrature;

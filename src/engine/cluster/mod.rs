@@ -9,6 +9,7 @@
 mod collocation;
 mod dense_output;
 mod equations;
+mod gauss;
 mod modes;
 mod natural;
 mod segment;

@@ -10,6 +10,7 @@ use std::ops::Range;
 
 use super::collocation;
 use super::dense_output::DenseOutput;
+use super::gauss;
 use super::modes::Modes;
 use super::natural;
 use super::step_control::{Control, StepHistory};
@@ -19,7 +20,6 @@ use crate::engine::flight::{Ball, Flight, Rounding, RunningIntegrals, shifted, s
 use crate::model::{ContactLaw, Mode};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
-use crate::solver::radau::STAGES;
 
 /// Segments after a switching that series have before natural modes take over: of elastic contacts, while a front has yet to pass
 /// a contact, and where more contacts than a [`FEW`] ring. Fewer pay for modes that the next switching ends, more for series
@@ -32,24 +32,12 @@ const FEW: usize = 5;
 /// Time scales of the fastest mode that switchings are looked for in the first window by modes.
 const FIRST_HORIZON: f64 = 32.0;
 
-/// How much longer than that of the Taylor series the first step of implicit collocation is to be, and the part of it that is still
-/// worth its cost.
-const GAIN: f64 = 40.0;
-const WORTH: f64 = 0.5;
-
-/// The next step over the one that the error would just allow, the most that a step may grow, how far it shrinks after an error
-/// that was too large, and after one that says nothing (Hairer and Wanner, Solving Ordinary Differential Equations II, 1996,
-/// section IV.8).
-const SAFETY: f64 = 0.9;
-const GROWTH: f64 = 4.0;
-const SHRINKAGE: [f64; 2] = [0.1, 0.7];
-const FAILED: f64 = 0.25;
-
 /// How the motion of a window is described.
 #[derive(Clone, Debug)]
 pub(crate) enum Description {
     Series(Series),
     Modes(Modes),
+    Gauss(Box<gauss::Motion>),
 }
 
 impl Description {
@@ -58,6 +46,7 @@ impl Description {
         match self {
             Self::Series(series) => series,
             Self::Modes(modes) => modes,
+            Self::Gauss(motion) => motion.as_ref(),
         }
     }
 
@@ -175,8 +164,8 @@ impl Cluster {
     }
 
     /// Coefficients of the overlap of contact `i` of the window as a power series of the time (s) from `tau` after the start of the
-    /// segment on.
-    pub fn overlap_series(&self, i: usize, tau: f64) -> OverlapSeries {
+    /// segment on; `None` if the equations tell them as well.
+    pub fn overlap_series(&self, i: usize, tau: f64) -> Option<OverlapSeries> {
         self.description.output().overlap_series(i - self.window.start, tau)
     }
 
@@ -311,14 +300,28 @@ impl Cluster {
             self.evaluations = 1;
             return 0.0;
         }
-        let mut series = match std::mem::take(&mut self.description) {
-            Description::Series(series) => series,
-            Description::Modes(_) => Series::default(),
+        let (mut series, motion) = match std::mem::take(&mut self.description) {
+            Description::Series(series) => (series, None),
+            Description::Gauss(motion) => (Series::default(), Some(motion)),
+            Description::Modes(_) => (Series::default(), None),
         };
         let persistent = self.history.is_persistent();
         let scale = if persistent { self.workspace.persistent.velocity_scale(window) } else { velocity_scale(window) };
         let local_error = control.local_error(scale);
-        if !self.collocate(&mut series, window, control, rounding, local_error) {
+        let (evaluations, collocated) =
+            collocation::follow(&mut series, &mut self.history, window, control, rounding, local_error);
+        self.evaluations = self.evaluations.saturating_add(evaluations);
+        if !collocated {
+            if !persistent && gauss::applies_to(window) {
+                let mut motion = motion.unwrap_or_default();
+                let before = self.history.explicit_length;
+                if let Some(step) = motion.follow(window, control, rounding, scale, before) {
+                    (self.length, self.history.explicit_length) = (step.length, step.next);
+                    self.evaluations = self.evaluations.saturating_add(step.evaluations);
+                    self.description = Description::Gauss(motion);
+                    return local_error;
+                }
+            }
             if persistent {
                 let before = self.history.explicit_length;
                 series.expand_persistent(&mut self.workspace.persistent, window, control, scale, before);
@@ -330,38 +333,6 @@ impl Cluster {
         self.length = series.converges_for();
         self.description = Description::Series(series);
         local_error
-    }
-
-    /// Describes the motion by a step of implicit collocation, if one is due that is worth its cost.
-    fn collocate(
-        &mut self,
-        series: &mut Series,
-        window: &Window,
-        control: &Control,
-        rounding: &Rounding,
-        local_error: f64,
-    ) -> bool {
-        let history = &mut self.history;
-        let mut length = std::mem::take(&mut history.implicit_length);
-        if length == 0.0 || history.quiet == 0 {
-            if history.quiet < history.patience {
-                return false;
-            }
-            length = GAIN * history.explicit_length;
-        }
-        while length > 0.0 && length >= WORTH * GAIN * history.explicit_length {
-            let step = collocation::collocate(series, window, length, control, rounding, local_error);
-            self.evaluations = self.evaluations.saturating_add(step.evaluations);
-            // The error falls with the power of the number of stages; a step that went wrong altogether says nothing.
-            let change = SAFETY * libm::pow(step.error, -1.0 / STAGES as f64);
-            if step.error <= 1.0 {
-                history.implicit_length = (length * change.min(GROWTH)).min(control.longest);
-                return true;
-            }
-            length *= if change.is_finite() { change.clamp(SHRINKAGE[0], SHRINKAGE[1]) } else { FAILED };
-        }
-        history.patience = history.quiet.saturating_mul(2);
-        false
     }
 }
 

@@ -174,14 +174,14 @@ impl DenseOutput for Series {
         self.with_change_of_rate(self.overlap_row(j), tau)
     }
 
-    fn overlap_series(&self, j: usize, tau: f64) -> OverlapSeries {
+    fn overlap_series(&self, j: usize, tau: f64) -> Option<OverlapSeries> {
         let mut coefficients = series::about(self.overlap_row(j), tau / self.unit);
         let mut scale = 1.0;
         for c in &mut coefficients {
             *c *= scale;
             scale /= self.unit;
         }
-        coefficients
+        Some(coefficients)
     }
 
     fn impulse(&self, j: usize, tau: f64) -> f64 {
