@@ -247,8 +247,16 @@ def rust_host(results: Results) -> None:
         return results.skip("Rust host", f"{manifest.relative_to(ROOT)} is not there")
     if not has_libclang():
         return results.skip("Rust host", "libclang is missing: on Debian, `apt install libclang-dev`")
+    if not PRODUCER.exists():
+        return results.skip("Rust host", f"{PRODUCER} is not there")
+    fmi3 = FMU.with_suffix(".fmi3.fmu")
+    subprocess.run(
+        [PRODUCER, "build", "--from", FMU, "--fmi", "3", "--out", fmi3], check=True, capture_output=True
+    )
     command = ["cargo", "test", "--manifest-path", manifest, "--target-dir", ROOT / "target/hosts"]
-    return results.step("Rust host", command, cargo_counts, env={"CRADLE_FMU": str(FMU)})
+    return results.step(
+        "Rust host", command, cargo_counts, env={"CRADLE_FMU": str(FMU), "CRADLE_FMU3": str(fmi3)}
+    )
 
 
 def same_bytes(results: Results) -> None:

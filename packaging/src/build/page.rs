@@ -142,7 +142,7 @@ mod tests {
         for array in Array::all().filter(|array| *array != Array::Time) {
             assert!(three.contains(&format!("<code>{array}</code>")), "{array}");
         }
-        assert!(!three.contains("t_next_isOnset") && !three.contains("<code>x[i]</code>"));
+        assert!(!three.contains("<code>t_next_isOnset</code></td>") && !three.contains("<code>x[i]</code>"));
         assert!(html.contains("<svg ") && !html.contains("{{") && !html.contains("}}"));
     }
 }
