@@ -69,17 +69,17 @@ impl<S: Scalar> ContactLaw<S> {
 
     /// Total force at the overlap `d` (m) and its rate (m/s) by the formula of the law, not clipped, N; 0 for `d <= 0`.
     pub fn unclipped_force(&self, d: S, rate: S) -> S {
-        if d.value() <= 0.0 {
-            return S::default();
-        }
+        if d.value() <= 0.0 { S::default() } else { self.damped(self.elastic_force(d), d, rate) }
+    }
+
+    /// The formula of the law from the elastic force (N), the overlap (m, > 0) and its rate (m/s), N.
+    #[inline]
+    pub(super) fn damped(&self, elastic: S, d: S, rate: S) -> S {
         match self.damping {
-            Damping::None => self.elastic_force(d),
-            Damping::KelvinVoigt { c, .. } => self.elastic_force(d) + c * rate,
-            Damping::HuntCrossley { alpha } => self.elastic_force(d) * (S::from(1.0) + alpha * rate),
-            Damping::Viscoelastic { relaxation } => {
-                let elastic = self.elastic_force(d);
-                elastic + relaxation * (self.exponent * elastic / d * rate)
-            }
+            Damping::None => elastic,
+            Damping::KelvinVoigt { c, .. } => elastic + c * rate,
+            Damping::HuntCrossley { alpha } => elastic * (S::from(1.0) + alpha * rate),
+            Damping::Viscoelastic { relaxation } => elastic + relaxation * (self.exponent * elastic / d * rate),
         }
     }
 

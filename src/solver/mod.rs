@@ -10,8 +10,10 @@
 //! - BDF and Adams-Moulton formulas: why none of the crates serves stands in `ode`.
 
 pub mod block_tridiagonal;
+pub mod crossing;
 pub mod double_double;
 pub mod dual;
+pub mod gauss;
 pub mod ode;
 pub mod oscillator;
 pub mod quadrature;

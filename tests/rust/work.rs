@@ -1,8 +1,7 @@
 //! What runs cost, in steps, evaluations of contact forces and events: exact where seconds are noise.
 
 use newtons_cradle::engine::{Engine, Results, WorkCounters};
-use newtons_cradle::model::Inputs;
-use newtons_cradle::model::Parameters;
+use newtons_cradle::model::{ContactModel, DampingLaw, Inputs, Parameters};
 
 /// The work of a run without inputs.
 fn work(parameters: &Parameters, time: f64) -> WorkCounters {
@@ -33,4 +32,14 @@ fn ten_minutes_are_2562_steps() {
     parameters.x_start = vec![-1.0, -1.0, 0.0, 0.0, 0.0];
     (parameters.stiffness, parameters.dead_band) = (2.9e14, 1.46e-7);
     assert_eq!(work(&parameters, 600.0), of_separate_pulses(2562));
+}
+
+/// Steel balls that touch: four pulses a group, where those of two balls alone are one step each without damping.
+#[test]
+fn a_minute_of_touching_steel_balls() {
+    let mut parameters = Parameters::default_for(5);
+    (parameters.contact_model, parameters.dead_band) = (ContactModel::Hertz, 0.0);
+    assert_eq!(work(&parameters, 60.0), WorkCounters { steps: 1487, evaluations: 29819, events: 624 });
+    (parameters.damping_law, parameters.hunt_crossley) = (DampingLaw::HuntCrossley, 0.05);
+    assert_eq!(work(&parameters, 60.0), WorkCounters { steps: 1853, evaluations: 34172, events: 622 });
 }

@@ -12,7 +12,7 @@
 //! stiff contacts do to rounding is to divide it by their stiffness. (With the positions of the balls as unknowns they
 //! would be differences of numbers of the order of 1 m.)
 
-use super::step_control::Control;
+use super::step_control::{Control, StepHistory};
 use super::taylor::Series;
 use super::window::Window;
 use crate::engine::flight::{Rounding, forcing_at};
@@ -20,6 +20,19 @@ use crate::model::Mode;
 use crate::solver::block_tridiagonal::BlockTridiagonal;
 use crate::solver::oscillator::Oscillator;
 use crate::solver::radau::{Matrix, RADAU, STAGES, Stages, inverse};
+
+/// How much longer than that of the Taylor series the first step of implicit collocation is to be, and the part of it that is still
+/// worth its cost.
+const GAIN: f64 = 40.0;
+const WORTH: f64 = 0.5;
+
+/// The next step over the one that the error would just allow, the most that a step may grow, how far it shrinks after an error
+/// that was too large, and after one that says nothing (Hairer and Wanner, Solving Ordinary Differential Equations II, 1996,
+/// section IV.8).
+const SAFETY: f64 = 0.9;
+const GROWTH: f64 = 4.0;
+const SHRINKAGE: [f64; 2] = [0.1, 0.7];
+const FAILED: f64 = 0.25;
 
 /// What is allowed at least, in roundings: differences of the ninth order magnify them.
 const NOISE: f64 = 100.0;
@@ -71,16 +84,49 @@ impl Response {
 }
 
 /// What came of a step.
-pub(crate) struct Outcome {
+struct Outcome {
     /// Estimated error in units of the one allowed; infinite if the equations could not be solved.
     pub error: f64,
     /// Evaluations of contact forces.
     pub evaluations: u64,
 }
 
+/// Describes the motion by a step of implicit collocation, if the `history` says that one is due and it is worth its cost. Returns
+/// the force evaluations, and whether it does.
+pub(super) fn follow(
+    series: &mut Series,
+    history: &mut StepHistory,
+    window: &Window,
+    control: &Control,
+    rounding: &Rounding,
+    local_error: f64,
+) -> (u64, bool) {
+    let mut evaluations = 0_u64;
+    let mut length = std::mem::take(&mut history.implicit_length);
+    if length == 0.0 || history.quiet == 0 {
+        if history.quiet < history.patience {
+            return (0, false);
+        }
+        length = GAIN * history.explicit_length;
+    }
+    while length > 0.0 && length >= WORTH * GAIN * history.explicit_length {
+        let step = collocate(series, window, length, control, rounding, local_error);
+        evaluations = evaluations.saturating_add(step.evaluations);
+        // The error falls with the power of the number of stages; a step that went wrong altogether says nothing.
+        let change = SAFETY * libm::pow(step.error, -1.0 / STAGES as f64);
+        if step.error <= 1.0 {
+            history.implicit_length = (length * change.min(GROWTH)).min(control.longest);
+            return (evaluations, true);
+        }
+        length *= if change.is_finite() { change.clamp(SHRINKAGE[0], SHRINKAGE[1]) } else { FAILED };
+    }
+    history.patience = history.quiet.saturating_mul(2);
+    (evaluations, false)
+}
+
 /// Describes the motion on a step of `length` (s) from the start of a segment by `series`, with the error that
 /// `control`, `rounding` and the `local_error` (m/s) of a Taylor series allow.
-pub(crate) fn collocate(
+fn collocate(
     series: &mut Series,
     window: &Window,
     length: f64,

@@ -202,14 +202,14 @@ impl DenseOutput for Modes {
         (overlap, rate - self.contacts[j].rate)
     }
 
-    fn overlap_series(&self, j: usize, tau: f64) -> OverlapSeries {
+    fn overlap_series(&self, j: usize, tau: f64) -> Option<OverlapSeries> {
         let mut coefficients: OverlapSeries = self.overlap_at(j, tau);
         let mut factorial = 1.0;
         for (k, c) in coefficients.iter_mut().enumerate() {
             factorial *= k.max(1) as f64;
             *c /= factorial;
         }
-        coefficients
+        Some(coefficients)
     }
 
     fn impulse(&self, j: usize, tau: f64) -> f64 {

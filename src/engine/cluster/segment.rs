@@ -10,6 +10,7 @@ use std::ops::Range;
 
 use super::collocation;
 use super::dense_output::DenseOutput;
+use super::gauss;
 use super::modes::Modes;
 use super::natural;
 use super::step_control::{Control, StepHistory};
@@ -19,37 +20,16 @@ use crate::engine::flight::{Ball, Flight, Rounding, RunningIntegrals, shifted, s
 use crate::model::{ContactLaw, Mode};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
-use crate::solver::radau::STAGES;
-
-/// Segments after a switching that series have before natural modes take over: of elastic contacts, while a front has yet to pass
-/// a contact, and where more contacts than a [`FEW`] ring. Fewer pay for modes that the next switching ends, more for series
-/// where modes hold for long (`benches/runs.rs`); too few of a front lose what grows from nothing (`tests/rust/stiff.rs`).
-const SERIES_OF_ELASTIC: u32 = 13;
-const SERIES_OF_FRONT: u32 = 64;
-const SERIES_OF_RINGING: u32 = 4;
-const FEW: usize = 5;
 
 /// Time scales of the fastest mode that switchings are looked for in the first window by modes.
 const FIRST_HORIZON: f64 = 32.0;
-
-/// How much longer than that of the Taylor series the first step of implicit collocation is to be, and the part of it that is still
-/// worth its cost.
-const GAIN: f64 = 40.0;
-const WORTH: f64 = 0.5;
-
-/// The next step over the one that the error would just allow, the most that a step may grow, how far it shrinks after an error
-/// that was too large, and after one that says nothing (Hairer and Wanner, Solving Ordinary Differential Equations II, 1996,
-/// section IV.8).
-const SAFETY: f64 = 0.9;
-const GROWTH: f64 = 4.0;
-const SHRINKAGE: [f64; 2] = [0.1, 0.7];
-const FAILED: f64 = 0.25;
 
 /// How the motion of a window is described.
 #[derive(Clone, Debug)]
 pub(crate) enum Description {
     Series(Series),
     Modes(Modes),
+    Gauss(Box<gauss::Motion>),
 }
 
 impl Description {
@@ -58,6 +38,7 @@ impl Description {
         match self {
             Self::Series(series) => series,
             Self::Modes(modes) => modes,
+            Self::Gauss(motion) => motion.as_ref(),
         }
     }
 
@@ -78,6 +59,13 @@ impl Description {
         }
         (release, Switch::Release)
     }
+}
+
+/// What a cluster that is over leaves to the next one: room for its series.
+#[derive(Debug, Default)]
+pub(crate) struct Memory {
+    series: Series,
+    workspace: Workspace,
 }
 
 /// Neighbouring balls in contact.
@@ -149,6 +137,18 @@ impl Cluster {
         self.start + self.length
     }
 
+    /// The same cluster, with room from one before it.
+    pub fn with_memory(mut self, memory: Memory) -> Self {
+        (self.description, self.workspace) = (Description::Series(memory.series), memory.workspace);
+        self
+    }
+
+    /// What is left of it once it is over.
+    pub fn into_memory(self) -> Memory {
+        let series = if let Description::Series(series) = self.description { series } else { Series::default() };
+        Memory { series, workspace: self.workspace.emptied() }
+    }
+
     /// Gives up the memory that only the next [`Self::expand`] would use again.
     pub fn forget_workspace(&mut self) {
         self.workspace = Workspace::default();
@@ -175,8 +175,8 @@ impl Cluster {
     }
 
     /// Coefficients of the overlap of contact `i` of the window as a power series of the time (s) from `tau` after the start of the
-    /// segment on.
-    pub fn overlap_series(&self, i: usize, tau: f64) -> OverlapSeries {
+    /// segment on; `None` if the equations tell them as well.
+    pub fn overlap_series(&self, i: usize, tau: f64) -> Option<OverlapSeries> {
         self.description.output().overlap_series(i - self.window.start, tau)
     }
 
@@ -269,7 +269,7 @@ impl Cluster {
 
     /// Describes the motion from the start of the segment on and finds where the segment ends.
     ///
-    /// Damped linear contacts have natural modes. Else it is series right after a switching: they keep the exact zeros of
+    /// Strongly damped linear contacts have natural modes. Else it is series right after a switching: they keep the exact zeros of
     /// balls that the motion has not reached. Once some segments have passed without any switching, the contacts are stiff
     /// for the pace of the motion, or closed for long. Balls that do not part for thousands of segments have series of their own.
     pub fn expand(&mut self, balls: &[Ball], laws: &[ContactLaw], control: &Control) {
@@ -302,8 +302,8 @@ impl Cluster {
     /// Describes the motion of `window` for as long as the description holds. Returns its error in the velocities, m/s.
     fn describe(&mut self, window: &Window, control: &Control, rounding: &Rounding) -> f64 {
         self.evaluations = window.closed() as u64;
-        if natural::apply_to(window)
-            && let Some(windows) = self.history.quiet.checked_sub(series_before_modes(window))
+        let series_first = natural::series_before_modes(window);
+        if let Some(windows) = series_first.and_then(|series| self.history.quiet.checked_sub(series))
             && let Some(modes) = Modes::new(window)
         {
             self.length = horizon(modes.shortest_time(), windows, control.longest);
@@ -311,15 +311,36 @@ impl Cluster {
             self.evaluations = 1;
             return 0.0;
         }
-        let mut series = match std::mem::take(&mut self.description) {
-            Description::Series(series) => series,
-            Description::Modes(_) => Series::default(),
+        let (mut series, motion) = match std::mem::take(&mut self.description) {
+            Description::Series(series) => (series, None),
+            Description::Gauss(motion) => (Series::default(), Some(motion)),
+            Description::Modes(_) => (Series::default(), None),
         };
-        let persistent = self.history.is_persistent();
+        let linear = window.laws.iter().all(ContactLaw::is_linear);
+        let persistent = self.history.is_persistent() && !linear;
         let scale = if persistent { self.workspace.persistent.velocity_scale(window) } else { velocity_scale(window) };
         let local_error = control.local_error(scale);
-        if !self.collocate(&mut series, window, control, rounding, local_error) {
-            if persistent {
+        let modes_to_come = series_first.is_some_and(|series| self.history.quiet < series);
+        let collocated = !modes_to_come && {
+            let (evaluations, collocated) =
+                collocation::follow(&mut series, &mut self.history, window, control, rounding, local_error);
+            self.evaluations = self.evaluations.saturating_add(evaluations);
+            collocated
+        };
+        if !collocated {
+            if !persistent && gauss::applies_to(window) {
+                let mut motion = motion.unwrap_or_default();
+                let before = self.history.explicit_length;
+                if let Some(step) = motion.follow(window, control, rounding, scale, before) {
+                    (self.length, self.history.explicit_length) = (step.length, step.next);
+                    self.evaluations = self.evaluations.saturating_add(step.evaluations);
+                    self.description = Description::Gauss(motion);
+                    return local_error;
+                }
+            }
+            if linear {
+                series.expand_linear(&mut self.workspace.linear, window, control, scale);
+            } else if persistent {
                 let before = self.history.explicit_length;
                 series.expand_persistent(&mut self.workspace.persistent, window, control, scale, before);
             } else {
@@ -330,52 +351,6 @@ impl Cluster {
         self.length = series.converges_for();
         self.description = Description::Series(series);
         local_error
-    }
-
-    /// Describes the motion by a step of implicit collocation, if one is due that is worth its cost.
-    fn collocate(
-        &mut self,
-        series: &mut Series,
-        window: &Window,
-        control: &Control,
-        rounding: &Rounding,
-        local_error: f64,
-    ) -> bool {
-        let history = &mut self.history;
-        let mut length = std::mem::take(&mut history.implicit_length);
-        if length == 0.0 || history.quiet == 0 {
-            if history.quiet < history.patience {
-                return false;
-            }
-            length = GAIN * history.explicit_length;
-        }
-        while length > 0.0 && length >= WORTH * GAIN * history.explicit_length {
-            let step = collocation::collocate(series, window, length, control, rounding, local_error);
-            self.evaluations = self.evaluations.saturating_add(step.evaluations);
-            // The error falls with the power of the number of stages; a step that went wrong altogether says nothing.
-            let change = SAFETY * libm::pow(step.error, -1.0 / STAGES as f64);
-            if step.error <= 1.0 {
-                history.implicit_length = (length * change.min(GROWTH)).min(control.longest);
-                return true;
-            }
-            length *= if change.is_finite() { change.clamp(SHRINKAGE[0], SHRINKAGE[1]) } else { FAILED };
-        }
-        history.patience = history.quiet.saturating_mul(2);
-        false
-    }
-}
-
-/// How many segments after a switching are followed by series before natural modes take over.
-fn series_before_modes(window: &Window) -> u32 {
-    let rings = || window.closed() > FEW && window.rings();
-    match window.laws.iter().all(ContactLaw::is_elastic) {
-        true => SERIES_OF_ELASTIC,
-        // Only series keep balls that the motion has not reached exactly at rest, and follow what grows from nothing.
-        false if window.holds_front() => SERIES_OF_FRONT,
-        // Where many balls pass waves on, the next switching is near, and series have it for less.
-        false if rings() && window.is_of_one_mass() => SERIES_OF_RINGING,
-        false if rings() => SERIES_OF_ELASTIC,
-        false => 0,
     }
 }
 

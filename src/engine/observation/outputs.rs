@@ -138,7 +138,7 @@ impl Engine {
     /// The overlap of contact `i` as a power series of the time from now on, if the contact presses with a force law.
     pub(crate) fn pressed_series(&self, i: usize) -> Option<OverlapSeries> {
         let (cluster, tau) = self.segment_of_contact(i, self.now())?;
-        (cluster.mode(i) == Mode::Pressing).then(|| cluster.overlap_series(i, tau))
+        (cluster.mode(i) == Mode::Pressing).then(|| cluster.overlap_series(i, tau)).flatten()
     }
 
     /// Overlap of contact `i` beside an impact at the time `t`, from that between the anchors of its balls, m.

@@ -1,0 +1,122 @@
+//! The motion of a window on a step: what the iteration fills in, and what is read off it.
+
+use crate::engine::cluster::window::{Switch, Window};
+use crate::engine::flight::{Flight, Rounding, degree};
+use crate::model::{ContactLaw, Mode};
+use crate::solver::gauss::{NODES, Nodes, Stretching};
+use crate::solver::oscillator::Oscillator;
+
+/// A contact at the start of the step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Track {
+    pub law: ContactLaw,
+    pub mode: Mode,
+    /// Overlap (m) and its rate (m/s).
+    pub overlap: f64,
+    pub rate: f64,
+    /// Of the ball on the left and of the one on the right, 1/kg.
+    pub inverse_masses: [f64; 2],
+    /// Relative motion of the two without contact forces: that of a pendulum, as all are equal.
+    pub free: Flight,
+    /// What forcing and gravity accelerate an overlap of 0 by at the start, m/s2.
+    pub pull: f64,
+}
+
+impl Track {
+    /// Relative acceleration under the `forces` (N) of the contact on the left, its own and that on the right.
+    pub fn acceleration(&self, forces: [f64; 3], o: &Oscillator, overlap: f64, rate: f64, time: f64) -> f64 {
+        let [left, own, right] = forces;
+        let pushed = (left - own) * self.inverse_masses[0] - (own - right) * self.inverse_masses[1];
+        pushed + self.pull - o.omega2() * overlap - 2.0 * o.gamma() * rate + self.varying(time)
+    }
+
+    /// What the forcing changes by within `time` (s), m/s2.
+    pub fn varying(&self, time: f64) -> f64 {
+        let [_, first, second, third] = self.free.forcing;
+        time * (first + 0.5 * time * (second + time / 3.0 * third))
+    }
+
+    /// Whether its balls are side by side, as far as rounding tells.
+    pub fn is_resting(&self, rounding: &Rounding) -> bool {
+        self.overlap >= -rounding.position && self.rate.abs() <= rounding.velocity
+    }
+}
+
+/// The motion of a window on a step.
+#[derive(Clone, Debug)]
+pub(crate) struct Motion {
+    pub(super) stretching: Stretching,
+    /// Length of the step, s.
+    pub(super) length: f64,
+    /// The contact whose switching ends it, and what that is.
+    pub(super) end: Option<(usize, Switch)>,
+    /// The pendulum of all balls, and their states at the start.
+    pub(super) oscillator: Oscillator,
+    pub(super) flights: Vec<Flight>,
+    pub(super) tracks: Vec<Track>,
+    /// Whether a forcing varies, and whether the iteration takes the rates.
+    pub(super) varies: bool,
+    pub(super) needs_rates: bool,
+    /// Values at the nodes, a contact each: overlap (m), its rate (m/s), its acceleration (m/s2).
+    pub(super) overlaps: Vec<Nodes>,
+    pub(super) rates: Vec<Nodes>,
+    pub(super) accelerations: Vec<Nodes>,
+    /// Forces (N), with one of 0 at either end.
+    pub(super) forces: Vec<Nodes>,
+    /// What is known at the time that was asked for last.
+    pub(super) moment: std::cell::RefCell<super::output::Moment>,
+}
+
+impl Default for Motion {
+    fn default() -> Self {
+        Self {
+            stretching: Stretching::None,
+            length: 0.0,
+            end: None,
+            oscillator: Oscillator::new(0.0, 0.0),
+            flights: Vec::new(),
+            tracks: Vec::new(),
+            varies: false,
+            needs_rates: false,
+            overlaps: Vec::new(),
+            rates: Vec::new(),
+            accelerations: Vec::new(),
+            forces: Vec::new(),
+            moment: std::cell::RefCell::default(),
+        }
+    }
+}
+
+impl Motion {
+    /// The state of `window`, whose pendulums are equal, at the start of a step.
+    pub(super) fn start(&mut self, window: &Window) {
+        let Window { flights, balls, contacts, laws } = window;
+        let o = balls[0].oscillator;
+        (self.oscillator, self.end) = (o, None);
+        self.flights.clear();
+        self.flights.extend_from_slice(flights);
+        self.tracks.clear();
+        for (j, (contact, law)) in contacts.iter().zip(*laws).enumerate() {
+            let (left, right) = (&flights[j], &flights[j + 1]);
+            let forcing = std::array::from_fn(|k| left.forcing[k] - right.forcing[k]);
+            let rate = left.v - right.v;
+            self.tracks.push(Track {
+                law: *law,
+                mode: contact.mode,
+                overlap: contact.overlap,
+                rate,
+                inverse_masses: [1.0 / balls[j].mass, 1.0 / balls[j + 1].mass],
+                free: Flight { x: contact.overlap + law.clearance, v: rate, forcing },
+                pull: forcing[0] - o.omega2() * law.clearance,
+            });
+        }
+        self.varies = flights.iter().any(|flight| degree(&flight.forcing) > 0);
+        self.needs_rates = o.gamma() > 0.0 || self.tracks.iter().any(|track| !track.law.is_elastic());
+        let contacts = self.tracks.len();
+        for values in [&mut self.overlaps, &mut self.rates, &mut self.accelerations] {
+            values.resize(contacts, [0.0; NODES]);
+        }
+        self.forces.clear();
+        self.forces.resize(contacts + 2, [0.0; NODES]);
+    }
+}

@@ -1,0 +1,290 @@
+//! What is read off a step of Gauss collocation, at any time of it.
+//!
+//! The forces at the nodes are all that is kept. A pendulum answers them linearly: with `U_k` the functions of the oscillator
+//! (`solver::oscillator`) and `w_l(tau)` the weights of the integral from the start to tau,
+//!
+//! ```text
+//! x(tau) = x_free(tau) + sum_l w_l(tau) U_1(tau - t_l) f_l,     x' with U_0, the integral of x with U_2
+//! ```
+//!
+//! At the end of the step these are the sums of the method itself. So is the overlap, as a difference of two such motions.
+
+use std::cell::Ref;
+
+use super::motion::Motion;
+use crate::engine::cluster::dense_output::DenseOutput;
+use crate::engine::cluster::window::{OverlapSeries, Switch, Window};
+use crate::engine::flight::{Forcing, Rounding, degree, forcing_at};
+use crate::next::Next;
+use crate::solver::double_double::DoubleDouble;
+use crate::solver::gauss::{NODES, Nodes, Rule, weighted};
+use crate::solver::oscillator::{BASIS, Oscillator};
+use crate::solver::{root, series};
+
+/// Terms of the power series of the oscillator's functions, and what the first term left out may be.
+const TERMS: usize = 14;
+const LEFT_OUT: f64 = 1e-18;
+
+/// A force at a node over one that is no less than the largest of the step, for a peak in between to be looked for.
+const MARGIN: f64 = 1.25;
+
+/// Longest step, over the time scale of the pendulum, that those terms serve.
+pub(super) const LONGEST: f64 = 0.25;
+
+/// What the functions of a time need.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Moment {
+    /// The time (s); none before the first.
+    tau: Option<f64>,
+    /// The oscillator's functions.
+    basis: [f64; BASIS],
+    /// The weights of the integral from the start, s.
+    weights: Nodes,
+    /// A contact each, and one of 0 at either end: the integral of its force, and what a unit of mass answers to it: velocity,
+    /// displacement, and its integral.
+    sums: Vec<[f64; 4]>,
+}
+
+/// `U_0`, `U_1` and `U_2` by power series about 0, for negative times as well.
+pub(super) struct Responses {
+    /// Coefficients of `U_1`, from the first power on.
+    terms: [f64; TERMS],
+    count: usize,
+}
+
+impl Responses {
+    /// For times up to `longest` (s).
+    pub fn new(o: &Oscillator, longest: f64) -> Self {
+        let mut terms = [0.0; TERMS];
+        terms[0] = 1.0;
+        terms[1] = -o.gamma();
+        let reach = (o.omega() + 2.0 * o.gamma()) * longest;
+        let (mut count, mut left_out) = (1, 0.5 * reach);
+        for k in 2..TERMS {
+            if left_out <= LEFT_OUT {
+                break;
+            }
+            // Coefficient k + 1 of a function with U'' = -2 gamma U' - omega^2 U.
+            let n = (k + 1) as f64;
+            terms[k] = -(2.0 * o.gamma() * (n - 1.0) * terms[k - 1] + o.omega2() * terms[k - 2]) / (n * (n - 1.0));
+            left_out *= reach / n;
+            count = k + 1;
+        }
+        Self { terms, count: count.max(2) }
+    }
+
+    /// `U_0`, `U_1`, `U_2` at `s`.
+    #[inline]
+    pub fn at(&self, s: f64) -> [f64; 3] {
+        let mut sums = [0.0; 3];
+        for (k, term) in self.terms[..self.count].iter().enumerate().rev() {
+            let n = (k + 1) as f64;
+            sums = [sums[0] * s + n * term, sums[1] * s + term, sums[2] * s + term / (n + 1.0)];
+        }
+        [sums[0], sums[1] * s, sums[2] * s * s]
+    }
+}
+
+impl Moment {
+    /// The motion is another one.
+    pub fn forget(&mut self) {
+        self.tau = None;
+    }
+}
+
+impl Motion {
+    /// What is known at `tau` (s).
+    fn moment(&self, tau: f64) -> Ref<'_, Moment> {
+        if self.moment.borrow().tau != Some(tau) {
+            self.compute_moment(&mut self.moment.borrow_mut(), tau);
+        }
+        self.moment.borrow()
+    }
+
+    fn compute_moment(&self, moment: &mut Moment, tau: f64) {
+        let (o, table) = (&self.oscillator, self.stretching.table());
+        moment.tau = Some(tau);
+        moment.basis = if self.varies {
+            o.basis(DoubleDouble::from(tau))
+        } else {
+            let mut basis = [0.0; BASIS];
+            basis[..4].copy_from_slice(&o.basis::<4>(DoubleDouble::from(tau)));
+            basis
+        };
+        moment.weights = self.weights(tau);
+        let mut weights = [moment.weights; 4];
+        let responses = Responses::new(o, self.length);
+        for (l, time) in table.times.iter().enumerate() {
+            let answers = responses.at(tau - self.length * time);
+            weights[1..].iter_mut().zip(answers).for_each(|(weights, answer)| weights[l] *= answer);
+        }
+        moment.sums.clear();
+        moment
+            .sums
+            .extend(self.forces.iter().map(|forces| weights.each_ref().map(|weights| weighted(weights, forces))));
+    }
+
+    /// The weights of the integral from the start to `tau` (s).
+    fn weights(&self, tau: f64) -> Nodes {
+        let table = self.stretching.table();
+        if tau == self.length {
+            return table.of_rate.map(|weight| self.length * weight);
+        }
+        let mut weights = Rule::get().integrals(self.stretching.inverse(tau / self.length));
+        weights.iter_mut().zip(table.paces).for_each(|(weight, pace)| *weight *= self.length * pace);
+        weights
+    }
+
+    /// How the forces of the contacts have changed velocity, displacement and its integral of ball `i`.
+    fn answer(&self, moment: &Moment, i: usize) -> [f64; 3] {
+        // A window has a contact at every ball, on the right of all but the last one.
+        let inverse_mass = match self.tracks.get(i) {
+            Some(track) => track.inverse_masses[0],
+            None => self.tracks[i - 1].inverse_masses[1],
+        };
+        std::array::from_fn(|k| (moment.sums[i][k + 1] - moment.sums[i + 1][k + 1]) * inverse_mass)
+    }
+
+    /// Velocities of ball `i` at the nodes, m/s.
+    fn velocities(&self, i: usize) -> Nodes {
+        let table = self.stretching.table();
+        let inverse_mass = match self.tracks.get(i) {
+            Some(track) => track.inverse_masses[0],
+            None => self.tracks[i - 1].inverse_masses[1],
+        };
+        let responses = Responses::new(&self.oscillator, self.length);
+        std::array::from_fn(|m| {
+            let time = self.length * table.times[m];
+            let pushed = |l: usize| {
+                let push = (self.forces[i][l] - self.forces[i + 1][l]) * inverse_mass;
+                table.rates[l][m] * responses.at(time - self.length * table.times[l])[0] * push
+            };
+            let (_, free) = self.flights[i].at(&self.oscillator, DoubleDouble::from(time));
+            free + self.length * (0..NODES).map(pushed).sum::<f64>()
+        })
+    }
+
+    /// The force of contact `j` by its law, N, at the start, at the end or within the step.
+    fn force(&self, j: usize, tau: f64) -> f64 {
+        let track = &self.tracks[j];
+        let (overlap, change) = match tau {
+            0.0 => (track.overlap, 0.0),
+            tau if tau == self.length => self.overlap(j, tau),
+            _ => self.overlap_within(j, tau),
+        };
+        track.law.unclipped_force(overlap, track.rate + change)
+    }
+
+    /// Overlap of contact `j` and the change of its rate, of it alone.
+    fn overlap_within(&self, j: usize, tau: f64) -> (f64, f64) {
+        let (track, table, o) = (&self.tracks[j], self.stretching.table(), &self.oscillator);
+        let [a, b] = track.inverse_masses;
+        let (weights, responses) = (self.weights(tau), Responses::new(o, self.length));
+        let [left, own, right] = [0, 1, 2].map(|beside| &self.forces[j + beside]);
+        let mut sums = [0.0; 2];
+        for l in 0..NODES {
+            let pushed = weights[l] * ((left[l] - own[l]) * a - (own[l] - right[l]) * b);
+            let [velocity, displacement, _] = responses.at(tau - self.length * table.times[l]);
+            sums = [sums[0] + displacement * pushed, sums[1] + velocity * pushed];
+        }
+        let basis: [f64; BASIS] = o.basis(DoubleDouble::from(tau));
+        (
+            track.overlap + (track.free.displacement(o, &basis) + sums[0]),
+            track.free.change_of_velocity(o, &basis) + sums[1],
+        )
+    }
+
+    /// The switching of contact `j`, if it is this one.
+    fn ends_with(&self, j: usize, switch: Switch) -> Next {
+        if self.end == Some((j, switch)) { Next::At(self.length) } else { Next::Never }
+    }
+}
+
+impl DenseOutput for Motion {
+    fn moved(&self, i: usize, tau: f64) -> (f64, f64) {
+        let (moment, flight, o) = (self.moment(tau), &self.flights[i], &self.oscillator);
+        let [velocity, displacement, _] = self.answer(&moment, i);
+        (flight.displacement(o, &moment.basis) + displacement, flight.change_of_velocity(o, &moment.basis) + velocity)
+    }
+
+    fn displacement_integral(&self, i: usize, tau: f64) -> f64 {
+        let moment = self.moment(tau);
+        self.flights[i].displacement_integral(&self.oscillator, &moment.basis) + self.answer(&moment, i)[2]
+    }
+
+    fn squared_velocity_integral(&self, i: usize, tau: f64) -> f64 {
+        weighted(&self.weights(tau), &self.velocities(i).map(|v| v * v))
+    }
+
+    fn work(&self, i: usize, forcing: &Forcing, tau: f64) -> f64 {
+        if degree(forcing) == 0 {
+            return if forcing[0] == 0.0 { 0.0 } else { forcing[0] * self.moved(i, tau).0 };
+        }
+        let (velocities, times) = (self.velocities(i), self.stretching.table().times);
+        let power = std::array::from_fn(|m| velocities[m] * forcing_at(forcing, self.length * times[m]));
+        weighted(&self.weights(tau), &power)
+    }
+
+    fn overlap(&self, j: usize, tau: f64) -> (f64, f64) {
+        let (moment, track, o) = (self.moment(tau), &self.tracks[j], &self.oscillator);
+        let [a, b] = track.inverse_masses;
+        let answer = |k: usize| {
+            let [left, own, right] = [0, 1, 2].map(|beside| moment.sums[j + beside][k]);
+            (left - own) * a - (own - right) * b
+        };
+        (
+            track.overlap + (track.free.displacement(o, &moment.basis) + answer(2)),
+            track.free.change_of_velocity(o, &moment.basis) + answer(1),
+        )
+    }
+
+    fn overlap_series(&self, _: usize, _: f64) -> Option<OverlapSeries> {
+        None
+    }
+
+    fn impulse(&self, j: usize, tau: f64) -> f64 {
+        self.moment(tau).sums[j + 1][0]
+    }
+
+    /// Looked for between the nodes as the polynomial through the forces there; its value is that of the law.
+    fn peak(&self, j: usize, from: f64, to: f64, known: f64) -> f64 {
+        let (forces, table) = (&self.forces[j + 1], self.stretching.table());
+        let mut largest = self.force(j, from).max(self.force(j, to)).max(known);
+        let inside = |m: &usize| (from..to).contains(&(self.length * table.times[*m]));
+        let Some(m) = (0..NODES).filter(inside).max_by(|a, b| forces[*a].total_cmp(&forces[*b])) else {
+            return largest;
+        };
+        // Between neighbouring nodes a smooth force does not rise any farther than this.
+        if forces[m] * MARGIN > largest {
+            let coefficients = Rule::get().powers.map(|row| weighted(&row, forces));
+            let x = |tau: f64| 2.0 * self.stretching.inverse(tau / self.length) - 1.0;
+            let node = |m: usize| table.times.get(m).map_or(to, |t| (self.length * t).clamp(from, to));
+            let (low, high) = (x(if m > 0 { node(m - 1) } else { from }), x(node(m + 1)));
+            let slope = |x: f64| series::derivative(&coefficients, x);
+            if slope(low) > 0.0 && slope(high) <= 0.0 {
+                let c = 0.5 + 0.5 * root::falling_zero(slope, low, high);
+                let place = self.length * self.stretching.part(c);
+                largest = largest.max(self.force(j, place.clamp(from, to)));
+            }
+        }
+        largest
+    }
+
+    fn contact_loss(&self, j: usize, tau: f64) -> f64 {
+        let elastic = self.tracks[j].law.elastic_forces(&self.overlaps[j]);
+        let power = std::array::from_fn(|m| (self.forces[j + 1][m] - elastic[m]) * self.rates[j][m]);
+        weighted(&self.weights(tau), &power)
+    }
+
+    fn onset(&self, j: usize, _: &Window, _: f64, _: &Rounding) -> Next {
+        self.ends_with(j, Switch::Onset)
+    }
+
+    fn release(&self, j: usize, _: f64, _: &Rounding) -> Next {
+        self.ends_with(j, Switch::Release)
+    }
+
+    fn clip(&self, _: usize, _: &Window, _: f64, _: &Rounding) -> Next {
+        Next::Never
+    }
+}
