@@ -171,7 +171,7 @@ impl Series {
         workspace.enter(1, &mut self.overlaps, stride);
         for (j, law) in window.laws.iter().enumerate().filter(|(j, _)| window.contacts[*j].mode != Mode::Open) {
             let rows = j * stride..(j + 1) * stride;
-            self.dashpots[j] = law.damping_coefficient();
+            self.dashpots[j] = Some(law.damping_coefficient());
             let (overlap, damping) = (&self.overlaps[rows.clone()], law.damping_coefficient() / unit);
             for (force, (d, k)) in self.forces[rows].iter_mut().zip(overlap.windows(2).zip(&NUMBERS[1..])) {
                 *force = law.stiffness * d[0] + damping * k * d[1];

@@ -28,8 +28,8 @@ pub(crate) struct Series<S = f64> {
     /// force is left out of contacts whose loss their `dashpots` tell.
     pub(crate) elastic: Vec<S>,
     pub(crate) forces: Vec<S>,
-    /// A contact each: damping of a linear dashpot, by which the loss is known without the elastic force, N.s/m; else 0.
-    pub(crate) dashpots: Vec<S>,
+    /// A contact each: damping of a linear dashpot, by which the loss is known without the elastic force, N.s/m.
+    pub(crate) dashpots: Vec<Option<S>>,
     /// How long the series converge to the tolerance, s.
     pub(crate) converges_for: f64,
 }
@@ -79,7 +79,7 @@ impl<S: Scalar> Series<S> {
             rows.resize(balls.saturating_sub(1) * stride, S::default());
         }
         self.dashpots.clear();
-        self.dashpots.resize(balls.saturating_sub(1), S::default());
+        self.dashpots.resize(balls.saturating_sub(1), None);
         for i in 0..balls {
             self.displacements[i * stride + 1] = equations.velocity(i) * S::from(unit);
         }
@@ -204,8 +204,8 @@ impl DenseOutput for Series {
     }
 
     fn contact_loss(&self, j: usize, tau: f64) -> f64 {
-        if self.dashpots[j] > 0.0 {
-            return self.dashpots[j] * self.squared_rate_integral(self.overlap_row(j), tau);
+        if let Some(damping) = self.dashpots[j] {
+            return damping * self.squared_rate_integral(self.overlap_row(j), tau);
         }
         let excess = series::weighted(self.force_row(j), self.elastic_row(j), |force, elastic| force - elastic);
         self.integral_by_rate(&excess[..self.order], self.overlap_row(j), tau)
