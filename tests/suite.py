@@ -1,6 +1,7 @@
 """The stages of `cradle.py test`, which counts what they pass, fail and skip."""
 
 import os
+import platform
 import re
 import shutil
 import subprocess
@@ -30,7 +31,8 @@ from checkout import (
 # As the tests compile it, with the engine. Cargo would compile it without when asked for it alone, and for the next tests anew.
 PRODUCER = ROOT / "target/debug" / ("cradle-fmu.exe" if os.name == "nt" else "cradle-fmu")
 TOOLS = ROOT / "target/tools"
-FUZZ_RUNS = {"calls": 8_000, "check": 1_500, "corners": 1_000, "states": 20_000}  # about half a minute each
+# About half a minute each, but for `calls`, which takes a whole one.
+FUZZ_RUNS = {"calls": 5_000, "check": 1_500, "corners": 1_000, "events": 10_000, "states": 20_000}
 
 # What `test` does without `--all`: cases of each property; Rust tests that it leaves out, which try every bit of saved states;
 # and the tests in tests/hosts that take FMPy only, and few seconds.
@@ -292,40 +294,55 @@ def has_libclang() -> bool:
 
 
 def leak_check(results: Results) -> None:
-    """2,000 cycles of instantiate, run, free in a C host: no crash, and no leak or error under valgrind."""
+    """2,000 cycles of instantiate, run, free in a C host for each version: no crash, and no leak or error under valgrind."""
     if sys.platform != "linux":
         return results.skip("C host", "it is written for Linux")
+    if shutil.which("valgrind") is None:
+        results.skip("leak check of the C hosts", "valgrind is missing: on Debian, `apt install valgrind`")
     folder = ROOT / "target/hosts/cycles"
     shutil.rmtree(folder, ignore_errors=True)
-    with zipfile.ZipFile(FMU) as archive:
-        archive.extractall(folder)
-    description = (folder / "modelDescription.xml").read_text(encoding="utf-8")
+    description = unpacked(FMU, folder)
     guid = re.search(r'guid="([^"]+)"', description)[1]
-    libraries = list((folder / "binaries").glob(f"linux*/{FMU.stem}.so"))
-    host = folder / "cycles"
-    build = [
-        "cc",
-        "-O1",
-        "-g",
-        "-Wall",
-        "-Wextra",
-        "-Werror",
-        "-o",
-        host,
-        ROOT / "tests/hosts/cycles.c",
-        "-ldl",
-    ]
-    cycles = [host, libraries[0], (folder / "resources").as_uri(), guid, "2000"]
-    if not results.step("C host: compile", build):
+    library = next((folder / "binaries").glob(f"linux*/{FMU.stem}.so"))
+    cycles = [library, (folder / "resources").as_uri(), guid, "2000"]
+    kinds = {"co-simulation": cycles, "model exchange": [*cycles, "0"]}
+    check_cycles(results, "cycles", folder, kinds)
+
+    fmi3 = folder / f"{FMU.stem}.fmi3.fmu"
+    build = [PRODUCER, "build", "--from", FMU, "--fmi", "3", "--out", fmi3]
+    if not results.step("FMU of FMI 3.0", build):
         return None
-    if shutil.which("valgrind") is None:
-        results.step("C host: 2,000 cycles", cycles)
-        return results.skip(
-            "leak check of the C host", "valgrind is missing: on Debian, `apt install valgrind`"
-        )
-    checks = ["--leak-check=full", "--errors-for-leak-kinds=definite", "--error-exitcode=9"]
-    results.step("C host: 2,000 cycles of model exchange under valgrind", ["valgrind", *checks, *cycles, "0"])
-    return results.step("C host: 2,000 cycles under valgrind", ["valgrind", *checks, *cycles])
+    description = unpacked(fmi3, folder / "fmi3")
+    token = re.search(r'instantiationToken="([^"]+)"', description)[1]
+    names = ("n", "x", "onset.clock", "onset.closed")
+    places = [
+        re.search(rf'name="{re.escape(name)}" valueReference="(\d+)"', description)[1] for name in names
+    ]
+    library = next((folder / "fmi3/binaries").glob(f"{platform.machine()}-linux/{FMU.stem}.so"))
+    cycles = [library, f"{folder / 'fmi3/resources'}/", token, *places, "2000"]
+    return check_cycles(results, "cycles3", folder, {"FMI 3.0 with events": cycles})
+
+
+def unpacked(fmu: Path, folder: Path) -> str:
+    """Unpacks an FMU; its description."""
+    with zipfile.ZipFile(fmu) as archive:
+        archive.extractall(folder)
+    return (folder / "modelDescription.xml").read_text(encoding="utf-8")
+
+
+def check_cycles(results: Results, name: str, folder: Path, kinds: dict[str, list]) -> None:
+    """Compiles a C host and runs it with these arguments for each kind, under valgrind if there is one."""
+    host = folder / name
+    flags = ["-O1", "-g", "-Wall", "-Wextra", "-Werror"]
+    if not results.step(
+        f"C host {name}: compile", ["cc", *flags, "-o", host, ROOT / f"tests/hosts/{name}.c", "-ldl"]
+    ):
+        return
+    checks = ["valgrind", "--leak-check=full", "--errors-for-leak-kinds=definite", "--error-exitcode=9"]
+    checks = checks if shutil.which("valgrind") else []
+    for kind, arguments in kinds.items():
+        under = " under valgrind" if checks else ""
+        results.step(f"C host: 2,000 cycles of {kind}{under}", [*checks, host, *arguments])
 
 
 # As cargo-fuzz has it: counts of branches taken and values compared tell libFuzzer what an input has reached.

@@ -4,7 +4,7 @@
 
 writes docs/*.png, docs/animation.jpg and packaging/assets/run.svg. The pictures of the animation and the report need Chromium
 and its driver. Run the other examples first, because it takes their pictures: `python3 cradle.py paper`,
-examples/study/study.py and examples/mechatronics/couple.py.
+examples/study/study.py, examples/mechatronics/couple.py and examples/events/metronome.py.
 """
 
 import io
@@ -33,7 +33,12 @@ def main() -> int:
         photographs(fmus, options.out / "report.html", docs)
     for name in ("figure3", "figure5"):
         small(Image.open(options.out / f"{name}.png"), docs / f"{name}.png")
-    for path in ("study/study.png", "mechatronics/coupling.png", "mechatronics/machine.png"):
+    for path in (
+        "study/study.png",
+        "mechatronics/coupling.png",
+        "mechatronics/machine.png",
+        "events/metronome.png",
+    ):
         small(Image.open(ROOT / "out" / path), docs / Path(path).name)
     return 0
 

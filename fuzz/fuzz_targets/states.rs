@@ -6,48 +6,21 @@ use std::ptr::{null, null_mut};
 use std::sync::LazyLock;
 
 use arbitrary::Arbitrary;
+use cradle_fuzz::forgery::{Change, forged};
 use cradle_fuzz::interface::{Interface, Variable};
 use cradle_host::{Host, fmi2Error, fmi2OK};
 use libfuzzer_sys::fuzz_target;
 use newtons_cradle::fmi2::*;
-use uuid::Uuid;
 
 static INTERFACE: LazyLock<Interface> = LazyLock::new(Interface::default);
 
 /// The states that changes are made to.
 static STATES: LazyLock<Vec<Vec<u8>>> = LazyLock::new(states);
 
-/// What the bytes begin and end with.
-const HEADER: usize = 12;
-const DIGEST: usize = 16;
-
 #[derive(Debug, Arbitrary)]
 enum Bytes {
     Random(Vec<u8>),
     Forged { state: u8, changes: Vec<Change> },
-}
-
-/// A change of the bytes from the place `at` on.
-#[derive(Debug, Arbitrary)]
-enum Change {
-    Replace { at: u16, by: Vec<u8> },
-    Number { at: u16, by: Special },
-    Insert { at: u16, bytes: Vec<u8> },
-    Remove { at: u16, count: u8 },
-    Copy { at: u16, from: u16, count: u8 },
-}
-
-/// Numbers at which comparisons go wrong.
-#[derive(Debug, Arbitrary)]
-enum Special {
-    Nan,
-    Infinite,
-    MinusInfinite,
-    MinusZero,
-    Negative(u8),
-    Large,
-    Small,
-    Any(f64),
 }
 
 thread_local! {
@@ -66,9 +39,7 @@ fn read(host: &Host, bytes: Bytes) {
         Bytes::Forged { state, changes } => {
             let state = &STATES[usize::from(state) % STATES.len()];
             assert_eq!(host.set_bytes(state), fmi2OK, "{:?}", host.log());
-            let mut content = state[HEADER..state.len() - DIGEST].to_vec();
-            changes.iter().for_each(|change| change.make(&mut content));
-            (sealed(&state[..HEADER], &content), settings(host))
+            (forged(state, &changes), settings(host))
         }
     };
     let before = host.to_bytes();
@@ -130,56 +101,6 @@ fn settings(host: &Host) -> Option<Vec<u64>> {
         value.to_bits()
     };
     Some(settable.map(value).collect())
-}
-
-fn sealed(header: &[u8], content: &[u8]) -> Vec<u8> {
-    let mut bytes = [header, content].concat();
-    let digest = Uuid::new_v5(&Uuid::NAMESPACE_OID, &bytes);
-    bytes.extend(digest.as_bytes());
-    bytes
-}
-
-impl Change {
-    fn make(&self, bytes: &mut Vec<u8>) {
-        let length = bytes.len();
-        let within = |at: u16| usize::from(at) % (length + 1);
-        match self {
-            Self::Replace { at, by } => overwrite(bytes, within(*at), by),
-            Self::Number { at, by } => overwrite(bytes, within(*at), &by.number().to_le_bytes()),
-            Self::Insert { at, bytes: inserted } => {
-                let at = within(*at);
-                bytes.splice(at..at, inserted.iter().copied());
-            }
-            Self::Remove { at, count } => {
-                let at = within(*at);
-                bytes.drain(at..(at + usize::from(*count)).min(length));
-            }
-            Self::Copy { at, from, count } => {
-                let from = within(*from);
-                let copied = bytes[from..(from + usize::from(*count)).min(length)].to_vec();
-                overwrite(bytes, within(*at), &copied);
-            }
-        }
-    }
-}
-
-fn overwrite(bytes: &mut [u8], at: usize, by: &[u8]) {
-    bytes[at..].iter_mut().zip(by).for_each(|(byte, new)| *byte = *new);
-}
-
-impl Special {
-    fn number(&self) -> f64 {
-        match self {
-            Self::Nan => f64::NAN,
-            Self::Infinite => f64::INFINITY,
-            Self::MinusInfinite => f64::NEG_INFINITY,
-            Self::MinusZero => -0.0,
-            Self::Negative(size) => -f64::from(*size),
-            Self::Large => f64::MAX,
-            Self::Small => f64::MIN_POSITIVE,
-            Self::Any(number) => *number,
-        }
-    }
 }
 
 /// States of every kind: of each phase, in flight, within an impact of known outcome, within a cluster, pressed together.

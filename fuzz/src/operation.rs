@@ -133,7 +133,7 @@ pub enum Step {
 
 /// Of steps that do not just fly, s.
 const SHORTEST_STEP: f64 = 1e-9;
-const LONGEST_STEP: f64 = 0.03;
+pub const LONGEST_STEP: f64 = 0.03;
 
 /// The everyday ranges: family, low, high, and whether between them magnitudes rather than values are spread evenly.
 const EVERYDAY: &[(&str, f64, f64, bool)] = &[
@@ -170,7 +170,7 @@ const EVERYDAY: &[(&str, f64, f64, bool)] = &[
 
 impl Value {
     /// For `variable`, or for a number that has no range.
-    fn number(&self, variable: Option<&Variable>) -> f64 {
+    pub fn number(&self, variable: Option<&Variable>) -> f64 {
         let (min, max) = variable.map_or((f64::NEG_INFINITY, f64::INFINITY), |variable| (variable.min, variable.max));
         match self {
             Self::Everyday(code) => everyday(*code, variable),
@@ -318,7 +318,7 @@ impl Order {
 }
 
 impl Current {
-    fn time(&self, own: f64) -> f64 {
+    pub fn time(&self, own: f64) -> f64 {
         let allowed = 1e-12 * own.abs().max(1.0);
         match self {
             Self::Exact => own,
@@ -332,7 +332,7 @@ impl Current {
 }
 
 impl Step {
-    fn length(&self, ahead: f64, longest: f64) -> f64 {
+    pub fn length(&self, ahead: f64, longest: f64) -> f64 {
         match self {
             Self::Length(code) => {
                 SHORTEST_STEP * (LONGEST_STEP / SHORTEST_STEP).powf(f64::from(*code) / f64::from(u16::MAX))

@@ -205,7 +205,8 @@ fn build_help() -> String {
         "Presets:\n{}\n\n--parameters overrides the preset; --set overrides both.\n\n\
          Binaries come from --from, --binary and --target. Without any of them, one is compiled for this machine if you are in the \
          folder of the sources; elsewhere they come from the FMU that was installed with this program.\n\n\
-         The FMU gets parameter sets and reference results with which a host can check itself. Its binary is run to make them.\n\n\
+         An FMU of FMI 2.0 gets parameter sets and reference results with which a host can check itself. Its binary is run to make \
+         them.\n\n\
          The same sources and arguments give the same bytes. The date in the FMU is SOURCE_DATE_EPOCH, or 1980-01-01 if it is not set.\
          \n\n{EXIT_CODES}",
         presets.join("\n")

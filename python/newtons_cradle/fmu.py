@@ -44,7 +44,10 @@ class Fmu(Model):
         except Exception as problem:  # FMPy raises what its parser meets
             raise FmuError(f"{path} is not an FMU that FMPy can read: {problem}") from problem
         if not description.fmiVersion.startswith("2.") or description.coSimulation is None:
-            raise FmuError(f"{path} is not an FMI 2.0 co-simulation FMU")
+            reason = f"{path} is an FMU of FMI {description.fmiVersion}; allowed: FMI 2.0 for co-simulation"
+            if description.modelName == MODEL and description.fmiVersion.startswith("3."):
+                reason += f"; one with the same binaries and results: cradle-fmu build --from {path}"
+            raise FmuError(reason)
         super().__init__(path, description, extract(str(path), unzipdir=str(folder) if folder else None))
         self._remove = weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)
 

@@ -2,6 +2,7 @@
 
 import ctypes
 import subprocess
+import sys
 from contextlib import contextmanager
 
 import fmpy
@@ -236,3 +237,18 @@ def test_derivatives(make3, fmu):
     references = (ctypes.c_uint32 * 2)(*cradle.reference("x", "v"))
     cradle.fmi3GetOutputDerivatives(cradle.component, references, 2, orders, values, 10)
     assert np.array(values[:5]).tobytes() == cradle.get("v").tobytes()
+
+
+def test_the_python_package_says_what_it_takes(fmu3_path, producer, tmp_path):
+    with pytest.raises(
+        nc.FmuError, match=r"an FMU of FMI 3\.0; allowed: FMI 2\.0 for co-simulation; .* build"
+    ) as refused:
+        nc.Fmu(fmu3_path)
+    page = [producer, "page", "--python", sys.executable, fmu3_path, "--out", tmp_path / "cradle.html"]
+    done = subprocess.run(page, capture_output=True, text=True)
+    assert done.returncode == 1 and str(refused.value) in done.stderr, done.stdout + done.stderr
+    # What it advises makes an FMU that it takes.
+    out = tmp_path / "cradle.fmu"
+    subprocess.run([producer, "build", "--from", fmu3_path, "--out", out], check=True, capture_output=True)
+    with nc.Fmu(out) as fmu:
+        assert fmu.simulate(stop=0.1)["time"][-1] == pytest.approx(0.1)

@@ -31,12 +31,15 @@ pub struct Results {
 /// What the FMU's binary for this machine computes for each case, and for the default experiment if asked for; else why not.
 pub fn record(entries: &Entries, cases: &[Case], experiment: bool) -> Result<Results, String> {
     let platform = Platform::host().map_err(|error| error.to_string())?;
-    let binary = platform.binary_path(MODEL_IDENTIFIER);
-    if !entries.contains_key(&binary) {
+    let place = platform.binary_path(MODEL_IDENTIFIER);
+    // In an FMU of FMI 3.0 it is elsewhere, but the same: both versions get the same numbers from it.
+    let own = [Some(place.clone()), platform.host_path(MODEL_IDENTIFIER)];
+    let Some(binary) = own.iter().flatten().find_map(|path| entries.get(path)) else {
         return Err(format!("the FMU has no binary for this machine, {}", platform.folder));
-    }
+    };
     let folder = Folder::new().map_err(|error| error.to_string())?;
-    for (name, contents) in entries.iter().filter(|(name, _)| **name == binary || name.starts_with("resources/")) {
+    folder.write(&place, binary).map_err(|error| error.to_string())?;
+    for (name, contents) in entries.iter().filter(|(name, _)| name.starts_with("resources/")) {
         folder.write(name, contents).map_err(|error| error.to_string())?;
     }
     let mut arguments = vec![Path::new("record"), &folder.0];

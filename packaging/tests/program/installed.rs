@@ -149,6 +149,13 @@ fn parameter_sets_and_reference_results_are_in_the_fmu_and_beside_it() {
     assert_eq!((&within[0], &within[101]), (&finer[0], &finer[1001]));
     let options = fs::read_to_string(format!("{beside}/five_ref.opt")).unwrap();
     assert!(options.starts_with("StartTime, 0\nStopTime, 10\nStepSize, 0.01\nRelTol, 1e-6\n"), "{options}");
+    // An FMU of FMI 3.0 has the same binary and the same results beside it.
+    let three = folder.file("three.fmu");
+    let built =
+        run(&["build", "--fmi", "3", "--from", &out, "--preset", "figure5", "--out", &three, "--reference", &beside]);
+    assert_eq!((built.code, built.error.as_str()), (0, ""));
+    let csv = |name: &str| fs::read_to_string(format!("{beside}/{name}_ref.csv")).unwrap();
+    assert_eq!(csv("three"), csv("five"));
 }
 
 /// A C compiler makes the binary: one without the functions of FMI.

@@ -1,0 +1,379 @@
+//! FMI 3.0: drives the C functions with random sequences of calls, with and without event mode, early return and calls within the
+//! step, and compares the answers with a picture of what is legal. A legal call succeeds, a value out of range is discarded and
+//! changes nothing, any other call ends the run. Forged states are refused, or can be looked at, written and gone on from.
+#![no_main]
+
+use std::ptr::null_mut;
+use std::sync::LazyLock;
+
+use arbitrary::Arbitrary;
+use cradle_fuzz::forgery::{Change, forged};
+use cradle_fuzz::hybrid::{Call, Operation, Phase, Picture, element, few, of_type};
+use cradle_fuzz::instance3::{Host, Within};
+use cradle_fuzz::interface::Interface;
+use cradle_fuzz::operation::{Current, LONGEST_STEP, Step, Value};
+use libfuzzer_sys::fuzz_target;
+use newtons_cradle::fmi3::fmi3Status::{self, fmi3Discard, fmi3Error, fmi3OK};
+use newtons_cradle::fmi3::*;
+use newtons_cradle::variables::{Array, ArrayType};
+
+static INTERFACE: LazyLock<Interface> = LazyLock::new(Interface::default);
+/// Everything that has values of a type.
+static FLOATS: LazyLock<Vec<Array>> = LazyLock::new(|| of_type(ArrayType::Float64));
+static ITEMS: LazyLock<Vec<Array>> = LazyLock::new(|| of_type(ArrayType::Enumeration));
+
+/// Calls after which a sequence ends, so that none takes long.
+const LONGEST: usize = 60;
+const PLACES: usize = 2;
+/// The most balls: those whose values have everyday ranges.
+const BALLS: u64 = 5;
+
+#[derive(Debug, Arbitrary)]
+struct Sequence {
+    events: bool,
+    early: bool,
+    started: bool,
+    operations: Vec<Operation>,
+}
+
+thread_local! {
+    /// Reset before each sequence: without event mode and with it, in both cases without early return and with it.
+    static HOSTS: [Host; 4] =
+        [(false, false), (false, true), (true, false), (true, true)].map(|(events, early)| Host::new(events, early));
+}
+
+fuzz_target!(|sequence: Sequence| HOSTS.with(|hosts| {
+    let host = &hosts[2 * usize::from(sequence.events) + usize::from(sequence.early)];
+    assert_eq!(unsafe { fmi3Reset(host.c) }, fmi3OK);
+    let mut driver = Driver {
+        host,
+        early: sequence.early,
+        picture: Picture::new(sequence.events),
+        states: [null_mut(); PLACES],
+        saved: [const { None }; PLACES],
+        ended: false,
+    };
+    if sequence.started {
+        driver.make(&Operation::EnterInitialization);
+        driver.make(&Operation::ExitInitialization);
+        if sequence.events {
+            driver.make(&Operation::TakePart);
+        }
+    }
+    for operation in sequence.operations.iter().take(LONGEST) {
+        if !driver.ended {
+            driver.make(operation);
+        }
+    }
+    for mut state in driver.states {
+        assert_ne!(unsafe { fmi3FreeFMUState(host.c, &mut state) }, fmi3Status::fmi3Fatal);
+    }
+}));
+
+struct Driver<'a> {
+    host: &'a Host,
+    early: bool,
+    picture: Picture,
+    states: [fmi3FMUState; PLACES],
+    saved: [Option<Picture>; PLACES],
+    ended: bool,
+}
+
+impl Driver<'_> {
+    /// Takes an answer: success where the call is legal, else the end of the run. Says whether it succeeded.
+    fn take(&mut self, what: &Operation, legal: bool, status: fmi3Status) -> bool {
+        let picture = &self.picture;
+        assert_eq!(status, if legal { fmi3OK } else { fmi3Error }, "{what:?} in {picture:?}");
+        self.given_up(status)
+    }
+
+    fn given_up(&mut self, status: fmi3Status) -> bool {
+        assert!(status <= fmi3Error, "{status:?}");
+        if status == fmi3Error {
+            self.picture.give_up();
+        }
+        status == fmi3OK
+    }
+
+    /// A call that only goes to another phase.
+    fn go(&mut self, what: &Operation, call: Call, status: fmi3Status, phase: Phase) {
+        let legal = self.picture.allows(call);
+        if self.take(what, legal, status) {
+            self.picture.phase = phase;
+        }
+    }
+
+    fn make(&mut self, operation: &Operation) {
+        let c = self.host.c;
+        let before = self.picture.phase;
+        unsafe {
+            match operation {
+                Operation::EnterConfiguration => {
+                    self.go(operation, Call::EnterConfiguration, fmi3EnterConfigurationMode(c), Phase::Configuration);
+                }
+                Operation::ExitConfiguration => {
+                    self.go(operation, Call::ExitConfiguration, fmi3ExitConfigurationMode(c), Phase::Instantiated);
+                }
+                Operation::EnterInitialization => {
+                    let status = fmi3EnterInitializationMode(c, 0, 0.0, 0.0, 0, 0.0);
+                    self.go(operation, Call::EnterInitialization, status, Phase::Initialization);
+                    self.picture.time = if status == fmi3OK { 0.0 } else { self.picture.time };
+                }
+                Operation::ExitInitialization => {
+                    let next = if self.picture.events { Phase::Event } else { Phase::Step };
+                    self.go(operation, Call::ExitInitialization, fmi3ExitInitializationMode(c), next);
+                }
+                Operation::EnterEvents => {
+                    self.go(operation, Call::EnterEvents, fmi3EnterEventMode(c), Phase::Event);
+                }
+                Operation::EnterStepMode => {
+                    self.go(operation, Call::HandleEvents, fmi3EnterStepMode(c), Phase::Step);
+                }
+                Operation::Terminate => self.go(operation, Call::Terminate, fmi3Terminate(c), Phase::Terminated),
+                Operation::Reset => {
+                    self.take(operation, true, fmi3Reset(c));
+                    self.picture = Picture::new(self.picture.events);
+                }
+                Operation::Update => _ = self.update(operation),
+                Operation::TakePart => {
+                    if self.picture.phase == Phase::Step && self.picture.events {
+                        self.make(&Operation::EnterEvents);
+                    }
+                    while self.picture.phase == Phase::Event && self.update(operation) {}
+                    if self.picture.phase == Phase::Event {
+                        self.make(&Operation::EnterStepMode);
+                    }
+                }
+                Operation::DoStep { current, step, within } => self.step(operation, current, step, within),
+                Operation::SetBalls(balls) => {
+                    let balls = u64::from(*balls) % (BALLS + 1);
+                    let status = fmi3SetUInt64(c, &Array::Balls.reference(), 1, &balls, 1);
+                    let allowed = self.picture.phase == Phase::Configuration;
+                    let expected = match (allowed, balls) {
+                        (false, _) => fmi3Error,
+                        (true, 0) => fmi3Discard,
+                        (true, _) => fmi3OK,
+                    };
+                    assert_eq!(status, expected, "{operation:?} in {:?}", self.picture);
+                    if self.given_up(status) {
+                        self.picture.balls = balls as usize;
+                    }
+                }
+                Operation::Set { which, values, excess } => self.set(operation, *which, values, *excess),
+                Operation::SetItem { which, value } => {
+                    let array = ITEMS[usize::from(*which) % ITEMS.len()];
+                    let value = i64::from(*value);
+                    let status = fmi3SetInt64(c, &array.reference(), 1, &value, 1);
+                    let allowed = match element(&INTERFACE, array, 0) {
+                        Some(variable) => variable.admits(value as f64),
+                        None => (1..=2).contains(&value),
+                    };
+                    let expected = match (self.picture.may_set(array), allowed) {
+                        (false, _) => fmi3Error,
+                        (true, false) => fmi3Discard,
+                        (true, true) => fmi3OK,
+                    };
+                    assert_eq!(status, expected, "{operation:?} of {array} in {:?}", self.picture);
+                    self.given_up(status);
+                }
+                Operation::Get { which, excess } => {
+                    let array = FLOATS[usize::from(*which) % FLOATS.len()];
+                    let mut values = vec![f64::NAN; few(array.len(self.picture.balls), *excess)];
+                    let status = fmi3GetFloat64(c, &array.reference(), 1, values.as_mut_ptr(), values.len());
+                    let legal = self.picture.allows(Call::Get) && values.len() == array.len(self.picture.balls);
+                    if self.take(operation, legal, status) {
+                        assert!(values.iter().all(|value| value.is_finite()), "{array} = {values:?}");
+                    }
+                }
+                Operation::Derivative { adjoint, unknown, known, seed } => {
+                    let [unknown, known] = [unknown, known].map(|which| FLOATS[usize::from(*which) % FLOATS.len()]);
+                    let [rows, columns] = [unknown, known].map(|array| array.len(self.picture.balls));
+                    let (seeds, found) = if *adjoint { (rows, columns) } else { (columns, rows) };
+                    let seed = vec![seed.number(None); seeds];
+                    let mut values = vec![f64::NAN; found];
+                    let function = if *adjoint { fmi3GetAdjointDerivative } else { fmi3GetDirectionalDerivative };
+                    let (unknown, known) = (unknown.reference(), known.reference());
+                    let status =
+                        function(c, &unknown, 1, &known, 1, seed.as_ptr(), seed.len(), values.as_mut_ptr(), found);
+                    assert!(self.picture.allows(Call::Derivative) || status == fmi3Error);
+                    self.given_up(status);
+                }
+                Operation::OutputDerivative { which, order } => {
+                    let array = FLOATS[usize::from(*which) % FLOATS.len()];
+                    let mut values = vec![f64::NAN; array.len(self.picture.balls)];
+                    let (reference, order, n) = (array.reference(), i32::from(*order), values.len());
+                    let status = fmi3GetOutputDerivatives(c, &reference, 1, &order, values.as_mut_ptr(), n);
+                    assert!(self.picture.allows(Call::OutputDerivatives) || status == fmi3Error);
+                    self.given_up(status);
+                }
+                Operation::Save(place) => {
+                    let place = usize::from(*place) % PLACES;
+                    let status = fmi3GetFMUState(c, &mut self.states[place]);
+                    self.take(operation, true, status);
+                    self.saved[place] = Some(self.picture.clone());
+                }
+                Operation::Load(place) => {
+                    let place = usize::from(*place) % PLACES;
+                    let status = fmi3SetFMUState(c, self.states[place]);
+                    let saved = self.saved[place].clone();
+                    if self.take(operation, saved.is_some(), status) {
+                        self.picture = saved.unwrap();
+                    }
+                }
+                Operation::Free(place) => {
+                    let place = usize::from(*place) % PLACES;
+                    self.saved[place] = None;
+                    let status = fmi3FreeFMUState(c, &mut self.states[place]);
+                    self.take(operation, true, status);
+                }
+                Operation::Through(place) => {
+                    let place = usize::from(*place) % PLACES;
+                    let bytes = self.host.bytes();
+                    let status = fmi3DeserializeFMUState(c, bytes.as_ptr(), bytes.len(), &mut self.states[place]);
+                    self.take(operation, true, status);
+                    assert_eq!(fmi3SetFMUState(c, self.states[place]), fmi3OK);
+                    assert!(self.host.bytes() == bytes, "its own bytes read and written are others");
+                    self.saved[place] = Some(self.picture.clone());
+                }
+                Operation::Forge(changes) => self.forge(changes),
+            }
+        }
+        if !self.ended && (before != self.picture.phase || matches!(operation, Operation::DoStep { .. })) {
+            self.look();
+        }
+    }
+
+    /// fmi3UpdateDiscreteStates: whether there is more at once.
+    fn update(&mut self, operation: &Operation) -> bool {
+        let (mut again, mut other, mut defined, mut next) = (0, 0, 0, f64::NAN);
+        let status = unsafe {
+            let [ended, nominals, values] = [&raw mut other; 3];
+            fmi3UpdateDiscreteStates(self.host.c, &mut again, ended, nominals, values, &mut defined, &mut next)
+        };
+        let legal = self.picture.allows(Call::HandleEvents);
+        if self.take(operation, legal, status) && defined == 1 {
+            assert!(again == 0 && next > self.picture.time, "{next} after {:?}", self.picture);
+        }
+        again == 1
+    }
+
+    fn step(&mut self, operation: &Operation, current: &Current, step: &Step, within: &Within) {
+        let own = self.picture.time;
+        let mut next = own;
+        if self.picture.allows(Call::DoStep) {
+            let t_next = Array::named("t_next").unwrap().reference();
+            assert_eq!(unsafe { fmi3GetFloat64(self.host.c, &t_next, 1, &mut next, 1) }, fmi3OK);
+        }
+        let (current, length) = (current.time(own), step.length(next - own, LONGEST_STEP));
+        self.host.prepare(within, self.picture.balls, own);
+        let (mut events, mut ended, mut early, mut reached) = (9, 9, 9, f64::NAN);
+        let status =
+            unsafe { fmi3DoStep(self.host.c, current, length, 1, &mut events, &mut ended, &mut early, &mut reached) };
+        let near = (current - own).abs() <= 1e-12 * own.abs().max(1.0);
+        let legal = self.picture.allows(Call::DoStep) && near && length > 0.0 && (current + length).is_finite();
+        if self.take(operation, legal, status) {
+            let end = own.max(current + length);
+            assert!(reached >= own && reached <= end, "{reached} from {own} to {end}");
+            assert_eq!((early == 1, ended), (reached < end, 0), "{reached} of {end}");
+            assert!(self.early || early == 0, "{operation:?}: early return without leave");
+            assert!(self.picture.events || events == 0, "an event without event mode");
+            self.picture.time = reached;
+        }
+    }
+
+    fn set(&mut self, operation: &Operation, which: u8, values: &[Value], excess: i8) {
+        let array = FLOATS[usize::from(which) % FLOATS.len()];
+        let n = array.len(self.picture.balls);
+        let value = |index: usize| {
+            let value = values.get(index % values.len().max(1)).unwrap_or(&Value::Everyday(0));
+            value.number(element(&INTERFACE, array, index))
+        };
+        let set: Vec<f64> = (0..few(n, excess)).map(value).collect();
+        let before = self.host.bytes();
+        let status = unsafe { fmi3SetFloat64(self.host.c, &array.reference(), 1, set.as_ptr(), set.len()) };
+        let admitted = |(index, value): (usize, &f64)| {
+            element(&INTERFACE, array, index)
+                .or(element(&INTERFACE, array, 0))
+                .is_none_or(|variable| variable.admits(*value))
+        };
+        if set.len() != n || !self.picture.may_set(array) {
+            assert_eq!(status, fmi3Error, "{operation:?} of {array} in {:?}", self.picture);
+        } else if !set.iter().all(|value| value.is_finite()) || !set.iter().enumerate().all(admitted) {
+            assert_eq!(status, fmi3Discard, "{operation:?} of {array} to {set:?} in {:?}", self.picture);
+        } else {
+            assert_eq!(status, fmi3OK, "{operation:?} of {array} to {set:?} in {:?}", self.picture);
+        }
+        if status == fmi3Discard {
+            assert!(self.host.bytes() == before, "{operation:?} was discarded and changed something");
+        }
+        self.given_up(status);
+    }
+
+    /// What can be read is finite, and clocks are active in Event Mode only.
+    fn look(&self) {
+        if !self.picture.allows(Call::Get) {
+            return;
+        }
+        for array in &*FLOATS {
+            let mut values = vec![f64::NAN; array.len(self.picture.balls)];
+            let n = values.len();
+            let status = unsafe { fmi3GetFloat64(self.host.c, &array.reference(), 1, values.as_mut_ptr(), n) };
+            assert_eq!(status, fmi3OK, "{array} in {:?}", self.picture);
+            assert!(values.iter().all(|value| value.is_finite()), "{array} = {values:?} in {:?}", self.picture);
+            if *array == Array::Time {
+                assert_eq!(values, [self.picture.time]);
+            }
+        }
+        for clock in of_type(ArrayType::Clock) {
+            let mut active = 9;
+            assert_eq!(unsafe { fmi3GetClock(self.host.c, &clock.reference(), 1, &mut active) }, fmi3OK);
+            assert!(active == 0 || active == 1 && self.picture.phase == Phase::Event);
+        }
+    }
+
+    /// Goes on from a forged state, if it is accepted and has the same parameters; the sequence is over then.
+    fn forge(&mut self, changes: &[Change]) {
+        self.ended = true;
+        let (c, mut state) = (self.host.c, null_mut());
+        let before = self.parameters();
+        let bytes = forged(&self.host.bytes(), changes);
+        unsafe {
+            let status = fmi3DeserializeFMUState(c, bytes.as_ptr(), bytes.len(), &mut state);
+            if status != fmi3OK {
+                assert!(status == fmi3Error && state.is_null());
+                return;
+            }
+            assert_eq!(fmi3SetFMUState(c, state), fmi3OK);
+            assert_eq!(fmi3FreeFMUState(c, &mut state), fmi3OK);
+            let bytes = self.host.bytes();
+            assert_eq!(fmi3DeserializeFMUState(c, bytes.as_ptr(), bytes.len(), &mut state), fmi3OK);
+            assert_eq!(fmi3FreeFMUState(c, &mut state), fmi3OK);
+            if before.is_none() || self.parameters() != before {
+                return;
+            }
+            // Events there may be, of any number, but an end of them.
+            let mut other = [0u8; 5];
+            let [again, ended, nominals, values, defined] = &mut other;
+            for _ in 0..3 {
+                let status = fmi3UpdateDiscreteStates(c, again, ended, nominals, values, defined, &mut 0.0);
+                assert!(status <= fmi3Error);
+            }
+        }
+    }
+
+    /// All real parameters, bit by bit, where they can be read.
+    fn parameters(&self) -> Option<Vec<u64>> {
+        let mut bits = Vec::new();
+        for array in FLOATS.iter().filter(|array| array.row().is_some_and(|row| row.name.contains('.'))) {
+            let mut values = vec![f64::NAN; array.len(self.picture.balls)];
+            let n = values.len();
+            if !self.picture.allows(Call::Get)
+                || unsafe { fmi3GetFloat64(self.host.c, &array.reference(), 1, values.as_mut_ptr(), n) } != fmi3OK
+            {
+                return None;
+            }
+            bits.extend(values.into_iter().map(f64::to_bits));
+        }
+        Some(bits)
+    }
+}

@@ -1,0 +1,170 @@
+//! What is legal in FMI 3.0 for co-simulation (FMI 3.0.2, sections 2.3 and 4.2), and an instance as its host pictures it.
+
+use arbitrary::Arbitrary;
+use newtons_cradle::variables::{Array, ArrayType, Causality, Variability};
+
+use crate::forgery::Change;
+use crate::instance3::Within;
+use crate::interface::{Interface, Variable};
+use crate::operation::{Current, Step as Length, Value};
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    Instantiated,
+    Configuration,
+    Initialization,
+    Event,
+    Step,
+    Terminated,
+    /// A refused call has ended the run before it began.
+    Abandoned,
+}
+use Phase::{Abandoned, Configuration, Event, Initialization, Instantiated, Step, Terminated};
+
+/// Calls that differ in when they are legal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Call {
+    Always,
+    EnterConfiguration,
+    ExitConfiguration,
+    EnterInitialization,
+    ExitInitialization,
+    EnterEvents,
+    /// fmi3UpdateDiscreteStates and fmi3EnterStepMode.
+    HandleEvents,
+    DoStep,
+    Terminate,
+    Get,
+    Derivative,
+    OutputDerivatives,
+}
+
+/// One call, as the fuzzer writes it.
+#[derive(Debug, Arbitrary)]
+pub enum Operation {
+    EnterConfiguration,
+    ExitConfiguration,
+    SetBalls(u8),
+    EnterInitialization,
+    ExitInitialization,
+    EnterEvents,
+    Update,
+    EnterStepMode,
+    /// All events there are, as a well-behaved host does.
+    TakePart,
+    DoStep {
+        current: Current,
+        step: Length,
+        within: Within,
+    },
+    Terminate,
+    Reset,
+    /// All elements of a variable, one too many or too few.
+    Set {
+        which: u8,
+        values: Vec<Value>,
+        excess: i8,
+    },
+    SetItem {
+        which: u8,
+        value: i8,
+    },
+    Get {
+        which: u8,
+        excess: i8,
+    },
+    Derivative {
+        adjoint: bool,
+        unknown: u8,
+        known: u8,
+        seed: Value,
+    },
+    OutputDerivative {
+        which: u8,
+        order: i8,
+    },
+    Save(u8),
+    Load(u8),
+    Free(u8),
+    /// The state as bytes and back.
+    Through(u8),
+    Forge(Vec<Change>),
+}
+
+/// An instance as its host pictures it.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    pub phase: Phase,
+    /// Whether it takes part in events.
+    pub events: bool,
+    pub balls: usize,
+    /// s.
+    pub time: f64,
+}
+
+impl Picture {
+    /// A new instance of five balls.
+    pub fn new(events: bool) -> Self {
+        Self { phase: Instantiated, events, balls: 5, time: 0.0 }
+    }
+
+    /// Whether it is legal now.
+    pub fn allows(&self, call: Call) -> bool {
+        match call {
+            Call::Always => true,
+            Call::EnterConfiguration | Call::EnterInitialization => self.phase == Instantiated,
+            Call::ExitConfiguration => self.phase == Configuration,
+            Call::ExitInitialization => self.phase == Initialization,
+            Call::EnterEvents => self.phase == Step && self.events,
+            Call::HandleEvents => self.phase == Event,
+            Call::DoStep => self.phase == Step,
+            Call::Terminate => matches!(self.phase, Step | Event),
+            Call::Get | Call::Derivative => matches!(self.phase, Initialization | Event | Step | Terminated),
+            Call::OutputDerivatives => matches!(self.phase, Step | Terminated),
+        }
+    }
+
+    /// Whether a variable may be set now.
+    pub fn may_set(&self, array: Array) -> bool {
+        let Some(row) = array.row() else {
+            let slope = matches!(array, Array::Slope(_) | Array::DerivativesOf);
+            return slope && matches!(self.phase, Instantiated | Initialization | Step | Event);
+        };
+        match self.phase {
+            Instantiated | Initialization => matches!(row.causality, Causality::Parameter | Causality::Input),
+            Step | Event => {
+                row.causality == Causality::Input
+                    || row.causality == Causality::Parameter && row.variability == Variability::Tunable
+            }
+            _ => false,
+        }
+    }
+
+    /// A refused call ends the run.
+    pub fn give_up(&mut self) {
+        self.phase = match self.phase {
+            Instantiated | Configuration | Initialization | Abandoned => Abandoned,
+            Event | Step | Terminated => Terminated,
+        };
+    }
+}
+
+/// Element `index` of an array as the interface of FMI 2.0 has it; nothing for what only FMI 3.0 has.
+pub fn element(interface: &Interface, array: Array, index: usize) -> Option<&Variable> {
+    let name = array.row()?.name_of(index + 1);
+    interface.variables.iter().find(|variable| variable.name == name)
+}
+
+/// All variables of a type.
+pub fn of_type(wanted: ArrayType) -> Vec<Array> {
+    Array::all().filter(|array| array.data_type() == wanted).collect()
+}
+
+/// So many, or one more or less.
+pub fn few(count: usize, excess: i8) -> usize {
+    match excess {
+        100.. => count + 1,
+        ..=-100 => count.saturating_sub(1),
+        _ => count,
+    }
+}
