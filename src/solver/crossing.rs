@@ -2,8 +2,8 @@
 
 use super::root::{self, Smooth};
 use super::series::{
-    NUMBERS, SAMPLES, bound, bound_of_change_of_derivative, derivative_by_lanes, sample, shifted, sum_by_lanes, value,
-    value_and_derivatives, value_by_lanes, weighted,
+    NUMBERS, SAMPLES, bound, bound_of_change_of_derivative, derivative_by_lanes, sample, sample_derivative,
+    sample_terms, shifted, sum_by_lanes, value, value_and_derivatives, value_by_lanes, weighted,
 };
 
 /// How often the distance of two places is halved where a series comes near 0: some times suffice unless it almost touches.
@@ -27,13 +27,13 @@ pub fn place_of_maximum(c: &[f64], from: f64, to: f64) -> f64 {
     if c.len() > 1 && c[1].abs() > bound_of_change_of_derivative(c, to) {
         return best;
     }
-    let slopes = weighted(&c[1.min(c.len())..], &NUMBERS[1..], |c, k| k * c);
-    let slopes = &slopes[..c.len().saturating_sub(1)];
     let places: [f64; SAMPLES] = std::array::from_fn(|p| from + (to - from) * (p + 1) as f64 / SAMPLES as f64);
-    let sampled = sample(slopes, &places);
-    let (mut left, mut slope_left) = (from, value_by_lanes(slopes, from));
+    let sampled = sample_derivative(c, &places);
+    let (mut left, mut slope_left) = (from, derivative_by_lanes(c, from));
     for (right, slope_right) in places.into_iter().zip(sampled) {
         if slope_left > 0.0 && slope_right <= 0.0 {
+            let slopes = weighted(&c[1..], &NUMBERS[1..], |c, k| k * c);
+            let slopes = &slopes[..c.len() - 1];
             let falling = |t: f64| value_and_derivatives(slopes, t).map(|d| -d);
             best = higher(best, root::rising_zero(falling, left, right));
         }
@@ -87,10 +87,10 @@ fn scan(g: &Above, until: f64) -> Result<Option<f64>, f64> {
     let Above { c, sign, level } = *g;
     let places: [f64; SAMPLES] = std::array::from_fn(|p| until * (p + 1) as f64 / SAMPLES as f64);
     let values = sample(c, &places).map(|value| sign * (value - level));
-    let bends = weighted(&c[2.min(c.len())..], &NUMBERS[2..], |c, k| (1.0 + 1e-9) * k * (k - 1.0) * c.abs());
     // Of two intervals at a time.
     let curvatures: [f64; SAMPLES / 2] = std::array::from_fn(|p| places[2 * p + 1]);
-    let curvatures = sample(&bends[..c.len().saturating_sub(2)], &curvatures);
+    let bend = |c: f64, k: f64| (1.0 + 1e-9) * k * (k - 1.0) * c.abs();
+    let curvatures = sample_terms(&c[2.min(c.len())..], &NUMBERS[2..], &curvatures, bend);
     let mut from = (0.0, sign * (c[0] - level));
     for (p, to) in places.into_iter().zip(values).enumerate() {
         match g.between(from, to, curvatures[p / 2], HALVINGS) {

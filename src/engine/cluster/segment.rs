@@ -20,6 +20,7 @@ use crate::engine::flight::{Ball, Flight, Rounding, RunningIntegrals, shifted, s
 use crate::model::{ContactLaw, Mode};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
+use crate::solver::oscillator::MAX_FORCE_ORDER;
 
 /// Time scales of the fastest mode that switchings are looked for in the first window by modes.
 const FIRST_HORIZON: f64 = 32.0;
@@ -222,7 +223,9 @@ impl Cluster {
         let flight = &self.flights[j];
         let mut integrals = *integrals;
         integrals.x_integral += flight.x * tau + self.description.output().displacement_integral(j, tau);
-        integrals.work += ball.mass * self.description.output().work(j, &flight.forcing, tau);
+        if flight.forcing != [0.0; MAX_FORCE_ORDER + 1] {
+            integrals.work += ball.mass * self.description.output().work(j, &flight.forcing, tau);
+        }
         let gamma = ball.oscillator.gamma();
         if gamma > 0.0 {
             integrals.drag_loss +=

@@ -72,15 +72,18 @@ impl Block {
 #[derive(Debug, Default)]
 pub(crate) struct Workspace {
     blocks: Vec<Block>,
+    /// The coefficients of displacements and of overlaps from the second power on, m: all of one block after the other.
+    columns: Vec<[Lanes; 2]>,
     /// Contacts of balls whose pendulums differ.
     unlike: Vec<usize>,
 }
 
 impl Workspace {
-    fn begin(&mut self, window: &Window, unit: f64) {
+    fn begin(&mut self, window: &Window, order: usize, unit: f64) {
         let Window { flights, balls, contacts, laws } = window;
         self.blocks.clear();
         self.blocks.resize(balls.len().div_ceil(LANES), Block::default());
+        self.columns.resize(self.blocks.len() * order, Default::default());
         self.unlike.clear();
         for (i, (flight, ball)) in flights.iter().zip(*balls).enumerate() {
             let (block, lane) = (&mut self.blocks[i / LANES], i % LANES);
@@ -128,6 +131,24 @@ impl Workspace {
             block.push[lane] = block.stiffness[lane] * block.apart[lane] + block.damping[lane] * rate;
         }
     }
+
+    /// Notes the coefficients number `k` of `order` that follow from the last ones of their rates.
+    fn note(&mut self, k: usize, order: usize) {
+        let inverse = INVERSES[k + 2];
+        for (block, columns) in self.blocks.iter().zip(self.columns.chunks_exact_mut(order)) {
+            columns[k] = [block.velocity.map(|v| v * inverse), block.rate.map(|r| r * inverse)];
+        }
+    }
+
+    /// Enters the displacements (`which` 0) or overlaps (1) that were noted in their rows.
+    fn enter(&self, which: usize, rows: &mut [f64], stride: usize) {
+        for (i, row) in rows.chunks_exact_mut(stride).enumerate() {
+            let (row, lane) = (&mut row[2..], i % LANES);
+            for (term, column) in row.iter_mut().zip(&self.columns[i / LANES * (stride - 2)..]) {
+                *term = column[which][lane];
+            }
+        }
+    }
 }
 
 impl Series {
@@ -136,7 +157,7 @@ impl Series {
         let unit = shortest_time(window);
         let order = ((HIGHER * control.order as f64) as usize).min(MOST);
         self.begin(window, order, unit);
-        workspace.begin(window, unit);
+        workspace.begin(window, order, unit);
         let stride = self.stride();
         let mut unit_to_k = unit * unit;
         for k in 0..order {
@@ -144,20 +165,16 @@ impl Series {
             let flight = |i: usize| window.flights.get(i).map_or(0.0, |flight| flight.forcing[k]);
             workspace.advance(factor.map(|factor| move |i: usize| factor * flight(i)), INVERSES[k + 1]);
             unit_to_k *= unit;
-            let next = INVERSES[k + 2];
-            for (b, block) in workspace.blocks.iter().enumerate() {
-                let at = b * LANES * stride + k + 2;
-                enter(&mut self.displacements, at, stride, block.velocity.map(|v| v * next));
-                enter(&mut self.overlaps, at, stride, block.rate.map(|r| r * next));
-            }
+            workspace.note(k, order);
         }
+        workspace.enter(0, &mut self.displacements, stride);
+        workspace.enter(1, &mut self.overlaps, stride);
         for (j, law) in window.laws.iter().enumerate().filter(|(j, _)| window.contacts[*j].mode != Mode::Open) {
             let rows = j * stride..(j + 1) * stride;
+            self.dashpots[j] = Some(law.damping_coefficient());
             let (overlap, damping) = (&self.overlaps[rows.clone()], law.damping_coefficient() / unit);
-            let forces = self.elastic[rows.clone()].iter_mut().zip(&mut self.forces[rows]);
-            for ((elastic, force), (d, k)) in forces.zip(overlap.windows(2).zip(&NUMBERS[1..])) {
-                *elastic = law.stiffness * d[0];
-                *force = *elastic + damping * k * d[1];
+            for (force, (d, k)) in self.forces[rows].iter_mut().zip(overlap.windows(2).zip(&NUMBERS[1..])) {
+                *force = law.stiffness * d[0] + damping * k * d[1];
             }
         }
         self.converges_for = self.linear_convergence(control.epsilon * scale).min(control.longest);
@@ -176,15 +193,6 @@ impl Series {
             }
         }
         libm::exp2(shortest) * self.unit
-    }
-}
-
-/// Enters a coefficient each of so many rows as there are from `at` on.
-fn enter(rows: &mut [f64], at: usize, stride: usize, coefficients: Lanes) {
-    for (lane, c) in coefficients.into_iter().enumerate() {
-        if let Some(term) = rows.get_mut(at + lane * stride) {
-            *term = c;
-        }
     }
 }
 

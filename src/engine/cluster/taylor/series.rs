@@ -11,7 +11,7 @@ use crate::next::Next;
 use crate::solver::crossing;
 use crate::solver::dual::Scalar;
 use crate::solver::oscillator::MAX_FORCE_ORDER;
-use crate::solver::series;
+use crate::solver::series::{self, SAMPLES};
 
 /// Coefficients of the motions and forces of a window, as functions of the time since the start of the segment over `unit`.
 #[derive(Clone, Debug, Default)]
@@ -24,9 +24,12 @@ pub(crate) struct Series<S = f64> {
     pub(crate) displacements: Vec<S>,
     /// A contact each: overlap.
     pub(crate) overlaps: Vec<S>,
-    /// A contact each: elastic force, and the force of the law without clipping. Zero where the contact is open.
+    /// A contact each: elastic force, and the force of the law without clipping. Zero where the contact is open. The elastic
+    /// force is left out of contacts whose loss their `dashpots` tell.
     pub(crate) elastic: Vec<S>,
     pub(crate) forces: Vec<S>,
+    /// A contact each: damping of a linear dashpot, by which the loss is known without the elastic force, N.s/m.
+    pub(crate) dashpots: Vec<Option<S>>,
     /// How long the series converge to the tolerance, s.
     pub(crate) converges_for: f64,
 }
@@ -75,6 +78,8 @@ impl<S: Scalar> Series<S> {
             rows.clear();
             rows.resize(balls.saturating_sub(1) * stride, S::default());
         }
+        self.dashpots.clear();
+        self.dashpots.resize(balls.saturating_sub(1), None);
         for i in 0..balls {
             self.displacements[i * stride + 1] = equations.velocity(i) * S::from(unit);
         }
@@ -94,8 +99,8 @@ impl<S: Scalar> Series<S> {
 
 impl Series {
     fn with_change_of_rate(&self, row: &[f64], tau: f64) -> (f64, f64) {
-        let s = tau / self.unit;
-        (self.value(row, s), series::change_of_derivative(row, s) / self.unit)
+        let (value, change) = series::value_and_change_of_derivative(row, tau / self.unit);
+        (value, change / self.unit)
     }
 
     /// How long the series converge to the tolerance, s.
@@ -123,8 +128,17 @@ impl Series {
 
     /// `integral a b` over the first `tau` (s) of a segment, of a function a of the time and the rate b of what a row holds.
     fn integral_by_rate(&self, a: &[f64], row: &[f64], tau: f64) -> f64 {
-        let rate = series::weighted(&row[1..], &series::NUMBERS[1..], |c, k| k * c);
-        series::product_integral(a, &rate[..row.len() - 1], tau / self.unit)
+        let with_rate = |places: &[f64; SAMPLES]| {
+            let (a, rates) = (series::sample(a, places), series::sample_derivative(row, places));
+            std::array::from_fn(|p| a[p] * rates[p])
+        };
+        series::quadrature_of(tau / self.unit, with_rate)
+    }
+
+    /// `integral b^2` over the first `tau` (s) of a segment, of the rate b of what a row holds.
+    fn squared_rate_integral(&self, row: &[f64], tau: f64) -> f64 {
+        let squares = |places: &[f64; SAMPLES]| series::sample_derivative(row, places).map(|rate| rate * rate);
+        series::quadrature_of(tau / self.unit, squares) / self.unit
     }
 
     /// Gives ball `j` of the window this polynomial of the scaled time as its velocity, m/s.
@@ -173,9 +187,7 @@ impl DenseOutput for Series {
     }
 
     fn squared_velocity_integral(&self, j: usize, tau: f64) -> f64 {
-        let row = self.displacement(j);
-        let v = series::weighted(&row[1..], &series::NUMBERS[1..], |c, k| k * c);
-        self.integral_by_rate(&v[..row.len() - 1], row, tau) / self.unit
+        self.squared_rate_integral(self.displacement(j), tau)
     }
 
     fn work(&self, j: usize, forcing: &Forcing, tau: f64) -> f64 {
@@ -192,6 +204,9 @@ impl DenseOutput for Series {
     }
 
     fn contact_loss(&self, j: usize, tau: f64) -> f64 {
+        if let Some(damping) = self.dashpots[j] {
+            return damping * self.squared_rate_integral(self.overlap_row(j), tau);
+        }
         let excess = series::weighted(self.force_row(j), self.elastic_row(j), |force, elastic| force - elastic);
         self.integral_by_rate(&excess[..self.order], self.overlap_row(j), tau)
     }
