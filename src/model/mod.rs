@@ -8,6 +8,7 @@ mod contact;
 mod cradle;
 #[cfg(feature = "engine")]
 mod damping;
+#[cfg(feature = "engine")]
 mod forces;
 mod parameters;
 mod results;

@@ -10,6 +10,7 @@
 //! - BDF and Adams-Moulton formulas: why none of the crates serves stands in `ode`.
 
 pub mod block_tridiagonal;
+pub mod crossing;
 pub mod double_double;
 pub mod dual;
 pub mod gauss;

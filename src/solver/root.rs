@@ -157,6 +157,28 @@ pub fn falling_zero(slope: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> 
     0.5 * (low + high)
 }
 
+/// A zero between `low`, where a function with these derivatives is not positive, and `high`, where it is positive: steps to the
+/// root of its parabola, of third order, kept inside the bracket.
+pub fn rising_zero(g: impl Fn(f64) -> [f64; 3], mut low: f64, mut high: f64) -> f64 {
+    let (mut t, width) = (0.5 * (low + high), high - low);
+    for _ in 0..60 {
+        let [value, slope, curvature] = g(t);
+        if value > 0.0 {
+            high = t;
+        } else {
+            low = t;
+        }
+        let discriminant = slope * slope - 2.0 * curvature * value;
+        let next = t - 2.0 * value / (slope + discriminant.max(0.0).sqrt());
+        let inside = next >= low && next <= high;
+        if inside && (next - t).abs() <= 1e-6 * width {
+            return next;
+        }
+        t = if inside { next } else { 0.5 * (low + high) };
+    }
+    t
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -220,5 +242,17 @@ mod tests {
         let falling = Wave { amplitude: -1.0, ..rising };
         let t = first_positive(&falling, 0.0, 10.0).unwrap();
         assert!((t - std::f64::consts::PI).abs() < 1e-15, "{t}");
+    }
+
+    #[test]
+    fn a_zero_in_a_bracket() {
+        let g = |t: f64| [t * t * t - 0.001, 3.0 * t * t, 6.0 * t];
+        assert!((rising_zero(g, 0.0, 1.0) - 0.1).abs() < 1e-16);
+        // The parabola points out of the bracket, or has no root.
+        let bent = |t: f64| {
+            let e = libm::exp(-50.0 * t);
+            [0.5 - e, 50.0 * e, -2500.0 * e]
+        };
+        assert!((rising_zero(bent, 0.0, 1.0) - std::f64::consts::LN_2 / 50.0).abs() < 1e-16);
     }
 }

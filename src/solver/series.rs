@@ -1,7 +1,7 @@
 //! Truncated power series: slices of coefficients `c[k]` of `t^k`.
 
 use super::dual::Scalar;
-use super::root::{self, Smooth};
+use super::quadrature;
 
 /// Sums that are taken side by side where that pays.
 pub const LANES: usize = 4;
@@ -9,11 +9,6 @@ pub const LANES: usize = 4;
 /// Value at `t`.
 pub fn value<S: Scalar>(c: &[S], t: S) -> S {
     c.iter().rev().fold(S::default(), |sum, &c| sum * t + c)
-}
-
-/// First derivative at `t` less that at 0.
-pub fn change_of_derivative(c: &[f64], t: f64) -> f64 {
-    t * c.iter().enumerate().skip(2).rev().fold(0.0, |sum, (k, &c)| sum * t + k as f64 * c)
 }
 
 /// First derivative at `t`.
@@ -38,15 +33,48 @@ pub fn about<const N: usize>(c: &[f64], t: f64) -> [f64; N] {
     about
 }
 
-/// Value and first two derivatives at `t`.
+/// All coefficients of the same function about `t`, with zeros behind them.
+pub fn shifted(c: &[f64], t: f64) -> [f64; MOST] {
+    let mut row = [0.0; MOST];
+    for (done, c) in c.iter().rev().enumerate() {
+        for k in (1..=done.min(MOST - 1)).rev() {
+            row[k] = row[k] * t + row[k - 1];
+        }
+        row[0] = row[0] * t + c;
+    }
+    row
+}
+
+/// Value and first two derivatives at `t`, in [`LANES`] side by side.
 pub fn value_and_derivatives(c: &[f64], t: f64) -> [f64; 3] {
-    let (mut value, mut slope, mut half_curvature) = (0.0, 0.0, 0.0);
-    for &c in c.iter().rev() {
-        half_curvature = half_curvature * t + slope;
-        slope = slope * t + value;
+    let (first, groups) = c.as_rchunks::<LANES>();
+    // A polynomial of the fourth power of `t` in each lane: its value, derivative and half its second derivative.
+    let (mut values, mut slopes, mut bends) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+    let square = t * t;
+    let fourth = square * square;
+    for c in groups.iter().rev() {
+        for lane in 0..LANES {
+            bends[lane] = bends[lane] * fourth + slopes[lane];
+            slopes[lane] = slopes[lane] * fourth + values[lane];
+            values[lane] = values[lane] * fourth + c[lane];
+        }
+    }
+    // The lanes, each times its power of `t`, their sum and its derivatives.
+    let sum = |l: &[f64; LANES]| (l[0] + l[2] * square) + (l[1] + l[3] * square) * t;
+    let slope = |l: &[f64; LANES]| 2.0 * t * l[2] + (l[1] + 3.0 * square * l[3]);
+    let rise = 4.0 * square * t;
+    let mut value = sum(&values);
+    let mut derivative = slope(&values) + rise * sum(&slopes);
+    let mut bend = (values[2] + 3.0 * values[3] * t)
+        + rise * slope(&slopes)
+        + 6.0 * square * sum(&slopes)
+        + rise * rise * sum(&bends);
+    for c in first.iter().rev() {
+        bend = bend * t + derivative;
+        derivative = derivative * t + value;
         value = value * t + c;
     }
-    [value, slope, 2.0 * half_curvature]
+    [value, derivative, 2.0 * bend]
 }
 
 /// Coefficient `k` of the product of two series, from their first `k + 1` coefficients.
@@ -64,17 +92,6 @@ pub fn power_term<S: Scalar>(c: &[S], power: &[S], p: S, k: usize) -> S {
     sum / (S::from(k as f64) * c[0])
 }
 
-/// Product of two series integrated from 0 to `t`, exactly for the truncated series.
-pub fn product_integral(a: &[f64], b: &[f64], t: f64) -> f64 {
-    let mut product = vec![0.0; a.len() + b.len()];
-    for (i, a) in a.iter().enumerate() {
-        for (j, b) in b.iter().enumerate() {
-            product[i + j] += a * b;
-        }
-    }
-    integral(&product, t)
-}
-
 /// Sum of `factor(i) backward[i]` for `i` from 0 to `k`, and on to where a group of terms is full.
 #[inline]
 pub fn sum_of_products(k: usize, factor: impl Fn(usize) -> f64, backward: &[f64]) -> f64 {
@@ -87,122 +104,106 @@ pub fn sum_of_products(k: usize, factor: impl Fn(usize) -> f64, backward: &[f64]
     (sums[0] + sums[1]) + (sums[2] + sums[3])
 }
 
-/// The same over `t` for the first `order` terms of the product, summed as [`sum_of_products`] does.
-pub fn product_integral_by_lanes(a: &[f64], b: &[f64], order: usize, t: f64) -> f64 {
-    let mut forward = vec![0.0; order + LANES];
-    let mut backward = vec![0.0; order + LANES];
-    forward.iter_mut().zip(a).take(order).for_each(|(forward, a)| *forward = *a);
-    b.iter().take(order).enumerate().for_each(|(k, b)| backward[order - k] = *b);
-    let term = |k: usize| sum_of_products(k, |i| forward[i], &backward[order - k..]) * (1.0 / (k + 1) as f64);
-    (0..order).rev().fold(0.0, |sum, k| sum * t + term(k))
-}
+/// The most coefficients of a series that is summed by lanes.
+const MOST: usize = 64;
 
-/// Sum of `weight(k, c[k]) t^k`, in four sums side by side: not the same bits as by Horner's rule, in less time.
-pub fn sum_by_lanes(c: &[f64], t: f64, weight: impl Fn(usize, f64) -> f64) -> f64 {
-    let (square, groups) = (t * t, c.chunks_exact(LANES));
-    let (mut sums, fourth) = ([0.0; LANES], square * square);
-    let rest = c.len() - groups.remainder().len();
-    for (lane, c) in groups.remainder().iter().enumerate() {
-        sums[lane] = weight(rest + lane, *c);
+/// The numbers from 0 on, or their inverses.
+const fn table(inverse: bool) -> [f64; MOST] {
+    let (mut table, mut k) = ([0.0; MOST], 0);
+    while k < MOST {
+        table[k] = if inverse { 1.0 / k as f64 } else { k as f64 };
+        k += 1;
     }
-    for (group, c) in groups.enumerate().rev() {
-        for (lane, sum) in sums.iter_mut().enumerate() {
-            *sum = *sum * fourth + weight(LANES * group + lane, c[lane]);
+    table
+}
+/// `k`.
+pub const NUMBERS: [f64; MOST] = table(false);
+/// `1 / k`.
+pub const INVERSES: [f64; MOST] = table(true);
+
+/// Sum of `term(c[k], weights[k]) t^k`, in four sums side by side: not the same bits as by Horner's rule, in less time.
+#[inline]
+pub fn sum_by_lanes(c: &[f64], weights: &[f64], t: f64, term: impl Fn(f64, f64) -> f64) -> f64 {
+    let weights = &weights[..c.len()];
+    let ((first, groups), (first_weights, weights)) = (c.as_rchunks::<LANES>(), weights.as_rchunks::<LANES>());
+    let square = t * t;
+    let (mut sums, fourth) = ([0.0; LANES], square * square);
+    for (c, weights) in groups.iter().zip(weights).rev() {
+        for lane in 0..LANES {
+            sums[lane] = sums[lane] * fourth + term(c[lane], weights[lane]);
         }
     }
-    (sums[0] + sums[1] * t) + (sums[2] + sums[3] * t) * square
+    let sum = (sums[0] + sums[2] * square) + (sums[1] + sums[3] * square) * t;
+    first.iter().zip(first_weights).rev().fold(sum, |sum, (c, weight)| sum * t + term(*c, *weight))
+}
+
+/// Value at `t`, by lanes.
+pub fn value_by_lanes(c: &[f64], t: f64) -> f64 {
+    sum_by_lanes(c, &NUMBERS, t, |c, _| c)
+}
+
+/// First derivative at `t`, by lanes.
+pub fn derivative_by_lanes(c: &[f64], t: f64) -> f64 {
+    sum_by_lanes(&c[1.min(c.len())..], &NUMBERS[1..], t, |c, k| k * c)
+}
+
+/// First derivative at `t` less that at 0, by lanes.
+pub fn change_of_derivative(c: &[f64], t: f64) -> f64 {
+    t * sum_by_lanes(&c[2.min(c.len())..], &NUMBERS[2..], t, |c, k| k * c)
+}
+
+/// Integral from 0 to `t`, by lanes.
+pub fn integral_by_lanes(c: &[f64], t: f64) -> f64 {
+    t * sum_by_lanes(c, &INVERSES[1..], t, |c, inverse| inverse * c)
 }
 
 /// A bound of the absolute value on `[0, t]`, by more than rounding.
 pub fn bound(c: &[f64], t: f64) -> f64 {
-    (1.0 + 1e-9) * sum_by_lanes(c, t, |_, c| c.abs())
+    (1.0 + 1e-9) * sum_by_lanes(c, &NUMBERS, t, |c, _| c.abs())
 }
 
 /// The same for the derivative less that at 0.
 pub fn bound_of_change_of_derivative(c: &[f64], t: f64) -> f64 {
-    (1.0 + 1e-9) * t * sum_by_lanes(&c[2.min(c.len())..], t, |k, c| (k + 2) as f64 * c.abs())
+    (1.0 + 1e-9) * t * sum_by_lanes(&c[2.min(c.len())..], &NUMBERS[2..], t, |c, k| k * c.abs())
 }
 
-/// The largest value on `[from, to]`.
-pub fn maximum(c: &[f64], from: f64, to: f64) -> f64 {
-    value(c, place_of_maximum(c, from, to))
+/// Places at which a series is sampled side by side, in equal distances.
+pub const SAMPLES: usize = 8;
+
+/// Values of a series at each place.
+pub fn sample<const PLACES: usize>(c: &[f64], places: &[f64; PLACES]) -> [f64; PLACES] {
+    c.iter().rev().fold([0.0; PLACES], |values, c| std::array::from_fn(|p| values[p] * places[p] + c))
 }
 
-/// Where on `[from, to]` the value is largest.
-///
-/// The interval is scanned in eighths for changes of sign of the derivative, each refined to a maximum; a series that a
-/// step controller has cut to its range of fast convergence does not turn more often.
-pub fn place_of_maximum(c: &[f64], from: f64, to: f64) -> f64 {
-    const PARTS: usize = 8;
-    let higher = |a: f64, b: f64| if value(c, b) > value(c, a) { b } else { a };
-    let mut best = higher(from, to);
-    if c.len() > 1 && c[1].abs() > bound_of_change_of_derivative(c, to) {
-        return best;
+/// `term` of each coefficient and its weight, with zeros behind them.
+#[inline(always)]
+pub fn weighted(c: &[f64], weights: &[f64], term: impl Fn(f64, f64) -> f64) -> [f64; MOST] {
+    let mut row = [0.0; MOST];
+    let count = c.len().min(weights.len()).min(MOST);
+    let (terms, c, weights) = (&mut row[..count], &c[..count], &weights[..count]);
+    for k in 0..count {
+        terms[k] = term(c[k], weights[k]);
     }
-    let mut left = from;
-    let mut slope_left = derivative(c, left);
-    for part in 1..=PARTS {
-        let right = from + (to - from) * part as f64 / PARTS as f64;
-        let slope_right = derivative(c, right);
-        if slope_left > 0.0 && slope_right <= 0.0 {
-            best = higher(best, root::falling_zero(|t| derivative(c, t), left, right));
-        }
-        (left, slope_left) = (right, slope_right);
-    }
-    best
+    row
 }
 
-/// The first `t` in `[0, until]` from which on `sign` (1 or -1) times the series less `level` is positive; see
-/// [`root::first_positive`].
-pub fn first_positive(c: &[f64], sign: f64, level: f64, until: f64) -> Option<f64> {
-    // Most searches find nothing and need not be made.
-    if sign * (c[0] - level) < -until * bound(&c[1..], until) {
-        return None;
-    }
-    let mut from = 0.0;
-    // At a start with vanishing value, slope and curvature the first coefficient that is not zero decides.
-    if c[0] == level && c[1] == 0.0 && c[2] == 0.0 {
-        let lead = 3 + c.iter().skip(3).position(|&c| c != 0.0)?;
-        if sign * c[lead] > 0.0 {
-            return Some(0.0);
-        }
-        let rest: f64 = c[lead + 1..].iter().rev().fold(0.0, |sum, c| sum * until + c.abs());
-        // On this stretch the leading term outweighs all others.
-        let half = 0.5 * c[lead].abs();
-        from = if rest * until <= half { until } else { half / rest };
-    }
-    first_positive_after(c, sign, level, from, until)
+/// Product of two series integrated from 0 to `t`: by quadrature, exactly up to degree 31. Where the series converge no more of the
+/// product counts.
+pub fn product_integral(a: &[f64], b: &[f64], t: f64) -> f64 {
+    quadrature_of(t, |places| {
+        let (a, b) = (sample(a, places), sample(b, places));
+        std::array::from_fn(|p| a[p] * b[p])
+    })
 }
 
-/// The same in `[from, until]`, for a start where the value, the slope or the curvature tells how it goes on.
-pub fn first_positive_after(c: &[f64], sign: f64, level: f64, from: f64, until: f64) -> Option<f64> {
-    root::first_positive(&Above { c, sign, level }, from, until)
-}
-
-/// `sign (c - level)` for a series c.
-struct Above<'a> {
-    c: &'a [f64],
-    sign: f64,
-    level: f64,
-}
-
-impl Smooth for Above<'_> {
-    fn at(&self, t: f64) -> [f64; 3] {
-        let [value, slope, curvature] = value_and_derivatives(self.c, t);
-        [value - self.level, slope, curvature].map(|d| self.sign * d)
-    }
-
-    fn third_derivative_bound(&self, t: f64, span: f64) -> f64 {
-        let end = t + span;
-        self.c.iter().enumerate().skip(3).rev().fold(0.0, |sum, (k, c)| {
-            let k = k as f64;
-            sum * end + k * (k - 1.0) * (k - 2.0) * c.abs()
-        })
-    }
-
-    fn bound_depends_on_span(&self) -> bool {
-        true
-    }
+/// Integral from 0 to `t` of a function given at some places at a time.
+fn quadrature_of(t: f64, f: impl Fn(&[f64; SAMPLES]) -> [f64; SAMPLES]) -> f64 {
+    let half = 0.5 * t;
+    let part = |sign: f64| {
+        let values = f(&quadrature::SIXTEEN.map(|(x, _)| half * (1.0 + sign * x)));
+        quadrature::SIXTEEN.iter().zip(values).map(|((_, weight), value)| weight * value).sum::<f64>()
+    };
+    half * (part(-1.0) + part(1.0))
 }
 
 #[cfg(test)]
@@ -228,25 +229,29 @@ mod tests {
     }
 
     #[test]
-    fn maximum_of_a_hump() {
-        // t (1 - t) peaks at 1/4; on [0.6, 1] the left end is the largest.
-        let c = [0.0, 1.0, -1.0];
-        assert!((maximum(&c, 0.0, 1.0) - 0.25).abs() < 1e-15);
-        assert!((maximum(&c, 0.6, 1.0) - 0.24).abs() < 1e-15);
-    }
-
-    #[test]
-    fn crossing_decided_by_the_leading_term() {
-        assert_eq!(first_positive(&[0.0, 0.0, 0.0, 0.0, 1e-30], 1.0, 0.0, 1.0), Some(0.0));
-        assert_eq!(first_positive(&[0.0; 6], 1.0, 0.0, 1.0), None);
-        let t = first_positive(&[0.0, 0.0, 0.0, 1.0, -2.0], -1.0, 0.0, 1.0).unwrap();
-        assert!((t - 0.5).abs() < 1e-15);
-    }
-
-    #[test]
     fn integrals_of_products() {
         // (1 + t) (1 - t) integrated to 1 is 2/3.
         assert!((product_integral(&[1.0, 1.0], &[1.0, -1.0], 1.0) - 2.0 / 3.0).abs() < 1e-15);
         assert!((integral(&[1.0, 2.0, 3.0], 2.0) - 14.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn lanes_sum_what_horner_sums() {
+        let c: Vec<f64> = (0..31).map(|k| libm::sin(1.0 + k as f64)).collect();
+        for count in 0..c.len() {
+            let (c, t) = (&c[..count], 0.8);
+            let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{count} terms: {a}, not {b}");
+            let [by_lanes, slope, curvature] = value_and_derivatives(c, t);
+            close(value_by_lanes(c, t), value(c, t));
+            close(by_lanes, value(c, t));
+            close(slope, derivative(c, t));
+            close(derivative_by_lanes(c, t), derivative(c, t));
+            close(change_of_derivative(c, t), derivative(c, t) - derivative(c, 0.0));
+            close(integral_by_lanes(c, t), integral(c, t));
+            let about: [f64; 3] = about(c, t);
+            close(curvature, 2.0 * about[2]);
+            shifted(c, t).iter().zip(about).for_each(|(a, b)| close(*a, b));
+            close(sample(c, &[0.0, t])[1], value(c, t));
+        }
     }
 }

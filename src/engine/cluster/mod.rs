@@ -19,7 +19,7 @@ mod taylor;
 mod window;
 
 pub(crate) use equations::Equations;
-pub(crate) use segment::Cluster;
+pub(crate) use segment::{Cluster, Memory};
 pub(crate) use step_control::{Control, StepHistory};
 pub(crate) use taylor::Series;
 pub(crate) use window::{OverlapSeries, Switch, WindowContact, clipping};

@@ -14,7 +14,7 @@ use std::cell::Cell;
 use super::shapes::Shapes;
 use super::window::Window;
 use crate::engine::flight::degree;
-use crate::model::Mode;
+use crate::model::{ContactLaw, Mode};
 use crate::solver::oscillator::{ForcedOscillator, Oscillator, Response};
 
 /// One natural mode of a group: its coordinate, which starts at 0.
@@ -64,9 +64,26 @@ impl NaturalMode {
 const LARGEST_UNIFORM: usize = 128;
 const LARGEST_GROUP: usize = 40;
 
+/// Segments after a switching that series have before natural modes take over: where balls oscillate, and while a front has yet to
+/// pass a contact. Fewer pay for modes that the next switching ends, more for series where modes hold for long
+/// (`benches/runs.rs`); too few of a front lose what grows from nothing (`tests/rust/stiff.rs`).
+const SERIES: u32 = 13;
+const SERIES_OF_FRONT: u32 = 64;
+
+/// How many segments after a switching are followed by series before natural modes take over, if they [apply](apply_to).
+pub(super) fn series_before_modes(window: &Window) -> Option<u32> {
+    apply_to(window).then(|| match window.laws.iter().all(ContactLaw::is_elastic) {
+        true => SERIES,
+        // Only series keep balls that the motion has not reached exactly at rest, and follow what grows from nothing.
+        false if window.holds_front() => SERIES_OF_FRONT,
+        false if window.rings() => SERIES,
+        false => 0,
+    })
+}
+
 /// Whether the closed contacts of a window are linear, and those that press join equal pendulums and are damped in proportion to
 /// their stiffness, under constant inputs. (Drag makes pendulums of unequal masses unequal.)
-pub(super) fn apply_to(window: &Window) -> bool {
+fn apply_to(window: &Window) -> bool {
     let Window { flights, balls, contacts, laws } = window;
     let (mut first, mut uniform) = (0, true);
     for (j, (contact, law)) in contacts.iter().zip(*laws).enumerate() {

@@ -21,14 +21,6 @@ use crate::model::{ContactLaw, Mode};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 
-/// Segments after a switching that series have before natural modes take over: of elastic contacts, while a front has yet to pass
-/// a contact, and where more contacts than a [`FEW`] ring. Fewer pay for modes that the next switching ends, more for series
-/// where modes hold for long (`benches/runs.rs`); too few of a front lose what grows from nothing (`tests/rust/stiff.rs`).
-const SERIES_OF_ELASTIC: u32 = 13;
-const SERIES_OF_FRONT: u32 = 64;
-const SERIES_OF_RINGING: u32 = 4;
-const FEW: usize = 5;
-
 /// Time scales of the fastest mode that switchings are looked for in the first window by modes.
 const FIRST_HORIZON: f64 = 32.0;
 
@@ -67,6 +59,13 @@ impl Description {
         }
         (release, Switch::Release)
     }
+}
+
+/// What a cluster that is over leaves to the next one: room for its series.
+#[derive(Debug, Default)]
+pub(crate) struct Memory {
+    series: Series,
+    workspace: Workspace,
 }
 
 /// Neighbouring balls in contact.
@@ -136,6 +135,18 @@ impl Cluster {
     /// Time that the current segment ends.
     pub fn end(&self) -> DoubleDouble {
         self.start + self.length
+    }
+
+    /// The same cluster, with room from one before it.
+    pub fn with_memory(mut self, memory: Memory) -> Self {
+        (self.description, self.workspace) = (Description::Series(memory.series), memory.workspace);
+        self
+    }
+
+    /// What is left of it once it is over.
+    pub fn into_memory(self) -> Memory {
+        let series = if let Description::Series(series) = self.description { series } else { Series::default() };
+        Memory { series, workspace: self.workspace.emptied() }
     }
 
     /// Gives up the memory that only the next [`Self::expand`] would use again.
@@ -258,7 +269,7 @@ impl Cluster {
 
     /// Describes the motion from the start of the segment on and finds where the segment ends.
     ///
-    /// Damped linear contacts have natural modes. Else it is series right after a switching: they keep the exact zeros of
+    /// Strongly damped linear contacts have natural modes. Else it is series right after a switching: they keep the exact zeros of
     /// balls that the motion has not reached. Once some segments have passed without any switching, the contacts are stiff
     /// for the pace of the motion, or closed for long. Balls that do not part for thousands of segments have series of their own.
     pub fn expand(&mut self, balls: &[Ball], laws: &[ContactLaw], control: &Control) {
@@ -291,8 +302,8 @@ impl Cluster {
     /// Describes the motion of `window` for as long as the description holds. Returns its error in the velocities, m/s.
     fn describe(&mut self, window: &Window, control: &Control, rounding: &Rounding) -> f64 {
         self.evaluations = window.closed() as u64;
-        if natural::apply_to(window)
-            && let Some(windows) = self.history.quiet.checked_sub(series_before_modes(window))
+        let series_first = natural::series_before_modes(window);
+        if let Some(windows) = series_first.and_then(|series| self.history.quiet.checked_sub(series))
             && let Some(modes) = Modes::new(window)
         {
             self.length = horizon(modes.shortest_time(), windows, control.longest);
@@ -305,12 +316,17 @@ impl Cluster {
             Description::Gauss(motion) => (Series::default(), Some(motion)),
             Description::Modes(_) => (Series::default(), None),
         };
-        let persistent = self.history.is_persistent();
+        let linear = window.laws.iter().all(ContactLaw::is_linear);
+        let persistent = self.history.is_persistent() && !linear;
         let scale = if persistent { self.workspace.persistent.velocity_scale(window) } else { velocity_scale(window) };
         let local_error = control.local_error(scale);
-        let (evaluations, collocated) =
-            collocation::follow(&mut series, &mut self.history, window, control, rounding, local_error);
-        self.evaluations = self.evaluations.saturating_add(evaluations);
+        let modes_to_come = series_first.is_some_and(|series| self.history.quiet < series);
+        let collocated = !modes_to_come && {
+            let (evaluations, collocated) =
+                collocation::follow(&mut series, &mut self.history, window, control, rounding, local_error);
+            self.evaluations = self.evaluations.saturating_add(evaluations);
+            collocated
+        };
         if !collocated {
             if !persistent && gauss::applies_to(window) {
                 let mut motion = motion.unwrap_or_default();
@@ -322,7 +338,9 @@ impl Cluster {
                     return local_error;
                 }
             }
-            if persistent {
+            if linear {
+                series.expand_linear(&mut self.workspace.linear, window, control, scale);
+            } else if persistent {
                 let before = self.history.explicit_length;
                 series.expand_persistent(&mut self.workspace.persistent, window, control, scale, before);
             } else {
@@ -333,20 +351,6 @@ impl Cluster {
         self.length = series.converges_for();
         self.description = Description::Series(series);
         local_error
-    }
-}
-
-/// How many segments after a switching are followed by series before natural modes take over.
-fn series_before_modes(window: &Window) -> u32 {
-    let rings = || window.closed() > FEW && window.rings();
-    match window.laws.iter().all(ContactLaw::is_elastic) {
-        true => SERIES_OF_ELASTIC,
-        // Only series keep balls that the motion has not reached exactly at rest, and follow what grows from nothing.
-        false if window.holds_front() => SERIES_OF_FRONT,
-        // Where many balls pass waves on, the next switching is near, and series have it for less.
-        false if rings() && window.is_of_one_mass() => SERIES_OF_RINGING,
-        false if rings() => SERIES_OF_ELASTIC,
-        false => 0,
     }
 }
 

@@ -10,7 +10,7 @@ use crate::model::{BallModel, ContactLaw, MAX_OUTPUT_DERIVATIVE, Mode};
 const NEGLIGIBLE: f64 = 1e-4;
 
 /// Contacts in a chain whose damping is less than this times `sqrt(k m)` let the balls oscillate or nearly so.
-const RINGING: f64 = 5.0;
+const RINGING: f64 = 3.0;
 
 /// A contact of the window at the start of the segment.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -71,11 +71,6 @@ impl Window<'_> {
             law.damping_coefficient() < RINGING * (law.stiffness * self.reduced_mass(j)).sqrt()
         };
         self.contacts.iter().enumerate().any(|(j, contact)| contact.mode != Mode::Open && rings(j))
-    }
-
-    /// Whether all balls have the same mass.
-    pub fn is_of_one_mass(&self) -> bool {
-        self.balls.windows(2).all(|pair| pair[0].mass == pair[1].mass)
     }
 
     /// Reduced mass of the balls of contact `j`, kg.

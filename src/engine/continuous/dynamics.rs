@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::engine::flight::{Forcing, forcing_at};
 use crate::model::{BallModel, ContactLaw, Cradle};
+use crate::solver::crossing;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::ode::{Path, System, Tridiagonal};
 use crate::solver::series;
@@ -280,7 +281,7 @@ impl System for Dynamics {
             if end > 0.0 {
                 series.iter_mut().for_each(|c| *c = -*c);
             }
-            let place = series::place_of_maximum(&series, 0.0, 1.0);
+            let place = crossing::place_of_maximum(&series, 0.0, 1.0);
             (series::value(&series, place) > self.tolerance * self.scales[2] && place > 0.0 && place < 1.0)
                 .then_some(place)
         };

@@ -9,10 +9,10 @@ use crate::engine::error::EngineError;
 use crate::engine::flight::Forcing;
 use crate::engine::records::LARGEST_COUNT;
 use crate::model::{Cradle, Parameters, SolverMethod};
+use crate::solver::crossing;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::ode::{Family, Multistep, Path, RungeKutta, StepCounters, Stuck};
 use crate::solver::root;
-use crate::solver::series;
 
 /// What happens in a contact within a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -210,7 +210,7 @@ impl Trajectory {
         if was_closed != closes {
             let series = self.dynamics.overlap_series(self.path(), i);
             let sign = if closes { 1.0 } else { -1.0 };
-            let s = series::first_positive(&series, sign, 0.0, 1.0).unwrap_or(1.0) - 1.0;
+            let s = crossing::first_positive(&series, sign, 0.0, 1.0).unwrap_or(1.0) - 1.0;
             let kind = if closes { Kind::Onset } else { Kind::Release };
             // The damper acts at once.
             let law = &self.dynamics.cradle.contacts[i];

@@ -14,6 +14,7 @@ use crate::engine::flight::{Forcing, shifted};
 use crate::engine::rigid::restitution;
 use crate::model::algebraic::{self, Chain};
 use crate::model::{BallModel, Cradle, Differential, Mode};
+use crate::solver::crossing;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::dual::{Dual, Scalar};
 use crate::solver::series;
@@ -122,7 +123,7 @@ impl<'a> Run<'a> {
         for (j, negligible) in negligible.into_iter().enumerate().filter(|(_, negligible)| *negligible > 0.0) {
             // Up to where the elastic force begins to matter.
             let overlap: Vec<f64> = series.overlap_row(j).iter().map(|c| c.value()).collect();
-            if let Some(s) = series::first_positive(&overlap, 1.0, negligible, length / unit) {
+            if let Some(s) = crossing::first_positive(&overlap, 1.0, negligible, length / unit) {
                 length = s * unit;
             }
         }
@@ -211,9 +212,9 @@ impl<'a> Run<'a> {
     fn switch_of(&self, series: &Series<Dual>, j: usize, until: f64) -> Option<(Dual, Switch)> {
         let crossing = |row: &[Dual], sign: f64, until: f64, noise: f64, switch: Switch| {
             let values: Vec<f64> = row.iter().map(|c| c.value()).collect();
-            let s = series::first_positive(&values, sign, 0.0, until).filter(|s| *s < until)?;
+            let s = crossing::first_positive(&values, sign, 0.0, until).filter(|s| *s < until)?;
             if noise > 0.0 {
-                series::first_positive(&values, sign, sign * noise, until)?;
+                crossing::first_positive(&values, sign, sign * noise, until)?;
             }
             // The place where the row vanishes moves by -(its tangent) / (its slope).
             let slope = series::derivative(&values, s);
@@ -262,7 +263,7 @@ impl<'a> Run<'a> {
             let force = series.force_row(j);
             self.impulse[j] += Dual::from(series.unit) * series::integral(force, s);
             let values: Vec<f64> = force.iter().map(|c| c.value()).collect();
-            let top = series::place_of_maximum(&values, 0.0, s.value());
+            let top = crossing::place_of_maximum(&values, 0.0, s.value());
             // At the end of the segment its time counts, within it the force does not change with the place.
             let peak = series::value(force, if top == s.value() { s } else { Dual::from(top) });
             if peak.value() > self.peak[j].value() {

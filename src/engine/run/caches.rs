@@ -3,6 +3,7 @@
 
 use std::cell::{Cell, OnceCell, RefCell};
 
+use crate::engine::cluster::Memory;
 use crate::engine::pair_impact::Interior;
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
@@ -15,6 +16,8 @@ pub(crate) struct Caches<R> {
     /// A contact each: the interior of the impact under way, once somebody looks inside.
     pub interiors: Vec<OnceCell<Box<Interior>>>,
     pub ahead: LookAhead<R>,
+    /// What the last cluster has left.
+    pub memory: Memory,
 }
 
 /// The state of a ball at a time.
@@ -48,6 +51,7 @@ impl<R> Caches<R> {
             states: vec![Cell::new(unknown); balls],
             interiors: std::iter::repeat_with(OnceCell::new).take(contacts).collect(),
             ahead: LookAhead { copy: RefCell::default(), found: Cell::default() },
+            memory: Memory::default(),
         }
     }
 

@@ -38,14 +38,14 @@ impl Engine {
             }
             Some((i, Switch::Release)) => {
                 let range = cluster.window_contacts();
-                self.release_members(&cluster);
+                self.release_members(cluster);
                 self.contacts[i].loosen(0.0, Mode::Open);
                 self.end_pulse(i, t, observer);
                 self.form(range, t);
             }
             Some((i, Switch::Onset)) => {
                 let range = cluster.window_contacts();
-                self.release_members(&cluster);
+                self.release_members(cluster);
                 self.close(i, t, range, observer);
             }
         }
@@ -73,7 +73,9 @@ impl Engine {
         });
         let contacts = contacts.collect();
         let flights = window.clone().map(|i| self.balls[i].flight_at(t)).collect();
-        self.follow(id, Cluster::new(members, window, t, flights, contacts, StepHistory::aged(age)));
+        let cluster = Cluster::new(members, window, t, flights, contacts, StepHistory::aged(age));
+        let memory = std::mem::take(&mut self.caches.memory);
+        self.follow(id, cluster.with_memory(memory));
     }
 
     /// Computes the next segment of a cluster and puts it back in its place.
@@ -134,11 +136,11 @@ impl Engine {
         let Some(mut cluster) = self.take_cluster(id, t) else { return (0..0, 0..0) };
         let (members, contacts) = (cluster.members.clone(), cluster.window_contacts());
         self.account_until(&mut cluster, t);
-        self.release_members(&cluster);
+        self.release_members(cluster);
         (members, contacts)
     }
 
-    fn release_members(&mut self, cluster: &Cluster) {
+    fn release_members(&mut self, cluster: Cluster) {
         self.queue.remove(cluster.key());
         for ball in &mut self.balls[cluster.members.clone()] {
             ball.regime = Regime::Flight;
@@ -146,5 +148,6 @@ impl Engine {
         for (i, &WindowContact { overlap, mode }) in cluster.window_contacts().zip(&cluster.contacts) {
             self.contacts[i].phase = Phase::Loose(Loose { overlap, mode, age: cluster.history.age });
         }
+        self.caches.memory = cluster.into_memory();
     }
 }

@@ -1,9 +1,10 @@
 //! Power series of the motions and forces of a window.
 //!
 //! [`Series`] holds the coefficients and is its own dense output; [`Workspace`] computes them, by the recurrences of the
-//! equations right after a switching (`recurrences`), by those of a higher order and with less arithmetic where balls have long
-//! been pressed together (`persistent`). Collocation fills in a [`Series`], too.
+//! equations (`recurrences`), those of linear contacts with less arithmetic and to a higher order (`linear`), as those of balls that
+//! have long been pressed together (`persistent`). Collocation fills in a [`Series`], too.
 
+mod linear;
 mod persistent;
 mod recurrences;
 mod series;
@@ -15,7 +16,15 @@ pub(crate) use series::Series;
 #[derive(Debug, Default)]
 pub(super) struct Workspace {
     pub recurrences: recurrences::Workspace,
+    pub linear: linear::Workspace,
     pub persistent: persistent::Workspace,
+}
+
+impl Workspace {
+    /// Its memory, without the values that are only known of these balls.
+    pub fn emptied(self) -> Self {
+        Self { persistent: persistent::Workspace::default(), ..self }
+    }
 }
 
 impl Clone for Workspace {

@@ -219,7 +219,6 @@ impl Series {
         }
         let unit = if before > 0.0 { before } else { unit_of_time(window, scale, |j| negligible[j] > 0.0) };
         self.begin(window, ORDER, unit);
-        self.by_lanes = true;
         let balls = window.balls;
         let alike = |j: usize| j > 0 && balls[j - 1].oscillator == balls[j].oscillator;
         let coefficients: Vec<Coefficients> =

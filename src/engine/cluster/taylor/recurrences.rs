@@ -11,9 +11,9 @@ use crate::engine::cluster::equations::Equations;
 use crate::engine::cluster::step_control::Control;
 use crate::engine::cluster::window::Window;
 use crate::model::{BallModel, ContactLaw, Mode};
+use crate::solver::crossing;
 use crate::solver::dual::Scalar;
 use crate::solver::oscillator::MAX_FORCE_ORDER;
-use crate::solver::series;
 
 /// The force by the series may differ from that of the law by what changes the velocities by this part of their scale.
 const WRONG: f64 = 1e-13;
@@ -201,7 +201,7 @@ impl Series {
     /// Ends the segment where the overlap of contact `j` rises above this `level` (m).
     fn shorten_where_above(&mut self, j: usize, level: f64) {
         let until = self.converges_for / self.unit;
-        if let Some(s) = series::first_positive(self.overlap_row(j), 1.0, level, until) {
+        if let Some(s) = crossing::first_positive(self.overlap_row(j), 1.0, level, until) {
             self.converges_for = s * self.unit;
         }
     }

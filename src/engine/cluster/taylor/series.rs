@@ -1,6 +1,6 @@
 //! The motions and forces of a window as power series of the time, and what is read off them: the series is its own dense
-//! output. How the coefficients follow from the state at the start of a segment: `recurrences`, `persistent` where balls have been
-//! pressed together for long, or `collocation`.
+//! output. How the coefficients follow from the state at the start of a segment: `recurrences`, `linear` where contacts
+//! are, `persistent` where balls have been pressed together for long, or `collocation`.
 
 use crate::engine::cluster::dense_output::DenseOutput;
 use crate::engine::cluster::equations::Equations;
@@ -8,6 +8,7 @@ use crate::engine::cluster::window::{OverlapSeries, Window, clipping};
 use crate::engine::flight::{Forcing, Rounding, degree};
 use crate::model::Mode;
 use crate::next::Next;
+use crate::solver::crossing;
 use crate::solver::dual::Scalar;
 use crate::solver::oscillator::MAX_FORCE_ORDER;
 use crate::solver::series;
@@ -19,8 +20,6 @@ pub(crate) struct Series<S = f64> {
     pub(crate) order: usize,
     /// Unit of time of the series, s: of the order of what they converge for, lest high powers overflow.
     pub(crate) unit: f64,
-    /// Whether its sums are taken in lanes side by side: other bits, in less time.
-    pub(crate) by_lanes: bool,
     /// A ball each: displacement since the start of the segment.
     pub(crate) displacements: Vec<S>,
     /// A contact each: overlap.
@@ -68,7 +67,7 @@ impl<S: Scalar> Series<S> {
 
     /// Rows of the given order and unit of time with nothing but the state at the start.
     pub(crate) fn begin(&mut self, equations: &impl Equations<S>, order: usize, unit: f64) {
-        (self.order, self.unit, self.converges_for, self.by_lanes) = (order, unit, unit, false);
+        (self.order, self.unit, self.converges_for) = (order, unit, unit);
         let (stride, balls) = (self.stride(), equations.balls());
         self.displacements.clear();
         self.displacements.resize(balls * stride, S::default());
@@ -96,7 +95,7 @@ impl<S: Scalar> Series<S> {
 impl Series {
     fn with_change_of_rate(&self, row: &[f64], tau: f64) -> (f64, f64) {
         let s = tau / self.unit;
-        (self.value(row, s), self.change_of_derivative(row, s) / self.unit)
+        (self.value(row, s), series::change_of_derivative(row, s) / self.unit)
     }
 
     /// How long the series converge to the tolerance, s.
@@ -106,7 +105,7 @@ impl Series {
 
     /// The crossing of `row`, signed, above `level` before `until` (s).
     fn crossing(&self, row: &[f64], sign: f64, level: f64, until: f64) -> Next {
-        self.switching(series::first_positive(row, sign, level, until / self.unit), until)
+        self.switching(crossing::first_positive(row, sign, level, until / self.unit), until)
     }
 
     /// A switching at the scaled time `s`, if there is one and it comes before `until` (s).
@@ -119,33 +118,13 @@ impl Series {
 
     /// Value of a row at the scaled time `s`.
     pub(crate) fn value(&self, row: &[f64], s: f64) -> f64 {
-        if self.by_lanes { series::sum_by_lanes(row, s, |_, c| c) } else { series::value(row, s) }
+        series::value_by_lanes(row, s)
     }
 
-    /// Its derivative there less that at the start.
-    fn change_of_derivative(&self, row: &[f64], s: f64) -> f64 {
-        if !self.by_lanes {
-            return series::change_of_derivative(row, s);
-        }
-        s * series::sum_by_lanes(&row[2..], s, |k, c| (k + 2) as f64 * c)
-    }
-
-    /// Its integral from the start.
-    fn integral(&self, row: &[f64], s: f64) -> f64 {
-        if !self.by_lanes {
-            return series::integral(row, s);
-        }
-        s * series::sum_by_lanes(row, s, |k, c| c * (1.0 / (k + 1) as f64))
-    }
-
-    /// `integral a b` over the first `tau` (s) of a segment, `order` terms of the product.
-    fn product_integral(&self, a: &[f64], b: &[f64], tau: f64) -> f64 {
-        let s = tau / self.unit;
-        if self.by_lanes {
-            tau * series::product_integral_by_lanes(a, b, self.order, s)
-        } else {
-            self.unit * series::product_integral(a, b, s)
-        }
+    /// `integral a b` over the first `tau` (s) of a segment, of a function a of the time and the rate b of what a row holds.
+    fn integral_by_rate(&self, a: &[f64], row: &[f64], tau: f64) -> f64 {
+        let rate = series::weighted(&row[1..], &series::NUMBERS[1..], |c, k| k * c);
+        series::product_integral(a, &rate[..row.len() - 1], tau / self.unit)
     }
 
     /// Gives ball `j` of the window this polynomial of the scaled time as its velocity, m/s.
@@ -167,7 +146,7 @@ impl DenseOutput for Series {
     }
 
     fn displacement_integral(&self, j: usize, tau: f64) -> f64 {
-        self.unit * self.integral(self.displacement(j), tau / self.unit)
+        self.unit * series::integral_by_lanes(self.displacement(j), tau / self.unit)
     }
 
     fn overlap(&self, j: usize, tau: f64) -> (f64, f64) {
@@ -185,17 +164,18 @@ impl DenseOutput for Series {
     }
 
     fn impulse(&self, j: usize, tau: f64) -> f64 {
-        self.unit * self.integral(self.force_row(j), tau / self.unit)
+        self.unit * series::integral_by_lanes(self.force_row(j), tau / self.unit)
     }
 
     fn peak(&self, j: usize, from: f64, to: f64, known: f64) -> f64 {
         let (row, to) = (self.force_row(j), to / self.unit);
-        if series::bound(row, to) < known { known } else { series::maximum(row, from / self.unit, to).max(known) }
+        if series::bound(row, to) < known { known } else { crossing::maximum(row, from / self.unit, to).max(known) }
     }
 
     fn squared_velocity_integral(&self, j: usize, tau: f64) -> f64 {
-        let v = self.rate(self.displacement(j));
-        self.product_integral(&v, &v, tau)
+        let row = self.displacement(j);
+        let v = series::weighted(&row[1..], &series::NUMBERS[1..], |c, k| k * c);
+        self.integral_by_rate(&v[..row.len() - 1], row, tau) / self.unit
     }
 
     fn work(&self, j: usize, forcing: &Forcing, tau: f64) -> f64 {
@@ -208,13 +188,12 @@ impl DenseOutput for Series {
             scaled[k] = p * unit * INVERSE_FACTORIAL[k];
             unit *= self.unit;
         }
-        self.product_integral(&scaled, &self.rate(self.displacement(j)), tau)
+        self.integral_by_rate(&scaled, self.displacement(j), tau)
     }
 
     fn contact_loss(&self, j: usize, tau: f64) -> f64 {
-        let elastic = self.elastic_row(j);
-        let excess: Vec<f64> = self.force_row(j).iter().zip(elastic).map(|(f, e)| f - e).collect();
-        self.product_integral(&excess, &self.rate(self.overlap_row(j)), tau)
+        let excess = series::weighted(self.force_row(j), self.elastic_row(j), |force, elastic| force - elastic);
+        self.integral_by_rate(&excess[..self.order], self.overlap_row(j), tau)
     }
 
     fn onset(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Next {
@@ -224,7 +203,7 @@ impl DenseOutput for Series {
             return onset;
         }
         let noise = rounding.position;
-        let deep = series::first_positive(row, 1.0, noise, until / self.unit).is_some();
+        let deep = crossing::first_positive(row, 1.0, noise, until / self.unit).is_some();
         // Where a wave arrives, a ball in touch and at rest, but for what its front has not been felt by, may take longer than
         // this segment to be pressed any deeper.
         let at_rest = row[0].max(0.0) + row[1].abs() <= rounding.velocity * self.unit;
@@ -242,10 +221,10 @@ impl DenseOutput for Series {
         if row[0] < level && row[1] == 0.0 {
             // It has just closed from rest, and rounding has a say in which way it goes at first.
             let end = until / self.unit;
-            if let Some(rise) = series::first_positive(row, 1.0, level, end)
-                && series::first_positive(row, -1.0, -rounding.position, rise).is_none()
+            if let Some(rise) = crossing::first_positive(row, 1.0, level, end)
+                && crossing::first_positive(row, -1.0, -rounding.position, rise).is_none()
             {
-                let fall = series::first_positive_after(row, -1.0, level, rise, end);
+                let fall = crossing::first_positive_after(row, -1.0, level, rise, end);
                 return self.switching(fall, until);
             }
         }
@@ -267,7 +246,7 @@ impl DenseOutput for Series {
             None => (self.force_row(j).to_vec(), rounding.force(law)),
         };
         let (sign, _) = clipping(mode);
-        match series::first_positive(&pressing, sign, sign * noise, until / self.unit) {
+        match crossing::first_positive(&pressing, sign, sign * noise, until / self.unit) {
             Some(_) => self.crossing(&pressing, sign, 0.0, until),
             None => Next::Never,
         }
