@@ -42,4 +42,7 @@ fn a_minute_of_touching_steel_balls() {
     assert_eq!(work(&parameters, 60.0), WorkCounters { steps: 1487, evaluations: 29819, events: 624 });
     (parameters.damping_law, parameters.hunt_crossley) = (DampingLaw::HuntCrossley, 0.05);
     assert_eq!(work(&parameters, 60.0), WorkCounters { steps: 1853, evaluations: 34172, events: 622 });
+    // Four more switchings a group: where the forces would begin to pull.
+    (parameters.damping_law, parameters.relaxation_time) = (DampingLaw::Viscoelastic, 4e-7);
+    assert_eq!(work(&parameters, 60.0), WorkCounters { steps: 3427, evaluations: 61948, events: 927 });
 }

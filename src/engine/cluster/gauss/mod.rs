@@ -61,15 +61,11 @@ pub(super) struct Followed {
     pub evaluations: u64,
 }
 
-/// Whether the closed contacts are few and press with an exponent that is a whole number and a half, by laws that hardly clip, and
-/// all pendulums are equal.
+/// Whether the closed contacts are few, their exponents a whole number and a half, the sign of a force that may be clipped is simple,
+/// and all pendulums are equal.
 pub(super) fn applies_to(window: &Window) -> bool {
-    let serves = |(contact, law): (&WindowContact, &ContactLaw)| match contact.mode {
-        Mode::Open => true,
-        Mode::Pressing => {
-            law.has_root() && (!law.clips() || law.sign_of_force().is_some_and(|sign| sign.by_overlap == 0.0))
-        }
-        Mode::Clipped => false,
+    let serves = |(contact, law): (&WindowContact, &ContactLaw)| {
+        contact.mode == Mode::Open || (law.has_root() && (!law.clips() || law.sign_of_force().is_some()))
     };
     let oscillator = &window.balls[0].oscillator;
     window.closed() <= MOST_CONTACTS
@@ -164,7 +160,7 @@ impl Motion {
     /// A closed contact without overlap whose balls part.
     fn parting(&self, rounding: &Rounding) -> Option<usize> {
         self.tracks.iter().position(|track| {
-            track.mode == Mode::Pressing && track.overlap <= rounding.no_overlap() && track.rate < -rounding.velocity
+            track.mode != Mode::Open && track.overlap <= rounding.no_overlap() && track.rate < -rounding.velocity
         })
     }
 
@@ -210,14 +206,13 @@ impl Motion {
         if pace > 0.0 { output::LONGEST / pace } else { f64::INFINITY }
     }
 
-    /// How long the first closed contact that is opening would take at its present rate, s. One that hardly presses has no branch
-    /// point that matters, and may never open.
+    /// How long the first closed contact that is opening would take at its present rate, s, or to where it is clipped. One that hardly
+    /// presses has no branch point that matters, and may never open.
     fn release_ahead(&self) -> Option<f64> {
         let largest = self.tracks.iter().map(|track| track.overlap).fold(0.0, f64::max);
-        let opens =
-            |track: &&Track| track.mode == Mode::Pressing && track.rate < 0.0 && track.overlap > FAINT * largest;
+        let opens = |track: &&Track| track.mode != Mode::Open && track.rate < 0.0 && track.overlap > FAINT * largest;
         let opening = self.tracks.iter().filter(opens);
-        opening.map(|track| track.overlap / -track.rate).min_by(f64::total_cmp)
+        opening.map(|track| track.overlap_left() / -track.rate).min_by(f64::total_cmp)
     }
 }
 

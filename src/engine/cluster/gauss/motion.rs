@@ -2,7 +2,7 @@
 
 use crate::engine::cluster::window::{Switch, Window};
 use crate::engine::flight::{Flight, Rounding, degree};
-use crate::model::{ContactLaw, Mode};
+use crate::model::{ContactLaw, Mode, SignOfForce};
 use crate::solver::gauss::{NODES, Nodes, Stretching};
 use crate::solver::oscillator::Oscillator;
 
@@ -34,6 +34,21 @@ impl Track {
     pub fn varying(&self, time: f64) -> f64 {
         let [_, first, second, third] = self.free.forcing;
         time * (first + 0.5 * time * (second + time / 3.0 * third))
+    }
+
+    /// What has the sign of its force, if that may be clipped.
+    pub fn sign(&self) -> Option<SignOfForce> {
+        if self.mode == Mode::Open { None } else { self.law.sign_of_force() }
+    }
+
+    /// Overlap (m) that is left until it opens, or until its force changes its sign if that comes before.
+    pub fn overlap_left(&self) -> f64 {
+        match self.sign() {
+            Some(sign) if self.mode == Mode::Pressing && sign.by_overlap > 0.0 => {
+                sign.at(self.overlap, self.rate) / sign.by_overlap
+            }
+            _ => self.overlap,
+        }
     }
 
     /// Whether its balls are side by side, as far as rounding tells.

@@ -13,7 +13,7 @@ use std::cell::Ref;
 
 use super::motion::Motion;
 use crate::engine::cluster::dense_output::DenseOutput;
-use crate::engine::cluster::window::{OverlapSeries, Switch, Window};
+use crate::engine::cluster::window::{OverlapSeries, Switch, Window, clipping};
 use crate::engine::flight::{Forcing, Rounding, degree, forcing_at};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
@@ -284,7 +284,7 @@ impl DenseOutput for Motion {
         self.ends_with(j, Switch::Release)
     }
 
-    fn clip(&self, _: usize, _: &Window, _: f64, _: &Rounding) -> Next {
-        Next::Never
+    fn clip(&self, j: usize, _: &Window, _: f64, _: &Rounding) -> Next {
+        self.ends_with(j, clipping(self.tracks[j].mode).1)
     }
 }
