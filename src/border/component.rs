@@ -23,7 +23,8 @@ pub(crate) trait Version {
     fn refused(instance: &mut Instance, refusal: &Refusal) -> Self::Status;
 }
 
-/// What the host's pointer points to.
+/// What the host's pointer points to. The magic number comes first, whatever the version.
+#[repr(C)]
 pub(crate) struct Component<V> {
     magic: Cell<u64>,
     /// What the host lends to the instance beside its logger.
@@ -61,9 +62,12 @@ impl<V: Version> Component<V> {
         if component.is_null() || !component.is_aligned() {
             return None;
         }
-        // SAFETY: not null, aligned, and alive as the caller promises.
-        let component = unsafe { &*component };
-        (component.magic.get() == V::MAGIC).then_some(component)
+        // SAFETY: not null, aligned, and readable as the caller promises; every component begins with a number.
+        if unsafe { component.cast::<u64>().read() } != V::MAGIC {
+            return None;
+        }
+        // SAFETY: a component of this version, alive as the caller promises.
+        Some(unsafe { &*component })
     }
 
     /// Frees a component; null, and a component in the middle of a call, are left alone.
@@ -88,9 +92,10 @@ impl<V: Version> Component<V> {
     pub(crate) unsafe fn pause<T>(c: *mut c_void, host: impl FnOnce(&V) -> T) -> Option<T> {
         // SAFETY: as the caller promises.
         let component = unsafe { Self::from_raw(c) }?;
-        component.pausing.set(true);
+        // The host may call for the same again, meanwhile, and be refused.
+        let before = component.pausing.replace(true);
         let done = host(&component.lent);
-        component.pausing.set(false);
+        component.pausing.set(before);
         Some(done)
     }
 }

@@ -148,7 +148,7 @@ impl Simulation {
         of_method!(self, advance(time, observer))
     }
 
-    /// See [`Engine::go_on`].
+    /// See [`Engine::continue_step`].
     pub fn continue_step(&mut self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
         of_method!(self, continue_step(time, observer))
     }

@@ -68,6 +68,8 @@ impl Stretching {
 
     /// The c at which `phi` is `part`.
     pub fn inverse(self, part: f64) -> f64 {
+        // Rounding may ask beyond the ends.
+        let part = part.clamp(0.0, 1.0);
         let root = |part: f64, q: u8| if q == 2 { part.sqrt() } else { part.sqrt().sqrt() };
         match self {
             Self::None => part,

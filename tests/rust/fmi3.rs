@@ -3,6 +3,7 @@
 //! the run is over.
 
 mod exchange;
+mod refused;
 
 use std::cell::Cell;
 use std::ffi::{CString, c_void};

@@ -1,8 +1,8 @@
 //! Impacts of two viscoelastic balls against what is known of them in closed form.
 
 use nalgebra::{SMatrix, SVector};
-use newtons_cradle::engine::{Engine, Results};
-use newtons_cradle::model::{ContactModel, Cradle, DampingLaw, Inputs, Parameters};
+use newtons_cradle::engine::{Engine, Results, Simulation};
+use newtons_cradle::model::{ContactModel, Cradle, DampingLaw, Inputs, Parameters, SolverMethod};
 
 /// Reduced mass of two balls of 1 kg, kg.
 const MU: f64 = 0.5;
@@ -117,4 +117,34 @@ fn strong_damping_leaves_what_the_spring_can_do_against_it() {
             assert!(off.abs() < 40.0 * expected, "p = {exponent}, A = {relaxation_time} s: {e} {expected}");
         }
     }
+}
+
+/// Contacts in which damping exceeds the spring by far, and whose force has hardly a sign while they open: none stops the run.
+#[test]
+fn overdamped_cradles_go_on() {
+    let laws = [0.1, 1.0, 10.0, 100.0].map(|time| (DampingLaw::Viscoelastic, 1.5, time, 1e10)).into_iter();
+    let others = [1e3, 1e10].map(|stiffness| (DampingLaw::HuntCrossley, 2.5, 1e7, stiffness));
+    for (law, exponent, coefficient, stiffness) in laws.chain(others) {
+        let mut p = Parameters { damping_law: law, exponent, stiffness, dead_band: 1e-6, ..Parameters::default_for(5) };
+        (p.relaxation_time, p.hunt_crossley) = (coefficient, coefficient);
+        p.x_start = vec![-0.01, 0.0, 0.0, 0.0, 0.0];
+        let mut engine = Engine::new(&p, &Inputs::zero(5), 0.0).unwrap();
+        let start = engine.total_energy();
+        engine.advance(2.0, &mut Vec::new()).unwrap();
+        assert!(engine.energy_residual().abs() < 1e-12 * start, "{p:?}: {:e}", engine.energy_residual());
+    }
+}
+
+/// A dashpot is strongest at the onset, before anything is compressed.
+#[test]
+fn the_largest_force_of_a_dashpot_is_that_of_the_onset() {
+    let mut p = Parameters { damping: 1e5, exponent: 1.5, dead_band: 1e-4, ..Parameters::default_for(5) };
+    p.x_start = vec![-0.05, 0.0, 0.0, 0.0, 0.0];
+    let peaks = [SolverMethod::EventDriven, SolverMethod::Adams].map(|method| {
+        let mut run =
+            Simulation::new(&Parameters { method, tolerance: 1e-12, ..p.clone() }, &Inputs::zero(5), 0.0).unwrap();
+        run.advance(1.0, &mut Vec::new()).unwrap();
+        run.force_peak(0)
+    });
+    assert!((peaks[0] / peaks[1] - 1.0).abs() < 1e-6, "{peaks:?}");
 }

@@ -62,7 +62,7 @@ pub(crate) struct StepHistory {
     pub patience: u32,
     /// Length of its next step, s; 0 if the last segment was of another kind.
     pub implicit_length: f64,
-    /// What the last Taylor series converged for, s.
+    /// What the last explicit step, by series or Gauss collocation, says that the next one may have, s.
     pub explicit_length: f64,
     /// Segments since its balls were in flight, across switchings.
     pub age: u32,

@@ -91,7 +91,12 @@ impl Instance {
         if events(&state.run) != events(&self.run) {
             return Err(StateError::OtherEvents.into());
         }
+        // Whether steps may end early is the host's say, not the state's.
+        let early_return = self.run.hybrid.as_ref().is_some_and(|hybrid| hybrid.early_return);
         self.run.clone_from(&state.run);
+        if let Some(hybrid) = &mut self.run.hybrid {
+            hybrid.early_return = early_return;
+        }
         Ok(())
     }
 

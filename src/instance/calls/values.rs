@@ -126,7 +126,7 @@ impl Instance {
         Variable::at(reference, balls).ok_or_else(|| VariableError::UnknownReference { reference, balls }.into())
     }
 
-    fn settable(&self, reference: u32, asked: Type) -> Result<Variable, Refusal> {
+    pub(in crate::instance) fn settable(&self, reference: u32, asked: Type) -> Result<Variable, Refusal> {
         let variable = self.variable(reference)?;
         let phase = self.run.phase;
         variable.check_settable(asked, phase > Phase::InitializationMode)?;

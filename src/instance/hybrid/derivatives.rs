@@ -1,6 +1,6 @@
 //! Directional, adjoint and output derivatives by the value references of FMI 3.0.
 
-use crate::instance::legality::Phase;
+use crate::instance::legality::{Kind, Phase};
 use crate::instance::lifecycle::Instance;
 use crate::instance::refusal::Refusal;
 use crate::variables::{Array, ArrayType, Exchanged};
@@ -25,9 +25,24 @@ impl Instance {
         Ok(elements)
     }
 
+    /// The elements of the knowns. Slopes act over a step: at a point, and where no step is made, nothing depends on them.
+    fn knowns(&self, references: &[u32]) -> Result<Vec<Element>, Refusal> {
+        let of_step = self.run.kind == Kind::CoSimulation
+            && self.run.phase > Phase::InitializationMode
+            && !self.hybrid()?.derives_at_point();
+        let mut elements = Vec::new();
+        for reference in references {
+            match self.array(*reference, ArrayType::Float64)? {
+                slope @ Array::Slope(_) if !of_step => elements.resize(elements.len() + slope.len(self.balls()), None),
+                _ => elements.extend(self.elements(&[*reference])?),
+            }
+        }
+        Ok(elements)
+    }
+
     /// Derivatives of the unknowns, element by element, along the direction in which the elements of the knowns change by `seed`.
     pub fn directional(&mut self, unknowns: &[u32], knowns: &[u32], seed: &[f64]) -> Result<Vec<f64>, Refusal> {
-        let (unknowns, knowns) = (self.elements(unknowns)?, self.elements(knowns)?);
+        let (unknowns, knowns) = (self.elements(unknowns)?, self.knowns(knowns)?);
         require_length("nSeed", seed.len(), knowns.len())?;
         let (references, direction): (Vec<u32>, Vec<f64>) =
             knowns.iter().zip(seed).filter_map(|(known, change)| Some(((*known)?, *change))).unzip();
@@ -36,7 +51,7 @@ impl Instance {
 
     /// The sums of the derivatives of the unknowns by each element of the knowns, weighted by `seed`.
     pub fn adjoint(&mut self, unknowns: &[u32], knowns: &[u32], seed: &[f64]) -> Result<Vec<f64>, Refusal> {
-        let (unknowns, knowns) = (self.elements(unknowns)?, self.elements(knowns)?);
+        let (unknowns, knowns) = (self.elements(unknowns)?, self.knowns(knowns)?);
         require_length("nSeed", seed.len(), unknowns.len())?;
         let mut sensitivity = Vec::with_capacity(knowns.len());
         for known in knowns {

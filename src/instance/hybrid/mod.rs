@@ -29,7 +29,7 @@ pub(super) struct Hybrid {
     /// Whether the host takes part in events.
     pub event_mode: bool,
     /// Whether steps may end early.
-    early_return: bool,
+    pub early_return: bool,
     /// Slopes of the inputs over each step.
     slopes: Inputs,
     /// Integer of the item of `derivatives.of`.

@@ -61,10 +61,7 @@ impl Instance {
         let Some(end) = self.begin(current, step)? else {
             return Ok(StepEnd { time: own, early: false, events: self.events_are_due(), pauses: false });
         };
-        if self.run.takes_part_in_events() && self.run.settings.parameters.contact_model == ContactModel::Rigid {
-            // Inputs that press rigid balls together close contacts at once.
-            self.catch_up()?;
-        }
+        self.catch_up_rigid()?;
         self.part(UnderWay { asked: end, end, since: own }, pauses, true)
     }
 
@@ -77,6 +74,7 @@ impl Instance {
             self.run.input_derivatives = self.slopes();
             step.since = now;
             self.update_simulation()?;
+            self.catch_up_rigid()?;
         }
         if let Some(end) = pause.end {
             step.end = step.end.min(end.max(now));
@@ -161,6 +159,7 @@ impl Instance {
     /// An event that is due but for rounding of the host's clock is due now.
     fn reach_event(&mut self) -> Result<(), Refusal> {
         self.update_simulation()?;
+        self.catch_up_rigid()?;
         let (own, margin) = (self.time(), CLOCK_TOLERANCE * self.time().abs().max(1.0));
         let next = self.simulation()?.next_event().filter(|next| *next - own <= margin);
         match next {
@@ -189,6 +188,12 @@ impl Instance {
         if let Some(hybrid) = &mut self.run.hybrid {
             hybrid.ticks.rest();
         }
+    }
+
+    /// Inputs that press rigid balls together close contacts at once: to be told where they take effect.
+    fn catch_up_rigid(&mut self) -> Result<(), Refusal> {
+        let rigid = self.run.settings.parameters.contact_model == ContactModel::Rigid;
+        if rigid && self.run.takes_part_in_events() { self.catch_up() } else { Ok(()) }
     }
 
     fn catch_up(&mut self) -> Result<(), Refusal> {

@@ -181,6 +181,10 @@ impl Instance {
             }
         }
         if self.run.phase == Phase::IntermediateUpdate {
+            // A refused call changes nothing.
+            for (reference, value) in elements.iter().zip(&set) {
+                self.settable(*reference, Type::Real)?.check_real(*value)?;
+            }
             self.keep_inputs_in_step()?;
         }
         self.set_reals(&elements, &set)?;
@@ -222,6 +226,7 @@ impl Instance {
     /// Sets the number of balls, in Configuration Mode: all arrays have their defaults then, scalars what they had.
     pub fn set_counts(&mut self, references: &[u32], values: &[u64]) -> Result<(), Refusal> {
         let arrays = self.arrays(references, ArrayType::UInt64, values.len())?;
+        let mut wanted = self.balls();
         for (array, value) in arrays.into_iter().zip(values) {
             if array != Array::Balls {
                 return Err(not_settable(array));
@@ -234,9 +239,10 @@ impl Instance {
                 let allowed = format_args!("{MIN_BALLS} to {MAX_BALLS}");
                 return Err(VariableError::not_allowed(array, value, allowed).into());
             }
-            if balls != self.balls() {
-                self.resize(balls);
-            }
+            wanted = balls;
+        }
+        if wanted != self.balls() {
+            self.resize(wanted);
         }
         Ok(())
     }
@@ -252,6 +258,8 @@ impl Instance {
             }
         }
         self.run.settings = settings;
+        // What has been calculated is of a cradle of another size.
+        (self.run.simulation, self.run.exchange) = (None, None);
         self.run.hybrid = self
             .run
             .hybrid

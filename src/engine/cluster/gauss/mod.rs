@@ -90,13 +90,13 @@ impl Motion {
         let speed = if onset.is_some() { speed.max(self.speed_from_rest(window)) } else { speed };
         let local_error = control.local_error(speed);
         let tail = TAIL * (control.epsilon / EPSILON).sqrt().max(1.0);
-        let tolerance = Tolerance { speed, tail, local_error, rounding: *rounding };
+        let longest = self.longest().min(control.longest);
+        let tolerance = Tolerance { speed, tail, local_error, longest, rounding: *rounding };
         let mut evaluations = 0;
         if let Some(j) = self.parting(rounding) {
             self.ends_at_once(j, Switch::Release);
             return Some(Followed { length: 0.0, next: before, evaluations });
         }
-        let longest = self.longest().min(control.longest);
         let mut length = match before > 0.0 {
             true => before,
             false if wave => FIRST_OF_WAVE * self.fastest(window, speed),
@@ -104,7 +104,7 @@ impl Motion {
         };
         let mut plan = Plan { stretching: onset.unwrap_or_default(), length, ends_at_switching: false };
         if let Some(time) = self.release_ahead()
-            && time < NEAR_RELEASE * length
+            && (f64::MIN_POSITIVE..NEAR_RELEASE * length).contains(&time)
         {
             plan = to_release(time);
         }
@@ -127,6 +127,8 @@ impl Motion {
                     self.moment.get_mut().forget();
                     return Some(Followed { length: reached, next: next.min(longest), evaluations });
                 }
+                // Which way a force goes from 0 its mean slope over a step does not tell; a series does.
+                Outcome::AtOnce(_, Switch::Clip | Switch::Unclip) => return None,
                 Outcome::AtOnce(j, switch) => {
                     self.ends_at_once(j, switch);
                     return Some(Followed { length: 0.0, next: before, evaluations });

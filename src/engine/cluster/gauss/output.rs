@@ -135,23 +135,24 @@ impl Motion {
         weights
     }
 
-    /// How the forces of the contacts have changed velocity, displacement and its integral of ball `i`.
-    fn answer(&self, moment: &Moment, i: usize) -> [f64; 3] {
-        // A window has a contact at every ball, on the right of all but the last one.
-        let inverse_mass = match self.tracks.get(i) {
+    /// Of ball `i`, 1/kg. A window has a contact at every ball, on the right of all but the last one.
+    fn inverse_mass(&self, i: usize) -> f64 {
+        match self.tracks.get(i) {
             Some(track) => track.inverse_masses[0],
             None => self.tracks[i - 1].inverse_masses[1],
-        };
+        }
+    }
+
+    /// How the forces of the contacts have changed velocity, displacement and its integral of ball `i`.
+    fn answer(&self, moment: &Moment, i: usize) -> [f64; 3] {
+        let inverse_mass = self.inverse_mass(i);
         std::array::from_fn(|k| (moment.sums[i][k + 1] - moment.sums[i + 1][k + 1]) * inverse_mass)
     }
 
     /// Velocities of ball `i` at the nodes, m/s.
     fn velocities(&self, i: usize) -> Nodes {
         let table = self.stretching.table();
-        let inverse_mass = match self.tracks.get(i) {
-            Some(track) => track.inverse_masses[0],
-            None => self.tracks[i - 1].inverse_masses[1],
-        };
+        let inverse_mass = self.inverse_mass(i);
         let responses = Responses::new(&self.oscillator, self.length);
         std::array::from_fn(|m| {
             let time = self.length * table.times[m];
@@ -172,7 +173,9 @@ impl Motion {
             tau if tau == self.length => self.overlap(j, tau),
             _ => self.overlap_within(j, tau),
         };
-        track.law.unclipped_force(overlap, track.rate + change)
+        // Where the overlap is 0, a dashpot acts all the same.
+        let [force] = track.law.unclipped_forces(&[overlap], &[track.rate + change]);
+        force
     }
 
     /// Overlap of contact `j` and the change of its rate, of it alone.
@@ -254,8 +257,10 @@ impl DenseOutput for Motion {
         let Some(m) = (0..NODES).filter(inside).max_by(|a, b| forces[*a].total_cmp(&forces[*b])) else {
             return largest;
         };
+        let known = largest;
+        largest = largest.max(forces[m]);
         // Between neighbouring nodes a smooth force does not rise any farther than this.
-        if forces[m] * MARGIN > largest {
+        if forces[m] * MARGIN > known {
             let coefficients = Rule::get().powers.map(|row| weighted(&row, forces));
             let x = |tau: f64| 2.0 * self.stretching.inverse(tau / self.length) - 1.0;
             let node = |m: usize| table.times.get(m).map_or(to, |t| (self.length * t).clamp(from, to));

@@ -53,6 +53,8 @@ pub(super) struct Tolerance {
     pub tail: f64,
     /// What the velocities may be off by, m/s.
     pub local_error: f64,
+    /// The longest step, s.
+    pub longest: f64,
     pub rounding: Rounding,
 }
 
@@ -100,7 +102,7 @@ impl Motion {
                     Some((j, switch, 0.0)) if settled => return Outcome::AtOnce(j, switch),
                     Some((.., 0.0)) => {}
                     Some((j, switch, time)) if plan.ends_at_switching => {
-                        if time.is_nan() || time > FARTHEST * plan.length {
+                        if time.is_nan() || time > (FARTHEST * plan.length).min(tolerance.longest) {
                             return Outcome::Failed;
                         }
                         (self.length, self.end) = (time, Some((j, switch)));
