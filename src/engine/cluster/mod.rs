@@ -2,7 +2,8 @@
 //!
 //! A [`Cluster`] describes the motion of its window on one segment after the other. A method enters by one door,
 //! `Cluster::describe` in `segment`, which chooses among them, and tells of the motion what a `dense_output` has to: Taylor
-//! series (`taylor`), implicit collocation (`collocation`), which fills in such a series, and natural modes (`modes`, `natural`).
+//! series (`taylor`), implicit collocation (`collocation`), which fills in such a series, explicit collocation (`gauss`) where contacts
+//! follow Hertz, and natural modes (`modes`, `natural`).
 //! `step_control` holds the tolerances and what the segments so far say about the next one. Needs the balls in flight and the
 //! contact laws; knows no run, no events and no ledgers.
 
