@@ -8,7 +8,7 @@ function captionOf(click, now, state, rigid) {
     return { text: say("approaching", contact + 1, contact + 2, quantity(click.begin - now, "s", 2)), detail: "" };
   }
   if (now >= click.end) return { text: say("over", quantity(click.length, "s"), click.pulses.length), detail: outcome(click) };
-  const event = lastEvent(click.pulses, now);
+  const event = lastEvent(click, now);
   const strongest = Math.max(0, ...state.F);
   return {
     text: sentence(event, click.pulses),
@@ -16,11 +16,14 @@ function captionOf(click, now, state, rigid) {
   };
 }
 
-/** The last onset or release up to `now`: {time, contact, onset}. */
-function lastEvent(pulses, now) {
+/** The last onset or release up to `now`: {time, contact, onset}. Of balls in touch, which all are pressed from the same instant on, it
+ *  is the contact that closes fastest. */
+function lastEvent({ pulses, speeds }, now) {
+  const closing = (contact) => speeds[contact] - speeds[contact + 1];
   let last = { time: -Infinity };
   for (const { contact, onset, release } of pulses) {
-    if (onset <= now && onset >= last.time) last = { time: onset, contact, onset: true };
+    const slower = last.onset && onset === last.time && closing(contact) <= closing(last.contact);
+    if (onset <= now && onset >= last.time && !slower) last = { time: onset, contact, onset: true };
     if (release <= now && release >= last.time) last = { time: release, contact, onset: false };
   }
   return last;
@@ -28,7 +31,7 @@ function lastEvent(pulses, now) {
 
 /** One sentence on an event, with what touches meanwhile. Balls are counted from 1. */
 function sentence({ time, contact, onset }, pulses) {
-  const closed = pulses.filter((pulse) => pulse.contact !== contact && pulse.onset <= time && pulse.release > time).map((pulse) => pulse.contact);
+  const closed = pulses.filter((pulse) => pulse.contact !== contact && pulse.onset < time && pulse.release > time).map((pulse) => pulse.contact);
   const nearest = closed.sort((a, b) => Math.abs(a - contact) - Math.abs(b - contact))[0];
   if (nearest === undefined) return say(onset ? "touch" : "part", contact + 1, contact + 2);
   if (!onset) return say("partWhile", nearest < contact ? contact + 2 : contact + 1, nearest + 1, nearest + 2);
