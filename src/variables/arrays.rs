@@ -3,6 +3,8 @@
 //! The arrays have `n` elements, those over contacts as well, since n - 1 cannot be a dimension: the last element belongs to no
 //! contact. A value reference does not depend on `n`.
 
+use std::sync::LazyLock;
+
 use super::enumeration::Item;
 use super::row::{Access, Causality, Row, Shape, Type, Variability};
 use super::table::TABLE;
@@ -158,23 +160,42 @@ impl Array {
 
     /// Its value reference.
     pub fn reference(self) -> u32 {
-        let place = |first: u32, mut places: Box<dyn Iterator<Item = Self>>| {
-            first + places.position(|other| other == self).unwrap_or_default() as u32
-        };
+        let place =
+            |places: &[Self]| places.iter().position(|other| other.kind() == self.kind()).unwrap_or_default() as u32;
         match self {
             // It fits: the table is short.
             Self::Row(position) => ROWS + position as u32,
-            Self::Slope(_) => place(SLOPES, Box::new(inputs().map(Self::Slope))),
-            Self::Clock(_) | Self::Told(_) | Self::Exchanged(_) | Self::Pulses => {
-                place(BESIDE, Box::new(LAST.into_iter()))
-            }
-            _ => place(0, Box::new(FIRST.into_iter())),
+            Self::Slope(position) => SLOPES + inputs().position(|input| input == position).unwrap_or_default() as u32,
+            Self::Clock(_) | Self::Told(_) | Self::Exchanged(_) | Self::Pulses => BESIDE + place(&LAST),
+            Self::Time | Self::Balls | Self::DerivativesOf => place(&FIRST),
+        }
+    }
+
+    /// A number for each kind. The comparison that Rust derives for nested enumerations may branch on bytes without a value, which does
+    /// no harm, but memory checkers report it.
+    fn kind(self) -> u8 {
+        match self {
+            Self::Time => 0,
+            Self::Balls => 1,
+            Self::DerivativesOf => 2,
+            Self::Row(_) => 3,
+            Self::Slope(_) => 4,
+            Self::Pulses => 5,
+            Self::Clock(edge) => 6 + edge as u8,
+            Self::Told(Told::Time(edge)) => 8 + edge as u8,
+            Self::Told(Told::Which(edge)) => 10 + edge as u8,
+            Self::Told(Told::Impulse) => 12,
+            Self::Told(Told::Peak) => 13,
+            Self::Told(Told::Duration) => 14,
+            Self::Exchanged(exchanged) => 15 + exchanged as u8,
         }
     }
 
     /// The variable of this name.
     pub fn named(name: &str) -> Option<Self> {
-        Self::all().find(|array| array.to_string() == name)
+        static NAMES: LazyLock<Vec<(String, Array)>> =
+            LazyLock::new(|| Array::all().map(|array| (array.to_string(), array)).collect());
+        NAMES.iter().find(|(own, _)| own == name).map(|(_, array)| *array)
     }
 
     /// The continuous states of model exchange with their derivatives, in their order.
