@@ -33,8 +33,8 @@ pub enum Stretching {
     None,
     /// `phi = c^q`.
     AtStart(u8),
-    /// `phi = 1 - (1 - c)^q`.
-    AtEnd(u8),
+    /// `phi = 1 - (1 - c)^2`.
+    AtEnd,
 }
 
 impl Stretching {
@@ -44,8 +44,7 @@ impl Stretching {
             Self::None => &PLAIN,
             Self::AtStart(2) => &START[0],
             Self::AtStart(_) => &START[1],
-            Self::AtEnd(2) => &END[0],
-            Self::AtEnd(_) => &END[1],
+            Self::AtEnd => &END,
         }
     }
 
@@ -57,7 +56,7 @@ impl Stretching {
         match self {
             Self::None => (c, one),
             Self::AtStart(q) => (power(c, q) * c, slope(power(c, q), q)),
-            Self::AtEnd(q) => (one - power(rest, q) * rest, slope(power(rest, q), q)),
+            Self::AtEnd => (one - rest * rest, slope(rest, 2)),
         }
     }
 
@@ -74,7 +73,7 @@ impl Stretching {
         match self {
             Self::None => part,
             Self::AtStart(q) => root(part, q),
-            Self::AtEnd(q) => 1.0 - root(1.0 - part, q),
+            Self::AtEnd => 1.0 - root(1.0 - part, 2),
         }
     }
 }
@@ -101,8 +100,7 @@ pub struct Table {
 static PLAIN: LazyLock<Table> = LazyLock::new(|| Table::new(Stretching::None));
 static START: [LazyLock<Table>; 2] =
     [LazyLock::new(|| Table::new(Stretching::AtStart(2))), LazyLock::new(|| Table::new(Stretching::AtStart(4)))];
-static END: [LazyLock<Table>; 2] =
-    [LazyLock::new(|| Table::new(Stretching::AtEnd(2))), LazyLock::new(|| Table::new(Stretching::AtEnd(4)))];
+static END: LazyLock<Table> = LazyLock::new(|| Table::new(Stretching::AtEnd));
 
 /// What all tables share.
 static RULE: LazyLock<Rule> = LazyLock::new(Rule::new);
@@ -283,13 +281,12 @@ pub fn weighted(weights: &Nodes, values: &Nodes) -> f64 {
 mod tests {
     use super::*;
 
-    const ALL: [Stretching; 5] =
-        [Stretching::None, Stretching::AtStart(2), Stretching::AtStart(4), Stretching::AtEnd(2), Stretching::AtEnd(4)];
+    const ALL: [Stretching; 4] = [Stretching::None, Stretching::AtStart(2), Stretching::AtStart(4), Stretching::AtEnd];
 
     /// A force that grows with a power of the time since the start of the step, or falls with one till its end.
     fn force(stretching: Stretching, power: f64) -> (Nodes, f64, f64) {
         let table = stretching.table();
-        let at_end = matches!(stretching, Stretching::AtEnd(_));
+        let at_end = stretching == Stretching::AtEnd;
         let values = table.times.map(|t| libm::pow(if at_end { 1.0 - t } else { t }, power));
         let once = 1.0 / (power + 1.0);
         let twice = if at_end { 1.0 / (power + 2.0) } else { once / (power + 2.0) };

@@ -19,9 +19,7 @@ fn instantiated(setup: Setup) -> Host {
 /// Cradles whose runs differ in kind: separate and overlapping impacts, all laws, drag, contacts that stay closed, free balls.
 const SETUPS: [(&str, Setup); 12] = [
     ("separate impacts", |_| {}),
-    ("overlapping impacts", |h| {
-        assert_eq!(h.set("contact.deadBand", 0.0), fmi2OK);
-    }),
+    ("overlapping impacts", |h| assert_eq!(h.set("contact.deadBand", 0.0), fmi2OK)),
     ("cubic", |h| {
         assert_eq!((h.set("contact.exponent", 3.0), h.set("contact.deadBand", 1e-8)), (fmi2OK, fmi2OK));
     }),

@@ -220,7 +220,7 @@ impl Motion {
 
 /// The step that ends where a contact opens, in about this `time` (s).
 fn to_release(time: f64) -> Plan {
-    Plan { stretching: Stretching::AtEnd(2), length: time, ends_at_switching: true }
+    Plan { stretching: Stretching::AtEnd, length: time, ends_at_switching: true }
 }
 
 /// The next step over the last one, which had this error in units of the one allowed.
