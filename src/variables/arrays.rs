@@ -309,6 +309,15 @@ impl Array {
         }
     }
 
+    /// Whether the description has a start value of it, which is there before initialization.
+    pub fn has_start(self) -> bool {
+        match self {
+            Self::Balls | Self::DerivativesOf | Self::Slope(_) => true,
+            Self::Row(position) => TABLE[position].settable(),
+            Self::Time | Self::Clock(_) | Self::Told(_) | Self::Exchanged(_) | Self::Pulses => false,
+        }
+    }
+
     /// Whether a host may read or set it in the middle of a step.
     pub fn is_intermediate(self) -> bool {
         let known = ["F_ext", "a_support", "x", "F", "v", "E_total", "p_total", "F_support", "impulse"];

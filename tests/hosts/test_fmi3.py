@@ -145,6 +145,7 @@ def test_what_is_refused_is_named(make3):
         with pytest.raises(FMICallException) as error:
             yield
         assert error.value.status == status
+        assert cradle.lines[-1][:2] == (status, {2: "logStatusDiscard", 3: "logStatusError"}[status])
         assert all(word in cradle.lines[-1][2] for word in words), cradle.lines[-1]
 
     cradle = make3().make()
@@ -156,6 +157,8 @@ def test_what_is_refused_is_named(make3):
     cradle.exitConfigurationMode()
     with refused(2, "ball.mass = -1 kg", "> 0 kg"):
         cradle.set("ball.mass", -1.0)
+    with refused(2, "contact.model = 1099511627776", "powerLaw (1)"):
+        cradle.set("contact.model", 1 << 40)
     cradle.enterInitializationMode()  # The mode was kept, and nothing applied.
     assert cradle.get("ball.mass") == 1.0 and cradle.get("n") == 5
     with refused(3, "nValues = 3", "5", "x_start"):
@@ -182,6 +185,26 @@ def test_the_log_is_silent_unless_it_is_on(make3):
     with pytest.raises(FMICallException):
         cradle.set("ball.mass", -1.0)
     assert cradle.lines == []
+
+
+def test_categories_of_the_log_are_switched_one_by_one(make3):
+    def switch(on, *names):
+        texts = (ctypes.c_char_p * len(names))(*(name.encode() for name in names))
+        cradle.fmi3SetDebugLogging(cradle.component, on, len(names), texts)
+
+    def logged():
+        cradle.lines.clear()
+        with pytest.raises(FMICallException):
+            cradle.set("ball.mass", -1.0)
+        return [category for _, category, _ in cradle.lines]
+
+    cradle = make3().make(loggingOn=False)
+    assert logged() == []
+    switch(True, "logStatusDiscard")
+    switch(True, "logEvents")
+    assert logged() == ["logStatusDiscard"]
+    switch(False, "logStatusDiscard")
+    assert logged() == []
 
 
 def test_slopes_of_inputs_are_those_of_fmi_2(make3, fmu):

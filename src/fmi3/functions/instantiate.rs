@@ -133,6 +133,7 @@ fn sink(logger: fmi3LogMessageCallback, environment: fmi3InstanceEnvironment) ->
         let status = match severity {
             Severity::Ok => fmi3Status::fmi3OK,
             Severity::Warning => fmi3Status::fmi3Warning,
+            Severity::Discard => fmi3Status::fmi3Discard,
             Severity::Error => fmi3Status::fmi3Error,
             Severity::Fatal => fmi3Status::fmi3Fatal,
         };

@@ -3,7 +3,7 @@
 use std::fmt::{self, Write};
 
 use super::arrays;
-use super::log_category::LOG_CATEGORIES;
+use super::log_category::{LOG_CATEGORIES, LogCategory};
 use super::structure::{first_indices, write_structure};
 use crate::variables::enumeration::ENUMERATIONS;
 use crate::variables::row::{Access, Causality, Row};
@@ -84,12 +84,15 @@ impl<'a> Description<'a> {
             "units" => write_units(out),
             "types" if self.fmi3 => arrays::write_types(out),
             "variables" if self.fmi3 => arrays::write_variables(out, self.start),
-            "structure" if self.fmi3 => arrays::write_structure(out, self.start),
+            "structure" if self.fmi3 => arrays::write_structure(out),
             "types" => write_types(out),
-            "log_categories" => LOG_CATEGORIES.iter().try_for_each(|category| {
-                let (name, description) = category.texts();
-                writeln!(out, "    <Category name=\"{name}\" description=\"{}\"/>", Escaped(description))
-            }),
+            // In FMI 2.0 every refused call is an error.
+            "log_categories" => {
+                LOG_CATEGORIES.iter().filter(|of| self.fmi3 || **of != LogCategory::Discard).try_for_each(|category| {
+                    let (name, description) = category.texts();
+                    writeln!(out, "    <Category name=\"{name}\" description=\"{}\"/>", Escaped(description))
+                })
+            }
             "variables" => {
                 let firsts = first_indices(self.start.balls());
                 TABLE.iter().enumerate().try_for_each(|(i, row)| write_row(out, self.start, &firsts, i, row))

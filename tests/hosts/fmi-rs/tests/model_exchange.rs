@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use fmi::EventFlags;
 use fmi::fmi2::import::Fmi2Import;
 use fmi::fmi2::instance::{Common, ModelExchange};
-use fmi::traits::FmiImport;
 use newtons_cradle::variables::{START_TIME, Variable};
 
 const BALLS: usize = 5;
