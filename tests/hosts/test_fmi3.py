@@ -275,3 +275,22 @@ def test_the_python_package_says_what_it_takes(fmu3_path, producer, tmp_path):
     subprocess.run([producer, "build", "--from", fmu3_path, "--out", out], check=True, capture_output=True)
     with nc.Fmu(out) as fmu:
         assert fmu.simulate(stop=0.1)["time"][-1] == pytest.approx(0.1)
+
+
+def test_an_fmu_without_clocks(fmu3_path, fmu_path, producer, tmp_path):
+    path = tmp_path / "no-clocks.fmu"
+    command = [producer, "build", "--from", fmu_path, "--fmi", "3", "--clocks", "none", "--out", path]
+    subprocess.run(command, check=True, capture_output=True)
+    assert validate_fmu(path) == []
+    checked = subprocess.run([producer, "check", path], capture_output=True, text=True)
+    assert checked.returncode == 0, checked.stdout
+    again = subprocess.run([*command[:3], path, *command[4:-1], tmp_path / "again.fmu"], capture_output=True)
+    assert again.returncode == 0 and (tmp_path / "again.fmu").read_bytes() == path.read_bytes()
+    names = {variable.name for variable in fmpy.read_model_description(path).modelVariables}
+    others = {variable.name for variable in fmpy.read_model_description(fmu3_path).modelVariables}
+    assert names < others and all(name.startswith(("onset.", "release.")) for name in others - names)
+    options = {"output": ["x", "pulses"], "stop_time": 2.0, "use_event_mode": True}
+    one, other = (fmpy.simulate_fmu(fmu, early_return_allowed=True, **options) for fmu in (path, fmu3_path))
+    assert one.tobytes() == other.tobytes()
+    refused = subprocess.run([*command[:4], *command[6:]], capture_output=True, text=True)
+    assert refused.returncode == 2 and "together with --fmi 3" in refused.stderr

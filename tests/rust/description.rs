@@ -4,9 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use fmi_schema::fmi2::{self, Causality, Fmi2ModelDescription, Initial, ScalarVariableElement, Variability};
 use fmi_schema::traits::FmiModelDescription;
-use newtons_cradle::variables::{
-    Description, MODEL_IDENTIFIER, Settings, TABLE, Type, Variable, states, variables,
-};
+use newtons_cradle::variables::{Description, MODEL_IDENTIFIER, Settings, TABLE, Type, Variable, states, variables};
 
 fn xml(balls: usize) -> String {
     Description::of(&Settings::default_for(balls)).xml("2000-01-01T00:00:00Z")

@@ -330,6 +330,28 @@ fn an_instance_of_one_version_is_none_of_the_other() {
     assert_eq!(other.reset(), cradle_host::fmi2OK);
 }
 
+/// For hosts that take no clocks: nothing else is left out, and the binary knows both descriptions by their tokens.
+#[test]
+fn the_clocks_can_be_left_out() {
+    let settings = Settings::default_for(5);
+    let [with, without] = [Description::fmi3(&settings), Description::fmi3(&settings).without_clocks()];
+    let tokens = [&with, &without].map(|description| CString::new(description.guid()).unwrap());
+    assert_ne!(tokens[0], tokens[1]);
+    for token in tokens {
+        let c =
+            unsafe { fmi3InstantiateModelExchange(c"test".as_ptr(), token.as_ptr(), null(), 0, 0, null_mut(), None) };
+        assert!(!c.is_null());
+        unsafe { fmi3FreeInstance(c) };
+    }
+    let (with, without) = (with.xml(""), without.xml(""));
+    for array in Array::all() {
+        let (name, unknown) = (format!(" name=\"{array}\""), format!(" valueReference=\"{}\" dep", array.reference()));
+        assert_eq!(without.contains(&name), with.contains(&name) && !array.needs_clocks(), "{array}");
+        assert_eq!(without.contains(&unknown), with.contains(&unknown) && !array.needs_clocks(), "{array}");
+    }
+    assert!(!without.to_lowercase().contains("clock"));
+}
+
 #[test]
 fn the_description_of_fmi_3_is_the_table() {
     for balls in [1, 2, 5, 13, 100] {

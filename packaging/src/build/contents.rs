@@ -22,7 +22,10 @@ pub enum Standard {
     #[default]
     Fmi2,
     /// FMI 3.0.
-    Fmi3,
+    Fmi3 {
+        /// Whether it has clocks; some hosts take none.
+        clocks: bool,
+    },
 }
 
 /// What connects to the support and to the balls.
@@ -34,8 +37,10 @@ pub fn entries(recipe: &Recipe, binaries: Vec<Binary>, standard: Standard) -> Re
     let mut entries = Entries::new();
     let mut add = |path: String, contents: Vec<u8>| _ = entries.insert(path, contents);
     let picture = include_bytes!("../../assets/model.png");
-    if standard == Standard::Fmi3 {
-        add("modelDescription.xml".into(), Description::fmi3(&start).xml(&date::generation()?).into());
+    if let Standard::Fmi3 { clocks } = standard {
+        let description = Description::fmi3(&start);
+        let description = if clocks { description } else { description.without_clocks() };
+        add("modelDescription.xml".into(), description.xml(&date::generation()?).into());
         add("terminalsAndIcons/terminalsAndIcons.xml".into(), TERMINALS.into());
         add("terminalsAndIcons/icon.png".into(), picture.into());
     } else {

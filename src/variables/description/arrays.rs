@@ -44,8 +44,12 @@ pub(super) fn write_types(out: &mut String) -> fmt::Result {
 }
 
 /// Writes every variable.
-pub(super) fn write_variables(out: &mut String, start: &Settings) -> fmt::Result {
-    Array::all().try_for_each(|array| write_variable(out, start, array))
+pub(super) fn write_variables(
+    out: &mut String,
+    start: &Settings,
+    mut arrays: impl Iterator<Item = Array>,
+) -> fmt::Result {
+    arrays.try_for_each(|array| write_variable(out, start, array))
 }
 
 fn write_variable(out: &mut String, start: &Settings, array: Array) -> fmt::Result {
@@ -167,8 +171,8 @@ pub fn spare(row: &Row) -> f64 {
 
 /// Writes ModelStructure. In co-simulation an input acts from now on: what it changes at once is what is foreseen, and the force of
 /// rigid balls that stay in contact. In model exchange outputs and derivatives depend on states and inputs.
-pub(super) fn write_structure(out: &mut String) -> fmt::Result {
-    for array in Array::all().filter(|array| array.causality() == Some(Causality::Output)) {
+pub(super) fn write_structure(out: &mut String, arrays: impl Iterator<Item = Array> + Clone) -> fmt::Result {
+    for array in arrays.clone().filter(|array| array.causality() == Some(Causality::Output)) {
         write!(out, "    <Output valueReference=\"{}\"", array.reference())?;
         write_dependencies(out, following(array))?;
     }
@@ -178,7 +182,7 @@ pub(super) fn write_structure(out: &mut String) -> fmt::Result {
     }
     let exchanged: Vec<Array> = Array::states().flat_map(|(state, derivative)| [state, derivative]).collect();
     let unknown = |row: &Row| matches!(row.causality, Causality::Output | Causality::CalculatedParameter);
-    for array in Array::all() {
+    for array in arrays {
         // By the letter clocks have no `initial`; FMPy takes them for calculated outputs.
         if matches!(array, Array::Clock(_)) {
             writeln!(out, "    <InitialUnknown valueReference=\"{}\" dependencies=\"\"/>", array.reference())?;
