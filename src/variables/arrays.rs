@@ -96,6 +96,11 @@ pub static DERIVATIVES_OF: &[Item] = &[
         description: "what depends on the inputs at the same time, as the standard has it",
     },
     Item { name: "lastStep", value: 2, description: "the end of the last step, by the inputs held over it" },
+    Item {
+        name: "run",
+        value: 3,
+        description: "the end of the last step, by real parameters, and inputs over the run",
+    },
 ];
 
 /// Largest size of `log.pulses`, bytes.

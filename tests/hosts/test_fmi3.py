@@ -262,6 +262,42 @@ def test_derivatives(make3, fmu):
     assert np.array(values[:5]).tobytes() == cradle.get("v").tobytes()
 
 
+def test_derivatives_of_the_run(make3):
+    unknowns, knowns = (
+        ["x", "E_total"],
+        ["x_start", "contact.stiffness", "pendulum.length", "F_ext", "pendulum.drag"],
+    )
+
+    def run(changes, derivatives=3):
+        cradle = make3().start({"derivatives.of": derivatives, "pendulum.drag": 0.1} | changes)
+        cradle.step(0.0, 0.7)
+        cradle.set("F_ext", [-0.1, 0.0, 0.0, 0.0, 0.0])
+        cradle.set("pendulum.drag", 0.2 + changes.get("pendulum.drag", 0.1) - 0.1)
+        cradle.step(0.7, 2.3)
+        assert cradle.get("pulses").sum() > 8
+        return cradle
+
+    cradle = run({})
+    weights, direction = np.arange(1.0, 7.0), np.linspace(1.0, 2.0, 13) * ([1.0] * 5 + [1e10] + [1.0] * 7)
+    sensitivity = cradle.derivative("Adjoint", unknowns, knowns, weights, 13)
+    derivatives = cradle.derivative("Directional", unknowns, knowns, direction, 6)
+    assert sensitivity @ direction == pytest.approx(weights @ derivatives, rel=1e-8)
+    restored = make3().start()
+    restored.go_back(cradle.state())
+    assert np.array_equal(restored.derivative("Adjoint", unknowns, knowns, weights, 13), sensitivity)
+    for name, place, step in [("pendulum.length", 6, 1e-7), ("pendulum.drag", 12, 1e-7)]:
+        start = {"pendulum.length": 1.962, "pendulum.drag": 0.1}[name]
+        sides = [run({name: start + sign * step}) for sign in (1, -1)]
+        change = [np.array([*side.get("x"), side.get("E_total")]) for side in sides]
+        assert weights @ (change[0] - change[1]) / 2 / step == pytest.approx(sensitivity[place], rel=1e-6)
+    # The inputs have changed, and nobody kept them.
+    late = run({}, derivatives=2)
+    late.set("derivatives.of", 3)
+    with pytest.raises(FMICallException):
+        late.derivative("Directional", unknowns, knowns, direction, 6)
+    assert any("derivatives.of = run must be set before an input" in line[2] for line in late.lines)
+
+
 def test_the_python_package_says_what_it_takes(fmu3_path, producer, tmp_path):
     with pytest.raises(
         nc.FmuError, match=r"an FMU of FMI 3\.0; allowed: FMI 2\.0 for co-simulation; .* build"
