@@ -60,25 +60,26 @@ impl Motion {
         let (mut change, mut size) = (0.0_f64, f64::MIN_POSITIVE);
         for j in 0..self.tracks.len() {
             if self.tracks[j].mode == Mode::Pressing {
-                let before = self.overlaps[j];
-                self.move_contact(j, table);
-                let after = &self.overlaps[j];
-                change = change.max(largest(std::array::from_fn(|m| (after[m] - before[m]).abs())));
-                size = size.max(largest(*after));
+                let (changes, overlaps) = (self.move_contact(j, table), self.overlaps[j]);
+                (change, size) = (change.max(largest(changes)), size.max(largest(overlaps)));
             }
         }
         change / size
     }
 
-    /// Overlaps and, where they matter, rates of contact `j` from its accelerations.
-    pub(super) fn move_contact(&mut self, j: usize, table: &Table) {
+    /// Overlaps and, where they matter, rates of contact `j` from its accelerations; returns how much the overlaps change.
+    pub(super) fn move_contact(&mut self, j: usize, table: &Table) -> Nodes {
         let (length, square) = (self.length, self.length * self.length);
         let Track { overlap, rate, .. } = self.tracks[j];
-        let sums = combine(&table.positions, &self.accelerations[j]);
-        self.overlaps[j] = std::array::from_fn(|m| overlap + (rate * (length * table.times[m]) + square * sums[m]));
         if self.needs_rates {
             self.rates[j] = combine(&table.rates, &self.accelerations[j]).map(|sum| rate + length * sum);
         }
+        let sums = combine(&table.positions, &self.accelerations[j]);
+        let (overlaps, closing) = (&mut self.overlaps[j], rate * length);
+        std::array::from_fn(|m| {
+            let new = overlap + (closing * table.times[m] + square * sums[m]);
+            (new - std::mem::replace(&mut overlaps[m], new)).abs()
+        })
     }
 }
 

@@ -45,7 +45,7 @@ const NEAR_RELEASE: f64 = 1.2;
 /// that did not reach a release, after one that failed.
 const SAFETY: f64 = 0.9;
 const CHANGE: [f64; 2] = [0.3, 4.0];
-const SHORT_OF_RELEASE: f64 = 0.6;
+const SHORT_OF_RELEASE: f64 = 0.65;
 const FAILED: f64 = 0.5;
 const LEAST: f64 = 0.05;
 

@@ -195,7 +195,7 @@ impl Motion {
     }
 
     /// Overlap of contact `j` and the change of its rate, of it alone.
-    pub(super) fn overlap_within(&self, j: usize, tau: f64) -> (f64, f64) {
+    fn overlap_within(&self, j: usize, tau: f64) -> (f64, f64) {
         let (track, table, o) = (&self.tracks[j], self.stretching.table(), &self.oscillator);
         let [a, b] = track.inverse_masses;
         let (weights, responses) = (self.weights(tau), Responses::new(o, self.length));

@@ -15,11 +15,11 @@ const MOST: usize = 60;
 /// A step whose error is this many times the one allowed is given up at once; more while overlaps still change, for each part of
 /// their size.
 const TOO_LONG: f64 = 1.5;
-const STILL_CHANGING: f64 = 1e7;
+const STILL_CHANGING: f64 = 1e5;
 
 /// The iteration has converged where it changes overlaps by less than this part of their size, the next change at the present rate
 /// included; rounding keeps it from getting there if it still changes them by less than the other one.
-const CONVERGED: f64 = 1e-17;
+const CONVERGED: f64 = 1e-16;
 const NOISE: f64 = 2e-15;
 
 /// An iteration that changes overlaps by no less than this part of the last change diverges, after as many iterations.
@@ -31,7 +31,7 @@ const ROUGH: f64 = 1e-2;
 
 /// What the error counts for, as a factor, where the step is left before its end, because a force changes its sign: within it is
 /// less exact than at the end.
-const WITHIN: f64 = 100.0;
+const WITHIN: f64 = 30.0;
 
 /// How far the end of the step may move within the iteration, as a factor.
 const FARTHEST: f64 = 4.0;

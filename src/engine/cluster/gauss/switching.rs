@@ -7,8 +7,8 @@ use super::motion::{Motion, Track};
 use super::step::Tolerance;
 use crate::engine::cluster::window::{Switch, clipping};
 use crate::model::{Mode, SignOfForce};
-use crate::solver::gauss::{NODES, Nodes, Table, weighted};
-use crate::solver::root;
+use crate::solver::gauss::{NODES, Nodes, Rule, Table, weighted};
+use crate::solver::{root, series};
 
 /// How far the overlaps at the nodes are known, over speed and length.
 const UNKNOWN: f64 = 1e-15;
@@ -123,13 +123,7 @@ impl Motion {
                 Excess::Near(m) => unclear = unclear.min(self.time_of(m, table)),
                 excess => {
                     let m = if let Excess::At(m) = excess { m } else { NODES };
-                    let (low, high) =
-                        (m.checked_sub(1).map_or(0.0, |m| self.time_of(m, table)), self.time_of(m, table));
-                    let left = |tau: f64| {
-                        let (overlap, change) = self.overlap_within(j, tau);
-                        -side * sign.at(overlap, track.rate + change)
-                    };
-                    let time = if left(low) > 0.0 { root::falling_zero(left, low, high) } else { low };
+                    let time = self.time_of_change(-side, ends, &within, m, table);
                     if first.is_none_or(|(_, before)| time < before) {
                         first = Some((j, time));
                     }
@@ -141,6 +135,20 @@ impl Motion {
             _ if unclear < f64::INFINITY => Signs::Unclear,
             _ => Signs::Stay,
         }
+    }
+
+    /// When something changes its sign before node `m` or, with [`NODES`], before the end of the step, s: there it no longer has this
+    /// `side`. Ten digits will do, as a force about to be clipped vanishes.
+    fn time_of_change(&self, side: f64, ends: [f64; 2], within: &Nodes, m: usize, table: &Table) -> f64 {
+        let before = m.checked_sub(1);
+        if side * before.map_or(ends[0], |m| within[m]) <= 0.0 {
+            return before.map_or(0.0, |m| self.time_of(m, table));
+        }
+        let coefficients = Rule::get().powers.map(|row| side * weighted(&row, within));
+        let x = |m: usize| 2.0 * self.stretching.inverse(self.time_of(m, table) / self.length) - 1.0;
+        let value = |x: f64| series::value(&coefficients, x);
+        let c = 0.5 + 0.5 * root::falling_zero(value, before.map_or(-1.0, x), x(m));
+        self.length * self.stretching.part(c)
     }
 
     /// Whether the overlap of a contact has or may have the sign of another mode before the time `until` (s).
