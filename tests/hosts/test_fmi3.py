@@ -145,6 +145,7 @@ def test_what_is_refused_is_named(make3):
         with pytest.raises(FMICallException) as error:
             yield
         assert error.value.status == status
+        assert cradle.lines[-1][:2] == (status, {2: "logStatusDiscard", 3: "logStatusError"}[status])
         assert all(word in cradle.lines[-1][2] for word in words), cradle.lines[-1]
 
     cradle = make3().make()
@@ -156,6 +157,8 @@ def test_what_is_refused_is_named(make3):
     cradle.exitConfigurationMode()
     with refused(2, "ball.mass = -1 kg", "> 0 kg"):
         cradle.set("ball.mass", -1.0)
+    with refused(2, "contact.model = 1099511627776", "powerLaw (1)"):
+        cradle.set("contact.model", 1 << 40)
     cradle.enterInitializationMode()  # The mode was kept, and nothing applied.
     assert cradle.get("ball.mass") == 1.0 and cradle.get("n") == 5
     with refused(3, "nValues = 3", "5", "x_start"):
@@ -182,6 +185,26 @@ def test_the_log_is_silent_unless_it_is_on(make3):
     with pytest.raises(FMICallException):
         cradle.set("ball.mass", -1.0)
     assert cradle.lines == []
+
+
+def test_categories_of_the_log_are_switched_one_by_one(make3):
+    def switch(on, *names):
+        texts = (ctypes.c_char_p * len(names))(*(name.encode() for name in names))
+        cradle.fmi3SetDebugLogging(cradle.component, on, len(names), texts)
+
+    def logged():
+        cradle.lines.clear()
+        with pytest.raises(FMICallException):
+            cradle.set("ball.mass", -1.0)
+        return [category for _, category, _ in cradle.lines]
+
+    cradle = make3().make(loggingOn=False)
+    assert logged() == []
+    switch(True, "logStatusDiscard")
+    switch(True, "logEvents")
+    assert logged() == ["logStatusDiscard"]
+    switch(False, "logStatusDiscard")
+    assert logged() == []
 
 
 def test_slopes_of_inputs_are_those_of_fmi_2(make3, fmu):
@@ -252,3 +275,22 @@ def test_the_python_package_says_what_it_takes(fmu3_path, producer, tmp_path):
     subprocess.run([producer, "build", "--from", fmu3_path, "--out", out], check=True, capture_output=True)
     with nc.Fmu(out) as fmu:
         assert fmu.simulate(stop=0.1)["time"][-1] == pytest.approx(0.1)
+
+
+def test_an_fmu_without_clocks(fmu3_path, fmu_path, producer, tmp_path):
+    path = tmp_path / "no-clocks.fmu"
+    command = [producer, "build", "--from", fmu_path, "--fmi", "3", "--clocks", "none", "--out", path]
+    subprocess.run(command, check=True, capture_output=True)
+    assert validate_fmu(path) == []
+    checked = subprocess.run([producer, "check", path], capture_output=True, text=True)
+    assert checked.returncode == 0, checked.stdout
+    again = subprocess.run([*command[:3], path, *command[4:-1], tmp_path / "again.fmu"], capture_output=True)
+    assert again.returncode == 0 and (tmp_path / "again.fmu").read_bytes() == path.read_bytes()
+    names = {variable.name for variable in fmpy.read_model_description(path).modelVariables}
+    others = {variable.name for variable in fmpy.read_model_description(fmu3_path).modelVariables}
+    assert names < others and all(name.startswith(("onset.", "release.")) for name in others - names)
+    options = {"output": ["x", "pulses"], "stop_time": 2.0, "use_event_mode": True}
+    one, other = (fmpy.simulate_fmu(fmu, early_return_allowed=True, **options) for fmu in (path, fmu3_path))
+    assert one.tobytes() == other.tobytes()
+    refused = subprocess.run([*command[:4], *command[6:]], capture_output=True, text=True)
+    assert refused.returncode == 2 and "together with --fmi 3" in refused.stderr
