@@ -260,12 +260,14 @@ impl Cluster {
             if self.contacts.get(end).is_some_and(|contact| contact.mode != Mode::Open) {
                 continue;
             }
-            let flights = &mut self.flights[first..=end];
-            let masses = balls[first..=end].iter().map(|ball| ball.mass);
-            let contacts = self.contacts[first..end].iter().zip(&laws[first..end]);
-            let distances = contacts.map(|(contact, law)| contact.overlap + law.clearance);
-            let positions = spaced(masses.zip(flights.iter().map(|flight| flight.x)), distances);
-            flights.iter_mut().zip(positions).for_each(|(flight, x)| flight.x = x);
+            if first < end {
+                let flights = &mut self.flights[first..=end];
+                let masses = balls[first..=end].iter().map(|ball| ball.mass);
+                let contacts = self.contacts[first..end].iter().zip(&laws[first..end]);
+                let distances = contacts.map(|(contact, law)| contact.overlap + law.clearance);
+                let positions = spaced(masses.zip(flights.iter().map(|flight| flight.x)), distances);
+                flights.iter_mut().zip(positions).for_each(|(flight, x)| flight.x = x);
+            }
             first = end + 1;
         }
     }
@@ -342,7 +344,7 @@ impl Cluster {
                 }
             }
             if linear {
-                series.expand_linear(&mut self.workspace.linear, window, control, scale);
+                series.expand_linear(&mut self.workspace.linear, window, control, scale, rounding.position);
             } else if persistent {
                 let before = self.history.explicit_length;
                 series.expand_persistent(&mut self.workspace.persistent, window, control, scale, before);

@@ -218,7 +218,8 @@ impl DenseOutput for Series {
             return onset;
         }
         let noise = rounding.position;
-        let deep = crossing::first_positive(row, 1.0, noise, until / self.unit).is_some();
+        let end = until / self.unit;
+        let deep = self.value(row, end) > noise || crossing::first_positive(row, 1.0, noise, end).is_some();
         // Where a wave arrives, a ball in touch and at rest, but for what its front has not been felt by, may take longer than
         // this segment to be pressed any deeper.
         let at_rest = row[0].max(0.0) + row[1].abs() <= rounding.velocity * self.unit;
@@ -239,8 +240,9 @@ impl DenseOutput for Series {
             if let Some(rise) = crossing::first_positive(row, 1.0, level, end)
                 && crossing::first_positive(row, -1.0, -rounding.position, rise).is_none()
             {
-                let fall = crossing::first_positive_after(row, -1.0, level, rise, end);
-                return self.switching(fall, until);
+                let about = series::shifted(row, rise);
+                let fall = crossing::first_positive(&about[..row.len()], -1.0, level, end - rise);
+                return self.switching(fall.map(|s| rise + s), until);
             }
         }
         self.crossing(row, -1.0, level, until)
