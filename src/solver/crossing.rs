@@ -3,14 +3,11 @@
 use super::root::{self, Smooth};
 use super::series::{
     NUMBERS, SAMPLES, bound, bound_of_change_of_derivative, derivative_by_lanes, sample, sample_derivative,
-    sample_terms, shifted, sum_by_lanes, value_and_derivatives, value_by_lanes,
+    sample_terms, sum_by_lanes, value_and_derivatives, value_by_lanes,
 };
 
 /// How often the distance of two places is halved where a series comes near 0: some times suffice unless it almost touches.
 const HALVINGS: usize = 4;
-
-/// How often a search starts anew from where it is stuck.
-const RESTARTS: usize = 4;
 
 /// The largest value on `[from, to]`.
 pub fn maximum(c: &[f64], from: f64, to: f64) -> f64 {
@@ -38,8 +35,8 @@ fn place_and_maximum(c: &[f64], from: f64, to: f64) -> (f64, f64) {
     }
     let places: [f64; SAMPLES] = std::array::from_fn(|p| from + (to - from) * (p + 1) as f64 / SAMPLES as f64);
     let sampled = sample_derivative(c, &places);
-    let (mut left, mut slope_left) =
-        (from, if from == 0.0 && c.len() > 1 { c[1] } else { derivative_by_lanes(c, from) });
+    let slope_at_start = if from == 0.0 && c.len() > 1 { c[1] } else { derivative_by_lanes(c, from) };
+    let (mut left, mut slope_left) = (from, slope_at_start);
     for (right, slope_right) in places.into_iter().zip(sampled) {
         if slope_left > 0.0 && slope_right <= 0.0 {
             // Newton's steps: half the digits of the place give all digits of the maximum.
@@ -58,7 +55,8 @@ fn place_and_maximum(c: &[f64], from: f64, to: f64) -> (f64, f64) {
 /// [`root::first_positive`].
 pub fn first_positive(c: &[f64], sign: f64, level: f64, until: f64) -> Option<f64> {
     // Most searches find nothing and need not be made.
-    if sign * (c[0] - level) < -until * bound(&c[1..], until) {
+    let linear = (sign * (c[0] - level)).max(sign * (c[0] - level + until * c[1]));
+    if linear < -until * until * bound(&c[2..], until) {
         return None;
     }
     let mut from = 0.0;
@@ -73,24 +71,9 @@ pub fn first_positive(c: &[f64], sign: f64, level: f64, until: f64) -> Option<f6
         let half = 0.5 * c[lead].abs();
         from = if rest * until <= half { until } else { half / rest };
     }
-    match from {
-        0.0 => first_from_start(c, sign, level, until, RESTARTS),
-        _ => first_positive_after(c, sign, level, from, until),
-    }
-}
-
-/// The same by a [`scan`]. Where that is stuck it starts anew, up to so many times: about a later place the coefficients tell more of
-/// what comes behind it.
-fn first_from_start(c: &[f64], sign: f64, level: f64, until: f64, restarts: usize) -> Option<f64> {
-    match scan(&Above { c, sign, level }, until) {
-        Ok(found) => found,
-        Err(clear) if clear > 0.0 && restarts > 0 => {
-            let about = shifted(c, clear);
-            let found = first_from_start(&about[..c.len()], sign, level, until - clear, restarts - 1);
-            found.map(|t| clear + t)
-        }
-        Err(clear) => first_positive_after(c, sign, level, clear, until),
-    }
+    let g = Above { c, sign, level };
+    let clear = if from == 0.0 { scan(&g, until) } else { Err(from) };
+    clear.unwrap_or_else(|clear| root::first_positive(&g, clear, until))
 }
 
 /// The answer of [`first_positive`], if it can be had from values at some places: between two of them a function is above its chord
@@ -122,11 +105,6 @@ fn scan(g: &Above, until: f64) -> Result<Option<f64>, f64> {
 fn highest(from: (f64, f64), to: (f64, f64), curvature: f64) -> f64 {
     let distance = to.0 - from.0;
     from.1.max(to.1) + 0.125 * distance * distance * curvature
-}
-
-/// The same in `[from, until]`, for a start where the value, the slope or the curvature tells how it goes on.
-pub fn first_positive_after(c: &[f64], sign: f64, level: f64, from: f64, until: f64) -> Option<f64> {
-    root::first_positive(&Above { c, sign, level }, from, until)
 }
 
 /// `sign (c - level)` for a series c.

@@ -6,7 +6,7 @@
 use super::recurrences::TERMS_AT_LEAST;
 use super::series::{INVERSE_FACTORIAL, Series};
 use crate::engine::cluster::step_control::Control;
-use crate::engine::cluster::window::Window;
+use crate::engine::cluster::window::{Window, WindowContact};
 use crate::engine::flight::Ball;
 use crate::model::Mode;
 use crate::solver::series::{INVERSES, NUMBERS};
@@ -24,7 +24,7 @@ const MOST: usize = 40;
 /// Coefficients that tell whether a switching is near, and the times, in units, that they are asked for. A segment that will end
 /// soon gets only the order that it takes till then: more times make it shorter, more coefficients tell of later switchings.
 const LOOK: usize = 8;
-const LOOKS: [f64; 8] = [0.02, 0.06, 0.15, 0.3, 0.6, 1.0, 1.5, 2.0];
+const LOOKS: [f64; 8] = [0.02, 0.1, 0.25, 0.5, 0.8, 1.2, 1.6, 2.1];
 
 /// A number for each of a few balls, or for the contacts at their right.
 type Lanes = [f64; LANES];
@@ -47,9 +47,8 @@ struct Block {
     velocity: Lanes,
     apart: Lanes,
     rate: Lanes,
-    /// The overlaps at the start and their rates, m; 1 for an open contact, -1 for a closed one.
-    start: [Lanes; 2],
-    sign: Lanes,
+    /// The rates of the overlaps at the start, m.
+    rate_at_start: Lanes,
     /// What the contacts push with, N, and the accelerations of the balls by that and by the inputs, m.
     push: Lanes,
     driven: Lanes,
@@ -122,8 +121,7 @@ impl Workspace {
             }
             block.push[lane] = block.stiffness[lane] * contact.overlap + block.damping[lane] * rate;
             (block.apart[lane], block.rate[lane]) = (contact.overlap + law.clearance, rate);
-            (block.start[0][lane], block.start[1][lane]) = (contact.overlap, rate);
-            block.sign[lane] = if contact.mode == Mode::Open { 1.0 } else { -1.0 };
+            block.rate_at_start[lane] = rate;
             block.unlike[lane] = ball.oscillator != right.oscillator;
         }
     }
@@ -148,26 +146,50 @@ impl Workspace {
 
     /// The largest last coefficient of a velocity, m.
     fn largest(&self) -> f64 {
-        let mut largest = [0.0; LANES];
-        for block in &self.blocks {
-            for i in 0..LANES {
-                let size = block.velocity[i].abs();
-                largest[i] = if size > largest[i] { size } else { largest[i] };
-            }
-        }
-        largest.into_iter().fold(0.0, f64::max)
+        let larger = |most: f64, size: f64| if size > most { size } else { most };
+        let of_both = |most: Lanes, block: &Block| std::array::from_fn(|i| larger(most[i], block.velocity[i].abs()));
+        let largest = self.blocks.iter().fold([0.0; LANES], of_both);
+        largest.into_iter().fold(0.0, larger)
     }
 
-    /// The first of the [`LOOKS`] by which a contact seems to have switched, by more than `noise` (m), from the first coefficients.
-    fn switching(&self, noise: f64) -> Option<f64> {
-        LOOKS.into_iter().find(|s| {
-            self.blocks.iter().enumerate().any(|(b, block)| {
-                let columns = self.columns[b * self.order..][..LOOK].iter().map(|[_, overlap]| overlap);
-                let next = |sum: Lanes, c: &Lanes| std::array::from_fn(|i| sum[i] * s + c[i]);
-                let overlap = block.start.iter().rev().fold(columns.rev().fold([0.0; LANES], next), next);
-                overlap.iter().zip(block.sign).any(|(overlap, sign)| sign * overlap > noise)
-            })
-        })
+    /// The first of the [`LOOKS`] by which a contact seems to have switched, by more than `noise` (m), from the first coefficients;
+    /// and the contact.
+    fn switching(&self, contacts: &[WindowContact], noise: f64) -> Option<(usize, usize)> {
+        let seems = |(j, contact): (usize, &WindowContact)| {
+            let (block, lane) = (&self.blocks[j / LANES], j % LANES);
+            let columns = &self.columns[j / LANES * self.order..][..LOOK];
+            let next = |sums: [f64; LOOKS.len()], c: f64| std::array::from_fn(|p| sums[p] * LOOKS[p] + c);
+            let high = columns.iter().rev().fold([0.0; LOOKS.len()], |sums, [_, overlap]| next(sums, overlap[lane]));
+            let overlaps = next(next(high, block.rate_at_start[lane]), contact.overlap);
+            let sign = if contact.mode == Mode::Open { 1.0 } else { -1.0 };
+            overlaps.iter().position(|overlap| sign * overlap > noise).map(|look| (look, j))
+        };
+        contacts.iter().enumerate().filter_map(seems).min()
+    }
+
+    /// Computes coefficients up to the highest order, or to that which a switching that seems to come soon takes: by then the last terms
+    /// are at most `allowed` (m). Overlaps up to `noise` (m) are rounding. Returns the order and the contact that seems to switch.
+    fn expand(&mut self, window: &Window, unit: f64, noise: f64, allowed: f64) -> (usize, usize) {
+        let (mut unit_to_k, mut power, mut negligible, mut next) = (unit * unit, 1.0, 0, None);
+        let driven = window.flights.iter().any(|flight| flight.forcing.iter().any(|&f| f != 0.0));
+        for k in 0..self.order {
+            let factor = INVERSE_FACTORIAL.get(k).filter(|_| driven).map(|inverse| inverse * unit_to_k);
+            let flight = |i: usize| window.flights.get(i).map_or(0.0, |flight| flight.forcing[k]);
+            self.advance(k, factor.map(|factor| move |i: usize| factor * flight(i)));
+            unit_to_k *= unit;
+            if k + 1 == LOOK {
+                next = self.switching(window.contacts, noise);
+                power = next.map_or(0.0, |(look, _)| (0..k).fold(1.0, |power, _| power * LOOKS[look]));
+            }
+            if let Some((look, contact)) = next {
+                power *= LOOKS[look];
+                negligible = if self.largest() * power <= allowed { negligible + 1 } else { 0 };
+                if negligible > TERMS_AT_LEAST {
+                    return (k + 1, contact);
+                }
+            }
+        }
+        (self.order, next.map_or(0, |(_, contact)| contact))
     }
 
     /// Enters the displacements (`WHICH` 0) or overlaps (1) that were noted in their rows.
@@ -180,8 +202,8 @@ impl Workspace {
 }
 
 impl Series {
-    /// Computes all coefficients like [`Self::expand`], up to a switching that seems to come soon. Overlaps up to `noise` (m) are
-    /// rounding.
+    /// Computes all coefficients like [`Self::expand`], of no higher order than a switching that seems to come soon takes. Overlaps up
+    /// to `noise` (m) are rounding.
     pub fn expand_linear(
         &mut self,
         workspace: &mut Workspace,
@@ -190,33 +212,11 @@ impl Series {
         scale: f64,
         noise: f64,
     ) {
-        let unit = shortest_time(window);
-        let most = ((HIGHER * control.order as f64) as usize).min(MOST);
-        workspace.begin(window, most, unit);
-        let allowed = control.epsilon * scale * unit;
-        // The last terms at the time that a switching seems to have come by, as far as they are negligible.
-        let (mut order, mut until, mut power, mut negligible) = (most, None, 1.0, 0);
-        let mut unit_to_k = unit * unit;
-        for k in 0..most {
-            let factor = INVERSE_FACTORIAL.get(k).map(|inverse| inverse * unit_to_k);
-            let flight = |i: usize| window.flights.get(i).map_or(0.0, |flight| flight.forcing[k]);
-            workspace.advance(k, factor.map(|factor| move |i: usize| factor * flight(i)));
-            unit_to_k *= unit;
-            if k + 1 == LOOK {
-                until = workspace.switching(noise);
-                power = until.map_or(0.0, |s| libm::pow(s, LOOK as f64));
-            } else if let Some(s) = until {
-                power *= s;
-            }
-            if until.is_some() {
-                negligible = if workspace.largest() * power <= allowed { negligible + 1 } else { 0 };
-                if negligible > TERMS_AT_LEAST {
-                    order = k + 1;
-                    break;
-                }
-            }
-        }
+        let (unit, dv) = (shortest_time(window), control.epsilon * scale);
+        workspace.begin(window, ((HIGHER * control.order as f64) as usize).min(MOST), unit);
+        let (order, next_to_switch) = workspace.expand(window, unit, noise, dv * unit);
         self.begin(window, order, unit);
+        self.next_to_switch = next_to_switch;
         let stride = self.stride();
         workspace.enter::<0>(&mut self.displacements, stride);
         workspace.enter::<1>(&mut self.overlaps, stride);
@@ -229,7 +229,7 @@ impl Series {
                 *force = law.stiffness * d + damping * k * next;
             }
         }
-        self.converges_for = self.linear_convergence(control.epsilon * scale).min(control.longest);
+        self.converges_for = self.linear_convergence(dv).min(control.longest);
     }
 
     /// The time on which the last terms of the velocities stay below `dv` (m/s), less a few thousandths: with logarithms as
@@ -273,7 +273,6 @@ mod tests {
     use super::super::recurrences::{self, velocity_scale};
     use super::*;
     use crate::engine::cluster::dense_output::DenseOutput;
-    use crate::engine::cluster::window::WindowContact;
     use crate::engine::flight::Flight;
     use crate::model::{BallModel, ContactLaw, Damping};
     use crate::solver::double_double::DoubleDouble;
