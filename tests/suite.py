@@ -243,7 +243,7 @@ def python_hosts(results: Results, what: str, names: list, *options) -> None:
 
 
 def rust_host(results: Results) -> None:
-    """The `fmi` crate as a host: a workspace of its own, because its bindings need libclang."""
+    """The crates `fmi` and `fmi-rs` as hosts: a workspace of its own, because the bindings of `fmi` need libclang."""
     manifest = ROOT / "tests/hosts/fmi-rs/Cargo.toml"
     if not manifest.exists():
         return results.skip("Rust host", f"{manifest.relative_to(ROOT)} is not there")

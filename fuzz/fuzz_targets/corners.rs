@@ -27,10 +27,10 @@ const LONGEST: Duration = Duration::from_secs(2);
 
 /// A step is followed by one `LONGER` times as long if the counters of work grew by less than this, and it took less time than that.
 const LITTLE: i32 = 100;
-const SHORT: Duration = Duration::from_millis(200);
+const SHORT: Duration = Duration::from_millis(20);
 
-/// Under a force that grows with the cube of time, events become more numerous with its fifth power: a thousand times by this factor.
-const LONGER: f64 = 4.0;
+/// Under a force that grows with the cube of time, events become more numerous with its fifth power: 32 times by this factor.
+const LONGER: f64 = 2.0;
 
 #[derive(Debug, Arbitrary)]
 struct Run {

@@ -4,6 +4,7 @@
 use std::ffi::OsString;
 use std::path::PathBuf;
 
+use clap::error::ErrorKind;
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use cradle_packaging::build::{PRESETS, Standard};
 
@@ -54,9 +55,14 @@ pub fn parse() -> Request {
 
 impl Build {
     fn of(mut given: ArgMatches) -> Self {
-        let standard = given.remove_one::<String>("fmi").unwrap_or_default();
+        let version = given.remove_one::<String>("fmi").unwrap_or_default();
+        let clocks = given.remove_one::<String>("clocks").is_none();
+        if version != "3" && !clocks {
+            let reason = "--clocks none is refused: FMI 2.0 has no clocks; allowed: together with --fmi 3\n";
+            command().error(ErrorKind::ArgumentConflict, reason).exit();
+        }
         Self {
-            standard: if standard == "3" { Standard::Fmi3 } else { Standard::Fmi2 },
+            standard: if version == "3" { Standard::Fmi3 { clocks } } else { Standard::Fmi2 },
             balls: given.remove_one("balls"),
             set: several(&mut given, "set"),
             parameters: several(&mut given, "parameters"),
@@ -177,6 +183,9 @@ fn build() -> Command {
             option("fmi", "VERSION")
                 .value_parser(["2", "3"])
                 .help("Version of the standard [default: 2]; the default file of version 3 is called NAME.fmi3.fmu"),
+            option("clocks", "none")
+                .value_parser(["none"])
+                .help("Leave the clocks of version 3 out, with the variables they tell of, for hosts that take none"),
             option("preset", "NAME").help("Start from a preset, see below"),
             option("from", "FILE.fmu")
                 .value_parser(value_parser!(PathBuf))

@@ -83,7 +83,7 @@ impl Build {
         {
             name = format!("{name}{balls}");
         }
-        if self.standard == Standard::Fmi3 {
+        if self.standard != Standard::Fmi2 {
             name.push_str(".fmi3");
         }
         Ok((choice, name))

@@ -19,8 +19,8 @@ pub(crate) trait Version {
     /// The component can only be freed.
     const FATAL: Self::Status;
 
-    /// What a refused call answers, and what becomes of the instance.
-    fn refused(instance: &mut Instance, refusal: &Refusal) -> Self::Status;
+    /// What the call of `function` answers that was refused, and what becomes of the instance; the log has the reason.
+    fn refused(instance: &mut Instance, function: &str, refusal: &Refusal) -> Self::Status;
 }
 
 /// What the host's pointer points to. The magic number comes first, whatever the version.
@@ -125,10 +125,7 @@ pub(crate) unsafe fn call<V: Version>(
         let instance = unsafe { &mut *component.instance.get() };
         match instance.require(call).and_then(|()| body(instance)) {
             Ok(()) => V::OK,
-            Err(refusal) => {
-                instance.log.error(format_args!("{function}: {refusal}"));
-                V::refused(instance, &refusal)
-            }
+            Err(refusal) => V::refused(instance, function, &refusal),
         }
     }));
     let status = outcome.unwrap_or_else(|panic| {
@@ -187,7 +184,7 @@ mod tests {
         const ERROR: u8 = 3;
         const FATAL: u8 = 4;
 
-        fn refused(_: &mut Instance, _: &Refusal) -> u8 {
+        fn refused(_: &mut Instance, _: &str, _: &Refusal) -> u8 {
             Self::ERROR
         }
     }

@@ -5,11 +5,12 @@ use std::ops::Deref;
 use serde::{Deserialize, Serialize};
 
 use super::continuous::{Continuous, Method};
-use super::derivatives::NotFollowed;
+use super::derivatives::{History, NotFollowed, WholeRun};
 use super::error::EngineError;
+use super::inputs::HeldInputs;
 use super::observer::Observer;
 use super::run::{Engine, Snapshot, Unsound};
-use crate::model::{ContactModel, Differential, Inputs, Parameters, Results};
+use crate::model::{ContactModel, Differential, Inputs, Parameters, Results, Tunables};
 
 /// A run by the selected method. Every method offers what [`Engine`] offers, with the same meaning.
 #[expect(clippy::large_enum_variant, reason = "an instance has one")]
@@ -104,6 +105,41 @@ impl Simulation {
         inputs: &Inputs,
     ) -> Result<Differential, NotFollowed> {
         of_method!(self, last_step()).along_parameters(parameters, tangent, inputs)
+    }
+
+    /// Derivatives of the outputs at the current time along a direction of parameters and inputs over the whole run, which has begun
+    /// at `start` (s) and has this history. `parameters` are those that act now.
+    pub fn sensitivity_of_run(
+        &self,
+        parameters: &Parameters,
+        start: f64,
+        history: &History,
+        tangent: &Parameters,
+        inputs: &Inputs,
+    ) -> Result<Differential, NotFollowed> {
+        let stretches = history.stretches(self.time(), self.inputs(), parameters.tunables());
+        let mut at_start = parameters.clone();
+        let first = stretches.first().ok_or(NotFollowed)?;
+        at_start.tune(first.tunables);
+        let begun = Self::new(&at_start, &first.inputs.at(start).values, start).map_err(|_| NotFollowed)?;
+        if self.time() == start {
+            return self.sensitivity_of_start(parameters, tangent, inputs);
+        }
+        let start_state = of_method!(&begun, last_step()).end;
+        let last = of_method!(self, last_step());
+        WholeRun { parameters, start_time: start, start: start_state, stretches, last }.along(tangent, inputs)
+    }
+
+    /// Inputs or tunable parameters, now `tunables`, are about to change: what acted so far is kept if that is `wanted`.
+    pub fn keep_history(&self, wanted: bool, tunables: Tunables, history: &mut History) {
+        history.keep(wanted, self.time(), self.inputs(), tunables);
+    }
+
+    fn inputs(&self) -> &HeldInputs {
+        match self {
+            Self::EventDriven(engine) => &engine.inputs,
+            Self::Continuous(run) => &run.inputs,
+        }
     }
 
     /// The run as it is now, as plain data.

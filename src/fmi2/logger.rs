@@ -22,6 +22,7 @@ fn status(severity: Severity) -> fmi2Status {
     match severity {
         Severity::Ok => fmi2Status::fmi2OK,
         Severity::Warning => fmi2Status::fmi2Warning,
+        Severity::Discard => fmi2Status::fmi2Discard,
         Severity::Error => fmi2Status::fmi2Error,
         Severity::Fatal => fmi2Status::fmi2Fatal,
     }

@@ -1,4 +1,4 @@
-//! The C ABI of FMI 2.0 for co-simulation and model exchange,.
+//! The C ABI of FMI 2.0 for co-simulation and model exchange.
 //!
 //! Every exported function goes through the guard in `border`.
 //!
@@ -30,7 +30,8 @@ impl Version for Fmi2 {
     const FATAL: fmi2Status = fmi2Status::fmi2Fatal;
 
     /// The instance goes on as it was.
-    fn refused(_: &mut Instance, _: &Refusal) -> fmi2Status {
+    fn refused(instance: &mut Instance, function: &str, refusal: &Refusal) -> fmi2Status {
+        instance.log.error(format_args!("{function}: {refusal}"));
         Self::ERROR
     }
 }

@@ -38,12 +38,14 @@ impl Version for Fmi3 {
     const FATAL: fmi3Status = fmi3Status::fmi3Fatal;
 
     /// A value that is out of range or does not exist changes nothing; everything else ends the run.
-    fn refused(instance: &mut Instance, refusal: &Refusal) -> fmi3Status {
+    fn refused(instance: &mut Instance, function: &str, refusal: &Refusal) -> fmi3Status {
         match refusal {
             Refusal::Value(VariableError::NotAllowed { .. }) | Refusal::NotANumber { .. } | Refusal::Derivative(_) => {
+                instance.log.discard(format_args!("{function}: {refusal}"));
                 fmi3Status::fmi3Discard
             }
             _ => {
+                instance.log.error(format_args!("{function}: {refusal}"));
                 instance.give_up();
                 fmi3Status::fmi3Error
             }

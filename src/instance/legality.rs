@@ -80,6 +80,8 @@ pub enum Call {
     Reset,
     /// Reading values of any type.
     Get,
+    /// The same in FMI 3.0, where start values can be read before initialization.
+    GetArrays,
     /// Setting real values; which variables may be set is the table of variables' business.
     Set,
     /// Setting values of any other type.
@@ -181,7 +183,19 @@ impl Call {
             IntermediateUpdate, StepMode, Terminated,
         };
         match self {
-            Self::SetDebugLogging | Self::Reset | Self::State | Self::CountContinuous => &[
+            Self::SetDebugLogging => &[
+                Instantiated,
+                ConfigurationMode,
+                Abandoned,
+                InitializationMode,
+                StepMode,
+                EventMode,
+                ContinuousTimeMode,
+                IntermediateUpdate,
+                Terminated,
+                Error,
+            ],
+            Self::Reset | Self::State | Self::CountContinuous => &[
                 Instantiated,
                 ConfigurationMode,
                 Abandoned,
@@ -204,6 +218,16 @@ impl Call {
             Self::Get => {
                 &[InitializationMode, StepMode, EventMode, ContinuousTimeMode, IntermediateUpdate, Terminated, Error]
             }
+            Self::GetArrays => &[
+                Instantiated,
+                InitializationMode,
+                StepMode,
+                EventMode,
+                ContinuousTimeMode,
+                IntermediateUpdate,
+                Terminated,
+                Error,
+            ],
             Self::DirectionalDerivative => {
                 &[InitializationMode, StepMode, EventMode, ContinuousTimeMode, Terminated, Error]
             }

@@ -11,6 +11,8 @@ pub enum Severity {
     Ok,
     /// Something is not quite right, the run can go on.
     Warning,
+    /// A refused call that changes nothing, where the standard tells it from an error.
+    Discard,
     /// A refused call or a failed step.
     Error,
     /// The instance is lost.
@@ -44,6 +46,15 @@ impl Log {
         self.enabled = LOG_CATEGORIES.map(|category| on && (categories.is_empty() || categories.contains(&category)));
     }
 
+    /// Switches `categories` on or off, all of them if there are none; the others stay as they are.
+    pub fn switch_each(&mut self, on: bool, categories: &[LogCategory]) {
+        for (category, enabled) in LOG_CATEGORIES.iter().zip(&mut self.enabled) {
+            if categories.is_empty() || categories.contains(category) {
+                *enabled = on;
+            }
+        }
+    }
+
     /// Whether a line of `category` that is no warning or error would be written.
     pub fn wants(&self, category: LogCategory) -> bool {
         self.sink.is_some() && self.enabled[category as usize]
@@ -61,6 +72,12 @@ impl Log {
     /// Information about the solver.
     pub fn solver(&self, text: Arguments<'_>) {
         self.write(Severity::Ok, LogCategory::Solver, text);
+    }
+
+    /// A refused call that changes nothing.
+    #[cold]
+    pub fn discard(&self, text: Arguments<'_>) {
+        self.write(Severity::Discard, LogCategory::Discard, text);
     }
 
     /// A refused call or a failed step.

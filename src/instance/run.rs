@@ -128,6 +128,13 @@ impl Run {
             experiment && (self.experiment.is_some() || self.phase < Phase::InitializationMode),
             "its start time or stop time is invalid",
         )?;
+        let allowed = |parameters: &Parameters| {
+            let settings = Settings { parameters: parameters.clone(), ..self.settings.clone() };
+            settings.are_sound(balls)
+        };
+        let history =
+            self.hybrid.as_ref().is_none_or(|hybrid| hybrid.history.is_sound(&self.settings.parameters, allowed));
+        require(history, "what it has been given before is out of range")?;
         let derivatives = &self.input_derivatives;
         let known = derivatives.len() <= MAX_INPUT_DERIVATIVE
             && derivatives.iter().all(|inputs| inputs.force.len() == balls && inputs.is_finite());

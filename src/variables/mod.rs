@@ -4,6 +4,7 @@
 //! that a host has made, or in the [`Results`](crate::model::Results) of a run. The [`Description`], its ModelStructure, the
 //! getters and the setters are all derived from the table. A [`Recipe`] is what an FMU carries along of its start values.
 
+mod array_text;
 mod arrays;
 mod description;
 mod enumeration;

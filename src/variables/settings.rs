@@ -101,9 +101,11 @@ impl Variable {
     }
 
     /// Whether `value` is the integer of an item.
-    pub fn check_item(&self, value: i32) -> Result<(), VariableError> {
+    pub fn check_item(&self, value: impl Into<i64>) -> Result<(), VariableError> {
+        let value: i64 = value.into();
+        let item = i32::try_from(value).ok();
         match self.row.access {
-            Access::Enumeration(enumeration) if enumeration.item(value).is_none() => {
+            Access::Enumeration(enumeration) if item.and_then(|item| enumeration.item(item)).is_none() => {
                 Err(VariableError::not_allowed(self, value, enumeration))
             }
             _ => Ok(()),

@@ -173,8 +173,8 @@ pub static TABLE: &[Row] = &[
         .follows(&[&["position", "v"]])
         .derivative(|d, _| d.support_force),
     real("t_next", Scalar, Output, &TIME, |s, _| s.next_onset().time(),
-        "First onset of any contact strictly after the current time; 1e30 if there is none within 1000 periods; if \
-         t_next_isOnset is false, a time up to which there is none").discrete()
+        "First onset of any contact strictly after the current time; 1e30 if there is none within 1000 periods; where \
+         the look ahead ends before an onset, a time up to which there is none").discrete()
         .derivative(|d, _| d.next_onset),
     real("impulse", Contacts, Output, &IMPULSE, |s, i| s.impulse(i),
         "Integral of F[{i}] since the start").initially(&[]).follows(&[&["impulse"]])

@@ -145,6 +145,7 @@ def test_what_is_refused_is_named(make3):
         with pytest.raises(FMICallException) as error:
             yield
         assert error.value.status == status
+        assert cradle.lines[-1][:2] == (status, {2: "logStatusDiscard", 3: "logStatusError"}[status])
         assert all(word in cradle.lines[-1][2] for word in words), cradle.lines[-1]
 
     cradle = make3().make()
@@ -156,6 +157,8 @@ def test_what_is_refused_is_named(make3):
     cradle.exitConfigurationMode()
     with refused(2, "ball.mass = -1 kg", "> 0 kg"):
         cradle.set("ball.mass", -1.0)
+    with refused(2, "contact.model = 1099511627776", "powerLaw (1)"):
+        cradle.set("contact.model", 1 << 40)
     cradle.enterInitializationMode()  # The mode was kept, and nothing applied.
     assert cradle.get("ball.mass") == 1.0 and cradle.get("n") == 5
     with refused(3, "nValues = 3", "5", "x_start"):
@@ -182,6 +185,26 @@ def test_the_log_is_silent_unless_it_is_on(make3):
     with pytest.raises(FMICallException):
         cradle.set("ball.mass", -1.0)
     assert cradle.lines == []
+
+
+def test_categories_of_the_log_are_switched_one_by_one(make3):
+    def switch(on, *names):
+        texts = (ctypes.c_char_p * len(names))(*(name.encode() for name in names))
+        cradle.fmi3SetDebugLogging(cradle.component, on, len(names), texts)
+
+    def logged():
+        cradle.lines.clear()
+        with pytest.raises(FMICallException):
+            cradle.set("ball.mass", -1.0)
+        return [category for _, category, _ in cradle.lines]
+
+    cradle = make3().make(loggingOn=False)
+    assert logged() == []
+    switch(True, "logStatusDiscard")
+    switch(True, "logEvents")
+    assert logged() == ["logStatusDiscard"]
+    switch(False, "logStatusDiscard")
+    assert logged() == []
 
 
 def test_slopes_of_inputs_are_those_of_fmi_2(make3, fmu):
@@ -239,6 +262,42 @@ def test_derivatives(make3, fmu):
     assert np.array(values[:5]).tobytes() == cradle.get("v").tobytes()
 
 
+def test_derivatives_of_the_run(make3):
+    unknowns, knowns = (
+        ["x", "E_total"],
+        ["x_start", "contact.stiffness", "pendulum.length", "F_ext", "pendulum.drag"],
+    )
+
+    def run(changes, derivatives=3):
+        cradle = make3().start({"derivatives.of": derivatives, "pendulum.drag": 0.1} | changes)
+        cradle.step(0.0, 0.7)
+        cradle.set("F_ext", [-0.1, 0.0, 0.0, 0.0, 0.0])
+        cradle.set("pendulum.drag", 0.2 + changes.get("pendulum.drag", 0.1) - 0.1)
+        cradle.step(0.7, 2.3)
+        assert cradle.get("pulses").sum() > 8
+        return cradle
+
+    cradle = run({})
+    weights, direction = np.arange(1.0, 7.0), np.linspace(1.0, 2.0, 13) * ([1.0] * 5 + [1e10] + [1.0] * 7)
+    sensitivity = cradle.derivative("Adjoint", unknowns, knowns, weights, 13)
+    derivatives = cradle.derivative("Directional", unknowns, knowns, direction, 6)
+    assert sensitivity @ direction == pytest.approx(weights @ derivatives, rel=1e-8)
+    restored = make3().start()
+    restored.go_back(cradle.state())
+    assert np.array_equal(restored.derivative("Adjoint", unknowns, knowns, weights, 13), sensitivity)
+    for name, place, step in [("pendulum.length", 6, 1e-7), ("pendulum.drag", 12, 1e-7)]:
+        start = {"pendulum.length": 1.962, "pendulum.drag": 0.1}[name]
+        sides = [run({name: start + sign * step}) for sign in (1, -1)]
+        change = [np.array([*side.get("x"), side.get("E_total")]) for side in sides]
+        assert weights @ (change[0] - change[1]) / 2 / step == pytest.approx(sensitivity[place], rel=1e-6)
+    # The inputs have changed, and nobody kept them.
+    late = run({}, derivatives=2)
+    late.set("derivatives.of", 3)
+    with pytest.raises(FMICallException):
+        late.derivative("Directional", unknowns, knowns, direction, 6)
+    assert any("derivatives.of = run must be set before an input" in line[2] for line in late.lines)
+
+
 def test_the_python_package_says_what_it_takes(fmu3_path, producer, tmp_path):
     with pytest.raises(
         nc.FmuError, match=r"an FMU of FMI 3\.0; allowed: FMI 2\.0 for co-simulation; .* build"
@@ -252,3 +311,22 @@ def test_the_python_package_says_what_it_takes(fmu3_path, producer, tmp_path):
     subprocess.run([producer, "build", "--from", fmu3_path, "--out", out], check=True, capture_output=True)
     with nc.Fmu(out) as fmu:
         assert fmu.simulate(stop=0.1)["time"][-1] == pytest.approx(0.1)
+
+
+def test_an_fmu_without_clocks(fmu3_path, fmu_path, producer, tmp_path):
+    path = tmp_path / "no-clocks.fmu"
+    command = [producer, "build", "--from", fmu_path, "--fmi", "3", "--clocks", "none", "--out", path]
+    subprocess.run(command, check=True, capture_output=True)
+    assert validate_fmu(path) == []
+    checked = subprocess.run([producer, "check", path], capture_output=True, text=True)
+    assert checked.returncode == 0, checked.stdout
+    again = subprocess.run([*command[:3], path, *command[4:-1], tmp_path / "again.fmu"], capture_output=True)
+    assert again.returncode == 0 and (tmp_path / "again.fmu").read_bytes() == path.read_bytes()
+    names = {variable.name for variable in fmpy.read_model_description(path).modelVariables}
+    others = {variable.name for variable in fmpy.read_model_description(fmu3_path).modelVariables}
+    assert names < others and all(name.startswith(("onset.", "release.")) for name in others - names)
+    options = {"output": ["x", "pulses"], "stop_time": 2.0, "use_event_mode": True}
+    one, other = (fmpy.simulate_fmu(fmu, early_return_allowed=True, **options) for fmu in (path, fmu3_path))
+    assert one.tobytes() == other.tobytes()
+    refused = subprocess.run([*command[:4], *command[6:]], capture_output=True, text=True)
+    assert refused.returncode == 2 and "together with --fmi 3" in refused.stderr

@@ -13,6 +13,7 @@ use fmi_schema::fmi3::Fmi3ModelDescription;
 use fmi_schema::traits::FmiModelDescription;
 use newtons_cradle::fmi3::fmi3Status::{fmi3Error, fmi3OK};
 use newtons_cradle::fmi3::*;
+use newtons_cradle::model::ContactModel;
 use newtons_cradle::variables::{Array, Causality, Description, Settings};
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -177,6 +178,9 @@ type Function = (&'static str, &'static [State], Asked);
 
 const ANY: &[State] = &[Instantiated, Configuration, Initialization, Event, Step, Terminated, Abandoned];
 const READ: &[State] = &[Initialization, Event, Step, Intermediate, Terminated];
+/// What has a start value can be read before initialization, what is calculated cannot.
+const START: &[State] = &[Instantiated, Initialization, Event, Step, Terminated];
+const READ_NOTHING: &[State] = &[Instantiated, Initialization, Event, Step, Intermediate, Terminated];
 const SET: &[State] = &[Instantiated, Initialization, Event, Step, Intermediate];
 const SET_DISCRETE: &[State] = &[Instantiated, Initialization, Event, Step];
 const SENSITIVE: &[State] = &[Initialization, Event, Step, Terminated];
@@ -186,7 +190,7 @@ const NOWHERE: &[State] = &[];
 macro_rules! untyped {
     ($get:ident $set:ident) => {
         [
-            (stringify!($get), READ, (|c| unsafe { $get(c, null(), 0, null_mut(), 0) }) as Asked),
+            (stringify!($get), READ_NOTHING, (|c| unsafe { $get(c, null(), 0, null_mut(), 0) }) as Asked),
             (stringify!($set), SET_DISCRETE, |c| unsafe { $set(c, null(), 0, null(), 0) }),
         ]
     };
@@ -195,7 +199,7 @@ macro_rules! untyped {
 /// Every function with an instance but fmi3FreeInstance, the states it is legal in, and a call that is fine in those.
 fn functions() -> Vec<Function> {
     let mut functions: Vec<Function> = vec![
-        ("fmi3SetDebugLogging", ANY, |c| unsafe { fmi3SetDebugLogging(c, 0, 0, null()) }),
+        ("fmi3SetDebugLogging", &STATES, |c| unsafe { fmi3SetDebugLogging(c, 0, 0, null()) }),
         ("fmi3EnterInitializationMode", &[Instantiated], |c| unsafe {
             fmi3EnterInitializationMode(c, 0, 0.0, 0.0, 0, 0.0)
         }),
@@ -205,10 +209,10 @@ fn functions() -> Vec<Function> {
         ("fmi3Reset", ANY, |c| unsafe { fmi3Reset(c) }),
         ("fmi3GetFloat64", READ, |c| unsafe { fmi3GetFloat64(c, &vr("E_total"), 1, &mut 0.0, 1) }),
         ("fmi3GetUInt64", SENSITIVE, |c| unsafe { fmi3GetUInt64(c, &vr("pulses"), 1, [0; 5].as_mut_ptr(), 5) }),
-        ("fmi3GetInt64", SENSITIVE, |c| unsafe { fmi3GetInt64(c, &vr("contact.model"), 1, &mut 0, 1) }),
+        ("fmi3GetInt64", START, |c| unsafe { fmi3GetInt64(c, &vr("contact.model"), 1, &mut 0, 1) }),
         ("fmi3GetBoolean", SENSITIVE, |c| unsafe { fmi3GetBoolean(c, &vr("inContact"), 1, [0; 5].as_mut_ptr(), 5) }),
         ("fmi3GetClock", SENSITIVE, |c| unsafe { fmi3GetClock(c, &vr("onset.clock"), 1, &mut 0) }),
-        ("fmi3GetBinary", READ, |c| unsafe { fmi3GetBinary(c, null(), 0, null_mut(), null_mut(), 0) }),
+        ("fmi3GetBinary", READ_NOTHING, |c| unsafe { fmi3GetBinary(c, null(), 0, null_mut(), null_mut(), 0) }),
         ("fmi3SetFloat64", SET, |c| unsafe { fmi3SetFloat64(c, &vr("F_ext"), 1, ZEROS.as_ptr(), 5) }),
         ("fmi3SetUInt64", &[Configuration], |c| unsafe { fmi3SetUInt64(c, &vr("n"), 1, &7, 1) }),
         ("fmi3SetInt64", SET_DISCRETE, |c| unsafe { fmi3SetInt64(c, null(), 0, null(), 0) }),
@@ -326,6 +330,28 @@ fn an_instance_of_one_version_is_none_of_the_other() {
     assert_eq!(other.reset(), cradle_host::fmi2OK);
 }
 
+/// For hosts that take no clocks: nothing else is left out, and the binary knows both descriptions by their tokens.
+#[test]
+fn the_clocks_can_be_left_out() {
+    let settings = Settings::default_for(5);
+    let [with, without] = [Description::fmi3(&settings), Description::fmi3(&settings).without_clocks()];
+    let tokens = [&with, &without].map(|description| CString::new(description.guid()).unwrap());
+    assert_ne!(tokens[0], tokens[1]);
+    for token in tokens {
+        let c =
+            unsafe { fmi3InstantiateModelExchange(c"test".as_ptr(), token.as_ptr(), null(), 0, 0, null_mut(), None) };
+        assert!(!c.is_null());
+        unsafe { fmi3FreeInstance(c) };
+    }
+    let (with, without) = (with.xml(""), without.xml(""));
+    for array in Array::all() {
+        let (name, unknown) = (format!(" name=\"{array}\""), format!(" valueReference=\"{}\" dep", array.reference()));
+        assert_eq!(without.contains(&name), with.contains(&name) && !array.needs_clocks(), "{array}");
+        assert_eq!(without.contains(&unknown), with.contains(&unknown) && !array.needs_clocks(), "{array}");
+    }
+    assert!(!without.to_lowercase().contains("clock"));
+}
+
 #[test]
 fn the_description_of_fmi_3_is_the_table() {
     for balls in [1, 2, 5, 13, 100] {
@@ -342,9 +368,31 @@ fn the_description_of_fmi_3_is_the_table() {
             let start = line.split_once(" start=\"").map(|(_, rest)| rest.split('"').next().unwrap());
             let set =
                 matches!(array.causality(), Some(Causality::Parameter | Causality::Input)) || array == Array::Balls;
+            assert_eq!(array.has_start(), set, "{array}");
             assert_eq!(start.map(|start| start.split(' ').count()), set.then_some(array.len(balls)), "{line}");
         }
         let outputs = Array::all().filter(|array| array.causality() == Some(Causality::Output)).count();
         assert_eq!(xml.matches("<Output ").count(), outputs);
+    }
+}
+
+/// The host may select rigid contacts, whose forces depend on inputs directly, whatever the start value is.
+#[test]
+fn dependencies_are_those_of_any_contact_model() {
+    let structure = |model| {
+        let mut settings = Settings::default_for(5);
+        settings.parameters.contact_model = model;
+        let xml = Description::fmi3(&settings).xml("");
+        xml[xml.find("<ModelStructure>").unwrap()..].to_owned()
+    };
+    let resolved = structure(ContactModel::PowerLaw);
+    assert_eq!(resolved, structure(ContactModel::Rigid));
+    for unknown in ["F", "F_mean", "a", "der(E_dissipated)", "z.contact", "z.clip"] {
+        let entry = format!(" valueReference=\"{}\" dependencies=\"", vr(unknown));
+        let depends =
+            resolved.lines().filter(|line| !line.contains("InitialUnknown")).find_map(|line| line.split_once(&entry));
+        let (_, dependencies) = depends.unwrap_or_else(|| panic!("{unknown}"));
+        let input = vr("F_ext").to_string();
+        assert!(dependencies.split(['"', ' ']).any(|dependency| dependency == input), "{unknown}: {dependencies}");
     }
 }

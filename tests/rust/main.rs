@@ -16,6 +16,7 @@ mod output_derivatives;
 mod properties;
 mod reference;
 mod rigid;
+mod run_derivatives;
 mod running;
 mod stiff;
 mod viscoelastic;

@@ -22,7 +22,10 @@ pub enum Standard {
     #[default]
     Fmi2,
     /// FMI 3.0.
-    Fmi3,
+    Fmi3 {
+        /// Whether it has clocks; some hosts take none.
+        clocks: bool,
+    },
 }
 
 /// What connects to the support and to the balls.
@@ -32,10 +35,12 @@ const TERMINALS: &str = include_str!("../../assets/terminalsAndIcons.xml");
 pub fn entries(recipe: &Recipe, binaries: Vec<Binary>, standard: Standard) -> Result<Entries, Error> {
     let start = recipe.settings().map_err(|error| Error::Usage(error.to_string()))?;
     let mut entries = Entries::new();
-    let mut add = |path: String, contents: Vec<u8>| entries.insert(path, contents);
+    let mut add = |path: String, contents: Vec<u8>| _ = entries.insert(path, contents);
     let picture = include_bytes!("../../assets/model.png");
-    if standard == Standard::Fmi3 {
-        add("modelDescription.xml".into(), Description::fmi3(&start).xml(&date::generation()?).into());
+    if let Standard::Fmi3 { clocks } = standard {
+        let description = Description::fmi3(&start);
+        let description = if clocks { description } else { description.without_clocks() };
+        add("modelDescription.xml".into(), description.xml(&date::generation()?).into());
         add("terminalsAndIcons/terminalsAndIcons.xml".into(), TERMINALS.into());
         add("terminalsAndIcons/icon.png".into(), picture.into());
     } else {
@@ -50,15 +55,24 @@ pub fn entries(recipe: &Recipe, binaries: Vec<Binary>, standard: Standard) -> Re
     add("documentation/licenses/third-party.txt".into(), include_bytes!("../../assets/third-party.txt").into());
     for Binary { platform, contents } in binaries {
         if standard == Standard::Fmi2 {
-            add(platform.binary_path(MODEL_IDENTIFIER), contents);
+            entries.insert(platform.binary_path(MODEL_IDENTIFIER), contents);
             continue;
         }
         let parts = platform.by_tuple(MODEL_IDENTIFIER, &contents);
         for (path, part) in parts.map_err(|error| Error::Failure(format!("{}: {error}", platform.folder)))? {
-            add(path, part);
+            add_library(&mut entries, path, part)?;
         }
     }
     Ok(entries)
+}
+
+/// Adds a shared library. A place can be asked for twice: FMUs of FMI 2.0 may have one for Linux on ARM in two folders.
+fn add_library(entries: &mut Entries, path: String, library: Vec<u8>) -> Result<(), Error> {
+    if entries.get(&path).is_some_and(|other| *other != library) {
+        return Err(Error::Failure(format!("two different shared libraries are for {path}; allowed: one")));
+    }
+    entries.insert(path, library);
+    Ok(())
 }
 
 #[cfg(test)]
@@ -85,5 +99,20 @@ mod tests {
         );
         assert!(entries.values().all(|contents| !contents.is_empty()));
         assert!(entries["model.png"].starts_with(b"\x89PNG"));
+    }
+
+    #[test]
+    fn a_place_is_for_one_shared_library() {
+        let mut entries = Entries::new();
+        let mut add =
+            |library: &[u8]| add_library(&mut entries, "binaries/aarch64-linux/a.so".into(), library.to_vec());
+        assert!(add(b"arm").is_ok() && add(b"arm").is_ok());
+        assert!(
+            add(b"another")
+                .unwrap_err()
+                .to_string()
+                .contains("two different shared libraries are for binaries/aarch64")
+        );
+        assert_eq!(entries["binaries/aarch64-linux/a.so"], b"arm");
     }
 }

@@ -14,14 +14,15 @@ const LOOK: &str = include_str!("../../../python/newtons_cradle/look/look.css");
 /// A run with the default parameters, drawn by `examples/paper/pictures.py`.
 const PICTURE: &str = include_str!("../../assets/run.svg");
 
-/// The template with what is for this version of the standard, between `<!--2-->` or `<!--3-->` and `<!--end-->`.
+/// The template with what is for this version of the standard, between `<!--2-->`, `<!--3-->` or `<!--clocks-->` and `<!--end-->`.
 fn template(standard: Standard) -> String {
     let mut pieces = TEMPLATE.split("<!--");
     let mut html = pieces.next().unwrap_or_default().to_owned();
     for piece in pieces {
         match piece.split_once("-->") {
             Some(("2", text)) if standard == Standard::Fmi2 => html.push_str(text),
-            Some(("3", text)) if standard == Standard::Fmi3 => html.push_str(text),
+            Some(("3", text)) if standard != Standard::Fmi2 => html.push_str(text),
+            Some(("clocks", text)) if standard == (Standard::Fmi3 { clocks: true }) => html.push_str(text),
             Some(("end", text)) => html.push_str(text),
             _ => {}
         }
@@ -57,11 +58,13 @@ fn rows(start: &Settings, standard: Standard, causalities: &[Causality]) -> Stri
             };
             rows.map(of).collect()
         }
-        Standard::Fmi3 => {
+        Standard::Fmi3 { clocks } => {
             // The number of balls is a parameter to the reader.
             let causality =
                 |array: Array| if array == Array::Balls { Some(Causality::Parameter) } else { array.causality() };
-            let arrays = Array::all().filter(|array| causality(*array).is_some_and(|own| causalities.contains(&own)));
+            let arrays = Array::all()
+                .filter(|array| clocks || !array.needs_clocks())
+                .filter(|array| causality(*array).is_some_and(|own| causalities.contains(&own)));
             arrays.map(|array| line_of_array(start, array)).collect()
         }
     }
@@ -127,9 +130,13 @@ mod tests {
 
     #[test]
     fn a_page_is_for_one_version() {
-        let [two, three] = [Standard::Fmi2, Standard::Fmi3].map(|standard| html(&Settings::default_for(5), standard));
+        let versions = [Standard::Fmi2, Standard::Fmi3 { clocks: true }, Standard::Fmi3 { clocks: false }];
+        let [two, three, without_clocks] = versions.map(|standard| html(&Settings::default_for(5), standard));
         assert!(two.contains("fmi2Error") && !two.contains("fmi3") && !two.contains("<!--"));
         assert!(three.contains("fmi3Error") && !three.contains("fmi2") && !three.contains("FMI 2"));
+        assert!(
+            three.contains("onset.clock") && !without_clocks.contains("clock") && without_clocks.contains("fmi3Error")
+        );
     }
 
     #[test]
@@ -138,7 +145,7 @@ mod tests {
         for row in TABLE {
             assert!(html.contains(&format!("<code>{}</code>", row.name_of("i"))), "{}", row.name);
         }
-        let three = super::html(&Settings::default_for(5), Standard::Fmi3);
+        let three = super::html(&Settings::default_for(5), Standard::Fmi3 { clocks: true });
         for array in Array::all().filter(|array| *array != Array::Time) {
             assert!(three.contains(&format!("<code>{array}</code>")), "{array}");
         }

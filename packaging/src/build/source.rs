@@ -92,9 +92,9 @@ pub fn replaced(path: &Path, new: &[u8]) -> Option<String> {
     }
     let balls = was.balls();
     let preset = PRESETS.iter().find(|preset| {
-        Choice::settings_of(preset).is_ok_and(|settings| {
-            let description = if was.is_fmi3() { Description::fmi3(&settings) } else { Description::of(&settings) };
-            description.guid() == was.guid
+        Choice::settings_of(preset).is_ok_and(|settings| match was.is_fmi3() {
+            true => Description::of_token(&settings, &was.guid).is_some(),
+            false => Description::of(&settings).guid() == was.guid,
         })
     });
     let what = match preset {

@@ -17,7 +17,10 @@ pub fn check(entries: &Entries, model: &Model, report: &mut Report) {
     if model.tool != concat!("newtons-cradle ", env!("CARGO_PKG_VERSION")) {
         return report.remark(format_args!("written by {}: this version cannot check its GUID", model.tool));
     }
-    let description = if model.is_fmi3() { Description::fmi3(&settings) } else { Description::of(&settings) };
+    let description = match model.is_fmi3() {
+        true => Description::of_token(&settings, &model.guid).unwrap_or(Description::fmi3(&settings)),
+        false => Description::of(&settings),
+    };
     let guid = description.guid();
     if model.guid != guid {
         report.problem(format_args!("guid = \"{}\"; that of the resources is {guid}", model.guid));

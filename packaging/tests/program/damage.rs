@@ -167,7 +167,7 @@ fn a_zip_bomb_is_not_unpacked() {
 
 #[test]
 fn wrong_descriptions_of_fmi_3_are_found() {
-    let sound = fmu_of(Standard::Fmi3);
+    let sound = fmu_of(Standard::Fmi3 { clocks: true });
     assert_eq!(problems(&sound), "");
     let sound = entries(&sound);
     let text = String::from_utf8(sound[DESCRIPTION].clone()).unwrap();

@@ -33,7 +33,7 @@ pub(super) struct Contact {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Continuous {
     pub(super) method: Method,
-    pub(super) inputs: HeldInputs,
+    pub(in crate::engine) inputs: HeldInputs,
     pub(super) trajectory: Trajectory,
     pub(super) contacts: Vec<Contact>,
     pub(super) time: f64,

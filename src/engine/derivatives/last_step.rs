@@ -34,9 +34,14 @@ impl LastStep<'_> {
         let forcings = forcings_along(&along, &self.inputs, inputs);
         let mut run = Run::new(self.cradle, along, lifted(&self.start), forcings);
         run.follow(Some(self.length))?;
+        self.outputs_of(run)
+    }
+
+    /// Derivatives of the outputs at its end, which `run` has reached.
+    pub(super) fn outputs_of(&self, mut run: Run) -> Result<Differential, NotFollowed> {
         run.agree_with(&self.end)?;
         let mut outputs = run.outputs();
-        outputs.force_mean = outputs.impulse.iter().map(|impulse| impulse / self.length).collect();
+        outputs.force_mean = run.impulse_of_step().map(|impulse| impulse.tangent() / self.length).collect();
         outputs.force_peak = run.peak.iter().map(|peak| peak.tangent()).collect();
         outputs.support_force_mean = run.support_impulse.tangent() / self.length;
         outputs.next_onset = self.next_onset(run);
@@ -94,7 +99,7 @@ impl LastStep<'_> {
 
 /// Accelerations by the inputs `held`, with the derivatives that they have where the inputs have the derivatives
 /// `tangent`, all of them constant over the step, and the masses theirs.
-fn forcings_along(cradle: &Cradle<Dual>, held: &HeldInputs, tangent: &Inputs) -> Vec<Forcing<Dual>> {
+pub(super) fn forcings_along(cradle: &Cradle<Dual>, held: &HeldInputs, tangent: &Inputs) -> Vec<Forcing<Dual>> {
     let forcing = |(i, ball): (usize, &BallModel<Dual>)| {
         let along = |k: usize, value: f64, tangent: f64| Dual::with_tangent(value, if k == 0 { tangent } else { 0.0 });
         let mut forcing = Forcing::default();
@@ -114,7 +119,7 @@ fn lifted(state: &ChainState) -> ChainState<Dual> {
 }
 
 /// The start state with the derivatives that it has where the parameters have the derivatives `tangent`.
-fn start_along(state: &ChainState, cradle: &Cradle<Dual>, tangent: &Parameters) -> ChainState<Dual> {
+pub(super) fn start_along(state: &ChainState, cradle: &Cradle<Dual>, tangent: &Parameters) -> ChainState<Dual> {
     let pair = |values: &[f64], tangents: &[f64]| -> Vec<Dual> {
         values.iter().zip(tangents).map(|(value, tangent)| Dual::with_tangent(*value, *tangent)).collect()
     };

@@ -1,16 +1,21 @@
 //! Derivatives of the outputs: by time, and along inputs or parameters.
 //!
 //! Those by time are read off the Taylor series of the whole chain about its state ([`by_time`]). Those along a direction follow
-//! the last step once more in dual numbers ([`LastStep`]). Both need only a state of the chain ([`ChainState`]) and the inputs
+//! the last step once more in dual numbers ([`LastStep`]), or the whole run ([`WholeRun`]), of which a [`History`] is kept then. Both need only a state of the chain ([`ChainState`]) and the inputs
 //! held: they serve every method. No differences are taken.
 
 mod by_time;
 mod chain_state;
+mod history;
 mod last_step;
 mod of_run;
+mod reached;
 mod tangent;
+mod whole_run;
 
 pub(crate) use by_time::by_time;
 pub(crate) use chain_state::ChainState;
+pub use history::History;
 pub(crate) use last_step::LastStep;
 pub use tangent::NotFollowed;
+pub(crate) use whole_run::WholeRun;

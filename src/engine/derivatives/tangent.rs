@@ -12,8 +12,7 @@ use super::chain_state::{ChainEquations, ChainState};
 use crate::engine::cluster::{Series, Switch, clipping};
 use crate::engine::flight::{Forcing, shifted};
 use crate::engine::rigid::restitution;
-use crate::model::algebraic::{self, Chain};
-use crate::model::{BallModel, Cradle, Differential, Mode};
+use crate::model::{BallModel, Cradle, Mode};
 use crate::solver::crossing;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::dual::{Dual, Scalar};
@@ -45,16 +44,19 @@ pub struct NotFollowed;
 
 /// A motion followed in dual numbers.
 pub(super) struct Run<'a> {
-    cradle: &'a Cradle,
-    along: Cradle<Dual>,
-    state: ChainState<Dual>,
-    forcings: Vec<Forcing<Dual>>,
-    /// Time since the start (s), and its derivative.
+    pub(super) cradle: &'a Cradle,
+    pub(super) along: Cradle<Dual>,
+    pub(super) state: ChainState<Dual>,
+    pub(super) forcings: Vec<Forcing<Dual>>,
+    /// Time since these inputs act (s), and its derivative.
     elapsed: DoubleDouble,
     pub delay: f64,
-    /// Largest derivative of any velocity so far.
+    /// Largest derivative of any velocity so far, and how much of it must be left.
     largest: f64,
-    impulse: Vec<Dual>,
+    pub cancellation: f64,
+    pub(super) impulse: Vec<Dual>,
+    /// At the start of the step.
+    impulse_before: Vec<Dual>,
     pub peak: Vec<Dual>,
     pub support_impulse: Dual,
 }
@@ -70,13 +72,38 @@ impl<'a> Run<'a> {
             elapsed: DoubleDouble::default(),
             delay: 0.0,
             largest: 0.0,
+            cancellation: CANCELLATION,
             impulse: none.clone(),
+            impulse_before: none.clone(),
             peak: none,
             support_impulse: Dual::default(),
         }
     }
 
-    /// Follows the motion to the time `until` after the start (s), or just beyond the next onset.
+    /// The same motion from now on, under other coefficients and inputs.
+    pub fn under(mut self, cradle: &'a Cradle, along: Cradle<Dual>, forcings: Vec<Forcing<Dual>>) -> Self {
+        for (j, law) in cradle.contacts.iter().enumerate().filter(|_| cradle.restitution.is_none()) {
+            if self.state.modes[j] != Mode::Open {
+                let (overlap, rate) = (self.state.overlaps[j].value(), self.overlap_rate(j).value());
+                self.state.modes[j] = law.mode_when_closed(overlap, rate);
+            }
+        }
+        Self { cradle, along, forcings, elapsed: DoubleDouble::default(), ..self }
+    }
+
+    /// The last step begins here.
+    pub fn begin_step(&mut self) {
+        self.impulse_before.clone_from(&self.impulse);
+        self.peak.fill(Dual::default());
+        self.support_impulse = Dual::default();
+    }
+
+    /// Impulses since the last step began.
+    pub fn impulse_of_step(&self) -> impl Iterator<Item = Dual> {
+        self.impulse.iter().zip(&self.impulse_before).map(|(now, before)| *now - *before)
+    }
+
+    /// Follows the motion to the time `until` after these inputs began to act (s), or just beyond the next onset.
     pub fn follow(&mut self, until: Option<f64>) -> Result<(), NotFollowed> {
         if self.cradle.restitution.is_some() && self.state.modes.iter().any(|mode| *mode != Mode::Open) {
             return Err(NotFollowed);
@@ -96,7 +123,7 @@ impl<'a> Run<'a> {
             let reached = self.state.v.iter().map(|v| v.tangent().abs()).fold(0.0, f64::max);
             self.largest = self.largest.max(reached);
             let finite = self.state.v.iter().all(|v| v.value().is_finite() && v.tangent().is_finite());
-            if !finite || reached < CANCELLATION * self.largest {
+            if !finite || reached < self.cancellation * self.largest {
                 return Err(NotFollowed);
             }
             match switch {
@@ -152,7 +179,7 @@ impl<'a> Run<'a> {
             let (law, mass) = (&contacts[j], self.reduced_mass(j));
             unit = unit.min(law.time_scale(mass, scale)).min(law.relaxation_time(mass, scale));
             let (overlap, rate) = (state.overlaps[j].value(), self.overlap_rate(j).value().abs());
-            if law.whole_exponent().is_none() && !negligible(j) && overlap < unit * rate {
+            if self.along.contacts[j].whole_exponent().is_none() && !negligible(j) && overlap < unit * rate {
                 unit = (overlap / rate).max(SHORTEST_UNIT * unit);
             }
         }
@@ -164,7 +191,7 @@ impl<'a> Run<'a> {
         left * right / (left + right)
     }
 
-    fn overlap_rate(&self, j: usize) -> Dual {
+    pub(super) fn overlap_rate(&self, j: usize) -> Dual {
         self.state.v[j] - self.state.v[j + 1]
     }
 
@@ -172,7 +199,7 @@ impl<'a> Run<'a> {
     /// that is not whole has no series to speak of, and no effect.
     fn negligible(&self, j: usize, scale: f64) -> f64 {
         let law = &self.cradle.contacts[j];
-        if self.state.modes[j] == Mode::Open || law.whole_exponent().is_some() {
+        if self.state.modes[j] == Mode::Open || self.along.contacts[j].whole_exponent().is_some() {
             return 0.0;
         }
         let (mass, rate) = (self.reduced_mass(j), self.overlap_rate(j).value());
@@ -187,13 +214,15 @@ impl<'a> Run<'a> {
         let gap = libm::ceil(exponent) as usize + 2;
         let balls = 0..self.cradle.balls.len();
         let term = |i: usize, k: usize| k as f64 * part(series.displacement(i)[k]).abs();
-        let largest = |k: usize| balls.clone().map(|i| term(i, k)).fold(0.0, f64::max);
-        let scale = (1..=3).map(largest).fold(0.0, f64::max);
+        let largest = |k: usize| balls.clone().map(|i| term(i, k.min(ORDER + 1))).fold(0.0, f64::max);
+        // Where nothing changes yet, a derivative may begin with a higher power.
+        let first = (1..=ORDER).find(|k| largest(*k) > 0.0).unwrap_or(1);
+        let scale = (first..first + 3).map(largest).fold(0.0, f64::max);
         let reach = |k: usize| {
             let term = largest(k + 1);
             if term > 0.0 { libm::pow(LOCAL_ERROR * scale / term, 1.0 / k as f64) } else { f64::INFINITY }
         };
-        (ORDER - gap..=ORDER).map(reach).fold(f64::INFINITY, f64::min)
+        (ORDER - gap..=ORDER).filter(|k| *k > first + 1).map(reach).fold(f64::INFINITY, f64::min)
     }
 
     /// The first switching within `length` (s): when, in which contact, and what.
@@ -332,52 +361,5 @@ impl<'a> Run<'a> {
             }
         }
         Ok(())
-    }
-
-    /// Derivatives of what follows from the state alone, and of the impulses.
-    pub fn outputs(&self) -> Differential {
-        let state = &self.state;
-        let tangents = |values: &[Dual]| values.iter().map(|value| value.tangent()).collect::<Vec<f64>>();
-        let mut outputs = Differential::zero(state.x.len());
-        (outputs.x, outputs.v, outputs.impulse) = (tangents(&state.x), tangents(&state.v), tangents(&self.impulse));
-        for j in 0..self.cradle.contacts.len() {
-            // Of a constraint force there is none.
-            let rigid = self.cradle.restitution.is_some() && state.modes[j] == Mode::Pressing;
-            outputs.force[j] = if rigid { f64::NAN } else { self.force_of(j).tangent() };
-        }
-        outputs.overlap = tangents(&state.overlaps);
-        outputs.overlap_rate = (0..state.overlaps.len()).map(|j| self.overlap_rate(j).tangent()).collect();
-        outputs.a = (0..state.x.len()).map(|i| algebraic::a(self, i).tangent()).collect();
-        outputs.dissipation = algebraic::dissipation(self).tangent();
-        outputs.external_power = algebraic::external_power(self).tangent();
-        outputs.energy = algebraic::total_energy(self).tangent();
-        outputs.momentum = algebraic::momentum(self).tangent();
-        outputs.support_force = algebraic::support_force(self).tangent();
-        outputs
-    }
-}
-
-impl Chain<Dual> for Run<'_> {
-    fn cradle(&self) -> &Cradle<Dual> {
-        &self.along
-    }
-
-    fn state_of(&self, i: usize) -> (Dual, Dual) {
-        (self.state.x[i], self.state.v[i])
-    }
-
-    fn overlap_of(&self, i: usize) -> Dual {
-        self.state.overlaps[i]
-    }
-
-    fn force_of(&self, i: usize) -> Dual {
-        match self.state.modes[i] {
-            Mode::Pressing => self.along.contacts[i].unclipped_force(self.state.overlaps[i], self.overlap_rate(i)),
-            Mode::Open | Mode::Clipped => Dual::default(),
-        }
-    }
-
-    fn forcing_of(&self, i: usize) -> Dual {
-        self.forcings[i][0]
     }
 }

@@ -72,6 +72,10 @@ const DECAY_TIMES: f64 = 100.0;
 /// Periods that one forecast looks ahead where the closing is not a closed form.
 const PERIODS_AHEAD: f64 = 2.0;
 
+/// A forecast of free balls looks at least this far ahead, s, however strong their drag: a search of a window that the clock cannot
+/// resolve leads nowhere. Guarded by `drag_beyond_all_measure_costs_little`.
+const SHORTEST_LOOK: f64 = 1e-12;
+
 impl Separation {
     /// The contact between `left` and `right`, which are both anchored at or before `anchor`, with its overlap there (m) and its
     /// clearance (m).
@@ -250,7 +254,7 @@ pub(crate) fn reach<'a>(oscillators: impl Iterator<Item = &'a Oscillator> + Clon
         PERIODS_AHEAD * std::f64::consts::TAU / fastest
     } else if slowest > 0.0 {
         // Free balls with drag settle within some dozens of decay times; after that, further and further.
-        (DECAY_TIMES / slowest).max(start)
+        (DECAY_TIMES / slowest).max(start).max(SHORTEST_LOOK)
     } else {
         FAR
     }

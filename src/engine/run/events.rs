@@ -213,3 +213,23 @@ impl Engine {
         if stalled { Err(EngineError::Stalled { time: t.value(), contact }) } else { Ok(()) }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{Inputs, Parameters};
+
+    /// Free balls whose drag ends every motion sooner than the clock can tell, under a force that grows: forecasts still get on.
+    #[test]
+    fn drag_beyond_all_measure_costs_little() {
+        let mut parameters = Parameters::default_for(3);
+        (parameters.gravity, parameters.drag) = (0.0, f64::MAX);
+        let (inputs, mut rate) = (Inputs::zero(3), Inputs::zero(3));
+        let mut engine = Engine::new(&parameters, &inputs, 0.0).unwrap();
+        engine.advance(1e-5, &mut Unrecorded).unwrap();
+        rate.force[0] = 1e4;
+        engine.hold(&inputs, &[rate]).unwrap();
+        engine.advance(2e-5, &mut Unrecorded).unwrap();
+        assert!(engine.totals.work.events == 0 && engine.effort < 10_000, "{}", engine.effort);
+    }
+}

@@ -5,11 +5,11 @@ use crate::fmi3::types::*;
 use crate::instance::{Experiment, Handled};
 
 export! {
-    /// Switches logging on for the categories listed only, for all if none is listed, or off.
+    /// Switches logging on or off for the categories listed, for all if none is listed.
     fn fmi3SetDebugLogging(loggingOn: fmi3Boolean, nCategories: usize, categories: *const fmi3String)
     as SetDebugLogging |instance| {
         let categories = known_categories(array("categories", categories, nCategories)?)?;
-        instance.log.switch(loggingOn != fmi3False, &categories);
+        instance.log.switch_each(loggingOn != fmi3False, &categories);
         Ok(())
     };
     /// Enters Configuration Mode, in which the number of balls can be set.

@@ -133,6 +133,7 @@ fn sink(logger: fmi3LogMessageCallback, environment: fmi3InstanceEnvironment) ->
         let status = match severity {
             Severity::Ok => fmi3Status::fmi3OK,
             Severity::Warning => fmi3Status::fmi3Warning,
+            Severity::Discard => fmi3Status::fmi3Discard,
             Severity::Error => fmi3Status::fmi3Error,
             Severity::Fatal => fmi3Status::fmi3Fatal,
         };
@@ -153,13 +154,13 @@ unsafe fn settings(name: fmi3String, token: fmi3String, path: fmi3String) -> Res
     }
     let recipe = border::at_path(path.to_bytes())?;
     let settings = recipe.settings().map_err(|error| format!("resources: {error}"))?;
-    let own = Description::fmi3(&settings).guid();
-    if token.to_bytes() != own.as_bytes() {
-        let token = token.to_string_lossy();
+    let given = token.to_string_lossy();
+    if Description::of_token(&settings, &given).is_none() {
+        let own = Description::fmi3(&settings).guid();
         return Err(format!(
-            "instantiationToken = {token} is refused; allowed: {own}, that of the description that belongs to this binary and \
+            "instantiationToken = {given} is refused; allowed: {own}, that of the description that belongs to this binary and \
              resources"
         ));
     }
-    Ok((settings, own))
+    Ok((settings, given.into_owned()))
 }

@@ -22,7 +22,7 @@ unsafe fn get<T>(
     instance.recompute()?;
     let mut found = 0;
     for reference in references {
-        let array = instance.array(*reference, asked)?;
+        let array = instance.readable(*reference, asked)?;
         for index in 0..array.len(instance.balls()) {
             let value = instance.element(array, index)?;
             if let Some(place) = places.get_mut(found) {
@@ -80,23 +80,23 @@ export! {
     /// Reads real variables.
     fn fmi3GetFloat64(
         valueReferences: *const fmi3ValueReference, nValueReferences: usize, values: *mut fmi3Float64, nValues: usize,
-    ) as Get |instance| get(instance, ArrayType::Float64, (valueReferences, nValueReferences), (values, nValues), float);
+    ) as GetArrays |instance| get(instance, ArrayType::Float64, (valueReferences, nValueReferences), (values, nValues), float);
     /// Reads counts, and `n`.
     fn fmi3GetUInt64(
         valueReferences: *const fmi3ValueReference, nValueReferences: usize, values: *mut fmi3UInt64, nValues: usize,
-    ) as Get |instance| get(instance, ArrayType::UInt64, (valueReferences, nValueReferences), (values, nValues), count);
+    ) as GetArrays |instance| get(instance, ArrayType::UInt64, (valueReferences, nValueReferences), (values, nValues), count);
     /// Reads enumerations.
     fn fmi3GetInt64(
         valueReferences: *const fmi3ValueReference, nValueReferences: usize, values: *mut fmi3Int64, nValues: usize,
-    ) as Get |instance| get(instance, ArrayType::Enumeration, (valueReferences, nValueReferences), (values, nValues), item);
+    ) as GetArrays |instance| get(instance, ArrayType::Enumeration, (valueReferences, nValueReferences), (values, nValues), item);
     /// Reads truth values.
     fn fmi3GetBoolean(
         valueReferences: *const fmi3ValueReference, nValueReferences: usize, values: *mut fmi3Boolean, nValues: usize,
-    ) as Get |instance| get(instance, ArrayType::Boolean, (valueReferences, nValueReferences), (values, nValues), flag);
+    ) as GetArrays |instance| get(instance, ArrayType::Boolean, (valueReferences, nValueReferences), (values, nValues), flag);
     /// Reads whether clocks are active.
     fn fmi3GetClock(
         valueReferences: *const fmi3ValueReference, nValueReferences: usize, values: *mut fmi3Clock,
-    ) as Get |instance| {
+    ) as GetArrays |instance| {
         get(instance, ArrayType::Clock, (valueReferences, nValueReferences), (values, nValueReferences), flag)
     };
     /// Sets real parameters, inputs and slopes: all of them, or none if any is refused.
@@ -137,7 +137,7 @@ export! {
     fn fmi3GetBinary(
         valueReferences: *const fmi3ValueReference, nValueReferences: usize, valueSizes: *mut usize, values: *mut fmi3Binary,
         nValues: usize,
-    ) as Get |instance| {
+    ) as GetArrays |instance| {
         let references = array("valueReferences", valueReferences, nValueReferences)?;
         let (sizes, places) = (array_mut("valueSizes", valueSizes, nValues)?, array_mut("values", values, nValues)?);
         if nValues != references.len() {
@@ -166,7 +166,7 @@ macro_rules! no_such_type {
             /// There are no variables of this type.
             fn $get(
                 _valueReferences: *const fmi3ValueReference, nValueReferences: usize, _values: *mut $type, _nValues: usize,
-            ) as Get |_| refuse_type(nValueReferences);
+            ) as GetArrays |_| refuse_type(nValueReferences);
             /// There are no variables of this type.
             fn $set(
                 _valueReferences: *const fmi3ValueReference, nValueReferences: usize, _values: *const $type, _nValues: usize,

@@ -1,10 +1,11 @@
 //! Derivatives of the outputs: by time, and along directions of inputs and parameters.
 
-use crate::engine::{Differential, MAX_OUTPUT_DERIVATIVE};
+use crate::engine::{Differential, MAX_OUTPUT_DERIVATIVE, NotFollowed};
 use crate::instance::hybrid::Hybrid;
 use crate::instance::legality::{Kind, Phase};
 use crate::instance::lifecycle::Instance;
 use crate::instance::refusal::Refusal;
+use crate::model::Parameters;
 use crate::variables::{Causality, Settings, Type, Variable, VariableError};
 
 /// What has derivatives by time, and along a direction.
@@ -12,8 +13,10 @@ const OUTPUTS: &str = "real outputs";
 const INITIAL_UNKNOWNS: &str = "real outputs, states, their derivatives and calculated parameters";
 const EXCHANGED: &str = "real outputs and derivatives of states";
 /// Along what.
-const INPUTS: &str =
-    "inputs and, in Initialization Mode, real parameters; in model exchange, after it, continuous states";
+const INPUTS: &str = "inputs and, in Initialization Mode or with derivatives.of = run, real parameters; in model exchange, after it, continuous states";
+/// What derivatives of the run cannot do without.
+const NO_HISTORY: &str = "derivatives.of = run must be set before an input or a tunable parameter changes, or the host has changed \
+                          them too often (16 million values)";
 
 impl Instance {
     /// Derivatives of outputs by time at the current time, each of its order, from 1 on. What changes only at events and
@@ -35,8 +38,8 @@ impl Instance {
     }
 
     /// Derivatives of `unknowns` along the direction in which the `knowns` change by `direction`: in Initialization Mode those of
-    /// the start values, later those of the end of the last step along inputs that were held over it, or in model exchange those of
-    /// what follows from states and inputs.
+    /// the start values, later those of the end of the last step along inputs that were held over it or along parameters and inputs of
+    /// the whole run, or in model exchange those of what follows from states and inputs.
     pub fn directional_derivatives(
         &mut self,
         unknowns: &[u32],
@@ -45,6 +48,7 @@ impl Instance {
     ) -> Result<Vec<f64>, Refusal> {
         let initializing = self.run.phase == Phase::InitializationMode;
         let exchanging = self.run.kind == Kind::ModelExchange && !initializing;
+        let of_run = !initializing && !exchanging && self.run.hybrid.as_ref().is_some_and(Hybrid::derives_over_run);
         let mut along = Settings::zero(self.balls());
         let mut states = vec![0.0; self.states()];
         for (known, change) in knowns.iter().zip(direction) {
@@ -52,7 +56,7 @@ impl Instance {
             let state = variable.state_place(self.balls()).filter(|_| exchanging);
             let input = variable.row.causality == Causality::Input;
             let parameter = variable.row.settable() && variable.row.access.data_type() == Type::Real;
-            if !(input || initializing && parameter || state.is_some()) {
+            if !(input || (initializing || of_run) && parameter || state.is_some()) {
                 return Err(VariableError::NotDifferentiable {
                     variable: format!("a direction along {variable}"),
                     allowed: INPUTS,
@@ -84,12 +88,26 @@ impl Instance {
         let at_point = self.run.hybrid.as_ref().is_some_and(Hybrid::derives_at_point);
         let simulation = self.simulation()?;
         let differential = match initializing {
+            false if of_run => self.sensitivity_of_run(&parameters, &along)?,
             false if at_point => Ok(simulation.sensitivity_at_point(&along.inputs)),
             true => simulation.sensitivity_of_start(&parameters, &along.parameters, &along.inputs),
             false => simulation.sensitivity_of_step(&along.inputs),
         };
         let differential = differential.ok();
         unknowns.into_iter().map(|unknown| self.derivative(unknown, differential.as_ref())).collect()
+    }
+
+    /// Derivatives of the outputs along a direction of parameters and inputs over the whole run, if it can be followed.
+    fn sensitivity_of_run(
+        &mut self,
+        parameters: &Parameters,
+        along: &Settings,
+    ) -> Result<Result<Differential, NotFollowed>, Refusal> {
+        let start = self.run.experiment.unwrap_or_default().start;
+        let history = self.run.hybrid.as_ref().map(|hybrid| &hybrid.history).filter(|history| history.is_complete());
+        let history = history.ok_or(Refusal::Unsupported(NO_HISTORY))?;
+        let simulation = self.run.simulation.as_ref().ok_or(Refusal::Missing("nothing is calculated yet"))?;
+        Ok(simulation.sensitivity_of_run(parameters, start, history, &along.parameters, &along.inputs))
     }
 
     /// The real variable behind a value reference, if it has derivatives and one of these causalities.

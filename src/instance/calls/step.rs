@@ -98,6 +98,11 @@ impl Instance {
     pub(in crate::instance) fn update_simulation(&mut self) -> Result<(), Refusal> {
         let run = &mut self.run;
         let Some(simulation) = &mut run.simulation else { return Ok(()) };
+        if let Some(hybrid) = &mut run.hybrid
+            && (run.inputs_changed || run.tuned_from.is_some())
+        {
+            hybrid.before_change(simulation, run.tuned_from.unwrap_or(run.settings.parameters.tunables()));
+        }
         let mut updated = Ok(());
         if std::mem::take(&mut run.inputs_changed) {
             updated = simulation.hold(&run.settings.inputs, &run.input_derivatives);

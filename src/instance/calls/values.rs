@@ -75,8 +75,12 @@ impl Instance {
     }
 
     /// Sets enumerations: all of them, or none if any of it is refused.
-    pub fn set_integers(&mut self, references: &[u32], values: &[i32]) -> Result<(), Refusal> {
-        self.set(references, values, Type::Integer, Variable::check_item, Variable::set_item)
+    pub fn set_integers<T: Copy + Into<i64>>(&mut self, references: &[u32], values: &[T]) -> Result<(), Refusal> {
+        let check = |variable: &Variable, item: T| variable.check_item(item.into());
+        let set = |variable: &Variable, settings: &mut Settings, item: T| {
+            i32::try_from(item.into()).is_ok_and(|item| variable.set_item(settings, item))
+        };
+        self.set(references, values, Type::Integer, check, set)
     }
 
     /// Sets variables of type `asked` to values that pass the `check`: all of them, or none.

@@ -16,7 +16,8 @@ use serde::{Deserialize, Serialize};
 use super::legality::{Kind, Phase};
 use super::lifecycle::Instance;
 use super::log::Log;
-use crate::model::Inputs;
+use crate::engine::{History, Simulation};
+use crate::model::{Inputs, Tunables};
 use crate::variables::{DERIVATIVES_OF, Settings};
 use steps::UnderWay;
 pub use steps::{Handled, Pause, StepEnd};
@@ -34,6 +35,8 @@ pub(super) struct Hybrid {
     slopes: Inputs,
     /// Integer of the item of `derivatives.of`.
     derivatives_of: i32,
+    /// What derivatives of the run need of it.
+    pub history: History,
     /// What was set for the last elements of arrays over contacts, by the row's position. It has no effect.
     spare: Vec<(usize, f64)>,
     ticks: Ticks,
@@ -55,6 +58,7 @@ impl Hybrid {
             early_return,
             slopes: Inputs::zero(balls),
             derivatives_of: DERIVATIVES_OF[0].value,
+            history: History::default(),
             spare: Vec::new(),
             ticks: Ticks::new(balls.saturating_sub(1)),
             changed: false,
@@ -66,6 +70,16 @@ impl Hybrid {
     /// Whether derivatives are those at the point.
     pub fn derives_at_point(&self) -> bool {
         self.derivatives_of == DERIVATIVES_OF[0].value
+    }
+
+    /// Whether derivatives are those of the whole run.
+    pub fn derives_over_run(&self) -> bool {
+        self.derivatives_of == DERIVATIVES_OF[2].value
+    }
+
+    /// Inputs or tunable parameters, now `tunables`, are about to change.
+    pub fn before_change(&mut self, simulation: &Simulation, tunables: Tunables) {
+        simulation.keep_history(self.derives_over_run(), tunables, &mut self.history);
     }
 
     /// The same host, from the beginning.

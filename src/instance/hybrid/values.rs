@@ -40,6 +40,16 @@ impl Instance {
         Err(Refusal::Argument { name: "valueReference", value: array.to_string(), allowed })
     }
 
+    /// The same, if its value is known: before initialization only what has a start value is.
+    pub fn readable(&self, reference: u32, asked: ArrayType) -> Result<Array, Refusal> {
+        let array = self.array(reference, asked)?;
+        if self.run.phase >= Phase::InitializationMode || array.has_start() {
+            return Ok(array);
+        }
+        let allowed = "before initialization, those with a start value".to_owned();
+        Err(Refusal::Argument { name: "valueReference", value: array.to_string(), allowed })
+    }
+
     /// The variables behind `references`, all of this type, that so many values are given for.
     fn arrays(&self, references: &[u32], asked: ArrayType, given: usize) -> Result<Vec<Array>, Refusal> {
         let mut arrays = Vec::with_capacity(references.len());
@@ -125,7 +135,7 @@ impl Instance {
     /// The text of the variables behind `references`, of which there is but `log.pulses`. It stays until the next call.
     pub fn binary(&mut self, references: &[u32]) -> Result<&str, Refusal> {
         for reference in references {
-            self.array(*reference, ArrayType::Binary)?;
+            self.readable(*reference, ArrayType::Binary)?;
         }
         let hybrid = self.hybrid_mut()?;
         hybrid.csv = hybrid.ticks.log.csv();
@@ -204,12 +214,11 @@ impl Instance {
         let arrays = self.arrays(references, ArrayType::Enumeration, values.len())?;
         let (mut elements, mut items, mut derivatives_of) = (Vec::new(), Vec::new(), None);
         for (array, value) in arrays.into_iter().zip(values) {
-            let item = i32::try_from(*value).unwrap_or(0);
             if let Array::Row(position) = array {
                 elements.push(Variable { row: &TABLE[position], position, index: 0 }.reference());
-                items.push(item);
-            } else if DERIVATIVES_OF.iter().any(|known| known.value == item) {
-                derivatives_of = Some(item);
+                items.push(*value);
+            } else if let Some(item) = DERIVATIVES_OF.iter().find(|item| i64::from(item.value) == *value) {
+                derivatives_of = Some(item.value);
             } else {
                 let known: Vec<String> =
                     DERIVATIVES_OF.iter().map(|item| format!("{} ({})", item.name, item.value)).collect();

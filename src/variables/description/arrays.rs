@@ -3,7 +3,6 @@
 use std::fmt::{self, Write};
 
 use super::xml::camel;
-use crate::model::ContactModel;
 use crate::variables::arrays::{Array, DERIVATIVES_OF, Exchanged, MAX_LOG};
 use crate::variables::enumeration::{ENUMERATIONS, Item};
 use crate::variables::row::{Access, Causality, Groups, Row, Shape};
@@ -18,10 +17,9 @@ const DERIVATIVES_TYPE: &str = "DerivativesOf";
 
 /// What is continued to foresee the next onset.
 const INPUTS: Groups = &[&["F_ext", "a_support"]];
-/// What `der(q)` depends on, and the indicators of contacts.
+/// What `der(q)` depends on.
 const RATE: Groups = &[&["v"]];
-const OF_CONTACTS: Groups = &[&["q", "v"]];
-/// What the force of a rigid contact depends on.
+/// What the force of a rigid contact depends on, and the indicators of such contacts: the host may select them.
 const EVERYTHING: Groups = &[&["q", "v", "F_ext", "a_support"]];
 /// What `q` and `der(q)` depend on at the start.
 const POSITION_AT_START: Groups = &[&["contact.deadBand", "contact.gap", "x_start"]];
@@ -46,8 +44,12 @@ pub(super) fn write_types(out: &mut String) -> fmt::Result {
 }
 
 /// Writes every variable.
-pub(super) fn write_variables(out: &mut String, start: &Settings) -> fmt::Result {
-    Array::all().try_for_each(|array| write_variable(out, start, array))
+pub(super) fn write_variables(
+    out: &mut String,
+    start: &Settings,
+    mut arrays: impl Iterator<Item = Array>,
+) -> fmt::Result {
+    arrays.try_for_each(|array| write_variable(out, start, array))
 }
 
 fn write_variable(out: &mut String, start: &Settings, array: Array) -> fmt::Result {
@@ -169,19 +171,18 @@ pub fn spare(row: &Row) -> f64 {
 
 /// Writes ModelStructure. In co-simulation an input acts from now on: what it changes at once is what is foreseen, and the force of
 /// rigid balls that stay in contact. In model exchange outputs and derivatives depend on states and inputs.
-pub(super) fn write_structure(out: &mut String, start: &Settings) -> fmt::Result {
-    let rigid = start.parameters.contact_model == ContactModel::Rigid;
-    for array in Array::all().filter(|array| array.causality() == Some(Causality::Output)) {
+pub(super) fn write_structure(out: &mut String, arrays: impl Iterator<Item = Array> + Clone) -> fmt::Result {
+    for array in arrays.clone().filter(|array| array.causality() == Some(Causality::Output)) {
         write!(out, "    <Output valueReference=\"{}\"", array.reference())?;
-        write_dependencies(out, following(array, rigid))?;
+        write_dependencies(out, following(array))?;
     }
     for (_, derivative) in Array::states() {
         write!(out, "    <ContinuousStateDerivative valueReference=\"{}\"", derivative.reference())?;
-        write_dependencies(out, following(derivative, rigid))?;
+        write_dependencies(out, following(derivative))?;
     }
     let exchanged: Vec<Array> = Array::states().flat_map(|(state, derivative)| [state, derivative]).collect();
     let unknown = |row: &Row| matches!(row.causality, Causality::Output | Causality::CalculatedParameter);
-    for array in Array::all() {
+    for array in arrays {
         // By the letter clocks have no `initial`; FMPy takes them for calculated outputs.
         if matches!(array, Array::Clock(_)) {
             writeln!(out, "    <InitialUnknown valueReference=\"{}\" dependencies=\"\"/>", array.reference())?;
@@ -201,17 +202,17 @@ pub(super) fn write_structure(out: &mut String, start: &Settings) -> fmt::Result
     }
     for of in [Exchanged::Contact, Exchanged::Clip] {
         write!(out, "    <EventIndicator valueReference=\"{}\"", Array::Exchanged(of).reference())?;
-        write_dependencies(out, if rigid { EVERYTHING } else { OF_CONTACTS })?;
+        write_dependencies(out, EVERYTHING)?;
     }
     Ok(())
 }
 
 /// What an output or a derivative depends on at the same time: states and inputs.
-fn following(array: Array, rigid: bool) -> Groups {
+fn following(array: Array) -> Groups {
     match (array, array.row()) {
         (Array::Exchanged(_), _) => RATE,
         (_, Some(row)) if row.name == "t_next" => INPUTS,
-        (_, Some(row)) if rigid && matches!(row.name, "F" | "F_mean" | "a" | "der(E_dissipated)") => EVERYTHING,
+        (_, Some(row)) if matches!(row.name, "F" | "F_mean" | "a" | "der(E_dissipated)") => EVERYTHING,
         (_, Some(row)) => row.follows,
         _ => &[],
     }

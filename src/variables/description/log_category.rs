@@ -9,13 +9,15 @@ pub enum LogCategory {
     Solver,
     /// What a host should know though the call succeeds, such as how far a slow step has come.
     Warning,
+    /// Why a call was refused that changes nothing, in FMI 3.0.
+    Discard,
     /// Why a call was refused or failed.
     Error,
 }
 
 /// Every category of log lines, in the order of the enumeration.
-pub const LOG_CATEGORIES: [LogCategory; 4] =
-    [LogCategory::Events, LogCategory::Solver, LogCategory::Warning, LogCategory::Error];
+pub const LOG_CATEGORIES: [LogCategory; 5] =
+    [LogCategory::Events, LogCategory::Solver, LogCategory::Warning, LogCategory::Discard, LogCategory::Error];
 
 impl LogCategory {
     /// Name in the description and in the host's log.
@@ -31,6 +33,7 @@ impl LogCategory {
             }
             Self::Solver => ("logSolver", "What the solver does with the settings it was given"),
             Self::Warning => ("logStatusWarning", "Warnings"),
+            Self::Discard => ("logStatusDiscard", "Refused values that leave the instance as it was, with the reason"),
             Self::Error => ("logStatusError", "Refused calls and failed steps, with the reason"),
         }
     }

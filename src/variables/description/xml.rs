@@ -3,8 +3,9 @@
 use std::fmt::{self, Write};
 
 use super::arrays;
-use super::log_category::LOG_CATEGORIES;
+use super::log_category::{LOG_CATEGORIES, LogCategory};
 use super::structure::{first_indices, write_structure};
+use crate::variables::arrays::Array;
 use crate::variables::enumeration::ENUMERATIONS;
 use crate::variables::row::{Access, Causality, Row};
 use crate::variables::settings::Settings;
@@ -34,17 +35,28 @@ const NAMESPACE: uuid::Uuid = uuid::Uuid::from_u128(0x6c1f_9a52_54f0_4b0e_9c4e_2
 pub struct Description<'a> {
     start: &'a Settings,
     fmi3: bool,
+    clocks: bool,
 }
 
 impl<'a> Description<'a> {
     /// Describes the FMU whose start values are `start`.
     pub fn of(start: &'a Settings) -> Self {
-        Self { start, fmi3: false }
+        Self { start, fmi3: false, clocks: false }
     }
 
     /// The same as an FMU of FMI 3.0, where the GUID is called instantiation token.
     pub fn fmi3(start: &'a Settings) -> Self {
-        Self { start, fmi3: true }
+        Self { start, fmi3: true, clocks: true }
+    }
+
+    /// The same without clocks and their variables, for hosts that take none.
+    pub fn without_clocks(self) -> Self {
+        Self { clocks: false, ..self }
+    }
+
+    /// The description of an FMU of FMI 3.0 with these start values whose token this is, with or without clocks.
+    pub fn of_token(start: &'a Settings, token: &str) -> Option<Self> {
+        [Self::fmi3(start), Self::fmi3(start).without_clocks()].into_iter().find(|own| own.guid() == token)
     }
 
     /// GUID: a hash of the description less GUID and date, in braces. It is what ties a binary to its description.
@@ -56,6 +68,12 @@ impl<'a> Description<'a> {
     /// The whole of modelDescription.xml; `date` is the time of generation as `YYYY-MM-DDThh:mm:ssZ`.
     pub fn xml(&self, date: &str) -> String {
         self.render(&self.guid(), date)
+    }
+
+    /// The variables of FMI 3.0.
+    fn arrays(&self) -> impl Iterator<Item = Array> + Clone + use<> {
+        let clocks = self.clocks;
+        Array::all().filter(move |array| clocks || !array.needs_clocks())
     }
 
     fn render(&self, guid: &str, date: &str) -> String {
@@ -83,13 +101,16 @@ impl<'a> Description<'a> {
             "indicators" => write!(out, "{}", 2 * (self.start.balls() - 1)),
             "units" => write_units(out),
             "types" if self.fmi3 => arrays::write_types(out),
-            "variables" if self.fmi3 => arrays::write_variables(out, self.start),
-            "structure" if self.fmi3 => arrays::write_structure(out, self.start),
+            "variables" if self.fmi3 => arrays::write_variables(out, self.start, self.arrays()),
+            "structure" if self.fmi3 => arrays::write_structure(out, self.arrays()),
             "types" => write_types(out),
-            "log_categories" => LOG_CATEGORIES.iter().try_for_each(|category| {
-                let (name, description) = category.texts();
-                writeln!(out, "    <Category name=\"{name}\" description=\"{}\"/>", Escaped(description))
-            }),
+            // In FMI 2.0 every refused call is an error.
+            "log_categories" => {
+                LOG_CATEGORIES.iter().filter(|of| self.fmi3 || **of != LogCategory::Discard).try_for_each(|category| {
+                    let (name, description) = category.texts();
+                    writeln!(out, "    <Category name=\"{name}\" description=\"{}\"/>", Escaped(description))
+                })
+            }
             "variables" => {
                 let firsts = first_indices(self.start.balls());
                 TABLE.iter().enumerate().try_for_each(|(i, row)| write_row(out, self.start, &firsts, i, row))

@@ -2,6 +2,8 @@
 
 use newtons_cradle::fmi3::fmi3Status::fmi3Discard;
 
+use newtons_cradle::variables::ArrayType;
+
 use super::*;
 
 /// A host that meets an error within a step may clean up at once; the instance is still in the middle of that step.
@@ -58,4 +60,35 @@ fn nothing_depends_on_slopes_at_a_point() {
     }
     assert_eq!(along, [1.0; 5]);
     assert_eq!(back, [1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+}
+
+/// Before initialization a host reads start values, those of the description or what it has set, and nothing that is calculated.
+#[test]
+fn start_values_are_there_before_initialization() {
+    let host = Host::new();
+    let (mut forces, mut balls, mut model) = ([f64::NAN; 5], 0, 0);
+    unsafe {
+        assert_eq!(fmi3SetFloat64(host.c, &vr("F_ext"), 1, [1.0, 2.0, 3.0, 4.0, 5.0].as_ptr(), 5), fmi3OK);
+        assert_eq!(fmi3SetInt64(host.c, &vr("contact.model"), 1, &2, 1), fmi3OK);
+        assert_eq!(fmi3GetFloat64(host.c, &vr("F_ext"), 1, forces.as_mut_ptr(), 5), fmi3OK);
+        assert_eq!(fmi3GetUInt64(host.c, &vr("n"), 1, &mut balls, 1), fmi3OK);
+        assert_eq!(fmi3GetInt64(host.c, &vr("contact.model"), 1, &mut model, 1), fmi3OK);
+    }
+    assert_eq!((forces, balls, model), ([1.0, 2.0, 3.0, 4.0, 5.0], 5, 2));
+    for array in Array::all() {
+        let host = Host::new();
+        let (mut values, reference) = ([0_u64; 5], array.reference());
+        let (at, length) = (values.as_mut_ptr(), array.len(5));
+        let answer = unsafe {
+            match array.data_type() {
+                ArrayType::Float64 => fmi3GetFloat64(host.c, &reference, 1, at.cast(), length),
+                ArrayType::UInt64 => fmi3GetUInt64(host.c, &reference, 1, at, length),
+                ArrayType::Enumeration => fmi3GetInt64(host.c, &reference, 1, at.cast(), length),
+                ArrayType::Boolean => fmi3GetBoolean(host.c, &reference, 1, at.cast(), length),
+                ArrayType::Clock => fmi3GetClock(host.c, &reference, 1, at.cast()),
+                ArrayType::Binary => fmi3GetBinary(host.c, &reference, 1, &mut 0, &mut null(), 1),
+            }
+        };
+        assert_eq!(answer, if array.has_start() { fmi3OK } else { fmi3Error }, "{array}");
+    }
 }

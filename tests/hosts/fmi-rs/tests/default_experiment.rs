@@ -1,6 +1,6 @@
 //! The default experiment with the `fmi` crate as the host: it reads the same doubles as a run without an FMU.
 
-use std::path::PathBuf;
+mod support;
 
 use fmi::fmi2::import::Fmi2Import;
 use fmi::fmi2::instance::{CoSimulation, Common};
@@ -9,16 +9,9 @@ use fmi::traits::FmiImport;
 use newtons_cradle::engine::{Engine, Results};
 use newtons_cradle::variables::{START_TIME, STEP_SIZE, STOP_TIME, Settings};
 
-fn fmu() -> PathBuf {
-    let default = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../target/fmu/NewtonsCradle.fmu");
-    std::env::var_os("CRADLE_FMU").map_or_else(|| default.into(), PathBuf::from)
-}
-
 #[test]
 fn the_default_experiment_gives_the_same_doubles() {
-    let path = fmu();
-    assert!(path.exists(), "there is no {}: build the FMU first", path.display());
-    let import: Fmi2Import = fmi::import::from_path(&path).unwrap();
+    let import: Fmi2Import = fmi::import::from_path(support::fmu()).unwrap();
     let description = import.model_description();
     let experiment = description.default_experiment.as_ref().unwrap();
     let (start, stop) = (experiment.start_time.unwrap(), experiment.stop_time.unwrap());

@@ -1,6 +1,6 @@
 //! FMI 3.0 with the `fmi` crate as the host: a cradle of another size, its events and clocks, and model exchange.
 
-use std::path::PathBuf;
+mod support;
 
 use fmi::EventFlags;
 use fmi::fmi3::import::Fmi3Import;
@@ -9,10 +9,7 @@ use newtons_cradle::engine::{Engine, Results};
 use newtons_cradle::variables::{Array, START_TIME, STOP_TIME, Settings};
 
 fn import() -> Fmi3Import {
-    let default = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../target/fmu/NewtonsCradle.fmi3.fmu");
-    let path = std::env::var_os("CRADLE_FMU3").map_or_else(|| default.into(), PathBuf::from);
-    assert!(path.exists(), "there is no {}: `cradle-fmu build --from ... --fmi 3` makes it", path.display());
-    fmi::import::from_path(&path).unwrap()
+    fmi::import::from_path(support::fmu3()).unwrap()
 }
 
 fn vr(name: &str) -> u32 {

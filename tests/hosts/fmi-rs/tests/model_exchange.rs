@@ -1,11 +1,10 @@
 //! The default experiment in model exchange with the `fmi` crate as the host: Euler's method, and its error alone.
 
-use std::path::PathBuf;
+mod support;
 
 use fmi::EventFlags;
 use fmi::fmi2::import::Fmi2Import;
 use fmi::fmi2::instance::{Common, ModelExchange};
-use fmi::traits::FmiImport;
 use newtons_cradle::variables::{START_TIME, Variable};
 
 const BALLS: usize = 5;
@@ -13,14 +12,9 @@ const STATES: usize = 3 * BALLS + 1;
 const STEP: f64 = 1e-3; // s
 const STEPS: i32 = 10_000;
 
-fn fmu() -> PathBuf {
-    let default = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../target/fmu/NewtonsCradle.fmu");
-    std::env::var_os("CRADLE_FMU").map_or_else(|| default.into(), PathBuf::from)
-}
-
 #[test]
 fn euler_leaves_its_own_error() {
-    let import: Fmi2Import = fmi::import::from_path(&fmu()).unwrap();
+    let import: Fmi2Import = fmi::import::from_path(support::fmu()).unwrap();
     let mut instance = import.instantiate_me("cradle", false, true).unwrap();
     instance.setup_experiment(None, START_TIME, None).unwrap();
     instance.enter_initialization_mode().unwrap();

@@ -1,0 +1,288 @@
+//! The `fmi-rs` crate of CATIA-Systems, another one than `fmi`, as the host, with its own simulation loops: what it finds wrong
+//! with descriptions, and the same bits from FMUs of both versions in co-simulation and in model exchange.
+
+mod support;
+
+use std::collections::HashSet;
+use std::path::Path;
+use std::sync::Arc;
+
+use fmi_rs::fmi3::builder::FMU3Builder;
+use fmi_rs::fmi3::types::fmi3Status::Ok as OK;
+use fmi_rs::fmi3::{FMU3, LibraryKind};
+use fmi_rs::model_description::{fmi2, fmi3};
+use fmi_rs::sim::solver::{Dae, Ode, Solver, SolverFactory};
+use fmi_rs::sim::{SimulationError, fmi2 as sim2, fmi3 as sim3};
+use fmi_rs::zip::extract_zip_archive;
+use newtons_cradle::engine::{Engine, Pulse, Results};
+use newtons_cradle::variables::{Array, Description, START_TIME, STOP_TIME, Settings};
+use tempfile::TempDir;
+
+/// Relative, to tell times apart: contacts of a row may close within some 1e-14 s.
+const CLOCK: f64 = 1e-15;
+/// What is compared, with the number of elements in an array.
+const COMPARED: [(&str, usize); 6] =
+    [("x", 5), ("v", 5), ("E_total", 0), ("p_total", 0), ("impulse", 4), ("pulses", 4)];
+
+/// Numbers recorded at a time, s: the last ones where there are several.
+type Record = Vec<(f64, Vec<u64>)>;
+
+fn record(time: &[f64], rows: impl Iterator<Item = Vec<f64>>) -> Record {
+    let mut record = Record::new();
+    for (time, row) in time.iter().zip(rows) {
+        let bits = row.into_iter().map(f64::to_bits).collect();
+        match record.last_mut() {
+            Some((last, before)) if last == time => *before = bits,
+            _ => record.push((*time, bits)),
+        }
+    }
+    record
+}
+
+/// An FMU unpacked.
+fn unpacked(path: &Path) -> TempDir {
+    let folder = TempDir::new().unwrap();
+    extract_zip_archive(path, &folder).unwrap();
+    folder
+}
+
+/// Runs the FMU of FMI 2.0 with this solver, or in co-simulation.
+fn run2(step: f64, solver: Option<Steps>) -> Record {
+    let folder = unpacked(&support::fmu());
+    let model = Arc::new(fmi2::ModelDescription::from_path(&folder.path().join("modelDescription.xml")).unwrap());
+    let names = COMPARED.iter().flat_map(|(name, count)| match count {
+        0 => vec![(*name).to_owned()],
+        _ => (1..=*count).map(|i| format!("{name}[{i}]")).collect(),
+    });
+    let indices = names.map(|name| model.variable_index_by_name(&name).unwrap()).collect();
+    let recorder = Arc::new(sim2::recorder::Recorder::new(sim2::Trajectories::new(model.clone(), indices)));
+    let settings = sim2::SimulationSettings {
+        unzipdir: folder.path().to_owned(),
+        model_description: model,
+        start_time: START_TIME,
+        stop_time: STOP_TIME,
+        logging_on: false,
+        set_stop_time: true,
+        output_interval: step,
+        log_time_scale: false,
+        tolerance: CLOCK,
+        set_tolerance: false,
+        start_values: Vec::new(),
+        log_fmi_calls: false,
+        input_file: None,
+        early_return_allowed: false,
+        event_mode_used: false,
+        log_file: None,
+        initial_fmu_state_file: None,
+        final_fmu_state_file: None,
+    };
+    match solver {
+        Some(solver) => sim2::me::simulate(&settings, &solver, None, recorder.clone()),
+        None => sim2::cs::simulate(&settings, None, recorder.clone()),
+    }
+    .unwrap();
+    let recorded = recorder.trajectories.borrow();
+    record(&recorded.time, recorded.rows.iter().map(|row| row.iter().map(|value| value.to_f64().unwrap()).collect()))
+}
+
+/// Runs the FMU of FMI 3.0 likewise. The elements of arrays over contacts that belong to none are left out.
+fn run3(step: f64, solver: Option<Steps>, [events, early]: [bool; 2]) -> Record {
+    let folder = unpacked(&support::fmu3());
+    let model = Arc::new(fmi3::ModelDescription::from_path(&folder.path().join("modelDescription.xml")).unwrap());
+    let indices = COMPARED.iter().map(|(name, _)| model.variable_index_by_name(name).unwrap()).collect();
+    let recorder = Arc::new(sim3::recorder::Recorder::new(sim3::Trajectories::new(model.clone(), indices)));
+    let settings = sim3::SimulationSettings {
+        unzipdir: folder.path().to_owned(),
+        model_description: model,
+        library_kind: LibraryKind::Native,
+        enable_dae: false,
+        start_time: START_TIME,
+        stop_time: STOP_TIME,
+        visible: false,
+        logging_on: false,
+        set_stop_time: true,
+        output_interval: step,
+        log_time_scale: false,
+        tolerance: CLOCK,
+        set_tolerance: false,
+        start_values: Vec::new(),
+        log_fmi_calls: false,
+        // The crate takes a callback for it and does not hand it on.
+        intermediate_update: false,
+        input_file: None,
+        early_return_allowed: early,
+        event_mode_used: events,
+        log_file: None,
+        initial_fmu_state_file: None,
+        final_fmu_state_file: None,
+    };
+    match solver {
+        Some(solver) => sim3::me::simulate(&settings, &solver, None, recorder.clone()),
+        None => sim3::cs::simulate(&settings, None, recorder.clone()),
+    }
+    .unwrap();
+    let recorded = recorder.trajectories.borrow();
+    let elements = |row: &Vec<sim3::VariableValue>| {
+        let values = row.iter().zip(COMPARED);
+        values.flat_map(|(value, (_, count))| value.as_f64().unwrap().into_iter().take(count.max(1))).collect()
+    };
+    record(&recorded.time, recorded.rows.iter().map(elements))
+}
+
+/// Euler's method with these steps at most, s. The crate's own cannot end a step at an event off its grid.
+#[derive(Clone, Copy)]
+struct Steps(f64);
+
+struct Euler<O> {
+    steps: Steps,
+    time: f64,
+    x: Vec<f64>,
+    ode: O,
+}
+
+impl SolverFactory for Steps {
+    fn create<'a, O: Ode + 'a, D: Dae + 'a>(
+        &self,
+        time: f64,
+        _tolerance: f64,
+        ode: O,
+        _dae: Option<D>,
+    ) -> Result<Box<dyn Solver + 'a>, SimulationError> {
+        let mut solver = Euler { steps: *self, time, x: vec![0.0; ode.nx()], ode };
+        solver.reset(time)?;
+        Ok(Box::new(solver))
+    }
+}
+
+impl<O: Ode> Solver for Euler<O> {
+    fn reset(&mut self, time: f64) -> Result<(), SimulationError> {
+        self.time = time;
+        let mut nominals = vec![0.0; self.x.len()];
+        self.ode.init(&mut self.x, &mut nominals)?;
+        assert!(nominals.iter().all(|nominal| *nominal > 0.0));
+        Ok(())
+    }
+
+    fn step(&mut self, end: f64) -> Result<(f64, &[f64], bool), SimulationError> {
+        let (mut rates, mut indicators) = (vec![0.0; self.x.len()], vec![0.0; self.ode.nz()]);
+        while self.time < end {
+            let length = self.steps.0.min(end - self.time);
+            self.ode.f(self.time, &self.x, &mut rates)?;
+            self.x.iter_mut().zip(&rates).for_each(|(x, rate)| *x += length * rate);
+            self.time = if length < self.steps.0 { end } else { self.time + length };
+            self.ode.g(self.time, &self.x, &mut indicators)?;
+        }
+        Ok((self.time, &self.x, false))
+    }
+}
+
+/// What the crate finds wrong. FMPy wants output clocks among the initial unknowns, this crate does not, and neither minds an FMU without
+/// clocks.
+#[test]
+fn descriptions_are_valid() {
+    let settings = Settings::default_for(5);
+    let two = fmi2::ModelDescription::from_string(&Description::of(&settings).xml("2000-01-01T00:00:00Z")).unwrap();
+    assert_eq!(two.validate().len(), 0);
+    let problems = |description: Description| {
+        let model = fmi3::ModelDescription::from_string(&description.xml("2000-01-01T00:00:00Z")).unwrap();
+        model.validate().into_iter().map(|problem| problem.message).collect::<Vec<_>>()
+    };
+    let with_clocks = problems(Description::fmi3(&settings));
+    assert!(with_clocks.len() == 1 && with_clocks[0].contains("initial unknowns"), "{with_clocks:?}");
+    assert_eq!(problems(Description::fmi3(&settings).without_clocks()), [""; 0]);
+}
+
+#[test]
+fn co_simulation_gives_the_same_bits_in_both_versions() {
+    let settings = Settings::default_for(5);
+    let mut pulses: Vec<Pulse> = Vec::new();
+    let mut engine = Engine::new(&settings.parameters, &settings.inputs, START_TIME).unwrap();
+    engine.advance(STOP_TIME, &mut pulses).unwrap();
+    let instants: HashSet<u64> =
+        pulses.iter().flat_map(|pulse| [pulse.onset, pulse.release]).map(f64::to_bits).collect();
+    assert!(instants.len() > pulses.len());
+    for step in [1.0 / 1024.0, 0.125, 10.0] {
+        let two = run2(step, None);
+        assert_eq!(two.len(), (STOP_TIME / step) as usize + 1);
+        for options in [[false, false], [true, false], [true, true]] {
+            let three = run3(step, None, options);
+            let common: Vec<_> = three.iter().filter(|(time, _)| two.iter().any(|(other, _)| other == time)).collect();
+            assert!(common.iter().copied().eq(&two), "{step} {options:?}");
+            // Early return adds every onset and release.
+            let added = if options[1] { instants.len() } else { 0 };
+            assert_eq!(three.len() - two.len(), added, "{step} {options:?}");
+        }
+    }
+}
+
+#[test]
+fn model_exchange_gives_the_same_bits_in_both_versions() {
+    let solver = Some(Steps(1.0 / 1024.0));
+    let (two, three) = (run2(0.125, solver), run3(0.125, solver, [false; 2]));
+    assert!(two.len() > 81, "there are events off the grid");
+    assert_eq!(two, three);
+    let (time, last) = two.last().unwrap();
+    assert_eq!(*time, STOP_TIME);
+    // Euler's method adds its own energy, less at each step that an event or a communication point cuts in two.
+    let numbers: Vec<f64> = last.iter().copied().map(f64::from_bits).collect();
+    let (energy, pulses) = (numbers[10], &numbers[16..]);
+    assert_eq!(pulses, [7.0, 14.0, 14.0, 7.0]);
+    let growth = 5.0 / 1024.0_f64.powi(2);
+    let (most, cuts) = (0.05 * (1.0 + growth).powi(10_240), two.len() as f64);
+    assert!((1.0 - cuts * growth / 2.0..1.0).contains(&(energy / most)), "{energy} {most}");
+}
+
+fn vr(name: &str) -> [u32; 1] {
+    [Array::named(name).unwrap().reference()]
+}
+
+/// Takes part in the events that are due, counts the onsets of each contact, and goes on to step mode.
+fn take_part(fmu: &FMU3, onsets: &mut [u64]) {
+    let mut again = true;
+    while again {
+        let (mut active, mut closed) = ([false], vec![false; onsets.len()]);
+        assert_eq!(fmu.getClock(&vr("onset.clock"), &mut active), OK);
+        assert_eq!(fmu.getBoolean(&vr("onset.closed"), &mut closed), OK);
+        onsets.iter_mut().zip(closed).for_each(|(count, closed)| *count += u64::from(active[0] && closed));
+        let [mut terminate, mut nominals, mut values] = [false; 3];
+        let status = fmu.updateDiscreteStates(&mut again, &mut terminate, &mut nominals, &mut values, &mut None);
+        assert!(status == OK && !terminate);
+    }
+    assert_eq!(fmu.enterStepMode(), OK);
+}
+
+#[test]
+fn the_host_chooses_the_number_of_balls() {
+    let builder = FMU3Builder::new(&support::fmu3()).unwrap();
+    for balls in [1, 2, 13, 1000] {
+        let fmu = builder.instantiate_cs("cradle").unwrap();
+        assert_eq!(fmu.enterConfigurationMode(), OK);
+        assert_eq!(fmu.setUInt64(&vr("n"), &[balls as u64]), OK);
+        assert_eq!(fmu.exitConfigurationMode(), OK);
+        assert_eq!(fmu.enterInitializationMode(None, START_TIME, None), OK);
+        assert_eq!(fmu.exitInitializationMode(), OK);
+        let mut onsets = vec![0; balls];
+        take_part(&fmu, &mut onsets);
+        let (mut time, stop) = (START_TIME, if balls == 1000 { 1.0 } else { STOP_TIME });
+        while time < stop {
+            let ([mut events, mut terminate, mut early], mut reached) = ([false; 3], time);
+            let length = stop - time;
+            let status = fmu.doStep(time, length, true, &mut events, &mut terminate, &mut early, &mut reached);
+            assert!(status == OK && reached > time && !terminate);
+            time = reached;
+            if events {
+                assert_eq!(fmu.enterEventMode(), OK);
+                take_part(&fmu, &mut onsets);
+            }
+        }
+        let settings = Settings::default_for(balls);
+        let mut engine = Engine::new(&settings.parameters, &settings.inputs, START_TIME).unwrap();
+        engine.advance(stop, &mut Vec::new()).unwrap();
+        let mut x = vec![f64::NAN; balls];
+        assert_eq!(fmu.getFloat64(&vr("x"), &mut x), OK);
+        assert!(x.iter().enumerate().all(|(i, x)| x.to_bits() == engine.x(i).to_bits()), "{balls}");
+        let expected: Vec<u64> = (0..balls - 1).map(|i| engine.pulses(i)).chain([0]).collect();
+        assert_eq!(onsets, expected);
+        assert_ne!(fmu.setUInt64(&vr("n"), &[3]), OK);
+    }
+}

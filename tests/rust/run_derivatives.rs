@@ -1,0 +1,135 @@
+//! Derivatives of the whole run: exact, checked against differences of runs with other parameters and inputs.
+
+use newtons_cradle::engine::{Differential, History, Simulation, Unrecorded};
+use newtons_cradle::model::{ContactModel, DampingLaw, Inputs, Parameters, SolverMethod};
+use newtons_cradle::variables::{Settings, Type, Variable, variables};
+
+/// Three balls that click, with gaps that keep the order of the pulses.
+fn cradle() -> Parameters {
+    let (x_start, v_start) = (vec![-0.1, 0.0, 0.0011], vec![0.02, 0.0, 0.0]);
+    Parameters { x_start, v_start, ..Parameters::default_for(3) }
+}
+
+fn laws() -> Vec<(&'static str, Parameters)> {
+    let p = cradle();
+    let damped = |damping_law, exponent| Parameters {
+        damping_law,
+        exponent,
+        damping: 1e4,
+        hunt_crossley: 0.1,
+        relaxation_time: 2e-7,
+        drag: 0.1,
+        ..p.clone()
+    };
+    vec![
+        ("linear", p.clone()),
+        ("cubic", Parameters { exponent: 3.0, ..p.clone() }),
+        ("not whole", Parameters { exponent: 2.3, ..p.clone() }),
+        ("Hertz", Parameters { contact_model: ContactModel::Hertz, ..p.clone() }),
+        ("dashpot", damped(DampingLaw::KelvinVoigt, 1.0)),
+        ("dashpot without pull", damped(DampingLaw::KelvinVoigtNoPull, 1.0)),
+        ("Hunt-Crossley", damped(DampingLaw::HuntCrossley, 1.5)),
+        ("viscoelastic", damped(DampingLaw::Viscoelastic, 2.0)),
+        ("rigid", Parameters { contact_model: ContactModel::Rigid, restitution: 0.9, ..p.clone() }),
+        ("bdf", Parameters { method: SolverMethod::Bdf, stiffness: 1e7, tolerance: 1e-14, ..p }),
+    ]
+}
+
+/// A run whose inputs and damping change on the way.
+struct Course {
+    simulation: Simulation,
+    history: History,
+    parameters: Parameters,
+}
+
+const END: f64 = 2.7;
+
+fn course(settings: &Settings) -> Course {
+    let Settings { mut parameters, inputs } = settings.clone();
+    let mut simulation = Simulation::new(&parameters, &inputs, 0.25).unwrap();
+    let mut history = History::default();
+    let step = |simulation: &mut Simulation, time| simulation.advance(time, &mut Unrecorded).unwrap();
+    step(&mut simulation, 0.6);
+    simulation.keep_history(true, parameters.tunables(), &mut history);
+    let pushed =
+        |inputs: &Inputs| Inputs { force: inputs.force.iter().map(|force| force + 0.1).collect(), ..inputs.clone() };
+    let slopes = Inputs { support_acceleration: 0.2, ..Inputs::zero(3) };
+    simulation.hold(&pushed(&inputs), &[slopes]).unwrap();
+    step(&mut simulation, 1.4);
+    simulation.keep_history(true, parameters.tunables(), &mut history);
+    simulation.hold(&inputs, &[]).unwrap();
+    simulation.keep_history(true, parameters.tunables(), &mut history);
+    for tunable in [&mut parameters.drag, &mut parameters.damping, &mut parameters.hunt_crossley] {
+        *tunable += 0.01;
+    }
+    simulation.retune(&parameters).unwrap();
+    step(&mut simulation, 1.5);
+    step(&mut simulation, END);
+    assert!(
+        (0..2).map(|i| simulation.pulses(i)).sum::<u64>() >= 3,
+        "{:?}",
+        (simulation.pulses(0), simulation.pulses(1))
+    );
+    Course { simulation, history, parameters }
+}
+
+fn outputs(settings: &Settings) -> Vec<f64> {
+    let run = course(settings).simulation;
+    let (x, v): (Vec<_>, Vec<_>) = (0..3).map(|i| (run.x(i), run.v(i))).unzip();
+    let impulses = (0..2).map(|i| run.impulse(i)).collect();
+    let sums = vec![run.total_energy(), run.momentum(), run.support_force(), run.support_force_mean()];
+    [x, v, impulses, sums, vec![run.next_onset().time()]].concat()
+}
+
+fn derivatives(found: &Differential) -> Vec<f64> {
+    let sums = vec![found.energy, found.momentum, found.support_force, found.support_force_mean, found.next_onset];
+    [found.x.clone(), found.v.clone(), found.impulse.clone(), sums].concat()
+}
+
+/// What the outputs may depend on.
+fn knowns() -> impl Iterator<Item = Variable> {
+    let real = |variable: &Variable| variable.row.settable() && variable.row.access.data_type() == Type::Real;
+    variables(3).filter(real)
+}
+
+#[test]
+fn they_agree_with_differences() {
+    for (law, parameters) in laws() {
+        let settings = Settings { parameters, inputs: Inputs::zero(3) };
+        let Course { simulation, history, parameters } = course(&settings);
+        let values = outputs(&settings);
+        for known in knowns().filter(|known| !known.row.name.starts_with("solver")) {
+            let value = known.real(&settings).unwrap();
+            // What cannot be negative has no difference at 0.
+            if value == 0.0 && known.check_real(-1.0).is_err() {
+                continue;
+            }
+
+            let mut along = Settings::zero(3);
+            known.set_real(&mut along, 1.0);
+            let found = simulation.sensitivity_of_run(&parameters, 0.25, &history, &along.parameters, &along.inputs);
+            let found = found.unwrap_or_else(|_| panic!("{law}: {known} is not followed"));
+            let found = derivatives(&found);
+            let h = 1e-5
+                * if value == 0.0 { if known.row.name == "contact.gap" { 1e-3 } else { 1.0 } } else { value.abs() };
+            let at = |steps: f64| {
+                let mut changed = settings.clone();
+                known.set_real(&mut changed, value + steps * h);
+                outputs(&changed)
+            };
+            // Sixth order; the exponent and damping cannot be less than they are.
+            let sides = [1.0, 2.0, 3.0].map(|k| [at(k), at(-k)]);
+            for (j, value) in values.iter().enumerate() {
+                let half = |k: usize| 0.5 * (sides[k][0][j] - sides[k][1][j]) / h;
+                let difference = 1.5 * half(0) - 0.3 * half(1) + half(2) / 30.0;
+                let error = (found[j] - difference).abs();
+                let rounding = 1e-12 * value.abs().max(1.0) / h;
+                assert!(
+                    error <= 1e-5 * difference.abs() + rounding,
+                    "{law}: output {j} by {known}: {} {difference} {rounding}",
+                    found[j]
+                );
+            }
+        }
+    }
+}
