@@ -3,7 +3,7 @@
 use super::root::{self, Smooth};
 use super::series::{
     NUMBERS, SAMPLES, bound, bound_of_change_of_derivative, derivative_by_lanes, sample, sample_derivative,
-    sample_terms, sum_by_lanes, value_and_derivatives, value_by_lanes,
+    sample_terms, shifted, sum_by_lanes, value_and_derivatives, value_by_lanes,
 };
 
 /// How often the distance of two places is halved where a series comes near 0: some times suffice unless it almost touches.
@@ -72,8 +72,16 @@ pub fn first_positive(c: &[f64], sign: f64, level: f64, until: f64) -> Option<f6
         from = if rest * until <= half { until } else { half / rest };
     }
     let g = Above { c, sign, level };
-    let clear = if from == 0.0 { scan(&g, until) } else { Err(from) };
-    clear.unwrap_or_else(|clear| root::first_positive(&g, clear, until))
+    let found = if from == 0.0 { scan(&g, until) } else { Err(from) };
+    found.unwrap_or_else(|clear| match clear {
+        0.0 => root::first_positive(&g, 0.0, until),
+        // About a later place the coefficients tell more of what comes behind it.
+        _ => {
+            let about = shifted(c, clear);
+            let g = Above { c: &about[..c.len()], sign, level };
+            root::first_positive(&g, 0.0, until - clear).map(|t| clear + t)
+        }
+    })
 }
 
 /// The answer of [`first_positive`], if it can be had from values at some places: between two of them a function is above its chord
