@@ -334,9 +334,8 @@ impl Cluster {
             if !persistent && gauss::applies_to(window) {
                 let mut motion = motion.unwrap_or_default();
                 let before = self.history.explicit_length;
-                if let Some(step) = motion.follow(window, control, rounding, scale, before) {
+                if let Some(step) = motion.follow(window, control, rounding, scale, before, &mut self.evaluations) {
                     (self.length, self.history.explicit_length) = (step.length, step.next);
-                    self.evaluations = self.evaluations.saturating_add(step.evaluations);
                     self.description = Description::Gauss(motion);
                     return local_error;
                 }
