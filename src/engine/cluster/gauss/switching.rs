@@ -141,14 +141,21 @@ impl Motion {
     /// `side`. Ten digits will do, as a force about to be clipped vanishes.
     fn time_of_change(&self, side: f64, ends: [f64; 2], within: &Nodes, m: usize, table: &Table) -> f64 {
         let before = m.checked_sub(1);
-        if side * before.map_or(ends[0], |m| within[m]) <= 0.0 {
-            return before.map_or(0.0, |m| self.time_of(m, table));
+        let (start, end) = (before.map_or(0.0, |m| self.time_of(m, table)), self.time_of(m, table));
+        let at_start = side * before.map_or(ends[0], |m| within[m]);
+        if at_start <= 0.0 {
+            return start;
         }
         let coefficients = Rule::get().powers.map(|row| side * weighted(&row, within));
-        let x = |m: usize| 2.0 * self.stretching.inverse(self.time_of(m, table) / self.length) - 1.0;
+        let x = |time: f64| 2.0 * self.stretching.inverse(time / self.length) - 1.0;
         let value = |x: f64| series::value(&coefficients, x);
-        let c = 0.5 + 0.5 * root::falling_zero(value, before.map_or(-1.0, x), x(m));
-        self.length * self.stretching.part(c)
+        if value(x(start)) <= 0.0 || value(x(end)) > 0.0 {
+            // Beyond the outermost nodes the polynomial may have another sign than what it stands for.
+            let at_end = side * within.get(m).unwrap_or(&ends[1]);
+            return start + (end - start) * at_start / (at_start - at_end.min(0.0));
+        }
+        let c = 0.5 + 0.5 * root::falling_zero(value, x(start), x(end));
+        (self.length * self.stretching.part(c)).clamp(start, end)
     }
 
     /// Whether the overlap of a contact has or may have the sign of another mode before the time `until` (s).
