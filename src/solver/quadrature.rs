@@ -17,13 +17,10 @@ const RULE: [(f64, f64); POINTS / 2] = [
 /// no more than about a wave.
 pub fn of_samples(t: f64, f: impl Fn(&[f64; POINTS]) -> [f64; POINTS]) -> f64 {
     let half = 0.5 * t;
-    let place = |p: usize| half * if p % 2 == 0 { 1.0 - RULE[p / 2].0 } else { 1.0 + RULE[p / 2].0 };
+    let place = |p: usize| half * (1.0 + [-1.0, 1.0][p % 2] * RULE[p / 2].0);
     let values = f(&std::array::from_fn(place));
-    half * RULE
-        .iter()
-        .zip(values.as_chunks::<2>().0)
-        .map(|((_, weight), [left, right])| weight * (left + right))
-        .sum::<f64>()
+    let pair = |((_, weight), [left, right]): (&(f64, f64), &[f64; 2])| weight * (left + right);
+    half * RULE.iter().zip(values.as_chunks().0).map(pair).sum::<f64>()
 }
 
 /// Integral of `f` over `[a, b]`, the interval split into `panels` equal parts (at least 1).

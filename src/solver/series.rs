@@ -223,6 +223,11 @@ mod tests {
     }
 
     #[test]
+    fn integral_of_a_polynomial() {
+        assert!((integral(&[1.0, 2.0, 3.0], 2.0) - 14.0).abs() < 1e-15);
+    }
+
+    #[test]
     fn a_polynomial_about_another_place() {
         // (1 + s)^3 about s = 1 is (2 + s)^3.
         assert_eq!(about(&[1.0, 3.0, 3.0, 1.0], 1.0), [8.0, 12.0, 6.0]);
