@@ -29,7 +29,7 @@ pub struct Engine {
     pub(crate) time: f64,
     pub(crate) balls: Vec<Ball>,
     pub(crate) contacts: Vec<Contact>,
-    pub(crate) clusters: Vec<Option<Cluster>>,
+    pub(crate) clusters: Vec<Option<Box<Cluster>>>,
     pub(crate) queue: EventQueue,
     /// The current step. That of a copy that goes ahead begins after all events: nothing is recorded.
     pub(crate) step: StepStart,
