@@ -88,16 +88,14 @@ impl Motion {
             }
             return rise(track.overlap.min(0.0), track.rate, curvature).map(|time| (Switch::Onset, time));
         }
-        let noise = tolerance.rounding.no_overlap();
-        self.falling(track.overlap, noise, track.rate, curvature).map(|time| (Switch::Release, time))
-    }
-
-    /// When `d + r h + s h^2` falls through 0, s; it may only just have risen if it does not exceed `noise`.
-    fn falling(&self, d: f64, noise: f64, r: f64, s: f64) -> Option<f64> {
-        if d > noise {
-            return fall(d, r, s);
-        }
-        (s < 0.0 || r * self.length < -noise).then(|| if r > 0.0 { -r / s } else { 0.0 })
+        let time = if track.overlap > tolerance.rounding.no_overlap() {
+            fall(track.overlap, track.rate, curvature)
+        } else {
+            // It has only just closed. That its balls part does not follow from a rate within rounding.
+            let parts = curvature < 0.0 || track.rate < -tolerance.rounding.velocity;
+            parts.then(|| if track.rate > 0.0 { -track.rate / curvature } else { 0.0 })
+        };
+        time.map(|time| (Switch::Release, time))
     }
 
     /// Whether a ball at rest beside the one of an open contact would be pressed, or moved by more than may be left out.
