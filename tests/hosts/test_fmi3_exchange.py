@@ -1,6 +1,9 @@
 """Model exchange of FMI 3.0 in FMPy's CVODE and Euler: the trajectories of FMI 2.0, and another number of balls."""
 
 import ctypes
+import re
+import subprocess
+import zipfile
 
 import fmpy
 import newtons_cradle as nc
@@ -18,6 +21,25 @@ def exchanged(path, values, **options):
     return fmpy.simulate_fmu(
         str(path), fmi_type="ModelExchange", start_values=dict(values), validate=False, **options
     )
+
+
+def test_check_counts_what_the_binary_integrates(fmu3_path, producer, tmp_path):
+    """A description that hides an array of states or of indicators."""
+    for element, function, described in (
+        ("ContinuousStateDerivative", "fmi3GetNumberOfContinuousStates answers 17", 12),
+        ("EventIndicator", "fmi3GetNumberOfEventIndicators answers 10", 5),
+    ):
+        other = tmp_path / "other.fmu"
+        with zipfile.ZipFile(fmu3_path) as entries, zipfile.ZipFile(other, "w") as written:
+            for name in entries.namelist():
+                contents = entries.read(name)
+                if name == "modelDescription.xml":
+                    contents = re.sub(rf"<{element} [^>]*/>".encode(), b"", contents, count=1)
+                written.writestr(name, contents)
+        checked = subprocess.run([producer, "check", other], capture_output=True, text=True)
+        assert checked.returncode == 1
+        expected = f"in model exchange: {function}; the description has {described}\n"
+        assert expected in checked.stdout, checked.stdout
 
 
 @pytest.mark.parametrize(
