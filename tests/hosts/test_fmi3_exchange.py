@@ -3,13 +3,13 @@
 import ctypes
 import re
 import subprocess
-import zipfile
+from functools import partial
 
 import fmpy
 import newtons_cradle as nc
 import numpy as np
 import pytest
-from fmi3_host import read, started_exchange
+from fmi3_host import read, redescribed, started_exchange
 
 N = 5
 RESOLVED, MAPPED = 1, 2  # exchange.contacts
@@ -29,13 +29,8 @@ def test_check_counts_what_the_binary_integrates(fmu3_path, producer, tmp_path):
         ("ContinuousStateDerivative", "fmi3GetNumberOfContinuousStates answers 17", 12),
         ("EventIndicator", "fmi3GetNumberOfEventIndicators answers 10", 5),
     ):
-        other = tmp_path / "other.fmu"
-        with zipfile.ZipFile(fmu3_path) as entries, zipfile.ZipFile(other, "w") as written:
-            for name in entries.namelist():
-                contents = entries.read(name)
-                if name == "modelDescription.xml":
-                    contents = re.sub(rf"<{element} [^>]*/>".encode(), b"", contents, count=1)
-                written.writestr(name, contents)
+        without = partial(re.compile(f"<{element} [^>]*/>").sub, "", count=1)
+        other = redescribed(fmu3_path, tmp_path / "other.fmu", without)
         checked = subprocess.run([producer, "check", other], capture_output=True, text=True)
         assert checked.returncode == 1
         expected = f"in model exchange: {function}; the description has {described}\n"
