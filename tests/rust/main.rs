@@ -20,4 +20,5 @@ mod run_derivatives;
 mod running;
 mod stiff;
 mod viscoelastic;
+mod tapes;
 mod work;
