@@ -136,7 +136,14 @@ impl Simulation {
         let Self::EventDriven(now) = self else { return None };
         let stretches = history.stretches(now.time, &now.inputs, parameters.tunables());
         let (first, mut then) = (stretches.first()?, parameters.clone());
-        if now.time <= start || now.cradle.restitution.is_some() {
+        let mut known = None;
+        let taken = stretches.iter().all(|stretch| {
+            known.replace(stretch.tunables) == Some(stretch.tunables) || {
+                then.tune(stretch.tunables);
+                Tape::takes(&then)
+            }
+        });
+        if now.time <= start || !taken {
             return None;
         }
         then.tune(first.tunables);

@@ -19,6 +19,6 @@ mod rigid;
 mod run_derivatives;
 mod running;
 mod stiff;
-mod viscoelastic;
 mod tapes;
+mod viscoelastic;
 mod work;

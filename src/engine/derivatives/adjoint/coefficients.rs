@@ -92,9 +92,8 @@ impl Coefficients {
         let ball = |(a, b): (&OfBall, &OfBall)| {
             (a.mass * b.mass + a.omega2 * b.omega2) + (a.gamma * b.gamma + a.force * b.force)
         };
-        let contact = |(a, b): (&OfContact, &OfContact)| {
-            a.array().iter().zip(b.array()).map(|(a, b)| a * b).sum::<f64>()
-        };
+        let contact =
+            |(a, b): (&OfContact, &OfContact)| a.array().iter().zip(b.array()).map(|(a, b)| a * b).sum::<f64>();
         let balls: f64 = self.balls.iter().zip(&other.balls).map(ball).sum();
         let contacts: f64 = self.contacts.iter().zip(&other.contacts).map(contact).sum();
         balls + contacts + self.support * other.support

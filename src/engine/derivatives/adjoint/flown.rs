@@ -51,7 +51,9 @@ impl Flown {
         let [mut at_x, mut at_v] = swung(o, &self.basis, slots.x[i], slots.v[i]);
         let by = &change.balls[i];
         self.each_place(o, |place| {
-            let source = by.force / model.mass - place.push * by.mass / (model.mass * model.mass) - change.support
+            let source = by.force / model.mass
+                - place.push * by.mass / (model.mass * model.mass)
+                - change.support
                 - by.omega2 * place.x
                 - 2.0 * by.gamma * place.v;
             at_x += place.of_x * source;

@@ -40,7 +40,7 @@ struct Tuning {
 #[derive(Clone, Debug)]
 enum Part {
     Flown(Flown),
-    Pair(Pair),
+    Pair(Box<Pair>),
     Segment(Segment),
 }
 
@@ -129,6 +129,26 @@ impl Tape {
             }
         }
         Gradient { tape: self, start: slots, coefficients }
+    }
+
+    /// The weights in a weighted `sum` of the outputs whose derivatives it has.
+    pub fn weights(&self, sum: impl Fn(&Differential) -> f64) -> Differential {
+        let mut weights = Differential::zero(self.balls());
+        let mut unit = Differential::zero(self.balls());
+        let mut of = |field: fn(&mut Differential) -> &mut [f64]| {
+            for i in 0..field(&mut unit).len() {
+                field(&mut unit)[i] = 1.0;
+                field(&mut weights)[i] = sum(&unit);
+                field(&mut unit)[i] = 0.0;
+            }
+        };
+        of(|d| &mut d.x);
+        of(|d| &mut d.v);
+        of(|d| &mut d.impulse);
+        of(|d| std::slice::from_mut(&mut d.energy));
+        of(|d| std::slice::from_mut(&mut d.momentum));
+        of(|d| std::slice::from_mut(&mut d.support_force));
+        weights
     }
 
     /// Zero for each output whose derivatives it has, NaN for the others.

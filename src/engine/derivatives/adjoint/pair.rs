@@ -61,8 +61,9 @@ impl Pair {
     pub fn oscillators(models: &[BallModel], law: &ContactLaw) -> Option<[Oscillator; 2]> {
         let equal = models[0].omega2 == models[1].omega2 && models[0].gamma == models[1].gamma;
         let (omega2, gamma) = (models[0].omega2, models[0].gamma);
-        (equal && law.exponent == 1.0 && law.is_elastic())
-            .then(|| [Oscillator::new(omega2, gamma), Oscillator::new(omega2 + law.stiffness * inverse_mass(models), gamma)])
+        (equal && law.exponent == 1.0 && law.is_elastic()).then(|| {
+            [Oscillator::new(omega2, gamma), Oscillator::new(omega2 + law.stiffness * inverse_mass(models), gamma)]
+        })
     }
 
     /// The motion of two balls from these flights on, under these external forces (N), from the overlap (m) for the time `length` (s);
@@ -105,24 +106,26 @@ impl Pair {
         let shares = shares(models);
         let mean = |values: &[f64]| shares[0] * values[0] + shares[1] * values[1];
         let (x, v) = (mean(&slots.x[i..=j]), mean(&slots.v[i..=j]));
-        let (r, rate) = (slots.x[i] - slots.x[j], slots.v[i] - slots.v[j]);
+        let clearance = change.contacts[i].clearance;
+        let (r, rate) = ((slots.x[i] - slots.x[j]) - clearance, slots.v[i] - slots.v[j]);
         let mut centre = swung(&self.own, &self.of_centre, x, v);
         let mut distance = swung(&self.contact, &self.of_distance, r, rate);
-        // Integral of the distance: without the part that is constant, the change of the velocity over the stiffness.
-        let mut integral = r * self.length - self.contact.omega2() * self.r_integral() * r + self.of_distance[2] * rate;
+        let mut integral = self.integral_of_distance() * r + self.of_distance[2] * rate;
         let mut force_integral = 0.0;
         let (by, contact) = (&change.balls[i..=j], change.contacts[i].array());
         self.each_place(models, law, |place| {
             let force: f64 = place.contact.iter().zip(contact).map(|(of, by)| of * by).sum();
             let source = |side: usize| {
                 let (by, mass) = (&by[side], models[side].mass);
-                by.force / mass - place.force[side] * by.mass / (mass * mass)
+                by.force / mass
+                    - place.force[side] * by.mass / (mass * mass)
                     - by.omega2 * place.x[side]
                     - 2.0 * by.gamma * place.v[side]
             };
             let sources = [source(0), source(1)];
             let common = place.weight * (mean(&sources) - change.support);
-            let apart = place.weight * (sources[0] - sources[1] - force * inverse_mass(models));
+            let source = sources[0] - sources[1] - self.own.omega2() * clearance;
+            let apart = place.weight * (source - force * inverse_mass(models));
             centre[0] += place.of_centre[1] * common;
             centre[1] += place.of_centre[0] * common;
             distance[0] += place.of_distance[1] * apart;
@@ -130,6 +133,7 @@ impl Pair {
             integral += place.of_distance[2] * apart;
             force_integral += place.weight * force;
         });
+        distance[0] += clearance;
         for (k, slots) in [&mut slots.x, &mut slots.v].into_iter().enumerate() {
             (slots[i], slots[j]) = (centre[k] + shares[1] * distance[k], centre[k] - shares[0] * distance[k]);
         }
@@ -148,7 +152,7 @@ impl Pair {
         let impulse = slots.impulse[i];
         let of_integral = law.stiffness * impulse;
         let (balls, mut contact) = (&mut gradient.balls, [0.0; 7]);
-        let mut totals = [0.0; 2];
+        let (mut totals, mut total_apart) = ([0.0; 2], 0.0);
         self.each_place(models, law, |place| {
             let common = place.weight * (place.of_centre[1] * x + place.of_centre[0] * v);
             let [u0, u1, u2] = place.of_distance;
@@ -162,6 +166,7 @@ impl Pair {
                 by.gamma -= 2.0 * source * place.v[side];
             }
             gradient.support -= common;
+            total_apart += apart;
             let force = place.weight * impulse - apart * inverse_mass(models);
             contact.iter_mut().zip(place.contact).for_each(|(sum, of)| *sum += force * of);
         });
@@ -171,17 +176,17 @@ impl Pair {
         gradient.contacts[i].add_array(&contact);
         let centre = swung_back(&self.own, &self.of_centre, x, v);
         let mut distance = swung_back(&self.contact, &self.of_distance, r, rate);
-        distance[0] += (self.length - self.contact.omega2() * self.r_integral()) * of_integral;
+        distance[0] += self.integral_of_distance() * of_integral;
         distance[1] += self.of_distance[2] * of_integral;
+        gradient.contacts[i].clearance += r - distance[0] - self.own.omega2() * total_apart;
         for (k, slots) in [&mut slots.x, &mut slots.v].into_iter().enumerate() {
             (slots[i], slots[j]) = (shares[0] * centre[k] + distance[k], shares[1] * centre[k] - distance[k]);
         }
     }
 
-    /// `U_3` of the distance at the end.
-    fn r_integral(&self) -> f64 {
-        let u: [f64; 4] = self.contact.basis(self.length.into());
-        u[3]
+    /// Integral of the distance that has begun with 1 at rest, `t - omega^2 U_3`, without cancellation.
+    fn integral_of_distance(&self) -> f64 {
+        self.of_distance[1] + 2.0 * self.contact.gamma() * self.of_distance[2]
     }
 
     fn each_place(&self, models: &[BallModel], law: &ContactLaw, mut each: impl FnMut(Place)) {
@@ -233,7 +238,7 @@ pub(super) fn swung_back(o: &Oscillator, [u0, u1, u2]: &[f64; 3], x: f64, v: f64
     [x - o.omega2() * (u2 * x + u1 * v), u1 * x + u0 * v]
 }
 
-/// Derivatives of the force of a contact by the coefficients, in the order of
+/// Derivatives of the force of a contact by the coefficients with the overlap held, in the order of
 /// [`OfContact::array`](super::coefficients::OfContact::array), at this overlap and rate, where the force and its derivative by the
 /// overlap are the given ones.
 pub(super) fn law_derivatives(law: &ContactLaw, overlap: f64, rate: f64, force: f64, slope: f64) -> [f64; 7] {
@@ -242,5 +247,5 @@ pub(super) fn law_derivatives(law: &ContactLaw, overlap: f64, rate: f64, force: 
     }
     let by_exponent = force * libm::log(overlap / law.overlap_ref);
     let by_reference = (1.0 - law.exponent) * force / law.overlap_ref;
-    [force / law.stiffness, by_reference, by_exponent, -slope, rate, force * rate, slope * rate]
+    [force / law.stiffness, by_reference, by_exponent, 0.0, rate, force * rate, slope * rate]
 }

@@ -60,7 +60,8 @@ impl End {
         state.v.clone_from(&weights.v);
         state.impulse.clone_from(&weights.impulse);
         let mut add = |row: Row, weight: f64| {
-            let sum = |to: &mut [f64], from: &[f64]| to.iter_mut().zip(from).for_each(|(to, from)| *to += weight * from);
+            let sum =
+                |to: &mut [f64], from: &[f64]| to.iter_mut().zip(from).for_each(|(to, from)| *to += weight * from);
             sum(&mut state.x, &row.state.x);
             sum(&mut state.v, &row.state.v);
             gradient.add(weight, &row.coefficients);

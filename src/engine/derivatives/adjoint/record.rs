@@ -12,7 +12,7 @@ use crate::engine::derivatives::history::Stretch;
 use crate::engine::flight::{Flight, Forcing, shifted};
 use crate::engine::inputs::HeldInputs;
 use crate::engine::observer::{Observer, Pulse};
-use crate::model::{Cradle, Inputs, Mode, Parameters};
+use crate::model::{ContactLaw, Cradle, Inputs, Mode, Parameters};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::gauss::Stretching;
 use crate::solver::oscillator::Oscillator;
@@ -65,9 +65,14 @@ struct Recorder {
 }
 
 impl Tape {
-    /// The run from this start with these switchings; `parameters` act at its end. Nothing if some contact is not elastic, or it has
-    /// too many parts.
-    pub fn record(
+    /// Whether there can be tapes of runs with these parameters.
+    pub(crate) fn takes(parameters: &Parameters) -> bool {
+        let cradle = Cradle::new(parameters);
+        cradle.restitution.is_none() && cradle.contacts.iter().all(ContactLaw::is_elastic)
+    }
+
+    /// The run from this start with these switchings; `parameters` act at its end. Nothing if it has too many parts.
+    pub(crate) fn record(
         parameters: &Parameters,
         start_time: f64,
         start: ChainState,
@@ -109,10 +114,6 @@ impl Recorder {
         parameters.tune(stretch.tunables);
         if self.tunings.last().is_none_or(|tuning| tuning.parameters != parameters) {
             let cradle = Cradle::new(&parameters);
-            let elastic = cradle.restitution.is_none() && cradle.contacts.iter().all(|law| law.is_elastic());
-            if !elastic {
-                return None;
-            }
             let oscillators = cradle.balls.iter().map(|ball| Oscillator::new(ball.omega2, ball.gamma)).collect();
             self.tunings.push(Tuning { parameters, cradle, oscillators });
         }
@@ -146,7 +147,8 @@ impl Recorder {
             return Some(());
         }
         let first = (0..ball).rev().take_while(|j| self.overlaps[*j].is_some()).last().unwrap_or(ball);
-        let end = (ball..self.overlaps.len()).take_while(|j| self.overlaps[*j].is_some()).last().map_or(ball, |j| j + 1) + 1;
+        let end =
+            (ball..self.overlaps.len()).take_while(|j| self.overlaps[*j].is_some()).last().map_or(ball, |j| j + 1) + 1;
         if end - first == 1 {
             self.fly(ball, length)?;
         } else if let Some(oscillators) = self.oscillators_of_pair(first..end) {
@@ -222,7 +224,7 @@ impl Recorder {
             }
             self.overlaps[first] = Some(overlap + closer);
             after += length;
-            self.parts.push(Part::Pair(pair));
+            self.parts.push(Part::Pair(Box::new(pair)));
         }
         Some(())
     }
@@ -235,7 +237,8 @@ impl Recorder {
         let pushes: Vec<Forcing> = self.pushes[balls.clone()].iter().map(|push| shifted(push, after)).collect();
         let support = shifted(&self.support, after);
         let contacts = balls.start..balls.end - 1;
-        let overlaps: Vec<f64> = self.overlaps[contacts.clone()].iter().map(|overlap| overlap.unwrap_or_default()).collect();
+        let overlaps: Vec<f64> =
+            self.overlaps[contacts.clone()].iter().map(|overlap| overlap.unwrap_or_default()).collect();
         let group = Group {
             first: balls.start,
             models: &cradle.balls[balls.clone()],
@@ -260,7 +263,7 @@ impl Recorder {
         for (i, (moved, faster)) in balls.clone().zip(&end) {
             self.x[i] += moved;
             self.v[i] += faster;
-            self.time[i] = self.time[i] + length;
+            self.time[i] += length;
         }
         for (j, pair) in contacts.zip(end.windows(2)) {
             self.overlaps[j] = self.overlaps[j].map(|overlap| overlap + (pair[0].0 - pair[1].0));

@@ -107,12 +107,13 @@ impl Segment {
         for _ in 0..MOST {
             for i in 0..count {
                 moved[i] = along(&table.positions, &g[i], h * h, 0.0, group.v[i], &times);
-                rates[i] = along(&table.rates, &g[i], h, group.v[i], 0.0, &times);
+                if group.models[i].gamma > 0.0 {
+                    rates[i] = along(&table.rates, &g[i], h, group.v[i], 0.0, &times);
+                }
             }
             for (j, (law, force)) in group.laws.iter().zip(&mut forces).enumerate() {
-                *force = std::array::from_fn(|m| {
-                    law.elastic_force(group.overlaps[j] + (moved[j][m] - moved[j + 1][m]))
-                });
+                *force =
+                    std::array::from_fn(|m| law.elastic_force(group.overlaps[j] + (moved[j][m] - moved[j + 1][m])));
             }
             let before = g.clone();
             for (i, g) in g.iter_mut().enumerate() {
@@ -136,9 +137,13 @@ impl Segment {
         if !converged || tail > TAIL * scale {
             return None;
         }
-        let end = g.iter().zip(group.v).map(|(g, v)| {
-            (h * v + h * h * weighted(&table.of_position, g), h * weighted(&table.of_rate, g))
-        });
+        for (i, rates) in rates.iter_mut().enumerate() {
+            *rates = along(&table.rates, &g[i], h, group.v[i], 0.0, &times);
+        }
+        let end = g
+            .iter()
+            .zip(group.v)
+            .map(|(g, v)| (h * v + h * h * weighted(&table.of_position, g), h * weighted(&table.of_rate, g)));
         let end = end.collect();
         let contact = |(j, law): (usize, &ContactLaw)| {
             let overlap: Nodes = std::array::from_fn(|m| group.overlaps[j] + (moved[j][m] - moved[j + 1][m]));
@@ -176,7 +181,9 @@ impl Segment {
             .map(|i| {
                 let (ball, by, mass) = (&self.balls[i], &change.balls[self.first + i], models[i].mass);
                 std::array::from_fn(|m| {
-                    by.force / mass - ball.force[m] * by.mass / (mass * mass) - change.support
+                    by.force / mass
+                        - ball.force[m] * by.mass / (mass * mass)
+                        - change.support
                         - by.omega2 * ball.x[m]
                         - 2.0 * by.gamma * ball.v[m]
                 })
@@ -184,20 +191,27 @@ impl Segment {
             .collect();
         let (first, last) = (self.first, self.first + count);
         let (x, v) = (slots.x[first..last].to_vec(), slots.v[first..last].to_vec());
+        let overlap = |j: usize| (x[j] - x[j + 1]) - change.contacts[first + j].clearance;
+        let overlaps: Vec<f64> = (0..count - 1).map(overlap).collect();
         let mut g = vec![[0.0; NODES]; count];
         let mut changed = forces.clone();
         for _ in 0..2 * MOST {
-            let at_nodes = |i: usize| along(&table.positions, &g[i], h * h, x[i], v[i], &times);
+            let at_nodes = |i: usize| along(&table.positions, &g[i], h * h, 0.0, v[i], &times);
             let moved: Vec<Nodes> = (0..count).map(at_nodes).collect();
-            let rates: Vec<Nodes> = (0..count).map(|i| along(&table.rates, &g[i], h, v[i], 0.0, &times)).collect();
+            let rate = |i: usize| match models[i].gamma > 0.0 {
+                true => along(&table.rates, &g[i], h, v[i], 0.0, &times),
+                false => [0.0; NODES],
+            };
+            let rates: Vec<Nodes> = (0..count).map(rate).collect();
             for (j, changed) in changed.iter_mut().enumerate() {
                 let slope = &self.contacts[j].slope;
-                *changed = std::array::from_fn(|m| forces[j][m] + slope[m] * (moved[j][m] - moved[j + 1][m]));
+                *changed =
+                    std::array::from_fn(|m| forces[j][m] + slope[m] * (overlaps[j] + (moved[j][m] - moved[j + 1][m])));
             }
             let before = g.clone();
             for (i, g) in g.iter_mut().enumerate() {
                 *g = std::array::from_fn(|m| {
-                    models[i].acceleration(moved[i][m], rates[i][m], net(&changed, i, m), sources[i][m])
+                    models[i].acceleration(x[i] + moved[i][m], rates[i][m], net(&changed, i, m), sources[i][m])
                 });
             }
             if distance(&g, &before) <= LINEAR_CONVERGED * largest(&g) {
@@ -249,7 +263,7 @@ impl Segment {
             for (i, by_g) in by_g.iter_mut().enumerate() {
                 let of_places = transposed(&table.positions, &by_places[i]);
                 let damping = -2.0 * models[i].gamma;
-                let of_rates = transposed(&table.rates, by_g);
+                let of_rates = if damping == 0.0 { [0.0; NODES] } else { transposed(&table.rates, by_g) };
                 *by_g = std::array::from_fn(|l| of_end[i][l] + h * (h * of_places[l] + damping * of_rates[l]));
             }
             if distance(&by_g, &before) <= LINEAR_CONVERGED * largest(&by_g) {
@@ -259,8 +273,7 @@ impl Segment {
         for i in 0..count {
             let damping = -2.0 * models[i].gamma;
             slots.x[first + i] += by_places[i].iter().sum::<f64>();
-            let slope: f64 =
-                (0..NODES).map(|m| h * table.times[m] * by_places[i][m] + damping * by_g[i][m]).sum();
+            let slope: f64 = (0..NODES).map(|m| h * table.times[m] * by_places[i][m] + damping * by_g[i][m]).sum();
             slots.v[first + i] += h * x[i] + slope;
             let (ball, by, mass) = (&self.balls[i], &mut gradient.balls[first + i], models[i].mass);
             let total: f64 = by_g[i].iter().sum();
@@ -277,6 +290,7 @@ impl Segment {
                 sums.iter_mut().zip(of).for_each(|(sum, of)| *sum += weight * of);
             }
             gradient.contacts[first + j].add_array(&sums);
+            gradient.contacts[first + j].clearance -= weighted(&self.contacts[j].slope, by_force);
         }
     }
 
