@@ -4,7 +4,7 @@
 
 writes docs/*.png, docs/animation.jpg and packaging/assets/run.svg. The pictures of the animation and the report need Chromium
 and its driver. Run the other examples first, because it takes their pictures: `python3 cradle.py paper`,
-examples/study/study.py, examples/mechatronics/couple.py and examples/events/metronome.py.
+examples/study/study.py, examples/mechatronics/couple.py, examples/events/metronome.py and examples/fit/contacts.py.
 """
 
 import io
@@ -38,6 +38,7 @@ def main() -> int:
         "mechatronics/coupling.png",
         "mechatronics/machine.png",
         "events/metronome.png",
+        "fit/contacts.png",
     ):
         small(Image.open(ROOT / "out" / path), docs / Path(path).name)
     return 0

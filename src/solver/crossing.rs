@@ -3,39 +3,48 @@
 use super::root::{self, Smooth};
 use super::series::{
     NUMBERS, SAMPLES, bound, bound_of_change_of_derivative, derivative_by_lanes, sample, sample_derivative,
-    sample_terms, shifted, sum_by_lanes, value, value_and_derivatives, value_by_lanes, weighted,
+    sample_terms, shifted, sum_by_lanes, value_and_derivatives, value_by_lanes,
 };
 
 /// How often the distance of two places is halved where a series comes near 0: some times suffice unless it almost touches.
 const HALVINGS: usize = 4;
 
-/// How often a search starts anew from where it is stuck.
-const RESTARTS: usize = 4;
-
 /// The largest value on `[from, to]`.
 pub fn maximum(c: &[f64], from: f64, to: f64) -> f64 {
-    value(c, place_of_maximum(c, from, to))
+    place_and_maximum(c, from, to).1
 }
 
 /// Where on `[from, to]` the value is largest.
+pub fn place_of_maximum(c: &[f64], from: f64, to: f64) -> f64 {
+    place_and_maximum(c, from, to).0
+}
+
+/// Both.
 ///
 /// The interval is scanned in eighths for changes of sign of the derivative, each refined to a maximum; a series that a
 /// step controller has cut to its range of fast convergence does not turn more often.
-pub fn place_of_maximum(c: &[f64], from: f64, to: f64) -> f64 {
-    let higher = |a: f64, b: f64| if value_by_lanes(c, b) > value_by_lanes(c, a) { b } else { a };
-    let mut best = higher(from, to);
+fn place_and_maximum(c: &[f64], from: f64, to: f64) -> (f64, f64) {
+    let higher = |best: (f64, f64), t: f64| {
+        let value = value_by_lanes(c, t);
+        if value > best.1 { (t, value) } else { best }
+    };
+    let at_start = if from == 0.0 { c[0] } else { value_by_lanes(c, from) };
+    let mut best = higher((from, at_start), to);
     if c.len() > 1 && c[1].abs() > bound_of_change_of_derivative(c, to) {
         return best;
     }
     let places: [f64; SAMPLES] = std::array::from_fn(|p| from + (to - from) * (p + 1) as f64 / SAMPLES as f64);
     let sampled = sample_derivative(c, &places);
-    let (mut left, mut slope_left) = (from, derivative_by_lanes(c, from));
+    let slope_at_start = if from == 0.0 && c.len() > 1 { c[1] } else { derivative_by_lanes(c, from) };
+    let (mut left, mut slope_left) = (from, slope_at_start);
     for (right, slope_right) in places.into_iter().zip(sampled) {
         if slope_left > 0.0 && slope_right <= 0.0 {
-            let slopes = weighted(&c[1..], &NUMBERS[1..], |c, k| k * c);
-            let slopes = &slopes[..c.len() - 1];
-            let falling = |t: f64| value_and_derivatives(slopes, t).map(|d| -d);
-            best = higher(best, root::rising_zero(falling, left, right));
+            // Newton's steps: half the digits of the place give all digits of the maximum.
+            let falling = |t: f64| {
+                let [_, slope, curvature] = value_and_derivatives(c, t);
+                [-slope, -curvature, 0.0]
+            };
+            best = higher(best, root::rising_zero(falling, (left, -slope_left), (right, -slope_right)));
         }
         (left, slope_left) = (right, slope_right);
     }
@@ -46,7 +55,8 @@ pub fn place_of_maximum(c: &[f64], from: f64, to: f64) -> f64 {
 /// [`root::first_positive`].
 pub fn first_positive(c: &[f64], sign: f64, level: f64, until: f64) -> Option<f64> {
     // Most searches find nothing and need not be made.
-    if sign * (c[0] - level) < -until * bound(&c[1..], until) {
+    let linear = (sign * (c[0] - level)).max(sign * (c[0] - level + until * c[1]));
+    if linear < -until * until * bound(&c[2..], until) {
         return None;
     }
     let mut from = 0.0;
@@ -61,24 +71,17 @@ pub fn first_positive(c: &[f64], sign: f64, level: f64, until: f64) -> Option<f6
         let half = 0.5 * c[lead].abs();
         from = if rest * until <= half { until } else { half / rest };
     }
-    match from {
-        0.0 => first_from_start(c, sign, level, until, RESTARTS),
-        _ => first_positive_after(c, sign, level, from, until),
-    }
-}
-
-/// The same by a [`scan`]. Where that is stuck it starts anew, up to so many times: about a later place the coefficients tell more of
-/// what comes behind it.
-fn first_from_start(c: &[f64], sign: f64, level: f64, until: f64, restarts: usize) -> Option<f64> {
-    match scan(&Above { c, sign, level }, until) {
-        Ok(found) => found,
-        Err(clear) if clear > 0.0 && restarts > 0 => {
+    let g = Above { c, sign, level };
+    let found = if from == 0.0 { scan(&g, until) } else { Err(from) };
+    found.unwrap_or_else(|clear| match clear {
+        0.0 => root::first_positive(&g, 0.0, until),
+        // About a later place the coefficients tell more of what comes behind it.
+        _ => {
             let about = shifted(c, clear);
-            let found = first_from_start(&about[..c.len()], sign, level, until - clear, restarts - 1);
-            found.map(|t| clear + t)
+            let g = Above { c: &about[..c.len()], sign, level };
+            root::first_positive(&g, 0.0, until - clear).map(|t| clear + t)
         }
-        Err(clear) => first_positive_after(c, sign, level, clear, until),
-    }
+    })
 }
 
 /// The answer of [`first_positive`], if it can be had from values at some places: between two of them a function is above its chord
@@ -93,6 +96,11 @@ fn scan(g: &Above, until: f64) -> Result<Option<f64>, f64> {
     let curvatures = sample_terms(&c[2.min(c.len())..], &NUMBERS[2..], &curvatures, bend);
     let mut from = (0.0, sign * (c[0] - level));
     for (p, to) in places.into_iter().zip(values).enumerate() {
+        // Most are far below.
+        if highest(from, to, curvatures[p / 2]) < 0.0 {
+            from = to;
+            continue;
+        }
         match g.between(from, to, curvatures[p / 2], HALVINGS) {
             Ok(None) => from = to,
             found => return found,
@@ -101,9 +109,10 @@ fn scan(g: &Above, until: f64) -> Result<Option<f64>, f64> {
     Ok(None)
 }
 
-/// The same in `[from, until]`, for a start where the value, the slope or the curvature tells how it goes on.
-pub fn first_positive_after(c: &[f64], sign: f64, level: f64, from: f64, until: f64) -> Option<f64> {
-    root::first_positive(&Above { c, sign, level }, from, until)
+/// The most that a function may be between two places, each with the value there, where nothing bends more than by `curvature`.
+fn highest(from: (f64, f64), to: (f64, f64), curvature: f64) -> f64 {
+    let distance = to.0 - from.0;
+    from.1.max(to.1) + 0.125 * distance * distance * curvature
 }
 
 /// `sign (c - level)` for a series c.
@@ -116,15 +125,15 @@ struct Above<'a> {
 impl Above<'_> {
     /// The answer of [`scan`] between two places, each with the value there, where nothing bends more than by `curvature`.
     fn between(&self, from: (f64, f64), to: (f64, f64), curvature: f64, halvings: usize) -> Result<Option<f64>, f64> {
-        let rise = |t: f64| self.sign * derivative_by_lanes(self.c, t);
         let bend = (to.0 - from.0) * curvature;
         // Where it starts from 0, or so near that it counts as 0, the slope leads away from there.
         let falls = || from.0 == 0.0 && self.sign * self.c[1] + 0.5 * bend < 0.0;
-        if from.1.max(to.1) + 0.125 * (to.0 - from.0) * bend < 0.0 || falls() {
+        if highest(from, to, curvature) < 0.0 || falls() {
             return Ok(None);
         }
-        if from.1 < 0.0 && to.1 > 0.0 && rise(from.0) + rise(to.0) > bend {
-            return Ok(Some(root::rising_zero(|t| self.at(t), from.0, to.0)));
+        // No slope differs from that of the chord by more than half of what it bends.
+        if from.1 < 0.0 && to.1 > 0.0 && to.1 - from.1 > 0.5 * (to.0 - from.0) * bend {
+            return Ok(Some(root::rising_zero(|t| self.at(t), from, to)));
         }
         if halvings == 0 {
             return Err(from.0);

@@ -157,10 +157,11 @@ pub fn falling_zero(slope: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> 
     0.5 * (low + high)
 }
 
-/// A zero between `low`, where a function with these derivatives is not positive, and `high`, where it is positive: steps to the
-/// root of its parabola, of third order, kept inside the bracket.
-pub fn rising_zero(g: impl Fn(f64) -> [f64; 3], mut low: f64, mut high: f64) -> f64 {
-    let (mut t, width) = (0.5 * (low + high), high - low);
+/// A zero between `low`, where a function with these derivatives is not positive, and `high`, where it is not negative, each with
+/// the value there: from where the chord is zero by steps to the root of its parabola, of third order, kept inside the bracket.
+pub fn rising_zero(g: impl Fn(f64) -> [f64; 3], (mut low, at_low): (f64, f64), (mut high, at_high): (f64, f64)) -> f64 {
+    let width = high - low;
+    let mut t = low + width * (at_low / (at_low - at_high));
     for _ in 0..60 {
         let [value, slope, curvature] = g(t);
         if value > 0.0 {
@@ -247,12 +248,13 @@ mod tests {
     #[test]
     fn a_zero_in_a_bracket() {
         let g = |t: f64| [t * t * t - 0.001, 3.0 * t * t, 6.0 * t];
-        assert!((rising_zero(g, 0.0, 1.0) - 0.1).abs() < 1e-16);
+        let zero = |g: &dyn Fn(f64) -> [f64; 3]| rising_zero(g, (0.0, g(0.0)[0]), (1.0, g(1.0)[0]));
+        assert!((zero(&g) - 0.1).abs() < 1e-16);
         // The parabola points out of the bracket, or has no root.
         let bent = |t: f64| {
             let e = libm::exp(-50.0 * t);
             [0.5 - e, 50.0 * e, -2500.0 * e]
         };
-        assert!((rising_zero(bent, 0.0, 1.0) - std::f64::consts::LN_2 / 50.0).abs() < 1e-16);
+        assert!((zero(&bent) - std::f64::consts::LN_2 / 50.0).abs() < 1e-16);
     }
 }

@@ -1,9 +1,10 @@
-"""The paper's figures, and a master that takes part in events."""
+"""The paper's figures, a master that takes part in events, and a fit with derivatives of the run."""
 
 import csv
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 from conftest import ROOT
 
@@ -55,3 +56,64 @@ def test_a_controller_acts_at_the_very_onset(fmu3_path, tmp_path):
         assert float(grid["energy_error"]) > 1e-2 * step
         assert float(grid["time_error"]) == pytest.approx(2 * step, abs=2 * step)
         assert float(grid["time_error"]) > 1e-2 * step and int(grid["calls"]) == round(4.5 / step)
+
+
+FIT = ROOT / "examples/fit/contacts.py"
+
+
+def test_a_fit_finds_stiffness_and_damping(fmu3_path, tmp_path):
+    """Within the statistical error, which is small, and in no more runs than iterations need."""
+    command = [sys.executable, FIT, "--fmu", fmu3_path, "--out", tmp_path]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert (tmp_path / "contacts.png").read_bytes().startswith(b"\x89PNG")
+    for row in csv.DictReader((tmp_path / "contacts.csv").open()):
+        true, guess, fitted, error = (
+            float(row[name]) for name in ("true", "guess", "fitted", "standard_error")
+        )
+        assert 0.0 < error < 0.01 * true
+        assert abs(fitted - true) < 3 * error < abs(guess - true) / 10
+    # Gauss and Newton converge fast with an exact Jacobian: differences would take three runs for each iteration.
+    iterations, runs = (int(done.stdout.split(word)[0].split()[-1]) for word in (" iterations", " runs"))
+    assert iterations <= 6 and runs <= iterations + 2
+
+
+def test_a_fit_uses_the_derivatives_of_the_run(fmu3_path, monkeypatch):
+    """Its Jacobian is that of the positions, and without it there is no fit."""
+    monkeypatch.syspath_prepend(FIT.parent)
+    import contacts
+
+    camera = contacts.Camera(fmu3_path)
+    seen, jacobian = camera.film(contacts.TRUE)
+    for i, value in enumerate(contacts.TRUE):
+        change = np.eye(2)[i] * 1e-5 * value
+        difference = (camera.film(contacts.TRUE + change)[0] - camera.film(contacts.TRUE - change)[0]) / 2e-5
+        assert np.abs(difference).max() > 5e-3  # m, for a parameter that changes by its own size
+        assert np.abs(jacobian[:, :, i] * value - difference).max() < 1e-6 * np.abs(difference).max()
+    true = contacts.FMU3Slave.getDirectionalDerivative
+    for wrong, message in [(-1.0, "no step along the derivatives"), (0.0, "tell these parameters apart")]:
+
+        def scaled(*arguments, wrong=wrong):
+            return [wrong * value for value in true(*arguments)]
+
+        monkeypatch.setattr(contacts.FMU3Slave, "getDirectionalDerivative", scaled)
+        with pytest.raises(contacts.Refused, match=message):
+            contacts.fit(camera, seen, contacts.GUESS)
+
+
+def test_a_fit_refuses_the_wrong_fmu(fmu_path, producer, tmp_path):
+    """FMI 2.0, one ball, no file, no FMU: a sentence, not a traceback."""
+    one = tmp_path / "one.fmu"
+    command = [producer, "build", "--from", fmu_path, "--fmi", "3", "--balls", "1", "--out", one]
+    subprocess.run(command, check=True, capture_output=True)
+    refused = {
+        fmu_path: "is the model NewtonsCradle of FMI 2.0; needed: NewtonsCradle of FMI 3.0 for co-simulation",
+        one: "has one ball, which touches no other; needed: two or more",
+        tmp_path / "none.fmu": "is missing: build it with `cargo pack build --release --fmi 3`",
+        FIT: "is not an FMU that FMPy can read",
+    }
+    for path, reason in refused.items():
+        command = [sys.executable, FIT, "--fmu", path, "--out", tmp_path]
+        done = subprocess.run(command, capture_output=True, text=True)
+        assert done.returncode == 1 and len(done.stderr.splitlines()) == 1
+        assert str(path) in done.stderr and reason in done.stderr

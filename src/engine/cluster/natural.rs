@@ -70,10 +70,12 @@ const LARGEST_GROUP: usize = 40;
 const SERIES: u32 = 13;
 const SERIES_OF_FRONT: u32 = 64;
 
-/// How many segments after a switching are followed by series before natural modes take over, if they [apply](apply_to).
-pub(super) fn series_before_modes(window: &Window) -> Option<u32> {
+/// How many segments after a switching are followed by series before natural modes take over, if they [apply](apply_to). After
+/// `quiet` ones so far; the answer is only as exact as that takes.
+pub(super) fn series_before_modes(window: &Window, quiet: u32) -> Option<u32> {
     apply_to(window).then(|| match window.laws.iter().all(ContactLaw::is_elastic) {
         true => SERIES,
+        false if quiet < SERIES && window.rings() => SERIES,
         // Only series keep balls that the motion has not reached exactly at rest, and follow what grows from nothing.
         false if window.holds_front() => SERIES_OF_FRONT,
         false if window.rings() => SERIES,

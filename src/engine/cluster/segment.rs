@@ -260,12 +260,14 @@ impl Cluster {
             if self.contacts.get(end).is_some_and(|contact| contact.mode != Mode::Open) {
                 continue;
             }
-            let flights = &mut self.flights[first..=end];
-            let masses = balls[first..=end].iter().map(|ball| ball.mass);
-            let contacts = self.contacts[first..end].iter().zip(&laws[first..end]);
-            let distances = contacts.map(|(contact, law)| contact.overlap + law.clearance);
-            let positions = spaced(masses.zip(flights.iter().map(|flight| flight.x)), distances);
-            flights.iter_mut().zip(positions).for_each(|(flight, x)| flight.x = x);
+            if first < end {
+                let flights = &mut self.flights[first..=end];
+                let masses = balls[first..=end].iter().map(|ball| ball.mass);
+                let contacts = self.contacts[first..end].iter().zip(&laws[first..end]);
+                let distances = contacts.map(|(contact, law)| contact.overlap + law.clearance);
+                let positions = spaced(masses.zip(flights.iter().map(|flight| flight.x)), distances);
+                flights.iter_mut().zip(positions).for_each(|(flight, x)| flight.x = x);
+            }
             first = end + 1;
         }
     }
@@ -286,7 +288,9 @@ impl Cluster {
         self.switch = None;
         // Switchings within the error of a step are no more real than those by rounding.
         let rounding = Rounding { velocity: rounding.velocity.max(error), ..rounding };
-        for j in 0..laws.len() {
+        // After the one that seems to be first the others have less time to switch in.
+        let next = if let Description::Series(series) = &self.description { series.next_to_switch } else { 0 };
+        for j in std::iter::once(next).chain((0..laws.len()).filter(|j| *j != next)) {
             match self.description.first_switch(j, &window, self.length, &rounding) {
                 (Next::At(tau), switch) => (self.length, self.switch) = (tau, Some((self.window.start + j, switch))),
                 (Next::NotBefore(tau), _) => (self.length, self.switch) = (tau, None),
@@ -305,7 +309,7 @@ impl Cluster {
     /// Describes the motion of `window` for as long as the description holds. Returns its error in the velocities, m/s.
     fn describe(&mut self, window: &Window, control: &Control, rounding: &Rounding) -> f64 {
         self.evaluations = window.closed() as u64;
-        let series_first = natural::series_before_modes(window);
+        let series_first = natural::series_before_modes(window, self.history.quiet);
         if let Some(windows) = series_first.and_then(|series| self.history.quiet.checked_sub(series))
             && let Some(modes) = Modes::new(window)
         {
@@ -334,15 +338,14 @@ impl Cluster {
             if !persistent && gauss::applies_to(window) {
                 let mut motion = motion.unwrap_or_default();
                 let before = self.history.explicit_length;
-                if let Some(step) = motion.follow(window, control, rounding, scale, before) {
+                if let Some(step) = motion.follow(window, control, rounding, scale, before, &mut self.evaluations) {
                     (self.length, self.history.explicit_length) = (step.length, step.next);
-                    self.evaluations = self.evaluations.saturating_add(step.evaluations);
                     self.description = Description::Gauss(motion);
                     return local_error;
                 }
             }
             if linear {
-                series.expand_linear(&mut self.workspace.linear, window, control, scale);
+                series.expand_linear(&mut self.workspace.linear, window, control, scale, rounding.position);
             } else if persistent {
                 let before = self.history.explicit_length;
                 series.expand_persistent(&mut self.workspace.persistent, window, control, scale, before);

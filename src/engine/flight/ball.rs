@@ -181,13 +181,14 @@ impl Ball {
 /// which are given by mass (kg) and position.
 pub(crate) fn spaced(
     balls: impl Iterator<Item = (f64, f64)> + Clone,
-    distances: impl Iterator<Item = f64>,
+    distances: impl ExactSizeIterator<Item = f64>,
 ) -> Vec<f64> {
-    let mut places = vec![0.0];
-    places.extend(distances.scan(0.0, |place, distance| {
-        *place -= distance;
-        Some(*place)
-    }));
+    let (mut places, mut place) = (Vec::with_capacity(distances.len() + 1), 0.0);
+    places.push(place);
+    for distance in distances {
+        place -= distance;
+        places.push(place);
+    }
     let first = balls.clone().next().map_or(0.0, |(_, x)| x);
     let (mut moment, mut total) = (0.0, 0.0);
     for ((mass, x), place) in balls.zip(&places) {

@@ -167,7 +167,7 @@ impl Engine {
     fn follow_events(&mut self, time: f64, effort: u64, observer: &mut dyn Observer) -> Result<(), EngineError> {
         let (mut until, enough) = (DoubleDouble::from(time), self.effort.saturating_add(effort));
         let mut reached = time;
-        let mut watchdog = Watchdog::new(self.time.into(), until);
+        let mut watchdog = Watchdog::new(until);
         while let Some((t, key)) = self.queue.first()
             && t <= until
         {

@@ -4,29 +4,37 @@ use crate::engine::error::EngineError;
 use crate::engine::observer::{Observer, Progress};
 use crate::solver::double_double::DoubleDouble;
 
-/// Watches a call of [`advance`](super::Engine::advance): tells how far it has come, and gives up where the events follow each
-/// other so fast that the end of the step would not be reached in days: the values of a cradle may be any numbers above 0.
+/// Watches a call of [`advance`](super::Engine::advance): tells how far it has come, and gives up where events and searches follow
+/// each other so fast that the end of the step would not be reached in days: the values of a cradle may be any numbers above 0.
 pub(super) struct Watchdog {
     until: DoubleDouble,
     /// Events so far.
     events: u64,
     /// Effort up to which nobody need be told of the progress.
     quiet_until: Option<u64>,
-    /// Number and time of the events at the last look at the clock, and how often in a row it was hopeless then.
-    last: (u64, DoubleDouble),
+    /// The last look at the clock, and how often in a row it was hopeless then.
+    last: Option<Look>,
     hopeless: u32,
+}
+
+/// How far a step has come.
+#[derive(Clone, Copy)]
+struct Look {
+    time: DoubleDouble,
+    events: u64,
+    effort: u64,
 }
 
 impl Watchdog {
     /// Effort (see [`Engine::effort`](super::Engine)) from one report to the next: some milliseconds.
     const REPORT: u64 = 50_000;
-    /// Events from one look at the clock to the next, how many to the end are hopeless, and for how many looks.
-    const EVENTS: u64 = 1 << 17;
-    const HOPELESS: f64 = 1e11;
+    /// Effort from one look at the clock to the next, how much of it to the end is hopeless, and for how many looks.
+    const LOOK: u64 = 1 << 20;
+    const HOPELESS: f64 = 1e12;
     const LOOKS: u32 = 8;
 
-    pub fn new(start: DoubleDouble, until: DoubleDouble) -> Self {
-        Self { until, events: 0, quiet_until: None, last: (0, start), hopeless: 0 }
+    pub fn new(until: DoubleDouble) -> Self {
+        Self { until, events: 0, quiet_until: None, last: None, hopeless: 0 }
     }
 
     /// Counts the event of `contact` at `t`, before which the run had taken this `effort`.
@@ -44,16 +52,18 @@ impl Watchdog {
             self.quiet_until = None;
             observer.progress(Progress { time: t.value(), events: self.events, contact: Some(contact) });
         }
-        let (before, since) = self.last;
-        if self.events - before < Self::EVENTS {
+        let now = Look { time: t, events: self.events, effort };
+        let last = *self.last.get_or_insert(now);
+        if effort - last.effort < Self::LOOK {
             return Ok(());
         }
-        let event_rate = (self.events - before) as f64 / (t - since).value();
-        self.hopeless = if event_rate * (self.until - t).value() > Self::HOPELESS { self.hopeless + 1 } else { 0 };
-        self.last = (self.events, t);
+        let per_second = |count: u64| count as f64 / (t - last.time).value();
+        let to_the_end = per_second(effort - last.effort) * (self.until - t).value();
+        self.hopeless = if to_the_end > Self::HOPELESS { self.hopeless + 1 } else { 0 };
+        self.last = Some(now);
         if self.hopeless < Self::LOOKS {
             return Ok(());
         }
-        Err(EngineError::TooFast { time: t.value(), contact, event_rate })
+        Err(EngineError::TooFast { time: t.value(), contact, event_rate: per_second(self.events - last.events) })
     }
 }

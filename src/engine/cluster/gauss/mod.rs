@@ -3,11 +3,14 @@
 //!
 //! A power of the overlap that is not whole has a branch point where the contact closes or opens. A power series of the time
 //! converges no further than to there; a step of collocation ends there, or starts there, with its time stretched (`solver::gauss`).
-//! `step` computes one step, `motion` holds it, and `output` reads off what there is to be known.
+//! `step` computes one step, by the `iteration` and the `switching`s that it finds; `motion` holds it, and `output` reads off what there
+//! is to be known.
 
+mod iteration;
 mod motion;
 mod output;
 mod step;
+mod switching;
 
 use step::{Outcome, Plan, Tolerance};
 
@@ -28,7 +31,7 @@ const EPSILON: f64 = 1e-17;
 
 /// First step over the time that the fastest contact takes to stop its balls: after an onset at speed, and where a wave starts in
 /// balls that touch.
-const FIRST: f64 = 0.5;
+const FIRST: f64 = 0.45;
 const FIRST_OF_WAVE: f64 = 0.1;
 
 /// Contacts that have just closed at less than this part of the speed of the others, or that overlap by less than this part of the
@@ -42,7 +45,7 @@ const NEAR_RELEASE: f64 = 1.2;
 /// that did not reach a release, after one that failed.
 const SAFETY: f64 = 0.9;
 const CHANGE: [f64; 2] = [0.3, 4.0];
-const SHORT_OF_RELEASE: f64 = 0.6;
+const SHORT_OF_RELEASE: f64 = 0.65;
 const FAILED: f64 = 0.5;
 const LEAST: f64 = 0.05;
 
@@ -57,8 +60,6 @@ pub(super) struct Followed {
     /// Its length and the one that the next one may have, s.
     pub length: f64,
     pub next: f64,
-    /// Force evaluations, each at all nodes.
-    pub evaluations: u64,
 }
 
 /// Whether the closed contacts are few, their exponents a whole number and a half, the sign of a force that may be clipped is simple,
@@ -75,7 +76,7 @@ pub(super) fn applies_to(window: &Window) -> bool {
 
 impl Motion {
     /// Describes the motion of `window` for a step, which `before` (s, 0 if there was none) says the length of. `None` if the method
-    /// does not serve.
+    /// does not serve. Adds the `evaluations` of forces, each at all nodes.
     pub(super) fn follow(
         &mut self,
         window: &Window,
@@ -83,6 +84,7 @@ impl Motion {
         rounding: &Rounding,
         speed: f64,
         before: f64,
+        evaluations: &mut u64,
     ) -> Option<Followed> {
         self.start(window);
         let wave = self.is_wave(rounding);
@@ -92,10 +94,9 @@ impl Motion {
         let tail = TAIL * (control.epsilon / EPSILON).sqrt().max(1.0);
         let longest = self.longest().min(control.longest);
         let tolerance = Tolerance { speed, tail, local_error, longest, rounding: *rounding };
-        let mut evaluations = 0;
         if let Some(j) = self.parting(rounding) {
             self.ends_at_once(j, Switch::Release);
-            return Some(Followed { length: 0.0, next: before, evaluations });
+            return Some(Followed { length: 0.0, next: before });
         }
         let mut length = match before > 0.0 {
             true => before,
@@ -113,7 +114,7 @@ impl Motion {
             if plan.length.is_nan() || plan.length < f64::MIN_POSITIVE {
                 return None;
             }
-            let outcome = self.attempt(&plan, &tolerance, &mut evaluations);
+            let outcome = self.attempt(&plan, &tolerance, evaluations);
             // An iteration that diverges may have moved the end anywhere.
             let (reached, least) = (self.length, LEAST * plan.length);
             if !plan.ends_at_switching {
@@ -125,20 +126,22 @@ impl Motion {
                     // A step that ended early says nothing against long ones.
                     let next = if plan.ends_at_switching { length.max(reached) } else { proposed };
                     self.moment.get_mut().forget();
-                    return Some(Followed { length: reached, next: next.min(longest), evaluations });
+                    return Some(Followed { length: self.until, next: next.min(longest) });
                 }
                 // Which way a force goes from 0 its mean slope over a step does not tell; a series does.
                 Outcome::AtOnce(_, Switch::Clip | Switch::Unclip) => return None,
                 Outcome::AtOnce(j, switch) => {
                     self.ends_at_once(j, switch);
-                    return Some(Followed { length: 0.0, next: before, evaluations });
+                    return Some(Followed { length: 0.0, next: before });
                 }
-                Outcome::Within(Switch::Onset, time) => {
-                    Plan { length: time.max(least), ends_at_switching: true, ..plan }
+                Outcome::Within(j, Switch::Release, time) if self.tracks[j].mode == Mode::Pressing => {
+                    match plan.stretching {
+                        Stretching::None => to_release(time.max(least)),
+                        // It closes and opens in one step.
+                        _ => Plan { length: FAILED * time.max(least), ..plan },
+                    }
                 }
-                Outcome::Within(_, time) if plan.stretching == Stretching::None => to_release(time.max(least)),
-                // It closes and opens in one step.
-                Outcome::Within(_, time) => Plan { length: FAILED * time.max(least), ..plan },
+                Outcome::Within(_, _, time) => Plan { length: time.max(least), ends_at_switching: true, ..plan },
                 Outcome::NoSwitching => {
                     Plan { stretching: onset.unwrap_or_default(), length, ends_at_switching: false }
                 }
@@ -154,7 +157,7 @@ impl Motion {
     }
 
     fn ends_at_once(&mut self, j: usize, switch: Switch) {
-        (self.length, self.end) = (0.0, Some((j, switch)));
+        (self.length, self.until, self.end) = (0.0, 0.0, Some((j, switch)));
         self.forces.iter_mut().for_each(|forces| *forces = [0.0; NODES]);
         self.moment.get_mut().forget();
     }
@@ -212,9 +215,10 @@ impl Motion {
     /// presses has no branch point that matters, and may never open.
     fn release_ahead(&self) -> Option<f64> {
         let largest = self.tracks.iter().map(|track| track.overlap).fold(0.0, f64::max);
-        let opens = |track: &&Track| track.mode != Mode::Open && track.rate < 0.0 && track.overlap > FAINT * largest;
+        let opens =
+            |track: &&Track| track.mode == Mode::Pressing && track.rate < 0.0 && track.overlap > FAINT * largest;
         let opening = self.tracks.iter().filter(opens);
-        opening.map(|track| track.overlap_left() / -track.rate).min_by(f64::total_cmp)
+        opening.map(|track| track.overlap / -track.rate).min_by(f64::total_cmp)
     }
 }
 

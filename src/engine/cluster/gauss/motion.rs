@@ -41,16 +41,6 @@ impl Track {
         if self.mode == Mode::Open { None } else { self.law.sign_of_force() }
     }
 
-    /// Overlap (m) that is left until it opens, or until its force changes its sign if that comes before.
-    pub fn overlap_left(&self) -> f64 {
-        match self.sign() {
-            Some(sign) if self.mode == Mode::Pressing && sign.by_overlap > 0.0 => {
-                sign.at(self.overlap, self.rate) / sign.by_overlap
-            }
-            _ => self.overlap,
-        }
-    }
-
     /// Whether its balls are side by side, as far as rounding tells.
     pub fn is_resting(&self, rounding: &Rounding) -> bool {
         self.overlap >= -rounding.position && self.rate.abs() <= rounding.velocity
@@ -63,7 +53,9 @@ pub(crate) struct Motion {
     pub(super) stretching: Stretching,
     /// Length of the step, s.
     pub(super) length: f64,
-    /// The contact whose switching ends it, and what that is.
+    /// Up to when it holds: to its end, or to where a force changes its sign, s.
+    pub(super) until: f64,
+    /// The contact whose switching is then, and what that is.
     pub(super) end: Option<(usize, Switch)>,
     /// The pendulum of all balls, and their states at the start.
     pub(super) oscillator: Oscillator,
@@ -87,6 +79,7 @@ impl Default for Motion {
         Self {
             stretching: Stretching::None,
             length: 0.0,
+            until: 0.0,
             end: None,
             oscillator: Oscillator::new(0.0, 0.0),
             flights: Vec::new(),

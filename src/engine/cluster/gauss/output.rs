@@ -15,6 +15,7 @@ use super::motion::Motion;
 use crate::engine::cluster::dense_output::DenseOutput;
 use crate::engine::cluster::window::{OverlapSeries, Switch, Window, clipping};
 use crate::engine::flight::{Forcing, Rounding, degree, forcing_at};
+use crate::model::Mode;
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::gauss::{NODES, Nodes, Rule, weighted};
@@ -83,6 +84,22 @@ impl Responses {
         }
         [sums[0], sums[1] * s, sums[2] * s * s]
     }
+
+    /// These `weights`, and their products with [`Self::at`] `s`.
+    fn weights(&self, weights: &Nodes, s: &Nodes) -> [Nodes; 4] {
+        let [mut u0, mut u1, mut u2] = [[0.0; NODES]; 3];
+        for (k, term) in self.terms[..self.count].iter().enumerate().rev() {
+            let n = (k + 1) as f64;
+            let terms = [n * term, *term, term / (n + 1.0)];
+            for m in 0..NODES {
+                u0[m] = u0[m] * s[m] + terms[0];
+                u1[m] = u1[m] * s[m] + terms[1];
+                u2[m] = u2[m] * s[m] + terms[2];
+            }
+        }
+        let with = |answer: &dyn Fn(usize) -> f64| std::array::from_fn(|m| weights[m] * answer(m));
+        [*weights, with(&|m| u0[m]), with(&|m| u1[m] * s[m]), with(&|m| u2[m] * s[m] * s[m])]
+    }
 }
 
 impl Moment {
@@ -112,16 +129,15 @@ impl Motion {
             basis
         };
         moment.weights = self.weights(tau);
-        let mut weights = [moment.weights; 4];
-        let responses = Responses::new(o, self.length);
-        for (l, time) in table.times.iter().enumerate() {
-            let answers = responses.at(tau - self.length * time);
-            weights[1..].iter_mut().zip(answers).for_each(|(weights, answer)| weights[l] *= answer);
-        }
+        let since = table.times.map(|time| tau - self.length * time);
+        let weights = Responses::new(o, self.length).weights(&moment.weights, &since);
         moment.sums.clear();
-        moment
-            .sums
-            .extend(self.forces.iter().map(|forces| weights.each_ref().map(|weights| weighted(weights, forces))));
+        moment.sums.resize(self.forces.len(), [0.0; 4]);
+        for (j, track) in self.tracks.iter().enumerate() {
+            if track.mode == Mode::Pressing {
+                moment.sums[j + 1] = weights.each_ref().map(|weights| weighted(weights, &self.forces[j + 1]));
+            }
+        }
     }
 
     /// The weights of the integral from the start to `tau` (s).
@@ -199,7 +215,7 @@ impl Motion {
 
     /// The switching of contact `j`, if it is this one.
     fn ends_with(&self, j: usize, switch: Switch) -> Next {
-        if self.end == Some((j, switch)) { Next::At(self.length) } else { Next::Never }
+        if self.end == Some((j, switch)) { Next::At(self.until) } else { Next::Never }
     }
 }
 
@@ -252,25 +268,28 @@ impl DenseOutput for Motion {
     /// Looked for between the nodes as the polynomial through the forces there; its value is that of the law.
     fn peak(&self, j: usize, from: f64, to: f64, known: f64) -> f64 {
         let (forces, table) = (&self.forces[j + 1], self.stretching.table());
-        let mut largest = self.force(j, from).max(self.force(j, to)).max(known);
+        let ends = [from, to].map(|tau| self.force(j, tau));
+        let largest = ends[0].max(ends[1]).max(known);
         let inside = |m: &usize| (from..to).contains(&(self.length * table.times[*m]));
         let Some(m) = (0..NODES).filter(inside).max_by(|a, b| forces[*a].total_cmp(&forces[*b])) else {
             return largest;
         };
-        let known = largest;
-        largest = largest.max(forces[m]);
+        let (known, largest) = (largest, largest.max(forces[m]));
+        let beside = [m.checked_sub(1).filter(inside), Some(m + 1).filter(|m| *m < NODES && inside(m))];
+        let rises = |side: usize| beside[side].map_or(ends[side], |m| forces[m]) > forces[m];
         // Between neighbouring nodes a smooth force does not rise any farther than this.
-        if forces[m] * MARGIN > known {
-            let coefficients = Rule::get().powers.map(|row| weighted(&row, forces));
-            let x = |tau: f64| 2.0 * self.stretching.inverse(tau / self.length) - 1.0;
-            let node = |m: usize| table.times.get(m).map_or(to, |t| (self.length * t).clamp(from, to));
-            let (low, high) = (x(if m > 0 { node(m - 1) } else { from }), x(node(m + 1)));
-            let slope = |x: f64| series::derivative(&coefficients, x);
-            if slope(low) > 0.0 && slope(high) <= 0.0 {
-                let c = 0.5 + 0.5 * root::falling_zero(slope, low, high);
-                let place = self.length * self.stretching.part(c);
-                largest = largest.max(self.force(j, place.clamp(from, to)));
-            }
+        if rises(0) || rises(1) || forces[m] * MARGIN <= known {
+            return largest;
+        }
+        let coefficients = Rule::get().powers.map(|row| weighted(&row, forces));
+        let x = |tau: f64| 2.0 * self.stretching.inverse(tau / self.length) - 1.0;
+        let place = |side: usize| x(beside[side].map_or([from, to][side], |m| self.length * table.times[m]));
+        let (low, high) = (place(0), place(1));
+        let slope = |x: f64| series::derivative(&coefficients, x);
+        if slope(low) > 0.0 && slope(high) <= 0.0 {
+            let c = 0.5 + 0.5 * root::falling_zero(slope, low, high);
+            let place = self.length * self.stretching.part(c);
+            return largest.max(self.force(j, place.clamp(from, to)));
         }
         largest
     }

@@ -6,10 +6,13 @@
 use super::recurrences::TERMS_AT_LEAST;
 use super::series::{INVERSE_FACTORIAL, Series};
 use crate::engine::cluster::step_control::Control;
-use crate::engine::cluster::window::Window;
+use crate::engine::cluster::window::{Window, WindowContact};
 use crate::engine::flight::Ball;
 use crate::model::Mode;
-use crate::solver::series::{INVERSES, LANES, NUMBERS};
+use crate::solver::series::{INVERSES, NUMBERS};
+
+/// Balls side by side: two numbers fill a register of every processor.
+const LANES: usize = 2;
 
 /// Order of these series over the one that `Control` has for others. A lower one takes more steps for a pulse, one of twice the
 /// order loses digits, for terms that cancel (`benches/runs.rs`, `tests/rust/reference.rs`).
@@ -17,6 +20,11 @@ const HIGHER: f64 = 1.6;
 
 /// Highest order that a tolerance leads to.
 const MOST: usize = 40;
+
+/// Coefficients that tell whether a switching is near, and the times, in units, that they are asked for. A segment that will end
+/// soon gets only the order that it takes till then: more times make it shorter, more coefficients tell of later switchings.
+const LOOK: usize = 8;
+const LOOKS: [f64; 8] = [0.02, 0.1, 0.25, 0.5, 0.8, 1.2, 1.6, 2.1];
 
 /// A number for each of a few balls, or for the contacts at their right.
 type Lanes = [f64; LANES];
@@ -28,6 +36,8 @@ struct Block {
     inverse_mass: Lanes,
     omega2: Lanes,
     drag: Lanes,
+    /// Whether the pendulum of the next ball differs.
+    unlike: [bool; LANES],
     /// Stiffness and damping of the contacts, 0 unless they press.
     stiffness: Lanes,
     damping: Lanes,
@@ -37,33 +47,44 @@ struct Block {
     velocity: Lanes,
     apart: Lanes,
     rate: Lanes,
+    /// The rates of the overlaps at the start, m.
+    rate_at_start: Lanes,
     /// What the contacts push with, N, and the accelerations of the balls by that and by the inputs, m.
     push: Lanes,
     driven: Lanes,
 }
 
 impl Block {
-    /// The next coefficients of balls and contacts, where the ball on the right is `driven_right`.
-    fn advance(&mut self, driven_right: f64, inverse: f64) {
+    /// How the contacts drive the balls, the first one with `push_left` at its left. Returns what the last one pushes with.
+    fn drive(&mut self, push_left: f64) -> f64 {
+        for i in 0..LANES {
+            let left = if i > 0 { self.push[i - 1] } else { push_left };
+            self.driven[i] = (left - self.push[i]) * self.inverse_mass[i];
+        }
+        self.push[LANES - 1]
+    }
+
+    /// The next coefficients of balls and contacts, where the ball on the right is driven so and has this next coefficient of its
+    /// velocity.
+    fn advance(&mut self, [driven_right, velocity_right]: [f64; 2], inverse: f64) {
         for i in 0..LANES {
             let right = if i + 1 < LANES { self.driven[i + 1] } else { driven_right };
             let by_pendulum = self.omega2[i] * self.apart[i] + self.drag[i] * self.rate[i];
             self.apart[i] = self.rate[i] * inverse;
             self.rate[i] = ((self.driven[i] - right) - by_pendulum) * inverse;
-            self.push[i] = self.stiffness[i] * self.apart[i] + self.damping[i] * self.rate[i];
         }
         for i in 0..LANES {
             let by_pendulum = self.omega2[i] * self.position[i] + self.drag[i] * self.velocity[i];
             self.position[i] = self.velocity[i] * inverse;
             self.velocity[i] = (self.driven[i] - by_pendulum) * inverse;
         }
-    }
-
-    /// How the contacts drive the balls, the first one with `push_left` at its left.
-    fn drive(&mut self, push_left: f64) {
+        if self.unlike != [false; LANES] {
+            for i in (0..LANES).filter(|i| self.unlike[*i]) {
+                self.rate[i] = self.velocity[i] - self.velocity.get(i + 1).unwrap_or(&velocity_right);
+            }
+        }
         for i in 0..LANES {
-            let left = if i > 0 { self.push[i - 1] } else { push_left };
-            self.driven[i] = (left - self.push[i]) * self.inverse_mass[i];
+            self.push[i] = self.stiffness[i] * self.apart[i] + self.damping[i] * self.rate[i];
         }
     }
 }
@@ -72,10 +93,10 @@ impl Block {
 #[derive(Debug, Default)]
 pub(crate) struct Workspace {
     blocks: Vec<Block>,
-    /// The coefficients of displacements and of overlaps from the second power on, m: all of one block after the other.
+    /// The highest order, and the coefficients of displacements and of overlaps from the second power on, m: so many of one block
+    /// after the other.
+    order: usize,
     columns: Vec<[Lanes; 2]>,
-    /// Contacts of balls whose pendulums differ.
-    unlike: Vec<usize>,
 }
 
 impl Workspace {
@@ -83,8 +104,8 @@ impl Workspace {
         let Window { flights, balls, contacts, laws } = window;
         self.blocks.clear();
         self.blocks.resize(balls.len().div_ceil(LANES), Block::default());
+        self.order = order;
         self.columns.resize(self.blocks.len() * order, Default::default());
-        self.unlike.clear();
         for (i, (flight, ball)) in flights.iter().zip(*balls).enumerate() {
             let (block, lane) = (&mut self.blocks[i / LANES], i % LANES);
             let o = &ball.oscillator;
@@ -100,84 +121,115 @@ impl Workspace {
             }
             block.push[lane] = block.stiffness[lane] * contact.overlap + block.damping[lane] * rate;
             (block.apart[lane], block.rate[lane]) = (contact.overlap + law.clearance, rate);
-            if ball.oscillator != right.oscillator {
-                self.unlike.push(i);
-            }
+            block.rate_at_start[lane] = rate;
+            block.unlike[lane] = ball.oscillator != right.oscillator;
         }
     }
 
-    /// The next coefficients of all balls and contacts, from the last ones with the inputs (m) and `1 / (k + 1)`.
-    fn advance(&mut self, input: Option<impl Fn(usize) -> f64>, inverse: f64) {
-        let mut push_left = 0.0;
-        for block in &mut self.blocks {
-            block.drive(push_left);
-            push_left = block.push[LANES - 1];
-        }
+    /// Coefficients number `k` that follow from the last ones and the inputs (m).
+    fn advance(&mut self, k: usize, input: Option<impl Fn(usize) -> f64>) {
+        self.blocks.iter_mut().fold(0.0, |push_left, block| block.drive(push_left));
         if let Some(input) = input {
             let driven = self.blocks.iter_mut().flat_map(|block| &mut block.driven);
             driven.enumerate().for_each(|(i, driven)| *driven += input(i));
         }
-        let mut driven_right = 0.0;
-        for block in self.blocks.iter_mut().rev() {
-            let first = block.driven[0];
-            block.advance(driven_right, inverse);
-            driven_right = first;
-        }
-        for &j in &self.unlike {
-            let velocity = |i: usize| self.blocks[i / LANES].velocity[i % LANES];
-            let rate = velocity(j) - velocity(j + 1);
-            let (block, lane) = (&mut self.blocks[j / LANES], j % LANES);
-            block.rate[lane] = rate;
-            block.push[lane] = block.stiffness[lane] * block.apart[lane] + block.damping[lane] * rate;
+        let (inverse, inverse_of_next) = (INVERSES[k + 1], INVERSES[k + 2]);
+        let mut right = [0.0; 2];
+        for (b, block) in self.blocks.iter_mut().enumerate().rev() {
+            let driven = block.driven[0];
+            block.advance(right, inverse);
+            right = [driven, block.velocity[0]];
+            let column = [block.velocity.map(|v| v * inverse_of_next), block.rate.map(|r| r * inverse_of_next)];
+            self.columns[b * self.order + k] = column;
         }
     }
 
-    /// Notes the coefficients number `k` of `order` that follow from the last ones of their rates.
-    fn note(&mut self, k: usize, order: usize) {
-        let inverse = INVERSES[k + 2];
-        for (block, columns) in self.blocks.iter().zip(self.columns.chunks_exact_mut(order)) {
-            columns[k] = [block.velocity.map(|v| v * inverse), block.rate.map(|r| r * inverse)];
-        }
+    /// The largest last coefficient of a velocity, m.
+    fn largest(&self) -> f64 {
+        let larger = |most: f64, size: f64| if size > most { size } else { most };
+        let of_both = |most: Lanes, block: &Block| std::array::from_fn(|i| larger(most[i], block.velocity[i].abs()));
+        let largest = self.blocks.iter().fold([0.0; LANES], of_both);
+        largest.into_iter().fold(0.0, larger)
     }
 
-    /// Enters the displacements (`which` 0) or overlaps (1) that were noted in their rows.
-    fn enter(&self, which: usize, rows: &mut [f64], stride: usize) {
-        for (i, row) in rows.chunks_exact_mut(stride).enumerate() {
-            let (row, lane) = (&mut row[2..], i % LANES);
-            for (term, column) in row.iter_mut().zip(&self.columns[i / LANES * (stride - 2)..]) {
-                *term = column[which][lane];
+    /// The first of the [`LOOKS`] by which a contact seems to have switched, by more than `noise` (m), from the first coefficients;
+    /// and the contact.
+    fn switching(&self, contacts: &[WindowContact], noise: f64) -> Option<(usize, usize)> {
+        let seems = |(j, contact): (usize, &WindowContact)| {
+            let (block, lane) = (&self.blocks[j / LANES], j % LANES);
+            let columns = &self.columns[j / LANES * self.order..][..LOOK];
+            let next = |sums: [f64; LOOKS.len()], c: f64| std::array::from_fn(|p| sums[p] * LOOKS[p] + c);
+            let high = columns.iter().rev().fold([0.0; LOOKS.len()], |sums, [_, overlap]| next(sums, overlap[lane]));
+            let overlaps = next(next(high, block.rate_at_start[lane]), contact.overlap);
+            let sign = if contact.mode == Mode::Open { 1.0 } else { -1.0 };
+            overlaps.iter().position(|overlap| sign * overlap > noise).map(|look| (look, j))
+        };
+        contacts.iter().enumerate().filter_map(seems).min()
+    }
+
+    /// Computes coefficients up to the highest order, or to that which a switching that seems to come soon takes: by then the last terms
+    /// are at most `allowed` (m). Overlaps up to `noise` (m) are rounding. Returns the order and the contact that seems to switch.
+    fn expand(&mut self, window: &Window, unit: f64, noise: f64, allowed: f64) -> (usize, usize) {
+        let (mut unit_to_k, mut power, mut negligible, mut next) = (unit * unit, 1.0, 0, None);
+        let driven = window.flights.iter().any(|flight| flight.forcing.iter().any(|&f| f != 0.0));
+        for k in 0..self.order {
+            let factor = INVERSE_FACTORIAL.get(k).filter(|_| driven).map(|inverse| inverse * unit_to_k);
+            let flight = |i: usize| window.flights.get(i).map_or(0.0, |flight| flight.forcing[k]);
+            self.advance(k, factor.map(|factor| move |i: usize| factor * flight(i)));
+            unit_to_k *= unit;
+            if k + 1 == LOOK {
+                next = self.switching(window.contacts, noise);
+                power = next.map_or(0.0, |(look, _)| (0..k).fold(1.0, |power, _| power * LOOKS[look]));
             }
+            if let Some((look, contact)) = next {
+                power *= LOOKS[look];
+                negligible = if self.largest() * power <= allowed { negligible + 1 } else { 0 };
+                if negligible > TERMS_AT_LEAST {
+                    return (k + 1, contact);
+                }
+            }
+        }
+        (self.order, next.map_or(0, |(_, contact)| contact))
+    }
+
+    /// Enters the displacements (`WHICH` 0) or overlaps (1) that were noted in their rows.
+    fn enter<const WHICH: usize>(&self, rows: &mut [f64], stride: usize) {
+        for (i, row) in rows.chunks_exact_mut(stride).enumerate() {
+            let columns = &self.columns[i / LANES * self.order..][..stride - 2];
+            row[2..].iter_mut().zip(columns).for_each(|(term, column)| *term = column[WHICH][i % LANES]);
         }
     }
 }
 
 impl Series {
-    /// Computes all coefficients like [`Self::expand`].
-    pub fn expand_linear(&mut self, workspace: &mut Workspace, window: &Window, control: &Control, scale: f64) {
-        let unit = shortest_time(window);
-        let order = ((HIGHER * control.order as f64) as usize).min(MOST);
+    /// Computes all coefficients like [`Self::expand`], of no higher order than a switching that seems to come soon takes. Overlaps up
+    /// to `noise` (m) are rounding.
+    pub fn expand_linear(
+        &mut self,
+        workspace: &mut Workspace,
+        window: &Window,
+        control: &Control,
+        scale: f64,
+        noise: f64,
+    ) {
+        let (unit, dv) = (shortest_time(window), control.epsilon * scale);
+        workspace.begin(window, ((HIGHER * control.order as f64) as usize).min(MOST), unit);
+        let (order, next_to_switch) = workspace.expand(window, unit, noise, dv * unit);
         self.begin(window, order, unit);
-        workspace.begin(window, order, unit);
+        self.next_to_switch = next_to_switch;
         let stride = self.stride();
-        let mut unit_to_k = unit * unit;
-        for k in 0..order {
-            let factor = INVERSE_FACTORIAL.get(k).map(|inverse| inverse * unit_to_k);
-            let flight = |i: usize| window.flights.get(i).map_or(0.0, |flight| flight.forcing[k]);
-            workspace.advance(factor.map(|factor| move |i: usize| factor * flight(i)), INVERSES[k + 1]);
-            unit_to_k *= unit;
-            workspace.note(k, order);
-        }
-        workspace.enter(0, &mut self.displacements, stride);
-        workspace.enter(1, &mut self.overlaps, stride);
+        workspace.enter::<0>(&mut self.displacements, stride);
+        workspace.enter::<1>(&mut self.overlaps, stride);
         for (j, law) in window.laws.iter().enumerate().filter(|(j, _)| window.contacts[*j].mode != Mode::Open) {
             let rows = j * stride..(j + 1) * stride;
             self.dashpots[j] = Some(law.damping_coefficient());
             let (overlap, damping) = (&self.overlaps[rows.clone()], law.damping_coefficient() / unit);
-            for (force, (d, k)) in self.forces[rows].iter_mut().zip(overlap.windows(2).zip(&NUMBERS[1..])) {
-                *force = law.stiffness * d[0] + damping * k * d[1];
+            let terms = overlap.iter().zip(&overlap[1..]).zip(&NUMBERS[1..stride]);
+            for (force, ((d, next), k)) in self.forces[rows].iter_mut().zip(terms) {
+                *force = law.stiffness * d + damping * k * next;
             }
         }
-        self.converges_for = self.linear_convergence(control.epsilon * scale).min(control.longest);
+        self.converges_for = self.linear_convergence(dv).min(control.longest);
     }
 
     /// The time on which the last terms of the velocities stay below `dv` (m/s), less a few thousandths: with logarithms as
@@ -221,7 +273,6 @@ mod tests {
     use super::super::recurrences::{self, velocity_scale};
     use super::*;
     use crate::engine::cluster::dense_output::DenseOutput;
-    use crate::engine::cluster::window::WindowContact;
     use crate::engine::flight::Flight;
     use crate::model::{BallModel, ContactLaw, Damping};
     use crate::solver::double_double::DoubleDouble;
@@ -258,7 +309,7 @@ mod tests {
             let (control, scale) = (Control::new(1e-12), velocity_scale(&window));
             let (mut other, mut linear) = (Series::default(), Series::default());
             other.expand(&mut recurrences::Workspace::default(), &window, &control, scale);
-            linear.expand_linear(&mut Workspace::default(), &window, &control, scale);
+            linear.expand_linear(&mut Workspace::default(), &window, &control, scale, f64::INFINITY);
             assert!(linear.converges_for() > 1.8 * other.converges_for());
             let until = other.converges_for();
             let of = |series: &Series| {

@@ -13,6 +13,9 @@ use crate::solver::dual::Scalar;
 use crate::solver::oscillator::MAX_FORCE_ORDER;
 use crate::solver::series::{self, SAMPLES};
 
+/// Parts of a segment after which a contact that has closed from rest is looked at.
+const PARTS: [f64; 3] = [1.0 / 64.0, 1.0 / 8.0, 1.0];
+
 /// Coefficients of the motions and forces of a window, as functions of the time since the start of the segment over `unit`.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Series<S = f64> {
@@ -32,6 +35,8 @@ pub(crate) struct Series<S = f64> {
     pub(crate) dashpots: Vec<Option<S>>,
     /// How long the series converge to the tolerance, s.
     pub(crate) converges_for: f64,
+    /// The contact that seems to switch first, if one does.
+    pub(crate) next_to_switch: usize,
 }
 
 impl<S: Scalar> Series<S> {
@@ -70,7 +75,7 @@ impl<S: Scalar> Series<S> {
 
     /// Rows of the given order and unit of time with nothing but the state at the start.
     pub(crate) fn begin(&mut self, equations: &impl Equations<S>, order: usize, unit: f64) {
-        (self.order, self.unit, self.converges_for) = (order, unit, unit);
+        (self.order, self.unit, self.converges_for, self.next_to_switch) = (order, unit, unit, 0);
         let (stride, balls) = (self.stride(), equations.balls());
         self.displacements.clear();
         self.displacements.resize(balls * stride, S::default());
@@ -218,7 +223,8 @@ impl DenseOutput for Series {
             return onset;
         }
         let noise = rounding.position;
-        let deep = crossing::first_positive(row, 1.0, noise, until / self.unit).is_some();
+        let end = until / self.unit;
+        let deep = self.value(row, end) > noise || crossing::first_positive(row, 1.0, noise, end).is_some();
         // Where a wave arrives, a ball in touch and at rest, but for what its front has not been felt by, may take longer than
         // this segment to be pressed any deeper.
         let at_rest = row[0].max(0.0) + row[1].abs() <= rounding.velocity * self.unit;
@@ -236,11 +242,13 @@ impl DenseOutput for Series {
         if row[0] < level && row[1] == 0.0 {
             // It has just closed from rest, and rounding has a say in which way it goes at first.
             let end = until / self.unit;
-            if let Some(rise) = crossing::first_positive(row, 1.0, level, end)
-                && crossing::first_positive(row, -1.0, -rounding.position, rise).is_none()
+            let pressed = PARTS.into_iter().map(|part| part * end).find(|&s| self.value(row, s) > level);
+            if let Some(pressed) = pressed
+                && crossing::first_positive(row, -1.0, -rounding.position, pressed).is_none()
             {
-                let fall = crossing::first_positive_after(row, -1.0, level, rise, end);
-                return self.switching(fall, until);
+                let about = series::shifted(row, pressed);
+                let fall = crossing::first_positive(&about[..row.len()], -1.0, level, end - pressed);
+                return self.switching(fall.map(|s| pressed + s), until);
             }
         }
         self.crossing(row, -1.0, level, until)

@@ -1,0 +1,202 @@
+"""Stiffness and damping of the contacts from filmed positions: a fit by Gauss and Newton with the FMU's own derivatives.
+
+    python examples/fit/contacts.py [--fmu FILE] [--out FOLDER]
+
+A cradle of soft balls is filmed for five seconds, with errors of 0.2 mm. Nobody sees a force, but each contact takes a while and
+loses energy, so the balls come late and swing lower. The film is made here, with known values and a fixed random seed.
+
+With `derivatives.of = run`, fmi3GetDirectionalDerivative answers how the positions depend on the parameters through all contacts so
+far: the Jacobian is exact and comes from the same run as the positions. Prints the true and the fitted values with
+their standard errors, and writes them, with a plot, into the folder (out/fit).
+"""
+
+import argparse
+import csv
+import sys
+from pathlib import Path
+
+import numpy as np
+from fmpy import extract, read_model_description
+from fmpy.fmi3 import FMU3Slave
+
+ROOT = Path(__file__).resolve().parents[2]
+OF_THE_RUN = 3  # derivatives.of
+LINEAR = {"contact.model": 1, "contact.dampingLaw": 1, "contact.exponent": 1.0}  # powerLaw, kelvinVoigt
+UNITS = {"contact.stiffness": "N/m", "contact.damping": "N.s/m"}
+FITTED = list(UNITS)
+TRUE = np.array([1e5, 30.0])
+GUESS = np.array([1.6e5, 12.0])
+STOP, RATE = 5.0, 30  # s, frames per second
+NOISE, SEED = 2e-4, 2002  # standard deviation of a position, m
+MOST_ITERATIONS, MOST_HALVINGS = 20, 10
+CLOSE = 1e-6  # relative change of the parameters at which the fit ends
+
+
+class Refused(Exception):
+    """An FMU or a course that the fit cannot use, with the reason."""
+
+
+class Camera:
+    """The FMU, unpacked, and what a camera sees of its runs."""
+
+    def __init__(self, path: Path) -> None:
+        try:
+            self.description = read_model_description(str(path), validate=False)
+        except Exception as problem:  # FMPy raises what its parser meets
+            raise Refused(f"{path} is not an FMU that FMPy can read: {problem}") from problem
+        model, version = self.description.modelName, self.description.fmiVersion
+        if model != "NewtonsCradle" or not version.startswith("3.") or self.description.coSimulation is None:
+            what = f"the model {model} of FMI {version}"
+            raise Refused(f"{path} is {what}; needed: NewtonsCradle of FMI 3.0 for co-simulation")
+        self.variables = {variable.name: variable for variable in self.description.modelVariables}
+        self.balls = int(self.variables["n"].start)
+        if self.balls < 2:
+            raise Refused(f"{path} has one ball, which touches no other; needed: two or more")
+        self.folder = extract(str(path))
+        self.runs = 0
+
+    def references(self, *names: str) -> list[int]:
+        """The value references of variables."""
+        return [self.variables[name].valueReference for name in names]
+
+    def film(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """A run with these values of the fitted parameters: positions (m; frames, balls), and their derivatives by the parameters."""
+        self.runs += 1
+        fmu = FMU3Slave(
+            guid=self.description.guid,
+            unzipDirectory=self.folder,
+            modelIdentifier=self.description.coSimulation.modelIdentifier,
+            instanceName="fit",
+        )
+        fmu.instantiate()
+        for name, value in {**LINEAR, "derivatives.of": OF_THE_RUN}.items():
+            set_value = fmu.setFloat64 if isinstance(value, float) else fmu.setInt64
+            set_value(self.references(name), [value])
+        fmu.setFloat64(self.references(*FITTED), list(values))
+        fmu.enterInitializationMode(startTime=0.0)
+        fmu.exitInitializationMode()
+        x, parameters = self.references("x"), self.references(*FITTED)
+        positions, derivatives = [], []
+        for frame in range(round(STOP * RATE)):
+            fmu.doStep(frame / RATE, 1 / RATE)
+            positions.append(fmu.getFloat64(x, self.balls))
+            along = [
+                fmu.getDirectionalDerivative(x, parameters, list(one), self.balls)
+                for one in np.eye(len(FITTED))
+            ]
+            derivatives.append(np.transpose(along))
+        fmu.terminate()
+        fmu.freeInstance()
+        return np.array(positions), np.array(derivatives)
+
+
+def fit(camera: Camera, filmed: np.ndarray, guess: np.ndarray) -> tuple[list[np.ndarray], np.ndarray]:
+    """The parameters after each iteration, and their relative standard errors. Raises Refused.
+
+    Gauss and Newton in the logarithms of the parameters, which keeps them positive. A step that makes the sum of squares
+    larger is halved.
+    """
+
+    def linearized(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        seen, derivatives = camera.film(values)
+        return (filmed - seen).ravel(), derivatives.reshape(-1, len(FITTED)) * values
+
+    course = [guess]
+    misfit, slopes = linearized(guess)
+    for _ in range(MOST_ITERATIONS):
+        if np.linalg.matrix_rank(slopes) < len(FITTED):
+            raise Refused(
+                "the positions do not tell these parameters apart: no contact has closed, or none is damped"
+            )
+        step = np.linalg.lstsq(slopes, misfit, rcond=None)[0]
+        if np.abs(step).max() < CLOSE:
+            break
+        for _ in range(MOST_HALVINGS):
+            trial = course[-1] * np.exp(step)
+            new_misfit, new_slopes = linearized(trial)
+            if new_misfit @ new_misfit <= misfit @ misfit:
+                break
+            step = step / 2
+        else:
+            raise Refused("no step along the derivatives makes the sum of squares smaller")
+        course.append(trial)
+        misfit, slopes = new_misfit, new_slopes
+    else:
+        raise Refused(f"the fit has not ended after {MOST_ITERATIONS} iterations")
+    variance = misfit @ misfit / (len(misfit) - len(FITTED))
+    return course, np.sqrt(variance * np.diag(np.linalg.inv(slopes.T @ slopes)))
+
+
+def save_plot(
+    path: Path, camera: Camera, filmed: np.ndarray, course: list[np.ndarray], errors: np.ndarray
+) -> None:
+    """The outer balls as filmed, guessed and fitted, and how the parameters come closer."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    plt.rcParams.update({"font.family": "DejaVu Sans", "font.size": 9})
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.6), width_ratios=[1.6, 1], layout="constrained")
+    time = np.arange(1, len(filmed) + 1) / RATE
+    guessed, fitted = camera.film(course[0])[0], camera.film(course[-1])[0]
+    for ball, colour in ((0, "#0060a0"), (camera.balls - 1, "#c04000")):
+        left.plot(
+            time, 1e3 * filmed[:, ball], ".", color=colour, markersize=3, label=f"x[{ball + 1}], filmed"
+        )
+        left.plot(time, 1e3 * fitted[:, ball], color=colour, linewidth=0.8, label="fitted")
+        left.plot(time, 1e3 * guessed[:, ball], "--", color="#909090", linewidth=0.8, label="first guess")
+    left.set_xlabel("time, s")
+    left.set_ylabel("position, mm")
+    left.legend(fontsize=7, ncols=2)
+    for i, (name, colour) in enumerate(zip(FITTED, ("#208030", "#805080"), strict=True)):
+        off = [abs(values[i] / TRUE[i] - 1) for values in course]
+        right.semilogy(off, "o-", color=colour, linewidth=1, markersize=4, label=name)
+        right.axhline(errors[i], color=colour, linestyle=":", linewidth=1, label="standard error")
+    right.set_xlabel("iteration")
+    right.set_ylabel("relative difference from the true value")
+    right.xaxis.get_major_locator().set_params(integer=True)
+    right.legend(fontsize=7)
+    for axis in (left, right):
+        axis.grid(alpha=0.3)
+    figure.savefig(path, dpi=110)
+    plt.close(figure)
+
+
+def main() -> int:
+    """Films, fits and shows."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--fmu", type=Path, default=ROOT / "target/fmu/NewtonsCradle.fmi3.fmu")
+    parser.add_argument("--out", type=Path, default=ROOT / "out/fit")
+    arguments = parser.parse_args()
+    if not arguments.fmu.exists():
+        cure = "build it with `cargo pack build --release --fmi 3`"
+        print(f"{arguments.fmu} is missing: {cure}", file=sys.stderr)
+        return 1
+    try:
+        camera = Camera(arguments.fmu)
+        exact = camera.film(TRUE)[0]
+        filmed = exact + np.random.default_rng(SEED).normal(0.0, NOISE, exact.shape)
+        camera.runs = 0
+        course, relative = fit(camera, filmed, GUESS)
+    except Refused as reason:
+        print(reason, file=sys.stderr)
+        return 1
+    print(f"{filmed.size} positions, {len(course) - 1} iterations, {camera.runs} runs")
+    print(f"{'parameter':20} {'unit':6} {'true':>8} {'guess':>8} {'fitted':>10} {'error':>8} {'off by':>12}")
+    rows = zip(UNITS.items(), TRUE, GUESS, course[-1], relative * course[-1], strict=True)
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    with (arguments.out / "contacts.csv").open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(["parameter", "unit", "true", "guess", "fitted", "standard_error"])
+        for (name, unit), true, guess, found, error in rows:
+            writer.writerow([name, unit, true, guess, found, error])
+            off = f"{(found - true) / error:+.1f} errors"
+            print(f"{name:20} {unit:6} {true:8g} {guess:8g} {found:10.6g} {error:8.2g} {off:>12}")
+    save_plot(arguments.out / "contacts.png", camera, filmed, course, relative)
+    print(f"wrote {arguments.out / 'contacts.png'}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,218 @@
+//! Switchings on a step: where it is to end, and whether it has passed over any.
+//!
+//! On the step the overlap of a contact ends at `d + r h + S h^2`, with S the weighted sum of its accelerations: where that is 0 the
+//! contact opens or closes. A force whose sign changes is only found afterwards: up to there the step is as good as any.
+
+use super::motion::{Motion, Track};
+use super::step::Tolerance;
+use crate::engine::cluster::window::{Switch, clipping};
+use crate::model::{Mode, SignOfForce};
+use crate::solver::gauss::{NODES, Nodes, Rule, Table, weighted};
+use crate::solver::{root, series};
+
+/// How far the overlaps at the nodes are known, over speed and length.
+const UNKNOWN: f64 = 1e-15;
+
+/// What nodes tell of something that should not exceed a limit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Excess {
+    Never,
+    /// At this node, [`NODES`] being the end.
+    At(usize),
+    /// It may, between the two nodes about this one.
+    Near(usize),
+}
+
+/// What the nodes tell of the signs of forces.
+pub(super) enum Signs {
+    /// No force changes its sign.
+    Stay,
+    /// That of this contact does, at this time (s).
+    Change(usize, f64),
+    /// One may do so between two nodes.
+    Unclear,
+}
+
+impl Motion {
+    /// How far overlaps are known, m.
+    fn noise(&self, tolerance: &Tolerance) -> f64 {
+        tolerance.rounding.position.max(UNKNOWN * tolerance.speed * self.length)
+    }
+
+    /// How far the sign of a force is known.
+    fn noise_of_sign(&self, sign: &SignOfForce, tolerance: &Tolerance) -> f64 {
+        let of_rate = tolerance.rounding.velocity.max(UNKNOWN * tolerance.speed);
+        sign.by_overlap * self.noise(tolerance) + sign.by_rate * of_rate
+    }
+
+    /// S of contact `j`.
+    fn curvature(&self, j: usize, table: &Table) -> f64 {
+        weighted(&table.of_position, &self.accelerations[j])
+    }
+
+    /// Overlap of contact `j` at the end of the step, m.
+    fn overlap_at_end(&self, j: usize, curvature: f64) -> f64 {
+        self.tracks[j].overlap + (self.tracks[j].rate + curvature * self.length) * self.length
+    }
+
+    /// The earliest onset or release, as far as the iteration has got: contact, what it is, and the time (s).
+    pub(super) fn first_switching(&mut self, table: &Table, tolerance: &Tolerance) -> Option<(usize, Switch, f64)> {
+        let mut first: Option<(usize, Switch, f64)> = None;
+        for j in 0..self.tracks.len() {
+            if let Some((switch, time)) = self.switching(j, table, tolerance)
+                && first.is_none_or(|(.., before)| time < before)
+            {
+                first = Some((j, switch, time));
+            }
+        }
+        first
+    }
+
+    /// The onset or release of contact `j`, within the step or after it.
+    pub(super) fn switching(&mut self, j: usize, table: &Table, tolerance: &Tolerance) -> Option<(Switch, f64)> {
+        if self.tracks[j].mode != Mode::Pressing {
+            self.accelerate(j);
+            // By its pendulums an overlap acts on itself. That is little, but the end of the step is to have all digits.
+            if self.end.is_some_and(|(ending, _)| ending == j) {
+                self.move_contact(j, table);
+            }
+        }
+        let (track, curvature) = (&self.tracks[j], self.curvature(j, table));
+        if track.mode == Mode::Open {
+            if track.is_resting(&tolerance.rounding) {
+                let overlap = self.overlap_at_end(j, curvature);
+                return self.is_felt(track, overlap, tolerance).then_some((Switch::Onset, 0.0));
+            }
+            if track.overlap >= 0.0 && track.rate > 0.0 {
+                return Some((Switch::Onset, 0.0));
+            }
+            return rise(track.overlap.min(0.0), track.rate, curvature).map(|time| (Switch::Onset, time));
+        }
+        let noise = tolerance.rounding.no_overlap();
+        self.falling(track.overlap, noise, track.rate, curvature).map(|time| (Switch::Release, time))
+    }
+
+    /// When `d + r h + s h^2` falls through 0, s; it may only just have risen if it does not exceed `noise`.
+    fn falling(&self, d: f64, noise: f64, r: f64, s: f64) -> Option<f64> {
+        if d > noise {
+            return fall(d, r, s);
+        }
+        (s < 0.0 || r * self.length < -noise).then(|| if r > 0.0 { -r / s } else { 0.0 })
+    }
+
+    /// Whether a ball at rest beside the one of an open contact would be pressed, or moved by more than may be left out.
+    fn is_felt(&self, track: &Track, overlap: f64, tolerance: &Tolerance) -> bool {
+        let speed_up =
+            track.law.elastic_force(overlap) * self.length * (track.inverse_masses[0] + track.inverse_masses[1]);
+        overlap > self.noise(tolerance) || speed_up > tolerance.local_error
+    }
+
+    /// The first change of the sign of a force that may be clipped, against the mode of its contact.
+    pub(super) fn signs(&self, table: &Table, tolerance: &Tolerance) -> Signs {
+        let (mut first, mut unclear) = (None, f64::INFINITY);
+        for (j, track) in self.tracks.iter().enumerate() {
+            let Some(sign) = track.sign() else { continue };
+            let side = clipping(track.mode).0;
+            let overlap_at_end = self.overlap_at_end(j, self.curvature(j, table));
+            let rate_at_end = track.rate + self.length * weighted(&table.of_rate, &self.accelerations[j]);
+            let within = std::array::from_fn(|m| sign.at(self.overlaps[j][m], self.rates[j][m]));
+            let ends = [sign.at(track.overlap, track.rate), sign.at(overlap_at_end, rate_at_end)];
+            let noise = self.noise_of_sign(&sign, tolerance);
+            match first_excess(side, ends, &within, noise) {
+                Excess::Never if side * ends[1] <= noise => {}
+                Excess::Near(m) => unclear = unclear.min(self.time_of(m, table)),
+                excess => {
+                    let m = if let Excess::At(m) = excess { m } else { NODES };
+                    let time = self.time_of_change(-side, ends, &within, m, table);
+                    if first.is_none_or(|(_, before)| time < before) {
+                        first = Some((j, time));
+                    }
+                }
+            }
+        }
+        match first {
+            Some((j, time)) if time <= unclear => Signs::Change(j, time),
+            _ if unclear < f64::INFINITY => Signs::Unclear,
+            _ => Signs::Stay,
+        }
+    }
+
+    /// When something changes its sign before node `m` or, with [`NODES`], before the end of the step, s: there it no longer has this
+    /// `side`. Ten digits will do, as a force about to be clipped vanishes.
+    fn time_of_change(&self, side: f64, ends: [f64; 2], within: &Nodes, m: usize, table: &Table) -> f64 {
+        let before = m.checked_sub(1);
+        if side * before.map_or(ends[0], |m| within[m]) <= 0.0 {
+            return before.map_or(0.0, |m| self.time_of(m, table));
+        }
+        let coefficients = Rule::get().powers.map(|row| side * weighted(&row, within));
+        let x = |m: usize| 2.0 * self.stretching.inverse(self.time_of(m, table) / self.length) - 1.0;
+        let value = |x: f64| series::value(&coefficients, x);
+        let c = 0.5 + 0.5 * root::falling_zero(value, before.map_or(-1.0, x), x(m));
+        self.length * self.stretching.part(c)
+    }
+
+    /// Whether the overlap of a contact has or may have the sign of another mode before the time `until` (s).
+    pub(super) fn may_have_passed_over(&self, until: f64, table: &Table, tolerance: &Tolerance) -> bool {
+        let noise = self.noise(tolerance);
+        (0..self.tracks.len()).any(|j| {
+            let track = &self.tracks[j];
+            if track.mode == Mode::Open && track.is_resting(&tolerance.rounding) {
+                return false;
+            }
+            let side = if track.mode == Mode::Open { 1.0 } else { -1.0 };
+            let ends = [track.overlap, self.overlap_at_end(j, self.curvature(j, table))];
+            match first_excess(side, ends, &self.overlaps[j], noise) {
+                Excess::Never => false,
+                Excess::At(m) | Excess::Near(m) => m == 0 || self.time_of(m - 1, table) < until,
+            }
+        })
+    }
+
+    /// Time of a node or the end, s.
+    fn time_of(&self, m: usize, table: &Table) -> f64 {
+        table.times.get(m).map_or(self.length, |t| self.length * t)
+    }
+}
+
+/// Where something, on this `side` of 0, exceeds `noise` at the nodes, or may between them. The `ends` are its values before and
+/// after them.
+fn first_excess(side: f64, ends: [f64; 2], within: &Nodes, noise: f64) -> Excess {
+    let at = |m: usize| side * within.get(m).unwrap_or(&ends[1]);
+    let mut before = side * ends[0];
+    for m in 0..NODES {
+        let (here, after) = (at(m), at(m + 1));
+        if here > noise {
+            return Excess::At(m);
+        }
+        // An extremum lies no farther beyond the nodes about it than these differ.
+        let beyond = if here >= before && here > after { here - before.min(after) } else { 0.0 };
+        if beyond > noise && here + 0.5 * beyond > noise {
+            return Excess::Near(m);
+        }
+        before = here;
+    }
+    Excess::Never
+}
+
+/// When `d + r h + s h^2` falls through 0, from d > 0.
+fn fall(d: f64, r: f64, s: f64) -> Option<f64> {
+    let discriminant = r * r - 4.0 * s * d;
+    if discriminant < 0.0 {
+        return None;
+    }
+    let root = discriminant.sqrt();
+    // Of the two forms the one that does not cancel.
+    if r > 0.0 {
+        return (s < 0.0).then(|| (-r - root) / (2.0 * s));
+    }
+    let denominator = root - r;
+    (denominator > 0.0).then(|| 2.0 * d / denominator)
+}
+
+/// When it rises through 0, from d <= 0.
+fn rise(d: f64, r: f64, s: f64) -> Option<f64> {
+    if d == 0.0 {
+        return (r < 0.0 && s > 0.0).then(|| -r / s);
+    }
+    fall(-d, -r, -s)
+}
