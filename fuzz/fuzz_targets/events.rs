@@ -1,5 +1,5 @@
-//! FMI 3.0: drives the C functions with random sequences of calls, with and without event mode, early return and calls within the
-//! step, and compares the answers with a picture of what is legal. A legal call succeeds, a value out of range is discarded and
+//! FMI 3.0: drives the C functions with random sequences of calls, for model exchange, and for co-simulation with and without event
+//! mode, early return and calls within the step, and compares the answers with a picture of what is legal. A legal call succeeds, a value out of range is discarded and
 //! changes nothing, any other call ends the run. Forged states are refused, or can be looked at, written and gone on from.
 #![no_main]
 
@@ -7,8 +7,8 @@ use std::ptr::null_mut;
 use std::sync::LazyLock;
 
 use arbitrary::Arbitrary;
-use cradle_fuzz::forgery::{Change, forged};
-use cradle_fuzz::hybrid::{Call, Operation, Phase, Picture, element, few, of_type};
+use cradle_fuzz::hybrid::{Call, Operation, Phase, Picture, Vector, element, few, of_type};
+use cradle_fuzz::inspection::{FLOATS, forge, look};
 use cradle_fuzz::instance3::{Host, Within};
 use cradle_fuzz::interface::Interface;
 use cradle_fuzz::operation::{Current, LONGEST_STEP, Step, Value};
@@ -18,8 +18,7 @@ use newtons_cradle::fmi3::*;
 use newtons_cradle::variables::{Array, ArrayType};
 
 static INTERFACE: LazyLock<Interface> = LazyLock::new(Interface::default);
-/// Everything that has values of a type.
-static FLOATS: LazyLock<Vec<Array>> = LazyLock::new(|| of_type(ArrayType::Float64));
+/// Everything that has an item of an enumeration.
 static ITEMS: LazyLock<Vec<Array>> = LazyLock::new(|| of_type(ArrayType::Enumeration));
 
 /// Calls after which a sequence ends, so that none takes long.
@@ -30,33 +29,40 @@ const BALLS: u64 = 5;
 
 #[derive(Debug, Arbitrary)]
 struct Sequence {
-    events: bool,
-    early: bool,
+    kind: Kind,
     started: bool,
     operations: Vec<Operation>,
+}
+
+#[derive(Clone, Copy, Debug, Arbitrary)]
+enum Kind {
+    CoSimulation { events: bool, early: bool },
+    ModelExchange,
 }
 
 thread_local! {
     /// Reset before each sequence: without event mode and with it, in both cases without early return and with it.
     static HOSTS: [Host; 4] =
         [(false, false), (false, true), (true, false), (true, true)].map(|(events, early)| Host::new(events, early));
+    static EXCHANGING: Host = Host::exchanging();
 }
 
-fuzz_target!(|sequence: Sequence| HOSTS.with(|hosts| {
-    let host = &hosts[2 * usize::from(sequence.events) + usize::from(sequence.early)];
+fuzz_target!(|sequence: Sequence| match sequence.kind {
+    Kind::ModelExchange => EXCHANGING.with(|host| run(host, &sequence, Picture::new(true, true), false)),
+    Kind::CoSimulation { events, early } => HOSTS.with(|hosts| {
+        let host = &hosts[2 * usize::from(events) + usize::from(early)];
+        run(host, &sequence, Picture::new(events, false), early);
+    }),
+});
+
+fn run(host: &Host, sequence: &Sequence, picture: Picture, early: bool) {
     assert_eq!(unsafe { fmi3Reset(host.c) }, fmi3OK);
-    let mut driver = Driver {
-        host,
-        early: sequence.early,
-        picture: Picture::new(sequence.events),
-        states: [null_mut(); PLACES],
-        saved: [const { None }; PLACES],
-        ended: false,
-    };
+    let mut driver =
+        Driver { host, early, picture, states: [null_mut(); PLACES], saved: [const { None }; PLACES], ended: false };
     if sequence.started {
         driver.make(&Operation::EnterInitialization);
         driver.make(&Operation::ExitInitialization);
-        if sequence.events {
+        if driver.picture.events {
             driver.make(&Operation::TakePart);
         }
     }
@@ -68,7 +74,7 @@ fuzz_target!(|sequence: Sequence| HOSTS.with(|hosts| {
     for mut state in driver.states {
         assert_ne!(unsafe { fmi3FreeFMUState(host.c, &mut state) }, fmi3Status::fmi3Fatal);
     }
-}));
+}
 
 struct Driver<'a> {
     host: &'a Host,
@@ -127,21 +133,23 @@ impl Driver<'_> {
                     self.go(operation, Call::EnterEvents, fmi3EnterEventMode(c), Phase::Event);
                 }
                 Operation::EnterStepMode => {
-                    self.go(operation, Call::HandleEvents, fmi3EnterStepMode(c), Phase::Step);
+                    self.go(operation, Call::EnterStepMode, fmi3EnterStepMode(c), Phase::Step);
                 }
                 Operation::Terminate => self.go(operation, Call::Terminate, fmi3Terminate(c), Phase::Terminated),
                 Operation::Reset => {
                     self.take(operation, true, fmi3Reset(c));
-                    self.picture = Picture::new(self.picture.events);
+                    self.picture = Picture::new(self.picture.events, self.picture.exchange);
                 }
                 Operation::Update => _ = self.update(operation),
                 Operation::TakePart => {
-                    if self.picture.phase == Phase::Step && self.picture.events {
+                    if self.picture.allows(Call::EnterEvents) {
                         self.make(&Operation::EnterEvents);
                     }
                     while self.picture.phase == Phase::Event && self.update(operation) {}
-                    if self.picture.phase == Phase::Event {
-                        self.make(&Operation::EnterStepMode);
+                    match (self.picture.phase, self.picture.exchange) {
+                        (Phase::Event, true) => self.make(&Operation::EnterContinuousTime),
+                        (Phase::Event, false) => self.make(&Operation::EnterStepMode),
+                        _ => {}
                     }
                 }
                 Operation::DoStep { current, step, within } => self.step(operation, current, step, within),
@@ -180,7 +188,7 @@ impl Driver<'_> {
                     let array = FLOATS[usize::from(*which) % FLOATS.len()];
                     let mut values = vec![f64::NAN; few(array.len(self.picture.balls), *excess)];
                     let status = fmi3GetFloat64(c, &array.reference(), 1, values.as_mut_ptr(), values.len());
-                    let legal = self.picture.allows(Call::Get) && values.len() == array.len(self.picture.balls);
+                    let legal = self.picture.may_get(array) && values.len() == array.len(self.picture.balls);
                     if self.take(operation, legal, status) {
                         assert!(values.iter().all(|value| value.is_finite()), "{array} = {values:?}");
                     }
@@ -235,11 +243,42 @@ impl Driver<'_> {
                     assert!(self.host.bytes() == bytes, "its own bytes read and written are others");
                     self.saved[place] = Some(self.picture.clone());
                 }
-                Operation::Forge(changes) => self.forge(changes),
+                Operation::Forge(changes) => {
+                    forge(self.host, &self.picture, changes);
+                    self.ended = true;
+                }
+                Operation::EnterContinuousTime => {
+                    let status = fmi3EnterContinuousTimeMode(c);
+                    self.go(operation, Call::EnterContinuousTime, status, Phase::ContinuousTime);
+                }
+                Operation::SetTime(step) => {
+                    let time = self.picture.time + step.length(self.ahead(Call::SetTime), LONGEST_STEP);
+                    let status = fmi3SetTime(c, time);
+                    let legal = self.picture.allows(Call::SetTime) && time.is_finite() && time >= 0.0;
+                    if self.take(operation, legal, status) {
+                        self.picture.time = time;
+                    }
+                }
+                Operation::SetStates { step, excess } => self.set_states(operation, step, *excess),
+                Operation::CompletedStep => {
+                    let [mut events, mut ended] = [9, 9];
+                    let status = fmi3CompletedIntegratorStep(c, 1, &mut events, &mut ended);
+                    if self.take(operation, self.picture.allows(Call::Integrate), status) {
+                        assert!(events <= 1 && ended == 0);
+                    }
+                }
+                Operation::GetVector { of, excess } => {
+                    let length = self.picture.length(*of);
+                    let (status, values) = self.vector(*of, few(length, *excess));
+                    let legal = self.picture.allows(Call::GetVector(*of)) && values.len() == length;
+                    if self.take(operation, legal, status) {
+                        assert!(values.iter().all(|value| value.is_finite()), "{of:?} = {values:?}");
+                    }
+                }
             }
         }
         if !self.ended && (before != self.picture.phase || matches!(operation, Operation::DoStep { .. })) {
-            self.look();
+            look(self.host, &self.picture);
         }
     }
 
@@ -259,12 +298,7 @@ impl Driver<'_> {
 
     fn step(&mut self, operation: &Operation, current: &Current, step: &Step, within: &Within) {
         let own = self.picture.time;
-        let mut next = own;
-        if self.picture.allows(Call::DoStep) {
-            let t_next = Array::named("t_next").unwrap().reference();
-            assert_eq!(unsafe { fmi3GetFloat64(self.host.c, &t_next, 1, &mut next, 1) }, fmi3OK);
-        }
-        let (current, length) = (current.time(own), step.length(next - own, LONGEST_STEP));
+        let (current, length) = (current.time(own), step.length(self.ahead(Call::DoStep), LONGEST_STEP));
         self.host.prepare(within, self.picture.balls, own);
         let (mut events, mut ended, mut early, mut reached) = (9, 9, 9, f64::NAN);
         let status =
@@ -279,6 +313,43 @@ impl Driver<'_> {
             assert!(self.picture.events || events == 0, "an event without event mode");
             self.picture.time = reached;
         }
+    }
+
+    /// How long it is to the next onset, s, where this call is legal.
+    fn ahead(&self, call: Call) -> f64 {
+        let mut next = self.picture.time;
+        if self.picture.allows(call) {
+            let t_next = Array::named("t_next").unwrap().reference();
+            assert_eq!(unsafe { fmi3GetFloat64(self.host.c, &t_next, 1, &mut next, 1) }, fmi3OK);
+        }
+        next - self.picture.time
+    }
+
+    fn vector(&self, of: Vector, length: usize) -> (fmi3Status, Vec<f64>) {
+        let mut values = vec![f64::NAN; length];
+        let read = match of {
+            Vector::States => fmi3GetContinuousStates,
+            Vector::Derivatives => fmi3GetContinuousStateDerivatives,
+            Vector::Nominals => fmi3GetNominalsOfContinuousStates,
+            Vector::Indicators => fmi3GetEventIndicators,
+        };
+        (unsafe { read(self.host.c, values.as_mut_ptr(), length) }, values)
+    }
+
+    fn set_states(&mut self, operation: &Operation, step: &Step, excess: i8) {
+        let length = step.length(self.ahead(Call::Integrate), LONGEST_STEP);
+        let mut y = vec![0.0; self.picture.length(Vector::States)];
+        if self.picture.allows(Call::Integrate) {
+            let [(read, states), (derived, rates)] =
+                [Vector::States, Vector::Derivatives].map(|of| self.vector(of, y.len()));
+            assert_eq!((read, derived), (fmi3OK, fmi3OK));
+            y = states.iter().zip(rates).map(|(y, rate)| y + length * rate).collect();
+        }
+        let states = y.len();
+        y.resize(few(states, excess), 0.0);
+        let status = unsafe { fmi3SetContinuousStates(self.host.c, y.as_ptr(), y.len()) };
+        let legal = y.len() == states && y.iter().all(|y| y.is_finite());
+        self.take(operation, self.picture.allows(Call::Integrate) && legal, status);
     }
 
     fn set(&mut self, operation: &Operation, which: u8, values: &[Value], excess: i8) {
@@ -307,73 +378,5 @@ impl Driver<'_> {
             assert!(self.host.bytes() == before, "{operation:?} was discarded and changed something");
         }
         self.given_up(status);
-    }
-
-    /// What can be read is finite, and clocks are active in Event Mode only.
-    fn look(&self) {
-        if !self.picture.allows(Call::Get) {
-            return;
-        }
-        for array in &*FLOATS {
-            let mut values = vec![f64::NAN; array.len(self.picture.balls)];
-            let n = values.len();
-            let status = unsafe { fmi3GetFloat64(self.host.c, &array.reference(), 1, values.as_mut_ptr(), n) };
-            assert_eq!(status, fmi3OK, "{array} in {:?}", self.picture);
-            assert!(values.iter().all(|value| value.is_finite()), "{array} = {values:?} in {:?}", self.picture);
-            if *array == Array::Time {
-                assert_eq!(values, [self.picture.time]);
-            }
-        }
-        for clock in of_type(ArrayType::Clock) {
-            let mut active = 9;
-            assert_eq!(unsafe { fmi3GetClock(self.host.c, &clock.reference(), 1, &mut active) }, fmi3OK);
-            assert!(active == 0 || active == 1 && self.picture.phase == Phase::Event);
-        }
-    }
-
-    /// Goes on from a forged state, if it is accepted and has the same parameters; the sequence is over then.
-    fn forge(&mut self, changes: &[Change]) {
-        self.ended = true;
-        let (c, mut state) = (self.host.c, null_mut());
-        let before = self.parameters();
-        let bytes = forged(&self.host.bytes(), changes);
-        unsafe {
-            let status = fmi3DeserializeFMUState(c, bytes.as_ptr(), bytes.len(), &mut state);
-            if status != fmi3OK {
-                assert!(status == fmi3Error && state.is_null());
-                return;
-            }
-            assert_eq!(fmi3SetFMUState(c, state), fmi3OK);
-            assert_eq!(fmi3FreeFMUState(c, &mut state), fmi3OK);
-            let bytes = self.host.bytes();
-            assert_eq!(fmi3DeserializeFMUState(c, bytes.as_ptr(), bytes.len(), &mut state), fmi3OK);
-            assert_eq!(fmi3FreeFMUState(c, &mut state), fmi3OK);
-            if before.is_none() || self.parameters() != before {
-                return;
-            }
-            // Events there may be, of any number, but an end of them.
-            let mut other = [0u8; 5];
-            let [again, ended, nominals, values, defined] = &mut other;
-            for _ in 0..3 {
-                let status = fmi3UpdateDiscreteStates(c, again, ended, nominals, values, defined, &mut 0.0);
-                assert!(status <= fmi3Error);
-            }
-        }
-    }
-
-    /// All real parameters, bit by bit, where they can be read.
-    fn parameters(&self) -> Option<Vec<u64>> {
-        let mut bits = Vec::new();
-        for array in FLOATS.iter().filter(|array| array.row().is_some_and(|row| row.name.contains('.'))) {
-            let mut values = vec![f64::NAN; array.len(self.picture.balls)];
-            let n = values.len();
-            if !self.picture.allows(Call::Get)
-                || unsafe { fmi3GetFloat64(self.host.c, &array.reference(), 1, values.as_mut_ptr(), n) } != fmi3OK
-            {
-                return None;
-            }
-            bits.extend(values.into_iter().map(f64::to_bits));
-        }
-        Some(bits)
     }
 }

@@ -1,4 +1,4 @@
-//! What is legal in FMI 3.0 for co-simulation (FMI 3.0.2, sections 2.3 and 4.2), and an instance as its host pictures it.
+//! What is legal in FMI 3.0 (FMI 3.0.2, sections 2.3, 3.2 and 4.2), and an instance as its host pictures it.
 
 use arbitrary::Arbitrary;
 use newtons_cradle::variables::{Array, ArrayType, Causality, Variability};
@@ -15,11 +15,12 @@ pub enum Phase {
     Initialization,
     Event,
     Step,
+    ContinuousTime,
     Terminated,
     /// A refused call has ended the run before it began.
     Abandoned,
 }
-use Phase::{Abandoned, Configuration, Event, Initialization, Instantiated, Step, Terminated};
+use Phase::{Abandoned, Configuration, ContinuousTime, Event, Initialization, Instantiated, Step, Terminated};
 
 /// Calls that differ in when they are legal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,13 +31,28 @@ pub enum Call {
     EnterInitialization,
     ExitInitialization,
     EnterEvents,
-    /// fmi3UpdateDiscreteStates and fmi3EnterStepMode.
     HandleEvents,
+    EnterStepMode,
+    EnterContinuousTime,
+    SetTime,
+    /// fmi3SetContinuousStates and fmi3CompletedIntegratorStep.
+    Integrate,
+    /// One of the vectors of model exchange.
+    GetVector(Vector),
     DoStep,
     Terminate,
     Get,
     Derivative,
     OutputDerivatives,
+}
+
+/// What the host of model exchange reads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Arbitrary)]
+pub enum Vector {
+    States,
+    Derivatives,
+    Nominals,
+    Indicators,
 }
 
 /// One call, as the fuzzer writes it.
@@ -89,6 +105,18 @@ pub enum Operation {
     /// The state as bytes and back.
     Through(u8),
     Forge(Vec<Change>),
+    EnterContinuousTime,
+    SetTime(Length),
+    /// A step of Euler's method, of all states, one too many or too few.
+    SetStates {
+        step: Length,
+        excess: i8,
+    },
+    CompletedStep,
+    GetVector {
+        of: Vector,
+        excess: i8,
+    },
 }
 
 /// An instance as its host pictures it.
@@ -97,6 +125,8 @@ pub struct Picture {
     pub phase: Phase,
     /// Whether it takes part in events.
     pub events: bool,
+    /// Whether it is for model exchange, with all events.
+    pub exchange: bool,
     pub balls: usize,
     /// s.
     pub time: f64,
@@ -104,8 +134,8 @@ pub struct Picture {
 
 impl Picture {
     /// A new instance of five balls.
-    pub fn new(events: bool) -> Self {
-        Self { phase: Instantiated, events, balls: 5, time: 0.0 }
+    pub fn new(events: bool, exchange: bool) -> Self {
+        Self { phase: Instantiated, events, exchange, balls: 5, time: 0.0 }
     }
 
     /// Whether it is legal now.
@@ -115,20 +145,44 @@ impl Picture {
             Call::EnterConfiguration | Call::EnterInitialization => self.phase == Instantiated,
             Call::ExitConfiguration => self.phase == Configuration,
             Call::ExitInitialization => self.phase == Initialization,
-            Call::EnterEvents => self.phase == Step && self.events,
+            Call::EnterEvents => self.phase == Step && self.events || self.phase == ContinuousTime,
             Call::HandleEvents => self.phase == Event,
+            Call::EnterStepMode => self.phase == Event && !self.exchange,
+            Call::EnterContinuousTime => self.phase == Event && self.exchange,
+            Call::SetTime => matches!(self.phase, Event | ContinuousTime) && self.exchange,
+            Call::Integrate => self.phase == ContinuousTime,
+            Call::GetVector(of) => {
+                let early = of == Vector::Nominals && self.phase == Instantiated;
+                self.exchange && (early || self.allows(Call::Get))
+            }
             Call::DoStep => self.phase == Step,
-            Call::Terminate => matches!(self.phase, Step | Event),
-            Call::Get | Call::Derivative => matches!(self.phase, Initialization | Event | Step | Terminated),
-            Call::OutputDerivatives => matches!(self.phase, Step | Terminated),
+            Call::Terminate => matches!(self.phase, Step | Event | ContinuousTime),
+            Call::Get | Call::Derivative => {
+                matches!(self.phase, Initialization | Event | Step | ContinuousTime | Terminated)
+            }
+            Call::OutputDerivatives => matches!(self.phase, Step | Terminated) && !self.exchange,
         }
+    }
+
+    /// Whether a variable may be read now.
+    pub fn may_get(&self, array: Array) -> bool {
+        self.allows(Call::Get) || self.phase == Instantiated && array.has_start()
+    }
+
+    /// How many numbers a vector of model exchange has.
+    pub fn length(&self, of: Vector) -> usize {
+        if of == Vector::Indicators { 2 * self.balls } else { 3 * self.balls + 2 }
     }
 
     /// Whether a variable may be set now.
     pub fn may_set(&self, array: Array) -> bool {
         let Some(row) = array.row() else {
-            let slope = matches!(array, Array::Slope(_) | Array::DerivativesOf);
-            return slope && matches!(self.phase, Instantiated | Initialization | Step | Event);
+            let anywhere = matches!(self.phase, Instantiated | Initialization | Step | Event);
+            return match array {
+                Array::Slope(_) => anywhere || self.phase == ContinuousTime,
+                Array::DerivativesOf => anywhere,
+                _ => false,
+            };
         };
         match self.phase {
             Instantiated | Initialization => matches!(row.causality, Causality::Parameter | Causality::Input),
@@ -136,6 +190,7 @@ impl Picture {
                 row.causality == Causality::Input
                     || row.causality == Causality::Parameter && row.variability == Variability::Tunable
             }
+            ContinuousTime => row.causality == Causality::Input,
             _ => false,
         }
     }
@@ -144,7 +199,7 @@ impl Picture {
     pub fn give_up(&mut self) {
         self.phase = match self.phase {
             Instantiated | Configuration | Initialization | Abandoned => Abandoned,
-            Event | Step | Terminated => Terminated,
+            Event | Step | ContinuousTime | Terminated => Terminated,
         };
     }
 }

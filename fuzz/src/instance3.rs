@@ -63,11 +63,15 @@ unsafe extern "C" fn within(
     }
 }
 
+fn token() -> CString {
+    CString::new(Description::fmi3(&Settings::default_for(5)).guid()).unwrap()
+}
+
 impl Host {
     /// With event mode or not, with early return or not.
     pub fn new(events: bool, early: bool) -> Self {
         let environment: Box<RefCell<Environment>> = Box::default();
-        let token = CString::new(Description::fmi3(&Settings::default_for(5)).guid()).unwrap();
+        let token = token();
         let pointer = (&raw const *environment).cast_mut().cast();
         let c = unsafe {
             fmi3InstantiateCoSimulation(
@@ -87,6 +91,15 @@ impl Host {
         };
         assert!(!c.is_null());
         Self { c, environment }
+    }
+
+    /// For model exchange.
+    pub fn exchanging() -> Self {
+        let token = token();
+        let c =
+            unsafe { fmi3InstantiateModelExchange(c"fuzz".as_ptr(), token.as_ptr(), null(), 0, 0, null_mut(), None) };
+        assert!(!c.is_null());
+        Self { c, environment: Box::default() }
     }
 
     /// What it does within the next step, from `time` (s) on, in a cradle of so many balls.

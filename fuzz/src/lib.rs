@@ -2,6 +2,7 @@
 
 pub mod forgery;
 pub mod hybrid;
+pub mod inspection;
 pub mod instance3;
 pub mod interface;
 pub mod model;

@@ -27,10 +27,7 @@ impl Build {
         }
         let mut entries = build::entries(&recipe, ready.binaries, self.standard)?;
         entries.extend(ready.licenses);
-        // Their names are those of FMI 2.0: parameter sets of SSP 1.0 have no arrays.
-        if self.standard == Standard::Fmi2
-            && let Some(reason) = reference::add(&mut entries, &recipe)?
-        {
+        if let Some(reason) = reference::add(&mut entries, &recipe, self.standard)? {
             eprintln!("warning: the FMU gets no reference results: {reason}");
         }
         let beside = self.reference.as_ref().map(|folder| reference::beside(&entries, &out, folder)).transpose()?;
@@ -46,9 +43,8 @@ impl Build {
         for file in beside.iter().flatten() {
             told.push_str(&format!("{}\n", shown(file).display()));
         }
-        // The Python package, which makes the page, takes FMI 2.0.
-        let has_page = self.standard == Standard::Fmi2 && environment::python().is_some();
-        let command = if has_page { "page" } else { "check" };
+        // The Python package makes the page.
+        let command = if environment::python().is_some() { "page" } else { "check" };
         told.push_str(&format!("Try it: {} {command} {}\n", this_program(), quoted(&path)));
         // At once, for a reader who closes the pipe after the first line.
         print!("{told}");

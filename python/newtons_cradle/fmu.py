@@ -43,11 +43,12 @@ class Fmu(Model):
             description = read_model_description(str(path))
         except Exception as problem:  # FMPy raises what its parser meets
             raise FmuError(f"{path} is not an FMU that FMPy can read: {problem}") from problem
-        if not description.fmiVersion.startswith("2.") or description.coSimulation is None:
-            reason = f"{path} is an FMU of FMI {description.fmiVersion}; allowed: FMI 2.0 for co-simulation"
-            if description.modelName == MODEL and description.fmiVersion.startswith("3."):
-                reason += f"; one with the same binaries and results: cradle-fmu build --from {path}"
-            raise FmuError(reason)
+        own = description.modelName == MODEL and description.fmiVersion.startswith("3.")
+        if not (own or description.fmiVersion.startswith("2.")) or description.coSimulation is None:
+            raise FmuError(
+                f"{path} is an FMU of FMI {description.fmiVersion}, the model {description.modelName}; "
+                f"allowed: FMI 2.0 for co-simulation, or {MODEL} of FMI 3.0"
+            )
         super().__init__(path, description, extract(str(path), unzipdir=str(folder) if folder else None))
         self._remove = weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)
 

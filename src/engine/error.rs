@@ -22,7 +22,7 @@ pub enum EngineError {
         /// Where, from 0.
         contact: usize,
     },
-    /// At this rate of events, the end of the step is out of reach.
+    /// At this rate of events and searches, the end of the step is out of reach.
     TooFast {
         /// When, s.
         time: f64,
@@ -63,7 +63,7 @@ impl std::fmt::Display for EngineError {
             }
             Self::TooFast { time, contact, event_rate } => write!(
                 f,
-                "contact {} has too many events to reach the end of the step: {event_rate:.1e} per second at t = {} s",
+                "contact {} keeps the run too busy to reach the end of the step: {event_rate:.1e} events per second at t = {} s",
                 contact + 1,
                 Plain(time)
             ),

@@ -2,6 +2,7 @@
 //! several numbers.
 
 use super::contact::ContactLaw;
+use super::damping::Damping;
 
 impl ContactLaw {
     /// Whether the exponent is a whole number and a half: the force is then a smooth function of the root of the overlap.
@@ -13,9 +14,16 @@ impl ContactLaw {
     /// Elastic forces at several overlaps (m), N; 0 for those <= 0. Roots and products, where twice the exponent is whole, can be taken side by side.
     #[inline]
     pub fn elastic_forces<const N: usize>(&self, overlaps: &[f64; N]) -> [f64; N] {
+        self.powers(overlaps, |_, d| d)
+    }
+
+    /// The secant stiffness `k (d / d_ref)^(p-1)` at several overlaps (m), 0 for those <= 0, times the `distance` (m) that belongs to
+    /// each.
+    #[inline]
+    fn powers<const N: usize>(&self, overlaps: &[f64; N], distance: impl Fn(usize, f64) -> f64) -> [f64; N] {
         let scale = 1.0 / self.overlap_ref;
         let overlaps = overlaps.map(|d| d.max(0.0));
-        let mut forces = overlaps.map(|d| self.stiffness * d);
+        let mut forces = std::array::from_fn(|m| self.stiffness * distance(m, overlaps[m]));
         let mut times = |factor: &dyn Fn(f64) -> f64| {
             forces.iter_mut().zip(overlaps).for_each(|(force, d)| *force *= factor(d * scale));
         };
@@ -34,6 +42,11 @@ impl ContactLaw {
     /// through, the elastic force is 0 and the damping is not.
     #[inline]
     pub fn unclipped_forces<const N: usize>(&self, overlaps: &[f64; N], rates: &[f64; N]) -> [f64; N] {
+        if let Damping::Viscoelastic { relaxation } = self.damping {
+            // The elastic force, with `d + p A r` in the place of the overlap: no division by that.
+            let relaxation = self.exponent * relaxation;
+            return self.powers(overlaps, |m, d| d + relaxation * rates[m]);
+        }
         let mut forces = self.elastic_forces(overlaps);
         if !self.is_elastic() {
             for ((force, d), rate) in forces.iter_mut().zip(overlaps).zip(rates) {

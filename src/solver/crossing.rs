@@ -92,8 +92,8 @@ fn scan(g: &Above, until: f64) -> Result<Option<f64>, f64> {
     let values = sample(c, &places).map(|value| sign * (value - level));
     // Of two intervals at a time.
     let curvatures: [f64; SAMPLES / 2] = std::array::from_fn(|p| places[2 * p + 1]);
-    let bend = |c: f64, k: f64| (1.0 + 1e-9) * k * (k - 1.0) * c.abs();
-    let curvatures = sample_terms(&c[2.min(c.len())..], &NUMBERS[2..], &curvatures, bend);
+    let bend = |c: f64, k: f64| k * (k - 1.0) * c.abs();
+    let curvatures = sample_terms(&c[2.min(c.len())..], &NUMBERS[2..], &curvatures, bend).map(|c| (1.0 + 1e-9) * c);
     let mut from = (0.0, sign * (c[0] - level));
     for (p, to) in places.into_iter().zip(values).enumerate() {
         // Most are far below.

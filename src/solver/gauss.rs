@@ -12,8 +12,8 @@
 //! twice the order that it has within. Where g has a branch point at an end of the step, such as the square root of an overlap, the
 //! stretching `c^q` or `1 - (1 - c)^q` makes it smooth as a function of c.
 //!
-//! The coefficients are computed in double-double: an error in the last digit of a weight would act in the same direction in every
-//! step.
+//! The nodes, the weights and `Q` are computed in double-double: an error in the last digit of a weight would act in the same
+//! direction in every step.
 
 use std::sync::LazyLock;
 
@@ -105,18 +105,23 @@ static END: LazyLock<Table> = LazyLock::new(|| Table::new(Stretching::AtEnd));
 /// What all tables share.
 static RULE: LazyLock<Rule> = LazyLock::new(Rule::new);
 
-/// Nodes and Lagrange polynomials.
+/// Nodes, weights and Lagrange polynomials.
 #[derive(Debug)]
 pub struct Rule {
     /// The nodes on [-1, 1].
     x: [DoubleDouble; NODES],
+    /// The weights of the nodes on [0, 1].
+    weights: [DoubleDouble; NODES],
+    /// `Q`: the integral from 0 to node m of the Lagrange polynomial of node l, at `[m][l]`.
+    integrals: [[DoubleDouble; NODES]; NODES],
     /// Coefficient of the Legendre polynomial k in the Lagrange polynomial of node l, at `[k][l]`.
-    lagrange: [[DoubleDouble; NODES]; NODES],
-    /// The same, rounded.
-    rounded: [Nodes; NODES],
+    lagrange: [Nodes; NODES],
     /// Coefficient of `x^k`, `x = 2 c - 1`, in the Lagrange polynomial of node l, at `[k][l]`: large ones, which leave ten digits.
     pub powers: [Nodes; NODES],
 }
+
+/// The Legendre polynomials at a place.
+type Legendre = [DoubleDouble; NODES + 1];
 
 /// `1 / a`.
 fn inverse(a: DoubleDouble) -> DoubleDouble {
@@ -124,57 +129,55 @@ fn inverse(a: DoubleDouble) -> DoubleDouble {
     rough + rough * (DoubleDouble::from(1.0) - rough * a)
 }
 
-/// The Legendre polynomials of degree 0 to [`NODES`] at x.
-fn legendre(x: DoubleDouble) -> [DoubleDouble; NODES + 1] {
+/// The Legendre polynomials of degree 0 to [`NODES`] at x, with the `ratios` `k / (k + 1)`.
+fn legendre(x: DoubleDouble, ratios: &[DoubleDouble; NODES]) -> Legendre {
     let mut p = [DoubleDouble::from(1.0); NODES + 1];
     p[1] = x;
     for k in 1..NODES {
-        let (factor, of_before) = (DoubleDouble::from((2 * k + 1) as f64), DoubleDouble::from(k as f64));
-        p[k + 1] = (factor * x * p[k] - of_before * p[k - 1]) * inverse(DoubleDouble::from((k + 1) as f64));
+        let product = x * p[k];
+        p[k + 1] = product + ratios[k] * (product - p[k - 1]);
     }
     p
 }
 
-/// Their integrals by c from 0, `x = 2 c - 1`, up to degree [`NODES`] - 1.
-fn legendre_integrals(x: DoubleDouble) -> [DoubleDouble; NODES] {
-    let p = legendre(x);
-    let half = DoubleDouble::from(0.5);
-    std::array::from_fn(|k| match k {
-        0 => (DoubleDouble::from(1.0) + x) * half,
-        _ => (p[k + 1] - p[k - 1]) * half * inverse(DoubleDouble::from((2 * k + 1) as f64)),
-    })
-}
-
-fn dot(a: &[DoubleDouble; NODES], b: impl Fn(usize) -> DoubleDouble) -> DoubleDouble {
-    a.iter().enumerate().fold(DoubleDouble::ZERO, |sum, (k, a)| sum + *a * b(k))
-}
-
 impl Rule {
     fn new() -> Self {
-        let one = DoubleDouble::from(1.0);
-        let mut x = [DoubleDouble::ZERO; NODES];
-        let mut lagrange = [[DoubleDouble::ZERO; NODES]; NODES];
-        for l in 0..NODES {
+        let (zero, one, half) = (DoubleDouble::ZERO, DoubleDouble::from(1.0), DoubleDouble::from(0.5));
+        let number = |k: usize| DoubleDouble::from(k as f64);
+        let ratios = std::array::from_fn(|k| number(k) * inverse(number(k + 1)));
+        let (mut x, mut weights, mut p) = ([zero; NODES], [zero; NODES], [[zero; NODES + 1]; NODES]);
+        for l in 0..NODES / 2 {
             // Newton's method, from a start that is within the last one's reach (Abramowitz and Stegun, 22.16.6).
             let start = -libm::cos(std::f64::consts::PI * (l as f64 + 0.75) / (NODES as f64 + 0.5));
-            let mut node = DoubleDouble::from(start);
-            let slope = |node: DoubleDouble, p: &[DoubleDouble; NODES + 1]| {
-                DoubleDouble::from(NODES as f64) * (p[NODES - 1] - node * p[NODES]) * inverse(one - node * node)
+            let slope = |node: DoubleDouble, p: &Legendre| {
+                number(NODES) * (p[NODES - 1] - node * p[NODES]) * inverse(one - node * node)
             };
-            for _ in 0..8 {
-                let p = legendre(node);
-                node = node - p[NODES] * inverse(slope(node, &p));
+            let mut node = DoubleDouble::from(start);
+            let mut at_node = legendre(node, &ratios);
+            for _ in 0..4 {
+                node = node - at_node[NODES] * inverse(slope(node, &at_node));
+                at_node = legendre(node, &ratios);
             }
-            let p = legendre(node);
-            let slope = slope(node, &p);
+            let slope = slope(node, &at_node);
             let weight = inverse((one - node * node) * slope * slope);
-            x[l] = node;
-            for k in 0..NODES {
-                lagrange[k][l] = DoubleDouble::from((2 * k + 1) as f64) * weight * p[k];
-            }
+            // Its mirror image is a node, too.
+            let mirrored = NODES - 1 - l;
+            (x[l], x[mirrored]) = (node, -node);
+            (weights[l], weights[mirrored]) = (weight, weight);
+            p[mirrored] = std::array::from_fn(|k| if k % 2 == 0 { at_node[k] } else { -at_node[k] });
+            p[l] = at_node;
         }
-        let rounded = lagrange.map(|row| row.map(DoubleDouble::value));
-        Self { x, lagrange, rounded, powers: powers(&lagrange) }
+        // The integral of a Legendre polynomial is half the difference of its neighbours, over 2 k + 1.
+        let integrals = std::array::from_fn(|m| {
+            let differences: [_; NODES] = std::array::from_fn(|k| match k {
+                0 => (one + x[m]) * half,
+                _ => (p[m][k + 1] - p[m][k - 1]) * half,
+            });
+            std::array::from_fn(|l| weights[l] * dot(&differences, &p[l]))
+        });
+        let lagrange =
+            std::array::from_fn(|k| std::array::from_fn(|l| (number(2 * k + 1) * weights[l] * p[l][k]).value()));
+        Self { x, weights, integrals, powers: powers(&lagrange), lagrange }
     }
 
     /// The only instance that is needed.
@@ -187,7 +190,7 @@ impl Rule {
         let x = 2.0 * c - 1.0;
         let mut integrals = [0.0; NODES];
         let (mut before, mut p) = (1.0, x);
-        for (k, row) in self.rounded.iter().enumerate() {
+        for (k, row) in self.lagrange.iter().enumerate() {
             let integral = if k == 0 {
                 c
             } else {
@@ -203,17 +206,19 @@ impl Rule {
     }
 }
 
+fn dot(a: &[DoubleDouble], b: &[DoubleDouble]) -> DoubleDouble {
+    a.iter().zip(b).fold(DoubleDouble::ZERO, |sum, (a, b)| sum + *a * *b)
+}
+
 /// The Lagrange polynomials in powers of x, from those in Legendre polynomials.
-fn powers(lagrange: &[[DoubleDouble; NODES]; NODES]) -> [Nodes; NODES] {
-    let mut powers = [[DoubleDouble::ZERO; NODES]; NODES];
+fn powers(lagrange: &[Nodes; NODES]) -> [Nodes; NODES] {
+    let mut powers = [[0.0; NODES]; NODES];
     // Coefficients of the Legendre polynomials, by their recursion.
     let (mut before, mut p) = ([0.0; NODES], [0.0; NODES]);
     p[0] = 1.0;
     for (k, row) in lagrange.iter().enumerate() {
         for (power, coefficient) in powers.iter_mut().zip(p) {
-            for (power, l) in power.iter_mut().zip(row) {
-                *power = *power + DoubleDouble::from(coefficient) * *l;
-            }
+            power.iter_mut().zip(row).for_each(|(power, l)| *power += coefficient * l);
         }
         let (factor, of_before) = ((2 * k + 1) as f64, k as f64);
         let mut next = [0.0; NODES];
@@ -223,32 +228,27 @@ fn powers(lagrange: &[[DoubleDouble; NODES]; NODES]) -> [Nodes; NODES] {
         }
         (before, p) = (p, next);
     }
-    powers.map(|row| row.map(DoubleDouble::value))
+    powers
 }
 
 impl Table {
     fn new(stretching: Stretching) -> Self {
         let rule = Rule::get();
-        let one = DoubleDouble::from(1.0);
-        let half = DoubleDouble::from(0.5);
+        let (one, half) = (DoubleDouble::from(1.0), DoubleDouble::from(0.5));
         let along = rule.x.map(|x| stretching.at((one + x) * half, (one - x) * half));
-        let mut rates = [[DoubleDouble::ZERO; NODES]; NODES]; // A row a node.
-        for (row, x) in rates.iter_mut().zip(&rule.x) {
-            let integrals = legendre_integrals(*x);
-            for (l, entry) in row.iter_mut().enumerate() {
-                *entry = dot(&integrals, |k| rule.lagrange[k][l]) * along[l].1;
-            }
-        }
-        let of_rate: [DoubleDouble; NODES] = std::array::from_fn(|l| rule.lagrange[0][l] * along[l].1);
-        let column = |entry: &dyn Fn(usize) -> DoubleDouble| std::array::from_fn(|m| entry(m).value());
+        let (times, paces) = (along.map(|(phi, _)| phi.value()), along.map(|(_, slope)| slope.value()));
+        let rates: [Nodes; NODES] =
+            std::array::from_fn(|l| std::array::from_fn(|m| (rule.integrals[m][l] * along[l].1).value()));
+        let of_rate: [DoubleDouble; NODES] = std::array::from_fn(|l| rule.weights[l] * along[l].1);
         Self {
-            times: along.map(|(phi, _)| phi.value()),
-            paces: along.map(|(_, slope)| slope.value()),
-            rates: std::array::from_fn(|l| column(&|m| rates[m][l])),
-            positions: std::array::from_fn(|l| column(&|m| dot(&rates[m], |k| rates[k][l]))),
+            times,
+            paces,
+            // Within a step, sums of rounded products are exact enough.
+            positions: rates.map(|column| combine(&rates, &column)),
+            rates,
             of_rate: of_rate.map(DoubleDouble::value),
             of_position: std::array::from_fn(|l| (of_rate[l] * (one - along[l].0)).value()),
-            tail: [1, 2].map(|k| column(&|l| rule.lagrange[NODES - k][l] * along[l].1)),
+            tail: [1, 2].map(|k| std::array::from_fn(|l| rule.lagrange[NODES - k][l] * paces[l])),
         }
     }
 }

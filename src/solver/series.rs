@@ -1,7 +1,6 @@
 //! Truncated power series: slices of coefficients `c[k]` of `t^k`.
 
 use super::dual::Scalar;
-use super::quadrature;
 
 /// Sums that are taken side by side where that pays.
 pub const LANES: usize = 4;
@@ -36,11 +35,11 @@ pub fn about<const N: usize>(c: &[f64], t: f64) -> [f64; N] {
 /// All coefficients of the same function about `t`, with zeros behind them.
 pub fn shifted(c: &[f64], t: f64) -> [f64; MOST] {
     let mut row = [0.0; MOST];
-    for (done, c) in c.iter().rev().enumerate() {
-        for k in (1..=done.min(MOST - 1)).rev() {
-            row[k] = row[k] * t + row[k - 1];
+    for (done, &c) in c.iter().rev().enumerate() {
+        let mut before = c;
+        for term in &mut row[..(done + 1).min(MOST)] {
+            (before, *term) = (*term, *term * t + before);
         }
-        row[0] = row[0] * t + c;
     }
     row
 }
@@ -208,29 +207,6 @@ pub fn sample_terms<const PLACES: usize>(
     })
 }
 
-/// `term` of each coefficient and its weight, with zeros behind them.
-#[inline(always)]
-pub fn weighted(c: &[f64], weights: &[f64], term: impl Fn(f64, f64) -> f64) -> [f64; MOST] {
-    let mut row = [0.0; MOST];
-    let count = c.len().min(weights.len()).min(MOST);
-    let (terms, c, weights) = (&mut row[..count], &c[..count], &weights[..count]);
-    for k in 0..count {
-        terms[k] = term(c[k], weights[k]);
-    }
-    row
-}
-
-/// Integral from 0 to `t` of a function given at some places at a time: by quadrature, exactly up to degree 31. Of a product of
-/// series no more counts where they converge.
-pub fn quadrature_of(t: f64, f: impl Fn(&[f64; SAMPLES]) -> [f64; SAMPLES]) -> f64 {
-    let half = 0.5 * t;
-    let part = |sign: f64| {
-        let values = f(&quadrature::SIXTEEN.map(|(x, _)| half * (1.0 + sign * x)));
-        quadrature::SIXTEEN.iter().zip(values).map(|((_, weight), value)| weight * value).sum::<f64>()
-    };
-    half * (part(-1.0) + part(1.0))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -247,21 +223,15 @@ mod tests {
     }
 
     #[test]
+    fn integral_of_a_polynomial() {
+        assert!((integral(&[1.0, 2.0, 3.0], 2.0) - 14.0).abs() < 1e-15);
+    }
+
+    #[test]
     fn a_polynomial_about_another_place() {
         // (1 + s)^3 about s = 1 is (2 + s)^3.
         assert_eq!(about(&[1.0, 3.0, 3.0, 1.0], 1.0), [8.0, 12.0, 6.0]);
         assert_eq!(about(&[1.0, 3.0, 3.0, 1.0], 1.0), [8.0, 12.0, 6.0, 1.0, 0.0]);
-    }
-
-    #[test]
-    fn integrals_of_products() {
-        // (1 + t) (1 - t) integrated to 1 is 2/3.
-        let product = |places: &[f64; SAMPLES]| {
-            let (a, b) = (sample(&[1.0, 1.0], places), sample(&[1.0, -1.0], places));
-            std::array::from_fn(|p| a[p] * b[p])
-        };
-        assert!((quadrature_of(1.0, product) - 2.0 / 3.0).abs() < 1e-15);
-        assert!((integral(&[1.0, 2.0, 3.0], 2.0) - 14.0).abs() < 1e-15);
     }
 
     #[test]

@@ -2,7 +2,6 @@
 
 import ctypes
 import subprocess
-import sys
 from contextlib import contextmanager
 
 import fmpy
@@ -296,21 +295,6 @@ def test_derivatives_of_the_run(make3):
     with pytest.raises(FMICallException):
         late.derivative("Directional", unknowns, knowns, direction, 6)
     assert any("derivatives.of = run must be set before an input" in line[2] for line in late.lines)
-
-
-def test_the_python_package_says_what_it_takes(fmu3_path, producer, tmp_path):
-    with pytest.raises(
-        nc.FmuError, match=r"an FMU of FMI 3\.0; allowed: FMI 2\.0 for co-simulation; .* build"
-    ) as refused:
-        nc.Fmu(fmu3_path)
-    page = [producer, "page", "--python", sys.executable, fmu3_path, "--out", tmp_path / "cradle.html"]
-    done = subprocess.run(page, capture_output=True, text=True)
-    assert done.returncode == 1 and str(refused.value) in done.stderr, done.stdout + done.stderr
-    # What it advises makes an FMU that it takes.
-    out = tmp_path / "cradle.fmu"
-    subprocess.run([producer, "build", "--from", fmu3_path, "--out", out], check=True, capture_output=True)
-    with nc.Fmu(out) as fmu:
-        assert fmu.simulate(stop=0.1)["time"][-1] == pytest.approx(0.1)
 
 
 def test_an_fmu_without_clocks(fmu3_path, fmu_path, producer, tmp_path):

@@ -292,3 +292,34 @@ fn balls_pressed_for_long_take_fewer_steps() {
         }
     }
 }
+
+/// Two contacts that overlap deeply at the start, with forces that are clipped at once: the sign of a force changes before the first
+/// point at which it is evaluated, or after the last.
+#[test]
+fn deep_overlaps_at_the_start_of_lossy_contacts() {
+    let mut parameters = Parameters::default_for(6);
+    (parameters.exponent, parameters.stiffness) = (2.5, 1e6);
+    (parameters.damping_law, parameters.hunt_crossley) = (DampingLaw::HuntCrossley, 0.9883612259175566);
+    parameters.x_start = vec![-0.1415917421525615, -0.1, -0.1, -0.11378582961873326, 0.0, 0.07];
+    let engine = advanced(&parameters, &Inputs::zero(6), 0.71);
+    let residual = engine.energy_residual() / engine.total_energy();
+    assert!(residual.abs() < 1e-12, "{residual:e} {:e} {:e} {:e} {:?}", engine.energy_residual(), engine.total_energy(), engine.dissipated_energy(), engine.work());
+}
+
+/// A wave through many balls is dense with events, but over soon.
+#[test]
+fn a_wave_through_many_balls_is_not_hopeless() {
+    let mut parameters = cradle(5000, 0, 1.0, 1e12, 0.0);
+    (parameters.gravity, parameters.v_start[0]) = (0.0, 1.0);
+    let engine = advanced(&parameters, &Inputs::zero(5000), 1000.0);
+    assert!(engine.pulses(4998) > 0 && engine.work().events < 100_000, "{:?}", engine.work());
+}
+
+#[test]
+fn a_hopeless_step_ends_in_an_error() {
+    let mut parameters = Parameters::default_for(2);
+    parameters.gravity = 1e308;
+    let mut engine = Engine::new(&parameters, &Inputs::zero(2), 0.0).unwrap();
+    let error = engine.advance(1.0, &mut Vec::new()).unwrap_err();
+    assert!(error.to_string().contains("too busy to reach the end of the step"), "{error}");
+}

@@ -1,4 +1,4 @@
-//! What the binary answers in FMI 3.0: a host's way through co-simulation, without event mode.
+//! What the binary answers in FMI 3.0: a host's way through co-simulation, without event mode, or up to what it integrates.
 #![allow(unsafe_code)]
 
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
@@ -8,7 +8,9 @@ use std::ptr::{null, null_mut};
 use super::description::model::{Array, Kind};
 use super::probe::{Instance, Probe, SAID};
 
-type Instantiate = unsafe extern "C" fn(
+type Log = unsafe extern "C" fn(*mut c_void, c_int, *const c_char, *const c_char);
+/// Name, token, path of the resources, visible, loggingOn; what only co-simulation has; the host's environment and functions.
+type ForCoSimulation = unsafe extern "C" fn(
     *const c_char,
     *const c_char,
     *const c_char,
@@ -19,9 +21,11 @@ type Instantiate = unsafe extern "C" fn(
     *const u32,
     usize,
     *mut c_void,
-    unsafe extern "C" fn(*mut c_void, c_int, *const c_char, *const c_char),
+    Log,
     *const c_void,
 ) -> Instance;
+type ForModelExchange =
+    unsafe extern "C" fn(*const c_char, *const c_char, *const c_char, bool, bool, *mut c_void, Log) -> Instance;
 type Get<T> = unsafe extern "C" fn(Instance, *const u32, usize, *mut T, usize) -> c_int;
 type Step = unsafe extern "C" fn(Instance, f64, f64, bool, *mut bool, *mut bool, *mut bool, *mut f64) -> c_int;
 
@@ -39,15 +43,11 @@ impl Probe<'_> {
     /// A host's way through the functions, to the first that fails.
     pub(super) fn all_arrays(&mut self, folder: &Path) -> Result<(), String> {
         self.constant("fmi3GetVersion", &self.model.fmi_version.clone())?;
-        if self.kind() != Kind::CoSimulation {
-            self.findings.tell("remark", "model exchange of FMI 3.0 is not tried");
-            return Ok(());
-        }
         let resources = folder.join("resources/").to_string_lossy().into_owned();
         self.create("{00000000-0000-0000-0000-000000000000}", &resources)?;
         if !self.instance.is_null() {
-            self.findings
-                .tell("remark", "fmi3InstantiateCoSimulation accepts a token that is not that of the description");
+            let text = format!("{} accepts a token that is not that of the description", self.instantiates());
+            self.findings.tell("remark", &text);
             self.free()?;
         }
         if let Ok(mut said) = SAID.lock() {
@@ -55,33 +55,36 @@ impl Probe<'_> {
         }
         self.create(&self.model.guid.clone(), &resources)?;
         if self.instance.is_null() {
-            return Err("fmi3InstantiateCoSimulation refuses the description's token or the resources".to_owned());
+            return Err(format!("{} refuses the description's token or the resources", self.instantiates()));
         }
         let done = self.run_arrays();
         self.free()?;
         done
     }
 
+    /// Name of the function that makes an instance of this kind.
+    fn instantiates(&self) -> &'static str {
+        match self.kind() {
+            Kind::CoSimulation => "fmi3InstantiateCoSimulation",
+            Kind::ModelExchange => "fmi3InstantiateModelExchange",
+        }
+    }
+
     fn create(&mut self, token: &str, resources: &str) -> Result<(), String> {
-        let function = self.function::<Instantiate>("fmi3InstantiateCoSimulation")?;
         let text = |text: &str| CString::new(text).map_err(|_| format!("\"{text}\" holds a null byte"));
-        let [name, token, path] = [text("check")?, text(token)?, text(resources)?];
+        let texts = [text("check")?, text(token)?, text(resources)?];
+        let [name, token, path] = texts.each_ref().map(|text| text.as_ptr());
+        let (function, none) = (self.instantiates(), null_mut());
         // SAFETY: the arguments of the standard, here and below.
-        self.instance = unsafe {
-            function(
-                name.as_ptr(),
-                token.as_ptr(),
-                path.as_ptr(),
-                false,
-                true,
-                false,
-                false,
-                null(),
-                0,
-                null_mut(),
-                log,
-                null(),
-            )
+        self.instance = match self.kind() {
+            Kind::CoSimulation => {
+                let instantiate = self.function::<ForCoSimulation>(function)?;
+                unsafe { instantiate(name, token, path, false, true, false, false, null(), 0, none, log, null()) }
+            }
+            Kind::ModelExchange => {
+                let instantiate = self.function::<ForModelExchange>(function)?;
+                unsafe { instantiate(name, token, path, false, true, none, log) }
+            }
         };
         Ok(())
     }
@@ -97,6 +100,10 @@ impl Probe<'_> {
         self.elements(true)?;
         self.plain("fmi3ExitInitializationMode")?;
         self.elements(false)?;
+        if self.kind() == Kind::ModelExchange {
+            self.integrate_arrays(start, step)?;
+            return self.plain("fmi3Terminate");
+        }
         let do_step = self.function::<Step>("fmi3DoStep")?;
         let (mut events, mut terminate, mut early, mut reached) = (false, false, false, start);
         let status =
@@ -110,7 +117,7 @@ impl Probe<'_> {
     }
 
     /// Reads every variable; compares start values with those of the description if nothing else was set yet.
-    fn elements(&mut self, compare: bool) -> Result<(), String> {
+    pub(super) fn elements(&mut self, compare: bool) -> Result<(), String> {
         for array in &self.model.arrays {
             let values = match array.element.as_str() {
                 "Float64" => self.array::<f64>(array, "fmi3GetFloat64", |value| value)?,

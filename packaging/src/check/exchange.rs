@@ -18,7 +18,7 @@ struct EventInfo {
 }
 
 /// Events that may follow each other at one time.
-const MOST_UPDATES: usize = 1000;
+pub(super) const MOST_UPDATES: usize = 1000;
 
 type Read = unsafe extern "C" fn(Instance, *mut f64, usize) -> c_int;
 
@@ -28,23 +28,11 @@ impl Probe<'_> {
         let (states, indicators) = self.continuous();
         self.update(start)?;
         let time = start + step;
-        let mut y = self.vector("fmi2GetContinuousStates", states)?;
-        let rates = self.vector("fmi2GetDerivatives", states)?;
-        self.vector("fmi2GetEventIndicators", indicators)?;
-        let nominals = self.vector("fmi2GetNominalsOfContinuousStates", states)?;
-        if nominals.iter().any(|nominal| nominal.is_nan() || *nominal <= 0.0) {
-            return Err("fmi2GetNominalsOfContinuousStates answers one that is not positive".to_owned());
-        }
-        y.iter_mut().zip(rates).for_each(|(y, rate)| *y += step * rate);
-        let set_time = self.function::<unsafe extern "C" fn(Instance, f64) -> c_int>("fmi2SetTime")?;
-        // SAFETY: the arguments of the standard, here and below.
-        self.status("fmi2SetTime", unsafe { set_time(self.instance, time) })?;
-        type Write = unsafe extern "C" fn(Instance, *const f64, usize) -> c_int;
-        let set_states = self.function::<Write>("fmi2SetContinuousStates")?;
-        self.status("fmi2SetContinuousStates", unsafe { set_states(self.instance, y.as_ptr(), states) })?;
+        self.euler_step("fmi2GetDerivatives", states, indicators, time, step)?;
         type Completed = unsafe extern "C" fn(Instance, c_int, *mut c_int, *mut c_int) -> c_int;
         let completed = self.function::<Completed>("fmi2CompletedIntegratorStep")?;
         let (mut enter, mut terminate) = (0, 0);
+        // SAFETY: the arguments of the standard, here and below.
         let status = unsafe { completed(self.instance, 1, &mut enter, &mut terminate) };
         self.status("fmi2CompletedIntegratorStep", status)?;
         self.values(false)?;
@@ -59,17 +47,53 @@ impl Probe<'_> {
         for _ in 0..MOST_UPDATES {
             let mut info = EventInfo::default();
             self.status(name, unsafe { update(self.instance, &mut info) })?;
-            if info.next_defined != 0 && (info.next.is_nan() || info.next <= time) {
-                return Err(format!(
-                    "{name} answers nextEventTime = {} s, which is not later than {time} s",
-                    info.next
-                ));
+            if info.next_defined != 0 {
+                self.later(name, info.next, time)?;
             }
             if info.new_discrete_states_needed == 0 || info.terminate != 0 {
                 return self.plain("fmi2EnterContinuousTimeMode");
             }
         }
         Err(format!("{name} wants more than {MOST_UPDATES} updates at t = {time} s"))
+    }
+
+    /// All that is read before a step of Euler's method, and the step of the length `step` (s) to `time` (s). The functions have the
+    /// same arguments in both versions, and the same names but for that of the `derivatives`.
+    pub(super) fn euler_step(
+        &mut self,
+        derivatives: &str,
+        states: usize,
+        indicators: usize,
+        time: f64,
+        step: f64,
+    ) -> Result<(), String> {
+        let version = &derivatives[..4];
+        let name = |function: &str| format!("{version}{function}");
+        let mut y = self.vector(&name("GetContinuousStates"), states)?;
+        let rates = self.vector(derivatives, states)?;
+        self.vector(&name("GetEventIndicators"), indicators)?;
+        let of_nominals = name("GetNominalsOfContinuousStates");
+        let nominals = self.vector(&of_nominals, states)?;
+        if nominals.iter().any(|nominal| *nominal <= 0.0) {
+            return Err(format!("{of_nominals} answers one that is not positive"));
+        }
+        y.iter_mut().zip(rates).for_each(|(y, rate)| *y += step * rate);
+        let of_time = name("SetTime");
+        let set_time = self.function::<unsafe extern "C" fn(Instance, f64) -> c_int>(&of_time)?;
+        // SAFETY: the arguments of the standard, here and below.
+        self.status(&of_time, unsafe { set_time(self.instance, time) })?;
+        type Write = unsafe extern "C" fn(Instance, *const f64, usize) -> c_int;
+        let of_states = name("SetContinuousStates");
+        let set_states = self.function::<Write>(&of_states)?;
+        self.status(&of_states, unsafe { set_states(self.instance, y.as_ptr(), states) })
+    }
+
+    /// Nothing wrong with an answer about the next event, if it is later than `time` (s).
+    pub(super) fn later(&self, function: &str, next: f64, time: f64) -> Result<(), String> {
+        if next > time {
+            return Ok(());
+        }
+        Err(format!("{function} answers nextEventTime = {next} s, which is not later than {time} s"))
     }
 
     fn vector(&mut self, name: &str, length: usize) -> Result<Vec<f64>, String> {

@@ -8,6 +8,7 @@ mod arrays;
 mod binary;
 mod description;
 mod exchange;
+mod exchange3;
 mod fmu;
 mod folder;
 mod own;

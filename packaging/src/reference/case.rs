@@ -8,6 +8,9 @@ use crate::error::Error;
 /// From this number of balls on the run is short.
 const MANY_BALLS: usize = 101;
 
+/// The case of the FMU as it is.
+pub const START: &str = "start";
+
 /// A cradle that the FMU becomes when parameters are set.
 pub struct Case {
     /// What its files are called.
@@ -21,7 +24,7 @@ pub struct Case {
 /// The FMU's own start values first, then the presets.
 pub fn cases(recipe: &Recipe) -> Result<Vec<Case>, Error> {
     let settings = recipe.settings().map_err(|error| Error::Usage(error.to_string()))?;
-    let mut cases = vec![Case { name: "start", title: "The start values of this FMU.", settings }];
+    let mut cases = vec![Case { name: START, title: "The start values of this FMU.", settings }];
     for preset in PRESETS {
         let settings = Choice::settings_of(preset)?;
         if settings.balls() == recipe.balls {

@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 
 use newtons_cradle::variables::{Escaped, MODEL_IDENTIFIER, Number, Recipe, START_TIME, STEP_SIZE, STOP_TIME};
 
-use super::case::{Case, cases};
-use super::parameter_set::ssv;
+use super::case::{Case, START, cases};
+use super::parameter_set::{fits_scalars, ssv};
 use super::record::record;
 use crate::archive::{self, Entries};
+use crate::build::Standard;
 use crate::error::Error;
 
 /// The folder of the layered standard in an FMU.
@@ -23,16 +24,20 @@ const TOLERANCE: f64 = 1e-6;
 pub type Missing = Option<String>;
 
 /// Adds parameter sets and reference results to the FMU of `recipe`. Without a binary that runs on this machine there are no results.
-pub fn add(entries: &mut Entries, recipe: &Recipe) -> Result<Missing, Error> {
-    let cases = cases(recipe)?;
+/// Parameter sets of SSP 1.0 have no arrays. In FMI 3.0 those that would need one are left out: of the FMU as it is, there are
+/// results nevertheless.
+pub fn add(entries: &mut Entries, recipe: &Recipe, standard: Standard) -> Result<Missing, Error> {
+    let mut cases = cases(recipe)?;
     let own = recipe.settings().map_err(|error| Error::Usage(error.to_string()))?;
+    let has_set = |case: &Case| standard == Standard::Fmi2 || fits_scalars(case, &own);
+    cases.retain(|case| case.name == START || has_set(case));
     let (results, missing) = match record(entries, &cases, false) {
         Ok(results) => (results.cases, None),
         Err(reason) => (Vec::new(), Some(reason)),
     };
     let mut put = |name: &str, text: String| entries.insert(format!("{FOLDER}/{name}"), text.into_bytes());
-    put("fmi-ls-manifest.xml", manifest(&cases, !results.is_empty()));
-    for case in &cases {
+    put("fmi-ls-manifest.xml", manifest(&cases, has_set, !results.is_empty()));
+    for case in cases.iter().filter(|case| has_set(case)) {
         put(&format!("{}.ssv", case.name), ssv(case, &own));
     }
     for (case, csv) in cases.iter().zip(results) {
@@ -60,7 +65,7 @@ pub fn beside(entries: &Entries, fmu: &Path, folder: &Path) -> Result<[PathBuf; 
     Ok(files)
 }
 
-fn manifest(cases: &[Case], results: bool) -> String {
+fn manifest(cases: &[Case], has_set: impl Fn(&Case) -> bool, results: bool) -> String {
     let mut xml = format!(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
          <fmiReferences xmlns:fmi-ls=\"http://fmi-standard.org/fmi-ls-manifest\"\n    \
@@ -80,11 +85,15 @@ fn manifest(cases: &[Case], results: bool) -> String {
             "  <Related type=\"{of_type}\" source=\"{source}\" role=\"{role}\" description=\"{description}\"{end}"
         );
     };
-    for Case { name, title, .. } in cases {
-        related("application/x-ssp-parameter-set", &format!("{name}.ssv"), "parameter", title, name);
+    for case in cases {
+        let Case { name, title, .. } = case;
+        let (set, has_set) = (format!("{name}.ssv"), has_set(case));
+        if has_set {
+            related("application/x-ssp-parameter-set", &set, "parameter", title, name);
+        }
         if results {
-            let what = format!("Results with {name}.ssv.");
-            related("text/csv", &format!("{name}.csv"), "result", &what, name);
+            let with = if has_set { &set } else { "the start values of this FMU" };
+            related("text/csv", &format!("{name}.csv"), "result", &format!("Results with {with}."), name);
         }
     }
     related("text/plain", "../../documentation/fmi-ls-ref.txt", "document", "How to use these files.", "");

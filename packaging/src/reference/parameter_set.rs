@@ -21,6 +21,11 @@ pub fn parameters(wanted: &Settings, own: &Settings) -> Vec<Variable> {
         .collect()
 }
 
+/// Whether a host that knows arrays as a whole can be told all of them: they are scalars.
+pub fn fits_scalars(case: &Case, own: &Settings) -> bool {
+    parameters(&case.settings, own).iter().all(|variable| variable.row.shape == Shape::Scalar)
+}
+
 /// The file of a case.
 pub fn ssv(case: &Case, own: &Settings) -> String {
     let mut xml = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");

@@ -158,6 +158,36 @@ fn parameter_sets_and_reference_results_are_in_the_fmu_and_beside_it() {
     assert_eq!(csv("three"), csv("five"));
 }
 
+/// Parameter sets of SSP 1.0 have no arrays.
+#[test]
+fn an_fmu_of_fmi_3_has_the_parameter_sets_that_need_no_array() {
+    let folder = Folder::new("arrays");
+    let library = library();
+    let related = |out: &str, more: &[&str]| {
+        let built = run(&[&["build", "--binary", &library, "--out", out], more].concat());
+        assert_eq!((built.code, built.error.as_str()), (0, ""));
+        let found = read(out);
+        let files = found.keys().filter_map(|name| name.strip_prefix(REFERENCE)).map(str::to_owned);
+        (files.collect::<Vec<_>>(), found)
+    };
+    let (_, two) = related(&folder.file("two.fmu"), &[]);
+    let (files, three) = related(&folder.file("three.fmu"), &["--fmi", "3"]);
+    // The presets lift other balls.
+    assert_eq!(files, ["/fmi-ls-manifest.xml", "/start.csv", "/start.ssv"]);
+    for name in files.iter().filter(|name| !name.ends_with(".xml")) {
+        let name = format!("{REFERENCE}{name}");
+        assert!(two[&name] == three[&name] && (name.ends_with(".csv") || !three[&name].contains(&b'[')), "{name}");
+    }
+    // What starts elsewhere needs an array: as it is, it has results.
+    let (files, entries) = related(&folder.file("other.fmu"), &["--fmi", "3", "--set", "x_start[1]=-0.05"]);
+    assert_eq!(files, ["/fmi-ls-manifest.xml", "/start.csv"]);
+    let manifest = String::from_utf8(entries[&format!("{REFERENCE}/fmi-ls-manifest.xml")].clone()).unwrap();
+    assert!(
+        manifest.contains("Results with the start values of this FMU.") && !manifest.contains(".ssv"),
+        "{manifest}"
+    );
+}
+
 /// A C compiler makes the binary: one without the functions of FMI.
 #[cfg(target_os = "linux")]
 #[test]

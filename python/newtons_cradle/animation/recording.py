@@ -99,7 +99,7 @@ def energies(columns: Columns) -> Columns:
 
 def _parameters(fmu: Fmu, run: Run) -> list[tuple[str, str, str, str]]:
     """Name, value, unit and meaning of each parameter; a vector whose elements are equal takes one row."""
-    variables = [v for v in fmu.description.modelVariables if v.causality == "parameter"]
+    variables = [v for v in fmu.variables.values() if v.causality == "parameter"]
     groups: dict[str, list[tuple[Any, str]]] = {}
     for variable, value in zip(variables, run.recorder([v.name for v in variables]).row(), strict=True):
         groups.setdefault(variable.name.partition("[")[0], []).append(

@@ -3,18 +3,17 @@
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from pathlib import Path
 from types import TracebackType
 from typing import Any
 
 import numpy as np
-from fmpy import platform_tuple, sharedLibraryExtension
-from fmpy.fmi2 import FMU2Slave
 
 from ..pulses import Array, pulse_table
-from .log import LogLine, router
+from .log import LogLine
 from .model import FmuError, Model, Value, Values
 from .result import Result
+from .slave2 import FMU2Instance
+from .slave3 import FMU3Instance
 
 LOOKS = 10_000  # by which an onset must be in sight
 NEVER = 1e30  # s, what `t_next` says when no impact lies ahead
@@ -39,22 +38,13 @@ class Run:
     def __init__(self, fmu: Model, values: Values | None = None, *, initialize: bool = True):
         self.fmu, self.time = fmu, 0.0
         self.log: list[LogLine] = []
-        self._callbacks = router.callbacks(self.log)
         self._alive = self._closed = False
-        identifier = fmu.description.coSimulation.modelIdentifier
-        # FMPy looks in linux64 on ARM, too; FMI 2.0.4 has aarch64-linux.
-        library = Path(fmu.folder, "binaries", platform_tuple, identifier + sharedLibraryExtension)
-        self.slave = FMU2Slave(
-            guid=fmu.description.guid,
-            modelIdentifier=identifier,
-            unzipDirectory=fmu.folder,
-            instanceName="cradle",
-            libraryPath=str(library) if library.is_file() else None,
-        )
+        version = FMU2Instance if fmu.description.fmiVersion.startswith("2.") else FMU3Instance
+        self.slave = version(fmu, self.log)
         try:
-            self._call(self.slave.instantiate, callbacks=self._callbacks)
+            self._call(self.slave.create)
             self._alive = True
-            self._call(self.slave.setDebugLogging, True, ["logEvents"])
+            self._call(self.slave.log_events)
             self.set({} if values is None else values)
             if initialize:
                 self.initialize()
@@ -64,9 +54,7 @@ class Run:
 
     def initialize(self, start_time: float = 0.0) -> None:
         """Initialises an instance that was only instantiated, at its start time (s). Raises FmuError."""
-        self._call(self.slave.setupExperiment, startTime=start_time)
-        self._call(self.slave.enterInitializationMode)
-        self._call(self.slave.exitInitializationMode)
+        self._call(self.slave.initialize, start_time)
         self.time = start_time
 
     def __enter__(self) -> "Run":
@@ -83,7 +71,7 @@ class Run:
         if self._alive:
             self._alive = False
             self.slave.freeInstance()
-        router.forget(self._callbacks)
+        self.slave.forget()
 
     def _call(self, function: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
         if self._closed:
@@ -108,9 +96,8 @@ class Run:
         """
         numbers = self.fmu.settings(values)
         for kind, names in self._by_type(numbers).items():
-            setter = getattr(self.slave, "setInteger" if kind == "Enumeration" else f"set{kind}")
             references = [self.fmu.variables[name].valueReference for name in names]
-            self._call(setter, references, [numbers[name] for name in names])
+            self._call(self.slave.write, kind, references, [numbers[name] for name in names])
 
     def get(self, name: str) -> float | int | bool:
         """The value of one variable. Raises UnknownName or FmuError."""
@@ -149,7 +136,7 @@ class Run:
         no contact will close any more, or if none is in sight after many steps.
         """
         for _ in range(LOOKS):
-            if self.get("t_next_isOnset"):
+            if self._sees_onset():
                 break
             # A look goes on as soon as time has moved.
             self.step_to(max(self.get("t_next") - before, math.nextafter(self.time, math.inf)))
@@ -161,6 +148,20 @@ class Run:
         if onset - before > self.time:
             self.step_to(onset - before)
         return onset
+
+    def _sees_onset(self) -> bool:
+        """Whether `t_next` is an onset, or says that there is none: FMI 3.0 has no variable for it, but a step there tells."""
+        if "t_next_isOnset" in self.fmu.variables:
+            return bool(self.get("t_next_isOnset"))
+        ahead = self.get("t_next")
+        if ahead >= NEVER:
+            return True
+        here, lines, before = self.save(), len(self.log), self["pulses"]
+        self.step_to(ahead)
+        found = bool((self["pulses"] > before).any())
+        self.load(here)
+        del self.log[lines:]
+        return found
 
     def zoom(
         self, span: float, step: float, record: Iterable[str], before: float = 0.0
@@ -178,16 +179,11 @@ class Run:
 
     def save(self) -> "Saved":
         """The state of the instance, from which any run of the same FMU can continue, even in another process."""
-        state = self._call(self.slave.getFMUstate)
-        data: bytes = self._call(self.slave.serializeFMUstate, state)
-        self._call(self.slave.freeFMUstate, state)
-        return Saved(self.time, data)
+        return Saved(self.time, self._call(self.slave.to_bytes))
 
     def load(self, saved: "Saved") -> None:
         """Continues from a saved state, with the same bits; the log is kept. Raises FmuError."""
-        state = self._call(self.slave.deSerializeFMUstate, saved.data)
-        self._call(self.slave.setFMUstate, state)
-        self._call(self.slave.freeFMUstate, state)
+        self._call(self.slave.go_to, saved.data)
         self.time = saved.time
 
     def recorder(self, names: Iterable[str]) -> "Recorder":
@@ -209,17 +205,18 @@ class Recorder:
         self._rows: list[tuple[Any, ...]] = []
         self._groups = []
         for kind, members in run._by_type(names).items():
-            getter = getattr(run.slave, "getInteger" if kind == "Enumeration" else f"get{kind}")
             references = [run.fmu.variables[name].valueReference for name in members]
-            self._groups.append((getter, references, [names.index(name) for name in members]))
+            self._groups.append((kind, references, [names.index(name) for name in members]))
         kinds = [(name, DTYPES[run.fmu.variables[name].type]) for name in names]
         self._dtype = np.dtype([("time", "f8"), *kinds])
 
     def row(self) -> list[Any]:
         """The values now, in the order of the names."""
         row: list[Any] = [None] * len(self._names)
-        for getter, references, places in self._groups:
-            for place, value in zip(places, self._run._call(getter, references), strict=True):
+        for kind, references, places in self._groups:
+            for place, value in zip(
+                places, self._run._call(self._run.slave.read, kind, references), strict=True
+            ):
                 row[place] = value
         return row
 

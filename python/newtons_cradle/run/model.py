@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from fmpy.model_description import ModelDescription
 
+from .elements import variables
 from .names import UnknownName, did_you_mean, split
 
 Value = float | int | bool | str  #: of a variable; an item of an enumeration may be named
@@ -23,11 +24,11 @@ class FmuError(RuntimeError):
 
 
 class Model:
-    """The description of an FMU, unpacked into `folder`."""
+    """The description of an FMU, unpacked into `folder`. Arrays of FMI 3.0 have the elements, names and types of FMI 2.0."""
 
     def __init__(self, path: Path, description: ModelDescription, folder: str):
         self.path, self.description, self.folder = path, description, folder
-        self.variables: dict[str, Any] = {v.name: v for v in description.modelVariables}
+        self.variables: dict[str, Any] = variables(description)
         self.arrays: dict[str, list[str]] = {}  # x: x[1], x[2], ...
         for name in self.variables:
             if name.endswith("]"):
@@ -36,7 +37,7 @@ class Model:
     @property
     def outputs(self) -> list[str]:
         """Names of all outputs, in the description's order."""
-        return [v.name for v in self.description.modelVariables if v.causality == "output"]
+        return [v.name for v in self.variables.values() if v.causality == "output"]
 
     @property
     def balls(self) -> int:

@@ -62,10 +62,10 @@ impl Description {
     }
 }
 
-/// What a cluster that is over leaves to the next one: room for its series.
+/// What a cluster that is over leaves to the next one: room for its description.
 #[derive(Debug, Default)]
 pub(crate) struct Memory {
-    series: Series,
+    description: Description,
     workspace: Workspace,
 }
 
@@ -140,14 +140,13 @@ impl Cluster {
 
     /// The same cluster, with room from one before it.
     pub fn with_memory(mut self, memory: Memory) -> Self {
-        (self.description, self.workspace) = (Description::Series(memory.series), memory.workspace);
+        (self.description, self.workspace) = (memory.description, memory.workspace);
         self
     }
 
     /// What is left of it once it is over.
     pub fn into_memory(self) -> Memory {
-        let series = if let Description::Series(series) = self.description { series } else { Series::default() };
-        Memory { series, workspace: self.workspace.emptied() }
+        Memory { description: self.description, workspace: self.workspace.emptied() }
     }
 
     /// Gives up the memory that only the next [`Self::expand`] would use again.

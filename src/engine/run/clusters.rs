@@ -19,7 +19,7 @@ const EVALUATION: u64 = 2;
 impl Engine {
     /// The segment of cluster `id` is over: go on, or switch what switches there.
     pub(crate) fn end_segment(&mut self, id: usize, observer: &mut dyn Observer) -> Result<(), EngineError> {
-        let Some(t) = self.clusters[id].as_ref().map(Cluster::end) else { return Ok(()) };
+        let Some(t) = self.clusters[id].as_ref().map(|cluster| cluster.end()) else { return Ok(()) };
         let Some(mut cluster) = self.take_cluster(id, t) else { return Ok(()) };
         self.account_until(&mut cluster, t);
         if let Some(ball) = cluster.flights.iter().position(|f| !(f.x.is_finite() && f.v.is_finite())) {
@@ -75,11 +75,11 @@ impl Engine {
         let flights = window.clone().map(|i| self.balls[i].flight_at(t)).collect();
         let cluster = Cluster::new(members, window, t, flights, contacts, StepHistory::aged(age));
         let memory = std::mem::take(&mut self.caches.memory);
-        self.follow(id, cluster.with_memory(memory));
+        self.follow(id, Box::new(cluster.with_memory(memory)));
     }
 
     /// Computes the next segment of a cluster and puts it back in its place.
-    fn follow(&mut self, id: usize, mut cluster: Cluster) {
+    fn follow(&mut self, id: usize, mut cluster: Box<Cluster>) {
         cluster.expand(&self.balls, &self.cradle.contacts, &self.control);
         self.totals.work.steps = self.totals.work.steps.saturating_add(1);
         self.totals.work.evaluations = self.totals.work.evaluations.saturating_add(cluster.evaluations);
@@ -90,7 +90,7 @@ impl Engine {
     }
 
     /// Cluster `id`, if it is there, taken out of its place by an event at `t`.
-    fn take_cluster(&mut self, id: usize, t: DoubleDouble) -> Option<Cluster> {
+    fn take_cluster(&mut self, id: usize, t: DoubleDouble) -> Option<Box<Cluster>> {
         for i in self.clusters[id].as_ref()?.members.clone() {
             self.before_move(i, t);
         }
@@ -140,7 +140,7 @@ impl Engine {
         (members, contacts)
     }
 
-    fn release_members(&mut self, cluster: Cluster) {
+    fn release_members(&mut self, cluster: Box<Cluster>) {
         self.queue.remove(cluster.key());
         for ball in &mut self.balls[cluster.members.clone()] {
             ball.regime = Regime::Flight;

@@ -29,7 +29,7 @@ pub struct Engine {
     pub(crate) time: f64,
     pub(crate) balls: Vec<Ball>,
     pub(crate) contacts: Vec<Contact>,
-    pub(crate) clusters: Vec<Option<Cluster>>,
+    pub(crate) clusters: Vec<Option<Box<Cluster>>>,
     pub(crate) queue: EventQueue,
     /// The current step. That of a copy that goes ahead begins after all events: nothing is recorded.
     pub(crate) step: StepStart,
@@ -167,7 +167,7 @@ impl Engine {
     fn follow_events(&mut self, time: f64, effort: u64, observer: &mut dyn Observer) -> Result<(), EngineError> {
         let (mut until, enough) = (DoubleDouble::from(time), self.effort.saturating_add(effort));
         let mut reached = time;
-        let mut watchdog = Watchdog::new(until);
+        let mut watchdog = Watchdog::new(until, self.contacts.len());
         while let Some((t, key)) = self.queue.first()
             && t <= until
         {

@@ -97,7 +97,7 @@ impl Engine {
             inputs: self.inputs.clone(),
             balls: self.balls.iter().map(ball).collect(),
             contacts: self.contacts.clone(),
-            clusters: self.clusters.iter().map(|slot| slot.as_ref().map(cluster)).collect(),
+            clusters: self.clusters.iter().map(|slot| slot.as_deref().map(cluster)).collect(),
             step: self.step.clone(),
             totals: self.totals,
         }
@@ -192,7 +192,7 @@ impl Engine {
         let mut cluster = Cluster::new(members, window, start, flights, contacts, history);
         cluster.expand(&self.balls, &self.cradle.contacts, &self.control);
         self.queue.set(cluster.key(), cluster.end());
-        self.clusters[id] = Some(cluster);
+        self.clusters[id] = Some(Box::new(cluster));
         Ok(())
     }
 

@@ -5,9 +5,11 @@ use crate::engine::observer::{Observer, Progress};
 use crate::solver::double_double::DoubleDouble;
 
 /// Watches a call of [`advance`](super::Engine::advance): tells how far it has come, and gives up where events and searches follow
-/// each other so fast that the end of the step would not be reached in days: the values of a cradle may be any numbers above 0.
+/// each other so fast that at this rate the end of the step would not be reached in days: the values of a cradle may be any numbers above 0.
 pub(super) struct Watchdog {
     until: DoubleDouble,
+    /// Effort from one look at the clock to the next.
+    look: u64,
     /// Events so far.
     events: u64,
     /// Effort up to which nobody need be told of the progress.
@@ -28,13 +30,16 @@ struct Look {
 impl Watchdog {
     /// Effort (see [`Engine::effort`](super::Engine)) from one report to the next: some milliseconds.
     const REPORT: u64 = 50_000;
-    /// Effort from one look at the clock to the next, how much of it to the end is hopeless, and for how many looks.
-    const LOOK: u64 = 1 << 20;
+    /// Effort from one look at the clock to the next, and how much more for each contact: a single wave through a long cradle tells
+    /// nothing of what comes after it. How much of it to the end is hopeless, and for how many looks.
+    const LOOK: u64 = 1 << 22;
+    const LOOK_OF_A_CONTACT: u64 = 1 << 12;
     const HOPELESS: f64 = 1e12;
     const LOOKS: u32 = 8;
 
-    pub fn new(until: DoubleDouble) -> Self {
-        Self { until, events: 0, quiet_until: None, last: None, hopeless: 0 }
+    pub fn new(until: DoubleDouble, contacts: usize) -> Self {
+        let look = Self::LOOK + Self::LOOK_OF_A_CONTACT * contacts as u64;
+        Self { until, look, events: 0, quiet_until: None, last: None, hopeless: 0 }
     }
 
     /// Counts the event of `contact` at `t`, before which the run had taken this `effort`.
@@ -54,7 +59,7 @@ impl Watchdog {
         }
         let now = Look { time: t, events: self.events, effort };
         let last = *self.last.get_or_insert(now);
-        if effort - last.effort < Self::LOOK {
+        if effort - last.effort < self.look {
             return Ok(());
         }
         let per_second = |count: u64| count as f64 / (t - last.time).value();

@@ -25,11 +25,21 @@ pub struct Family {
     pub pressed: bool,
     /// Rigid contacts, always.
     pub rigid: bool,
+    /// Exponents of a whole number and a half, always: forces that are not analytic where contacts open and close.
+    pub half_powers: bool,
 }
 
 /// Everything that `Family` can have but pre-compressed and rigid contacts.
-pub const ANY: Family =
-    Family { unequal: true, damped: true, drag: true, inputs: true, gaps: true, pressed: false, rigid: false };
+pub const ANY: Family = Family {
+    unequal: true,
+    damped: true,
+    drag: true,
+    inputs: true,
+    gaps: true,
+    pressed: false,
+    rigid: false,
+    half_powers: false,
+};
 
 /// The same with rigid contacts.
 pub const RIGID: Family = Family { rigid: true, ..ANY };
@@ -80,7 +90,8 @@ pub fn cradles(family: Family) -> impl Strategy<Value = Case> {
     let gap = if family.pressed { (-1e-5..1e-6).boxed() } else { (0.0..1e-4).boxed() };
     let dead_band = if family.pressed { Just(0.0).boxed() } else { or(0.0, decades(-9.0, -3.0)) };
     let has_gaps = family.gaps || family.pressed;
-    let contacts = (stiffness, exponents(), dead_band, only_if(has_gaps, vec![0.0; MOST], vec(gap, MOST)));
+    let exponent = if family.half_powers { prop_oneof![Just(1.5), Just(2.5)].boxed() } else { exponents().boxed() };
+    let contacts = (stiffness, exponent, dead_band, only_if(has_gaps, vec![0.0; MOST], vec(gap, MOST)));
     let law = prop_oneof![
         Just(DampingLaw::KelvinVoigt),
         Just(DampingLaw::KelvinVoigtNoPull),

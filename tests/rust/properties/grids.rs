@@ -1,7 +1,7 @@
 //! Communication points are where one looks, nothing else.
 
 use newtons_cradle::engine::{Engine, Pulse, Results, Unsound};
-use newtons_cradle::model::{Inputs, Parameters};
+use newtons_cradle::model::{ContactModel, Inputs, Parameters};
 use proptest::collection::vec;
 use proptest::prelude::*;
 
@@ -174,5 +174,42 @@ fn steps_by_powers_of_two_change_nothing() {
     let coarse = run(-3);
     for exponent in [-7, -10, -14] {
         assert!(run(exponent) == coarse, "2^{exponent}");
+    }
+}
+
+/// The largest force of each contact over a click of touching Hertz balls, in so many `steps`: as the log tells
+/// it, as F_peak does, and as sampled.
+fn largest_forces(steps: u32) -> [Vec<f64>; 3] {
+    let mut p = Parameters::default_for(6);
+    (p.contact_model, p.dead_band, p.gravity, p.x_start) = (ContactModel::Hertz, 0.0, 0.0, vec![0.0; 6]);
+    (p.v_start, p.mass_ratio) = (vec![1.0, 0.0, 0.0, 0.0, 0.0, 0.0], vec![1.0, 0.8, 1.3, 1.0, 0.6, 1.0]);
+    let mut engine = Engine::new(&p, &Inputs::zero(6), 0.0).unwrap();
+    let (mut pulses, mut stepped, mut sampled) = (Vec::new(), vec![0.0_f64; 5], vec![0.0_f64; 5]);
+    for k in 1..=steps {
+        engine.advance(CLICK * f64::from(k) / f64::from(steps), &mut pulses).unwrap();
+        for i in 0..5 {
+            stepped[i] = stepped[i].max(engine.force_peak(i));
+            sampled[i] = sampled[i].max(engine.force(i));
+        }
+    }
+    let mut logged = vec![0.0_f64; 5];
+    pulses.iter().for_each(|pulse: &Pulse| logged[pulse.contact] = logged[pulse.contact].max(pulse.peak));
+    [logged, stepped, sampled]
+}
+
+/// Time within which those balls collide and part, s.
+const CLICK: f64 = 1e-3;
+
+#[test]
+fn a_peak_is_found_wherever_its_pulse_is_cut() {
+    let [whole, ..] = largest_forces(1);
+    for steps in [7, 100, 1000, 20_000] {
+        let [logged, stepped, sampled] = largest_forces(steps);
+        for i in 0..5 {
+            assert_eq!(logged[i].to_bits(), whole[i].to_bits());
+            let (off, below) = (stepped[i] / whole[i] - 1.0, 1.0 - sampled[i] / whole[i]);
+            assert!(off.abs() < 1e-12, "{steps} steps, contact {}: off by {off:e}", i + 1);
+            assert!(below > -1e-14 && (steps < 20_000 || below < 1e-4), "contact {}: {below:e} above", i + 1);
+        }
     }
 }

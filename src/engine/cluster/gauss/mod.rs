@@ -108,6 +108,10 @@ impl Motion {
             && (f64::MIN_POSITIVE..NEAR_RELEASE * length).contains(&time)
         {
             plan = to_release(time);
+        } else if let Some(time) = self.release_of_clipped()
+            && (f64::MIN_POSITIVE..NEAR_RELEASE * length).contains(&time)
+        {
+            plan = Plan { length: time, ends_at_switching: true, ..plan };
         }
         for _ in 0..ATTEMPTS {
             plan.length = plan.length.min(longest);
@@ -217,6 +221,16 @@ impl Motion {
         let largest = self.tracks.iter().map(|track| track.overlap).fold(0.0, f64::max);
         let opens =
             |track: &&Track| track.mode == Mode::Pressing && track.rate < 0.0 && track.overlap > FAINT * largest;
+        self.first_opening(opens)
+    }
+
+    /// The same of the contacts that are clipped: without a force there is no branch point.
+    fn release_of_clipped(&self) -> Option<f64> {
+        self.first_opening(|track| track.mode == Mode::Clipped && track.rate < 0.0)
+    }
+
+    /// How long the first of the contacts that `opens` would take at its present rate, s.
+    fn first_opening(&self, opens: impl Fn(&&Track) -> bool) -> Option<f64> {
         let opening = self.tracks.iter().filter(opens);
         opening.map(|track| track.overlap / -track.rate).min_by(f64::total_cmp)
     }

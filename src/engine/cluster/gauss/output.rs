@@ -26,7 +26,7 @@ use crate::solver::{root, series};
 const TERMS: usize = 14;
 const LEFT_OUT: f64 = 1e-18;
 
-/// A force at a node over one that is no less than the largest of the step, for a peak in between to be looked for.
+/// How far a peak may exceed the largest force at the nodes and at the ends.
 const MARGIN: f64 = 1.25;
 
 /// Longest step, over the time scale of the pendulum, that those terms serve.
@@ -268,30 +268,25 @@ impl DenseOutput for Motion {
     /// Looked for between the nodes as the polynomial through the forces there; its value is that of the law.
     fn peak(&self, j: usize, from: f64, to: f64, known: f64) -> f64 {
         let (forces, table) = (&self.forces[j + 1], self.stretching.table());
-        let ends = [from, to].map(|tau| self.force(j, tau));
-        let largest = ends[0].max(ends[1]).max(known);
         let inside = |m: &usize| (from..to).contains(&(self.length * table.times[*m]));
-        let Some(m) = (0..NODES).filter(inside).max_by(|a, b| forces[*a].total_cmp(&forces[*b])) else {
-            return largest;
-        };
-        let (known, largest) = (largest, largest.max(forces[m]));
-        let beside = [m.checked_sub(1).filter(inside), Some(m + 1).filter(|m| *m < NODES && inside(m))];
-        let rises = |side: usize| beside[side].map_or(ends[side], |m| forces[m]) > forces[m];
-        // Between neighbouring nodes a smooth force does not rise any farther than this.
-        if rises(0) || rises(1) || forces[m] * MARGIN <= known {
-            return largest;
+        let node = (0..NODES).filter(inside).max_by(|a, b| forces[*a].total_cmp(&forces[*b]));
+        let largest = [from, to].map(|tau| self.force(j, tau)).into_iter().chain(node.map(|m| forces[m]));
+        let largest = largest.fold(0.0, f64::max);
+        if largest * MARGIN <= known {
+            return known;
         }
+        let beside = |m: Option<usize>, end: f64| m.filter(|m| *m < NODES && inside(m)).map_or(end, |m| self.length * table.times[m]);
+        let (start, end) = (beside(node.and_then(|m| m.checked_sub(1)), from), beside(node.map(|m| m + 1), to));
         let coefficients = Rule::get().powers.map(|row| weighted(&row, forces));
         let x = |tau: f64| 2.0 * self.stretching.inverse(tau / self.length) - 1.0;
-        let place = |side: usize| x(beside[side].map_or([from, to][side], |m| self.length * table.times[m]));
-        let (low, high) = (place(0), place(1));
         let slope = |x: f64| series::derivative(&coefficients, x);
+        let (low, high) = (x(start), x(end));
         if slope(low) > 0.0 && slope(high) <= 0.0 {
             let c = 0.5 + 0.5 * root::falling_zero(slope, low, high);
-            let place = self.length * self.stretching.part(c);
-            return largest.max(self.force(j, place.clamp(from, to)));
+            let place = (self.length * self.stretching.part(c)).clamp(from, to);
+            return largest.max(self.force(j, place)).max(known);
         }
-        largest
+        largest.max(known)
     }
 
     fn contact_loss(&self, j: usize, tau: f64) -> f64 {

@@ -88,16 +88,14 @@ impl Motion {
             }
             return rise(track.overlap.min(0.0), track.rate, curvature).map(|time| (Switch::Onset, time));
         }
-        let noise = tolerance.rounding.no_overlap();
-        self.falling(track.overlap, noise, track.rate, curvature).map(|time| (Switch::Release, time))
-    }
-
-    /// When `d + r h + s h^2` falls through 0, s; it may only just have risen if it does not exceed `noise`.
-    fn falling(&self, d: f64, noise: f64, r: f64, s: f64) -> Option<f64> {
-        if d > noise {
-            return fall(d, r, s);
-        }
-        (s < 0.0 || r * self.length < -noise).then(|| if r > 0.0 { -r / s } else { 0.0 })
+        let time = if track.overlap > tolerance.rounding.no_overlap() {
+            fall(track.overlap, track.rate, curvature)
+        } else {
+            // It has only just closed. That its balls part does not follow from a rate within rounding.
+            let parts = curvature < 0.0 || track.rate < -tolerance.rounding.velocity;
+            parts.then(|| if track.rate > 0.0 { -track.rate / curvature } else { 0.0 })
+        };
+        time.map(|time| (Switch::Release, time))
     }
 
     /// Whether a ball at rest beside the one of an open contact would be pressed, or moved by more than may be left out.
@@ -141,14 +139,21 @@ impl Motion {
     /// `side`. Ten digits will do, as a force about to be clipped vanishes.
     fn time_of_change(&self, side: f64, ends: [f64; 2], within: &Nodes, m: usize, table: &Table) -> f64 {
         let before = m.checked_sub(1);
-        if side * before.map_or(ends[0], |m| within[m]) <= 0.0 {
-            return before.map_or(0.0, |m| self.time_of(m, table));
+        let (start, end) = (before.map_or(0.0, |m| self.time_of(m, table)), self.time_of(m, table));
+        let at_start = side * before.map_or(ends[0], |m| within[m]);
+        if at_start <= 0.0 {
+            return start;
         }
         let coefficients = Rule::get().powers.map(|row| side * weighted(&row, within));
-        let x = |m: usize| 2.0 * self.stretching.inverse(self.time_of(m, table) / self.length) - 1.0;
+        let x = |time: f64| 2.0 * self.stretching.inverse(time / self.length) - 1.0;
         let value = |x: f64| series::value(&coefficients, x);
-        let c = 0.5 + 0.5 * root::falling_zero(value, before.map_or(-1.0, x), x(m));
-        self.length * self.stretching.part(c)
+        if value(x(start)) <= 0.0 || value(x(end)) > 0.0 {
+            // Beyond the outermost nodes the polynomial may have another sign than what it stands for.
+            let at_end = side * within.get(m).unwrap_or(&ends[1]);
+            return start + (end - start) * at_start / (at_start - at_end.min(0.0));
+        }
+        let c = 0.5 + 0.5 * root::falling_zero(value, x(start), x(end));
+        (self.length * self.stretching.part(c)).clamp(start, end)
     }
 
     /// Whether the overlap of a contact has or may have the sign of another mode before the time `until` (s).

@@ -11,7 +11,8 @@ use crate::next::Next;
 use crate::solver::crossing;
 use crate::solver::dual::Scalar;
 use crate::solver::oscillator::MAX_FORCE_ORDER;
-use crate::solver::series::{self, SAMPLES};
+use crate::solver::quadrature::{self, POINTS};
+use crate::solver::series;
 
 /// Parts of a segment after which a contact that has closed from rest is looked at.
 const PARTS: [f64; 3] = [1.0 / 64.0, 1.0 / 8.0, 1.0];
@@ -131,19 +132,24 @@ impl Series {
         series::value_by_lanes(row, s)
     }
 
-    /// `integral a b` over the first `tau` (s) of a segment, of a function a of the time and the rate b of what a row holds.
-    fn integral_by_rate(&self, a: &[f64], row: &[f64], tau: f64) -> f64 {
-        let with_rate = |places: &[f64; SAMPLES]| {
-            let (a, rates) = (series::sample(a, places), series::sample_derivative(row, places));
+    /// `integral a b` over the first `tau` (s) of a segment, of the rate b of what a row holds and a function a, given at some scaled
+    /// times and with the rates there over the unit of time.
+    fn integral_by_rate(
+        &self,
+        row: &[f64],
+        tau: f64,
+        a: impl Fn(&[f64; POINTS], &[f64; POINTS]) -> [f64; POINTS],
+    ) -> f64 {
+        quadrature::of_samples(tau / self.unit, |places| {
+            let rates = series::sample_derivative(row, places);
+            let a = a(places, &rates);
             std::array::from_fn(|p| a[p] * rates[p])
-        };
-        series::quadrature_of(tau / self.unit, with_rate)
+        })
     }
 
     /// `integral b^2` over the first `tau` (s) of a segment, of the rate b of what a row holds.
     fn squared_rate_integral(&self, row: &[f64], tau: f64) -> f64 {
-        let squares = |places: &[f64; SAMPLES]| series::sample_derivative(row, places).map(|rate| rate * rate);
-        series::quadrature_of(tau / self.unit, squares) / self.unit
+        self.integral_by_rate(row, tau, |_, rates| *rates) / self.unit
     }
 
     /// Gives ball `j` of the window this polynomial of the scaled time as its velocity, m/s.
@@ -205,15 +211,16 @@ impl DenseOutput for Series {
             scaled[k] = p * unit * INVERSE_FACTORIAL[k];
             unit *= self.unit;
         }
-        self.integral_by_rate(&scaled, self.displacement(j), tau)
+        self.integral_by_rate(self.displacement(j), tau, |places, _| series::sample(&scaled, places))
     }
 
     fn contact_loss(&self, j: usize, tau: f64) -> f64 {
         if let Some(damping) = self.dashpots[j] {
             return damping * self.squared_rate_integral(self.overlap_row(j), tau);
         }
-        let excess = series::weighted(self.force_row(j), self.elastic_row(j), |force, elastic| force - elastic);
-        self.integral_by_rate(&excess[..self.order], self.overlap_row(j), tau)
+        self.integral_by_rate(self.overlap_row(j), tau, |places, _| {
+            series::sample_terms(self.force_row(j), self.elastic_row(j), places, |force, elastic| force - elastic)
+        })
     }
 
     fn onset(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Next {

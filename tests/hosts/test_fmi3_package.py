@@ -1,0 +1,127 @@
+"""The Python package with the FMU of FMI 3.0: the same results under the same names, to the last bit."""
+
+import dataclasses
+import re
+import subprocess
+import sys
+
+import newtons_cradle as nc
+import numpy as np
+import pandas
+import pytest
+from fmi3_host import redescribed
+from newtons_cradle.animation import from_fmu
+
+
+@pytest.fixture
+def fmu3(fmu3_path):
+    """The FMU of FMI 3.0, unpacked."""
+    with nc.Fmu(fmu3_path) as fmu:
+        yield fmu
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {},
+        nc.figure5(),
+        {"contact.model": "hertz", "contact.relaxationTime": 1e-6, "F_ext[2]": 0.1},
+        {"contact.model": "rigid", "contact.restitution": 0.9},
+        {"x_start[1]": -0.05, "v_start": [0, 0, 0.1, 0, 0], "contact.gap[4]": 1e-4, "ball.massRatio[5]": 2.0},
+    ],
+)
+def test_data_frames_are_those_of_fmi_2(fmu, fmu3, values):
+    one, other = (
+        each.simulate(values, stop=3.0, inputs=lambda t: {"a_support": 0.1 * (t > 1.0)})
+        for each in (fmu, fmu3)
+    )
+    pandas.testing.assert_frame_equal(one.to_dataframe(), other.to_dataframe(), check_exact=True)
+    assert one.samples.tobytes() == other.samples.tobytes() and one.units == other.units
+    assert one.pulses.tobytes() == other.pulses.tobytes() and len(one.pulses) > 0
+
+
+def test_variables_are_those_of_fmi_2(fmu, fmu3):
+    assert fmu.outputs == fmu3.outputs and fmu.balls == fmu3.balls
+    assert set(fmu.variables) - set(fmu3.variables) == {"t_next_isOnset"}
+    for name in set(fmu.variables) & set(fmu3.variables):
+        assert fmu.unit(name) == fmu3.unit(name), name
+        one, other = fmu.variables[name], fmu3.variables[name]
+        assert (one.type, one.causality) == (other.type, other.causality), name
+        if one.start is not None:
+            assert fmu.built_with(name) == fmu3.built_with(name), name
+    assert fmu.items("contact.model") == fmu3.items("contact.model")
+
+
+@pytest.mark.parametrize("method", ["eventDriven", "adams"])
+def test_an_impact_in_nanoseconds_is_the_same(fmu, fmu3, method):
+    """Without the variable that tells an onset from a time up to which there is none, as far as one look of `adams` goes."""
+    found = []
+    for each in (fmu, fmu3):
+        with each.start({"solver.method": method}) as run:
+            onset, result = run.zoom(1e-5, 1e-7, ["x", "F"], before=1e-6)
+            run.step_to(2.0)
+            found.append(
+                (onset, result.samples.tobytes(), run.pulses.tobytes(), [line.text for line in run.log])
+            )
+    assert found[0] == found[1]
+    assert found[0][0] == pytest.approx(0.702493100658, abs=1e-9)
+    with fmu3.start({"gravity": 0.0}) as run, pytest.raises(nc.FmuError, match="no contact closes any more"):
+        run.step_to_onset()
+
+
+def test_a_saved_state_continues_with_the_same_bits(fmu3):
+    with fmu3.start() as run, fmu3.start({"pendulum.drag": 0.1}) as other:
+        run.step_to(0.5)
+        saved = run.save()
+        other.load(saved)
+        for each in (run, other):
+            each.step_to(2.0)
+        assert other.time == 2.0 and np.array_equal(run["x"], other["x"]) and run["pulses"].sum() > 0
+
+
+def test_wrong_input_is_refused_in_words(fmu3):
+    for values, error, complaint in (
+        ({"ball.mass": -1}, nc.FmuError, "ball.mass = -1 kg is refused; allowed: finite and > 0"),
+        ({"contact.model": "herz"}, nc.FmuError, "did you mean hertz?"),
+        ({"x_start": [0.1, 0.2]}, nc.FmuError, "x_start takes 5 values"),
+        ({"contact.gap[5]": 0.0}, KeyError, "contact.gap[1] to contact.gap[4]"),
+        ({"x[2]": 0.1}, nc.FmuError, "did you mean x_start[2]?"),
+    ):
+        with pytest.raises(error, match=re.escape(complaint)):
+            fmu3.start(values)
+
+
+def test_another_model_of_fmi_3_is_refused(fmu3_path, tmp_path):
+    other = redescribed(
+        fmu3_path,
+        tmp_path / "other.fmu",
+        lambda text: text.replace('modelName="NewtonsCradle"', 'modelName="Other"'),
+    )
+    expected = (
+        "an FMU of FMI 3.0, the model Other; allowed: FMI 2.0 for co-simulation, or NewtonsCradle of FMI 3.0"
+    )
+    with pytest.raises(nc.FmuError, match=re.escape(expected)):
+        nc.Fmu(other)
+
+
+def test_the_animation_is_the_same(fmu_path, fmu3_path, producer, tmp_path):
+    one, other = (from_fmu(path, {"contact.deadBand": 1e-6}, stop=2.0) for path in (fmu_path, fmu3_path))
+    for field in dataclasses.fields(one):
+        ours, theirs = getattr(one, field.name), getattr(other, field.name)
+        if isinstance(ours, np.ndarray):
+            assert ours.tobytes() == theirs.tobytes(), field.name
+        elif field.name == "energy":
+            assert (
+                all(np.array_equal(ours[name], theirs[name]) for name in ours)
+                and ours.keys() == theirs.keys()
+            )
+        elif field.name == "parameters":
+            assert {row[0] for row in theirs} - {row[0] for row in ours} == {"derivatives.of"}
+            assert set(ours) < set(theirs)
+        else:
+            assert ours == theirs, field.name
+    out = tmp_path / "cradle.html"
+    page = [producer, "page", "--python", sys.executable, fmu3_path, "--stop", "2", "--out", out]
+    done = subprocess.run(page, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert out.stat().st_size > 100_000
