@@ -275,7 +275,9 @@ impl DenseOutput for Motion {
         if largest * MARGIN <= known {
             return known;
         }
-        let beside = |m: Option<usize>, end: f64| m.filter(|m| *m < NODES && inside(m)).map_or(end, |m| self.length * table.times[m]);
+        let beside = |m: Option<usize>, end: f64| {
+            m.filter(|m| *m < NODES && inside(m)).map_or(end, |m| self.length * table.times[m])
+        };
         let (start, end) = (beside(node.and_then(|m| m.checked_sub(1)), from), beside(node.map(|m| m + 1), to));
         let coefficients = Rule::get().powers.map(|row| weighted(&row, forces));
         let x = |tau: f64| 2.0 * self.stretching.inverse(tau / self.length) - 1.0;

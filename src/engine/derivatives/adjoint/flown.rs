@@ -4,12 +4,11 @@
 //! and the integral of the response to that force, by Gauss's rule.
 
 use super::coefficients::Coefficients;
-use super::pair::{moved, swung, swung_back};
 use super::slots::Slots;
-use crate::engine::flight::{Flight, Forcing, forcing_at};
+use crate::engine::flight::{Flight, Forcing, degree, forcing_at};
 use crate::model::BallModel;
+use crate::solver::gauss::{NODES, Stretching};
 use crate::solver::oscillator::Oscillator;
-use crate::solver::quadrature::SIXTEEN;
 
 /// Longest flight that is taken at once, times `omega + 2 gamma`: within that the rule is exact to rounding.
 pub(super) const REACH: f64 = 4.0;
@@ -17,8 +16,8 @@ pub(super) const REACH: f64 = 4.0;
 /// Up to this, two nodes are enough: what they leave out grows with the fourth power.
 const SHORT: f64 = 1e-3;
 
-/// The two-point rule, like [`SIXTEEN`].
-const TWO: [(f64, f64); 1] = [(0.577_350_269_189_625_8, 1.0)];
+/// Earlier place of the two-point rule on [0, 1], whose weights are 1/2.
+const EARLY: f64 = 0.211_324_865_405_187_13;
 
 /// A flight of one ball.
 #[derive(Clone, Debug)]
@@ -82,22 +81,22 @@ impl Flown {
 
     fn each_place(&self, o: &Oscillator, each: impl FnMut(Place)) {
         if (o.omega() + 2.0 * o.gamma()) * self.length <= SHORT {
-            self.each_of(&TWO, o, each);
+            self.each_of([(EARLY, 0.5)], o, each);
         } else {
-            self.each_of(&SIXTEEN, o, each);
+            self.each_of(first_half(), o, each);
         }
     }
 
-    fn each_of<const HALF: usize>(&self, rule: &[(f64, f64); HALF], o: &Oscillator, mut each: impl FnMut(Place)) {
-        let half = 0.5 * self.length;
+    fn each_of(&self, rule: impl IntoIterator<Item = (f64, f64)>, o: &Oscillator, mut each: impl FnMut(Place)) {
         // The rule is symmetric: what is left till the end is the time of the other node of the pair.
         for (place, weight) in rule {
-            let times = [half - half * place, half + half * place];
+            let early = self.length * place;
+            let times = [early, self.length - early];
+            let weight = self.length * weight;
             let bases: [[f64; 3]; 2] = times.map(|s| o.basis(s.into()));
             for (side, s) in times.into_iter().enumerate() {
                 let (here, rest) = (&bases[side], &bases[1 - side]);
                 let (displacement, v) = moved(&self.flight, o, here, s);
-                let weight = half * weight;
                 each(Place {
                     of_x: weight * rest[1],
                     of_v: weight * rest[0],
@@ -108,4 +107,28 @@ impl Flown {
             }
         }
     }
+}
+
+/// Gauss's rule with 16 nodes on [0, 1], which is symmetric: its nodes below 1/2, with their weights.
+pub(super) fn first_half() -> impl Iterator<Item = (f64, f64)> {
+    let table = Stretching::None.table();
+    table.times.iter().copied().zip(table.of_rate).take(NODES / 2)
+}
+
+/// Displacement and velocity on a flight at the time `t` (s), where the functions of the oscillator have these values.
+pub(super) fn moved(flight: &Flight, o: &Oscillator, basis: &[f64; 3], t: f64) -> (f64, f64) {
+    if degree(&flight.forcing) == 0 {
+        (flight.displacement(o, basis), flight.velocity(o, basis))
+    } else {
+        flight.at(o, t.into())
+    }
+}
+
+/// The state after a swing, and the derivatives by the state before it from those by the state after it.
+pub(super) fn swung(o: &Oscillator, [u0, u1, u2]: &[f64; 3], x: f64, v: f64) -> [f64; 2] {
+    [x - o.omega2() * u2 * x + u1 * v, u0 * v - o.omega2() * u1 * x]
+}
+
+pub(super) fn swung_back(o: &Oscillator, [u0, u1, u2]: &[f64; 3], x: f64, v: f64) -> [f64; 2] {
+    [x - o.omega2() * (u2 * x + u1 * v), u1 * x + u0 * v]
 }

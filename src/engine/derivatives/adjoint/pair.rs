@@ -6,11 +6,11 @@
 //! logarithm of the overlap.
 
 use super::coefficients::Coefficients;
+use super::flown::{first_half, moved, swung, swung_back};
 use super::slots::Slots;
-use crate::engine::flight::{Flight, Forcing, degree, forcing_at};
+use crate::engine::flight::{Flight, Forcing, forcing_at};
 use crate::model::{BallModel, ContactLaw, Cradle};
 use crate::solver::oscillator::Oscillator;
-use crate::solver::quadrature::SIXTEEN;
 
 /// Two balls in contact, on the way together.
 #[derive(Clone, Debug)]
@@ -191,12 +191,11 @@ impl Pair {
 
     fn each_place(&self, models: &[BallModel], law: &ContactLaw, mut each: impl FnMut(Place)) {
         let shares = shares(models);
-        for (place, weight) in SIXTEEN {
+        for (c, weight) in first_half() {
             // The time is symmetric: what is left till the end is the time of the other node of the pair.
-            let c = 0.5 - 0.5 * place;
             let early = self.length * (c * c * (3.0 - 2.0 * c));
             let times = [early, self.length - early];
-            let weight = 3.0 * weight * self.length * (c * (1.0 - c));
+            let weight = 6.0 * weight * self.length * (c * (1.0 - c));
             let own: [[f64; 3]; 2] = times.map(|s| self.own.basis(s.into()));
             let contact: [[f64; 3]; 2] = times.map(|s| self.contact.basis(s.into()));
             for (side, s) in times.into_iter().enumerate() {
@@ -218,24 +217,6 @@ impl Pair {
             }
         }
     }
-}
-
-/// Displacement and velocity on a flight at the time `t` (s), where the functions of the oscillator have these values.
-pub(super) fn moved(flight: &Flight, o: &Oscillator, basis: &[f64; 3], t: f64) -> (f64, f64) {
-    if degree(&flight.forcing) == 0 {
-        (flight.displacement(o, basis), flight.velocity(o, basis))
-    } else {
-        flight.at(o, t.into())
-    }
-}
-
-/// The state after a swing, and the derivatives by the state before it from those by the state after it.
-pub(super) fn swung(o: &Oscillator, [u0, u1, u2]: &[f64; 3], x: f64, v: f64) -> [f64; 2] {
-    [x - o.omega2() * u2 * x + u1 * v, u0 * v - o.omega2() * u1 * x]
-}
-
-pub(super) fn swung_back(o: &Oscillator, [u0, u1, u2]: &[f64; 3], x: f64, v: f64) -> [f64; 2] {
-    [x - o.omega2() * (u2 * x + u1 * v), u1 * x + u0 * v]
 }
 
 /// Derivatives of the force of a contact by the coefficients with the overlap held, in the order of

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use super::flown::{Flown, REACH};
-use super::pair::{Pair, moved};
+use super::flown::{Flown, REACH, moved};
+use super::pair::Pair;
 use super::readout::End;
 use super::segment::{Group, Segment};
 use super::{Part, Tape, Tuning};
