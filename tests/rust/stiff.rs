@@ -302,15 +302,9 @@ fn deep_overlaps_at_the_start_of_lossy_contacts() {
     (parameters.damping_law, parameters.hunt_crossley) = (DampingLaw::HuntCrossley, 0.9883612259175566);
     parameters.x_start = vec![-0.1415917421525615, -0.1, -0.1, -0.11378582961873326, 0.0, 0.07];
     let engine = advanced(&parameters, &Inputs::zero(6), 0.71);
-    let residual = engine.energy_residual() / engine.total_energy();
-    assert!(
-        residual.abs() < 1e-12,
-        "{residual:e} {:e} {:e} {:e} {:?}",
-        engine.energy_residual(),
-        engine.total_energy(),
-        engine.dissipated_energy(),
-        engine.work()
-    );
+    let residual = engine.energy_residual() / engine.dissipated_energy();
+    let work = engine.work();
+    assert!(residual.abs() < 1e-12 && work.events < 3000, "{residual:e} {work:?}");
 }
 
 /// A wave through many balls is dense with events, but over soon.

@@ -55,16 +55,18 @@ impl Motion {
     }
 
     /// Overlaps and rates of the closed contacts from their accelerations; returns the largest change of an overlap over the largest
-    /// overlap.
-    pub(super) fn update(&mut self, table: &Table) -> f64 {
-        let (mut change, mut size) = (0.0_f64, f64::MIN_POSITIVE);
+    /// overlap, and the largest change of a rate at the last node, m/s.
+    pub(super) fn update(&mut self, table: &Table) -> [f64; 2] {
+        let (mut change, mut size, mut of_rate) = (0.0_f64, f64::MIN_POSITIVE, 0.0_f64);
         for j in 0..self.tracks.len() {
             if self.tracks[j].mode == Mode::Pressing {
+                let rate = self.rates[j][NODES - 1];
                 let (changes, overlaps) = (self.move_contact(j, table), self.overlaps[j]);
                 (change, size) = (change.max(largest(changes)), size.max(largest(overlaps)));
+                of_rate = of_rate.max((self.rates[j][NODES - 1] - rate).abs());
             }
         }
-        change / size
+        [change / size, of_rate]
     }
 
     /// Overlaps and, where they matter, rates of contact `j` from its accelerations; returns how much the overlaps change.

@@ -22,6 +22,10 @@ const STILL_CHANGING: f64 = 1e5;
 const CONVERGED: f64 = 1e-16;
 const NOISE: f64 = 2e-15;
 
+/// Where forces depend on rates, these have converged when their next change is less than this part of the scale of velocities. Under
+/// strong damping that comes long after the overlaps. Guarded by `deep_overlaps_at_the_start_of_lossy_contacts`.
+const CONVERGED_RATE: f64 = 1e-15;
+
 /// An iteration that changes overlaps by no less than this part of the last change diverges, after as many iterations.
 const DIVERGING: f64 = 0.9;
 const BY_THEN: usize = 20;
@@ -115,15 +119,17 @@ impl Motion {
                     Some(_) | None => {}
                 }
             }
-            let change = self.update(table);
+            let [change, of_rate] = self.update(table);
             if count >= LEAST {
                 let error = self.error(table, tolerance);
                 if error > TOO_LONG + STILL_CHANGING * change {
                     return Outcome::TooLong(error);
                 }
                 let rate = change / last_change;
-                if change <= CONVERGED || (rate < 0.5 && change * rate <= CONVERGED) || (change <= NOISE && rate > 0.5)
-                {
+                let converged = change <= CONVERGED
+                    || (rate < 0.5 && change * rate <= CONVERGED)
+                    || (change <= NOISE && rate > 0.5);
+                if converged && of_rate * rate.min(1.0) <= CONVERGED_RATE * tolerance.speed {
                     return self.conclude(table, tolerance);
                 }
                 if rate > DIVERGING && count > BY_THEN {
