@@ -5,7 +5,7 @@ use std::ops::Deref;
 use serde::{Deserialize, Serialize};
 
 use super::continuous::{Continuous, Method};
-use super::derivatives::{History, NotFollowed, WholeRun};
+use super::derivatives::{History, NotFollowed, Switchings, Tape, WholeRun};
 use super::error::EngineError;
 use super::inputs::HeldInputs;
 use super::observer::Observer;
@@ -128,6 +128,36 @@ impl Simulation {
         let start_state = of_method!(&begun, last_step()).end;
         let last = of_method!(self, last_step());
         WholeRun { parameters, start_time: start, start: start_state, stretches, last }.along(tangent, inputs)
+    }
+
+    /// The run from `start` (s) to the current time in parts, for derivatives in both directions. Only event-driven runs with elastic
+    /// contacts have one.
+    pub fn tape(&self, parameters: &Parameters, start: f64, history: &History) -> Option<Tape> {
+        let Self::EventDriven(now) = self else { return None };
+        let stretches = history.stretches(now.time, &now.inputs, parameters.tunables());
+        let (first, mut then) = (stretches.first()?, parameters.clone());
+        let mut known = None;
+        let taken = stretches.iter().all(|stretch| {
+            known.replace(stretch.tunables) == Some(stretch.tunables) || {
+                then.tune(stretch.tunables);
+                Tape::takes(&then)
+            }
+        });
+        if now.time <= start || !taken {
+            return None;
+        }
+        then.tune(first.tunables);
+        let mut run = Engine::new(&then, &first.inputs.at(start).values, start).ok()?;
+        let start_state = run.last_step().end;
+        // The switchings are those of the same run once more: where its steps end makes no difference.
+        let mut switchings = Switchings::default();
+        for stretch in &stretches {
+            then.tune(stretch.tunables);
+            let inputs = stretch.inputs.at(run.time);
+            run.retune(&then).and_then(|()| run.hold(&inputs.values, &inputs.derivatives)).ok()?;
+            run.advance(stretch.until, &mut switchings).ok()?;
+        }
+        Tape::record(parameters, start, start_state, &stretches, switchings)
     }
 
     /// Inputs or tunable parameters, now `tunables`, are about to change: what acted so far is kept if that is `wanted`.

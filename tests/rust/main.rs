@@ -19,5 +19,6 @@ mod rigid;
 mod run_derivatives;
 mod running;
 mod stiff;
+mod tapes;
 mod viscoelastic;
 mod work;

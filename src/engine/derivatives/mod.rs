@@ -1,9 +1,11 @@
 //! Derivatives of the outputs: by time, and along inputs or parameters.
 //!
 //! Those by time are read off the Taylor series of the whole chain about its state ([`by_time`]). Those along a direction follow
-//! the last step once more in dual numbers ([`LastStep`]), or the whole run ([`WholeRun`]), of which a [`History`] is kept then. Both need only a state of the chain ([`ChainState`]) and the inputs
-//! held: they serve every method. No differences are taken.
+//! the last step once more in dual numbers ([`LastStep`]), or the whole run ([`WholeRun`]), of which a [`History`] is kept then. Both
+//! need only a state of the chain ([`ChainState`]) and the inputs held: they serve every method. Runs of elastic contacts have a
+//! [`Tape`], which takes directions along and gives gradients, too. No differences are taken.
 
+mod adjoint;
 mod by_time;
 mod chain_state;
 mod history;
@@ -13,6 +15,8 @@ mod reached;
 mod tangent;
 mod whole_run;
 
+pub(crate) use adjoint::Switchings;
+pub use adjoint::{Gradient, Tape};
 pub(crate) use by_time::by_time;
 pub(crate) use chain_state::ChainState;
 pub use history::History;

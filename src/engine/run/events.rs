@@ -120,6 +120,7 @@ impl Engine {
         let ledger = &mut self.contacts[i].ledger;
         ledger.open_pulse(t, self.step.number);
         observer.onset(i, ledger.onset);
+        observer.switching(i, t, true);
         self.onsets = self.onsets.saturating_add(1);
         self.count_event();
     }
@@ -127,6 +128,7 @@ impl Engine {
     /// The pulse of contact `i` that is under way ends at `t`.
     pub(crate) fn end_pulse(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) {
         observer.pulse(self.contacts[i].ledger.close_pulse(i, t));
+        observer.switching(i, t, false);
         self.count_event();
     }
 

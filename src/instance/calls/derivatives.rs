@@ -1,6 +1,6 @@
 //! Derivatives of the outputs: by time, and along directions of inputs and parameters.
 
-use crate::engine::{Differential, MAX_OUTPUT_DERIVATIVE, NotFollowed};
+use crate::engine::{Differential, History, MAX_OUTPUT_DERIVATIVE, NotFollowed, Tape};
 use crate::instance::hybrid::Hybrid;
 use crate::instance::legality::{Kind, Phase};
 use crate::instance::lifecycle::Instance;
@@ -17,6 +17,29 @@ const INPUTS: &str = "inputs and, in Initialization Mode or with derivatives.of 
 /// What derivatives of the run cannot do without.
 const NO_HISTORY: &str = "derivatives.of = run must be set before an input or a tunable parameter changes, or the host has changed \
                           them too often (16 million values)";
+
+/// What directional and adjoint derivatives are those of.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Derived {
+    Start,
+    /// The last step, or the point at its end.
+    Step,
+    Run,
+    /// The equations, in model exchange.
+    Exchanged,
+}
+
+/// A direction in the space of parameters, inputs and states.
+struct Direction {
+    settings: Settings,
+    states: Vec<f64>,
+}
+
+impl Direction {
+    fn none(instance: &Instance) -> Self {
+        Self { settings: Settings::zero(instance.balls()), states: vec![0.0; instance.states()] }
+    }
+}
 
 impl Instance {
     /// Derivatives of outputs by time at the current time, each of its order, from 1 on. What changes only at events and
@@ -46,55 +69,152 @@ impl Instance {
         knowns: &[u32],
         direction: &[f64],
     ) -> Result<Vec<f64>, Refusal> {
-        let initializing = self.run.phase == Phase::InitializationMode;
-        let exchanging = self.run.kind == Kind::ModelExchange && !initializing;
-        let of_run = !initializing && !exchanging && self.run.hybrid.as_ref().is_some_and(Hybrid::derives_over_run);
-        let mut along = Settings::zero(self.balls());
-        let mut states = vec![0.0; self.states()];
+        let mut along = Direction::none(self);
         for (known, change) in knowns.iter().zip(direction) {
-            let variable = self.variable(*known)?;
-            let state = variable.state_place(self.balls()).filter(|_| exchanging);
-            let input = variable.row.causality == Causality::Input;
-            let parameter = variable.row.settable() && variable.row.access.data_type() == Type::Real;
-            if !(input || (initializing || of_run) && parameter || state.is_some()) {
-                return Err(VariableError::NotDifferentiable {
-                    variable: format!("a direction along {variable}"),
-                    allowed: INPUTS,
-                }
-                .into());
-            }
-            if !change.is_finite() {
-                return Err(Refusal::number("dvKnown", *change, variable.row.unit(), "any finite value"));
-            }
-            match state {
-                Some(place) => states[place] = *change,
-                None => _ = variable.set_real(&mut along, *change),
-            }
+            self.turn(&mut along, *known, *change)?;
         }
-        let (causalities, allowed): (&[Causality], _) = match (initializing, exchanging) {
-            (true, _) => (&[Causality::Output, Causality::Local, Causality::CalculatedParameter], INITIAL_UNKNOWNS),
-            (_, true) => (&[Causality::Output, Causality::Local], EXCHANGED),
-            _ => (&[Causality::Output], OUTPUTS),
-        };
-        let unknowns: Vec<Variable> = unknowns
-            .iter()
-            .map(|unknown| self.differentiable(*unknown, causalities, allowed))
-            .collect::<Result<_, _>>()?;
-        if exchanging {
-            let differential = self.exchange()?.along(&states, &along.inputs);
+        let unknowns = self.unknowns(unknowns)?;
+        if self.derives(Derived::Exchanged) {
+            let differential = self.exchange()?.along(&along.states, &along.settings.inputs);
             return unknowns.into_iter().map(|unknown| self.derivative(unknown, Some(&differential))).collect();
+        }
+        let Settings { parameters: tangent, inputs } = &along.settings;
+        if self.derives(Derived::Run) {
+            let taken = self.tape()?.map(|tape| tape.along(tangent, inputs));
+            return self.of_tape_or_run(&unknowns, taken.as_ref(), &along.settings);
         }
         let parameters = self.run.effective_parameters();
         let at_point = self.run.hybrid.as_ref().is_some_and(Hybrid::derives_at_point);
+        let initial = self.derives(Derived::Start);
         let simulation = self.simulation()?;
-        let differential = match initializing {
-            false if of_run => self.sensitivity_of_run(&parameters, &along)?,
-            false if at_point => Ok(simulation.sensitivity_at_point(&along.inputs)),
-            true => simulation.sensitivity_of_start(&parameters, &along.parameters, &along.inputs),
-            false => simulation.sensitivity_of_step(&along.inputs),
+        let differential = match initial {
+            false if at_point => Ok(simulation.sensitivity_at_point(inputs)),
+            true => simulation.sensitivity_of_start(&parameters, tangent, inputs),
+            false => simulation.sensitivity_of_step(inputs),
         };
         let differential = differential.ok();
         unknowns.into_iter().map(|unknown| self.derivative(unknown, differential.as_ref())).collect()
+    }
+
+    /// The sums of the derivatives of `unknowns`, times the weights `seed`, by each of the `knowns`. Those over a run that has a tape
+    /// are found all at once, others one known after the other.
+    pub fn adjoint_derivatives(&mut self, unknowns: &[u32], seed: &[f64], knowns: &[u32]) -> Result<Vec<f64>, Refusal> {
+        let tape = if self.derives(Derived::Run) { self.tape()? } else { None };
+        let lacks = tape.as_ref().map(Tape::lacks);
+        let weighted: Vec<(Variable, f64)> = self.unknowns(unknowns)?.into_iter().zip(seed.iter().copied()).collect();
+        let value = |of: &Differential, unknown: &Variable| {
+            unknown.row.derivative.map_or(f64::NAN, |get| get(of, unknown.index))
+        };
+        let is_taped =
+            |(unknown, _): &(Variable, f64)| lacks.as_ref().is_some_and(|lacks| value(lacks, unknown) == 0.0);
+        let (taped, others): (Vec<_>, Vec<_>) = weighted.into_iter().partition(is_taped);
+        let sum = |of: &Differential| taped.iter().map(|(unknown, weight)| weight * value(of, unknown)).sum();
+        let gradient = tape.as_ref().map(|tape| tape.gradient(&tape.weights(sum)));
+        let (others, weights): (Vec<Variable>, Vec<f64>) = others.into_iter().unzip();
+        let references: Vec<u32> = others.iter().map(Variable::reference).collect();
+        let mut along = Direction::none(self);
+        let mut sensitivity = Vec::with_capacity(knowns.len());
+        for known in knowns {
+            self.turn(&mut along, *known, 1.0)?;
+            let Settings { parameters, inputs } = &along.settings;
+            let mut found = gradient.as_ref().map_or(0.0, |gradient| gradient.along(parameters, inputs));
+            if let Some((unknown, _)) = taped.first().filter(|_| !found.is_finite() && self.run.phase != Phase::Error) {
+                return Err(Refusal::Derivative(unknown.to_string()));
+            }
+            let of_others = match (others.is_empty(), self.derives(Derived::Run)) {
+                (true, _) => Vec::new(),
+                (false, true) => self.of_tape_or_run(&others, None, &along.settings)?,
+                (false, false) => self.directional_derivatives(&references, &[*known], &[1.0])?,
+            };
+            found += of_others.iter().zip(&weights).map(|(derivative, weight)| derivative * weight).sum::<f64>();
+            self.turn(&mut along, *known, 0.0)?;
+            sensitivity.push(found);
+        }
+        Ok(sensitivity)
+    }
+
+    /// Whether directional and adjoint derivatives are now of this kind.
+    fn derives(&self, kind: Derived) -> bool {
+        let now = match (self.run.phase, self.run.kind) {
+            (Phase::InitializationMode, _) => Derived::Start,
+            (_, Kind::ModelExchange) => Derived::Exchanged,
+            _ if self.run.hybrid.as_ref().is_some_and(Hybrid::derives_over_run) => Derived::Run,
+            _ => Derived::Step,
+        };
+        now == kind
+    }
+
+    /// Has a direction change a known by `change`, if that can be one.
+    fn turn(&self, along: &mut Direction, known: u32, change: f64) -> Result<(), Refusal> {
+        let variable = self.variable(known)?;
+        let state = variable.state_place(self.balls()).filter(|_| self.derives(Derived::Exchanged));
+        let input = variable.row.causality == Causality::Input;
+        let parameter = variable.row.settable() && variable.row.access.data_type() == Type::Real;
+        let by_parameters = self.derives(Derived::Start) || self.derives(Derived::Run);
+        if !(input || by_parameters && parameter || state.is_some()) {
+            return Err(VariableError::NotDifferentiable {
+                variable: format!("a direction along {variable}"),
+                allowed: INPUTS,
+            }
+            .into());
+        }
+        if !change.is_finite() {
+            return Err(Refusal::number("dvKnown", change, variable.row.unit(), "any finite value"));
+        }
+        match state {
+            Some(place) => along.states[place] = change,
+            None => _ = variable.set_real(&mut along.settings, change),
+        }
+        Ok(())
+    }
+
+    /// The variables behind value references, if there are derivatives of them now.
+    fn unknowns(&self, unknowns: &[u32]) -> Result<Vec<Variable>, Refusal> {
+        let (causalities, allowed): (&[Causality], _) = if self.derives(Derived::Start) {
+            (&[Causality::Output, Causality::Local, Causality::CalculatedParameter], INITIAL_UNKNOWNS)
+        } else if self.derives(Derived::Exchanged) {
+            (&[Causality::Output, Causality::Local], EXCHANGED)
+        } else {
+            (&[Causality::Output], OUTPUTS)
+        };
+        unknowns.iter().map(|unknown| self.differentiable(*unknown, causalities, allowed)).collect()
+    }
+
+    /// Derivatives over the run as `taken` from its tape or, where that has none, by following the run.
+    fn of_tape_or_run(
+        &mut self,
+        unknowns: &[Variable],
+        taken: Option<&Differential>,
+        along: &Settings,
+    ) -> Result<Vec<f64>, Refusal> {
+        let from_tape = |unknown: &Variable| {
+            let derivative = unknown.row.derivative.zip(taken).map(|(get, taken)| get(taken, unknown.index));
+            derivative.filter(|derivative| derivative.is_finite())
+        };
+        let known: Vec<Option<f64>> = unknowns.iter().map(from_tape).collect();
+        let mut followed = None;
+        if known.iter().any(Option::is_none) {
+            let parameters = self.run.effective_parameters();
+            followed = self.sensitivity_of_run(&parameters, along)?.ok();
+        }
+        let either = |(unknown, known): (&Variable, Option<f64>)| {
+            known.map_or_else(|| self.derivative(*unknown, followed.as_ref()), Ok)
+        };
+        unknowns.iter().zip(known).map(either).collect()
+    }
+
+    /// The tape of the run, if it has one.
+    fn tape(&mut self) -> Result<Option<Tape>, Refusal> {
+        let parameters = self.run.effective_parameters();
+        let start = self.run.experiment.unwrap_or_default().start;
+        let simulation = self.run.simulation.as_ref().ok_or(Refusal::Missing("nothing is calculated yet"))?;
+        Ok(simulation.tape(&parameters, start, self.history()?))
+    }
+
+    /// What the run has been given, if all of it was kept.
+    fn history(&self) -> Result<&History, Refusal> {
+        let history = self.run.hybrid.as_ref().map(|hybrid| &hybrid.history).filter(|history| history.is_complete());
+        history.ok_or(Refusal::Unsupported(NO_HISTORY))
     }
 
     /// Derivatives of the outputs along a direction of parameters and inputs over the whole run, if it can be followed.
@@ -104,8 +224,7 @@ impl Instance {
         along: &Settings,
     ) -> Result<Result<Differential, NotFollowed>, Refusal> {
         let start = self.run.experiment.unwrap_or_default().start;
-        let history = self.run.hybrid.as_ref().map(|hybrid| &hybrid.history).filter(|history| history.is_complete());
-        let history = history.ok_or(Refusal::Unsupported(NO_HISTORY))?;
+        let history = self.history()?;
         let simulation = self.run.simulation.as_ref().ok_or(Refusal::Missing("nothing is calculated yet"))?;
         Ok(simulation.sensitivity_of_run(parameters, start, history, &along.parameters, &along.inputs))
     }

@@ -53,25 +53,27 @@ impl Instance {
     pub fn adjoint(&mut self, unknowns: &[u32], knowns: &[u32], seed: &[f64]) -> Result<Vec<f64>, Refusal> {
         let (unknowns, knowns) = (self.elements(unknowns)?, self.knowns(knowns)?);
         require_length("nSeed", seed.len(), unknowns.len())?;
-        let mut sensitivity = Vec::with_capacity(knowns.len());
-        for known in knowns {
-            let Some(known) = known else {
-                sensitivity.push(0.0);
-                continue;
-            };
-            let derivatives = self.along(&unknowns, &[known], &[1.0])?;
-            sensitivity.push(derivatives.iter().zip(seed).map(|(derivative, weight)| derivative * weight).sum());
-        }
-        Ok(sensitivity)
+        self.update_in_event_mode()?;
+        let (references, weights): (Vec<u32>, Vec<f64>) =
+            unknowns.iter().zip(seed).filter_map(|(unknown, weight)| Some(((*unknown)?, *weight))).unzip();
+        let existing: Vec<u32> = knowns.iter().filter_map(|known| *known).collect();
+        let mut found = self.adjoint_derivatives(&references, &weights, &existing)?.into_iter();
+        Ok(knowns.iter().map(|known| known.and_then(|_| found.next()).unwrap_or_default()).collect())
     }
 
     fn along(&mut self, unknowns: &[Element], knowns: &[u32], direction: &[f64]) -> Result<Vec<f64>, Refusal> {
-        if self.run.phase == Phase::EventMode && self.run.takes_part_in_events() {
-            self.update_simulation()?;
-        }
+        self.update_in_event_mode()?;
         let references: Vec<u32> = unknowns.iter().filter_map(|unknown| *unknown).collect();
         let mut found = self.directional_derivatives(&references, knowns, direction)?.into_iter();
         Ok(unknowns.iter().map(|unknown| unknown.and_then(|_| found.next()).unwrap_or_default()).collect())
+    }
+
+    /// In Event Mode what was set acts at once.
+    fn update_in_event_mode(&mut self) -> Result<(), Refusal> {
+        if self.run.phase == Phase::EventMode && self.run.takes_part_in_events() {
+            self.update_simulation()?;
+        }
+        Ok(())
     }
 
     /// Derivatives by time of the elements of real outputs, each of its order.

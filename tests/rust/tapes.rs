@@ -1,0 +1,178 @@
+//! Tapes: derivatives of whole runs of elastic contacts in both directions.
+
+use newtons_cradle::engine::{Differential, History, Simulation, Tape, Unrecorded};
+use newtons_cradle::model::{ContactModel, DampingLaw, Inputs, Parameters, SolverMethod};
+use newtons_cradle::variables::{Settings, Type, Variable, variables};
+
+const START: f64 = 0.25;
+
+/// What a run may depend on.
+fn knowns(balls: usize) -> impl Iterator<Item = Variable> {
+    let real = |variable: &Variable| variable.row.settable() && variable.row.access.data_type() == Type::Real;
+    variables(balls).filter(real).filter(|known| !known.row.name.starts_with("solver"))
+}
+
+/// A run whose inputs and drag change on the way, from this start to this end.
+fn course(settings: &Settings, end: f64) -> (Simulation, History, Parameters) {
+    let Settings { mut parameters, inputs } = settings.clone();
+    let mut simulation = Simulation::new(&parameters, &inputs, START).unwrap();
+    let mut history = History::default();
+    simulation.advance(0.6, &mut Unrecorded).unwrap();
+    simulation.keep_history(true, parameters.tunables(), &mut history);
+    let force = inputs.force.iter().map(|force| force + 0.1).collect();
+    let slopes = Inputs { support_acceleration: 0.2, ..Inputs::zero(inputs.force.len()) };
+    simulation.hold(&Inputs { force, ..inputs.clone() }, &[slopes]).unwrap();
+    simulation.advance(1.4, &mut Unrecorded).unwrap();
+    simulation.keep_history(true, parameters.tunables(), &mut history);
+    simulation.hold(&inputs, &[]).unwrap();
+    simulation.keep_history(true, parameters.tunables(), &mut history);
+    parameters.drag += 0.01;
+    simulation.retune(&parameters).unwrap();
+    simulation.advance(end, &mut Unrecorded).unwrap();
+    (simulation, history, parameters)
+}
+
+/// Outputs that a tape has derivatives of.
+fn outputs(settings: &Settings, end: f64) -> Vec<f64> {
+    let run = course(settings, end).0;
+    let balls = 0..settings.parameters.balls();
+    let states = balls.clone().map(|i| run.x(i)).chain(balls.clone().map(|i| run.v(i)));
+    let impulses = balls.skip(1).map(|i| run.impulse(i - 1));
+    states.chain(impulses).chain([run.total_energy(), run.momentum(), run.support_force()]).collect()
+}
+
+fn derivatives(of: &Differential) -> Vec<f64> {
+    let sums = [of.energy, of.momentum, of.support_force];
+    of.x.iter().chain(&of.v).chain(&of.impulse).chain(&sums).copied().collect()
+}
+
+fn sum(weights: &[f64], of: &Differential) -> f64 {
+    derivatives(of).iter().zip(weights).map(|(derivative, weight)| derivative * weight).sum()
+}
+
+/// Numbers between -1 and 1, always the same.
+fn spread(count: usize) -> Vec<f64> {
+    (0..count).map(|k| (k as f64 * 0.618_033_988_749_895).fract() * 2.0 - 1.0).collect()
+}
+
+/// Runs that end between, and in contacts.
+fn runs() -> Vec<(&'static str, Parameters, f64)> {
+    let (x_start, v_start) = (vec![-0.1, 0.0, 0.0011], vec![0.02, 0.0, 0.0]);
+    let p = Parameters { x_start, v_start, ..Parameters::default_for(3) };
+    let unequal = vec![1.0, 1.02, 1.0];
+    let hertz = Parameters { contact_model: ContactModel::Hertz, ..p.clone() };
+    let together = Parameters { x_start: vec![-0.10002, -0.1, 0.0], ..hertz.clone() };
+    let overlapping = Parameters { gap: vec![-1e-5, 0.0], dead_band: 0.0, stiffness: 1e4, ..p.clone() };
+    vec![
+        ("linear", p.clone(), 2.7),
+        ("unequal lengths", Parameters { length_ratio: unequal, ..p.clone() }, 2.7),
+        ("drag", Parameters { drag: 0.1, ..p.clone() }, 2.7),
+        ("cubic", Parameters { exponent: 3.0, ..p.clone() }, 2.7),
+        ("not whole", Parameters { exponent: 2.3, ..p }, 2.7),
+        ("Hertz", hertz, 2.7),
+        ("three at once", together, 1.6),
+        ("closed at the start and the end", overlapping, 1.6),
+    ]
+}
+
+#[test]
+fn they_agree_with_differences() {
+    for (name, parameters, end) in runs() {
+        let settings = Settings { parameters, inputs: Inputs::zero(3) };
+        let (simulation, history, parameters) = course(&settings, end);
+        let tape = simulation.tape(&parameters, START, &history).expect(name);
+        let values = outputs(&settings, end);
+        for known in knowns(3) {
+            let value = known.real(&settings).unwrap();
+            // What cannot be negative has no difference at 0.
+            if value == 0.0 && known.check_real(-1.0).is_err() {
+                continue;
+            }
+            let mut along = Settings::zero(3);
+            known.set_real(&mut along, 1.0);
+            let found = derivatives(&tape.along(&along.parameters, &along.inputs));
+            let unit = if known.row.name == "contact.gap" { 1e-3 } else { 1.0 };
+            let h = 1e-5 * if value == 0.0 { unit } else { value.abs() };
+            let at = |steps: f64| {
+                let mut changed = settings.clone();
+                known.set_real(&mut changed, value + steps * h);
+                outputs(&changed, end)
+            };
+            let sides = [1.0, 2.0, 3.0].map(|k| [at(k), at(-k)]);
+            for (j, value) in values.iter().enumerate() {
+                let half = |k: usize| 0.5 * (sides[k][0][j] - sides[k][1][j]) / h;
+                let difference = 1.5 * half(0) - 0.3 * half(1) + half(2) / 30.0;
+                let bound = 1e-5 * difference.abs() + 1e-12 * value.abs().max(1.0) / h;
+                let found = found[j];
+                assert!(
+                    (found - difference).abs() <= bound,
+                    "{name}: output {j} by {known}: {found} {difference} {bound}"
+                );
+            }
+        }
+    }
+}
+
+/// Both directions of a tape: along all knowns together, and the sum by each of them, agree to this part of the larger one.
+fn both_ways(name: &str, tape: &Tape, balls: usize, bound: f64) {
+    let weights = spread(3 * balls + 2);
+    let gradient = tape.gradient(&tape.weights(|of| sum(&weights, of)));
+    let mut all = Settings::zero(balls);
+    let mut adjoint = 0.0;
+    for (known, change) in knowns(balls).zip(spread(200)) {
+        known.set_real(&mut all, change);
+        let mut along = Settings::zero(balls);
+        known.set_real(&mut along, change);
+        adjoint += gradient.along(&along.parameters, &along.inputs);
+    }
+    let directional = sum(&weights, &tape.along(&all.parameters, &all.inputs));
+    let error = (adjoint - directional).abs() / adjoint.abs().max(directional.abs());
+    assert!(error <= bound, "{name}: {adjoint} {directional}: {error}");
+}
+
+#[test]
+fn both_directions_agree_through_a_hundred_clicks() {
+    for contact_model in [ContactModel::PowerLaw, ContactModel::Hertz] {
+        let parameters = Parameters { contact_model, ..Parameters::default_for(5) };
+        let mut simulation = Simulation::new(&parameters, &Inputs::zero(5), 0.0).unwrap();
+        for end in [1.0, 10.0, 140.5] {
+            simulation.advance(end, &mut Unrecorded).unwrap();
+            let tape = simulation.tape(&parameters, 0.0, &History::default()).unwrap();
+            // From 10 s to the end those of Hertz contacts grow from 1e4 to 1e14.
+            let bound = if contact_model == ContactModel::Hertz && end > 100.0 { 1e-9 } else { 1e-12 };
+            both_ways(&format!("{contact_model:?}, {end} s"), &tape, 5, bound);
+        }
+        assert!((0..4).map(|i| simulation.pulses(i)).min() >= Some(100));
+    }
+}
+
+#[test]
+fn both_directions_agree_whatever_acts() {
+    for (name, parameters, end) in runs() {
+        let (simulation, history, parameters) = course(&Settings { parameters, inputs: Inputs::zero(3) }, end);
+        both_ways(name, &simulation.tape(&parameters, START, &history).expect(name), 3, 1e-9);
+    }
+}
+
+#[test]
+fn only_elastic_event_driven_runs_have_one() {
+    let p = Parameters::default_for(2);
+    let damped = Parameters { damping: 1.0, ..p.clone() };
+    for other in [
+        Parameters { contact_model: ContactModel::Rigid, ..p.clone() },
+        Parameters { method: SolverMethod::Bdf, stiffness: 1e6, ..p.clone() },
+        Parameters { damping_law: DampingLaw::KelvinVoigtNoPull, ..damped.clone() },
+        damped,
+        Parameters {
+            contact_model: ContactModel::Hertz,
+            damping_law: DampingLaw::HuntCrossley,
+            hunt_crossley: 0.1,
+            ..p
+        },
+    ] {
+        let mut simulation = Simulation::new(&other, &Inputs::zero(2), 0.0).unwrap();
+        assert!(simulation.tape(&other, 0.0, &History::default()).is_none());
+        simulation.advance(0.1, &mut Unrecorded).unwrap();
+        assert!(simulation.tape(&other, 0.0, &History::default()).is_none());
+    }
+}
