@@ -1,4 +1,5 @@
-//! Newton's cradle with compliant contacts as an FMU: FMI 2.0 for co-simulation and model exchange, FMI 3.0 for co-simulation.
+//! Newton's cradle with compliant contacts as an FMU: FMI 2.0 and 3.0, for co-simulation and
+//! model exchange.
 //!
 //! The model is P. C. Breedveld's (Modelling & simulation of bouncing objects: Newton's cradle revisited, Mechatronics 2002):
 //! neighbouring balls are joined by springs that act only while the balls overlap, so that a collision is a short, stiff,
@@ -26,7 +27,8 @@
 //!
 //! Beside the event-driven engine stand the methods that one would take without it (`solver.method`): [`engine::Continuous`]
 //! integrates the whole chain by backward differentiation, Adams-Moulton or Runge-Kutta formulas. They are slow, for comparison,
-//! and an independent check. In model exchange the host takes their part ([`engine::Exchange`]). An instance sees either of them as an [`engine::Simulation`], the variables as [`model::Results`].
+//! and an independent check. In model exchange the host takes their part ([`engine::Exchange`]). An instance sees either of them as
+//! an [`engine::Simulation`], the variables as [`model::Results`].
 //!
 //! # Three ideas
 //!

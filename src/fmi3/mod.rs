@@ -40,7 +40,10 @@ impl Version for Fmi3 {
     /// A value that is out of range or does not exist changes nothing; everything else ends the run.
     fn refused(instance: &mut Instance, function: &str, refusal: &Refusal) -> fmi3Status {
         match refusal {
-            Refusal::Value(VariableError::NotAllowed { .. }) | Refusal::NotANumber { .. } | Refusal::Derivative(_) => {
+            Refusal::Value(VariableError::NotAllowed { .. })
+            | Refusal::NotANumber { .. }
+            | Refusal::Derivative(_)
+            | Refusal::NoHistory(_) => {
                 instance.log.discard(format_args!("{function}: {refusal}"));
                 fmi3Status::fmi3Discard
             }

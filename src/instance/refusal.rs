@@ -33,6 +33,8 @@ pub enum Refusal {
     State(StateError),
     /// A derivative cannot be given.
     Derivative(String),
+    /// What the run has been given, which its derivatives need, was not kept.
+    NoHistory(&'static str),
     /// A value does not exist at this time.
     NotANumber {
         /// Name of the variable.
@@ -82,7 +84,7 @@ impl std::fmt::Display for Refusal {
                 "{variable} has no value at t = {} s: what it is calculated from is beyond the range of doubles",
                 Number(*time)
             ),
-            Self::Missing(what) | Self::Unsupported(what) => write!(f, "{what}"),
+            Self::NoHistory(what) | Self::Missing(what) | Self::Unsupported(what) => write!(f, "{what}"),
             Self::Start(error) => write!(f, "the run cannot start: {error}"),
             Self::Step(error) => write!(f, "the run cannot go on: {error}"),
         }

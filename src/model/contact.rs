@@ -234,8 +234,8 @@ impl ContactLaw {
         self.overlap_ref * libm::pow(force / (self.stiffness * self.overlap_ref), 1.0 / self.exponent)
     }
 
-    /// Overlap (m) below which the contact force, but for a dashpot's part of it, changes a mass `m` (kg) approaching at `rate` (m/s) by less than the
-    /// velocity `dv` (m/s), acting for the time `d / rate` it takes to close that far but no longer than `duration` (s).
+    /// Overlap (m) below which the contact force, but for a dashpot's part of it, changes a mass `m` (kg) approaching at `rate` (m/s) by
+    /// less than the velocity `dv` (m/s), acting for the time `d / rate` it takes to close that far but no longer than `duration` (s).
     pub fn largest_negligible_overlap(&self, m: f64, rate: f64, dv: f64, duration: f64) -> f64 {
         let p = self.exponent;
         // F = k d_ref (d / d_ref)^p; F d / rate = m dv, or F duration = m dv.

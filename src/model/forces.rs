@@ -11,7 +11,8 @@ impl ContactLaw {
         twice as usize as f64 == twice && twice as usize % 2 == 1
     }
 
-    /// Elastic forces at several overlaps (m), N; 0 for those <= 0. Roots and products, where twice the exponent is whole, can be taken side by side.
+    /// Elastic forces at several overlaps (m), N; 0 for those <= 0. Roots and products, where twice the exponent is whole, can be taken
+    /// side by side.
     #[inline]
     pub fn elastic_forces<const N: usize>(&self, overlaps: &[f64; N]) -> [f64; N] {
         self.powers(overlaps, |_, d| d)

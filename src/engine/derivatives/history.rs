@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 use crate::engine::inputs::HeldInputs;
 use crate::model::{Parameters, Tunables};
 
-/// Numbers that a history may hold: 128 MiB. A host that sets the inputs of five balls at every millisecond reaches that after
-/// three quarters of an hour.
+/// Numbers that a history may hold, 128 MiB of them. A host that sets the inputs of five balls at every millisecond reaches that after
+/// 25 minutes.
 const MOST_NUMBERS: usize = 1 << 24;
 
 /// A part of a run over which nothing was changed: the inputs are polynomials of the time.

@@ -23,35 +23,39 @@ impl WholeRun<'_> {
     /// Derivatives of the outputs at its end along a direction of parameters and inputs. The inputs change by the same over the whole
     /// run, tunable parameters too.
     pub fn along(&self, tangent: &Parameters, inputs: &Inputs) -> Result<Differential, NotFollowed> {
-        let tuned = |stretch: &Stretch| {
+        // Inputs may change at every step, parameters hardly do.
+        let parts: Vec<&[Stretch]> = self.stretches.chunk_by(|a, b| a.tunables == b.tunables).collect();
+        let tuned = |part: &&[Stretch]| {
             let mut parameters = self.parameters.clone();
-            parameters.tune(stretch.tunables);
-            parameters
+            parameters.tune(part[0].tunables);
+            let cradle = Cradle::new(&parameters);
+            (parameters, cradle)
         };
-        let parameters: Vec<Parameters> = self.stretches.iter().map(tuned).collect();
-        let cradles: Vec<Cradle> = parameters.iter().map(Cradle::new).collect();
+        let acting: Vec<(Parameters, Cradle)> = parts.iter().map(tuned).collect();
         let step_start = self.last.inputs.since;
         let (mut run, mut since): (Option<Run>, f64) = (None, self.start_time);
-        for ((stretch, parameters), cradle) in self.stretches.iter().zip(&parameters).zip(&cradles) {
+        for (part, (parameters, cradle)) in parts.iter().zip(&acting) {
             let along = Cradle::along(parameters, tangent);
-            let forcings = forcings_along(&along, &stretch.inputs.at(since), inputs);
-            let begun = match run.take() {
-                None => {
-                    let state = start_along(&self.start, &along, tangent);
-                    let mut begun = Run::new(cradle, along, state, forcings);
-                    // What a stiffness changes is large while a contact acts, small after it.
-                    begun.cancellation = 0.0;
-                    begun
+            for stretch in *part {
+                let forcings = forcings_along(&along, &stretch.inputs.at(since), inputs);
+                let begun = match run.take() {
+                    None => {
+                        let state = start_along(&self.start, &along, tangent);
+                        let mut begun = Run::new(cradle, along.clone(), state, forcings);
+                        // What a stiffness changes is large while a contact acts, small after it.
+                        begun.cancellation = 0.0;
+                        begun
+                    }
+                    Some(run) => run.under(cradle, along.clone(), forcings),
+                };
+                let run = run.insert(begun);
+                if (since..stretch.until).contains(&step_start) {
+                    run.follow(Some(step_start - since))?;
+                    run.begin_step();
                 }
-                Some(run) => run.under(cradle, along, forcings),
-            };
-            let run = run.insert(begun);
-            if (since..stretch.until).contains(&step_start) {
-                run.follow(Some(step_start - since))?;
-                run.begin_step();
+                run.follow(Some(stretch.until - since))?;
+                since = stretch.until;
             }
-            run.follow(Some(stretch.until - since))?;
-            since = stretch.until;
         }
         let run = run.ok_or(NotFollowed)?;
         self.last.outputs_of(run)

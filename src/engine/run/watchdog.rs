@@ -5,7 +5,8 @@ use crate::engine::observer::{Observer, Progress};
 use crate::solver::double_double::DoubleDouble;
 
 /// Watches a call of [`advance`](super::Engine::advance): tells how far it has come, and gives up where events and searches follow
-/// each other so fast that at this rate the end of the step would not be reached in days: the values of a cradle may be any numbers above 0.
+/// each other so fast that at this rate the end of the step would not be reached in days: the values of a cradle may be any numbers
+/// above 0.
 pub(super) struct Watchdog {
     until: DoubleDouble,
     /// Effort from one look at the clock to the next.

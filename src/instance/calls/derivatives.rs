@@ -13,7 +13,8 @@ const OUTPUTS: &str = "real outputs";
 const INITIAL_UNKNOWNS: &str = "real outputs, states, their derivatives and calculated parameters";
 const EXCHANGED: &str = "real outputs and derivatives of states";
 /// Along what.
-const INPUTS: &str = "inputs and, in Initialization Mode or with derivatives.of = run, real parameters; in model exchange, after it, continuous states";
+const INPUTS: &str = "inputs and, in Initialization Mode or with derivatives.of = run, real parameters; in model exchange, after it, \
+                      continuous states";
 /// What derivatives of the run cannot do without.
 const NO_HISTORY: &str = "derivatives.of = run must be set before an input or a tunable parameter changes, or the host has changed \
                           them too often (16 million values)";
@@ -214,7 +215,7 @@ impl Instance {
     /// What the run has been given, if all of it was kept.
     fn history(&self) -> Result<&History, Refusal> {
         let history = self.run.hybrid.as_ref().map(|hybrid| &hybrid.history).filter(|history| history.is_complete());
-        history.ok_or(Refusal::Unsupported(NO_HISTORY))
+        history.ok_or(Refusal::NoHistory(NO_HISTORY))
     }
 
     /// Derivatives of the outputs along a direction of parameters and inputs over the whole run, if it can be followed.
