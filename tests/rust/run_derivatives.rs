@@ -133,3 +133,35 @@ fn they_agree_with_differences() {
         }
     }
 }
+
+/// Balls at rest in touch that forces press together: with an exponent that is not whole, the force has no series there. With damping,
+/// so that they do not come to rest at the same place again.
+#[test]
+fn contacts_that_close_from_rest() {
+    let mut p = Parameters { x_start: vec![0.0; 2], dead_band: 0.0, ..Parameters::default_for(2) };
+    (p.contact_model, p.young_modulus, p.relaxation_time, p.hunt_crossley) = (ContactModel::Hertz, 1e6, 1e-4, 0.1);
+    for damping_law in [DampingLaw::HuntCrossley, DampingLaw::Viscoelastic] {
+        p.damping_law = damping_law;
+        let inputs = Inputs { force: vec![1.0, -1.5], ..Inputs::zero(2) };
+        let run = |mass: f64| {
+            let p = Parameters { mass, ..p.clone() };
+            let mut simulation = Simulation::new(&p, &inputs, 0.0).unwrap();
+            simulation.advance(0.31, &mut Unrecorded).unwrap();
+            simulation
+        };
+        let along = Parameters { mass: 1.0, ..Settings::zero(2).parameters };
+        let found = run(1.0).sensitivity_of_run(&p, 0.0, &History::default(), &along, &Inputs::zero(2));
+        let found = found.unwrap_or_else(|_| panic!("{damping_law:?} is not followed"));
+        let [more, less] = [1e-6, -1e-6].map(|h| run(1.0 + h));
+        for (output, found, difference) in [
+            ("v[1]", found.v[0], more.v(0) - less.v(0)),
+            ("impulse[1]", found.impulse[0], more.impulse(0) - less.impulse(0)),
+        ] {
+            let difference = difference / 2e-6;
+            assert!(
+                (found - difference).abs() < 1e-6 * difference.abs(),
+                "{damping_law:?} {output}: {found} {difference}"
+            );
+        }
+    }
+}

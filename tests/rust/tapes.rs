@@ -176,3 +176,19 @@ fn only_elastic_event_driven_runs_have_one() {
         assert!(simulation.tape(&other, 0.0, &History::default()).is_none());
     }
 }
+
+/// Without gravity a flight is a polynomial, as short as it is to the oscillator: with the slope of an input one of the third degree.
+#[test]
+fn long_flights_without_gravity() {
+    let p = Parameters { gravity: 0.0, x_start: vec![0.0], ..Parameters::default_for(1) };
+    let mut simulation = Simulation::new(&p, &Inputs::zero(1), 0.0).unwrap();
+    let mut history = History::default();
+    simulation.keep_history(true, p.tunables(), &mut history);
+    let slope = Inputs { support_acceleration: -1.0, ..Inputs::zero(1) };
+    simulation.hold(&Inputs::zero(1), &[slope]).unwrap();
+    simulation.advance(1.0, &mut Unrecorded).unwrap();
+    let along = Parameters { gravity: 1.0, ..Settings::zero(1).parameters };
+    let found = simulation.tape(&p, 0.0, &history).unwrap().along(&along, &Inputs::zero(1));
+    // x = t^3 / 6, and a small gravity g pulls it back by g x / length.
+    assert!((found.x[0] * p.length * 120.0 + 1.0).abs() < 1e-14, "{}", found.x[0]);
+}

@@ -55,7 +55,9 @@ class FMU3Instance(FMU3Slave):  # type: ignore[misc]
         arrays: dict[Place, list[Any]] = {}
         for place, value in zip(places, values, strict=True):
             first = Place(place.type, place.reference, 0, place.length)
-            arrays.setdefault(first, self._array(first) if place.length > 1 else [value])[place.index] = value
+            if first not in arrays:
+                arrays[first] = self._array(first) if place.length > 1 else [value]
+            arrays[first][place.index] = value
         for array, elements in arrays.items():
             getattr(self, f"set{array.type}")([array.reference], elements)
 

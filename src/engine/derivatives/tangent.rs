@@ -12,6 +12,7 @@ use super::chain_state::{ChainEquations, ChainState};
 use crate::engine::cluster::{Series, Switch, clipping};
 use crate::engine::flight::{Forcing, shifted};
 use crate::engine::rigid::restitution;
+use crate::model::algebraic;
 use crate::model::{BallModel, Cradle, Mode};
 use crate::solver::crossing;
 use crate::solver::double_double::DoubleDouble;
@@ -163,7 +164,11 @@ impl<'a> Run<'a> {
         let mut scale = state.v.iter().map(|v| v.value().abs()).fold(f64::MIN_POSITIVE, f64::max);
         for j in (0..contacts.len()).filter(|&j| state.modes[j] != Mode::Open) {
             let energy = contacts[j].elastic_energy(state.overlaps[j].value());
-            scale = scale.max((2.0 * energy / self.reduced_mass(j)).sqrt());
+            let mass = self.reduced_mass(j);
+            // From rest it is what the other forces bring about until the contact balances them.
+            let pull = (algebraic::a(self, j) - algebraic::a(self, j + 1)).value().abs();
+            let from_rest = pull * contacts[j].static_overlap(mass * pull);
+            scale = scale.max((2.0 * energy / mass).max(from_rest).sqrt());
         }
         scale
     }

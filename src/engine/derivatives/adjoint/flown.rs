@@ -13,7 +13,7 @@ use crate::solver::oscillator::Oscillator;
 /// Longest flight that is taken at once, times `omega + 2 gamma`: within that the rule is exact to rounding.
 pub(super) const REACH: f64 = 4.0;
 
-/// Up to this, two nodes are enough: what they leave out grows with the fourth power.
+/// Up to this, two nodes are enough where inputs are constant: what they leave out grows with the fourth power.
 const SHORT: f64 = 1e-3;
 
 /// Earlier place of the two-point rule on [0, 1], whose weights are 1/2.
@@ -80,7 +80,8 @@ impl Flown {
     }
 
     fn each_place(&self, o: &Oscillator, each: impl FnMut(Place)) {
-        if (o.omega() + 2.0 * o.gamma()) * self.length <= SHORT {
+        let constant = degree(&self.flight.forcing) == 0 && degree(&self.push) == 0;
+        if constant && (o.omega() + 2.0 * o.gamma()) * self.length <= SHORT {
             self.each_of([(EARLY, 0.5)], o, each);
         } else {
             self.each_of(first_half(), o, each);
