@@ -42,7 +42,9 @@ fn followed(parameters: &Parameters, inputs: &Inputs, derivatives: &[Inputs], ti
 /// Checks that two runs of five balls have come to the same, by implicit and by explicit steps.
 fn assert_same(name: &str, implicit: &Engine, explicit: &Engine) {
     let steps = |engine: &Engine| engine.work().steps;
-    assert!(steps(explicit) > 2 * steps(implicit), "{name}: {} {}", steps(explicit), steps(implicit));
+    // Steps of Gauss collocation are long: explicit ones of Hertz contacts are fewer than those of series.
+    let least = if name == "Hertz" { 2 } else { 3 };
+    assert!(steps(explicit) > least * steps(implicit), "{name}: {} {}", steps(explicit), steps(implicit));
     for i in 0..5 {
         let (x, v) = (implicit.x(i) - explicit.x(i), implicit.v(i) - explicit.v(i));
         assert!(x.abs() < 1e-14 && v.abs() < 1e-13, "{name}, ball {}: {x:e} m, {v:e} m/s", i + 1);
