@@ -157,11 +157,12 @@ class Run:
         if ahead >= NEVER:
             return True
         here, lines, before = self.save(), len(self.log), self["pulses"]
-        self.step_to(ahead)
-        found = bool((self["pulses"] > before).any())
-        self.load(here)
-        del self.log[lines:]
-        return found
+        try:
+            self.step_to(ahead)
+            return bool((self["pulses"] > before).any())
+        finally:
+            self.load(here)
+            del self.log[lines:]
 
     def zoom(
         self, span: float, step: float, record: Iterable[str], before: float = 0.0
