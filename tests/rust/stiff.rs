@@ -265,6 +265,8 @@ fn balls_pressed_for_long_take_fewer_steps() {
         let (mut parameters, mut inputs) = pressed(20.0);
         (parameters.exponent, parameters.damping, parameters.dead_band) = (exponent, 0.0, 0.0);
         parameters.mass_ratio = vec![1.0, 2.0, 1.5, 0.7, 1.0];
+        // Whole exponents are followed by series only if the pendulums differ.
+        parameters.length_ratio[2] = 0.9;
         let mut engine = Engine::new(&parameters, &inputs, 0.0).unwrap();
         // Steps for an onset or a release, from one time to another.
         let effort = |engine: &mut Engine, time: f64| {
@@ -325,4 +327,61 @@ fn a_hopeless_step_ends_in_an_error() {
     let mut engine = Engine::new(&parameters, &Inputs::zero(2), 0.0).unwrap();
     let error = engine.advance(1.0, &mut Vec::new()).unwrap_err();
     assert!(error.to_string().contains("too busy to reach the end of the step"), "{error}");
+}
+
+/// Waves meet in touching balls with strong dashpots. Some balls are off by rounding, or a little more.
+#[test]
+fn strong_dashpots_between_balls_that_hardly_touch() {
+    for (exponent, shift) in [1.5, 2.0, 3.0].into_iter().flat_map(|p| [0.0, 1e-17, 1e-13, 1e-9].map(|shift| (p, shift)))
+    {
+        let mut parameters =
+            Parameters { exponent, stiffness: 1e8, damping: 1e5, dead_band: 0.0, ..Parameters::default_for(9) };
+        parameters.damping_law = DampingLaw::KelvinVoigt;
+        parameters.x_start = vec![0.0; 9];
+        (parameters.x_start[0], parameters.x_start[4]) = (-shift, shift);
+        (parameters.v_start[0], parameters.v_start[8]) = (1.0, -1.0);
+        (parameters.mass_ratio[3], parameters.mass_ratio[5]) = (1.0 + 1e-9, 1.0 - 1e-6);
+        let cradle = advanced(&parameters, &Inputs::zero(9), 0.05);
+        assert!(cradle.energy_residual().abs() < 1e-13, "p = {exponent}, {shift}: {}", cradle.energy_residual());
+    }
+}
+
+/// The same in balls that move together, but for rounding.
+#[test]
+fn strong_dashpots_between_balls_that_move_together() {
+    let patterns = [[1, -2, 0, 2, -1, 1, 0, -2, 2], [-1, 1, 2, -2, -2, 0, 1, 2, -1], [0, 0, 1, -1, 2, 1, -2, 0, 1]];
+    for (exponent, pattern) in [1.5, 2.0, 3.0].into_iter().flat_map(|p| patterns.map(|pattern| (p, pattern))) {
+        let mut parameters =
+            Parameters { exponent, stiffness: 1e8, damping: 1e5, dead_band: 0.0, ..Parameters::default_for(9) };
+        (parameters.damping_law, parameters.gravity) = (DampingLaw::KelvinVoigt, 0.0);
+        parameters.x_start = vec![0.0; 9];
+        parameters.v_start = pattern.map(|ulps| 0.3 + f64::from(ulps) * 2.0_f64.powi(-54)).to_vec();
+        parameters.v_start[0] += 1.0;
+        let cradle = advanced(&parameters, &Inputs::zero(9), 0.05);
+        assert!(cradle.energy_residual().abs() < 1e-13, "p = {exponent}, {pattern:?}: {}", cradle.energy_residual());
+    }
+}
+
+/// Two balls are pressed together in equilibrium, a third one swings in: nothing changes up to the end of the step but the end.
+#[test]
+fn a_ball_swings_against_balls_in_equilibrium() {
+    let (stiffness, exponent, press) = (1e3, 3.0, 1e-3);
+    let pull = 20.0 / 0.2;
+    // Half the overlap at rest x: k (d / d_ref)^(p - 1) d = pull x for d = press - 2 x.
+    let excess = |x: f64| stiffness * (press - 2.0 * x).powi(3) / 1e-6 - pull * x;
+    let (mut low, mut high) = (0.0, 0.5 * press);
+    for _ in 0..100 {
+        let middle = 0.5 * (low + high);
+        if excess(middle) > 0.0 { low = middle } else { high = middle }
+    }
+    for off in (0..60).map(|k| 1e-13 * 1.37_f64.powi(k)) {
+        let mut parameters =
+            Parameters { exponent, stiffness, dead_band: 0.0, drag: 1.0, ..Parameters::default_for(3) };
+        (parameters.gravity, parameters.length, parameters.overlap_ref) = (20.0, 0.2, 1e-3);
+        parameters.gap = vec![-press, press];
+        (parameters.x_start, parameters.v_start) = (vec![-low, low + off, 0.05], vec![0.0; 3]);
+        let cradle = advanced(&parameters, &Inputs::zero(3), 0.6);
+        let residual = cradle.energy_residual() / cradle.total_energy();
+        assert!(residual.abs() < 2e-14, "{off}: {residual}");
+    }
 }

@@ -21,9 +21,10 @@ use crate::solver::block_tridiagonal::BlockTridiagonal;
 use crate::solver::oscillator::Oscillator;
 use crate::solver::radau::{Matrix, RADAU, STAGES, Stages, inverse};
 
-/// How much longer than that of the Taylor series the first step of implicit collocation is to be, and the part of it that is still
-/// worth its cost.
-const GAIN: f64 = 40.0;
+/// How much longer than that of the Taylor series, and than that of explicit Gauss collocation, whose steps are longer, the first
+/// step of implicit collocation is to be. And the part of it that is still worth its cost.
+pub(super) const GAIN_OVER_SERIES: f64 = 40.0;
+pub(super) const GAIN_OVER_GAUSS: f64 = 5.0;
 const WORTH: f64 = 0.5;
 
 /// The next step over the one that the error would just allow, the most that a step may grow, how far it shrinks after an error
@@ -91,8 +92,8 @@ struct Outcome {
     pub evaluations: u64,
 }
 
-/// Describes the motion by a step of implicit collocation, if the `history` says that one is due and it is worth its cost. Returns
-/// the force evaluations, and whether it does.
+/// Describes the motion by a step of implicit collocation, if the `history` says that one is due and it is worth its cost: with a `gain`
+/// over explicit steps. Returns the force evaluations, and whether it does.
 pub(super) fn follow(
     series: &mut Series,
     history: &mut StepHistory,
@@ -100,6 +101,7 @@ pub(super) fn follow(
     control: &Control,
     rounding: &Rounding,
     local_error: f64,
+    gain: f64,
 ) -> (u64, bool) {
     let mut evaluations = 0_u64;
     let mut length = std::mem::take(&mut history.implicit_length);
@@ -107,9 +109,9 @@ pub(super) fn follow(
         if history.quiet < history.patience {
             return (0, false);
         }
-        length = GAIN * history.explicit_length;
+        length = gain * history.explicit_length;
     }
-    while length > 0.0 && length >= WORTH * GAIN * history.explicit_length {
+    while length > 0.0 && length >= WORTH * gain * history.explicit_length {
         let step = collocate(series, window, length, control, rounding, local_error);
         evaluations = evaluations.saturating_add(step.evaluations);
         // The error falls with the power of the number of stages; a step that went wrong altogether says nothing.

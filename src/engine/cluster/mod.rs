@@ -3,7 +3,7 @@
 //! A [`Cluster`] describes the motion of its window on one segment after the other. A method enters by one door,
 //! `Cluster::describe` in `segment`, which chooses among them, and tells of the motion what a `dense_output` has to: Taylor
 //! series (`taylor`), implicit collocation (`collocation`), which fills in such a series, explicit collocation (`gauss`) where contacts
-//! follow Hertz, and natural modes (`modes`, `natural`).
+//! follow Hertz or another power, and natural modes (`modes`, `natural`).
 //! `step_control` holds the tolerances and what the segments so far say about the next one. Needs the balls in flight and the
 //! contact laws; knows no run, no events and no ledgers.
 
@@ -20,7 +20,7 @@ mod taylor;
 mod window;
 
 pub(crate) use equations::Equations;
-pub(crate) use segment::{Cluster, Memory};
+pub(crate) use segment::Cluster;
 pub(crate) use step_control::{Control, StepHistory};
 pub(crate) use taylor::Series;
 pub(crate) use window::{OverlapSeries, Switch, WindowContact, clipping};

@@ -16,7 +16,7 @@ use super::natural;
 use super::step_control::{Control, StepHistory};
 use super::taylor::{Series, Workspace, velocity_scale};
 use super::window::{OverlapSeries, Switch, Window, WindowContact, clipping};
-use crate::engine::flight::{Ball, Flight, Rounding, RunningIntegrals, shifted, spaced};
+use crate::engine::flight::{Ball, Flight, Rounding, RunningIntegrals, places, shifted, start_by_centre};
 use crate::model::{ContactLaw, Mode};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
@@ -62,15 +62,8 @@ impl Description {
     }
 }
 
-/// What a cluster that is over leaves to the next one: room for its description.
-#[derive(Debug, Default)]
-pub(crate) struct Memory {
-    description: Description,
-    workspace: Workspace,
-}
-
 /// Neighbouring balls in contact.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Cluster {
     /// Balls that touch another one.
     pub members: Range<usize>,
@@ -107,20 +100,15 @@ impl Cluster {
         contacts: Vec<WindowContact>,
         history: StepHistory,
     ) -> Self {
-        Self {
-            members,
-            window,
-            start,
-            flights,
-            contacts,
-            description: Description::default(),
-            workspace: Workspace::default(),
-            history,
-            history_before: history,
-            evaluations: 0,
-            length: 0.0,
-            switch: None,
-        }
+        Self { members, window, start, flights, contacts, history, history_before: history, ..Self::default() }
+    }
+
+    /// Makes it another one, in the same memory, whose flights and contacts are yet to be entered.
+    pub fn renew(&mut self, members: Range<usize>, window: Range<usize>, start: DoubleDouble, history: StepHistory) {
+        (self.members, self.window, self.start, self.history) = (members, window, start, history);
+        self.flights.clear();
+        self.contacts.clear();
+        self.workspace.forget_balls();
     }
 
     /// Contacts of the window, as indices of the cradle.
@@ -136,17 +124,6 @@ impl Cluster {
     /// Time that the current segment ends.
     pub fn end(&self) -> DoubleDouble {
         self.start + self.length
-    }
-
-    /// The same cluster, with room from one before it.
-    pub fn with_memory(mut self, memory: Memory) -> Self {
-        (self.description, self.workspace) = (memory.description, memory.workspace);
-        self
-    }
-
-    /// What is left of it once it is over.
-    pub fn into_memory(self) -> Memory {
-        Memory { description: self.description, workspace: self.workspace.emptied() }
     }
 
     /// Gives up the memory that only the next [`Self::expand`] would use again.
@@ -264,8 +241,9 @@ impl Cluster {
                 let masses = balls[first..=end].iter().map(|ball| ball.mass);
                 let contacts = self.contacts[first..end].iter().zip(&laws[first..end]);
                 let distances = contacts.map(|(contact, law)| contact.overlap + law.clearance);
-                let positions = spaced(masses.zip(flights.iter().map(|flight| flight.x)), distances);
-                flights.iter_mut().zip(positions).for_each(|(flight, x)| flight.x = x);
+                let places = places(distances);
+                let start = start_by_centre(masses.zip(flights.iter().map(|flight| flight.x)).zip(places.clone()));
+                flights.iter_mut().zip(places).for_each(|(flight, place)| flight.x = start + place);
             }
             first = end + 1;
         }
@@ -273,9 +251,10 @@ impl Cluster {
 
     /// Describes the motion from the start of the segment on and finds where the segment ends.
     ///
-    /// Strongly damped linear contacts have natural modes. Else it is Gauss collocation where exponents are a whole number and a half, or
-    /// series: they keep the exact zeros of balls that the motion has not reached. Once some segments have passed without any switching, the contacts are stiff
-    /// for the pace of the motion, or closed for long. Balls that do not part for thousands of segments have series of their own.
+    /// Strongly damped linear contacts have natural modes. Else it is Gauss collocation where contacts are not linear and twice their
+    /// exponents is whole, or series: they keep the exact zeros of balls that the motion has not reached. Once some segments have passed
+    /// without any switching, the contacts are stiff for the pace of the motion, or closed for long. Balls that do not part for
+    /// thousands of segments have series of their own.
     pub fn expand(&mut self, balls: &[Ball], laws: &[ContactLaw], control: &Control) {
         let (flights, contacts) = (std::mem::take(&mut self.flights), std::mem::take(&mut self.contacts));
         let (balls, laws) = (&balls[self.window.clone()], &laws[self.window_contacts()]);
@@ -289,7 +268,8 @@ impl Cluster {
         let rounding = Rounding { velocity: rounding.velocity.max(error), ..rounding };
         // After the one that seems to be first the others have less time to switch in.
         let next = if let Description::Series(series) = &self.description { series.next_to_switch } else { 0 };
-        for j in std::iter::once(next).chain((0..laws.len()).filter(|j| *j != next)) {
+        let others = (0..laws.len()).filter(|j| *j != next);
+        for j in (next < laws.len()).then_some(next).into_iter().chain(others) {
             match self.description.first_switch(j, &window, self.length, &rounding) {
                 (Next::At(tau), switch) => (self.length, self.switch) = (tau, Some((self.window.start + j, switch))),
                 (Next::NotBefore(tau), _) => (self.length, self.switch) = (tau, None),
@@ -326,15 +306,17 @@ impl Cluster {
         let persistent = self.history.is_persistent() && !linear;
         let scale = if persistent { self.workspace.persistent.velocity_scale(window) } else { velocity_scale(window) };
         let local_error = control.local_error(scale);
+        let by_gauss = !linear && !persistent && gauss::applies_to(window, scale);
+        let gain = if by_gauss { collocation::GAIN_OVER_GAUSS } else { collocation::GAIN_OVER_SERIES };
         let modes_to_come = series_first.is_some_and(|series| self.history.quiet < series);
         let collocated = !modes_to_come && {
             let (evaluations, collocated) =
-                collocation::follow(&mut series, &mut self.history, window, control, rounding, local_error);
+                collocation::follow(&mut series, &mut self.history, window, control, rounding, local_error, gain);
             self.evaluations = self.evaluations.saturating_add(evaluations);
             collocated
         };
         if !collocated {
-            if !persistent && gauss::applies_to(window) {
+            if by_gauss {
                 let mut motion = motion.unwrap_or_default();
                 let before = self.history.explicit_length;
                 if let Some(step) = motion.follow(window, control, rounding, scale, before, &mut self.evaluations) {

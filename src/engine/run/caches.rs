@@ -3,7 +3,7 @@
 
 use std::cell::{Cell, OnceCell, RefCell};
 
-use crate::engine::cluster::Memory;
+use crate::engine::cluster::Cluster;
 use crate::engine::pair_impact::Interior;
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
@@ -16,8 +16,8 @@ pub(crate) struct Caches<R> {
     /// A contact each: the interior of the impact under way, once somebody looks inside.
     pub interiors: Vec<OnceCell<Box<Interior>>>,
     pub ahead: LookAhead<R>,
-    /// What the last cluster has left.
-    pub memory: Memory,
+    /// The last cluster that is over, for its memory.
+    pub spare: Option<Box<Cluster>>,
 }
 
 /// The state of a ball at a time.
@@ -51,7 +51,7 @@ impl<R> Caches<R> {
             states: vec![Cell::new(unknown); balls],
             interiors: std::iter::repeat_with(OnceCell::new).take(contacts).collect(),
             ahead: LookAhead { copy: RefCell::default(), found: Cell::default() },
-            memory: Memory::default(),
+            spare: None,
         }
     }
 

@@ -63,19 +63,18 @@ impl Engine {
             self.reanchor(i, t);
             self.balls[i].regime = Regime::Cluster(id as u32);
         }
+        let mut cluster = self.caches.spare.take().unwrap_or_default();
         let contacts = window.start..window.end - 1;
         let age = self.contacts[contacts.clone()].iter().map(|contact| contact.loose().age).max().unwrap_or_default();
-        let contacts = contacts.map(|i| {
+        cluster.renew(members, window.clone(), t, StepHistory::aged(age));
+        cluster.flights.extend(self.balls[window].iter().map(|ball| ball.flight_at(t)));
+        cluster.contacts.extend(contacts.map(|i| {
             self.stop_separation(i, t);
             let Loose { overlap, mode, .. } = self.contacts[i].loose();
             self.contacts[i].phase = Phase::Window(id as u32);
             WindowContact { overlap, mode }
-        });
-        let contacts = contacts.collect();
-        let flights = window.clone().map(|i| self.balls[i].flight_at(t)).collect();
-        let cluster = Cluster::new(members, window, t, flights, contacts, StepHistory::aged(age));
-        let memory = std::mem::take(&mut self.caches.memory);
-        self.follow(id, Box::new(cluster.with_memory(memory)));
+        }));
+        self.follow(id, cluster);
     }
 
     /// Computes the next segment of a cluster and puts it back in its place.
@@ -148,6 +147,6 @@ impl Engine {
         for (i, &WindowContact { overlap, mode }) in cluster.window_contacts().zip(&cluster.contacts) {
             self.contacts[i].phase = Phase::Loose(Loose { overlap, mode, age: cluster.history.age });
         }
-        self.caches.memory = cluster.into_memory();
+        self.caches.spare = Some(cluster);
     }
 }

@@ -21,33 +21,44 @@ use crate::model::{ContactLaw, Mode};
 use crate::solver::gauss::{NODES, Stretching};
 
 use motion::Track;
+use switching::fall;
 
 pub(crate) use motion::Motion;
 
 /// What the two highest Legendre coefficients may be over the scale of the velocities, for the local error of the default
 /// tolerance. The end of a step has twice as many digits: an error of 1e-16, within the step one of 1e-14.
-const TAIL: f64 = 1e-11;
+const TAIL: f64 = 2e-11;
 const EPSILON: f64 = 1e-17;
 
 /// First step over the time that the fastest contact takes to stop its balls: after an onset at speed, and where a wave starts in
 /// balls that touch.
 const FIRST: f64 = 0.45;
-const FIRST_OF_WAVE: f64 = 0.1;
+const FIRST_OF_WAVE: f64 = 0.2;
 
 /// Contacts that have just closed at less than this part of the speed of the others, or that overlap by less than this part of the
 /// largest overlap, do not call for a stretched step.
 const FAINT: f64 = 1e-6;
 
-/// A contact that is so many steps from its release at the present rate may be followed up to there.
-const NEAR_RELEASE: f64 = 1.2;
+/// A contact that is so many steps from its release at the present rate may be followed up to there: one whose force has a branch
+/// point there, one whose force has none, and one that has no force up to its switching.
+const NEAR_RELEASE: f64 = 0.8;
+const NEAR_SMOOTH_RELEASE: f64 = 0.5;
+const NEAR_SWITCHING: f64 = 1.2;
 
 /// How a step follows from the last one: the part of what the error allows, and the least and largest factor. And a step after one
 /// that did not reach a release, after one that failed.
-const SAFETY: f64 = 0.9;
+const SAFETY: f64 = 0.93;
 const CHANGE: [f64; 2] = [0.3, 4.0];
 const SHORT_OF_RELEASE: f64 = 0.65;
 const FAILED: f64 = 0.5;
 const LEAST: f64 = 0.05;
+
+/// An error, in units of the one allowed, that would let the next step be much longer.
+const SMALL: f64 = 1e-3;
+
+/// Contacts whose damping acts within less than this part of their time scale are stiff: Picard's iteration allows them short steps only,
+/// and what balls at rest do next is decided within much less than a step.
+const STIFF: f64 = 0.1;
 
 /// Closed contacts that a window may have: of a wave that many balls pass on, series follow the faint ends for less.
 const MOST_CONTACTS: usize = 8;
@@ -62,16 +73,24 @@ pub(super) struct Followed {
     pub next: f64,
 }
 
-/// Whether the closed contacts are few, their exponents a whole number and a half, the sign of a force that may be clipped is simple,
-/// and all pendulums are equal.
-pub(super) fn applies_to(window: &Window) -> bool {
+/// Whether the closed contacts are few and not linear, twice their exponents is whole, the sign of a force that may be clipped is
+/// simple, damping at this `speed` (m/s) is not stiff, and all pendulums are equal.
+pub(super) fn applies_to(window: &Window, speed: f64) -> bool {
+    let is_stiff = |(j, law): (usize, &ContactLaw)| {
+        let mass = window.reduced_mass(j);
+        window.contacts[j].mode != Mode::Open && law.relaxation_time(mass, speed) < STIFF * law.time_scale(mass, speed)
+    };
     let serves = |(contact, law): (&WindowContact, &ContactLaw)| {
-        contact.mode == Mode::Open || (law.has_root() && (!law.clips() || law.sign_of_force().is_some()))
+        contact.mode == Mode::Open
+            || (!law.is_linear()
+                && (law.has_root() || law.whole_exponent().is_some())
+                && (!law.clips() || law.sign_of_force().is_some()))
     };
     let oscillator = &window.balls[0].oscillator;
     window.closed() <= MOST_CONTACTS
         && window.contacts.iter().zip(window.laws).all(serves)
         && window.balls.iter().all(|ball| ball.oscillator == *oscillator)
+        && !window.laws.iter().enumerate().filter(|(_, law)| !law.is_elastic()).any(is_stiff)
 }
 
 impl Motion {
@@ -103,16 +122,21 @@ impl Motion {
             false if wave => FIRST_OF_WAVE * self.fastest(window, speed),
             false => FIRST * self.fastest(window, speed),
         };
-        let mut plan = Plan { stretching: onset.unwrap_or_default(), length, ends_at_switching: false };
-        if let Some(time) = self.release_ahead()
-            && (f64::MIN_POSITIVE..NEAR_RELEASE * length).contains(&time)
+        let mut plan = Plan { stretching: onset.unwrap_or_default(), length, switching: None };
+        let within =
+            |ahead: Option<(usize, f64)>, most: f64| ahead.filter(|(_, time)| (f64::MIN_POSITIVE..most).contains(time));
+        let (release, smooth) = (self.release_ahead(), !self.has_root());
+        let near_release = if smooth { NEAR_SMOOTH_RELEASE } else { NEAR_RELEASE };
+        if let Some((j, time)) = within(release, near_release * length) {
+            plan = self.to_release(j, time);
+        } else if let Some((j, time)) = within(self.switching_ahead(), NEAR_SWITCHING * length) {
+            plan = Plan { length: time, switching: Some(j), ..plan };
+        } else if let Some((_, time)) = release
+            && !smooth
         {
-            plan = to_release(time);
-        } else if let Some(time) = self.release_of_clipped()
-            && (f64::MIN_POSITIVE..NEAR_RELEASE * length).contains(&time)
-        {
-            plan = Plan { length: time, ends_at_switching: true, ..plan };
+            plan.length = length.min(SHORT_OF_RELEASE * time);
         }
+        let (mut refused, mut crossed) = (false, false);
         for _ in 0..ATTEMPTS {
             plan.length = plan.length.min(longest);
             if plan.length.is_nan() || plan.length < f64::MIN_POSITIVE {
@@ -121,37 +145,54 @@ impl Motion {
             let outcome = self.attempt(&plan, &tolerance, evaluations);
             // An iteration that diverges may have moved the end anywhere.
             let (reached, least) = (self.length, LEAST * plan.length);
-            if !plan.ends_at_switching {
+            if plan.switching.is_none() {
                 length = length.min(plan.length);
             }
+            crossed |= matches!(outcome, Outcome::Within(..));
+            refused |= plan.switching.is_none() && matches!(outcome, Outcome::Failed | Outcome::TooLong(_));
             plan = match outcome {
                 Outcome::Stands(error) => {
                     let proposed = reached * change_for(error);
-                    // A step that ended early says nothing against long ones.
-                    let next = if plan.ends_at_switching { length.max(reached) } else { proposed };
+                    let next = match plan.switching {
+                        // A step that ended early says nothing against long ones.
+                        Some(_) => length.max(reached),
+                        // A longer step has just failed, although the error is small: it is the iteration that allows no more.
+                        None if refused && error < SMALL => proposed.min(reached),
+                        None => proposed,
+                    };
                     self.moment.get_mut().forget();
                     return Some(Followed { length: self.until, next: next.min(longest) });
                 }
-                // Which way a force goes from 0 its mean slope over a step does not tell; a series does.
+                // Which way a force, or an overlap at rest, goes from 0 its mean slope over a step does not tell; a series does.
                 Outcome::AtOnce(_, Switch::Clip | Switch::Unclip) => return None,
+                Outcome::AtOnce(j, switch)
+                    if self.tracks[j].is_resting(rounding)
+                        && (switch == Switch::Release || self.tracks[j].rate != 0.0) =>
+                {
+                    return None;
+                }
                 Outcome::AtOnce(j, switch) => {
                     self.ends_at_once(j, switch);
                     return Some(Followed { length: 0.0, next: before });
                 }
                 Outcome::Within(j, Switch::Release, time) if self.tracks[j].mode == Mode::Pressing => {
                     match plan.stretching {
-                        Stretching::None => to_release(time.max(least)),
+                        Stretching::None => self.to_release(j, time.max(least)),
                         // It closes and opens in one step.
                         _ => Plan { length: FAILED * time.max(least), ..plan },
                     }
                 }
-                Outcome::Within(_, _, time) => Plan { length: time.max(least), ends_at_switching: true, ..plan },
+                Outcome::Within(j, _, time) => Plan { length: time.max(least), switching: Some(j), ..plan },
                 Outcome::NoSwitching => {
-                    Plan { stretching: onset.unwrap_or_default(), length, ends_at_switching: false }
+                    if crossed {
+                        // It nearly opens, and the same step would come to the same end.
+                        length = SHORT_OF_RELEASE * length.min(reached.max(least));
+                    }
+                    Plan { stretching: onset.unwrap_or_default(), length, switching: None }
                 }
-                Outcome::TooLong(_) | Outcome::Failed if plan.ends_at_switching => {
+                Outcome::TooLong(_) | Outcome::Failed if plan.switching.is_some() => {
                     length = SHORT_OF_RELEASE * reached.clamp(least, plan.length);
-                    Plan { stretching: onset.unwrap_or_default(), length, ends_at_switching: false }
+                    Plan { stretching: onset.unwrap_or_default(), length, switching: None }
                 }
                 Outcome::TooLong(error) => Plan { length: plan.length * change_for(error).min(0.7), ..plan },
                 Outcome::Failed => Plan { length: FAILED * plan.length, ..plan },
@@ -179,7 +220,12 @@ impl Motion {
             track.mode == Mode::Pressing && track.overlap <= rounding.no_overlap() && track.rate >= rate
         };
         let fresh = self.tracks.iter().any(fresh);
-        fresh.then_some(Stretching::AtStart(if rate > 0.0 { 2 } else { 4 }))
+        fresh.then(|| if self.has_root() { Stretching::AtStart } else { Stretching::None })
+    }
+
+    /// Whether a force has a branch point where its contact opens or closes.
+    fn has_root(&self) -> bool {
+        self.tracks.iter().any(|track| track.law.has_root())
     }
 
     /// Whether all closed contacts have just closed, and some of their balls have yet to move.
@@ -215,34 +261,44 @@ impl Motion {
         if pace > 0.0 { output::LONGEST / pace } else { f64::INFINITY }
     }
 
-    /// How long the first closed contact that is opening would take at its present rate, s, or to where it is clipped. One that hardly
+    /// The closed contact that is first to open if its balls are accelerated as now, or to be clipped, and when, s. One that hardly
     /// presses has no branch point that matters, and may never open.
-    fn release_ahead(&self) -> Option<f64> {
+    fn release_ahead(&self) -> Option<(usize, f64)> {
         let largest = self.tracks.iter().map(|track| track.overlap).fold(0.0, f64::max);
-        let opens =
-            |track: &&Track| track.mode == Mode::Pressing && track.rate < 0.0 && track.overlap > FAINT * largest;
-        self.first_opening(opens)
+        let opens = |track: &Track| track.mode == Mode::Pressing && track.rate < 0.0 && track.overlap > FAINT * largest;
+        // Its own force, which drives the balls apart, vanishes on the way.
+        self.first_at_zero(|track| opens(track).then_some(track.acceleration.max(0.0)))
     }
 
-    /// The same of the contacts that are clipped: without a force there is no branch point.
-    fn release_of_clipped(&self) -> Option<f64> {
-        self.first_opening(|track| track.mode == Mode::Clipped && track.rate < 0.0)
+    /// The same of the contacts that are clipped, or that close: without a force there is no branch point.
+    fn switching_ahead(&self) -> Option<(usize, f64)> {
+        self.first_at_zero(|track| match track.mode {
+            Mode::Open => (track.overlap < 0.0 && track.rate > 0.0).then_some(track.acceleration),
+            Mode::Clipped => (track.rate < 0.0).then_some(track.acceleration),
+            Mode::Pressing => None,
+        })
     }
 
-    /// How long the first of the contacts that `opens` would take at its present rate, s.
-    fn first_opening(&self, opens: impl Fn(&&Track) -> bool) -> Option<f64> {
-        let opening = self.tracks.iter().filter(opens);
-        opening.map(|track| track.overlap / -track.rate).min_by(f64::total_cmp)
+    /// The first of the contacts whose overlap vanishes with the `acceleration` (m/s2) given for it, and when, s.
+    fn first_at_zero(&self, acceleration: impl Fn(&Track) -> Option<f64>) -> Option<(usize, f64)> {
+        let at_zero = |(j, track): (usize, &Track)| {
+            let side = if track.overlap > 0.0 { 1.0 } else { -1.0 };
+            let acceleration = acceleration(track)?;
+            fall(side * track.overlap, side * track.rate, 0.5 * side * acceleration).map(|time| (j, time))
+        };
+        self.tracks.iter().enumerate().filter_map(at_zero).min_by(|a, b| a.1.total_cmp(&b.1))
     }
-}
 
-/// The step that ends where a contact opens, in about this `time` (s).
-fn to_release(time: f64) -> Plan {
-    Plan { stretching: Stretching::AtEnd, length: time, ends_at_switching: true }
+    /// The step that ends where contact `j` opens, in about this `time` (s).
+    fn to_release(&self, j: usize, time: f64) -> Plan {
+        let stretching = if self.has_root() { Stretching::AtEnd } else { Stretching::None };
+        Plan { stretching, length: time, switching: Some(j) }
+    }
 }
 
 /// The next step over the last one, which had this error in units of the one allowed.
 fn change_for(error: f64) -> f64 {
-    let exponent = -1.0 / (NODES - 1) as f64;
-    if error > 0.0 { (SAFETY * libm::pow(error, exponent)).clamp(CHANGE[0], CHANGE[1]) } else { CHANGE[1] }
+    // The sixteenth root, which is nearly that of the order.
+    let root = error.sqrt().sqrt().sqrt().sqrt();
+    (SAFETY / root).clamp(CHANGE[0], CHANGE[1])
 }

@@ -20,14 +20,16 @@ pub(super) struct Track {
     pub free: Flight,
     /// What forcing and gravity accelerate an overlap of 0 by at the start, m/s2.
     pub pull: f64,
+    /// Relative acceleration of the two at the start, m/s2.
+    pub acceleration: f64,
 }
 
 impl Track {
-    /// Relative acceleration under the `forces` (N) of the contact on the left, its own and that on the right.
-    pub fn acceleration(&self, forces: [f64; 3], o: &Oscillator, overlap: f64, rate: f64, time: f64) -> f64 {
+    /// Relative acceleration at the start under the `forces` (N) of the contact on the left, its own and that on the right.
+    fn acceleration_under(&self, forces: [f64; 3], o: &Oscillator) -> f64 {
         let [left, own, right] = forces;
         let pushed = (left - own) * self.inverse_masses[0] - (own - right) * self.inverse_masses[1];
-        pushed + self.pull - o.omega2() * overlap - 2.0 * o.gamma() * rate + self.varying(time)
+        pushed + self.pull - o.omega2() * self.overlap - 2.0 * o.gamma() * self.rate
     }
 
     /// What the forcing changes by within `time` (s), m/s2.
@@ -116,7 +118,18 @@ impl Motion {
                 inverse_masses: [1.0 / balls[j].mass, 1.0 / balls[j + 1].mass],
                 free: Flight { x: contact.overlap + law.clearance, v: rate, forcing },
                 pull: forcing[0] - o.omega2() * law.clearance,
+                acceleration: 0.0,
             });
+        }
+        let force = |track: &Track| match track.mode {
+            Mode::Pressing => track.law.unclipped_force(track.overlap, track.rate),
+            Mode::Open | Mode::Clipped => 0.0,
+        };
+        let (mut left, mut own) = (0.0, self.tracks.first().map_or(0.0, force));
+        for j in 0..self.tracks.len() {
+            let right = self.tracks.get(j + 1).map_or(0.0, force);
+            self.tracks[j].acceleration = self.tracks[j].acceleration_under([left, own, right], &o);
+            (left, own) = (own, right);
         }
         self.varies = flights.iter().any(|flight| degree(&flight.forcing) > 0);
         self.needs_rates = o.gamma() > 0.0 || self.tracks.iter().any(|track| !track.law.is_elastic());

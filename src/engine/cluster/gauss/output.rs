@@ -167,17 +167,20 @@ impl Motion {
 
     /// Velocities of ball `i` at the nodes, m/s.
     fn velocities(&self, i: usize) -> Nodes {
-        let table = self.stretching.table();
+        let (o, table) = (&self.oscillator, self.stretching.table());
         let inverse_mass = self.inverse_mass(i);
-        let responses = Responses::new(&self.oscillator, self.length);
+        let responses = Responses::new(o, self.length);
+        let times = table.times.map(|part| self.length * part);
+        // The motion that starts with what the pushes so far would have had to be at the start.
+        let back = times.map(|time| responses.at(-time));
+        let push = |m: usize| (self.forces[i][m] - self.forces[i + 1][m]) * inverse_mass;
+        let [velocities, displacements] =
+            [0, 1].map(|k| table.integrate(&std::array::from_fn(|m| push(m) * back[m][k])));
         std::array::from_fn(|m| {
-            let time = self.length * table.times[m];
-            let pushed = |l: usize| {
-                let push = (self.forces[i][l] - self.forces[i + 1][l]) * inverse_mass;
-                table.rates[l][m] * responses.at(time - self.length * table.times[l])[0] * push
-            };
-            let (_, free) = self.flights[i].at(&self.oscillator, DoubleDouble::from(time));
-            free + self.length * (0..NODES).map(pushed).sum::<f64>()
+            let [velocity, displacement, _] = responses.at(times[m]);
+            let pushed = velocity * velocities[m] - o.omega2() * displacement * displacements[m];
+            let (_, free) = self.flights[i].at(o, DoubleDouble::from(times[m]));
+            free + self.length * pushed
         })
     }
 
@@ -268,23 +271,36 @@ impl DenseOutput for Motion {
     /// Looked for between the nodes as the polynomial through the forces there; its value is that of the law.
     fn peak(&self, j: usize, from: f64, to: f64, known: f64) -> f64 {
         let (forces, table) = (&self.forces[j + 1], self.stretching.table());
-        let inside = |m: &usize| (from..to).contains(&(self.length * table.times[*m]));
-        let node = (0..NODES).filter(inside).max_by(|a, b| forces[*a].total_cmp(&forces[*b]));
-        let largest = [from, to].map(|tau| self.force(j, tau)).into_iter().chain(node.map(|m| forces[m]));
-        let largest = largest.fold(0.0, f64::max);
+        let time = |m: usize| self.length * table.times[m];
+        let nodes_before = |tau: f64| (0..NODES).take_while(|m| time(*m) < tau).count();
+        let (first, end) = (nodes_before(from), nodes_before(to));
+        let node = (first..end).max_by(|a, b| forces[*a].total_cmp(&forces[*b]));
+        let mut largest = node.map_or(0.0, |m| forces[m]);
+        let is_cut = from > 0.0 || to < self.until;
+        if node.is_some() && !is_cut && largest * MARGIN <= known {
+            return known;
+        }
+        // An end of the step counts where the force rises towards it, one within the step in any case.
+        let few = end < first + 2;
+        if few || from > 0.0 || forces[first] >= forces[first + 1] {
+            largest = largest.max(self.force(j, from));
+        }
+        if few || to < self.until || forces[end - 1] >= forces[end - 2] {
+            largest = largest.max(self.force(j, to));
+        }
         if largest * MARGIN <= known {
             return known;
         }
-        let beside = |m: Option<usize>, end: f64| {
-            m.filter(|m| *m < NODES && inside(m)).map_or(end, |m| self.length * table.times[m])
-        };
-        let (start, end) = (beside(node.and_then(|m| m.checked_sub(1)), from), beside(node.map(|m| m + 1), to));
-        let coefficients = Rule::get().powers.map(|row| weighted(&row, forces));
+        let start = node.filter(|m| *m > first).map_or(from, |m| time(m - 1));
+        let end = node.filter(|m| m + 1 < end).map_or(to, |m| time(m + 1));
         let x = |tau: f64| 2.0 * self.stretching.inverse(tau / self.length) - 1.0;
-        let slope = |x: f64| series::derivative(&coefficients, x);
+        let coefficients = Rule::get().powers.map(|row| weighted(&row, forces));
+        let falls: Nodes = std::array::from_fn(|k| -((k + 1) as f64) * coefficients.get(k + 1).unwrap_or(&0.0));
+        let fall = |x: f64| series::value_and_derivatives(&falls, x);
         let (low, high) = (x(start), x(end));
-        if slope(low) > 0.0 && slope(high) <= 0.0 {
-            let c = 0.5 + 0.5 * root::falling_zero(slope, low, high);
+        let (at_low, at_high) = (fall(low)[0], fall(high)[0]);
+        if at_low < 0.0 && at_high >= 0.0 {
+            let c = 0.5 + 0.5 * root::rising_zero(fall, (low, at_low), (high, at_high));
             let place = (self.length * self.stretching.part(c)).clamp(from, to);
             return largest.max(self.force(j, place)).max(known);
         }

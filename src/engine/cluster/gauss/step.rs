@@ -19,7 +19,7 @@ const STILL_CHANGING: f64 = 1e5;
 
 /// The iteration has converged where it changes overlaps by less than this part of their size, the next change at the present rate
 /// included; rounding keeps it from getting there if it still changes them by less than the other one.
-const CONVERGED: f64 = 1e-16;
+const CONVERGED: f64 = 4e-16;
 const NOISE: f64 = 2e-15;
 
 /// Where forces depend on rates, these have converged when their next change is less than this part of the scale of velocities. Under
@@ -49,7 +49,8 @@ pub(super) struct Plan {
     pub stretching: Stretching,
     /// Its length, s; to begin with if it ends at a switching.
     pub length: f64,
-    pub ends_at_switching: bool,
+    /// The contact whose switching is to end it.
+    pub switching: Option<usize>,
 }
 
 /// What the errors of a step are measured by.
@@ -95,28 +96,29 @@ impl Motion {
             *evaluations = evaluations.saturating_add(closed);
             self.push();
             let settled = last_change < ROUGH;
-            let look = settled && !looked;
-            looked |= settled;
-            if let Some((j, _)) = self.end.filter(|_| looked && !look) {
-                // It is known which contact that is.
-                let Some((switch, time)) = self.switching(j, table, tolerance) else { return Outcome::NoSwitching };
-                if !self.ends_at(j, switch, time, plan, tolerance) {
-                    return Outcome::Failed;
-                }
-            } else if plan.ends_at_switching || look {
+            if settled && !looked {
+                looked = true;
                 match self.first_switching(table, tolerance) {
-                    Some((j, switch, 0.0)) if settled => return Outcome::AtOnce(j, switch),
-                    Some((.., 0.0)) => {}
-                    Some((j, switch, time)) if plan.ends_at_switching => {
+                    Some((j, switch, 0.0)) => return Outcome::AtOnce(j, switch),
+                    Some((j, switch, _)) if plan.switching.is_some() => self.end = Some((j, switch)),
+                    Some((j, switch, time)) if time < self.length * (1.0 - 1e-12) => {
+                        return Outcome::Within(j, switch, time);
+                    }
+                    None if plan.switching.is_some() => return Outcome::NoSwitching,
+                    Some(_) | None => {}
+                }
+            }
+            let before = self.length;
+            if let Some(j) = self.end.map_or(plan.switching, |(j, _)| Some(j)) {
+                match self.switching(j, table, tolerance) {
+                    Some((switch, time)) => {
+                        let time = self.end_by_newton(j, table).unwrap_or(time);
                         if !self.ends_at(j, switch, time, plan, tolerance) {
                             return Outcome::Failed;
                         }
                     }
-                    Some((j, switch, time)) if time < self.length * (1.0 - 1e-12) => {
-                        return Outcome::Within(j, switch, time);
-                    }
-                    None if plan.ends_at_switching => return Outcome::NoSwitching,
-                    Some(_) | None => {}
+                    None if looked => return Outcome::NoSwitching,
+                    None => {}
                 }
             }
             let [change, of_rate] = self.update(table);
@@ -129,6 +131,10 @@ impl Motion {
                 let converged = change <= CONVERGED
                     || (rate < 0.5 && change * rate <= CONVERGED)
                     || (change <= NOISE && rate > 0.5);
+                // Contacts in equilibrium do not change, however far the end of the step still moves.
+                let moved = (self.length - before).abs();
+                let ended = |(j, _)| moved * self.rate_at_end(j, table).abs() <= self.noise(tolerance);
+                let converged = converged && self.end.is_none_or(ended);
                 if converged && of_rate * rate.min(1.0) <= CONVERGED_RATE * tolerance.speed {
                     return self.conclude(table, tolerance);
                 }
@@ -145,6 +151,12 @@ impl Motion {
     fn ends_at(&mut self, j: usize, switch: Switch, time: f64, plan: &Plan, tolerance: &Tolerance) -> bool {
         (self.length, self.end) = (time, Some((j, switch)));
         time > 0.0 && time <= (FARTHEST * plan.length).min(tolerance.longest)
+    }
+
+    /// Whether the step ends with this switching, as far as overlaps are known: where balls hardly part, their time is not known so well.
+    fn is_end(&self, j: usize, switch: Switch, table: &Table, tolerance: &Tolerance) -> bool {
+        let overlap = || self.overlap_at_end(j, self.curvature(j, table));
+        self.end == Some((j, switch)) && overlap().abs() <= self.noise(tolerance)
     }
 
     /// The two highest Legendre coefficients of the accelerations of closed contacts, in units of what is allowed.
@@ -181,7 +193,9 @@ impl Motion {
         }
         match self.first_switching(table, tolerance) {
             Some((j, switch, 0.0)) => return Outcome::AtOnce(j, switch),
-            Some((j, switch, time)) if time < self.length * (1.0 - 1e-13) => {
+            Some((j, switch, time))
+                if time < self.length * (1.0 - 1e-13) && !self.is_end(j, switch, table, tolerance) =>
+            {
                 return Outcome::Within(j, switch, time);
             }
             Some(_) | None => {}

@@ -35,7 +35,7 @@ pub(super) enum Signs {
 
 impl Motion {
     /// How far overlaps are known, m.
-    fn noise(&self, tolerance: &Tolerance) -> f64 {
+    pub(super) fn noise(&self, tolerance: &Tolerance) -> f64 {
         tolerance.rounding.position.max(UNKNOWN * tolerance.speed * self.length)
     }
 
@@ -46,13 +46,18 @@ impl Motion {
     }
 
     /// S of contact `j`.
-    fn curvature(&self, j: usize, table: &Table) -> f64 {
+    pub(super) fn curvature(&self, j: usize, table: &Table) -> f64 {
         weighted(&table.of_position, &self.accelerations[j])
     }
 
     /// Overlap of contact `j` at the end of the step, m.
-    fn overlap_at_end(&self, j: usize, curvature: f64) -> f64 {
+    pub(super) fn overlap_at_end(&self, j: usize, curvature: f64) -> f64 {
         self.tracks[j].overlap + (self.tracks[j].rate + curvature * self.length) * self.length
+    }
+
+    /// Its rate there, m/s.
+    pub(super) fn rate_at_end(&self, j: usize, table: &Table) -> f64 {
+        self.tracks[j].rate + self.length * weighted(&table.of_rate, &self.accelerations[j])
     }
 
     /// The earliest onset or release, as far as the iteration has got: contact, what it is, and the time (s).
@@ -98,6 +103,16 @@ impl Motion {
         time.map(|time| (Switch::Release, time))
     }
 
+    /// Where the overlap of contact `j` vanishes by its value and rate at the end of the step as it is now (s): the accelerations are
+    /// not those of an end farther on. `None` if that is not near.
+    pub(super) fn end_by_newton(&self, j: usize, table: &Table) -> Option<f64> {
+        let overlap = self.overlap_at_end(j, self.curvature(j, table));
+        let rate = self.rate_at_end(j, table);
+        let time = self.length - overlap / rate;
+        let towards = if self.tracks[j].mode == Mode::Open { rate > 0.0 } else { rate < 0.0 };
+        (towards && (0.5 * self.length..2.0 * self.length).contains(&time)).then_some(time)
+    }
+
     /// Whether a ball at rest beside the one of an open contact would be pressed, or moved by more than may be left out.
     fn is_felt(&self, track: &Track, overlap: f64, tolerance: &Tolerance) -> bool {
         let speed_up =
@@ -112,7 +127,7 @@ impl Motion {
             let Some(sign) = track.sign() else { continue };
             let side = clipping(track.mode).0;
             let overlap_at_end = self.overlap_at_end(j, self.curvature(j, table));
-            let rate_at_end = track.rate + self.length * weighted(&table.of_rate, &self.accelerations[j]);
+            let rate_at_end = self.rate_at_end(j, table);
             let within = std::array::from_fn(|m| sign.at(self.overlaps[j][m], self.rates[j][m]));
             let ends = [sign.at(track.overlap, track.rate), sign.at(overlap_at_end, rate_at_end)];
             let noise = self.noise_of_sign(&sign, tolerance);
@@ -144,15 +159,17 @@ impl Motion {
         if at_start <= 0.0 {
             return start;
         }
-        let coefficients = Rule::get().powers.map(|row| side * weighted(&row, within));
+        let coefficients = Rule::get().powers.map(|row| -side * weighted(&row, within));
         let x = |time: f64| 2.0 * self.stretching.inverse(time / self.length) - 1.0;
-        let value = |x: f64| series::value(&coefficients, x);
-        if value(x(start)) <= 0.0 || value(x(end)) > 0.0 {
+        let fall = |x: f64| series::value_and_derivatives(&coefficients, x);
+        let (low, high) = (x(start), x(end));
+        let (at_low, at_high) = (fall(low)[0], fall(high)[0]);
+        if at_low >= 0.0 || at_high < 0.0 {
             // Beyond the outermost nodes the polynomial may have another sign than what it stands for.
             let at_end = side * within.get(m).unwrap_or(&ends[1]);
             return start + (end - start) * at_start / (at_start - at_end.min(0.0));
         }
-        let c = 0.5 + 0.5 * root::falling_zero(value, x(start), x(end));
+        let c = 0.5 + 0.5 * root::rising_zero(fall, (low, at_low), (high, at_high));
         (self.length * self.stretching.part(c)).clamp(start, end)
     }
 
@@ -183,6 +200,12 @@ impl Motion {
 /// after them.
 fn first_excess(side: f64, ends: [f64; 2], within: &Nodes, noise: f64) -> Excess {
     let at = |m: usize| side * within.get(m).unwrap_or(&ends[1]);
+    // What stays away from 0 by more than half of its range is the rule.
+    let [least, most] = range(within).map(|value| side * value);
+    let [inner, outer] = [least.max(most).max(side * ends[1]), least.min(most).min(side * ends[0]).min(side * ends[1])];
+    if inner + 0.5 * (inner - outer) <= noise {
+        return Excess::Never;
+    }
     let mut before = side * ends[0];
     for m in 0..NODES {
         let (here, after) = (at(m), at(m + 1));
@@ -199,8 +222,22 @@ fn first_excess(side: f64, ends: [f64; 2], within: &Nodes, noise: f64) -> Excess
     Excess::Never
 }
 
+/// The least and the largest value.
+#[inline]
+fn range(values: &Nodes) -> [f64; 2] {
+    const LANES: usize = 4;
+    let (mut least, mut most) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
+    for values in values.as_chunks::<LANES>().0 {
+        for lane in 0..LANES {
+            least[lane] = if values[lane] < least[lane] { values[lane] } else { least[lane] };
+            most[lane] = if values[lane] > most[lane] { values[lane] } else { most[lane] };
+        }
+    }
+    [least.into_iter().fold(f64::INFINITY, f64::min), most.into_iter().fold(f64::NEG_INFINITY, f64::max)]
+}
+
 /// When `d + r h + s h^2` falls through 0, from d > 0.
-fn fall(d: f64, r: f64, s: f64) -> Option<f64> {
+pub(super) fn fall(d: f64, r: f64, s: f64) -> Option<f64> {
     let discriminant = r * r - 4.0 * s * d;
     if discriminant < 0.0 {
         return None;

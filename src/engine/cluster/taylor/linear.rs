@@ -3,13 +3,16 @@
 //!
 //! An order costs so little that a high one pays: steps grow as fast as the work for them.
 
+use std::ops::Range;
+
 use super::recurrences::TERMS_AT_LEAST;
 use super::series::{INVERSE_FACTORIAL, Series};
 use crate::engine::cluster::step_control::Control;
 use crate::engine::cluster::window::{Window, WindowContact};
 use crate::engine::flight::Ball;
 use crate::model::Mode;
-use crate::solver::series::{INVERSES, NUMBERS};
+use crate::solver::oscillator::MAX_FORCE_ORDER;
+use crate::solver::series::{self, INVERSES, NUMBERS};
 
 /// Balls side by side: two numbers fill a register of every processor.
 const LANES: usize = 2;
@@ -26,8 +29,14 @@ const MOST: usize = 40;
 const LOOK: usize = 8;
 const LOOKS: [f64; 8] = [0.02, 0.1, 0.25, 0.5, 0.8, 1.2, 1.6, 2.1];
 
+/// Coefficients that a row has room for.
+const ROOM: usize = MOST + 2;
+
 /// A number for each of a few balls, or for the contacts at their right.
 type Lanes = [f64; LANES];
+
+/// Coefficients of the displacements of a few balls, or of the overlaps of the contacts at their right.
+type Rows = [[f64; ROOM]; LANES];
 
 /// A few neighbouring balls and the contacts at their right, side by side.
 #[derive(Clone, Debug, Default)]
@@ -36,8 +45,6 @@ struct Block {
     inverse_mass: Lanes,
     omega2: Lanes,
     drag: Lanes,
-    /// Whether the pendulum of the next ball differs.
-    unlike: [bool; LANES],
     /// Stiffness and damping of the contacts, 0 unless they press.
     stiffness: Lanes,
     damping: Lanes,
@@ -47,38 +54,39 @@ struct Block {
     velocity: Lanes,
     apart: Lanes,
     rate: Lanes,
-    /// The rates of the overlaps at the start, m.
-    rate_at_start: Lanes,
-    /// What the contacts push with, N, and the accelerations of the balls by that and by the inputs, m.
+    /// What the contacts push with, N, and the accelerations of the balls by the inputs, m.
     push: Lanes,
-    driven: Lanes,
+    input: Lanes,
+    /// Whether the pendulum of the next ball differs.
+    unlike: [bool; LANES],
 }
 
 impl Block {
-    /// How the contacts drive the balls, the first one with `push_left` at its left. Returns what the last one pushes with.
-    fn drive(&mut self, push_left: f64) -> f64 {
+    /// The next coefficients of balls and contacts, where the contact at their left has pushed so, and the ball at their right is
+    /// driven so and has this next coefficient of its velocity. Returns how the first ball is driven. The pendulums are all `ALIKE`,
+    /// or some are not.
+    #[inline(always)]
+    fn advance<const ALIKE: bool>(
+        &mut self,
+        push_left: f64,
+        [driven_right, velocity_right]: [f64; 2],
+        inverse: f64,
+    ) -> f64 {
+        let from_left: Lanes = std::array::from_fn(|i| if i > 0 { self.push[i - 1] } else { push_left });
+        let driven: Lanes =
+            std::array::from_fn(|i| (from_left[i] - self.push[i]) * self.inverse_mass[i] + self.input[i]);
+        let right: Lanes = std::array::from_fn(|i| *driven.get(i + 1).unwrap_or(&driven_right));
         for i in 0..LANES {
-            let left = if i > 0 { self.push[i - 1] } else { push_left };
-            self.driven[i] = (left - self.push[i]) * self.inverse_mass[i];
-        }
-        self.push[LANES - 1]
-    }
-
-    /// The next coefficients of balls and contacts, where the ball on the right is driven so and has this next coefficient of its
-    /// velocity.
-    fn advance(&mut self, [driven_right, velocity_right]: [f64; 2], inverse: f64) {
-        for i in 0..LANES {
-            let right = if i + 1 < LANES { self.driven[i + 1] } else { driven_right };
             let by_pendulum = self.omega2[i] * self.apart[i] + self.drag[i] * self.rate[i];
             self.apart[i] = self.rate[i] * inverse;
-            self.rate[i] = ((self.driven[i] - right) - by_pendulum) * inverse;
+            self.rate[i] = ((driven[i] - right[i]) - by_pendulum) * inverse;
         }
-        for i in 0..LANES {
+        for (i, driven) in driven.iter().enumerate() {
             let by_pendulum = self.omega2[i] * self.position[i] + self.drag[i] * self.velocity[i];
             self.position[i] = self.velocity[i] * inverse;
-            self.velocity[i] = (self.driven[i] - by_pendulum) * inverse;
+            self.velocity[i] = (driven - by_pendulum) * inverse;
         }
-        if self.unlike != [false; LANES] {
+        if !ALIKE {
             for i in (0..LANES).filter(|i| self.unlike[*i]) {
                 self.rate[i] = self.velocity[i] - self.velocity.get(i + 1).unwrap_or(&velocity_right);
             }
@@ -86,6 +94,7 @@ impl Block {
         for i in 0..LANES {
             self.push[i] = self.stiffness[i] * self.apart[i] + self.damping[i] * self.rate[i];
         }
+        driven[0]
     }
 }
 
@@ -93,19 +102,18 @@ impl Block {
 #[derive(Debug, Default)]
 pub(crate) struct Workspace {
     blocks: Vec<Block>,
-    /// The highest order, and the coefficients of displacements and of overlaps from the second power on, m: so many of one block
-    /// after the other.
-    order: usize,
-    columns: Vec<[Lanes; 2]>,
+    /// Whether all pendulums are alike.
+    alike: bool,
+    /// The largest coefficients of a velocity, m.
+    largest: [f64; TERMS_AT_LEAST + 1],
 }
 
 impl Workspace {
-    fn begin(&mut self, window: &Window, order: usize, unit: f64) {
+    fn begin(&mut self, window: &Window, unit: f64) {
         let Window { flights, balls, contacts, laws } = window;
         self.blocks.clear();
         self.blocks.resize(balls.len().div_ceil(LANES), Block::default());
-        self.order = order;
-        self.columns.resize(self.blocks.len() * order, Default::default());
+        self.alike = true;
         for (i, (flight, ball)) in flights.iter().zip(*balls).enumerate() {
             let (block, lane) = (&mut self.blocks[i / LANES], i % LANES);
             let o = &ball.oscillator;
@@ -121,27 +129,37 @@ impl Workspace {
             }
             block.push[lane] = block.stiffness[lane] * contact.overlap + block.damping[lane] * rate;
             (block.apart[lane], block.rate[lane]) = (contact.overlap + law.clearance, rate);
-            block.rate_at_start[lane] = rate;
             block.unlike[lane] = ball.oscillator != right.oscillator;
+            self.alike &= !block.unlike[lane];
         }
     }
 
-    /// Coefficients number `k` that follow from the last ones and the inputs (m).
-    fn advance(&mut self, k: usize, input: Option<impl Fn(usize) -> f64>) {
-        self.blocks.iter_mut().fold(0.0, |push_left, block| block.drive(push_left));
-        if let Some(input) = input {
-            let driven = self.blocks.iter_mut().flat_map(|block| &mut block.driven);
-            driven.enumerate().for_each(|(i, driven)| *driven += input(i));
+    /// The coefficients of these numbers, which follow from the last ones, and those of the displacements and overlaps two orders
+    /// higher.
+    fn advance(&mut self, numbers: Range<usize>, displacements: &mut [Rows], overlaps: &mut [Rows]) {
+        match self.alike {
+            true => advance::<true>(&mut self.blocks, numbers, displacements, overlaps),
+            false => advance::<false>(&mut self.blocks, numbers, displacements, overlaps),
         }
-        let (inverse, inverse_of_next) = (INVERSES[k + 1], INVERSES[k + 2]);
-        let mut right = [0.0; 2];
-        for (b, block) in self.blocks.iter_mut().enumerate().rev() {
-            let driven = block.driven[0];
-            block.advance(right, inverse);
-            right = [driven, block.velocity[0]];
-            let column = [block.velocity.map(|v| v * inverse_of_next), block.rate.map(|r| r * inverse_of_next)];
-            self.columns[b * self.order + k] = column;
+    }
+
+    /// The first coefficients, which the inputs tell in. Returns how many.
+    fn advance_driven(
+        &mut self,
+        window: &Window,
+        unit: f64,
+        displacements: &mut [Rows],
+        overlaps: &mut [Rows],
+    ) -> usize {
+        let mut unit_to_k = unit * unit;
+        for (k, inverse) in INVERSE_FACTORIAL.into_iter().enumerate() {
+            let inputs = self.blocks.iter_mut().flat_map(|block| &mut block.input);
+            inputs.zip(window.flights).for_each(|(input, flight)| *input = inverse * unit_to_k * flight.forcing[k]);
+            self.advance(k..k + 1, displacements, overlaps);
+            unit_to_k *= unit;
         }
+        self.blocks.iter_mut().for_each(|block| block.input = Lanes::default());
+        INVERSE_FACTORIAL.len()
     }
 
     /// The largest last coefficient of a velocity, m.
@@ -152,53 +170,85 @@ impl Workspace {
         largest.into_iter().fold(0.0, larger)
     }
 
-    /// The first of the [`LOOKS`] by which a contact seems to have switched, by more than `noise` (m), from the first coefficients;
-    /// and the contact.
-    fn switching(&self, contacts: &[WindowContact], noise: f64) -> Option<(usize, usize)> {
-        let seems = |(j, contact): (usize, &WindowContact)| {
-            let (block, lane) = (&self.blocks[j / LANES], j % LANES);
-            let columns = &self.columns[j / LANES * self.order..][..LOOK];
-            let next = |sums: [f64; LOOKS.len()], c: f64| std::array::from_fn(|p| sums[p] * LOOKS[p] + c);
-            let high = columns.iter().rev().fold([0.0; LOOKS.len()], |sums, [_, overlap]| next(sums, overlap[lane]));
-            let overlaps = next(next(high, block.rate_at_start[lane]), contact.overlap);
-            let sign = if contact.mode == Mode::Open { 1.0 } else { -1.0 };
-            overlaps.iter().position(|overlap| sign * overlap > noise).map(|look| (look, j))
-        };
-        contacts.iter().enumerate().filter_map(seems).min()
-    }
-
-    /// Computes coefficients up to the highest order, or to that which a switching that seems to come soon takes: by then the last terms
+    /// Computes coefficients up to the order `most`, or to that which a switching that seems to come soon takes: by then the last terms
     /// are at most `allowed` (m). Overlaps up to `noise` (m) are rounding. Returns the order and the contact that seems to switch.
-    fn expand(&mut self, window: &Window, unit: f64, noise: f64, allowed: f64) -> (usize, usize) {
-        let (mut unit_to_k, mut power, mut negligible, mut next) = (unit * unit, 1.0, 0, None);
-        let driven = window.flights.iter().any(|flight| flight.forcing.iter().any(|&f| f != 0.0));
-        for k in 0..self.order {
-            let factor = INVERSE_FACTORIAL.get(k).filter(|_| driven).map(|inverse| inverse * unit_to_k);
-            let flight = |i: usize| window.flights.get(i).map_or(0.0, |flight| flight.forcing[k]);
-            self.advance(k, factor.map(|factor| move |i: usize| factor * flight(i)));
-            unit_to_k *= unit;
-            if k + 1 == LOOK {
-                next = self.switching(window.contacts, noise);
-                power = next.map_or(0.0, |(look, _)| (0..k).fold(1.0, |power, _| power * LOOKS[look]));
-            }
-            if let Some((look, contact)) = next {
-                power *= LOOKS[look];
-                negligible = if self.largest() * power <= allowed { negligible + 1 } else { 0 };
-                if negligible > TERMS_AT_LEAST {
-                    return (k + 1, contact);
-                }
-            }
+    fn expand(
+        &mut self,
+        displacements: &mut [Rows],
+        overlaps: &mut [Rows],
+        window: &Window,
+        most: usize,
+        unit: f64,
+        [noise, allowed]: [f64; 2],
+    ) -> (usize, usize) {
+        let driven = window.flights.iter().any(|flight| flight.forcing != [0.0; MAX_FORCE_ORDER + 1]);
+        let first = if driven { self.advance_driven(window, unit, displacements, overlaps) } else { 0 };
+        self.advance(first..LOOK, displacements, overlaps);
+        let next = switching(overlaps.as_flattened(), window.contacts, noise);
+        let mut known = LOOK;
+        if next.is_none() {
+            known = known.max(most - TERMS_AT_LEAST);
+            self.advance(LOOK..known, displacements, overlaps);
         }
-        (self.order, next.map_or(0, |(_, contact)| contact))
+        let look = next.map_or(f64::INFINITY, |(look, _)| LOOKS[look]);
+        let (mut power, mut negligible) = ((1..known).fold(1.0, |power, _| power * look), 0);
+        loop {
+            self.largest.rotate_left(1);
+            self.largest[TERMS_AT_LEAST] = self.largest();
+            power *= look;
+            negligible = if self.largest[TERMS_AT_LEAST] * power <= allowed { negligible + 1 } else { 0 };
+            if negligible > TERMS_AT_LEAST || known >= most {
+                return (known, next.map_or(0, |(_, contact)| contact));
+            }
+            self.advance(known..known + 1, displacements, overlaps);
+            known += 1;
+        }
     }
 
-    /// Enters the displacements (`WHICH` 0) or overlaps (1) that were noted in their rows.
-    fn enter<const WHICH: usize>(&self, rows: &mut [f64], stride: usize) {
-        for (i, row) in rows.chunks_exact_mut(stride).enumerate() {
-            let columns = &self.columns[i / LANES * self.order..][..stride - 2];
-            row[2..].iter_mut().zip(columns).for_each(|(term, column)| *term = column[WHICH][i % LANES]);
+    /// The time, in units, on which the last terms up to this order stay below `allowed` (m), less a few thousandths: with logarithms as
+    /// coarse as that.
+    fn convergence(&self, order: usize, allowed: f64) -> f64 {
+        let orders = order - TERMS_AT_LEAST..=order;
+        let logarithm = |(k, largest): (usize, &f64)| match *largest > 0.0 {
+            true => logarithm_below(allowed / largest) * INVERSES[k],
+            false => f64::INFINITY,
+        };
+        libm::exp2(orders.zip(&self.largest).map(logarithm).fold(f64::INFINITY, f64::min))
+    }
+}
+
+/// See [`Workspace::advance`]; the pendulums are all `ALIKE`, or some are not.
+fn advance<const ALIKE: bool>(
+    blocks: &mut [Block],
+    numbers: Range<usize>,
+    displacements: &mut [Rows],
+    overlaps: &mut [Rows],
+) {
+    let count = blocks.len().min(displacements.len()).min(overlaps.len());
+    for k in numbers.start..numbers.end.min(MOST) {
+        let (inverse, inverse_of_next) = (INVERSES[k + 1], INVERSES[k + 2]);
+        let mut right = [0.0; 2];
+        for b in (0..count).rev() {
+            let push_left = if b > 0 { blocks[b - 1].push[LANES - 1] } else { 0.0 };
+            let block = &mut blocks[b];
+            right = [block.advance::<ALIKE>(push_left, right, inverse), block.velocity[0]];
+            for i in 0..LANES {
+                displacements[b][i][k + 2] = block.velocity[i] * inverse_of_next;
+                overlaps[b][i][k + 2] = block.rate[i] * inverse_of_next;
+            }
         }
     }
+}
+
+/// The first of the [`LOOKS`] by which a contact seems to have switched, by more than `noise` (m), from the first coefficients; and the
+/// contact.
+fn switching(overlaps: &[[f64; ROOM]], contacts: &[WindowContact], noise: f64) -> Option<(usize, usize)> {
+    let seems = |(j, (contact, row)): (usize, (&WindowContact, &[f64; ROOM]))| {
+        let sign = if contact.mode == Mode::Open { 1.0 } else { -1.0 };
+        let overlaps = series::sample(&row[..LOOK + 2], &LOOKS);
+        overlaps.iter().position(|overlap| sign * overlap > noise).map(|look| (look, j))
+    };
+    contacts.iter().zip(overlaps).enumerate().filter_map(seems).min()
 }
 
 impl Series {
@@ -213,38 +263,35 @@ impl Series {
         noise: f64,
     ) {
         let (unit, dv) = (shortest_time(window), control.epsilon * scale);
-        workspace.begin(window, ((HIGHER * control.order as f64) as usize).min(MOST), unit);
-        let (order, next_to_switch) = workspace.expand(window, unit, noise, dv * unit);
-        self.begin(window, order, unit);
-        self.next_to_switch = next_to_switch;
-        let stride = self.stride();
-        workspace.enter::<0>(&mut self.displacements, stride);
-        workspace.enter::<1>(&mut self.overlaps, stride);
+        workspace.begin(window, unit);
+        let most = ((HIGHER * control.order as f64) as usize).min(MOST);
+        self.begin_unset(workspace.blocks.len() * LANES, window.contacts.len(), ROOM, unit);
+        let [displacements, overlaps] = [&mut self.displacements, &mut self.overlaps]
+            .map(|rows| rows.as_chunks_mut::<ROOM>().0.as_chunks_mut::<LANES>().0);
+        for (block, rows) in workspace.blocks.iter().zip(displacements.iter_mut().zip(overlaps.iter_mut())) {
+            for i in 0..LANES {
+                rows.0[i][..2].copy_from_slice(&[0.0, block.velocity[i]]);
+                rows.1[i][..2].copy_from_slice(&[0.0, block.rate[i]]);
+            }
+        }
+        let starts = overlaps.as_flattened_mut().iter_mut().zip(window.contacts);
+        starts.for_each(|(row, contact)| row[0] = contact.overlap);
+        (self.order, self.next_to_switch) =
+            workspace.expand(displacements, overlaps, window, most, unit, [noise, dv * unit]);
+        self.converges_for = (unit * workspace.convergence(self.order, dv * unit)).min(control.longest);
         for (j, law) in window.laws.iter().enumerate().filter(|(j, _)| window.contacts[*j].mode != Mode::Open) {
-            let rows = j * stride..(j + 1) * stride;
-            self.dashpots[j] = Some(law.damping_coefficient());
-            let (overlap, damping) = (&self.overlaps[rows.clone()], law.damping_coefficient() / unit);
-            let terms = overlap.iter().zip(&overlap[1..]).zip(&NUMBERS[1..stride]);
+            let (damping, terms) = (law.damping_coefficient(), self.order + 2);
+            self.linear[j] = Some([law.stiffness, damping]);
+            if law.is_elastic() {
+                continue;
+            }
+            let rows = j * ROOM..j * ROOM + terms;
+            let (overlap, damping) = (&self.overlaps[rows.clone()], damping / unit);
+            let terms = overlap.iter().zip(&overlap[1..]).zip(&NUMBERS[1..terms]);
             for (force, ((d, next), k)) in self.forces[rows].iter_mut().zip(terms) {
                 *force = law.stiffness * d + damping * k * next;
             }
         }
-        self.converges_for = self.linear_convergence(dv).min(control.longest);
-    }
-
-    /// The time on which the last terms of the velocities stay below `dv` (m/s), less a few thousandths: with logarithms as
-    /// coarse as that.
-    fn linear_convergence(&self, dv: f64) -> f64 {
-        let mut shortest = f64::INFINITY;
-        for k in self.order - TERMS_AT_LEAST..=self.order {
-            let rows = self.displacements.chunks_exact(self.stride());
-            let largest = rows.map(|d| d[k + 1].abs()).fold(0.0, f64::max);
-            if largest > 0.0 {
-                let allowed = dv * self.unit / ((k + 1) as f64 * largest);
-                shortest = shortest.min(logarithm_below(allowed) * INVERSES[k]);
-            }
-        }
-        libm::exp2(shortest) * self.unit
     }
 }
 

@@ -21,9 +21,9 @@ pub(super) struct Workspace {
 }
 
 impl Workspace {
-    /// Its memory, without the values that are only known of these balls.
-    pub fn emptied(self) -> Self {
-        Self { persistent: persistent::Workspace::default(), ..self }
+    /// Forgets what is only known of these balls.
+    pub fn forget_balls(&mut self) {
+        self.persistent = persistent::Workspace::default();
     }
 }
 

@@ -22,18 +22,21 @@ const PARTS: [f64; 3] = [1.0 / 64.0, 1.0 / 8.0, 1.0];
 pub(crate) struct Series<S = f64> {
     /// Order of the velocities; displacements have one more.
     pub(crate) order: usize,
+    /// Coefficients that a row has room for.
+    stride: usize,
     /// Unit of time of the series, s: of the order of what they converge for, lest high powers overflow.
     pub(crate) unit: f64,
     /// A ball each: displacement since the start of the segment.
     pub(crate) displacements: Vec<S>,
     /// A contact each: overlap.
     pub(crate) overlaps: Vec<S>,
-    /// A contact each: elastic force, and the force of the law without clipping. Zero where the contact is open. The elastic
-    /// force is left out of contacts whose loss their `dashpots` tell.
+    /// A contact each: elastic force, and the force of the law without clipping. Zero where the contact is open. Left out of `linear`
+    /// contacts are the elastic force, and without damping the other one, too.
     pub(crate) elastic: Vec<S>,
     pub(crate) forces: Vec<S>,
-    /// A contact each: damping of a linear dashpot, by which the loss is known without the elastic force, N.s/m.
-    pub(crate) dashpots: Vec<Option<S>>,
+    /// A contact each: stiffness, N/m, and damping, N.s/m, of a linear one, whose overlap tells the rest; zeros of an
+    /// open one beside it.
+    pub(crate) linear: Vec<Option<[S; 2]>>,
     /// How long the series converge to the tolerance, s.
     pub(crate) converges_for: f64,
     /// The contact that seems to switch first, if one does.
@@ -42,11 +45,11 @@ pub(crate) struct Series<S = f64> {
 
 impl<S: Scalar> Series<S> {
     pub(crate) fn stride(&self) -> usize {
-        self.order + 2
+        self.stride
     }
 
     pub(crate) fn row<'a>(&self, rows: &'a [S], j: usize) -> &'a [S] {
-        &rows[j * self.stride()..(j + 1) * self.stride()]
+        &rows[j * self.stride..][..self.order + 2]
     }
 
     /// Displacement of ball `i` since the start, m.
@@ -76,16 +79,17 @@ impl<S: Scalar> Series<S> {
 
     /// Rows of the given order and unit of time with nothing but the state at the start.
     pub(crate) fn begin(&mut self, equations: &impl Equations<S>, order: usize, unit: f64) {
-        (self.order, self.unit, self.converges_for, self.next_to_switch) = (order, unit, unit, 0);
-        let (stride, balls) = (self.stride(), equations.balls());
+        (self.order, self.stride, self.unit, self.converges_for, self.next_to_switch) =
+            (order, order + 2, unit, unit, 0);
+        let (stride, balls) = (self.stride, equations.balls());
         self.displacements.clear();
         self.displacements.resize(balls * stride, S::default());
         for rows in [&mut self.overlaps, &mut self.elastic, &mut self.forces] {
             rows.clear();
             rows.resize(balls.saturating_sub(1) * stride, S::default());
         }
-        self.dashpots.clear();
-        self.dashpots.resize(balls.saturating_sub(1), None);
+        self.linear.clear();
+        self.linear.resize(balls.saturating_sub(1), None);
         for i in 0..balls {
             self.displacements[i * stride + 1] = equations.velocity(i) * S::from(unit);
         }
@@ -93,6 +97,18 @@ impl<S: Scalar> Series<S> {
             self.overlaps[j * stride] = equations.overlap(j);
             self.overlaps[j * stride + 1] = (equations.velocity(j) - equations.velocity(j + 1)) * S::from(unit);
         }
+    }
+
+    /// Rows for so many balls and contacts, each with room for `stride` coefficients that are yet to be set. All contacts are linear, and
+    /// for the time being open.
+    pub(super) fn begin_unset(&mut self, balls: usize, contacts: usize, stride: usize, unit: f64) {
+        (self.stride, self.unit) = (stride, unit);
+        for rows in [&mut self.displacements, &mut self.overlaps, &mut self.forces] {
+            rows.resize(balls * stride, S::default());
+        }
+        self.elastic.clear();
+        self.linear.clear();
+        self.linear.resize(contacts, Some([S::default(); 2]));
     }
 
     /// Gives contact `j` these polynomials of the scaled time as its forces, N: elastic, and by the law without clipping.
@@ -124,6 +140,14 @@ impl Series {
         match s.map(|s| s * self.unit) {
             Some(tau) if tau < until => Next::At(tau),
             _ => Next::Never,
+        }
+    }
+
+    /// A row and the factor that makes it the force of contact `j` by its law without clipping, N; zero while it is open.
+    fn force(&self, j: usize) -> (&[f64], f64) {
+        match self.linear[j] {
+            Some([stiffness, 0.0]) => (self.overlap_row(j), stiffness),
+            _ => (self.force_row(j), 1.0),
         }
     }
 
@@ -189,12 +213,16 @@ impl DenseOutput for Series {
     }
 
     fn impulse(&self, j: usize, tau: f64) -> f64 {
-        self.unit * series::integral_by_lanes(self.force_row(j), tau / self.unit)
+        let (row, factor) = self.force(j);
+        factor * self.unit * series::integral_by_lanes(row, tau / self.unit)
     }
 
     fn peak(&self, j: usize, from: f64, to: f64, known: f64) -> f64 {
-        let (row, to) = (self.force_row(j), to / self.unit);
-        if series::bound(row, to) < known { known } else { crossing::maximum(row, from / self.unit, to).max(known) }
+        let ((row, factor), to) = (self.force(j), to / self.unit);
+        match factor * series::bound(row, to) < known {
+            true => known,
+            false => known.max(factor * crossing::maximum(row, from / self.unit, to)),
+        }
     }
 
     fn squared_velocity_integral(&self, j: usize, tau: f64) -> f64 {
@@ -215,7 +243,7 @@ impl DenseOutput for Series {
     }
 
     fn contact_loss(&self, j: usize, tau: f64) -> f64 {
-        if let Some(damping) = self.dashpots[j] {
+        if let Some([_, damping]) = self.linear[j] {
             return damping * self.squared_rate_integral(self.overlap_row(j), tau);
         }
         self.integral_by_rate(self.overlap_row(j), tau, |places, _| {
@@ -246,7 +274,7 @@ impl DenseOutput for Series {
 
     fn release(&self, j: usize, until: f64, rounding: &Rounding) -> Next {
         let (row, level) = (self.overlap_row(j), rounding.no_overlap());
-        if row[0] < level && row[1] == 0.0 {
+        if row[0] < level && row[1].abs() <= rounding.velocity * self.unit {
             // It has just closed from rest, and rounding has a say in which way it goes at first.
             let end = until / self.unit;
             let pressed = PARTS.into_iter().map(|part| part * end).find(|&s| self.value(row, s) > level);

@@ -1,0 +1,211 @@
+//! Gauss collocation for `y'' = g(t, y, y')`, solved by Picard's iteration, with time that may be stretched at one end of a step.
+//!
+//! On a step of length h the time is `t = h phi(c)` for c in [0, 1]. The acceleration times `phi'` is interpolated at the nodes of
+//! Gauss and Legendre; with the integrals `Q` of the Lagrange polynomials from 0 to the nodes and `Q1 = Q diag(phi')`, `Q2 = Q1 Q1`,
+//!
+//! ```text
+//! rate_m     = rate_0 + h sum_l Q1_ml g_l,
+//! position_m = position_0 + rate_0 h phi_m + h^2 sum_l Q2_ml g_l
+//! ```
+//!
+//! (Hairer, Nørsett and Wanner, Solving Ordinary Differential Equations I, 1993, section II.7). At the end of the step the method has
+//! twice the order that it has within. Where g has a branch point at an end of the step, such as the square root of an overlap, the
+//! stretching `c^2` or `1 - (1 - c)^2` makes it smooth as a function of c.
+//!
+//! The nodes are symmetric. About the middle the integral of an even function is odd but for a constant, that of an odd one is even.
+//! So a product with `Q` or `Q Q` takes two matrices of half the size ([`Rule::integrate`], [`Rule::integrate_twice`]).
+//!
+//! The nodes, the weights and `Q` are computed in double-double: an error in the last digit of a weight would act in the same
+//! direction in every step.
+
+mod rule;
+
+use std::sync::LazyLock;
+
+use super::double_double::DoubleDouble;
+
+pub use rule::{NODES, Nodes, Rule, combine, weighted};
+
+/// How the time runs within a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Stretching {
+    /// `phi = c`.
+    #[default]
+    None,
+    /// `phi = c^2`.
+    AtStart,
+    /// `phi = 1 - (1 - c)^2`.
+    AtEnd,
+}
+
+impl Stretching {
+    /// The coefficients for this stretching.
+    pub fn table(self) -> &'static Table {
+        match self {
+            Self::None => &PLAIN,
+            Self::AtStart => &START,
+            Self::AtEnd => &END,
+        }
+    }
+
+    /// `phi` and `phi'` at c, `1 - c` being `rest`.
+    fn at(self, c: DoubleDouble, rest: DoubleDouble) -> (DoubleDouble, DoubleDouble) {
+        let one = DoubleDouble::from(1.0);
+        match self {
+            Self::None => (c, one),
+            Self::AtStart => (c * c, c * DoubleDouble::from(2.0)),
+            Self::AtEnd => (one - rest * rest, rest * DoubleDouble::from(2.0)),
+        }
+    }
+
+    /// `phi` at c.
+    pub fn part(self, c: f64) -> f64 {
+        self.at(c.into(), (1.0 - c).into()).0.value()
+    }
+
+    /// The c at which `phi` is `part`.
+    pub fn inverse(self, part: f64) -> f64 {
+        // Rounding may ask beyond the ends.
+        let part = part.clamp(0.0, 1.0);
+        match self {
+            Self::None => part,
+            Self::AtStart => part.sqrt(),
+            Self::AtEnd => 1.0 - (1.0 - part).sqrt(),
+        }
+    }
+}
+
+/// The coefficients for one stretching.
+#[derive(Debug)]
+pub struct Table {
+    /// `phi` at the nodes.
+    pub times: Nodes,
+    /// `phi'` there.
+    pub paces: Nodes,
+    /// `Q1`, a column a node.
+    pub rates: [Nodes; NODES],
+    /// `Q2`, a column a node.
+    pub positions: [Nodes; NODES],
+    /// Whether time is stretched.
+    stretched: bool,
+    /// Weights of the integral over the whole step: of the rate at the end.
+    pub of_rate: Nodes,
+    /// Weights of the double integral: of the position at the end.
+    pub of_position: Nodes,
+    /// The two highest coefficients of `g phi'` in the Legendre polynomials.
+    pub tail: [Nodes; 2],
+}
+
+static PLAIN: LazyLock<Table> = LazyLock::new(|| Table::new(Stretching::None));
+static START: LazyLock<Table> = LazyLock::new(|| Table::new(Stretching::AtStart));
+static END: LazyLock<Table> = LazyLock::new(|| Table::new(Stretching::AtEnd));
+
+impl Table {
+    fn new(stretching: Stretching) -> Self {
+        let rule = Rule::get();
+        let (one, half) = (DoubleDouble::from(1.0), DoubleDouble::from(0.5));
+        let along = rule.x.map(|x| stretching.at((one + x) * half, (one - x) * half));
+        let (times, paces) = (along.map(|(phi, _)| phi.value()), along.map(|(_, slope)| slope.value()));
+        let of_rate: [DoubleDouble; NODES] = std::array::from_fn(|l| rule.weights[l] * along[l].1);
+        let column = |l: usize| {
+            let mut values = [0.0; NODES];
+            values[l] = paces[l];
+            rule.integrate(&values)
+        };
+        let rates: [Nodes; NODES] = std::array::from_fn(column);
+        Self {
+            times,
+            paces,
+            // Within a step, sums of rounded products are exact enough.
+            positions: rates.map(|column| rule.integrate(&std::array::from_fn(|m| paces[m] * column[m]))),
+            rates,
+            of_rate: of_rate.map(DoubleDouble::value),
+            of_position: std::array::from_fn(|l| (of_rate[l] * (one - along[l].0)).value()),
+            tail: [1, 2].map(|k| std::array::from_fn(|l| rule.lagrange[NODES - k][l] * paces[l])),
+            stretched: stretching != Stretching::None,
+        }
+    }
+
+    /// `sum_l Q1_ml values_l` at the nodes.
+    #[inline]
+    pub fn integrate(&self, values: &Nodes) -> Nodes {
+        Rule::get().integrate(&std::array::from_fn(|l| self.paces[l] * values[l]))
+    }
+
+    /// `sum_l Q2_ml values_l` at the nodes.
+    #[inline]
+    pub fn integrate_twice(&self, values: &Nodes) -> Nodes {
+        if self.stretched { combine(&self.positions, values) } else { Rule::get().integrate_twice(values) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ALL: [Stretching; 3] = [Stretching::None, Stretching::AtStart, Stretching::AtEnd];
+
+    /// A force that grows with a power of the time since the start of the step, or falls with one till its end.
+    fn force(stretching: Stretching, power: f64) -> (Nodes, f64, f64) {
+        let table = stretching.table();
+        let at_end = stretching == Stretching::AtEnd;
+        let values = table.times.map(|t| libm::pow(if at_end { 1.0 - t } else { t }, power));
+        let once = 1.0 / (power + 1.0);
+        let twice = if at_end { 1.0 / (power + 2.0) } else { once / (power + 2.0) };
+        (values, once, twice)
+    }
+
+    #[test]
+    fn integrates_what_the_stretching_makes_smooth() {
+        for stretching in ALL {
+            let powers: &[f64] =
+                if stretching == Stretching::None { &[0.0, 1.0, 9.0, 28.0] } else { &[0.0, 1.0, 1.5, 2.5] };
+            for &power in powers {
+                let (values, once, twice) = force(stretching, power);
+                let table = stretching.table();
+                let (rate, position) = (weighted(&table.of_rate, &values), weighted(&table.of_position, &values));
+                assert!((rate - once).abs() < 2e-16, "{stretching:?}, {power}: {rate}");
+                assert!((position - twice).abs() < 2e-16, "{stretching:?}, {power}: {position}");
+            }
+        }
+    }
+
+    #[test]
+    fn positions_and_rates_at_the_nodes() {
+        for stretching in ALL {
+            let table = stretching.table();
+            let rates = table.integrate(&table.times);
+            let positions = table.integrate_twice(&table.times);
+            for (sums, columns) in [(rates, &table.rates), (positions, &table.positions)] {
+                let products = combine(columns, &table.times);
+                assert!(sums.iter().zip(products).all(|(a, b)| (a - b).abs() < 2e-16), "{stretching:?}");
+            }
+            for (m, t) in table.times.iter().enumerate() {
+                assert!((rates[m] - t * t / 2.0).abs() < 2e-16, "{stretching:?}, node {m}");
+                assert!((positions[m] - t * t * t / 6.0).abs() < 2e-16, "{stretching:?}, node {m}");
+            }
+        }
+    }
+
+    #[test]
+    fn integrals_up_to_any_time() {
+        for stretching in ALL {
+            let table = stretching.table();
+            let values: Nodes = std::array::from_fn(|m| table.times[m] * table.times[m] * table.paces[m]);
+            for part in [0.0, 1e-3, 0.4, 0.99, 1.0] {
+                let integral = weighted(&Rule::get().integrals(stretching.inverse(part)), &values);
+                assert!((integral - part * part * part / 3.0).abs() < 1e-15, "{stretching:?}, {part}: {integral}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_polynomial_in_powers() {
+        let values = Stretching::None.table().times.map(|c| 1.0 - c * c * c);
+        let coefficients = Rule::get().powers.map(|row| weighted(&row, &values));
+        for c in [0.0, 0.1, 0.5, 1.0] {
+            let value = crate::solver::series::value(&coefficients, 2.0 * c - 1.0);
+            assert!((value - (1.0 - c * c * c)).abs() < 1e-10, "{value} at {c}");
+        }
+    }
+}

@@ -1,0 +1,228 @@
+//! The nodes of Gauss and Legendre, and integrals of the polynomials through values at them.
+
+use std::sync::LazyLock;
+
+use crate::solver::double_double::{DoubleDouble, Linear};
+
+/// Number of nodes.
+pub const NODES: usize = 16;
+
+/// One value a node.
+pub type Nodes<T = f64> = [T; NODES];
+
+/// Pairs of nodes that are mirror images of each other, and one value for each.
+const PAIRS: usize = NODES / 2;
+type Pairs = [f64; PAIRS];
+
+/// What all tables share.
+static RULE: LazyLock<Rule> = LazyLock::new(Rule::new);
+
+/// Nodes, weights and Lagrange polynomials.
+#[derive(Debug)]
+pub struct Rule {
+    /// The nodes on [-1, 1].
+    pub(super) x: [DoubleDouble; NODES],
+    /// The weights of the nodes on [0, 1].
+    pub(super) weights: [DoubleDouble; NODES],
+    /// The weights of the pairs, and how far the first node of a pair is from the middle.
+    of_pairs: Pairs,
+    off_middle: Pairs,
+    /// `Q` and `Q Q`.
+    once: Halves,
+    twice: Halves,
+    /// Coefficient of the Legendre polynomial k in the Lagrange polynomial of node l, at `[k][l]`.
+    pub(super) lagrange: [Nodes; NODES],
+    /// Coefficient of `x^k`, `x = 2 c - 1`, in the Lagrange polynomial of node l, at `[k][l]`: large ones, which leave ten digits.
+    pub powers: [Nodes; NODES],
+}
+
+/// What the even and the odd part of values at the nodes contribute to integrals up to the nodes of the first half: a column for the
+/// sum or difference of the values of a pair.
+#[derive(Clone, Debug)]
+struct Halves {
+    even: [Pairs; PAIRS],
+    odd: [Pairs; PAIRS],
+}
+
+/// The Legendre polynomials at a place.
+type Legendre = [DoubleDouble; NODES + 1];
+
+/// `1 / a`.
+fn inverse(a: DoubleDouble) -> DoubleDouble {
+    let rough = DoubleDouble::from(1.0 / a.value());
+    rough + rough * (DoubleDouble::from(1.0) - rough * a)
+}
+
+/// The Legendre polynomials of degree 0 to [`NODES`] at x, with the `ratios` `k / (k + 1)`.
+fn legendre(x: DoubleDouble, ratios: &[DoubleDouble; NODES]) -> Legendre {
+    let mut p = [DoubleDouble::from(1.0); NODES + 1];
+    p[1] = x;
+    for k in 1..NODES {
+        let product = x * p[k];
+        p[k + 1] = product + ratios[k] * (product - p[k - 1]);
+    }
+    p
+}
+
+impl Rule {
+    fn new() -> Self {
+        let (zero, one, half) = (DoubleDouble::ZERO, DoubleDouble::from(1.0), DoubleDouble::from(0.5));
+        let number = |k: usize| DoubleDouble::from(k as f64);
+        let ratios = std::array::from_fn(|k| number(k) * inverse(number(k + 1)));
+        let (mut x, mut weights, mut p) = ([zero; NODES], [zero; NODES], [[zero; NODES + 1]; NODES]);
+        for l in 0..NODES / 2 {
+            // Newton's method, from a start that is within the last one's reach (Abramowitz and Stegun, 22.16.6).
+            let start = -libm::cos(std::f64::consts::PI * (l as f64 + 0.75) / (NODES as f64 + 0.5));
+            let slope = |node: DoubleDouble, p: &Legendre| {
+                number(NODES) * (p[NODES - 1] - node * p[NODES]) * inverse(one - node * node)
+            };
+            let mut node = DoubleDouble::from(start);
+            let mut at_node = legendre(node, &ratios);
+            for _ in 0..4 {
+                node = node - at_node[NODES] * inverse(slope(node, &at_node));
+                at_node = legendre(node, &ratios);
+            }
+            let slope = slope(node, &at_node);
+            let weight = inverse((one - node * node) * slope * slope);
+            // Its mirror image is a node, too.
+            let mirrored = NODES - 1 - l;
+            (x[l], x[mirrored]) = (node, -node);
+            (weights[l], weights[mirrored]) = (weight, weight);
+            p[mirrored] = std::array::from_fn(|k| if k % 2 == 0 { at_node[k] } else { -at_node[k] });
+            p[l] = at_node;
+        }
+        // The integral of a Legendre polynomial is half the difference of its neighbours, over 2 k + 1. Those of even degree are even.
+        let integrals = |l: usize, m: usize, parity: usize| {
+            let degrees = (parity..NODES).step_by(2);
+            let terms = degrees.map(|k| {
+                let below = if k > 0 { p[m][k - 1] } else { -one };
+                (p[m][k + 1] - below) * half * p[l][k]
+            });
+            (weights[l] * terms.fold(zero, |sum, term| sum + term)).value()
+        };
+        let halves = |parity: usize| std::array::from_fn(|l| std::array::from_fn(|m| integrals(l, m, parity)));
+        let once = Halves { even: halves(0), odd: halves(1) };
+        let lagrange =
+            std::array::from_fn(|k| std::array::from_fn(|l| (number(2 * k + 1) * weights[l] * p[l][k]).value()));
+        let of_pairs = std::array::from_fn(|l| weights[l].value());
+        let off_middle = std::array::from_fn(|l| -0.5 * x[l].value());
+        let powers = powers(&lagrange);
+        let mut rule = Self { x, weights, of_pairs, off_middle, twice: once.clone(), once, lagrange, powers };
+        for l in 0..PAIRS {
+            let twice = |sign: f64| {
+                let mut values = [0.0; NODES];
+                (values[l], values[NODES - 1 - l]) = (0.5, 0.5 * sign);
+                let twice = rule.integrate(&rule.integrate(&values));
+                std::array::from_fn(|m| twice[m])
+            };
+            (rule.twice.even[l], rule.twice.odd[l]) = (twice(1.0), twice(-1.0));
+        }
+        rule
+    }
+
+    /// The only instance that is needed.
+    pub fn get() -> &'static Self {
+        &RULE
+    }
+
+    /// Integrals from 0 to the nodes of the polynomial with these `values` at them.
+    #[inline]
+    pub(super) fn integrate(&self, values: &Nodes) -> Nodes {
+        let [sums, differences] = parts(values);
+        let (even, odd) = (combine(&self.once.even, &sums), combine(&self.once.odd, &differences));
+        let total = weighted(&self.of_pairs, &sums);
+        mirrored(|m| [even[m] + odd[m], (total - even[m]) + odd[m]])
+    }
+
+    /// The same of these integrals.
+    #[inline]
+    pub(super) fn integrate_twice(&self, values: &Nodes) -> Nodes {
+        let [sums, differences] = parts(values);
+        let (even, odd) = (combine(&self.twice.even, &sums), combine(&self.twice.odd, &differences));
+        let total = weighted(&self.of_pairs, &sums);
+        let of_odd = weighted(&self.of_pairs, &std::array::from_fn(|l| self.off_middle[l] * differences[l]));
+        mirrored(|m| [even[m] + odd[m], (even[m] + total * self.off_middle[m]) + (of_odd - odd[m])])
+    }
+
+    /// Integrals from 0 to `c` of the Lagrange polynomials.
+    pub fn integrals(&self, c: f64) -> Nodes {
+        let x = 2.0 * c - 1.0;
+        let mut integrals = [0.0; NODES];
+        let (mut before, mut p) = (1.0, x);
+        for (k, row) in self.lagrange.iter().enumerate() {
+            let integral = if k == 0 {
+                c
+            } else {
+                let k = k as f64;
+                let next = ((2.0 * k + 1.0) * x * p - k * before) / (k + 1.0);
+                let integral = 0.5 * (next - before) / (2.0 * k + 1.0);
+                (before, p) = (p, next);
+                integral
+            };
+            integrals.iter_mut().zip(row).for_each(|(sum, l)| *sum += integral * l);
+        }
+        integrals
+    }
+}
+
+/// The Lagrange polynomials in powers of x, from those in Legendre polynomials.
+fn powers(lagrange: &[Nodes; NODES]) -> [Nodes; NODES] {
+    let mut powers = [[0.0; NODES]; NODES];
+    // Coefficients of the Legendre polynomials, by their recursion.
+    let (mut before, mut p) = ([0.0; NODES], [0.0; NODES]);
+    p[0] = 1.0;
+    for (k, row) in lagrange.iter().enumerate() {
+        for (power, coefficient) in powers.iter_mut().zip(p) {
+            power.iter_mut().zip(row).for_each(|(power, l)| *power += coefficient * l);
+        }
+        let (factor, of_before) = ((2 * k + 1) as f64, k as f64);
+        let mut next = [0.0; NODES];
+        for i in 0..NODES {
+            let raised = if i > 0 { p[i - 1] } else { 0.0 };
+            next[i] = (factor * raised - of_before * before[i]) / (k + 1) as f64;
+        }
+        (before, p) = (p, next);
+    }
+    powers
+}
+
+/// Sums and differences of the values of pairs.
+#[inline]
+fn parts(values: &Nodes) -> [Pairs; 2] {
+    let pair = |l: usize| (values[l], values[NODES - 1 - l]);
+    [std::array::from_fn(|l| pair(l).0 + pair(l).1), std::array::from_fn(|l| pair(l).0 - pair(l).1)]
+}
+
+/// The values of each pair, side by side with the others.
+#[inline]
+fn mirrored(pair: impl Fn(usize) -> [f64; 2]) -> Nodes {
+    let mut values = [0.0; NODES];
+    for m in 0..PAIRS {
+        [values[m], values[NODES - 1 - m]] = pair(m);
+    }
+    values
+}
+
+/// `sum_l columns[l] values[l]`.
+#[inline]
+pub fn combine<T: Linear, const N: usize>(columns: &[[f64; N]; N], values: &[T; N]) -> [T; N] {
+    let mut sums = [T::default(); N];
+    for (column, value) in columns.iter().zip(values) {
+        for (sum, c) in sums.iter_mut().zip(column) {
+            *sum = *sum + *value * *c;
+        }
+    }
+    sums
+}
+
+/// `sum_l weights[l] values[l]`.
+#[inline]
+pub fn weighted<T: Linear, const N: usize>(weights: &[f64; N], values: &[T; N]) -> T {
+    let mut sums = [T::default(); 4];
+    for (weights, values) in weights.chunks_exact(4).zip(values.chunks_exact(4)) {
+        for (sum, (weight, value)) in sums.iter_mut().zip(weights.iter().zip(values)) {
+            *sum = *sum + *value * *weight;
+        }
+    }
+    (sums[0] + sums[2]) + (sums[1] + sums[3])
+}
