@@ -5,7 +5,7 @@ use std::ops::Deref;
 use serde::{Deserialize, Serialize};
 
 use super::continuous::{Continuous, Method};
-use super::derivatives::{History, NotFollowed, Switchings, Tape, WholeRun};
+use super::derivatives::{History, NotFollowed, Recorder, Tape, WholeRun};
 use super::error::EngineError;
 use super::inputs::HeldInputs;
 use super::observer::Observer;
@@ -148,16 +148,17 @@ impl Simulation {
         }
         then.tune(first.tunables);
         let mut run = Engine::new(&then, &first.inputs.at(start).values, start).ok()?;
-        let start_state = run.last_step().end;
-        // The switchings are those of the same run once more: where its steps end makes no difference.
-        let mut switchings = Switchings::default();
+        // The same run once more: where its steps end makes no difference.
+        let mut recorder = Recorder::new(start, run.last_step().end);
         for stretch in &stretches {
             then.tune(stretch.tunables);
             let inputs = stretch.inputs.at(run.time);
             run.retune(&then).and_then(|()| run.hold(&inputs.values, &inputs.derivatives)).ok()?;
-            run.advance(stretch.until, &mut switchings).ok()?;
+            recorder.begin(&then, &inputs)?;
+            run.advance(stretch.until, &mut recorder).ok()?;
+            recorder.end(stretch.until)?;
         }
-        Tape::record(parameters, start, start_state, &stretches, switchings)
+        recorder.tape(&now.last_step().end)
     }
 
     /// Inputs or tunable parameters, now `tunables`, are about to change: what acted so far is kept if that is `wanted`.

@@ -4,7 +4,15 @@
 //! phases of pendulums and sums over thousands of pulses therefore carry a second double with what the first cannot
 //! hold.
 
+use std::ops::{Add, AddAssign, Mul, Neg, Sub};
+
 use serde::{Deserialize, Serialize};
+
+/// What doubles and double-doubles have in common, so that one linear formula serves both.
+pub trait Linear: Copy + Default + Add<Output = Self> + Sub<Output = Self> + Mul<f64, Output = Self> {}
+
+impl Linear for f64 {}
+impl Linear for DoubleDouble {}
 
 /// `hi + lo` with `|lo|` at most half a unit in the last place of `hi`.
 ///
@@ -87,7 +95,7 @@ impl From<f64> for DoubleDouble {
     }
 }
 
-impl std::ops::Add<f64> for DoubleDouble {
+impl Add<f64> for DoubleDouble {
     type Output = Self;
     fn add(self, b: f64) -> Self {
         let sum = two_sum(self.hi, b);
@@ -95,13 +103,13 @@ impl std::ops::Add<f64> for DoubleDouble {
     }
 }
 
-impl std::ops::AddAssign<f64> for DoubleDouble {
+impl AddAssign<f64> for DoubleDouble {
     fn add_assign(&mut self, b: f64) {
         *self = *self + b;
     }
 }
 
-impl std::ops::Add for DoubleDouble {
+impl Add for DoubleDouble {
     type Output = Self;
     fn add(self, b: Self) -> Self {
         let sum = two_sum(self.hi, b.hi);
@@ -109,25 +117,39 @@ impl std::ops::Add for DoubleDouble {
     }
 }
 
-impl std::ops::Neg for DoubleDouble {
+impl AddAssign for DoubleDouble {
+    fn add_assign(&mut self, b: Self) {
+        *self = *self + b;
+    }
+}
+
+impl Neg for DoubleDouble {
     type Output = Self;
     fn neg(self) -> Self {
         Self { hi: -self.hi, lo: -self.lo }
     }
 }
 
-impl std::ops::Sub for DoubleDouble {
+impl Sub for DoubleDouble {
     type Output = Self;
     fn sub(self, b: Self) -> Self {
         self + -b
     }
 }
 
-impl std::ops::Mul for DoubleDouble {
+impl Mul for DoubleDouble {
     type Output = Self;
     fn mul(self, b: Self) -> Self {
         let product = Self::product(self.hi, b.hi);
         quick_two_sum(product.hi, product.lo + (self.hi * b.lo + self.lo * b.hi))
+    }
+}
+
+impl Mul<f64> for DoubleDouble {
+    type Output = Self;
+    fn mul(self, b: f64) -> Self {
+        let product = Self::product(self.hi, b);
+        quick_two_sum(product.hi, product.lo + self.lo * b)
     }
 }
 

@@ -298,6 +298,29 @@ def test_derivatives_of_the_run(make3):
     assert any("derivatives.of = run must be set before an input" in line[2] for line in late.lines)
 
 
+def test_both_directions_agree_through_a_hundred_clicks(make3):
+    knowns = {
+        "x_start": 0.01,
+        "v_start": 0.01,
+        "ball.mass": 1.0,
+        "contact.stiffness": 1e10,
+        "contact.gap": 1e-4,
+        "F_ext": 1.0,
+    }
+    unknowns = ["x", "v", "E_total", "impulse"]
+    cradle = make3().start({"derivatives.of": 3, "contact.model": 2})
+    cradle.step(0.0, 141.0)
+    assert cradle.get("pulses")[:4].min() >= 100
+    sizes = np.repeat(list(knowns.values()), [np.size(cradle.get(known)) for known in knowns])
+    count = sum(np.size(cradle.get(unknown)) for unknown in unknowns)
+    rng = np.random.default_rng(1)
+    for _ in range(3):
+        weights, direction = rng.normal(size=count), rng.normal(size=sizes.size) * sizes
+        sensitivity = cradle.derivative("Adjoint", unknowns, list(knowns), weights, sizes.size)
+        derivatives = cradle.derivative("Directional", unknowns, list(knowns), direction, count)
+        assert sensitivity @ direction == pytest.approx(weights @ derivatives, rel=1e-12)
+
+
 def test_an_fmu_without_clocks(fmu3_path, fmu_path, producer, tmp_path):
     path = tmp_path / "no-clocks.fmu"
     command = [producer, "build", "--from", fmu_path, "--fmi", "3", "--clocks", "none", "--out", path]

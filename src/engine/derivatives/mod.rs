@@ -15,7 +15,7 @@ mod reached;
 mod tangent;
 mod whole_run;
 
-pub(crate) use adjoint::Switchings;
+pub(crate) use adjoint::Recorder;
 pub use adjoint::{Gradient, Tape};
 pub(crate) use by_time::by_time;
 pub(crate) use chain_state::ChainState;

@@ -1,5 +1,7 @@
 //! Derivatives of the outputs: by time, and along directions of inputs and parameters.
 
+use std::sync::Arc;
+
 use crate::engine::{Differential, History, MAX_OUTPUT_DERIVATIVE, NotFollowed, Tape};
 use crate::instance::hybrid::Hybrid;
 use crate::instance::legality::{Kind, Phase};
@@ -40,6 +42,12 @@ impl Direction {
     fn none(instance: &Instance) -> Self {
         Self { settings: Settings::zero(instance.balls()), states: vec![0.0; instance.states()] }
     }
+}
+
+/// What the run has been given, if all of it was kept.
+fn complete_history(hybrid: &mut Option<Hybrid>) -> Result<&mut History, Refusal> {
+    let history = hybrid.as_mut().map(|hybrid| &mut hybrid.history).filter(|history| history.is_complete());
+    history.ok_or(Refusal::NoHistory(NO_HISTORY))
 }
 
 impl Instance {
@@ -100,34 +108,43 @@ impl Instance {
     /// The sums of the derivatives of `unknowns`, times the weights `seed`, by each of the `knowns`. Those over a run that has a tape
     /// are found all at once, others one known after the other.
     pub fn adjoint_derivatives(&mut self, unknowns: &[u32], seed: &[f64], knowns: &[u32]) -> Result<Vec<f64>, Refusal> {
+        if let Some(weight) = seed.iter().find(|weight| !weight.is_finite()) {
+            let allowed = "any finite value".to_string();
+            return Err(Refusal::Argument { name: "seed", value: weight.to_string(), allowed });
+        }
         let tape = if self.derives(Derived::Run) { self.tape()? } else { None };
-        let lacks = tape.as_ref().map(Tape::lacks);
-        let weighted: Vec<(Variable, f64)> = self.unknowns(unknowns)?.into_iter().zip(seed.iter().copied()).collect();
+        let lacks = tape.as_ref().map(|tape| tape.lacks());
+        let unknowns = self.unknowns(unknowns)?;
         let value = |of: &Differential, unknown: &Variable| {
             unknown.row.derivative.map_or(f64::NAN, |get| get(of, unknown.index))
         };
-        let is_taped =
-            |(unknown, _): &(Variable, f64)| lacks.as_ref().is_some_and(|lacks| value(lacks, unknown) == 0.0);
-        let (taped, others): (Vec<_>, Vec<_>) = weighted.into_iter().partition(is_taped);
+        let is_taped = |unknown: &Variable| lacks.as_ref().is_some_and(|lacks| value(lacks, unknown) == 0.0);
+        let weighted = unknowns.iter().copied().zip(seed.iter().copied());
+        let (taped, others): (Vec<_>, Vec<_>) = weighted.clone().partition(|(unknown, _)| is_taped(unknown));
         let sum = |of: &Differential| taped.iter().map(|(unknown, weight)| weight * value(of, unknown)).sum();
         let gradient = tape.as_ref().map(|tape| tape.gradient(&tape.weights(sum)));
-        let (others, weights): (Vec<Variable>, Vec<f64>) = others.into_iter().unzip();
-        let references: Vec<u32> = others.iter().map(Variable::reference).collect();
+        let all: Vec<(Variable, f64)> = weighted.collect();
         let mut along = Direction::none(self);
         let mut sensitivity = Vec::with_capacity(knowns.len());
         for known in knowns {
             self.turn(&mut along, *known, 1.0)?;
             let Settings { parameters, inputs } = &along.settings;
-            let mut found = gradient.as_ref().map_or(0.0, |gradient| gradient.along(parameters, inputs));
-            if let Some((unknown, _)) = taped.first().filter(|_| !found.is_finite() && self.run.phase != Phase::Error) {
-                return Err(Refusal::Derivative(unknown.to_string()));
-            }
-            let of_others = match (others.is_empty(), self.derives(Derived::Run)) {
+            let found = gradient.as_ref().map(|gradient| gradient.along(parameters, inputs));
+            let found = found.filter(|found| found.is_finite());
+            // Without a finite sum from the tape each unknown is followed by itself.
+            let (followed, weights): (Vec<Variable>, Vec<f64>) =
+                if found.is_some() { &others } else { &all }.iter().copied().unzip();
+            let references: Vec<u32> = followed.iter().map(Variable::reference).collect();
+            let derivatives = match (followed.is_empty(), self.derives(Derived::Run)) {
                 (true, _) => Vec::new(),
-                (false, true) => self.of_tape_or_run(&others, None, &along.settings)?,
+                (false, true) => self.of_tape_or_run(&followed, None, &along.settings)?,
                 (false, false) => self.directional_derivatives(&references, &[*known], &[1.0])?,
             };
-            found += of_others.iter().zip(&weights).map(|(derivative, weight)| derivative * weight).sum::<f64>();
+            let of_followed = derivatives.iter().zip(&weights).map(|(derivative, weight)| derivative * weight);
+            let found = found.unwrap_or(0.0) + of_followed.sum::<f64>();
+            if !found.is_finite() && self.run.phase != Phase::Error {
+                return Err(Refusal::Derivative(format!("the sum of the unknowns by {}", self.variable(*known)?)));
+            }
             self.turn(&mut along, *known, 0.0)?;
             sensitivity.push(found);
         }
@@ -205,17 +222,12 @@ impl Instance {
     }
 
     /// The tape of the run, if it has one.
-    fn tape(&mut self) -> Result<Option<Tape>, Refusal> {
+    fn tape(&mut self) -> Result<Option<Arc<Tape>>, Refusal> {
         let parameters = self.run.effective_parameters();
         let start = self.run.experiment.unwrap_or_default().start;
         let simulation = self.run.simulation.as_ref().ok_or(Refusal::Missing("nothing is calculated yet"))?;
-        Ok(simulation.tape(&parameters, start, self.history()?))
-    }
-
-    /// What the run has been given, if all of it was kept.
-    fn history(&self) -> Result<&History, Refusal> {
-        let history = self.run.hybrid.as_ref().map(|hybrid| &hybrid.history).filter(|history| history.is_complete());
-        history.ok_or(Refusal::NoHistory(NO_HISTORY))
+        let history = complete_history(&mut self.run.hybrid)?;
+        Ok(history.tape(simulation.time(), |history| simulation.tape(&parameters, start, history)))
     }
 
     /// Derivatives of the outputs along a direction of parameters and inputs over the whole run, if it can be followed.
@@ -225,7 +237,7 @@ impl Instance {
         along: &Settings,
     ) -> Result<Result<Differential, NotFollowed>, Refusal> {
         let start = self.run.experiment.unwrap_or_default().start;
-        let history = self.history()?;
+        let history = complete_history(&mut self.run.hybrid)?;
         let simulation = self.run.simulation.as_ref().ok_or(Refusal::Missing("nothing is calculated yet"))?;
         Ok(simulation.sensitivity_of_run(parameters, start, history, &along.parameters, &along.inputs))
     }

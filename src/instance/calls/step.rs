@@ -56,6 +56,9 @@ impl Instance {
         if self.run.inputs_changed || self.run.tuned_from.is_some() {
             self.update_simulation()?;
         }
+        if let Some(hybrid) = &mut self.run.hybrid {
+            hybrid.history.forget_tape();
+        }
         if let Some(stop) = self.run.experiment.and_then(|experiment| experiment.stop)
             && next > stop
             && !self.run.past_stop_logged

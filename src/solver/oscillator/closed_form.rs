@@ -171,7 +171,7 @@ impl Oscillator {
 
     /// Frequency of the damped oscillation (rad/s), for `gamma < omega`, with sine and cosine of its phase at `t` (s).
     pub(super) fn phase(&self, t: f64) -> (f64, f64, f64) {
-        let (sine, cosine) = sin_cos(self.omega_damped * t.into());
+        let (sine, cosine) = sin_cos(self.omega_damped * DoubleDouble::from(t));
         (self.omega_damped.value(), sine, cosine)
     }
 

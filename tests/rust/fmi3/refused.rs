@@ -62,6 +62,22 @@ fn nothing_depends_on_slopes_at_a_point() {
     assert_eq!(back, [1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
 }
 
+/// A weight that is no number, or a change that is none, has no answer.
+#[test]
+fn seeds_are_finite() {
+    for weight in [1.0, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        for call in [fmi3GetAdjointDerivative, fmi3GetDirectionalDerivative] {
+            let (host, seed, mut found) = (Host::new(), [1.0, 1.0, weight, 1.0, 1.0], [0.5; 5]);
+            let answer = unsafe {
+                assert_eq!(fmi3EnterInitializationMode(host.c, 0, 0.0, 0.0, 0, 0.0), fmi3OK);
+                call(host.c, &vr("a"), 1, &vr("F_ext"), 1, seed.as_ptr(), 5, found.as_mut_ptr(), 5)
+            };
+            let expected = if weight == 1.0 { (fmi3OK, [1.0; 5]) } else { (fmi3Error, [0.5; 5]) };
+            assert_eq!((answer, found), expected, "{weight}");
+        }
+    }
+}
+
 /// Before initialization a host reads start values, those of the description or what it has set, and nothing that is calculated.
 #[test]
 fn start_values_are_there_before_initialization() {

@@ -7,6 +7,7 @@ use super::coefficients::Coefficients;
 use super::slots::Slots;
 use crate::engine::flight::{Flight, Forcing, degree, forcing_at};
 use crate::model::BallModel;
+use crate::solver::double_double::DoubleDouble;
 use crate::solver::gauss::{NODES, Stretching};
 use crate::solver::oscillator::Oscillator;
 
@@ -19,94 +20,103 @@ const SHORT: f64 = 1e-3;
 /// Earlier place of the two-point rule on [0, 1], whose weights are 1/2.
 const EARLY: f64 = 0.211_324_865_405_187_13;
 
+/// Position and velocity, or their derivatives.
+type State = (DoubleDouble, DoubleDouble);
+
+/// What an oscillator makes of changes of its state in some time.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Swing {
+    u0: f64,
+    u1: f64,
+    /// `omega2 U_1` and `omega2 U_2`.
+    pull: f64,
+    turn: f64,
+}
+
+impl Swing {
+    /// From the functions of the oscillator at the end.
+    pub fn new(o: &Oscillator, [u0, u1, u2]: &[f64; 3]) -> Self {
+        Self { u0: *u0, u1: *u1, pull: o.omega2() * u1, turn: o.omega2() * u2 }
+    }
+
+    /// The state after it.
+    pub fn forward(&self, (x, v): State) -> State {
+        (x - x * self.turn + v * self.u1, v * self.u0 - x * self.pull)
+    }
+
+    /// The derivatives by the state before it, from those by the state after it.
+    pub fn backward(&self, (x, v): State) -> State {
+        (x - x * self.turn - v * self.pull, x * self.u1 + v * self.u0)
+    }
+}
+
 /// A flight of one ball.
 #[derive(Clone, Debug)]
 pub(super) struct Flown {
     pub ball: usize,
     pub tuning: usize,
-    /// At its start.
-    pub flight: Flight,
-    /// External force from its start on, N, with its derivatives.
-    pub push: Forcing,
-    /// Its length, s.
-    pub length: f64,
-    /// The functions of the oscillator at its end.
-    pub basis: [f64; 3],
-}
-
-/// A place on the way: the weight of the force there in the position and the velocity at the end, and the motion.
-struct Place {
-    of_x: f64,
-    of_v: f64,
-    x: f64,
-    v: f64,
-    push: f64,
+    swing: Swing,
+    /// Derivatives of the position and the velocity at the end by the coefficients of the ball, and by the acceleration of the support.
+    by: [[f64; 2]; 5],
 }
 
 impl Flown {
+    /// This flight with this external force (N) for the time `length` (s), and its end: displacement and velocity.
+    pub fn new(
+        (ball, tuning): (usize, usize),
+        model: &BallModel,
+        o: &Oscillator,
+        (flight, push): (&Flight, &Forcing),
+        length: f64,
+    ) -> (Self, (f64, f64)) {
+        let basis = o.basis(length.into());
+        let end = moved(flight, o, &basis, length);
+        let constant = degree(&flight.forcing) == 0 && degree(push) == 0;
+        let short = constant && (o.omega() + 2.0 * o.gamma()) * length <= SHORT;
+        let (two, sixteen) = (short.then_some((EARLY, 0.5)), first_half().filter(|_| !short));
+        let mut by = [[0.0; 2]; 5];
+        let mut total = [0.0; 2];
+        // The rule is symmetric: what is left till the end is the time of the other node of the pair.
+        for (place, weight) in two.into_iter().chain(sixteen) {
+            let early = length * place;
+            let times = [early, length - early];
+            let bases: [[f64; 3]; 2] = times.map(|s| o.basis(s.into()));
+            for (side, s) in times.into_iter().enumerate() {
+                let (displacement, v) = moved(flight, o, &bases[side], s);
+                let sources = [forcing_at(push, s) / (model.mass * model.mass), flight.x + displacement, 2.0 * v];
+                for k in 0..2 {
+                    let response = length * weight * bases[1 - side][1 - k];
+                    total[k] += response;
+                    by.iter_mut().zip(sources).for_each(|(by, source)| by[k] -= response * source);
+                }
+            }
+        }
+        by[3] = total.map(|total| total / model.mass);
+        by[4] = total.map(|total| -total);
+        let swing = Swing::new(o, &basis);
+        (Self { ball, tuning, swing, by }, end)
+    }
+
     /// Changes of the state at the end from those at the start.
-    pub fn forward(&self, model: &BallModel, o: &Oscillator, change: &Coefficients, slots: &mut Slots) {
+    pub fn forward(&self, change: &Coefficients, slots: &mut Slots) {
         let i = self.ball;
-        let [mut at_x, mut at_v] = swung(o, &self.basis, slots.x[i], slots.v[i]);
-        let by = &change.balls[i];
-        self.each_place(o, |place| {
-            let source = by.force / model.mass
-                - place.push * by.mass / (model.mass * model.mass)
-                - change.support
-                - by.omega2 * place.x
-                - 2.0 * by.gamma * place.v;
-            at_x += place.of_x * source;
-            at_v += place.of_v * source;
-        });
-        (slots.x[i], slots.v[i]) = (at_x, at_v);
+        let (mut x, mut v) = self.swing.forward((slots.x[i], slots.v[i]));
+        for ([of_x, of_v], change) in self.by.iter().zip(change.balls[i].iter().chain([&change.support])) {
+            x += DoubleDouble::product(*of_x, *change);
+            v += DoubleDouble::product(*of_v, *change);
+        }
+        (slots.x[i], slots.v[i]) = (x, v);
     }
 
     /// The derivatives by the state at the start, and by the coefficients, from those by the state at the end.
-    pub fn backward(&self, model: &BallModel, o: &Oscillator, gradient: &mut Coefficients, slots: &mut Slots) {
+    pub fn backward(&self, gradient: &mut Coefficients<DoubleDouble>, slots: &mut Slots) {
         let i = self.ball;
         let (x, v) = (slots.x[i], slots.v[i]);
-        let by = &mut gradient.balls[i];
-        let mut total = 0.0;
-        self.each_place(o, |place| {
-            let source = place.of_x * x + place.of_v * v;
-            total += source;
-            by.mass -= source * place.push / (model.mass * model.mass);
-            by.omega2 -= source * place.x;
-            by.gamma -= 2.0 * source * place.v;
-        });
-        by.force += total / model.mass;
-        gradient.support -= total;
-        [slots.x[i], slots.v[i]] = swung_back(o, &self.basis, x, v);
-    }
-
-    fn each_place(&self, o: &Oscillator, each: impl FnMut(Place)) {
-        let constant = degree(&self.flight.forcing) == 0 && degree(&self.push) == 0;
-        if constant && (o.omega() + 2.0 * o.gamma()) * self.length <= SHORT {
-            self.each_of([(EARLY, 0.5)], o, each);
-        } else {
-            self.each_of(first_half(), o, each);
+        let sums = gradient.balls[i].iter_mut().chain([&mut gradient.support]);
+        for ([of_x, of_v], sum) in self.by.iter().zip(sums) {
+            *sum += x * *of_x + v * *of_v;
         }
-    }
-
-    fn each_of(&self, rule: impl IntoIterator<Item = (f64, f64)>, o: &Oscillator, mut each: impl FnMut(Place)) {
-        // The rule is symmetric: what is left till the end is the time of the other node of the pair.
-        for (place, weight) in rule {
-            let early = self.length * place;
-            let times = [early, self.length - early];
-            let weight = self.length * weight;
-            let bases: [[f64; 3]; 2] = times.map(|s| o.basis(s.into()));
-            for (side, s) in times.into_iter().enumerate() {
-                let (here, rest) = (&bases[side], &bases[1 - side]);
-                let (displacement, v) = moved(&self.flight, o, here, s);
-                each(Place {
-                    of_x: weight * rest[1],
-                    of_v: weight * rest[0],
-                    x: self.flight.x + displacement,
-                    v,
-                    push: forcing_at(&self.push, s),
-                });
-            }
-        }
+        (slots.x[i], slots.v[i]) = self.swing.backward((x, v));
     }
 }
 
@@ -123,13 +133,4 @@ pub(super) fn moved(flight: &Flight, o: &Oscillator, basis: &[f64; 3], t: f64) -
     } else {
         flight.at(o, t.into())
     }
-}
-
-/// The state after a swing, and the derivatives by the state before it from those by the state after it.
-pub(super) fn swung(o: &Oscillator, [u0, u1, u2]: &[f64; 3], x: f64, v: f64) -> [f64; 2] {
-    [x - o.omega2() * u2 * x + u1 * v, u0 * v - o.omega2() * u1 * x]
-}
-
-pub(super) fn swung_back(o: &Oscillator, [u0, u1, u2]: &[f64; 3], x: f64, v: f64) -> [f64; 2] {
-    [x - o.omega2() * (u2 * x + u1 * v), u1 * x + u0 * v]
 }

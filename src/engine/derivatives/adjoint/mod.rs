@@ -16,17 +16,20 @@ mod readout;
 mod record;
 mod segment;
 mod slots;
+mod variation;
 
 use self::coefficients::Coefficients;
 use self::flown::Flown;
 use self::pair::Pair;
 use self::segment::Segment;
-use self::slots::Slots;
+use self::slots::{Slots, dot, exactly};
+use self::variation::Variation;
 use crate::model::{Cradle, Differential, Inputs, Parameters};
+use crate::solver::double_double::DoubleDouble;
 use crate::solver::dual::Dual;
 use crate::solver::oscillator::Oscillator;
 
-pub(crate) use record::Switchings;
+pub(crate) use record::Recorder;
 
 /// What acts between two changes of the tunable parameters.
 #[derive(Clone, Debug)]
@@ -49,6 +52,8 @@ enum Part {
 pub struct Tape {
     tunings: Vec<Tuning>,
     parts: Vec<Part>,
+    /// What acts at its end.
+    last: usize,
     end: readout::End,
 }
 
@@ -58,7 +63,7 @@ pub struct Gradient<'a> {
     tape: &'a Tape,
     start: Slots,
     /// By the coefficients, for each tuning.
-    coefficients: Vec<Coefficients>,
+    coefficients: Vec<Coefficients<DoubleDouble>>,
 }
 
 impl Tape {
@@ -80,28 +85,19 @@ impl Tape {
     pub fn along(&self, tangent: &Parameters, inputs: &Inputs) -> Differential {
         let changes = self.changes(tangent, inputs);
         let mut slots = Slots::zero(self.balls());
-        (slots.x, slots.v) = (tangent.x_start.clone(), tangent.v_start.clone());
+        (slots.x, slots.v) = (exactly(&tangent.x_start), exactly(&tangent.v_start));
         for part in &self.parts {
             match part {
-                Part::Flown(flown) => {
-                    let (tuning, i) = (&self.tunings[flown.tuning], flown.ball);
-                    let (model, oscillator) = (&tuning.cradle.balls[i], &tuning.oscillators[i]);
-                    flown.forward(model, oscillator, &changes[flown.tuning], &mut slots);
-                }
-                Part::Pair(pair) => {
-                    pair.forward(&self.tunings[pair.tuning].cradle, &changes[pair.tuning], &mut slots);
-                }
+                Part::Flown(flown) => flown.forward(&changes[flown.tuning], &mut slots),
+                Part::Pair(pair) => pair.forward(&changes[pair.tuning], &mut slots),
                 Part::Segment(segment) => {
                     let cradle = &self.tunings[segment.tuning].cradle;
-                    segment.forward(cradle, &changes[segment.tuning], &mut slots);
+                    Variation::new(segment, cradle).forward(&changes[segment.tuning], &mut slots);
                 }
             }
         }
-        let last = self.tunings.last().zip(changes.last());
         let mut outputs = self.end.lacking();
-        if let Some((tuning, change)) = last {
-            self.end.read(&tuning.cradle, &slots, change, &mut outputs);
-        }
+        self.end.read(&self.tunings[self.last].cradle, &slots, &changes[self.last], &mut outputs);
         outputs
     }
 
@@ -109,22 +105,14 @@ impl Tape {
     pub fn gradient(&self, weights: &Differential) -> Gradient<'_> {
         let mut coefficients = vec![Coefficients::zero(self.balls()); self.tunings.len()];
         let mut slots = Slots::zero(self.balls());
-        if let Some((tuning, gradient)) = self.tunings.last().zip(coefficients.last_mut()) {
-            self.end.weigh(&tuning.cradle, weights, &mut slots, gradient);
-        }
+        self.end.weigh(&self.tunings[self.last].cradle, weights, &mut slots, &mut coefficients[self.last]);
         for part in self.parts.iter().rev() {
             match part {
-                Part::Flown(flown) => {
-                    let (tuning, i) = (&self.tunings[flown.tuning], flown.ball);
-                    let (model, oscillator) = (&tuning.cradle.balls[i], &tuning.oscillators[i]);
-                    flown.backward(model, oscillator, &mut coefficients[flown.tuning], &mut slots);
-                }
-                Part::Pair(pair) => {
-                    pair.backward(&self.tunings[pair.tuning].cradle, &mut coefficients[pair.tuning], &mut slots);
-                }
+                Part::Flown(flown) => flown.backward(&mut coefficients[flown.tuning], &mut slots),
+                Part::Pair(pair) => pair.backward(&mut coefficients[pair.tuning], &mut slots),
                 Part::Segment(segment) => {
                     let cradle = &self.tunings[segment.tuning].cradle;
-                    segment.backward(cradle, &mut coefficients[segment.tuning], &mut slots);
+                    Variation::new(segment, cradle).backward(&mut coefficients[segment.tuning], &mut slots);
                 }
             }
         }
@@ -160,10 +148,9 @@ impl Tape {
 impl Gradient<'_> {
     /// The derivative along a direction of parameters and inputs.
     pub fn along(&self, tangent: &Parameters, inputs: &Inputs) -> f64 {
-        let mut start = Slots::zero(self.tape.balls());
-        (start.x, start.v) = (tangent.x_start.clone(), tangent.v_start.clone());
+        let by_start = dot(&self.start.x, &tangent.x_start) + dot(&self.start.v, &tangent.v_start);
         let changes = self.tape.changes(tangent, inputs);
-        let by_coefficients: f64 = self.coefficients.iter().zip(&changes).map(|(by, change)| by.dot(change)).sum();
-        self.start.dot(&start) + by_coefficients
+        let all = self.coefficients.iter().zip(&changes);
+        all.fold(by_start, |sum, (by, change)| sum + by.dot(change)).value()
     }
 }

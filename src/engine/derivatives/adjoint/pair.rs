@@ -5,30 +5,57 @@
 //! forms. What the coefficients change is the integral of the response to it, by Gauss's rule in a time `3 c^2 - 2 c^3`, which takes the
 //! logarithm of the overlap.
 
-use super::coefficients::Coefficients;
-use super::flown::{first_half, moved, swung, swung_back};
+use super::coefficients::{CLEARANCE, Coefficients, OfContact};
+use super::flown::{Swing, first_half, moved};
 use super::slots::Slots;
 use crate::engine::flight::{Flight, Forcing, forcing_at};
 use crate::model::{BallModel, ContactLaw, Cradle};
+use crate::solver::double_double::DoubleDouble;
 use crate::solver::oscillator::Oscillator;
+
+/// Changes at the end: of position and velocity of the centre, of the distance and its rate, and of the impulse.
+type Ends<T = f64> = [T; 5];
+
+/// Those of the centre, and the others.
+type OfCentre = [f64; 2];
+type OfDistance = [f64; 3];
+
+/// Derivatives of the changes at the end by the coefficients.
+#[derive(Clone, Debug, Default)]
+struct ByCoefficients {
+    /// By those of the left ball, then of the right one.
+    balls: [Ends; 8],
+    contact: [OfDistance; 7],
+    /// By the acceleration of the support.
+    support: [OfCentre; 1],
+}
 
 /// Two balls in contact, on the way together.
 #[derive(Clone, Debug)]
 pub(super) struct Pair {
     /// The left one.
-    pub first: usize,
+    first: usize,
     pub tuning: usize,
+    shares: [f64; 2],
+    of_centre: Swing,
+    of_distance: Swing,
+    /// What the impulse changes by with the distance and its rate at the start.
+    impulse: [f64; 2],
+    by: ByCoefficients,
+}
+
+/// Their motion.
+struct Motion<'a> {
+    models: &'a [BallModel],
+    law: &'a ContactLaw,
+    own: Oscillator,
+    contact: Oscillator,
     /// Of the centre of mass, and of the overlap.
     centre: Flight,
     overlap: Flight,
     /// External forces, N.
     pushes: [Forcing; 2],
     length: f64,
-    own: Oscillator,
-    contact: Oscillator,
-    /// The functions of the two oscillators at the end.
-    of_centre: [f64; 3],
-    of_distance: [f64; 3],
 }
 
 /// A place on the way.
@@ -42,7 +69,7 @@ struct Place {
     v: [f64; 2],
     force: [f64; 2],
     /// Derivatives of the contact force by the coefficients.
-    contact: [f64; 7],
+    contact: OfContact,
 }
 
 /// Shares of the two balls in their mass.
@@ -89,108 +116,126 @@ impl Pair {
         let mut forcing: Forcing = std::array::from_fn(|k| left.forcing[k] - right.forcing[k]);
         forcing[0] -= own.omega2() * cradle.contacts[first].clearance;
         let overlap = Flight { x: overlap, v: left.v - right.v, forcing };
-        let (of_centre, of_distance) = (own.basis(length.into()), contact.basis(length.into()));
-        let (centre_moved, centre_v) = moved(&centre, &own, &of_centre, length);
+        let (at_end, of_distance) = (own.basis(length.into()), contact.basis(length.into()));
+        let (centre_moved, centre_v) = moved(&centre, &own, &at_end, length);
         let (closer, rate) = moved(&overlap, &contact, &of_distance, length);
         let ends = [
             (centre_moved + shares[1] * closer, centre_v + shares[1] * rate),
             (centre_moved - shares[0] * closer, centre_v - shares[0] * rate),
         ];
-        (Self { first, tuning, centre, overlap, pushes, length, own, contact, of_centre, of_distance }, ends, closer)
+        let law = &cradle.contacts[first];
+        let by = Motion { models, law, own, contact, centre, overlap, pushes, length }.by_coefficients(&of_distance);
+        // The integral of a distance that has begun with 1 at rest is t - omega^2 U_3: so nothing cancels.
+        let integrals = [of_distance[1] + 2.0 * contact.gamma() * of_distance[2], of_distance[2]];
+        let pair = Self {
+            first,
+            tuning,
+            shares,
+            of_centre: Swing::new(&own, &at_end),
+            of_distance: Swing::new(&contact, &of_distance),
+            impulse: integrals.map(|integral| law.stiffness * integral),
+            by,
+        };
+        (pair, ends, closer)
     }
 
     /// Changes of the state at the end from those at the start.
-    pub fn forward(&self, cradle: &Cradle, change: &Coefficients, slots: &mut Slots) {
-        let (i, j) = (self.first, self.first + 1);
-        let (models, law) = (&cradle.balls[i..=j], &cradle.contacts[i]);
-        let shares = shares(models);
-        let mean = |values: &[f64]| shares[0] * values[0] + shares[1] * values[1];
-        let (x, v) = (mean(&slots.x[i..=j]), mean(&slots.v[i..=j]));
-        let clearance = change.contacts[i].clearance;
-        let (r, rate) = ((slots.x[i] - slots.x[j]) - clearance, slots.v[i] - slots.v[j]);
-        let mut centre = swung(&self.own, &self.of_centre, x, v);
-        let mut distance = swung(&self.contact, &self.of_distance, r, rate);
-        let mut integral = self.integral_of_distance() * r + self.of_distance[2] * rate;
-        let mut force_integral = 0.0;
-        let (by, contact) = (&change.balls[i..=j], change.contacts[i].array());
-        self.each_place(models, law, |place| {
-            let force: f64 = place.contact.iter().zip(contact).map(|(of, by)| of * by).sum();
-            let source = |side: usize| {
-                let (by, mass) = (&by[side], models[side].mass);
-                by.force / mass
-                    - place.force[side] * by.mass / (mass * mass)
-                    - by.omega2 * place.x[side]
-                    - 2.0 * by.gamma * place.v[side]
-            };
-            let sources = [source(0), source(1)];
-            let common = place.weight * (mean(&sources) - change.support);
-            let source = sources[0] - sources[1] - self.own.omega2() * clearance;
-            let apart = place.weight * (source - force * inverse_mass(models));
-            centre[0] += place.of_centre[1] * common;
-            centre[1] += place.of_centre[0] * common;
-            distance[0] += place.of_distance[1] * apart;
-            distance[1] += place.of_distance[0] * apart;
-            integral += place.of_distance[2] * apart;
-            force_integral += place.weight * force;
-        });
-        distance[0] += clearance;
-        for (k, slots) in [&mut slots.x, &mut slots.v].into_iter().enumerate() {
-            (slots[i], slots[j]) = (centre[k] + shares[1] * distance[k], centre[k] - shares[0] * distance[k]);
-        }
-        slots.impulse[i] += law.stiffness * integral + force_integral;
+    pub fn forward(&self, change: &Coefficients, slots: &mut Slots) {
+        let (i, j, [left, right]) = (self.first, self.first + 1, self.shares);
+        let mean = |values: &[DoubleDouble]| values[i] * left + values[j] * right;
+        let (r, rate) = (slots.x[i] - slots.x[j], slots.v[i] - slots.v[j]);
+        let centre = self.of_centre.forward((mean(&slots.x), mean(&slots.v)));
+        let distance = self.of_distance.forward((r, rate));
+        let impulse = r * self.impulse[0] + rate * self.impulse[1];
+        let mut ends: Ends<DoubleDouble> = [centre.0, centre.1, distance.0, distance.1, impulse];
+        let (of_centre, of_distance) = ends.split_at_mut(2);
+        add(&self.by.support, [&change.support], of_centre);
+        add(&self.by.contact, &change.contacts[i], of_distance);
+        add(&self.by.balls, change.balls[i..=j].iter().flatten(), &mut ends);
+        let [x, v, r, rate, impulse] = ends;
+        (slots.x[i], slots.x[j]) = (x + r * right, x - r * left);
+        (slots.v[i], slots.v[j]) = (v + rate * right, v - rate * left);
+        slots.impulse[i] += impulse;
     }
 
     /// The derivatives by the state at the start, and by the coefficients, from those by the state at the end.
-    pub fn backward(&self, cradle: &Cradle, gradient: &mut Coefficients, slots: &mut Slots) {
-        let (i, j) = (self.first, self.first + 1);
-        let (models, law) = (&cradle.balls[i..=j], &cradle.contacts[i]);
-        let shares = shares(models);
-        let of_centre = |values: &[f64]| values[0] + values[1];
-        let of_distance = |values: &[f64]| shares[1] * values[0] - shares[0] * values[1];
-        let (x, v) = (of_centre(&slots.x[i..=j]), of_centre(&slots.v[i..=j]));
-        let (r, rate) = (of_distance(&slots.x[i..=j]), of_distance(&slots.v[i..=j]));
-        let impulse = slots.impulse[i];
-        let of_integral = law.stiffness * impulse;
-        let (balls, mut contact) = (&mut gradient.balls, [0.0; 7]);
-        let (mut totals, mut total_apart) = ([0.0; 2], 0.0);
-        self.each_place(models, law, |place| {
-            let common = place.weight * (place.of_centre[1] * x + place.of_centre[0] * v);
+    pub fn backward(&self, gradient: &mut Coefficients<DoubleDouble>, slots: &mut Slots) {
+        let (i, j, [left, right]) = (self.first, self.first + 1, self.shares);
+        let of_centre = |values: &[DoubleDouble]| values[i] + values[j];
+        let of_distance = |values: &[DoubleDouble]| values[i] * right - values[j] * left;
+        let (centre, impulse) = ((of_centre(&slots.x), of_centre(&slots.v)), slots.impulse[i]);
+        let distance = (of_distance(&slots.x), of_distance(&slots.v));
+        let ends: Ends<DoubleDouble> = [centre.0, centre.1, distance.0, distance.1, impulse];
+        let (of_centre, of_distance) = ends.split_at(2);
+        weigh(&self.by.support, [&mut gradient.support], of_centre);
+        weigh(&self.by.contact, &mut gradient.contacts[i], of_distance);
+        weigh(&self.by.balls, gradient.balls[i..=j].iter_mut().flatten(), &ends);
+        let (x, v) = self.of_centre.backward(centre);
+        let (r, rate) = self.of_distance.backward(distance);
+        let (r, rate) = (r + impulse * self.impulse[0], rate + impulse * self.impulse[1]);
+        (slots.x[i], slots.x[j]) = (x * left + r, x * right - r);
+        (slots.v[i], slots.v[j]) = (v * left + rate, v * right - rate);
+    }
+}
+
+/// Adds what these changes of coefficients make of the changes at the end.
+fn add<'a, const N: usize>(by: &[[f64; N]], changes: impl IntoIterator<Item = &'a f64>, ends: &mut [DoubleDouble]) {
+    for (by, change) in by.iter().zip(changes) {
+        ends.iter_mut().zip(by).for_each(|(end, by)| *end += DoubleDouble::product(*by, *change));
+    }
+}
+
+/// Adds the derivatives by coefficients, from those by the changes at the end.
+fn weigh<'a, const N: usize>(
+    by: &[[f64; N]],
+    sums: impl IntoIterator<Item = &'a mut DoubleDouble>,
+    ends: &[DoubleDouble],
+) {
+    for (by, sum) in by.iter().zip(sums) {
+        ends.iter().zip(by).for_each(|(end, by)| *sum += *end * *by);
+    }
+}
+
+/// Adds a multiple.
+fn add_multiple<const N: usize>(sums: &mut [f64; N], factor: f64, of: &[f64; N]) {
+    sums.iter_mut().zip(of).for_each(|(sum, of)| *sum += factor * of);
+}
+
+impl Motion<'_> {
+    /// Derivatives of the changes at the end by the coefficients; the functions of the oscillator of the distance have these values then.
+    fn by_coefficients(&self, at_end: &[f64; 3]) -> ByCoefficients {
+        let (shares, inverse_mass) = (shares(self.models), inverse_mass(self.models));
+        let mut by = ByCoefficients::default();
+        let mut clearance = [0.0; 3];
+        self.each_place(|place| {
+            let centre = [place.of_centre[1], place.of_centre[0]].map(|of| place.weight * of);
             let [u0, u1, u2] = place.of_distance;
-            let apart = place.weight * (u1 * r + u0 * rate + u2 * of_integral);
+            let distance = [u1, u0, self.law.stiffness * u2].map(|of| place.weight * of);
             for (side, sign) in [1.0, -1.0].into_iter().enumerate() {
-                let source = shares[side] * common + sign * apart;
-                let (by, mass) = (&mut balls[i + side], models[side].mass);
-                totals[side] += source;
-                by.mass -= source * place.force[side] / (mass * mass);
-                by.omega2 -= source * place.x[side];
-                by.gamma -= 2.0 * source * place.v[side];
+                let mass = self.models[side].mass;
+                let sources = [-place.force[side] / (mass * mass), -place.x[side], -2.0 * place.v[side], 1.0 / mass];
+                let [x, v] = centre.map(|of| shares[side] * of);
+                let [r, rate, impulse] = distance.map(|of| sign * of);
+                let of: Ends = [x, v, r, rate, impulse];
+                let sums = &mut by.balls[4 * side..];
+                sums.iter_mut().zip(sources).for_each(|(sums, source)| add_multiple(sums, source, &of));
             }
-            gradient.support -= common;
-            total_apart += apart;
-            let force = place.weight * impulse - apart * inverse_mass(models);
-            contact.iter_mut().zip(place.contact).for_each(|(sum, of)| *sum += force * of);
+            let mut of_force = distance.map(|of| -inverse_mass * of);
+            of_force[2] += place.weight;
+            by.contact.iter_mut().zip(place.contact).for_each(|(sums, of)| add_multiple(sums, of, &of_force));
+            add_multiple(&mut by.support[0], -1.0, &centre);
+            add_multiple(&mut clearance, -self.own.omega2(), &distance);
         });
-        for side in 0..2 {
-            balls[i + side].force += totals[side] / models[side].mass;
-        }
-        gradient.contacts[i].add_array(&contact);
-        let centre = swung_back(&self.own, &self.of_centre, x, v);
-        let mut distance = swung_back(&self.contact, &self.of_distance, r, rate);
-        distance[0] += self.integral_of_distance() * of_integral;
-        distance[1] += self.of_distance[2] * of_integral;
-        gradient.contacts[i].clearance += r - distance[0] - self.own.omega2() * total_apart;
-        for (k, slots) in [&mut slots.x, &mut slots.v].into_iter().enumerate() {
-            (slots[i], slots[j]) = (shares[0] * centre[k] + distance[k], shares[1] * centre[k] - distance[k]);
-        }
+        // It is at the clearance that the overlap begins.
+        let [_, u1, u2] = *at_end;
+        let (omega2, stiffness) = (self.contact.omega2(), self.law.stiffness);
+        let begun = [omega2 * u2, omega2 * u1, -stiffness * (u1 + 2.0 * self.contact.gamma() * u2)];
+        by.contact[CLEARANCE] = std::array::from_fn(|end| begun[end] + clearance[end]);
+        by
     }
 
-    /// Integral of the distance that has begun with 1 at rest, `t - omega^2 U_3`, without cancellation.
-    fn integral_of_distance(&self) -> f64 {
-        self.of_distance[1] + 2.0 * self.contact.gamma() * self.of_distance[2]
-    }
-
-    fn each_place(&self, models: &[BallModel], law: &ContactLaw, mut each: impl FnMut(Place)) {
-        let shares = shares(models);
+    fn each_place(&self, mut each: impl FnMut(Place)) {
+        let shares = shares(self.models);
         for (c, weight) in first_half() {
             // The time is symmetric: what is left till the end is the time of the other node of the pair.
             let early = self.length * (c * c * (3.0 - 2.0 * c));
@@ -202,8 +247,8 @@ impl Pair {
                 let (centre_moved, centre_v) = moved(&self.centre, &self.own, &own[side], s);
                 let (closer, rate) = moved(&self.overlap, &self.contact, &contact[side], s);
                 let overlap = self.overlap.x + closer;
-                let (x, r) = (self.centre.x + centre_moved, overlap + law.clearance);
-                let force = law.stiffness * overlap;
+                let (x, r) = (self.centre.x + centre_moved, overlap + self.law.clearance);
+                let force = self.law.stiffness * overlap;
                 let pushes = [0, 1].map(|side: usize| forcing_at(&self.pushes[side], s));
                 each(Place {
                     weight,
@@ -212,19 +257,18 @@ impl Pair {
                     x: [x + shares[1] * r, x - shares[0] * r],
                     v: [centre_v + shares[1] * rate, centre_v - shares[0] * rate],
                     force: [pushes[0] - force, pushes[1] + force],
-                    contact: law_derivatives(law, overlap, rate, force, law.stiffness),
+                    contact: law_derivatives(self.law, overlap, rate, force, self.law.stiffness),
                 });
             }
         }
     }
 }
 
-/// Derivatives of the force of a contact by the coefficients with the overlap held, in the order of
-/// [`OfContact::array`](super::coefficients::OfContact::array), at this overlap and rate, where the force and its derivative by the
-/// overlap are the given ones.
-pub(super) fn law_derivatives(law: &ContactLaw, overlap: f64, rate: f64, force: f64, slope: f64) -> [f64; 7] {
+/// Derivatives of the force of a contact by the coefficients with the overlap held, at this overlap and rate, where the force and its
+/// derivative by the overlap are the given ones.
+pub(super) fn law_derivatives(law: &ContactLaw, overlap: f64, rate: f64, force: f64, slope: f64) -> OfContact {
     if overlap <= 0.0 {
-        return [0.0; 7];
+        return OfContact::default();
     }
     let by_exponent = force * libm::log(overlap / law.overlap_ref);
     let by_reference = (1.0 - law.exponent) * force / law.overlap_ref;

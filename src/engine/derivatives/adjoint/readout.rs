@@ -1,8 +1,9 @@
 //! The outputs that follow from the end of a tape, and their derivatives.
 
 use super::coefficients::Coefficients;
-use super::slots::Slots;
+use super::slots::{Slots, dot, exactly, rounded};
 use crate::model::{Cradle, Differential};
+use crate::solver::double_double::DoubleDouble;
 
 /// State of the chain at the end of a run.
 #[derive(Clone, Debug, Default)]
@@ -13,9 +14,10 @@ pub(super) struct End {
     pub overlaps: Vec<Option<f64>>,
 }
 
-/// The derivatives of one output by the state and the coefficients.
+/// The derivatives of one output by positions, velocities and the coefficients.
 struct Row {
-    state: Slots,
+    x: Vec<f64>,
+    v: Vec<f64>,
     coefficients: Coefficients,
 }
 
@@ -45,25 +47,32 @@ impl End {
 
     /// Their derivatives from the changes of the state and of the coefficients.
     pub fn read(&self, cradle: &Cradle, state: &Slots, change: &Coefficients, outputs: &mut Differential) {
-        let value = |row: Row| row.state.dot(state) + row.coefficients.dot(change);
+        let value = |row: Row| (dot(&state.x, &row.x) + dot(&state.v, &row.v) + row.coefficients.dot(change)).value();
         outputs.energy = value(self.energy(cradle));
         outputs.momentum = value(self.momentum(cradle));
         outputs.support_force = value(self.support_force(cradle));
-        outputs.x.clone_from(&state.x);
-        outputs.v.clone_from(&state.v);
-        outputs.impulse.clone_from(&state.impulse);
+        outputs.x = rounded(&state.x);
+        outputs.v = rounded(&state.v);
+        outputs.impulse = rounded(&state.impulse);
     }
 
     /// The derivatives of their sum with these weights, by the state and the coefficients.
-    pub fn weigh(&self, cradle: &Cradle, weights: &Differential, state: &mut Slots, gradient: &mut Coefficients) {
-        state.x.clone_from(&weights.x);
-        state.v.clone_from(&weights.v);
-        state.impulse.clone_from(&weights.impulse);
+    pub fn weigh(
+        &self,
+        cradle: &Cradle,
+        weights: &Differential,
+        state: &mut Slots,
+        gradient: &mut Coefficients<DoubleDouble>,
+    ) {
+        state.x = exactly(&weights.x);
+        state.v = exactly(&weights.v);
+        state.impulse = exactly(&weights.impulse);
         let mut add = |row: Row, weight: f64| {
-            let sum =
-                |to: &mut [f64], from: &[f64]| to.iter_mut().zip(from).for_each(|(to, from)| *to += weight * from);
-            sum(&mut state.x, &row.state.x);
-            sum(&mut state.v, &row.state.v);
+            let sum = |to: &mut [DoubleDouble], from: &[f64]| {
+                to.iter_mut().zip(from).for_each(|(to, from)| *to += DoubleDouble::product(weight, *from));
+            };
+            sum(&mut state.x, &row.x);
+            sum(&mut state.v, &row.v);
             gradient.add(weight, &row.coefficients);
         };
         add(self.energy(cradle), weights.energy);
@@ -76,19 +85,17 @@ impl End {
         let mut row = self.row();
         for (i, ball) in cradle.balls.iter().enumerate() {
             let (x, v, by) = (self.x[i], self.v[i], &mut row.coefficients.balls[i]);
-            (row.state.x[i], row.state.v[i]) = (ball.mass * ball.omega2 * x, ball.mass * v);
-            (by.mass, by.omega2) = (0.5 * (v * v + ball.omega2 * x * x), 0.5 * ball.mass * x * x);
+            (row.x[i], row.v[i]) = (ball.mass * ball.omega2 * x, ball.mass * v);
+            *by = [0.5 * (v * v + ball.omega2 * x * x), 0.5 * ball.mass * x * x, 0.0, 0.0];
         }
         for (j, law) in cradle.contacts.iter().enumerate() {
             let Some(overlap) = self.overlaps[j].filter(|overlap| *overlap > 0.0) else { continue };
             let (force, energy) = (law.elastic_force(overlap), law.elastic_energy(overlap));
-            row.state.x[j] += force;
-            row.state.x[j + 1] -= force;
-            let by = &mut row.coefficients.contacts[j];
-            by.clearance = -force;
-            by.stiffness = energy / law.stiffness;
-            by.overlap_ref = (1.0 - law.exponent) * energy / law.overlap_ref;
-            by.exponent = energy * (libm::log(overlap / law.overlap_ref) - 1.0 / (law.exponent + 1.0));
+            row.x[j] += force;
+            row.x[j + 1] -= force;
+            let by_reference = (1.0 - law.exponent) * energy / law.overlap_ref;
+            let by_exponent = energy * (libm::log(overlap / law.overlap_ref) - 1.0 / (law.exponent + 1.0));
+            row.coefficients.contacts[j] = [energy / law.stiffness, by_reference, by_exponent, -force, 0.0, 0.0, 0.0];
         }
         row
     }
@@ -97,7 +104,7 @@ impl End {
     fn momentum(&self, cradle: &Cradle) -> Row {
         let mut row = self.row();
         for (i, ball) in cradle.balls.iter().enumerate() {
-            (row.state.v[i], row.coefficients.balls[i].mass) = (ball.mass, self.v[i]);
+            (row.v[i], row.coefficients.balls[i]) = (ball.mass, [self.v[i], 0.0, 0.0, 0.0]);
         }
         row
     }
@@ -107,14 +114,14 @@ impl End {
         let mut row = self.row();
         for (i, ball) in cradle.balls.iter().enumerate() {
             let (x, v, by) = (self.x[i], self.v[i], &mut row.coefficients.balls[i]);
-            (row.state.x[i], row.state.v[i]) = (ball.mass * ball.omega2, 2.0 * ball.mass * ball.gamma);
-            by.mass = ball.omega2 * x + 2.0 * ball.gamma * v;
-            (by.omega2, by.gamma) = (ball.mass * x, 2.0 * ball.mass * v);
+            (row.x[i], row.v[i]) = (ball.mass * ball.omega2, 2.0 * ball.mass * ball.gamma);
+            *by = [ball.omega2 * x + 2.0 * ball.gamma * v, ball.mass * x, 2.0 * ball.mass * v, 0.0];
         }
         row
     }
 
     fn row(&self) -> Row {
-        Row { state: Slots::zero(self.x.len()), coefficients: Coefficients::zero(self.x.len()) }
+        let zero = vec![0.0; self.x.len()];
+        Row { x: zero.clone(), v: zero, coefficients: Coefficients::zero(self.x.len()) }
     }
 }

@@ -1,14 +1,14 @@
-//! Takes a run down in parts, from its switchings.
+//! Takes a run down in parts, from its switchings, as an observer of it.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
-use super::flown::{Flown, REACH, moved};
+use super::flown::{Flown, REACH};
 use super::pair::Pair;
 use super::readout::End;
 use super::segment::{Group, Segment};
 use super::{Part, Tape, Tuning};
 use crate::engine::derivatives::chain_state::ChainState;
-use crate::engine::derivatives::history::Stretch;
 use crate::engine::flight::{Flight, Forcing, shifted};
 use crate::engine::inputs::HeldInputs;
 use crate::engine::observer::{Observer, Pulse};
@@ -23,32 +23,22 @@ const MOST_NUMBERS: usize = 1 << 24;
 /// Numbers of a flight.
 const FLIGHT: usize = 16;
 
+/// Part of the amplitude of the motion, and of the velocities that go with it, by which a tape may end elsewhere than the run. Up to
+/// 3e-12 were found in moving chains, also where ten balls amplify small changes by 1e37; some runs that come to rest in contact end elsewhere.
+const AGREEMENT: f64 = 1e-9;
+
 /// How often a segment that is too long is halved.
 const HALVINGS: u32 = 40;
 
-/// A contact that closes or opens.
-#[derive(Clone, Copy, Debug)]
-struct Switching {
-    time: DoubleDouble,
-    contact: usize,
-    closes: bool,
-}
-
-/// The switchings of a run, in the order in which they were told.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Switchings(Vec<Switching>);
-
-impl Observer for Switchings {
-    fn pulse(&mut self, _pulse: Pulse) {}
-
-    fn switching(&mut self, contact: usize, time: DoubleDouble, closes: bool) {
-        self.0.push(Switching { time, contact, closes });
-    }
-}
-
-/// A run on its way.
-struct Recorder {
+/// Takes down a run on its way.
+pub(crate) struct Recorder {
     tunings: Vec<Tuning>,
+    /// The place of the tuning with these parameters, given by their bits.
+    places: BTreeMap<[u64; 5], usize>,
+    /// The tuning that acts.
+    tuning: usize,
+    /// Whether there is no tape: it would have too many parts.
+    failed: bool,
     parts: Vec<Part>,
     /// Numbers held.
     numbers: usize,
@@ -56,6 +46,8 @@ struct Recorder {
     x: Vec<f64>,
     v: Vec<f64>,
     time: Vec<DoubleDouble>,
+    /// Time of the last switching, s.
+    last: DoubleDouble,
     /// Each contact: its overlap, if it is closed.
     overlaps: Vec<Option<f64>>,
     /// From when on these inputs act (s): external forces, N, and the acceleration of the support, m/s2.
@@ -64,68 +56,94 @@ struct Recorder {
     support: Forcing,
 }
 
+impl Observer for Recorder {
+    fn pulse(&mut self, _pulse: Pulse) {}
+
+    fn switching(&mut self, contact: usize, time: DoubleDouble, closes: bool) {
+        self.failed = self.failed || self.switch(contact, time, closes).is_none();
+        self.last = time;
+    }
+
+    fn stop(&self) -> Option<f64> {
+        self.failed.then(|| self.last.value_up())
+    }
+}
+
 impl Tape {
     /// Whether there can be tapes of runs with these parameters.
     pub(crate) fn takes(parameters: &Parameters) -> bool {
         let cradle = Cradle::new(parameters);
         cradle.restitution.is_none() && cradle.contacts.iter().all(ContactLaw::is_elastic)
     }
+}
 
-    /// The run from this start with these switchings; `parameters` act at its end. Nothing if it has too many parts.
-    pub(crate) fn record(
-        parameters: &Parameters,
-        start_time: f64,
-        start: ChainState,
-        stretches: &[Stretch],
-        switchings: Switchings,
-    ) -> Option<Self> {
+impl Recorder {
+    /// At the start, at this time (s).
+    pub fn new(time: f64, start: ChainState) -> Self {
         let balls = start.x.len();
         let overlap = |(overlap, mode): (&f64, &Mode)| (*mode != Mode::Open).then_some(*overlap);
-        let mut recorder = Recorder {
+        Self {
             tunings: Vec::new(),
+            places: BTreeMap::new(),
+            tuning: 0,
+            failed: false,
             parts: Vec::new(),
             numbers: 0,
             overlaps: start.overlaps.iter().zip(&start.modes).map(overlap).collect(),
             x: start.x,
             v: start.v,
-            time: vec![start_time.into(); balls],
-            since: start_time,
+            time: vec![time.into(); balls],
+            last: time.into(),
+            since: time,
             pushes: Vec::new(),
             support: Forcing::default(),
-        };
-        let mut left = switchings.0.into_iter().peekable();
-        for stretch in stretches {
-            recorder.begin(parameters, stretch)?;
-            while let Some(switching) = left.next_if(|switching| switching.time <= stretch.until.into()) {
-                recorder.switch(switching)?;
-            }
-            recorder.advance_all(stretch.until.into())?;
         }
-        let Recorder { tunings, parts, x, v, overlaps, .. } = recorder;
-        let finite = x.iter().chain(&v).all(|value| value.is_finite());
-        finite.then_some(Self { tunings, parts, end: End { x, v, overlaps } })
     }
-}
 
-impl Recorder {
-    /// What acts from now on.
-    fn begin(&mut self, parameters: &Parameters, stretch: &Stretch) -> Option<()> {
-        let mut parameters = parameters.clone();
-        parameters.tune(stretch.tunables);
-        if self.tunings.last().is_none_or(|tuning| tuning.parameters != parameters) {
-            let cradle = Cradle::new(&parameters);
-            let oscillators = cradle.balls.iter().map(|ball| Oscillator::new(ball.omega2, ball.gamma)).collect();
-            self.tunings.push(Tuning { parameters, cradle, oscillators });
+    /// These parameters and inputs act from now on.
+    pub fn begin(&mut self, parameters: &Parameters, inputs: &HeldInputs) -> Option<()> {
+        let next = self.tunings.len();
+        self.tuning = *self.places.entry(parameters.tunables().map(f64::to_bits)).or_insert(next);
+        if self.tuning == next {
+            let cradle = Cradle::new(parameters);
+            let oscillators: Vec<Oscillator> =
+                cradle.balls.iter().map(|ball| Oscillator::new(ball.omega2, ball.gamma)).collect();
+            let sizes =
+                [size_of_val(&cradle.balls[..]), size_of_val(&cradle.contacts[..]), size_of_val(&oscillators[..])];
+            self.tunings.push(Tuning { parameters: parameters.clone(), cradle, oscillators });
+            // Parameters have about as many numbers as the coefficients that follow from them.
+            self.hold(2 * sizes.iter().sum::<usize>() / size_of::<f64>())?;
         }
-        self.since = self.time.first().map_or(self.since, |time| time.value());
-        let inputs = stretch.inputs.at(self.since);
-        let polynomial = |of: &dyn Fn(&Inputs) -> f64| derivatives(&inputs, of);
+        self.since = inputs.since;
+        let polynomial = |of: &dyn Fn(&Inputs) -> f64| derivatives(inputs, of);
         self.pushes = (0..self.x.len()).map(|i| polynomial(&|inputs| inputs.force[i])).collect();
         self.support = polynomial(&|inputs| inputs.support_acceleration);
         Some(())
     }
 
-    fn switch(&mut self, Switching { time, contact, closes }: Switching) -> Option<()> {
+    /// They have acted until this time (s).
+    pub fn end(&mut self, until: f64) -> Option<()> {
+        self.failed = self.failed || (0..self.x.len()).try_for_each(|ball| self.advance(ball, until.into())).is_none();
+        (!self.failed).then_some(())
+    }
+
+    /// The tape, if there is one that ends where the run did.
+    pub fn tape(self, end: &ChainState) -> Option<Tape> {
+        let Self { tunings, tuning, parts, x, v, overlaps, .. } = self;
+        let most = |values: &[f64]| values.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+        let near = |own: &[f64], values: &[f64], size: f64| {
+            own.iter().zip(values).all(|(own, value)| (own - value).abs() <= AGREEMENT * size)
+        };
+        // Where all balls pass the middle, or turn, the one that they have tells the size of the other.
+        let omega = tunings[tuning].oscillators[0].omega();
+        let (position, velocity) = (most(&end.x), most(&end.v));
+        let swing = if omega > 0.0 { velocity / omega } else { 0.0 };
+        let near = near(&x, &end.x, position.max(swing)) && near(&v, &end.v, velocity.max(omega * position));
+        let closed = overlaps.iter().zip(&end.modes).all(|(overlap, mode)| overlap.is_some() == (*mode != Mode::Open));
+        (!self.failed && closed && near).then_some(Tape { tunings, parts, last: tuning, end: End { x, v, overlaps } })
+    }
+
+    fn switch(&mut self, contact: usize, time: DoubleDouble, closes: bool) -> Option<()> {
         if self.overlaps[contact].is_some() == closes {
             return Some(());
         }
@@ -134,10 +152,6 @@ impl Recorder {
         }
         self.overlaps[contact] = closes.then_some(0.0);
         Some(())
-    }
-
-    fn advance_all(&mut self, until: DoubleDouble) -> Option<()> {
-        (0..self.x.len()).try_for_each(|ball| self.advance(ball, until))
     }
 
     /// Moves a ball on to `until` (s), with those that it presses on.
@@ -156,7 +170,7 @@ impl Recorder {
         } else {
             // The forces of contacts that close at the start or open at the end grow from there with any power of the time.
             let half = 0.5 * length;
-            self.press(first..end, half, Stretching::AtStart(2), HALVINGS)?;
+            self.press(first..end, half, Stretching::AtStart, HALVINGS)?;
             self.press(first..end, half, Stretching::AtEnd, HALVINGS)?;
         }
         self.time[first..end].fill(until);
@@ -164,7 +178,7 @@ impl Recorder {
     }
 
     fn fly(&mut self, ball: usize, length: f64) -> Option<()> {
-        let tuning = self.tunings.len() - 1;
+        let tuning = self.tuning;
         let o = self.tunings[tuning].oscillators[ball];
         let mass = self.tunings[tuning].cradle.balls[ball].mass;
         let pieces = ((o.omega() + 2.0 * o.gamma()) * length / REACH).ceil().max(1.0);
@@ -173,12 +187,12 @@ impl Recorder {
         let mut after = self.after(ball);
         for _ in 0..pieces {
             let (flight, push) = self.flight(ball, mass, after);
-            let basis = o.basis(length.into());
-            let (displacement, v) = moved(&flight, &o, &basis, length);
+            let model = &self.tunings[tuning].cradle.balls[ball];
+            let (flown, (displacement, v)) = Flown::new((ball, tuning), model, &o, (&flight, &push), length);
             self.x[ball] += displacement;
             self.v[ball] = v;
             after += length;
-            self.parts.push(Part::Flown(Flown { ball, tuning, flight, push, length, basis }));
+            self.parts.push(Part::Flown(flown));
         }
         Some(())
     }
@@ -198,17 +212,17 @@ impl Recorder {
 
     /// The oscillators of the centre and of the overlap of these balls, if they are a pair that has them.
     fn oscillators_of_pair(&self, balls: Range<usize>) -> Option<[Oscillator; 2]> {
-        let Tuning { cradle, .. } = self.tunings.last()?;
+        let Tuning { cradle, .. } = &self.tunings[self.tuning];
         let contact = &cradle.contacts[balls.start];
         (balls.len() == 2).then(|| Pair::oscillators(&cradle.balls[balls], contact)).flatten()
     }
 
     /// Moves two balls, the left one of which is `first`, on by `length` (s).
     fn press_pair(&mut self, first: usize, length: f64, oscillators: [Oscillator; 2]) -> Option<()> {
-        let tuning = self.tunings.len() - 1;
+        let tuning = self.tuning;
         let contact = &oscillators[1];
         let pieces = ((contact.omega() + 2.0 * contact.gamma()) * length / REACH).ceil().max(1.0);
-        self.hold((pieces * (4 * FLIGHT) as f64) as usize)?;
+        self.hold((pieces * (6 * FLIGHT) as f64) as usize)?;
         let (pieces, length) = (pieces as usize, length / pieces);
         let mut after = self.after(first);
         for _ in 0..pieces {
@@ -231,7 +245,7 @@ impl Recorder {
 
     /// Moves `balls`, which press on each other, on by `length` (s), in as many parts as that takes.
     fn press(&mut self, balls: Range<usize>, length: f64, stretching: Stretching, halvings: u32) -> Option<()> {
-        let tuning = self.tunings.len() - 1;
+        let tuning = self.tuning;
         let cradle = &self.tunings[tuning].cradle;
         let after = self.after(balls.start);
         let pushes: Vec<Forcing> = self.pushes[balls.clone()].iter().map(|push| shifted(push, after)).collect();
@@ -253,7 +267,7 @@ impl Recorder {
             let halvings = halvings.checked_sub(1)?;
             let (first, second) = match stretching {
                 Stretching::None => (Stretching::None, Stretching::None),
-                Stretching::AtStart(_) => (stretching, Stretching::None),
+                Stretching::AtStart => (stretching, Stretching::None),
                 Stretching::AtEnd => (Stretching::None, stretching),
             };
             self.press(balls.clone(), 0.5 * length, first, halvings)?;
@@ -284,4 +298,44 @@ fn derivatives(inputs: &HeldInputs, of: &dyn Fn(&Inputs) -> f64) -> Forcing {
     let mut found = Forcing::default();
     found.iter_mut().zip(inputs.orders()).for_each(|(to, inputs)| *to = of(inputs));
     found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::run::Engine;
+
+    /// The start of a run, and a recorder of it.
+    fn begun(parameters: &Parameters) -> (Engine, Recorder) {
+        let run = Engine::new(parameters, &Inputs::zero(parameters.balls()), 0.0).unwrap();
+        let mut recorder = Recorder::new(0.0, run.last_step().end);
+        recorder.begin(parameters, &run.inputs).unwrap();
+        (run, recorder)
+    }
+
+    #[test]
+    fn parameters_that_come_back_take_no_room() {
+        let p = Parameters::default_for(5);
+        let (run, mut recorder) = begun(&p);
+        let one = recorder.numbers;
+        assert!(one > 0);
+        for _ in 0..100 {
+            for drag in [0.01, p.drag] {
+                recorder.begin(&Parameters { drag, ..p.clone() }, &run.inputs).unwrap();
+            }
+        }
+        assert_eq!((recorder.tunings.len(), recorder.tuning, recorder.numbers), (2, 0, 2 * one));
+        recorder.numbers = MOST_NUMBERS;
+        assert!(recorder.begin(&p, &run.inputs).is_some());
+        assert!(recorder.begin(&Parameters { drag: 0.02, ..p }, &run.inputs).is_none());
+    }
+
+    #[test]
+    fn a_run_that_is_too_long_is_not_followed_to_its_end() {
+        let (mut run, mut recorder) = begun(&Parameters::default_for(3));
+        recorder.numbers = MOST_NUMBERS;
+        run.advance(100.0, &mut recorder).unwrap();
+        assert!((0.1..2.0).contains(&run.time), "{}", run.time);
+        assert!(recorder.end(100.0).is_none() && recorder.tape(&run.last_step().end).is_none());
+    }
 }

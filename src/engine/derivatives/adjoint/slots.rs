@@ -1,21 +1,36 @@
 //! What varies from one part of a run to the next.
 
+use crate::solver::double_double::DoubleDouble;
+
 /// One number for each position, velocity and impulse at one time: how much it changes, or how much something changes with it.
+///
+/// Within a contact a change of a position makes one of velocities that is `omega` times as large, most of which is gone at its end. That
+/// would cost doubles five digits, and both directions of a tape would lose different ones.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Slots {
-    pub x: Vec<f64>,
-    pub v: Vec<f64>,
-    pub impulse: Vec<f64>,
+    pub x: Vec<DoubleDouble>,
+    pub v: Vec<DoubleDouble>,
+    pub impulse: Vec<DoubleDouble>,
 }
 
 impl Slots {
     pub fn zero(balls: usize) -> Self {
-        Self { x: vec![0.0; balls], v: vec![0.0; balls], impulse: vec![0.0; balls.saturating_sub(1)] }
+        let zero = DoubleDouble::ZERO;
+        Self { x: vec![zero; balls], v: vec![zero; balls], impulse: vec![zero; balls.saturating_sub(1)] }
     }
+}
 
-    /// The sum of the products with others.
-    pub fn dot(&self, other: &Self) -> f64 {
-        let sum = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        sum(&self.x, &other.x) + sum(&self.v, &other.v) + sum(&self.impulse, &other.impulse)
-    }
+/// The same numbers as double-doubles.
+pub(super) fn exactly(values: &[f64]) -> Vec<DoubleDouble> {
+    values.iter().map(|value| DoubleDouble::from(*value)).collect()
+}
+
+/// The numbers rounded.
+pub(super) fn rounded(values: &[DoubleDouble]) -> Vec<f64> {
+    values.iter().map(|value| value.value()).collect()
+}
+
+/// The sum of the products.
+pub(super) fn dot(a: &[DoubleDouble], b: &[f64]) -> DoubleDouble {
+    a.iter().zip(b).fold(DoubleDouble::ZERO, |sum, (a, b)| sum + *a * *b)
 }
