@@ -112,7 +112,7 @@ def test_the_fmu_for_all_platforms_is_small_and_sound(producer, platforms):
     path = ROOT / "target/fmu/platforms/NewtonsCradle.fmu"
     assert "0 problem(s), 0 remark(s)" in run([producer, "check", path])
     assert validate_fmu(str(path)) == []
-    assert path.stat().st_size < 7_000_000
+    assert path.stat().st_size < 7_500_000
     with zipfile.ZipFile(path) as archive:
         sizes = [
             e.compress_size

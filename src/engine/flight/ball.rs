@@ -177,23 +177,23 @@ impl Ball {
     }
 }
 
-/// The positions (m) of neighbours at these distances (m), each to the left of the one before, with the centre of mass of `balls`,
-/// which are given by mass (kg) and position.
-pub(crate) fn spaced(
-    balls: impl Iterator<Item = (f64, f64)> + Clone,
-    distances: impl ExactSizeIterator<Item = f64>,
-) -> Vec<f64> {
-    let (mut places, mut place) = (Vec::with_capacity(distances.len() + 1), 0.0);
-    places.push(place);
-    for distance in distances {
-        place -= distance;
-        places.push(place);
-    }
-    let first = balls.clone().next().map_or(0.0, |(_, x)| x);
+/// The places (m) of neighbours at these distances (m), each to the left of the one before, from the first one on.
+pub(crate) fn places(distances: impl Iterator<Item = f64> + Clone) -> impl Iterator<Item = f64> + Clone {
+    let place = |place: &mut f64, distance| {
+        *place -= distance;
+        Some(*place)
+    };
+    std::iter::once(0.0).chain(distances.scan(0.0, place))
+}
+
+/// The position (m) of the first one that leaves the centre of mass of `balls` where it is, which are given by mass (kg), position (m)
+/// and [place](places).
+pub(crate) fn start_by_centre(balls: impl Iterator<Item = ((f64, f64), f64)> + Clone) -> f64 {
+    let first = balls.clone().next().map_or(0.0, |((_, x), _)| x);
     let (mut moment, mut total) = (0.0, 0.0);
-    for ((mass, x), place) in balls.zip(&places) {
+    for ((mass, x), place) in balls {
         moment += mass * (x - first - place);
         total += mass;
     }
-    places.into_iter().map(|place| first + moment / total + place).collect()
+    first + moment / total
 }

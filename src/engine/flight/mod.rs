@@ -8,6 +8,6 @@ mod ball;
 mod free_motion;
 mod separation;
 
-pub(crate) use ball::{Ball, Regime, RunningIntegrals, spaced};
+pub(crate) use ball::{Ball, Regime, RunningIntegrals, places, start_by_centre};
 pub(crate) use free_motion::{Flight, Forcing, Rounding, degree, forcing_at, shifted};
 pub(crate) use separation::{EVALUATIONS, FAR, LEAST_PROGRESS, Separation, reach};

@@ -15,7 +15,7 @@ use std::ops::Range;
 use super::contact::{Contact, Keep, Phase};
 use super::engine::Engine;
 use crate::engine::error::EngineError;
-use crate::engine::flight::{Forcing, Regime, Rounding, Separation, shifted, spaced};
+use crate::engine::flight::{Forcing, Regime, Rounding, Separation, places, shifted, start_by_centre};
 use crate::engine::observer::Observer;
 use crate::engine::records::RAPID;
 use crate::engine::rigid::restitution::{self, Impact};
@@ -101,8 +101,9 @@ impl Engine {
     fn align(&mut self, group: Range<usize>) {
         let balls = &mut self.balls[group.start..group.end + 1];
         let clearances = self.cradle.contacts[group.clone()].iter().map(|law| law.clearance);
-        let positions = spaced(balls.iter().map(|ball| (ball.mass, ball.flight.x)), clearances);
-        for (ball, x) in balls.iter_mut().zip(positions) {
+        let places = places(clearances);
+        let start = start_by_centre(balls.iter().map(|ball| (ball.mass, ball.flight.x)).zip(places.clone()));
+        for (ball, x) in balls.iter_mut().zip(places.map(|place| start + place)) {
             let raised = (x - ball.flight.x) * (x + ball.flight.x);
             self.totals.contact_loss -= 0.5 * ball.mass * ball.oscillator.omega2() * raised;
             ball.flight.x = x;
