@@ -5,10 +5,10 @@
 
 use std::sync::LazyLock;
 
-use super::enumeration::Item;
-use super::row::{Access, Causality, Row, Shape, Type, Variability};
 use super::table::TABLE;
-use super::unit::{FORCE, IMPULSE, LENGTH, Quantity, TIME, VELOCITY};
+use super::table::enumeration::Item;
+use super::table::row::{Access, Causality, Row, Shape, Type, Variability};
+use super::table::unit::{FORCE, IMPULSE, LENGTH, Quantity, TIME, VELOCITY};
 use super::variable::Variable;
 
 /// What happens to a contact.

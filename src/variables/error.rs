@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-use super::row::{Causality, Type};
+use super::table::row::{Causality, Type};
 
 /// A variable or value that is not accepted, and what would be.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -7,28 +7,25 @@
 mod array_text;
 mod arrays;
 mod description;
-mod enumeration;
 mod error;
 mod recipe;
-mod row;
 mod settings;
 mod states;
 mod table;
 mod text;
-mod unit;
 mod variable;
 
 pub use arrays::{Array, ArrayType, DERIVATIVES_OF, Edge, Exchanged, MAX_LOG, Told};
 pub use description::{
     Description, LOG_CATEGORIES, LogCategory, MODEL_IDENTIFIER, START_TIME, STEP_SIZE, STOP_TIME, spare,
 };
-pub use enumeration::{ENUMERATIONS, Enumeration, Item};
 pub use error::VariableError;
 pub use recipe::{FILE_NAME, Recipe, RecipeError, StartValue};
-pub use row::{Access, Causality, Get, Groups, Range, Row, Shape, Type, Variability};
 pub use settings::Settings;
 pub use states::states;
 pub use table::TABLE;
+pub use table::enumeration::{ENUMERATIONS, Enumeration, Item};
+pub use table::row::{Access, Causality, Get, Groups, Range, Row, Shape, Type, Variability};
+pub use table::unit::{QUANTITIES, Quantity};
 pub use text::{Escaped, Number};
-pub use unit::{QUANTITIES, Quantity};
 pub use variable::{DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, Variable, variables};

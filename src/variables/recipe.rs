@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::error::VariableError;
-use super::row::{Access, Type};
 use super::settings::Settings;
+use super::table::row::{Access, Type};
 use super::variable::{DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, Variable};
 
 /// Name of the file in `resources/`.

@@ -5,8 +5,8 @@ use std::fmt::Display;
 use serde::{Deserialize, Serialize};
 
 use super::error::VariableError;
-use super::row::{ANY, Access, Causality, Type, Variability};
 use super::table::TABLE;
+use super::table::row::{ANY, Access, Causality, Type, Variability};
 use super::text::Number;
 use super::variable::{Variable, variables};
 use crate::model::{Inputs, MAX_INPUT_DERIVATIVE, Parameters};

@@ -3,8 +3,8 @@
 //! A value reference is the row's position times 16384 plus the zero-based index, so that it does not depend on n and a getter
 //! finds its row by one array access.
 
-use super::row::{Row, Shape};
 use super::table::TABLE;
+use super::table::row::{Row, Shape};
 
 /// Smallest number of balls.
 pub const MIN_BALLS: usize = 1;

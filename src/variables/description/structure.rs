@@ -3,10 +3,10 @@
 use std::fmt::{self, Write};
 
 use crate::model::ContactModel;
-use crate::variables::row::{Causality, Groups, Row, Shape};
 use crate::variables::settings::Settings;
 use crate::variables::states::states;
 use crate::variables::table::TABLE;
+use crate::variables::table::row::{Causality, Groups, Row, Shape};
 use crate::variables::variable::{Variable, variables};
 
 /// Balls beyond which it is not listed on which overlaps each position depends: that grows with the square of their number.

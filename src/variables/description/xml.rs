@@ -6,12 +6,12 @@ use super::arrays;
 use super::log_category::{LOG_CATEGORIES, LogCategory};
 use super::structure::{first_indices, write_structure};
 use crate::variables::arrays::Array;
-use crate::variables::enumeration::ENUMERATIONS;
-use crate::variables::row::{Access, Causality, Row};
 use crate::variables::settings::Settings;
 use crate::variables::table::TABLE;
+use crate::variables::table::enumeration::ENUMERATIONS;
+use crate::variables::table::row::{Access, Causality, Row};
+use crate::variables::table::unit::QUANTITIES;
 use crate::variables::text::{Escaped, Number};
-use crate::variables::unit::QUANTITIES;
 use crate::variables::variable::Variable;
 
 /// Model name, model identifier and file name.

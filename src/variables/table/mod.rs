@@ -2,19 +2,23 @@
 //!
 //! Start values are those of [`Parameters::default_for`], read through the row's own accessor.
 
+pub(super) mod enumeration;
+pub(super) mod row;
+pub(super) mod unit;
+
 use std::slice::{from_mut, from_ref};
 
-use super::enumeration::{CONTACT_MODEL, DAMPING_LAW, EXCHANGED_CONTACTS, SOLVER_METHOD};
-use super::row::Causality::{Local, Output};
-use super::row::Shape::{Balls, Contacts, Scalar};
-use super::row::{ANY, Access, NOT_NEGATIVE, POSITIVE, Row, between};
-use super::row::{calculated, count, enumeration, flag, input, parameter, real};
-use super::unit::{
+use crate::model::{ContactModel, DampingLaw, Parameters, SolverMethod};
+use crate::next::NEVER;
+use enumeration::{CONTACT_MODEL, DAMPING_LAW, EXCHANGED_CONTACTS, SOLVER_METHOD};
+use row::Causality::{Local, Output};
+use row::Shape::{Balls, Contacts, Scalar};
+use row::{ANY, Access, NOT_NEGATIVE, POSITIVE, Row, between};
+use row::{calculated, count, enumeration, flag, input, parameter, real};
+use unit::{
     ACCELERATION, DAMPING, DRAG, ELASTIC_MODULUS, ENERGY, FORCE, IMPULSE, LENGTH, MASS, MOMENTUM, POWER, RATIO,
     SLOWNESS, STIFFNESS, TIME, VELOCITY,
 };
-use crate::model::{ContactModel, DampingLaw, Parameters, SolverMethod};
-use crate::next::NEVER;
 
 /// A parameter that is one number of [`Parameters`].
 macro_rules! one {
@@ -241,8 +245,8 @@ pub static TABLE: &[Row] = &[
 
 #[cfg(test)]
 mod tests {
+    use super::row::{Causality, Type};
     use super::*;
-    use crate::variables::row::{Causality, Type};
 
     #[test]
     fn reals_and_only_reals_have_a_quantity() {

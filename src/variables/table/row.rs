@@ -154,7 +154,7 @@ impl Range {
 
 impl std::fmt::Display for Range {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        use super::text::Number;
+        use crate::variables::text::Number;
         match (self.min, self.max) {
             (Some(min), Some(max)) => write!(f, "{} to {}", Number(min), Number(max)),
             (Some(min), None) if self.above_min => write!(f, "finite and > {}", Number(min)),

@@ -1,7 +1,11 @@
 //! Events: contacts open and close, laws begin and end to clip, groups are followed to their end.
 
+mod group;
+mod rigid;
+
+use group::Group;
+
 use super::contact::Contact;
-use super::group::Group;
 use super::run::Exchange;
 use crate::engine::error::EngineError;
 use crate::engine::flight::Ball;
@@ -153,14 +157,14 @@ impl Exchange {
     }
 
     /// The earliest onset that is due in one of the `open` contacts, from now (s), and its contact.
-    pub(super) fn earliest_due(&self, balls: &[Ball], open: impl Fn(usize) -> bool) -> Option<(f64, usize)> {
+    fn earliest_due(&self, balls: &[Ball], open: impl Fn(usize) -> bool) -> Option<(f64, usize)> {
         let open = (0..self.modes.len()).filter(|&j| open(j));
         let due = open.filter_map(|j| self.due_onset(balls, j).map(|onset| (onset, j)));
         due.reduce(|first, other| if other.0 < first.0 { other } else { first })
     }
 
     /// Goes on from the end of `group`, seen from now.
-    pub(super) fn apply(&mut self, group: &Group, observer: &mut dyn Observer) {
+    fn apply(&mut self, group: &Group, observer: &mut dyn Observer) {
         let n = self.balls();
         if group.balls().start == 0 {
             self.y[0] = group.x[0];

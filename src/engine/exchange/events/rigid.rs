@@ -4,8 +4,8 @@
 //! to the current time along what governs them then, flight or the motion of a body.
 
 use super::group::Followed;
-use super::run::Exchange;
 use crate::engine::error::EngineError;
+use crate::engine::exchange::run::Exchange;
 use crate::engine::flight::Ball;
 use crate::engine::inputs::HeldInputs;
 use crate::engine::observer::{Observer, Unrecorded};
@@ -193,7 +193,7 @@ impl Exchange {
     }
 
     /// The next onset, from now.
-    pub(super) fn foresee_rigid(&self) -> Next<DoubleDouble> {
+    pub(in crate::engine::exchange) fn foresee_rigid(&self) -> Next<DoubleDouble> {
         let mut engine = self.settled();
         let limit = DoubleDouble::from(ONSET_PERIODS * std::f64::consts::TAU / self.cradle.balls[0].omega2.sqrt());
         while let Some((t, key)) = engine.queue.first().filter(|(t, _)| *t <= limit) {

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use super::run::Exchange;
 use crate::engine::error::EngineError;
+use crate::engine::exchange::run::Exchange;
 use crate::engine::flight::{Ball, Separation};
 use crate::engine::inputs::HeldInputs;
 use crate::engine::observer::{Observer, Pulse, Unrecorded};
