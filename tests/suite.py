@@ -77,11 +77,14 @@ class Results:
 
     def step(self, what: str, command: list, counts=None, **options) -> bool:
         """Runs one stage, and says whether it passed. `counts(line)` gives (passed, failed, skipped) of a runner's summary line;
-        a stage without any counts as one test, and a crash that no summary shows as one failure."""
+        a stage without any counts as one test, and a crash that no summary shows as one failure. Failed tests are named."""
         total = [0, 0, 0]
+        failures = []
 
         def watch(line):
             self.show(line)
+            if is_failure(line):
+                failures.append(line.rstrip())
             for i, number in enumerate((counts and counts(line)) or ()):
                 total[i] += number
 
@@ -95,6 +98,7 @@ class Results:
         elif total[1]:
             self.failed += total[1]
             self.remarks.append(f"FAILED   {what}: {total[1]} tests")
+            self.remarks += [f"         {failure}" for failure in failures]
         if total[2]:
             self.remarks.append(f"SKIPPED  {what}: {total[2]} tests, see above")
         return code == 0
@@ -124,6 +128,11 @@ def pytest_counts(line: str):
     numbers = {what: int(n) for n, what in re.findall(r"(\d+) (passed|failed|skipped|error)", line)}
     failed = numbers.get("failed", 0) + numbers.get("error", 0)
     return numbers.get("passed", 0), failed, numbers.get("skipped", 0)
+
+
+def is_failure(line: str) -> bool:
+    """Whether a line is cargo's `test name ... FAILED`, or pytest's `FAILED file::name - reason`."""
+    return re.match(r"test \S+ \.\.\. FAILED|(FAILED|ERROR) tests/", line) is not None
 
 
 def skipped_lines(line: str):
@@ -239,7 +248,7 @@ def style(results: Results) -> None:
 def python_hosts(results: Results, what: str, names: list, *options) -> None:
     """The named files of tests/hosts, by pytest."""
     files = [f"tests/hosts/test_{name}.py" for name in names]
-    results.step(what, [PYTHON, "-m", "pytest", *files, "-rs", *options], pytest_counts)
+    results.step(what, [PYTHON, "-m", "pytest", *files, *options], pytest_counts)
 
 
 def rust_host(results: Results) -> None:
