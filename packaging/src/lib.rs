@@ -5,7 +5,7 @@
 //! | [`build`] | the files of an FMU: the cradle the user chooses, description, documentation, compiled binary | `archive`, `check`, `platform` |
 //! | [`check`] | what is wrong with an FMU, whoever wrote it | `archive`, `platform` |
 //! | [`info`] | what is in an FMU | `build`, `check` |
-//! | [`reference`] | parameter sets and reference results, from runs of the FMU's own binary | `build`, `check` |
+//! | [`mod@reference`] | parameter sets and reference results, from runs of the FMU's own binary | `build`, `check` |
 //! | [`environment`] | the Python environment that this program is installed in | nothing |
 //! | [`animation`] | a run as a page for the browser, by the Python package | `environment` |
 //! | [`live`] | the page in which the engine runs live | `archive`, `environment` |

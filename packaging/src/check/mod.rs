@@ -2,7 +2,7 @@
 //! reported, whoever wrote the FMU.
 //!
 //! [`file()`] and [`bytes()`] check a whole FMU and hand out a [`Report`]. What they read on the way is here, too, for those who
-//! only want to look: the entries by [`unpack()`], the description as [`Model`], a binary as [`Library`].
+//! only want to look: the entries by [`unpack()`], the description as `Model`, a binary as `Library`.
 
 mod arrays;
 mod binary;

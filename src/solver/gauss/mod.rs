@@ -13,7 +13,7 @@
 //! stretching `c^2` or `1 - (1 - c)^2` makes it smooth as a function of c.
 //!
 //! The nodes are symmetric. About the middle the integral of an even function is odd but for a constant, that of an odd one is even.
-//! So a product with `Q` or `Q Q` takes two matrices of half the size ([`Rule::integrate`], [`Rule::integrate_twice`]).
+//! So a product with `Q` or `Q Q` takes two matrices of half the size (`Rule::integrate`, `Rule::integrate_twice`).
 //!
 //! The nodes, the weights and `Q` are computed in double-double: an error in the last digit of a weight would act in the same
 //! direction in every step.

@@ -81,7 +81,7 @@ impl Tape {
     }
 
     /// Derivatives of the outputs at its end along a direction of parameters and inputs, like those of
-    /// [`WholeRun`](super::WholeRun); NaN where [`Self::lacks`] them.
+    /// `WholeRun`; NaN where [`Self::lacks`] them.
     pub fn along(&self, tangent: &Parameters, inputs: &Inputs) -> Differential {
         let changes = self.changes(tangent, inputs);
         let mut slots = Slots::zero(self.balls());
