@@ -46,3 +46,14 @@ fn a_minute_of_touching_steel_balls() {
     (parameters.damping_law, parameters.relaxation_time) = (DampingLaw::Viscoelastic, 4e-7);
     assert_eq!(work(&parameters, 60.0), WorkCounters { steps: 2186, evaluations: 28576, events: 927 });
 }
+
+/// A line of steel balls that touch, the first struck to 1 m/s: a wave through all of them, which leaves them at rest but for the first
+/// and the last ones.
+#[test]
+fn a_wave_through_a_hundred_steel_balls() {
+    let mut parameters = Parameters::default_for(100);
+    (parameters.contact_model, parameters.dead_band, parameters.gravity) = (ContactModel::Hertz, 0.0, 0.0);
+    parameters.x_start.fill(0.0);
+    parameters.v_start[0] = 1.0;
+    assert_eq!(work(&parameters, 0.02), WorkCounters { steps: 523, evaluations: 11924, events: 184 });
+}

@@ -14,7 +14,7 @@ use super::gauss;
 use super::modes::Modes;
 use super::natural;
 use super::step_control::{Control, StepHistory};
-use super::taylor::{Series, Workspace, velocity_scale};
+use super::taylor::{Series, Workspace, lanes, velocity_scale};
 use super::window::{OverlapSeries, Switch, Window, WindowContact, clipping};
 use crate::engine::flight::{Ball, Flight, Rounding, RunningIntegrals, places, shifted, start_by_centre};
 use crate::model::{ContactLaw, Mode};
@@ -276,6 +276,13 @@ impl Cluster {
                 (Next::Never, _) => {}
             }
         }
+        // A wave goes on to the next ball.
+        if let Description::Series(series) = &self.description
+            && self.length == series.converges_for()
+            && let Some(j) = series.reached(&window)
+        {
+            self.switch = Some((self.window.start + j, Switch::Onset));
+        }
         self.history.age = self.history.age.saturating_add(1);
         if self.switch.is_some() {
             (self.history.quiet, self.history.patience) = (0, StepHistory::default().patience);
@@ -330,6 +337,8 @@ impl Cluster {
             } else if persistent {
                 let before = self.history.explicit_length;
                 series.expand_persistent(&mut self.workspace.persistent, window, control, scale, before);
+            } else if lanes::applies_to(window) {
+                series.expand_lanes(&mut self.workspace.lanes, window, control, scale);
             } else {
                 series.expand(&mut self.workspace.recurrences, window, control, scale);
             }

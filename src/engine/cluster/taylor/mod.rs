@@ -1,9 +1,10 @@
 //! Power series of the motions and forces of a window.
 //!
 //! [`Series`] holds the coefficients and is its own dense output; [`Workspace`] computes them, by the recurrences of the
-//! equations (`recurrences`), those of linear contacts with less arithmetic and to a higher order (`linear`), as those of balls that
-//! have long been pressed together (`persistent`). Collocation fills in a [`Series`], too.
+//! equations (`recurrences`), with less arithmetic and to a higher order those of linear contacts (`linear`), of elastic contacts whose
+//! exponent is not whole (`lanes`), and of balls that have long been pressed together (`persistent`). Collocation fills in a [`Series`], too.
 
+pub(super) mod lanes;
 mod linear;
 mod persistent;
 mod recurrences;
@@ -16,6 +17,7 @@ pub(crate) use series::Series;
 #[derive(Debug, Default)]
 pub(super) struct Workspace {
     pub recurrences: recurrences::Workspace,
+    pub lanes: lanes::Workspace,
     pub linear: linear::Workspace,
     pub persistent: persistent::Workspace,
 }

@@ -10,13 +10,14 @@ use super::series::{INVERSE_FACTORIAL, Series};
 use crate::engine::cluster::equations::Equations;
 use crate::engine::cluster::step_control::Control;
 use crate::engine::cluster::window::Window;
+use crate::engine::flight::Ball;
 use crate::model::{BallModel, ContactLaw, Mode};
 use crate::solver::crossing;
 use crate::solver::dual::Scalar;
 use crate::solver::oscillator::MAX_FORCE_ORDER;
 
 /// The force by the series may differ from that of the law by what changes the velocities by this part of their scale.
-const WRONG: f64 = 1e-13;
+pub(super) const WRONG: f64 = 1e-13;
 
 /// Velocities up to this, m/s, are those of a start from rest.
 const AT_REST: f64 = 1e-100;
@@ -199,7 +200,7 @@ impl Series {
     }
 
     /// Ends the segment where the overlap of contact `j` rises above this `level` (m).
-    fn shorten_where_above(&mut self, j: usize, level: f64) {
+    pub(super) fn shorten_where_above(&mut self, j: usize, level: f64) {
         let until = self.converges_for / self.unit;
         if let Some(s) = crossing::first_positive(self.overlap_row(j), 1.0, level, until) {
             self.converges_for = s * self.unit;
@@ -244,19 +245,58 @@ pub(super) fn negligible_overlap(j: usize, window: &Window, dv: f64, scale: f64)
     0.0
 }
 
+/// [`unit_of_time`] of a window whose exponents are not whole, and for each contact the [`negligible_overlap`], of which most are seen to
+/// be 0 without a power.
+pub(super) fn unit_and_negligible(window: &Window, scale: f64, dv: f64, negligible: &mut Vec<f64>) -> f64 {
+    let Window { flights, contacts, laws, .. } = window;
+    negligible.clear();
+    negligible.resize(contacts.len(), 0.0);
+    let mut unit = longest_unit(window);
+    let mut known: Option<(f64, &ContactLaw, [f64; 2])> = None;
+    for (j, (contact, law)) in contacts.iter().zip(*laws).enumerate().filter(|(j, _)| window.needs_force(*j)) {
+        let mass = window.reduced_mass(j);
+        let times = match known {
+            Some((of_mass, of_law, times)) if (of_mass, of_law) == (mass, law) => times,
+            _ => [law.time_scale(mass, scale), law.relaxation_time(mass, scale)],
+        };
+        known = Some((mass, law, times));
+        unit = times.into_iter().fold(unit, f64::min);
+        let rate = (flights[j].v - flights[j + 1].v).abs();
+        let (elastic, change) = (law.elastic_force(contact.overlap), 2.0 * mass * dv);
+        if elastic * times[0] < change || elastic * contact.overlap < change * rate {
+            negligible[j] = negligible_overlap(j, window, dv, scale);
+        }
+        if negligible[j] == 0.0 {
+            unit = shorter_unit(unit, contact.overlap, rate);
+        }
+    }
+    unit
+}
+
 /// A time (s) within a few powers of ten of the one that the series will converge for: that of the fastest contact, or of an
 /// overlap about to vanish, whose power is singular there, unless it is `negligible`; without contact that of the pendulums.
 pub(super) fn unit_of_time(window: &Window, scale: f64, negligible: impl Fn(usize) -> bool) -> f64 {
-    let Window { flights, balls, contacts, laws } = window;
-    let swing = balls.iter().map(|b| b.oscillator.omega() + 2.0 * b.oscillator.gamma()).fold(0.0, f64::max);
-    let mut unit = if swing > 0.0 { 1.0 / swing } else { 1.0 };
+    let Window { flights, contacts, laws, .. } = window;
+    let mut unit = longest_unit(window);
     for (j, (contact, law)) in contacts.iter().zip(*laws).enumerate().filter(|(j, _)| window.needs_force(*j)) {
         let mass = window.reduced_mass(j);
         unit = unit.min(law.time_scale(mass, scale)).min(law.relaxation_time(mass, scale));
         let rate = (flights[j].v - flights[j + 1].v).abs();
-        if law.whole_exponent().is_none() && !negligible(j) && contact.overlap < unit * rate {
-            unit = (contact.overlap / rate).max(SHORTEST_UNIT * unit);
+        if law.whole_exponent().is_none() && !negligible(j) {
+            unit = shorter_unit(unit, contact.overlap, rate);
         }
     }
     unit
+}
+
+/// That of the pendulums, s.
+fn longest_unit(window: &Window) -> f64 {
+    let swing = |ball: &Ball| ball.oscillator.omega() + 2.0 * ball.oscillator.gamma();
+    let swing = window.balls.iter().map(swing).fold(0.0, f64::max);
+    if swing > 0.0 { 1.0 / swing } else { 1.0 }
+}
+
+/// The `unit` (s), or less where the `overlap` (m) is about to vanish at this `rate` (m/s).
+fn shorter_unit(unit: f64, overlap: f64, rate: f64) -> f64 {
+    if overlap < unit * rate { (overlap / rate).max(SHORTEST_UNIT * unit) } else { unit }
 }

@@ -41,6 +41,10 @@ pub(crate) struct Series<S = f64> {
     pub(crate) converges_for: f64,
     /// The contact that seems to switch first, if one does.
     pub(crate) next_to_switch: usize,
+    /// A contact each: a lower bound of the overlap while the series converge, m; empty if none is known.
+    pub(super) least_overlaps: Vec<f64>,
+    /// The contact whose force, which is left out, is about to matter where the series end.
+    pub(super) front: Option<usize>,
 }
 
 impl<S: Scalar> Series<S> {
@@ -88,6 +92,8 @@ impl<S: Scalar> Series<S> {
             rows.clear();
             rows.resize(balls.saturating_sub(1) * stride, S::default());
         }
+        self.front = None;
+        self.least_overlaps.clear();
         self.linear.clear();
         self.linear.resize(balls.saturating_sub(1), None);
         for i in 0..balls {
@@ -99,16 +105,25 @@ impl<S: Scalar> Series<S> {
         }
     }
 
-    /// Rows for so many balls and contacts, each with room for `stride` coefficients that are yet to be set. All contacts are linear, and
-    /// for the time being open.
-    pub(super) fn begin_unset(&mut self, balls: usize, contacts: usize, stride: usize, unit: f64) {
+    /// Rows for so many balls and contacts, each with room for `stride` coefficients that are yet to be set. All contacts are `linear`
+    /// like this, or none is.
+    pub(super) fn begin_unset(
+        &mut self,
+        balls: usize,
+        contacts: usize,
+        stride: usize,
+        unit: f64,
+        linear: Option<[S; 2]>,
+    ) {
         (self.stride, self.unit) = (stride, unit);
         for rows in [&mut self.displacements, &mut self.overlaps, &mut self.forces] {
             rows.resize(balls * stride, S::default());
         }
         self.elastic.clear();
+        self.front = None;
+        self.least_overlaps.clear();
         self.linear.clear();
-        self.linear.resize(contacts, Some([S::default(); 2]));
+        self.linear.resize(contacts, linear);
     }
 
     /// Gives contact `j` these polynomials of the scaled time as its forces, N: elastic, and by the law without clipping.
@@ -128,6 +143,17 @@ impl Series {
     /// How long the series converge to the tolerance, s.
     pub fn converges_for(&self) -> f64 {
         self.converges_for
+    }
+
+    /// A contact of the `window` described that closes where the series end: one that touches, at rest, beside one whose force is left
+    /// out up to there. That force begins to press it at once.
+    pub fn reached(&self, window: &Window) -> Option<usize> {
+        let front = self.front?;
+        let touches = |j: &usize| {
+            let contact = window.contacts.get(*j);
+            contact.is_some_and(|contact| contact.mode == Mode::Open) && self.overlap_row(*j).iter().all(|c| *c == 0.0)
+        };
+        [front.wrapping_sub(1), front + 1].into_iter().find(touches)
     }
 
     /// The crossing of `row`, signed, above `level` before `until` (s).
@@ -274,6 +300,9 @@ impl DenseOutput for Series {
 
     fn release(&self, j: usize, until: f64, rounding: &Rounding) -> Next {
         let (row, level) = (self.overlap_row(j), rounding.no_overlap());
+        if self.least_overlaps.get(j).is_some_and(|least| *least > level) {
+            return Next::Never;
+        }
         if row[0] < level && row[1].abs() <= rounding.velocity * self.unit {
             // It has just closed from rest, and rounding has a say in which way it goes at first.
             let end = until / self.unit;
