@@ -99,6 +99,9 @@ impl Engine {
     /// Moves the start of the cluster's segment to `t`, a time on it, and enters in the ledgers what happened till then.
     pub(crate) fn account_until(&mut self, cluster: &mut Cluster, t: DoubleDouble) {
         let tau = (t - cluster.start).value().min(cluster.length);
+        if tau == 0.0 {
+            return; // Nothing has happened yet.
+        }
         let step_start = (DoubleDouble::from(self.step.time) - cluster.start).value().clamp(0.0, tau);
         for i in cluster.window_contacts() {
             if cluster.mode(i) != Mode::Open {

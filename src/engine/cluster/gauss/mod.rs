@@ -30,10 +30,11 @@ pub(crate) use motion::Motion;
 const TAIL: f64 = 2e-11;
 const EPSILON: f64 = 1e-17;
 
-/// First step over the time that the fastest contact takes to stop its balls: after an onset at speed, and where a wave starts in
-/// balls that touch.
+/// First step over the time that the fastest contact takes to stop its balls: after an onset at speed or another switching; the same
+/// times the exponent if that is whole; and where a wave starts in balls that touch.
 const FIRST: f64 = 0.45;
-const FIRST_OF_WAVE: f64 = 0.2;
+const FIRST_SMOOTH: f64 = 1.5;
+const FIRST_OF_WAVE: f64 = 0.3;
 
 /// Contacts that have just closed at less than this part of the speed of the others, or that overlap by less than this part of the
 /// largest overlap, do not call for a stretched step.
@@ -42,7 +43,7 @@ const FAINT: f64 = 1e-6;
 /// A contact that is so many steps from its release at the present rate may be followed up to there: one whose force has a branch
 /// point there, one whose force has none, and one that has no force up to its switching.
 const NEAR_RELEASE: f64 = 0.8;
-const NEAR_SMOOTH_RELEASE: f64 = 0.5;
+const NEAR_SMOOTH_RELEASE: f64 = 0.7;
 const NEAR_SWITCHING: f64 = 1.2;
 
 /// How a step follows from the last one: the part of what the error allows, and the least and largest factor. And a step after one
@@ -117,15 +118,17 @@ impl Motion {
             self.ends_at_once(j, Switch::Release);
             return Some(Followed { length: 0.0, next: before });
         }
+        let smooth = !self.has_root();
         let mut length = match before > 0.0 {
             true => before,
             false if wave => FIRST_OF_WAVE * self.fastest(window, speed),
+            false if smooth => FIRST_SMOOTH / self.tracks[0].law.exponent * self.fastest(window, speed),
             false => FIRST * self.fastest(window, speed),
         };
         let mut plan = Plan { stretching: onset.unwrap_or_default(), length, switching: None };
         let within =
             |ahead: Option<(usize, f64)>, most: f64| ahead.filter(|(_, time)| (f64::MIN_POSITIVE..most).contains(time));
-        let (release, smooth) = (self.release_ahead(), !self.has_root());
+        let release = self.release_ahead();
         let near_release = if smooth { NEAR_SMOOTH_RELEASE } else { NEAR_RELEASE };
         if let Some((j, time)) = within(release, near_release * length) {
             plan = self.to_release(j, time);

@@ -20,16 +20,15 @@ pub(super) struct Track {
     pub free: Flight,
     /// What forcing and gravity accelerate an overlap of 0 by at the start, m/s2.
     pub pull: f64,
-    /// Relative acceleration of the two at the start, m/s2.
+    /// Relative acceleration of the two at the start, m/s2, and what the contact forces change it by, m/s3.
     pub acceleration: f64,
+    pub jerk: f64,
 }
 
 impl Track {
-    /// Relative acceleration at the start under the `forces` (N) of the contact on the left, its own and that on the right.
-    fn acceleration_under(&self, forces: [f64; 3], o: &Oscillator) -> f64 {
-        let [left, own, right] = forces;
-        let pushed = (left - own) * self.inverse_masses[0] - (own - right) * self.inverse_masses[1];
-        pushed + self.pull - o.omega2() * self.overlap - 2.0 * o.gamma() * self.rate
+    /// What the forces of the contact on the left, its own and that on the right accelerate it by.
+    fn pushed(&self, [left, own, right]: [f64; 3]) -> f64 {
+        (left - own) * self.inverse_masses[0] - (own - right) * self.inverse_masses[1]
     }
 
     /// What the forcing changes by within `time` (s), m/s2.
@@ -119,18 +118,19 @@ impl Motion {
                 free: Flight { x: contact.overlap + law.clearance, v: rate, forcing },
                 pull: forcing[0] - o.omega2() * law.clearance,
                 acceleration: 0.0,
+                jerk: 0.0,
             });
         }
-        let force = |track: &Track| match track.mode {
-            Mode::Pressing => track.law.unclipped_force(track.overlap, track.rate),
-            Mode::Open | Mode::Clipped => 0.0,
+        let force = |track: &Track| track.law.unclipped_force(track.overlap, track.rate);
+        self.for_each_under(force, |track, forces| {
+            let free = track.pull - o.omega2() * track.overlap - 2.0 * o.gamma() * track.rate;
+            track.acceleration = track.pushed(forces) + free;
+        });
+        let change = |track: &Track| {
+            let (by_overlap, by_rate) = track.law.force_slopes(track.overlap, track.rate);
+            by_overlap * track.rate + by_rate * track.acceleration
         };
-        let (mut left, mut own) = (0.0, self.tracks.first().map_or(0.0, force));
-        for j in 0..self.tracks.len() {
-            let right = self.tracks.get(j + 1).map_or(0.0, force);
-            self.tracks[j].acceleration = self.tracks[j].acceleration_under([left, own, right], &o);
-            (left, own) = (own, right);
-        }
+        self.for_each_under(change, |track, changes| track.jerk = track.pushed(changes));
         self.varies = flights.iter().any(|flight| degree(&flight.forcing) > 0);
         self.needs_rates = o.gamma() > 0.0 || self.tracks.iter().any(|track| !track.law.is_elastic());
         let contacts = self.tracks.len();
@@ -139,5 +139,16 @@ impl Motion {
         }
         self.forces.clear();
         self.forces.resize(contacts + 2, [0.0; NODES]);
+    }
+
+    /// Hands each contact the `force` of the one on its left, its own and that of the one on its right, 0 for those that do not press.
+    fn for_each_under(&mut self, force: impl Fn(&Track) -> f64, mut enter: impl FnMut(&mut Track, [f64; 3])) {
+        let force = |track: Option<&Track>| track.filter(|track| track.mode == Mode::Pressing).map_or(0.0, &force);
+        let (mut left, mut own) = (0.0, force(self.tracks.first()));
+        for j in 0..self.tracks.len() {
+            let right = force(self.tracks.get(j + 1));
+            enter(&mut self.tracks[j], [left, own, right]);
+            (left, own) = (own, right);
+        }
     }
 }

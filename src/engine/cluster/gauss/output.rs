@@ -184,8 +184,8 @@ impl Motion {
         })
     }
 
-    /// The force of contact `j` by its law, N, at the start, at the end or within the step.
-    fn force(&self, j: usize, tau: f64) -> f64 {
+    /// The force of contact `j` by its law, N, and the rate of its overlap, m/s, at the start, at the end or within the step.
+    fn force(&self, j: usize, tau: f64) -> (f64, f64) {
         let track = &self.tracks[j];
         let (overlap, change) = match tau {
             0.0 => (track.overlap, 0.0),
@@ -193,8 +193,9 @@ impl Motion {
             _ => self.overlap_within(j, tau),
         };
         // Where the overlap is 0, a dashpot acts all the same.
-        let [force] = track.law.unclipped_forces(&[overlap], &[track.rate + change]);
-        force
+        let rate = track.rate + change;
+        let [force] = track.law.unclipped_forces(&[overlap], &[rate]);
+        (force, rate)
     }
 
     /// Overlap of contact `j` and the change of its rate, of it alone.
@@ -273,8 +274,9 @@ impl DenseOutput for Motion {
         let (forces, table) = (&self.forces[j + 1], self.stretching.table());
         let time = |m: usize| self.length * table.times[m];
         let nodes_before = |tau: f64| (0..NODES).take_while(|m| time(*m) < tau).count();
-        let (first, end) = (nodes_before(from), nodes_before(to));
-        let node = (first..end).max_by(|a, b| forces[*a].total_cmp(&forces[*b]));
+        let is_whole = from == 0.0 && to == self.length;
+        let (first, end) = if is_whole { (0, NODES) } else { (nodes_before(from), nodes_before(to)) };
+        let node = (first..end).reduce(|a, b| if forces[b] >= forces[a] { b } else { a });
         let mut largest = node.map_or(0.0, |m| forces[m]);
         let is_cut = from > 0.0 || to < self.until;
         if node.is_some() && !is_cut && largest * MARGIN <= known {
@@ -282,14 +284,20 @@ impl DenseOutput for Motion {
         }
         // An end of the step counts where the force rises towards it, one within the step in any case.
         let few = end < first + 2;
+        let mut at_end = false;
         if few || from > 0.0 || forces[first] >= forces[first + 1] {
-            largest = largest.max(self.force(j, from));
+            let (force, rate) = self.force(j, from);
+            at_end = is_whole && node == Some(first) && rate <= 0.0;
+            largest = largest.max(force);
         }
         if few || to < self.until || forces[end - 1] >= forces[end - 2] {
-            largest = largest.max(self.force(j, to));
+            let (force, rate) = self.force(j, to);
+            at_end |= is_whole && node == Some(end - 1) && rate >= 0.0;
+            largest = largest.max(force);
         }
-        if largest * MARGIN <= known {
-            return known;
+        // An elastic force grows with the overlap.
+        if largest * MARGIN <= known || (at_end && self.tracks[j].law.is_elastic()) {
+            return largest.max(known);
         }
         let start = node.filter(|m| *m > first).map_or(from, |m| time(m - 1));
         let end = node.filter(|m| m + 1 < end).map_or(to, |m| time(m + 1));
@@ -302,7 +310,7 @@ impl DenseOutput for Motion {
         if at_low < 0.0 && at_high >= 0.0 {
             let c = 0.5 + 0.5 * root::rising_zero(fall, (low, at_low), (high, at_high));
             let place = (self.length * self.stretching.part(c)).clamp(from, to);
-            return largest.max(self.force(j, place)).max(known);
+            return largest.max(self.force(j, place).0).max(known);
         }
         largest.max(known)
     }

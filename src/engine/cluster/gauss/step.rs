@@ -17,9 +17,12 @@ const MOST: usize = 60;
 const TOO_LONG: f64 = 1.5;
 const STILL_CHANGING: f64 = 1e5;
 
-/// The iteration has converged where it changes overlaps by less than this part of their size, the next change at the present rate
-/// included; rounding keeps it from getting there if it still changes them by less than the other one.
+/// The iteration has converged where it changes overlaps by less than this part of their size. Or where at the present rate the next
+/// change would be less, or the one after the next, so many times over: the forces are once more those of the last overlaps, but the
+/// velocities at the end feel what is late in the step that much more. Rounding keeps it from getting there if it still changes them by
+/// less than the other one.
 const CONVERGED: f64 = 4e-16;
+const FELT: f64 = 64.0;
 const NOISE: f64 = 2e-15;
 
 /// Where forces depend on rates, these have converged when their next change is less than this part of the scale of velocities. Under
@@ -31,7 +34,7 @@ const DIVERGING: f64 = 0.9;
 const BY_THEN: usize = 20;
 
 /// Switchings are looked for as soon as the iteration changes overlaps by no more than this part of their size.
-const ROUGH: f64 = 1e-2;
+const ROUGH: f64 = 0.1;
 
 /// What the error counts for, as a factor, where the step is left before its end, because a force changes its sign: within it is
 /// less exact than at the end.
@@ -91,7 +94,7 @@ impl Motion {
         (self.stretching, self.length, self.end) = (plan.stretching, plan.length, None);
         let closed = self.tracks.iter().filter(|track| track.mode == Mode::Pressing).count() as u64;
         self.begin(table);
-        let (mut last_change, mut looked) = (f64::INFINITY, false);
+        let (mut last_change, mut looked, mut measured) = (f64::INFINITY, false, false);
         for count in 0..MOST {
             *evaluations = evaluations.saturating_add(closed);
             self.push();
@@ -123,13 +126,16 @@ impl Motion {
             }
             let [change, of_rate] = self.update(table);
             if count >= LEAST {
-                let error = self.error(table, tolerance);
-                if error > TOO_LONG + STILL_CHANGING * change {
-                    return Outcome::TooLong(error);
+                if !measured {
+                    let (error, still) = (self.error(table, tolerance), STILL_CHANGING * change);
+                    if error > TOO_LONG + still {
+                        return Outcome::TooLong(error);
+                    }
+                    measured = still < TOO_LONG;
                 }
                 let rate = change / last_change;
                 let converged = change <= CONVERGED
-                    || (rate < 0.5 && change * rate <= CONVERGED)
+                    || (rate < 0.5 && change * rate * (FELT * rate).min(1.0) <= CONVERGED)
                     || (change <= NOISE && rate > 0.5);
                 // Contacts in equilibrium do not change, however far the end of the step still moves.
                 let moved = (self.length - before).abs();
