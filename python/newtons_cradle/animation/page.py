@@ -1,13 +1,13 @@
 """The HTML file of an animation: template, style, scripts, three.js and the run's numbers, compressed."""
 
 import base64
-import io
 import json
 import re
 import zipfile
 import zlib
 from html import escape
 from importlib.resources import files
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -49,11 +49,12 @@ def three_js() -> str:
     packaged = files(__package__) / "three.js"
     if packaged.is_file():
         return packaged.read_text(encoding="utf-8")
-    try:
-        archive = (files("trimesh") / "resources/templates/viewer.zip").read_bytes()
-    except (ModuleNotFoundError, FileNotFoundError):
-        raise PageError("three.js is taken from the package trimesh: `pip install trimesh==5.2.0`") from None
-    with zipfile.ZipFile(io.BytesIO(archive)) as viewer:
+    # The package is not imported: that would take half a second and compile all of it, for one file.
+    package = find_spec("trimesh")
+    archive = package and package.origin and Path(package.origin).parent / "resources/templates/viewer.zip"
+    if not archive or not archive.is_file():
+        raise PageError("three.js is taken from the package trimesh: `pip install trimesh==5.2.0`")
+    with zipfile.ZipFile(archive) as viewer:
         page = viewer.read("viewer.html.template").decode("utf-8")
     # Its only script begins with three.js, whose last statement marks it as a module; loaders follow.
     script = re.search(
