@@ -46,3 +46,15 @@ fn a_minute_of_touching_steel_balls() {
     (parameters.damping_law, parameters.relaxation_time) = (DampingLaw::Viscoelastic, 4e-7);
     assert_eq!(work(&parameters, 60.0), WorkCounters { steps: 2186, evaluations: 28576, events: 927 });
 }
+
+/// One ball strikes four that touch at 1 m/s: without a power that is a product, still a few steps for each of the eight switchings.
+#[test]
+fn a_collision_with_any_exponent() {
+    let mut parameters = Parameters::default_for(5);
+    parameters.x_start.fill(0.0);
+    (parameters.x_start[0], parameters.v_start[0], parameters.dead_band) = (-1e-3, 1.0, 0.0);
+    for (exponent, steps, evaluations) in [(1.25, 24, 496), (1.7, 24, 496), (2.3, 20, 457), (2.75, 21, 477)] {
+        parameters.exponent = exponent;
+        assert_eq!(work(&parameters, 2e-3), WorkCounters { steps, evaluations, events: 8 }, "exponent {exponent}");
+    }
+}
