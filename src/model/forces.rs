@@ -3,6 +3,7 @@
 
 use super::contact::ContactLaw;
 use super::damping::Damping;
+use crate::solver::power::powers;
 
 impl ContactLaw {
     /// Whether the exponent is a whole number and a half: the force is then a smooth function of the root of the overlap.
@@ -11,31 +12,30 @@ impl ContactLaw {
         twice as usize as f64 == twice && twice as usize % 2 == 1
     }
 
-    /// Elastic forces at several overlaps (m), N; 0 for those <= 0. Roots and products, where twice the exponent is whole, can be taken
-    /// side by side.
+    /// Elastic forces at several overlaps (m), N; 0 for those <= 0.
     #[inline]
     pub fn elastic_forces<const N: usize>(&self, overlaps: &[f64; N]) -> [f64; N] {
         self.powers(overlaps, |_, d| d)
     }
 
     /// The secant stiffness `k (d / d_ref)^(p-1)` at several overlaps (m), 0 for those <= 0, times the `distance` (m) that belongs to
-    /// each.
+    /// each: products, with one factor to what the exponent has beyond a whole number.
     #[inline]
     fn powers<const N: usize>(&self, overlaps: &[f64; N], distance: impl Fn(usize, f64) -> f64) -> [f64; N] {
         let scale = 1.0 / self.overlap_ref;
         let overlaps = overlaps.map(|d| d.max(0.0));
+        let ratios = overlaps.map(|d| d * scale);
         let mut forces = std::array::from_fn(|m| self.stiffness * distance(m, overlaps[m]));
-        let mut times = |factor: &dyn Fn(f64) -> f64| {
-            forces.iter_mut().zip(overlaps).for_each(|(force, d)| *force *= factor(d * scale));
-        };
-        if !self.has_root() && self.whole_exponent().is_none() {
-            times(&|ratio| if ratio > 0.0 { libm::pow(ratio, self.exponent - 1.0) } else { 0.0 });
-            return forces;
+        let mut times =
+            |factors: &[f64; N]| forces.iter_mut().zip(factors).for_each(|(force, factor)| *force *= factor);
+        // Differences about an exponent of 1 go below it.
+        let whole = (self.exponent as usize).max(1);
+        match self.exponent - whole as f64 {
+            0.0 => {}
+            0.5 => times(&ratios.map(f64::sqrt)),
+            part => times(&powers(&ratios, part)),
         }
-        if self.has_root() {
-            times(&f64::sqrt);
-        }
-        (1..self.exponent as usize).for_each(|_| times(&|ratio| ratio));
+        (1..whole).for_each(|_| times(&ratios));
         forces
     }
 
@@ -72,8 +72,9 @@ mod tests {
             Damping::Viscoelastic { relaxation: 1e-6 },
         ];
         let (overlaps, rates) = ([1e-9, 3e-7, 1e-6, 2e-6], [0.5, -0.3, 0.0, 1.0]);
-        for (damping, exponent) in
-            dampings.into_iter().flat_map(|damping| [1.0, 1.5, 1.7, 2.0, 2.5, 3.0].map(|p| (damping, p)))
+        for (damping, exponent) in dampings
+            .into_iter()
+            .flat_map(|damping| [0.6, 1.0, 1.01, 1.5, 1.7, 2.0, 2.3, 2.5, 3.0, 4.9].map(|p| (damping, p)))
         {
             let law = ContactLaw { stiffness: 1e10, overlap_ref: 1e-6, exponent, clearance: 0.0, damping };
             for (i, force) in law.unclipped_forces(&overlaps, &rates).into_iter().enumerate() {

@@ -6,6 +6,7 @@
 //! - first crossings (`root`, `crossing`): a search that misses none needs bounds of the derivatives, which the motion knows;
 //! - dual numbers (`dual`): with every function by libm, as it is for doubles;
 //! - double-double (`double_double`): the few operations that times and sums over pulses take;
+//! - powers of many numbers at once (`power`);
 //! - the event queue (`queue`): entries that move by their key, ties in the order of the keys;
 //! - BDF and Adams-Moulton formulas: why none of the crates serves stands in `ode`.
 
@@ -16,6 +17,7 @@ pub mod dual;
 pub mod gauss;
 pub mod ode;
 pub mod oscillator;
+pub mod power;
 pub mod quadrature;
 pub mod queue;
 pub mod radau;

@@ -57,3 +57,15 @@ fn a_wave_through_a_hundred_steel_balls() {
     parameters.v_start[0] = 1.0;
     assert_eq!(work(&parameters, 0.02), WorkCounters { steps: 519, evaluations: 10280, events: 183 });
 }
+
+/// One ball strikes four that touch at 1 m/s: without a power that is a product, still a few steps for each of the eight switchings.
+#[test]
+fn a_collision_with_any_exponent() {
+    let mut parameters = Parameters::default_for(5);
+    parameters.x_start.fill(0.0);
+    (parameters.x_start[0], parameters.v_start[0], parameters.dead_band) = (-1e-3, 1.0, 0.0);
+    for (exponent, steps, evaluations) in [(1.25, 24, 458), (1.7, 24, 468), (2.3, 21, 461), (2.75, 21, 442)] {
+        parameters.exponent = exponent;
+        assert_eq!(work(&parameters, 2e-3), WorkCounters { steps, evaluations, events: 8 }, "exponent {exponent}");
+    }
+}

@@ -251,10 +251,10 @@ impl Cluster {
 
     /// Describes the motion from the start of the segment on and finds where the segment ends.
     ///
-    /// Strongly damped linear contacts have natural modes. Else it is Gauss collocation where contacts are not linear and twice their
-    /// exponents is whole, or series: they keep the exact zeros of balls that the motion has not reached. Once some segments have passed
-    /// without any switching, the contacts are stiff for the pace of the motion, or closed for long. Balls that do not part for
-    /// thousands of segments have series of their own.
+    /// Strongly damped linear contacts have natural modes. Else it is Gauss collocation where contacts are not linear, or series: they
+    /// keep the exact zeros of balls that the motion has not reached. Once some segments have passed without any switching, the contacts
+    /// are stiff for the pace of the motion, or closed for long. Balls that do not part for thousands of segments have series of their
+    /// own.
     pub fn expand(&mut self, balls: &[Ball], laws: &[ContactLaw], control: &Control) {
         let (flights, contacts) = (std::mem::take(&mut self.flights), std::mem::take(&mut self.contacts));
         let (balls, laws) = (&balls[self.window.clone()], &laws[self.window_contacts()]);

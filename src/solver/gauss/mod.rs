@@ -10,7 +10,8 @@
 //!
 //! (Hairer, Nørsett and Wanner, Solving Ordinary Differential Equations I, 1993, section II.7). At the end of the step the method has
 //! twice the order that it has within. Where g has a branch point at an end of the step, such as the square root of an overlap, the
-//! stretching `c^2` or `1 - (1 - c)^2` makes it smooth as a function of c.
+//! stretching `c^2` or `1 - (1 - c)^2` makes it smooth as a function of c. Other powers of the time only become higher ones, with less in
+//! the highest coefficients; more so with `c^3` or `1 - (1 - c)^3`.
 //!
 //! The nodes are symmetric. About the middle the integral of an even function is odd but for a constant, that of an odd one is even.
 //! So a product with `Q` or `Q Q` takes two matrices of half the size (`Rule::integrate`, `Rule::integrate_twice`).
@@ -26,16 +27,25 @@ use super::double_double::DoubleDouble;
 
 pub use rule::{NODES, Nodes, Rule, combine, weighted};
 
+/// The q of a stretching.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Power {
+    /// q = 2.
+    Square,
+    /// q = 3.
+    Cube,
+}
+
 /// How the time runs within a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Stretching {
     /// `phi = c`.
     #[default]
     None,
-    /// `phi = c^2`.
-    AtStart,
-    /// `phi = 1 - (1 - c)^2`.
-    AtEnd,
+    /// `phi = c^q`.
+    AtStart(Power),
+    /// `phi = 1 - (1 - c)^q`.
+    AtEnd(Power),
 }
 
 impl Stretching {
@@ -43,8 +53,10 @@ impl Stretching {
     pub fn table(self) -> &'static Table {
         match self {
             Self::None => &PLAIN,
-            Self::AtStart => &START,
-            Self::AtEnd => &END,
+            Self::AtStart(Power::Square) => &START,
+            Self::AtStart(Power::Cube) => &CUBED_START,
+            Self::AtEnd(Power::Square) => &END,
+            Self::AtEnd(Power::Cube) => &CUBED_END,
         }
     }
 
@@ -53,8 +65,11 @@ impl Stretching {
         let one = DoubleDouble::from(1.0);
         match self {
             Self::None => (c, one),
-            Self::AtStart => (c * c, c * DoubleDouble::from(2.0)),
-            Self::AtEnd => (one - rest * rest, rest * DoubleDouble::from(2.0)),
+            Self::AtStart(power) => power.of(c),
+            Self::AtEnd(power) => {
+                let (value, slope) = power.of(rest);
+                (one - value, slope)
+            }
         }
     }
 
@@ -69,8 +84,26 @@ impl Stretching {
         let part = part.clamp(0.0, 1.0);
         match self {
             Self::None => part,
-            Self::AtStart => part.sqrt(),
-            Self::AtEnd => 1.0 - (1.0 - part).sqrt(),
+            Self::AtStart(power) => power.root(part),
+            Self::AtEnd(power) => 1.0 - power.root(1.0 - part),
+        }
+    }
+}
+
+impl Power {
+    /// `c^q` and its derivative.
+    fn of(self, c: DoubleDouble) -> (DoubleDouble, DoubleDouble) {
+        match self {
+            Self::Square => (c * c, c * DoubleDouble::from(2.0)),
+            Self::Cube => (c * c * c, c * c * DoubleDouble::from(3.0)),
+        }
+    }
+
+    /// The c whose power this is.
+    fn root(self, power: f64) -> f64 {
+        match self {
+            Self::Square => power.sqrt(),
+            Self::Cube => libm::cbrt(power),
         }
     }
 }
@@ -97,8 +130,10 @@ pub struct Table {
 }
 
 static PLAIN: LazyLock<Table> = LazyLock::new(|| Table::new(Stretching::None));
-static START: LazyLock<Table> = LazyLock::new(|| Table::new(Stretching::AtStart));
-static END: LazyLock<Table> = LazyLock::new(|| Table::new(Stretching::AtEnd));
+static START: LazyLock<Table> = LazyLock::new(|| Table::new(Stretching::AtStart(Power::Square)));
+static END: LazyLock<Table> = LazyLock::new(|| Table::new(Stretching::AtEnd(Power::Square)));
+static CUBED_START: LazyLock<Table> = LazyLock::new(|| Table::new(Stretching::AtStart(Power::Cube)));
+static CUBED_END: LazyLock<Table> = LazyLock::new(|| Table::new(Stretching::AtEnd(Power::Cube)));
 
 impl Table {
     fn new(stretching: Stretching) -> Self {
@@ -143,12 +178,14 @@ impl Table {
 mod tests {
     use super::*;
 
-    const ALL: [Stretching; 3] = [Stretching::None, Stretching::AtStart, Stretching::AtEnd];
+    const SQUARES: [Stretching; 2] = [Stretching::AtStart(Power::Square), Stretching::AtEnd(Power::Square)];
+    const CUBES: [Stretching; 2] = [Stretching::AtStart(Power::Cube), Stretching::AtEnd(Power::Cube)];
+    const ALL: [Stretching; 5] = [Stretching::None, SQUARES[0], SQUARES[1], CUBES[0], CUBES[1]];
 
     /// A force that grows with a power of the time since the start of the step, or falls with one till its end.
     fn force(stretching: Stretching, power: f64) -> (Nodes, f64, f64) {
         let table = stretching.table();
-        let at_end = stretching == Stretching::AtEnd;
+        let at_end = matches!(stretching, Stretching::AtEnd(_));
         let values = table.times.map(|t| libm::pow(if at_end { 1.0 - t } else { t }, power));
         let once = 1.0 / (power + 1.0);
         let twice = if at_end { 1.0 / (power + 2.0) } else { once / (power + 2.0) };
@@ -158,8 +195,13 @@ mod tests {
     #[test]
     fn integrates_what_the_stretching_makes_smooth() {
         for stretching in ALL {
-            let powers: &[f64] =
-                if stretching == Stretching::None { &[0.0, 1.0, 9.0, 28.0] } else { &[0.0, 1.0, 1.5, 2.5] };
+            let powers: &[f64] = match stretching {
+                Stretching::None => &[0.0, 1.0, 9.0, 28.0],
+                Stretching::AtStart(Power::Square) | Stretching::AtEnd(Power::Square) => {
+                    &[0.0, 1.0, 1.5, 2.5, 3.3, 4.4]
+                }
+                Stretching::AtStart(Power::Cube) | Stretching::AtEnd(Power::Cube) => &[0.0, 1.0, 1.7, 1.9, 2.3],
+            };
             for &power in powers {
                 let (values, once, twice) = force(stretching, power);
                 let table = stretching.table();

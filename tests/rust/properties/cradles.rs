@@ -25,7 +25,8 @@ pub struct Family {
     pub pressed: bool,
     /// Rigid contacts, always.
     pub rigid: bool,
-    /// Exponents of a whole number or one and a half, always: those that Gauss collocation and the closed form are for.
+    /// Exponents from 1 to 5, always, half of them whole or a whole number and a half: those that Gauss collocation and the closed form
+    /// are for.
     pub powers: bool,
 }
 
@@ -90,8 +91,11 @@ pub fn cradles(family: Family) -> impl Strategy<Value = Case> {
     let gap = if family.pressed { (-1e-5..1e-6).boxed() } else { (0.0..1e-4).boxed() };
     let dead_band = if family.pressed { Just(0.0).boxed() } else { or(0.0, decades(-9.0, -3.0)) };
     let has_gaps = family.gaps || family.pressed;
-    let exponent =
-        if family.powers { (2..=10u8).prop_map(|p| 0.5 * f64::from(p)).boxed() } else { exponents().boxed() };
+    let exponent = if family.powers {
+        prop_oneof![(2..=10u8).prop_map(|p| 0.5 * f64::from(p)), 1.0..5.0].boxed()
+    } else {
+        exponents().boxed()
+    };
     let contacts = (stiffness, exponent, dead_band, only_if(has_gaps, vec![0.0; MOST], vec(gap, MOST)));
     let law = prop_oneof![
         Just(DampingLaw::KelvinVoigt),

@@ -18,7 +18,7 @@ use super::step_control::Control;
 use super::window::{Switch, Window, WindowContact};
 use crate::engine::flight::Rounding;
 use crate::model::{ContactLaw, Mode};
-use crate::solver::gauss::{NODES, Stretching};
+use crate::solver::gauss::{NODES, Power, Stretching};
 
 use motion::Track;
 use switching::fall;
@@ -40,10 +40,11 @@ const FIRST_OF_WAVE: f64 = 0.3;
 /// largest overlap, do not call for a stretched step.
 const FAINT: f64 = 1e-6;
 
-/// A contact that is so many steps from its release at the present rate may be followed up to there: one whose force has a branch
-/// point there, one whose force has none, and one that has no force up to its switching.
-const NEAR_RELEASE: f64 = 0.8;
-const NEAR_SMOOTH_RELEASE: f64 = 0.7;
+/// A contact that is so many steps from its release at the present rate may be followed up to there: in a time that is not stretched,
+/// by squares, by cubes, and a contact that has no force up to its switching.
+const NEAR_RELEASE: f64 = 0.7;
+const NEAR_BY_SQUARES: f64 = 0.8;
+const NEAR_BY_CUBES: f64 = 0.5;
 const NEAR_SWITCHING: f64 = 1.2;
 
 /// How a step follows from the last one: the part of what the error allows, and the least and largest factor. And a step after one
@@ -74,18 +75,15 @@ pub(super) struct Followed {
     pub next: f64,
 }
 
-/// Whether the closed contacts are few and not linear, twice their exponents is whole, the sign of a force that may be clipped is
-/// simple, damping at this `speed` (m/s) is not stiff, and all pendulums are equal.
+/// Whether the closed contacts are few and not linear, the sign of a force that may be clipped is simple, damping at this `speed`
+/// (m/s) is not stiff, and all pendulums are equal.
 pub(super) fn applies_to(window: &Window, speed: f64) -> bool {
     let is_stiff = |(j, law): (usize, &ContactLaw)| {
         let mass = window.reduced_mass(j);
         window.contacts[j].mode != Mode::Open && law.relaxation_time(mass, speed) < STIFF * law.time_scale(mass, speed)
     };
     let serves = |(contact, law): (&WindowContact, &ContactLaw)| {
-        contact.mode == Mode::Open
-            || (!law.is_linear()
-                && (law.has_root() || law.whole_exponent().is_some())
-                && (!law.clips() || law.sign_of_force().is_some()))
+        contact.mode == Mode::Open || (!law.is_linear() && (!law.clips() || law.sign_of_force().is_some()))
     };
     let oscillator = &window.balls[0].oscillator;
     window.closed() <= MOST_CONTACTS
@@ -118,24 +116,28 @@ impl Motion {
             self.ends_at_once(j, Switch::Release);
             return Some(Followed { length: 0.0, next: before });
         }
-        let smooth = !self.has_root();
+        let power = self.stretching_power();
         let mut length = match before > 0.0 {
             true => before,
             false if wave => FIRST_OF_WAVE * self.fastest(window, speed),
-            false if smooth => FIRST_SMOOTH / self.tracks[0].law.exponent * self.fastest(window, speed),
+            false if power.is_none() => FIRST_SMOOTH / self.tracks[0].law.exponent * self.fastest(window, speed),
             false => FIRST * self.fastest(window, speed),
         };
         let mut plan = Plan { stretching: onset.unwrap_or_default(), length, switching: None };
         let within =
             |ahead: Option<(usize, f64)>, most: f64| ahead.filter(|(_, time)| (f64::MIN_POSITIVE..most).contains(time));
         let release = self.release_ahead();
-        let near_release = if smooth { NEAR_SMOOTH_RELEASE } else { NEAR_RELEASE };
+        let near_release = match power {
+            None => NEAR_RELEASE,
+            Some(Power::Square) => NEAR_BY_SQUARES,
+            Some(Power::Cube) => NEAR_BY_CUBES,
+        };
         if let Some((j, time)) = within(release, near_release * length) {
             plan = self.to_release(j, time);
         } else if let Some((j, time)) = within(self.switching_ahead(), NEAR_SWITCHING * length) {
             plan = Plan { length: time, switching: Some(j), ..plan };
         } else if let Some((_, time)) = release
-            && !smooth
+            && power.is_some()
         {
             plan.length = length.min(SHORT_OF_RELEASE * time);
         }
@@ -223,12 +225,12 @@ impl Motion {
             track.mode == Mode::Pressing && track.overlap <= rounding.no_overlap() && track.rate >= rate
         };
         let fresh = self.tracks.iter().any(fresh);
-        fresh.then(|| if self.has_root() { Stretching::AtStart } else { Stretching::None })
+        fresh.then(|| self.stretching_power().map_or(Stretching::None, Stretching::AtStart))
     }
 
-    /// Whether a force has a branch point where its contact opens or closes.
-    fn has_root(&self) -> bool {
-        self.tracks.iter().any(|track| track.law.has_root())
+    /// The power by which time is stretched where a contact opens or closes, if forces have a branch point there.
+    fn stretching_power(&self) -> Option<Power> {
+        self.tracks.iter().find_map(|track| power_of_stretching(&track.law))
     }
 
     /// Whether all closed contacts have just closed, and some of their balls have yet to move.
@@ -294,8 +296,19 @@ impl Motion {
 
     /// The step that ends where contact `j` opens, in about this `time` (s).
     fn to_release(&self, j: usize, time: f64) -> Plan {
-        let stretching = if self.has_root() { Stretching::AtEnd } else { Stretching::None };
+        let stretching = self.stretching_power().map_or(Stretching::None, Stretching::AtEnd);
         Plan { stretching, length: time, switching: Some(j) }
+    }
+}
+
+/// The power by which time is stretched where a contact with this law opens or closes. With `c^q`, the force times the pace of the
+/// time goes with `c^(q p + q - 1)`: a polynomial if that is whole, nearly one if it is large. Higher powers than it takes make steps
+/// shorter, and a whole exponent needs none.
+fn power_of_stretching(law: &ContactLaw) -> Option<Power> {
+    match law.whole_exponent() {
+        Some(_) => None,
+        None if law.has_root() || law.exponent > 2.0 => Some(Power::Square),
+        None => Some(Power::Cube),
     }
 }
 

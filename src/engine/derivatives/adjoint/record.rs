@@ -14,7 +14,7 @@ use crate::engine::inputs::HeldInputs;
 use crate::engine::observer::{Observer, Pulse};
 use crate::model::{ContactLaw, Cradle, Inputs, Mode, Parameters};
 use crate::solver::double_double::DoubleDouble;
-use crate::solver::gauss::Stretching;
+use crate::solver::gauss::{Power, Stretching};
 use crate::solver::oscillator::Oscillator;
 
 /// Numbers that a tape may hold: 128 MiB.
@@ -170,8 +170,8 @@ impl Recorder {
         } else {
             // The forces of contacts that close at the start or open at the end grow from there with any power of the time.
             let half = 0.5 * length;
-            self.press(first..end, half, Stretching::AtStart, HALVINGS)?;
-            self.press(first..end, half, Stretching::AtEnd, HALVINGS)?;
+            self.press(first..end, half, Stretching::AtStart(Power::Square), HALVINGS)?;
+            self.press(first..end, half, Stretching::AtEnd(Power::Square), HALVINGS)?;
         }
         self.time[first..end].fill(until);
         Some(())
@@ -267,8 +267,8 @@ impl Recorder {
             let halvings = halvings.checked_sub(1)?;
             let (first, second) = match stretching {
                 Stretching::None => (Stretching::None, Stretching::None),
-                Stretching::AtStart => (stretching, Stretching::None),
-                Stretching::AtEnd => (Stretching::None, stretching),
+                Stretching::AtStart(_) => (stretching, Stretching::None),
+                Stretching::AtEnd(_) => (Stretching::None, stretching),
             };
             self.press(balls.clone(), 0.5 * length, first, halvings)?;
             return self.press(balls, 0.5 * length, second, halvings);
