@@ -19,13 +19,16 @@ impl ContactLaw {
     }
 
     /// The secant stiffness `k (d / d_ref)^(p-1)` at several overlaps (m), 0 for those <= 0, times the `distance` (m) that belongs to
-    /// each: products, with one factor to what the exponent has beyond a whole number.
-    #[inline]
+    /// each: products, with one factor to what the exponent has beyond a whole number. Inlined, it leaves the numbers where they belong.
+    #[inline(always)]
     fn powers<const N: usize>(&self, overlaps: &[f64; N], distance: impl Fn(usize, f64) -> f64) -> [f64; N] {
         let scale = 1.0 / self.overlap_ref;
-        let overlaps = overlaps.map(|d| d.max(0.0));
-        let ratios = overlaps.map(|d| d * scale);
-        let mut forces = std::array::from_fn(|m| self.stiffness * distance(m, overlaps[m]));
+        let (mut forces, mut ratios) = ([0.0; N], [0.0; N]);
+        for m in 0..N {
+            let overlap = overlaps[m].max(0.0);
+            ratios[m] = overlap * scale;
+            forces[m] = self.stiffness * distance(m, overlap);
+        }
         let mut times =
             |factors: &[f64; N]| forces.iter_mut().zip(factors).for_each(|(force, factor)| *force *= factor);
         // Differences about an exponent of 1 go below it.
