@@ -21,4 +21,5 @@ mod running;
 mod stiff;
 mod tapes;
 mod viscoelastic;
+mod waves;
 mod work;

@@ -134,7 +134,7 @@ impl Motion {
         };
         if let Some((j, time)) = within(release, near_release * length) {
             plan = self.to_release(j, time);
-        } else if let Some((j, time)) = within(self.switching_ahead(), NEAR_SWITCHING * length) {
+        } else if let Some((j, time)) = within(self.switching_ahead(rounding), NEAR_SWITCHING * length) {
             plan = Plan { length: time, switching: Some(j), ..plan };
         } else if let Some((_, time)) = release
             && power.is_some()
@@ -275,10 +275,14 @@ impl Motion {
         self.first_at_zero(|track| opens(track).then_some(track.acceleration.max(0.0)))
     }
 
-    /// The same of the contacts that are clipped, or that close: without a force there is no branch point.
-    fn switching_ahead(&self) -> Option<(usize, f64)> {
+    /// The same of the contacts that are clipped, or that close: without a force there is no branch point. When those close whose
+    /// balls are side by side, rounding cannot tell.
+    fn switching_ahead(&self, rounding: &Rounding) -> Option<(usize, f64)> {
         self.first_at_zero(|track| match track.mode {
-            Mode::Open => (track.overlap < 0.0 && track.rate > 0.0).then_some(track.acceleration),
+            Mode::Open => {
+                let closes = track.overlap < 0.0 && track.rate > 0.0 && !track.is_resting(rounding);
+                closes.then_some(track.acceleration)
+            }
             Mode::Clipped => (track.rate < 0.0).then_some(track.acceleration),
             Mode::Pressing => None,
         })

@@ -306,22 +306,29 @@ impl Series {
     }
 
     /// Ends the segment where the force of contact `j`, which is left out, is about to matter: above this `level` of its overlap (m), or
-    /// the larger one of its rate at the end.
-    fn shorten_where_felt(&mut self, j: usize, level: f64, window: &Window, scale: f64, dv: f64) {
+    /// above that of the rate which it has there, and so on.
+    fn shorten_where_felt(&mut self, j: usize, mut level: f64, window: &Window, scale: f64, dv: f64) {
         let (law, mass) = (&window.laws[j], window.reduced_mass(j));
         let (rate, duration) = (window.flights[j].v - window.flights[j + 1].v, law.time_scale(mass, scale));
+        let until = self.converges_for;
         for cuts in 0..CUTS {
-            let (overlap, change) = self.overlap(j, self.converges_for);
-            let level_at_end = 2.0 * law.largest_negligible_overlap(mass, rate + change, dv, duration);
-            if cuts > 0 && overlap <= 2.0 * level_at_end {
+            let last = std::mem::replace(&mut self.converges_for, until);
+            self.shorten_where_above(j, level);
+            let is_above = self.converges_for < until;
+            let rate = rate + self.overlap(j, self.converges_for).1;
+            let felt = 2.0 * law.largest_negligible_overlap(mass, rate, dv, duration);
+            if cuts > 0 && !(is_above && felt >= level) {
+                self.converges_for = last; // It does not close that fast for long.
                 return;
             }
-            let before = self.converges_for;
-            self.shorten_where_above(j, level.max(level_at_end));
-            if self.converges_for == before {
+            if !is_above {
                 return;
             }
             self.front = Some(j);
+            if felt <= 2.0 * level {
+                return;
+            }
+            level = felt;
         }
     }
 }
