@@ -33,12 +33,13 @@ impl<T: Linear> Coefficients<T> {
         self.balls.iter().flatten().chain(self.contacts.iter().flatten()).chain([&self.support])
     }
 
-    /// The sum of the products with others.
+    /// The sum of the products with others, most of which are zeros where they are changes along a direction.
     pub fn dot(&self, other: &Coefficients) -> DoubleDouble
     where
         DoubleDouble: From<T>,
     {
-        self.all().zip(other.all()).fold(DoubleDouble::ZERO, |sum, (a, b)| sum + DoubleDouble::from(*a) * *b)
+        let products = self.all().zip(other.all()).filter(|(_, b)| **b != 0.0);
+        products.fold(DoubleDouble::ZERO, |sum, (a, b)| sum + DoubleDouble::from(*a) * *b)
     }
 }
 

@@ -30,7 +30,7 @@ pub(super) fn rounded(values: &[DoubleDouble]) -> Vec<f64> {
     values.iter().map(|value| value.value()).collect()
 }
 
-/// The sum of the products.
+/// The sum of the products. A direction `b` is mostly zeros.
 pub(super) fn dot(a: &[DoubleDouble], b: &[f64]) -> DoubleDouble {
-    a.iter().zip(b).fold(DoubleDouble::ZERO, |sum, (a, b)| sum + *a * *b)
+    a.iter().zip(b).filter(|(_, b)| **b != 0.0).fold(DoubleDouble::ZERO, |sum, (a, b)| sum + *a * *b)
 }
