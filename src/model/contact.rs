@@ -74,7 +74,7 @@ impl<S: Scalar> ContactLaw<S> {
 
     /// The formula of the law from the elastic force (N), the overlap (m, > 0) and its rate (m/s), N.
     #[inline]
-    pub(super) fn damped(&self, elastic: S, d: S, rate: S) -> S {
+    fn damped(&self, elastic: S, d: S, rate: S) -> S {
         match self.damping {
             Damping::None => elastic,
             Damping::KelvinVoigt { c, .. } => elastic + c * rate,
@@ -232,56 +232,6 @@ impl ContactLaw {
     /// Overlap (m) at which the elastic force is `force` (N, >= 0).
     pub fn static_overlap(&self, force: f64) -> f64 {
         self.overlap_ref * libm::pow(force / (self.stiffness * self.overlap_ref), 1.0 / self.exponent)
-    }
-
-    /// Overlap (m) below which the contact force, but for a dashpot's part of it, changes a mass `m` (kg) approaching at `rate` (m/s) by
-    /// less than the velocity `dv` (m/s), acting for the time `d / rate` it takes to close that far but no longer than `duration` (s).
-    pub fn largest_negligible_overlap(&self, m: f64, rate: f64, dv: f64, duration: f64) -> f64 {
-        let p = self.exponent;
-        // F = k d_ref (d / d_ref)^p; F d / rate = m dv, or F duration = m dv.
-        let unit = m * dv / (self.stiffness * self.overlap_ref);
-        let by_rate = libm::pow(unit * rate.abs() / self.overlap_ref, 1.0 / (p + 1.0));
-        let by_time = if duration > 0.0 { libm::pow(unit / duration, 1.0 / p) } else { f64::INFINITY };
-        let elastic = self.overlap_ref * by_rate.max(by_time);
-        match self.damping {
-            // The impulse of `A dF_el/dt` is `A F_el`.
-            Damping::Viscoelastic { relaxation } => elastic.min(self.static_overlap(m * dv / relaxation)),
-            Damping::None | Damping::KelvinVoigt { .. } | Damping::HuntCrossley { .. } => elastic,
-        }
-    }
-
-    /// Duration of the elastic impact of two balls with the reduced mass `m` (kg) closing at `rate` (m/s), s, to a few
-    /// percent: the time scale of the contact.
-    pub fn time_scale(&self, m: f64, rate: f64) -> f64 {
-        if rate > 0.0 { 2.9 * self.largest_overlap(m, rate) / rate } else { f64::INFINITY }
-    }
-
-    /// Relaxation time, in which damping alone takes the rate of the overlap down to 1/e, s; where damping depends on the overlap that
-    /// at the largest one of the impact. Infinite without damping.
-    pub fn relaxation_time(&self, m: f64, rate: f64) -> f64 {
-        match self.damping {
-            Damping::None => f64::INFINITY,
-            Damping::KelvinVoigt { c, .. } => m / c,
-            Damping::HuntCrossley { alpha } => m / (alpha * self.elastic_force(self.largest_overlap(m, rate))),
-            Damping::Viscoelastic { relaxation } => {
-                // Strong damping stops the mass where its impulse `A F_el` is that of the mass.
-                let d = self.largest_overlap(m, rate).min(self.static_overlap(m * rate / relaxation));
-                m * d / (relaxation * self.exponent * self.elastic_force(d))
-            }
-        }
-    }
-
-    /// Largest overlap of that impact, m.
-    pub fn largest_overlap(&self, m: f64, rate: f64) -> f64 {
-        let p = self.exponent;
-        // Energy balance: k d_ref^2 (d/d_ref)^(p+1) / (p+1) = m rate^2 / 2.
-        let squares = 0.5 * (p + 1.0) * m * rate * rate / (self.stiffness * self.overlap_ref * self.overlap_ref);
-        if squares < f64::MIN_POSITIVE {
-            // The same where the squares of slow rates have no digits any more.
-            let ratio = rate.abs() * (0.5 * (p + 1.0) * m / self.stiffness).sqrt() / self.overlap_ref;
-            return self.overlap_ref * libm::pow(ratio, 2.0 / (p + 1.0));
-        }
-        self.overlap_ref * libm::pow(squares, 1.0 / (p + 1.0))
     }
 
     /// Elastic force at the overlap `d` (N) and its derivative (N/m), the formula of the law continued to `d <= 0`; `None` where

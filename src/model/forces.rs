@@ -13,7 +13,7 @@ impl ContactLaw {
     }
 
     /// Elastic forces at several overlaps (m), N; 0 for those <= 0.
-    #[inline]
+    #[inline(always)]
     pub fn elastic_forces<const N: usize>(&self, overlaps: &[f64; N]) -> [f64; N] {
         self.powers(overlaps, |_, d| d)
     }
@@ -44,20 +44,22 @@ impl ContactLaw {
 
     /// [`Self::unclipped_force`] at several overlaps (m) and rates (m/s), N. Where an overlap is <= 0, which an iteration may pass
     /// through, the elastic force is 0 and the damping is not.
-    #[inline]
+    #[inline(always)]
     pub fn unclipped_forces<const N: usize>(&self, overlaps: &[f64; N], rates: &[f64; N]) -> [f64; N] {
-        if let Damping::Viscoelastic { relaxation } = self.damping {
+        match self.damping {
+            Damping::None => self.elastic_forces(overlaps),
+            Damping::KelvinVoigt { c, .. } => {
+                let mut forces = self.elastic_forces(overlaps);
+                forces.iter_mut().zip(rates).for_each(|(force, rate)| *force += c * rate);
+                forces
+            }
+            Damping::HuntCrossley { alpha } => self.powers(overlaps, |m, d| d * (1.0 + alpha * rates[m])),
             // The elastic force, with `d + p A r` in the place of the overlap: no division by that.
-            let relaxation = self.exponent * relaxation;
-            return self.powers(overlaps, |m, d| d + relaxation * rates[m]);
-        }
-        let mut forces = self.elastic_forces(overlaps);
-        if !self.is_elastic() {
-            for ((force, d), rate) in forces.iter_mut().zip(overlaps).zip(rates) {
-                *force = self.damped(*force, d.max(f64::MIN_POSITIVE), *rate);
+            Damping::Viscoelastic { relaxation } => {
+                let relaxation = self.exponent * relaxation;
+                self.powers(overlaps, |m, d| d + relaxation * rates[m])
             }
         }
-        forces
     }
 }
 

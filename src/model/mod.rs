@@ -10,6 +10,8 @@ mod cradle;
 mod damping;
 #[cfg(feature = "engine")]
 mod forces;
+#[cfg(feature = "engine")]
+mod impact;
 mod parameters;
 mod results;
 

@@ -162,13 +162,20 @@ impl Table {
     }
 
     /// `sum_l Q1_ml values_l` at the nodes.
-    #[inline]
+    #[inline(always)]
     pub fn integrate(&self, values: &Nodes) -> Nodes {
         Rule::get().integrate(&std::array::from_fn(|l| self.paces[l] * values[l]))
     }
 
+    /// Both `sum_l Q1_ml values_l` and `sum_l Q2_ml values_l` at the nodes.
+    #[inline(always)]
+    pub fn integrate_both(&self, values: &Nodes) -> [Nodes; 2] {
+        let once = self.integrate(values);
+        [once, self.integrate(&once)]
+    }
+
     /// `sum_l Q2_ml values_l` at the nodes.
-    #[inline]
+    #[inline(always)]
     pub fn integrate_twice(&self, values: &Nodes) -> Nodes {
         if self.stretched { combine(&self.positions, values) } else { Rule::get().integrate_twice(values) }
     }

@@ -126,7 +126,7 @@ impl Rule {
     }
 
     /// Integrals from 0 to the nodes of the polynomial with these `values` at them.
-    #[inline]
+    #[inline(always)]
     pub(super) fn integrate(&self, values: &Nodes) -> Nodes {
         let [sums, differences] = parts(values);
         let (even, odd) = (combine(&self.once.even, &sums), combine(&self.once.odd, &differences));
@@ -135,7 +135,7 @@ impl Rule {
     }
 
     /// The same of these integrals.
-    #[inline]
+    #[inline(always)]
     pub(super) fn integrate_twice(&self, values: &Nodes) -> Nodes {
         let [sums, differences] = parts(values);
         let (even, odd) = (combine(&self.twice.even, &sums), combine(&self.twice.odd, &differences));
@@ -187,14 +187,14 @@ fn powers(lagrange: &[Nodes; NODES]) -> [Nodes; NODES] {
 }
 
 /// Sums and differences of the values of pairs.
-#[inline]
+#[inline(always)]
 fn parts(values: &Nodes) -> [Pairs; 2] {
     let pair = |l: usize| (values[l], values[NODES - 1 - l]);
     [std::array::from_fn(|l| pair(l).0 + pair(l).1), std::array::from_fn(|l| pair(l).0 - pair(l).1)]
 }
 
 /// The values of each pair, side by side with the others.
-#[inline]
+#[inline(always)]
 fn mirrored(pair: impl Fn(usize) -> [f64; 2]) -> Nodes {
     let mut values = [0.0; NODES];
     for m in 0..PAIRS {
@@ -204,7 +204,7 @@ fn mirrored(pair: impl Fn(usize) -> [f64; 2]) -> Nodes {
 }
 
 /// `sum_l columns[l] values[l]`.
-#[inline]
+#[inline(always)]
 pub fn combine<T: Linear, const N: usize>(columns: &[[f64; N]; N], values: &[T; N]) -> [T; N] {
     let mut sums = [T::default(); N];
     for (column, value) in columns.iter().zip(values) {
@@ -216,7 +216,7 @@ pub fn combine<T: Linear, const N: usize>(columns: &[[f64; N]; N], values: &[T; 
 }
 
 /// `sum_l weights[l] values[l]`.
-#[inline]
+#[inline(always)]
 pub fn weighted<T: Linear, const N: usize>(weights: &[f64; N], values: &[T; N]) -> T {
     let mut sums = [T::default(); 4];
     for (weights, values) in weights.chunks_exact(4).zip(values.chunks_exact(4)) {

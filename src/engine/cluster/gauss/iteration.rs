@@ -6,30 +6,51 @@
 use super::motion::{Motion, Track};
 use crate::model::Mode;
 use crate::solver::gauss::{NODES, Nodes, Table};
+use crate::solver::multiversion::multiversioned;
 
 /// The last nodes, and some from all over the step.
 const LAST: [usize; 4] = [NODES - 4, NODES - 3, NODES - 2, NODES - 1];
 const SOME: [usize; 4] = [0, NODES / 3, 2 * NODES / 3, NODES - 1];
 
+multiversioned! {
+impl Motion {
+    /// Forces and accelerations of the closed contacts.
+    pub(super) fn push(&mut self) = push_portable;
+    /// Relative accelerations of the balls of contact `j` at the nodes.
+    pub(super) fn accelerate(&mut self, j: usize) = accelerate_portable;
+    /// Overlaps and rates of the closed contacts from their accelerations; returns the largest change of an overlap over the largest
+    /// overlap, and the largest change of a rate at the last node, m/s. Iterations change most towards the end of the step: its last
+    /// nodes tell by how much, and some nodes how large overlaps are.
+    pub(super) fn update(&mut self, table: &Table) -> [f64; 2] = update_portable;
+    /// Overlaps and, where they matter, rates of contact `j` from its accelerations.
+    pub(super) fn move_contact(&mut self, j: usize, table: &Table) = move_contact_portable;
+}
+}
+
 impl Motion {
     /// Where the iteration starts: overlaps by the first derivatives at the start of the step.
     pub(super) fn begin(&mut self, table: &Table) {
-        let times = table.times.map(|t| self.length * t);
         let length = self.length;
         for (j, Track { overlap, rate, acceleration, jerk, .. }) in self.tracks.iter().enumerate() {
             let (half, sixth) = (acceleration / 2.0, jerk / 6.0);
             // Viscoelastic forces have no derivative at an onset; right after it that is large, but not for long.
             let farthest = overlap.abs() + (rate.abs() + half.abs() * length) * length;
             let sixth = if sixth.abs() * length * length * length <= farthest { sixth } else { 0.0 };
-            self.overlaps[j] = times.map(|t| overlap + (rate + (half + sixth * t) * t) * t);
+            for (value, part) in self.overlaps[j].iter_mut().zip(&table.times) {
+                let t = length * part;
+                *value = overlap + (rate + (half + sixth * t) * t) * t;
+            }
             if self.needs_rates {
-                self.rates[j] = times.map(|t| rate + (acceleration + 3.0 * sixth * t) * t);
+                for (value, part) in self.rates[j].iter_mut().zip(&table.times) {
+                    let t = length * part;
+                    *value = rate + (acceleration + 3.0 * sixth * t) * t;
+                }
             }
         }
     }
 
-    /// Forces and accelerations of the closed contacts.
-    pub(super) fn push(&mut self) {
+    #[inline(always)]
+    fn push_portable(&mut self) {
         for (j, track) in self.tracks.iter().enumerate() {
             if track.mode == Mode::Pressing {
                 self.forces[j + 1] = track.law.unclipped_forces(&self.overlaps[j], &self.rates[j]);
@@ -37,14 +58,13 @@ impl Motion {
         }
         for j in 0..self.tracks.len() {
             if self.tracks[j].mode == Mode::Pressing {
-                self.accelerate(j);
+                self.accelerate_portable(j);
             }
         }
     }
 
-    /// Relative accelerations of the balls of contact `j` at the nodes.
-    #[inline]
-    pub(super) fn accelerate(&mut self, j: usize) {
+    #[inline(always)]
+    fn accelerate_portable(&mut self, j: usize) {
         let track = &self.tracks[j];
         let [left, own, right] = [&self.forces[j], &self.forces[j + 1], &self.forces[j + 2]];
         let sums = &mut self.accelerations[j];
@@ -59,15 +79,13 @@ impl Motion {
         }
     }
 
-    /// Overlaps and rates of the closed contacts from their accelerations; returns the largest change of an overlap over the largest
-    /// overlap, and the largest change of a rate at the last node, m/s. Iterations change most towards the end of the step: its last
-    /// nodes tell by how much, and some nodes how large overlaps are.
-    pub(super) fn update(&mut self, table: &Table) -> [f64; 2] {
+    #[inline(always)]
+    fn update_portable(&mut self, table: &Table) -> [f64; 2] {
         let (mut change, mut size, mut of_rate) = (0.0, f64::MIN_POSITIVE, 0.0);
         for j in 0..self.tracks.len() {
             if self.tracks[j].mode == Mode::Pressing {
                 let (before, rate) = (LAST.map(|m| self.overlaps[j][m]), self.rates[j][NODES - 1]);
-                self.move_contact(j, table);
+                self.move_contact_portable(j, table);
                 for (m, before) in LAST.into_iter().zip(before) {
                     change = larger(change, (self.overlaps[j][m] - before).abs());
                 }
@@ -78,20 +96,24 @@ impl Motion {
         [change / size, of_rate]
     }
 
-    /// Overlaps and, where they matter, rates of contact `j` from its accelerations.
-    pub(super) fn move_contact(&mut self, j: usize, table: &Table) {
+    #[inline(always)]
+    fn move_contact_portable(&mut self, j: usize, table: &Table) {
         let (length, square) = (self.length, self.length * self.length);
         let Track { overlap, rate, .. } = self.tracks[j];
-        if self.needs_rates {
-            self.rates[j] = table.integrate(&self.accelerations[j]).map(|sum| rate + length * sum);
-        }
-        let (sums, closing) = (table.integrate_twice(&self.accelerations[j]), rate * length);
+        let sums = if self.needs_rates {
+            let [once, twice] = table.integrate_both(&self.accelerations[j]);
+            self.rates[j] = once.map(|sum| rate + length * sum);
+            twice
+        } else {
+            table.integrate_twice(&self.accelerations[j])
+        };
+        let closing = rate * length;
         self.overlaps[j] = std::array::from_fn(|m| overlap + (closing * table.times[m] + square * sums[m]));
     }
 }
 
 /// What the `forces` of three neighbouring contacts, a constant pull and the pendulums accelerate an overlap by.
-#[inline]
+#[inline(always)]
 fn accelerations(track: &Track, omega2: f64, forces: [&Nodes; 3], overlaps: &Nodes, sums: &mut Nodes) {
     let ([a, b], pull, [left, own, right]) = (track.inverse_masses, track.pull, forces);
     for m in 0..NODES {
@@ -100,7 +122,76 @@ fn accelerations(track: &Track, omega2: f64, forces: [&Nodes; 3], overlaps: &Nod
 }
 
 /// The larger one, the first if the other is not a number.
-#[inline]
+#[inline(always)]
 fn larger(a: f64, b: f64) -> f64 {
     if b > a { b } else { a }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::flight::Flight;
+    use crate::model::{ContactLaw, Damping};
+    use crate::solver::gauss::{Power, Stretching};
+    use crate::solver::oscillator::Oscillator;
+
+    /// A chain of five balls on three closed contacts and an open one, within a step.
+    fn motion(exponent: f64, damping: Damping, stretching: Stretching) -> Motion {
+        let mut motion =
+            Motion { oscillator: Oscillator::new(9.0, 0.1), needs_rates: true, stretching, ..Motion::default() };
+        motion.length = 3e-5;
+        for j in 0..4 {
+            let law = ContactLaw { stiffness: 3e9, overlap_ref: 1.0, exponent, clearance: 0.0, damping };
+            let (overlap, rate) = (1e-6 * (j as f64 + 0.3), 0.1 - 0.07 * j as f64);
+            let mode = if j == 2 { Mode::Open } else { Mode::Pressing };
+            let free = Flight { x: overlap, v: rate, forcing: [0.1, 0.0, 0.0, 0.0] };
+            let (inverse_masses, pull) = ([4.0, 5.0 + j as f64], 0.1);
+            let (acceleration, jerk) = (-300.0 * overlap / 1e-6, 1e7);
+            motion.tracks.push(Track { law, mode, overlap, rate, inverse_masses, free, pull, acceleration, jerk });
+        }
+        let zeros = [0.0; NODES];
+        (motion.overlaps, motion.rates) = (vec![zeros; 4], vec![zeros; 4]);
+        (motion.accelerations, motion.forces) = (vec![zeros; 4], vec![zeros; 6]);
+        motion
+    }
+
+    #[test]
+    fn all_processors_give_the_same_bits() {
+        let dampings = [
+            Damping::None,
+            Damping::KelvinVoigt { c: 30.0, pull: true },
+            Damping::HuntCrossley { alpha: 0.3 },
+            Damping::Viscoelastic { relaxation: 4e-7 },
+        ];
+        let stretchings = [Stretching::None, Stretching::AtStart(Power::Square), Stretching::AtEnd(Power::Cube)];
+        for (damping, exponent) in dampings.into_iter().flat_map(|d| [1.5, 1.7, 2.0, 3.3].map(|p| (d, p))) {
+            for stretching in stretchings {
+                let table = stretching.table();
+                let mut at_hand = motion(exponent, damping, stretching);
+                let mut portable = at_hand.clone();
+                at_hand.begin(table);
+                portable.begin(table);
+                for _ in 0..5 {
+                    at_hand.push();
+                    portable.push_portable();
+                    let changes = [at_hand.update(table), portable.update_portable(table)];
+                    assert_eq!(changes[0], changes[1], "{damping:?}, {exponent}, {stretching:?}");
+                }
+                at_hand.accelerate(2);
+                portable.accelerate_portable(2);
+                at_hand.move_contact(2, table);
+                portable.move_contact_portable(2, table);
+                for (a, b) in [
+                    (&at_hand.overlaps, &portable.overlaps),
+                    (&at_hand.rates, &portable.rates),
+                    (&at_hand.accelerations, &portable.accelerations),
+                    (&at_hand.forces, &portable.forces),
+                ] {
+                    let bits = |values: &[Nodes]| values.iter().flatten().map(|v| v.to_bits()).collect::<Vec<_>>();
+                    assert!(a.iter().flatten().all(|value| value.is_finite()), "{a:?}");
+                    assert_eq!(bits(a), bits(b), "{damping:?}, {exponent}, {stretching:?}");
+                }
+            }
+        }
+    }
 }

@@ -27,12 +27,12 @@ pub(crate) use motion::Motion;
 
 /// What the two highest Legendre coefficients may be over the scale of the velocities, for the local error of the default
 /// tolerance. The end of a step has twice as many digits: an error of 1e-16, within the step one of 1e-14.
-const TAIL: f64 = 2e-11;
+const TAIL: f64 = 1e-10;
 const EPSILON: f64 = 1e-17;
 
 /// First step over the time that the fastest contact takes to stop its balls: after an onset at speed or another switching; the same
 /// times the exponent if that is whole; and where a wave starts in balls that touch.
-const FIRST: f64 = 0.45;
+const FIRST: f64 = 0.5;
 const FIRST_SMOOTH: f64 = 1.5;
 const FIRST_OF_WAVE: f64 = 0.3;
 
@@ -40,10 +40,13 @@ const FIRST_OF_WAVE: f64 = 0.3;
 /// largest overlap, do not call for a stretched step.
 const FAINT: f64 = 1e-6;
 
-/// A contact that is so many steps from its release at the present rate may be followed up to there: in a time that is not stretched,
+/// What the rate at the release counts for in the mean rate up to there: from rest on that takes half the duration of an impact.
+const LAST_IN_MEAN: f64 = 0.68;
+
+/// A contact that is so many steps from its release may be followed up to there: in a time that is not stretched,
 /// by squares, by cubes, and a contact that has no force up to its switching.
 const NEAR_RELEASE: f64 = 0.7;
-const NEAR_BY_SQUARES: f64 = 0.8;
+const NEAR_BY_SQUARES: f64 = 0.7;
 const NEAR_BY_CUBES: f64 = 0.5;
 const NEAR_SWITCHING: f64 = 1.2;
 
@@ -79,8 +82,7 @@ pub(super) struct Followed {
 /// (m/s) is not stiff, and all pendulums are equal.
 pub(super) fn applies_to(window: &Window, speed: f64) -> bool {
     let is_stiff = |(j, law): (usize, &ContactLaw)| {
-        let mass = window.reduced_mass(j);
-        window.contacts[j].mode != Mode::Open && law.relaxation_time(mass, speed) < STIFF * law.time_scale(mass, speed)
+        window.contacts[j].mode != Mode::Open && law.relaxes_within(STIFF, window.reduced_mass(j), speed)
     };
     let serves = |(contact, law): (&WindowContact, &ContactLaw)| {
         contact.mode == Mode::Open || (!law.is_linear() && (!law.clips() || law.sign_of_force().is_some()))
@@ -89,7 +91,7 @@ pub(super) fn applies_to(window: &Window, speed: f64) -> bool {
     window.closed() <= MOST_CONTACTS
         && window.contacts.iter().zip(window.laws).all(serves)
         && window.balls.iter().all(|ball| ball.oscillator == *oscillator)
-        && !window.laws.iter().enumerate().filter(|(_, law)| !law.is_elastic()).any(is_stiff)
+        && !window.laws.iter().enumerate().any(is_stiff)
 }
 
 impl Motion {
@@ -254,8 +256,13 @@ impl Motion {
     /// The time in which the fastest contact stops balls of this `speed` (m/s), s.
     fn fastest(&self, window: &Window, speed: f64) -> f64 {
         let mut fastest = f64::INFINITY;
+        let mut last = None;
         for (j, track) in self.tracks.iter().enumerate().filter(|(_, track)| track.mode == Mode::Pressing) {
-            fastest = fastest.min(track.law.largest_overlap(window.reduced_mass(j), speed) / speed);
+            let (mass, law) = (window.reduced_mass(j), &track.law);
+            if last != Some((mass, law)) {
+                fastest = fastest.min(law.largest_overlap(mass, speed) / speed);
+            }
+            last = Some((mass, law));
         }
         fastest
     }
@@ -266,34 +273,43 @@ impl Motion {
         if pace > 0.0 { output::LONGEST / pace } else { f64::INFINITY }
     }
 
-    /// The closed contact that is first to open if its balls are accelerated as now, or to be clipped, and when, s. One that hardly
-    /// presses has no branch point that matters, and may never open.
+    /// The closed contact that is first to open, or to be clipped, and when, s. One that hardly presses has no branch point that matters,
+    /// and may never open.
     fn release_ahead(&self) -> Option<(usize, f64)> {
         let largest = self.tracks.iter().map(|track| track.overlap).fold(0.0, f64::max);
         let opens = |track: &Track| track.mode == Mode::Pressing && track.rate < 0.0 && track.overlap > FAINT * largest;
-        // Its own force, which drives the balls apart, vanishes on the way.
-        self.first_at_zero(|track| opens(track).then_some(track.acceleration.max(0.0)))
-    }
-
-    /// The same of the contacts that are clipped, or that close: without a force there is no branch point. When those close whose
-    /// balls are side by side, rounding cannot tell.
-    fn switching_ahead(&self, rounding: &Rounding) -> Option<(usize, f64)> {
-        self.first_at_zero(|track| match track.mode {
-            Mode::Open => {
-                let closes = track.overlap < 0.0 && track.rate > 0.0 && !track.is_resting(rounding);
-                closes.then_some(track.acceleration)
+        self.first_at_zero(|track| {
+            if !opens(track) {
+                return None;
             }
-            Mode::Clipped => (track.rate < 0.0).then_some(track.acceleration),
-            Mode::Pressing => None,
+            let inverse_mass = track.inverse_masses[0] + track.inverse_masses[1];
+            let own = inverse_mass * track.law.unclipped_force(track.overlap, track.rate).max(0.0);
+            // Its own force drives the balls apart and vanishes on the way: by the energy that it has yet to give them.
+            let last = (track.rate * track.rate + 2.0 * own * track.overlap / (track.law.exponent + 1.0)).sqrt();
+            let rate = (1.0 - LAST_IN_MEAN) * track.rate - LAST_IN_MEAN * last;
+            Some((rate, (track.acceleration + own).max(0.0)))
         })
     }
 
-    /// The first of the contacts whose overlap vanishes with the `acceleration` (m/s2) given for it, and when, s.
-    fn first_at_zero(&self, acceleration: impl Fn(&Track) -> Option<f64>) -> Option<(usize, f64)> {
+    /// The contact that is first to open of those that are clipped, or to close, and when, s: without a force there is no branch point.
+    /// When those close whose balls are side by side, rounding cannot tell.
+    fn switching_ahead(&self, rounding: &Rounding) -> Option<(usize, f64)> {
+        self.first_at_zero(|track| {
+            let switches = match track.mode {
+                Mode::Open => track.overlap < 0.0 && track.rate > 0.0 && !track.is_resting(rounding),
+                Mode::Clipped => track.rate < 0.0,
+                Mode::Pressing => false,
+            };
+            switches.then_some((track.rate, track.acceleration))
+        })
+    }
+
+    /// The first of the contacts whose overlap vanishes with the rate (m/s) and the acceleration (m/s2) of a `motion`, and when, s.
+    fn first_at_zero(&self, motion: impl Fn(&Track) -> Option<(f64, f64)>) -> Option<(usize, f64)> {
         let at_zero = |(j, track): (usize, &Track)| {
             let side = if track.overlap > 0.0 { 1.0 } else { -1.0 };
-            let acceleration = acceleration(track)?;
-            fall(side * track.overlap, side * track.rate, 0.5 * side * acceleration).map(|time| (j, time))
+            let (rate, acceleration) = motion(track)?;
+            fall(side * track.overlap, side * rate, 0.5 * side * acceleration).map(|time| (j, time))
         };
         self.tracks.iter().enumerate().filter_map(at_zero).min_by(|a, b| a.1.total_cmp(&b.1))
     }

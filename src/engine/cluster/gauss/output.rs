@@ -318,7 +318,7 @@ impl DenseOutput for Motion {
     fn contact_loss(&self, j: usize, tau: f64) -> f64 {
         let elastic = self.tracks[j].law.elastic_forces(&self.overlaps[j]);
         let power = std::array::from_fn(|m| (self.forces[j + 1][m] - elastic[m]) * self.rates[j][m]);
-        weighted(&self.weights(tau), &power)
+        weighted(&self.moment(tau).weights, &power)
     }
 
     fn onset(&self, j: usize, _: &Window, _: f64, _: &Rounding) -> Next {

@@ -190,7 +190,7 @@ impl Motion {
         }
         let brief = self.oscillator.omega() * self.length < BRIEF;
         for j in 0..self.tracks.len() {
-            if self.tracks[j].mode != Mode::Pressing {
+            if self.tracks[j].mode != Mode::Pressing && self.may_close(j) {
                 for _ in 0..if brief { 1 } else { 3 } {
                     self.accelerate(j);
                     self.move_contact(j, table);

@@ -178,7 +178,7 @@ impl Motion {
         let noise = self.noise(tolerance);
         (0..self.tracks.len()).any(|j| {
             let track = &self.tracks[j];
-            if track.mode == Mode::Open && track.is_resting(&tolerance.rounding) {
+            if track.mode == Mode::Open && (track.is_resting(&tolerance.rounding) || !self.may_close(j)) {
                 return false;
             }
             let side = if track.mode == Mode::Open { 1.0 } else { -1.0 };
@@ -188,6 +188,14 @@ impl Motion {
                 Excess::At(m) | Excess::Near(m) => m == 0 || self.time_of(m - 1, table) < until,
             }
         })
+    }
+
+    /// Whether contact `j`, if it is open, may close by the accelerations at the nodes and twice the largest of them between.
+    pub(super) fn may_close(&self, j: usize) -> bool {
+        let track = &self.tracks[j];
+        let [least, most] = range(&self.accelerations[j]);
+        let farthest = (track.rate.max(0.0) + most.max(-least) * self.length) * self.length;
+        track.overlap > -2.0 * farthest
     }
 
     /// Time of a node or the end, s.

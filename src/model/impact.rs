@@ -1,0 +1,111 @@
+//! What an impact of two balls is like, from the law of their contact: its scales, by which the methods of the engine choose their
+//! steps.
+
+use super::contact::ContactLaw;
+use super::damping::Damping;
+
+/// Duration of an elastic impact over the time that the largest overlap takes at the rate of closing: 2 for very large exponents, pi for
+/// linear contacts.
+const DURATION: f64 = 2.9;
+
+impl ContactLaw {
+    /// Overlap (m) below which the contact force, but for a dashpot's part of it, changes a mass `m` (kg) approaching at `rate` (m/s) by
+    /// less than the velocity `dv` (m/s), acting for the time `d / rate` it takes to close that far but no longer than `duration` (s).
+    pub fn largest_negligible_overlap(&self, m: f64, rate: f64, dv: f64, duration: f64) -> f64 {
+        let p = self.exponent;
+        // F = k d_ref (d / d_ref)^p; F d / rate = m dv, or F duration = m dv.
+        let unit = m * dv / (self.stiffness * self.overlap_ref);
+        let by_rate = libm::pow(unit * rate.abs() / self.overlap_ref, 1.0 / (p + 1.0));
+        let by_time = if duration > 0.0 { libm::pow(unit / duration, 1.0 / p) } else { f64::INFINITY };
+        let elastic = self.overlap_ref * by_rate.max(by_time);
+        match self.damping {
+            // The impulse of `A dF_el/dt` is `A F_el`.
+            Damping::Viscoelastic { relaxation } => elastic.min(self.static_overlap(m * dv / relaxation)),
+            Damping::None | Damping::KelvinVoigt { .. } | Damping::HuntCrossley { .. } => elastic,
+        }
+    }
+
+    /// Duration of the elastic impact of two balls with the reduced mass `m` (kg) closing at `rate` (m/s), s, to a few
+    /// percent: the time scale of the contact.
+    pub fn time_scale(&self, m: f64, rate: f64) -> f64 {
+        if rate > 0.0 { DURATION * self.largest_overlap(m, rate) / rate } else { f64::INFINITY }
+    }
+
+    /// Relaxation time, in which damping alone takes the rate of the overlap down to 1/e, s; where damping depends on the overlap that
+    /// at the largest one of the impact. Infinite without damping.
+    pub fn relaxation_time(&self, m: f64, rate: f64) -> f64 {
+        match self.damping {
+            Damping::None => f64::INFINITY,
+            Damping::KelvinVoigt { c, .. } => m / c,
+            Damping::HuntCrossley { alpha } => m / (alpha * self.elastic_force(self.largest_overlap(m, rate))),
+            Damping::Viscoelastic { relaxation } => {
+                // Strong damping stops the mass where its impulse `A F_el` is that of the mass.
+                let (d, stopping) = (self.largest_overlap(m, rate), m * rate / relaxation);
+                let force = self.elastic_force(d);
+                let (d, force) = if force > stopping { (self.static_overlap(stopping), stopping) } else { (d, force) };
+                m * d / (relaxation * self.exponent * force)
+            }
+        }
+    }
+
+    /// Whether the relaxation time of that impact is shorter than this `part` of its time scale.
+    pub fn relaxes_within(&self, part: f64, m: f64, rate: f64) -> bool {
+        let p = self.exponent;
+        // At the largest overlap the force times that is p + 1 times the energy.
+        let energy = 0.5 * m * rate * rate;
+        match self.damping {
+            Damping::None => false,
+            Damping::HuntCrossley { alpha } => alpha * DURATION * part * (p + 1.0) * energy > m * rate,
+            Damping::KelvinVoigt { .. } => self.relaxation_time(m, rate) < part * self.time_scale(m, rate),
+            Damping::Viscoelastic { relaxation } => {
+                // Usual contacts, which are hardly damped, reach this overlap. They do not take the powers.
+                let reached = 0.5 * (p + 1.0) * relaxation * rate * (DURATION * part * p).max(1.0);
+                self.elastic_energy(reached) > energy && self.relaxation_time(m, rate) < part * self.time_scale(m, rate)
+            }
+        }
+    }
+
+    /// Largest overlap of that impact, m.
+    pub fn largest_overlap(&self, m: f64, rate: f64) -> f64 {
+        let p = self.exponent;
+        // Energy balance: k d_ref^2 (d/d_ref)^(p+1) / (p+1) = m rate^2 / 2.
+        let squares = 0.5 * (p + 1.0) * m * rate * rate / (self.stiffness * self.overlap_ref * self.overlap_ref);
+        if squares < f64::MIN_POSITIVE {
+            // The same where the squares of slow rates have no digits any more.
+            let ratio = rate.abs() * (0.5 * (p + 1.0) * m / self.stiffness).sqrt() / self.overlap_ref;
+            return self.overlap_ref * libm::pow(ratio, 2.0 / (p + 1.0));
+        }
+        self.overlap_ref * libm::pow(squares, 1.0 / (p + 1.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn relaxation_is_compared_with_the_duration() {
+        let dampings = |strength: f64| {
+            [
+                Damping::None,
+                Damping::KelvinVoigt { c: 1e4 * strength, pull: true },
+                Damping::HuntCrossley { alpha: strength },
+                Damping::Viscoelastic { relaxation: 1e-5 * strength },
+            ]
+        };
+        let mut outcomes = [0; 2];
+        for k in -40..=40 {
+            for (damping, exponent) in
+                dampings(libm::exp10(0.1 * f64::from(k))).into_iter().flat_map(|d| [1.5, 2.3, 4.0, 9.5].map(|p| (d, p)))
+            {
+                let law = ContactLaw { stiffness: 1e10, overlap_ref: 1e-6, exponent, clearance: 0.0, damping };
+                for (m, rate, part) in [(0.1, 1.0, 0.1), (0.5, 1e-3, 0.1), (1e-3, 5.0, 2.0)] {
+                    let expected = law.relaxation_time(m, rate) < part * law.time_scale(m, rate);
+                    assert_eq!(law.relaxes_within(part, m, rate), expected, "{law:?}, {m}, {rate}, {part}");
+                    outcomes[usize::from(expected)] += 1;
+                }
+            }
+        }
+        assert!(outcomes.iter().all(|count| *count > 100), "{outcomes:?}");
+    }
+}

@@ -1,0 +1,34 @@
+//! Functions that are compiled for more than one kind of processor.
+//!
+//! Binaries are made for every x86-64 processor: their instructions take up to two doubles at once. Nearly all processors have AVX2,
+//! whose instructions take four. What most of the time goes into is compiled for both, and the processor at hand decides. Every number
+//! of a vector is rounded as if it were alone, and nothing is fused: both versions give the same bits.
+
+/// Makes each method of one that is `#[inline(always)]`, as must be all that takes time in it: what is not inlined is compiled for
+/// every processor only.
+macro_rules! multiversioned {
+    (impl $type:ty { $(
+        $(#[$attribute:meta])*
+        $visibility:vis fn $name:ident(&mut self $(, $argument:ident: $of:ty)*) $(-> $result:ty)? = $portable:ident;
+    )+ }) => { impl $type { $(
+        $(#[$attribute])*
+        #[inline]
+        $visibility fn $name(&mut self $(, $argument: $of)*) $(-> $result)? {
+            #[cfg(target_arch = "x86_64")]
+            {
+                #[target_feature(enable = "avx2")]
+                fn with_avx2(this: &mut $type $(, $argument: $of)*) $(-> $result)? {
+                    this.$portable($($argument),*)
+                }
+                if std::arch::is_x86_feature_detected!("avx2") {
+                    #[expect(unsafe_code, reason = "a call that needs AVX2")]
+                    // SAFETY: the processor has it.
+                    return unsafe { with_avx2(self $(, $argument)*) };
+                }
+            }
+            self.$portable($($argument),*)
+        }
+    )+ } };
+}
+
+pub(crate) use multiversioned;
