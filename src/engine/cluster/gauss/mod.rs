@@ -134,7 +134,10 @@ impl Motion {
             Some(Power::Square) => NEAR_BY_SQUARES,
             Some(Power::Cube) => NEAR_BY_CUBES,
         };
-        if let Some((j, time)) = within(release, near_release * length) {
+        // A step that begins with a branch point does not end with one.
+        if plan.stretching == Stretching::None
+            && let Some((j, time)) = within(release, near_release * length)
+        {
             plan = self.to_release(j, time);
         } else if let Some((j, time)) = within(self.switching_ahead(rounding), NEAR_SWITCHING * length) {
             plan = Plan { length: time, switching: Some(j), ..plan };
@@ -184,12 +187,15 @@ impl Motion {
                 }
                 Outcome::Within(j, Switch::Release, time) if self.tracks[j].mode == Mode::Pressing => {
                     match plan.stretching {
-                        Stretching::None => self.to_release(j, time.max(least)),
+                        Stretching::None | Stretching::AtEnd(_) => self.to_release(j, time.max(least)),
                         // It closes and opens in one step.
-                        _ => Plan { length: FAILED * time.max(least), ..plan },
+                        Stretching::AtStart(_) => Plan { length: FAILED * time.max(least), switching: None, ..plan },
                     }
                 }
-                Outcome::Within(j, _, time) => Plan { length: time.max(least), switching: Some(j), ..plan },
+                Outcome::Within(j, _, time) => {
+                    let stretching = onset.unwrap_or_default();
+                    Plan { stretching, length: time.max(least), switching: Some(j) }
+                }
                 Outcome::NoSwitching => {
                     if crossed {
                         // It nearly opens, and the same step would come to the same end.
@@ -231,7 +237,7 @@ impl Motion {
     }
 
     /// The power by which time is stretched where a contact opens or closes, if forces have a branch point there.
-    fn stretching_power(&self) -> Option<Power> {
+    pub(super) fn stretching_power(&self) -> Option<Power> {
         self.tracks.iter().find_map(|track| power_of_stretching(&track.law))
     }
 

@@ -103,11 +103,11 @@ impl Motion {
                 looked = true;
                 match self.first_switching(table, tolerance) {
                     Some((j, switch, 0.0)) => return Outcome::AtOnce(j, switch),
-                    Some((j, switch, _)) if plan.switching.is_some() => self.end = Some((j, switch)),
+                    Some((j, switch, _)) if self.may_end(plan, j, switch) => self.end = Some((j, switch)),
                     Some((j, switch, time)) if time < self.length * (1.0 - 1e-12) => {
                         return Outcome::Within(j, switch, time);
                     }
-                    None if plan.switching.is_some() => return Outcome::NoSwitching,
+                    _ if plan.switching.is_some() => return Outcome::NoSwitching,
                     Some(_) | None => {}
                 }
             }
@@ -151,6 +151,15 @@ impl Motion {
             last_change = change;
         }
         Outcome::Failed
+    }
+
+    /// Whether a step of this `plan` may end with the switching of contact `j`: what it is planned for, or another one, without a branch
+    /// point where none was expected, or the other way round.
+    fn may_end(&self, plan: &Plan, j: usize, switch: Switch) -> bool {
+        let has_branch_point = switch == Switch::Release && self.tracks[j].mode == Mode::Pressing;
+        let is_smooth = !has_branch_point || self.stretching_power().is_none();
+        let smooth_end = !matches!(plan.stretching, Stretching::AtEnd(_));
+        plan.switching.is_some_and(|planned| planned == j || (is_smooth && smooth_end))
     }
 
     /// Moves the end of the step to where contact `j` switches, at `time` (s), if that is within reach.
