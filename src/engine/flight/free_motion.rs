@@ -72,6 +72,17 @@ impl Rounding {
         NO_OVERLAP * self.position
     }
 
+    /// Whether balls with this overlap (m) and rate (m/s) are at rest side by side, as far as rounding tells. Their contact keeps its
+    /// mode until the motion tells more: see "Clusters" in `docs/theory.md`.
+    pub fn is_rest(&self, overlap: f64, rate: f64) -> bool {
+        overlap >= -self.position && rate.abs() <= self.velocity
+    }
+
+    /// How far balls at rest may drift apart by rounding alone within `time` (s), m.
+    pub fn drift(&self, time: f64) -> f64 {
+        self.position.max(self.velocity * time)
+    }
+
     /// Force (N) that a contact may have by rounding alone.
     pub fn force(&self, law: &ContactLaw) -> f64 {
         law.unclipped_force(self.position, self.velocity)

@@ -11,7 +11,7 @@ use super::cradles::{ANY, Case, Family, RIGID, cradles, ended_early, state};
 const POINTS: usize = 20;
 
 /// The largest energies that a run has had to do with so far, J: what errors are measured by.
-fn energy_scale(engine: &Engine, n: usize) -> f64 {
+pub fn energy_scale(engine: &Engine, n: usize) -> f64 {
     let contacts: f64 = (0..n - 1).map(|i| engine.contact_energy(i)).sum();
     engine.total_energy() + engine.dissipated_energy() + engine.external_work().abs() + contacts
 }

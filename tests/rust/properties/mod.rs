@@ -11,6 +11,7 @@ mod methods;
 mod onsets;
 mod pendulum;
 mod symmetry;
+mod touching;
 
 use proptest::test_runner::{Config, RngSeed};
 

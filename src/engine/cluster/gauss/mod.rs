@@ -128,7 +128,7 @@ impl Motion {
         let mut plan = Plan { stretching: onset.unwrap_or_default(), length, switching: None };
         let within =
             |ahead: Option<(usize, f64)>, most: f64| ahead.filter(|(_, time)| (f64::MIN_POSITIVE..most).contains(time));
-        let release = self.release_ahead();
+        let release = self.release_ahead(rounding);
         let near_release = match power {
             None => NEAR_RELEASE,
             Some(Power::Square) => NEAR_BY_SQUARES,
@@ -175,12 +175,7 @@ impl Motion {
                 }
                 // Which way a force, or an overlap at rest, goes from 0 its mean slope over a step does not tell; a series does.
                 Outcome::AtOnce(_, Switch::Clip | Switch::Unclip) => return None,
-                Outcome::AtOnce(j, switch)
-                    if self.tracks[j].is_resting(rounding)
-                        && (switch == Switch::Release || self.tracks[j].rate != 0.0) =>
-                {
-                    return None;
-                }
+                Outcome::AtOnce(j, Switch::Release) if self.tracks[j].is_resting(rounding) => return None,
                 Outcome::AtOnce(j, switch) => {
                     self.ends_at_once(j, switch);
                     return Some(Followed { length: 0.0, next: before });
@@ -281,9 +276,10 @@ impl Motion {
 
     /// The closed contact that is first to open, or to be clipped, and when, s. One that hardly presses has no branch point that matters,
     /// and may never open.
-    fn release_ahead(&self) -> Option<(usize, f64)> {
+    fn release_ahead(&self, rounding: &Rounding) -> Option<(usize, f64)> {
         let largest = self.tracks.iter().map(|track| track.overlap).fold(0.0, f64::max);
-        let opens = |track: &Track| track.mode == Mode::Pressing && track.rate < 0.0 && track.overlap > FAINT * largest;
+        let faint = rounding.no_overlap().max(FAINT * largest);
+        let opens = |track: &Track| track.mode == Mode::Pressing && track.rate < 0.0 && track.overlap > faint;
         self.first_at_zero(|track| {
             if !opens(track) {
                 return None;

@@ -44,7 +44,7 @@ impl Track {
 
     /// Whether its balls are side by side, as far as rounding tells.
     pub fn is_resting(&self, rounding: &Rounding) -> bool {
-        self.overlap >= -rounding.position && self.rate.abs() <= rounding.velocity
+        rounding.is_rest(self.overlap, self.rate)
     }
 }
 

@@ -85,8 +85,7 @@ impl Motion {
         let (track, curvature) = (&self.tracks[j], self.curvature(j, table));
         if track.mode == Mode::Open {
             if track.is_resting(&tolerance.rounding) {
-                let overlap = self.overlap_at_end(j, curvature);
-                return self.is_felt(track, overlap, tolerance).then_some((Switch::Onset, 0.0));
+                return self.onset_from_rest(j, table, tolerance).map(|time| (Switch::Onset, time));
             }
             if track.overlap >= 0.0 && track.rate > 0.0 {
                 return Some((Switch::Onset, 0.0));
@@ -111,6 +110,17 @@ impl Motion {
         let time = self.length - overlap / rate;
         let towards = if self.tracks[j].mode == Mode::Open { rate > 0.0 } else { rate < 0.0 };
         (towards && (0.5 * self.length..2.0 * self.length).contains(&time)).then_some(time)
+    }
+
+    /// When the open contact `j`, at rest, closes (s), if it does so as far as this step tells: at once, unless its balls are accelerated
+    /// apart. What else would close it here would open it again, as series see them part.
+    fn onset_from_rest(&self, j: usize, table: &Table, tolerance: &Tolerance) -> Option<f64> {
+        let track = &self.tracks[j];
+        let felt = self.is_felt(track, self.overlap_at_end(j, self.curvature(j, table)), tolerance);
+        if track.acceleration >= 0.0 {
+            return felt.then_some(0.0);
+        }
+        self.end_by_newton(j, table).or(felt.then_some(0.5 * self.length))
     }
 
     /// Whether a ball at rest beside the one of an open contact would be pressed, or moved by more than may be left out.
@@ -178,7 +188,7 @@ impl Motion {
         let noise = self.noise(tolerance);
         (0..self.tracks.len()).any(|j| {
             let track = &self.tracks[j];
-            if track.mode == Mode::Open && (track.is_resting(&tolerance.rounding) || !self.may_close(j)) {
+            if track.mode == Mode::Open && !self.may_close(j) {
                 return false;
             }
             let side = if track.mode == Mode::Open { 1.0 } else { -1.0 };

@@ -19,8 +19,8 @@ use crate::solver::oscillator::MAX_FORCE_ORDER;
 /// The force by the series may differ from that of the law by what changes the velocities by this part of their scale.
 pub(super) const WRONG: f64 = 1e-13;
 
-/// Velocities up to this, m/s, are those of a start from rest.
-const AT_REST: f64 = 1e-100;
+/// Velocities up to this, m/s, are those of a start from rest: what the other accelerations lead to is by far more.
+const AT_REST: f64 = 1e-20;
 
 /// An overlap about to vanish shortens the unit of time by no more than this factor.
 const SHORTEST_UNIT: f64 = 1e-20;
@@ -221,12 +221,12 @@ pub(super) fn velocity_scale_by(window: &Window, mut energy: impl FnMut(usize) -
     let stored = laws.iter().enumerate().map(|(j, law)| {
         let mass = window.reduced_mass(j);
         let from_energy = (2.0 * energy(j) / mass).sqrt();
-        if moving > AT_REST || from_energy > AT_REST {
+        if moving > AT_REST {
             return from_energy;
         }
         let pull = |j: usize| (flights[j].forcing[0] - balls[j].oscillator.omega2() * flights[j].x).abs();
         let acceleration = pull(j).max(pull(j + 1));
-        (acceleration * law.static_overlap(mass * acceleration)).sqrt()
+        from_energy.max((acceleration * law.static_overlap(mass * acceleration)).sqrt())
     });
     stored.fold(moving, f64::max)
 }

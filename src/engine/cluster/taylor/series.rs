@@ -169,6 +169,22 @@ impl Series {
         }
     }
 
+    /// Where the overlap of a closed contact at rest falls below `level` (m) before `until` (s). It stays closed until its balls have
+    /// parted by more than rounding, unless they are pressed before.
+    fn release_from_rest(&self, row: &[f64], level: f64, until: f64, rounding: &Rounding) -> Next {
+        let end = until / self.unit;
+        let parted = crossing::first_positive(row, -1.0, -rounding.drift(until), end);
+        let Some(pressed) = PARTS.into_iter().map(|part| part * end).find(|&s| self.value(row, s) > level) else {
+            return if parted.is_some() { self.crossing(row, -1.0, level, until) } else { Next::Never };
+        };
+        if parted.is_some_and(|parted| parted <= pressed) {
+            return self.crossing(row, -1.0, level, until);
+        }
+        let about = series::shifted(row, pressed);
+        let fall = crossing::first_positive(&about[..row.len()], -1.0, level, end - pressed);
+        self.switching(fall.map(|s| pressed + s), until)
+    }
+
     /// A row and the factor that makes it the force of contact `j` by its law without clipping, N; zero while it is open.
     fn force(&self, j: usize) -> (&[f64], f64) {
         match self.linear[j] {
@@ -288,7 +304,7 @@ impl DenseOutput for Series {
         let deep = self.value(row, end) > noise || crossing::first_positive(row, 1.0, noise, end).is_some();
         // Where a wave arrives, a ball in touch and at rest, but for what its front has not been felt by, may take longer than
         // this segment to be pressed any deeper.
-        let at_rest = row[0].max(0.0) + row[1].abs() <= rounding.velocity * self.unit;
+        let at_rest = rounding.is_rest(row[0], row[1] / self.unit);
         let wave = || at_rest && self.overlaps.chunks_exact(self.stride()).any(|d| d[0] + d[1] > noise);
         // Its front is not there yet while closing the contact would change the velocities by no more than their rounding.
         let felt = || {
@@ -303,17 +319,8 @@ impl DenseOutput for Series {
         if self.least_overlaps.get(j).is_some_and(|least| *least > level) {
             return Next::Never;
         }
-        if row[0] < level && row[1].abs() <= rounding.velocity * self.unit {
-            // It has just closed from rest, and rounding has a say in which way it goes at first.
-            let end = until / self.unit;
-            let pressed = PARTS.into_iter().map(|part| part * end).find(|&s| self.value(row, s) > level);
-            if let Some(pressed) = pressed
-                && crossing::first_positive(row, -1.0, -rounding.position, pressed).is_none()
-            {
-                let about = series::shifted(row, pressed);
-                let fall = crossing::first_positive(&about[..row.len()], -1.0, level, end - pressed);
-                return self.switching(fall.map(|s| pressed + s), until);
-            }
+        if row[0] <= level && rounding.is_rest(row[0], row[1] / self.unit) {
+            return self.release_from_rest(row, level, until, rounding);
         }
         self.crossing(row, -1.0, level, until)
     }

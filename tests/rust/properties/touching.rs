@@ -1,0 +1,154 @@
+//! Balls that touch at the start exactly, but for rounding: which contacts close, and when, hardly shows in overlaps and rates.
+
+use newtons_cradle::engine::Results;
+use newtons_cradle::model::{DampingLaw, Inputs, Parameters};
+use proptest::collection::vec;
+use proptest::prelude::*;
+
+use super::config;
+use super::conservation::energy_scale;
+use super::cradles::{Case, decades, ended_early};
+use super::methods::agrees_with_adams;
+
+/// The most balls of a cradle, and how many most of them have.
+const MOST: usize = 40;
+const FEW: usize = 8;
+
+/// Contact times that a run lasts at most where forces press: without damping, pressed balls ring for ever.
+const RINGING: f64 = 300.0;
+
+/// How the start positions of balls that touch follow from how far they rest apart: what rounds them.
+#[derive(Clone, Copy, Debug)]
+enum Row {
+    /// Multiples of the distance, from this one on.
+    Multiples(u8),
+    /// Sums of distances from this position (m).
+    Sums(f64),
+    /// Multiples of a distance that leaves about this overlap (m).
+    Overlapping(f64),
+}
+
+impl Row {
+    /// Positions (m) of `n` balls with this `distance` (m) between neighbours.
+    fn positions(self, n: usize, distance: f64) -> Vec<f64> {
+        match self {
+            Self::Multiples(first) => (0..n).map(|i| -((usize::from(first) + i) as f64 * distance)).collect(),
+            Self::Sums(start) => (0..n).scan(start, |x, _| Some(std::mem::replace(x, *x - distance))).collect(),
+            Self::Overlapping(overlap) => (0..n).map(|i| -(i as f64 * (distance - overlap))).collect(),
+        }
+    }
+}
+
+fn rows() -> impl Strategy<Value = Row> {
+    prop_oneof![
+        2 => (0..3u8).prop_map(Row::Multiples),
+        2 => prop_oneof![Just(0.0), -1e-3..1e-3, -0.5..0.5].prop_map(Row::Sums),
+        1 => decades(-24.0, -18.0).prop_map(Row::Overlapping),
+    ]
+}
+
+/// `plain`, or a third of the time `value`.
+fn seldom<T: Clone + std::fmt::Debug + 'static>(
+    plain: T,
+    value: impl Strategy<Value = T> + 'static,
+) -> impl Strategy<Value = T> {
+    prop_oneof![2 => Just(plain), 1 => value]
+}
+
+/// Up to two values, each with the ball it is for.
+fn of_some_balls(value: impl Strategy<Value = f64>) -> impl Strategy<Value = Vec<(usize, f64)>> {
+    vec((0..MOST, value, any::<bool>()), 0..3).prop_map(|some| {
+        some.into_iter().map(|(i, value, negative)| (i, if negative { -value } else { value })).collect()
+    })
+}
+
+/// Rows of balls that touch, some of which move or are pressed.
+fn touching(most: usize) -> impl Strategy<Value = Case> {
+    let ones = vec![1.0; MOST];
+    let balls = (prop_oneof![3 => 3..=FEW, 1 => FEW..=most], prop_oneof![Just(0.0), Just(9.81)], decades(-2.0, 1.0));
+    let ratios = (
+        seldom(vec![1.0; MOST], vec(0.5..2.0, MOST)),
+        prop_oneof![4 => Just(ones.clone()), 1 => vec(0.9..1.1, MOST)],
+        prop_oneof![4 => Just(ones.clone()), 1 => vec(0.5..2.0, MOST)],
+    );
+    let exponent = prop_oneof![
+        4 => prop_oneof![Just(1.0), Just(1.5), Just(2.0), Just(2.5), Just(3.0)],
+        1 => 1.0..4.0,
+    ];
+    let gap = prop_oneof![4 => Just(0.0), 1 => decades(-8.0, -4.0)];
+    let contacts = (decades(4.0, 11.0), exponent, prop_oneof![Just(0.0), decades(-9.0, -4.0)], gap);
+    let law = prop_oneof![
+        Just(DampingLaw::KelvinVoigt),
+        Just(DampingLaw::KelvinVoigtNoPull),
+        Just(DampingLaw::HuntCrossley),
+        Just(DampingLaw::Viscoelastic),
+    ];
+    let losses =
+        (law, prop_oneof![Just(0.0), decades(-3.0, 0.3)], prop_oneof![4 => Just(0.0), 1 => decades(-3.0, 0.0)]);
+    let speed = prop_oneof![4 => decades(-3.0, 0.0), 1 => decades(-30.0, -3.0)];
+    let pushed =
+        (of_some_balls(speed), seldom(0.0, decades(-2.0, 1.0)), seldom(Vec::new(), of_some_balls(decades(-2.0, 1.0))));
+    let time = prop_oneof![3 => 0.01..0.5, 1 => 0.5..3.0];
+    (balls, ratios, contacts, losses, rows(), pushed, time).prop_map(
+        move |((n, gravity, mass), ratios, contacts, (law, damping, drag), row, (moving, ends, forces), time)| {
+            let (stiffness, exponent, dead_band, gap) = contacts;
+            let mut p = Parameters::default_for(n);
+            (p.gravity, p.mass, p.drag) = (gravity, mass, drag * mass);
+            p.mass_ratio = ratios.0[..n].to_vec();
+            p.length_ratio = ratios.1[..n].to_vec();
+            p.stiffness_ratio = ratios.2[..n - 1].to_vec();
+            (p.stiffness, p.exponent, p.dead_band) = (stiffness * mass, exponent, dead_band);
+            p.gap.fill(gap);
+            p.damping_law = law;
+            // As for the other cradles: in units of the critical damping, of the inverse of 1 m/s, and of the time of a linear contact.
+            (p.damping, p.hunt_crossley) = (damping * mass * (2.0 * stiffness).sqrt(), damping);
+            p.relaxation_time = damping * (2.0 / stiffness).sqrt();
+            p.x_start = row.positions(n, gap + dead_band);
+            p.v_start = vec![0.0; n];
+            moving.iter().for_each(|(i, v)| p.v_start[i % n] = *v);
+            let mut inputs = Inputs::zero(n);
+            (inputs.force[0], inputs.force[n - 1]) = (ends * mass, -ends * mass);
+            forces.iter().for_each(|(i, force)| inputs.force[i % n] += force * mass);
+            let mut case = Case { p, inputs, time };
+            if case.driven() || (gravity > 0.0 && ratios.1 != ones) {
+                case.time = case.time.min(RINGING / stiffness.sqrt());
+            }
+            case
+        },
+    )
+}
+
+/// How far rounding lets balls move, and how fast, where nothing else moves them: m/s, and in units of the largest position.
+const SLOW: f64 = 1e-12;
+const DEEP: f64 = 4.0 * f64::EPSILON;
+
+/// The energy (J) of contacts as deep as rounding: they may be open or closed all the same.
+fn energy_of_rounding(p: &Parameters) -> f64 {
+    let depth = DEEP * p.x_start.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    p.balls() as f64 * p.stiffness * p.overlap_ref.powi(2) * (depth / p.overlap_ref).powf(p.exponent + 1.0)
+}
+
+proptest! {
+    #![proptest_config(config(400))]
+
+    #[test]
+    fn rows_that_touch_run_to_their_end(case in touching(MOST)) {
+        let mut engine = case.start()?;
+        let mut scale = case.mass() * SLOW * SLOW;
+        for point in 0..=20 {
+            engine.advance(case.time * f64::from(point) / 20.0, &mut Vec::new()).map_err(ended_early)?;
+            scale = scale.max(energy_scale(&engine, case.p.balls()));
+            let (off, allowed) = (engine.energy_residual().abs(), 1e-11 * scale + energy_of_rounding(&case.p));
+            prop_assert!(off <= allowed, "energy off by {off:e} of {scale:e} J at {}", engine.time());
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(config(20))]
+
+    #[test]
+    fn rows_that_touch_are_followed_as_by_adams(case in touching(FEW)) {
+        agrees_with_adams(case)?;
+    }
+}
