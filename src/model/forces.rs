@@ -25,7 +25,7 @@ impl ContactLaw {
         let scale = 1.0 / self.overlap_ref;
         let (mut forces, mut ratios) = ([0.0; N], [0.0; N]);
         for m in 0..N {
-            let overlap = overlaps[m].max(0.0);
+            let overlap = if overlaps[m] > 0.0 { overlaps[m] } else { 0.0 };
             ratios[m] = overlap * scale;
             forces[m] = self.stiffness * distance(m, overlap);
         }

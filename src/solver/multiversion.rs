@@ -4,8 +4,8 @@
 //! whose instructions take four. What most of the time goes into is compiled for both, and the processor at hand decides. Every number
 //! of a vector is rounded as if it were alone, and nothing is fused: both versions give the same bits.
 
-/// Makes each method of one that is `#[inline(always)]`, as must be all that takes time in it: what is not inlined is compiled for
-/// every processor only.
+/// Makes methods that call their portable version, compiled for any x86-64 processor or for AVX2. That version, and what takes time
+/// in it, must be `#[inline(always)]`: what is not inlined is compiled for any processor only.
 macro_rules! multiversioned {
     (impl $type:ty { $(
         $(#[$attribute:meta])*

@@ -20,6 +20,20 @@ pub(crate) fn degree(forcing: &Forcing) -> usize {
     (1..=MAX_FORCE_ORDER).rev().find(|&j| forcing[j] != 0.0).unwrap_or(0)
 }
 
+/// The shortest time (s) in which one of its derivatives changes by as much as it is; infinite if none changes.
+pub(crate) fn time_of_change(forcing: &Forcing) -> f64 {
+    let mut shortest = f64::INFINITY;
+    let mut last: Option<(usize, f64)> = None;
+    for (k, derivative) in forcing.iter().map(|derivative| derivative.abs()).enumerate().filter(|(_, size)| *size > 0.0)
+    {
+        if let Some((j, before)) = last {
+            shortest = shortest.min(libm::pow(before / derivative, 1.0 / (k - j) as f64));
+        }
+        last = Some((k, derivative));
+    }
+    shortest
+}
+
 /// Its value `tau` (s) after the anchor, m/s2.
 pub(crate) fn forcing_at(forcing: &Forcing, tau: f64) -> f64 {
     (0..=degree(forcing)).rev().fold(0.0, |sum, k| forcing[k] + sum * tau / (k + 1) as f64)

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::ball::Ball;
-use super::free_motion::{Flight, degree};
+use super::free_motion::{Flight, degree, time_of_change};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::oscillator::Oscillator;
@@ -271,5 +271,13 @@ impl Smooth for Separation {
 
     fn third_derivative_bound(&self, t: f64, span: f64) -> f64 {
         self.pendulums.parts().iter().map(|(o, flight)| flight.derivative_bound(o, t, span, 3)).sum()
+    }
+
+    fn time_scale(&self) -> f64 {
+        self.pendulums.parts().iter().map(|(_, flight)| time_of_change(&flight.forcing)).fold(f64::INFINITY, f64::min)
+    }
+
+    fn bound_depends_on_span(&self) -> bool {
+        self.pendulums.parts().iter().any(|(_, flight)| degree(&flight.forcing) > 0)
     }
 }

@@ -144,6 +144,41 @@ proptest! {
     }
 }
 
+/// The highest derivative of a force that a case sets.
+const ORDER: usize = 3;
+
+proptest! {
+    #![proptest_config(config(100))]
+
+    /// Forces that are polynomials of the time, from one communication point to the next, some of which begin at 0.
+    #[test]
+    fn rows_that_touch_run_to_their_end_under_forces_that_vary(
+        case in touching(FEW),
+        forces in vec(vec(-1.0..1.0, FEW), ORDER),
+    ) {
+        let time = case.time.min(RINGING * (case.p.mass / case.p.stiffness).sqrt());
+        let (mut engine, n) = (case.start()?, case.p.balls());
+        let (mut scale, span) = (case.mass() * SLOW * SLOW, time / 20.0);
+        for point in 0..20 {
+            let force = |order: usize, i: usize| case.p.mass * forces[(point + order) % ORDER][i];
+            let derivative = |order: usize| {
+                let mut inputs = Inputs::zero(n);
+                inputs.force = (0..n).map(|i| force(order, i) / span.powi(order as i32)).collect();
+                inputs
+            };
+            let mut inputs = case.inputs.clone();
+            if point % 4 != 0 {
+                inputs.force.iter_mut().enumerate().for_each(|(i, value)| *value += force(0, i));
+            }
+            engine.hold(&inputs, &[derivative(1), derivative(2), derivative(3)]).unwrap();
+            engine.advance(span * (point + 1) as f64, &mut Vec::new()).map_err(ended_early)?;
+            scale = scale.max(energy_scale(&engine, n));
+            let (off, allowed) = (engine.energy_residual().abs(), 1e-11 * scale + energy_of_rounding(&case.p));
+            prop_assert!(off <= allowed, "energy off by {off:e} of {scale:e} J at {}", engine.time());
+        }
+    }
+}
+
 proptest! {
     #![proptest_config(config(20))]
 

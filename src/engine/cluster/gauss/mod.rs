@@ -30,11 +30,11 @@ pub(crate) use motion::Motion;
 const TAIL: f64 = 1e-10;
 const EPSILON: f64 = 1e-17;
 
-/// First step over the time that the fastest contact takes to stop its balls: after an onset at speed or another switching; the same
-/// times the exponent if that is whole; and where a wave starts in balls that touch.
+/// First step over the time that the fastest contact takes to stop its balls: after an onset at speed or another switching; where a
+/// wave starts in balls that touch; and for a whole exponent, times that, after any of these.
 const FIRST: f64 = 0.5;
-const FIRST_SMOOTH: f64 = 1.5;
 const FIRST_OF_WAVE: f64 = 0.3;
+const FIRST_SMOOTH: f64 = 1.6;
 
 /// Contacts that have just closed at less than this part of the speed of the others, or that overlap by less than this part of the
 /// largest overlap, do not call for a stretched step.
@@ -45,7 +45,7 @@ const LAST_IN_MEAN: f64 = 0.68;
 
 /// A contact that is so many steps from its release may be followed up to there: in a time that is not stretched,
 /// by squares, by cubes, and a contact that has no force up to its switching.
-const NEAR_RELEASE: f64 = 0.7;
+const NEAR_RELEASE: f64 = 0.9;
 const NEAR_BY_SQUARES: f64 = 0.7;
 const NEAR_BY_CUBES: f64 = 0.5;
 const NEAR_SWITCHING: f64 = 1.2;
@@ -78,8 +78,8 @@ pub(super) struct Followed {
     pub next: f64,
 }
 
-/// Whether the closed contacts are few and not linear, the sign of a force that may be clipped is simple, damping at this `speed`
-/// (m/s) is not stiff, and all pendulums are equal.
+/// Whether some contacts press, the closed ones are few and not linear, the sign of a force that may be clipped is simple, damping at
+/// this `speed` (m/s) is not stiff, and all pendulums are equal.
 pub(super) fn applies_to(window: &Window, speed: f64) -> bool {
     let is_stiff = |(j, law): (usize, &ContactLaw)| {
         window.contacts[j].mode != Mode::Open && law.relaxes_within(STIFF, window.reduced_mass(j), speed)
@@ -88,7 +88,9 @@ pub(super) fn applies_to(window: &Window, speed: f64) -> bool {
         contact.mode == Mode::Open || (!law.is_linear() && (!law.clips() || law.sign_of_force().is_some()))
     };
     let oscillator = &window.balls[0].oscillator;
+    let presses = |contact: &WindowContact| contact.mode == Mode::Pressing;
     window.closed() <= MOST_CONTACTS
+        && window.contacts.iter().any(presses)
         && window.contacts.iter().zip(window.laws).all(serves)
         && window.balls.iter().all(|ball| ball.oscillator == *oscillator)
         && !window.laws.iter().enumerate().any(is_stiff)
@@ -121,8 +123,8 @@ impl Motion {
         let power = self.stretching_power();
         let mut length = match before > 0.0 {
             true => before,
-            false if wave => FIRST_OF_WAVE * self.fastest(window, speed),
             false if power.is_none() => FIRST_SMOOTH / self.tracks[0].law.exponent * self.fastest(window, speed),
+            false if wave => FIRST_OF_WAVE * self.fastest(window, speed),
             false => FIRST * self.fastest(window, speed),
         };
         let mut plan = Plan { stretching: onset.unwrap_or_default(), length, switching: None };
@@ -180,6 +182,12 @@ impl Motion {
                     self.ends_at_once(j, switch);
                     return Some(Followed { length: 0.0, next: before });
                 }
+                // It switches before the end that was found for it, and the same step would come to the same end.
+                Outcome::Within(j, _, time) if plan.switching == Some(j) => Plan {
+                    stretching: onset.unwrap_or_default(),
+                    length: SHORT_OF_RELEASE * time.max(least),
+                    switching: None,
+                },
                 Outcome::Within(j, Switch::Release, time) if self.tracks[j].mode == Mode::Pressing => {
                     match plan.stretching {
                         Stretching::None | Stretching::AtEnd(_) => self.to_release(j, time.max(least)),
@@ -197,6 +205,9 @@ impl Motion {
                         length = SHORT_OF_RELEASE * length.min(reached.max(least));
                     }
                     Plan { stretching: onset.unwrap_or_default(), length, switching: None }
+                }
+                Outcome::LeftEarly(time) => {
+                    Plan { stretching: onset.unwrap_or_default(), length: 2.0 * time, switching: None }
                 }
                 Outcome::TooLong(_) | Outcome::Failed if plan.switching.is_some() => {
                     length = SHORT_OF_RELEASE * reached.clamp(least, plan.length);

@@ -165,8 +165,8 @@ impl Motion {
         std::array::from_fn(|k| (moment.sums[i][k + 1] - moment.sums[i + 1][k + 1]) * inverse_mass)
     }
 
-    /// Velocities of ball `i` at the nodes, m/s.
-    fn velocities(&self, i: usize) -> Nodes {
+    /// What the forces of the contacts add to the velocity of ball `i` at the nodes, m/s.
+    fn pushed_velocities(&self, i: usize) -> Nodes {
         let (o, table) = (&self.oscillator, self.stretching.table());
         let inverse_mass = self.inverse_mass(i);
         let responses = Responses::new(o, self.length);
@@ -178,9 +178,7 @@ impl Motion {
             [0, 1].map(|k| table.integrate(&std::array::from_fn(|m| push(m) * back[m][k])));
         std::array::from_fn(|m| {
             let [velocity, displacement, _] = responses.at(times[m]);
-            let pushed = velocity * velocities[m] - o.omega2() * displacement * displacements[m];
-            let (_, free) = self.flights[i].at(o, DoubleDouble::from(times[m]));
-            free + self.length * pushed
+            self.length * (velocity * velocities[m] - o.omega2() * displacement * displacements[m])
         })
     }
 
@@ -236,16 +234,20 @@ impl DenseOutput for Motion {
     }
 
     fn squared_velocity_integral(&self, i: usize, tau: f64) -> f64 {
-        weighted(&self.weights(tau), &self.velocities(i).map(|v| v * v))
+        let (pushed, times) = (self.pushed_velocities(i), self.stretching.table().times);
+        let free = |m: usize| self.flights[i].at(&self.oscillator, DoubleDouble::from(self.length * times[m])).1;
+        weighted(&self.weights(tau), &std::array::from_fn(|m| (free(m) + pushed[m]).powi(2)))
     }
 
     fn work(&self, i: usize, forcing: &Forcing, tau: f64) -> f64 {
         if degree(forcing) == 0 {
             return if forcing[0] == 0.0 { 0.0 } else { forcing[0] * self.moved(i, tau).0 };
         }
-        let (velocities, times) = (self.velocities(i), self.stretching.table().times);
-        let power = std::array::from_fn(|m| velocities[m] * forcing_at(forcing, self.length * times[m]));
-        weighted(&self.weights(tau), &power)
+        // The forcing may vary much beyond the time where the step is left.
+        let free = self.flights[i].work(forcing, &self.oscillator, tau, &self.moment(tau).basis);
+        let (pushed, times) = (self.pushed_velocities(i), self.stretching.table().times);
+        let power = std::array::from_fn(|m| pushed[m] * forcing_at(forcing, self.length * times[m]));
+        free + weighted(&self.weights(tau), &power)
     }
 
     fn overlap(&self, j: usize, tau: f64) -> (f64, f64) {

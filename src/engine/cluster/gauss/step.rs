@@ -40,6 +40,9 @@ const ROUGH: f64 = 0.1;
 /// less exact than at the end.
 const WITHIN: f64 = 30.0;
 
+/// The least part of the step up to which it may be left: the nodes there tell what happens before.
+const LEAST_PART: f64 = 0.1;
+
 /// How far the end of the step may move within the iteration, as a factor.
 const FARTHEST: f64 = 4.0;
 
@@ -81,6 +84,8 @@ pub(super) enum Outcome {
     Within(usize, Switch, f64),
     /// No contact switches where one was to end the step.
     NoSwitching,
+    /// A force changes its sign after this small part of the step (s).
+    LeftEarly(f64),
     /// The error is this many times too large.
     TooLong(f64),
     /// The iteration does not converge, or a switching may have been passed over.
@@ -120,7 +125,7 @@ impl Motion {
                             return Outcome::Failed;
                         }
                     }
-                    None if looked => return Outcome::NoSwitching,
+                    None if looked || self.end.is_some() => return Outcome::NoSwitching,
                     None => {}
                 }
             }
@@ -153,8 +158,8 @@ impl Motion {
         Outcome::Failed
     }
 
-    /// Whether a step of this `plan` may end with the switching of contact `j`: what it is planned for, or another one, without a branch
-    /// point where none was expected, or the other way round.
+    /// Whether a step of this `plan` may end with the switching of contact `j`: what it is planned for or, where that has no branch point
+    /// and time is not stretched for one, another one without.
     fn may_end(&self, plan: &Plan, j: usize, switch: Switch) -> bool {
         let has_branch_point = switch == Switch::Release && self.tracks[j].mode == Mode::Pressing;
         let is_smooth = !has_branch_point || self.stretching_power().is_none();
@@ -199,8 +204,13 @@ impl Motion {
         }
         let brief = self.oscillator.omega() * self.length < BRIEF;
         for j in 0..self.tracks.len() {
-            if self.tracks[j].mode != Mode::Pressing && self.may_close(j) {
-                for _ in 0..if brief { 1 } else { 3 } {
+            if self.tracks[j].mode == Mode::Pressing {
+                continue;
+            }
+            self.accelerate(j);
+            if self.may_close(j) {
+                self.move_contact(j, table);
+                for _ in 0..if brief { 0 } else { 2 } {
                     self.accelerate(j);
                     self.move_contact(j, table);
                 }
@@ -220,6 +230,7 @@ impl Motion {
             Signs::Stay => {}
             Signs::Unclear => return Outcome::Failed,
             Signs::Change(j, 0.0) => return Outcome::AtOnce(j, clipping(self.tracks[j].mode).1),
+            Signs::Change(_, time) if time < LEAST_PART * self.length => return Outcome::LeftEarly(time),
             Signs::Change(j, time) => {
                 (self.until, self.end) = (time, Some((j, clipping(self.tracks[j].mode).1)));
                 error *= WITHIN;

@@ -95,9 +95,10 @@ impl Motion {
         let time = if track.overlap > tolerance.rounding.no_overlap() {
             fall(track.overlap, track.rate, curvature)
         } else {
-            // It has only just closed. That its balls part does not follow from a rate within rounding.
-            let parts = curvature < 0.0 || track.rate < -tolerance.rounding.velocity;
-            parts.then(|| if track.rate > 0.0 { -track.rate / curvature } else { 0.0 })
+            // It has only just closed. A rate within rounding says neither that its balls part nor that they do not.
+            let known = tolerance.rounding.velocity;
+            let parts = curvature < 0.0 || track.rate < -known;
+            parts.then(|| if track.rate > known { -track.rate / curvature } else { 0.0 })
         };
         time.map(|time| (Switch::Release, time))
     }
@@ -112,12 +113,13 @@ impl Motion {
         (towards && (0.5 * self.length..2.0 * self.length).contains(&time)).then_some(time)
     }
 
-    /// When the open contact `j`, at rest, closes (s), if it does so as far as this step tells: at once, unless its balls are accelerated
-    /// apart. What else would close it here would open it again, as series see them part.
+    /// When the open contact `j`, at rest, closes (s), if it does so as far as this step tells: at once, unless its balls are first
+    /// accelerated apart, by a force that may only grow from 0. Else series, which see them part, would open it again.
     fn onset_from_rest(&self, j: usize, table: &Table, tolerance: &Tolerance) -> Option<f64> {
         let track = &self.tracks[j];
         let felt = self.is_felt(track, self.overlap_at_end(j, self.curvature(j, table)), tolerance);
-        if track.acceleration >= 0.0 {
+        let first = if track.acceleration == 0.0 { track.jerk + track.free.forcing[1] } else { track.acceleration };
+        if first >= 0.0 {
             return felt.then_some(0.0);
         }
         self.end_by_newton(j, table).or(felt.then_some(0.5 * self.length))
@@ -205,7 +207,9 @@ impl Motion {
         let track = &self.tracks[j];
         let [least, most] = range(&self.accelerations[j]);
         let farthest = (track.rate.max(0.0) + most.max(-least) * self.length) * self.length;
-        track.overlap > -2.0 * farthest
+        // What is not a number tells nothing.
+        let stays_open = track.overlap <= -2.0 * farthest;
+        !stays_open
     }
 
     /// Time of a node or the end, s.

@@ -10,7 +10,7 @@ use super::series::{INVERSE_FACTORIAL, Series};
 use crate::engine::cluster::equations::Equations;
 use crate::engine::cluster::step_control::Control;
 use crate::engine::cluster::window::Window;
-use crate::engine::flight::Ball;
+use crate::engine::flight::{Ball, degree};
 use crate::model::{BallModel, ContactLaw, Mode};
 use crate::solver::crossing;
 use crate::solver::dual::Scalar;
@@ -216,19 +216,39 @@ pub(crate) fn velocity_scale(window: &Window) -> f64 {
 
 /// The same from the elastic energy of each contact, J.
 pub(super) fn velocity_scale_by(window: &Window, mut energy: impl FnMut(usize) -> f64) -> f64 {
-    let Window { flights, balls, laws, .. } = window;
+    let Window { flights, laws, .. } = window;
     let moving = flights.iter().map(|f| f.v.abs()).fold(f64::MIN_POSITIVE, f64::max);
-    let stored = laws.iter().enumerate().map(|(j, law)| {
+    let stored = (0..laws.len()).map(|j| {
         let mass = window.reduced_mass(j);
         let from_energy = (2.0 * energy(j) / mass).sqrt();
-        if moving > AT_REST {
-            return from_energy;
-        }
-        let pull = |j: usize| (flights[j].forcing[0] - balls[j].oscillator.omega2() * flights[j].x).abs();
-        let acceleration = pull(j).max(pull(j + 1));
-        from_energy.max((acceleration * law.static_overlap(mass * acceleration)).sqrt())
+        if moving > AT_REST { from_energy } else { from_energy.max(speed_from_rest(window, j)) }
     });
     stored.fold(moving, f64::max)
+}
+
+/// What the other accelerations of the balls of contact `j` lead to from rest until it balances them, m/s. Where these only grow from 0,
+/// it is the time to then that decides how far: found by iteration, to within a power of ten.
+fn speed_from_rest(window: &Window, j: usize) -> f64 {
+    let Window { flights, balls, laws, .. } = window;
+    let (law, mass) = (&laws[j], window.reduced_mass(j));
+    let pull = |i: usize, time: f64| {
+        let forcing = &flights[i].forcing;
+        let varying: f64 =
+            (1..=degree(forcing)).map(|k| forcing[k].abs() * INVERSE_FACTORIAL[k] * time.powi(k as i32)).sum();
+        (forcing[0] - balls[i].oscillator.omega2() * flights[i].x).abs() + varying
+    };
+    let acceleration = |time: f64| pull(j, time).max(pull(j + 1, time));
+    let balanced = |acceleration: f64| law.static_overlap(mass * acceleration);
+    let mut time = 0.0;
+    if degree(&flights[j].forcing).max(degree(&flights[j + 1].forcing)) > 0 {
+        time = 1.0;
+        for _ in 0..4 {
+            let acceleration = acceleration(time);
+            time = (balanced(acceleration) / acceleration).sqrt();
+        }
+    }
+    let acceleration = acceleration(time);
+    (acceleration * balanced(acceleration)).sqrt()
 }
 
 /// Where a power that is not whole starts from almost no overlap its series hardly converges, and its force does not

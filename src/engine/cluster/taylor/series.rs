@@ -169,17 +169,16 @@ impl Series {
         }
     }
 
-    /// Where the overlap of a closed contact at rest falls below `level` (m) before `until` (s). It stays closed until its balls have
-    /// parted by more than rounding, unless they are pressed before.
+    /// Where a closed contact at rest opens before `until` (s): where its balls have parted by more than rounding or, if they are pressed
+    /// before, where their overlap falls below `level` (m) again.
     fn release_from_rest(&self, row: &[f64], level: f64, until: f64, rounding: &Rounding) -> Next {
         let end = until / self.unit;
         let parted = crossing::first_positive(row, -1.0, -rounding.drift(until), end);
-        let Some(pressed) = PARTS.into_iter().map(|part| part * end).find(|&s| self.value(row, s) > level) else {
-            return if parted.is_some() { self.crossing(row, -1.0, level, until) } else { Next::Never };
-        };
-        if parted.is_some_and(|parted| parted <= pressed) {
-            return self.crossing(row, -1.0, level, until);
+        let pressed = PARTS.into_iter().map(|part| part * end).find(|&s| self.value(row, s) > level);
+        if parted.is_some_and(|parted| pressed.is_none_or(|pressed| parted <= pressed)) {
+            return self.switching(parted, until);
         }
+        let Some(pressed) = pressed else { return Next::Never };
         let about = series::shifted(row, pressed);
         let fall = crossing::first_positive(&about[..row.len()], -1.0, level, end - pressed);
         self.switching(fall.map(|s| pressed + s), until)
