@@ -31,4 +31,10 @@ macro_rules! multiversioned {
     )+ } };
 }
 
+/// Asks the processor what it has, as the first call of such a method would: where it is a virtual one, that takes longer than most calls.
+pub(crate) fn ask_processor() {
+    #[cfg(target_arch = "x86_64")]
+    let _ = std::arch::is_x86_feature_detected!("avx2");
+}
+
 pub(crate) use multiversioned;

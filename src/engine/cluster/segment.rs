@@ -90,6 +90,11 @@ pub(crate) struct Cluster {
 }
 
 impl Cluster {
+    /// Computes what all segments under these `laws` of a cradle share, so that the first one need not.
+    pub fn prepare(laws: &[ContactLaw]) {
+        gauss::prepare(laws);
+    }
+
     /// The balls `members`, and as spectators those beside them that are in `window`. The motion is left to
     /// [`Self::expand`], with the history of the segments before.
     pub fn new(

@@ -82,6 +82,7 @@ impl Engine {
     /// All balls in flight from the start values, their contacts not looked at yet.
     pub(crate) fn apart(parameters: &Parameters, inputs: HeldInputs, start_time: f64) -> Self {
         let cradle = Cradle::new(parameters);
+        Cluster::prepare(&cradle.contacts);
         let start = DoubleDouble::from(start_time);
         let state = parameters.x_start.iter().zip(&parameters.v_start).enumerate();
         let balls = state.zip(&cradle.balls).map(|((i, (&x, &v)), model)| {

@@ -19,6 +19,7 @@ use super::window::{Switch, Window, WindowContact};
 use crate::engine::flight::Rounding;
 use crate::model::{ContactLaw, Mode};
 use crate::solver::gauss::{NODES, Power, Stretching};
+use crate::solver::multiversion;
 
 use motion::Track;
 use switching::fall;
@@ -94,6 +95,17 @@ pub(super) fn applies_to(window: &Window, speed: f64) -> bool {
         && window.contacts.iter().zip(window.laws).all(serves)
         && window.balls.iter().all(|ball| ball.oscillator == *oscillator)
         && !window.laws.iter().enumerate().any(is_stiff)
+}
+
+/// See [`Cluster::prepare`](super::Cluster::prepare): it takes longer than an impact.
+pub(crate) fn prepare(laws: &[ContactLaw]) {
+    if let Some(law) = laws.iter().find(|law| !law.is_linear()) {
+        multiversion::ask_processor();
+        let stretched = power_of_stretching(law).map(|power| [Stretching::AtStart(power), Stretching::AtEnd(power)]);
+        for stretching in stretched.into_iter().flatten().chain([Stretching::None]) {
+            stretching.table();
+        }
+    }
 }
 
 impl Motion {
