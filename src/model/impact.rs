@@ -31,6 +31,11 @@ impl ContactLaw {
         if rate > 0.0 { DURATION * self.largest_overlap(m, rate) / rate } else { f64::INFINITY }
     }
 
+    /// What an `acceleration` (m/s2) of two balls with the reduced mass `m` (kg) leads to from rest until their contact balances it, m/s.
+    pub fn speed_from_rest(&self, m: f64, acceleration: f64) -> f64 {
+        (acceleration * self.static_overlap(m * acceleration)).sqrt()
+    }
+
     /// Relaxation time, in which damping alone takes the rate of the overlap down to 1/e, s; where damping depends on the overlap that
     /// at the largest one of the impact. Infinite without damping.
     pub fn relaxation_time(&self, m: f64, rate: f64) -> f64 {

@@ -27,7 +27,7 @@ use switching::fall;
 pub(crate) use motion::Motion;
 
 /// What the two highest Legendre coefficients may be over the scale of the velocities, for the local error of the default
-/// tolerance. The end of a step has twice as many digits: an error of 1e-16, within the step one of 1e-14.
+/// tolerance. The end of a step has twice as many digits: an error of 1e-16, within the step one of 3e-14.
 const TAIL: f64 = 1e-10;
 const EPSILON: f64 = 1e-17;
 
@@ -271,8 +271,7 @@ impl Motion {
         let mut speed = 0.0_f64;
         for (j, track) in self.tracks.iter().enumerate().filter(|(_, track)| track.mode == Mode::Pressing) {
             let acceleration = (track.pull - self.oscillator.omega2() * track.overlap).abs();
-            let balanced = track.law.static_overlap(window.reduced_mass(j) * acceleration);
-            speed = speed.max((acceleration * balanced).sqrt());
+            speed = speed.max(track.law.speed_from_rest(window.reduced_mass(j), acceleration));
         }
         speed
     }

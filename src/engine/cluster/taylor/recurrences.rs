@@ -10,7 +10,7 @@ use super::series::{INVERSE_FACTORIAL, Series};
 use crate::engine::cluster::equations::Equations;
 use crate::engine::cluster::step_control::Control;
 use crate::engine::cluster::window::Window;
-use crate::engine::flight::{Ball, degree};
+use crate::engine::flight::{Ball, degree, forcing_at};
 use crate::model::{BallModel, ContactLaw, Mode};
 use crate::solver::crossing;
 use crate::solver::dual::Scalar;
@@ -230,25 +230,22 @@ pub(super) fn velocity_scale_by(window: &Window, mut energy: impl FnMut(usize) -
 /// it is the time to then that decides how far: found by iteration, to within a power of ten.
 fn speed_from_rest(window: &Window, j: usize) -> f64 {
     let Window { flights, balls, laws, .. } = window;
-    let (law, mass) = (&laws[j], window.reduced_mass(j));
-    let pull = |i: usize, time: f64| {
-        let forcing = &flights[i].forcing;
-        let varying: f64 =
-            (1..=degree(forcing)).map(|k| forcing[k].abs() * INVERSE_FACTORIAL[k] * time.powi(k as i32)).sum();
-        (forcing[0] - balls[i].oscillator.omega2() * flights[i].x).abs() + varying
-    };
-    let acceleration = |time: f64| pull(j, time).max(pull(j + 1, time));
-    let balanced = |acceleration: f64| law.static_overlap(mass * acceleration);
-    let mut time = 0.0;
-    if degree(&flights[j].forcing).max(degree(&flights[j + 1].forcing)) > 0 {
-        time = 1.0;
-        for _ in 0..4 {
-            let acceleration = acceleration(time);
-            time = (balanced(acceleration) / acceleration).sqrt();
-        }
+    let pulls = [j, j + 1].map(|i| {
+        let mut sizes = flights[i].forcing;
+        sizes[0] -= balls[i].oscillator.omega2() * flights[i].x;
+        sizes.map(f64::abs)
+    });
+    let acceleration = |time: f64| pulls.iter().map(|sizes| forcing_at(sizes, time)).fold(0.0, f64::max);
+    let speed = |acceleration: f64| laws[j].speed_from_rest(window.reduced_mass(j), acceleration);
+    if pulls.iter().all(|sizes| degree(sizes) == 0) {
+        return speed(acceleration(0.0));
     }
-    let acceleration = acceleration(time);
-    (acceleration * balanced(acceleration)).sqrt()
+    let mut time = 1.0;
+    for _ in 0..4 {
+        let acceleration = acceleration(time);
+        time = speed(acceleration) / acceleration;
+    }
+    speed(acceleration(time))
 }
 
 /// Where a power that is not whole starts from almost no overlap its series hardly converges, and its force does not
