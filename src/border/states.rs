@@ -126,7 +126,7 @@ pub(crate) unsafe fn serialize(
 /// `*place` is left as it is; where it is not NULL its memory is used again.
 ///
 /// # Safety
-/// As for [`array`] and [`store`].
+/// As for [`array()`] and [`store`].
 pub(crate) unsafe fn deserialize(
     instance: &Instance,
     bytes: *const u8,

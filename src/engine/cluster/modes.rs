@@ -65,8 +65,8 @@ struct Joint {
 }
 
 impl Modes {
-    /// The motion from the state at the start of a segment, which [`apply_to`](super::natural::apply_to) allows; `None` for balls
-    /// or contacts that differ too much.
+    /// The motion from the state at the start of a segment, where [`series_before_modes`](super::natural::series_before_modes) says that
+    /// there are any; `None` for balls or contacts that differ too much.
     pub fn new(window: &Window) -> Option<Self> {
         let Window { flights, contacts, laws, .. } = window;
         let mut modes = Self::default();

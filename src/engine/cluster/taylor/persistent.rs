@@ -129,7 +129,7 @@ impl Force {
         last
     }
 
-    /// Miller's recursion, see [`series::power_term`].
+    /// Miller's recursion, see [`power_term`](crate::solver::series::power_term).
     fn real_power(&mut self, law: &ContactLaw, k: usize, term: f64) -> f64 {
         let [power, weighted] = &mut self.powers[..] else { return f64::NAN };
         let (ratio, order, [_, start]) = (&self.ratio.forward, k as f64, self.known);
