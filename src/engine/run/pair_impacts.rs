@@ -28,6 +28,10 @@ impl Engine {
         for beside in neighbours.start..neighbours.end - 1 {
             self.stop_separation(beside, t);
         }
+        let mut beside = (neighbours.start..neighbours.end - 1).filter(|beside| *beside != i);
+        if beside.any(|beside| self.contacts[beside].overlap() >= 0.0) {
+            return false; // The next balls touch these.
+        }
         let (left, right) = (&self.balls[i], &self.balls[i + 1]);
         let impact = PairImpact::new(left, right, &self.cradle.contacts[i], &self.impact_coefficients);
         let Some(impact) = impact else { return false };
