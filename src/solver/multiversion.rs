@@ -26,15 +26,13 @@ macro_rules! multiversioned {
                     return unsafe { with_avx2(self $(, $argument)*) };
                 }
             }
-            self.$portable($($argument),*)
+            #[inline(never)]
+            fn for_any(this: &mut $type $(, $argument: $of)*) $(-> $result)? {
+                this.$portable($($argument),*)
+            }
+            for_any(self $(, $argument)*)
         }
     )+ } };
-}
-
-/// Asks the processor what it has, as the first call of such a method would: where it is a virtual one, that takes longer than most calls.
-pub(crate) fn ask_processor() {
-    #[cfg(target_arch = "x86_64")]
-    let _ = std::arch::is_x86_feature_detected!("avx2");
 }
 
 pub(crate) use multiversioned;

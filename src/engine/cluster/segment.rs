@@ -90,9 +90,14 @@ pub(crate) struct Cluster {
 }
 
 impl Cluster {
-    /// Computes what all segments under these `laws` of a cradle share, so that the first one need not.
-    pub fn prepare(laws: &[ContactLaw]) {
-        gauss::prepare(laws);
+    /// None yet, with the memory for so many contacts that are followed by Gauss collocation.
+    pub fn with_capacity(contacts: usize) -> Self {
+        Self {
+            flights: Vec::with_capacity(contacts + 1),
+            contacts: Vec::with_capacity(contacts),
+            description: Description::Gauss(Box::new(gauss::Motion::with_capacity(contacts))),
+            ..Self::default()
+        }
     }
 
     /// The balls `members`, and as spectators those beside them that are in `window`. The motion is left to

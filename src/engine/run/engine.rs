@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::caches::Caches;
 use super::contact::{Contact, Keep, Phase};
+use super::warm_up::warm_up;
 use super::watchdog::Watchdog;
 use crate::engine::cluster::{Cluster, Control};
 use crate::engine::error::EngineError;
@@ -18,6 +19,9 @@ use crate::solver::queue::EventQueue;
 
 /// Where a step of a copy that goes ahead would have begun, s: after all events.
 pub(crate) const NO_STEP: f64 = f64::MAX;
+
+/// Contacts that the first cluster of contacts that are not linear has memory for from the start, if there are so many.
+const ROOM: usize = 16;
 
 /// A cradle and its trajectory up to the current time.
 #[derive(Clone, Debug)]
@@ -82,7 +86,11 @@ impl Engine {
     /// All balls in flight from the start values, their contacts not looked at yet.
     pub(crate) fn apart(parameters: &Parameters, inputs: HeldInputs, start_time: f64) -> Self {
         let cradle = Cradle::new(parameters);
-        Cluster::prepare(&cradle.contacts);
+        let mut caches = Caches::new(cradle.balls.len(), cradle.contacts.len());
+        if cradle.contacts.iter().any(|law| !law.is_linear()) {
+            warm_up();
+            caches.spare = Some(Box::new(Cluster::with_capacity(cradle.contacts.len().min(ROOM))));
+        }
         let start = DoubleDouble::from(start_time);
         let state = parameters.x_start.iter().zip(&parameters.v_start).enumerate();
         let balls = state.zip(&cradle.balls).map(|((i, (&x, &v)), model)| {
@@ -101,7 +109,7 @@ impl Engine {
             clusters: Vec::new(),
             step: StepStart::new(cradle.balls.len(), cradle.contacts.len(), start_time),
             totals: Totals { last_event: start, ..Totals::default() },
-            caches: Caches::new(cradle.balls.len(), cradle.contacts.len()),
+            caches,
             handled: 0,
             onsets: 0,
             effort: 0,

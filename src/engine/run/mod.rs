@@ -13,6 +13,7 @@ mod events;
 mod pair_impacts;
 mod rigid_contacts;
 mod snapshot;
+mod warm_up;
 mod watchdog;
 
 pub(crate) use caches::KnownState;

@@ -1,6 +1,7 @@
 //! Picard's iteration on one step: forces from overlaps, accelerations from forces, overlaps from accelerations.
 //!
-//! Only the closed contacts need their overlaps while it goes on. All loops run over the nodes of one contact, without branches, so
+//! Only the closed contacts need their overlaps while it goes on. Where the end of the step moves, the overlaps move with the nodes: left
+//! where they are, they would follow the end, and the end them, by a third of each change. All loops run over the nodes of one contact, without branches, so
 //! that compilers turn them into instructions for several numbers.
 
 use super::motion::{Motion, Track};
@@ -12,16 +13,20 @@ use crate::solver::multiversion::multiversioned;
 const LAST: [usize; 4] = [NODES - 4, NODES - 3, NODES - 2, NODES - 1];
 const SOME: [usize; 4] = [0, NODES / 3, 2 * NODES / 3, NODES - 1];
 
+/// Where the end of the step moves by more than this part of its length, the nodes move there with the rates of this iteration; else
+/// with those of an earlier one, as good as they need be.
+const FAR: f64 = 1e-3;
+
 multiversioned! {
 impl Motion {
-    /// Where the iteration starts: overlaps by the first derivatives at the start of the step.
+    /// Where the iteration starts: overlaps and rates by the first derivatives at the start of the step.
     pub(super) fn begin(&mut self, table: &Table) = begin_portable;
     /// Forces and accelerations of the closed contacts.
     pub(super) fn push(&mut self) = push_portable;
     /// Relative accelerations of the balls of contact `j` at the nodes.
     pub(super) fn accelerate(&mut self, j: usize) = accelerate_portable;
-    /// Overlaps and, where they matter, rates of contact `j` from its accelerations.
-    pub(super) fn move_contact(&mut self, j: usize, table: &Table) = move_contact_portable;
+    /// Overlaps and, where they matter, rates of contact `j` from its accelerations, at the nodes of a step that ends `later` (s).
+    pub(super) fn move_contact(&mut self, j: usize, table: &Table, later: f64) = move_contact_portable;
 }
 }
 
@@ -38,11 +43,9 @@ impl Motion {
                 let t = length * part;
                 *value = overlap + (rate + (half + sixth * t) * t) * t;
             }
-            if self.needs_rates {
-                for (value, part) in self.rates[j].iter_mut().zip(&table.times) {
-                    let t = length * part;
-                    *value = rate + (acceleration + 3.0 * sixth * t) * t;
-                }
+            for (value, part) in self.rates[j].iter_mut().zip(&table.times) {
+                let t = length * part;
+                *value = rate + (acceleration + 3.0 * sixth * t) * t;
             }
         }
     }
@@ -77,15 +80,15 @@ impl Motion {
         }
     }
 
-    /// Overlaps and rates of the closed contacts from their accelerations; returns the largest change of an overlap over the largest
-    /// overlap, and the largest change of a rate at the last node, m/s. Iterations change most towards the end of the step: its last
-    /// nodes tell by how much, and some nodes how large overlaps are.
-    pub(super) fn update(&mut self, table: &Table) -> [f64; 2] {
+    /// Overlaps and rates of the closed contacts from their accelerations, and the end of the step `later` (s) than it is; returns the
+    /// largest change of an overlap over the largest overlap, and the largest change of a rate at the last node, m/s. Iterations change
+    /// most towards the end of the step: its last nodes tell by how much, and some nodes how large overlaps are.
+    pub(super) fn update(&mut self, table: &Table, later: f64) -> [f64; 2] {
         let (mut change, mut size, mut of_rate) = (0.0, f64::MIN_POSITIVE, 0.0);
         for j in 0..self.tracks.len() {
             if self.tracks[j].mode == Mode::Pressing {
                 let (before, rate) = (LAST.map(|m| self.overlaps[j][m]), self.rates[j][NODES - 1]);
-                self.move_contact(j, table);
+                self.move_contact(j, table, later);
                 let after = &self.overlaps[j];
                 for (m, before) in LAST.into_iter().zip(before) {
                     change = larger(change, (after[m] - before).abs());
@@ -94,22 +97,33 @@ impl Motion {
                 of_rate = larger(of_rate, (self.rates[j][NODES - 1] - rate).abs());
             }
         }
+        self.length += later;
         [change / size, of_rate]
     }
 
     #[inline(always)]
-    fn move_contact_portable(&mut self, j: usize, table: &Table) {
+    fn move_contact_portable(&mut self, j: usize, table: &Table, later: f64) {
         let (length, square) = (self.length, self.length * self.length);
         let Track { overlap, rate, .. } = self.tracks[j];
-        let sums = if self.needs_rates {
-            let [once, twice] = table.integrate_both(&self.accelerations[j]);
+        let (accelerations, closing) = (&self.accelerations[j], rate * length);
+        let twice = if self.needs_rates || later.abs() > FAR * length {
+            let [once, twice] = table.integrate_both(accelerations);
             self.rates[j] = once.map(|sum| rate + length * sum);
             twice
         } else {
-            table.integrate_twice(&self.accelerations[j])
+            table.integrate_twice(accelerations)
         };
-        let closing = rate * length;
-        self.overlaps[j] = std::array::from_fn(|m| overlap + (closing * table.times[m] + square * sums[m]));
+        let mut overlaps: Nodes = std::array::from_fn(|m| overlap + (closing * table.times[m] + square * twice[m]));
+        if later != 0.0 {
+            let mut rates = self.rates[j];
+            for m in 0..NODES {
+                let after = later * table.times[m];
+                overlaps[m] += (rates[m] + 0.5 * accelerations[m] * after) * after;
+                rates[m] += accelerations[m] * after;
+            }
+            self.rates[j] = rates;
+        }
+        self.overlaps[j] = overlaps;
     }
 }
 
@@ -172,18 +186,18 @@ mod tests {
                 let mut portable = at_hand.clone();
                 at_hand.begin(table);
                 portable.begin_portable(table);
-                for _ in 0..5 {
+                for later in [0.0, 1e-7, 0.0, -1e-9, 0.0] {
                     at_hand.push();
                     portable.push_portable();
                     for j in [0, 1, 3] {
-                        at_hand.move_contact(j, table);
-                        portable.move_contact_portable(j, table);
+                        at_hand.move_contact(j, table, later);
+                        portable.move_contact_portable(j, table, later);
                     }
                 }
                 at_hand.accelerate(2);
                 portable.accelerate_portable(2);
-                at_hand.move_contact(2, table);
-                portable.move_contact_portable(2, table);
+                at_hand.move_contact(2, table, 0.0);
+                portable.move_contact_portable(2, table, 0.0);
                 for (a, b) in [
                     (&at_hand.overlaps, &portable.overlaps),
                     (&at_hand.rates, &portable.rates),

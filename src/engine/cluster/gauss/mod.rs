@@ -19,7 +19,6 @@ use super::window::{Switch, Window, WindowContact};
 use crate::engine::flight::Rounding;
 use crate::model::{ContactLaw, Mode};
 use crate::solver::gauss::{NODES, Power, Stretching};
-use crate::solver::multiversion;
 
 use motion::Track;
 use switching::fall;
@@ -97,17 +96,6 @@ pub(super) fn applies_to(window: &Window, speed: f64) -> bool {
         && !window.laws.iter().enumerate().any(is_stiff)
 }
 
-/// See [`Cluster::prepare`](super::Cluster::prepare): it takes longer than an impact.
-pub(crate) fn prepare(laws: &[ContactLaw]) {
-    if let Some(law) = laws.iter().find(|law| !law.is_linear()) {
-        multiversion::ask_processor();
-        let stretched = power_of_stretching(law).map(|power| [Stretching::AtStart(power), Stretching::AtEnd(power)]);
-        for stretching in stretched.into_iter().flatten().chain([Stretching::None]) {
-            stretching.table();
-        }
-    }
-}
-
 impl Motion {
     /// Describes the motion of `window` for a step, which `before` (s, 0 if there was none) says the length of. `None` if the method
     /// does not serve. Adds the `evaluations` of forces, each at all nodes.
@@ -172,7 +160,11 @@ impl Motion {
             if plan.switching.is_none() {
                 length = length.min(plan.length);
             }
-            crossed |= matches!(outcome, Outcome::Within(..));
+            crossed |= match outcome {
+                Outcome::Within(..) => true,
+                Outcome::NoSwitching => plan.switching.is_none(),
+                _ => false,
+            };
             refused |= plan.switching.is_none() && matches!(outcome, Outcome::Failed | Outcome::TooLong(_));
             plan = match outcome {
                 Outcome::Stands(error) => {

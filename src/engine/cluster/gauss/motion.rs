@@ -1,5 +1,8 @@
 //! The motion of a window on a step: what the iteration fills in, and what is read off it.
 
+use std::cell::RefCell;
+
+use super::output::Moment;
 use crate::engine::cluster::window::{Switch, Window};
 use crate::engine::flight::{Flight, Rounding, degree};
 use crate::model::{ContactLaw, Mode, SignOfForce};
@@ -42,6 +45,11 @@ impl Track {
         if self.mode == Mode::Open { None } else { self.law.sign_of_force() }
     }
 
+    /// The switching that it comes to where its overlap vanishes.
+    pub fn switch(&self) -> Switch {
+        if self.mode == Mode::Open { Switch::Onset } else { Switch::Release }
+    }
+
     /// Whether its balls are side by side, as far as rounding tells.
     pub fn is_resting(&self, rounding: &Rounding) -> bool {
         rounding.is_rest(self.overlap, self.rate)
@@ -72,7 +80,7 @@ pub(crate) struct Motion {
     /// Forces (N), with one of 0 at either end.
     pub(super) forces: Vec<Nodes>,
     /// What is known at the time that was asked for last.
-    pub(super) moment: std::cell::RefCell<super::output::Moment>,
+    pub(super) moment: RefCell<Moment>,
 }
 
 impl Default for Motion {
@@ -91,12 +99,27 @@ impl Default for Motion {
             rates: Vec::new(),
             accelerations: Vec::new(),
             forces: Vec::new(),
-            moment: std::cell::RefCell::default(),
+            moment: RefCell::default(),
         }
     }
 }
 
 impl Motion {
+    /// With room for so many contacts.
+    pub fn with_capacity(contacts: usize) -> Self {
+        let nodes = || Vec::with_capacity(contacts);
+        Self {
+            flights: Vec::with_capacity(contacts + 1),
+            tracks: Vec::with_capacity(contacts),
+            overlaps: nodes(),
+            rates: nodes(),
+            accelerations: nodes(),
+            forces: Vec::with_capacity(contacts + 2),
+            moment: RefCell::new(Moment::with_capacity(contacts + 2)),
+            ..Self::default()
+        }
+    }
+
     /// The state of `window`, whose pendulums are equal, at the start of a step.
     pub(super) fn start(&mut self, window: &Window) {
         let Window { flights, balls, contacts, laws } = window;

@@ -15,10 +15,10 @@ use super::motion::Motion;
 use crate::engine::cluster::dense_output::DenseOutput;
 use crate::engine::cluster::window::{OverlapSeries, Switch, Window, clipping};
 use crate::engine::flight::{Forcing, Rounding, degree, forcing_at};
-use crate::model::Mode;
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::gauss::{NODES, Nodes, Rule, weighted};
+use crate::solver::multiversion::multiversioned;
 use crate::solver::oscillator::{BASIS, Oscillator};
 use crate::solver::{root, series};
 
@@ -86,6 +86,7 @@ impl Responses {
     }
 
     /// These `weights`, and their products with [`Self::at`] `s`.
+    #[inline(always)]
     fn weights(&self, weights: &Nodes, s: &Nodes) -> [Nodes; 4] {
         let [mut u0, mut u1, mut u2] = [[0.0; NODES]; 3];
         for (k, term) in self.terms[..self.count].iter().enumerate().rev() {
@@ -97,16 +98,43 @@ impl Responses {
                 u2[m] = u2[m] * s[m] + terms[2];
             }
         }
-        let with = |answer: &dyn Fn(usize) -> f64| std::array::from_fn(|m| weights[m] * answer(m));
-        [*weights, with(&|m| u0[m]), with(&|m| u1[m] * s[m]), with(&|m| u2[m] * s[m] * s[m])]
+        for m in 0..NODES {
+            u0[m] *= weights[m];
+            u1[m] *= weights[m] * s[m];
+            u2[m] *= weights[m] * s[m] * s[m];
+        }
+        [*weights, u0, u1, u2]
     }
 }
 
 impl Moment {
+    /// With room for so many forces.
+    pub fn with_capacity(forces: usize) -> Self {
+        Self { sums: Vec::with_capacity(forces), ..Self::default() }
+    }
+
     /// The motion is another one.
     pub fn forget(&mut self) {
         self.tau = None;
     }
+
+    #[inline(always)]
+    fn sum_portable(&mut self, responses: &Responses, ago: &Nodes, forces: &[Nodes]) {
+        let weights = responses.weights(&self.weights, ago);
+        self.sums.resize(forces.len(), [0.0; 4]);
+        for (sums, forces) in self.sums.iter_mut().zip(forces) {
+            for (sum, weights) in sums.iter_mut().zip(&weights) {
+                *sum = weighted(weights, forces);
+            }
+        }
+    }
+}
+
+multiversioned! {
+impl Moment {
+    /// The sums for these `forces` at nodes that are so long ago (s).
+    fn sum(&mut self, responses: &Responses, ago: &Nodes, forces: &[Nodes]) = sum_portable;
+}
 }
 
 impl Motion {
@@ -129,15 +157,8 @@ impl Motion {
             basis
         };
         moment.weights = self.weights(tau);
-        let since = table.times.map(|time| tau - self.length * time);
-        let weights = Responses::new(o, self.length).weights(&moment.weights, &since);
-        moment.sums.clear();
-        moment.sums.resize(self.forces.len(), [0.0; 4]);
-        for (j, track) in self.tracks.iter().enumerate() {
-            if track.mode == Mode::Pressing {
-                moment.sums[j + 1] = weights.each_ref().map(|weights| weighted(weights, &self.forces[j + 1]));
-            }
-        }
+        let ago = table.times.map(|time| tau - self.length * time);
+        moment.sum(&Responses::new(o, self.length), &ago, &self.forces);
     }
 
     /// The weights of the integral from the start to `tau` (s).

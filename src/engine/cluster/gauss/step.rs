@@ -108,28 +108,29 @@ impl Motion {
                 looked = true;
                 match self.first_switching(table, tolerance) {
                     Some((j, switch, 0.0)) => return Outcome::AtOnce(j, switch),
-                    Some((j, switch, _)) if self.may_end(plan, j, switch) => self.end = Some((j, switch)),
+                    Some((j, ..)) if plan.switching == Some(j) => {}
                     Some((j, switch, time)) if time < self.length * (1.0 - 1e-12) => {
-                        return Outcome::Within(j, switch, time);
+                        if !self.may_end(plan, j, switch) {
+                            return Outcome::Within(j, switch, time);
+                        }
+                        self.end = Some((j, switch));
                     }
-                    _ if plan.switching.is_some() => return Outcome::NoSwitching,
                     Some(_) | None => {}
                 }
             }
-            let before = self.length;
+            let mut later = 0.0;
             if let Some(j) = self.end.map_or(plan.switching, |(j, _)| Some(j)) {
-                match self.switching(j, table, tolerance) {
-                    Some((switch, time)) => {
-                        let time = self.end_by_newton(j, table).unwrap_or(time);
-                        if !self.ends_at(j, switch, time, plan, tolerance) {
-                            return Outcome::Failed;
-                        }
+                let from_start = self.switching(j, table, tolerance).map(|(_, time)| time);
+                match self.switching_near_end(j, table).or(from_start) {
+                    Some(time) if time <= 0.0 || time > (FARTHEST * plan.length).min(tolerance.longest) => {
+                        return Outcome::Failed;
                     }
+                    Some(time) => (later, self.end) = (time - self.length, Some((j, self.tracks[j].switch()))),
                     None if looked || self.end.is_some() => return Outcome::NoSwitching,
                     None => {}
                 }
             }
-            let [change, of_rate] = self.update(table);
+            let [change, of_rate] = self.update(table, later);
             if count >= LEAST {
                 if !measured {
                     let (error, still) = (self.error(table, tolerance), STILL_CHANGING * change);
@@ -143,8 +144,7 @@ impl Motion {
                     || (rate < 0.5 && change * rate * (FELT * rate).min(1.0) <= CONVERGED)
                     || (change <= NOISE && rate > 0.5);
                 // Contacts in equilibrium do not change, however far the end of the step still moves.
-                let moved = (self.length - before).abs();
-                let ended = |(j, _)| moved * self.rate_at_end(j, table).abs() <= self.noise(tolerance);
+                let ended = |(j, _)| later.abs() * self.rate_at_end(j, table).abs() <= self.noise(tolerance);
                 let converged = converged && self.end.is_none_or(ended);
                 if converged && of_rate * rate.min(1.0) <= CONVERGED_RATE * tolerance.speed {
                     return self.conclude(table, tolerance);
@@ -158,19 +158,12 @@ impl Motion {
         Outcome::Failed
     }
 
-    /// Whether a step of this `plan` may end with the switching of contact `j`: what it is planned for or, where that has no branch point
-    /// and time is not stretched for one, another one without.
+    /// Whether a step of this `plan`, which is for something else, may end with the switching of contact `j`: where that has no branch
+    /// point, and time is not stretched for another one's.
     fn may_end(&self, plan: &Plan, j: usize, switch: Switch) -> bool {
         let has_branch_point = switch == Switch::Release && self.tracks[j].mode == Mode::Pressing;
         let is_smooth = !has_branch_point || self.stretching_power().is_none();
-        let smooth_end = !matches!(plan.stretching, Stretching::AtEnd(_));
-        plan.switching.is_some_and(|planned| planned == j || (is_smooth && smooth_end))
-    }
-
-    /// Moves the end of the step to where contact `j` switches, at `time` (s), if that is within reach.
-    fn ends_at(&mut self, j: usize, switch: Switch, time: f64, plan: &Plan, tolerance: &Tolerance) -> bool {
-        (self.length, self.end) = (time, Some((j, switch)));
-        time > 0.0 && time <= (FARTHEST * plan.length).min(tolerance.longest)
+        is_smooth && !matches!(plan.stretching, Stretching::AtEnd(_))
     }
 
     /// Whether the step ends with this switching, as far as overlaps are known: where balls hardly part, their time is not known so well.
@@ -209,10 +202,10 @@ impl Motion {
             }
             self.accelerate(j);
             if self.may_close(j) {
-                self.move_contact(j, table);
+                self.move_contact(j, table, 0.0);
                 for _ in 0..if brief { 0 } else { 2 } {
                     self.accelerate(j);
-                    self.move_contact(j, table);
+                    self.move_contact(j, table, 0.0);
                 }
             }
         }

@@ -79,7 +79,7 @@ impl Motion {
             self.accelerate(j);
             // By its pendulums an overlap acts on itself. That is little, but the end of the step is to have all digits.
             if self.end.is_some_and(|(ending, _)| ending == j) {
-                self.move_contact(j, table);
+                self.move_contact(j, table, 0.0);
             }
         }
         let (track, curvature) = (&self.tracks[j], self.curvature(j, table));
@@ -100,17 +100,22 @@ impl Motion {
             let parts = curvature < 0.0 || track.rate < -known;
             parts.then(|| if track.rate > known { -track.rate / curvature } else { 0.0 })
         };
-        time.map(|time| (Switch::Release, time))
+        time.map(|time| (track.switch(), time))
     }
 
-    /// Where the overlap of contact `j` vanishes by its value and rate at the end of the step as it is now (s): the accelerations are
-    /// not those of an end farther on. `None` if that is not near.
-    pub(super) fn end_by_newton(&self, j: usize, table: &Table) -> Option<f64> {
-        let overlap = self.overlap_at_end(j, self.curvature(j, table));
-        let rate = self.rate_at_end(j, table);
-        let time = self.length - overlap / rate;
-        let towards = if self.tracks[j].mode == Mode::Open { rate > 0.0 } else { rate < 0.0 };
-        (towards && (0.5 * self.length..2.0 * self.length).contains(&time)).then_some(time)
+    /// When the overlap of contact `j` vanishes by its value, rate and acceleration at the end of the step as it is now (s): what is known
+    /// from its start may tell another time, or none where the balls hardly part. `None` if that is not near.
+    pub(super) fn switching_near_end(&self, j: usize, table: &Table) -> Option<f64> {
+        let (overlap, rate) = (self.overlap_at_end(j, self.curvature(j, table)), self.rate_at_end(j, table));
+        let half = 0.5 * self.accelerations[j][NODES - 1];
+        let side = if self.tracks[j].mode == Mode::Open { -1.0 } else { 1.0 };
+        // From where it has yet to vanish, or back from where it has vanished.
+        let later = match side * overlap {
+            before if before > 0.0 => fall(before, side * rate, side * half)?,
+            after => -fall(-after, side * rate, -side * half)?,
+        };
+        let time = self.length + later;
+        (0.5 * self.length..2.0 * self.length).contains(&time).then_some(time)
     }
 
     /// When the open contact `j`, at rest, closes (s), if it does so as far as this step tells: at once, unless its balls are first
@@ -122,7 +127,7 @@ impl Motion {
         if first >= 0.0 {
             return felt.then_some(0.0);
         }
-        self.end_by_newton(j, table).or(felt.then_some(0.5 * self.length))
+        self.switching_near_end(j, table).or(felt.then_some(0.5 * self.length))
     }
 
     /// Whether a ball at rest beside the one of an open contact would be pressed, or moved by more than may be left out.
