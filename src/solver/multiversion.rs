@@ -26,6 +26,7 @@ macro_rules! multiversioned {
                     return unsafe { with_avx2(self $(, $argument)*) };
                 }
             }
+            // Inlined, it would take up the caller's registers and instruction cache.
             #[inline(never)]
             fn for_any(this: &mut $type $(, $argument: $of)*) $(-> $result)? {
                 this.$portable($($argument),*)

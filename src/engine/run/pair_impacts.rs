@@ -29,7 +29,8 @@ impl Engine {
             self.stop_separation(beside, t);
         }
         let mut beside = (neighbours.start..neighbours.end - 1).filter(|beside| *beside != i);
-        if beside.any(|beside| self.contacts[beside].overlap() >= 0.0) {
+        let in_flight = |ball: usize| self.balls[ball].regime == Regime::Flight;
+        if beside.any(|j| in_flight(j) && in_flight(j + 1) && self.contacts[j].overlap() >= 0.0) {
             return false; // The next balls touch these.
         }
         let (left, right) = (&self.balls[i], &self.balls[i + 1]);

@@ -1,8 +1,8 @@
 //! Picard's iteration on one step: forces from overlaps, accelerations from forces, overlaps from accelerations.
 //!
 //! Only the closed contacts need their overlaps while it goes on. Where the end of the step moves, the overlaps move with the nodes: left
-//! where they are, they would follow the end, and the end them, by a third of each change. All loops run over the nodes of one contact, without branches, so
-//! that compilers turn them into instructions for several numbers.
+//! where they are, they would follow the end, and the end them, by a third of each change. All loops run over the nodes of one contact,
+//! without branches, so that compilers turn them into instructions for several numbers.
 
 use super::motion::{Motion, Track};
 use crate::model::Mode;
@@ -14,7 +14,7 @@ const LAST: [usize; 4] = [NODES - 4, NODES - 3, NODES - 2, NODES - 1];
 const SOME: [usize; 4] = [0, NODES / 3, 2 * NODES / 3, NODES - 1];
 
 /// Where the end of the step moves by more than this part of its length, the nodes move there with the rates of this iteration; else
-/// with those of an earlier one, as good as they need be.
+/// with those of an earlier one or those it starts from, as good as they need be.
 const FAR: f64 = 1e-3;
 
 multiversioned! {
@@ -94,7 +94,9 @@ impl Motion {
                     change = larger(change, (after[m] - before).abs());
                 }
                 size = SOME.into_iter().fold(size, |size, m| larger(size, after[m]));
-                of_rate = larger(of_rate, (self.rates[j][NODES - 1] - rate).abs());
+                if self.needs_rates {
+                    of_rate = larger(of_rate, (self.rates[j][NODES - 1] - rate).abs());
+                }
             }
         }
         self.length += later;

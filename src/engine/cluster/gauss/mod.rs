@@ -157,14 +157,11 @@ impl Motion {
             let outcome = self.attempt(&plan, &tolerance, evaluations);
             // An iteration that diverges may have moved the end anywhere.
             let (reached, least) = (self.length, LEAST * plan.length);
+            let tried = reached.clamp(least, plan.length);
             if plan.switching.is_none() {
                 length = length.min(plan.length);
             }
-            crossed |= match outcome {
-                Outcome::Within(..) => true,
-                Outcome::NoSwitching => plan.switching.is_none(),
-                _ => false,
-            };
+            crossed |= matches!(outcome, Outcome::Within(..));
             refused |= plan.switching.is_none() && matches!(outcome, Outcome::Failed | Outcome::TooLong(_));
             plan = match outcome {
                 Outcome::Stands(error) => {
@@ -204,7 +201,7 @@ impl Motion {
                     Plan { stretching, length: time.max(least), switching: Some(j) }
                 }
                 Outcome::NoSwitching => {
-                    if crossed {
+                    if crossed || plan.switching.is_none() {
                         // It nearly opens, and the same step would come to the same end.
                         length = SHORT_OF_RELEASE * length.min(reached.max(least));
                     }
@@ -214,11 +211,11 @@ impl Motion {
                     Plan { stretching: onset.unwrap_or_default(), length: 2.0 * time, switching: None }
                 }
                 Outcome::TooLong(_) | Outcome::Failed if plan.switching.is_some() => {
-                    length = SHORT_OF_RELEASE * reached.clamp(least, plan.length);
+                    length = SHORT_OF_RELEASE * tried;
                     Plan { stretching: onset.unwrap_or_default(), length, switching: None }
                 }
-                Outcome::TooLong(error) => Plan { length: plan.length * change_for(error).min(0.7), ..plan },
-                Outcome::Failed => Plan { length: FAILED * plan.length, ..plan },
+                Outcome::TooLong(error) => Plan { length: tried * change_for(error).min(0.7), ..plan },
+                Outcome::Failed => Plan { length: FAILED * tried, ..plan },
             };
         }
         None

@@ -73,7 +73,7 @@ pub(crate) struct Motion {
     /// Whether a forcing varies, and whether the iteration takes the rates.
     pub(super) varies: bool,
     pub(super) needs_rates: bool,
-    /// Values at the nodes, a contact each: overlap (m), its rate (m/s), its acceleration (m/s2).
+    /// Values at the nodes, a contact each: overlap (m), its rate (m/s; rough unless the iteration takes them), its acceleration (m/s2).
     pub(super) overlaps: Vec<Nodes>,
     pub(super) rates: Vec<Nodes>,
     pub(super) accelerations: Vec<Nodes>,

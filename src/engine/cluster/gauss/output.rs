@@ -356,3 +356,21 @@ impl DenseOutput for Motion {
         self.ends_with(j, clipping(self.tracks[j].mode).1)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_processors_give_the_same_sums() {
+        let nodes = |seed: f64| std::array::from_fn(|m| libm::sin(seed + m as f64));
+        let forces: Vec<Nodes> = (0..5).map(|j| nodes(f64::from(j))).collect();
+        let (responses, ago) = (Responses::new(&Oscillator::new(9.0, 0.1), 1.0), nodes(0.3));
+        let mut at_hand = Moment { weights: nodes(0.7), ..Moment::default() };
+        let mut portable = at_hand.clone();
+        at_hand.sum(&responses, &ago, &forces);
+        portable.sum_portable(&responses, &ago, &forces);
+        let bits = |moment: &Moment| moment.sums.iter().flatten().map(|sum| sum.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(&at_hand), bits(&portable));
+    }
+}

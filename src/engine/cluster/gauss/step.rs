@@ -122,10 +122,10 @@ impl Motion {
             if let Some(j) = self.end.map_or(plan.switching, |(j, _)| Some(j)) {
                 let from_start = self.switching(j, table, tolerance).map(|(_, time)| time);
                 match self.switching_near_end(j, table).or(from_start) {
-                    Some(time) if time <= 0.0 || time > (FARTHEST * plan.length).min(tolerance.longest) => {
-                        return Outcome::Failed;
+                    Some(time) if time > 0.0 && time <= (FARTHEST * plan.length).min(tolerance.longest) => {
+                        (later, self.end) = (time - self.length, Some((j, self.tracks[j].switch())));
                     }
-                    Some(time) => (later, self.end) = (time - self.length, Some((j, self.tracks[j].switch()))),
+                    Some(_) => return Outcome::Failed,
                     None if looked || self.end.is_some() => return Outcome::NoSwitching,
                     None => {}
                 }
