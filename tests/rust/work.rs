@@ -1,4 +1,7 @@
-//! What runs cost, in steps, evaluations of contact forces and events: exact where seconds are noise.
+//! What runs cost, in steps, evaluations of contact forces and events: exact where it follows from the physics, bounds where it
+//! depends on the method that follows several contacts.
+
+use std::ops::RangeInclusive;
 
 use newtons_cradle::engine::{Engine, Results, WorkCounters};
 use newtons_cradle::model::{ContactModel, DampingLaw, Inputs, Parameters};
@@ -13,6 +16,13 @@ fn work(parameters: &Parameters, time: f64) -> WorkCounters {
 /// Every impact of two balls is solved at once: an onset and a release, and nothing between.
 fn of_separate_pulses(pulses: u64) -> WorkCounters {
     WorkCounters { steps: pulses, evaluations: pulses, events: 2 * pulses }
+}
+
+/// A run takes at most so many steps and evaluations, and so many events.
+fn assert_bounds(parameters: &Parameters, time: f64, steps: u64, evaluations: u64, events: RangeInclusive<u64>) {
+    let work = work(parameters, time);
+    let within = work.steps <= steps && work.evaluations <= evaluations && events.contains(&work.events);
+    assert!(within, "{work:?}, at most {steps} steps, {evaluations} evaluations, events within {events:?}");
 }
 
 #[test]
@@ -39,12 +49,12 @@ fn ten_minutes_are_2562_steps() {
 fn a_minute_of_touching_steel_balls() {
     let mut parameters = Parameters::default_for(5);
     (parameters.contact_model, parameters.dead_band) = (ContactModel::Hertz, 0.0);
-    assert_eq!(work(&parameters, 60.0), WorkCounters { steps: 1290, evaluations: 16818, events: 624 });
+    assert_bounds(&parameters, 60.0, 1600, 21_000, 620..=630);
     (parameters.damping_law, parameters.hunt_crossley) = (DampingLaw::HuntCrossley, 0.05);
-    assert_eq!(work(&parameters, 60.0), WorkCounters { steps: 1592, evaluations: 19978, events: 622 });
+    assert_bounds(&parameters, 60.0, 2000, 25_000, 615..=630);
     // Four more switchings a group: where the forces would begin to pull.
     (parameters.damping_law, parameters.relaxation_time) = (DampingLaw::Viscoelastic, 4e-7);
-    assert_eq!(work(&parameters, 60.0), WorkCounters { steps: 1948, evaluations: 22645, events: 927 });
+    assert_bounds(&parameters, 60.0, 2400, 28_000, 915..=940);
 }
 
 /// A line of steel balls that touch, the first struck to 1 m/s: a wave through all of them, which leaves them at rest but for the first
@@ -55,7 +65,7 @@ fn a_wave_through_a_hundred_steel_balls() {
     (parameters.contact_model, parameters.dead_band, parameters.gravity) = (ContactModel::Hertz, 0.0, 0.0);
     parameters.x_start.fill(0.0);
     parameters.v_start[0] = 1.0;
-    assert_eq!(work(&parameters, 0.02), WorkCounters { steps: 481, evaluations: 9440, events: 189 });
+    assert_bounds(&parameters, 0.02, 600, 12_000, 189..=189);
 }
 
 /// One ball strikes four that touch at 1 m/s: a few steps for each of the eight switchings, whether a power is a product or not.
@@ -64,18 +74,8 @@ fn a_collision_with_any_exponent() {
     let mut parameters = Parameters::default_for(5);
     parameters.x_start.fill(0.0);
     (parameters.x_start[0], parameters.v_start[0], parameters.dead_band) = (-1e-3, 1.0, 0.0);
-    let expected = [
-        (1.25, 21, 442),
-        (1.5, 18, 337),
-        (1.7, 22, 425),
-        (2.0, 12, 269),
-        (2.3, 19, 382),
-        (2.75, 19, 371),
-        (3.0, 16, 339),
-        (4.0, 19, 420),
-    ];
-    for (exponent, steps, evaluations) in expected {
+    for exponent in [1.25, 1.5, 1.7, 2.0, 2.3, 2.75, 3.0, 4.0] {
         parameters.exponent = exponent;
-        assert_eq!(work(&parameters, 2e-3), WorkCounters { steps, evaluations, events: 8 }, "exponent {exponent}");
+        assert_bounds(&parameters, 2e-3, 27, 550, 8..=8);
     }
 }
