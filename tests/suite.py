@@ -34,19 +34,8 @@ TOOLS = ROOT / "target/tools"
 # About half a minute each, but for `calls`, which takes a whole one.
 FUZZ_RUNS = {"calls": 5_000, "check": 1_500, "corners": 1_000, "events": 10_000, "states": 20_000}
 
-# What `test` does without `--all`: cases of each property; Rust tests that it leaves out, which try every bit of saved states;
-# and the tests in tests/hosts that take FMPy only, and few seconds.
+# Cases of each property in `test` without `--all`.
 FEW_CASES = 20
-LONG_RUST_TESTS = ("damaged_bytes", "forged_states")
-SHORT_HOST_TESTS = [
-    "conservation", "derivatives", "description", "helpers", "package",
-    "reference", "rigid", "runs", "sequence", "states",
-]  # fmt: skip
-# Those that run whole programs, most of the time on one core; the others run beside them.
-PROGRAM_TESTS = [
-    "examples", "mechatronics", "notebook", "pages", "pages_animation",
-    "pages_files", "pages_layout", "study", "wheel",
-]  # fmt: skip
 
 
 @dataclass
@@ -121,6 +110,12 @@ def cargo_counts(line: str):
     return match and tuple(map(int, match.groups()))
 
 
+def short_counts(line: str):
+    """As `cargo_counts`; what is ignored is left out on purpose."""
+    counts = cargo_counts(line)
+    return counts and (*counts[:2], 0)
+
+
 def pytest_counts(line: str):
     """(passed, failed, skipped) of `=== 34 passed, 1 skipped in 5.01s ===`."""
     if not re.search(r"\d+ (passed|failed|skipped|errors?)\b.* in [\d.]+s", line):
@@ -162,9 +157,8 @@ def what_a_change_needs(results: Results) -> None:
     """The Rust tests but for the longest, and FMPy with the FMU as they have compiled it."""
     style(results)
     fmu = FMU.parent / "tested" / FMU.name
-    skipped = [option for name in LONG_RUST_TESTS for option in ("--skip", name)]
-    tests = ["cargo", "test", "--workspace", "--no-fail-fast", "--", *skipped]
-    results.step("Rust tests", tests, cargo_counts, env={"PROPTEST_CASES": str(FEW_CASES)})
+    tests = ["cargo", "test", "--workspace", "--no-fail-fast"]
+    results.step("Rust tests", tests, short_counts, env={"PROPTEST_CASES": str(FEW_CASES)})
     if not PRODUCER.exists():
         return results.fail("FMU: the Rust tests have not compiled what builds it")
     system, library = {
@@ -174,7 +168,7 @@ def what_a_change_needs(results: Results) -> None:
     platform = f"{system}{64 if sys.maxsize > 2**32 else 32}"
     binary = f"--binary={platform}={PRODUCER.parent / 'deps' / library}"
     results.step("FMU", [PRODUCER, "build", binary, "--out", fmu])
-    python_hosts(results, "FMPy", SHORT_HOST_TESTS, "--fmu", fmu)
+    python_hosts(results, fmu, "-m", "not all")
     return None
 
 
@@ -185,28 +179,23 @@ def everything(results: Results) -> None:
     if not FMU.exists():
         return results.fail("hosts: without the FMU they cannot run")
 
-    def programs(part):
+    def python(part):
         part.step("Wheel", [sys.executable, "cradle.py", "wheel", "--fmu", FMU])
-        python_hosts(part, "Python programs", PROGRAM_TESTS, "--fmu", FMU)
+        python_hosts(part, FMU)
 
-    def documents(part):
-        python_hosts(part, "Commands of the documents", ["documents"], "--fmu", FMU)
-
-    def hosts(part):
-        tests = {path.stem.removeprefix("test_") for path in ROOT.glob("tests/hosts/test_*.py")}
-        tests -= {"documents", *PROGRAM_TESTS}
-        python_hosts(part, "Python hosts", sorted(tests), "--fmu", FMU)
+    def others(part):
         rust_host(part)
         leak_check(part)
 
-    results.beside(programs=programs, documents=documents, hosts=hosts)
+    results.beside(python=python, others=others)
     return None
 
 
 def compiled(results: Results) -> None:
     """What compiles the root package: lints, its tests and benches, the FMU for this and other platforms."""
     style(results)
-    results.step("Rust tests", ["cargo", "test", "--workspace", "--no-fail-fast"], cargo_counts)
+    tests = ["cargo", "test", "--workspace", "--no-fail-fast", "--", "--include-ignored"]
+    results.step("Rust tests", tests, cargo_counts)
     results.step("Benches, each once", ["cargo", "bench", "--profile", "dev", "--", "--test"])
     if not PRODUCER.exists():
         return results.fail("FMU: the Rust tests have not compiled what builds it")
@@ -245,10 +234,14 @@ def style(results: Results) -> None:
     results.step("Python format", [PYTHON, "-m", "ruff", "format", "--check", "."])
 
 
-def python_hosts(results: Results, what: str, names: list, *options) -> None:
-    """The named files of tests/hosts, by pytest."""
-    files = [f"tests/hosts/test_{name}.py" for name in names]
-    results.step(what, [PYTHON, "-m", "pytest", *files, *options], pytest_counts)
+def python_hosts(results: Results, fmu: Path, *options) -> None:
+    """tests/hosts by pytest, on all cores."""
+    parallel = ["--numprocesses", "auto", "--dist", "loadfile"]
+    results.step(
+        "Python hosts",
+        [PYTHON, "-m", "pytest", "tests/hosts", "--fmu", fmu, *parallel, *options],
+        pytest_counts,
+    )
 
 
 def rust_host(results: Results) -> None:
@@ -404,7 +397,17 @@ def fuzz(results: Results) -> None:
         return results.fail("Fuzzing: the targets could not be built")
     if sanitizer:
         # Forged states are the fuzzer's business.
-        border = ["cargo", "test", "--test", "border", *options, "--", "--skip", "forged_states"]
+        border = [
+            "cargo",
+            "test",
+            "--test",
+            "border",
+            *options,
+            "--",
+            "--include-ignored",
+            "--skip",
+            "forged_states",
+        ]
         results.step("C border with AddressSanitizer", border, cargo_counts, env=environment)
     for name, runs in FUZZ_RUNS.items():
         corpus = target / "tests" / name

@@ -1,6 +1,6 @@
-"""Goes on from a saved state in a process of its own and prints what it reads, bit by bit.
+"""Goes on from saved states in a process of its own and prints what it reads, bit by bit.
 
-    python continue_run.py FILE.fmu STATE_FILE      (steps: JSON on standard input)
+    python continue_run.py FILE.fmu      (JSON on standard input: a list of [file of the state, steps])
 
 Run by test_states.py. `steps`: a list of [step size in s, input derivatives as [[name, order, value], ...]].
 """
@@ -29,14 +29,14 @@ def steps_of(run: nc.Run, steps: list) -> list:
     return seen
 
 
-def main() -> None:
-    """Loads the state into an instance that was only instantiated."""
-    saved = nc.Saved(0.0, Path(sys.argv[2]).read_bytes())
-    with nc.Fmu(sys.argv[1]) as fmu, fmu.start(initialize=False) as run:
-        run.load(saved)
+def continued(fmu: nc.Fmu, state: str, steps: list) -> list:
+    """Loads the state into an instance that was only instantiated, and makes the steps."""
+    with fmu.start(initialize=False) as run:
+        run.load(nc.Saved(0.0, Path(state).read_bytes()))
         run.time = run.slave.getRealStatus(2)  # fmi2LastSuccessfulTime
-        json.dump(steps_of(run, json.load(sys.stdin)), sys.stdout)
+        return steps_of(run, steps)
 
 
 if __name__ == "__main__":
-    main()
+    with nc.Fmu(sys.argv[1]) as fmu:
+        json.dump([continued(fmu, *state) for state in json.load(sys.stdin)], sys.stdout)

@@ -16,6 +16,8 @@ from checkout import VENV
 from conftest import ROOT
 from markdown_it import MarkdownIt
 
+pytestmark = pytest.mark.all
+
 # The pictures, in docs/paper.md, show what the commands of the others leave.
 LAST = "docs/paper.md"
 DOCUMENTS = [f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md")]

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from conftest import ROOT
 
+pytestmark = pytest.mark.all
+
 
 def test_the_papers_experiments(paper):
     """All figures; every number of their table holds."""

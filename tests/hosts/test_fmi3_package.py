@@ -12,6 +12,8 @@ import pytest
 from fmi3_host import redescribed
 from newtons_cradle.animation import from_fmu
 
+pytestmark = pytest.mark.all
+
 
 @pytest.fixture
 def fmu3(fmu3_path):

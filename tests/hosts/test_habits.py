@@ -16,6 +16,8 @@ import pytest
 from fmpy.simulation import instantiate_fmu
 from newtons_cradle.run.log import router
 
+pytestmark = pytest.mark.all
+
 STOP, STEP = 3.0, 0.01  # s
 POINTS = range(1, round(STOP / STEP) + 1)
 Steps = Iterator[tuple[float, float]]  # current communication points and step sizes, s

@@ -18,6 +18,8 @@ from conftest import ROOT
 from fmpy.simulation import instantiate_fmu
 from newtons_cradle.pulses import pulse_table
 
+pytestmark = pytest.mark.all
+
 STEP = 1 / 128  # s
 STOP = 10.0  # s
 STEPS = 1280

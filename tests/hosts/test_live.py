@@ -19,6 +19,8 @@ from selenium.webdriver.common.actions.pointer_input import PointerInput
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.wait import WebDriverWait
 
+pytestmark = pytest.mark.all
+
 SET_UPS = {
     "default": {},
     "figure5": nc.figure5(),

@@ -18,6 +18,8 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.support.wait import WebDriverWait
 from test_pages_layout import axe  # noqa: F401
 
+pytestmark = pytest.mark.all
+
 
 def test_the_producer_hands_the_page_out(producer, live_path, tmp_path):
     done = subprocess.run(

@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 import pytest
 from conftest import ROOT
 
+pytestmark = pytest.mark.all
+
 PATH = ROOT / "target/fmu/platforms/NewtonsCradle.fmu"
 # Of <mach-o/fat.h>, <mach/machine.h>, <mach-o/loader.h> and cs_blobs.h.
 FAT_MAGIC, MH_MAGIC_64, MH_DYLIB = 0xCAFEBABE, 0xFEEDFACF, 6

@@ -14,6 +14,8 @@ from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import read_ssv, validate_tree
 from lxml import etree
 
+pytestmark = pytest.mark.all
+
 # Those that numbers alone tell an FMU of five balls.
 PRESETS = {name: nc.preset(name) for name in nc.presets() if name not in ("desk", "figure3")}
 PRESETS |= {"default": {}, "figure5_overlapping": nc.figure5(0.0)}

@@ -6,6 +6,8 @@ from pathlib import Path
 import newtons_cradle as nc
 import pytest
 
+pytestmark = pytest.mark.all
+
 PAGES = Path("/proc/self/statm")
 
 

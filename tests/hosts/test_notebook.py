@@ -3,8 +3,11 @@
 import os
 
 import nbformat
+import pytest
 from conftest import ROOT
 from nbclient import NotebookClient
+
+pytestmark = pytest.mark.all
 
 NOTEBOOK = ROOT / "examples/five_minutes.ipynb"
 

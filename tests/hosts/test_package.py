@@ -108,9 +108,10 @@ def test_a_controller_of_ones_own(fmu):
     assert again["E_total"][-1] == pytest.approx(braked["E_total"][-1], rel=1e-2)
 
 
+@pytest.mark.all
 def test_a_result_as_data_frame_and_parquet(fmu, tmp_path):
-    pandas = pytest.importorskip("pandas")
-    pytest.importorskip("pyarrow")
+    import pandas
+
     result = fmu.simulate(nc.figure5(), stop=1.0)
     result.to_parquet(tmp_path / "run.parquet")
     frame = pandas.read_parquet(tmp_path / "run.parquet")
@@ -211,8 +212,8 @@ def test_an_impossible_film_is_refused(wrong, complaint):
     assert complaint in str(caught.value)
 
 
+@pytest.mark.all
 def test_types():
     """mypy --strict finds nothing in the package."""
-    pytest.importorskip("mypy")
     done = subprocess.run([sys.executable, "-m", "mypy"], cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr

@@ -11,6 +11,8 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.wait import WebDriverWait
 
+pytestmark = pytest.mark.all
+
 
 def test_the_fmus_documentation(browser, fmu):
     """Opened as the FMU carries it: a picture, and every variable with its unit."""

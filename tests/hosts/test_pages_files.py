@@ -11,6 +11,8 @@ from fmpy import simulate_fmu
 from fmpy.util import write_csv
 from newtons_cradle.animation import RecordingError, from_csv, save_page
 
+pytestmark = pytest.mark.all
+
 
 def page(*arguments) -> subprocess.CompletedProcess:
     """The command that makes a page."""

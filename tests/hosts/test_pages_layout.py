@@ -9,6 +9,8 @@ from browser import SIZES, assert_quiet, set_screen, visit
 from conftest import ROOT
 from newtons_cradle import look
 
+pytestmark = pytest.mark.all
+
 AXE = "4.14.1"  # version of axe-core, which the tests install below target
 
 #: Each text of the page as [text, left, top, right, bottom, whether it may scroll away sideways], CSS pixels.

@@ -22,6 +22,8 @@ import pytest
 from conftest import ROOT
 from fmpy.validation import validate_fmu
 
+pytestmark = pytest.mark.all
+
 STEPS = 1000
 SCRIPTS = Path(sys.executable).parent  # the virtual environment's programs
 ZIG = [sys.executable, "-m", "ziglang", "cc", "-target"]

@@ -18,6 +18,8 @@ from conftest import ROOT
 from fmpy.ssp.ssd import read_ssv
 from fmpy.validation import validate_fmu
 
+pytestmark = pytest.mark.all
+
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
 SCRIPTS = Path(sys.executable).parent  # the virtual environment's programs
 ENVIRONMENT = os.environ | {

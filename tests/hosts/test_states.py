@@ -1,5 +1,6 @@
 """Saved states: a run goes on with the same bits, also in another process."""
 
+import itertools
 import json
 import subprocess
 import sys
@@ -21,33 +22,35 @@ SETUPS = {
 PLACES = {"in flight": None, "at the onset": 0.0, "within a pulse": 1e-7, "between pulses": 2.5e-7}
 
 
-@pytest.mark.parametrize(
-    "derivatives", [[], [["F_ext[2]", 1, 0.3], ["a_support", 2, -0.1]]], ids=["held", "ramp"]
-)
-@pytest.mark.parametrize("place", PLACES)
+DERIVATIVES = {"held": [], "ramp": [["F_ext[2]", 1, 0.3], ["a_support", 2, -0.1]]}
+
+
 @pytest.mark.parametrize("setup", SETUPS)
-def test_a_new_process_goes_on_with_the_same_bits(fmu, setup, place, derivatives, tmp_path):
-    steps = [[size, derivatives] for size in [1e-7, 2e-7, 1e-6, 0.3, 0.25, 0.4]]
-    with fmu.start(SETUPS[setup]) as run:
-        steps_of(run, [[0.25, derivatives]])
-        if PLACES[place] is not None:
-            run.step_to_onset()
-            if PLACES[place] > 0:
-                run.step(PLACES[place])
-        file = tmp_path / "state"
-        file.write_bytes(run.save().data)
-        expected = steps_of(run, steps)
+def test_a_new_process_goes_on_with_the_same_bits(fmu, setup, tmp_path):
+    saved, expected = [], {}
+    for place, derivatives in itertools.product(PLACES, DERIVATIVES):
+        steps = [[size, DERIVATIVES[derivatives]] for size in [1e-7, 2e-7, 1e-6, 0.3, 0.25, 0.4]]
+        with fmu.start(SETUPS[setup]) as run:
+            steps_of(run, [[0.25, DERIVATIVES[derivatives]]])
+            if PLACES[place] is not None:
+                run.step_to_onset()
+                if PLACES[place] > 0:
+                    run.step(PLACES[place])
+            file = tmp_path / f"{place}, {derivatives}"
+            file.write_bytes(run.save().data)
+            saved.append((str(file), steps))
+            expected[place, derivatives] = steps_of(run, steps)
     script = Path(__file__).with_name("continue_run.py")
     done = subprocess.run(
-        [sys.executable, script, fmu.path, file],
-        input=json.dumps(steps),
+        [sys.executable, script, fmu.path],
+        input=json.dumps(saved),
         capture_output=True,
         text=True,
         check=True,
         timeout=60,
     )
-    assert json.loads(done.stdout) == expected
-    assert any(lines for _, lines in expected)
+    assert dict(zip(expected, json.loads(done.stdout), strict=True)) == expected
+    assert all(any(lines for _, lines in steps) for steps in expected.values())
 
 
 def test_a_saved_state_can_be_loaded_again_and_again(fmu):

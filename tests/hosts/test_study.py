@@ -11,6 +11,8 @@ from conftest import ROOT, repacked
 from distributed import Client
 from pythonfmu.builder import FmuBuilder
 
+pytestmark = pytest.mark.all
+
 FOLDER = ROOT / "examples/study"
 sys.path.insert(0, str(FOLDER))
 
