@@ -17,7 +17,7 @@
 //! | [`variables`] | the interface as one table: names, types, units, ranges, description, access | `model`: [`model::Parameters`], [`model::Results`] |
 //! | [`instance`] | one running instance: phases, legality of calls, steps, saved states, log | `variables`, `engine` |
 //! | `border` | what the C functions of all versions share | `instance` |
-//! | [`fmi2`], [`fmi3`] | the C functions of FMI 2.0 and 3.0; with `border`, the only unsafe code but for one call in `solver::multiversion` | `border`, `instance` |
+//! | [`fmi2`], [`fmi3`] | the C functions of FMI 2.0 and 3.0; with `border`, the only unsafe code | `border`, `instance` |
 //!
 //! The producer of the FMU is built without the feature `engine`: of all this it needs the parameters and the table.
 //!

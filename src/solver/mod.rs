@@ -15,7 +15,6 @@ pub mod crossing;
 pub mod double_double;
 pub mod dual;
 pub mod gauss;
-pub mod multiversion;
 pub mod ode;
 pub mod oscillator;
 pub mod power;

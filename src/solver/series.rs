@@ -91,18 +91,6 @@ pub fn power_term<S: Scalar>(c: &[S], power: &[S], p: S, k: usize) -> S {
     sum / (S::from(k as f64) * c[0])
 }
 
-/// Sum of `factor(i) backward[i]` for `i` from 0 to `k`, and on to where a group of terms is full.
-#[inline]
-pub fn sum_of_products(k: usize, factor: impl Fn(usize) -> f64, backward: &[f64]) -> f64 {
-    let mut sums = [0.0; LANES];
-    for (group, backward) in backward.chunks_exact(LANES).take(k / LANES + 1).enumerate() {
-        for (lane, (sum, c)) in sums.iter_mut().zip(backward).enumerate() {
-            *sum += factor(LANES * group + lane) * c;
-        }
-    }
-    (sums[0] + sums[1]) + (sums[2] + sums[3])
-}
-
 /// The most coefficients of a series that is summed by lanes.
 const MOST: usize = 64;
 

@@ -257,42 +257,24 @@ fn energy_of_fast_damping_on_slow_springs() {
     }
 }
 
-/// Undamped balls that forces press together rattle for ever. The longer they do, the fewer steps it takes to follow them, also if
-/// the inputs change and the run is put down and taken up again.
+/// Undamped balls that forces press together rattle for ever, in a few steps for each onset or release, and no energy is lost: among them
+/// onsets and releases that follow each other by nanoseconds, which leave a branch point just beside a step.
 #[test]
-fn balls_pressed_for_long_take_fewer_steps() {
-    for (exponent, factor) in [(10.0, 6.0), (2.3, 1.4)] {
-        let (mut parameters, mut inputs) = pressed(20.0);
-        (parameters.exponent, parameters.damping, parameters.dead_band) = (exponent, 0.0, 0.0);
-        parameters.mass_ratio = vec![1.0, 2.0, 1.5, 0.7, 1.0];
-        // Whole exponents are followed by series only if the pendulums differ.
-        parameters.length_ratio[2] = 0.9;
-        let mut engine = Engine::new(&parameters, &inputs, 0.0).unwrap();
-        // Steps for an onset or a release, from one time to another.
-        let effort = |engine: &mut Engine, time: f64| {
-            let before = engine.work();
-            engine.advance(time, &mut Vec::new()).unwrap();
-            let after = engine.work();
-            (after.steps - before.steps) as f64 / (after.events - before.events) as f64
-        };
-        let early = effort(&mut engine, 0.005);
-        engine.advance(0.1, &mut Vec::new()).unwrap();
-        inputs.force[1] = 1.0;
-        engine.hold(&inputs, &[]).unwrap();
-        let mut restored = Engine::restore(&parameters, 0.0, engine.snapshot(), false).unwrap();
-        let late = effort(&mut engine, 0.12);
-        assert!(late < early / factor, "p = {exponent}: {early} {late}");
-        let scale = engine.external_work().abs() + engine.total_energy();
-        assert!(
-            engine.energy_residual().abs() < 1e-13 * scale,
-            "p = {exponent}: {:e}",
-            engine.energy_residual() / scale
-        );
-        restored.advance(0.11, &mut Vec::new()).unwrap();
-        let mut restored = Engine::restore(&parameters, 0.0, restored.snapshot(), false).unwrap();
-        restored.advance(0.12, &mut Vec::new()).unwrap();
-        for i in 0..5 {
-            assert_eq!((engine.x(i), engine.v(i)), (restored.x(i), restored.v(i)), "p = {exponent}, ball {}", i + 1);
+fn balls_that_rattle() {
+    for (exponent, time, most) in [(1.5, 0.02, 5.0), (2.3, 0.02, 5.0), (3.0, 0.1, 3.0), (10.0, 0.1, 6.0)] {
+        for unequal in [false, true] {
+            let mut parameters =
+                Parameters { exponent, dead_band: 0.0, x_start: vec![0.0; 13], ..Parameters::default_for(13) };
+            let mut inputs = Inputs::zero(13);
+            (inputs.force[0], inputs.force[12]) = (19.0, -19.0);
+            if unequal {
+                (parameters.mass_ratio[3], parameters.length_ratio[5]) = (2.0, 0.9);
+            }
+            let engine = advanced(&parameters, &inputs, time);
+            let work = engine.work();
+            assert!((work.steps as f64) < most * work.events as f64, "p = {exponent}, {unequal}: {work:?}");
+            let residual = engine.energy_residual() / engine.external_work();
+            assert!(residual.abs() < 3e-13, "p = {exponent}, {unequal}: {residual:e}");
         }
     }
 }

@@ -14,12 +14,13 @@ use super::gauss;
 use super::modes::Modes;
 use super::natural;
 use super::step_control::{Control, StepHistory};
-use super::taylor::{Series, Workspace, lanes, velocity_scale};
+use super::taylor::{Series, Workspace, velocity_scale};
 use super::window::{OverlapSeries, Switch, Window, WindowContact, clipping};
 use crate::engine::flight::{Ball, Flight, Rounding, RunningIntegrals, places, shifted, start_by_centre};
 use crate::model::{ContactLaw, Mode};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
+use crate::solver::gauss::Stretching;
 use crate::solver::oscillator::MAX_FORCE_ORDER;
 
 /// Time scales of the fastest mode that switchings are looked for in the first window by modes.
@@ -100,6 +101,11 @@ impl Cluster {
         }
     }
 
+    /// Computes what Gauss collocation is made of, once in a process: the first impact is not to wait for it.
+    pub fn compute_tables() {
+        Stretching::compute_tables();
+    }
+
     /// The balls `members`, and as spectators those beside them that are in `window`. The motion is left to
     /// [`Self::expand`], with the history of the segments before.
     pub fn new(
@@ -118,7 +124,6 @@ impl Cluster {
         (self.members, self.window, self.start, self.history) = (members, window, start, history);
         self.flights.clear();
         self.contacts.clear();
-        self.workspace.forget_balls();
     }
 
     /// Contacts of the window, as indices of the cradle.
@@ -263,8 +268,7 @@ impl Cluster {
     ///
     /// Strongly damped linear contacts have natural modes. Else it is Gauss collocation where contacts are not linear, or series: they
     /// keep the exact zeros of balls that the motion has not reached. Once some segments have passed without any switching, the contacts
-    /// are stiff for the pace of the motion, or closed for long. Balls that do not part for thousands of segments have series of their
-    /// own.
+    /// are stiff for the pace of the motion, or closed for long: then implicit collocation is tried.
     pub fn expand(&mut self, balls: &[Ball], laws: &[ContactLaw], control: &Control) {
         let (flights, contacts) = (std::mem::take(&mut self.flights), std::mem::take(&mut self.contacts));
         let (balls, laws) = (&balls[self.window.clone()], &laws[self.window_contacts()]);
@@ -286,14 +290,6 @@ impl Cluster {
                 (Next::Never, _) => {}
             }
         }
-        // A wave goes on to the next ball.
-        if let Description::Series(series) = &self.description
-            && self.length == series.converges_for()
-            && let Some(j) = series.reached(&window)
-        {
-            self.switch = Some((self.window.start + j, Switch::Onset));
-        }
-        self.history.age = self.history.age.saturating_add(1);
         if self.switch.is_some() {
             (self.history.quiet, self.history.patience) = (0, StepHistory::default().patience);
         } else {
@@ -320,10 +316,9 @@ impl Cluster {
             Description::Modes(_) => (Series::default(), None),
         };
         let linear = window.laws.iter().all(ContactLaw::is_linear);
-        let persistent = self.history.is_persistent() && !linear;
-        let scale = if persistent { self.workspace.persistent.velocity_scale(window) } else { velocity_scale(window) };
+        let scale = velocity_scale(window);
         let local_error = control.local_error(scale);
-        let by_gauss = !linear && !persistent && gauss::applies_to(window, scale);
+        let by_gauss = !linear && gauss::applies_to(window, scale);
         let gain = if by_gauss { collocation::GAIN_OVER_GAUSS } else { collocation::GAIN_OVER_SERIES };
         let modes_to_come = series_first.is_some_and(|series| self.history.quiet < series);
         let collocated = !modes_to_come && {
@@ -344,11 +339,6 @@ impl Cluster {
             }
             if linear {
                 series.expand_linear(&mut self.workspace.linear, window, control, scale, rounding.position);
-            } else if persistent {
-                let before = self.history.explicit_length;
-                series.expand_persistent(&mut self.workspace.persistent, window, control, scale, before);
-            } else if lanes::applies_to(window) {
-                series.expand_lanes(&mut self.workspace.lanes, window, control, scale);
             } else {
                 series.expand(&mut self.workspace.recurrences, window, control, scale);
             }

@@ -14,9 +14,6 @@ const LEAST_EPSILON: f64 = 1e-18;
 /// follow balls at rest by short segments for longer (`tests/rust/work.rs`).
 const PATIENCE: u32 = 24;
 
-/// Segments of a cluster after which its balls count as pressed together for long: no impact takes as many.
-const PERSISTENT: u32 = 1 << 15;
-
 /// What governs order and step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Control {
@@ -64,27 +61,15 @@ pub(crate) struct StepHistory {
     pub implicit_length: f64,
     /// What the last explicit step, by series or Gauss collocation, says that the next one may have, s.
     pub explicit_length: f64,
-    /// Segments since its balls were in flight, across switchings.
-    pub age: u32,
 }
 
 impl Default for StepHistory {
     fn default() -> Self {
-        Self { quiet: 0, patience: PATIENCE, implicit_length: 0.0, explicit_length: 0.0, age: 0 }
+        Self { quiet: 0, patience: PATIENCE, implicit_length: 0.0, explicit_length: 0.0 }
     }
 }
 
 impl StepHistory {
-    /// Right after a switching, `age` segments after the balls were in flight.
-    pub fn aged(age: u32) -> Self {
-        Self { age, ..Self::default() }
-    }
-
-    /// Whether the balls have been pressed together for so long that they will hardly part: no impact takes as many segments.
-    pub fn is_persistent(&self) -> bool {
-        self.age >= PERSISTENT
-    }
-
     /// Whether its lengths are lengths.
     pub fn is_sound(&self) -> bool {
         [self.implicit_length, self.explicit_length].iter().all(|length| (0.0..=LONGEST).contains(length))

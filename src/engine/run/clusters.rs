@@ -65,8 +65,7 @@ impl Engine {
         }
         let mut cluster = self.caches.spare.take().unwrap_or_default();
         let contacts = window.start..window.end - 1;
-        let age = self.contacts[contacts.clone()].iter().map(|contact| contact.loose().age).max().unwrap_or_default();
-        cluster.renew(members, window.clone(), t, StepHistory::aged(age));
+        cluster.renew(members, window.clone(), t, StepHistory::default());
         cluster.flights.extend(self.balls[window].iter().map(|ball| ball.flight_at(t)));
         cluster.contacts.extend(contacts.map(|i| {
             self.stop_separation(i, t);
@@ -148,7 +147,7 @@ impl Engine {
             ball.regime = Regime::Flight;
         }
         for (i, &WindowContact { overlap, mode }) in cluster.window_contacts().zip(&cluster.contacts) {
-            self.contacts[i].phase = Phase::Loose(Loose { overlap, mode, age: cluster.history.age });
+            self.contacts[i].phase = Phase::Loose(Loose { overlap, mode });
         }
         self.caches.spare = Some(cluster);
     }

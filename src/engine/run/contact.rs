@@ -40,8 +40,6 @@ pub(crate) struct Loose {
     /// In m.
     pub overlap: f64,
     pub mode: Mode,
-    /// Segments that its cluster has been followed for, if it comes from one.
-    pub age: u32,
 }
 
 impl Default for Phase {
@@ -78,8 +76,7 @@ impl Contact {
 
     /// Makes it loose, with this overlap (m) and mode.
     pub fn loosen(&mut self, overlap: f64, mode: Mode) {
-        let age = self.loose().age;
-        self.phase = Phase::Loose(Loose { overlap, mode, age });
+        self.phase = Phase::Loose(Loose { overlap, mode });
     }
 
     /// Overlap (m) while it is loose, or that between the anchors of its balls beside an impact; 0 else.

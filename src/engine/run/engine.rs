@@ -4,7 +4,6 @@ use serde::{Deserialize, Serialize};
 
 use super::caches::Caches;
 use super::contact::{Contact, Keep, Phase};
-use super::warm_up::warm_up;
 use super::watchdog::Watchdog;
 use crate::engine::cluster::{Cluster, Control};
 use crate::engine::error::EngineError;
@@ -88,7 +87,7 @@ impl Engine {
         let cradle = Cradle::new(parameters);
         let mut caches = Caches::new(cradle.balls.len(), cradle.contacts.len());
         if cradle.contacts.iter().any(|law| !law.is_linear()) {
-            warm_up();
+            Cluster::compute_tables();
             caches.spare = Some(Box::new(Cluster::with_capacity(cradle.contacts.len().min(ROOM))));
         }
         let start = DoubleDouble::from(start_time);

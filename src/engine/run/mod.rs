@@ -4,8 +4,6 @@
 //! known outcome, in a cluster or in a body, and every contact knows what it is part of (`contact`); the next event of each is in
 //! a queue. An event regroups the balls about one contact: onsets, releases and forecasts (`events`), clusters (`clusters`),
 //! impacts of two (`pair_impacts`), rigid contacts (`rigid_contacts`). A run can be saved and restored (`snapshot`).
-//!
-//! The first run in a process with contacts that are not linear has an impact of its own first, for its code and tables (`warm_up`).
 
 mod caches;
 mod clusters;
@@ -15,7 +13,6 @@ mod events;
 mod pair_impacts;
 mod rigid_contacts;
 mod snapshot;
-mod warm_up;
 mod watchdog;
 
 pub(crate) use caches::KnownState;

@@ -49,6 +49,22 @@ pub enum Stretching {
 }
 
 impl Stretching {
+    /// All of them.
+    pub const ALL: [Self; 5] = [
+        Self::None,
+        Self::AtStart(Power::Square),
+        Self::AtEnd(Power::Square),
+        Self::AtStart(Power::Cube),
+        Self::AtEnd(Power::Cube),
+    ];
+
+    /// Computes all tables, once in a process: else the first step that takes one waits for it.
+    pub fn compute_tables() {
+        for stretching in Self::ALL {
+            stretching.table();
+        }
+    }
+
     /// The coefficients for this stretching.
     pub fn table(self) -> &'static Table {
         match self {
@@ -185,10 +201,6 @@ impl Table {
 mod tests {
     use super::*;
 
-    const SQUARES: [Stretching; 2] = [Stretching::AtStart(Power::Square), Stretching::AtEnd(Power::Square)];
-    const CUBES: [Stretching; 2] = [Stretching::AtStart(Power::Cube), Stretching::AtEnd(Power::Cube)];
-    const ALL: [Stretching; 5] = [Stretching::None, SQUARES[0], SQUARES[1], CUBES[0], CUBES[1]];
-
     /// A force that grows with a power of the time since the start of the step, or falls with one till its end.
     fn force(stretching: Stretching, power: f64) -> (Nodes, f64, f64) {
         let table = stretching.table();
@@ -201,7 +213,7 @@ mod tests {
 
     #[test]
     fn integrates_what_the_stretching_makes_smooth() {
-        for stretching in ALL {
+        for stretching in Stretching::ALL {
             let powers: &[f64] = match stretching {
                 Stretching::None => &[0.0, 1.0, 9.0, 28.0],
                 Stretching::AtStart(Power::Square) | Stretching::AtEnd(Power::Square) => {
@@ -221,7 +233,7 @@ mod tests {
 
     #[test]
     fn positions_and_rates_at_the_nodes() {
-        for stretching in ALL {
+        for stretching in Stretching::ALL {
             let table = stretching.table();
             let rates = table.integrate(&table.times);
             let positions = table.integrate_twice(&table.times);
@@ -238,7 +250,7 @@ mod tests {
 
     #[test]
     fn integrals_up_to_any_time() {
-        for stretching in ALL {
+        for stretching in Stretching::ALL {
             let table = stretching.table();
             let values: Nodes = std::array::from_fn(|m| table.times[m] * table.times[m] * table.paces[m]);
             for part in [0.0, 1e-3, 0.4, 0.99, 1.0] {

@@ -5,9 +5,9 @@
 //! without branches, so that compilers turn them into instructions for several numbers.
 
 use super::motion::{Motion, Track};
+use crate::engine::flight::forcing_at;
 use crate::model::Mode;
 use crate::solver::gauss::{NODES, Nodes, Table};
-use crate::solver::multiversion::multiversioned;
 
 /// The last nodes, and some from all over the step.
 const LAST: [usize; 4] = [NODES - 4, NODES - 3, NODES - 2, NODES - 1];
@@ -17,22 +17,9 @@ const SOME: [usize; 4] = [0, NODES / 3, 2 * NODES / 3, NODES - 1];
 /// with those of an earlier one or those it starts from, as good as they need be.
 const FAR: f64 = 1e-3;
 
-multiversioned! {
 impl Motion {
     /// Where the iteration starts: overlaps and rates by the first derivatives at the start of the step.
-    pub(super) fn begin(&mut self, table: &Table) = begin_portable;
-    /// Forces and accelerations of the closed contacts.
-    pub(super) fn push(&mut self) = push_portable;
-    /// Relative accelerations of the balls of contact `j` at the nodes.
-    pub(super) fn accelerate(&mut self, j: usize) = accelerate_portable;
-    /// Overlaps and, where they matter, rates of contact `j` from its accelerations, at the nodes of a step that ends `later` (s).
-    pub(super) fn move_contact(&mut self, j: usize, table: &Table, later: f64) = move_contact_portable;
-}
-}
-
-impl Motion {
-    #[inline(always)]
-    fn begin_portable(&mut self, table: &Table) {
+    pub(super) fn begin(&mut self, table: &Table) {
         let length = self.length;
         for (j, Track { overlap, rate, acceleration, jerk, .. }) in self.tracks.iter().enumerate() {
             let (half, sixth) = (acceleration / 2.0, jerk / 6.0);
@@ -48,36 +35,65 @@ impl Motion {
                 *value = rate + (acceleration + 3.0 * sixth * t) * t;
             }
         }
+        for ([positions, velocities], flight) in self.states.iter_mut().zip(&self.flights) {
+            *positions = table.times.map(|part| flight.x + flight.v * (length * part));
+            *velocities = [flight.v; NODES];
+        }
     }
 
-    #[inline(always)]
-    fn push_portable(&mut self) {
+    /// Forces and accelerations of the closed contacts.
+    pub(super) fn push(&mut self) {
         for (j, track) in self.tracks.iter().enumerate() {
             if track.mode == Mode::Pressing {
                 self.forces[j + 1] = track.law.unclipped_forces(&self.overlaps[j], &self.rates[j]);
             }
         }
+        for i in 0..self.states.len() {
+            self.move_ball(i);
+        }
         for j in 0..self.tracks.len() {
             if self.tracks[j].mode == Mode::Pressing {
-                self.accelerate_portable(j);
+                self.accelerate(j);
             }
         }
     }
 
-    #[inline(always)]
-    fn accelerate_portable(&mut self, j: usize) {
+    /// Relative accelerations of the balls of contact `j` at the nodes.
+    pub(super) fn accelerate(&mut self, j: usize) {
         let track = &self.tracks[j];
         let [left, own, right] = [&self.forces[j], &self.forces[j + 1], &self.forces[j + 2]];
         let sums = &mut self.accelerations[j];
-        accelerations(track, self.oscillator.omega2(), [left, own, right], &self.overlaps[j], sums);
-        if self.oscillator.gamma() > 0.0 {
-            let damped = 2.0 * self.oscillator.gamma();
-            sums.iter_mut().zip(&self.rates[j]).for_each(|(sum, rate)| *sum -= damped * rate);
+        accelerations(track, [left, own, right], &self.overlaps[j], sums);
+        if track.mean[1] > 0.0 {
+            sums.iter_mut().zip(&self.rates[j]).for_each(|(sum, rate)| *sum -= track.mean[1] * rate);
+        }
+        if track.unlike != [0.0; 2] {
+            let ([of_position, of_velocity], [left, right]) = (track.unlike, [&self.states[j], &self.states[j + 1]]);
+            for (m, sum) in sums.iter_mut().enumerate() {
+                let [position, velocity] = [0, 1].map(|k| 0.5 * (left[k][m] + right[k][m]));
+                *sum -= of_position * position + of_velocity * velocity;
+            }
         }
         if self.varies {
             let times = self.stretching.table().times;
             sums.iter_mut().zip(times).for_each(|(sum, t)| *sum += track.varying(self.length * t));
         }
+    }
+
+    /// Position and velocity of ball `i` at the nodes, from what accelerates it there.
+    fn move_ball(&mut self, i: usize) {
+        let (table, length, flight) = (self.stretching.table(), self.length, &self.flights[i]);
+        let (inverse_mass, o, [positions, velocities]) =
+            (self.inverse_mass(i), &self.oscillators[i], &mut self.states[i]);
+        let accelerations = std::array::from_fn(|m| {
+            (self.forces[i][m] - self.forces[i + 1][m]) * inverse_mass
+                + (forcing_at(&flight.forcing, length * table.times[m])
+                    - o.omega2() * positions[m]
+                    - 2.0 * o.gamma() * velocities[m])
+        });
+        let [once, twice] = table.integrate_both(&accelerations);
+        *velocities = once.map(|sum| flight.v + length * sum);
+        *positions = std::array::from_fn(|m| flight.x + length * (flight.v * table.times[m] + length * twice[m]));
     }
 
     /// Overlaps and rates of the closed contacts from their accelerations, and the end of the step `later` (s) than it is; returns the
@@ -103,8 +119,8 @@ impl Motion {
         [change / size, of_rate]
     }
 
-    #[inline(always)]
-    fn move_contact_portable(&mut self, j: usize, table: &Table, later: f64) {
+    /// Overlaps and, where they matter, rates of contact `j` from its accelerations, at the nodes of a step that ends `later` (s).
+    pub(super) fn move_contact(&mut self, j: usize, table: &Table, later: f64) {
         let (length, square) = (self.length, self.length * self.length);
         let Track { overlap, rate, .. } = self.tracks[j];
         let (accelerations, closing) = (&self.accelerations[j], rate * length);
@@ -131,8 +147,8 @@ impl Motion {
 
 /// What the `forces` of three neighbouring contacts, a constant pull and the pendulums accelerate an overlap by.
 #[inline(always)]
-fn accelerations(track: &Track, omega2: f64, forces: [&Nodes; 3], overlaps: &Nodes, sums: &mut Nodes) {
-    let ([a, b], pull, [left, own, right]) = (track.inverse_masses, track.pull, forces);
+fn accelerations(track: &Track, forces: [&Nodes; 3], overlaps: &Nodes, sums: &mut Nodes) {
+    let ([a, b], pull, omega2, [left, own, right]) = (track.inverse_masses, track.pull, track.mean[0], forces);
     for m in 0..NODES {
         sums[m] = (left[m] - own[m]) * a - (own[m] - right[m]) * b + (pull - omega2 * overlaps[m]);
     }
@@ -142,75 +158,4 @@ fn accelerations(track: &Track, omega2: f64, forces: [&Nodes; 3], overlaps: &Nod
 #[inline(always)]
 fn larger(a: f64, b: f64) -> f64 {
     if b > a { b } else { a }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::engine::flight::Flight;
-    use crate::model::{ContactLaw, Damping};
-    use crate::solver::gauss::{Power, Stretching};
-    use crate::solver::oscillator::Oscillator;
-
-    /// A chain of five balls on three closed contacts and an open one, within a step.
-    fn motion(exponent: f64, damping: Damping, stretching: Stretching) -> Motion {
-        let mut motion =
-            Motion { oscillator: Oscillator::new(9.0, 0.1), needs_rates: true, stretching, ..Motion::default() };
-        motion.length = 3e-5;
-        for j in 0..4 {
-            let law = ContactLaw { stiffness: 3e9, overlap_ref: 1.0, exponent, clearance: 0.0, damping };
-            let (overlap, rate) = (1e-6 * (j as f64 + 0.3), 0.1 - 0.07 * j as f64);
-            let mode = if j == 2 { Mode::Open } else { Mode::Pressing };
-            let free = Flight { x: overlap, v: rate, forcing: [0.1, 0.0, 0.0, 0.0] };
-            let (inverse_masses, pull) = ([4.0, 5.0 + j as f64], 0.1);
-            let (acceleration, jerk) = (-300.0 * overlap / 1e-6, 1e7);
-            motion.tracks.push(Track { law, mode, overlap, rate, inverse_masses, free, pull, acceleration, jerk });
-        }
-        let zeros = [0.0; NODES];
-        (motion.overlaps, motion.rates) = (vec![zeros; 4], vec![zeros; 4]);
-        (motion.accelerations, motion.forces) = (vec![zeros; 4], vec![zeros; 6]);
-        motion
-    }
-
-    #[test]
-    fn all_processors_give_the_same_bits() {
-        let dampings = [
-            Damping::None,
-            Damping::KelvinVoigt { c: 30.0, pull: true },
-            Damping::HuntCrossley { alpha: 0.3 },
-            Damping::Viscoelastic { relaxation: 4e-7 },
-        ];
-        let stretchings = [Stretching::None, Stretching::AtStart(Power::Square), Stretching::AtEnd(Power::Cube)];
-        for (damping, exponent) in dampings.into_iter().flat_map(|d| [1.5, 1.7, 2.0, 3.3].map(|p| (d, p))) {
-            for stretching in stretchings {
-                let table = stretching.table();
-                let mut at_hand = motion(exponent, damping, stretching);
-                let mut portable = at_hand.clone();
-                at_hand.begin(table);
-                portable.begin_portable(table);
-                for later in [0.0, 1e-7, 0.0, -1e-9, 0.0] {
-                    at_hand.push();
-                    portable.push_portable();
-                    for j in [0, 1, 3] {
-                        at_hand.move_contact(j, table, later);
-                        portable.move_contact_portable(j, table, later);
-                    }
-                }
-                at_hand.accelerate(2);
-                portable.accelerate_portable(2);
-                at_hand.move_contact(2, table, 0.0);
-                portable.move_contact_portable(2, table, 0.0);
-                for (a, b) in [
-                    (&at_hand.overlaps, &portable.overlaps),
-                    (&at_hand.rates, &portable.rates),
-                    (&at_hand.accelerations, &portable.accelerations),
-                    (&at_hand.forces, &portable.forces),
-                ] {
-                    let bits = |values: &[Nodes]| values.iter().flatten().map(|v| v.to_bits()).collect::<Vec<_>>();
-                    assert!(a.iter().flatten().all(|value| value.is_finite()), "{a:?}");
-                    assert_eq!(bits(a), bits(b), "{damping:?}, {exponent}, {stretching:?}");
-                }
-            }
-        }
-    }
 }

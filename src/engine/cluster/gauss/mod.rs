@@ -58,15 +58,17 @@ const SHORT_OF_RELEASE: f64 = 0.65;
 const FAILED: f64 = 0.5;
 const LEAST: f64 = 0.05;
 
+/// A contact that has closed shortly before a step has a branch point there: one that has changed the speed by more than this part allows
+/// a step of so many times the time since then.
+const BRANCH_POINT: f64 = 1e-15;
+const BEYOND: f64 = 50.0;
+
 /// An error, in units of the one allowed, that would let the next step be much longer.
 const SMALL: f64 = 1e-3;
 
 /// Contacts whose damping acts within less than this part of their time scale are stiff: Picard's iteration allows them short steps only,
 /// and what balls at rest do next is decided within much less than a step.
 const STIFF: f64 = 0.1;
-
-/// Closed contacts that a window may have: of a wave that many balls pass on, series follow the faint ends for less.
-const MOST_CONTACTS: usize = 8;
 
 /// Attempts for one step, after which it is left to another method.
 const ATTEMPTS: usize = 40;
@@ -87,12 +89,9 @@ pub(super) fn applies_to(window: &Window, speed: f64) -> bool {
     let serves = |(contact, law): (&WindowContact, &ContactLaw)| {
         contact.mode == Mode::Open || (!law.is_linear() && (!law.clips() || law.sign_of_force().is_some()))
     };
-    let oscillator = &window.balls[0].oscillator;
     let presses = |contact: &WindowContact| contact.mode == Mode::Pressing;
-    window.closed() <= MOST_CONTACTS
-        && window.contacts.iter().any(presses)
+    window.contacts.iter().any(presses)
         && window.contacts.iter().zip(window.laws).all(serves)
-        && window.balls.iter().all(|ball| ball.oscillator == *oscillator)
         && !window.laws.iter().enumerate().any(is_stiff)
 }
 
@@ -114,7 +113,7 @@ impl Motion {
         let speed = if onset.is_some() { speed.max(self.speed_from_rest(window)) } else { speed };
         let local_error = control.local_error(speed);
         let tail = TAIL * (control.epsilon / EPSILON).sqrt().max(1.0);
-        let longest = self.longest().min(control.longest);
+        let longest = self.longest().min(control.longest).min(self.reach_of_branch_points(speed));
         let tolerance = Tolerance { speed, tail, local_error, longest, rounding: *rounding };
         if let Some(j) = self.parting(rounding) {
             self.ends_at_once(j, Switch::Release);
@@ -259,7 +258,7 @@ impl Motion {
     fn speed_from_rest(&self, window: &Window) -> f64 {
         let mut speed = 0.0_f64;
         for (j, track) in self.tracks.iter().enumerate().filter(|(_, track)| track.mode == Mode::Pressing) {
-            let acceleration = (track.pull - self.oscillator.omega2() * track.overlap).abs();
+            let acceleration = (track.pull - track.mean[0] * track.overlap).abs();
             speed = speed.max(track.law.speed_from_rest(window.reduced_mass(j), acceleration));
         }
         speed
@@ -281,8 +280,27 @@ impl Motion {
 
     /// The longest step for which the functions of the pendulum are at hand, s.
     fn longest(&self) -> f64 {
-        let pace = self.oscillator.omega() + 2.0 * self.oscillator.gamma();
+        let pace = self.pace();
         if pace > 0.0 { output::LONGEST / pace } else { f64::INFINITY }
+    }
+
+    /// How long a step may be for the branch points that lie shortly before it (s): those of contacts that have closed just now. A step
+    /// that begins with another branch point has its time stretched for that one only.
+    fn reach_of_branch_points(&self, speed: f64) -> f64 {
+        let since =
+            self.tracks.iter().filter_map(|track| self.to_branch_point(track, track.overlap, track.rate, speed));
+        since.fold(f64::INFINITY, |least, since| least.min(BEYOND * since))
+    }
+
+    /// How far the branch point of a contact with this overlap (m) is, which grows from there or falls up to there at this rate (m/s), in
+    /// s; `None` if its force will not change the `speed` (m/s) by what matters.
+    fn to_branch_point(&self, track: &Track, overlap: f64, rate: f64, speed: f64) -> Option<f64> {
+        if track.mode != Mode::Pressing || !(overlap > 0.0 && rate > 0.0) {
+            return None;
+        }
+        power_of_stretching(&track.law)?;
+        let (time, inverse_mass) = (overlap / rate, track.inverse_masses[0] + track.inverse_masses[1]);
+        (track.law.elastic_force(overlap) * time * inverse_mass > BRANCH_POINT * speed).then_some(time)
     }
 
     /// The closed contact that is first to open, or to be clipped, and when, s. One that hardly presses has no branch point that matters,

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 
 use super::output::Moment;
 use crate::engine::cluster::window::{Switch, Window};
-use crate::engine::flight::{Flight, Rounding, degree};
+use crate::engine::flight::{Flight, Forcing, Rounding, degree};
 use crate::model::{ContactLaw, Mode, SignOfForce};
 use crate::solver::gauss::{NODES, Nodes, Stretching};
 use crate::solver::oscillator::Oscillator;
@@ -19,9 +19,13 @@ pub(super) struct Track {
     pub rate: f64,
     /// Of the ball on the left and of the one on the right, 1/kg.
     pub inverse_masses: [f64; 2],
-    /// Relative motion of the two without contact forces: that of a pendulum, as all are equal.
-    pub free: Flight,
-    /// What forcing and gravity accelerate an overlap of 0 by at the start, m/s2.
+    /// The relative acceleration by the inputs.
+    pub forcing: Forcing,
+    /// The mean pendulum of the two, which acts on the overlap: omega^2 (1/s2) and 2 gamma (1/s).
+    pub mean: [f64; 2],
+    /// How much more that on the left has of both: what acts on the mean of their positions and velocities.
+    pub unlike: [f64; 2],
+    /// What forcing and gravity accelerate an overlap of 0 by at the start, m/s2, but for unlike pendulums.
     pub pull: f64,
     /// Relative acceleration of the two at the start, m/s2, and what the contact forces change it by, m/s3.
     pub acceleration: f64,
@@ -36,7 +40,7 @@ impl Track {
 
     /// What the forcing changes by within `time` (s), m/s2.
     pub fn varying(&self, time: f64) -> f64 {
-        let [_, first, second, third] = self.free.forcing;
+        let [_, first, second, third] = self.forcing;
         time * (first + 0.5 * time * (second + time / 3.0 * third))
     }
 
@@ -48,6 +52,11 @@ impl Track {
     /// The switching that it comes to where its overlap vanishes.
     pub fn switch(&self) -> Switch {
         if self.mode == Mode::Open { Switch::Onset } else { Switch::Release }
+    }
+
+    /// What the mean pendulum makes of an overlap (m) and its rate (m/s), m/s2.
+    pub fn swing(&self, overlap: f64, rate: f64) -> f64 {
+        -self.mean[0] * overlap - self.mean[1] * rate
     }
 
     /// Whether its balls are side by side, as far as rounding tells.
@@ -66,9 +75,11 @@ pub(crate) struct Motion {
     pub(super) until: f64,
     /// The contact whose switching is then, and what that is.
     pub(super) end: Option<(usize, Switch)>,
-    /// The pendulum of all balls, and their states at the start.
-    pub(super) oscillator: Oscillator,
+    /// The pendulums of the balls, and their states at the start.
+    pub(super) oscillators: Vec<Oscillator>,
     pub(super) flights: Vec<Flight>,
+    /// Whether some pendulums differ.
+    pub(super) unlike: bool,
     pub(super) tracks: Vec<Track>,
     /// Whether a forcing varies, and whether the iteration takes the rates.
     pub(super) varies: bool,
@@ -79,6 +90,8 @@ pub(crate) struct Motion {
     pub(super) accelerations: Vec<Nodes>,
     /// Forces (N), with one of 0 at either end.
     pub(super) forces: Vec<Nodes>,
+    /// Positions (m) and velocities (m/s) of the balls at the nodes, where pendulums differ.
+    pub(super) states: Vec<[Nodes; 2]>,
     /// What is known at the time that was asked for last.
     pub(super) moment: RefCell<Moment>,
 }
@@ -90,8 +103,9 @@ impl Default for Motion {
             length: 0.0,
             until: 0.0,
             end: None,
-            oscillator: Oscillator::new(0.0, 0.0),
+            oscillators: Vec::new(),
             flights: Vec::new(),
+            unlike: false,
             tracks: Vec::new(),
             varies: false,
             needs_rates: false,
@@ -99,6 +113,7 @@ impl Default for Motion {
             rates: Vec::new(),
             accelerations: Vec::new(),
             forces: Vec::new(),
+            states: Vec::new(),
             moment: RefCell::default(),
         }
     }
@@ -115,16 +130,19 @@ impl Motion {
             rates: nodes(),
             accelerations: nodes(),
             forces: Vec::with_capacity(contacts + 2),
-            moment: RefCell::new(Moment::with_capacity(contacts + 2)),
+            moment: RefCell::new(Moment::with_capacity(contacts)),
+            oscillators: Vec::with_capacity(contacts + 1),
             ..Self::default()
         }
     }
 
-    /// The state of `window`, whose pendulums are equal, at the start of a step.
+    /// The state of `window` at the start of a step.
     pub(super) fn start(&mut self, window: &Window) {
         let Window { flights, balls, contacts, laws } = window;
-        let o = balls[0].oscillator;
-        (self.oscillator, self.end) = (o, None);
+        self.end = None;
+        self.oscillators.clear();
+        self.oscillators.extend(balls.iter().map(|ball| ball.oscillator));
+        self.unlike = self.oscillators.iter().any(|oscillator| *oscillator != self.oscillators[0]);
         self.flights.clear();
         self.flights.extend_from_slice(flights);
         self.tracks.clear();
@@ -132,22 +150,32 @@ impl Motion {
             let (left, right) = (&flights[j], &flights[j + 1]);
             let forcing = std::array::from_fn(|k| left.forcing[k] - right.forcing[k]);
             let rate = left.v - right.v;
+            let pendulums = [&self.oscillators[j], &self.oscillators[j + 1]].map(|o| [o.omega2(), 2.0 * o.gamma()]);
+            let mean = [0, 1].map(|k| 0.5 * (pendulums[0][k] + pendulums[1][k]));
             self.tracks.push(Track {
                 law: *law,
                 mode: contact.mode,
                 overlap: contact.overlap,
                 rate,
                 inverse_masses: [1.0 / balls[j].mass, 1.0 / balls[j + 1].mass],
-                free: Flight { x: contact.overlap + law.clearance, v: rate, forcing },
-                pull: forcing[0] - o.omega2() * law.clearance,
+                forcing,
+                mean,
+                unlike: [0, 1].map(|k| pendulums[0][k] - pendulums[1][k]),
+                pull: forcing[0] - mean[0] * law.clearance,
                 acceleration: 0.0,
                 jerk: 0.0,
             });
         }
         let force = |track: &Track| track.law.unclipped_force(track.overlap, track.rate);
+        let mut beside = flights.iter().zip(&flights[1..]);
         self.for_each_under(force, |track, forces| {
-            let free = track.pull - o.omega2() * track.overlap - 2.0 * o.gamma() * track.rate;
-            track.acceleration = track.pushed(forces) + free;
+            track.acceleration = track.pushed(forces) + (track.pull + track.swing(track.overlap, track.rate));
+            if let Some((left, right)) = beside.next()
+                && track.unlike != [0.0; 2]
+            {
+                let [of_position, of_velocity] = track.unlike;
+                track.acceleration -= 0.5 * (of_position * (left.x + right.x) + of_velocity * (left.v + right.v));
+            }
         });
         let change = |track: &Track| {
             let (by_overlap, by_rate) = track.law.force_slopes(track.overlap, track.rate);
@@ -155,13 +183,20 @@ impl Motion {
         };
         self.for_each_under(change, |track, changes| track.jerk = track.pushed(changes));
         self.varies = flights.iter().any(|flight| degree(&flight.forcing) > 0);
-        self.needs_rates = o.gamma() > 0.0 || self.tracks.iter().any(|track| !track.law.is_elastic());
+        self.needs_rates =
+            self.oscillators.iter().any(|o| o.gamma() > 0.0) || self.tracks.iter().any(|track| !track.law.is_elastic());
         let contacts = self.tracks.len();
         for values in [&mut self.overlaps, &mut self.rates, &mut self.accelerations] {
             values.resize(contacts, [0.0; NODES]);
         }
         self.forces.clear();
         self.forces.resize(contacts + 2, [0.0; NODES]);
+        self.states.resize(if self.unlike { flights.len() } else { 0 }, [[0.0; NODES]; 2]);
+    }
+
+    /// The fastest rate of a pendulum, 1/s.
+    pub(super) fn pace(&self) -> f64 {
+        self.oscillators.iter().map(|o| o.omega() + 2.0 * o.gamma()).fold(0.0, f64::max)
     }
 
     /// Hands each contact the `force` of the one on its left, its own and that of the one on its right, 0 for those that do not press.

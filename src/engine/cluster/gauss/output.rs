@@ -15,10 +15,10 @@ use super::motion::Motion;
 use crate::engine::cluster::dense_output::DenseOutput;
 use crate::engine::cluster::window::{OverlapSeries, Switch, Window, clipping};
 use crate::engine::flight::{Forcing, Rounding, degree, forcing_at};
+use crate::model::Mode;
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::gauss::{NODES, Nodes, Rule, weighted};
-use crate::solver::multiversion::multiversioned;
 use crate::solver::oscillator::{BASIS, Oscillator};
 use crate::solver::{root, series};
 
@@ -32,18 +32,17 @@ const MARGIN: f64 = 1.25;
 /// Longest step, over the time scale of the pendulum, that those terms serve.
 pub(super) const LONGEST: f64 = 0.25;
 
-/// What the functions of a time need.
+/// What is known at a time.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Moment {
     /// The time (s); none before the first.
     tau: Option<f64>,
-    /// The oscillator's functions.
-    basis: [f64; BASIS],
     /// The weights of the integral from the start, s.
     weights: Nodes,
-    /// A contact each, and one of 0 at either end: the integral of its force, and what a unit of mass answers to it: velocity,
-    /// displacement, and its integral.
-    sums: Vec<[f64; 4]>,
+    /// A ball each: displacement (m), the change of its velocity (m/s), and the integral of the displacement (m.s).
+    balls: Vec<[f64; 3]>,
+    /// A contact each: overlap (m), the change of its rate (m/s), and the impulse (N.s).
+    contacts: Vec<[f64; 3]>,
 }
 
 /// `U_0`, `U_1` and `U_2` by power series about 0, for negative times as well.
@@ -87,7 +86,7 @@ impl Responses {
 
     /// These `weights`, and their products with [`Self::at`] `s`.
     #[inline(always)]
-    fn weights(&self, weights: &Nodes, s: &Nodes) -> [Nodes; 4] {
+    fn weights(&self, weights: &Nodes, s: &Nodes) -> [Nodes; 3] {
         let [mut u0, mut u1, mut u2] = [[0.0; NODES]; 3];
         for (k, term) in self.terms[..self.count].iter().enumerate().rev() {
             let n = (k + 1) as f64;
@@ -103,38 +102,20 @@ impl Responses {
             u1[m] *= weights[m] * s[m];
             u2[m] *= weights[m] * s[m] * s[m];
         }
-        [*weights, u0, u1, u2]
+        [u0, u1, u2]
     }
 }
 
 impl Moment {
-    /// With room for so many forces.
-    pub fn with_capacity(forces: usize) -> Self {
-        Self { sums: Vec::with_capacity(forces), ..Self::default() }
+    /// With room for so many contacts.
+    pub fn with_capacity(contacts: usize) -> Self {
+        Self { balls: Vec::with_capacity(contacts + 1), contacts: Vec::with_capacity(contacts), ..Self::default() }
     }
 
     /// The motion is another one.
     pub fn forget(&mut self) {
         self.tau = None;
     }
-
-    #[inline(always)]
-    fn sum_portable(&mut self, responses: &Responses, ago: &Nodes, forces: &[Nodes]) {
-        let weights = responses.weights(&self.weights, ago);
-        self.sums.resize(forces.len(), [0.0; 4]);
-        for (sums, forces) in self.sums.iter_mut().zip(forces) {
-            for (sum, weights) in sums.iter_mut().zip(&weights) {
-                *sum = weighted(weights, forces);
-            }
-        }
-    }
-}
-
-multiversioned! {
-impl Moment {
-    /// The sums for these `forces` at nodes that are so long ago (s).
-    fn sum(&mut self, responses: &Responses, ago: &Nodes, forces: &[Nodes]) = sum_portable;
-}
 }
 
 impl Motion {
@@ -147,18 +128,55 @@ impl Motion {
     }
 
     fn compute_moment(&self, moment: &mut Moment, tau: f64) {
-        let (o, table) = (&self.oscillator, self.stretching.table());
         moment.tau = Some(tau);
-        moment.basis = if self.varies {
-            o.basis(DoubleDouble::from(tau))
-        } else {
-            let mut basis = [0.0; BASIS];
-            basis[..4].copy_from_slice(&o.basis::<4>(DoubleDouble::from(tau)));
-            basis
-        };
         moment.weights = self.weights(tau);
-        let ago = table.times.map(|time| tau - self.length * time);
-        moment.sum(&Responses::new(o, self.length), &ago, &self.forces);
+        let ago = self.stretching.table().times.map(|time| tau - self.length * time);
+        let (mut basis, mut responses, mut left) = ([0.0; BASIS], [[0.0; NODES]; 3], [0.0; 3]);
+        let sums = |responses: &[Nodes; 3], i: usize| responses.each_ref().map(|r| weighted(r, &self.forces[i]));
+        moment.balls.clear();
+        for (i, (o, flight)) in self.oscillators.iter().zip(&self.flights).enumerate() {
+            if i == 0 || *o != self.oscillators[i - 1] {
+                basis = self.basis(o, tau);
+                responses = Responses::new(o, self.length).weights(&moment.weights, &ago);
+                left = sums(&responses, i);
+            }
+            let (right, inverse_mass) = (sums(&responses, i + 1), self.inverse_mass(i));
+            let pushed: [f64; 3] = std::array::from_fn(|k| (left[k] - right[k]) * inverse_mass);
+            moment.balls.push([
+                flight.displacement(o, &basis) + pushed[1],
+                flight.change_of_velocity(o, &basis) + pushed[0],
+                flight.displacement_integral(o, &basis) + pushed[2],
+            ]);
+            left = right;
+        }
+        moment.contacts.clear();
+        for (j, track) in self.tracks.iter().enumerate() {
+            let (overlap, change) = if track.mode == Mode::Pressing {
+                self.overlap_by(&moment.weights, &ago, j, tau)
+            } else {
+                let [left, right] = [&moment.balls[j], &moment.balls[j + 1]];
+                (track.overlap + (left[0] - right[0]), left[1] - right[1])
+            };
+            moment.contacts.push([overlap, change, weighted(&moment.weights, &self.forces[j + 1])]);
+        }
+    }
+
+    /// The functions of the oscillator `o`, as many as inputs call for.
+    fn basis(&self, o: &Oscillator, tau: f64) -> [f64; BASIS] {
+        if self.varies {
+            return o.basis(DoubleDouble::from(tau));
+        }
+        let mut basis = [0.0; BASIS];
+        basis[..4].copy_from_slice(&o.basis::<4>(DoubleDouble::from(tau)));
+        basis
+    }
+
+    /// Overlap of the pressing contact `j` (m) and the change of its rate (m/s), by its accelerations with these `weights` (s) so long
+    /// `ago` (s).
+    fn overlap_by(&self, weights: &Nodes, ago: &Nodes, j: usize, tau: f64) -> (f64, f64) {
+        let (track, accelerations) = (&self.tracks[j], &self.accelerations[j]);
+        let moved = weighted(&std::array::from_fn(|m| weights[m] * ago[m]), accelerations);
+        (track.overlap + (track.rate * tau + moved), weighted(weights, accelerations))
     }
 
     /// The weights of the integral from the start to `tau` (s).
@@ -173,22 +191,16 @@ impl Motion {
     }
 
     /// Of ball `i`, 1/kg. A window has a contact at every ball, on the right of all but the last one.
-    fn inverse_mass(&self, i: usize) -> f64 {
+    pub(super) fn inverse_mass(&self, i: usize) -> f64 {
         match self.tracks.get(i) {
             Some(track) => track.inverse_masses[0],
             None => self.tracks[i - 1].inverse_masses[1],
         }
     }
 
-    /// How the forces of the contacts have changed velocity, displacement and its integral of ball `i`.
-    fn answer(&self, moment: &Moment, i: usize) -> [f64; 3] {
-        let inverse_mass = self.inverse_mass(i);
-        std::array::from_fn(|k| (moment.sums[i][k + 1] - moment.sums[i + 1][k + 1]) * inverse_mass)
-    }
-
     /// What the forces of the contacts add to the velocity of ball `i` at the nodes, m/s.
     fn pushed_velocities(&self, i: usize) -> Nodes {
-        let (o, table) = (&self.oscillator, self.stretching.table());
+        let (o, table) = (&self.oscillators[i], self.stretching.table());
         let inverse_mass = self.inverse_mass(i);
         let responses = Responses::new(o, self.length);
         let times = table.times.map(|part| self.length * part);
@@ -209,31 +221,15 @@ impl Motion {
         let (overlap, change) = match tau {
             0.0 => (track.overlap, 0.0),
             tau if tau == self.length => self.overlap(j, tau),
-            _ => self.overlap_within(j, tau),
+            _ => {
+                let ago = self.stretching.table().times.map(|time| tau - self.length * time);
+                self.overlap_by(&self.weights(tau), &ago, j, tau)
+            }
         };
         // Where the overlap is 0, a dashpot acts all the same.
         let rate = track.rate + change;
         let [force] = track.law.unclipped_forces(&[overlap], &[rate]);
         (force, rate)
-    }
-
-    /// Overlap of contact `j` and the change of its rate, of it alone.
-    fn overlap_within(&self, j: usize, tau: f64) -> (f64, f64) {
-        let (track, table, o) = (&self.tracks[j], self.stretching.table(), &self.oscillator);
-        let [a, b] = track.inverse_masses;
-        let (weights, responses) = (self.weights(tau), Responses::new(o, self.length));
-        let [left, own, right] = [0, 1, 2].map(|beside| &self.forces[j + beside]);
-        let mut sums = [0.0; 2];
-        for l in 0..NODES {
-            let pushed = weights[l] * ((left[l] - own[l]) * a - (own[l] - right[l]) * b);
-            let [velocity, displacement, _] = responses.at(tau - self.length * table.times[l]);
-            sums = [sums[0] + displacement * pushed, sums[1] + velocity * pushed];
-        }
-        let basis: [f64; BASIS] = o.basis(DoubleDouble::from(tau));
-        (
-            track.overlap + (track.free.displacement(o, &basis) + sums[0]),
-            track.free.change_of_velocity(o, &basis) + sums[1],
-        )
     }
 
     /// The switching of contact `j`, if it is this one.
@@ -244,19 +240,17 @@ impl Motion {
 
 impl DenseOutput for Motion {
     fn moved(&self, i: usize, tau: f64) -> (f64, f64) {
-        let (moment, flight, o) = (self.moment(tau), &self.flights[i], &self.oscillator);
-        let [velocity, displacement, _] = self.answer(&moment, i);
-        (flight.displacement(o, &moment.basis) + displacement, flight.change_of_velocity(o, &moment.basis) + velocity)
+        let [displacement, change, _] = self.moment(tau).balls[i];
+        (displacement, change)
     }
 
     fn displacement_integral(&self, i: usize, tau: f64) -> f64 {
-        let moment = self.moment(tau);
-        self.flights[i].displacement_integral(&self.oscillator, &moment.basis) + self.answer(&moment, i)[2]
+        self.moment(tau).balls[i][2]
     }
 
     fn squared_velocity_integral(&self, i: usize, tau: f64) -> f64 {
         let (pushed, times) = (self.pushed_velocities(i), self.stretching.table().times);
-        let free = |m: usize| self.flights[i].at(&self.oscillator, DoubleDouble::from(self.length * times[m])).1;
+        let free = |m: usize| self.flights[i].at(&self.oscillators[i], DoubleDouble::from(self.length * times[m])).1;
         weighted(&self.weights(tau), &std::array::from_fn(|m| (free(m) + pushed[m]).powi(2)))
     }
 
@@ -265,23 +259,16 @@ impl DenseOutput for Motion {
             return if forcing[0] == 0.0 { 0.0 } else { forcing[0] * self.moved(i, tau).0 };
         }
         // The forcing may vary much beyond the time where the step is left.
-        let free = self.flights[i].work(forcing, &self.oscillator, tau, &self.moment(tau).basis);
+        let o = &self.oscillators[i];
+        let free = self.flights[i].work(forcing, o, tau, &o.basis::<BASIS>(DoubleDouble::from(tau)));
         let (pushed, times) = (self.pushed_velocities(i), self.stretching.table().times);
         let power = std::array::from_fn(|m| pushed[m] * forcing_at(forcing, self.length * times[m]));
         free + weighted(&self.weights(tau), &power)
     }
 
     fn overlap(&self, j: usize, tau: f64) -> (f64, f64) {
-        let (moment, track, o) = (self.moment(tau), &self.tracks[j], &self.oscillator);
-        let [a, b] = track.inverse_masses;
-        let answer = |k: usize| {
-            let [left, own, right] = [0, 1, 2].map(|beside| moment.sums[j + beside][k]);
-            (left - own) * a - (own - right) * b
-        };
-        (
-            track.overlap + (track.free.displacement(o, &moment.basis) + answer(2)),
-            track.free.change_of_velocity(o, &moment.basis) + answer(1),
-        )
+        let [overlap, change, _] = self.moment(tau).contacts[j];
+        (overlap, change)
     }
 
     fn overlap_series(&self, _: usize, _: f64) -> Option<OverlapSeries> {
@@ -289,7 +276,7 @@ impl DenseOutput for Motion {
     }
 
     fn impulse(&self, j: usize, tau: f64) -> f64 {
-        self.moment(tau).sums[j + 1][0]
+        self.moment(tau).contacts[j][2]
     }
 
     /// Looked for between the nodes as the polynomial through the forces there; its value is that of the law.
@@ -354,23 +341,5 @@ impl DenseOutput for Motion {
 
     fn clip(&self, j: usize, _: &Window, _: f64, _: &Rounding) -> Next {
         self.ends_with(j, clipping(self.tracks[j].mode).1)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn all_processors_give_the_same_sums() {
-        let nodes = |seed: f64| std::array::from_fn(|m| libm::sin(seed + m as f64));
-        let forces: Vec<Nodes> = (0..5).map(|j| nodes(f64::from(j))).collect();
-        let (responses, ago) = (Responses::new(&Oscillator::new(9.0, 0.1), 1.0), nodes(0.3));
-        let mut at_hand = Moment { weights: nodes(0.7), ..Moment::default() };
-        let mut portable = at_hand.clone();
-        at_hand.sum(&responses, &ago, &forces);
-        portable.sum_portable(&responses, &ago, &forces);
-        let bits = |moment: &Moment| moment.sums.iter().flatten().map(|sum| sum.to_bits()).collect::<Vec<_>>();
-        assert_eq!(bits(&at_hand), bits(&portable));
     }
 }

@@ -33,8 +33,10 @@ const CONVERGED_RATE: f64 = 1e-15;
 const DIVERGING: f64 = 0.9;
 const BY_THEN: usize = 20;
 
-/// Switchings are looked for as soon as the iteration changes overlaps by no more than this part of their size.
+/// Switchings are looked for as soon as the iteration changes overlaps by no more than this part of the largest. At the ends of a wave
+/// they are so much smaller that the first iterations tell nothing: the other one, where some are below that part of the largest.
 const ROUGH: f64 = 0.1;
+pub(super) const FINE: f64 = 1e-5;
 
 /// What the error counts for, as a factor, where the step is left before its end, because a force changes its sign: within it is
 /// less exact than at the end.
@@ -99,12 +101,11 @@ impl Motion {
         (self.stretching, self.length, self.end) = (plan.stretching, plan.length, None);
         let closed = self.tracks.iter().filter(|track| track.mode == Mode::Pressing).count() as u64;
         self.begin(table);
-        let (mut last_change, mut looked, mut measured) = (f64::INFINITY, false, false);
+        let (mut last_change, mut last_rate, mut looked, mut measured) = (f64::INFINITY, 0.0, false, false);
         for count in 0..MOST {
             *evaluations = evaluations.saturating_add(closed);
             self.push();
-            let settled = last_change < ROUGH;
-            if settled && !looked {
+            if !looked && last_change < ROUGH && (last_change < FINE || !self.holds_wave()) {
                 looked = true;
                 match self.first_switching(table, tolerance) {
                     Some((j, switch, 0.0)) => return Outcome::AtOnce(j, switch),
@@ -139,7 +140,8 @@ impl Motion {
                     }
                     measured = still < TOO_LONG;
                 }
-                let rate = change / last_change;
+                // Right after the end has moved far, the change falls by more than it will.
+                let rate = (change / last_change).max(0.5 * last_rate);
                 let converged = change <= CONVERGED
                     || (rate < 0.5 && change * rate * (FELT * rate).min(1.0) <= CONVERGED)
                     || (change <= NOISE && rate > 0.5);
@@ -153,7 +155,7 @@ impl Motion {
                     return Outcome::Failed;
                 }
             }
-            last_change = change;
+            (last_change, last_rate) = (change, change / last_change);
         }
         Outcome::Failed
     }
@@ -195,7 +197,7 @@ impl Motion {
         if error > 1.0 {
             return Outcome::TooLong(error);
         }
-        let brief = self.oscillator.omega() * self.length < BRIEF;
+        let brief = self.pace() * self.length < BRIEF;
         for j in 0..self.tracks.len() {
             if self.tracks[j].mode == Mode::Pressing {
                 continue;

@@ -4,7 +4,7 @@
 //! contact opens or closes. A force whose sign changes is only found afterwards: up to there the step is as good as any.
 
 use super::motion::{Motion, Track};
-use super::step::Tolerance;
+use super::step::{FINE, Tolerance};
 use crate::engine::cluster::window::{Switch, clipping};
 use crate::model::{Mode, SignOfForce};
 use crate::solver::gauss::{NODES, Nodes, Rule, Table, weighted};
@@ -60,10 +60,21 @@ impl Motion {
         self.tracks[j].rate + self.length * weighted(&table.of_rate, &self.accelerations[j])
     }
 
+    /// Whether a contact presses far less than others at all nodes.
+    pub(super) fn holds_wave(&self) -> bool {
+        let pressing = self.tracks.iter().zip(&self.overlaps).filter(|(track, _)| track.mode == Mode::Pressing);
+        let largest = pressing.map(|(_, overlaps)| range(overlaps)[1]);
+        let [least, most] = largest.fold([f64::INFINITY, 0.0], |[least, most], d| [d.min(least), d.max(most)]);
+        least < FINE * most
+    }
+
     /// The earliest onset or release, as far as the iteration has got: contact, what it is, and the time (s).
     pub(super) fn first_switching(&mut self, table: &Table, tolerance: &Tolerance) -> Option<(usize, Switch, f64)> {
         let mut first: Option<(usize, Switch, f64)> = None;
         for j in 0..self.tracks.len() {
+            if self.stays_closed(j, table) {
+                continue;
+            }
             if let Some((switch, time)) = self.switching(j, table, tolerance)
                 && first.is_none_or(|(.., before)| time < before)
             {
@@ -71,6 +82,14 @@ impl Motion {
             }
         }
         first
+    }
+
+    /// Whether contact `j` presses at all nodes and at the end. The parabola that tells a release may vanish all the same: by its mean
+    /// acceleration a contact that comes to rest opens.
+    fn stays_closed(&self, j: usize, table: &Table) -> bool {
+        self.tracks[j].mode == Mode::Pressing
+            && range(&self.overlaps[j])[0] > 0.0
+            && self.overlap_at_end(j, self.curvature(j, table)) > 0.0
     }
 
     /// The onset or release of contact `j`, within the step or after it.
@@ -123,7 +142,7 @@ impl Motion {
     fn onset_from_rest(&self, j: usize, table: &Table, tolerance: &Tolerance) -> Option<f64> {
         let track = &self.tracks[j];
         let felt = self.is_felt(track, self.overlap_at_end(j, self.curvature(j, table)), tolerance);
-        let first = if track.acceleration == 0.0 { track.jerk + track.free.forcing[1] } else { track.acceleration };
+        let first = if track.acceleration == 0.0 { track.jerk + track.forcing[1] } else { track.acceleration };
         if first >= 0.0 {
             return felt.then_some(0.0);
         }

@@ -262,34 +262,6 @@ pub(super) fn negligible_overlap(j: usize, window: &Window, dv: f64, scale: f64)
     0.0
 }
 
-/// [`unit_of_time`] of a window whose exponents are not whole, and for each contact the [`negligible_overlap`], of which most are seen to
-/// be 0 without a power.
-pub(super) fn unit_and_negligible(window: &Window, scale: f64, dv: f64, negligible: &mut Vec<f64>) -> f64 {
-    let Window { flights, contacts, laws, .. } = window;
-    negligible.clear();
-    negligible.resize(contacts.len(), 0.0);
-    let mut unit = longest_unit(window);
-    let mut known: Option<(f64, &ContactLaw, [f64; 2])> = None;
-    for (j, (contact, law)) in contacts.iter().zip(*laws).enumerate().filter(|(j, _)| window.needs_force(*j)) {
-        let mass = window.reduced_mass(j);
-        let times = match known {
-            Some((of_mass, of_law, times)) if (of_mass, of_law) == (mass, law) => times,
-            _ => [law.time_scale(mass, scale), law.relaxation_time(mass, scale)],
-        };
-        known = Some((mass, law, times));
-        unit = times.into_iter().fold(unit, f64::min);
-        let rate = (flights[j].v - flights[j + 1].v).abs();
-        let (elastic, change) = (law.elastic_force(contact.overlap), 2.0 * mass * dv);
-        if elastic * times[0] < change || elastic * contact.overlap < change * rate {
-            negligible[j] = negligible_overlap(j, window, dv, scale);
-        }
-        if negligible[j] == 0.0 {
-            unit = shorter_unit(unit, contact.overlap, rate);
-        }
-    }
-    unit
-}
-
 /// A time (s) within a few powers of ten of the one that the series will converge for: that of the fastest contact, or of an
 /// overlap about to vanish, whose power is singular there, unless it is `negligible`; without contact that of the pendulums.
 pub(super) fn unit_of_time(window: &Window, scale: f64, negligible: impl Fn(usize) -> bool) -> f64 {

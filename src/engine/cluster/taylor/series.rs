@@ -1,6 +1,6 @@
 //! The motions and forces of a window as power series of the time, and what is read off them: the series is its own dense
 //! output. How the coefficients follow from the state at the start of a segment: `recurrences`, `linear` where contacts
-//! are, `persistent` where balls have been pressed together for long, or `collocation`.
+//! are, or `collocation`.
 
 use crate::engine::cluster::dense_output::DenseOutput;
 use crate::engine::cluster::equations::Equations;
@@ -41,10 +41,6 @@ pub(crate) struct Series<S = f64> {
     pub(crate) converges_for: f64,
     /// The contact that seems to switch first, if one does.
     pub(crate) next_to_switch: usize,
-    /// A contact each: a lower bound of the overlap while the series converge, m; empty if none is known.
-    pub(super) least_overlaps: Vec<f64>,
-    /// The contact whose force, which is left out, is about to matter where the series end.
-    pub(super) front: Option<usize>,
 }
 
 impl<S: Scalar> Series<S> {
@@ -92,8 +88,6 @@ impl<S: Scalar> Series<S> {
             rows.clear();
             rows.resize(balls.saturating_sub(1) * stride, S::default());
         }
-        self.front = None;
-        self.least_overlaps.clear();
         self.linear.clear();
         self.linear.resize(balls.saturating_sub(1), None);
         for i in 0..balls {
@@ -120,8 +114,6 @@ impl<S: Scalar> Series<S> {
             rows.resize(balls * stride, S::default());
         }
         self.elastic.clear();
-        self.front = None;
-        self.least_overlaps.clear();
         self.linear.clear();
         self.linear.resize(contacts, linear);
     }
@@ -143,17 +135,6 @@ impl Series {
     /// How long the series converge to the tolerance, s.
     pub fn converges_for(&self) -> f64 {
         self.converges_for
-    }
-
-    /// A contact of the `window` described that closes where the series end: one that touches, at rest, beside one whose force is left
-    /// out up to there. That force begins to press it at once.
-    pub fn reached(&self, window: &Window) -> Option<usize> {
-        let front = self.front?;
-        let touches = |j: &usize| {
-            let contact = window.contacts.get(*j);
-            contact.is_some_and(|contact| contact.mode == Mode::Open) && self.overlap_row(*j).iter().all(|c| *c == 0.0)
-        };
-        [front.wrapping_sub(1), front + 1].into_iter().find(touches)
     }
 
     /// The crossing of `row`, signed, above `level` before `until` (s).
@@ -315,9 +296,6 @@ impl DenseOutput for Series {
 
     fn release(&self, j: usize, until: f64, rounding: &Rounding) -> Next {
         let (row, level) = (self.overlap_row(j), rounding.no_overlap());
-        if self.least_overlaps.get(j).is_some_and(|least| *least > level) {
-            return Next::Never;
-        }
         if row[0] <= level && rounding.is_rest(row[0], row[1] / self.unit) {
             return self.release_from_rest(row, level, until, rounding);
         }
