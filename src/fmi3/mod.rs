@@ -49,7 +49,7 @@ impl Version for Fmi3 {
             }
             _ => {
                 instance.log.error(format_args!("{function}: {refusal}"));
-                instance.give_up();
+                instance.give_up(function);
                 fmi3Status::fmi3Error
             }
         }

@@ -106,6 +106,8 @@ pub enum Call {
     ExitConfigurationMode,
     /// Setting counts: the number of balls is one.
     SetCounts,
+    /// Asking about the intervals of clocks, of which there are none.
+    Intervals,
     /// The way from a step, or from integration, to events.
     EnterEvents,
     /// Handling one of them after the other.
@@ -124,6 +126,8 @@ pub enum Call {
     CompletedIntegratorStep,
     /// Setting the time.
     SetTime,
+    /// The same in FMI 3.0.
+    SetTimeOfExchange,
     /// Setting the continuous states.
     SetContinuousStates,
     /// Reading the derivatives of the states, the event indicators or the states.
@@ -166,6 +170,7 @@ impl Call {
             | Self::EnterContinuousTimeMode
             | Self::CompletedIntegratorStep
             | Self::SetTime
+            | Self::SetTimeOfExchange
             | Self::SetContinuousStates
             | Self::GetContinuous
             | Self::GetNominals
@@ -210,6 +215,7 @@ impl Call {
             Self::ExitConfigurationMode => &[ConfigurationMode],
             Self::SetCounts => &[Instantiated, ConfigurationMode, InitializationMode, StepMode, EventMode],
             Self::ExitInitializationMode => &[InitializationMode],
+            Self::Intervals => &[InitializationMode, EventMode],
             Self::Set => {
                 &[Instantiated, InitializationMode, StepMode, EventMode, ContinuousTimeMode, IntermediateUpdate]
             }
@@ -241,7 +247,9 @@ impl Call {
             Self::CancelStep => &[],
             Self::EnterEventMode | Self::SetTime => &[EventMode, ContinuousTimeMode],
             Self::NewDiscreteStates | Self::EnterContinuousTimeMode => &[EventMode],
-            Self::CompletedIntegratorStep | Self::SetContinuousStates => &[ContinuousTimeMode],
+            Self::CompletedIntegratorStep | Self::SetContinuousStates | Self::SetTimeOfExchange => {
+                &[ContinuousTimeMode]
+            }
             Self::GetContinuous => &[InitializationMode, EventMode, ContinuousTimeMode, Terminated, Error],
             Self::GetNominals => &[Instantiated, InitializationMode, EventMode, ContinuousTimeMode, Terminated, Error],
         }

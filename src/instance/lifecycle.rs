@@ -44,7 +44,9 @@ impl Instance {
         let (phase, kind, hybrid) = (self.run.phase, self.run.kind, self.run.hybrid.as_ref());
         let exists =
             |phase: &Phase| phase.exists(kind, hybrid.is_some(), hybrid.is_some_and(|hybrid| hybrid.event_mode));
-        Refusal::Phase { call, phase, kind, allowed: call.legal_phases().iter().copied().filter(exists).collect() }
+        let allowed = call.legal_phases().iter().copied().filter(exists).collect();
+        let ended_by = hybrid.and_then(|hybrid| hybrid.ended_by.clone());
+        Refusal::Phase { call, phase, kind, allowed, ended_by }
     }
 
     /// Takes start time, stop time and tolerance; the last call before initialization counts.

@@ -17,6 +17,8 @@ pub enum Refusal {
         kind: Kind,
         /// The phases in which it would be legal.
         allowed: Vec<Phase>,
+        /// The refused call that ended the run before, if one did.
+        ended_by: Option<String>,
     },
     /// A value, a value reference, a name or a type is not accepted.
     Value(VariableError),
@@ -64,6 +66,9 @@ impl std::fmt::Display for Refusal {
         match self {
             Self::Phase { call, kind, .. } if call.kind().is_some_and(|other| other != *kind) => {
                 write!(f, "not allowed in {kind}, which the instance was created for")
+            }
+            Self::Phase { phase, ended_by: Some(function), .. } => {
+                write!(f, "not allowed in {phase}: the refused call of {function} ended the run; allowed: a reset")
             }
             Self::Phase { phase, allowed, .. } => {
                 let legal: Vec<String> = allowed.iter().map(Phase::to_string).collect();

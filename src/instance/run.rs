@@ -17,7 +17,7 @@ const MIN_TOLERANCE: f64 = 1e-14;
 pub struct Experiment {
     /// Start time, s, finite.
     pub start: f64,
-    /// Stop time, s, after the start, if the host gave one.
+    /// Stop time, s, not before the start, if the host gave one.
     pub stop: Option<f64>,
     /// Relative tolerance, if the host gave one; nonsense is ignored.
     pub tolerance: Option<f64>,
@@ -30,8 +30,8 @@ impl Experiment {
             return Err(Refusal::number("startTime", self.start, "s", "any finite value"));
         }
         match self.stop {
-            Some(stop) if stop.is_nan() || stop <= self.start => {
-                Err(Refusal::number("stopTime", stop, "s", format!("later than startTime = {} s", self.start)))
+            Some(stop) if stop.is_nan() || stop < self.start => {
+                Err(Refusal::number("stopTime", stop, "s", format!("not before startTime = {} s", self.start)))
             }
             _ => Ok(()),
         }
@@ -170,9 +170,9 @@ mod tests {
     #[test]
     fn times_must_be_times() {
         let times = |start, stop| Experiment { start, stop, tolerance: None }.check();
-        assert!(times(0.0, None).is_ok() && times(-5.0, Some(-4.0)).is_ok());
+        assert!(times(0.0, None).is_ok() && times(-5.0, Some(-4.0)).is_ok() && times(0.0, Some(0.0)).is_ok());
         for (start, stop) in
-            [(f64::NAN, None), (f64::INFINITY, None), (0.0, Some(0.0)), (0.0, Some(f64::NAN)), (1.0, Some(0.5))]
+            [(f64::NAN, None), (f64::INFINITY, None), (0.0, Some(-1e-9)), (0.0, Some(f64::NAN)), (1.0, Some(0.5))]
         {
             assert!(times(start, stop).is_err(), "{start} {stop:?}");
         }

@@ -3,8 +3,6 @@
 //! The arrays have `n` elements, those over contacts as well, since n - 1 cannot be a dimension: the last element belongs to no
 //! contact. A value reference does not depend on `n`.
 
-use std::sync::LazyLock;
-
 use super::table::TABLE;
 use super::table::enumeration::Item;
 use super::table::row::{Access, Causality, Row, Shape, Type, Variability};
@@ -198,9 +196,7 @@ impl Array {
 
     /// The variable of this name.
     pub fn named(name: &str) -> Option<Self> {
-        static NAMES: LazyLock<Vec<(String, Array)>> =
-            LazyLock::new(|| Array::all().map(|array| (array.to_string(), array)).collect());
-        NAMES.iter().find(|(own, _)| own == name).map(|(_, array)| *array)
+        Self::all().find(|array| array.row().map_or_else(|| array.to_string() == name, |row| row.name == name))
     }
 
     /// The continuous states of model exchange with their derivatives, in their order.

@@ -179,8 +179,10 @@ type Function = (&'static str, &'static [State], Asked);
 const ANY: &[State] = &[Instantiated, Configuration, Initialization, Event, Step, Terminated, Abandoned];
 const READ: &[State] = &[Initialization, Event, Step, Intermediate, Terminated];
 /// What has a start value can be read before initialization, what is calculated cannot.
-const START: &[State] = &[Instantiated, Initialization, Event, Step, Terminated];
+const START: &[State] = &[Instantiated, Initialization, Event, Step, Intermediate, Terminated];
 const READ_NOTHING: &[State] = &[Instantiated, Initialization, Event, Step, Intermediate, Terminated];
+/// There are no clocks with intervals: a call for none of them does nothing.
+const INTERVALS: &[State] = &[Initialization, Event];
 const SET: &[State] = &[Instantiated, Initialization, Event, Step, Intermediate];
 const SET_DISCRETE: &[State] = &[Instantiated, Initialization, Event, Step];
 const SENSITIVE: &[State] = &[Initialization, Event, Step, Terminated];
@@ -208,10 +210,10 @@ fn functions() -> Vec<Function> {
         ("fmi3Terminate", &[Event, Step], |c| unsafe { fmi3Terminate(c) }),
         ("fmi3Reset", ANY, |c| unsafe { fmi3Reset(c) }),
         ("fmi3GetFloat64", READ, |c| unsafe { fmi3GetFloat64(c, &vr("E_total"), 1, &mut 0.0, 1) }),
-        ("fmi3GetUInt64", SENSITIVE, |c| unsafe { fmi3GetUInt64(c, &vr("pulses"), 1, [0; 5].as_mut_ptr(), 5) }),
+        ("fmi3GetUInt64", READ, |c| unsafe { fmi3GetUInt64(c, &vr("pulses"), 1, [0; 5].as_mut_ptr(), 5) }),
         ("fmi3GetInt64", START, |c| unsafe { fmi3GetInt64(c, &vr("contact.model"), 1, &mut 0, 1) }),
-        ("fmi3GetBoolean", SENSITIVE, |c| unsafe { fmi3GetBoolean(c, &vr("inContact"), 1, [0; 5].as_mut_ptr(), 5) }),
-        ("fmi3GetClock", SENSITIVE, |c| unsafe { fmi3GetClock(c, &vr("onset.clock"), 1, &mut 0) }),
+        ("fmi3GetBoolean", READ, |c| unsafe { fmi3GetBoolean(c, &vr("inContact"), 1, [0; 5].as_mut_ptr(), 5) }),
+        ("fmi3GetClock", READ, |c| unsafe { fmi3GetClock(c, &vr("onset.clock"), 1, &mut 0) }),
         ("fmi3GetBinary", READ_NOTHING, |c| unsafe { fmi3GetBinary(c, null(), 0, null_mut(), null_mut(), 0) }),
         ("fmi3SetFloat64", SET, |c| unsafe { fmi3SetFloat64(c, &vr("F_ext"), 1, ZEROS.as_ptr(), 5) }),
         ("fmi3SetUInt64", &[Configuration], |c| unsafe { fmi3SetUInt64(c, &vr("n"), 1, &7, 1) }),
@@ -251,19 +253,19 @@ fn functions() -> Vec<Function> {
         ("fmi3GetVariableDependencies", NOWHERE, |c| unsafe {
             fmi3GetVariableDependencies(c, 0, null_mut(), null_mut(), null_mut(), null_mut(), 0)
         }),
-        ("fmi3GetIntervalDecimal", NOWHERE, |c| unsafe {
+        ("fmi3GetIntervalDecimal", INTERVALS, |c| unsafe {
             fmi3GetIntervalDecimal(c, null(), 0, null_mut(), null_mut())
         }),
-        ("fmi3GetIntervalFraction", NOWHERE, |c| unsafe {
+        ("fmi3GetIntervalFraction", INTERVALS, |c| unsafe {
             fmi3GetIntervalFraction(c, null(), 0, null_mut(), null_mut(), null_mut())
         }),
-        ("fmi3GetShiftDecimal", NOWHERE, |c| unsafe { fmi3GetShiftDecimal(c, null(), 0, null_mut()) }),
-        ("fmi3GetShiftFraction", NOWHERE, |c| unsafe { fmi3GetShiftFraction(c, null(), 0, null_mut(), null_mut()) }),
-        ("fmi3SetIntervalDecimal", NOWHERE, |c| unsafe { fmi3SetIntervalDecimal(c, null(), 0, null()) }),
-        ("fmi3SetIntervalFraction", NOWHERE, |c| unsafe { fmi3SetIntervalFraction(c, null(), 0, null(), null()) }),
-        ("fmi3SetShiftDecimal", NOWHERE, |c| unsafe { fmi3SetShiftDecimal(c, null(), 0, null()) }),
-        ("fmi3SetShiftFraction", NOWHERE, |c| unsafe { fmi3SetShiftFraction(c, null(), 0, null(), null()) }),
-        ("fmi3EvaluateDiscreteStates", NOWHERE, |c| unsafe { fmi3EvaluateDiscreteStates(c) }),
+        ("fmi3GetShiftDecimal", INTERVALS, |c| unsafe { fmi3GetShiftDecimal(c, null(), 0, null_mut()) }),
+        ("fmi3GetShiftFraction", INTERVALS, |c| unsafe { fmi3GetShiftFraction(c, null(), 0, null_mut(), null_mut()) }),
+        ("fmi3SetIntervalDecimal", INTERVALS, |c| unsafe { fmi3SetIntervalDecimal(c, null(), 0, null()) }),
+        ("fmi3SetIntervalFraction", INTERVALS, |c| unsafe { fmi3SetIntervalFraction(c, null(), 0, null(), null()) }),
+        ("fmi3SetShiftDecimal", INTERVALS, |c| unsafe { fmi3SetShiftDecimal(c, null(), 0, null()) }),
+        ("fmi3SetShiftFraction", INTERVALS, |c| unsafe { fmi3SetShiftFraction(c, null(), 0, null(), null()) }),
+        ("fmi3EvaluateDiscreteStates", &[Event], |c| unsafe { fmi3EvaluateDiscreteStates(c) }),
         ("fmi3EnterContinuousTimeMode", NOWHERE, |c| unsafe { fmi3EnterContinuousTimeMode(c) }),
         ("fmi3CompletedIntegratorStep", NOWHERE, |c| unsafe { fmi3CompletedIntegratorStep(c, 1, &mut 0, &mut 0) }),
         ("fmi3SetTime", NOWHERE, |c| unsafe { fmi3SetTime(c, 0.0) }),

@@ -63,10 +63,10 @@ export! {
 refuse! {
     "dependencies of single elements are not offered; those of variables are in the description":
     /// Not offered.
-    fn fmi3GetNumberOfVariableDependencies(valueReference: fmi3ValueReference, nDependencies: *mut usize);
+    fn fmi3GetNumberOfVariableDependencies as SetDebugLogging(valueReference: fmi3ValueReference, nDependencies: *mut usize) if true;
     /// Not offered.
-    fn fmi3GetVariableDependencies(
+    fn fmi3GetVariableDependencies as SetDebugLogging(
         dependent: fmi3ValueReference, elementIndicesOfDependent: *mut usize, independents: *mut fmi3ValueReference,
         elementIndicesOfIndependents: *mut usize, dependencyKinds: *mut fmi3DependencyKind, nDependencies: usize,
-    );
+    ) if true;
 }

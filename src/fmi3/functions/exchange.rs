@@ -14,8 +14,8 @@ export! {
         answer("enterEventMode", enterEventMode, enter.into())?;
         answer("terminateSimulation", terminateSimulation, fmi3False)
     };
-    /// Sets the time, s.
-    fn fmi3SetTime(time: fmi3Float64) as SetTime |instance| instance.set_time(time);
+    /// Sets the time, s, at least that of the last event.
+    fn fmi3SetTime(time: fmi3Float64) as SetTimeOfExchange |instance| instance.set_time_of_exchange(time);
     /// Sets the continuous states, all of them finite: the elements of `q`, `v`, `impulse`, `E_dissipated` and `W_external`.
     fn fmi3SetContinuousStates(continuousStates: *const fmi3Float64, nContinuousStates: usize) as SetContinuousStates |instance| {
         instance.set_array_states(array("continuousStates", continuousStates, nContinuousStates)?)

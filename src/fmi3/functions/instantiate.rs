@@ -129,7 +129,7 @@ fn sink(logger: fmi3LogMessageCallback, environment: fmi3InstanceEnvironment) ->
     let logger = logger?;
     Some(Box::new(move |severity: Severity, category: LogCategory, text: &str| {
         let category = CString::new(category.name()).unwrap_or_default();
-        let message = CString::new(text.replace('\0', "")).unwrap_or_default();
+        let message = CString::new(text.replace('\0', "").replace('#', "##")).unwrap_or_default();
         let status = match severity {
             Severity::Ok => fmi3Status::fmi3OK,
             Severity::Warning => fmi3Status::fmi3Warning,
@@ -149,8 +149,8 @@ fn sink(logger: fmi3LogMessageCallback, environment: fmi3InstanceEnvironment) ->
 unsafe fn settings(name: fmi3String, token: fmi3String, path: fmi3String) -> Result<(Settings, String), String> {
     // SAFETY: as the caller promises.
     let [name, token, path] = [name, token, path].map(|given| unsafe { text(given) });
-    if name.is_empty() {
-        return Err("instanceName is missing or empty; allowed: any other text".to_owned());
+    if name.to_string_lossy().trim().is_empty() {
+        return Err("instanceName is missing or blank; allowed: any other text".to_owned());
     }
     let recipe = border::at_path(path.to_bytes())?;
     let settings = recipe.settings().map_err(|error| format!("resources: {error}"))?;

@@ -21,14 +21,14 @@ macro_rules! export {
     )*};
 }
 
-/// Exports functions that the FMU does not offer, with the reason.
+/// Exports functions that the FMU does not offer, with the reason. A call that asks for none, by the condition at its end, is fine.
 macro_rules! refuse {
-    ($reason:literal: $($(#[$doc:meta])* fn $name:ident($($argument:ident: $type:ty),* $(,)?);)*) => {
+    ($reason:literal: $($(#[$doc:meta])* fn $name:ident as $call:ident($($argument:ident: $type:ty),* $(,)?) if $asked:expr;)*) => {
         export! {$(
             $(#[$doc])*
-            fn $name($($argument: $type),*) as SetDebugLogging |_| {
+            fn $name($($argument: $type),*) as $call |_| {
                 $(let _ = $argument;)*
-                Err(crate::instance::Refusal::Unsupported($reason))
+                if $asked { Err(crate::instance::Refusal::Unsupported($reason)) } else { Ok(()) }
             };
         )*}
     };

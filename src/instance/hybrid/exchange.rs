@@ -8,7 +8,7 @@ use super::steps::Handled;
 use crate::instance::legality::{Kind, Phase};
 use crate::instance::lifecycle::Instance;
 use crate::instance::refusal::Refusal;
-use crate::variables::{Array, Exchanged};
+use crate::variables::{Array, Causality, Exchanged};
 
 const STATES: &str = "nContinuousStates";
 
@@ -26,6 +26,26 @@ impl Instance {
     /// Where the states have the impulse that belongs to no contact.
     fn spare_state(&self) -> usize {
         3 * self.balls() - 1
+    }
+
+    /// Where the states have the elements of a variable that can be set now as one of them.
+    pub(super) fn place_of_state(&self, array: Array) -> Option<usize> {
+        if self.run.phase != Phase::ContinuousTimeMode || array.causality() == Some(Causality::Input) {
+            return None;
+        }
+        let states: Vec<Array> = Array::states().map(|(state, _)| state).collect();
+        let place = states.iter().position(|state| *state == array)?;
+        Some(states[..place].iter().map(|state| state.len(self.balls())).sum())
+    }
+
+    /// Sets the time, s, which cannot go back behind the last event.
+    pub fn set_time_of_exchange(&mut self, time: f64) -> Result<(), Refusal> {
+        match self.hybrid()?.last_event {
+            Some(event) if time < event => {
+                Err(Refusal::number("time", time, "s", format!("at least {event} s, the time of the last event")))
+            }
+            _ => self.set_time(time),
+        }
     }
 
     fn with_spare(&self, length: usize, mut values: Vec<f64>, spare: f64) -> Result<Vec<f64>, Refusal> {
@@ -91,6 +111,8 @@ impl Instance {
     /// From integration to events: what is due is handled, and the clocks of the first that has happened are active.
     pub(super) fn enter_events_of_exchange(&mut self) -> Result<(), Refusal> {
         self.run.phase = Phase::EventMode;
+        let now = self.time();
+        self.hybrid_mut()?.last_event = Some(now);
         self.handle_events()?;
         self.tick();
         Ok(())

@@ -42,6 +42,13 @@ pub(super) struct Hybrid {
     ticks: Ticks,
     /// Whether events have changed continuous states of model exchange, and the host has not been told of all of them.
     changed: bool,
+    /// When the host of model exchange last entered Event Mode, s.
+    last_event: Option<f64>,
+    /// Whether it was logged that the host reads more within a step than the standard allows.
+    read_logged: bool,
+    /// The refused call that ended the run.
+    #[serde(skip)]
+    pub ended_by: Option<String>,
     /// What the host was given of `log.pulses`; it may read it until the next call.
     #[serde(skip)]
     csv: String,
@@ -62,6 +69,9 @@ impl Hybrid {
             spare: Vec::new(),
             ticks: Ticks::new(balls.saturating_sub(1)),
             changed: false,
+            last_event: None,
+            read_logged: false,
+            ended_by: None,
             csv: String::new(),
             under_way: None,
         }
@@ -94,6 +104,7 @@ impl Hybrid {
             && self.slopes.is_finite()
             && DERIVATIVES_OF.iter().any(|item| item.value == self.derivatives_of)
             && self.spare.iter().all(|(_, value)| value.is_finite())
+            && self.last_event.is_none_or(f64::is_finite)
             && self.ticks.are_sound(contacts)
     }
 }
@@ -114,8 +125,8 @@ impl Instance {
         instance
     }
 
-    /// After a refused call there is nothing left but the last values, if there are any, and a new start.
-    pub fn give_up(&mut self) {
+    /// After a refused call of `function` there is nothing left but the last values, if there are any, and a new start.
+    pub fn give_up(&mut self, function: &str) {
         self.run.phase = match self.run.phase {
             Phase::Error => Phase::Error,
             phase if phase <= Phase::InitializationMode => Phase::Abandoned,
@@ -123,6 +134,7 @@ impl Instance {
         };
         if let Some(hybrid) = &mut self.run.hybrid {
             hybrid.under_way = None;
+            hybrid.ended_by.get_or_insert_with(|| function.to_owned());
         }
     }
 

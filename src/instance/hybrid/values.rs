@@ -30,19 +30,19 @@ impl Instance {
     pub fn array(&self, reference: u32, asked: ArrayType) -> Result<Array, Refusal> {
         let balls = self.balls();
         let array = Array::at(reference).ok_or(VariableError::UnknownReference { reference, balls })?;
-        let allowed = if array.data_type() != asked {
-            format!("variables of type {asked:?}; this one is of type {:?}", array.data_type())
-        } else if self.run.phase == Phase::IntermediateUpdate && !array.is_intermediate() {
-            "in the middle of a step, those with intermediateUpdate".to_owned()
-        } else {
+        if array.data_type() == asked {
             return Ok(array);
-        };
+        }
+        let allowed = format!("variables of type {asked:?}; this one is of type {:?}", array.data_type());
         Err(Refusal::Argument { name: "valueReference", value: array.to_string(), allowed })
     }
 
     /// The same, if its value is known: before initialization only what has a start value is.
-    pub fn readable(&self, reference: u32, asked: ArrayType) -> Result<Array, Refusal> {
+    pub fn readable(&mut self, reference: u32, asked: ArrayType) -> Result<Array, Refusal> {
         let array = self.array(reference, asked)?;
+        if self.run.phase == Phase::IntermediateUpdate && !array.is_intermediate() {
+            self.log_read_within_step(array);
+        }
         if self.run.phase >= Phase::InitializationMode || array.has_start() {
             return Ok(array);
         }
@@ -50,11 +50,27 @@ impl Instance {
         Err(Refusal::Argument { name: "valueReference", value: array.to_string(), allowed })
     }
 
+    /// Says once that a host reads more within a step than the standard allows: some read every variable.
+    #[cold]
+    fn log_read_within_step(&mut self, array: Array) {
+        let Some(hybrid) = &mut self.run.hybrid else { return };
+        if !std::mem::replace(&mut hybrid.read_logged, true) {
+            self.log.solver(format_args!(
+                "{array} is read in the middle of a step, where the standard allows variables with intermediateUpdate only"
+            ));
+        }
+    }
+
     /// The variables behind `references`, all of this type, that so many values are given for.
     fn arrays(&self, references: &[u32], asked: ArrayType, given: usize) -> Result<Vec<Array>, Refusal> {
         let mut arrays = Vec::with_capacity(references.len());
         for reference in references {
-            arrays.push(self.array(*reference, asked)?);
+            let array = self.array(*reference, asked)?;
+            if self.run.phase == Phase::IntermediateUpdate && !array.is_intermediate() {
+                let allowed = "in the middle of a step, inputs with intermediateUpdate".to_owned();
+                return Err(Refusal::Argument { name: "valueReference", value: array.to_string(), allowed });
+            }
+            arrays.push(array);
         }
         let balls = self.balls();
         let wanted: usize = arrays.iter().map(|array| array.len(balls)).sum();
@@ -158,10 +174,16 @@ impl Instance {
         let balls = self.balls();
         let arrays = self.arrays(references, ArrayType::Float64, values.len())?;
         let (mut elements, mut set, mut spares, mut slopes) = (Vec::new(), Vec::new(), Vec::new(), None);
+        let mut states: Option<Vec<f64>> = None;
         let mut rest = values;
         for array in arrays {
             let (own, behind) = rest.split_at(array.len(balls));
             rest = behind;
+            if let Some(first) = self.place_of_state(array) {
+                let all = self.array_states(self.count_states())?;
+                states.get_or_insert(all)[first..first + own.len()].copy_from_slice(own);
+                continue;
+            }
             match array {
                 Array::Row(position) => {
                     let row = &TABLE[position];
@@ -190,12 +212,15 @@ impl Instance {
                 }
             }
         }
-        if self.run.phase == Phase::IntermediateUpdate {
+        if self.run.phase == Phase::IntermediateUpdate || states.is_some() {
             // A refused call changes nothing.
             for (reference, value) in elements.iter().zip(&set) {
                 self.settable(*reference, Type::Real)?.check_real(*value)?;
             }
             self.keep_inputs_in_step()?;
+        }
+        if let Some(states) = states {
+            self.set_array_states(&states)?;
         }
         self.set_reals(&elements, &set)?;
         let hybrid = self.hybrid_mut()?;

@@ -46,7 +46,7 @@ const OTHERWISE: [(&str, &[Phase]); 18] = [
     ("fmi3GetOutputDerivatives", &[]),
     ("fmi3EnterContinuousTimeMode", &[Phase::Event]),
     ("fmi3CompletedIntegratorStep", &[Phase::Continuous]),
-    ("fmi3SetTime", &[Phase::Event, Phase::Continuous]),
+    ("fmi3SetTime", &[Phase::Continuous]),
     ("fmi3SetContinuousStates", &[Phase::Continuous]),
     ("fmi3GetContinuousStateDerivatives", CONTINUOUS),
     ("fmi3GetEventIndicators", CONTINUOUS),
@@ -267,5 +267,28 @@ fn the_bits_are_those_of_fmi_2_and_each_pulse_ticks() {
             let impulse = exchange.floats::<5>("impulse")[i];
             assert!(closed[i] != 0 || (impulses[i] - impulse).abs() <= 1e-12 * impulse, "{impulses:?} {impulse}");
         }
+    }
+}
+
+/// In Continuous-Time Mode states can be set as variables, too; the time does not go back behind an event.
+#[test]
+fn states_are_set_as_variables() {
+    let exchange = Exchange::to(Phase::Continuous);
+    let c = exchange.0;
+    let (mut expected, speeds) = (exchange.vector(fmi3GetContinuousStates, 17), [1.0, 2.0, 3.0, 4.0, 5.0]);
+    unsafe {
+        assert_eq!(fmi3SetFloat64(c, &vr("v"), 1, speeds.as_ptr(), 5), fmi3OK);
+        assert_eq!(fmi3SetFloat64(c, &vr("E_dissipated"), 1, &0.25, 1), fmi3OK);
+    }
+    expected[5..10].copy_from_slice(&speeds);
+    expected[15] = 0.25;
+    assert_eq!(exchange.vector(fmi3GetContinuousStates, 17), expected);
+    assert_eq!(exchange.floats::<5>("v"), speeds);
+    unsafe {
+        assert_eq!(fmi3SetTime(c, 0.1), fmi3OK);
+        assert_eq!(fmi3EnterEventMode(c), fmi3OK);
+        assert_eq!(update(c), fmi3OK);
+        assert_eq!(fmi3EnterContinuousTimeMode(c), fmi3OK);
+        assert_eq!(fmi3SetTime(c, 0.05), fmi3Error);
     }
 }

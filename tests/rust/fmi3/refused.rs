@@ -108,3 +108,59 @@ fn start_values_are_there_before_initialization() {
         assert_eq!(answer, if array.has_start() { fmi3OK } else { fmi3Error }, "{array}");
     }
 }
+
+/// Hosts that record intermediate values read everything: beyond the standard, they get it. They set what the standard allows.
+#[test]
+fn everything_can_be_read_in_the_middle_of_a_step() {
+    let answer = Host::ask(Intermediate, |c| {
+        let (mut value, mut values) = (f64::NAN, [f64::NAN; 5]);
+        for name in ["t_next", "E_residual", "F_support_mean", "E_dissipated"] {
+            assert_eq!(unsafe { fmi3GetFloat64(c, &vr(name), 1, &mut value, 1) }, fmi3OK, "{name}");
+            assert!(value.is_finite(), "{name}");
+        }
+        for name in ["F_mean", "F_peak", "overlap", "a"] {
+            assert_eq!(unsafe { fmi3GetFloat64(c, &vr(name), 1, values.as_mut_ptr(), 5) }, fmi3OK, "{name}");
+            assert!(values.iter().all(|value| value.is_finite()), "{name}");
+        }
+        unsafe { fmi3SetFloat64(c, &vr("pendulum.drag"), 1, &0.1, 1) }
+    });
+    assert_eq!(answer, fmi3Error);
+}
+
+/// By FMI 3.0.2 the name has a character that is no white space.
+#[test]
+fn a_blank_name_is_refused() {
+    let token = CString::new(Description::fmi3(&Settings::default_for(5)).guid()).unwrap();
+    for (name, created) in [(c" \t\n", false), (c"", false), (c" a", true)] {
+        let c = unsafe { fmi3InstantiateModelExchange(name.as_ptr(), token.as_ptr(), null(), 0, 0, null_mut(), None) };
+        assert_eq!(!c.is_null(), created, "{name:?}");
+        unsafe { fmi3FreeInstance(c) };
+    }
+}
+
+thread_local! {
+    static LINES: std::cell::RefCell<Vec<String>> = const { std::cell::RefCell::new(Vec::new()) };
+}
+
+unsafe extern "C" fn keep(_: *mut c_void, _: fmi3Status, _: *const std::ffi::c_char, line: *const std::ffi::c_char) {
+    let line = unsafe { std::ffi::CStr::from_ptr(line) }.to_string_lossy().into_owned();
+    LINES.with(|lines| lines.borrow_mut().push(line));
+}
+
+/// `#` is an escape character in messages, and a message names the refused call that ended the run.
+#[test]
+fn messages_say_what_ended_the_run() {
+    let name = c"a";
+    let made = |token: &CString| unsafe {
+        fmi3InstantiateModelExchange(name.as_ptr(), token.as_ptr(), null(), 0, 1, null_mut(), Some(keep))
+    };
+    assert!(made(&c"#1#".to_owned()).is_null());
+    let c = made(&CString::new(Description::fmi3(&Settings::default_for(5)).guid()).unwrap());
+    unsafe {
+        assert_eq!(fmi3SetContinuousStates(c, null(), 0), fmi3Error);
+        assert_eq!(fmi3EnterInitializationMode(c, 0, 0.0, 0.0, 0, 0.0), fmi3Error);
+        fmi3FreeInstance(c);
+    }
+    let lines = LINES.take();
+    assert!(lines[0].contains("##1##") && lines[2].contains("fmi3SetContinuousStates ended the run"), "{lines:?}");
+}
