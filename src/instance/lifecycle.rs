@@ -52,6 +52,10 @@ impl Instance {
     /// Takes start time, stop time and tolerance; the last call before initialization counts.
     pub fn set_up(&mut self, experiment: Experiment) -> Result<(), Refusal> {
         experiment.check()?;
+        // Only in FMI 3.0 a run may end where it starts.
+        if let (None, Some(stop)) = (&self.run.hybrid, experiment.stop.filter(|stop| *stop == experiment.start)) {
+            return Err(Refusal::number("stopTime", stop, "s", format!("later than startTime = {stop} s")));
+        }
         self.run.experiment = Some(experiment);
         self.run.exchange = None;
         Ok(())
