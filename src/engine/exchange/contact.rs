@@ -16,6 +16,8 @@ pub(super) struct Contact {
     pub peak: f64,
     /// Largest force of the pulse under way that the host has asked for, N: many tell of no step but those to communication points.
     pub seen: f64,
+    /// Up to when the last event has followed it, s. Until then the states are those of a flight that has yet to begin.
+    pub followed_until: Option<f64>,
     /// The force and the time (s) at the end of the last step of the host's, while the contact is closed, and how the force changed
     /// then, N and N/s.
     pub last: Option<(f64, f64, f64)>,

@@ -2,9 +2,11 @@
 
 use super::run::Exchange;
 use crate::engine::flight::{Ball, Flight};
+use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 
-/// How far back an onset is looked for, in radians of the pendulums' swing or decay times: far beyond a step of any integration.
+/// How far back an onset is looked for, in radians of the pendulums' swing or decay times, or in s without gravity and drag: far beyond
+/// a step of any integration.
 const FARTHEST: f64 = 1.5;
 
 /// Steps of Newton's method and of bisection for an onset in the past.
@@ -42,8 +44,11 @@ impl Exchange {
     /// they meet within the margin.
     pub(super) fn due_onset(&self, balls: &[Ball], j: usize) -> Option<f64> {
         let (overlap, rate) = self.overlap_and_rate(j);
-        if rate.is_nan() || rate <= RESOLVED * self.scales.speed {
+        if self.is_followed(j) {
             return None;
+        }
+        if rate.is_nan() || rate <= RESOLVED * self.scales.speed {
+            return self.begins_to_press(balls, j).then_some(0.0);
         }
         if overlap > 0.0 {
             return Some(self.past_onset(balls, j).unwrap_or(0.0));
@@ -51,8 +56,29 @@ impl Exchange {
         (-overlap <= rate * self.margin()).then_some(-overlap / rate)
     }
 
-    /// When the balls of contact `j` part, from now (s), if at the time `from` (s from now) they overlap and have yet to.
+    /// Whether the onset of contact `j` was announced for now, and its balls touch but for rounding: side by side, they are about to press
+    /// each other, however slowly. That event closes the contact; without, it would be announced for ever.
+    pub(super) fn begins_to_press(&self, balls: &[Ball], j: usize) -> bool {
+        let noise = balls[j..j + 2].iter().map(|ball| ball.flight.rounding(&ball.oscillator).position);
+        let is_due = matches!(self.next, Next::At(time) if time <= self.time) && self.next_contact == Some(j);
+        let (overlap, rate) = self.overlap_and_rate(j);
+        is_due && overlap.abs() <= noise.fold(0.0, f64::max) && rate.abs() <= RESOLVED * self.scales.speed
+    }
+
+    /// Whether an event has followed contact `j` to later than now.
+    pub(super) fn is_followed(&self, j: usize) -> bool {
+        self.contacts[j].followed_until.is_some_and(|until| until > self.time)
+    }
+
+    /// When the flight of the balls of contact `j` begins, from now (s), if at the time `from` (s from now) it has yet to: where they part,
+    /// or where an event has followed them to.
     pub(super) fn parting(&self, balls: &[Ball], j: usize, from: f64) -> Option<f64> {
+        let followed = self.contacts[j].followed_until.map(|until| until - self.time).filter(|until| *until > from);
+        self.parting_after(balls, j, followed.unwrap_or(from)).or(followed)
+    }
+
+    /// When the balls of contact `j` part, from now (s), if at the time `from` (s from now) they overlap and have yet to.
+    fn parting_after(&self, balls: &[Ball], j: usize, from: f64) -> Option<f64> {
         let (overlap, rate) = self.overlap_in_flight(balls, j, from);
         if overlap.is_nan() || overlap <= 0.0 || rate >= 0.0 {
             return None;
@@ -74,7 +100,8 @@ impl Exchange {
     fn past_onset(&self, balls: &[Ball], j: usize) -> Option<f64> {
         let (overlap, rate) = self.overlap_and_rate(j);
         let pace = |ball: &Ball| ball.oscillator.omega() + 2.0 * ball.oscillator.gamma();
-        let farthest = -FARTHEST / pace(&balls[j]).max(pace(&balls[j + 1]));
+        let pace = pace(&balls[j]).max(pace(&balls[j + 1]));
+        let farthest = if pace > 0.0 { -FARTHEST / pace } else { -FARTHEST };
         let mut late = 0.0;
         let mut early = -overlap / rate;
         while self.overlap_in_flight(balls, j, early.max(farthest)).0 > 0.0 {

@@ -11,19 +11,24 @@ use crate::solver::queue::EventQueue;
 const LOOK_AHEAD: u32 = 40_000;
 
 impl Exchange {
-    /// The next onset later than now by more than the same time; a time up to which there is none where the look ends; never if
+    /// Finds the next onset later than now by more than the same time; a time up to which there is none where the look ends; never if
     /// there is none within 1000 periods of the first ball.
-    pub(super) fn foresee(&self) -> Next {
+    pub(super) fn foresee(&mut self) {
+        (self.next, self.next_contact) = self.next_onset();
+    }
+
+    fn next_onset(&self) -> (Next, Option<usize>) {
         let later = |tau: DoubleDouble| (DoubleDouble::from(self.time) + tau).value_up().max(self.earliest());
         if self.is_rigid() {
-            return match self.foresee_rigid() {
+            let next = match self.foresee_rigid() {
                 Next::At(tau) => Next::At(later(tau)),
                 Next::NotBefore(tau) => Next::NotBefore(later(tau)),
                 Next::Never => Next::Never,
             };
+            return (next, None);
         }
         if self.modes.iter().any(|mode| *mode != Mode::Open) {
-            return Next::not_before(self.time, self.time);
+            return (Next::not_before(self.time, self.time), None);
         }
         let limit = ONSET_PERIODS * std::f64::consts::TAU / self.cradle.balls[0].omega2.sqrt();
         let balls = self.flights();
@@ -49,17 +54,17 @@ impl Exchange {
         }
         while let Some((tau, j)) = queue.first() {
             if tau.value() > limit {
-                return Next::Never;
+                break;
             }
             if settled[j] {
-                return Next::At(later(tau));
+                return (Next::At(later(tau)), Some(j));
             }
             if !goes_on {
-                return Next::NotBefore(later(tau));
+                return (Next::NotBefore(later(tau)), None);
             }
             goes_on = look(j, tau, &mut queue, &mut settled);
         }
-        Next::Never
+        (Next::Never, None)
     }
 
     /// The first time that is later than now, s.
@@ -70,10 +75,8 @@ impl Exchange {
     /// The motion of the balls of contact `j` relative to each other, from where they part if they have yet to.
     fn separation(&self, balls: &[Ball], j: usize) -> Separation {
         let clearance = self.cradle.contacts[j].clearance;
-        let (anchor, overlap) = match self.parting(balls, j, 0.0) {
-            Some(anchor) => (anchor, 0.0),
-            None => (0.0, self.state.overlaps[j].min(0.0)),
-        };
+        let anchor = self.parting(balls, j, 0.0).unwrap_or_default();
+        let overlap = self.overlap_in_flight(balls, j, anchor).0.min(0.0);
         Separation::new(&balls[j], &balls[j + 1], anchor.into(), overlap, clearance)
     }
 }

@@ -20,10 +20,10 @@ impl Exchange {
         })
     }
 
-    /// Whether an event has left contact `j` with an overlap that is none, because its balls have yet to part.
+    /// Whether an event has left contact `j` with an overlap that is none, because its balls have yet to part or their flight to begin.
     fn is_virtual(&self, j: usize) -> bool {
         let (overlap, rate) = self.overlap_and_rate(j);
-        self.is_mapped() && self.modes[j] == Mode::Open && overlap > 0.0 && rate <= 0.0
+        self.is_mapped() && self.modes[j] == Mode::Open && (overlap > 0.0 && rate <= 0.0 || self.is_followed(j))
     }
 
     fn contact_indicator(&self, j: usize) -> f64 {

@@ -30,8 +30,9 @@ pub struct Exchange {
     pub(super) contacts: Vec<Contact>,
     pub(super) scales: Scales,
     energy_at_start: f64,
-    /// The next onset as the last event saw it.
+    /// The next onset as the last event saw it, and its contact.
     pub(super) next: Next,
+    pub(super) next_contact: Option<usize>,
     /// There has been no event yet: contacts that were closed at the start have not been followed.
     pub(super) at_start: bool,
     /// What follows from the states, the flags and the inputs.
@@ -71,6 +72,7 @@ impl Exchange {
             scales: Scales::default(),
             energy_at_start: engine.total_energy(),
             next: engine.next_onset(),
+            next_contact: None,
             at_start: true,
             state: State::default(),
             cradle,
@@ -179,7 +181,11 @@ impl Exchange {
 
     /// These inputs, and the tunable ones of these parameters, act from now on.
     pub fn set(&mut self, parameters: &Parameters, inputs: &Inputs) {
-        self.inputs.clone_from(inputs);
+        if self.inputs != *inputs {
+            // Another flight than the one that began where an event has ended.
+            self.contacts.iter_mut().for_each(|contact| contact.followed_until = None);
+            self.inputs.clone_from(inputs);
+        }
         if parameters.tunables() != self.parameters.tunables() {
             self.parameters.tune(parameters.tunables());
             self.cradle = Cradle::new(&self.parameters);

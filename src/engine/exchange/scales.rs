@@ -24,7 +24,7 @@ pub(super) struct Scales {
 }
 
 /// Time in which a pendulum swings by one radian, s; 1 s without gravity.
-fn unit_of_time(ball: &BallModel) -> f64 {
+pub(super) fn unit_of_time(ball: &BallModel) -> f64 {
     if ball.omega2 > 0.0 { 1.0 / ball.omega2.sqrt() } else { 1.0 }
 }
 

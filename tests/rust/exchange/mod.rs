@@ -6,3 +6,4 @@ mod legality;
 mod masters;
 mod rigid;
 mod states;
+mod touching;

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use crate::engine::error::EngineError;
 use crate::engine::exchange::run::Exchange;
+use crate::engine::exchange::scales::unit_of_time;
 use crate::engine::flight::{Ball, Separation};
 use crate::engine::inputs::HeldInputs;
 use crate::engine::observer::{Observer, Pulse, Unrecorded};
@@ -12,7 +13,7 @@ use crate::model::{ContactLaw, Inputs, Mode, Parameters};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 
-/// Part of the period of ball 1 that a group may last.
+/// Part of the period of ball 1 that a group may last; without gravity of 2 pi s.
 const LONGEST: f64 = 1e-3;
 
 /// Effort, in units of about a tenth of a microsecond, that a group may take.
@@ -24,8 +25,9 @@ pub(super) struct Group {
     pub contacts: Range<usize>,
     /// Its pulses, their times counted from the onset (s).
     pub pulses: Vec<Pulse>,
-    /// The onset from now, s.
+    /// The onset and the time up to which it has been followed, from now, s.
     pub onset: f64,
+    pub until: f64,
     /// The states after it, seen from now: of its balls and of the contacts that these are part of.
     pub x: Vec<f64>,
     pub v: Vec<f64>,
@@ -107,7 +109,8 @@ impl Exchange {
                 self.parting(balls, around.start + j, onset).filter(|_| engine.contacts[j].separation().is_some())
             {
                 let (anchor, clearance) = (DoubleDouble::from(parting - onset), engine.cradle.contacts[j].clearance);
-                let separation = Separation::new(&engine.balls[j], &engine.balls[j + 1], anchor, 0.0, clearance);
+                let overlap = self.overlap_in_flight(balls, around.start + j, parting).0.min(0.0);
+                let separation = Separation::new(&engine.balls[j], &engine.balls[j + 1], anchor, overlap, clearance);
                 engine.contacts[j].phase = Phase::Open(separation, Next::Never);
                 engine.forecast(j, anchor);
             }
@@ -164,8 +167,7 @@ impl Exchange {
         first: usize,
         followed: &mut Followed,
     ) -> Result<Option<(Range<usize>, DoubleDouble)>, EngineError> {
-        let period = std::f64::consts::TAU / self.cradle.balls[0].omega2.sqrt();
-        let limit = DoubleDouble::from(LONGEST * period);
+        let limit = DoubleDouble::from(LONGEST * std::f64::consts::TAU * unit_of_time(&self.cradle.balls[0]));
         let enough = engine.effort.saturating_add(EFFORT);
         let pulses = |engine: &Engine, j: usize| engine.contacts[j].ledger.pulses;
         let mut group = first..first + 1;
@@ -246,6 +248,7 @@ impl Exchange {
             contacts: contacts.start + shift..contacts.end + shift,
             pulses: pulses.map(|pulse| Pulse { contact: pulse.contact + shift, ..pulse }).collect(),
             onset,
+            until: -back,
             v: own.iter().map(|(_, (_, v))| *v).collect(),
             first_overlap: shift + wide.start,
             overlaps,

@@ -53,7 +53,7 @@ impl Exchange {
             contact.ledger.add(0.0, self.state.forces[j], 0.0);
             contact.peak = contact.ledger.pulse_peak;
         }
-        self.next = self.foresee();
+        self.foresee();
         let resolved = !self.is_rigid() && self.modes.iter().any(|mode| *mode != Mode::Open);
         let next = Some(self.next).filter(|next| !resolved && *next != Next::Never).map(Next::time);
         Ok(Update { changed: (&self.y, &self.modes) != (&before.0, &before.1), next })
@@ -109,9 +109,12 @@ impl Exchange {
 
     /// Closes open contacts that overlap, or are about to.
     fn close_due(&mut self) {
+        let balls = self.flights();
         for j in 0..self.modes.len() {
             let (overlap, rate) = self.overlap_and_rate(j);
-            if self.modes[j] == Mode::Open && (overlap > 0.0 || rate > 0.0 && -overlap <= rate * self.margin()) {
+            let meets =
+                overlap > 0.0 || rate > 0.0 && -overlap <= rate * self.margin() || self.begins_to_press(&balls, j);
+            if self.modes[j] == Mode::Open && meets {
                 self.close(j);
             }
         }
@@ -178,7 +181,8 @@ impl Exchange {
         let [loss, work] = self.sums_place();
         self.y[loss] += group.loss;
         self.y[work] += group.work;
-        let onset = DoubleDouble::from(self.time) + group.onset;
+        let (onset, until) = (DoubleDouble::from(self.time) + group.onset, self.time + group.until);
+        group.contacts.clone().for_each(|j| self.contacts[j].followed_until = Some(until));
         for pulse in &group.pulses {
             self.contacts[pulse.contact].enter(pulse, onset + pulse.onset, onset + pulse.release, observer);
         }

@@ -1,0 +1,96 @@
+//! Balls that touch, at rest or pressed: an event that is announced changes something, so that none follows another for ever.
+
+use cradle_host::Host;
+use cradle_host::exchange::{Master, Method};
+use cradle_host::fmi2OK;
+use proptest::prelude::*;
+
+/// Events that may follow each other without an onset.
+const MOST: usize = 12;
+
+/// Events of a whole run, whatever they do.
+const TOTAL: usize = 300;
+
+/// Integrates a component up to `time` (s); returns the onsets, the most events that followed each other without any, and all events.
+fn events(host: &Host, time: f64) -> (usize, usize, usize) {
+    let onsets = || (1..host.balls).map(|j| host.get_integer(&format!("pulses[{j}]")) as usize).sum::<usize>();
+    let mut master = Master::start(host, 0.0);
+    let (mut before, mut at, mut most) = (onsets(), master.events, 0);
+    while master.time < time && most <= MOST && master.events < TOTAL {
+        master.step((master.time + 1e-5).min(master.next).min(time), Method::Rk4);
+        let now = onsets();
+        (before, at) = if now > before { (now, master.events) } else { (before, at) };
+        most = most.max(master.events - at);
+    }
+    (before, most, master.events)
+}
+
+fn set(host: &Host, name: &str, value: f64) {
+    assert_eq!(host.set(name, value), fmi2OK, "{name} = {value}: {:?}", host.log());
+}
+
+#[test]
+fn touching_balls_that_drag_presses_together_close_once() {
+    for (heavy, model, contacts) in [(1, 1, 1), (1, 1, 2), (1, 2, 1), (1, 2, 2), (2, 1, 1), (2, 1, 2)] {
+        let host = Host::exchanging(2);
+        set(&host, &format!("ball.massRatio[{heavy}]"), 2.0);
+        for (name, value) in [("x_start[1]", -0.03), ("x_start[2]", -0.03)] {
+            set(&host, name, value);
+        }
+        for (name, value) in [("contact.deadBand", 0.0), ("pendulum.drag", 0.02), ("contact.stiffness", 1e7)] {
+            set(&host, name, value);
+        }
+        for (name, value) in [("contact.model", model), ("exchange.contacts", contacts)] {
+            assert_eq!(host.set_integer(name, value), fmi2OK);
+        }
+        // The lighter ball is braked more: it is pressed if it goes ahead.
+        let (onsets, most, total) = events(&host, 5e-4);
+        assert_eq!(onsets, usize::from(heavy == 1), "{model}, {contacts}");
+        assert!(most <= MOST && total < TOTAL, "{model}, {contacts}: {most} events without an onset");
+    }
+}
+
+prop_compose! {
+    /// A row that touches but for next to nothing, as values of variables.
+    fn touching()(
+        balls in 2..6_usize, model in 1..=2_i32, law in 1..=4_i32, contacts in 1..=2_i32, kinds in prop::array::uniform6(0..3_usize),
+    )(
+        masses in prop::collection::vec(0.5..2.0_f64, balls), lengths in prop::collection::vec(0.8..1.2_f64, balls),
+        nudges in prop::collection::vec(prop::sample::select(vec![0.0, 0.0, 1e-22, -1e-22, 1e-17, -1e-12]), balls),
+        rates in prop::collection::vec(prop::sample::select(vec![0.0, 0.0, 1e-17, -1e-17, 1e-9]), balls),
+        forces in prop::collection::vec(-20.0..20.0_f64, balls),
+        balls in Just(balls), model in Just(model), law in Just(law), contacts in Just(contacts), kinds in Just(kinds),
+    ) -> (usize, [i32; 3], Vec<(String, f64)>) {
+        let [mass, length, gravity, drag, force, shift] = kinds;
+        let mut values: Vec<(String, f64)> = [
+            ("contact.deadBand", 0.0), ("contact.stiffness", 1e7), ("contact.exponent", [1.0, 1.5, 2.0][force]),
+            ("gravity", [9.81, 9.81, 0.0][gravity]), ("pendulum.drag", [0.0, 0.02, 1.0][drag]),
+            ("contact.damping", [0.0, 10.0, 1e3][drag]), ("contact.huntCrossley", [0.0, 0.1, 1.0][drag]),
+            ("contact.relaxationTime", [0.0, 1e-6, 1e-5][drag]), ("ball.youngModulus", 2e8), ("a_support", [0.0, 1.0, -3.0][shift]),
+        ].map(|(name, value)| (name.to_owned(), value)).to_vec();
+        for i in 0..balls {
+            let ball = [
+                ("ball.massRatio", if mass == 0 { 1.0 } else { masses[i] }),
+                ("pendulum.lengthRatio", if length == 0 { 1.0 } else { lengths[i] }),
+                ("x_start", [0.0, -0.03, 1e-3][shift] + nudges[i]),
+                ("v_start", [0.0, 0.1, 0.0][mass] + rates[i]),
+                ("F_ext", if force == 0 { 0.0 } else { forces[i] }),
+            ];
+            values.extend(ball.map(|(name, value)| (format!("{name}[{}]", i + 1), value)));
+        }
+        (balls, [model, law, contacts], values)
+    }
+}
+
+proptest! {
+    #[test]
+    fn events_without_onsets_come_to_an_end((balls, [model, law, contacts], values) in touching()) {
+        let host = Host::exchanging(balls);
+        values.iter().for_each(|(name, value)| set(&host, name, *value));
+        for (name, value) in [("contact.model", model), ("contact.dampingLaw", law), ("exchange.contacts", contacts)] {
+            assert_eq!(host.set_integer(name, value), fmi2OK);
+        }
+        let (_, most, total) = events(&host, 3e-4);
+        prop_assert!(most <= MOST && total < TOTAL, "{most} events without an onset, {total} in all");
+    }
+}
