@@ -65,6 +65,11 @@ def main() -> int:
     commands.add_parser("paper", help=paper.__doc__).set_defaults(function=paper)
     tests = commands.add_parser("test", help=test.__doc__)
     tests.add_argument("--all", action="store_true", help="run everything that checks this project")
+    tests.add_argument(
+        "--strict",
+        action="store_true",
+        help="fail if anything is skipped that a machine with everything installed can run, as CI does",
+    )
     tests.set_defaults(function=test)
     wheels = commands.add_parser("wheel", help=wheel.__doc__)
     wheels.add_argument(

@@ -1,9 +1,11 @@
 """The helpers themselves, without an FMU: log lines, sequences, order, counts of the test command."""
 
+import sys
+
 import newtons_cradle as nc
 import numpy as np
 import pytest
-from suite import cargo_counts, pytest_counts
+from suite import Results, cargo_counts, pytest_counts, unexpected_skips
 
 
 def pulses(*rows) -> np.ndarray:
@@ -72,3 +74,12 @@ def test_counts_of_the_runners():
     assert cargo_counts("running 3 tests") is None
     assert pytest_counts("=== 2 failed, 34 passed, 1 skipped, 1 error in 5.01s (0:00:05) ===") == (34, 3, 1)
     assert pytest_counts("tests/hosts/test_x.py ..... [100%]") is None
+
+
+def test_skips_are_noted_and_told_apart():
+    results = Results()
+    line = "SKIPPED [3] tests/hosts/test_x.py:50: fmi-sim is missing"
+    results.beside(lane=lambda part: part.step("Hosts", [sys.executable, "-c", f"print({line!r})"]))
+    results.skip("Licences", "advisories: their database cannot be reached")
+    assert len(results.skips) == 2
+    assert unexpected_skips(results.skips) == [line]
