@@ -21,6 +21,8 @@ FMU13 = FMU.with_stem("NewtonsCradle13")  # of 13 balls, for the paper's Figure 
 REQUIREMENTS = SOME, TESTS, ALL = [
     ROOT / name for name in ("requirements.txt", "requirements-test.txt", "requirements-all.txt")
 ]
+# Linkers, which come with ALL; pip wants their hashes, and takes hashes for all of a call or for none.
+LINKERS = ROOT / "packaging/linkers.txt"
 
 
 class Stop(Exception):
@@ -81,6 +83,7 @@ def make_venv(requirements: Path) -> None:
     """Makes .venv with the packages of one of REQUIREMENTS, or adds them; does nothing if it has them."""
     # Its path counts as well: a virtual environment does not survive being moved.
     digest, wanted = hashlib.sha256(str(VENV.resolve()).encode()), {}
+    digest.update(LINKERS.read_bytes())
     for file in REQUIREMENTS:
         digest.update(file.read_bytes())
         wanted[file] = digest.hexdigest()
@@ -95,7 +98,8 @@ def make_venv(requirements: Path) -> None:
             raise Stop("this Python cannot make virtual environments: on Debian, `apt install python3-venv`.")
     quietly = ["--disable-pip-version-check", "--progress-bar", "off"]
     # The files list all that is needed. Modules are compiled when they are first imported; most never are.
-    run([PYTHON, "-m", "pip", "install", *quietly, "--no-deps", "--no-compile", "-r", requirements])
+    for file in (requirements, LINKERS) if requirements == ALL else (requirements,):
+        run([PYTHON, "-m", "pip", "install", *quietly, "--no-deps", "--no-compile", "-r", file])
     packages = Path(sysconfig.get_path("purelib", "venv", {"base": str(VENV)}))
     (packages / "newtons_cradle.pth").write_text(f"{ROOT / 'python'}\n")
     for file in REQUIREMENTS[: REQUIREMENTS.index(requirements) + 1]:

@@ -3,6 +3,7 @@
 import os
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 from checkout import FMU, LIVE, PYTHON, ROOT, SOME, Stop, host_target, make_venv, old_linux, run, say, stage
@@ -30,10 +31,12 @@ def make_wheel(fmu: Path | None) -> int:
         else:
             (FOLDER / FMU.name).write_bytes(contents)
     with stage("3/3 wheel"):
+        if not LIVE.exists():
+            run([sys.executable, "web/build.py", "--or-skip"])
         if LIVE.exists():
             shutil.copyfile(LIVE, FOLDER / "live.html")
         else:
-            say("  without the live page: `python3 web/build.py` makes it")
+            say("  !! without the live page, so that `cradle-fmu live` will not work: see above")
         (FOLDER / "three.js").write_bytes(subprocess.check_output([PYTHON, "-c", THREE_JS]))
         # zig has linked for glibc 2.17, whichever version this machine has.
         processor = host_target().split("-")[0]

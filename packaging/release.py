@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Makes the files of a release in target/dist. .github/workflows/release.yml calls it, and you can, too.
 
-    python3 packaging/release.py fmus [FMU]     the FMU for all platforms, and one for each preset
-    python3 packaging/release.py programs FMU   for this machine: the wheel with this FMU, and cradle-fmu with licences
+    python3 packaging/release.py fmus [FMU]     the FMU for all platforms, one for each preset, and the live page
+    python3 packaging/release.py programs FMU   for this machine: the wheel with this FMU and the page beside it, and cradle-fmu with licences
     python3 packaging/release.py finish         when all files are in target/dist: bill of materials, SHA256SUMS
 
 FMU is the one for all platforms that packaging/platforms.py makes. `fmus` compiles it if it is not given.
@@ -19,7 +19,7 @@ import tomllib
 import zipfile
 from pathlib import Path
 
-from checkout import ALL, FMU, PYTHON, ROOT, Stop, fmu_builds, host_target, make_venv, run, say
+from checkout import ALL, FMU, LIVE, PYTHON, ROOT, Stop, fmu_builds, host_target, make_venv, run, say
 
 DIST = ROOT / "target/dist"
 PROGRAM = "cradle-fmu.exe" if os.name == "nt" else "cradle-fmu"
@@ -31,8 +31,9 @@ TEXTS = ("LICENSE-APACHE", "LICENSE-MIT", "packaging/assets/third-party-program.
 
 
 def fmus(options) -> None:
-    """An FMU of the default cradle and one for each preset, all checked."""
+    """An FMU of the default cradle and one for each preset, all checked; the live page."""
     make_venv(ALL)
+    run([sys.executable, "web/build.py", "--out", DIST / LIVE.name])
     run(["cargo", "build", "--package", "cradle-packaging"])
     given = options.fmu
     if given is None:
@@ -54,6 +55,11 @@ def fmus(options) -> None:
 def programs(options) -> None:
     """The wheel, and its program in a separate archive."""
     make_venv(ALL)
+    page = options.fmu.with_name(LIVE.name)
+    if not page.is_file():
+        raise Stop(f"{page} is missing: `release.py fmus` makes it beside the FMU.")
+    LIVE.parent.mkdir(parents=True, exist_ok=True)
+    shutil.copyfile(page, LIVE)
     run([sys.executable, "cradle.py", "wheel", "--fmu", options.fmu.resolve()])
     (wheel,) = (ROOT / "target/wheel").glob("*.whl")
     shutil.copy2(wheel, DIST)

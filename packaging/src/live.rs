@@ -27,5 +27,5 @@ fn find() -> Option<PathBuf> {
     environment::file(PACKAGED).or(built)
 }
 
-const ADVICE: &str =
-    "`pip install newtons-cradle` brings it, in the folder of the sources `python3 web/build.py` makes it";
+const ADVICE: &str = "the wheels of a release have it; in the folder of the sources, `rustup target add wasm32-unknown-unknown` and \
+                      `python3 web/build.py` make it, for `cradle.py wheel` as well";

@@ -26,6 +26,7 @@ PARAMETERS = {  # name: (unit, start); None where the start differs per element
     "contact.damping": ("N.s/m", 0.0),
     "contact.huntCrossley": ("s/m", 0.0),
     "contact.relaxationTime": ("s", 0.0),
+    "contact.restitution": ("1", 1.0),
     "x_start[#n]": ("m", None),
     "v_start[#n]": ("m/s", 0.0),
     "solver.method": (None, 1),
@@ -33,7 +34,13 @@ PARAMETERS = {  # name: (unit, start); None where the start differs per element
     "solver.fixedStep": ("s", 1e-6),
     "exchange.contacts": (None, 2),
 }
-TUNABLE = {"pendulum.drag", "contact.damping", "contact.huntCrossley", "contact.relaxationTime"}
+TUNABLE = {
+    "pendulum.drag",
+    "contact.damping",
+    "contact.huntCrossley",
+    "contact.relaxationTime",
+    "contact.restitution",
+}
 INPUTS = {"F_ext[#n]": "N", "a_support": "m/s2"}
 OUTPUTS = {  # in this order
     "x[#n]": "m",
@@ -67,7 +74,9 @@ LOCALS = {
     "solver.steps": None,
     "solver.evaluations": None,
     "solver.events": None,
+    "t_next_isOnset": None,
 }
+CALCULATED = {"pendulum.period": "s"}
 DISCRETE = ("F_peak", "t_next", "pulses", "inContact")
 
 
@@ -123,9 +132,14 @@ def test_two_balls_are_lifted_by_default(fmu):
     assert [float(fmu.variables[name].start) for name in spread("x_start[#n]")] == [-0.1, -0.1, 0, 0, 0]
 
 
-def test_period_is_calculated(fmu):
-    variable = fmu.variables["pendulum.period"]
-    assert (variable.causality, unit_of(variable)) == ("calculatedParameter", "s")
+def test_calculated_parameters(fmu):
+    for name, unit in CALCULATED.items():
+        assert (fmu.variables[name].causality, unit_of(fmu.variables[name])) == ("calculatedParameter", unit)
+
+
+def test_the_lists_above_have_every_variable(fmu):
+    names = [*PARAMETERS, *CALCULATED, *INPUTS, *OUTPUTS, *LOCALS]
+    assert sorted(fmu.variables) == sorted(element for name in names for element in spread(name))
 
 
 def test_inputs(fmu):

@@ -119,3 +119,24 @@ def test_every_link_leads_somewhere(document):
         assert target.exists(), f"{document}: {link}"
         if anchor:
             assert anchor in anchors(str(target.resolve().relative_to(ROOT))), f"{document}: {link}"
+
+
+def table(document: str, heading: str) -> dict[str, list[str]]:
+    """The first table below a heading, as the cells of each row by its first cell."""
+    text = (ROOT / document).read_text(encoding="utf-8").split(f"\n{heading}\n")[1]
+    rows = re.search(r"(?:^\|.*\n)+", text, re.MULTILINE)[0].splitlines()
+    cells = [[cell.strip() for cell in row.strip("|").split("|")] for row in rows]
+    return {first: rest for first, *rest in cells}
+
+
+def test_the_readme_shows_the_times_that_were_measured():
+    shown, measured = (
+        table("README.md", "## How fast"),
+        table("docs/performance.md", "## Ten minutes of Figure 6"),
+    )
+    for name, solver in (
+        ("this FMU", "eventDriven"),
+        ("SUNDIALS CVODE, Adams, rtol 1e-12", "CVODE Adams, rtol 1e-12"),
+    ):
+        time, *_, energy_error = measured[solver]
+        assert shown[name] == [f"{1000 * float(time):.3g} ms", energy_error]

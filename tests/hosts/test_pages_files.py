@@ -2,7 +2,9 @@
 
 import subprocess
 import sys
+import zipfile
 from dataclasses import replace
+from types import SimpleNamespace
 
 import newtons_cradle as nc
 import numpy as np
@@ -10,6 +12,7 @@ import pytest
 from fmpy import simulate_fmu
 from fmpy.util import write_csv
 from newtons_cradle.animation import RecordingError, from_csv, save_page
+from newtons_cradle.animation.page import PageError, three_js
 
 pytestmark = pytest.mark.all
 
@@ -169,3 +172,19 @@ def test_a_bad_command_is_refused_in_words(fmu_path, arguments, complaint):
     done = page(*(fmu_path if argument == "FMU" else argument for argument in arguments))
     assert done.returncode == 1
     assert done.stderr.startswith("error: ") and complaint in done.stderr
+
+
+def test_only_the_known_three_js_is_taken(monkeypatch, tmp_path):
+    known = three_js()
+    archive = tmp_path / "resources/templates/viewer.zip"
+    archive.parent.mkdir(parents=True)
+    package = SimpleNamespace(origin=str(tmp_path / "__init__.py"))
+    monkeypatch.setattr("newtons_cradle.animation.page.find_spec", lambda _: package)
+    for text in (known, known.replace("!function(t,e)", "alert(1);!function(t,e)", 1)):
+        with zipfile.ZipFile(archive, "w") as viewer:
+            viewer.writestr("viewer.html.template", f"<script>{text}</script>")
+        if text == known:
+            assert three_js() == known
+        else:
+            with pytest.raises(PageError, match=r"another three\.js"):
+                three_js()

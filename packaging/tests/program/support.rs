@@ -73,7 +73,7 @@ impl Drop for Folder {
 }
 
 /// The FMU's library for this machine, which Cargo has built along with the tests.
-fn library_path() -> PathBuf {
+pub fn library_path() -> PathBuf {
     let tests = env::current_exe().unwrap();
     let name = format!("{}newtons_cradle{}", env::consts::DLL_PREFIX, env::consts::DLL_SUFFIX);
     tests.parent().unwrap().join(name)
