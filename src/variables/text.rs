@@ -16,6 +16,12 @@ impl Display for Number {
     }
 }
 
+/// The name of an item in the standard: ours with a small first letter.
+pub(crate) fn camel(item: &impl fmt::Debug) -> String {
+    let name = format!("{item:?}");
+    name[..1].to_lowercase() + &name[1..]
+}
+
 /// Text that may stand in an XML attribute between double quotes.
 pub struct Escaped<'a>(pub &'a str);
 

@@ -2,6 +2,7 @@
 
 use newtons_cradle::variables::{Description, FILE_NAME, MODEL_IDENTIFIER, Recipe};
 
+use super::standard::Standard;
 use super::{date, page};
 use crate::archive::Entries;
 use crate::error::Error;
@@ -13,19 +14,6 @@ pub struct Binary {
     pub platform: &'static Platform,
     /// The shared library.
     pub contents: Vec<u8>,
-}
-
-/// The version of the standard that an FMU follows.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Standard {
-    /// FMI 2.0.
-    #[default]
-    Fmi2,
-    /// FMI 3.0.
-    Fmi3 {
-        /// Whether it has clocks; some hosts take none.
-        clocks: bool,
-    },
 }
 
 /// What connects to the support and to the balls.

@@ -11,10 +11,12 @@ mod names;
 mod page;
 mod preset;
 mod source;
+mod standard;
 
 pub use choice::{Choice, in_words};
 pub use compile::Workspace;
-pub use contents::{Binary, Standard, entries};
+pub use contents::{Binary, entries};
 pub use names::did_you_mean;
 pub use preset::{PRESETS, Preset};
 pub use source::{Ready, checkout, replaced};
+pub use standard::Standard;

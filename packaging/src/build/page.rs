@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::contents::Standard;
+use super::standard::Standard;
 use newtons_cradle::variables::{
     Access, Array, Causality, DERIVATIVES_OF, Escaped, MODEL_IDENTIFIER, Number, Row, STEP_SIZE, STOP_TIME, Settings,
     TABLE, Variability, Variable,

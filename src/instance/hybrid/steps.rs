@@ -1,5 +1,6 @@
 //! Steps that end or pause at onsets and releases, and the events between them.
 
+use super::state::UnderWay;
 use super::ticks::Recorder;
 use crate::engine::Results;
 use crate::instance::calls::{CLOCK_TOLERANCE, Reporter};
@@ -37,16 +38,6 @@ pub struct Handled {
     pub changed: bool,
     /// When the next one is due, s, as far as that is known.
     pub next: Option<f64>,
-}
-
-/// A step in which the host has been called.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct UnderWay {
-    /// The end that was asked for first, and the one that it has now, s.
-    asked: f64,
-    end: f64,
-    /// Since when the inputs have been held, s.
-    since: f64,
 }
 
 impl Instance {

@@ -2,14 +2,13 @@
 
 use std::fmt::{self, Write};
 
-use super::xml::camel;
 use crate::variables::arrays::{Array, DERIVATIVES_OF, Exchanged, MAX_LOG};
 use crate::variables::settings::Settings;
 use crate::variables::table::TABLE;
 use crate::variables::table::enumeration::{ENUMERATIONS, Item};
 use crate::variables::table::row::{Access, Causality, Groups, Row, Shape};
 use crate::variables::table::unit::QUANTITIES;
-use crate::variables::text::{Escaped, Number};
+use crate::variables::text::{Escaped, Number, camel};
 use crate::variables::variable::{MAX_BALLS, MIN_BALLS, Variable};
 
 /// Name of the type of `derivatives.of`.

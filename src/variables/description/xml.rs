@@ -11,7 +11,7 @@ use crate::variables::table::TABLE;
 use crate::variables::table::enumeration::ENUMERATIONS;
 use crate::variables::table::row::{Access, Causality, Row};
 use crate::variables::table::unit::QUANTITIES;
-use crate::variables::text::{Escaped, Number};
+use crate::variables::text::{Escaped, Number, camel};
 use crate::variables::variable::Variable;
 
 /// Model name, model identifier and file name.
@@ -201,12 +201,6 @@ fn write_text(out: &mut String, variable: Variable) -> fmt::Result {
     } else {
         Ok(())
     }
-}
-
-/// The name of an item in the standard: ours with a small first letter.
-pub(super) fn camel(item: &impl fmt::Debug) -> String {
-    let name = format!("{item:?}");
-    name[..1].to_lowercase() + &name[1..]
 }
 
 /// Attributes of a ScalarVariable up to the description's opening quote, less name and value reference.

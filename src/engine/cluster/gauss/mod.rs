@@ -12,7 +12,7 @@ mod output;
 mod step;
 mod switching;
 
-use step::{Outcome, Plan, Tolerance};
+use step::{Outcome, Plan};
 
 use super::step_control::Control;
 use super::window::{Switch, Window, WindowContact};
@@ -20,7 +20,7 @@ use crate::engine::flight::Rounding;
 use crate::model::{ContactLaw, Mode};
 use crate::solver::gauss::{NODES, Power, Stretching};
 
-use motion::Track;
+use motion::{Tolerance, Track};
 use switching::fall;
 
 pub(crate) use motion::Motion;

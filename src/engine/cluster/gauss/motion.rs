@@ -2,7 +2,6 @@
 
 use std::cell::RefCell;
 
-use super::output::Moment;
 use crate::engine::cluster::window::{Switch, Window};
 use crate::engine::flight::{Flight, Forcing, Rounding, degree};
 use crate::model::{ContactLaw, Mode, SignOfForce};
@@ -62,6 +61,45 @@ impl Track {
     /// Whether its balls are side by side, as far as rounding tells.
     pub fn is_resting(&self, rounding: &Rounding) -> bool {
         rounding.is_rest(self.overlap, self.rate)
+    }
+}
+
+/// What the errors of a step are measured by.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Tolerance {
+    /// Scale of the velocities, m/s.
+    pub speed: f64,
+    /// The two highest Legendre coefficients over that.
+    pub tail: f64,
+    /// What the velocities may be off by, m/s.
+    pub local_error: f64,
+    /// The longest step, s.
+    pub longest: f64,
+    pub rounding: Rounding,
+}
+
+/// What is known at a time.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Moment {
+    /// The time (s); none before the first.
+    pub tau: Option<f64>,
+    /// The weights of the integral from the start, s.
+    pub weights: Nodes,
+    /// A ball each: displacement (m), the change of its velocity (m/s), and the integral of the displacement (m.s).
+    pub balls: Vec<[f64; 3]>,
+    /// A contact each: overlap (m), the change of its rate (m/s), and the impulse (N.s).
+    pub contacts: Vec<[f64; 3]>,
+}
+
+impl Moment {
+    /// With room for so many contacts.
+    pub fn with_capacity(contacts: usize) -> Self {
+        Self { balls: Vec::with_capacity(contacts + 1), contacts: Vec::with_capacity(contacts), ..Self::default() }
+    }
+
+    /// The motion is another one.
+    pub fn forget(&mut self) {
+        self.tau = None;
     }
 }
 

@@ -11,7 +11,7 @@
 
 use std::cell::Ref;
 
-use super::motion::Motion;
+use super::motion::{Moment, Motion};
 use crate::engine::cluster::dense_output::DenseOutput;
 use crate::engine::cluster::window::{OverlapSeries, Switch, Window, clipping};
 use crate::engine::flight::{Forcing, Rounding, degree, forcing_at};
@@ -31,19 +31,6 @@ const MARGIN: f64 = 1.25;
 
 /// Longest step, over the time scale of the pendulum, that those terms serve.
 pub(super) const LONGEST: f64 = 0.25;
-
-/// What is known at a time.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Moment {
-    /// The time (s); none before the first.
-    tau: Option<f64>,
-    /// The weights of the integral from the start, s.
-    weights: Nodes,
-    /// A ball each: displacement (m), the change of its velocity (m/s), and the integral of the displacement (m.s).
-    balls: Vec<[f64; 3]>,
-    /// A contact each: overlap (m), the change of its rate (m/s), and the impulse (N.s).
-    contacts: Vec<[f64; 3]>,
-}
 
 /// `U_0`, `U_1` and `U_2` by power series about 0, for negative times as well.
 pub(super) struct Responses {
@@ -103,18 +90,6 @@ impl Responses {
             u2[m] *= weights[m] * s[m] * s[m];
         }
         [u0, u1, u2]
-    }
-}
-
-impl Moment {
-    /// With room for so many contacts.
-    pub fn with_capacity(contacts: usize) -> Self {
-        Self { balls: Vec::with_capacity(contacts + 1), contacts: Vec::with_capacity(contacts), ..Self::default() }
-    }
-
-    /// The motion is another one.
-    pub fn forget(&mut self) {
-        self.tau = None;
     }
 }
 

@@ -1,10 +1,9 @@
 //! One step of explicit Gauss collocation, from a plan to what came of it. Where the step ends at a switching, Picard's iteration
 //! moves the end there.
 
-use super::motion::Motion;
-use super::switching::Signs;
+use super::motion::{Motion, Tolerance};
+use super::switching::{FINE, Signs};
 use crate::engine::cluster::window::{Switch, clipping};
-use crate::engine::flight::Rounding;
 use crate::model::Mode;
 use crate::solver::gauss::{NODES, Stretching, Table, weighted};
 
@@ -33,10 +32,9 @@ const CONVERGED_RATE: f64 = 1e-15;
 const DIVERGING: f64 = 0.9;
 const BY_THEN: usize = 20;
 
-/// Switchings are looked for as soon as the iteration changes overlaps by no more than this part of the largest. At the ends of a wave
-/// they are so much smaller that the first iterations tell nothing: the other one, where some are below that part of the largest.
+/// Switchings are looked for as soon as the iteration changes overlaps by no more than this part of the largest, or by no more than
+/// [`FINE`] in a wave.
 const ROUGH: f64 = 0.1;
-pub(super) const FINE: f64 = 1e-5;
 
 /// What the error counts for, as a factor, where the step is left before its end, because a force changes its sign: within it is
 /// less exact than at the end.
@@ -59,20 +57,6 @@ pub(super) struct Plan {
     pub length: f64,
     /// The contact whose switching is to end it.
     pub switching: Option<usize>,
-}
-
-/// What the errors of a step are measured by.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Tolerance {
-    /// Scale of the velocities, m/s.
-    pub speed: f64,
-    /// The two highest Legendre coefficients over that.
-    pub tail: f64,
-    /// What the velocities may be off by, m/s.
-    pub local_error: f64,
-    /// The longest step, s.
-    pub longest: f64,
-    pub rounding: Rounding,
 }
 
 /// What came of an attempt.

@@ -3,12 +3,14 @@
 //! On the step the overlap of a contact ends at `d + r h + S h^2`, with S the weighted sum of its accelerations: where that is 0 the
 //! contact opens or closes. A force whose sign changes is only found afterwards: up to there the step is as good as any.
 
-use super::motion::{Motion, Track};
-use super::step::{FINE, Tolerance};
+use super::motion::{Motion, Tolerance, Track};
 use crate::engine::cluster::window::{Switch, clipping};
 use crate::model::{Mode, SignOfForce};
 use crate::solver::gauss::{NODES, Nodes, Rule, Table, weighted};
 use crate::solver::{root, series};
+
+/// In a wave, overlaps at its ends are smaller than this part of the largest: the first iterations tell nothing of them.
+pub(super) const FINE: f64 = 1e-5;
 
 /// How far the overlaps at the nodes are known, over speed and length.
 const UNKNOWN: f64 = 1e-15;

@@ -1,0 +1,99 @@
+"""The sources: no file of Rust imports one that imports it, directly or through others."""
+
+import re
+
+import pytest
+from checkout import ROOT
+
+
+def modules(folder) -> dict:
+    """The text of each module without its tests and comments, by the parts of its path."""
+    found = {}
+    for file in folder.rglob("*.rs"):
+        parts = file.relative_to(folder).with_suffix("").parts
+        text = file.read_text(encoding="utf-8").split("#[cfg(test)]")[0]
+        found[parts[:-1] if parts[-1] in ("mod", "lib") else parts] = re.sub(r"//[^\n]*", "", text)
+    return found
+
+
+def paths(tree: str) -> list:
+    """The paths in a tree of a `use` declaration."""
+    if "{" not in tree:
+        return [tree.strip().split(" as ")[0].split("::")]
+    head, inner = tree.split("{", 1)
+    inner, branches, depth = inner.rsplit("}", 1)[0], [""], 0
+    for letter in inner:
+        depth += (letter == "{") - (letter == "}")
+        if letter == "," and depth == 0:
+            branches.append("")
+        else:
+            branches[-1] += letter
+    return [path for branch in branches if branch.strip() for path in paths(head.strip() + branch.strip())]
+
+
+def imports(texts: dict) -> dict:
+    """The modules that each one imports; what is exported again counts for the module that has it."""
+    uses = {
+        module: [
+            (bool(public), path)
+            for public, tree in re.findall(r"(?m)^\s*(pub(?:\([^)]*\))?\s+)?use\s+([^;]+);", text)
+            for path in paths(tree)
+        ]
+        for module, text in texts.items()
+    }
+
+    def target(module, path, seen=frozenset()):
+        path = list(path)
+        place = [] if path[0] == "crate" else list(module)
+        while path and path[0] in ("crate", "self", "super"):
+            if path.pop(0) == "super":
+                place.pop()
+        inside = len(path)
+        while path and (*place, path[0]) in texts:
+            place.append(path.pop(0))
+        if len(path) == inside and place == list(module):
+            return None  # Of another crate.
+        for public, again in uses[tuple(place)] if path else ():
+            step = (tuple(place), path[0])
+            if public and again[-1] == path[0] and step not in seen:
+                return target(tuple(place), again, seen | {step}) or tuple(place)
+        return tuple(place)
+
+    return {
+        module: {target(module, path) for public, path in used if not public} - {module, None}
+        for module, used in uses.items()
+    }
+
+
+def circle(graph: dict) -> list:
+    """The modules of a circle, if there is one."""
+    done, way = set(), []
+
+    def visit(module) -> list:
+        if module in way:
+            return way[way.index(module) :]
+        if module not in done:
+            way.append(module)
+            found = next(filter(None, map(visit, graph[module])), [])
+            if found:
+                return found
+            done.add(way.pop())
+        return []
+
+    return next(filter(None, map(visit, graph)), [])
+
+
+@pytest.mark.parametrize("folder", ["src", "packaging/src", "web/src"])
+def test_no_import_runs_in_a_circle(folder):
+    found = circle(imports(modules(ROOT / folder)))
+    assert not found, " -> ".join("::".join(module) or "lib" for module in found)
+
+
+def test_a_circle_is_found():
+    texts = {
+        (): "",
+        ("a",): "use crate::b::{C, d::E};",
+        ("b",): "mod d;\npub use d::C;",
+        ("b", "d"): "use crate::a::F;",
+    }
+    assert set(circle(imports(texts))) == {("a",), ("b", "d")}
