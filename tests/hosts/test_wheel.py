@@ -11,10 +11,10 @@ import newtons_cradle as nc
 import pytest
 from conftest import ROOT
 
+pytestmark = pytest.mark.all
+
 FIGURE_5 = """
 import newtons_cradle as nc
-
-pytestmark = pytest.mark.all
 
 with nc.Fmu() as fmu, fmu.start(nc.figure5()) as run:
     onset, micro = run.zoom(span=1.1e-6, step=1e-9, record=["F"], before=5e-8)

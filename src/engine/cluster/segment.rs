@@ -280,8 +280,7 @@ impl Cluster {
         self.switch = None;
         // Switchings within the error of a step are no more real than those by rounding.
         let rounding = Rounding { velocity: rounding.velocity.max(error), ..rounding };
-        // After the one that seems to be first the others have less time to switch in.
-        let next = if let Description::Series(series) = &self.description { series.next_to_switch } else { 0 };
+        let next = self.description.output().next_to_switch();
         let others = (0..laws.len()).filter(|j| *j != next);
         for j in (next < laws.len()).then_some(next).into_iter().chain(others) {
             match self.description.first_switch(j, &window, self.length, &rounding) {
