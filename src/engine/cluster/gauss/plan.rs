@@ -1,0 +1,180 @@
+//! What to try next: from what is expected of a step to a plan of it, and from what came of an attempt to the next one.
+
+use super::motion::{Motion, Tolerance};
+use super::step::{Outcome, Plan};
+use crate::engine::cluster::step_control::Control;
+use crate::engine::cluster::window::{Switch, Window};
+use crate::engine::flight::Rounding;
+use crate::model::Mode;
+use crate::solver::gauss::{Power, Stretching};
+
+/// What the two highest Legendre coefficients may be over the scale of the velocities, for the local error of the default
+/// tolerance. The end of a step has twice as many digits: an error of 1e-16, within the step one of 3e-14.
+const TAIL: f64 = 3e-10;
+const EPSILON: f64 = 1e-17;
+
+/// First step over the time that the fastest contact takes to stop its balls: after an onset at speed or another switching; where a
+/// wave starts in balls that touch; and for a whole exponent, times that, after any of these.
+const FIRST: f64 = 0.5;
+const FIRST_OF_WAVE: f64 = 0.3;
+const FIRST_SMOOTH: f64 = 1.6;
+
+/// A contact that is so many steps from its release may be followed up to there: in a time that is not stretched,
+/// by squares, by cubes, and a contact that has no force up to its switching.
+const NEAR_RELEASE: f64 = 0.9;
+const NEAR_BY_SQUARES: f64 = 0.7;
+const NEAR_BY_CUBES: f64 = 0.5;
+const NEAR_SWITCHING: f64 = 1.2;
+
+/// How a step follows from the last one: the part of what the error allows, and the least and largest factor. And a step after one
+/// that did not reach a release, after one that failed.
+const SAFETY: f64 = 0.93;
+const CHANGE: [f64; 2] = [0.3, 4.0];
+const SHORTER: f64 = 0.65;
+const FAILED: f64 = 0.5;
+const LEAST: f64 = 0.05;
+
+/// What to do after an attempt.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Decision {
+    /// The step stands; the next one may be so long, s.
+    Take(f64),
+    /// The step has no length: this contact switches at its start.
+    End(usize, Switch),
+    /// Another attempt.
+    Try(Plan),
+    /// The step is left to another method.
+    GiveUp,
+}
+
+/// Plans the attempts at one step.
+#[derive(Debug)]
+pub(super) struct Planner {
+    /// The stretching of a step that ends at no release.
+    stretching: Stretching,
+    /// The most that such a step may take, by the attempts so far, s.
+    length: f64,
+}
+
+impl Planner {
+    /// What to try first, and what the step has to keep to. See [`Motion::follow`] for the arguments.
+    pub fn new(
+        motion: &Motion,
+        window: &Window,
+        control: &Control,
+        rounding: &Rounding,
+        speed: f64,
+        before: f64,
+    ) -> (Self, Plan, Tolerance) {
+        let onset = motion.onset_stretching(rounding, speed);
+        let speed = if onset.is_some() { speed.max(motion.speed_from_rest(window)) } else { speed };
+        let longest = motion.longest().min(control.longest).min(motion.reach_of_branch_points(speed));
+        let tolerance = Tolerance {
+            speed,
+            tail: TAIL * (control.epsilon / EPSILON).sqrt().max(1.0),
+            local_error: control.local_error(speed),
+            longest,
+            rounding: *rounding,
+        };
+        let power = motion.stretching_power();
+        let first = match power {
+            None => FIRST_SMOOTH / window.laws[0].exponent,
+            Some(_) if motion.is_wave(rounding) => FIRST_OF_WAVE,
+            Some(_) => FIRST,
+        };
+        let length = if before > 0.0 { before } else { first * motion.fastest(window, speed) };
+        let mut planner = Self { stretching: onset.unwrap_or_default(), length };
+        let near_release = match power {
+            None => NEAR_RELEASE,
+            Some(Power::Square) => NEAR_BY_SQUARES,
+            Some(Power::Cube) => NEAR_BY_CUBES,
+        };
+        let within =
+            |ahead: Option<(usize, f64)>, most: f64| ahead.filter(|(_, time)| (f64::MIN_POSITIVE..most).contains(time));
+        let release = motion.release_ahead(rounding);
+        // A step that begins with a branch point does not end with one.
+        let plan = if planner.stretching == Stretching::None
+            && let Some((j, time)) = within(release, near_release * length)
+        {
+            to_release(motion, j, time)
+        } else if let Some((j, time)) = within(motion.switching_ahead(rounding), NEAR_SWITCHING * length) {
+            planner.to_switching(j, time)
+        } else if let Some((_, time)) = release
+            && power.is_some()
+        {
+            planner.ahead(SHORTER * time)
+        } else {
+            planner.ahead(length)
+        };
+        (planner, Plan { length: plan.length.min(longest), ..plan }, tolerance)
+    }
+
+    /// A step to no switching, of this length (s) or what it may take.
+    fn ahead(&mut self, length: f64) -> Plan {
+        self.length = self.length.min(length);
+        Plan { stretching: self.stretching, length: self.length, switching: None }
+    }
+
+    /// A step to the switching of contact `j`, where that has no branch point, in about this time (s).
+    fn to_switching(&self, j: usize, length: f64) -> Plan {
+        Plan { stretching: self.stretching, length, switching: Some(j) }
+    }
+
+    /// What to do after this attempt.
+    pub fn decide(&mut self, motion: &Motion, plan: &Plan, outcome: Outcome, tolerance: &Tolerance) -> Decision {
+        // An iteration that diverges may have moved the end anywhere.
+        let least = LEAST * plan.length;
+        let (reached, tried) = (motion.length, motion.length.clamp(least, plan.length));
+        let plan = match (outcome, plan.switching) {
+            (Outcome::Stands(error), switching) => {
+                let proposed = reached * change_for(error);
+                // A step that ended early says nothing against long ones.
+                let next = if switching.is_some() { self.length.max(reached) } else { proposed };
+                return Decision::Take(next.min(tolerance.longest));
+            }
+            // Which way a force, or an overlap at rest, goes from 0 its mean slope over a step does not tell; a series does.
+            (Outcome::AtOnce(_, Switch::Clip | Switch::Unclip), _) => return Decision::GiveUp,
+            (Outcome::AtOnce(j, Switch::Release), _) if motion.tracks[j].is_resting(&tolerance.rounding) => {
+                return Decision::GiveUp;
+            }
+            (Outcome::AtOnce(j, switch), _) => return Decision::End(j, switch),
+            // It switches before the end that was found for it, and the same step would come to the same end.
+            (Outcome::Within(j, _, time), Some(planned)) if j == planned => self.ahead(SHORTER * time.max(least)),
+            (Outcome::Within(j, Switch::Release, time), _) if motion.tracks[j].mode == Mode::Pressing => {
+                match plan.stretching {
+                    Stretching::None | Stretching::AtEnd(_) => to_release(motion, j, time.max(least)),
+                    // It closes and opens in one step.
+                    Stretching::AtStart(_) => self.ahead(FAILED * time.max(least)),
+                }
+            }
+            (Outcome::Within(j, _, time), _) => self.to_switching(j, time.max(least)),
+            // It nearly opens, and the same step would come to the same end.
+            (Outcome::NoSwitching, _) => self.ahead(SHORTER * self.length.min(reached.max(least))),
+            (Outcome::LeftEarly(time), _) => self.ahead(2.0 * time),
+            (Outcome::TooLong(_) | Outcome::Failed, Some(_)) => self.ahead(SHORTER * tried),
+            (Outcome::TooLong(error), None) => self.ahead(tried * change_for(error).min(SHORTER)),
+            (Outcome::Failed, None) => self.ahead(FAILED * tried),
+        };
+        Decision::Try(Plan { length: plan.length.min(tolerance.longest), ..plan })
+    }
+}
+
+/// The step that ends where contact `j` opens, in about this `time` (s).
+fn to_release(motion: &Motion, j: usize, time: f64) -> Plan {
+    let stretching = motion.stretching_power().map_or(Stretching::None, Stretching::AtEnd);
+    Plan { stretching, length: time, switching: Some(j) }
+}
+
+/// The next step over the last one, which had this error in units of the one allowed.
+fn change_for(error: f64) -> f64 {
+    // The sixteenth root, which is nearly that of the order.
+    let root = error.sqrt().sqrt().sqrt().sqrt();
+    (SAFETY / root).clamp(CHANGE[0], CHANGE[1])
+}
+
+/// Prints an attempt, what came of it and what was decided, in a build with `--features trace`.
+pub(super) fn trace(plan: &Plan, outcome: &Outcome, decision: &Decision) {
+    if cfg!(feature = "trace") {
+        eprintln!("{plan:?} -> {outcome:?} -> {decision:?}");
+    }
+}
