@@ -2,7 +2,7 @@
 //! moves the end there.
 
 use super::motion::{Motion, Tolerance};
-use super::switching::{FINE, Signs};
+use super::switching::Signs;
 use crate::engine::cluster::window::{Switch, clipping};
 use crate::model::Mode;
 use crate::solver::gauss::{NODES, Stretching, Table, weighted};
@@ -32,9 +32,10 @@ const CONVERGED_RATE: f64 = 1e-15;
 const DIVERGING: f64 = 0.9;
 const BY_THEN: usize = 20;
 
-/// Switchings are looked for as soon as the iteration changes overlaps by no more than this part of the largest, or by no more than
-/// [`FINE`] in a wave.
+/// Switchings are looked for as soon as the iteration changes overlaps by no more than this part of those of the contact that presses
+/// least; at the ends of a wave, which hardly press, by no more than the other part of the largest.
 const ROUGH: f64 = 0.1;
+const FINE: f64 = 1e-5;
 
 /// What the error counts for, as a factor, where the step is left before its end, because a force changes its sign: within it is
 /// less exact than at the end.
@@ -89,7 +90,7 @@ impl Motion {
         for count in 0..MOST {
             *evaluations = evaluations.saturating_add(closed);
             self.push();
-            if !looked && last_change < ROUGH && (last_change < FINE || !self.holds_wave()) {
+            if !looked && last_change < ROUGH && last_change < FINE.max(ROUGH * self.evenness()) {
                 looked = true;
                 match self.first_switching(table, tolerance) {
                     Some((j, switch, 0.0)) => return Outcome::AtOnce(j, switch),

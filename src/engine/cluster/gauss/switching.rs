@@ -9,9 +9,6 @@ use crate::model::{Mode, SignOfForce};
 use crate::solver::gauss::{NODES, Nodes, Rule, Table, weighted};
 use crate::solver::{root, series};
 
-/// In a wave, overlaps at its ends are smaller than this part of the largest: the first iterations tell nothing of them.
-pub(super) const FINE: f64 = 1e-5;
-
 /// How far the overlaps at the nodes are known, over speed and length.
 const UNKNOWN: f64 = 1e-15;
 
@@ -62,12 +59,12 @@ impl Motion {
         self.tracks[j].rate + self.length * weighted(&table.of_rate, &self.accelerations[j])
     }
 
-    /// Whether a contact presses far less than others at all nodes.
-    pub(super) fn holds_wave(&self) -> bool {
+    /// How much the contact that presses least does so, over the one that presses most.
+    pub(super) fn evenness(&self) -> f64 {
         let pressing = self.tracks.iter().zip(&self.overlaps).filter(|(track, _)| track.mode == Mode::Pressing);
         let largest = pressing.map(|(_, overlaps)| range(overlaps)[1]);
         let [least, most] = largest.fold([f64::INFINITY, 0.0], |[least, most], d| [d.min(least), d.max(most)]);
-        least < FINE * most
+        least / most
     }
 
     /// The earliest onset or release, as far as the iteration has got: contact, what it is, and the time (s).
