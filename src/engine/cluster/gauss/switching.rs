@@ -111,7 +111,7 @@ impl Motion {
             return rise(track.overlap.min(0.0), track.rate, curvature).map(|time| (Switch::Onset, time));
         }
         let time = if track.overlap > tolerance.rounding.no_overlap() {
-            fall(track.overlap, track.rate, curvature)
+            self.fall_at_nodes(j, table).or_else(|| fall(track.overlap, track.rate, curvature))
         } else {
             // It has only just closed. A rate within rounding says neither that its balls part nor that they do not.
             let known = tolerance.rounding.velocity;
@@ -119,6 +119,15 @@ impl Motion {
             parts.then(|| if track.rate > known { -track.rate / curvature } else { 0.0 })
         };
         time.map(|time| (track.switch(), time))
+    }
+
+    /// When the overlap of contact `j` vanishes between two nodes (s), if it does.
+    fn fall_at_nodes(&self, j: usize, table: &Table) -> Option<f64> {
+        let overlaps = &self.overlaps[j];
+        let after = overlaps.iter().position(|overlap| *overlap <= 0.0).filter(|m| *m > 0)?;
+        let [from, to] = [after - 1, after].map(|m| self.time_of(m, table));
+        let before = overlaps[after - 1];
+        Some(from + (to - from) * before / (before - overlaps[after]))
     }
 
     /// When the overlap of contact `j` vanishes by its value, rate and acceleration at the end of the step as it is now (s): what is known
