@@ -145,13 +145,22 @@ impl Motion {
         (0.5 * self.length..2.0 * self.length).contains(&time).then_some(time)
     }
 
+    /// The open contact at rest that closes at the start of a step of this length (s), as far as its start tells.
+    pub(super) fn closes_from_rest(&self, length: f64, tolerance: &Tolerance) -> Option<usize> {
+        let closes = |track: &Track| {
+            let overlap = (0.5 * track.acceleration + track.jerk / 6.0 * length) * length * length;
+            let rests = track.mode == Mode::Open && track.is_resting(&tolerance.rounding);
+            rests && track.first_change() >= 0.0 && self.is_felt(track, overlap, tolerance)
+        };
+        self.tracks.iter().position(closes)
+    }
+
     /// When the open contact `j`, at rest, closes (s), if it does so as far as this step tells: at once, unless its balls are first
     /// accelerated apart, by a force that may only grow from 0. Else series, which see them part, would open it again.
     fn onset_from_rest(&self, j: usize, table: &Table, tolerance: &Tolerance) -> Option<f64> {
         let track = &self.tracks[j];
         let felt = self.is_felt(track, self.overlap_at_end(j, self.curvature(j, table)), tolerance);
-        let first = if track.acceleration == 0.0 { track.jerk + track.forcing[1] } else { track.acceleration };
-        if first >= 0.0 {
+        if track.first_change() >= 0.0 {
             return felt.then_some(0.0);
         }
         self.switching_near_end(j, table).or(felt.then_some(0.5 * self.length))
