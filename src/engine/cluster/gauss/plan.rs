@@ -13,10 +13,8 @@ use crate::solver::gauss::{Power, Stretching};
 const TAIL: f64 = 3e-10;
 const EPSILON: f64 = 1e-17;
 
-/// First step over the time that the fastest contact takes to stop its balls: after an onset at speed or another switching; where a
-/// wave starts in balls that touch; and for a whole exponent, times that, after any of these.
+/// First step over the time that the fastest contact takes to stop its balls; and for a whole exponent, times that.
 const FIRST: f64 = 0.5;
-const FIRST_OF_WAVE: f64 = 0.3;
 const FIRST_SMOOTH: f64 = 1.6;
 
 /// A contact that is so many steps from its release may be followed up to there: in a time that is not stretched,
@@ -79,7 +77,6 @@ impl Planner {
         let power = motion.stretching_power();
         let first = match power {
             None => FIRST_SMOOTH / window.laws[0].exponent,
-            Some(_) if motion.is_wave(rounding) => FIRST_OF_WAVE,
             Some(_) => FIRST,
         };
         let length = if before > 0.0 { before } else { first * motion.fastest(window, speed) };
