@@ -6,23 +6,19 @@ use crate::engine::cluster::step_control::Control;
 use crate::engine::cluster::window::{Switch, Window};
 use crate::engine::flight::Rounding;
 use crate::model::Mode;
-use crate::solver::gauss::{Power, Stretching};
+use crate::solver::gauss::Stretching;
 
 /// What the two highest Legendre coefficients may be over the scale of the velocities, for the local error of the default
 /// tolerance. The end of a step has twice as many digits: an error of 1e-16, within the step one of 3e-14.
-const TAIL: f64 = 3e-10;
+const TAIL: f64 = 1e-10;
 const EPSILON: f64 = 1e-17;
 
 /// First step over the time that the fastest contact takes to stop its balls; and for a whole exponent, times that.
 const FIRST: f64 = 0.5;
 const FIRST_SMOOTH: f64 = 1.6;
 
-/// A contact that is so many steps from its release may be followed up to there: in a time that is not stretched,
-/// by squares, by cubes, and a contact that has no force up to its switching.
-const NEAR_RELEASE: f64 = 0.9;
-const NEAR_BY_SQUARES: f64 = 0.7;
-const NEAR_BY_CUBES: f64 = 0.5;
-const NEAR_SWITCHING: f64 = 1.2;
+/// A contact that is so many steps from its switching may be followed up to there.
+const NEAR: f64 = 0.7;
 
 /// How a step follows from the last one: the part of what the error allows, and the least and largest factor. And a step after one
 /// that did not reach a release, after one that failed.
@@ -81,20 +77,15 @@ impl Planner {
         };
         let length = if before > 0.0 { before } else { first * motion.fastest(window, speed) };
         let mut planner = Self { stretching: onset.unwrap_or_default(), length };
-        let near_release = match power {
-            None => NEAR_RELEASE,
-            Some(Power::Square) => NEAR_BY_SQUARES,
-            Some(Power::Cube) => NEAR_BY_CUBES,
-        };
-        let within =
-            |ahead: Option<(usize, f64)>, most: f64| ahead.filter(|(_, time)| (f64::MIN_POSITIVE..most).contains(time));
+        let near =
+            |ahead: Option<(usize, f64)>| ahead.filter(|(_, time)| (f64::MIN_POSITIVE..NEAR * length).contains(time));
         let release = motion.release_ahead(rounding);
         // A step that begins with a branch point does not end with one.
         let plan = if planner.stretching == Stretching::None
-            && let Some((j, time)) = within(release, near_release * length)
+            && let Some((j, time)) = near(release)
         {
             to_release(motion, j, time)
-        } else if let Some((j, time)) = within(motion.switching_ahead(rounding), NEAR_SWITCHING * length) {
+        } else if let Some((j, time)) = near(motion.switching_ahead(rounding)) {
             planner.to_switching(j, time)
         } else if let Some((_, time)) = release
             && power.is_some()
