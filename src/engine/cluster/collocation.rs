@@ -93,7 +93,8 @@ struct Outcome {
 }
 
 /// Describes the motion by a step of implicit collocation, if the `history` says that one is due and it is worth its cost: with a `gain`
-/// over explicit steps. Returns the force evaluations, and whether it does.
+/// over explicit steps. Returns whether it does; adds the `evaluations` of forces.
+#[expect(clippy::too_many_arguments, reason = "what a method is given, with its memory and counter")]
 pub(super) fn follow(
     series: &mut Series,
     history: &mut StepHistory,
@@ -102,28 +103,28 @@ pub(super) fn follow(
     rounding: &Rounding,
     local_error: f64,
     gain: f64,
-) -> (u64, bool) {
-    let mut evaluations = 0_u64;
+    evaluations: &mut u64,
+) -> bool {
     let mut length = std::mem::take(&mut history.implicit_length);
     if length == 0.0 || history.quiet == 0 {
         if history.quiet < history.patience {
-            return (0, false);
+            return false;
         }
         length = gain * history.explicit_length;
     }
     while length > 0.0 && length >= WORTH * gain * history.explicit_length {
         let step = collocate(series, window, length, control, rounding, local_error);
-        evaluations = evaluations.saturating_add(step.evaluations);
+        *evaluations = evaluations.saturating_add(step.evaluations);
         // The error falls with the power of the number of stages; a step that went wrong altogether says nothing.
         let change = SAFETY * libm::pow(step.error, -1.0 / STAGES as f64);
         if step.error <= 1.0 {
             history.implicit_length = (length * change.min(GROWTH)).min(control.longest);
-            return (evaluations, true);
+            return true;
         }
         length *= if change.is_finite() { change.clamp(SHRINKAGE[0], SHRINKAGE[1]) } else { FAILED };
     }
     history.patience = history.quiet.saturating_mul(2);
-    (evaluations, false)
+    false
 }
 
 /// Describes the motion on a step of `length` (s) from the start of a segment by `series`, with the error that

@@ -13,7 +13,7 @@ use super::dense_output::DenseOutput;
 use super::gauss;
 use super::modes::Modes;
 use super::natural;
-use super::step_control::{Control, StepHistory};
+use super::step_control::{Control, Method, StepHistory};
 use super::taylor::{Series, Workspace, velocity_scale};
 use super::window::{OverlapSeries, Switch, Window, WindowContact, clipping};
 use crate::engine::flight::{Ball, Flight, Rounding, RunningIntegrals, places, shifted, start_by_centre};
@@ -26,21 +26,22 @@ use crate::solver::oscillator::MAX_FORCE_ORDER;
 /// Time scales of the fastest mode that switchings are looked for in the first window by modes.
 const FIRST_HORIZON: f64 = 32.0;
 
-/// How the motion of a window is described.
-#[derive(Clone, Debug)]
-pub(crate) enum Description {
-    Series(Series),
-    Modes(Modes),
-    Gauss(Box<gauss::Motion>),
+/// The motion of a window on a segment, by the method that was used last; the others leave their memory.
+#[derive(Clone, Debug, Default)]
+struct Description {
+    method: Method,
+    series: Series,
+    gauss: Box<gauss::Motion>,
+    modes: Modes,
 }
 
 impl Description {
     /// What it tells, whichever method it is by.
     fn output(&self) -> &dyn DenseOutput {
-        match self {
-            Self::Series(series) => series,
-            Self::Modes(modes) => modes,
-            Self::Gauss(motion) => motion.as_ref(),
+        match self.method {
+            Method::Modes => &self.modes,
+            Method::Gauss => self.gauss.as_ref(),
+            _ => &self.series,
         }
     }
 
@@ -77,7 +78,7 @@ pub(crate) struct Cluster {
     /// The contacts of the window, from `window.start` on, at the start of the segment.
     pub contacts: Vec<WindowContact>,
     /// The motion of the window on the current segment.
-    pub description: Description,
+    description: Description,
     workspace: Workspace,
     /// The step history from here on, and as it was when the current segment began.
     pub history: StepHistory,
@@ -96,7 +97,10 @@ impl Cluster {
         Self {
             flights: Vec::with_capacity(contacts + 1),
             contacts: Vec::with_capacity(contacts),
-            description: Description::Gauss(Box::new(gauss::Motion::with_capacity(contacts))),
+            description: Description {
+                gauss: Box::new(gauss::Motion::with_capacity(contacts)),
+                ..Description::default()
+            },
             ..Self::default()
         }
     }
@@ -265,10 +269,6 @@ impl Cluster {
     }
 
     /// Describes the motion from the start of the segment on and finds where the segment ends.
-    ///
-    /// Strongly damped linear contacts have natural modes. Else it is Gauss collocation where contacts are not linear, or series: they
-    /// keep the exact zeros of balls that the motion has not reached. Once some segments have passed without any switching, the contacts
-    /// are stiff for the pace of the motion, or closed for long: then implicit collocation is tried.
     pub fn expand(&mut self, balls: &[Ball], laws: &[ContactLaw], control: &Control) {
         let (flights, contacts) = (std::mem::take(&mut self.flights), std::mem::take(&mut self.contacts));
         let (balls, laws) = (&balls[self.window.clone()], &laws[self.window_contacts()]);
@@ -298,54 +298,53 @@ impl Cluster {
     }
 
     /// Describes the motion of `window` for as long as the description holds. Returns its error in the velocities, m/s.
+    ///
+    /// The first method that serves does it.
     fn describe(&mut self, window: &Window, control: &Control, rounding: &Rounding) -> f64 {
-        self.evaluations = window.closed() as u64;
-        let series_first = natural::series_before_modes(window, self.history.quiet);
-        if let Some(windows) = series_first.and_then(|series| self.history.quiet.checked_sub(series))
+        let Self { description: described, history, workspace, evaluations, .. } = self;
+        let scale = velocity_scale(window);
+        let error = control.local_error(scale);
+        *evaluations = window.closed() as u64;
+        // Strongly damped linear contacts: closed forms, which hold until something switches, once series have followed what begins.
+        let series_first =
+            natural::series_before_modes(window, history.quiet).filter(|_| control.allows(Method::Modes));
+        let windows = series_first.map(|series| history.quiet.checked_sub(series));
+        if let Some(Some(windows)) = windows
             && let Some(modes) = Modes::new(window)
         {
             self.length = horizon(modes.shortest_time(), windows, control.longest);
-            self.description = Description::Modes(modes);
-            self.evaluations = 1;
+            (described.modes, described.method, *evaluations) = (modes, Method::Modes, 1);
             return 0.0;
         }
-        let (mut series, motion) = match std::mem::take(&mut self.description) {
-            Description::Series(series) => (series, None),
-            Description::Gauss(motion) => (Series::default(), Some(motion)),
-            Description::Modes(_) => (Series::default(), None),
-        };
+        // Contacts that are stiff for the pace of the motion, or closed for long: steps as long as the motion is slow.
         let linear = window.laws.iter().all(ContactLaw::is_linear);
-        let scale = velocity_scale(window);
-        let local_error = control.local_error(scale);
-        let by_gauss = !linear && gauss::applies_to(window, scale);
+        let by_gauss = !linear && control.allows(Method::Gauss) && gauss::applies_to(window, scale);
         let gain = if by_gauss { collocation::GAIN_OVER_GAUSS } else { collocation::GAIN_OVER_SERIES };
-        let modes_to_come = series_first.is_some_and(|series| self.history.quiet < series);
-        let collocated = !modes_to_come && {
-            let (evaluations, collocated) =
-                collocation::follow(&mut series, &mut self.history, window, control, rounding, local_error, gain);
-            self.evaluations = self.evaluations.saturating_add(evaluations);
-            collocated
-        };
-        if !collocated {
-            if by_gauss {
-                let mut motion = motion.unwrap_or_default();
-                let before = self.history.explicit_length;
-                if let Some(step) = motion.follow(window, control, rounding, scale, before, &mut self.evaluations) {
-                    (self.length, self.history.explicit_length) = (step.length, step.next);
-                    self.description = Description::Gauss(motion);
-                    return local_error;
-                }
-            }
-            if linear {
-                series.expand_linear(&mut self.workspace.linear, window, control, scale, rounding.position);
-            } else {
-                series.expand(&mut self.workspace.recurrences, window, control, scale);
-            }
-            self.history.explicit_length = series.converges_for();
+        let series = &mut described.series;
+        if windows != Some(None)
+            && control.allows(Method::Radau)
+            && collocation::follow(series, history, window, control, rounding, error, gain, evaluations)
+        {
+            (self.length, described.method) = (series.converges_for(), Method::Radau);
+            return error;
         }
-        self.length = series.converges_for();
-        self.description = Description::Series(series);
-        local_error
+        // Contacts that are not linear: explicit steps from one branch point of their forces to the next.
+        let before = history.explicit_length;
+        if by_gauss && let Some(step) = described.gauss.follow(window, control, rounding, scale, before, evaluations) {
+            (self.length, history.explicit_length, described.method) = (step.length, step.next, Method::Gauss);
+            return error;
+        }
+        // Linear contacts; and what is left, a start from rest or stiff damping. Series keep the exact zeros of balls that the motion
+        // has not reached.
+        if linear && control.allows(Method::LinearSeries) {
+            series.expand_linear(&mut workspace.linear, window, control, scale, rounding.position);
+            described.method = Method::LinearSeries;
+        } else {
+            series.expand(&mut workspace.recurrences, window, control, scale);
+            described.method = Method::Series;
+        }
+        (self.length, history.explicit_length) = (series.converges_for(), series.converges_for());
+        error
     }
 }
 
@@ -354,10 +353,4 @@ impl Cluster {
 fn horizon(time: f64, windows: u32, longest: f64) -> f64 {
     let first = if time < longest { FIRST_HORIZON * time } else { 1.0 };
     (first * libm::exp2(windows.min(60) as f64)).min(longest)
-}
-
-impl Default for Description {
-    fn default() -> Self {
-        Self::Series(Series::default())
-    }
 }

@@ -14,9 +14,29 @@ const LEAST_EPSILON: f64 = 1e-18;
 /// follow balls at rest by short segments for longer (`tests/rust/work.rs`).
 const PATIENCE: u32 = 24;
 
+/// What describes a motion in contact.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Method {
+    /// The closed form of the impact of two balls alone, which no window is needed for.
+    PairImpact,
+    /// Natural modes of linear contacts.
+    Modes,
+    /// Implicit collocation.
+    Radau,
+    /// Explicit collocation.
+    Gauss,
+    /// Taylor series of linear contacts.
+    LinearSeries,
+    /// Taylor series of contacts of any law.
+    #[default]
+    Series,
+}
+
 /// What governs order and step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Control {
+    /// A method that is left out, to see what the others make of the motion.
+    pub forbidden: Option<Method>,
     /// Local error over the scale of the velocities.
     pub epsilon: f64,
     /// Order of the series of the velocities.
@@ -31,7 +51,7 @@ impl Control {
     /// For the relative tolerance of a whole run; local errors stay far enough below it for thousands of pulses.
     pub fn new(tolerance: f64) -> Self {
         let epsilon = (LOCAL * tolerance).max(LEAST_EPSILON);
-        Self { epsilon, order: (1.0 - 0.5 * libm::log(epsilon)) as usize, tolerance, longest: LONGEST }
+        Self { epsilon, order: (1.0 - 0.5 * libm::log(epsilon)) as usize, tolerance, longest: LONGEST, forbidden: None }
     }
 
     /// The same for a motion that is known to take as long as this (s): as many segments cover it, however slow it is.
@@ -42,6 +62,11 @@ impl Control {
     /// Error that a step may make in velocities of this scale, m/s.
     pub fn local_error(&self, scale: f64) -> f64 {
         self.epsilon * scale
+    }
+
+    /// Whether this method may be used.
+    pub fn allows(&self, method: Method) -> bool {
+        self.forbidden != Some(method)
     }
 
     /// Relative tolerance of a whole run.

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::contact::Phase;
 use super::engine::Engine;
+use crate::engine::cluster::Method;
 use crate::engine::flight::Regime;
 use crate::engine::observer::Observer;
 use crate::engine::pair_impact::{Impact, PairImpact};
@@ -16,7 +17,8 @@ impl Engine {
     pub(crate) fn begin_impact(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) -> bool {
         let neighbours = i.saturating_sub(1)..(i + 3).min(self.balls.len());
         let regime = |ball: usize| self.balls[ball].regime;
-        if regime(i) != Regime::Flight || regime(i + 1) != Regime::Flight {
+        let in_flight = regime(i) == Regime::Flight && regime(i + 1) == Regime::Flight;
+        if !in_flight || !self.control.allows(Method::PairImpact) {
             return false;
         }
         if neighbours.clone().any(|ball| matches!(regime(ball), Regime::Cluster(_))) {
