@@ -161,6 +161,7 @@ fn change_for(error: f64) -> f64 {
 }
 
 /// Prints an attempt, what came of it and what was decided, in a build with `--features trace`.
+#[expect(clippy::print_stderr, reason = "that is what the feature is for")]
 pub(super) fn trace(plan: &Plan, outcome: &Outcome, decision: &Decision) {
     if cfg!(feature = "trace") {
         eprintln!("{plan:?} -> {outcome:?} -> {decision:?}");
