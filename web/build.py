@@ -52,7 +52,6 @@ SCRIPTS = (
     "control/stage.js",
     "control/app.js",
     "control/wishes.js",
-    "control/ready.js",
 )
 
 
@@ -128,6 +127,7 @@ def page() -> str:
         "engine": packed(ENGINE.read_bytes()),
         "licences": packed(b"\n\n".join((ROOT / name).read_bytes() for name in LICENCES)),
         "script": "\n".join((WEB / "page" / name).read_text(encoding="utf-8") for name in SCRIPTS),
+        "start": (WEB / "page/start.js").read_text(encoding="utf-8"),
     }
     template = (WEB / "page/template.html").read_text(encoding="utf-8")
     slot = re.compile(r"{{(\w+)}}")

@@ -1,25 +1,14 @@
 // The engine's part of each picture without a browser, in processor time, so that what else the machine does counts little:
-// node --single-threaded web/frames.mjs PAGE BALLS [SECONDS]
+// node --single-threaded web/node.mjs PAGE BALLS [SECONDS] < web/frames.mjs
 //
 // As in the page: two balls are lifted, the contact is changed every second, and the clock moves on by a sixtieth of a second.
 
-import { readFileSync } from "node:fs";
-import { runInThisContext } from "node:vm";
-import { gunzipSync } from "node:zlib";
-
-const page = readFileSync(process.argv[2], "utf8"), balls = Number(process.argv[3]), seconds = Number(process.argv[4] ?? 120);
-const [, packed] = page.match(/<script type="text\/plain" id="engine">([^<]*)</);
-const [, script] = page.match(/<script>\s*"use strict";([\s\S]*)<\/script>/);
-const [classes] = script.split("// The page: what is on it");
-const names = "Engine, Setup, LAWS, TABLE, Live, Clock";
-const { Engine, Setup, LAWS, TABLE, Live, Clock } = runInThisContext(`(() => { ${classes}; return { ${names} }; })()`);
-
+const balls = Number(process.argv[3]), seconds = Number(process.argv[4] ?? 120);
 const WARM = 20; // s, in which the engine is compiled for good
 const processor = () => {
   const { user, system } = process.cpuUsage();
   return (user + system) / 1000;
 };
-const engine = await Engine.load(gunzipSync(Buffer.from(packed, "base64")));
 const source = new Live(engine, new Setup(balls, TABLE).with({ x_start: [-0.1, -0.1] })), clock = new Clock();
 const laws = ["linear", "hertz", "quadratic", "rigid", "cubic"], spent = [];
 for (let second = 0; second < seconds; second++) {

@@ -87,8 +87,9 @@ def alone(balls: int) -> str:
     """The engine's part in processor time, without what else the machine does."""
     if shutil.which("node") is None:
         return "engine in processor time: not measured, node is missing"
-    command = ["node", "--single-threaded", ROOT / "web/frames.mjs", PAGE, str(balls)]
-    return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+    command = ["node", "--single-threaded", ROOT / "web/node.mjs", PAGE, str(balls)]
+    script = (ROOT / "web/frames.mjs").read_text(encoding="utf-8")
+    return subprocess.run(command, input=script, capture_output=True, text=True, check=True).stdout.strip()
 
 
 def native(fmu_path: Path) -> tuple[float, float]:

@@ -1,5 +1,8 @@
 """What the tests of the live page share: the page in Chromium, pointers, and the native run to compare with."""
 
+import json
+import shutil
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +15,13 @@ from selenium.webdriver.support.wait import WebDriverWait
 
 GRID = [k / 64 for k in range(60 * 64 + 1)]  # s; doubles without rounding error
 SUMS = ("E_total", "E_dissipated", "W_external", "E_residual", "p_total", "F_support", "solver.events")
+# What a run shows at given times, and its pulses.
+FOLLOW = """(engine, recipe, times) => {
+  const run = engine.start(recipe), pulses = [];
+  const rows = times.map((time) => { run.advance(time); pulses.push(...run.takePulses()); return Array.from(run.look().numbers); });
+  run.forget();
+  return [rows, pulses];
+}"""
 ITEMS = {"powerLaw": 1, "hertz": 2, "rigid": 3}
 
 
@@ -22,6 +32,16 @@ def live_path() -> Path:
     if not path.exists():
         pytest.skip(f"{path} is missing: `python3 web/build.py`")
     return path
+
+
+def node(path: Path, script: str):
+    """What a script returns that runs in node with the page's classes and `engine`; see web/node.mjs."""
+    if shutil.which("node") is None:
+        pytest.skip("node is missing")
+    command = ["node", ROOT / "web/node.mjs", path]
+    done = subprocess.run(command, input=script, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
 
 
 @pytest.fixture

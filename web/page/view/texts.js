@@ -45,7 +45,7 @@ const ENGLISH = {
     figure5touching: "Figure 5 of the paper, the balls in touch: watch the neat pattern dissolve.",
     thirteen: "Figure 3 of the paper: soft contacts, three balls against two.",
     rigid: "Impacts without any duration, as in most textbooks.",
-    buzzing: "Twenty hard balls pressed together: more contacts than can be computed in time.",
+    buzzing: "Twenty hard balls pressed together: hundreds of contacts each second.",
     own: "Your own cradle.",
     recorded: "A recorded run.",
   },
