@@ -69,7 +69,7 @@ class Stage {
     });
     const opacity = click && !drawing.rigid ? Math.min(1, Math.max(0, (this.near ?? 0) * 2 - 1)) : 0;
     if (click?.sampled && click.widest) drawLenses(scene, state, { reach: this.lensReach(click), theme, opacity });
-    this.describe(click, drawing);
+    this.describe(click);
     this.drawGraph(click, theme);
   }
 
@@ -95,9 +95,9 @@ class Stage {
     return 1.3 * Math.max(click.widest, setup ? setup.get("contact.deadBand") : 0);
   }
 
-  describe(click, drawing) {
+  describe(click) {
     const { source, app } = this;
-    const { text, detail } = click?.done ? captionOf(click, source.run.time, source.state, drawing.rigid) : app.hintFor(this);
+    const { text, detail } = click?.done ? captionOf(click, source.run.time, source.state) : app.hintFor(this);
     if (this.sentence.textContent !== text) this.sentence.textContent = text;
     if (this.detail.textContent !== detail) this.detail.textContent = detail;
     const name = say("stageName", this.named);

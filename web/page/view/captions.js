@@ -1,53 +1,55 @@
 // What happens inside a click, in sentences made from its pulses.
 
+const TOGETHER = 1e-3; // of a click's length, within which events are told as one
+
 /** What has happened last at `now` (s of the run): {text, detail}. */
-function captionOf(click, now, state, rigid) {
-  if (rigid || click.length === 0) return { text: say("overRigid", click.pulses.length), detail: outcome(click) };
+function captionOf(click, now, state) {
   if (now < click.begin) {
-    const { contact } = click.pulses[0];
+    const first = click.pulses.filter(({ onset }) => onset - click.begin <= TOGETHER * click.length);
+    if (!first.length) return { text: "", detail: "" };
+    const { contact } = fastest(first, click);
     return { text: say("approaching", contact + 1, contact + 2, quantity(click.begin - now, "s", 2)), detail: "" };
   }
-  if (now >= click.end) return { text: say("over", quantity(click.length, "s"), click.pulses.length), detail: outcome(click) };
-  const event = lastEvent(click, now);
-  const strongest = Math.max(0, ...state.F);
-  return {
-    text: sentence(event, click.pulses),
-    detail: say("sinceTouch", quantity(now - click.begin, "s"), strongest > 0 ? quantity(strongest, "N") : ""),
-  };
-}
-
-/** The last onset or release up to `now`: {time, contact, onset}. Of balls in touch, which all are pressed from the same instant on, it
- *  is the contact that closes fastest. */
-function lastEvent({ pulses, speeds }, now) {
-  const closing = (contact) => speeds[contact] - speeds[contact + 1];
-  let last = { time: -Infinity };
-  for (const { contact, onset, release } of pulses) {
-    const slower = last.onset && onset === last.time && closing(contact) <= closing(last.contact);
-    if (onset <= now && onset >= last.time && !slower) last = { time: onset, contact, onset: true };
-    if (release <= now && release >= last.time) last = { time: release, contact, onset: false };
+  if (now >= click.end) {
+    const count = click.pulses.length;
+    return { text: click.length ? say("over", quantity(click.length, "s"), count) : say("overRigid", count), detail: outcome(click) };
   }
-  return last;
+  const strongest = Math.max(0, ...state.F);
+  return { text: sentence(click, now, state), detail: say("sinceTouch", quantity(now - click.begin, "s"), strongest > 0 ? quantity(strongest, "N") : "") };
 }
 
-/** One sentence on an event, with what touches meanwhile. Balls are counted from 1. */
-function sentence({ time, contact, onset }, pulses) {
-  const closed = pulses.filter((pulse) => pulse.contact !== contact && pulse.onset < time && pulse.release > time).map((pulse) => pulse.contact);
-  const nearest = closed.sort((a, b) => Math.abs(a - contact) - Math.abs(b - contact))[0];
-  if (nearest === undefined) return say(onset ? "touch" : "part", contact + 1, contact + 2);
-  if (!onset) return say("partWhile", nearest < contact ? contact + 2 : contact + 1, nearest + 1, nearest + 2);
-  if (nearest === contact - 1) return say("touchWhile", contact, contact + 1, contact + 2);
-  if (nearest === contact + 1) return say("touchWhileRight", contact + 1, contact + 2, contact + 3);
-  return `${say("touch", contact + 1, contact + 2)} ${say("stillPressed", closed.length + 1)}`;
+/** Of pulses or events, that whose balls came in fastest towards each other. */
+function fastest(events, { speeds }) {
+  const closing = ({ contact }) => speeds[contact] - speeds[contact + 1];
+  return events.reduce((best, event) => (closing(event) > closing(best) ? event : best));
+}
+
+/** The onsets or the releases that were last at `now`, with what touches besides. Balls are counted from 1. */
+function sentence(click, now, state) {
+  const events = click.pulses.flatMap(({ contact, onset, release }) => [
+    ...(release > onset ? [{ contact, time: release, text: "part" }] : []), { contact, time: onset, text: "touch" },
+  ]).filter(({ time }) => time <= now);
+  const last = events.reduce((a, b) => (b.time >= a.time ? b : a), { time: -Infinity }), begins = last.text === "touch";
+  const group = events.filter(({ time, text }) => text === last.text && last.time - time <= TOGETHER * click.length).sort((a, b) => a.contact - b.contact);
+  const others = [...state.closed.keys()].filter((i) => state.closed[i] && !group.some(({ contact }) => contact === i));
+  if (group.length === 1 && others.length) {
+    const { contact } = last, nearest = others.reduce((a, b) => (Math.abs(b - contact) < Math.abs(a - contact) ? b : a));
+    if (!begins) return say("partWhile", nearest < contact ? contact + 2 : contact + 1, nearest + 1, nearest + 2);
+    if (nearest === contact - 1) return say("touchWhile", contact, contact + 1, contact + 2);
+    if (nearest === contact + 1) return say("touchWhileRight", contact + 1, contact + 2, contact + 3);
+  }
+  const told = (group.length > 2 ? [fastest(group, click)] : group).map(({ contact }) => say(last.text, contact + 1, contact + 2));
+  const pressed = others.length + (begins ? group.length : 0);
+  if (!begins || pressed > told.length) told.push(say("pressed", pressed));
+  return told.join(" ");
 }
 
 /** Which balls move after a click, and how fast, in percent of the fastest that came in. */
-function outcome(click, most = 4) {
-  const fastest = Math.max(...click.speeds.map(Math.abs)) || 1;
-  const parts = click.after.map((v, i) => ({ ball: i + 1, part: v / fastest })).filter(({ part }) => Math.abs(part) >= 0.005);
-  parts.sort((a, b) => Math.abs(b.part) - Math.abs(a.part));
-  const list = parts.slice(0, most).sort((a, b) => a.ball - b.ball).map(({ ball, part }) => {
-    const percent = 100 * part;
-    return say("leaver", ball, (Math.abs(percent) > 99 && Math.abs(percent) < 99.95 ? percent.toFixed(1) : percent.toFixed(0)).replace("-", "−"));
+function outcome({ speeds, after }) {
+  const fastest = Math.max(...speeds.map(Math.abs)) || 1;
+  const list = after.flatMap((v, i) => {
+    const percent = (100 * v) / fastest, size = Math.abs(percent);
+    return size < 0.5 ? [] : [say("leaver", i + 1, percent.toFixed(size > 99 && size < 99.95 ? 1 : 0).replace("-", "−"))];
   });
-  return say("leave", list.length ? `${list.join(", ")}${parts.length > most ? " …" : ""}` : say("all"));
+  return list.length ? say("leave", list.join(", ")) : say("all");
 }
