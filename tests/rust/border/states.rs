@@ -314,10 +314,10 @@ fn damaged_bytes_are_refused() {
             refused(&state[..length], if length < 28 { "not the bytes of a state" } else { "damaged" });
         }
         refused(&[state.as_slice(), &[0]].concat(), "damaged");
-        for (format, version) in [(1, "an earlier"), (9, "an earlier"), (11, "a later")] {
+        for (format, version) in [(1, "an earlier"), (10, "an earlier"), (12, "a later")] {
             let mut other = state.clone();
             other[8] = format;
-            refused(&other, &format!("format, {format}, is that of {version} version; allowed: 10"));
+            refused(&other, &format!("format, {format}, is that of {version} version; allowed: 11"));
         }
     }
     refused(b"{\"a\": 1}", "not the bytes of a state");
