@@ -25,7 +25,8 @@ impl ContactLaw {
         let scale = 1.0 / self.overlap_ref;
         let (mut forces, mut ratios) = ([0.0; N], [0.0; N]);
         for m in 0..N {
-            let overlap = if overlaps[m] > 0.0 { overlaps[m] } else { 0.0 };
+            // What is not a number stays that.
+            let overlap = if overlaps[m] <= 0.0 { 0.0 } else { overlaps[m] };
             ratios[m] = overlap * scale;
             forces[m] = self.stiffness * distance(m, overlap);
         }
@@ -61,6 +62,19 @@ impl ContactLaw {
             }
         }
     }
+
+    /// What they have beyond the elastic forces, N: the difference of the two would lose the digits of little damping.
+    pub fn damping_forces<const N: usize>(&self, overlaps: &[f64; N], rates: &[f64; N]) -> [f64; N] {
+        match self.damping {
+            Damping::None => [0.0; N],
+            Damping::KelvinVoigt { c, .. } => rates.map(|rate| c * rate),
+            Damping::HuntCrossley { alpha } => self.powers(overlaps, |m, d| d * (alpha * rates[m])),
+            Damping::Viscoelastic { relaxation } => {
+                let relaxation = self.exponent * relaxation;
+                self.powers(overlaps, |m, _| relaxation * rates[m])
+            }
+        }
+    }
 }
 
 #[cfg(test)]
@@ -82,11 +96,15 @@ mod tests {
             .flat_map(|damping| [0.6, 1.0, 1.01, 1.5, 1.7, 2.0, 2.3, 2.5, 3.0, 4.9].map(|p| (damping, p)))
         {
             let law = ContactLaw { stiffness: 1e10, overlap_ref: 1e-6, exponent, clearance: 0.0, damping };
+            let (elastic, by_damping) = (law.elastic_forces(&overlaps), law.damping_forces(&overlaps, &rates));
             for (i, force) in law.unclipped_forces(&overlaps, &rates).into_iter().enumerate() {
                 let expected = law.unclipped_force(overlaps[i], rates[i]);
                 assert!((force - expected).abs() <= 1e-15 * expected.abs(), "{law:?}, {i}: {force:e}, {expected:e}");
+                let off = elastic[i] + by_damping[i] - expected;
+                assert!(off.abs() <= 1e-15 * (elastic[i] + expected.abs()), "{law:?}, {i}: off by {off:e}");
             }
             assert_eq!(law.elastic_forces(&[0.0, -1e-6]), [0.0; 2], "{law:?}");
+            assert!(law.unclipped_forces(&[f64::NAN], &[0.1])[0].is_nan(), "{law:?}");
         }
     }
 }

@@ -13,6 +13,8 @@ mod equations;
 mod gauss;
 mod modes;
 mod natural;
+#[cfg(test)]
+mod readings;
 mod segment;
 mod shapes;
 mod step_control;

@@ -91,7 +91,21 @@ impl Stretching {
 
     /// `phi` at c.
     pub fn part(self, c: f64) -> f64 {
-        self.at(c.into(), (1.0 - c).into()).0.value()
+        self.at_rounded(c).0
+    }
+
+    /// `phi` and `phi'` at c, to the last digits of both however small they are.
+    fn at_rounded(self, c: f64) -> (f64, f64) {
+        let (phi, slope) = self.at(c.into(), DoubleDouble::from(1.0) - DoubleDouble::from(c));
+        (phi.value(), slope.value())
+    }
+
+    /// For integrals from the start to c = `end`: nodes on the way, what `phi` grows by there, and their weights.
+    pub fn nodes_up_to(self, end: f64) -> [Nodes; 3] {
+        let rule = Rule::get();
+        let along = PLAIN.times.map(|c| self.at_rounded(end * c));
+        let paces = along.map(|(_, slope)| end * slope);
+        [along.map(|(phi, _)| phi), paces, std::array::from_fn(|m| rule.weights[m].value() * paces[m])]
     }
 
     /// The c at which `phi` is `part`.
@@ -101,7 +115,14 @@ impl Stretching {
         match self {
             Self::None => part,
             Self::AtStart(power) => power.root(part),
-            Self::AtEnd(power) => 1.0 - power.root(1.0 - part),
+            Self::AtEnd(power) => {
+                // `1 - root(1 - part)` without cancellation.
+                let rest = power.root(1.0 - part);
+                match power {
+                    Power::Square => part / (1.0 + rest),
+                    Power::Cube => part / (1.0 + rest * (1.0 + rest)),
+                }
+            }
         }
     }
 }

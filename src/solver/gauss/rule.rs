@@ -127,7 +127,7 @@ impl Rule {
 
     /// Integrals from 0 to the nodes of the polynomial with these `values` at them.
     #[inline(always)]
-    pub(super) fn integrate(&self, values: &Nodes) -> Nodes {
+    pub fn integrate(&self, values: &Nodes) -> Nodes {
         let [sums, differences] = parts(values);
         let (even, odd) = (combine(&self.once.even, &sums), combine(&self.once.odd, &differences));
         let total = weighted(&self.of_pairs, &sums);
@@ -148,15 +148,15 @@ impl Rule {
     pub fn integrals(&self, c: f64) -> Nodes {
         let x = 2.0 * c - 1.0;
         let mut integrals = [0.0; NODES];
-        let (mut before, mut p) = (1.0, x);
+        // By `k (k + 1) P_k = -((1 - x^2) P_k')'` they keep their digits near the ends. The slopes of the last two polynomials:
+        let (mut before, mut slope) = (0.0, 1.0);
         for (k, row) in self.lagrange.iter().enumerate() {
             let integral = if k == 0 {
                 c
             } else {
                 let k = k as f64;
-                let next = ((2.0 * k + 1.0) * x * p - k * before) / (k + 1.0);
-                let integral = 0.5 * (next - before) / (2.0 * k + 1.0);
-                (before, p) = (p, next);
+                let integral = -2.0 * c * (1.0 - c) * slope / (k * (k + 1.0));
+                (before, slope) = (slope, ((2.0 * k + 1.0) * x * slope - (k + 1.0) * before) / k);
                 integral
             };
             integrals.iter_mut().zip(row).for_each(|(sum, l)| *sum += integral * l);

@@ -84,7 +84,7 @@ impl Motion {
             match decision {
                 Decision::Try(next) => plan = next,
                 Decision::Take(next) => {
-                    self.moment.get_mut().forget();
+                    self.forget();
                     return Some(Followed { length: self.until, next });
                 }
                 Decision::End(j, switch) => return Some(self.ends_at_once(j, switch, before)),
@@ -98,7 +98,7 @@ impl Motion {
     fn ends_at_once(&mut self, j: usize, switch: Switch, next: f64) -> Followed {
         (self.length, self.until, self.end) = (0.0, 0.0, Some((j, switch)));
         self.forces.iter_mut().for_each(|forces| *forces = [0.0; NODES]);
-        self.moment.get_mut().forget();
+        self.forget();
         Followed { length: 0.0, next }
     }
 }

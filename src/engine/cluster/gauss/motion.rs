@@ -92,8 +92,8 @@ pub(super) struct Moment {
     pub weights: Nodes,
     /// A ball each: displacement (m), the change of its velocity (m/s), and the integral of the displacement (m.s).
     pub balls: Vec<[f64; 3]>,
-    /// A contact each: overlap (m), the change of its rate (m/s), and the impulse (N.s).
-    pub contacts: Vec<[f64; 3]>,
+    /// A contact each: overlap (m) and the change of its rate (m/s).
+    pub contacts: Vec<[f64; 2]>,
 }
 
 impl Moment {
@@ -101,11 +101,19 @@ impl Moment {
     pub fn with_capacity(contacts: usize) -> Self {
         Self { balls: Vec::with_capacity(contacts + 1), contacts: Vec::with_capacity(contacts), ..Self::default() }
     }
+}
 
-    /// The motion is another one.
-    pub fn forget(&mut self) {
-        self.tau = None;
-    }
+/// The step up to some time, for integrals.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Part {
+    /// The time (s); none before the first.
+    pub tau: Option<f64>,
+    /// The nodes, how fast the time grows there, and the weights of the integral up to the time, s.
+    pub times: Nodes,
+    pub paces: Nodes,
+    pub weights: Nodes,
+    /// A contact each, unless the nodes are those of the step: overlaps (m), rates (m/s) and forces (N) there.
+    pub contacts: Option<Vec<[Nodes; 3]>>,
 }
 
 /// The motion of a window on a step.
@@ -137,6 +145,8 @@ pub(crate) struct Motion {
     pub(super) states: Vec<[Nodes; 2]>,
     /// What is known at the time that was asked for last.
     pub(super) moment: RefCell<Moment>,
+    /// The same of its integrals.
+    pub(super) part: RefCell<Part>,
 }
 
 impl Default for Motion {
@@ -158,6 +168,7 @@ impl Default for Motion {
             forces: Vec::new(),
             states: Vec::new(),
             moment: RefCell::default(),
+            part: RefCell::default(),
         }
     }
 }

@@ -8,10 +8,13 @@
 //! ```
 //!
 //! At the end of the step these are the sums of the method itself. So is the overlap, as a difference of two such motions.
+//!
+//! Integrals up to a time early in the step are sums at nodes on the way there: by the nodes of the step, they would be known to the
+//! rounding of what comes later.
 
 use std::cell::Ref;
 
-use super::motion::{Moment, Motion};
+use super::motion::{Moment, Motion, Part, Track};
 use crate::engine::cluster::dense_output::DenseOutput;
 use crate::engine::cluster::window::{OverlapSeries, Switch, Window, clipping};
 use crate::engine::flight::{Forcing, Rounding, degree, forcing_at};
@@ -28,6 +31,9 @@ const LEFT_OUT: f64 = 1e-18;
 
 /// How far a peak may exceed the largest force at the nodes and at the ends.
 const MARGIN: f64 = 1.25;
+
+/// Up to this part of the step, as it is stretched, integrals have nodes of their own: where steps end early, those of the step serve.
+const EARLY: f64 = 0.5;
 
 /// Longest step, over the time scale of the pendulum, that those terms serve.
 pub(super) const LONGEST: f64 = 0.25;
@@ -94,6 +100,11 @@ impl Responses {
 }
 
 impl Motion {
+    /// The motion is another one.
+    pub(super) fn forget(&mut self) {
+        (self.moment.get_mut().tau, self.part.get_mut().tau) = (None, None);
+    }
+
     /// What is known at `tau` (s).
     fn moment(&self, tau: f64) -> Ref<'_, Moment> {
         if self.moment.borrow().tau != Some(tau) {
@@ -105,7 +116,7 @@ impl Motion {
     fn compute_moment(&self, moment: &mut Moment, tau: f64) {
         moment.tau = Some(tau);
         moment.weights = self.weights(tau);
-        let ago = self.stretching.table().times.map(|time| tau - self.length * time);
+        let ago = self.ago(tau);
         let (mut basis, mut responses, mut left) = ([0.0; BASIS], [[0.0; NODES]; 3], [0.0; 3]);
         let sums = |responses: &[Nodes; 3], i: usize| responses.each_ref().map(|r| weighted(r, &self.forces[i]));
         moment.balls.clear();
@@ -132,7 +143,7 @@ impl Motion {
                 let [left, right] = [&moment.balls[j], &moment.balls[j + 1]];
                 (track.overlap + (left[0] - right[0]), left[1] - right[1])
             };
-            moment.contacts.push([overlap, change, weighted(&moment.weights, &self.forces[j + 1])]);
+            moment.contacts.push([overlap, change]);
         }
     }
 
@@ -173,20 +184,80 @@ impl Motion {
         }
     }
 
-    /// What the forces of the contacts add to the velocity of ball `i` at the nodes, m/s.
-    fn pushed_velocities(&self, i: usize) -> Nodes {
-        let (o, table) = (&self.oscillators[i], self.stretching.table());
-        let inverse_mass = self.inverse_mass(i);
+    /// The step up to `tau` (s).
+    fn part(&self, tau: f64) -> Ref<'_, Part> {
+        if self.part.borrow().tau != Some(tau) {
+            let scaled = |nodes: Nodes| nodes.map(|value| self.length * value);
+            let (table, end) = (self.stretching.table(), self.stretching.inverse(tau / self.length));
+            let part = if end > EARLY {
+                let [times, paces] = [table.times, table.paces].map(scaled);
+                Part { tau: Some(tau), times, paces, weights: self.weights(tau), contacts: None }
+            } else {
+                let [times, paces, weights] = self.stretching.nodes_up_to(end).map(scaled);
+                Part { tau: Some(tau), times, paces, weights, contacts: Some(self.contacts_at(&times)) }
+            };
+            *self.part.borrow_mut() = part;
+        }
+        self.part.borrow()
+    }
+
+    /// Overlaps (m), rates (m/s) and forces (N) of the contacts at these times (s); 0 for those that do not press.
+    fn contacts_at(&self, times: &Nodes) -> Vec<[Nodes; 3]> {
+        let within = times.map(|time| (time, self.weights(time), self.ago(time)));
+        let values = |(j, track): (usize, &Track)| {
+            let (mut overlaps, mut rates) = ([0.0; NODES], [0.0; NODES]);
+            if track.mode != Mode::Pressing {
+                return [[0.0; NODES]; 3];
+            }
+            for (m, (time, weights, ago)) in within.iter().enumerate() {
+                let (overlap, change) = self.overlap_by(weights, ago, j, *time);
+                (overlaps[m], rates[m]) = (overlap, track.rate + change);
+            }
+            [overlaps, rates, track.law.unclipped_forces(&overlaps, &rates)]
+        };
+        self.tracks.iter().enumerate().map(values).collect()
+    }
+
+    /// Forces at the nodes of this part of the step of the contacts beside ball `i`, N; 0 where there is none.
+    fn forces_on<'a>(&'a self, i: usize, part: &'a Part) -> [&'a Nodes; 2] {
+        const NONE: Nodes = [0.0; NODES];
+        match &part.contacts {
+            None => [&self.forces[i], &self.forces[i + 1]],
+            Some(contacts) => {
+                let force = |j: usize| contacts.get(j).map_or(&NONE, |[.., forces]| forces);
+                [i.checked_sub(1).map_or(&NONE, force), force(i)]
+            }
+        }
+    }
+
+    /// What the forces of the contacts add up to `tau` (s) to the velocity (m/s) and the position (m) of ball `i`, and to the integral of
+    /// its position (m.s).
+    fn pushed_up_to(&self, i: usize, tau: f64) -> [f64; 3] {
+        let part = self.part(tau);
+        let [left, right] = self.forces_on(i, &part);
+        let responses = Responses::new(&self.oscillators[i], self.length);
+        let weights = responses.weights(&part.weights, &part.times.map(|time| tau - time));
+        weights.map(|weights| (weighted(&weights, left) - weighted(&weights, right)) * self.inverse_mass(i))
+    }
+
+    /// How long before `tau` (s) the nodes are, s.
+    fn ago(&self, tau: f64) -> Nodes {
+        self.stretching.table().times.map(|time| tau - self.length * time)
+    }
+
+    /// What the forces of the contacts add to the velocity of ball `i` at the nodes of this part of the step, m/s.
+    fn pushed_velocities(&self, i: usize, part: &Part) -> Nodes {
+        let (o, inverse_mass) = (&self.oscillators[i], self.inverse_mass(i));
+        let [left, right] = self.forces_on(i, part);
         let responses = Responses::new(o, self.length);
-        let times = table.times.map(|part| self.length * part);
         // The motion that starts with what the pushes so far would have had to be at the start.
-        let back = times.map(|time| responses.at(-time));
-        let push = |m: usize| (self.forces[i][m] - self.forces[i + 1][m]) * inverse_mass;
+        let back = part.times.map(|time| responses.at(-time));
+        let push = |m: usize| part.paces[m] * (left[m] - right[m]) * inverse_mass;
         let [velocities, displacements] =
-            [0, 1].map(|k| table.integrate(&std::array::from_fn(|m| push(m) * back[m][k])));
+            [0, 1].map(|k| Rule::get().integrate(&std::array::from_fn(|m| push(m) * back[m][k])));
         std::array::from_fn(|m| {
-            let [velocity, displacement, _] = responses.at(times[m]);
-            self.length * (velocity * velocities[m] - o.omega2() * displacement * displacements[m])
+            let [velocity, displacement, _] = responses.at(part.times[m]);
+            velocity * velocities[m] - o.omega2() * displacement * displacements[m]
         })
     }
 
@@ -196,10 +267,7 @@ impl Motion {
         let (overlap, change) = match tau {
             0.0 => (track.overlap, 0.0),
             tau if tau == self.length => self.overlap(j, tau),
-            _ => {
-                let ago = self.stretching.table().times.map(|time| tau - self.length * time);
-                self.overlap_by(&self.weights(tau), &ago, j, tau)
-            }
+            _ => self.overlap_by(&self.weights(tau), &self.ago(tau), j, tau),
         };
         // Where the overlap is 0, a dashpot acts all the same.
         let rate = track.rate + change;
@@ -220,29 +288,38 @@ impl DenseOutput for Motion {
     }
 
     fn displacement_integral(&self, i: usize, tau: f64) -> f64 {
-        self.moment(tau).balls[i][2]
+        if self.part(tau).contacts.is_none() {
+            return self.moment(tau).balls[i][2];
+        }
+        let (o, [_, _, pushed]) = (&self.oscillators[i], self.pushed_up_to(i, tau));
+        self.flights[i].displacement_integral(o, &self.basis(o, tau)) + pushed
     }
 
     fn squared_velocity_integral(&self, i: usize, tau: f64) -> f64 {
-        let (pushed, times) = (self.pushed_velocities(i), self.stretching.table().times);
-        let free = |m: usize| self.flights[i].at(&self.oscillators[i], DoubleDouble::from(self.length * times[m])).1;
-        weighted(&self.weights(tau), &std::array::from_fn(|m| (free(m) + pushed[m]).powi(2)))
+        let part = self.part(tau);
+        let pushed = self.pushed_velocities(i, &part);
+        let free = |m: usize| self.flights[i].at(&self.oscillators[i], DoubleDouble::from(part.times[m])).1;
+        weighted(&part.weights, &std::array::from_fn(|m| (free(m) + pushed[m]).powi(2)))
     }
 
     fn work(&self, i: usize, forcing: &Forcing, tau: f64) -> f64 {
-        if degree(forcing) == 0 {
-            return if forcing[0] == 0.0 { 0.0 } else { forcing[0] * self.moved(i, tau).0 };
-        }
-        // The forcing may vary much beyond the time where the step is left.
         let o = &self.oscillators[i];
+        if degree(forcing) == 0 && self.part(tau).contacts.is_none() {
+            return forcing[0] * self.moved(i, tau).0;
+        }
+        if degree(forcing) == 0 {
+            let [_, pushed, _] = self.pushed_up_to(i, tau);
+            return forcing[0] * (self.flights[i].displacement(o, &self.basis(o, tau)) + pushed);
+        }
         let free = self.flights[i].work(forcing, o, tau, &o.basis::<BASIS>(DoubleDouble::from(tau)));
-        let (pushed, times) = (self.pushed_velocities(i), self.stretching.table().times);
-        let power = std::array::from_fn(|m| pushed[m] * forcing_at(forcing, self.length * times[m]));
-        free + weighted(&self.weights(tau), &power)
+        let part = self.part(tau);
+        let pushed = self.pushed_velocities(i, &part);
+        let power = std::array::from_fn(|m| pushed[m] * forcing_at(forcing, part.times[m]));
+        free + weighted(&part.weights, &power)
     }
 
     fn overlap(&self, j: usize, tau: f64) -> (f64, f64) {
-        let [overlap, change, _] = self.moment(tau).contacts[j];
+        let [overlap, change] = self.moment(tau).contacts[j];
         (overlap, change)
     }
 
@@ -251,7 +328,8 @@ impl DenseOutput for Motion {
     }
 
     fn impulse(&self, j: usize, tau: f64) -> f64 {
-        self.moment(tau).contacts[j][2]
+        let part = self.part(tau);
+        weighted(&part.weights, self.forces_on(j, &part)[1])
     }
 
     /// Looked for between the nodes as the polynomial through the forces there; its value is that of the law.
@@ -301,9 +379,13 @@ impl DenseOutput for Motion {
     }
 
     fn contact_loss(&self, j: usize, tau: f64) -> f64 {
-        let elastic = self.tracks[j].law.elastic_forces(&self.overlaps[j]);
-        let power = std::array::from_fn(|m| (self.forces[j + 1][m] - elastic[m]) * self.rates[j][m]);
-        weighted(&self.moment(tau).weights, &power)
+        let part = self.part(tau);
+        let [overlaps, rates] = match &part.contacts {
+            Some(contacts) => [&contacts[j][0], &contacts[j][1]],
+            None => [&self.overlaps[j], &self.rates[j]],
+        };
+        let forces = self.tracks[j].law.damping_forces(overlaps, rates);
+        weighted(&part.weights, &std::array::from_fn(|m| forces[m] * rates[m]))
     }
 
     fn onset(&self, j: usize, _: &Window, _: f64, _: &Rounding) -> Next {

@@ -5,7 +5,7 @@ use super::motion::{Motion, Tolerance};
 use super::switching::Signs;
 use crate::engine::cluster::window::{Switch, clipping};
 use crate::model::Mode;
-use crate::solver::gauss::{NODES, Stretching, Table, weighted};
+use crate::solver::gauss::{Stretching, Table, weighted};
 
 /// Iterations before it may end, and at most.
 const LEAST: usize = 2;
@@ -165,10 +165,11 @@ impl Motion {
         for (track, accelerations) in self.tracks.iter().zip(&self.accelerations) {
             if track.mode == Mode::Pressing {
                 for tail in &table.tail {
-                    largest = largest.max(weighted(tail, accelerations).abs());
-                }
-                if !accelerations[NODES - 1].is_finite() {
-                    return f64::INFINITY;
+                    let size = weighted(tail, accelerations).abs();
+                    if !size.is_finite() {
+                        return f64::INFINITY;
+                    }
+                    largest = largest.max(size);
                 }
             }
         }
