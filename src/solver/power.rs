@@ -47,10 +47,10 @@ const BIAS: u64 = 2048;
 fn logarithms<const N: usize>(values: &[f64; N]) -> [[f64; N]; 2] {
     let [mut k, mut logarithms] = [[0.0; N]; 2];
     for i in 0..N {
-        let bits = values[i].to_bits() + (BIAS << MANTISSA);
-        let biased = (bits - FRAC_1_SQRT_2.to_bits()) >> MANTISSA;
+        let bits = values[i].to_bits().wrapping_add(BIAS << MANTISSA);
+        let biased = bits.wrapping_sub(FRAC_1_SQRT_2.to_bits()) >> MANTISSA;
         k[i] = f64::from_bits(TO_INTEGER.to_bits() | biased) - (TO_INTEGER + BIAS as f64);
-        let m = f64::from_bits(bits - (biased << MANTISSA));
+        let m = f64::from_bits(bits.wrapping_sub(biased << MANTISSA));
         let s = (m - 1.0) / (m + 1.0);
         let z = s * s;
         let w = z * z;
@@ -62,7 +62,7 @@ fn logarithms<const N: usize>(values: &[f64; N]) -> [[f64; N]; 2] {
 }
 
 /// The `values`, which are finite and not negative, to an `exponent` between -1 and 1, off by less than 4e-16 of their powers. Those
-/// below the smallest normal number have 0.
+/// below the smallest normal number have 0; what is not finite has any number.
 #[inline(always)]
 pub fn powers<const N: usize>(values: &[f64; N], exponent: f64) -> [f64; N] {
     // The products of the first part with the k are exact.

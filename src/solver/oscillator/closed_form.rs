@@ -233,7 +233,9 @@ impl Oscillator {
             let sine = turned / self.omega_damped.value();
             (v * v + sine * sine).sqrt() * libm::exp(-gamma * t) * power(omega)
         } else {
-            (v.abs() + turned.abs() * (t.max(1.0 / gamma) + 1.0 / omega)) * libm::exp(-gamma * t) * power(2.0 * omega)
+            // Beyond critical damping the slower of two decays lasts.
+            let rate = gamma - (gamma * gamma - omega * omega).max(0.0).sqrt();
+            (v.abs() + turned.abs() * (t.max(1.0 / rate) + 1.0 / omega)) * libm::exp(-rate * t) * power(2.0 * omega)
         }
     }
 

@@ -125,9 +125,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_free_body_has_a_bound() {
+    fn no_derivative_exceeds_its_bound_from_then_on() {
         let free = ForcedOscillator::new(Oscillator::new(0.0, 0.0), 1.0, 2.0);
         assert_eq!([2, 3].map(|k| free.derivative_bound(&free.at(0.1), 0.1, k, 1.0, 0.0)), [2.0, 0.0]);
+        for gamma in [0.0, 0.3, 0.79, 0.9, 1.0, 1.1, 1.2, 1.24, 1.3, 5.0] {
+            for (v, force) in [(1.0, 0.0), (0.0, 1.0), (0.3, -2.0)] {
+                let forced = ForcedOscillator::new(Oscillator::new(1.0, gamma), v, force);
+                for (from, k) in [(0.0, 2), (0.5, 3), (4.0, 2), (13.0, 3), (13.0, 4)] {
+                    let bound = (1.0 + 1e-12) * forced.derivative_bound(&forced.at(from), from, k, 1.0, 0.0);
+                    let most = (0..100).map(|i| forced.at(from + 0.1 * f64::from(i)).derivatives[k as usize].0.abs());
+                    assert!(most.fold(0.0, f64::max) <= bound, "{gamma}, {v}, {force}: order {k} from {from}");
+                }
+            }
+        }
     }
 
     #[test]

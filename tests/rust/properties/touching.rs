@@ -4,6 +4,7 @@ use newtons_cradle::engine::{Engine, Results};
 use newtons_cradle::model::{DampingLaw, Inputs, Parameters};
 use proptest::collection::vec;
 use proptest::prelude::*;
+use proptest::test_runner::{Config, TestRunner};
 
 use super::config;
 use super::conservation::energy_scale;
@@ -150,6 +151,56 @@ fn keeps_its_energy(engine: &Engine, p: &Parameters, scale: &mut f64) -> Result<
     Ok(())
 }
 
+/// Starts, and some milliseconds of what follows: balls apart or overlapping by next to nothing, side by side or nearly so, pressed, with
+/// losses that are far beyond critical.
+fn awkward_starts() -> impl Strategy<Value = Case> {
+    let nothing = || prop::sample::select(vec![0.0, 0.0, 1e-22, -1e-22, 1e-17, 1e-12, -1e-12]);
+    let rates = prop::sample::select(vec![0.0, 0.0, 0.0, 1e-17, 1e-9, -1e-9]);
+    let overdamped = prop_oneof![Just(1.0), decades(0.0, 3.0)];
+    let pressed = prop_oneof![3 => Just(0.0), 1 => decades(-9.0, -5.0)];
+    (touching(MOST), vec((nothing(), rates), MOST), overdamped, pressed, 2..=MOST).prop_map(
+        |(mut case, nudges, overdamped, pressed, n)| {
+            let (n, p) = (n.min(case.p.balls()), &mut case.p);
+            for ratios in
+                [&mut p.mass_ratio, &mut p.length_ratio, &mut p.x_start, &mut p.v_start, &mut case.inputs.force]
+            {
+                ratios.truncate(n);
+            }
+            [&mut p.stiffness_ratio, &mut p.gap].map(|of_contacts| of_contacts.truncate(n - 1));
+            for (i, (nudge, rate)) in nudges.into_iter().take(n).enumerate() {
+                p.x_start[i] += nudge - i as f64 * pressed;
+                p.v_start[i] += rate;
+            }
+            for coefficient in [&mut p.damping, &mut p.hunt_crossley, &mut p.relaxation_time] {
+                *coefficient *= overdamped;
+            }
+            case.time = case.time.min(0.05).min(RINGING / (p.stiffness / p.mass).sqrt());
+            case
+        },
+    )
+}
+
+/// 5,000 cases, or ten times as many as the environment asks for.
+#[test]
+fn awkward_starts_keep_their_energy() {
+    let cases = 10 * config(500).cases;
+    let mut runner = TestRunner::new(Config { cases, ..config(500) });
+    let keeps_its_energy = |case: Case| {
+        let mut engine = case.start()?;
+        let mut scale = case.mass() * SLOW * SLOW;
+        for point in 0..=5 {
+            engine.advance(case.time * f64::from(point) / 5.0, &mut Vec::new()).map_err(ended_early)?;
+            scale = scale.max(energy_scale(&engine, case.p.balls()));
+            let (off, allowed) = (engine.energy_residual().abs(), 1e-12 * scale + energy_of_rounding(&case.p));
+            prop_assert!(off <= allowed, "energy off by {off:e} of {scale:e} J at {}", engine.time());
+        }
+        Ok(())
+    };
+    if let Err(failure) = runner.run(&awkward_starts(), keeps_its_energy) {
+        panic!("{failure}");
+    }
+}
+
 /// The highest derivative of a force that a case sets.
 const ORDER: usize = 3;
 
@@ -189,5 +240,43 @@ proptest! {
     #[test]
     fn rows_that_touch_are_followed_as_by_adams(case in touching(FEW)) {
         agrees_with_adams(case)?;
+    }
+}
+
+/// Four balls side by side, carried along by the support: what drag takes from them is a small part of what it takes on the whole of a step
+/// of Gauss collocation, which is much longer than what is read of it.
+#[test]
+fn what_drag_takes_from_balls_side_by_side() {
+    let (gap, drag, acceleration, time) = (1.7922e-6, 0.0019096320351125679, 2.5, 1e-3);
+    let mut p = Parameters { gravity: 0.0, exponent: 3.0, dead_band: gap, drag, ..Parameters::default_for(4) };
+    p.stiffness = 319211632.7866216;
+    p.x_start = Row::Multiples(0).positions(4, gap);
+    p.v_start = vec![1e-17; 4];
+    let inputs = Inputs { support_acceleration: acceleration, ..Inputs::zero(4) };
+    let mut engine = Engine::new(&p, &inputs, 0.0).unwrap();
+    engine.advance(time, &mut Vec::new()).unwrap();
+    // `drag v^2`, with `v = (1 - exp(-rate t)) a / rate` by its series.
+    let rate = drag / p.mass;
+    let expected = 4.0 * drag * acceleration.powi(2) * time.powi(3) / 3.0
+        * (1.0 - 0.75 * rate * time + 0.35 * (rate * time).powi(2));
+    let off = (engine.dissipated_energy() / expected - 1.0).abs();
+    assert!(off < 1e-12, "{} {expected}: {off:e}", engine.dissipated_energy());
+}
+
+#[test]
+fn lossy_balls_that_touch_at_the_start_keep_their_energy() {
+    for (n, exponent) in [(5, 1.43), (9, 1.2)] {
+        let mut p = Parameters { exponent, dead_band: 0.0, drag: 1.13655423662179, ..Parameters::default_for(n) };
+        (p.damping_law, p.relaxation_time) = (DampingLaw::Viscoelastic, 2.1912927399663294e-8);
+        (p.stiffness, p.x_start) = (1876871.5348316086, vec![0.0; n]);
+        p.x_start[1..4].copy_from_slice(&[1e-22, 1e-12, 1e-22]);
+        p.v_start[2..4].copy_from_slice(&[1e-9, -1.6527422435455263]);
+        let mut engine = Engine::new(&p, &Inputs::zero(n), 0.0).unwrap();
+        let energy = engine.total_energy();
+        for point in 1..=30 {
+            engine.advance(1e-4 * f64::from(point), &mut Vec::new()).unwrap();
+            let off = engine.energy_residual().abs() / energy;
+            assert!(off < 1e-14, "{n} balls, p = {exponent}, at {}: {off:e}", engine.time());
+        }
     }
 }

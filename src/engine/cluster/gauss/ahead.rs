@@ -5,7 +5,7 @@ use super::output;
 use super::switching::fall;
 use crate::engine::cluster::window::Window;
 use crate::engine::flight::Rounding;
-use crate::model::{ContactLaw, Mode};
+use crate::model::{ContactLaw, Damping, Mode};
 use crate::solver::gauss::{Power, Stretching};
 
 /// Contacts that have just closed at less than this part of the speed of the others, or that overlap by less than this part of the
@@ -14,6 +14,9 @@ const FAINT: f64 = 1e-6;
 
 /// What the rate at the release counts for in the mean rate up to there: from rest on that takes half the duration of an impact.
 const LAST_IN_MEAN: f64 = 0.68;
+
+/// See [`Motion::smoothness`]; guarded by `awkward_starts_keep_their_energy`.
+const ROUGH: f64 = 0.01;
 
 /// A contact that has closed shortly before a step has a branch point there: one that has changed the speed by more than this part allows
 /// a step of so many times the time since then.
@@ -59,6 +62,17 @@ impl Motion {
             speed = speed.max(track.law.speed_from_rest(window.reduced_mass(j), acceleration));
         }
         speed
+    }
+
+    /// What the highest Legendre coefficients may be over those of smooth forces. A damping force that grows with a power below 1 remains
+    /// one of `c` that is not whole, whatever the stretching: its coefficients fall slowly, and the end of the step is not as far ahead of
+    /// them.
+    pub(super) fn smoothness(&self) -> f64 {
+        let rough = |track: &Track| {
+            let relaxes = matches!(track.law.damping, Damping::Viscoelastic { .. });
+            relaxes && track.law.exponent < 2.0 && !track.law.has_root()
+        };
+        if self.tracks.iter().any(rough) { ROUGH } else { 1.0 }
     }
 
     /// The time in which the fastest contact stops balls of this `speed` (m/s), s.

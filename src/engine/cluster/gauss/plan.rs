@@ -65,7 +65,7 @@ impl Planner {
         let longest = motion.longest().min(control.longest).min(motion.reach_of_branch_points(speed));
         let tolerance = Tolerance {
             speed,
-            tail: TAIL * (control.epsilon / EPSILON).sqrt().max(1.0),
+            tail: motion.smoothness() * TAIL * (control.epsilon / EPSILON).sqrt().max(1.0),
             local_error: control.local_error(speed),
             longest,
             rounding: *rounding,
