@@ -166,7 +166,7 @@ fn awkward_starts() -> impl Strategy<Value = Case> {
             {
                 ratios.truncate(n);
             }
-            [&mut p.stiffness_ratio, &mut p.gap].map(|of_contacts| of_contacts.truncate(n - 1));
+            [&mut p.stiffness_ratio, &mut p.gap].into_iter().for_each(|of_contacts| of_contacts.truncate(n - 1));
             for (i, (nudge, rate)) in nudges.into_iter().take(n).enumerate() {
                 p.x_start[i] += nudge - i as f64 * pressed;
                 p.v_start[i] += rate;
