@@ -1,9 +1,9 @@
 //! What is in an FMU, for people.
 
+use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::Path;
 
-use fmi_schema::fmi2::Causality;
 use newtons_cradle::variables::{FILE_NAME, Recipe, Variable};
 
 use crate::archive::Entries;
@@ -14,14 +14,17 @@ use crate::platform::PLATFORMS;
 
 /// A page of text on the FMU in a file.
 pub fn of(path: &Path) -> Result<String, Error> {
+    bytes(&check::read(path)?, MAX_BYTES)
+        .map_err(|reason| Error::Usage(format!("cannot read {}: {reason}", path.display())))
+}
+
+/// The same of an FMU in memory, of which at most `limit` bytes are unpacked; else why it cannot be read.
+pub fn bytes(bytes: &[u8], limit: u64) -> Result<String, String> {
     let mut report = Report::default();
-    let unreadable = |report: &Report| {
-        let reason = report.problems.first().map_or("", String::as_str);
-        Error::Usage(format!("cannot read {}: {reason}", path.display()))
+    let entries = check::unpack(bytes, limit, &mut report).unwrap_or_default();
+    let Some(model) = entries.get("modelDescription.xml").and_then(|text| Model::read(text, &mut report)) else {
+        return Err(report.problems.first().cloned().unwrap_or_default());
     };
-    let entries = check::unpack(&check::read(path)?, MAX_BYTES, &mut report).ok_or_else(|| unreadable(&report))?;
-    let text = entries.get("modelDescription.xml").ok_or_else(|| unreadable(&report))?;
-    let model = Model::read(text, &mut report).ok_or_else(|| unreadable(&report))?;
     let mut out = String::new();
     // Writing to a string cannot fail.
     let _ = write(&mut out, &model, &entries);
@@ -29,32 +32,28 @@ pub fn of(path: &Path) -> Result<String, Error> {
 }
 
 fn write(out: &mut String, model: &Model, entries: &Entries) -> std::fmt::Result {
-    let kinds: Vec<String> = model.interfaces().map(|interface| format!("{:?}", interface.kind)).collect();
+    let kinds: Vec<&str> = model.interfaces.iter().map(|(kind, _)| kind.as_str()).collect();
     writeln!(out, "model        {} (FMI {}, {})", model.name, model.fmi_version, kinds.join(", "))?;
     writeln!(out, "{:12} {}", if model.is_fmi3() { "token" } else { "guid" }, model.guid)?;
-    writeln!(out, "written by   {}, {}", model.tool, model.date.as_deref().unwrap_or("no date"))?;
+    writeln!(out, "written by   {}, {}", model.tool, if model.date.is_empty() { "no date" } else { &model.date })?;
     write_cradle(out, model, entries)?;
-    let experiment = &model.experiment;
-    let seconds = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value} s"));
-    let (start, stop, step) = (seconds(experiment.start), seconds(experiment.stop), seconds(experiment.step));
+    let seconds = |value: &String| if value.is_empty() { "-".to_owned() } else { format!("{value} s") };
+    let [start, stop, step] = model.experiment.each_ref().map(seconds);
     writeln!(out, "experiment   start {start}, stop {stop}, step {step}")?;
-    let count = |causality: Causality| {
-        let arrays =
-            model.arrays.iter().filter(|array| array.causality.eq_ignore_ascii_case(&format!("{causality:?}")));
-        model.variables.iter().filter(|v| v.causality == causality).count() + arrays.count()
-    };
+    let count = |causality: &str| model.variables.get(causality).copied().unwrap_or_default();
     writeln!(
         out,
         "variables    {}: {} parameters, {} inputs, {} outputs, {} locals",
-        model.variables.len() + model.arrays.len(),
-        count(Causality::Parameter) + count(Causality::CalculatedParameter),
-        count(Causality::Input),
-        count(Causality::Output),
-        count(Causality::Local)
+        model.variables.values().sum::<usize>(),
+        count("parameter") + count("calculatedParameter"),
+        count("input"),
+        count("output"),
+        count("local")
     )?;
-    for interface in model.interfaces() {
+    let identifiers: BTreeSet<&String> = model.interfaces.iter().map(|(_, identifier)| identifier).collect();
+    for identifier in identifiers {
         for platform in PLATFORMS {
-            for path in platform.paths(&interface.identifier, model.is_fmi3()) {
+            for path in platform.paths(identifier, model.is_fmi3()) {
                 if let Some(bytes) = entries.get(&path) {
                     write_library(out, path.split('/').nth(1).unwrap_or_default(), bytes)?;
                 }

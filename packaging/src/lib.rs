@@ -1,11 +1,11 @@
-//! The producer of the Newton's cradle FMU: chooses a cradle, compiles or takes binaries, writes the .fmu, and checks any FMU.
+//! The producer of the Newton's cradle FMU: chooses a cradle, compiles or takes binaries, writes the .fmu, and checks it.
 //!
 //! | module | what it does | needs |
 //! |---|---|---|
 //! | [`build`] | the files of an FMU: the cradle the user chooses, description, documentation, compiled binary | `archive`, `check`, `platform` |
-//! | [`check`] | what is wrong with an FMU, whoever wrote it | `archive`, `platform` |
+//! | [`check`] | what is wrong with an FMU that this program has written | `archive`, `platform` |
 //! | [`info`] | what is in an FMU | `build`, `check` |
-//! | [`mod@reference`] | parameter sets and reference results, from runs of the FMU's own binary | `build`, `check` |
+//! | [`mod@reference`] | parameter sets and reference results, from runs of the FMU's own binary; whether it still gives them | `build`, `check` |
 //! | [`environment`] | the Python environment that this program is installed in | nothing |
 //! | [`animation`] | a run as a page for the browser, by the Python package | `environment` |
 //! | [`live`] | the page in which the engine runs live | `archive`, `environment` |

@@ -8,14 +8,16 @@ mod packing;
 use std::path::Path;
 use std::process::ExitCode;
 
-use arguments::Request;
+use arguments::{Program, Request};
+use clap::Parser;
 use cradle_packaging::build::PRESETS;
+use cradle_packaging::check::MAX_BYTES;
 use cradle_packaging::{Error, animation, check, info, live, reference};
 
 fn main() -> ExitCode {
-    let done = match arguments::parse() {
+    let done = match Program::parse().request {
         Request::Build(build) => build.run(),
-        Request::Check { file, load } => show_check(&file, load),
+        Request::Check { file, no_load } => show_check(&file, !no_load),
         Request::Info { file } => info::of(&file).map(|text| {
             print!("{text}");
             ExitCode::SUCCESS
@@ -32,7 +34,6 @@ fn main() -> ExitCode {
         }),
         Request::Page { python, arguments } => animation::make(python, &arguments).map(ExitCode::from),
         Request::Record { folder, experiment } => reference::run(&folder, experiment).map(|()| ExitCode::SUCCESS),
-        Request::Probe { folder, findings } => check::probe::run(&folder, &findings).map(|()| ExitCode::SUCCESS),
     };
     done.unwrap_or_else(|error| {
         eprintln!("error: {error}");
@@ -44,7 +45,10 @@ fn main() -> ExitCode {
 }
 
 fn show_check(file: &Path, load: bool) -> Result<ExitCode, Error> {
-    let report = check::file(file, load)?;
+    let (mut report, entries) = check::bytes(&check::read(file)?, MAX_BYTES);
+    if let Some(entries) = entries.filter(|_| load) {
+        reference::check(&entries, &mut report);
+    }
     print!("{report}");
     Ok(if report.is_clean() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }

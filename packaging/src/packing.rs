@@ -15,7 +15,8 @@ use super::arguments::Build;
 impl Build {
     /// Writes the FMU.
     pub fn run(self) -> Result<ExitCode, Error> {
-        let (choice, name) = self.choice()?;
+        let standard = self.standard()?;
+        let (choice, name) = self.choice(standard)?;
         let recipe = choice.recipe()?;
         let (ready, folder) = self.ready()?;
         let out = self.out.clone().unwrap_or_else(|| folder.join(format!("{name}.fmu")));
@@ -25,9 +26,9 @@ impl Build {
                 "the new FMU would replace {from}, from which it is made; give another file with --out"
             )));
         }
-        let mut entries = build::entries(&recipe, ready.binaries, self.standard)?;
+        let mut entries = build::entries(&recipe, ready.binaries, standard)?;
         entries.extend(ready.licenses);
-        if let Some(reason) = reference::add(&mut entries, &recipe, self.standard)? {
+        if let Some(reason) = reference::add(&mut entries, &recipe, standard)? {
             eprintln!("warning: the FMU gets no reference results: {reason}");
         }
         let beside = self.reference.as_ref().map(|folder| reference::beside(&entries, &out, folder)).transpose()?;
@@ -52,7 +53,7 @@ impl Build {
     }
 
     /// The cradle, and what its file is called: after the preset or the last parameter file, and the number of balls if it is another.
-    fn choice(&self) -> Result<(Choice, String), Error> {
+    fn choice(&self, standard: Standard) -> Result<(Choice, String), Error> {
         let mut choice = Choice::default();
         let mut name = MODEL_IDENTIFIER.to_owned();
         if let Some(preset) = &self.preset {
@@ -79,7 +80,7 @@ impl Build {
         {
             name = format!("{name}{balls}");
         }
-        if self.standard != Standard::Fmi2 {
+        if standard != Standard::Fmi2 {
             name.push_str(".fmi3");
         }
         Ok((choice, name))

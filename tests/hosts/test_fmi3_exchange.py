@@ -1,15 +1,12 @@
 """Model exchange of FMI 3.0 in FMPy's CVODE and Euler: the trajectories of FMI 2.0, and another number of balls."""
 
 import ctypes
-import re
-import subprocess
-from functools import partial
 
 import fmpy
 import newtons_cradle as nc
 import numpy as np
 import pytest
-from fmi3_host import read, redescribed, started_exchange
+from fmi3_host import read, started_exchange
 
 N = 5
 RESOLVED, MAPPED = 1, 2  # exchange.contacts
@@ -21,20 +18,6 @@ def exchanged(path, values, **options):
     return fmpy.simulate_fmu(
         str(path), fmi_type="ModelExchange", start_values=dict(values), validate=False, **options
     )
-
-
-def test_check_counts_what_the_binary_integrates(fmu3_path, producer, tmp_path):
-    """A description that hides an array of states or of indicators."""
-    for element, function, described in (
-        ("ContinuousStateDerivative", "fmi3GetNumberOfContinuousStates answers 17", 12),
-        ("EventIndicator", "fmi3GetNumberOfEventIndicators answers 10", 5),
-    ):
-        without = partial(re.compile(f"<{element} [^>]*/>").sub, "", count=1)
-        other = redescribed(fmu3_path, tmp_path / "other.fmu", without)
-        checked = subprocess.run([producer, "check", other], capture_output=True, text=True)
-        assert checked.returncode == 1
-        expected = f"in model exchange: {function}; the description has {described}\n"
-        assert expected in checked.stdout, checked.stdout
 
 
 @pytest.mark.parametrize(

@@ -43,7 +43,7 @@ impl Ready {
                 return Err(refused(&format!("it was written by {tool}; allowed: {TOOL}")));
             }
         }
-        let report = check::bytes(&bytes, MAX_BYTES);
+        let (report, _) = check::bytes(&bytes, MAX_BYTES);
         if let Some(problem) = report.problems.first() {
             return Err(refused(problem));
         }
@@ -90,7 +90,7 @@ pub fn replaced(path: &Path, new: &[u8]) -> Option<String> {
     if was.guid == is.guid {
         return Some("the same cradle, with other binaries or documents".to_owned());
     }
-    let balls = was.balls();
+    let balls = was.balls;
     let preset = PRESETS.iter().find(|preset| {
         Choice::settings_of(preset).is_ok_and(|settings| match was.is_fmi3() {
             true => Description::of_token(&settings, &was.guid).is_some(),

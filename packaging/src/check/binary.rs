@@ -7,23 +7,17 @@ use object::read::elf::{ElfFile, FileHeader};
 use object::read::macho::{LoadCommandVariant, MachHeader, MachOFile};
 use object::{Architecture, File, Object, ReadRef, elf, macho};
 
-use super::description::model::{Kind, Model};
 use super::report::Report;
 use crate::universal;
 
-/// Functions of every FMI 2.0 binary, without the `fmi2` that all of them begin with.
-const COMMON: &str = "GetTypesPlatform GetVersion SetDebugLogging Instantiate FreeInstance
+/// Functions of FMI 2.0, without the `fmi2` that all of them begin with.
+const FMI2: &str = "GetTypesPlatform GetVersion SetDebugLogging Instantiate FreeInstance
     SetupExperiment EnterInitializationMode ExitInitializationMode Terminate Reset
     GetReal GetInteger GetBoolean GetString SetReal SetInteger SetBoolean SetString
     GetFMUstate SetFMUstate FreeFMUstate SerializedFMUstateSize SerializeFMUstate DeSerializeFMUstate
-    GetDirectionalDerivative";
-
-/// Functions for co-simulation.
-const CO_SIMULATION: &str = "SetRealInputDerivatives GetRealOutputDerivatives DoStep CancelStep
-    GetStatus GetRealStatus GetIntegerStatus GetBooleanStatus GetStringStatus";
-
-/// Functions for model exchange.
-const MODEL_EXCHANGE: &str = "EnterEventMode NewDiscreteStates EnterContinuousTimeMode CompletedIntegratorStep
+    GetDirectionalDerivative SetRealInputDerivatives GetRealOutputDerivatives DoStep CancelStep
+    GetStatus GetRealStatus GetIntegerStatus GetBooleanStatus GetStringStatus
+    EnterEventMode NewDiscreteStates EnterContinuousTimeMode CompletedIntegratorStep
     SetTime SetContinuousStates GetDerivatives GetEventIndicators GetContinuousStates GetNominalsOfContinuousStates";
 
 /// What a path of somebody's machine begins with.
@@ -157,7 +151,7 @@ fn paths(bytes: &[u8]) -> BTreeSet<String> {
     paths
 }
 
-/// Functions of every FMI 3.0 binary, without the `fmi3` that all of them begin with, but for getters and setters of types.
+/// Functions of FMI 3.0, without the `fmi3` that all of them begin with, but for getters and setters of types.
 const FMI3: &str = "GetVersion SetDebugLogging InstantiateModelExchange InstantiateCoSimulation
     InstantiateScheduledExecution FreeInstance EnterInitializationMode ExitInitializationMode EnterEventMode Terminate
     Reset GetNumberOfVariableDependencies GetVariableDependencies GetFMUState SetFMUState FreeFMUState
@@ -170,47 +164,29 @@ const FMI3: &str = "GetVersion SetDebugLogging InstantiateModelExchange Instanti
 const TYPES_OF_FMI3: &str =
     "Float32 Float64 Int8 UInt8 Int16 UInt16 Int32 UInt32 Int64 UInt64 Boolean String Binary Clock";
 
-/// Names of all functions of FMI 3.0.
-fn functions_of_fmi3() -> impl Iterator<Item = String> {
+/// Names of all functions: the same binary serves both versions.
+fn functions() -> impl Iterator<Item = String> {
     let accessors = TYPES_OF_FMI3.split_whitespace().flat_map(|of| [format!("fmi3Get{of}"), format!("fmi3Set{of}")]);
-    FMI3.split_whitespace().map(|name| format!("fmi3{name}")).chain(accessors)
+    let of_fmi3 = FMI3.split_whitespace().map(|name| format!("fmi3{name}")).chain(accessors);
+    FMI2.split_whitespace().map(|name| format!("fmi2{name}")).chain(of_fmi3)
 }
 
-/// Names of the functions of a binary that has those of its kind.
-fn functions(of_kind: &str) -> impl Iterator<Item = String> {
-    COMMON.split_whitespace().chain(of_kind.split_whitespace()).map(|name| format!("fmi2{name}"))
-}
-
-/// Checks a shared library for these `kinds` of FMU, of the FMU that `model` describes.
-pub(super) fn check(place: &str, bytes: &[u8], kinds: &[Kind], model: &Model, report: &mut Report) {
+/// Checks a shared library.
+pub(super) fn check(place: &str, bytes: &[u8], report: &mut Report) {
     let libraries = report.accept(place, Library::read(bytes)).unwrap_or_default();
     let universal = libraries.len() > 1;
     for library in libraries {
         let of = if universal { format!(" for {:?}", library.architecture) } else { String::new() };
-        check_one(&format!("{place}{of}"), &library, kinds, model, report);
+        check_one(&format!("{place}{of}"), &library, report);
     }
 }
 
-fn check_one(place: &str, library: &Library, kinds: &[Kind], model: &Model, report: &mut Report) {
-    let of_kind = |kind: &Kind| match kind {
-        Kind::CoSimulation => CO_SIMULATION,
-        Kind::ModelExchange => MODEL_EXCHANGE,
-    };
-    let wanted: BTreeSet<String> = match model.is_fmi3() {
-        true => functions_of_fmi3().collect(),
-        false => kinds.iter().flat_map(|kind| functions(of_kind(kind))).collect(),
-    };
-    for function in &wanted {
-        let exported = library.exports.contains(function);
-        report.require(exported, format_args!("{place}: {function} is not exported"));
-    }
-    if model.is_own() {
-        // The same binary serves both versions.
-        let both = [CO_SIMULATION, MODEL_EXCHANGE].into_iter().flat_map(functions);
-        let known: BTreeSet<String> = both.chain(functions_of_fmi3()).collect();
-        for name in library.exports.difference(&known) {
-            report.remark(format_args!("{place}: exports {name}, which may clash with what others load"));
-        }
+fn check_one(place: &str, library: &Library, report: &mut Report) {
+    let known: BTreeSet<String> = functions().collect();
+    let missing: Vec<&str> = known.difference(&library.exports).map(String::as_str).collect();
+    report.require(missing.is_empty(), format_args!("{place}: does not export {}", missing.join(", ")));
+    for name in library.exports.difference(&known) {
+        report.remark(format_args!("{place}: exports {name}, which may clash with what others load"));
     }
     let system = |name: &str| SYSTEM.split_whitespace().any(|known| name.to_lowercase().starts_with(known));
     for name in library.libraries.iter().filter(|name| !system(name)) {

@@ -1,23 +1,18 @@
-//! What is wrong with an FMU: its entries, its description, its binaries, and what the binary answers. Damage of any kind is
-//! reported, whoever wrote the FMU.
+//! What is wrong with an FMU that this program has written: its entries, its description, its binaries. Damage of any kind is
+//! reported, also that of files that are no such FMU.
 //!
-//! [`file()`] and [`bytes()`] check a whole FMU and hand out a [`Report`]. What they read on the way is here, too, for those who
-//! only want to look: the entries by [`unpack()`], the description as `Model`, a binary as `Library`.
+//! [`bytes()`] checks a whole FMU and hands out a [`Report`]. What it reads on the way is here, too, for those who only want to
+//! look: the entries by [`unpack()`], the description as `Model`, a binary as `Library`.
 
-mod arrays;
 mod binary;
-mod description;
-mod exchange;
-mod exchange3;
 mod fmu;
-mod folder;
+mod model;
 mod own;
-pub mod probe;
 mod report;
 mod unpack;
 
 pub(crate) use binary::Library;
-pub(crate) use description::Model;
-pub use fmu::{MAX_BYTES, bytes, file, read};
+pub use fmu::{MAX_BYTES, bytes, read};
+pub(crate) use model::Model;
 pub use report::Report;
 pub use unpack::unpack;

@@ -1,10 +1,8 @@
 //! The findings of a check: problems and remarks, each one line.
 
-use std::collections::HashSet;
 use std::fmt::{Display, Formatter};
-use std::hash::Hash;
 
-/// Findings of one kind that a report has; there may be one for each of many thousand variables.
+/// Findings of one kind that a report has; there may be one for each of many thousand entries.
 const MAX_FINDINGS: usize = 100;
 
 /// What was found.
@@ -23,40 +21,31 @@ impl Report {
         self.problems.is_empty()
     }
 
-    pub(super) fn problem(&mut self, text: impl Display) {
+    pub(crate) fn problem(&mut self, text: impl Display) {
         Self::add(&mut self.problems, &mut self.omitted, text);
     }
 
-    pub(super) fn remark(&mut self, text: impl Display) {
+    pub(crate) fn remark(&mut self, text: impl Display) {
         Self::add(&mut self.remarks, &mut self.omitted, text);
     }
 
     /// A problem unless this `holds`.
-    pub(super) fn require(&mut self, holds: bool, problem: impl Display) {
+    pub(crate) fn require(&mut self, holds: bool, problem: impl Display) {
         if !holds {
             self.problem(problem);
         }
     }
 
     /// A remark unless this `holds`.
-    pub(super) fn advise(&mut self, holds: bool, remark: impl Display) {
+    pub(crate) fn advise(&mut self, holds: bool, remark: impl Display) {
         if !holds {
             self.remark(remark);
         }
     }
 
     /// What has gone well; where it has not, that is a problem of `what`.
-    pub(super) fn accept<T, E: Display>(&mut self, what: impl Display, result: Result<T, E>) -> Option<T> {
+    pub(crate) fn accept<T, E: Display>(&mut self, what: impl Display, result: Result<T, E>) -> Option<T> {
         result.inspect_err(|error| self.problem(format_args!("{what}: {error}"))).ok()
-    }
-
-    /// A problem for each of `items` that has been there before.
-    pub(super) fn duplicates<T: Eq + Hash + Display>(&mut self, what: &str, items: impl Iterator<Item = T>) {
-        let mut seen = HashSet::new();
-        for item in items {
-            self.require(!seen.contains(&item), format_args!("{what} {item} is defined twice"));
-            seen.insert(item);
-        }
     }
 
     fn add(list: &mut Vec<String>, omitted: &mut usize, text: impl Display) {

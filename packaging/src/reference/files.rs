@@ -3,17 +3,22 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use newtons_cradle::variables::{Escaped, MODEL_IDENTIFIER, Number, Recipe, START_TIME, STEP_SIZE, STOP_TIME};
+use newtons_cradle::variables::{
+    Escaped, FILE_NAME, MODEL_IDENTIFIER, Number, Recipe, START_TIME, STEP_SIZE, STOP_TIME,
+};
 
 use super::case::{Case, START, cases};
 use super::parameter_set::{fits_scalars, ssv};
-use super::record::record;
+use super::record::{own_binary, record};
 use crate::archive::{self, Entries};
 use crate::build::Standard;
+use crate::check::Report;
 use crate::error::Error;
 
 /// The folder of the layered standard in an FMU.
 const FOLDER: &str = "extra/org.fmi-standard.fmi-ls-ref";
+/// Its version that has labels. The text of that version still gives the one before as its own; its schema takes any.
+const VERSION: &str = "1.0.0-beta.1";
 /// What the standard wants said of it; its page is beside the other documentation.
 const DESCRIPTION: &str = "Layered Standard providing information on related files included in an FMU.";
 const PAGE: &str = include_str!("../../assets/fmi-ls-ref.txt");
@@ -47,6 +52,25 @@ pub fn add(entries: &mut Entries, recipe: &Recipe, standard: Standard) -> Result
     Ok(missing)
 }
 
+/// Runs the FMU's binary for this machine: whether it computes the reference results that the FMU has.
+pub fn check(entries: &Entries, report: &mut Report) {
+    if let Err(missing) = own_binary(entries) {
+        return report.remark(format_args!("nothing was run: {missing}"));
+    }
+    let recipe = entries.get(&format!("resources/{FILE_NAME}")).and_then(|text| Recipe::from_json(text).ok());
+    let mut cases = recipe.and_then(|recipe| cases(&recipe).ok()).unwrap_or_default();
+    let stored = |case: &Case| entries.get(&format!("{FOLDER}/{}.csv", case.name));
+    cases.retain(|case| stored(case).is_some());
+    if cases.is_empty() {
+        return report.remark("nothing was run: the FMU has no reference results");
+    }
+    let Some(results) = report.accept("reference results", record(entries, &cases, false)) else { return };
+    for (case, csv) in cases.iter().zip(results.cases) {
+        let same = stored(case).is_some_and(|stored| *stored == csv.as_bytes());
+        report.require(same, format_args!("{}.csv: the binary for this machine gives other results", case.name));
+    }
+}
+
 /// Writes the reference results of the default experiment and its options as FMI's tool pages ask for, `NAME_ref.csv` and
 /// `NAME_ref.opt`, for an FMU that is called `NAME.fmu`; their paths.
 pub fn beside(entries: &Entries, fmu: &Path, folder: &Path) -> Result<[PathBuf; 2], Error> {
@@ -69,7 +93,7 @@ fn manifest(cases: &[Case], has_set: impl Fn(&Case) -> bool, results: bool) -> S
     let mut xml = format!(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
          <fmiReferences xmlns:fmi-ls=\"http://fmi-standard.org/fmi-ls-manifest\"\n    \
-         fmi-ls:fmi-ls-name=\"org.fmi-standard.fmi-ls-ref\"\n    fmi-ls:fmi-ls-version=\"1.0.0-alpha.1\"\n    \
+         fmi-ls:fmi-ls-name=\"org.fmi-standard.fmi-ls-ref\"\n    fmi-ls:fmi-ls-version=\"{VERSION}\"\n    \
          fmi-ls:fmi-ls-description=\"{DESCRIPTION}\">\n"
     );
     let mut related = |of_type: &str, source: &str, role: &str, description: &str, label: &str| {

@@ -1,14 +1,28 @@
 //! A host for the FMU's own binary: parameters, steps, reals. It runs in a process of its own.
 #![allow(unsafe_code)]
 
-use std::ffi::{CString, c_int, c_void};
+use std::ffi::{CString, c_char, c_int, c_void};
 use std::path::Path;
 
 use libloading::Library;
 use newtons_cradle::variables::{Access, Settings, Variable};
 
-use crate::check::probe::{CO_SIMULATION, Callbacks, Instance, Instantiate, SAID, location, log};
+/// `fmi2CallbackFunctions` of the standard.
+#[repr(C)]
+struct Callbacks {
+    logger: unsafe extern "C" fn(),
+    allocate_memory: unsafe extern "C" fn(usize, usize) -> *mut c_void,
+    free_memory: unsafe extern "C" fn(*mut c_void),
+    step_finished: Option<unsafe extern "C" fn(*mut c_void, c_int)>,
+    environment: *mut c_void,
+}
 
+/// `fmi2CoSimulation` of the standard.
+const CO_SIMULATION: c_int = 1;
+
+type Instance = *mut c_void;
+type Text = *const c_char;
+type Instantiate = unsafe extern "C" fn(Text, c_int, Text, Text, *const Callbacks, c_int, c_int) -> Instance;
 type Plain = unsafe extern "C" fn(Instance) -> c_int;
 type Setup = unsafe extern "C" fn(Instance, c_int, f64, f64, c_int, f64) -> c_int;
 type Step = unsafe extern "C" fn(Instance, f64, f64, c_int) -> c_int;
@@ -21,6 +35,9 @@ pub struct Run<'l> {
     instance: Instance,
     time: f64,
 }
+
+/// The binary's log. Its arguments, which are as many as it likes, are the caller's: leaving them alone is safe.
+unsafe extern "C" fn ignore() {}
 
 /// Loads a binary of this product.
 pub fn load(path: &Path) -> Result<Library, String> {
@@ -42,8 +59,7 @@ fn done(name: &str, status: c_int) -> Result<(), String> {
     if matches!(status, 0 | 1) {
         return Ok(());
     }
-    let said = SAID.lock().map(|said| said.clone()).unwrap_or_default();
-    Err(format!("{name} answers with status {status}: {said}"))
+    Err(format!("{name} answers with status {status}"))
 }
 
 impl<'l> Run<'l> {
@@ -56,8 +72,7 @@ impl<'l> Run<'l> {
         settings: &Settings,
     ) -> Result<Self, String> {
         let callbacks = Callbacks {
-            // The same arguments up to the format; what follows it is not looked at.
-            logger: log as *const c_void,
+            logger: ignore,
             allocate_memory: libc::calloc,
             free_memory: libc::free,
             step_finished: None,
@@ -130,4 +145,10 @@ impl Drop for Run<'_> {
             unsafe { free(self.instance) }
         }
     }
+}
+
+/// The location of a folder as hosts give it.
+fn location(folder: &Path) -> String {
+    let path = folder.to_string_lossy().replace('\\', "/").replace('%', "%25").replace(' ', "%20");
+    if path.starts_with('/') { format!("file://{path}") } else { format!("file:///{path}") }
 }

@@ -1,5 +1,4 @@
-//! Recording what the FMU's own binary computes. A child process runs it, which is this program once more, so that a binary that
-//! crashes or hangs takes nothing with it.
+//! Recording what the FMU's own binary computes, in a child process.
 
 use std::fmt::Write;
 use std::fs;
@@ -10,15 +9,18 @@ use newtons_cradle::variables::{
 };
 
 use super::case::{Case, cases, recorded, times};
+use super::child::{Folder, supervise};
 use super::host::{Run, load};
 use super::parameter_set::parameters;
 use crate::archive::Entries;
-use crate::check::probe::{Folder, supervise};
 use crate::error::Error;
 use crate::platform::Platform;
 
 /// The name of the results of the default experiment.
 const EXPERIMENT: &str = "experiment";
+
+/// What the binary is called in the folder that it is run in. Only Windows minds the extension.
+const BINARY: &str = "binary.dll";
 
 /// Results as CSV.
 pub struct Results {
@@ -28,25 +30,27 @@ pub struct Results {
     pub experiment: Option<String>,
 }
 
+/// The FMU's binary for this machine, if it has one; else what it lacks.
+pub fn own_binary(entries: &Entries) -> Result<&[u8], String> {
+    let platform = Platform::host().map_err(|error| error.to_string())?;
+    // In an FMU of FMI 3.0 it is elsewhere, but the same: both versions get the same numbers from it.
+    let paths = [Some(platform.binary_path(MODEL_IDENTIFIER)), platform.host_path(MODEL_IDENTIFIER)];
+    let binary = paths.iter().flatten().find_map(|path| entries.get(path));
+    binary.map(Vec::as_slice).ok_or_else(|| format!("the FMU has no binary for this machine, {}", platform.folder))
+}
+
 /// What the FMU's binary for this machine computes for each case, and for the default experiment if asked for; else why not.
 pub fn record(entries: &Entries, cases: &[Case], experiment: bool) -> Result<Results, String> {
-    let platform = Platform::host().map_err(|error| error.to_string())?;
-    let place = platform.binary_path(MODEL_IDENTIFIER);
-    // In an FMU of FMI 3.0 it is elsewhere, but the same: both versions get the same numbers from it.
-    let own = [Some(place.clone()), platform.host_path(MODEL_IDENTIFIER)];
-    let Some(binary) = own.iter().flatten().find_map(|path| entries.get(path)) else {
-        return Err(format!("the FMU has no binary for this machine, {}", platform.folder));
-    };
-    let folder = Folder::new().map_err(|error| error.to_string())?;
-    folder.write(&place, binary).map_err(|error| error.to_string())?;
+    let folder = Folder::new()?;
+    folder.write(BINARY, own_binary(entries)?)?;
     for (name, contents) in entries.iter().filter(|(name, _)| name.starts_with("resources/")) {
-        folder.write(name, contents).map_err(|error| error.to_string())?;
+        folder.write(name, contents)?;
     }
     let mut arguments = vec![Path::new("record"), &folder.0];
     if experiment {
         arguments.push(Path::new("--experiment"));
     }
-    let status = supervise(&arguments).map_err(|error| error.to_string())?;
+    let status = supervise(&arguments)?;
     let read = |name: &str| fs::read_to_string(folder.0.join(name));
     match status {
         None => return Err("its runs take more than a minute".to_owned()),
@@ -77,8 +81,7 @@ fn run_all(folder: &Path, experiment: bool) -> Result<(), String> {
     let recipe = fs::read(resources.join(FILE_NAME)).map_err(|error| text(&error))?;
     let recipe = Recipe::from_json(&recipe).map_err(|error| text(&error))?;
     let own = recipe.settings().map_err(|error| text(&error))?;
-    let platform = Platform::host().map_err(|error| text(&error))?;
-    let library = load(&folder.join(platform.binary_path(MODEL_IDENTIFIER)))?;
+    let library = load(&folder.join(BINARY))?;
     let guid = Description::of(&own).guid();
     let write = |name: &str, wanted: &Settings, times: &[f64]| {
         let run = Run::start(&library, &resources, &guid, &parameters(wanted, &own), wanted);

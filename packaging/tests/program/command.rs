@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use super::support::{self, Folder, entries, fmu, library, run, write};
+use super::support::{self, Folder, entries, library, run, write};
 
 #[test]
 fn one_binary_serves_every_number_of_balls() {
@@ -146,20 +146,39 @@ fn what_cannot_be_read_is_no_finding() {
 #[test]
 fn a_binary_that_crashes_is_found_out() {
     let folder = Folder::new("crash");
-    fs::write(
-        folder.file("x.c"),
-        "#include <stdlib.h>\nconst char *fmi2GetTypesPlatform(void) { return \"default\"; }\n\
-         const char *fmi2GetVersion(void) { abort(); }\n",
-    )
-    .unwrap();
+    let source = "#include <stdlib.h>\nvoid *fmi2Instantiate(void) { abort(); }\n";
+    fs::write(folder.file("x.c"), source).unwrap();
     let library = folder.file("x.so");
     let compiled = support::output("cc", &["-shared", "-fPIC", "-o", &library, &folder.file("x.c")]);
     assert_eq!(compiled.code, 0, "{}", compiled.error);
-    let mut entries = entries(&fmu());
+    let path = sound_with_results(&folder);
+    let mut entries = entries(&fs::read(&path).unwrap());
     entries.insert("binaries/linux64/NewtonsCradle.so".to_owned(), fs::read(&library).unwrap());
-    let checked = run(&["check", &write(&folder, "x.fmu", &entries)]);
+    let path = write(&folder, "crash.fmu", &entries);
+    let checked = run(&["check", &path]);
     assert_eq!(checked.code, 1);
-    for expected in ["fmi2DoStep is not exported", "crashed in fmi2GetVersion"] {
+    for expected in ["does not export fmi2CancelStep, ", "reference results: its binary crashed"] {
         assert!(checked.output.contains(expected), "{}", checked.output);
     }
+    assert!(!run(&["check", "--no-load", &path]).output.contains("crashed"));
+}
+
+#[test]
+fn a_binary_with_other_results_is_found_out() {
+    let folder = Folder::new("results");
+    let sound = sound_with_results(&folder);
+    assert_eq!(run(&["check", &sound]).code, 0);
+    let mut entries = entries(&fs::read(&sound).unwrap());
+    entries.insert("extra/org.fmi-standard.fmi-ls-ref/desk.csv".to_owned(), b"\"time\"\n".to_vec());
+    let checked = run(&["check", &write(&folder, "other.fmu", &entries)]);
+    let expected = "desk.csv: the binary for this machine gives other results";
+    assert!(checked.code == 1 && checked.output.contains(expected), "{}", checked.output);
+}
+
+/// The default FMU as the program packs it, with reference results; its path.
+fn sound_with_results(folder: &Folder) -> String {
+    let out = folder.file("sound.fmu");
+    let built = run(&["build", "--binary", &library(), "--out", &out]);
+    assert_eq!(built.code, 0, "{}", built.error);
+    out
 }

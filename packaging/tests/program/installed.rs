@@ -129,6 +129,8 @@ fn parameter_sets_and_reference_results_are_in_the_fmu_and_beside_it() {
     let entries = read(&out);
     let text = |name: &str| String::from_utf8(entries[name].clone()).unwrap();
     let manifest = text(&format!("{REFERENCE}/fmi-ls-manifest.xml"));
+    // Labels are new in it.
+    assert!(manifest.contains("fmi-ls:fmi-ls-version=\"1.0.0-beta.1\"") && manifest.contains("<Label "), "{manifest}");
     let listed: Vec<&str> = manifest.split(" source=\"").skip(1).map(|rest| rest.split('"').next().unwrap()).collect();
     assert_eq!(listed.len(), 12, "{manifest}");
     for source in listed {
