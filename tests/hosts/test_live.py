@@ -24,9 +24,11 @@ from live_page import (  # noqa: F401
     same_run,
     wait,
 )
+from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.actions.action_builder import ActionBuilder
 from selenium.webdriver.common.actions.pointer_input import PointerInput
 from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.wait import WebDriverWait
 
 pytestmark = pytest.mark.all
@@ -277,3 +279,31 @@ def test_more_contacts_than_time_slow_the_clock_and_not_the_page(page):
     assert np.median(shown[1]) < 20
     page.find_element(By.ID, "rest").click()
     wait(page, "source.run.time > 0")
+
+
+def test_a_link_keeps_what_was_changed_on_the_right(page):
+    js(page, "cradle.compare('hertz'); cradle.change({ 'contact.model': 'powerLaw', 'contact.exponent': 3 })")
+    exponents = "return cradle.stages.map(({ source }) => source.setup.get('contact.exponent'))"
+    WebDriverWait(page, 30).until(lambda page: js(page, exponents) == [1, 3])
+    link = js(page, "return linkTo(cradle)")
+    js(
+        page,
+        "cradle.compare('stop'); cradle.choose('figure5'); cradle.open(new URL(arguments[0]).hash)",
+        link,
+    )
+    assert js(page, exponents) == [1, 3]
+    assert js(page, "return cradle.stages[1].source.setup.law") == "cubic"
+
+
+def test_keys_after_a_click_and_switched_off(page):
+    """The space bar pauses, whatever was clicked before; single keys can be switched off."""
+    page.find_element(By.ID, "again").click()
+    js(page, "cradle.setRunning(true)")
+    ActionChains(page).send_keys(Keys.SPACE).perform()
+    assert js(page, "return [cradle.clock.running, cradle.panels.kind]") == [False, None]
+    js(page, "cradle.setOther('keys', false)")
+    ActionChains(page).send_keys("s").send_keys(Keys.SPACE).perform()
+    assert js(page, "return [cradle.clock.running, cradle.panels.kind]") == [False, None]
+    js(page, "cradle.setOther('keys', true)")
+    ActionChains(page).send_keys("s").perform()
+    assert js(page, "return cradle.panels.kind") == "show"

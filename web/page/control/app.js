@@ -11,6 +11,7 @@ class App {
     this.sound = new Sound();
     this.shows = Object.fromEntries(Object.keys(TEXTS.shows).map((kind) => [kind, false]));
     this.side = "right";
+    this.keys = true; // whether single keys do anything
     this.stages = [];
     this.controls = Object.fromEntries([...document.querySelectorAll("[id]")].map((item) => [item.id, item]));
     this.preset = "textbook";
@@ -169,6 +170,15 @@ class App {
     this.changed();
   }
 
+  /** Gives the second cradle these values, whatever it was compared by. */
+  besideWith(values) {
+    if (this.stages.length < 2) this.compare("usual");
+    const [first, second] = this.sources;
+    second.begin(first.setup.with(values));
+    second.origin = first.origin;
+    this.changed();
+  }
+
   setRunning(on) {
     this.clock.running = on;
     this.controls.play.textContent = say(on ? "pause" : "play");
@@ -210,10 +220,10 @@ class App {
 
   frame(now) {
     requestAnimationFrame((later) => this.frame(later));
-    const passed = Math.min(now - (this.last ?? now), 100) / 1000;
+    const seconds = (now - (this.last ?? now)) / 1000, passed = Math.min(seconds, 0.1);
     this.last = now;
     try {
-      if (this.clock.running) this.attempt(() => this.clock.frame(passed, this.sources)) || this.setRunning(false);
+      if (this.clock.running) this.attempt(() => this.clock.frame(seconds, this.sources)) || this.setRunning(false);
       else for (const source of this.sources) source.shownClick?.work();
     } catch (problem) {
       this.fail(problem);
@@ -237,7 +247,7 @@ class App {
     const { clock, controls } = this, { time, pace, inside } = controls, now = this.stages[0].source.run?.time ?? this.stages[0].source.now;
     const digits = Math.max(2, Math.min(11, Math.ceil(-Math.log10(clock.rate)) + 2));
     time.textContent = `${now.toFixed(digits)} s`;
-    pace.textContent = paceText(clock.rate);
+    pace.textContent = paceText(clock.rate * (clock.kept > 0.97 ? 1 : clock.kept));
     pace.classList.toggle("slow", clock.rate < 0.5);
     const leave = clock.slow === "next" || clock.inside, text = say(leave ? "insideNow" : "inside");
     if (inside.textContent !== text) inside.textContent = text;

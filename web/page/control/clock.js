@@ -14,6 +14,7 @@ class Clock {
     this.slow = "no";   // "next": slow down at the next click; "always": at each; "leaving": one is over
     this.rate = 1;
     this.running = true;
+    this.kept = 1;      // which part of the viewer's time has passed here, of late
     this.late = 0;      // which part of the time did not pass, of late, because the engine had too much to do
     this.spent = 0;     // ms that the engine took for the last picture
     this.sinceClick = Infinity; // s of the run
@@ -55,6 +56,7 @@ class Clock {
     this.finish(sources, deadline);
     for (const source of sources) source.prepare(deadline);
     this.spent = performance.now() - begun;
+    if (seconds > 0) this.kept += 0.1 * (passed / seconds - this.kept);
     this.late += 0.06 * ((asked > 0 ? 1 - passed / asked : 0) - this.late);
   }
 

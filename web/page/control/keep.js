@@ -10,6 +10,8 @@ function linkTo(app) {
   if (app.clock.slow === "always") options.push("slow=always");
   const shown = Object.keys(app.shows).filter((kind) => app.shows[kind]);
   if (shown.length) options.push(`show=${shown.join(",")}`);
+  const second = app.stages[1]?.source;
+  if (second?.live) options.push(...second.setup.besides(source.setup));
   const setup = source.live ? source.setup.toLink(app.preset) : "preset=textbook";
   return `${location.href.replace(/#.*/, "")}#${[setup, ...options].join("&")}`;
 }

@@ -143,8 +143,8 @@ class Panels {
     const { app } = this;
     const kinds = Object.keys(TEXTS.shows).map((kind) => [kind, say(`shows.${kind}`)]);
     this.chips(say("show"), kinds, (kind) => app.shows[kind], (kind, on) => app.setShow(kind, on), "checkbox");
-    const others = [["every", say("every")], ["sound", say("sound")], ["light", say("theme")]];
-    const on = { every: app.clock.slow === "always", sound: app.sound.on, light: !app.theme.dark };
+    const others = [["every", say("every")], ["sound", say("sound")], ["light", say("theme")], ["keys", say("singleKeys")]];
+    const on = { every: app.clock.slow === "always", sound: app.sound.on, light: !app.theme.dark, keys: app.keys };
     this.chips("", others, (kind) => on[kind], (kind, checked) => app.setOther(kind, checked), "checkbox");
     this.slider(say("pace"), {
       min: -6, max: 0, step: 0.25, value: Math.log10(app.clock.base), show: (p) => paceText(10 ** p), choose: (p) => app.setPace(10 ** p),

@@ -65,7 +65,7 @@ class Stage {
     const held = source.held ?? new Map(), click = clock.inside ? source.shownClick : null;
     scene.layout(drawing, this.nearness(), this.room(drawing)).draw(state, {
       theme, held, labels: shows.numbers || Boolean(click) || this.sliders.chosen >= 0, selected: this.sliders.chosen,
-      arrows: shows.velocity || click ? Math.max(this.graph.fastest, 1e-3) : 0,
+      arrows: shows.velocity || click ? Math.max(click?.fastest ?? this.graph.fastest, 1e-3) : 0,
     });
     const opacity = click && !drawing.rigid ? Math.min(1, Math.max(0, (this.near ?? 0) * 2 - 1)) : 0;
     if (click?.sampled && click.widest) drawLenses(scene, state, { reach: this.lensReach(click), theme, opacity });
@@ -106,7 +106,7 @@ class Stage {
 
   /** What the rows show, in words. */
   titlesOf(kinds, click) {
-    const { source, graph } = this, { state } = source;
+    const { source, graph } = this, { state } = source, { force, velocity } = graph.scales(click);
     return kinds.map((kind) => {
       if (kind === "energy") {
         const parts = ENERGY_PARTS.map((part) => `<span class="${part}">${say(`energies.${part}`)}</span>`).join(" · ");
@@ -114,7 +114,7 @@ class Stage {
         return `${say("rows.energy", quantity(state.energy, "J", 6))} · ${say("exact", quantity(state.dissipated, "J"), power(state.residual))} ${parts}`;
       }
       if (kind === "momentum") return `${say("rows.momentum", `${rounded(state.momentum, 4)} kg m/s`)} · ${say("support", quantity(state.supportForce, "N"))}`;
-      return kind === "force" ? say("rows.force", quantity(click?.strongest ?? graph.strongest, "N")) : say("rows.velocity", quantity(graph.fastest, "m/s"));
+      return kind === "force" ? say("rows.force", quantity(force, "N")) : say("rows.velocity", quantity(velocity, "m/s"));
     });
   }
 

@@ -9,6 +9,8 @@ Object.assign(App.prototype, {
     inside.addEventListener("click", () => this.inside());
     addEventListener("hashchange", () => this.open(location.hash));
     addEventListener("keydown", (event) => this.key(event));
+    // A button that was clicked does not take the space bar, which pauses; one that the keyboard has come to does.
+    addEventListener("click", ({ detail }) => { if (detail && document.activeElement?.matches("button")) document.activeElement.blur(); });
     matchMedia("(prefers-color-scheme: light)").addEventListener("change", ({ matches }) => this.setTheme(matches));
     this.setRunning(true);
   },
@@ -17,8 +19,7 @@ Object.assign(App.prototype, {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const typing = event.target.matches?.("#panel input, select, textarea"), pressed = event.target.matches?.("button");
     const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
-    if (typing) return;
-    if (key === " " && pressed) return;
+    if (typing || (key === " " && pressed) || !(this.keys || key === "Escape")) return;
     const acts = {
       " ": () => this.setRunning(!this.clock.running), i: () => this.inside(), a: () => this.again(), 0: () => this.stopAll(),
       e: () => this.setOther("every", this.clock.slow !== "always"), ",": () => this.stepInside(-1), ".": () => this.stepInside(1),
@@ -47,6 +48,7 @@ Object.assign(App.prototype, {
     if (kind === "every") this.clock.slowAt(on ? "always" : "no");
     if (kind === "sound") this.sound.switchOn(on);
     if (kind === "light") this.setTheme(on);
+    if (kind === "keys") this.keys = on;
     showLink(this);
   },
 
@@ -83,6 +85,7 @@ Object.assign(App.prototype, {
       this.begin(setup, options.preset ?? (hash.includes("balls=") ? null : "textbook"));
       if (options.lift) this.lift(Number(options.lift));
       if (options.beside in TEXTS.besides) this.compare(options.beside);
+      if (options.right) this.besideWith(options.right);
       if (options.slow === "always") this.setOther("every", true);
       if (options.slow === "next") this.clock.slowAt("next");
     });
@@ -115,5 +118,5 @@ const DAY = {
   string: "rgba(60,72,84,.6)", rail: ["#8b96a1", "#d5dce3", "#66717c"], base: ["#8a6a4c", "#5f452e"], label: "#10161d", shadow: "rgba(40,50,60,.34)", noShadow: "rgba(40,50,60,0)",
   ball: [[0, "#ffffff"], [0.32, "#d3dbe3"], [0.5, "#98a5b2"], [0.56, "#dde3e9"], [0.72, "#b4bec8"], [1, "#66727e"]], rim: "rgba(30,40,52,.5)",
   glowMode: "source-over", glow: (strength) => `rgba(240, ${Math.round(95 + 60 * strength)}, 20, ${0.85 * strength})`,
-  lens: "#ffffff", lensLine: "rgba(50,62,74,.75)", lensBall: ["#f4f7fa", "#8794a1"], patch: "#ff9d2e", energies: ["#4d97d6", "#9aa6b3", "#e08a1e"],
+  lens: "#ffffff", lensLine: "rgba(50,62,74,.75)", lensBall: ["#76838f", "#b4bec8"], patch: "#ff9d2e", energies: ["#4d97d6", "#9aa6b3", "#e08a1e"],
 };

@@ -77,8 +77,8 @@ class Click {
     if (time.length < SAMPLES) return;
     this.sampled = true;
     this.sampler.forget();
-    this.strongest = Math.max(1e-12, ...F.map((forces) => Math.max(0, ...forces)));
-    this.widest = Math.max(1e-9, ...overlap.map((row) => Math.max(0, ...row)));
+    const most = (rows, least) => Math.max(least, ...rows.map((row) => Math.max(...row)));
+    Object.assign(this, { strongest: most(F, 1e-12), widest: most(overlap, 1e-9), fastest: most(v.map((row) => row.map(Math.abs)), 1e-9) });
   }
 
   forget() {

@@ -72,14 +72,24 @@ class Setup {
     return parts.join("&");
   }
 
+  /** What it has other than `first`, with the same balls, as parts of an address. */
+  besides(first) {
+    const names = [...new Set([...Object.keys(this.values), ...Object.keys(first.values)])].filter((name) => !/_start$/.test(name));
+    return names.filter((name) => String(this.get(name)) !== String(first.get(name))).map((name) => `right.${name}=${this.get(name)}`);
+  }
+
   /** From the part of an address behind #: {setup, options}; options are the names that are not the engine's. Throws Refusal. */
   static fromLink(text) {
     const values = {}, options = {};
+    const value = (name, raw) => {
+      if (PER_BALL.includes(name) || name === "contact.gap") return raw.split(",").map((number) => parsed(name, number));
+      return /^[a-z]/i.test(raw) && Number.isNaN(Number(raw)) ? raw : parsed(name, raw);
+    };
     for (const part of text.replace(/^#/, "").split("&").filter(Boolean)) {
       const [name, raw = ""] = part.split("=").map(decodeURIComponent);
       if (LINK_OPTIONS.includes(name)) options[name] = raw;
-      else if (PER_BALL.includes(name) || name === "contact.gap") values[name] = raw.split(",").map((number) => parsed(name, number));
-      else values[name] = /^[a-z]/i.test(raw) && Number.isNaN(Number(raw)) ? raw : parsed(name, raw);
+      else if (name.startsWith("right.")) options.right = { ...options.right, [name.slice(6)]: value(name.slice(6), raw) };
+      else values[name] = value(name, raw);
     }
     if (options.preset && !PRESETS[options.preset]) {
       throw new Refusal(`preset = ${options.preset} is refused; allowed: ${Object.keys(PRESETS).join(", ")}`);

@@ -46,6 +46,9 @@ class Graph {
     }
   }
 
+  /** Where the scales of the rows end: at the most of a click, or of what was recorded. */
+  scales(click) { return { velocity: (click ?? this).fastest, force: (click ?? this).strongest, momentum: this.momentum }; }
+
   /** Draws these kinds of rows, from time `left` to `right`; inside a click with all that is known of it. */
   draw(kinds, { left, right, now, click, offset, theme }) {
     const { canvas, context: c } = this, density = Math.min(window.devicePixelRatio || 1, 2);
@@ -71,14 +74,14 @@ class Graph {
   }
 
   drawRow(kind, { place, tall, width, click, offset, theme }) {
-    const top = kind === "force" && click?.sampled ? 34 : 22, foot = tall - 6, middle = 0.5 * (top + foot), half = 0.5 * (foot - top), { balls } = this;
+    const top = kind === "force" && click ? 34 : 22, foot = tall - 6, middle = 0.5 * (top + foot), half = 0.5 * (foot - top), { balls } = this;
     if (kind === "energy") return this.drawEnergy(place, top, foot, theme);
     const several = kind === "velocity" ? balls : kind === "force" ? balls - 1 : 1;
     const at = kind === "velocity" ? 3 : kind === "force" ? 3 + balls : 1;
-    const largest = { velocity: this.fastest, force: click?.sampled ? click.strongest : this.strongest, momentum: this.momentum }[kind];
+    const largest = this.scales(click)[kind];
     const level = (value) => (kind === "force" ? foot - (value / largest) * (foot - top) : middle - (value / largest) * half);
     this.line([[0, level(0)], [width, level(0)]], theme.grid);
-    const known = click?.sampled && kind !== "momentum" ? click.samples : null;
+    const known = kind === "momentum" ? null : click?.samples;
     for (let i = 0; i < several; i++) {
       const points = [];
       if (known) known.time.forEach((time, k) => points.push([place(time + offset), level(known[kind === "force" ? "F" : "v"][k][i])]));

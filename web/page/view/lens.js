@@ -21,15 +21,18 @@ function drawLenses(scene, state, { reach, theme, opacity }) {
     c.stroke();
     drawLens(c, centre, radius, gap / reach, Math.max(0, state.F[i]), theme);
     c.fillStyle = gap < 0 ? theme.accent : theme.ink; // pressed, or apart
-    c.font = `600 ${Math.max(10, Math.min(15, 0.3 * unit))}px ${FONT}`;
+    const size = Math.max(10, Math.min(15, 0.3 * unit));
+    c.font = `600 ${size}px ${FONT}`;
     c.textAlign = "center";
     c.textBaseline = "alphabetic";
-    if (radius >= 22) c.fillText(quantity(Math.abs(gap), "m", 2), centre.x, centre.y - radius - 6);
+    if (radius < 22) continue;
+    c.fillText(say(gap < 0 ? "lensPressed" : "lensGap"), centre.x, centre.y - radius - 6 - 1.2 * size);
+    c.fillText(quantity(Math.abs(gap), "m", 2), centre.x, centre.y - radius - 6);
   }
   c.restore();
 }
 
-/** One lens: `gap` in its half widths, drawn so that one half width is half of its radius. */
+/** One lens: `gap` in its half widths, drawn so that one half width is half of its radius. What is farther apart is out of its sight. */
 function drawLens(c, { x, y }, radius, gap, force, theme) {
   c.save();
   c.beginPath();
@@ -37,7 +40,7 @@ function drawLens(c, { x, y }, radius, gap, force, theme) {
   c.fillStyle = theme.lens;
   c.fill();
   c.clip();
-  const shift = Math.max(-0.45, Math.min(0.9, 0.5 * gap)) * radius, bend = 2.6 * radius;
+  const shift = 0.5 * gap * radius, bend = 2.6 * radius;
   // Two surfaces that bulge towards each other; where they overlap, they flatten.
   for (const side of [-1, 1]) {
     const face = x + side * Math.max(0, 0.5 * shift), centre = face + side * bend;

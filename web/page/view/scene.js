@@ -29,7 +29,7 @@ class Scene {
     const row = sizes.reduce((sum, size) => sum + 2 * size, 0), largest = Math.max(...sizes); // radii
     const drawn = Math.min(LONGEST_STRING, Math.max(SHORTEST_STRING, length / (2 * radius))); // diameters
     // From afar: room for a swing to both sides, strings, balls and base. Close by: only for the balls and what is above them.
-    const swing = 2 * drawn * Math.sin(swingAngle), far = Math.min(width / (row + 2 * swing), (height - 8) / (2 * drawn + 2.7 * largest + 1.2), 64);
+    const swing = 2 * drawn * Math.sin(swingAngle), far = Math.min(width / (row + 2 * swing + 1), (height - 8) / (2 * drawn + 2.7 * largest + 1.2), 64);
     const close = Math.max(far, Math.min(width / (row + 2.4), height / (7 * largest), 110));
     const unit = far ** (1 - near) * close ** near, string = 2 * drawn * unit;
     const hanging = (1 - near) * (8 + 0.5 * far + 2 * drawn * far + 0.45 * Math.max(0, height - far * (2 * drawn + 2.7 * largest + 1.7)))

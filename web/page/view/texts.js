@@ -61,7 +61,7 @@ const ENGLISH = {
   waiting: "The change waits until no balls touch.",
 
   shows: { velocity: "Velocities", force: "Forces", energy: "Energy", momentum: "Momentum", numbers: "Numbers on the balls" },
-  sound: "Sound", theme: "Dark or light",
+  sound: "Sound", theme: "Dark or light", singleKeys: "Single keys",
   rows: {
     velocity: (fastest) => `Velocities, up to ${fastest}`,
     force: (strongest) => `Forces, up to ${strongest}`,
@@ -88,6 +88,7 @@ const ENGLISH = {
   part: (a, b) => `Balls ${a} and ${b} part.`,
   partWhile: (leaver, a, b) => `Ball ${a} still touches ball ${b} when ball ${leaver} leaves.`,
   pressed: (count) => ["Nothing touches.", "One contact still presses."][count] ?? `${count} contacts press at once.`,
+  lensGap: "gap", lensPressed: "pressed",
   sinceTouch: (time, force) => `${time} after the first touch${force ? ` · ${force}` : ""}`,
   over: (length, count) => `It took ${length}: ${count} ${count === 1 ? "push" : "pushes"}.`,
   overRigid: (count) => `Rigid balls: ${count} ${count === 1 ? "impact" : "impacts"} in no time at all. There is no inside to look at.`,
