@@ -120,9 +120,10 @@ class Scene {
       this.scene.add(mesh);
     };
     if (!this.hanging) return box(2 * this.width, 0.1 * r, 0.1 * r, 0, -1.05 * r, 0);
+    // Bars between the legs: where both had faces in one plane, the picture would flicker.
     for (const z of [-depth / 2, depth / 2]) {
-      box(2 * half, bar, bar, 0, top, z);
-      for (const x of [-half, half]) box(bar, top - floor, bar, x, (top + floor) / 2, z);
+      box(2 * half - bar, bar, bar, 0, top, z);
+      for (const x of [-half, half]) box(bar, top + bar / 2 - floor, bar, x, (top + bar / 2 + floor) / 2, z);
     }
     return box(2 * half + 3 * r, 0.3 * r, depth + 2.4 * r, 0, floor - 0.15 * r, 0);
   }
