@@ -131,6 +131,9 @@ impl Driver<'_> {
                 }
                 Operation::EnterEvents => {
                     self.go(operation, Call::EnterEvents, fmi3EnterEventMode(c), Phase::Event);
+                    if self.picture.phase == Phase::Event && self.picture.exchange {
+                        self.picture.event = self.picture.time;
+                    }
                 }
                 Operation::EnterStepMode => {
                     self.go(operation, Call::EnterStepMode, fmi3EnterStepMode(c), Phase::Step);
@@ -252,9 +255,10 @@ impl Driver<'_> {
                     self.go(operation, Call::EnterContinuousTime, status, Phase::ContinuousTime);
                 }
                 Operation::SetTime(step) => {
-                    let time = self.picture.time + step.length(self.ahead(Call::SetTime), LONGEST_STEP);
+                    let time = self.picture.time + step.length(self.ahead(Call::Integrate), LONGEST_STEP);
                     let status = fmi3SetTime(c, time);
-                    let legal = self.picture.allows(Call::SetTime) && time.is_finite() && time >= 0.0;
+                    let possible = time.is_finite() && time >= self.picture.event;
+                    let legal = self.picture.allows(Call::Integrate) && possible;
                     if self.take(operation, legal, status) {
                         self.picture.time = time;
                     }

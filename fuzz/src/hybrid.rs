@@ -34,7 +34,6 @@ pub enum Call {
     HandleEvents,
     EnterStepMode,
     EnterContinuousTime,
-    SetTime,
     /// fmi3SetContinuousStates and fmi3CompletedIntegratorStep.
     Integrate,
     /// One of the vectors of model exchange.
@@ -130,12 +129,14 @@ pub struct Picture {
     pub balls: usize,
     /// s.
     pub time: f64,
+    /// When it last went from integration to events, s.
+    pub event: f64,
 }
 
 impl Picture {
     /// A new instance of five balls.
     pub fn new(events: bool, exchange: bool) -> Self {
-        Self { phase: Instantiated, events, exchange, balls: 5, time: 0.0 }
+        Self { phase: Instantiated, events, exchange, balls: 5, time: 0.0, event: 0.0 }
     }
 
     /// Whether it is legal now.
@@ -149,7 +150,6 @@ impl Picture {
             Call::HandleEvents => self.phase == Event,
             Call::EnterStepMode => self.phase == Event && !self.exchange,
             Call::EnterContinuousTime => self.phase == Event && self.exchange,
-            Call::SetTime => matches!(self.phase, Event | ContinuousTime) && self.exchange,
             Call::Integrate => self.phase == ContinuousTime,
             Call::GetVector(of) => {
                 let early = of == Vector::Nominals && self.phase == Instantiated;
@@ -176,6 +176,9 @@ impl Picture {
 
     /// Whether a variable may be set now.
     pub fn may_set(&self, array: Array) -> bool {
+        if self.phase == ContinuousTime && Array::states().any(|(state, _)| state == array) {
+            return true;
+        }
         let Some(row) = array.row() else {
             let anywhere = matches!(self.phase, Instantiated | Initialization | Step | Event);
             return match array {

@@ -180,6 +180,9 @@ impl Instance {
             let (own, behind) = rest.split_at(array.len(balls));
             rest = behind;
             if let Some(first) = self.place_of_state(array) {
+                if let Some(variable) = array.element(0, balls) {
+                    own.iter().try_for_each(|value| variable.check_real(*value))?;
+                }
                 let all = self.array_states(self.count_states())?;
                 states.get_or_insert(all)[first..first + own.len()].copy_from_slice(own);
                 continue;

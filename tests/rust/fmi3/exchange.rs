@@ -4,6 +4,8 @@
 use std::ffi::CString;
 use std::ptr::null;
 
+use newtons_cradle::fmi3::fmi3Status::fmi3Discard;
+
 use super::*;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -279,6 +281,7 @@ fn states_are_set_as_variables() {
     unsafe {
         assert_eq!(fmi3SetFloat64(c, &vr("v"), 1, speeds.as_ptr(), 5), fmi3OK);
         assert_eq!(fmi3SetFloat64(c, &vr("E_dissipated"), 1, &0.25, 1), fmi3OK);
+        assert_eq!(fmi3SetFloat64(c, &vr("E_dissipated"), 1, &f64::INFINITY, 1), fmi3Discard);
     }
     expected[5..10].copy_from_slice(&speeds);
     expected[15] = 0.25;
