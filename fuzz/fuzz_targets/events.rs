@@ -15,7 +15,7 @@ use cradle_fuzz::operation::{Current, LONGEST_STEP, Step, Value};
 use libfuzzer_sys::fuzz_target;
 use newtons_cradle::fmi3::fmi3Status::{self, fmi3Discard, fmi3Error, fmi3OK};
 use newtons_cradle::fmi3::*;
-use newtons_cradle::variables::{Array, ArrayType};
+use newtons_cradle::variables::{Array, ArrayType, Extra};
 
 static INTERFACE: LazyLock<Interface> = LazyLock::new(Interface::default);
 /// Everything that has an item of an enumeration.
@@ -158,7 +158,7 @@ impl Driver<'_> {
                 Operation::DoStep { current, step, within } => self.step(operation, current, step, within),
                 Operation::SetBalls(balls) => {
                     let balls = u64::from(*balls) % (BALLS + 1);
-                    let status = fmi3SetUInt64(c, &Array::Balls.reference(), 1, &balls, 1);
+                    let status = fmi3SetUInt64(c, &Array::Extra(Extra::Balls).reference(), 1, &balls, 1);
                     let allowed = self.picture.phase == Phase::Configuration;
                     let expected = match (allowed, balls) {
                         (false, _) => fmi3Error,

@@ -1,7 +1,7 @@
 //! What is legal in FMI 3.0 (FMI 3.0.2, sections 2.3, 3.2 and 4.2), and an instance as its host pictures it.
 
 use arbitrary::Arbitrary;
-use newtons_cradle::variables::{Array, ArrayType, Causality, Variability};
+use newtons_cradle::variables::{Array, ArrayType, Causality, Extra, Variability};
 
 use crate::forgery::Change;
 use crate::instance3::Within;
@@ -183,7 +183,7 @@ impl Picture {
             let anywhere = matches!(self.phase, Instantiated | Initialization | Step | Event);
             return match array {
                 Array::Slope(_) => anywhere || self.phase == ContinuousTime,
-                Array::DerivativesOf => anywhere,
+                Array::Extra(Extra::DerivativesOf) => anywhere,
                 _ => false,
             };
         };

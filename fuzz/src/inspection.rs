@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 
 use newtons_cradle::fmi3::fmi3Status::{fmi3Error, fmi3OK};
 use newtons_cradle::fmi3::*;
-use newtons_cradle::variables::{Array, ArrayType};
+use newtons_cradle::variables::{Array, ArrayType, Extra};
 
 use crate::forgery::{Change, forged};
 use crate::hybrid::{Call, Phase, Picture, of_type};
@@ -25,7 +25,7 @@ pub fn look(host: &Host, picture: &Picture) {
         let status = unsafe { fmi3GetFloat64(host.c, &array.reference(), 1, values.as_mut_ptr(), n) };
         assert_eq!(status, fmi3OK, "{array} in {:?}", picture);
         assert!(values.iter().all(|value| value.is_finite()), "{array} = {values:?} in {:?}", picture);
-        if *array == Array::Time {
+        if *array == Array::Extra(Extra::Time) {
             assert_eq!(values, [picture.time]);
         }
     }

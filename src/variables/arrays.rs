@@ -9,64 +9,15 @@ use super::table::row::{Access, Causality, Row, Shape, Type, Variability};
 use super::table::unit::{FORCE, IMPULSE, LENGTH, Quantity, TIME, VELOCITY};
 use super::variable::Variable;
 
-/// What happens to a contact.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Edge {
-    /// It closes.
-    Onset,
-    /// It opens.
-    Release,
-}
-
-/// What a clock tells of its last tick.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Told {
-    /// When it ticked, s.
-    Time(Edge),
-    /// Whether the contact has closed, or opened.
-    Which(Edge),
-    /// Impulse of the pulse that has ended, N.s.
-    Impulse,
-    /// Its largest force, N.
-    Peak,
-    /// How long it lasted, s.
-    Duration,
-}
-
-/// What model exchange has beside the rows. States are whole variables.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Exchanged {
-    /// `q`: the position of the first ball and the overlaps, m.
-    Position,
-    /// `der(q)`, m/s.
-    Rate,
-    /// `z.contact`: event indicators, negative while contacts are open.
-    Contact,
-    /// `z.clip`: event indicators, negative while the laws of contacts are clipped.
-    Clip,
-}
-
 /// A variable of FMI 3.0: a scalar or an array.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Array {
-    /// The independent variable.
-    Time,
-    /// `n`, the structural parameter that the arrays are sized by.
-    Balls,
-    /// `derivatives.of`, one of [`DERIVATIVES_OF`].
-    DerivativesOf,
     /// The row at this position of the table.
     Row(usize),
     /// The slope over a step of the input at this position.
     Slope(usize),
-    /// A clock.
-    Clock(Edge),
-    /// A variable of a clock.
-    Told(Told),
-    /// A variable of model exchange.
-    Exchanged(Exchanged),
-    /// `log.pulses`, the last pulses as CSV, at most [`MAX_LOG`] bytes.
-    Pulses,
+    /// A variable that only FMI 3.0 has.
+    Extra(Extra),
 }
 
 /// The data types of these variables.
@@ -108,27 +59,84 @@ pub const MAX_LOG: usize = 1 << 16;
 const LEFT_OUT: &str = "t_next_isOnset";
 /// Value reference of the first row.
 const ROWS: u32 = 32;
-/// What comes before the rows, by its value reference, but for the slopes of inputs, which take two places from `SLOPES` on.
-const FIRST: [Array; 3] = [Array::Time, Array::Balls, Array::DerivativesOf];
+/// Value reference of the slope of the first input. Extra variables with smaller ones come before the rows, the others behind them.
 const SLOPES: u32 = 4;
-const BESIDE: u32 = 8;
-/// What clocks and model exchange have beside the rows.
-const LAST: [Array; 14] = [
-    Array::Clock(Edge::Onset),
-    Array::Clock(Edge::Release),
-    Array::Told(Told::Time(Edge::Onset)),
-    Array::Told(Told::Which(Edge::Onset)),
-    Array::Told(Told::Time(Edge::Release)),
-    Array::Told(Told::Which(Edge::Release)),
-    Array::Told(Told::Impulse),
-    Array::Told(Told::Peak),
-    Array::Told(Told::Duration),
-    Array::Exchanged(Exchanged::Position),
-    Array::Exchanged(Exchanged::Rate),
-    Array::Exchanged(Exchanged::Contact),
-    Array::Exchanged(Exchanged::Clip),
-    Array::Pulses,
-];
+
+/// What a variable is that only FMI 3.0 has.
+struct ExtraRow {
+    id: Extra,
+    reference: u32,
+    name: &'static str,
+    data_type: ArrayType,
+    causality: Option<Causality>,
+    variability: Variability,
+    quantity: Option<&'static Quantity>,
+    shape: Shape,
+    clock: Option<Extra>,
+    description: &'static str,
+}
+
+macro_rules! extra {
+    ($($id:ident $reference:literal $name:literal $data_type:ident $causality:expr, $variability:ident $quantity:expr,
+       $shape:ident $clock:expr, $description:literal;)*) => {
+        /// The variables that only FMI 3.0 has.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum Extra {
+            $(#[doc = concat!("`", $name, "`: ", $description, ".")] $id),*
+        }
+
+        /// In the order of their items.
+        static EXTRA: &[ExtraRow] = &[$(ExtraRow {
+            id: Extra::$id,
+            reference: $reference,
+            name: $name,
+            data_type: ArrayType::$data_type,
+            causality: $causality,
+            variability: Variability::$variability,
+            quantity: $quantity,
+            shape: Shape::$shape,
+            clock: $clock,
+            description: $description,
+        }),*];
+    };
+}
+
+const OUTPUT: Option<Causality> = Some(Causality::Output);
+const LOCAL: Option<Causality> = Some(Causality::Local);
+const ONSET: Option<Extra> = Some(Extra::OnsetClock);
+const RELEASE: Option<Extra> = Some(Extra::ReleaseClock);
+
+// Value reference, name, type, causality (none for what no row is), variability, quantity, shape, clock that it belongs to.
+extra! {
+    Time 0 "time" Float64 None, Continuous Some(&TIME), Scalar None, "Time";
+    Balls 1 "n" UInt64 None, Fixed None, Scalar None, "Number of balls; a new one sets all arrays to their defaults";
+    DerivativesOf 2 "derivatives.of" Enumeration Some(Causality::Parameter), Tunable None, Scalar None,
+        "What directional and adjoint derivatives are those of, after initialization";
+    OnsetClock 8 "onset.clock" Clock OUTPUT, Discrete None, Scalar None, "Ticks when contacts close";
+    ReleaseClock 9 "release.clock" Clock OUTPUT, Discrete None, Scalar None, "Ticks when contacts open";
+    OnsetTime 10 "onset.time" Float64 OUTPUT, Discrete Some(&TIME), Scalar ONSET, "Time of the last tick";
+    OnsetClosed 11 "onset.closed" Boolean OUTPUT, Discrete None, Contacts ONSET, "Which contacts closed at the last tick";
+    ReleaseTime 12 "release.time" Float64 OUTPUT, Discrete Some(&TIME), Scalar RELEASE, "Time of the last tick";
+    ReleaseOpened 13 "release.opened" Boolean OUTPUT, Discrete None, Contacts RELEASE,
+        "Which contacts opened at the last tick";
+    ReleaseImpulse 14 "release.impulse" Float64 OUTPUT, Discrete Some(&IMPULSE), Contacts RELEASE,
+        "Impulse of the pulses that ended at the last tick";
+    ReleasePeak 15 "release.peak" Float64 OUTPUT, Discrete Some(&FORCE), Contacts RELEASE,
+        "Largest force of the pulses that ended at the last tick";
+    ReleaseDuration 16 "release.duration" Float64 OUTPUT, Discrete Some(&TIME), Contacts RELEASE,
+        "Duration of the pulses that ended at the last tick";
+    Positions 17 "q" Float64 LOCAL, Continuous Some(&LENGTH), Balls None,
+        "Position of the first ball, then the overlaps";
+    Rates 18 "der(q)" Float64 LOCAL, Continuous Some(&VELOCITY), Balls None,
+        "Velocity of the first ball, then the rates of the overlaps";
+    ContactIndicators 19 "z.contact" Float64 LOCAL, Continuous None, Contacts None,
+        "Event indicators of the contacts: negative while open";
+    ClipIndicators 20 "z.clip" Float64 LOCAL, Continuous None, Contacts None,
+        "Event indicators of the laws: negative while clipped";
+    Pulses 21 "log.pulses" Binary LOCAL, Discrete None, Scalar None,
+        "The last pulses as CSV: contact, onset, release, largest force, impulse";
+}
+
 /// Continuous states with their derivatives, in their order.
 const STATES: [(&str, &str); 5] = [
     ("q", "der(q)"),
@@ -145,52 +153,30 @@ fn inputs() -> impl Iterator<Item = usize> + Clone {
 impl Array {
     /// Every variable, in the order of the description.
     pub fn all() -> impl Iterator<Item = Self> + Clone {
+        let (first, last) = EXTRA.split_at(EXTRA.partition_point(|extra| extra.reference < SLOPES));
+        let [first, last] = [first, last].map(|extra| extra.iter().map(|extra| Self::Extra(extra.id)));
         let rows = (0..TABLE.len()).filter(|position| TABLE[*position].name != LEFT_OUT).map(Self::Row);
-        FIRST.into_iter().chain(rows).chain(inputs().map(Self::Slope)).chain(LAST)
+        first.chain(rows).chain(inputs().map(Self::Slope)).chain(last)
     }
 
     /// The variable behind a value reference.
     #[inline]
     pub fn at(reference: u32) -> Option<Self> {
-        let within = |first: u32| reference.checked_sub(first).map(|place| place as usize);
-        if let Some(position) = within(ROWS) {
+        if let Some(position) = reference.checked_sub(ROWS) {
+            let position = position as usize;
             return TABLE.get(position).filter(|row| row.name != LEFT_OUT).map(|_| Self::Row(position));
         }
-        let last = within(BESIDE).map(|place| LAST.get(place).copied());
-        let slope = || within(SLOPES).map(|place| inputs().nth(place).map(Self::Slope));
-        last.or_else(slope).unwrap_or_else(|| FIRST.get(reference as usize).copied())
+        let extra = EXTRA.iter().find(|extra| extra.reference == reference).map(|extra| Self::Extra(extra.id));
+        extra.or_else(|| inputs().nth(reference.checked_sub(SLOPES)? as usize).map(Self::Slope))
     }
 
     /// Its value reference.
     pub fn reference(self) -> u32 {
-        let place =
-            |places: &[Self]| places.iter().position(|other| other.kind() == self.kind()).unwrap_or_default() as u32;
         match self {
             // It fits: the table is short.
             Self::Row(position) => ROWS + position as u32,
             Self::Slope(position) => SLOPES + inputs().position(|input| input == position).unwrap_or_default() as u32,
-            Self::Clock(_) | Self::Told(_) | Self::Exchanged(_) | Self::Pulses => BESIDE + place(&LAST),
-            Self::Time | Self::Balls | Self::DerivativesOf => place(&FIRST),
-        }
-    }
-
-    /// A number for each kind. The comparison that Rust derives for nested enumerations may branch on bytes without a value, which does
-    /// no harm, but memory checkers report it.
-    fn kind(self) -> u8 {
-        match self {
-            Self::Time => 0,
-            Self::Balls => 1,
-            Self::DerivativesOf => 2,
-            Self::Row(_) => 3,
-            Self::Slope(_) => 4,
-            Self::Pulses => 5,
-            Self::Clock(edge) => 6 + edge as u8,
-            Self::Told(Told::Time(edge)) => 8 + edge as u8,
-            Self::Told(Told::Which(edge)) => 10 + edge as u8,
-            Self::Told(Told::Impulse) => 12,
-            Self::Told(Told::Peak) => 13,
-            Self::Told(Told::Duration) => 14,
-            Self::Exchanged(exchanged) => 15 + exchanged as u8,
+            Self::Extra(extra) => extra.row().reference,
         }
     }
 
@@ -212,10 +198,10 @@ impl Array {
         };
         match (self, index.checked_sub(1)) {
             (Self::Row(position), _) => Some(Variable { row: TABLE.get(position)?, position, index }),
-            (Self::Exchanged(Exchanged::Position), None) => of("x", 0),
-            (Self::Exchanged(Exchanged::Position), Some(contact)) => of("overlap", contact),
-            (Self::Exchanged(Exchanged::Rate), None) => of("v", 0),
-            (Self::Exchanged(Exchanged::Rate), Some(contact)) => of("der(overlap)", contact),
+            (Self::Extra(Extra::Positions), None) => of("x", 0),
+            (Self::Extra(Extra::Positions), Some(contact)) => of("overlap", contact),
+            (Self::Extra(Extra::Rates), None) => of("v", 0),
+            (Self::Extra(Extra::Rates), Some(contact)) => of("der(overlap)", contact),
             _ => None,
         }
         .filter(|variable| variable.index < variable.row.shape.len(balls))
@@ -226,14 +212,17 @@ impl Array {
         if let Self::Row(position) = self { TABLE.get(position) } else { None }
     }
 
+    /// What it has an element for.
+    pub fn shape(self) -> Shape {
+        match self {
+            Self::Row(position) | Self::Slope(position) => TABLE[position].shape,
+            Self::Extra(extra) => extra.row().shape,
+        }
+    }
+
     /// Whether it is an array; a scalar otherwise.
     pub fn is_array(self) -> bool {
-        match self {
-            Self::Row(position) | Self::Slope(position) => TABLE[position].shape != Shape::Scalar,
-            Self::Told(told) => !matches!(told, Told::Time(_)),
-            Self::Exchanged(_) => true,
-            Self::Time | Self::Balls | Self::DerivativesOf | Self::Clock(_) | Self::Pulses => false,
-        }
+        self.shape() != Shape::Scalar
     }
 
     /// Number of elements in a cradle of `balls` balls.
@@ -245,13 +234,8 @@ impl Array {
     /// Its type.
     pub fn data_type(self) -> ArrayType {
         match self {
-            Self::Time | Self::Slope(_) | Self::Exchanged(_) => ArrayType::Float64,
-            Self::Balls => ArrayType::UInt64,
-            Self::DerivativesOf => ArrayType::Enumeration,
-            Self::Clock(_) => ArrayType::Clock,
-            Self::Pulses => ArrayType::Binary,
-            Self::Told(Told::Which(_)) => ArrayType::Boolean,
-            Self::Told(_) => ArrayType::Float64,
+            Self::Slope(_) => ArrayType::Float64,
+            Self::Extra(extra) => extra.row().data_type,
             Self::Row(position) => match TABLE[position].access.data_type() {
                 Type::Integer => ArrayType::UInt64,
                 Type::Boolean => ArrayType::Boolean,
@@ -264,22 +248,17 @@ impl Array {
     /// What it is to the host; nothing for `time` and `n`, whose kind no row has.
     pub fn causality(self) -> Option<Causality> {
         match self {
-            Self::Time | Self::Balls => None,
-            Self::DerivativesOf => Some(Causality::Parameter),
             Self::Row(position) => Some(TABLE[position].causality),
             Self::Slope(_) => Some(Causality::Input),
-            Self::Clock(_) | Self::Told(_) => Some(Causality::Output),
-            Self::Exchanged(_) | Self::Pulses => Some(Causality::Local),
+            Self::Extra(extra) => extra.row().causality,
         }
     }
 
     /// When it changes. Real outputs that hold a value of the step are continuous: a discrete one may change in Event Mode only.
     pub fn variability(self) -> Variability {
         match self {
-            Self::Time | Self::Slope(_) | Self::Exchanged(_) => Variability::Continuous,
-            Self::Balls => Variability::Fixed,
-            Self::DerivativesOf => Variability::Tunable,
-            Self::Clock(_) | Self::Told(_) | Self::Pulses => Variability::Discrete,
+            Self::Slope(_) => Variability::Continuous,
+            Self::Extra(extra) => extra.row().variability,
             Self::Row(position) => match &TABLE[position] {
                 row if row.causality == Causality::Output && matches!(row.access, Access::Real(_)) => {
                     Variability::Continuous
@@ -289,45 +268,67 @@ impl Array {
         }
     }
 
-    /// Quantity of a real one that is no row of the table.
+    /// Quantity of a real one; nothing for slopes and indicators.
     pub fn quantity(self) -> Option<&'static Quantity> {
         match self {
-            Self::Time | Self::Told(Told::Time(_) | Told::Duration) => Some(&TIME),
-            Self::Told(Told::Impulse) => Some(&IMPULSE),
-            Self::Told(Told::Peak) => Some(&FORCE),
-            Self::Exchanged(Exchanged::Position) => Some(&LENGTH),
-            Self::Exchanged(Exchanged::Rate) => Some(&VELOCITY),
-            _ => None,
+            Self::Row(position) => TABLE[position].quantity,
+            Self::Slope(_) => None,
+            Self::Extra(extra) => extra.row().quantity,
         }
     }
 
     /// The clock that it belongs to.
-    pub fn clock(self) -> Option<Edge> {
-        match self {
-            Self::Told(Told::Time(edge) | Told::Which(edge)) => Some(edge),
-            Self::Told(_) => Some(Edge::Release),
-            _ => None,
-        }
+    pub fn clock(self) -> Option<Self> {
+        if let Self::Extra(extra) = self { extra.row().clock.map(Self::Extra) } else { None }
     }
 
     /// Whether the description has a start value of it, which is there before initialization.
     pub fn has_start(self) -> bool {
         match self {
-            Self::Balls | Self::DerivativesOf | Self::Slope(_) => true,
             Self::Row(position) => TABLE[position].settable(),
-            Self::Time | Self::Clock(_) | Self::Told(_) | Self::Exchanged(_) | Self::Pulses => false,
+            Self::Slope(_) => true,
+            Self::Extra(extra) => matches!(extra, Extra::Balls | Extra::DerivativesOf),
         }
     }
 
     /// Whether it is a clock or belongs to one: FMUs for hosts without clocks leave it out.
     pub fn needs_clocks(self) -> bool {
-        matches!(self, Self::Clock(_) | Self::Told(_))
+        self.data_type() == ArrayType::Clock || self.clock().is_some()
+    }
+
+    /// What it is, to its readers.
+    pub fn description(self) -> String {
+        let text = match self {
+            Self::Row(position) => TABLE[position].description,
+            Self::Slope(position) => {
+                return format!("Slope of {} over the next steps, from the value it is set to", TABLE[position].name);
+            }
+            Self::Extra(extra) => extra.row().description,
+        };
+        text.replace("{i}", "i").replace("{j}", "i+1")
     }
 
     /// Whether a host may read or set it in the middle of a step.
     pub fn is_intermediate(self) -> bool {
         let known = ["F_ext", "a_support", "x", "F", "v", "E_total", "p_total", "F_support", "impulse"];
-        self == Self::Time || self.row().is_some_and(|row| known.contains(&row.name))
+        self == Self::Extra(Extra::Time) || self.row().is_some_and(|row| known.contains(&row.name))
+    }
+}
+
+impl Extra {
+    fn row(self) -> &'static ExtraRow {
+        &EXTRA[self as usize]
+    }
+}
+
+/// The name: `x`, `der(F_ext)`, `onset.clock`.
+impl std::fmt::Display for Array {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Row(position) => f.write_str(TABLE[*position].name),
+            Self::Slope(position) => write!(f, "der({})", TABLE[*position].name),
+            Self::Extra(extra) => f.write_str(extra.row().name),
+        }
     }
 }
 

@@ -4,7 +4,6 @@
 //! that a host has made, or in the [`Results`](crate::model::Results) of a run. The [`Description`], its ModelStructure, the
 //! getters and the setters are all derived from the table. A [`Recipe`] is what an FMU carries along of its start values.
 
-mod array_text;
 mod arrays;
 mod description;
 mod error;
@@ -15,7 +14,7 @@ mod table;
 mod text;
 mod variable;
 
-pub use arrays::{Array, ArrayType, DERIVATIVES_OF, Edge, Exchanged, MAX_LOG, Told};
+pub use arrays::{Array, ArrayType, DERIVATIVES_OF, Extra, MAX_LOG};
 pub use description::{
     Description, LOG_CATEGORIES, LogCategory, MODEL_IDENTIFIER, START_TIME, STEP_SIZE, STOP_TIME, spare,
 };

@@ -14,7 +14,7 @@ use fmi_schema::traits::FmiModelDescription;
 use newtons_cradle::fmi3::fmi3Status::{fmi3Error, fmi3OK};
 use newtons_cradle::fmi3::*;
 use newtons_cradle::model::ContactModel;
-use newtons_cradle::variables::{Array, Causality, Description, Settings};
+use newtons_cradle::variables::{Array, Causality, Description, Extra, Settings};
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum State {
@@ -368,8 +368,8 @@ fn the_description_of_fmi_3_is_the_table() {
             let line = xml.lines().find(|line| line.contains(&name)).unwrap();
             assert_eq!(line.contains("<Dimension valueReference=\"1\"/>"), array.is_array(), "{line}");
             let start = line.split_once(" start=\"").map(|(_, rest)| rest.split('"').next().unwrap());
-            let set =
-                matches!(array.causality(), Some(Causality::Parameter | Causality::Input)) || array == Array::Balls;
+            let set = matches!(array.causality(), Some(Causality::Parameter | Causality::Input))
+                || array == Array::Extra(Extra::Balls);
             assert_eq!(array.has_start(), set, "{array}");
             assert_eq!(start.map(|start| start.split(' ').count()), set.then_some(array.len(balls)), "{line}");
         }

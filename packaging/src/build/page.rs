@@ -4,8 +4,8 @@ use std::fmt::Write;
 
 use super::standard::Standard;
 use newtons_cradle::variables::{
-    Access, Array, Causality, DERIVATIVES_OF, Escaped, MODEL_IDENTIFIER, Number, Row, STEP_SIZE, STOP_TIME, Settings,
-    TABLE, Variability, Variable,
+    Access, Array, Causality, DERIVATIVES_OF, Escaped, Extra, MODEL_IDENTIFIER, Number, Row, STEP_SIZE, STOP_TIME,
+    Settings, TABLE, Variability, Variable,
 };
 
 const TEMPLATE: &str = include_str!("../../assets/index.html");
@@ -60,8 +60,9 @@ fn rows(start: &Settings, standard: Standard, causalities: &[Causality]) -> Stri
         }
         Standard::Fmi3 { clocks } => {
             // The number of balls is a parameter to the reader.
-            let causality =
-                |array: Array| if array == Array::Balls { Some(Causality::Parameter) } else { array.causality() };
+            let causality = |array: Array| {
+                if array == Array::Extra(Extra::Balls) { Some(Causality::Parameter) } else { array.causality() }
+            };
             let arrays = Array::all()
                 .filter(|array| clocks || !array.needs_clocks())
                 .filter(|array| causality(*array).is_some_and(|own| causalities.contains(&own)));
@@ -71,11 +72,11 @@ fn rows(start: &Settings, standard: Standard, causalities: &[Causality]) -> Stri
 }
 
 fn line_of_array(start: &Settings, array: Array) -> String {
-    let unit = array.row().map_or_else(|| array.quantity().map_or("", |quantity| quantity.unit), Row::unit);
+    let unit = array.quantity().map_or("", |quantity| quantity.unit);
     let value = match array {
         Array::Row(position) => start_value(start, position, &TABLE[position]),
-        Array::Balls => start.balls().to_string(),
-        Array::DerivativesOf => DERIVATIVES_OF[0].name.to_owned(),
+        Array::Extra(Extra::Balls) => start.balls().to_string(),
+        Array::Extra(Extra::DerivativesOf) => DERIVATIVES_OF[0].name.to_owned(),
         Array::Slope(_) => "0".to_owned(),
         _ => String::new(),
     };
@@ -146,7 +147,7 @@ mod tests {
             assert!(html.contains(&format!("<code>{}</code>", row.name_of("i"))), "{}", row.name);
         }
         let three = super::html(&Settings::default_for(5), Standard::Fmi3 { clocks: true });
-        for array in Array::all().filter(|array| *array != Array::Time) {
+        for array in Array::all().filter(|array| *array != Array::Extra(Extra::Time)) {
             assert!(three.contains(&format!("<code>{array}</code>")), "{array}");
         }
         assert!(!three.contains("<code>t_next_isOnset</code></td>") && !three.contains("<code>x[i]</code>"));

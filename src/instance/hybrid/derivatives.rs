@@ -3,7 +3,7 @@
 use crate::instance::legality::{Kind, Phase};
 use crate::instance::lifecycle::Instance;
 use crate::instance::refusal::Refusal;
-use crate::variables::{Array, ArrayType, Exchanged};
+use crate::variables::{Array, ArrayType, Extra};
 
 /// An element: its reference in a cradle of as many balls, or nothing for one that belongs to no contact.
 type Element = Option<u32>;
@@ -15,7 +15,7 @@ impl Instance {
         let mut elements = Vec::new();
         for reference in references {
             match self.array(*reference, ArrayType::Float64)? {
-                array @ (Array::Row(_) | Array::Exchanged(Exchanged::Position | Exchanged::Rate)) => {
+                array @ (Array::Row(_) | Array::Extra(Extra::Positions | Extra::Rates)) => {
                     let element = |index| array.element(index, balls).map(|variable| variable.reference());
                     elements.extend((0..array.len(balls)).map(element));
                 }

@@ -8,7 +8,7 @@ use super::steps::Handled;
 use crate::instance::legality::{Kind, Phase};
 use crate::instance::lifecycle::Instance;
 use crate::instance::refusal::Refusal;
-use crate::variables::{Array, Causality, Exchanged};
+use crate::variables::{Array, Causality, Extra};
 
 const STATES: &str = "nContinuousStates";
 
@@ -92,14 +92,14 @@ impl Instance {
 
     /// An element of a variable of model exchange, counted from 0. In co-simulation, which has no events of the host's, the indicators
     /// are 1.
-    pub(super) fn exchanged(&mut self, of: Exchanged, index: usize) -> Result<f64, Refusal> {
+    pub(super) fn exchanged(&mut self, of: Extra, index: usize) -> Result<f64, Refusal> {
         let place = match of {
-            Exchanged::Position | Exchanged::Rate => {
-                let variable = Array::Exchanged(of).element(index, self.balls());
+            Extra::ContactIndicators => index,
+            Extra::ClipIndicators => self.balls() + index,
+            _ => {
+                let variable = Array::Extra(of).element(index, self.balls());
                 return variable.map_or(Ok(0.0), |variable| self.real(variable.reference()));
             }
-            Exchanged::Contact => index,
-            Exchanged::Clip => self.balls() + index,
         };
         if self.run.kind == Kind::CoSimulation {
             return Ok(1.0);

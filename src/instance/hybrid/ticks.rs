@@ -6,7 +6,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::engine::{NEVER, Observer, Progress, Pulse, Results, WorkCounters};
 use crate::instance::calls::Reporter;
-use crate::variables::{Edge, Told};
 
 use super::pulses::Pulses;
 
@@ -17,12 +16,24 @@ enum Transition {
     Release(usize, Ended),
 }
 
-/// What is told of a pulse that has ended: its impulse (N.s), its largest force (N), its duration (s).
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-struct Ended {
-    impulse: f64,
-    peak: f64,
-    duration: f64,
+/// What happens to a contact.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Edge {
+    /// It closes.
+    Onset,
+    /// It opens.
+    Release,
+}
+
+/// A pulse that has ended.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub struct Ended {
+    /// N.s.
+    pub impulse: f64,
+    /// The largest force, N.
+    pub peak: f64,
+    /// s.
+    pub duration: f64,
 }
 
 impl Transition {
@@ -236,18 +247,14 @@ impl Ticks {
         self.last(edge).is_some_and(|tick| tick.transitions.iter().any(is_it))
     }
 
-    /// What it tells of the pulse of a contact that ended, 0 if none did.
-    pub fn ended(&self, told: Told, contact: usize) -> f64 {
+    /// The pulse of a contact that ended at the last tick; all zero if none did.
+    pub fn ended(&self, contact: usize) -> Ended {
         let of_contact = |transition: &Transition| match transition {
             Transition::Release(released, ended) if *released == contact => Some(*ended),
             _ => None,
         };
         let ended = self.last(Edge::Release).and_then(|tick| tick.transitions.iter().find_map(of_contact));
-        ended.map_or(0.0, |Ended { impulse, peak, duration }| match told {
-            Told::Impulse => impulse,
-            Told::Peak => peak,
-            _ => duration,
-        })
+        ended.unwrap_or_default()
     }
 
     /// The discrete variables of a contact; nothing if there is no such contact.

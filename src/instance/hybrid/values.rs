@@ -6,11 +6,12 @@ use crate::instance::lifecycle::Instance;
 use crate::instance::refusal::Refusal;
 use crate::model::Inputs;
 use crate::variables::{
-    Access, Array, ArrayType, Causality, DERIVATIVES_OF, MAX_BALLS, MIN_BALLS, Settings, Shape, TABLE, Told, Type,
+    Access, Array, ArrayType, Causality, DERIVATIVES_OF, Extra, MAX_BALLS, MIN_BALLS, Settings, Shape, TABLE, Type,
     Variable, VariableError, spare, variables,
 };
 
 use super::Hybrid;
+use super::ticks::Edge;
 
 /// The value of an element.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,7 +92,11 @@ impl Instance {
 
     /// An element of a variable, counted from 0.
     pub fn element(&mut self, array: Array, index: usize) -> Result<Value, Refusal> {
-        let Array::Row(position) = array else { return self.element_of_no_row(array, index) };
+        let position = match array {
+            Array::Row(position) => position,
+            Array::Slope(position) => return self.slope(position, index).map(Value::Float),
+            Array::Extra(extra) => return self.extra(extra, index),
+        };
         let row = &TABLE[position];
         let variable = Variable { row, position, index };
         let is_told = self.run.tells_of_events() && self.run.phase > Phase::InitializationMode;
@@ -127,24 +132,33 @@ impl Instance {
         }
     }
 
-    fn element_of_no_row(&mut self, array: Array, index: usize) -> Result<Value, Refusal> {
-        if let Array::Exchanged(of) = array {
-            return self.exchanged(of, index).map(Value::Float);
-        }
+    fn slope(&self, input: usize, index: usize) -> Result<f64, Refusal> {
+        Ok(match TABLE[input].access {
+            Access::Input { get, .. } => get(&self.hybrid()?.slopes).get(index).copied().unwrap_or_default(),
+            _ => 0.0,
+        })
+    }
+
+    fn extra(&mut self, extra: Extra, index: usize) -> Result<Value, Refusal> {
         let (time, balls, events) = (self.time(), self.balls(), self.run.phase == Phase::EventMode);
         let hybrid = self.hybrid()?;
-        Ok(match array {
-            Array::Balls => Value::Count(balls as u64),
-            Array::DerivativesOf => Value::Item(hybrid.derivatives_of.into()),
-            Array::Slope(position) => Value::Float(match TABLE[position].access {
-                Access::Input { get, .. } => get(&hybrid.slopes).get(index).copied().unwrap_or_default(),
-                _ => 0.0,
-            }),
-            Array::Clock(edge) => Value::Flag(events && hybrid.ticks.is_active(edge)),
-            Array::Told(Told::Time(edge)) => Value::Float(hybrid.ticks.time(edge)),
-            Array::Told(Told::Which(edge)) => Value::Flag(hybrid.ticks.is_part(edge, index)),
-            Array::Told(told) => Value::Float(hybrid.ticks.ended(told, index)),
-            Array::Time | Array::Row(_) | Array::Exchanged(_) | Array::Pulses => Value::Float(time),
+        let ticks = &hybrid.ticks;
+        Ok(match extra {
+            Extra::Time | Extra::Pulses => Value::Float(time),
+            Extra::Balls => Value::Count(balls as u64),
+            Extra::DerivativesOf => Value::Item(hybrid.derivatives_of.into()),
+            Extra::OnsetClock => Value::Flag(events && ticks.is_active(Edge::Onset)),
+            Extra::ReleaseClock => Value::Flag(events && ticks.is_active(Edge::Release)),
+            Extra::OnsetTime => Value::Float(ticks.time(Edge::Onset)),
+            Extra::ReleaseTime => Value::Float(ticks.time(Edge::Release)),
+            Extra::OnsetClosed => Value::Flag(ticks.is_part(Edge::Onset, index)),
+            Extra::ReleaseOpened => Value::Flag(ticks.is_part(Edge::Release, index)),
+            Extra::ReleaseImpulse => Value::Float(ticks.ended(index).impulse),
+            Extra::ReleasePeak => Value::Float(ticks.ended(index).peak),
+            Extra::ReleaseDuration => Value::Float(ticks.ended(index).duration),
+            Extra::Positions | Extra::Rates | Extra::ContactIndicators | Extra::ClipIndicators => {
+                Value::Float(self.exchanged(extra, index)?)
+            }
         })
     }
 
@@ -265,7 +279,7 @@ impl Instance {
         let arrays = self.arrays(references, ArrayType::UInt64, values.len())?;
         let mut wanted = self.balls();
         for (array, value) in arrays.into_iter().zip(values) {
-            if array != Array::Balls {
+            if array != Array::Extra(Extra::Balls) {
                 return Err(not_settable(array));
             }
             if self.run.phase != Phase::ConfigurationMode {

@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Write};
 
-use crate::variables::arrays::{Array, DERIVATIVES_OF, Exchanged, MAX_LOG};
+use crate::variables::arrays::{Array, ArrayType, DERIVATIVES_OF, Extra, MAX_LOG};
 use crate::variables::settings::Settings;
 use crate::variables::table::TABLE;
 use crate::variables::table::enumeration::{ENUMERATIONS, Item};
@@ -54,21 +54,21 @@ pub(super) fn write_variables(
 fn write_variable(out: &mut String, start: &Settings, array: Array) -> fmt::Result {
     let element = array.data_type();
     let causality = match (array, array.causality()) {
-        (Array::Time, _) => "independent".to_owned(),
-        (Array::Balls, _) => "structuralParameter".to_owned(),
+        (Array::Extra(Extra::Time), _) => "independent".to_owned(),
+        (Array::Extra(Extra::Balls), _) => "structuralParameter".to_owned(),
         (_, causality) => causality.map_or_else(String::new, |causality| camel(&causality)),
     };
     let variability = camel(&array.variability());
     write!(out, "    <{element:?} name=\"{array}\" valueReference=\"{}\"", array.reference())?;
     write!(out, " causality=\"{causality}\" variability=\"{variability}\"")?;
     if let Some(clock) = array.clock() {
-        write!(out, " clocks=\"{}\"", Array::Clock(clock).reference())?;
+        write!(out, " clocks=\"{}\"", clock.reference())?;
     }
     if array.is_intermediate() {
         out.write_str(" intermediateUpdate=\"true\"")?;
     }
     let row = array.row();
-    let calculated = row.map_or(matches!(array, Array::Exchanged(_) | Array::Pulses), |row| !row.settable());
+    let calculated = row.map_or(array.causality() == Some(Causality::Local), |row| !row.settable());
     match array.causality() {
         Some(Causality::Parameter) => out.write_str(" initial=\"exact\"")?,
         Some(_) if calculated => out.write_str(" initial=\"calculated\"")?,
@@ -78,10 +78,7 @@ fn write_variable(out: &mut String, start: &Settings, array: Array) -> fmt::Resu
     if row.is_some_and(|row| row.range.above_min && row.settable()) {
         out.write_str("; 0 itself is refused")?;
     }
-    if row.is_some_and(|row| row.shape == Shape::Contacts)
-        || matches!(array, Array::Told(_)) && array.is_array()
-        || matches!(array, Array::Exchanged(Exchanged::Contact | Exchanged::Clip))
-    {
+    if array.shape() == Shape::Contacts {
         out.write_str("; the last element belongs to no contact")?;
     }
     out.write_str("\"")?;
@@ -90,7 +87,7 @@ fn write_variable(out: &mut String, start: &Settings, array: Array) -> fmt::Resu
     write_start(out, start, array)?;
     match (element, array.is_array()) {
         (_, true) => {
-            writeln!(out, "><Dimension valueReference=\"{}\"/></{element:?}>", Array::Balls.reference())
+            writeln!(out, "><Dimension valueReference=\"{}\"/></{element:?}>", Array::Extra(Extra::Balls).reference())
         }
         _ => out.write_str("/>\n"),
     }
@@ -98,14 +95,16 @@ fn write_variable(out: &mut String, start: &Settings, array: Array) -> fmt::Resu
 
 /// Declared type, which has the unit, and range. The reader `fmi-schema` knows no unit and no nominal value of a variable.
 fn write_element(out: &mut String, array: Array, row: Option<&Row>) -> fmt::Result {
-    if let Some(quantity) = row.and_then(|row| row.quantity).or(array.quantity()) {
+    if let Some(quantity) = array.quantity() {
         write!(out, " declaredType=\"{}\"", quantity.name)?;
     }
     match (array, row.map(|row| row.access)) {
-        (Array::DerivativesOf, _) => write!(out, " declaredType=\"{DERIVATIVES_TYPE}\"")?,
-        (Array::Balls, _) => write!(out, " min=\"{MIN_BALLS}\" max=\"{MAX_BALLS}\"")?,
-        (Array::Pulses, _) => write!(out, " mimeType=\"text/csv\" maxSize=\"{MAX_LOG}\"")?,
-        (Array::Clock(_), _) => out.write_str(" intervalVariability=\"triggered\"")?,
+        (Array::Extra(Extra::DerivativesOf), _) => write!(out, " declaredType=\"{DERIVATIVES_TYPE}\"")?,
+        (Array::Extra(Extra::Balls), _) => write!(out, " min=\"{MIN_BALLS}\" max=\"{MAX_BALLS}\"")?,
+        (Array::Extra(Extra::Pulses), _) => write!(out, " mimeType=\"text/csv\" maxSize=\"{MAX_LOG}\"")?,
+        (Array::Extra(Extra::OnsetClock | Extra::ReleaseClock), _) => {
+            out.write_str(" intervalVariability=\"triggered\"")?
+        }
         (_, Some(Access::Enumeration(enumeration))) => write!(out, " declaredType=\"{}\"", enumeration.type_name)?,
         _ => {}
     }
@@ -136,8 +135,8 @@ fn write_exchange(out: &mut String, array: Array) -> fmt::Result {
 fn write_start(out: &mut String, start: &Settings, array: Array) -> fmt::Result {
     let balls = start.balls();
     match array {
-        Array::Balls => write!(out, " start=\"{balls}\""),
-        Array::DerivativesOf => write!(out, " start=\"{}\"", DERIVATIVES_OF[0].value),
+        Array::Extra(Extra::Balls) => write!(out, " start=\"{balls}\""),
+        Array::Extra(Extra::DerivativesOf) => write!(out, " start=\"{}\"", DERIVATIVES_OF[0].value),
         Array::Slope(_) => {
             write!(out, " start=\"{}\"", vec!["0"; array.len(balls)].join(" "))
         }
@@ -183,12 +182,12 @@ pub(super) fn write_structure(out: &mut String, arrays: impl Iterator<Item = Arr
     let unknown = |row: &Row| matches!(row.causality, Causality::Output | Causality::CalculatedParameter);
     for array in arrays {
         // By the letter clocks have no `initial`; FMPy takes them for calculated outputs.
-        if matches!(array, Array::Clock(_)) {
+        if array.data_type() == ArrayType::Clock {
             writeln!(out, "    <InitialUnknown valueReference=\"{}\" dependencies=\"\"/>", array.reference())?;
         }
         let initially = match array {
-            Array::Exchanged(Exchanged::Position) => Some(POSITION_AT_START),
-            Array::Exchanged(Exchanged::Rate) => Some(RATE_AT_START),
+            Array::Extra(Extra::Positions) => Some(POSITION_AT_START),
+            Array::Extra(Extra::Rates) => Some(RATE_AT_START),
             _ => array.row().and_then(|row| row.initially),
         };
         if array.row().is_some_and(unknown) || exchanged.contains(&array) {
@@ -199,8 +198,8 @@ pub(super) fn write_structure(out: &mut String, arrays: impl Iterator<Item = Arr
             }
         }
     }
-    for of in [Exchanged::Contact, Exchanged::Clip] {
-        write!(out, "    <EventIndicator valueReference=\"{}\"", Array::Exchanged(of).reference())?;
+    for indicators in [Extra::ContactIndicators, Extra::ClipIndicators] {
+        write!(out, "    <EventIndicator valueReference=\"{}\"", Array::Extra(indicators).reference())?;
         write_dependencies(out, EVERYTHING)?;
     }
     Ok(())
@@ -209,7 +208,7 @@ pub(super) fn write_structure(out: &mut String, arrays: impl Iterator<Item = Arr
 /// What an output or a derivative depends on at the same time: states and inputs.
 fn following(array: Array) -> Groups {
     match (array, array.row()) {
-        (Array::Exchanged(_), _) => RATE,
+        (Array::Extra(Extra::Rates), _) => RATE,
         (_, Some(row)) if row.name == "t_next" => INPUTS,
         (_, Some(row)) if matches!(row.name, "F" | "F_mean" | "a" | "der(E_dissipated)") => EVERYTHING,
         (_, Some(row)) => row.follows,
