@@ -145,9 +145,10 @@ impl Cluster {
         self.start + self.length
     }
 
-    /// Gives up the memory that only the next [`Self::expand`] would use again.
-    pub fn forget_workspace(&mut self) {
-        self.workspace = Workspace::default();
+    /// What describes the motion on the current segment.
+    #[cfg(test)]
+    pub fn method(&self) -> Method {
+        self.description.method
     }
 
     /// Evaluations of closed forms that the search for the end of the segment has taken.
@@ -337,10 +338,10 @@ impl Cluster {
         // Linear contacts; and what is left, a start from rest or stiff damping. Series keep the exact zeros of balls that the motion
         // has not reached.
         if linear && control.allows(Method::LinearSeries) {
-            series.expand_linear(&mut workspace.linear, window, control, scale, rounding.position);
+            series.expand_linear(workspace, window, control, scale, rounding.position);
             described.method = Method::LinearSeries;
         } else {
-            series.expand(&mut workspace.recurrences, window, control, scale);
+            series.expand(window, control, scale);
             described.method = Method::Series;
         }
         (self.length, history.explicit_length) = (series.converges_for(), series.converges_for());

@@ -194,7 +194,7 @@ impl Flight {
             power *= end / j as f64;
         }
         let amplitude = (a * a + o.omega2() * self.v * self.v).sqrt() + rate * end;
-        let third = rate + (o.omega() + 2.0 * o.gamma()) * amplitude;
+        let third = rate + o.pace() * amplitude;
         let grown = if order == 3 { third } else { curvature + o.omega2() * amplitude + 2.0 * o.gamma() * third };
         // Early on that is the tighter one; once drag has made the start forgotten, the motion follows the forcing.
         if o.gamma() > 0.0

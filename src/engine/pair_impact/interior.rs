@@ -75,8 +75,7 @@ impl<'a> Impact<'a> {
     /// segments.
     pub fn interior(&self, first: &'a OnceCell<Box<Interior>>, t: DoubleDouble) -> &'a Interior {
         let mut interior = first.get_or_init(|| {
-            let mut segment = self.first_segment();
-            segment.forget_workspace();
+            let segment = self.first_segment();
             Box::new(Interior { segment, impulse: 0.0, integrals: Default::default(), next: OnceCell::new() })
         });
         while interior.segment.end() <= t
@@ -102,7 +101,6 @@ impl<'a> Impact<'a> {
         let mut segment = last.segment.clone();
         segment.move_start(length, self.balls, self.laws);
         segment.expand(self.balls, self.laws, &self.control());
-        segment.forget_workspace();
         let impulse = last.impulse + last.segment.impulse(self.contact, length);
         Some(Interior { segment, impulse, integrals, next: OnceCell::new() })
     }

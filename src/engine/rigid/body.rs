@@ -54,7 +54,7 @@ pub(crate) struct Body {
 /// What rounding may be of the acceleration (m/s2) of a ball in flight under inputs that have acted for `age` (s).
 pub(crate) fn acceleration_rounding(ball: &Ball, age: f64) -> f64 {
     let o = &ball.oscillator;
-    let of_motion = (o.omega() + 2.0 * o.gamma()) * ball.flight.rounding(o).velocity;
+    let of_motion = o.pace() * ball.flight.rounding(o).velocity;
     let forcing = ball.flight.forcing[0].abs() + ball.flight.forcing[1].abs() * age;
     ROUNDINGS * (of_motion + 2.0 * f64::EPSILON * forcing)
 }

@@ -88,6 +88,11 @@ impl Oscillator {
         self.gamma
     }
 
+    /// A bound of the rates at which its motion and the derivatives of that change, 1/s.
+    pub fn pace(&self) -> f64 {
+        self.omega() + 2.0 * self.gamma
+    }
+
     /// The first `COUNT` functions `U_k` at `tau` >= 0 (s), 3 to [`BASIS`] of them.
     #[inline]
     pub fn basis<const COUNT: usize>(&self, tau: DoubleDouble) -> [f64; COUNT] {

@@ -250,7 +250,7 @@ impl Motion {
 
     /// The fastest rate of a pendulum, 1/s.
     pub(super) fn pace(&self) -> f64 {
-        self.oscillators.iter().map(|o| o.omega() + 2.0 * o.gamma()).fold(0.0, f64::max)
+        self.oscillators.iter().map(Oscillator::pace).fold(0.0, f64::max)
     }
 
     /// Hands each contact the `force` of the one on its left, its own and that of the one on its right, 0 for those that do not press.

@@ -51,7 +51,7 @@ impl Responses {
         let mut terms = [0.0; TERMS];
         terms[0] = 1.0;
         terms[1] = -o.gamma();
-        let reach = (o.omega() + 2.0 * o.gamma()) * longest;
+        let reach = o.pace() * longest;
         let (mut count, mut left_out) = (1, 0.5 * reach);
         for k in 2..TERMS {
             if left_out <= LEFT_OUT {

@@ -9,7 +9,6 @@ use super::recurrences::TERMS_AT_LEAST;
 use super::series::{INVERSE_FACTORIAL, Series};
 use crate::engine::cluster::step_control::Control;
 use crate::engine::cluster::window::{Window, WindowContact};
-use crate::engine::flight::Ball;
 use crate::model::Mode;
 use crate::solver::oscillator::MAX_FORCE_ORDER;
 use crate::solver::series::{self, INVERSES, NUMBERS};
@@ -99,7 +98,7 @@ impl Block {
 }
 
 /// What an expansion needs beside the series; it keeps nothing from one to the next but its memory.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Workspace {
     blocks: Vec<Block>,
     /// Whether all pendulums are alike.
@@ -306,8 +305,7 @@ fn logarithm_below(x: f64) -> f64 {
 /// A time (s) near the inverse of the fastest rate of a window: that of a spring, a dashpot or a pendulum.
 fn shortest_time(window: &Window) -> f64 {
     let Window { balls, contacts, laws, .. } = window;
-    let swing = |ball: &Ball| ball.oscillator.omega() + 2.0 * ball.oscillator.gamma();
-    let mut fastest = balls.iter().map(swing).fold(0.0, f64::max);
+    let mut fastest = balls.iter().map(|ball| ball.oscillator.pace()).fold(0.0, f64::max);
     for (j, law) in laws.iter().enumerate().filter(|(j, _)| contacts[*j].mode == Mode::Pressing) {
         let mass = window.reduced_mass(j);
         fastest = fastest.max((law.stiffness / mass).sqrt()).max(law.damping_coefficient() / mass);
@@ -317,66 +315,7 @@ fn shortest_time(window: &Window) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::recurrences::{self, velocity_scale};
-    use super::*;
-    use crate::engine::cluster::dense_output::DenseOutput;
-    use crate::engine::flight::Flight;
-    use crate::model::{BallModel, ContactLaw, Damping};
-    use crate::solver::double_double::DoubleDouble;
-
-    /// Six balls, more than a block, pressed, clipped and apart, equal and unequal pendulums, under inputs that change: the same
-    /// follows from either kind of series.
-    #[test]
-    fn the_motion_is_that_of_the_other_series() {
-        let flights = [(-3e-4, 2e-3), (-1e-4, -1e-3), (2e-4, 5e-4), (3e-4, 0.0), (4e-4, -2e-3), (5e-4, 1e-3)];
-        let flights = flights.map(|(x, v)| Flight { x, v, forcing: [0.3, 0.0, 20.0, 1e3] });
-        let contact = |overlap, mode| WindowContact { overlap, mode };
-        let contacts = [
-            contact(3e-7, Mode::Pressing),
-            contact(1e-7, Mode::Clipped),
-            contact(2e-7, Mode::Pressing),
-            contact(5e-7, Mode::Pressing),
-            contact(-1e-7, Mode::Open),
-        ];
-        for (damping, alike) in [(None, true), (Some(300.0), true), (Some(300.0), false), (Some(1e6), true)] {
-            let pendulum = |i: usize| if alike { [5.0, 0.4] } else { [5.0 + i as f64, 0.4 + 0.1 * i as f64] };
-            let model = |i: usize| {
-                let [omega2, gamma] = pendulum(i / 2);
-                BallModel { mass: [1.0, 2.0, 0.7, 1.3, 0.5, 1.0][i], omega2, gamma }
-            };
-            let ball = |i: usize| Ball::new(&model(i), DoubleDouble::from(0.0), flights[i]);
-            let balls: [Ball; 6] = std::array::from_fn(ball);
-            let damping = damping.map_or(Damping::None, |c| Damping::KelvinVoigt { c, pull: false });
-            let law = |j: usize| {
-                let stiffness = 1e10 * (1 + j) as f64;
-                ContactLaw { stiffness, overlap_ref: 1e-6, exponent: 1.0, clearance: 1e-7, damping }
-            };
-            let laws: [ContactLaw; 5] = std::array::from_fn(law);
-            let window = Window { flights: &flights, balls: &balls, contacts: &contacts, laws: &laws };
-            let (control, scale) = (Control::new(1e-12), velocity_scale(&window));
-            let (mut other, mut linear) = (Series::default(), Series::default());
-            other.expand(&mut recurrences::Workspace::default(), &window, &control, scale);
-            linear.expand_linear(&mut Workspace::default(), &window, &control, scale, f64::INFINITY);
-            assert!(linear.converges_for() > 1.8 * other.converges_for());
-            let until = other.converges_for();
-            let of = |series: &Series| {
-                let contact = |j| {
-                    let (overlap, change) = series.overlap(j, until);
-                    [overlap, change, series.impulse(j, until), series.contact_loss(j, until)]
-                };
-                let ball = |i| {
-                    let ((moved, change), squares) =
-                        (series.moved(i, until), series.squared_velocity_integral(i, until));
-                    [moved, change, series.displacement_integral(i, until), squares]
-                };
-                [(0..5).map(contact).collect::<Vec<_>>(), (0..6).map(ball).collect()].concat()
-            };
-            for (k, (other, linear)) in of(&other).concat().into_iter().zip(of(&linear).concat()).enumerate() {
-                let error = (linear - other).abs() / other.abs();
-                assert!(linear == other || error < 1e-12, "{damping:?}, alike: {alike}, {k} is off by {error:e}");
-            }
-        }
-    }
+    use super::logarithm_below;
 
     #[test]
     fn a_logarithm_is_at_most_a_tenth_too_small() {

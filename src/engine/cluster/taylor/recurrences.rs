@@ -10,14 +10,14 @@ use super::series::{INVERSE_FACTORIAL, Series};
 use crate::engine::cluster::equations::Equations;
 use crate::engine::cluster::step_control::Control;
 use crate::engine::cluster::window::Window;
-use crate::engine::flight::{Ball, degree, forcing_at};
+use crate::engine::flight::{degree, forcing_at};
 use crate::model::{BallModel, ContactLaw, Mode};
 use crate::solver::crossing;
 use crate::solver::dual::Scalar;
 use crate::solver::oscillator::MAX_FORCE_ORDER;
 
 /// The force by the series may differ from that of the law by what changes the velocities by this part of their scale.
-pub(super) const WRONG: f64 = 1e-13;
+const WRONG: f64 = 1e-13;
 
 /// Velocities up to this, m/s, are those of a start from rest: what the other accelerations lead to is by far more.
 const AT_REST: f64 = 1e-20;
@@ -27,24 +27,6 @@ const SHORTEST_UNIT: f64 = 1e-20;
 
 /// Terms that are looked at to tell how far a series without gaps converges.
 pub(super) const TERMS_AT_LEAST: usize = 3;
-
-/// What an expansion needs beside the series; it keeps nothing from one to the next but its memory.
-#[derive(Debug, Default)]
-pub(crate) struct Workspace {
-    /// A contact each: powers of the scaled overlap, one after the other.
-    powers: Vec<Vec<f64>>,
-    /// A contact each: the overlap up to which its elastic force is left out, m; 0 if it is not.
-    pub(super) negligible: Vec<f64>,
-}
-
-impl Workspace {
-    /// For so many contacts.
-    pub(super) fn begin(&mut self, contacts: usize) {
-        self.powers.resize(contacts, Vec::new());
-        self.negligible.clear();
-        self.negligible.resize(contacts, 0.0);
-    }
-}
 
 impl<S: Scalar> Series<S> {
     /// Computes all coefficients from those of [`begin`](Self::begin). Contacts whose overlap is `negligible` have no elastic
@@ -124,40 +106,27 @@ impl<S: Scalar> Series<S> {
 }
 
 impl Series {
-    /// Computes all coefficients from the state at the start of a segment with velocities of this `scale` (m/s).
-    pub fn expand(&mut self, workspace: &mut Workspace, window: &Window, control: &Control, scale: f64) {
-        let laws = window.laws;
-        workspace.begin(laws.len());
-        let Workspace { powers, negligible } = &mut *workspace;
-        let dv = control.epsilon * scale;
-        negligible.iter_mut().enumerate().for_each(|(j, level)| *level = negligible_overlap(j, window, dv, scale));
+    /// Computes all coefficients from the state at the start of a segment with velocities of this `scale` (m/s). The segment ends where
+    /// the last terms, or what is left out, would change them by more than `control` allows.
+    pub fn expand(&mut self, window: &Window, control: &Control, scale: f64) {
+        let (laws, dv) = (window.laws, control.epsilon * scale);
+        let negligible: Vec<f64> = (0..laws.len()).map(|j| negligible_overlap(j, window, dv, scale)).collect();
         self.begin(window, control.order, unit_of_time(window, scale, |j| negligible[j] > 0.0));
-        self.fill(window, powers, |j| negligible[j] > 0.0 || !window.needs_force(j), |_| false);
+        self.fill(
+            window,
+            &mut vec![Vec::new(); laws.len()],
+            |j| negligible[j] > 0.0 || !window.needs_force(j),
+            |_| false,
+        );
         // After an onset, series have gaps: the overlap is `d = u t + c t^(p+2) + ...`, with nothing in between. So many terms are
         // looked at that they cannot all fall into a gap.
         let gap = laws.iter().map(|law| libm::ceil(law.exponent) as usize).fold(1, usize::max);
-        self.end_where_wrong(&workspace.negligible, window, control, scale, gap + TERMS_AT_LEAST, |j, overlap| {
-            laws[j].elastic_continued(overlap).map(|(force, _)| force)
-        });
-    }
-
-    /// Ends the segment where the last `terms` of the series, or what is left out, would change the velocities, of this `scale`, by
-    /// more than `control` allows; `elastic` is the force of a contact by its law.
-    pub(super) fn end_where_wrong(
-        &mut self,
-        negligible: &[f64],
-        window: &Window,
-        control: &Control,
-        scale: f64,
-        terms: usize,
-        mut elastic: impl FnMut(usize, f64) -> Option<f64>,
-    ) {
-        self.converges_for = self.convergence(control.epsilon * scale, terms).min(control.longest);
-        for (j, law) in window.laws.iter().enumerate() {
+        self.converges_for = self.convergence(dv, gap + TERMS_AT_LEAST).min(control.longest);
+        for (j, law) in laws.iter().enumerate() {
             if negligible[j] > 0.0 {
                 self.shorten_where_above(j, negligible[j]);
             } else if window.needs_force(j) && law.exponent > 1.0 {
-                self.shorten_where_wrong(j, window.reduced_mass(j), scale, |overlap| elastic(j, overlap));
+                self.shorten_where_wrong(j, law, window.reduced_mass(j), scale);
             }
         }
     }
@@ -180,13 +149,13 @@ impl Series {
 
     /// Ends the segment where the series of the elastic force of contact `j` is still the force of the law. From rest the
     /// force starts with a high power of the time, which may lie beyond the order.
-    fn shorten_where_wrong(&mut self, j: usize, mass: f64, scale: f64, mut elastic: impl FnMut(f64) -> Option<f64>) {
+    fn shorten_where_wrong(&mut self, j: usize, law: &ContactLaw, mass: f64, scale: f64) {
         // Bounded, for states that are not finite.
         for _ in 0..64 {
             let s = self.converges_for / self.unit;
             let overlap = self.value(self.overlap_row(j), s);
             let by_series = self.value(self.elastic_row(j), s);
-            if let Some(by_law) = elastic(overlap) {
+            if let Some((by_law, _)) = law.elastic_continued(overlap) {
                 let speed_up = |force: f64| force.abs() * self.converges_for / mass;
                 let allowed = WRONG * (scale + speed_up(by_law));
                 // Far beyond their convergence both may be infinite.
@@ -200,7 +169,7 @@ impl Series {
     }
 
     /// Ends the segment where the overlap of contact `j` rises above this `level` (m).
-    pub(super) fn shorten_where_above(&mut self, j: usize, level: f64) {
+    fn shorten_where_above(&mut self, j: usize, level: f64) {
         let until = self.converges_for / self.unit;
         if let Some(s) = crossing::first_positive(self.overlap_row(j), 1.0, level, until) {
             self.converges_for = s * self.unit;
@@ -211,16 +180,10 @@ impl Series {
 /// Scale of the velocities (m/s) that local errors are measured by: the largest velocity, and the largest closing rate that the
 /// elastic energies amount to, or, from rest, what the other accelerations lead to until a contact balances them.
 pub(crate) fn velocity_scale(window: &Window) -> f64 {
-    velocity_scale_by(window, |j| window.laws[j].elastic_energy(window.contacts[j].overlap))
-}
-
-/// The same from the elastic energy of each contact, J.
-pub(super) fn velocity_scale_by(window: &Window, mut energy: impl FnMut(usize) -> f64) -> f64 {
-    let Window { flights, laws, .. } = window;
+    let Window { flights, contacts, laws, .. } = window;
     let moving = flights.iter().map(|f| f.v.abs()).fold(f64::MIN_POSITIVE, f64::max);
-    let stored = (0..laws.len()).map(|j| {
-        let mass = window.reduced_mass(j);
-        let from_energy = (2.0 * energy(j) / mass).sqrt();
+    let stored = laws.iter().zip(*contacts).enumerate().map(|(j, (law, contact))| {
+        let from_energy = (2.0 * law.elastic_energy(contact.overlap) / window.reduced_mass(j)).sqrt();
         if moving > AT_REST { from_energy } else { from_energy.max(speed_from_rest(window, j)) }
     });
     stored.fold(moving, f64::max)
@@ -250,7 +213,7 @@ fn speed_from_rest(window: &Window, j: usize) -> f64 {
 
 /// Where a power that is not whole starts from almost no overlap its series hardly converges, and its force does not
 /// matter: it is left out up to an overlap (m) where it would change the velocities by the local error `dv` (m/s); 0 if it is not.
-pub(super) fn negligible_overlap(j: usize, window: &Window, dv: f64, scale: f64) -> f64 {
+fn negligible_overlap(j: usize, window: &Window, dv: f64, scale: f64) -> f64 {
     let (contact, law) = (&window.contacts[j], &window.laws[j]);
     if window.needs_force(j) && law.whole_exponent().is_none() {
         let (mass, rate) = (window.reduced_mass(j), window.flights[j].v - window.flights[j + 1].v);
@@ -264,28 +227,17 @@ pub(super) fn negligible_overlap(j: usize, window: &Window, dv: f64, scale: f64)
 
 /// A time (s) within a few powers of ten of the one that the series will converge for: that of the fastest contact, or of an
 /// overlap about to vanish, whose power is singular there, unless it is `negligible`; without contact that of the pendulums.
-pub(super) fn unit_of_time(window: &Window, scale: f64, negligible: impl Fn(usize) -> bool) -> f64 {
+fn unit_of_time(window: &Window, scale: f64, negligible: impl Fn(usize) -> bool) -> f64 {
     let Window { flights, contacts, laws, .. } = window;
-    let mut unit = longest_unit(window);
+    let swing = window.balls.iter().map(|ball| ball.oscillator.pace()).fold(0.0, f64::max);
+    let mut unit = if swing > 0.0 { 1.0 / swing } else { 1.0 };
     for (j, (contact, law)) in contacts.iter().zip(*laws).enumerate().filter(|(j, _)| window.needs_force(*j)) {
         let mass = window.reduced_mass(j);
         unit = unit.min(law.time_scale(mass, scale)).min(law.relaxation_time(mass, scale));
         let rate = (flights[j].v - flights[j + 1].v).abs();
-        if law.whole_exponent().is_none() && !negligible(j) {
-            unit = shorter_unit(unit, contact.overlap, rate);
+        if law.whole_exponent().is_none() && !negligible(j) && contact.overlap < unit * rate {
+            unit = (contact.overlap / rate).max(SHORTEST_UNIT * unit);
         }
     }
     unit
-}
-
-/// That of the pendulums, s.
-fn longest_unit(window: &Window) -> f64 {
-    let swing = |ball: &Ball| ball.oscillator.omega() + 2.0 * ball.oscillator.gamma();
-    let swing = window.balls.iter().map(swing).fold(0.0, f64::max);
-    if swing > 0.0 { 1.0 / swing } else { 1.0 }
-}
-
-/// The `unit` (s), or less where the `overlap` (m) is about to vanish at this `rate` (m/s).
-fn shorter_unit(unit: f64, overlap: f64, rate: f64) -> f64 {
-    if overlap < unit * rate { (overlap / rate).max(SHORTEST_UNIT * unit) } else { unit }
 }
