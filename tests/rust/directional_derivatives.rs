@@ -3,14 +3,15 @@
 use cradle_host::{Host, fmi2Error, fmi2OK};
 use newtons_cradle::fmi2::*;
 
+use crate::differences::{LAWS, Values, by_differences, knowns, names};
+
 const BALLS: usize = 5;
 
 /// Every real output.
 fn outputs() -> Vec<String> {
-    let each = |name: &str, count: usize| (1..=count).map(|i| format!("{name}[{i}]")).collect::<Vec<_>>();
-    let scalars = ["E_total", "p_total", "F_support", "F_support_mean", "t_next"].map(str::to_owned).to_vec();
-    let contacts = ["F", "impulse", "F_mean", "F_peak"].map(|name| each(name, BALLS - 1)).concat();
-    [each("x", BALLS), each("v", BALLS), contacts, scalars].concat()
+    let contacts = ["F", "impulse", "F_mean", "F_peak"].map(|name| (name, BALLS - 1));
+    let arrays = [[("x", BALLS), ("v", BALLS)].as_slice(), &contacts].concat();
+    names(&arrays, &["E_total", "p_total", "F_support", "F_support_mean", "t_next"])
 }
 
 /// A step from a state: its start and length, and the inputs held over it.
@@ -38,15 +39,14 @@ impl Step {
         };
         // How far a look ahead has come depends on nothing that acts on the cradle.
         let foreseen = self.host.get_boolean("t_next_isOnset");
-        let sides: Vec<[Vec<f64>; 2]> =
-            (1..=3).map(|k| [1.0, -1.0].map(|sign| self.outputs(input, sign * f64::from(k) * h))).collect();
+        let size: Vec<f64> = self.outputs(input, h);
+        let (differences, _) = by_differences(h, false, |change| self.outputs(input, change));
         for (j, name) in outputs().iter().enumerate() {
             if name == "t_next" && !foreseen {
                 assert_eq!(exact[j], 0.0);
                 continue;
             }
-            let half = |k: usize| 0.5 * (sides[k][0][j] - sides[k][1][j]) / h;
-            let difference = 1.5 * half(0) - 0.3 * half(1) + half(2) / 30.0;
+            let difference = differences[j];
             // The scale of the kind of output: what the same kind changes by elsewhere.
             let kind = name.split('[').next().unwrap();
             let scale = exact.iter().zip(outputs()).filter(|(_, other)| other.split('[').next() == Some(kind));
@@ -54,7 +54,7 @@ impl Step {
             // Means are differences of integrals, energies and forces of the support sums over all balls.
             let over = if name.contains("mean") { self.length.min(1.0) } else { 1.0 };
             // A slow impact makes a hundred thousand roundings of the force of one.
-            let rounding = 2e-11 * sides[0][0][j].abs().max(1e-1) / over / h;
+            let rounding = 2e-11 * size[j].abs().max(1e-1) / over / h;
             assert!(
                 (exact[j] - difference).abs() <= tolerance * scale + rounding,
                 "{what}: {name} by {input}: {} {difference}, scale {scale}",
@@ -70,45 +70,13 @@ impl Drop for Step {
     }
 }
 
-type Setup = fn(&Host);
-
-const LAWS: [(&str, Setup); 11] = [
-    ("linear", |_| {}),
-    ("cubic", |h| assert_eq!(h.set("contact.exponent", 3.0), fmi2OK)),
-    ("not whole", |h| assert_eq!(h.set("contact.exponent", 2.3), fmi2OK)),
-    ("Hertz", |h| assert_eq!(h.set_integer("contact.model", 2), fmi2OK)),
-    ("dashpot", |h| assert_eq!(h.set("contact.damping", 1e4), fmi2OK)),
-    ("dashpot without pull", |h| {
-        assert_eq!((h.set_integer("contact.dampingLaw", 2), h.set("contact.damping", 1e4)), (fmi2OK, fmi2OK));
-    }),
-    ("Hunt-Crossley with drag", |h| {
-        assert_eq!((h.set_integer("contact.dampingLaw", 3), h.set("contact.huntCrossley", 0.4)), (fmi2OK, fmi2OK));
-        assert_eq!((h.set("pendulum.drag", 0.2), h.set("contact.exponent", 1.5)), (fmi2OK, fmi2OK));
-    }),
-    ("viscoelastic", |h| {
-        assert_eq!((h.set_integer("contact.dampingLaw", 4), h.set("contact.relaxationTime", 2e-7)), (fmi2OK, fmi2OK));
-        assert_eq!((h.set("pendulum.drag", 0.2), h.set("contact.exponent", 2.0)), (fmi2OK, fmi2OK));
-    }),
-    ("viscoelastic Hertz", |h| {
-        assert_eq!((h.set_integer("contact.dampingLaw", 4), h.set("contact.relaxationTime", 2e-6)), (fmi2OK, fmi2OK));
-        assert_eq!(h.set_integer("contact.model", 2), fmi2OK);
-    }),
-    ("rigid", |h| assert_eq!(h.set_integer("contact.model", 3), fmi2OK)),
-    ("rigid with losses", |h| {
-        assert_eq!((h.set_integer("contact.model", 3), h.set("contact.restitution", 0.7)), (fmi2OK, fmi2OK));
-        assert_eq!(h.set("ball.massRatio[3]", 1.2), fmi2OK);
-    }),
-];
-
 /// A step from `from` seconds after the onset of the first impact of balls whose impacts are apart.
-fn step(setup: Setup, from: f64, length: f64) -> Step {
+fn step(law: Values, from: f64, length: f64) -> Step {
     let host = Host::new();
     // Gaps that keep the order of the pulses under the changes of the inputs, and inputs that are not 0.
-    for (i, x) in (1..).zip([-0.1, -0.0983, 0.0, 0.0011, 0.0023]) {
-        assert_eq!(host.set(&format!("x_start[{i}]"), x), fmi2OK);
-    }
-    assert_eq!((host.set("F_ext[1]", 0.03), host.set("a_support", -0.01)), (fmi2OK, fmi2OK));
-    setup(&host);
+    host.give(&[("x_start[2]", -0.0983), ("x_start[4]", 0.0011), ("x_start[5]", 0.0023)]);
+    host.give(&[("F_ext[1]", 0.03), ("a_support", -0.01)]);
+    host.give(law);
     host.start();
     let start = host.get("t_next") + from;
     assert_eq!(host.step(0.0, start), fmi2OK);
@@ -117,7 +85,7 @@ fn step(setup: Setup, from: f64, length: f64) -> Step {
 
 #[test]
 fn they_agree_with_differences() {
-    for (law, setup) in LAWS {
+    for (law, values) in LAWS {
         // From the onset of the first impact, in s; length; smallest and largest number of onsets within.
         let steps = [
             ("in flight", -0.3, 0.2, 0..=0),
@@ -127,7 +95,7 @@ fn they_agree_with_differences() {
             ("several pulses", -0.05, 0.45, 3..=12),
         ];
         for (what, from, length, onsets) in steps {
-            let step = step(setup, from, length);
+            let step = step(values, from, length);
             let count = |host: &Host| (1..BALLS).map(|i| host.get_integer(&format!("pulses[{i}]"))).sum::<i32>();
             let before = count(&step.host);
             step.outputs("F_ext[1]", 0.0);
@@ -167,29 +135,17 @@ fn input_derivatives_of_the_step_are_kept() {
 /// The waves through touching balls, in which all pulses overlap; and balls pressed together by dashpots.
 #[test]
 fn overlapping_pulses_and_lasting_contacts() {
-    for (what, setup) in [
-        // Where balls just touch, or two onsets tie, there is no derivative: a nanometre apart, and unequal.
-        (
-            "wave",
-            (|h| {
-                assert_eq!(h.set("contact.deadBand", 1e-9), fmi2OK);
-                for i in 1..=5 {
-                    assert_eq!(h.set(&format!("ball.massRatio[{i}]"), 1.0 + 0.01 * f64::from(i)), fmi2OK);
-                }
-            }) as Setup,
-        ),
-        ("pressed", |h| {
-            assert_eq!((h.set("contact.damping", 2e4), h.set("contact.deadBand", 0.0)), (fmi2OK, fmi2OK));
-            for i in 1..=5 {
-                assert_eq!(h.set(&format!("x_start[{i}]"), 0.0), fmi2OK);
-            }
-            for i in 1..=4 {
-                assert_eq!(h.set(&format!("contact.gap[{i}]"), -1e-5 - 1e-6 * f64::from(i)), fmi2OK);
-            }
-        }),
-    ] {
+    // Where balls just touch, or two onsets tie, there is no derivative: a nanometre apart, and unequal.
+    let ratios = names(&[("ball.massRatio", BALLS)], &[]);
+    let wave = ratios.iter().zip([1.01, 1.02, 1.03, 1.04, 1.05]).map(|(name, ratio)| (name.as_str(), ratio));
+    let wave = wave.chain([("contact.deadBand", 1e-9)]).collect();
+    let (starts, gaps) = (names(&[("x_start", BALLS)], &[]), names(&[("contact.gap", BALLS - 1)], &[]));
+    let pressed = starts.iter().map(|name| (name.as_str(), 0.0));
+    let gaps = gaps.iter().zip([-1.1e-5, -1.2e-5, -1.3e-5, -1.4e-5]).map(|(name, gap)| (name.as_str(), gap));
+    let pressed = pressed.chain(gaps).chain([("contact.damping", 2e4), ("contact.deadBand", 0.0)]).collect();
+    for (what, values) in [("wave", wave), ("pressed", pressed)] as [(&str, Vec<(&str, f64)>); 2] {
         let host = Host::new();
-        setup(&host);
+        host.give(&values);
         host.start();
         let from = if what == "wave" { host.get("t_next") - 1e-3 } else { 0.01 };
         assert_eq!(host.step(0.0, from), fmi2OK);
@@ -287,61 +243,37 @@ fn directions_add_up_and_states_keep_them() {
 /// In Initialization Mode the unknowns depend on the parameters and the inputs.
 #[test]
 fn initial_unknowns_agree_with_differences() {
-    let setups: [(&str, Setup); 5] = [
-        ("apart", |_| {}),
-        ("pressed, Hertz with Hunt-Crossley damping", |h| {
-            assert_eq!((h.set_integer("contact.model", 2), h.set_integer("contact.dampingLaw", 3)), (fmi2OK, fmi2OK));
-            assert_eq!((h.set("contact.huntCrossley", 0.4), h.set("x_start[4]", 2e-4)), (fmi2OK, fmi2OK));
-            assert_eq!((h.set("v_start[4]", 0.1), h.set("x_start[5]", 0.01)), (fmi2OK, fmi2OK));
-        }),
-        ("pressed, viscoelastic real power", |h| {
-            assert_eq!((h.set_integer("contact.dampingLaw", 4), h.set("contact.exponent", 1.7)), (fmi2OK, fmi2OK));
-            assert_eq!((h.set("contact.relaxationTime", 1e-5), h.set("x_start[4]", 2e-4)), (fmi2OK, fmi2OK));
-            assert_eq!((h.set("v_start[4]", 0.1), h.set("x_start[5]", 0.01)), (fmi2OK, fmi2OK));
-        }),
-        ("pressed, viscoelastic and linear", |h| {
-            assert_eq!((h.set_integer("contact.dampingLaw", 4), h.set("x_start[4]", 2e-4)), (fmi2OK, fmi2OK));
-            assert_eq!((h.set("contact.relaxationTime", 1e-5), h.set("x_start[5]", 0.01)), (fmi2OK, fmi2OK));
-            assert_eq!(h.set("v_start[4]", 0.1), fmi2OK);
-        }),
-        ("pressed, real power with dashpots and drag", |h| {
-            assert_eq!((h.set("contact.exponent", 1.7), h.set("contact.damping", 1e3)), (fmi2OK, fmi2OK));
-            assert_eq!((h.set("pendulum.drag", 0.2), h.set("x_start[4]", 2e-4)), (fmi2OK, fmi2OK));
-            assert_eq!((h.set("v_start[4]", 0.1), h.set("x_start[5]", 0.01)), (fmi2OK, fmi2OK));
-        }),
-    ];
-    for (what, setup) in setups {
+    let closing = [("v_start[4]", 0.1), ("x_start[4]", 2e-4), ("x_start[5]", 0.01)];
+    let relaxing = [("contact.dampingLaw", 4.0), ("contact.relaxationTime", 1e-5)];
+    let hertz = [("contact.model", 2.0), ("contact.dampingLaw", 3.0), ("contact.huntCrossley", 0.4)];
+    let dashpots = [("contact.exponent", 1.7), ("contact.damping", 1e3), ("pendulum.drag", 0.2)];
+    for (what, values) in [
+        ("apart", vec![]),
+        ("pressed, Hertz with Hunt-Crossley damping", [closing, hertz].concat()),
+        ("pressed, viscoelastic real power", [&closing[..], &relaxing, &[("contact.exponent", 1.7)]].concat()),
+        ("pressed, viscoelastic and linear", [&closing[..], &relaxing].concat()),
+        ("pressed, real power with dashpots and drag", [closing, dashpots].concat()),
+    ] {
         let host = Host::new();
-        assert_eq!(host.set("contact.restitution", 0.9), fmi2OK); // There is room on both sides.
-        setup(&host);
+        // There is room on both sides.
+        host.give(&[("contact.restitution", 0.9)]);
+        host.give(&values);
         assert_eq!((host.set_up(0.0), host.enter()), (fmi2OK, fmi2OK));
         let names: Vec<String> = outputs().into_iter().chain(["pendulum.period".to_owned()]).collect();
-        let all = || names.iter().map(|name| host.get(name)).collect::<Vec<f64>>();
-        let knowns = newtons_cradle::variables::variables(BALLS).filter(|variable| {
-            let real = variable.row.access.data_type() == newtons_cradle::variables::Type::Real;
-            real && variable.row.settable() && variable.row.name != "solver.tolerance"
-        });
-        for known in knowns.map(|known| known.to_string()) {
+        let values = || names.iter().map(|name| host.get(name)).collect::<Vec<f64>>();
+        for known in knowns(BALLS).map(|known| known.to_string()) {
             let value = host.get(&known);
-            let h = if value == 0.0 { 1e-7 } else { 1e-5 * value.abs() };
+            let h = if value == 0.0 { 1e-7 } else { 3e-6 * value.abs() };
             let exact: Vec<f64> = names.iter().map(|name| host.sensitivity(name, &known)).collect();
-            let at = |change: f64| {
-                assert_eq!(host.set(&known, value + change), fmi2OK, "{known}");
-                let values = all();
-                assert_eq!(host.set(&known, value), fmi2OK);
-                values
-            };
             let one_sided = host.set(&known, value - h) != fmi2OK;
             host.log();
-            assert_eq!(host.set(&known, value), fmi2OK);
-            let (zero, up, up2) = (all(), at(h), at(2.0 * h));
-            let down = if one_sided { None } else { Some(at(-h)) };
-            for (j, name) in names.iter().enumerate() {
-                let difference = match &down {
-                    Some(down) => (up[j] - down[j]) / (2.0 * h),
-                    None => (2.0 * up[j] - 0.5 * up2[j] - 1.5 * zero[j]) / h,
-                };
-                let rounding = 1e-13 * zero[j].abs().max(1e-3) / h;
+            let (differences, rounding) = by_differences(h, one_sided, |change| {
+                host.give(&[(&known, value + change)]);
+                values()
+            });
+            host.give(&[(&known, value)]);
+            for (j, (name, size)) in names.iter().zip(values()).enumerate() {
+                let (difference, rounding) = (differences[j], 1e-13 * size.abs().max(1e-3) * rounding);
                 assert!(
                     (exact[j] - difference).abs() <= 1e-4 * exact[j].abs() + rounding,
                     "{what}: {name} by {known}: {} {difference}",

@@ -6,6 +6,7 @@
 
 mod border;
 mod description;
+mod differences;
 mod directional_derivatives;
 mod exchange;
 mod fmi3;
@@ -19,7 +20,6 @@ mod rigid;
 mod run_derivatives;
 mod running;
 mod stiff;
-mod tapes;
 mod viscoelastic;
 mod waves;
 mod work;

@@ -3,11 +3,11 @@
 use cradle_host::{Host, fmi2Error, fmi2OK};
 use newtons_cradle::fmi2::*;
 
+use crate::differences::{LAWS, names};
+
 /// Outputs that vary with the time.
 fn outputs() -> Vec<String> {
-    let each = |name: &str, count: usize| (1..=count).map(|i| format!("{name}[{i}]")).collect::<Vec<_>>();
-    let scalars = ["E_total", "p_total", "F_support"].map(str::to_owned).to_vec();
-    [each("x", 5), each("v", 5), each("F", 4), each("impulse", 4), scalars].concat()
+    names(&[("x", 5), ("v", 5), ("F", 4), ("impulse", 4)], &["E_total", "p_total", "F_support"])
 }
 
 /// The first derivative of equidistant samples in the middle of nine, of eighth order.
@@ -16,15 +16,12 @@ fn difference(samples: &[f64], h: f64) -> f64 {
     weights.iter().zip(1..).map(|(w, k)| w * (samples[4 + k] - samples[4 - k])).sum::<f64>() / h
 }
 
-/// Starts five unequal pendulums, released side by side, with these values of real variables.
+/// Starts five unequal pendulums, released side by side, with these values of variables.
 fn start_unequal(host: &Host, values: &[(&str, f64)]) {
-    for (name, value) in values {
-        assert_eq!(host.set(name, *value), fmi2OK);
-    }
+    host.give(values);
     for i in 1..=5 {
-        assert_eq!(host.set(&format!("x_start[{i}]"), -0.02), fmi2OK);
-        assert_eq!(host.set(&format!("ball.massRatio[{i}]"), 1.0 + 0.1 * f64::from(i)), fmi2OK);
-        assert_eq!(host.set(&format!("pendulum.lengthRatio[{i}]"), 1.0 - 0.02 * f64::from(i)), fmi2OK);
+        let [start, mass, length] = ["x_start", "ball.massRatio", "pendulum.lengthRatio"].map(|n| format!("{n}[{i}]"));
+        host.give(&[(&start, -0.02), (&mass, 1.0 + 0.1 * f64::from(i)), (&length, 1.0 - 0.02 * f64::from(i))]);
     }
     host.start();
 }
@@ -74,38 +71,12 @@ fn check(what: &str, host: &Host, (start, h, count): (f64, f64, usize), toleranc
 /// Highest order offered.
 const MAX_ORDER: usize = 3;
 
-type Setup = fn(&Host);
-
-const LAWS: [(&str, Setup); 9] = [
-    ("linear", |_| {}),
-    ("cubic", |h| assert_eq!(h.set("contact.exponent", 3.0), fmi2OK)),
-    ("not whole", |h| assert_eq!(h.set("contact.exponent", 2.3), fmi2OK)),
-    ("Hertz", |h| assert_eq!(h.set_integer("contact.model", 2), fmi2OK)),
-    ("dashpot", |h| assert_eq!(h.set("contact.damping", 2e4), fmi2OK)),
-    ("dashpot without pull", |h| {
-        assert_eq!((h.set_integer("contact.dampingLaw", 2), h.set("contact.damping", 2e4)), (fmi2OK, fmi2OK));
-    }),
-    ("Hunt-Crossley with drag", |h| {
-        assert_eq!((h.set_integer("contact.dampingLaw", 3), h.set("contact.huntCrossley", 0.5)), (fmi2OK, fmi2OK));
-        assert_eq!((h.set("pendulum.drag", 0.3), h.set("contact.exponent", 1.5)), (fmi2OK, fmi2OK));
-    }),
-    ("viscoelastic", |h| {
-        assert_eq!((h.set_integer("contact.dampingLaw", 4), h.set("contact.relaxationTime", 2e-6)), (fmi2OK, fmi2OK));
-        assert_eq!((h.set("pendulum.drag", 0.3), h.set("contact.exponent", 2.0)), (fmi2OK, fmi2OK));
-    }),
-    ("viscoelastic Hertz", |h| {
-        assert_eq!((h.set_integer("contact.dampingLaw", 4), h.set("contact.relaxationTime", 2e-6)), (fmi2OK, fmi2OK));
-        assert_eq!(h.set_integer("contact.model", 2), fmi2OK);
-    }),
-];
-
 #[test]
 fn they_agree_with_differences_in_flight_and_in_contact() {
-    for (law, setup) in LAWS {
+    for (law, values) in LAWS.into_iter().filter(|(law, _)| !law.starts_with("rigid")) {
         let host = Host::new();
-        assert_eq!((host.set("contact.deadBand", 0.0), host.set("F_ext[5]", 0.4)), (fmi2OK, fmi2OK));
-        assert_eq!(host.set("a_support", -0.2), fmi2OK);
-        setup(&host);
+        host.give(&[("contact.deadBand", 0.0), ("F_ext[5]", 0.4), ("a_support", -0.2)]);
+        host.give(values);
         host.start();
         check(&format!("{law}, in flight"), &host, (0.0, 0.01, 40), 1e-6);
         let onset = host.get("t_next");
@@ -117,7 +88,8 @@ fn they_agree_with_differences_in_flight_and_in_contact() {
             let (state, events) = (host.save(), host.get_integer("solver.events"));
             let (h, count) = (2e-8, 40);
             assert_eq!(host.step(t, h * count as f64), fmi2OK);
-            let smooth = host.get_integer("solver.events") == events;
+            // Short of the release, where the force of some laws has a branch point.
+            let smooth = host.get_integer("solver.events") == events && host.get("F[2]") > 30.0;
             assert_eq!(host.restore(state), fmi2OK);
             host.free(state);
             if smooth && host.get("F[2]") > 1.0 {
@@ -136,8 +108,8 @@ fn they_agree_with_differences_in_flight_and_in_contact() {
 #[test]
 fn they_agree_with_differences_in_a_rigid_body() {
     let host = Host::new();
-    assert_eq!((host.set_integer("contact.model", 3), host.set("contact.deadBand", 0.0)), (fmi2OK, fmi2OK));
-    start_unequal(&host, &[("F_ext[1]", 3.0), ("F_ext[5]", -2.0), ("a_support", -0.2), ("pendulum.drag", 0.4)]);
+    host.give(&[("contact.model", 3.0), ("contact.deadBand", 0.0), ("pendulum.drag", 0.4)]);
+    start_unequal(&host, &[("F_ext[1]", 3.0), ("F_ext[5]", -2.0), ("a_support", -0.2)]);
     assert_eq!((host.set_derivative("F_ext[1]", 1, 0.2), host.step(0.0, 0.1)), (fmi2OK, fmi2OK));
     check("rigid", &host, (0.1, 0.01, 40), 1e-6);
     assert!((1..=4).all(|i| host.get(&format!("F[{i}]")) > 0.1));
@@ -153,24 +125,20 @@ fn they_keep_their_digits_where_balls_rest_against_each_other() {
         [-0.2, 0.0, 0.0, 0.1, 0.05],
         [0.4, 0.0, 0.0, -0.2, 0.0],
     ];
-    let laws: [(&str, Setup); 3] = [
-        ("dashpot", |h| assert_eq!(h.set("contact.damping", 2e4), fmi2OK)),
-        ("cubic", |h| assert_eq!((h.set("contact.exponent", 3.0), h.set("contact.damping", 2e4)), (fmi2OK, fmi2OK))),
-        ("Hertz", |h| {
-            assert_eq!((h.set_integer("contact.model", 2), h.set_integer("contact.dampingLaw", 3)), (fmi2OK, fmi2OK));
-            assert_eq!(h.set("contact.huntCrossley", 1e4), fmi2OK);
-        }),
-    ];
-    for (law, setup) in laws {
+    let dashpot = ("contact.damping", 2e4);
+    let hertz = [("contact.model", 2.0), ("contact.dampingLaw", 3.0), ("contact.huntCrossley", 1e4)];
+    for (law, values) in
+        [("dashpot", &[dashpot][..]), ("cubic", &[("contact.exponent", 3.0), dashpot]), ("Hertz", &hertz)]
+    {
         for masses in [[1.0; 5], [1.0, 1.2, 0.9, 1.1, 1.3]] {
             let host = Host::new();
-            assert_eq!((host.set("contact.deadBand", 0.0), host.set("a_support", 0.1)), (fmi2OK, fmi2OK));
-            setup(&host);
+            host.give(&[("contact.deadBand", 0.0), ("a_support", 0.1)]);
+            host.give(values);
             for (i, mass) in (1..).zip(masses) {
                 for (name, value) in
                     [("x_start", 0.02), ("v_start", 0.3), ("F_ext", PUSHES[0][i - 1]), ("ball.massRatio", mass)]
                 {
-                    assert_eq!(host.set(&format!("{name}[{i}]"), value), fmi2OK);
+                    host.give(&[(&format!("{name}[{i}]"), value)]);
                 }
             }
             host.start();

@@ -1,19 +1,102 @@
-//! Derivatives of the whole run: exact, checked against differences of runs with other parameters and inputs.
+//! Derivatives of the whole run, checked against differences of runs with other parameters and inputs: by repeating the run, and of
+//! elastic contacts by its tape, in both directions.
 
-use newtons_cradle::engine::{Differential, History, Simulation, Unrecorded};
+use newtons_cradle::engine::{Differential, History, Simulation, Tape, Unrecorded};
 use newtons_cradle::model::{ContactModel, DampingLaw, Inputs, Parameters, SolverMethod};
-use newtons_cradle::variables::{Settings, Type, Variable, variables};
+use newtons_cradle::variables::Settings;
 
-use super::tapes::{rates_by, step};
+use super::differences::{by_differences, knowns, step};
 
-/// Three balls that click, with gaps that keep the order of the pulses.
-fn cradle() -> Parameters {
-    let (x_start, v_start) = (vec![-0.1, 0.0, 0.0011], vec![0.02, 0.0, 0.0]);
-    Parameters { x_start, v_start, ..Parameters::default_for(3) }
+const START: f64 = 0.25;
+
+/// A run whose inputs and damping change on the way.
+struct Course {
+    simulation: Simulation,
+    history: History,
+    /// At its end.
+    parameters: Parameters,
 }
 
-fn laws() -> Vec<(&'static str, Parameters)> {
-    let p = cradle();
+impl Course {
+    /// From [`START`] to `end` (s), with the damping of the contacts changed on the way unless they have to stay `elastic`.
+    fn new(settings: &Settings, end: f64, elastic: bool) -> Self {
+        let Settings { mut parameters, inputs } = settings.clone();
+        let mut simulation = Simulation::new(&parameters, &inputs, START).unwrap();
+        let mut history = History::default();
+        simulation.advance(0.6, &mut Unrecorded).unwrap();
+        simulation.keep_history(true, parameters.tunables(), &mut history);
+        let force = inputs.force.iter().map(|force| force + 0.1).collect();
+        let slopes = Inputs { support_acceleration: 0.2, ..Inputs::zero(inputs.force.len()) };
+        simulation.hold(&Inputs { force, ..inputs.clone() }, &[slopes]).unwrap();
+        simulation.advance(1.4, &mut Unrecorded).unwrap();
+        simulation.keep_history(true, parameters.tunables(), &mut history);
+        simulation.hold(&inputs, &[]).unwrap();
+        simulation.keep_history(true, parameters.tunables(), &mut history);
+        parameters.drag += 0.01;
+        let change = if elastic { 0.0 } else { 0.01 };
+        parameters.damping += change;
+        parameters.hunt_crossley += change;
+        simulation.retune(&parameters).unwrap();
+        simulation.advance(1.5, &mut Unrecorded).unwrap();
+        simulation.advance(end, &mut Unrecorded).unwrap();
+        Self { simulation, history, parameters }
+    }
+
+    fn outputs(&self) -> Vec<f64> {
+        let (run, balls) = (&self.simulation, 0..self.parameters.balls());
+        let states = balls.clone().map(|i| run.x(i)).chain(balls.clone().map(|i| run.v(i)));
+        let impulses = balls.skip(1).map(|i| run.impulse(i - 1));
+        let sums = [run.total_energy(), run.momentum(), run.support_force(), run.support_force_mean()];
+        states.chain(impulses).chain(sums).chain([run.next_onset().time()]).collect()
+    }
+
+    /// Its derivatives along a direction, by repeating it.
+    fn along(&self, along: &Settings) -> Result<Differential, impl std::fmt::Debug> {
+        self.simulation.sensitivity_of_run(&self.parameters, START, &self.history, &along.parameters, &along.inputs)
+    }
+
+    fn tape(&self) -> Option<Tape> {
+        self.simulation.tape(&self.parameters, START, &self.history)
+    }
+}
+
+/// A unit of one of the [`knowns`].
+fn unit(known: newtons_cradle::variables::Variable, balls: usize) -> Settings {
+    let mut along = Settings::zero(balls);
+    known.set_real(&mut along, 1.0);
+    along
+}
+
+/// The derivatives of [`Course::outputs`]; the last two are not on tapes.
+fn derivatives(of: &Differential) -> Vec<f64> {
+    let sums = [of.energy, of.momentum, of.support_force, of.support_force_mean, of.next_onset];
+    of.x.iter().chain(&of.v).chain(&of.impulse).chain(&sums).copied().collect()
+}
+
+/// Those that tapes have.
+fn on_tape(of: &Differential) -> Vec<f64> {
+    let mut all = derivatives(of);
+    all.truncate(all.len() - 2);
+    all
+}
+
+fn sum(weights: &[f64], of: &Differential) -> f64 {
+    on_tape(of).iter().zip(weights).map(|(derivative, weight)| derivative * weight).sum()
+}
+
+/// Numbers between -1 and 1, always the same for a seed.
+fn spread(seed: usize) -> impl Iterator<Item = f64> {
+    (1000 * seed..).map(|k| (k as f64 * 0.618_033_988_749_895).fract() * 2.0 - 1.0)
+}
+
+/// Runs of three balls that end between and in contacts, with gaps that keep the order of the pulses; each with whether it has a tape.
+fn runs() -> Vec<(&'static str, Parameters, f64, bool)> {
+    let (x_start, v_start) = (vec![-0.1, 0.0, 0.0011], vec![0.02, 0.0, 0.0]);
+    let p = Parameters { x_start, v_start, ..Parameters::default_for(3) };
+    let unequal = vec![1.0, 1.02, 1.0];
+    let hertz = Parameters { contact_model: ContactModel::Hertz, ..p.clone() };
+    let together = Parameters { x_start: vec![-0.10002, -0.1, 0.0], ..hertz.clone() };
+    let overlapping = Parameters { gap: vec![-1e-5, 0.0], dead_band: 0.0, stiffness: 1e4, ..p.clone() };
     let damped = |damping_law, exponent| Parameters {
         damping_law,
         exponent,
@@ -23,107 +106,53 @@ fn laws() -> Vec<(&'static str, Parameters)> {
         drag: 0.1,
         ..p.clone()
     };
+    let rigid = Parameters { contact_model: ContactModel::Rigid, restitution: 0.9, ..p.clone() };
     vec![
-        ("linear", p.clone()),
-        ("cubic", Parameters { exponent: 3.0, ..p.clone() }),
-        ("not whole", Parameters { exponent: 2.3, ..p.clone() }),
-        ("Hertz", Parameters { contact_model: ContactModel::Hertz, ..p.clone() }),
-        ("dashpot", damped(DampingLaw::KelvinVoigt, 1.0)),
-        ("dashpot without pull", damped(DampingLaw::KelvinVoigtNoPull, 1.0)),
-        ("Hunt-Crossley", damped(DampingLaw::HuntCrossley, 1.5)),
-        ("viscoelastic", damped(DampingLaw::Viscoelastic, 2.0)),
-        ("rigid", Parameters { contact_model: ContactModel::Rigid, restitution: 0.9, ..p.clone() }),
-        ("bdf", Parameters { method: SolverMethod::Bdf, stiffness: 1e7, tolerance: 1e-14, ..p }),
+        ("linear", p.clone(), 2.7, true),
+        ("unequal lengths", Parameters { length_ratio: unequal, ..p.clone() }, 2.7, true),
+        ("drag", Parameters { drag: 0.1, ..p.clone() }, 2.7, true),
+        ("cubic", Parameters { exponent: 3.0, ..p.clone() }, 2.7, true),
+        ("not whole", Parameters { exponent: 2.3, ..p.clone() }, 2.7, true),
+        ("Hertz", hertz, 2.7, true),
+        ("three at once", together, 1.6, true),
+        ("closed at the start and the end", overlapping, 1.6, true),
+        ("dashpot", damped(DampingLaw::KelvinVoigt, 1.0), 2.7, false),
+        ("dashpot without pull", damped(DampingLaw::KelvinVoigtNoPull, 1.0), 2.7, false),
+        ("Hunt-Crossley", damped(DampingLaw::HuntCrossley, 1.5), 2.7, false),
+        ("viscoelastic", damped(DampingLaw::Viscoelastic, 2.0), 2.7, false),
+        ("rigid", rigid, 2.7, false),
+        ("bdf", Parameters { method: SolverMethod::Bdf, stiffness: 1e7, tolerance: 1e-14, ..p }, 2.7, false),
     ]
-}
-
-/// A run whose inputs and damping change on the way.
-struct Course {
-    simulation: Simulation,
-    history: History,
-    parameters: Parameters,
-}
-
-const END: f64 = 2.7;
-
-fn course(settings: &Settings) -> Course {
-    let Settings { mut parameters, inputs } = settings.clone();
-    let mut simulation = Simulation::new(&parameters, &inputs, 0.25).unwrap();
-    let mut history = History::default();
-    let advance = |simulation: &mut Simulation, time| simulation.advance(time, &mut Unrecorded).unwrap();
-    advance(&mut simulation, 0.6);
-    simulation.keep_history(true, parameters.tunables(), &mut history);
-    let pushed =
-        |inputs: &Inputs| Inputs { force: inputs.force.iter().map(|force| force + 0.1).collect(), ..inputs.clone() };
-    let slopes = Inputs { support_acceleration: 0.2, ..Inputs::zero(3) };
-    simulation.hold(&pushed(&inputs), &[slopes]).unwrap();
-    advance(&mut simulation, 1.4);
-    simulation.keep_history(true, parameters.tunables(), &mut history);
-    simulation.hold(&inputs, &[]).unwrap();
-    simulation.keep_history(true, parameters.tunables(), &mut history);
-    for tunable in [&mut parameters.drag, &mut parameters.damping, &mut parameters.hunt_crossley] {
-        *tunable += 0.01;
-    }
-    simulation.retune(&parameters).unwrap();
-    advance(&mut simulation, 1.5);
-    advance(&mut simulation, END);
-    assert!(
-        (0..2).map(|i| simulation.pulses(i)).sum::<u64>() >= 3,
-        "{:?}",
-        (simulation.pulses(0), simulation.pulses(1))
-    );
-    Course { simulation, history, parameters }
-}
-
-fn outputs(settings: &Settings) -> Vec<f64> {
-    let run = course(settings).simulation;
-    let (x, v): (Vec<_>, Vec<_>) = (0..3).map(|i| (run.x(i), run.v(i))).unzip();
-    let impulses = (0..2).map(|i| run.impulse(i)).collect();
-    let sums = vec![run.total_energy(), run.momentum(), run.support_force(), run.support_force_mean()];
-    [x, v, impulses, sums, vec![run.next_onset().time()]].concat()
-}
-
-fn derivatives(found: &Differential) -> Vec<f64> {
-    let sums = vec![found.energy, found.momentum, found.support_force, found.support_force_mean, found.next_onset];
-    [found.x.clone(), found.v.clone(), found.impulse.clone(), sums].concat()
-}
-
-/// What the outputs may depend on.
-fn knowns() -> impl Iterator<Item = Variable> {
-    let real = |variable: &Variable| variable.row.settable() && variable.row.access.data_type() == Type::Real;
-    variables(3).filter(real)
 }
 
 #[test]
 fn they_agree_with_differences() {
-    for (law, parameters) in laws() {
+    for (name, parameters, end, has_tape) in runs() {
         let settings = Settings { parameters, inputs: Inputs::zero(3) };
-        let Course { simulation, history, parameters } = course(&settings);
-        let values = outputs(&settings);
-        for known in knowns().filter(|known| !known.row.name.starts_with("solver")) {
-            let value = known.real(&settings).unwrap();
-            let mut along = Settings::zero(3);
-            known.set_real(&mut along, 1.0);
-            let found = simulation.sensitivity_of_run(&parameters, 0.25, &history, &along.parameters, &along.inputs);
-            let found = found.unwrap_or_else(|_| panic!("{law}: {known} is not followed"));
-            let found = derivatives(&found);
+        let course = Course::new(&settings, end, has_tape);
+        let (values, tape) = (course.outputs(), course.tape());
+        assert_eq!(tape.is_some(), has_tape, "{name}");
+        for known in knowns(3) {
+            let (value, along) = (known.real(&settings).unwrap(), unit(known, 3));
+            let by_tape = tape.as_ref().map(|tape| on_tape(&tape.along(&along.parameters, &along.inputs)));
+            // Where contacts are closed all the time the run is only followed by its tape.
+            let repeated = course.along(&along).map(|found| derivatives(&found));
+            assert!(repeated.is_ok() || has_tape, "{name}: {known} is not followed");
             let h = step(known, value);
             let one_sided = value == 0.0 && known.check_real(-1.0).is_err();
-            let at = |steps: f64| {
+            let (differences, rounding) = by_differences(h, one_sided, |change| {
                 let mut changed = settings.clone();
-                known.set_real(&mut changed, value + steps * h);
-                outputs(&changed)
-            };
-            let (rates, rounding) = rates_by(at, one_sided);
-            for (j, (value, rate)) in values.iter().zip(rates).enumerate() {
-                let difference = rate / h;
-                let error = (found[j] - difference).abs();
-                let rounding = rounding * value.abs().max(1.0) / h;
-                assert!(
-                    error <= 1e-5 * difference.abs() + rounding,
-                    "{law}: output {j} by {known}: {} {difference} {rounding}",
-                    found[j]
-                );
+                known.set_real(&mut changed, value + change);
+                Course::new(&changed, end, has_tape).outputs()
+            });
+            for found in [by_tape, repeated.ok()].into_iter().flatten() {
+                for (j, (found, difference)) in found.into_iter().zip(&differences).enumerate() {
+                    let bound = 1e-5 * difference.abs() + 6e-13 * rounding * values[j].abs().max(1.0);
+                    assert!(
+                        (found - difference).abs() <= bound,
+                        "{name}: output {j} by {known}: {found} {difference} {bound}"
+                    );
+                }
             }
         }
     }
@@ -159,4 +188,114 @@ fn contacts_that_close_from_rest() {
             );
         }
     }
+}
+
+/// Both directions of a tape, by several weights of the outputs and directions, some of them along few of the knowns: the weighted sum of
+/// the derivatives along the direction, and the sum of its derivatives by each of the knowns, agree to 1e-12 of the larger one.
+fn both_ways(name: &str, tape: &Tape, balls: usize) {
+    for seed in 0..8 {
+        let weights: Vec<f64> = spread(seed).take(3 * balls + 2).collect();
+        let gradient = tape.gradient(&tape.weights(|of| sum(&weights, of)));
+        let mut all = Settings::zero(balls);
+        let mut adjoint = 0.0;
+        let few = |k: usize| seed < 4 || k % 4 == seed % 4;
+        for (_, (known, change)) in knowns(balls).zip(spread(seed + 1)).enumerate().filter(|(k, _)| few(*k)) {
+            known.set_real(&mut all, change);
+            let mut along = Settings::zero(balls);
+            known.set_real(&mut along, change);
+            adjoint += gradient.along(&along.parameters, &along.inputs);
+        }
+        let directional = sum(&weights, &tape.along(&all.parameters, &all.inputs));
+        let error = (adjoint - directional).abs() / adjoint.abs().max(directional.abs());
+        assert!(error <= 1e-12, "{name}, seed {seed}: {adjoint} {directional}: {error}");
+    }
+}
+
+#[test]
+fn both_directions_agree_through_a_hundred_clicks() {
+    // The derivatives grow with the run: for five balls of Hertz with small gaps to 1e13, for seven in touch to 1e25.
+    let (linear, hertz) = (ContactModel::PowerLaw, ContactModel::Hertz);
+    for (contact_model, balls, gap) in [
+        (linear, 5, None),
+        (hertz, 3, None),
+        (hertz, 4, Some(0.0)),
+        (hertz, 5, None),
+        (hertz, 5, Some(1e-6)),
+        (hertz, 7, Some(0.0)),
+    ] {
+        let default = Parameters::default_for(balls);
+        let gap = gap.map_or(default.gap.clone(), |gap| vec![gap; balls - 1]);
+        let parameters = Parameters { contact_model, gap, ..default };
+        let mut simulation = Simulation::new(&parameters, &Inputs::zero(balls), 0.0).unwrap();
+        for end in [1.0, 10.0, 142.0] {
+            simulation.advance(end, &mut Unrecorded).unwrap();
+            let tape = simulation.tape(&parameters, 0.0, &History::default()).unwrap();
+            both_ways(&format!("{contact_model:?}, {balls} balls, {end} s"), &tape, balls);
+        }
+        assert!((0..balls - 1).map(|i| simulation.pulses(i)).min() >= Some(100));
+    }
+}
+
+#[test]
+fn both_directions_agree_whatever_acts() {
+    for (name, parameters, end, _) in runs().into_iter().filter(|(.., has_tape)| *has_tape) {
+        let course = Course::new(&Settings { parameters, inputs: Inputs::zero(3) }, end, true);
+        both_ways(name, &course.tape().unwrap(), 3);
+    }
+}
+
+/// Without gravity a flight is a polynomial, as short as it is to the oscillator: with the slope of an input one of the third degree.
+#[test]
+fn long_flights_without_gravity() {
+    let p = Parameters { gravity: 0.0, x_start: vec![0.0], ..Parameters::default_for(1) };
+    let mut simulation = Simulation::new(&p, &Inputs::zero(1), 0.0).unwrap();
+    let mut history = History::default();
+    simulation.keep_history(true, p.tunables(), &mut history);
+    let slope = Inputs { support_acceleration: -1.0, ..Inputs::zero(1) };
+    simulation.hold(&Inputs::zero(1), &[slope]).unwrap();
+    simulation.advance(1.0, &mut Unrecorded).unwrap();
+    let along = Parameters { gravity: 1.0, ..Settings::zero(1).parameters };
+    let found = simulation.tape(&p, 0.0, &history).unwrap().along(&along, &Inputs::zero(1));
+    // x = t^3 / 6, and a small gravity g pulls it back by g x / length.
+    assert!((found.x[0] * p.length * 120.0 + 1.0).abs() < 1e-14, "{}", found.x[0]);
+}
+
+/// A brake that changes at every millisecond, there and back.
+#[test]
+fn parameters_that_change_all_the_time() {
+    for contact_model in [ContactModel::PowerLaw, ContactModel::Hertz] {
+        let mut p = Parameters { contact_model, ..Parameters::default_for(3) };
+        let mut simulation = Simulation::new(&p, &Inputs::zero(3), START).unwrap();
+        let mut history = History::default();
+        for k in 1..=1000 {
+            simulation.advance(START + 1e-3 * f64::from(k), &mut Unrecorded).unwrap();
+            simulation.keep_history(true, p.tunables(), &mut history);
+            p.drag = 0.01 * f64::from(k % 3);
+            simulation.retune(&p).unwrap();
+        }
+        simulation.advance(START + 1.1, &mut Unrecorded).unwrap();
+        let tape = simulation.tape(&p, START, &history).unwrap();
+        both_ways(&format!("{contact_model:?}"), &tape, 3);
+        let course = Course { simulation, history, parameters: p };
+        // Linear forces do not depend on the reference overlap, and for the exponent the run is followed to 1e-3 only.
+        for known in knowns(3).filter(|known| !["contact.overlapRef", "contact.exponent"].contains(&known.row.name)) {
+            let along = unit(known, 3);
+            let found = on_tape(&tape.along(&along.parameters, &along.inputs));
+            let repeated = on_tape(&course.along(&along).unwrap());
+            let size = repeated.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+            for (found, repeated) in found.iter().zip(repeated) {
+                assert!((found - repeated).abs() <= 1e-8 * size, "{contact_model:?}, {known}: {found} {repeated}");
+            }
+        }
+    }
+}
+
+#[test]
+fn another_course_than_that_of_the_run_has_none() {
+    let settings = Settings { parameters: Parameters::default_for(3), inputs: Inputs::zero(3) };
+    let Course { simulation, history, parameters } = Course::new(&settings, 2.7, true);
+    assert!(simulation.tape(&parameters, START, &history).is_some());
+    assert!(simulation.tape(&parameters, START, &History::default()).is_none());
+    let later = Parameters { v_start: vec![0.0, 0.0, 1e-6], ..parameters };
+    assert!(simulation.tape(&later, START, &history).is_none());
 }

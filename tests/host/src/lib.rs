@@ -228,6 +228,16 @@ impl Host {
         unsafe { fmi2SetInteger(self.c, &self.vr(name), 1, &value) }
     }
 
+    /// Sets these variables, real ones, integers or enumerations, which must be accepted.
+    pub fn give(&self, values: &[(&str, f64)]) {
+        for (name, value) in values {
+            let variable = Variable::named(name, self.balls).unwrap_or_else(|| panic!("no {name}"));
+            let real = variable.row.access.data_type() == Type::Real;
+            let status = if real { self.set(name, *value) } else { self.set_integer(name, *value as i32) };
+            assert_eq!(status, fmi2OK, "{name} = {value}: {:?}", self.log());
+        }
+    }
+
     /// Sets the derivative of an input by time, of this order, in the input's unit over s^order.
     pub fn set_derivative(&self, name: &str, order: i32, value: f64) -> fmi2Status {
         unsafe { fmi2SetRealInputDerivatives(self.c, &self.vr(name), 1, &order, &value) }

@@ -1,0 +1,73 @@
+//! Derivatives by differences, and the laws and dependencies that exact ones are checked for.
+
+use newtons_cradle::variables::{Type, Variable, variables};
+
+/// Values of variables.
+pub type Values = &'static [(&'static str, f64)];
+
+/// Contacts of every law.
+pub const LAWS: [(&str, Values); 11] = [
+    ("linear", &[]),
+    ("cubic", &[("contact.exponent", 3.0)]),
+    ("not whole", &[("contact.exponent", 2.3)]),
+    ("Hertz", &[("contact.model", 2.0)]),
+    ("dashpot", &[("contact.damping", 1e4)]),
+    ("dashpot without pull", &[("contact.dampingLaw", 2.0), ("contact.damping", 1e4)]),
+    (
+        "Hunt-Crossley with drag",
+        &[
+            ("contact.dampingLaw", 3.0),
+            ("contact.huntCrossley", 0.42),
+            ("contact.exponent", 1.5),
+            ("pendulum.drag", 0.2),
+        ],
+    ),
+    (
+        "viscoelastic",
+        &[
+            ("contact.dampingLaw", 4.0),
+            ("contact.relaxationTime", 2e-7),
+            ("contact.exponent", 2.0),
+            ("pendulum.drag", 0.2),
+        ],
+    ),
+    ("viscoelastic Hertz", &[("contact.model", 2.0), ("contact.dampingLaw", 4.0), ("contact.relaxationTime", 2e-6)]),
+    ("rigid", &[("contact.model", 3.0)]),
+    ("rigid with losses", &[("contact.model", 3.0), ("contact.restitution", 0.7), ("ball.massRatio[3]", 1.2)]),
+];
+
+/// The real parameters of the physics, start values and inputs: what a run may depend on.
+pub fn knowns(balls: usize) -> impl Iterator<Item = Variable> {
+    let real = |variable: &Variable| variable.row.settable() && variable.row.access.data_type() == Type::Real;
+    variables(balls).filter(real).filter(|known| !known.row.name.starts_with("solver"))
+}
+
+/// The names of the elements of these arrays, each with its length, and of scalars.
+pub fn names(arrays: &[(&str, usize)], scalars: &[&str]) -> Vec<String> {
+    let elements = arrays.iter().flat_map(|(name, count)| (1..=*count).map(move |i| format!("{name}[{i}]")));
+    elements.chain(scalars.iter().map(|name| name.to_string())).collect()
+}
+
+/// The change of what has this value by which differences are taken.
+pub fn step(known: Variable, value: f64) -> f64 {
+    let unit = if ["contact.gap", "contact.deadBand"].contains(&known.row.name) { 1e-3 } else { 1.0 };
+    1e-5 * if value == 0.0 { unit } else { value.abs() }
+}
+
+/// Derivatives of the values `at` changes that are multiples of `h`, and by how much a rounding of 1 of the values changes them: of sixth
+/// order, or `one_sided` of fourth order.
+pub fn by_differences(h: f64, one_sided: bool, at: impl Fn(f64) -> Vec<f64>) -> (Vec<f64>, f64) {
+    let weights: &[(f64, f64)] = if one_sided {
+        &[(0.0, -25.0 / 12.0), (1.0, 4.0), (2.0, -3.0), (3.0, 4.0 / 3.0), (4.0, -0.25)]
+    } else {
+        &[(1.0, 0.75), (-1.0, -0.75), (2.0, -0.15), (-2.0, 0.15), (3.0, 1.0 / 60.0), (-3.0, -1.0 / 60.0)]
+    };
+    let rounding: f64 = weights.iter().map(|(_, weight)| weight.abs()).sum();
+    let mut sums = Vec::new();
+    for (steps, weight) in weights {
+        let values = at(steps * h);
+        sums.resize(values.len(), 0.0);
+        sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += weight * value);
+    }
+    (sums.into_iter().map(|sum| sum / h).collect(), rounding / h)
+}
