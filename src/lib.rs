@@ -16,8 +16,8 @@
 //! | [`engine`] | a run: flight, impacts, clusters and bodies of balls in contact, events, the ledger of pulses | `model`, `solver` |
 //! | [`variables`] | the interface as one table: names, types, units, ranges, description, access | `model`: [`model::Parameters`], [`model::Results`] |
 //! | [`instance`] | one running instance: phases, legality of calls, steps, saved states, log | `variables`, `engine` |
-//! | `border` | what the C functions of all versions share | `instance` |
-//! | [`fmi2`], [`fmi3`] | the C functions of FMI 2.0 and 3.0; with `border`, the only unsafe code | `border`, `instance` |
+//! | `ffi` | what the C functions of all versions share | `instance` |
+//! | [`fmi2`], [`fmi3`] | the C functions of FMI 2.0 and 3.0; with `ffi`, the only unsafe code | `ffi`, `instance` |
 //!
 //! The producer of the FMU is built without the feature `engine`: of all this it needs the parameters and the table.
 //!
@@ -60,7 +60,7 @@
 pub mod engine;
 // In a browser no host could call them: web/ has functions of its own.
 #[cfg(all(feature = "engine", not(target_family = "wasm")))]
-mod border;
+mod ffi;
 #[cfg(all(feature = "engine", not(target_family = "wasm")))]
 pub mod fmi2;
 #[cfg(all(feature = "engine", not(target_family = "wasm")))]

@@ -379,7 +379,7 @@ COVERAGE = (
 
 
 def fuzz(results: Results) -> None:
-    """The C border's tests with AddressSanitizer; then each fuzz target: its seeds, and a fixed sequence of inputs from them."""
+    """The C interface's tests with AddressSanitizer; then each fuzz target: its seeds, and a fixed sequence of inputs from them."""
     if sys.platform != "linux":
         return results.skip("Fuzzing", "it is tried on Linux only")
     if not any(shutil.which(name) for name in ("c++", "g++", "clang++")):
@@ -412,18 +412,18 @@ def fuzz(results: Results) -> None:
         return results.fail("Fuzzing: the targets could not be built")
     if sanitizer:
         # Forged states are the fuzzer's business.
-        border = [
+        ffi = [
             "cargo",
             "test",
             "--test",
-            "border",
+            "ffi",
             *options,
             "--",
             "--include-ignored",
             "--skip",
             "forged_states",
         ]
-        results.step("C border with AddressSanitizer", border, cargo_counts, env=environment)
+        results.step("C interface with AddressSanitizer", ffi, cargo_counts, env=environment)
     for name, runs in FUZZ_RUNS.items():
         corpus = target / "tests" / name
         shutil.rmtree(corpus, ignore_errors=True)  # so that each run begins with the seeds

@@ -1,6 +1,6 @@
 //! The C ABI of FMI 2.0 for co-simulation and model exchange.
 //!
-//! Every exported function goes through the guard in `border`.
+//! Every exported function goes through the guard in `ffi`.
 //!
 //! # Safety
 //! The exported functions are called from C. Pointers are checked for null and alignment; beyond that they must be
@@ -15,10 +15,10 @@ mod types;
 pub use functions::*;
 pub use types::*;
 
-use crate::border::Version;
+use crate::ffi::Version;
 use crate::instance::{Instance, Refusal};
 
-/// FMI 2.0, as far as the border must know it.
+/// FMI 2.0, as far as `ffi` must know it.
 struct Fmi2;
 
 impl Version for Fmi2 {

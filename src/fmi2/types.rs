@@ -38,7 +38,7 @@ pub enum fmi2Status {
     fmi2OK,
     /// It went on, but the log has something to say.
     fmi2Warning,
-    /// The step or the value is not to be had; the instance is as before.
+    /// The step cannot be made, or the value is not available; the instance is as before.
     fmi2Discard,
     /// The call was refused or failed.
     fmi2Error,

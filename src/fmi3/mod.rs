@@ -1,6 +1,6 @@
 //! The C ABI of FMI 3.0 for co-simulation, with event mode, and model exchange, with clocks and arrays.
 //!
-//! Every exported function goes through the guard in `border`. What is refused ends the run, as the standard has it, but for values
+//! Every exported function goes through the guard in `ffi`. What is refused ends the run, as the standard has it, but for values
 //! out of range, which change nothing. Functions of scheduled execution are there, as hosts look for them, and say that the FMU does
 //! not offer it.
 //!
@@ -16,7 +16,7 @@ mod types;
 pub use functions::*;
 pub use types::*;
 
-use crate::border::Version;
+use crate::ffi::Version;
 use crate::instance::{Instance, Refusal};
 use crate::variables::VariableError;
 

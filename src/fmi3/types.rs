@@ -48,7 +48,7 @@ pub enum fmi3Status {
     fmi3OK,
     /// It went on, but the log has something to say.
     fmi3Warning,
-    /// The value is not to be had; the instance is as before.
+    /// The value is not available; the instance is as before.
     fmi3Discard,
     /// The call was refused or failed, and the run is over.
     fmi3Error,

@@ -14,7 +14,7 @@ mod refusal;
 mod run;
 
 pub use calls::SavedState;
-pub use hybrid::{Handled, Pause, StepEnd, Value};
+pub use hybrid::{Handled, StepEnd, UpdateAnswer, Value};
 pub use legality::{Call, Kind, Phase};
 pub use lifecycle::Instance;
 pub use log::{Log, Severity, Sink};

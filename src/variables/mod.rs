@@ -16,7 +16,7 @@ mod variable;
 
 pub use arrays::{Array, ArrayType, DERIVATIVES_OF, Extra, MAX_LOG};
 pub use description::{
-    Description, LOG_CATEGORIES, LogCategory, MODEL_IDENTIFIER, START_TIME, STEP_SIZE, STOP_TIME, spare,
+    Description, LOG_CATEGORIES, LogCategory, MODEL_IDENTIFIER, START_TIME, STEP_SIZE, STOP_TIME, padding,
 };
 pub use error::VariableError;
 pub use recipe::{FILE_NAME, Recipe, RecipeError, StartValue};

@@ -4,11 +4,11 @@
 #![expect(unsafe_code, reason = "hosts call C functions")]
 #![expect(clippy::unwrap_used, reason = "what goes wrong fails the test")]
 
-mod border;
 mod description;
 mod differences;
 mod directional_derivatives;
 mod exchange;
+mod ffi;
 mod fmi3;
 mod initial_unknowns;
 mod input_derivatives;

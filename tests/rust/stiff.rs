@@ -215,7 +215,7 @@ fn cradle(balls: usize, lifted: usize, exponent: f64, stiffness: f64, damping: f
     parameters
 }
 
-/// Fronts of waves too faint to be felt, and motions that have decayed to what was rounding while the balls swung.
+/// Fronts of waves too weak to matter, and motions that have decayed to what was rounding while the balls swung.
 #[test]
 fn what_hardly_moves_costs_little() {
     let together = cradle(5, 2, 3.0, 1e10, 1000.0 * critical());

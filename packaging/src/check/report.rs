@@ -10,7 +10,7 @@ const MAX_FINDINGS: usize = 100;
 pub struct Report {
     /// What is against the standard, or does not fit together.
     pub problems: Vec<String>,
-    /// What is allowed, yet trips over somebody.
+    /// What is allowed but causes trouble in some hosts.
     pub remarks: Vec<String>,
     omitted: usize,
 }

@@ -3,8 +3,8 @@
 //! The window of a cluster is its members and the ball in flight on either side (the spectators). One segment covers a
 //! stretch of time on which nothing in the window switches and one description of the motions holds, such as the
 //! convergence of their Taylor series; its end is the next switching or the end of that. The state is kept as displacements
-//! since the start of the segment and the overlaps by themselves, because overlaps of 1e-8 m are not to be had as differences
-//! of positions.
+//! since the start of the segment and the overlaps by themselves, because differences of positions do not resolve
+//! overlaps of 1e-8 m.
 
 use std::ops::Range;
 

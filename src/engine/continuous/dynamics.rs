@@ -23,7 +23,7 @@ const DEEP: f64 = 100.0;
 /// - the impulses of the n-1 contacts (N.s),
 /// - the energy dissipated (J), the work of the inputs (J) and the integral of the force on the support (N.s).
 ///
-/// The overlaps are unknowns of their own because they are not to be had as differences of positions: at 1 m those are
+/// The overlaps are unknowns of their own because differences of positions do not resolve them: at 1 m those are
 /// rounded to 1e-16 m, which a stiff contact answers with a noise that no step is short enough for. The sums in the
 /// last two lines act on nothing.
 #[derive(Clone, Debug, Serialize, Deserialize)]

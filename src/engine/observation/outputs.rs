@@ -123,8 +123,8 @@ impl Engine {
             // Rigid balls side by side overlap by rounding only.
             Phase::Open(separation, _) if self.is_rigid() => (separation.at_time(t).0.min(0.0), Mode::Open),
             Phase::Open(separation, _) => (separation.at_time(t).0, Mode::Open),
-            Phase::Beside(overlap) => (self.overlap_beside(i, *overlap, t), Mode::Open),
-            Phase::Loose(loose) => (loose.overlap, loose.mode),
+            Phase::BesideImpact(overlap) => (self.overlap_beside(i, *overlap, t), Mode::Open),
+            Phase::Unassigned(unassigned) => (unassigned.overlap, unassigned.mode),
         }
     }
 

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::contact::{Loose, Phase};
+use super::contact::{Phase, Unassigned};
 use super::engine::Engine;
 use crate::engine::cluster::{Cluster, StepHistory, Switch, WindowContact};
 use crate::engine::error::EngineError;
@@ -39,7 +39,7 @@ impl Engine {
             Some((i, Switch::Release)) => {
                 let range = cluster.window_contacts();
                 self.release_members(cluster);
-                self.contacts[i].loosen(0.0, Mode::Open);
+                self.contacts[i].unassign(0.0, Mode::Open);
                 self.end_pulse(i, t, observer);
                 self.form(range, t);
             }
@@ -69,7 +69,7 @@ impl Engine {
         cluster.flights.extend(self.balls[window].iter().map(|ball| ball.flight_at(t)));
         cluster.contacts.extend(contacts.map(|i| {
             self.stop_separation(i, t);
-            let Loose { overlap, mode, .. } = self.contacts[i].loose();
+            let Unassigned { overlap, mode, .. } = self.contacts[i].unassigned();
             self.contacts[i].phase = Phase::Window(id as u32);
             WindowContact { overlap, mode }
         }));
@@ -147,7 +147,7 @@ impl Engine {
             ball.regime = Regime::Flight;
         }
         for (i, &WindowContact { overlap, mode }) in cluster.window_contacts().zip(&cluster.contacts) {
-            self.contacts[i].phase = Phase::Loose(Loose { overlap, mode });
+            self.contacts[i].phase = Phase::Unassigned(Unassigned { overlap, mode });
         }
         self.caches.spare = Some(cluster);
     }

@@ -20,12 +20,12 @@ pub(crate) struct Contact {
 /// What a contact is part of.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) enum Phase {
-    /// Nothing for the moment: an event regroups the balls about it. Between events no contact is loose.
-    Loose(Loose),
+    /// Nothing for the moment: an event regroups the balls about it. Between events no contact is unassigned.
+    Unassigned(Unassigned),
     /// Open between balls in flight, with the forecast of its onset.
     Open(Separation, Next<DoubleDouble>),
     /// Open beside an impact of known outcome, with the overlap (m) between where its balls are at their anchors, which differ.
-    Beside(f64),
+    BesideImpact(f64),
     /// In the window of this cluster.
     Window(u32),
     /// An impact of known outcome, which a saved state does not have: it is computed anew.
@@ -36,7 +36,7 @@ pub(crate) enum Phase {
 
 /// A contact whose balls are in flight and anchored at the same time, the time of an event.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-pub(crate) struct Loose {
+pub(crate) struct Unassigned {
     /// In m.
     pub overlap: f64,
     pub mode: Mode,
@@ -44,7 +44,7 @@ pub(crate) struct Loose {
 
 impl Default for Phase {
     fn default() -> Self {
-        Self::Loose(Loose::default())
+        Self::Unassigned(Unassigned::default())
     }
 }
 
@@ -69,20 +69,20 @@ impl Contact {
         if let Phase::Open(separation, _) = &self.phase { Some(separation) } else { None }
     }
 
-    /// How it stands while it is loose; open without overlap if it is not.
-    pub fn loose(&self) -> Loose {
-        if let Phase::Loose(loose) = self.phase { loose } else { Loose::default() }
+    /// How it stands while it is unassigned; open without overlap if it is not.
+    pub fn unassigned(&self) -> Unassigned {
+        if let Phase::Unassigned(unassigned) = self.phase { unassigned } else { Unassigned::default() }
     }
 
-    /// Makes it loose, with this overlap (m) and mode.
-    pub fn loosen(&mut self, overlap: f64, mode: Mode) {
-        self.phase = Phase::Loose(Loose { overlap, mode });
+    /// Makes it unassigned, with this overlap (m) and mode.
+    pub fn unassign(&mut self, overlap: f64, mode: Mode) {
+        self.phase = Phase::Unassigned(Unassigned { overlap, mode });
     }
 
-    /// Overlap (m) while it is loose, or that between the anchors of its balls beside an impact; 0 else.
+    /// Overlap (m) while it is unassigned, or that between the anchors of its balls beside an impact; 0 else.
     pub fn overlap(&self) -> f64 {
         match self.phase {
-            Phase::Loose(Loose { overlap, .. }) | Phase::Beside(overlap) => overlap,
+            Phase::Unassigned(Unassigned { overlap, .. }) | Phase::BesideImpact(overlap) => overlap,
             Phase::Open(..) | Phase::Window(_) | Phase::Impact(_) | Phase::Constraint(..) => {
                 debug_assert!(false, "a contact that is part of something has its overlap there");
                 0.0
@@ -90,9 +90,9 @@ impl Contact {
         }
     }
 
-    /// Whether it is loose and closed.
+    /// Whether it is unassigned and closed.
     pub fn is_closed(&self) -> bool {
-        self.loose().mode != Mode::Open
+        self.unassigned().mode != Mode::Open
     }
 }
 

@@ -197,7 +197,7 @@ impl Engine {
         self.check_finite(self.step.moved.iter().map(|&ball| ball as usize))
     }
 
-    /// Everything in flight and anchored at the current time, all contacts loose.
+    /// Everything in flight and anchored at the current time, all contacts unassigned.
     fn suspend(&mut self) {
         let now = DoubleDouble::from(self.time);
         if self.is_rigid() {
@@ -215,7 +215,7 @@ impl Engine {
         for i in 0..self.balls.len() {
             self.reanchor(i, now);
         }
-        self.loosen(0..self.contacts.len());
+        self.unassign(0..self.contacts.len());
     }
 
     /// The reverse, from what is in flight and overlaps now.
@@ -227,11 +227,11 @@ impl Engine {
             return self.settle(0..self.contacts.len(), now, Keep::Closed, &mut Unrecorded);
         }
         for (i, contact) in self.contacts.iter_mut().enumerate() {
-            if let Phase::Loose(loose) = &mut contact.phase
-                && loose.mode != Mode::Open
+            if let Phase::Unassigned(unassigned) = &mut contact.phase
+                && unassigned.mode != Mode::Open
             {
                 let rate = self.balls[i].flight.v - self.balls[i + 1].flight.v;
-                loose.mode = self.cradle.contacts[i].mode_when_closed(loose.overlap, rate);
+                unassigned.mode = self.cradle.contacts[i].mode_when_closed(unassigned.overlap, rate);
             }
         }
         self.form(0..self.contacts.len(), now);

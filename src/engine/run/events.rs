@@ -43,7 +43,9 @@ impl Engine {
                 }
             }
             Phase::Constraint(_, Next::At(_)) => self.part(key, t, observer),
-            Phase::Open(..) | Phase::Constraint(..) | Phase::Beside(_) | Phase::Loose(_) => self.forecast(key, t),
+            Phase::Open(..) | Phase::Constraint(..) | Phase::BesideImpact(_) | Phase::Unassigned(_) => {
+                self.forecast(key, t)
+            }
         }
         Ok(())
     }
@@ -85,10 +87,10 @@ impl Engine {
         }
         range = range.start.min(members.start.saturating_sub(1))..range.end.max(members.end.min(self.contacts.len()));
         self.reanchor_free(range.start..range.end + 1, t);
-        self.loosen(range.clone());
+        self.unassign(range.clone());
         self.queue.remove(i);
         let rate = self.balls[i].moved(t).1 - self.balls[i + 1].moved(t).1;
-        self.contacts[i].loosen(0.0, self.cradle.contacts[i].mode_when_closed(0.0, rate));
+        self.contacts[i].unassign(0.0, self.cradle.contacts[i].mode_when_closed(0.0, rate));
         self.begin_pulse(i, t, observer);
         self.form(range, t);
     }
@@ -99,18 +101,18 @@ impl Engine {
             let (left, right, law) = (&self.balls[i].flight, &self.balls[i + 1].flight, &self.cradle.contacts[i]);
             let overlap = left.x - right.x - law.clearance;
             let mode = if overlap > 0.0 { law.mode_when_closed(overlap, left.v - right.v) } else { Mode::Open };
-            self.contacts[i].loosen(overlap, mode);
+            self.contacts[i].unassign(overlap, mode);
             if overlap > 0.0 {
                 self.begin_pulse(i, start, &mut Unrecorded);
             }
         }
     }
 
-    /// Contacts beside impacts that are over, whose balls are anchored at the same time again, are loose.
-    pub(crate) fn loosen(&mut self, contacts: Range<usize>) {
+    /// Contacts beside impacts that are over, whose balls are anchored at the same time again, are unassigned.
+    pub(crate) fn unassign(&mut self, contacts: Range<usize>) {
         for contact in &mut self.contacts[contacts] {
-            if let Phase::Beside(overlap) = contact.phase {
-                contact.loosen(overlap, Mode::Open);
+            if let Phase::BesideImpact(overlap) = contact.phase {
+                contact.unassign(overlap, Mode::Open);
             }
         }
     }
@@ -157,11 +159,11 @@ impl Engine {
         }
     }
 
-    /// Contact `i`, if it is between balls in flight, is loose from `t` on.
+    /// Contact `i`, if it is between balls in flight, is unassigned from `t` on.
     pub(crate) fn stop_separation(&mut self, i: usize, t: DoubleDouble) {
         if let Some(separation) = self.contacts[i].separation() {
             let overlap = separation.at_time(t).0;
-            self.contacts[i].loosen(overlap, Mode::Open);
+            self.contacts[i].unassign(overlap, Mode::Open);
             self.queue.remove(i);
         }
     }
@@ -180,7 +182,7 @@ impl Engine {
         let (found, forecast) = match &mut self.contacts[i].phase {
             Phase::Constraint(constraint, forecast) => (constraint.forecast(t, &mut allowed), forecast),
             Phase::Open(separation, forecast) => (separation.forecast(t, &mut allowed), forecast),
-            Phase::Loose(_) | Phase::Beside(_) | Phase::Window(_) | Phase::Impact(_) => return,
+            Phase::Unassigned(_) | Phase::BesideImpact(_) | Phase::Window(_) | Phase::Impact(_) => return,
         };
         *forecast = found;
         self.effort = self.effort.saturating_add(u64::from(EVALUATIONS - allowed));

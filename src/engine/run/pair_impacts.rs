@@ -25,7 +25,7 @@ impl Engine {
             return false;
         }
         self.reanchor_free(neighbours.clone(), t);
-        self.contacts[i].loosen(0.0, Mode::Open);
+        self.contacts[i].unassign(0.0, Mode::Open);
         self.queue.remove(i);
         for beside in neighbours.start..neighbours.end - 1 {
             self.stop_separation(beside, t);
@@ -46,7 +46,7 @@ impl Engine {
         self.queue.set(i, impact.end());
         self.contacts[i].phase = Phase::Impact(Some(impact));
         for beside in (neighbours.start..neighbours.end - 1).filter(|beside| *beside != i) {
-            self.contacts[beside].phase = Phase::Beside(self.contacts[beside].overlap());
+            self.contacts[beside].phase = Phase::BesideImpact(self.contacts[beside].overlap());
         }
         (self.balls[i].regime, self.balls[i + 1].regime) = (Regime::Impact(i as u32), Regime::Impact(i as u32));
         self.begin_pulse(i, t, observer);
@@ -61,12 +61,12 @@ impl Engine {
         Some(Impact { contact: i, outcome, balls: &self.balls, laws: &self.cradle.contacts, control: &self.control })
     }
 
-    /// The outcome of the impact in contact `i`, which is over or given up: the contact is loose, with this overlap (m) and mode.
+    /// The outcome of the impact in contact `i`, which is over or given up: the contact is unassigned, with this overlap (m) and mode.
     fn take_impact(&mut self, i: usize, overlap: f64, mode: Mode) -> Option<PairImpact> {
         let Phase::Impact(impact) = &mut self.contacts[i].phase else { return None };
         let impact = impact.take();
         self.caches.interiors[i].take();
-        self.contacts[i].loosen(overlap, mode);
+        self.contacts[i].unassign(overlap, mode);
         impact
     }
 
@@ -144,7 +144,7 @@ impl Engine {
     /// anchors of their balls changes.
     fn shift_contacts(&mut self, i: usize, displacement: f64) {
         for j in i.saturating_sub(1)..(i + 1).min(self.contacts.len()) {
-            if let Phase::Beside(overlap) = &mut self.contacts[j].phase {
+            if let Phase::BesideImpact(overlap) = &mut self.contacts[j].phase {
                 *overlap += if j == i { displacement } else { -displacement };
             }
         }
@@ -178,7 +178,7 @@ impl Engine {
             ball.regime = Regime::Flight;
         }
         moved.into_iter().enumerate().for_each(|(side, moved)| self.shift_contacts(i + side, moved));
-        self.contacts[i].loosen(cluster.contacts[0].overlap, Mode::Pressing);
+        self.contacts[i].unassign(cluster.contacts[0].overlap, Mode::Pressing);
     }
 }
 

@@ -48,7 +48,7 @@ impl Engine {
             if overlap > noise {
                 return Err(EngineError::Overlap { ball: i, overlap });
             }
-            self.contacts[i].loosen(if overlap >= -noise { 0.0 } else { overlap }, Mode::Open);
+            self.contacts[i].unassign(if overlap >= -noise { 0.0 } else { overlap }, Mode::Open);
         }
         Ok(())
     }
@@ -109,7 +109,7 @@ impl Engine {
             ball.flight.x = x;
         }
         for contact in &mut self.contacts[group] {
-            contact.loosen(0.0, contact.loose().mode);
+            contact.unassign(0.0, contact.unassigned().mode);
         }
     }
 
@@ -151,18 +151,18 @@ impl Engine {
         first..last + 1
     }
 
-    /// The loose contact `i` begins to press at `t`.
+    /// The unassigned contact `i` begins to press at `t`.
     fn begin_rigid_pulse(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) {
         let overlap = self.contacts[i].overlap();
-        self.contacts[i].loosen(overlap, Mode::Pressing);
+        self.contacts[i].unassign(overlap, Mode::Pressing);
         self.begin_pulse(i, t, observer);
     }
 
-    /// The loose contact `i` presses no longer at `t`, if it has.
+    /// The unassigned contact `i` presses no longer at `t`, if it has.
     fn end_rigid_pulse(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) {
         if self.contacts[i].is_closed() {
             let overlap = self.contacts[i].overlap();
-            self.contacts[i].loosen(overlap, Mode::Open);
+            self.contacts[i].unassign(overlap, Mode::Open);
             self.end_pulse(i, t, observer);
         }
     }
@@ -174,7 +174,7 @@ impl Engine {
     }
 
     /// Separates the balls of the contacts `group`, which no constraint leads out of, at `t`: the balls are in flight and anchored
-    /// then, their contacts are loose, and press where there was a constraint.
+    /// then, their contacts are unassigned, and press where there was a constraint.
     pub(crate) fn separate(&mut self, group: Range<usize>, t: DoubleDouble) {
         (group.start..group.end + 1).for_each(|i| self.before_move(i, t));
         let beside = group.start.saturating_sub(1)..(group.end + 1).min(self.contacts.len());
@@ -205,7 +205,7 @@ impl Engine {
                 let in_step = constraint.peak(self.step.time.into(), t);
                 contact.ledger.add(constraint.impulse(t), constraint.peak(constraint.anchor, t), in_step);
             }
-            contact.loosen(0.0, Mode::Pressing);
+            contact.unassign(0.0, Mode::Pressing);
             // Members differ by rounding only.
             self.balls[j + 1].flight.v = self.balls[j].flight.v;
         }

@@ -161,7 +161,7 @@ impl Engine {
                     let its_own = cluster.is_some_and(|cluster| cluster.window_contacts().contains(&i));
                     require(its_own, "a contact lost its cluster")?;
                 }
-                Phase::Open(..) | Phase::Beside(_) | Phase::Loose(_) => {}
+                Phase::Open(..) | Phase::BesideImpact(_) | Phase::Unassigned(_) => {}
             }
         }
         contacts.into_iter().try_for_each(|i| engine.restore_phase(i, failed))?;
@@ -218,8 +218,8 @@ impl Engine {
         let in_cluster = |regime: Regime| matches!(regime, Regime::Cluster(_));
         let forecast = match &self.contacts[i].phase {
             Phase::Window(_) | Phase::Impact(_) => return Ok(()),
-            Phase::Loose(_) => return require(false, "a contact belongs to nothing"),
-            Phase::Beside(overlap) => {
+            Phase::Unassigned(_) => return require(false, "a contact belongs to nothing"),
+            Phase::BesideImpact(overlap) => {
                 let beside_impact = !in_flight && !in_cluster(left.regime) && !in_cluster(right.regime);
                 return require(beside_impact && (failed || overlap.is_finite()), "a contact has no impact beside it");
             }

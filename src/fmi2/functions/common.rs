@@ -4,7 +4,7 @@ use std::ffi::CStr;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::ptr::null_mut;
 
-use crate::border::{self, Component, array, text};
+use crate::ffi::{self, Component, array, text};
 use crate::fmi2::types::*;
 use crate::fmi2::{Fmi2, logger};
 use crate::instance::{Experiment, Instance, Kind, Log};
@@ -72,7 +72,7 @@ export! {
     /// error and changes nothing.
     fn fmi2SetDebugLogging(loggingOn: fmi2Boolean, nCategories: usize, categories: *const fmi2String)
     as SetDebugLogging |instance| {
-        let categories = border::categories(array("categories", categories, nCategories)?)?;
+        let categories = ffi::categories(array("categories", categories, nCategories)?)?;
         instance.log.switch(loggingOn != fmi2False, &categories);
         Ok(())
     };
@@ -108,7 +108,7 @@ fn settings(name: &CStr, kind: fmi2Type, guid: &CStr, location: &CStr) -> Result
             ));
         }
     };
-    let recipe = border::at_location(location.to_bytes())?;
+    let recipe = ffi::at_location(location.to_bytes())?;
     let settings = recipe.settings().map_err(|error| format!("resources: {error}"))?;
     let own = Description::of(&settings).guid();
     if guid.to_bytes() != own.as_bytes() {

@@ -1,6 +1,6 @@
 //! Functions of co-simulation: stepping, and asking about the last step.
 
-use crate::border::array_mut;
+use crate::ffi::array_mut;
 use crate::fmi2::types::*;
 use crate::instance::Refusal;
 

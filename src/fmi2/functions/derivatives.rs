@@ -1,6 +1,6 @@
 //! Derivatives of inputs and outputs by time, and directional derivatives.
 
-use crate::border::{array, array_mut, fill};
+use crate::ffi::{array, array_mut, fill};
 use crate::fmi2::types::*;
 
 export! {

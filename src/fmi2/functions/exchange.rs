@@ -1,7 +1,7 @@
 //! Functions of model exchange: events, and what a host needs to integrate.
 
-use crate::border::{array, array_mut, fill};
 use crate::engine::Update;
+use crate::ffi::{array, array_mut, fill};
 use crate::fmi2::types::*;
 use crate::instance::Refusal;
 

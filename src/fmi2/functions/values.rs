@@ -2,7 +2,7 @@
 
 use std::mem::MaybeUninit;
 
-use crate::border::{array, array_mut};
+use crate::ffi::{array, array_mut};
 use crate::fmi2::types::*;
 use crate::instance::Refusal;
 use crate::variables::Type;

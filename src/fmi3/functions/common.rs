@@ -1,6 +1,6 @@
 //! Logging, and the way through the phases.
 
-use crate::border::{answer, array, categories as known_categories};
+use crate::ffi::{answer, array, categories as known_categories};
 use crate::fmi3::types::*;
 use crate::instance::{Experiment, Handled};
 

@@ -1,9 +1,9 @@
 //! Functions of co-simulation: stepping, and back from events.
 
-use crate::border::{Component, answer, call_small};
+use crate::ffi::{Component, answer, call_small};
 use crate::fmi3::Fmi3;
 use crate::fmi3::types::*;
-use crate::instance::{Call, Instance, Pause, Refusal, StepEnd};
+use crate::instance::{Call, Instance, Refusal, StepEnd, UpdateAnswer};
 
 export! {
     /// From events to steps.
@@ -42,13 +42,13 @@ pub unsafe extern "C" fn fmi3DoStep(
         };
         (status, end.filter(|end| end.pauses))
     };
-    let lent = unsafe { Component::pause(instance, |lent: &Fmi3| *lent) };
-    let pauses = lent.is_some_and(|lent| lent.update.is_some());
+    let callbacks = unsafe { Component::call_host(instance, |callbacks: &Fmi3| *callbacks) };
+    let pauses = callbacks.is_some_and(|callbacks| callbacks.update.is_some());
     let (mut status, mut paused) =
         part(Call::DoStep, &|instance| instance.begin_step(currentCommunicationPoint, communicationStepSize, pauses));
     while let (fmi3Status::fmi3OK, Some(StepEnd { time, .. })) = (status, paused) {
-        let pause = unsafe { Component::pause(instance, |lent| update(lent, time)) }.unwrap_or_default();
-        (status, paused) = part(Call::ContinueStep, &|instance| instance.continue_step(pause));
+        let answer = unsafe { Component::call_host(instance, |callbacks| update(callbacks, time)) }.unwrap_or_default();
+        (status, paused) = part(Call::ContinueStep, &|instance| instance.continue_step(answer));
     }
     status
 }
@@ -57,11 +57,11 @@ pub unsafe extern "C" fn fmi3DoStep(
 ///
 /// # Safety
 /// The host's callback may be called with its environment.
-unsafe fn update(lent: &Fmi3, time: f64) -> Pause {
-    let Some(update) = lent.update else { return Pause::default() };
+unsafe fn update(callbacks: &Fmi3, time: f64) -> UpdateAnswer {
+    let Some(update) = callbacks.update else { return UpdateAnswer::default() };
     let (mut requested, mut end) = (fmi3False, time);
-    let may_end = lent.may_end_early.into();
+    let may_end = callbacks.may_end_early.into();
     // SAFETY: as the caller promises; the places live until it returns.
-    unsafe { update(lent.environment, time, fmi3True, fmi3True, fmi3True, may_end, &mut requested, &mut end) };
-    Pause { end: (lent.may_end_early && requested != fmi3False && !end.is_nan()).then_some(end) }
+    unsafe { update(callbacks.environment, time, fmi3True, fmi3True, fmi3True, may_end, &mut requested, &mut end) };
+    UpdateAnswer { end: (callbacks.may_end_early && requested != fmi3False && !end.is_nan()).then_some(end) }
 }

@@ -1,7 +1,7 @@
 //! Directional, adjoint and output derivatives.
 
 use super::values::wrong_count;
-use crate::border::{array, array_mut, fill};
+use crate::ffi::{array, array_mut, fill};
 use crate::fmi3::types::*;
 use crate::instance::{Instance, Refusal};
 

@@ -1,6 +1,6 @@
 //! Functions of model exchange: what a host needs to integrate. Events are those of co-simulation with event mode.
 
-use crate::border::{answer, array, array_mut, fill};
+use crate::ffi::{answer, array, array_mut, fill};
 use crate::fmi3::types::*;
 
 export! {

@@ -4,7 +4,7 @@ use std::ffi::CString;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::ptr::null_mut;
 
-use crate::border::{self, Component, array, text};
+use crate::ffi::{self, Component, array, text};
 use crate::fmi3::Fmi3;
 use crate::fmi3::types::*;
 use crate::instance::{Instance, Kind, Log, Severity, Sink};
@@ -53,9 +53,9 @@ pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
             }
         }
         let (events, early) = (eventModeUsed != fmi3False, earlyReturnAllowed != fmi3False);
-        let lent = Fmi3 { environment: instanceEnvironment, update: intermediateUpdate, may_end_early: early };
+        let callbacks = Fmi3 { environment: instanceEnvironment, update: intermediateUpdate, may_end_early: early };
         let instance = Instance::with_arrays(Kind::CoSimulation, settings, token, log, events, early);
-        Component::into_raw(instance, lent)
+        Component::into_raw(instance, callbacks)
     }));
     created.unwrap_or(null_mut())
 }
@@ -79,8 +79,8 @@ pub unsafe extern "C" fn fmi3InstantiateModelExchange(
         // SAFETY: the host promises texts closed by a null byte, or NULL.
         let settings = unsafe { settings(instanceName, instantiationToken, resourcePath) };
         let Some((settings, token)) = told("fmi3InstantiateModelExchange", &log, settings) else { return null_mut() };
-        let lent = Fmi3 { environment: instanceEnvironment, update: None, may_end_early: false };
-        Component::into_raw(Instance::with_arrays(Kind::ModelExchange, settings, token, log, true, false), lent)
+        let callbacks = Fmi3 { environment: instanceEnvironment, update: None, may_end_early: false };
+        Component::into_raw(Instance::with_arrays(Kind::ModelExchange, settings, token, log, true, false), callbacks)
     }));
     created.unwrap_or(null_mut())
 }
@@ -119,7 +119,7 @@ pub unsafe extern "C" fn fmi3FreeInstance(instance: fmi3Instance) {
     unsafe { Component::<Fmi3>::free(instance) }
 }
 
-/// What `function` needs, or a line in the log that says why it is not to be had.
+/// What `function` needs, or a line in the log that says why it is not available.
 fn told<T>(function: &str, log: &Log, needed: Result<T, String>) -> Option<T> {
     needed.map_err(|reason| log.error(format_args!("{function}: {reason}"))).ok()
 }
@@ -152,7 +152,7 @@ unsafe fn settings(name: fmi3String, token: fmi3String, path: fmi3String) -> Res
     if name.to_string_lossy().trim().is_empty() {
         return Err("instanceName is missing or blank; allowed: any other text".to_owned());
     }
-    let recipe = border::at_path(path.to_bytes())?;
+    let recipe = ffi::at_path(path.to_bytes())?;
     let settings = recipe.settings().map_err(|error| format!("resources: {error}"))?;
     let given = token.to_string_lossy();
     if Description::of_token(&settings, &given).is_none() {

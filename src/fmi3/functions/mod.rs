@@ -1,4 +1,4 @@
-//! The exported functions, in groups. Each takes its arguments apart and hands the rest to the instance, by the guard in `border`.
+//! The exported functions, in groups. Each takes its arguments apart and hands the rest to the instance, by the guard in `ffi`.
 
 /// Exports functions of an instance: `fn name(arguments) as Call |instance| body` is the function `name` of the standard, which is
 /// legal where [`Call`](crate::instance::Call) says so and answers what becomes of `body`. What `body` takes for granted are the
@@ -13,7 +13,7 @@ macro_rules! export {
         pub unsafe extern "C" fn $name(instance: fmi3Instance, $($argument: $type),*) -> fmi3Status {
             // SAFETY: the host's promises, see the module.
             unsafe {
-                crate::border::call_small::<crate::fmi3::Fmi3>(
+                crate::ffi::call_small::<crate::fmi3::Fmi3>(
                     instance, stringify!($name), crate::instance::Call::$call, &mut |$instance| $body
                 )
             }

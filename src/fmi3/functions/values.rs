@@ -1,6 +1,6 @@
 //! Getting and setting values: all elements of the arrays asked for, one after the other.
 
-use crate::border::{array, array_mut};
+use crate::ffi::{array, array_mut};
 use crate::fmi3::types::*;
 use crate::instance::{Instance, Refusal, Value};
 use crate::variables::ArrayType;

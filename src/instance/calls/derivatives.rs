@@ -21,7 +21,7 @@ const INPUTS: &str = "inputs and, in Initialization Mode or with derivatives.of 
 const NO_HISTORY: &str = "derivatives.of = run must be set before an input or a tunable parameter changes, or the host has changed \
                           them too often (16 million values)";
 
-/// What directional and adjoint derivatives are those of.
+/// Which derivatives the host has asked for.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Derived {
     Start,

@@ -24,7 +24,7 @@ impl Instance {
     }
 
     /// Where the states have the impulse that belongs to no contact.
-    fn spare_state(&self) -> usize {
+    fn padding_state(&self) -> usize {
         3 * self.balls() - 1
     }
 
@@ -48,35 +48,35 @@ impl Instance {
         }
     }
 
-    fn with_spare(&self, length: usize, mut values: Vec<f64>, spare: f64) -> Result<Vec<f64>, Refusal> {
+    fn with_padding(&self, length: usize, mut values: Vec<f64>, padding: f64) -> Result<Vec<f64>, Refusal> {
         require_length(STATES, length, self.count_states())?;
-        values.insert(self.spare_state(), spare);
+        values.insert(self.padding_state(), padding);
         Ok(values)
     }
 
     /// The states, which must be `length` many.
     pub fn array_states(&mut self, length: usize) -> Result<Vec<f64>, Refusal> {
         let states = self.exchange()?.states().to_vec();
-        self.with_spare(length, states, 0.0)
+        self.with_padding(length, states, 0.0)
     }
 
     /// Their derivatives by time.
     pub fn array_derivatives(&mut self, length: usize) -> Result<Vec<f64>, Refusal> {
         let derivatives = self.exchange()?.derivatives();
-        self.with_spare(length, derivatives, 0.0)
+        self.with_padding(length, derivatives, 0.0)
     }
 
     /// Their orders of magnitude.
     pub fn array_nominals(&mut self, length: usize) -> Result<Vec<f64>, Refusal> {
         let nominals = self.exchange()?.nominals().to_vec();
-        self.with_spare(length, nominals, 1.0)
+        self.with_padding(length, nominals, 1.0)
     }
 
     /// Sets the states, all of them finite.
     pub fn set_array_states(&mut self, states: &[f64]) -> Result<(), Refusal> {
         require_length(STATES, states.len(), self.count_states())?;
         let mut own = states.to_vec();
-        own.remove(self.spare_state());
+        own.remove(self.padding_state());
         self.set_continuous_states(&own)
     }
 

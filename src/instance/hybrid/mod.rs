@@ -17,7 +17,7 @@ use super::lifecycle::Instance;
 use super::log::Log;
 use crate::variables::Settings;
 pub(super) use state::Hybrid;
-pub use steps::{Handled, Pause, StepEnd};
+pub use steps::{Handled, StepEnd, UpdateAnswer};
 pub use values::Value;
 
 impl Instance {

@@ -21,7 +21,7 @@ pub(in crate::instance) struct Hybrid {
     /// What derivatives of the run need of it.
     pub history: History,
     /// What was set for the last elements of arrays over contacts, by the row's position. It has no effect.
-    pub(super) spare: Vec<(usize, f64)>,
+    pub(super) padding: Vec<(usize, f64)>,
     pub(super) ticks: Ticks,
     /// Whether events have changed continuous states of model exchange, and the host has not been told of all of them.
     pub(super) changed: bool,
@@ -49,7 +49,7 @@ impl Hybrid {
             slopes: Inputs::zero(balls),
             derivatives_of: DERIVATIVES_OF[0].value,
             history: History::default(),
-            spare: Vec::new(),
+            padding: Vec::new(),
             ticks: Ticks::new(balls.saturating_sub(1)),
             changed: false,
             last_event: None,
@@ -86,7 +86,7 @@ impl Hybrid {
         self.slopes.force.len() == balls
             && self.slopes.is_finite()
             && DERIVATIVES_OF.iter().any(|item| item.value == self.derivatives_of)
-            && self.spare.iter().all(|(_, value)| value.is_finite())
+            && self.padding.iter().all(|(_, value)| value.is_finite())
             && self.last_event.is_none_or(f64::is_finite)
             && self.ticks.are_sound(contacts)
     }

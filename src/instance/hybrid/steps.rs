@@ -24,7 +24,7 @@ pub struct StepEnd {
 
 /// What the host has to say where a step pauses.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Pause {
+pub struct UpdateAnswer {
     /// The time at which it wants the step to end, s, if it does.
     pub end: Option<f64>,
 }
@@ -57,7 +57,7 @@ impl Instance {
     }
 
     /// Goes on with a step after a pause.
-    pub fn continue_step(&mut self, pause: Pause) -> Result<StepEnd, Refusal> {
+    pub fn continue_step(&mut self, pause: UpdateAnswer) -> Result<StepEnd, Refusal> {
         let Some(mut step) = self.under_way() else { return Err(Refusal::Missing("no step is under way")) };
         self.run.phase = Phase::StepMode;
         let now = self.time();

@@ -149,7 +149,7 @@ impl Ticks {
         }
     }
 
-    /// The next tick: the host is told of it now. Says whether there was one.
+    /// Makes the next tick the active one. Returns whether there was one.
     pub fn tick(&mut self) -> bool {
         self.active = false;
         let Some(tick) = self.pending.pop_front() else { return false };
@@ -186,7 +186,7 @@ impl Ticks {
         self.active = false;
     }
 
-    /// Contacts that have closed where nobody was told of it, at the time `now` (s): at the start, or because inputs have changed.
+    /// Adds the contacts that have closed at the time `now` (s) without a tick: at the start, or because inputs have changed.
     pub fn catch_up(&mut self, results: &dyn Results, now: f64) {
         let mut known: Vec<u64> = self.shown.iter().map(|shown| shown.pulses).collect();
         for transition in self.pending.iter().flat_map(|tick| &tick.transitions) {

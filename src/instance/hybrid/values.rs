@@ -7,7 +7,7 @@ use crate::instance::refusal::Refusal;
 use crate::model::Inputs;
 use crate::variables::{
     Access, Array, ArrayType, Causality, DERIVATIVES_OF, Extra, MAX_BALLS, MIN_BALLS, Settings, Shape, TABLE, Type,
-    Variable, VariableError, spare, variables,
+    Variable, VariableError, padding, variables,
 };
 
 use super::Hybrid;
@@ -175,11 +175,11 @@ impl Instance {
     /// The value of an element that belongs to no contact: of a parameter what it was set to.
     fn of_no_contact(&self, position: usize) -> f64 {
         let row = &TABLE[position];
-        let set = self.run.hybrid.iter().flat_map(|hybrid| &hybrid.spare).find(|(set, _)| *set == position);
+        let set = self.run.hybrid.iter().flat_map(|hybrid| &hybrid.padding).find(|(set, _)| *set == position);
         match (set, row.name) {
             (Some((_, value)), _) => *value,
             (None, "overlap" | "t_onset" | "t_release") => -NEVER,
-            _ => spare(row),
+            _ => padding(row),
         }
     }
 
@@ -242,8 +242,8 @@ impl Instance {
         self.set_reals(&elements, &set)?;
         let hybrid = self.hybrid_mut()?;
         for (position, value) in spares {
-            hybrid.spare.retain(|(other, _)| *other != position);
-            hybrid.spare.push((position, value));
+            hybrid.padding.retain(|(other, _)| *other != position);
+            hybrid.padding.push((position, value));
         }
         if let Some(slopes) = slopes {
             hybrid.slopes = slopes;

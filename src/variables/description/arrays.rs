@@ -147,7 +147,7 @@ fn write_start(out: &mut String, start: &Settings, array: Array) -> fmt::Result 
                 match (variable.real(start), variable.item(start)) {
                     (Some(value), _) => Number(value).to_string(),
                     (_, Some(value)) => value.to_string(),
-                    _ => Number(spare(row)).to_string(),
+                    _ => Number(padding(row)).to_string(),
                 }
             };
             let values: Vec<String> = (0..array.len(balls)).map(text).collect();
@@ -158,7 +158,7 @@ fn write_start(out: &mut String, start: &Settings, array: Array) -> fmt::Result 
 }
 
 /// The default of a parameter over contacts, for the element that belongs to none.
-pub fn spare(row: &Row) -> f64 {
+pub fn padding(row: &Row) -> f64 {
     let default = Settings::default_for(2);
     if let Access::Parameter { get, .. } = row.access {
         get(&default.parameters).first().copied().unwrap_or(0.0)

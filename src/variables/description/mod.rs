@@ -6,6 +6,6 @@ mod log_category;
 mod structure;
 mod xml;
 
-pub use arrays::spare;
+pub use arrays::padding;
 pub use log_category::{LOG_CATEGORIES, LogCategory};
 pub use xml::{Description, MODEL_IDENTIFIER, START_TIME, STEP_SIZE, STOP_TIME};

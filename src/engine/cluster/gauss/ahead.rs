@@ -10,7 +10,7 @@ use crate::solver::gauss::{Power, Stretching};
 
 /// Contacts that have just closed at less than this part of the speed of the others, or that overlap by less than this part of the
 /// largest overlap, do not call for a stretched step.
-const FAINT: f64 = 1e-6;
+const NEGLIGIBLE: f64 = 1e-6;
 
 /// What the rate at the release counts for in the mean rate up to there: from rest on that takes half the duration of an impact.
 const LAST_IN_MEAN: f64 = 0.68;
@@ -34,7 +34,7 @@ impl Motion {
     /// The stretching for contacts that have just closed, if there are any: in a wave at any rate, else at one that counts at this
     /// `speed` (m/s).
     pub(super) fn onset_stretching(&self, rounding: &Rounding, speed: f64) -> Option<Stretching> {
-        let rate = if self.is_wave(rounding) { 0.0 } else { FAINT * speed };
+        let rate = if self.is_wave(rounding) { 0.0 } else { NEGLIGIBLE * speed };
         let fresh = |track: &Track| {
             track.mode == Mode::Pressing && track.overlap <= rounding.no_overlap() && track.rate >= rate
         };
@@ -118,8 +118,8 @@ impl Motion {
     /// and may never open.
     pub(super) fn release_ahead(&self, rounding: &Rounding) -> Option<(usize, f64)> {
         let largest = self.tracks.iter().map(|track| track.overlap).fold(0.0, f64::max);
-        let faint = rounding.no_overlap().max(FAINT * largest);
-        let opens = |track: &Track| track.mode == Mode::Pressing && track.rate < 0.0 && track.overlap > faint;
+        let negligible = rounding.no_overlap().max(NEGLIGIBLE * largest);
+        let opens = |track: &Track| track.mode == Mode::Pressing && track.rate < 0.0 && track.overlap > negligible;
         self.first_at_zero(|track| {
             if !opens(track) {
                 return None;

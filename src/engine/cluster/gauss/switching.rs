@@ -150,7 +150,7 @@ impl Motion {
         let closes = |track: &Track| {
             let overlap = (0.5 * track.acceleration + track.jerk / 6.0 * length) * length * length;
             let rests = track.mode == Mode::Open && track.is_resting(&tolerance.rounding);
-            rests && track.first_change() >= 0.0 && self.is_felt(track, overlap, tolerance)
+            rests && track.first_change() >= 0.0 && self.matters(track, overlap, tolerance)
         };
         self.tracks.iter().position(closes)
     }
@@ -159,15 +159,15 @@ impl Motion {
     /// accelerated apart, by a force that may only grow from 0. Else series, which see them part, would open it again.
     fn onset_from_rest(&self, j: usize, table: &Table, tolerance: &Tolerance) -> Option<f64> {
         let track = &self.tracks[j];
-        let felt = self.is_felt(track, self.overlap_at_end(j, self.curvature(j, table)), tolerance);
+        let matters = self.matters(track, self.overlap_at_end(j, self.curvature(j, table)), tolerance);
         if track.first_change() >= 0.0 {
-            return felt.then_some(0.0);
+            return matters.then_some(0.0);
         }
-        self.switching_near_end(j, table).or(felt.then_some(0.5 * self.length))
+        self.switching_near_end(j, table).or(matters.then_some(0.5 * self.length))
     }
 
     /// Whether a ball at rest beside the one of an open contact would be pressed, or moved by more than may be left out.
-    fn is_felt(&self, track: &Track, overlap: f64, tolerance: &Tolerance) -> bool {
+    fn matters(&self, track: &Track, overlap: f64, tolerance: &Tolerance) -> bool {
         let speed_up =
             track.law.elastic_force(overlap) * self.length * (track.inverse_masses[0] + track.inverse_masses[1]);
         overlap > self.noise(tolerance) || speed_up > tolerance.local_error
@@ -263,7 +263,7 @@ impl Motion {
 /// after them.
 fn first_excess(side: f64, ends: [f64; 2], within: &Nodes, noise: f64) -> Excess {
     let at = |m: usize| side * within.get(m).unwrap_or(&ends[1]);
-    // What stays away from 0 by more than half of its range is the rule.
+    // As a rule, all values stay away from 0 by more than half of their range.
     let [least, most] = range(within).map(|value| side * value);
     let [inner, outer] = [least.max(most).max(side * ends[1]), least.min(most).min(side * ends[0]).min(side * ends[1])];
     if inner + 0.5 * (inner - outer) <= noise {

@@ -282,16 +282,16 @@ impl DenseOutput for Series {
         let noise = rounding.position;
         let end = until / self.unit;
         let deep = self.value(row, end) > noise || crossing::first_positive(row, 1.0, noise, end).is_some();
-        // Where a wave arrives, a ball in touch and at rest, but for what its front has not been felt by, may take longer than
+        // Where a wave arrives, a ball in touch and at rest, which its front has yet to reach, may take longer than
         // this segment to be pressed any deeper.
         let at_rest = rounding.is_rest(row[0], row[1] / self.unit);
         let wave = || at_rest && self.overlaps.chunks_exact(self.stride()).any(|d| d[0] + d[1] > noise);
         // Its front is not there yet while closing the contact would change the velocities by no more than their rounding.
-        let felt = || {
+        let matters = || {
             let (overlap, change_of_rate) = self.overlap(j, until);
             change_of_rate + law.elastic_force(overlap) * until / mass > rounding.velocity
         };
-        if deep || (wave() && felt()) { onset } else { Next::Never }
+        if deep || (wave() && matters()) { onset } else { Next::Never }
     }
 
     fn release(&self, j: usize, until: f64, rounding: &Rounding) -> Next {

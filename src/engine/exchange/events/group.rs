@@ -99,7 +99,7 @@ impl Exchange {
             let overlap = self.state.overlaps[around.start + j];
             let rate = engine.balls[j].flight.v - engine.balls[j + 1].flight.v;
             let mode = law.mode_when_closed(overlap, rate);
-            engine.contacts[j].loosen(overlap, mode);
+            engine.contacts[j].unassign(overlap, mode);
             engine.begin_pulse(j, start, &mut Unrecorded);
         }
         engine.form(0..engine.contacts.len(), start);
@@ -154,7 +154,7 @@ impl Exchange {
         let values = Inputs { force, support_acceleration: self.inputs.support_acceleration };
         let mut engine = Engine::apart(&parameters, HeldInputs { since: 0.0, values, derivatives: Vec::new() }, 0.0);
         for (j, contact) in (range.start..).zip(&mut engine.contacts) {
-            contact.loosen(self.overlap_in_flight(balls, j, onset).0.min(0.0), Mode::Open);
+            contact.unassign(self.overlap_in_flight(balls, j, onset).0.min(0.0), Mode::Open);
         }
         engine
     }

@@ -65,8 +65,8 @@ impl Exchange {
         let closed = |j: &usize| self.modes[*j] != Mode::Open;
         for (j, contact) in engine.contacts.iter_mut().enumerate() {
             match closed(&j) {
-                true => contact.loosen(0.0, Mode::Pressing),
-                false => contact.loosen(self.overlap_in_flight(balls, j, onset).0.min(0.0), Mode::Open),
+                true => contact.unassign(0.0, Mode::Pressing),
+                false => contact.unassign(self.overlap_in_flight(balls, j, onset).0.min(0.0), Mode::Open),
             }
         }
         let contacts: Vec<usize> = (0..self.modes.len()).filter(closed).collect();

@@ -28,7 +28,7 @@ pub(crate) trait Version {
 pub(crate) struct Component<V> {
     magic: Cell<u64>,
     /// What the host lends to the instance beside its logger.
-    lent: V,
+    callbacks: V,
     /// A call is being made: one that comes in meanwhile can only come from the host's logger, and is refused.
     busy: Cell<bool>,
     /// A panic was caught; the instance can only be freed.
@@ -40,10 +40,10 @@ pub(crate) struct Component<V> {
 
 impl<V: Version> Component<V> {
     /// Hands an instance over to the host.
-    pub(crate) fn into_raw(instance: Instance, lent: V) -> *mut c_void {
+    pub(crate) fn into_raw(instance: Instance, callbacks: V) -> *mut c_void {
         let component = Self {
             magic: Cell::new(V::MAGIC),
-            lent,
+            callbacks,
             busy: Cell::new(false),
             poisoned: Cell::new(false),
             pausing: Cell::new(false),
@@ -89,12 +89,12 @@ impl<V: Version> Component<V> {
     ///
     /// # Safety
     /// As for [`Component::from_raw`].
-    pub(crate) unsafe fn pause<T>(c: *mut c_void, host: impl FnOnce(&V) -> T) -> Option<T> {
+    pub(crate) unsafe fn call_host<T>(c: *mut c_void, host: impl FnOnce(&V) -> T) -> Option<T> {
         // SAFETY: as the caller promises.
         let component = unsafe { Self::from_raw(c) }?;
         // The host may call for the same again, meanwhile, and be refused.
         let before = component.pausing.replace(true);
-        let done = host(&component.lent);
+        let done = host(&component.callbacks);
         component.pausing.set(before);
         Some(done)
     }

@@ -1,5 +1,0 @@
-//! The C border: what comes from outside and must do no harm. The package `fuzz` has these tests, too, with AddressSanitizer.
-
-mod bad_input;
-mod legality;
-mod states;
