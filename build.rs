@@ -1,12 +1,13 @@
-//! Fills what Cargo knows into `modelDescription.xml.in` and `modelDescription.fmi3.xml.in`. The library fills in the rest at run time, because it
-//! depends on the number of balls and the start values. Keeps the time of linking out of binaries for Windows.
+//! Fills what Cargo knows into `modelDescription.xml.in` and `modelDescription.fmi3.xml.in`. The library fills in the
+//! rest at run time, because it depends on the number of balls and the start values. Keeps the time of linking out of
+//! binaries for Windows.
 
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::{env, fs};
 
-/// The templates, without their `.in`, and their placeholders: those that Cargo does not know are left for the library, see
-/// `src/variables/description/xml.rs`.
+/// The templates, without their `.in`, and their placeholders: those that Cargo does not know are left for the library,
+/// see `src/variables/description/xml.rs`.
 const TEMPLATES: [(&str, &str); 2] = [
     (
         "modelDescription.xml",

@@ -1,5 +1,5 @@
-//! Calls at corners of what is legal, at which a host could have to wait: getters within slow impacts, the next onset where none is in
-//! sight, sums over long flights; and what a step over one onset costs with few balls and with many.
+//! Calls at corners of what is legal, at which a host could have to wait: getters within slow impacts, the next onset
+//! where none is in sight, sums over long flights; and what a step over one onset costs with few balls and with many.
 
 use std::time::{Duration, Instant};
 

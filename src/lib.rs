@@ -1,10 +1,10 @@
 //! Newton's cradle with compliant contacts as an FMU: FMI 2.0 and 3.0, for co-simulation and
 //! model exchange.
 //!
-//! The model is P. C. Breedveld's (Modelling & simulation of bouncing objects: Newton's cradle revisited, Mechatronics 2002):
-//! neighbouring balls are joined by springs that act only while the balls overlap, so that a collision is a short, stiff,
-//! continuous contact, and the one-after-another transfer of momentum comes out by itself. The classical model that he sets it
-//! against, impacts without duration, is there to compare (`contact.model = rigid`).
+//! The model is P. C. Breedveld's (Modelling & simulation of bouncing objects: Newton's cradle revisited, Mechatronics
+//! 2002): neighbouring balls are joined by springs that act only while the balls overlap, so that a collision is a
+//! short, stiff, continuous contact, and the one-after-another transfer of momentum comes out by itself. The classical
+//! model that he sets it against, impacts without duration, is there to compare (`contact.model = rigid`).
 //!
 //! # How it is built
 //!
@@ -21,23 +21,24 @@
 //!
 //! The producer of the FMU is built without the feature `engine`: of all this it needs the parameters and the table.
 //!
-//! A call of a host goes down that list from the bottom: `fmi2` or `fmi3` turns C into Rust and asks whether the call is legal now,
-//! `instance` carries it out, `engine` moves the trajectory, and what the host reads is evaluated at its communication point
-//! without moving anything.
+//! A call of a host goes down that list from the bottom: `fmi2` or `fmi3` turns C into Rust and asks whether the call
+//! is legal now, `instance` carries it out, `engine` moves the trajectory, and what the host reads is evaluated at its
+//! communication point without moving anything.
 //!
-//! Beside the event-driven engine stand the methods that one would take without it (`solver.method`): [`engine::Continuous`]
-//! integrates the whole chain by backward differentiation, Adams-Moulton or Runge-Kutta formulas. They are slow, for comparison,
-//! and an independent check. In model exchange the host takes their part ([`engine::Exchange`]). An instance sees either of them as
-//! an [`engine::Simulation`], the variables as [`model::Results`].
+//! Beside the event-driven engine stand the methods that one would take without it (`solver.method`):
+//! [`engine::Continuous`] integrates the whole chain by backward differentiation, Adams-Moulton or Runge-Kutta
+//! formulas. They are slow, for comparison, and an independent check. In model exchange the host takes their part
+//! ([`engine::Exchange`]). An instance sees either of them as an [`engine::Simulation`], the variables as
+//! [`model::Results`].
 //!
 //! # Three ideas
 //!
 //! 1. *Flight is exact.* Between contacts a ball swings in closed form from its anchor; it is evaluated, never stepped.
-//! 2. *A contact costs only what touches.* Two elastic balls have an outcome in closed form. Others are followed by Taylor
-//!    series; linear ones that are damped or stay closed by their natural modes, other ones that are stiff for the pace of the
-//!    motion by an L-stable collocation method.
-//! 3. *The communication grid is not the integration grid.* While the inputs stay as they are, the trajectory is the same bit for
-//!    bit, however a host cuts its steps.
+//! 2. *A contact costs only what touches.* Two elastic balls have an outcome in closed form. Others are followed by
+//!    Taylor series; linear ones that are damped or stay closed by their natural modes, other ones that are stiff for
+//!    the pace of the motion by an L-stable collocation method.
+//! 3. *The communication grid is not the integration grid.* While the inputs stay as they are, the trajectory is the
+//!    same bit for bit, however a host cuts its steps.
 //!
 //! How the cradle is computed and why, with equations and sources: [`theory`]. How to change it: `CONTRIBUTING.md`.
 //!

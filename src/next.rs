@@ -17,8 +17,8 @@ pub enum Next<T = f64> {
 }
 
 impl Next {
-    /// After the time `now` (s) not before `time` (s). Between one double and the next there is no time, so that the answer can
-    /// always be later than now.
+    /// After the time `now` (s) not before `time` (s). Between one double and the next there is no time, so that the
+    /// answer can always be later than now.
     pub fn not_before(time: f64, now: f64) -> Self {
         Self::NotBefore(time.max(now.next_up()))
     }

@@ -7,8 +7,8 @@ use super::Line;
 
 const SOURCE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/comparison/cvode.c");
 
-/// Title, and the arguments of the program: contacts, method, relative and absolute tolerance. Of the absolute ones tried, from
-/// 1 to 1e-5 of the relative one, those that were fastest.
+/// Title, and the arguments of the program: contacts, method, relative and absolute tolerance. Of the absolute ones
+/// tried, from 1 to 1e-5 of the relative one, those that were fastest.
 pub type Run = (&'static str, [&'static str; 4]);
 
 /// From version 7 on there is a core library.

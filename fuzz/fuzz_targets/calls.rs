@@ -1,5 +1,5 @@
-//! Drives the C functions with random sequences of calls and compares the answers with a model of what is legal: a legal call must
-//! not fail, an illegal one must answer fmi2Error, say so in the log, and change nothing.
+//! Drives the C functions with random sequences of calls and compares the answers with a model of what is legal: a
+//! legal call must not fail, an illegal one must answer fmi2Error, say so in the log, and change nothing.
 #![no_main]
 
 use std::ffi::CString;

@@ -1,5 +1,5 @@
-//! `check` and `info` on FMUs that nobody packed: random bytes, and small FMUs with changes in their entries, their binary, their
-//! description and their zip file. Whatever they find, they do not crash, and every finding is one line.
+//! `check` and `info` on FMUs that nobody packed: random bytes, and small FMUs with changes in their entries, their
+//! binary, their description and their zip file. Whatever they find, they do not crash, and every finding is one line.
 #![no_main]
 
 use std::io::{Cursor, Write};

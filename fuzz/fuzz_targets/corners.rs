@@ -1,10 +1,11 @@
-//! Runs at the corners of what is legal: parameters at their least, tiny, default, huge and largest values, inputs with derivatives,
-//! steps of a nanosecond to a million seconds. Every variable is read after every step. No call may end the process, answer a NaN
-//! with fmi2OK, or, but for a step, take more than a fixed amount of work; memory is bounded by the options of libFuzzer.
+//! Runs at the corners of what is legal: parameters at their least, tiny, default, huge and largest values, inputs with
+//! derivatives, steps of a nanosecond to a million seconds. Every variable is read after every step. No call may end
+//! the process, answer a NaN with fmi2OK, or, but for a step, take more than a fixed amount of work; memory is bounded
+//! by the options of libFuzzer.
 //!
-//! Steps grow as long as little happens in them, by the FMU's own counters and by the clock: how many events a step has to follow, and
-//! how many swings it has to search for one, is up to the cradle and to the host.
-//! With `CRADLE_SLOWEST` in the environment the slowest calls so far are told on standard error.
+//! Steps grow as long as little happens in them, by the FMU's own counters and by the clock: how many events a step has
+//! to follow, and how many swings it has to search for one, is up to the cradle and to the host. With `CRADLE_SLOWEST`
+//! in the environment the slowest calls so far are told on standard error.
 #![no_main]
 
 use std::cell::{Cell, RefCell};
@@ -22,14 +23,17 @@ use newtons_cradle::fmi2::{fmi2GetRealStatus, fmi2LastSuccessfulTime};
 static INTERFACES: LazyLock<Vec<(usize, Interface)>> =
     LazyLock::new(|| [1, 2, 3, 5, 13].map(|balls| (balls, Interface::of(balls))).into());
 
-/// What any call but a step may take here, where it is instrumented and others may be at work: a thousand times what it should.
+/// What any call but a step may take here, where it is instrumented and others may be at work: a thousand times what it
+/// should.
 const LONGEST: Duration = Duration::from_secs(2);
 
-/// A step is followed by one `LONGER` times as long if the counters of work grew by less than this, and it took less time than that.
+/// A step is followed by one `LONGER` times as long if the counters of work grew by less than this, and it took less
+/// time than that.
 const LITTLE: i32 = 100;
 const SHORT: Duration = Duration::from_millis(20);
 
-/// Under a force that grows with the cube of time, events become more numerous with its fifth power: 32 times by this factor.
+/// Under a force that grows with the cube of time, events become more numerous with its fifth power: 32 times by this
+/// factor.
 const LONGER: f64 = 2.0;
 
 #[derive(Debug, Arbitrary)]

@@ -1,6 +1,7 @@
-//! FMI 3.0: drives the C functions with random sequences of calls, for model exchange, and for co-simulation with and without event
-//! mode, early return and calls within the step, and compares the answers with a picture of what is legal. A legal call succeeds, a value out of range is discarded and
-//! changes nothing, any other call ends the run. Forged states are refused, or can be looked at, written and gone on from.
+//! FMI 3.0: drives the C functions with random sequences of calls, for model exchange, and for co-simulation with and
+//! without event mode, early return and calls within the step, and compares the answers with a picture of what is
+//! legal. A legal call succeeds, a value out of range is discarded and changes nothing, any other call ends the run.
+//! Forged states are refused, or can be looked at, written and gone on from.
 #![no_main]
 
 use std::ptr::null_mut;

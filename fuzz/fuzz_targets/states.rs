@@ -1,5 +1,6 @@
-//! Serialized states that nobody wrote: random bytes, and bytes of a state with changes and the digest that belongs to them. They
-//! are refused, and then nothing has changed, or accepted, and then it is a state: it can be looked at, written, read and stepped.
+//! Serialized states that nobody wrote: random bytes, and bytes of a state with changes and the digest that belongs to
+//! them. They are refused, and then nothing has changed, or accepted, and then it is a state: it can be looked at,
+//! written, read and stepped.
 #![no_main]
 
 use std::ptr::{null, null_mut};
@@ -58,8 +59,8 @@ fn read(host: &Host, bytes: Bytes) {
     }
 }
 
-/// Looks at an instance in a state that was accepted. It steps only if the settings are those the state had before, and the balls
-/// move as balls do: with a mass of 1e-300 kg, or balls 1e100 m within each other, it would take long.
+/// Looks at an instance in a state that was accepted. It steps only if the settings are those the state had before, and
+/// the balls move as balls do: with a mass of 1e-300 kg, or balls 1e100 m within each other, it would take long.
 fn look(host: &Host, before: Option<Vec<u64>>) {
     let bytes = host.to_bytes();
     assert_eq!(host.set_bytes(&bytes), fmi2OK, "its own bytes: {:?}", host.log());
@@ -104,7 +105,8 @@ fn settings(host: &Host) -> Option<Vec<u64>> {
     Some(settable.map(value).collect())
 }
 
-/// States of every kind: of each phase, in flight, within an impact of known outcome, within a cluster, pressed together.
+/// States of every kind: of each phase, in flight, within an impact of known outcome, within a cluster, pressed
+/// together.
 fn states() -> Vec<Vec<u8>> {
     let host = Host::new();
     let mut states = vec![host.to_bytes()];

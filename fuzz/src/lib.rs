@@ -1,4 +1,5 @@
-//! What the fuzz targets share: the host of the tests, the interface as the description tells it, and a model of what is legal.
+//! What the fuzz targets share: the host of the tests, the interface as the description tells it, and a model of what
+//! is legal.
 
 pub mod forgery;
 pub mod hybrid;

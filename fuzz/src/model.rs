@@ -1,5 +1,5 @@
-//! What is legal, and what an instance must answer: the standard (FMI 2.0.4, sections 3.2.3 and 4.2.4) and the description, and nothing of how
-//! the FMU does it.
+//! What is legal, and what an instance must answer: the standard (FMI 2.0.4, sections 3.2.3 and 4.2.4) and the
+//! description, and nothing of how the FMU does it.
 
 use std::collections::BTreeMap;
 
@@ -128,7 +128,8 @@ pub struct Model<'a> {
     start: Option<f64>,
     /// s.
     pub time: f64,
-    /// What the host set last, by value reference, and how far off it may be read: inputs that followed derivatives are rounded.
+    /// What the host set last, by value reference, and how far off it may be read: inputs that followed derivatives are
+    /// rounded.
     settings: BTreeMap<u32, (f64, f64)>,
     /// Derivatives of inputs for the next step, by value reference and order.
     rates: BTreeMap<(u32, i32), f64>,

@@ -6,8 +6,8 @@ use std::process::Command;
 use crate::environment::{self, PACKAGE};
 use crate::error::Error;
 
-/// Runs `python -m newtons_cradle page` with `arguments`; its exit code. Without a `python` to run it takes the first that has the
-/// package, see [`environment::python`].
+/// Runs `python -m newtons_cradle page` with `arguments`; its exit code. Without a `python` to run it takes the first
+/// that has the package, see [`environment::python`].
 pub fn make(python: Option<OsString>, arguments: &[OsString]) -> Result<u8, Error> {
     let none = || Error::Failure(format!("there is no Python that has {PACKAGE}; {ADVICE}"));
     let python = python.or_else(environment::python).ok_or_else(none)?;

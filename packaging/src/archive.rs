@@ -1,5 +1,5 @@
-//! Writing the zip file: deflated, sorted, with forward slashes and the earliest date of zip files, so that the same contents
-//! give the same bytes.
+//! Writing the zip file: deflated, sorted, with forward slashes and the earliest date of zip files, so that the same
+//! contents give the same bytes.
 
 use std::collections::BTreeMap;
 use std::fs;

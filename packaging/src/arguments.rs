@@ -27,8 +27,8 @@ pub enum Request {
     Build(Build),
     /// Say what is wrong with an FMU that this program has written, maybe with binaries from elsewhere
     ///
-    /// It looks at zip entries, description and binaries. Then it runs the binary for this machine in a separate process, and
-    /// compares the results with those in the FMU. `fmpy validate FILE` checks the FMUs of others.
+    /// It looks at zip entries, description and binaries. Then it runs the binary for this machine in a separate
+    /// process, and compares the results with those in the FMU. `fmpy validate FILE` checks the FMUs of others.
     #[command(after_help = EXIT_CODES)]
     Check {
         /// The FMU
@@ -55,12 +55,13 @@ pub enum Request {
     },
     /// Make a 3D animation of an FMU's run, or of a result in CSV: one HTML file that needs no network
     ///
-    /// This runs `python -m newtons_cradle page`, with all arguments except --python. `cradle-fmu page x.fmu --help` lists them.
-    /// `pip install newtons-cradle` installs what is needed. So does `python3 cradle.py paper` in the folder of the sources.
+    /// This runs `python -m newtons_cradle page`, with all arguments except --python. `cradle-fmu page x.fmu --help`
+    /// lists them. `pip install newtons-cradle` installs what is needed. So does `python3 cradle.py paper` in the
+    /// folder of the sources.
     #[command(after_help = "Exit codes: those of Python; 1 if Python cannot be run.")]
     Page {
-        /// The Python to run [default: the first that has the package: beside this program, on the PATH, or in .venv in this folder or
-        /// one above]
+        /// The Python to run [default: the first that has the package: beside this program, on the PATH, or in .venv in
+        /// this folder or one above]
         #[arg(long, value_name = "PROGRAM")]
         python: Option<OsString>,
         /// An .fmu or .csv file, then options such as --out cradle.html, --stop 5, --set contact.model=hertz
@@ -107,8 +108,8 @@ pub struct Build {
     pub from: Option<PathBuf>,
     /// Compile for a Rust target triple [default: this machine]
     ///
-    /// A triple with a glibc version, such as `x86_64-unknown-linux-gnu.2.17`, needs cargo-zigbuild. Its binary runs on systems
-    /// with that glibc or a newer one.
+    /// A triple with a glibc version, such as `x86_64-unknown-linux-gnu.2.17`, needs cargo-zigbuild. Its binary runs on
+    /// systems with that glibc or a newer one.
     #[arg(long, value_name = "TRIPLE")]
     pub target: Vec<String>,
     /// Take an existing binary, such as `linux64=libnewtons_cradle.so`; compile only if there is a --target
@@ -117,11 +118,12 @@ pub struct Build {
     /// Optimise what is compiled; recommended for every FMU that is to be used
     #[arg(long)]
     pub release: bool,
-    /// Where to write the FMU [default: a name from the preset, the parameter file or NewtonsCradle, and --balls; in Cargo's target/fmu
-    /// if something is compiled, otherwise in the current folder]
+    /// Where to write the FMU [default: a name from the preset, the parameter file or NewtonsCradle, and --balls; in
+    /// Cargo's target/fmu if something is compiled, otherwise in the current folder]
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// Also run the FMU for its default experiment and write the results and options there, as NAME_ref.csv and NAME_ref.opt
+    /// Also run the FMU for its default experiment and write the results and options there, as NAME_ref.csv and
+    /// NAME_ref.opt
     #[arg(long, value_name = "FOLDER")]
     pub reference: Option<PathBuf>,
 }

@@ -22,8 +22,8 @@ pub fn file(name: &str) -> Option<PathBuf> {
     files.find(|file| file.is_file())
 }
 
-/// A Python that finds the package: that of the environment this program is installed in, one on the PATH, or that of `.venv` in
-/// this folder or one above.
+/// A Python that finds the package: that of the environment this program is installed in, one on the PATH, or that of
+/// `.venv` in this folder or one above.
 pub fn python() -> Option<OsString> {
     let beside = program_folder().into_iter().flat_map(|folder| {
         let names = if cfg!(windows) { ["python.exe", "../python.exe"] } else { ["python3", "python"] };

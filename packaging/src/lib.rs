@@ -1,4 +1,5 @@
-//! The producer of the Newton's cradle FMU: chooses a cradle, compiles or takes binaries, writes the .fmu, and checks it.
+//! The producer of the Newton's cradle FMU: chooses a cradle, compiles or takes binaries, writes the .fmu, and checks
+//! it.
 //!
 //! | module | what it does | needs |
 //! |---|---|---|

@@ -52,7 +52,8 @@ impl Build {
         Ok(ExitCode::SUCCESS)
     }
 
-    /// The cradle, and what its file is called: after the preset or the last parameter file, and the number of balls if it is another.
+    /// The cradle, and what its file is called: after the preset or the last parameter file, and the number of balls if
+    /// it is another.
     fn choice(&self, standard: Standard) -> Result<(Choice, String), Error> {
         let mut choice = Choice::default();
         let mut name = MODEL_IDENTIFIER.to_owned();

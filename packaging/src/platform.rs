@@ -22,8 +22,8 @@ pub struct Platform {
     architectures: &'static [Architecture],
 }
 
-/// Every platform that the standard names, and what it names since 2.0.4 by the tuple of FMI 3.0: Linux on ARM. Hosts of FMI 2.0
-/// look for macOS in `darwin64`, whatever the processor.
+/// Every platform that the standard names, and what it names since 2.0.4 by the tuple of FMI 3.0: Linux on ARM. Hosts
+/// of FMI 2.0 look for macOS in `darwin64`, whatever the processor.
 pub static PLATFORMS: &[Platform] = &[
     Platform {
         folder: "linux64",

@@ -14,9 +14,9 @@
 //! | `exchange` | a run that its host integrates | `flight`, `records`, `run`, `observation` |
 //! | `continuous` | BDF, Adams and Runge-Kutta over the whole chain | `flight`, `records`, `run`, `derivatives` |
 //!
-//! Events happen at their own times, never at communication points: between changes of the inputs the trajectory is the same,
-//! bit for bit, however a host cuts its steps. What a host asks for at a communication point is evaluated there and moves nothing.
-//! A run can be put down as plain data and taken up again.
+//! Events happen at their own times, never at communication points: between changes of the inputs the trajectory is the
+//! same, bit for bit, however a host cuts its steps. What a host asks for at a communication point is evaluated there
+//! and moves nothing. A run can be put down as plain data and taken up again.
 
 mod cluster;
 mod continuous;

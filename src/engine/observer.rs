@@ -36,10 +36,12 @@ pub trait Observer {
     /// Contact `contact`, counted from 0, has closed at `time` (s).
     fn onset(&mut self, _contact: usize, _time: f64) {}
 
-    /// Contact `contact` has closed, or else opened, at `time` (s), which is told to all its digits by event-driven runs.
+    /// Contact `contact` has closed, or else opened, at `time` (s), which is told to all its digits by event-driven
+    /// runs.
     fn switching(&mut self, _contact: usize, _time: DoubleDouble, _closes: bool) {}
 
-    /// Where the call of `advance` is to end, s, if that is before its own end: not before the last event that was told of.
+    /// Where the call of `advance` is to end, s, if that is before its own end: not before the last event that was told
+    /// of.
     fn stop(&self) -> Option<f64> {
         None
     }

@@ -86,8 +86,8 @@ impl Simulation {
         of_method!(self, time_derivative(order))
     }
 
-    /// Derivatives of the outputs at the end of the last step along `inputs`, held over that step. Before the first step nothing
-    /// depends on the inputs.
+    /// Derivatives of the outputs at the end of the last step along `inputs`, held over that step. Before the first
+    /// step nothing depends on the inputs.
     pub fn sensitivity_of_step(&self, inputs: &Inputs) -> Result<Differential, NotFollowed> {
         of_method!(self, last_step()).along_inputs(inputs)
     }
@@ -107,8 +107,8 @@ impl Simulation {
         of_method!(self, last_step()).along_parameters(parameters, tangent, inputs)
     }
 
-    /// Derivatives of the outputs at the current time along a direction of parameters and inputs over the whole run, which has begun
-    /// at `start` (s) and has this history. `parameters` are those that act now.
+    /// Derivatives of the outputs at the current time along a direction of parameters and inputs over the whole run,
+    /// which has begun at `start` (s) and has this history. `parameters` are those that act now.
     pub fn sensitivity_of_run(
         &self,
         parameters: &Parameters,
@@ -130,8 +130,8 @@ impl Simulation {
         WholeRun { parameters, start_time: start, start: start_state, stretches, last }.along(tangent, inputs)
     }
 
-    /// The run from `start` (s) to the current time in parts, for derivatives in both directions. Only event-driven runs with elastic
-    /// contacts have one.
+    /// The run from `start` (s) to the current time in parts, for derivatives in both directions. Only event-driven
+    /// runs with elastic contacts have one.
     pub fn tape(&self, parameters: &Parameters, start: f64, history: &History) -> Option<Tape> {
         let Self::EventDriven(now) = self else { return None };
         let stretches = history.stretches(now.time, &now.inputs, parameters.tunables());
@@ -161,7 +161,8 @@ impl Simulation {
         recorder.tape(&now.last_step().end)
     }
 
-    /// Inputs or tunable parameters, now `tunables`, are about to change: what acted so far is kept if that is `wanted`.
+    /// Inputs or tunable parameters, now `tunables`, are about to change: what acted so far is kept if that is
+    /// `wanted`.
     pub fn keep_history(&self, wanted: bool, tunables: Tunables, history: &mut History) {
         history.keep(wanted, self.time(), self.inputs(), tunables);
     }

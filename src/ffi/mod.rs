@@ -1,8 +1,8 @@
 //! What the C borders of all versions of the standard share.
 //!
-//! Every exported function goes through [`call`]: null and foreign components are refused, calls that are not legal in the current
-//! phase are refused and logged, and a panic is caught before it reaches the host. Pointers are checked for null and alignment;
-//! beyond that they must be what the standard says.
+//! Every exported function goes through [`call`]: null and foreign components are refused, calls that are not legal in
+//! the current phase are refused and logged, and a panic is caught before it reaches the host. Pointers are checked for
+//! null and alignment; beyond that they must be what the standard says.
 #![allow(unsafe_code)]
 
 mod arrays;

@@ -9,12 +9,14 @@ use crate::variables::{FILE_NAME, Recipe};
 /// Largest file that is read: n = 10000 with every value changed has 3 MB.
 const MAX_BYTES: u64 = 32 << 20;
 
-/// The recipe at `location`, a URI; the default one if there is no location or no file. Only the one file is looked for.
+/// The recipe at `location`, a URI; the default one if there is no location or no file. Only the one file is looked
+/// for.
 pub(crate) fn at_location(location: &[u8]) -> Result<Recipe, String> {
     if location.is_empty() { Ok(Recipe::default()) } else { first_of(folders(location, cfg!(windows))?) }
 }
 
-/// The recipe in the folder `path`; the default one if there is no path or no file. A host that gives a URI here is understood.
+/// The recipe in the folder `path`; the default one if there is no path or no file. A host that gives a URI here is
+/// understood.
 pub(crate) fn at_path(path: &[u8]) -> Result<Recipe, String> {
     let is_uri = path.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case(b"file:"));
     if path.is_empty() || is_uri { at_location(path) } else { first_of(vec![path.to_vec()]) }

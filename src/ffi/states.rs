@@ -101,7 +101,8 @@ pub(crate) unsafe fn serialized_size(state: *mut c_void, size: *mut usize) -> Re
     }
 }
 
-/// Writes a state as bytes that any process with this FMU can read. `size` must be what the function called `sized` answered.
+/// Writes a state as bytes that any process with this FMU can read. `size` must be what the function called `sized`
+/// answered.
 ///
 /// # Safety
 /// As for [`Saved::from_raw`] and [`array_mut`].
@@ -122,8 +123,8 @@ pub(crate) unsafe fn serialize(
     Ok(())
 }
 
-/// Makes a state of the bytes that [`serialize`] wrote, also in another process. Damaged, foreign and newer bytes are refused, and
-/// `*place` is left as it is; where it is not NULL its memory is used again.
+/// Makes a state of the bytes that [`serialize`] wrote, also in another process. Damaged, foreign and newer bytes are
+/// refused, and `*place` is left as it is; where it is not NULL its memory is used again.
 ///
 /// # Safety
 /// As for [`array()`] and [`store`].

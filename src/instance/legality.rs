@@ -1,5 +1,5 @@
-//! Which call is legal in which phase: the state machines of co-simulation and of model exchange as one table (FMI 2.0.4, sections
-//! 3.2.3 and 4.2.4; FMI 3.0.2, sections 2.3 and 4.2).
+//! Which call is legal in which phase: the state machines of co-simulation and of model exchange as one table (FMI
+//! 2.0.4, sections 3.2.3 and 4.2.4; FMI 3.0.2, sections 2.3 and 4.2).
 
 use serde::{Deserialize, Serialize};
 
@@ -139,8 +139,8 @@ pub enum Call {
 }
 
 impl Phase {
-    /// Whether an instance of this kind can be in it; `events` if its host takes part in the events of co-simulation, and `arrays` if
-    /// it is one of FMI 3.0.
+    /// Whether an instance of this kind can be in it; `events` if its host takes part in the events of co-simulation,
+    /// and `arrays` if it is one of FMI 3.0.
     pub(super) fn exists(self, kind: Kind, arrays: bool, events: bool) -> bool {
         let exchange = kind == Kind::ModelExchange;
         match self {
@@ -179,8 +179,8 @@ impl Call {
         }
     }
 
-    /// The phases it is legal in. Steps are synchronous, so "step in progress" and "canceled" do not occur and nothing can be
-    /// cancelled.
+    /// The phases it is legal in. Steps are synchronous, so "step in progress" and "canceled" do not occur and nothing
+    /// can be cancelled.
     #[inline]
     pub fn legal_phases(self) -> &'static [Phase] {
         use Phase::{

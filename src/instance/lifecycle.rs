@@ -70,7 +70,8 @@ impl Instance {
         Ok(())
     }
 
-    /// Builds the simulation and enters step mode, or Event Mode in model exchange. Fails, staying in Initialization Mode, if no run can start like this.
+    /// Builds the simulation and enters step mode, or Event Mode in model exchange. Fails, staying in Initialization
+    /// Mode, if no run can start like this.
     pub fn exit_initialization(&mut self) -> Result<(), Refusal> {
         if self.run.kind == Kind::ModelExchange {
             self.exchange()?;

@@ -22,7 +22,8 @@ pub enum Severity {
 /// Takes a log line to the host.
 pub type Sink = Box<dyn Fn(Severity, LogCategory, &str)>;
 
-/// The log of one instance. Warnings and errors are always written; the rest only where the host switched the category on.
+/// The log of one instance. Warnings and errors are always written; the rest only where the host switched the category
+/// on.
 pub struct Log {
     sink: Option<Sink>,
     enabled: [bool; LOG_CATEGORIES.len()],

@@ -1,8 +1,8 @@
 //! One running instance of the FMU, independent of the version of the standard.
 //!
 //! [`Instance`] takes what the host wants in Rust types; the folder of an FMI version translates. That folder asks
-//! [`Instance::require`] whether a call is legal in the current phase before it makes the call: once, in one place. What an
-//! instance calculates with is a [`Simulation`](crate::engine::Simulation), what it can be asked for a
+//! [`Instance::require`] whether a call is legal in the current phase before it makes the call: once, in one place.
+//! What an instance calculates with is a [`Simulation`](crate::engine::Simulation), what it can be asked for a
 //! [`Variable`](crate::variables::Variable).
 
 mod calls;

@@ -53,8 +53,8 @@ pub(super) struct Run {
     pub(super) phase: Phase,
     pub(super) settings: Settings,
     pub(super) experiment: Option<Experiment>,
-    /// What calculates the run. In Initialization Mode it is built when a calculated value is asked for, and dropped when a
-    /// setting changes.
+    /// What calculates the run. In Initialization Mode it is built when a calculated value is asked for, and dropped
+    /// when a setting changes.
     #[serde(skip)]
     pub(super) simulation: Option<Simulation>,
     /// The same in model exchange.
@@ -90,8 +90,8 @@ impl Run {
         }
     }
 
-    /// The parameters that the simulation runs with: the host's tolerance counts, changes that it does not yet know of do not. In
-    /// model exchange there is no method to select.
+    /// The parameters that the simulation runs with: the host's tolerance counts, changes that it does not yet know of
+    /// do not. In model exchange there is no method to select.
     pub(super) fn effective_parameters(&self) -> Parameters {
         let mut parameters = self.settings.parameters.clone();
         parameters.tolerance = self.experiment.unwrap_or_default().tighten(parameters.tolerance);

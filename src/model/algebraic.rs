@@ -1,4 +1,5 @@
-//! The outputs that are functions of the state and the inputs at one time, whatever method has led there: doubles or dual numbers.
+//! The outputs that are functions of the state and the inputs at one time, whatever method has led there: doubles or
+//! dual numbers.
 
 use super::contact::ContactLaw;
 use super::cradle::{BallModel, Cradle};

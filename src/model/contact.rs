@@ -1,6 +1,7 @@
 //! The force law of one contact: all that depends on which damping law it is.
 //!
-//! A damping law is a variant of [`Damping`]; the methods of the engine ask for what they need of it by the functions here.
+//! A damping law is a variant of [`Damping`]; the methods of the engine ask for what they need of it by the functions
+//! here.
 
 use super::damping::{Damping, SignOfForce};
 use crate::solver::dual::Scalar;
@@ -36,7 +37,8 @@ pub struct ContactLaw<S = f64> {
 }
 
 impl<S: Scalar> ContactLaw<S> {
-    /// The same law by its simplest formula: viscoelastic contacts whose exponent is and stays 1 are those of Kelvin and Voigt.
+    /// The same law by its simplest formula: viscoelastic contacts whose exponent is and stays 1 are those of Kelvin
+    /// and Voigt.
     pub fn simplified(self) -> Self {
         match self.damping {
             Damping::Viscoelastic { relaxation } if self.whole_exponent() == Some(1) => {
@@ -83,8 +85,8 @@ impl<S: Scalar> ContactLaw<S> {
         }
     }
 
-    /// Coefficient `k` of the power series of the elastic force, from the first `k + 1` of the overlap; `powers` keeps what leads
-    /// to the next one. Where the overlap vanishes a power that is not whole has no series: zero.
+    /// Coefficient `k` of the power series of the elastic force, from the first `k + 1` of the overlap; `powers` keeps
+    /// what leads to the next one. Where the overlap vanishes a power that is not whole has no series: zero.
     pub fn elastic_coefficient(&self, overlap: &[S], powers: &mut Vec<S>, k: usize) -> S {
         let (scale, stride) = (S::from(1.0) / self.overlap_ref, overlap.len());
         let power = match self.whole_exponent() {
@@ -114,9 +116,9 @@ impl<S: Scalar> ContactLaw<S> {
         self.stiffness * self.overlap_ref * power
     }
 
-    /// One coefficient of the power series of the force by the law without clipping, from the same coefficients of the elastic
-    /// force, of the rate of the overlap and, where the law needs it, of the `product` of the two or of the derivative of the
-    /// elastic force by time, `elastic_rate` (N/s).
+    /// One coefficient of the power series of the force by the law without clipping, from the same coefficients of the
+    /// elastic force, of the rate of the overlap and, where the law needs it, of the `product` of the two or of the
+    /// derivative of the elastic force by time, `elastic_rate` (N/s).
     pub fn force_coefficient(
         &self,
         elastic: S,
@@ -132,8 +134,8 @@ impl<S: Scalar> ContactLaw<S> {
         }
     }
 
-    /// The coefficients of the elastic force that are to be computed next for [`Self::force_coefficient`] number `k`: that one, or the
-    /// one after it too, for the derivative by time.
+    /// The coefficients of the elastic force that are to be computed next for [`Self::force_coefficient`] number `k`:
+    /// that one, or the one after it too, for the derivative by time.
     pub fn elastic_terms_due(&self, k: usize) -> Range<usize> {
         match self.damping {
             Damping::None | Damping::KelvinVoigt { .. } | Damping::HuntCrossley { .. } => k..k + 1,
@@ -215,8 +217,8 @@ impl ContactLaw {
         }
     }
 
-    /// Mechanical impedance of a linear contact that a reduced mass `m` (kg) runs into, N.s/m: its largest force is at most this
-    /// times the rate at which it closes.
+    /// Mechanical impedance of a linear contact that a reduced mass `m` (kg) runs into, N.s/m: its largest force is at
+    /// most this times the rate at which it closes.
     pub fn impedance(&self, m: f64) -> f64 {
         self.damping_coefficient() + (self.stiffness * m).sqrt()
     }
@@ -234,8 +236,8 @@ impl ContactLaw {
         self.overlap_ref * libm::pow(force / (self.stiffness * self.overlap_ref), 1.0 / self.exponent)
     }
 
-    /// Elastic force at the overlap `d` (N) and its derivative (N/m), the formula of the law continued to `d <= 0`; `None` where
-    /// it cannot be, because the exponent is not whole.
+    /// Elastic force at the overlap `d` (N) and its derivative (N/m), the formula of the law continued to `d <= 0`;
+    /// `None` where it cannot be, because the exponent is not whole.
     pub fn elastic_continued(&self, d: f64) -> Option<(f64, f64)> {
         let ratio = d / self.overlap_ref;
         let power = match self.whole_exponent() {
@@ -246,8 +248,8 @@ impl ContactLaw {
         Some((self.stiffness * power * d, self.exponent * self.stiffness * power))
     }
 
-    /// Force at the overlap `d` (m) and its rate (m/s), not clipped (N), with its derivatives by them (N/m, N.s/m), the formula of
-    /// the law continued to `d <= 0` as in [`Self::elastic_continued`].
+    /// Force at the overlap `d` (m) and its rate (m/s), not clipped (N), with its derivatives by them (N/m, N.s/m), the
+    /// formula of the law continued to `d <= 0` as in [`Self::elastic_continued`].
     pub fn continued(&self, d: f64, rate: f64) -> Option<(f64, f64, f64)> {
         let (elastic, stiffness) = self.elastic_continued(d)?;
         Some(match self.damping {

@@ -17,7 +17,8 @@ pub struct BallModel<S = f64> {
 }
 
 impl<S: Scalar> BallModel<S> {
-    /// Horizontal force of the pendulum and of the drag on the support at the position `x` (m) and the velocity `v` (m/s), N.
+    /// Horizontal force of the pendulum and of the drag on the support at the position `x` (m) and the velocity `v`
+    /// (m/s), N.
     pub fn support_force(&self, x: S, v: S) -> S {
         self.mass * (self.omega2 * x + S::from(2.0) * self.gamma * v)
     }

@@ -1,12 +1,13 @@
-//! Forces of a contact at many overlaps at once: the same formulas as in `contact`, in loops that compilers turn into instructions for
-//! several numbers.
+//! Forces of a contact at many overlaps at once: the same formulas as in `contact`, in loops that compilers turn into
+//! instructions for several numbers.
 
 use super::contact::ContactLaw;
 use super::damping::Damping;
 use crate::solver::power::powers;
 
 impl ContactLaw {
-    /// Whether the exponent is a whole number and a half: the force is then a smooth function of the root of the overlap.
+    /// Whether the exponent is a whole number and a half: the force is then a smooth function of the root of the
+    /// overlap.
     pub fn has_root(&self) -> bool {
         let twice = 2.0 * self.exponent;
         twice as usize as f64 == twice && twice as usize % 2 == 1
@@ -18,8 +19,9 @@ impl ContactLaw {
         self.powers(overlaps, |_, d| d)
     }
 
-    /// The secant stiffness `k (d / d_ref)^(p-1)` at several overlaps (m), 0 for those <= 0, times the `distance` (m) that belongs to
-    /// each: products, with one factor to what the exponent has beyond a whole number. Inlined, it leaves the numbers where they belong.
+    /// The secant stiffness `k (d / d_ref)^(p-1)` at several overlaps (m), 0 for those <= 0, times the `distance` (m)
+    /// that belongs to each: products, with one factor to what the exponent has beyond a whole number. Inlined, it
+    /// leaves the numbers where they belong.
     #[inline(always)]
     fn powers<const N: usize>(&self, overlaps: &[f64; N], distance: impl Fn(usize, f64) -> f64) -> [f64; N] {
         let scale = 1.0 / self.overlap_ref;
@@ -43,8 +45,8 @@ impl ContactLaw {
         forces
     }
 
-    /// [`Self::unclipped_force`] at several overlaps (m) and rates (m/s), N. Where an overlap is <= 0, which an iteration may pass
-    /// through, the elastic force is 0 and the damping is not.
+    /// [`Self::unclipped_force`] at several overlaps (m) and rates (m/s), N. Where an overlap is <= 0, which an
+    /// iteration may pass through, the elastic force is 0 and the damping is not.
     #[inline(always)]
     pub fn unclipped_forces<const N: usize>(&self, overlaps: &[f64; N], rates: &[f64; N]) -> [f64; N] {
         match self.damping {

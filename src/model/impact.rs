@@ -1,16 +1,17 @@
-//! What an impact of two balls is like, from the law of their contact: its scales, by which the methods of the engine choose their
-//! steps.
+//! What an impact of two balls is like, from the law of their contact: its scales, by which the methods of the engine
+//! choose their steps.
 
 use super::contact::ContactLaw;
 use super::damping::Damping;
 
-/// Duration of an elastic impact over the time that the largest overlap takes at the rate of closing: 2 for very large exponents, pi for
-/// linear contacts.
+/// Duration of an elastic impact over the time that the largest overlap takes at the rate of closing: 2 for very large
+/// exponents, pi for linear contacts.
 const DURATION: f64 = 2.9;
 
 impl ContactLaw {
-    /// Overlap (m) below which the contact force, but for a dashpot's part of it, changes a mass `m` (kg) approaching at `rate` (m/s) by
-    /// less than the velocity `dv` (m/s), acting for the time `d / rate` it takes to close that far but no longer than `duration` (s).
+    /// Overlap (m) below which the contact force, but for a dashpot's part of it, changes a mass `m` (kg) approaching
+    /// at `rate` (m/s) by less than the velocity `dv` (m/s), acting for the time `d / rate` it takes to close that far
+    /// but no longer than `duration` (s).
     pub fn largest_negligible_overlap(&self, m: f64, rate: f64, dv: f64, duration: f64) -> f64 {
         let p = self.exponent;
         // F = k d_ref (d / d_ref)^p; F d / rate = m dv, or F duration = m dv.
@@ -31,13 +32,14 @@ impl ContactLaw {
         if rate > 0.0 { DURATION * self.largest_overlap(m, rate) / rate } else { f64::INFINITY }
     }
 
-    /// What an `acceleration` (m/s2) of two balls with the reduced mass `m` (kg) leads to from rest until their contact balances it, m/s.
+    /// What an `acceleration` (m/s2) of two balls with the reduced mass `m` (kg) leads to from rest until their contact
+    /// balances it, m/s.
     pub fn speed_from_rest(&self, m: f64, acceleration: f64) -> f64 {
         (acceleration * self.static_overlap(m * acceleration)).sqrt()
     }
 
-    /// Relaxation time, in which damping alone takes the rate of the overlap down to 1/e, s; where damping depends on the overlap that
-    /// at the largest one of the impact. Infinite without damping.
+    /// Relaxation time, in which damping alone takes the rate of the overlap down to 1/e, s; where damping depends on
+    /// the overlap that at the largest one of the impact. Infinite without damping.
     pub fn relaxation_time(&self, m: f64, rate: f64) -> f64 {
         match self.damping {
             Damping::None => f64::INFINITY,

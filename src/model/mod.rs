@@ -1,4 +1,5 @@
-//! The physics of the cradle in SI units. Knows neither FMI nor numerical methods; its formulas take doubles and dual numbers.
+//! The physics of the cradle in SI units. Knows neither FMI nor numerical methods; its formulas take doubles and dual
+//! numbers.
 
 #[cfg(feature = "engine")]
 pub(crate) mod algebraic;

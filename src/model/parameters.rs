@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Force law of a contact, `contact.model`. The items of this and the other enumerations are numbered as hosts number them.
+/// Force law of a contact, `contact.model`. The items of this and the other enumerations are numbered as hosts number
+/// them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ContactModel {
     /// `F = k r (d/d_ref)^(p-1) d`.
@@ -166,8 +167,8 @@ impl Parameters {
     }
 }
 
-/// The parameters that may change during a run: drag, damping, Hunt and Crossley's factor, the relaxation time, and the coefficient
-/// of restitution, in the units of [`Parameters`].
+/// The parameters that may change during a run: drag, damping, Hunt and Crossley's factor, the relaxation time, and the
+/// coefficient of restitution, in the units of [`Parameters`].
 pub type Tunables = [f64; 5];
 
 /// The inputs of the cradle at one time, or their derivatives by time of one order.

@@ -76,15 +76,16 @@ pub trait Results {
 pub struct WorkCounters {
     /// Integration steps accepted in contact phases.
     pub steps: u64,
-    /// Evaluations of the contact forces (of their Taylor series, where the method uses them); a closed form counts as one.
+    /// Evaluations of the contact forces (of their Taylor series, where the method uses them); a closed form counts as
+    /// one.
     pub evaluations: u64,
     /// Onsets, releases and switchings of contact laws handled.
     pub events: u64,
 }
 
-/// Derivatives of all real outputs, and of the states of model exchange with their derivatives: by time, of one order, or along one
-/// direction in the space of inputs, states and parameters. The units are those of the variables over that of the time or of the
-/// direction.
+/// Derivatives of all real outputs, and of the states of model exchange with their derivatives: by time, of one order,
+/// or along one direction in the space of inputs, states and parameters. The units are those of the variables over that
+/// of the time or of the direction.
 #[derive(Clone, Debug, Default)]
 pub struct Differential {
     /// Of the positions.

@@ -28,7 +28,8 @@ impl BlockTridiagonal {
         self.rows.push(Row { lower, diagonal, upper, known });
     }
 
-    /// The solution, a block a row; pivots are sought within the blocks. `None` where there is no pivot. The rows are used up.
+    /// The solution, a block a row; pivots are sought within the blocks. `None` where there is no pivot. The rows are
+    /// used up.
     pub fn solve(&mut self) -> Option<impl Iterator<Item = Stages>> {
         let last = self.rows.len().saturating_sub(1);
         for i in 0..self.rows.len() {

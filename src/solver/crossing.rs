@@ -6,7 +6,8 @@ use super::series::{
     sample_terms, shifted, sum_by_lanes, value_and_derivatives, value_by_lanes,
 };
 
-/// How often the distance of two places is halved where a series comes near 0: some times suffice unless it almost touches.
+/// How often the distance of two places is halved where a series comes near 0: some times suffice unless it almost
+/// touches.
 const HALVINGS: usize = 4;
 
 /// The largest value on `[from, to]`.
@@ -84,8 +85,8 @@ pub fn first_positive(c: &[f64], sign: f64, level: f64, until: f64) -> Option<f6
     })
 }
 
-/// The answer of [`first_positive`], if it can be had from values at some places: between two of them a function is above its chord
-/// by no more than its curvature allows. Else, how far it is surely not positive.
+/// The answer of [`first_positive`], if it can be had from values at some places: between two of them a function is
+/// above its chord by no more than its curvature allows. Else, how far it is surely not positive.
 fn scan(g: &Above, until: f64) -> Result<Option<f64>, f64> {
     let Above { c, sign, level } = *g;
     let places: [f64; SAMPLES] = std::array::from_fn(|p| until * (p + 1) as f64 / SAMPLES as f64);
@@ -109,7 +110,8 @@ fn scan(g: &Above, until: f64) -> Result<Option<f64>, f64> {
     Ok(None)
 }
 
-/// The most that a function may be between two places, each with the value there, where nothing bends more than by `curvature`.
+/// The most that a function may be between two places, each with the value there, where nothing bends more than by
+/// `curvature`.
 fn highest(from: (f64, f64), to: (f64, f64), curvature: f64) -> f64 {
     let distance = to.0 - from.0;
     from.1.max(to.1) + 0.125 * distance * distance * curvature
@@ -123,7 +125,8 @@ struct Above<'a> {
 }
 
 impl Above<'_> {
-    /// The answer of [`scan`] between two places, each with the value there, where nothing bends more than by `curvature`.
+    /// The answer of [`scan`] between two places, each with the value there, where nothing bends more than by
+    /// `curvature`.
     fn between(&self, from: (f64, f64), to: (f64, f64), curvature: f64, halvings: usize) -> Result<Option<f64>, f64> {
         let bend = (to.0 - from.0) * curvature;
         // Where it starts from 0, or so near that it counts as 0, the slope leads away from there.

@@ -65,8 +65,8 @@ impl DoubleDouble {
         if self.lo < 0.0 { self.hi.next_down() } else { self.hi }
     }
 
-    /// The exact product of two doubles (Dekker 1971), without a fused multiply-add: not every target has one, and all of them must
-    /// give the same digits.
+    /// The exact product of two doubles (Dekker 1971), without a fused multiply-add: not every target has one, and all
+    /// of them must give the same digits.
     pub fn product(a: f64, b: f64) -> Self {
         let split = |x: f64| {
             let t = 134_217_729.0 * x; // 2^27 + 1

@@ -1,9 +1,10 @@
 //! Numerical methods. Knows no cradle.
 //!
-//! Dense linear algebra is nalgebra's, without its `std`: that would bring kernels chosen by the processor, and other bits on
-//! each. What is here is what no crate has as it is needed:
+//! Dense linear algebra is nalgebra's, without its `std`: that would bring kernels chosen by the processor, and other
+//! bits on each. What is here is what no crate has as it is needed:
 //!
-//! - first crossings (`root`, `crossing`): a search that misses none needs bounds of the derivatives, which the motion knows;
+//! - first crossings (`root`, `crossing`): a search that misses none needs bounds of the derivatives, which the motion
+//!   knows;
 //! - dual numbers (`dual`): with every function by libm, as it is for doubles;
 //! - double-double (`double_double`): the few operations that times and sums over pulses take;
 //! - powers of many numbers at once (`power`);

@@ -28,8 +28,8 @@ impl EventQueue {
         self.heap.first().map(|&key| (self.time[key as usize], key as usize))
     }
 
-    /// Enters `key` at `time`, in place of its old entry if it has one. A time that is no number comes first of all, as minus
-    /// infinity, so that nobody waits for it.
+    /// Enters `key` at `time`, in place of its old entry if it has one. A time that is no number comes first of all, as
+    /// minus infinity, so that nobody waits for it.
     pub fn set(&mut self, key: usize, time: DoubleDouble) {
         self.time[key] = if time.value().is_nan() { f64::NEG_INFINITY.into() } else { time };
         if self.place[key] == ABSENT {

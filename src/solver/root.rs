@@ -157,8 +157,9 @@ pub fn falling_zero(slope: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> 
     0.5 * (low + high)
 }
 
-/// A zero between `low`, where a function with these derivatives is not positive, and `high`, where it is not negative, each with
-/// the value there: from where the chord is zero by steps to the root of its parabola, of third order, kept inside the bracket.
+/// A zero between `low`, where a function with these derivatives is not positive, and `high`, where it is not negative,
+/// each with the value there: from where the chord is zero by steps to the root of its parabola, of third order, kept
+/// inside the bracket.
 pub fn rising_zero(g: impl Fn(f64) -> [f64; 3], (mut low, at_low): (f64, f64), (mut high, at_high): (f64, f64)) -> f64 {
     let width = high - low;
     let mut t = low + width * (at_low / (at_low - at_high));

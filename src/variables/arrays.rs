@@ -1,7 +1,7 @@
 //! The interface of FMI 3.0: the same table, with an array for each row that has an index, and what only FMI 3.0 has.
 //!
-//! The arrays have `n` elements, those over contacts as well, since n - 1 cannot be a dimension: the last element belongs to no
-//! contact. A value reference does not depend on `n`.
+//! The arrays have `n` elements, those over contacts as well, since n - 1 cannot be a dimension: the last element
+//! belongs to no contact. A value reference does not depend on `n`.
 
 use super::table::TABLE;
 use super::table::enumeration::Item;
@@ -59,7 +59,8 @@ pub const MAX_LOG: usize = 1 << 16;
 const LEFT_OUT: &str = "t_next_isOnset";
 /// Value reference of the first row.
 const ROWS: u32 = 32;
-/// Value reference of the slope of the first input. Extra variables with smaller ones come before the rows, the others behind them.
+/// Value reference of the slope of the first input. Extra variables with smaller ones come before the rows, the others
+/// behind them.
 const SLOPES: u32 = 4;
 
 /// What a variable is that only FMI 3.0 has.
@@ -106,7 +107,8 @@ const LOCAL: Option<Causality> = Some(Causality::Local);
 const ONSET: Option<Extra> = Some(Extra::OnsetClock);
 const RELEASE: Option<Extra> = Some(Extra::ReleaseClock);
 
-// Value reference, name, type, causality (none for what no row is), variability, quantity, shape, clock that it belongs to.
+// Value reference, name, type, causality (none for what no row is), variability, quantity, shape, clock that it belongs
+// to.
 extra! {
     Time 0 "time" Float64 None, Continuous Some(&TIME), Scalar None, "Time";
     Balls 1 "n" UInt64 None, Fixed None, Scalar None, "Number of balls; a new one sets all arrays to their defaults";
@@ -190,7 +192,8 @@ impl Array {
         STATES.iter().filter_map(|(state, derivative)| Some((Self::named(state)?, Self::named(derivative)?)))
     }
 
-    /// The variable of a single element, counted from 0, in a cradle of `balls` balls; nothing for one that belongs to no contact.
+    /// The variable of a single element, counted from 0, in a cradle of `balls` balls; nothing for one that belongs to
+    /// no contact.
     pub fn element(self, index: usize, balls: usize) -> Option<Variable> {
         let of = |name: &str, index: usize| {
             let (position, row) = TABLE.iter().enumerate().find(|(_, row)| row.name == name)?;
@@ -254,7 +257,8 @@ impl Array {
         }
     }
 
-    /// When it changes. Real outputs that hold a value of the step are continuous: a discrete one may change in Event Mode only.
+    /// When it changes. Real outputs that hold a value of the step are continuous: a discrete one may change in Event
+    /// Mode only.
     pub fn variability(self) -> Variability {
         match self {
             Self::Slope(_) => Variability::Continuous,

@@ -1,7 +1,7 @@
 //! A variable of the interface: found by name or value reference, and listed in the order of the description.
 //!
-//! A value reference is the row's position times 16384 plus the zero-based index, so that it does not depend on n and a getter
-//! finds its row by one array access.
+//! A value reference is the row's position times 16384 plus the zero-based index, so that it does not depend on n and a
+//! getter finds its row by one array access.
 
 use super::table::TABLE;
 use super::table::row::{Row, Shape};

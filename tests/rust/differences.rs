@@ -54,8 +54,8 @@ pub fn step(known: Variable, value: f64) -> f64 {
     1e-5 * if value == 0.0 { unit } else { value.abs() }
 }
 
-/// Derivatives of the values `at` changes that are multiples of `h`, and by how much a rounding of 1 of the values changes them: of sixth
-/// order, or `one_sided` of fourth order.
+/// Derivatives of the values `at` changes that are multiples of `h`, and by how much a rounding of 1 of the values
+/// changes them: of sixth order, or `one_sided` of fourth order.
 pub fn by_differences(h: f64, one_sided: bool, at: impl Fn(f64) -> Vec<f64>) -> (Vec<f64>, f64) {
     let weights: &[(f64, f64)] = if one_sided {
         &[(0.0, -25.0 / 12.0), (1.0, 4.0), (2.0, -3.0), (3.0, 4.0 / 3.0), (4.0, -0.25)]

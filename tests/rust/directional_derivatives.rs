@@ -156,7 +156,8 @@ fn overlapping_pulses_and_lasting_contacts() {
     }
 }
 
-/// What no derivative is known of is refused: rigid balls that stay in contact or touch, and a step that ends with their impact.
+/// What no derivative is known of is refused: rigid balls that stay in contact or touch, and a step that ends with
+/// their impact.
 #[test]
 fn rigid_balls_in_contact_are_refused() {
     let refused = |host: &Host, input: &str| {

@@ -1,6 +1,6 @@
-//! FMI 3.0: which function may be called in which state (FMI 3.0.2, sections 2.3 and 4.2), call by call, both ways, and the
-//! description as another reader understands it. A legal call is not turned down for its time; an illegal one answers fmi3Error, and
-//! the run is over.
+//! FMI 3.0: which function may be called in which state (FMI 3.0.2, sections 2.3 and 4.2), call by call, both ways, and
+//! the description as another reader understands it. A legal call is not turned down for its time; an illegal one
+//! answers fmi3Error, and the run is over.
 
 mod exchange;
 mod refused;
@@ -296,7 +296,8 @@ fn functions() -> Vec<Function> {
 #[test]
 fn calls_of_fmi_3_are_legal_where_the_standard_has_them() {
     let functions = functions();
-    // All but fmi3GetVersion, three that instantiate, fmi3FreeInstance and fmi3SerializeFMUState, which is called on the way.
+    // All but fmi3GetVersion, three that instantiate, fmi3FreeInstance and fmi3SerializeFMUState, which is called on
+    // the way.
     assert_eq!(functions.len(), 75 - 6);
     for (name, legal, function) in functions {
         for state in STATES {

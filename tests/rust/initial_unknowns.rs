@@ -103,8 +103,8 @@ const SETUPS: &[Setup] = &[
     Setup { integers: &[("contact.model", 3)], reals: TOUCHING },
 ];
 
-/// Every known is changed in every set-up: what then changes says that it depends on the known, and what says so does change. That
-/// the time of the next onset says nothing is true of it alone.
+/// Every known is changed in every set-up: what then changes says that it depends on the known, and what says so does
+/// change. That the time of the next onset says nothing is true of it alone.
 #[test]
 fn dependencies_are_those_of_the_values() {
     let mut described = described();

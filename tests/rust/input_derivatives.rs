@@ -3,8 +3,8 @@
 use cradle_host::{Host, fmi2Error, fmi2OK};
 use newtons_cradle::fmi2::*;
 
-/// Position and velocity at `t` of an undamped pendulum of 1 kg that starts at -0.1 m, at rest, under a force with these
-/// derivatives at t = 0, by the polynomial particular solution.
+/// Position and velocity at `t` of an undamped pendulum of 1 kg that starts at -0.1 m, at rest, under a force with
+/// these derivatives at t = 0, by the polynomial particular solution.
 fn swing(force: [f64; 4], t: f64) -> (f64, f64) {
     let omega2: f64 = 9.81 / 1.962;
     let p = [force[0] - force[2] / omega2, force[1] - force[3] / omega2, force[2], force[3]].map(|f| f / omega2);
@@ -81,7 +81,8 @@ fn derivatives_of_zero_are_no_change() {
     assert_eq!(run(true), run(false));
 }
 
-/// Impacts under inputs that change all the time, in laws of all kinds: the energy balance holds, steps of any length agree.
+/// Impacts under inputs that change all the time, in laws of all kinds: the energy balance holds, steps of any length
+/// agree.
 #[test]
 fn impacts_under_changing_inputs_keep_the_energy_balance() {
     for (law, exponent, damping) in [(1, 1.0, 0.0), (1, 1.0, 2e3), (2, 1.0, 2e3), (3, 1.5, 0.0), (1, 2.3, 0.0)] {

@@ -1,5 +1,5 @@
-//! The tests of the FMU in Rust: through its C functions, and of the engine below them. One program, as linking is most of what
-//! each costs.
+//! The tests of the FMU in Rust: through its C functions, and of the engine below them. One program, as linking is most
+//! of what each costs.
 
 #![expect(unsafe_code, reason = "hosts call C functions")]
 #![expect(clippy::unwrap_used, reason = "what goes wrong fails the test")]

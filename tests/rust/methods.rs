@@ -3,8 +3,9 @@
 use newtons_cradle::engine::{EngineError, Next, Pulse, Simulation};
 use newtons_cradle::model::{ContactModel, DampingLaw, Inputs, Parameters, SolverMethod};
 
-/// Method, tolerance and step, and how far from the engine's the results of a second may be, in units of their scale. It is far
-/// more than the tolerance because balls that come to rest on each other bounce dozens of times and every bounce magnifies errors.
+/// Method, tolerance and step, and how far from the engine's the results of a second may be, in units of their scale.
+/// It is far more than the tolerance because balls that come to rest on each other bounce dozens of times and every
+/// bounce magnifies errors.
 const METHODS: [(SolverMethod, f64, f64, f64); 3] = [
     (SolverMethod::Adams, 1e-13, 1e-6, 1e-4),
     (SolverMethod::Bdf, 1e-13, 1e-6, 1e-4),

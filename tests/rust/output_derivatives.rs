@@ -26,8 +26,8 @@ fn start_unequal(host: &Host, values: &[(&str, f64)]) {
     host.start();
 }
 
-/// Steps finely from `start` on and checks the derivatives of orders 1 to 3 against differences of the order before, by the
-/// `tolerance` for their largest.
+/// Steps finely from `start` on and checks the derivatives of orders 1 to 3 against differences of the order before, by
+/// the `tolerance` for their largest.
 fn check(what: &str, host: &Host, (start, h, count): (f64, f64, usize), tolerance: f64) {
     let names = outputs();
     // Sampled: the order, the output, the sample.
@@ -49,8 +49,8 @@ fn check(what: &str, host: &Host, (start, h, count): (f64, f64, usize), toleranc
             let of_kind = pair[1].iter().zip(&names).filter(|(_, other)| kind(other) == kind(name));
             let largest =
                 of_kind.flat_map(|(values, _)| values).fold(0.0_f64, |largest, value| largest.max(value.abs()));
-            // What differences make of the rounding of the samples. Those of F_support and p_total are sums over all balls, whose
-            // accelerations nearly cancel.
+            // What differences make of the rounding of the samples. Those of F_support and p_total are sums over all
+            // balls, whose accelerations nearly cancel.
             let magnitude =
                 |samples: &[Vec<f64>]| samples.concat().into_iter().fold(0.0_f64, |m, value| m.max(value.abs()));
             let cancelled = if name.contains('_') { 5.0 * magnitude(&pair[0][..5]) } else { 0.0 };
@@ -115,8 +115,9 @@ fn they_agree_with_differences_in_a_rigid_body() {
     assert!((1..=4).all(|i| host.get(&format!("F[{i}]")) > 0.1));
 }
 
-/// Equal pendulums pressed together until they rest against each other move as one, but for 1e-6 of what presses them: the force
-/// between balls j and j + 1 is what the first j are pushed by, less their share of the mass in what all are pushed by.
+/// Equal pendulums pressed together until they rest against each other move as one, but for 1e-6 of what presses them:
+/// the force between balls j and j + 1 is what the first j are pushed by, less their share of the mass in what all are
+/// pushed by.
 #[test]
 fn they_keep_their_digits_where_balls_rest_against_each_other() {
     const PUSHES: [[f64; 5]; 4] = [

@@ -1,6 +1,7 @@
-//! The engine and the other methods against results computed independently, in quadruple precision (`tests/data/reference.json`)
-//! and in 35 digits and more: damped or pressed linear contacts by matrix exponentials (`tests/data/strong_damping.py`), viscoelastic
-//! ones in touch by collocation (`tests/data/viscoelastic.py`), unequal balls that meet at speed by series (`tests/data/free_chains.py`).
+//! The engine and the other methods against results computed independently, in quadruple precision
+//! (`tests/data/reference.json`) and in 35 digits and more: damped or pressed linear contacts by matrix exponentials
+//! (`tests/data/strong_damping.py`), viscoelastic ones in touch by collocation (`tests/data/viscoelastic.py`), unequal
+//! balls that meet at speed by series (`tests/data/free_chains.py`).
 
 use newtons_cradle::engine::{Engine, Results, Simulation};
 use newtons_cradle::model::{DampingLaw, Inputs, Parameters, SolverMethod};
@@ -224,7 +225,8 @@ fn runge_kutta_converges_as_fast_as_the_forces_are_smooth() {
         let errors = [1e-2, 2.5e-3].map(|fixed_step| {
             errors_of_chain(case, &Parameters { method: SolverMethod::Rk4, fixed_step, ..chain(case) })
         });
-        // A Kelvin-Voigt force jumps at the onset, another one bends there or, from p = 3 on, is as smooth as the method asks for.
+        // A Kelvin-Voigt force jumps at the onset, another one bends there or, from p = 3 on, is as smooth as the
+        // method asks for.
         let (smooth, most) = match (&case["c"], number(&case["p"])) {
             (Value::Number(_), _) => (false, 1e-4),
             (_, p) if p < 3.0 => (false, 1e-6),

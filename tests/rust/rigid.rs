@@ -130,7 +130,8 @@ fn chatter_comes_to_its_end() {
     }
 }
 
-/// Nothing but drag takes the bounces of elastic balls: the lower they are, the more of them follow each other, but not for ever.
+/// Nothing but drag takes the bounces of elastic balls: the lower they are, the more of them follow each other, but not
+/// for ever.
 #[test]
 fn elastic_chatter_comes_to_its_end() {
     let mut p = rigid(2, 1.0);
@@ -196,7 +197,8 @@ fn the_largest_force_is_found_within_a_step() {
     assert!((pulses[0].peak - peak).abs() < 1e-14 && (pulses[0].release - std::f64::consts::PI / omega).abs() < 1e-12);
 }
 
-/// A push on the first of five balls at rest presses all of them; a pull takes it away; what is held together comes apart.
+/// A push on the first of five balls at rest presses all of them; a pull takes it away; what is held together comes
+/// apart.
 #[test]
 fn inputs_press_and_part() {
     let p = rigid(5, 0.5);
@@ -247,8 +249,8 @@ fn long_chains_and_long_runs_have_an_end() {
     assert!(spread < 1e-3, "{spread:e}");
 }
 
-/// A push that fades parts the ball it acts on from the others about where it passes zero: the balls differ in what drag does to
-/// them.
+/// A push that fades parts the ball it acts on from the others about where it passes zero: the balls differ in what
+/// drag does to them.
 #[test]
 fn a_fading_push_lets_go() {
     let mut p = rigid(4, 0.0);

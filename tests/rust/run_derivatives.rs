@@ -1,5 +1,5 @@
-//! Derivatives of the whole run, checked against differences of runs with other parameters and inputs: by repeating the run, and of
-//! elastic contacts by its tape, in both directions.
+//! Derivatives of the whole run, checked against differences of runs with other parameters and inputs: by repeating the
+//! run, and of elastic contacts by its tape, in both directions.
 
 use newtons_cradle::engine::{Differential, History, Simulation, Tape, Unrecorded};
 use newtons_cradle::model::{ContactModel, DampingLaw, Inputs, Parameters, SolverMethod};
@@ -18,7 +18,8 @@ struct Course {
 }
 
 impl Course {
-    /// From [`START`] to `end` (s), with the damping of the contacts changed on the way unless they have to stay `elastic`.
+    /// From [`START`] to `end` (s), with the damping of the contacts changed on the way unless they have to stay
+    /// `elastic`.
     fn new(settings: &Settings, end: f64, elastic: bool) -> Self {
         let Settings { mut parameters, inputs } = settings.clone();
         let mut simulation = Simulation::new(&parameters, &inputs, START).unwrap();
@@ -89,7 +90,8 @@ fn spread(seed: usize) -> impl Iterator<Item = f64> {
     (1000 * seed..).map(|k| (k as f64 * 0.618_033_988_749_895).fract() * 2.0 - 1.0)
 }
 
-/// Runs of three balls that end between and in contacts, with gaps that keep the order of the pulses; each with whether it has a tape.
+/// Runs of three balls that end between and in contacts, with gaps that keep the order of the pulses; each with whether
+/// it has a tape.
 fn runs() -> Vec<(&'static str, Parameters, f64, bool)> {
     let (x_start, v_start) = (vec![-0.1, 0.0, 0.0011], vec![0.02, 0.0, 0.0]);
     let p = Parameters { x_start, v_start, ..Parameters::default_for(3) };
@@ -158,8 +160,8 @@ fn they_agree_with_differences() {
     }
 }
 
-/// Balls at rest in touch that forces press together: with an exponent that is not whole, the force has no series there. With damping,
-/// so that they do not come to rest at the same place again.
+/// Balls at rest in touch that forces press together: with an exponent that is not whole, the force has no series
+/// there. With damping, so that they do not come to rest at the same place again.
 #[test]
 fn contacts_that_close_from_rest() {
     let mut p = Parameters { x_start: vec![0.0; 2], dead_band: 0.0, ..Parameters::default_for(2) };
@@ -190,8 +192,9 @@ fn contacts_that_close_from_rest() {
     }
 }
 
-/// Both directions of a tape, by several weights of the outputs and directions, some of them along few of the knowns: the weighted sum of
-/// the derivatives along the direction, and the sum of its derivatives by each of the knowns, agree to 1e-12 of the larger one.
+/// Both directions of a tape, by several weights of the outputs and directions, some of them along few of the knowns:
+/// the weighted sum of the derivatives along the direction, and the sum of its derivatives by each of the knowns, agree
+/// to 1e-12 of the larger one.
 fn both_ways(name: &str, tape: &Tape, balls: usize) {
     for seed in 0..8 {
         let weights: Vec<f64> = spread(seed).take(3 * balls + 2).collect();
@@ -244,7 +247,8 @@ fn both_directions_agree_whatever_acts() {
     }
 }
 
-/// Without gravity a flight is a polynomial, as short as it is to the oscillator: with the slope of an input one of the third degree.
+/// Without gravity a flight is a polynomial, as short as it is to the oscillator: with the slope of an input one of the
+/// third degree.
 #[test]
 fn long_flights_without_gravity() {
     let p = Parameters { gravity: 0.0, x_start: vec![0.0], ..Parameters::default_for(1) };

@@ -361,7 +361,8 @@ fn long_runs_keep_their_energy() {
     }
 }
 
-/// A look for the next onset takes a fixed amount of work also where contacts stay closed for ever, and each goes on from the last.
+/// A look for the next onset takes a fixed amount of work also where contacts stay closed for ever, and each goes on
+/// from the last.
 #[test]
 fn the_next_onset_of_a_pressed_chain_is_looked_for_step_by_step() {
     for gravity in [0.0, 9.81] {

@@ -1,4 +1,5 @@
-//! Strong damping, and contacts that stay closed for long: the results of explicit steps at the cost of the slow motion.
+//! Strong damping, and contacts that stay closed for long: the results of explicit steps at the cost of the slow
+//! motion.
 
 use newtons_cradle::engine::{Engine, Results, WorkCounters};
 use newtons_cradle::model::{ContactModel, DampingLaw, Inputs, Parameters};
@@ -24,8 +25,8 @@ fn advanced(parameters: &Parameters, inputs: &Inputs, time: f64) -> Engine {
     engine
 }
 
-/// A run under inputs with these derivatives at its start, by explicit steps only: inputs that are set anew time and again,
-/// to what they are, never let the contacts come to rest.
+/// A run under inputs with these derivatives at its start, by explicit steps only: inputs that are set anew time and
+/// again, to what they are, never let the contacts come to rest.
 fn followed(parameters: &Parameters, inputs: &Inputs, derivatives: &[Inputs], time: f64) -> Engine {
     let mut engine = Engine::new(parameters, inputs, 0.0).unwrap();
     let steps = (time / 1e-4).round() as u32;
@@ -237,7 +238,8 @@ fn what_hardly_moves_costs_little() {
     }
 }
 
-/// Damping far faster than the springs: the series are in its unit of time, and contacts that close from rest stay closed.
+/// Damping far faster than the springs: the series are in its unit of time, and contacts that close from rest stay
+/// closed.
 #[test]
 fn energy_of_fast_damping_on_slow_springs() {
     let mut steep = cradle(4, 1, 10.0, 857307509290.0165, 362481197.9354008);
@@ -257,8 +259,9 @@ fn energy_of_fast_damping_on_slow_springs() {
     }
 }
 
-/// Undamped balls that forces press together rattle for ever, in a few steps for each onset or release, and no energy is lost: among them
-/// onsets and releases that follow each other by nanoseconds, which leave a branch point just beside a step.
+/// Undamped balls that forces press together rattle for ever, in a few steps for each onset or release, and no energy
+/// is lost: among them onsets and releases that follow each other by nanoseconds, which leave a branch point just
+/// beside a step.
 #[test]
 fn balls_that_rattle() {
     for (exponent, time, most) in [(1.5, 0.02, 5.0), (2.3, 0.02, 5.0), (3.0, 0.1, 3.0), (10.0, 0.1, 6.0)] {
@@ -279,8 +282,8 @@ fn balls_that_rattle() {
     }
 }
 
-/// Two contacts that overlap deeply at the start, with forces that are clipped at once: the sign of a force changes before the first
-/// point at which it is evaluated, or after the last.
+/// Two contacts that overlap deeply at the start, with forces that are clipped at once: the sign of a force changes
+/// before the first point at which it is evaluated, or after the last.
 #[test]
 fn deep_overlaps_at_the_start_of_lossy_contacts() {
     let mut parameters = Parameters::default_for(6);
@@ -344,7 +347,8 @@ fn strong_dashpots_between_balls_that_move_together() {
     }
 }
 
-/// Two balls are pressed together in equilibrium, a third one swings in: nothing changes up to the end of the step but the end.
+/// Two balls are pressed together in equilibrium, a third one swings in: nothing changes up to the end of the step but
+/// the end.
 #[test]
 fn a_ball_swings_against_balls_in_equilibrium() {
     let (stiffness, exponent, press) = (1e3, 3.0, 1e-3);

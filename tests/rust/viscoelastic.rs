@@ -37,9 +37,9 @@ fn strength(v: f64) -> f64 {
     1.5 * libm::pow(stiffness / MU, 0.4) * libm::pow(v, 0.2)
 }
 
-/// Fits `1 - e = C1 X - C2 X^2 + ...` (R. Ramirez, T. Poeschel, N. V. Brilliantov and T. Schwager, Phys. Rev. E 60 (1999) 4465; they
-/// round to 1.15344 and 0.79826). The higher powers are those of a contact that opens where it would pull (T. Schwager and
-/// T. Poeschel, Phys. Rev. E 78 (2008) 051304).
+/// Fits `1 - e = C1 X - C2 X^2 + ...` (R. Ramirez, T. Poeschel, N. V. Brilliantov and T. Schwager, Phys. Rev. E 60
+/// (1999) 4465; they round to 1.15344 and 0.79826). The higher powers are those of a contact that opens where it would
+/// pull (T. Schwager and T. Poeschel, Phys. Rev. E 78 (2008) 051304).
 #[test]
 fn slow_hertz_impacts_have_the_known_series() {
     const POWERS: [f64; 6] = [1.0, 2.0, 2.5, 3.0, 3.5, 4.0];
@@ -77,8 +77,8 @@ fn restitution_depends_on_one_number() {
     }
 }
 
-/// With the exponent 1 it is Kelvin and Voigt's law that never pulls, whose `e` is known (T. Schwager and T. Poeschel, Granular
-/// Matter 9 (2007) 465).
+/// With the exponent 1 it is Kelvin and Voigt's law that never pulls, whose `e` is known (T. Schwager and T. Poeschel,
+/// Granular Matter 9 (2007) 465).
 #[test]
 fn linear_contacts_have_the_restitution_of_a_dashpot_that_does_not_pull() {
     let stiffness = Parameters::default_for(2).stiffness;
@@ -99,9 +99,9 @@ fn linear_contacts_have_the_restitution_of_a_dashpot_that_does_not_pull() {
     }
 }
 
-/// Damping so strong that it stops the balls before the spring matters: at the overlap `d` with `A F_el(d) = mu v`. The spring then takes
-/// them apart as fast as the damping lets it, `d + p A d' = 0`, until they fly. Also where the exponent is nearly 1, and the force of
-/// an onset matters from the smallest overlaps on.
+/// Damping so strong that it stops the balls before the spring matters: at the overlap `d` with `A F_el(d) = mu v`. The
+/// spring then takes them apart as fast as the damping lets it, `d + p A d' = 0`, until they fly. Also where the
+/// exponent is nearly 1, and the force of an onset matters from the smallest overlaps on.
 #[test]
 fn strong_damping_leaves_what_the_spring_can_do_against_it() {
     for exponent in [1.01, 1.15, 1.5, 2.0, 3.7] {
@@ -119,7 +119,8 @@ fn strong_damping_leaves_what_the_spring_can_do_against_it() {
     }
 }
 
-/// Contacts in which damping exceeds the spring by far, and whose force has hardly a sign while they open: none stops the run.
+/// Contacts in which damping exceeds the spring by far, and whose force has hardly a sign while they open: none stops
+/// the run.
 #[test]
 fn overdamped_cradles_go_on() {
     let laws = [0.1, 1.0, 10.0, 100.0].map(|time| (DampingLaw::Viscoelastic, 1.5, time, 1e10)).into_iter();

@@ -3,7 +3,8 @@
 use newtons_cradle::engine::{Engine, Results};
 use newtons_cradle::model::{DampingLaw, Inputs, Parameters};
 
-/// The next contact of a wave overlaps by less than rounding, and its balls move by less than that: nothing tells when it closes.
+/// The next contact of a wave overlaps by less than rounding, and its balls move by less than that: nothing tells when
+/// it closes.
 #[test]
 fn balls_at_rest_but_for_rounding_do_not_stall_a_wave() {
     let (exponent, stiffness, mass) = (5.5, 1.70956e10, 0.25283);
@@ -17,12 +18,14 @@ fn balls_at_rest_but_for_rounding_do_not_stall_a_wave() {
     assert!(engine.work().steps < 150, "{:?}", engine.work());
 }
 
-/// Runs a cradle with these forces (N) on its balls for this time (s). Nothing but work counts and losses changes its energy.
+/// Runs a cradle with these forces (N) on its balls for this time (s). Nothing but work counts and losses changes its
+/// energy.
 fn complete(parameters: &Parameters, force: Vec<f64>, time: f64) {
     complete_under(parameters, vec![force], time, 1e-13);
 }
 
-/// The same with forces and their derivatives (N/s and so on) at the start, and with what the energy may be off by, relative.
+/// The same with forces and their derivatives (N/s and so on) at the start, and with what the energy may be off by,
+/// relative.
 fn complete_under(parameters: &Parameters, forces: Vec<Vec<f64>>, time: f64, allowed: f64) -> Engine {
     let zero = Inputs::zero(parameters.balls());
     let inputs: Vec<_> = forces.into_iter().map(|force| Inputs { force, ..zero.clone() }).collect();
@@ -43,8 +46,8 @@ fn balls_that_touch(balls: usize, exponent: f64, stiffness: f64) -> Parameters {
     parameters
 }
 
-/// Forces that only grow from 0 part balls at rest before a wave presses them, or press them: which of it, no acceleration at the
-/// start tells.
+/// Forces that only grow from 0 part balls at rest before a wave presses them, or press them: which of it, no
+/// acceleration at the start tells.
 #[test]
 fn forces_grow_from_zero_beside_a_wave() {
     for (exponent, balls) in [1.0, 1.3, 1.5, 2.0, 2.5, 3.0].into_iter().flat_map(|p| [3, 4, 5].map(|n| (p, n))) {
@@ -74,8 +77,8 @@ fn forces_of_any_degree_press_balls_at_rest() {
     }
 }
 
-/// Two balls part at a force that begins with `-a t` and come together again where its other terms have made up for that: at the root
-/// of a polynomial.
+/// Two balls part at a force that begins with `-a t` and come together again where its other terms have made up for
+/// that: at the root of a polynomial.
 #[test]
 fn balls_that_a_growing_force_parts_close_where_it_brings_them_back() {
     let (a, b, c) = (0.0958 / 0.011, 0.2108 / 0.011_f64.powi(2), 0.9038 / 0.011_f64.powi(3));
@@ -92,7 +95,8 @@ fn balls_that_a_growing_force_parts_close_where_it_brings_them_back() {
     }
 }
 
-/// Contacts that have stopped to press while forces vary hold no step back, and no step looks far beyond where they open.
+/// Contacts that have stopped to press while forces vary hold no step back, and no step looks far beyond where they
+/// open.
 #[test]
 fn forces_vary_while_contacts_have_stopped_to_press() {
     let mut parameters = balls_that_touch(5, 1.5, 2.1e6);
@@ -140,7 +144,8 @@ fn balls_that_touch_part_before_forces_press_them() {
     }
 }
 
-/// How fast balls at rest are soon is not told by what they hold as yet: next to no energy, and speeds of next to nothing.
+/// How fast balls at rest are soon is not told by what they hold as yet: next to no energy, and speeds of next to
+/// nothing.
 #[test]
 fn forces_press_balls_that_overlap_by_next_to_nothing() {
     for (overlap, v) in [(7e-23, 0.0), (3e-24, 0.0), (7e-23, 3e-27)] {

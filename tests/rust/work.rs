@@ -1,5 +1,5 @@
-//! What runs cost, in steps, evaluations of contact forces and events: exact where it follows from the physics, bounds where it
-//! depends on the method that follows several contacts.
+//! What runs cost, in steps, evaluations of contact forces and events: exact where it follows from the physics, bounds
+//! where it depends on the method that follows several contacts.
 
 use std::ops::RangeInclusive;
 
@@ -57,8 +57,8 @@ fn a_minute_of_touching_steel_balls() {
     assert_bounds(&parameters, 60.0, 2400, 28_000, 915..=940);
 }
 
-/// A line of steel balls that touch, the first struck to 1 m/s: a wave through all of them, which leaves them at rest but for the first
-/// and the last ones.
+/// A line of steel balls that touch, the first struck to 1 m/s: a wave through all of them, which leaves them at rest
+/// but for the first and the last ones.
 #[test]
 fn a_wave_through_a_hundred_steel_balls() {
     let mut parameters = Parameters::default_for(100);
@@ -68,7 +68,8 @@ fn a_wave_through_a_hundred_steel_balls() {
     assert_bounds(&parameters, 0.02, 700, 60_000, 180..=200);
 }
 
-/// One ball strikes four that touch at 1 m/s: a few steps for each of the eight switchings, whether a power is a product or not.
+/// One ball strikes four that touch at 1 m/s: a few steps for each of the eight switchings, whether a power is a
+/// product or not.
 #[test]
 fn a_collision_with_any_exponent() {
     let mut parameters = Parameters::default_for(5);

@@ -1,9 +1,9 @@
 //! The engine in a browser: what the page calls, over the memory that both see.
 //!
-//! A run is a number. What goes in as text lies in one buffer, that [`text`] makes room in; what comes out as numbers lies where
-//! [`look`] and [`pulses`] say, until the next call. The page speaks the language of the FMU: it starts a run from a
-//! [`Recipe`], the JSON that an FMU carries in its resources, with the variables' names, units and ranges, and gets the same
-//! words when one is refused. Nothing here needs unsafe code: buffers and runs belong to this side.
+//! A run is a number. What goes in as text lies in one buffer, that [`text`] makes room in; what comes out as numbers
+//! lies where [`look`] and [`pulses`] say, until the next call. The page speaks the language of the FMU: it starts a
+//! run from a [`Recipe`], the JSON that an FMU carries in its resources, with the variables' names, units and ranges,
+//! and gets the same words when one is refused. Nothing here needs unsafe code: buffers and runs belong to this side.
 
 mod runs;
 
@@ -89,8 +89,8 @@ pub extern "C" fn forget(run: i32) {
     RUNS.with_borrow_mut(|runs| runs.forget(run));
 }
 
-/// Moves a run on to `time` (s), or to where `effort` (units of about a tenth of a microsecond) is spent: the time reached. NaN if
-/// it cannot go on.
+/// Moves a run on to `time` (s), or to where `effort` (units of about a tenth of a microsecond) is spent: the time
+/// reached. NaN if it cannot go on.
 #[unsafe(no_mangle)]
 pub extern "C" fn advance(run: i32, time: f64, effort: f64) -> f64 {
     with(run, |run| run.advance(time, effort as u64)).unwrap_or_else(|error| {
@@ -109,8 +109,8 @@ pub extern "C" fn next_onset(run: i32) -> f64 {
     }
 }
 
-/// Where the values of a run at its time lie: those of the whole, of each ball, of each contact, as `web/page/engine/run.js` reads
-/// them.
+/// Where the values of a run at its time lie: those of the whole, of each ball, of each contact, as
+/// `web/page/engine/run.js` reads them.
 #[unsafe(no_mangle)]
 pub extern "C" fn look(run: i32) -> *const f64 {
     NUMBERS.with_borrow_mut(|numbers| {
@@ -126,8 +126,8 @@ pub extern "C" fn pulse_count(run: i32) -> usize {
     with(run, |run| run.pulses.len())
 }
 
-/// Where these pulses lie, five numbers each: contact (from 0), onset (s), release (s), peak (N), impulse (N.s). They are then
-/// forgotten.
+/// Where these pulses lie, five numbers each: contact (from 0), onset (s), release (s), peak (N), impulse (N.s). They
+/// are then forgotten.
 #[unsafe(no_mangle)]
 pub extern "C" fn pulses(run: i32) -> *const f64 {
     NUMBERS.with_borrow_mut(|numbers| {

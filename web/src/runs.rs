@@ -38,7 +38,8 @@ impl Run {
         self.engine.next_onset()
     }
 
-    /// Appends what it shows at its time: eight numbers of the whole, then each quantity of the balls, each of the contacts.
+    /// Appends what it shows at its time: eight numbers of the whole, then each quantity of the balls, each of the
+    /// contacts.
     pub fn look(&self, numbers: &mut Vec<f64>) {
         let run = &self.engine;
         numbers.extend([

@@ -1,5 +1,5 @@
-//! A cradle as the user chooses it: a preset, parameter files, single start values. The start values are checked by what
-//! checks them in the FMU.
+//! A cradle as the user chooses it: a preset, parameter files, single start values. The start values are checked by
+//! what checks them in the FMU.
 
 use std::fs;
 use std::path::Path;

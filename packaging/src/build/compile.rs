@@ -39,9 +39,9 @@ impl Workspace {
         }
     }
 
-    /// Builds the shared library for this machine, or for each of the target triples, and tells where they are, in the same
-    /// order. Cargo shows its progress on standard error. What has a version of glibc at its end is linked by cargo-zigbuild, for
-    /// systems from that version on.
+    /// Builds the shared library for this machine, or for each of the target triples, and tells where they are, in the
+    /// same order. Cargo shows its progress on standard error. What has a version of glibc at its end is linked by
+    /// cargo-zigbuild, for systems from that version on.
     pub fn libraries(&self, targets: &[String], release: bool) -> Result<Vec<(&'static Platform, PathBuf)>, Error> {
         let here = [rustc("host-tuple")?];
         let all = if targets.is_empty() { &here } else { targets };
@@ -73,14 +73,15 @@ impl Workspace {
         let mut command = cargo();
         command.args([build, "--package", PACKAGE, "--lib", "--message-format=json-render-diagnostics"]);
         command.arg("--manifest-path").arg(self.root.join("Cargo.toml"));
-        // Also named where it is this machine's: the flags are then not those of what runs while compiling, which can be shared
-        // with what has compiled this program.
+        // Also named where it is this machine's: the flags are then not those of what runs while compiling, which can
+        // be shared with what has compiled this program.
         command.args(targets.iter().flat_map(|target| ["--target", target]));
         if release {
             command.arg("--release");
         }
         command.env("CARGO_ENCODED_RUSTFLAGS", self.flags()?);
-        // `pip install cargo-zigbuild` may have put it, and the Python that knows where zig is, into the .venv of the sources.
+        // `pip install cargo-zigbuild` may have put it, and the Python that knows where zig is, into the .venv of the
+        // sources.
         let programs = self.root.join(".venv/bin");
         if build == "zigbuild" && programs.join("cargo-zigbuild").is_file() {
             let path = std::env::var_os("PATH").unwrap_or_default();

@@ -2,8 +2,8 @@
 
 use crate::error::Error;
 
-/// The time of generation as `YYYY-MM-DDThh:mm:ssZ`: what `SOURCE_DATE_EPOCH` asks for, or 1980-01-01, the earliest time that a zip file can hold.
-/// The clock is not asked, so that the same arguments give the same bytes.
+/// The time of generation as `YYYY-MM-DDThh:mm:ssZ`: what `SOURCE_DATE_EPOCH` asks for, or 1980-01-01, the earliest
+/// time that a zip file can hold. The clock is not asked, so that the same arguments give the same bytes.
 pub fn generation() -> Result<String, Error> {
     let Ok(text) = std::env::var("SOURCE_DATE_EPOCH") else { return Ok(iso_8601(ZIP_EPOCH)) };
     let seconds =

@@ -1,7 +1,7 @@
 //! Building an FMU: from what the user chooses to the files that go into the zip file.
 //!
-//! [`Choice`] collects what the user asks for and makes a checked recipe of it, [`Workspace`] compiles a binary, [`Ready`] takes
-//! those of another FMU, and [`entries`] puts description, documentation and binaries together.
+//! [`Choice`] collects what the user asks for and makes a checked recipe of it, [`Workspace`] compiles a binary,
+//! [`Ready`] takes those of another FMU, and [`entries`] puts description, documentation and binaries together.
 
 mod choice;
 mod compile;

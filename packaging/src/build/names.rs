@@ -2,8 +2,8 @@
 
 use newtons_cradle::variables::{Row, Shape, StartValue, TABLE, Type};
 
-/// The known name that is most like a wrong one, if any is like it: less than a third of its letters differ, or it is the wrong one
-/// after a dot.
+/// The known name that is most like a wrong one, if any is like it: less than a third of its letters differ, or it is
+/// the wrong one after a dot.
 pub fn nearest<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let wrong = wrong.to_lowercase();
     let distance = |name: &str| {

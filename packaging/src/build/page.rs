@@ -14,7 +14,8 @@ const LOOK: &str = include_str!("../../../python/newtons_cradle/look/look.css");
 /// A run with the default parameters, drawn by `examples/paper/pictures.py`.
 const PICTURE: &str = include_str!("../../assets/run.svg");
 
-/// The template with what is for this version of the standard, between `<!--2-->`, `<!--3-->` or `<!--clocks-->` and `<!--end-->`.
+/// The template with what is for this version of the standard, between `<!--2-->`, `<!--3-->` or `<!--clocks-->` and
+/// `<!--end-->`.
 fn template(standard: Standard) -> String {
     let mut pieces = TEMPLATE.split("<!--");
     let mut html = pieces.next().unwrap_or_default().to_owned();

@@ -1,5 +1,5 @@
-//! What a shared library shows without being loaded: exported functions, linked libraries, the glibc or macOS it needs, its
-//! signature, and paths of the machine it was built on.
+//! What a shared library shows without being loaded: exported functions, linked libraries, the glibc or macOS it needs,
+//! its signature, and paths of the machine it was built on.
 
 use std::collections::BTreeSet;
 

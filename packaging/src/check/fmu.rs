@@ -17,8 +17,8 @@ use crate::platform::PLATFORMS;
 /// Largest FMU that is read, and largest contents, bytes.
 pub const MAX_BYTES: u64 = 512 << 20;
 
-/// Checks an FMU in memory, without loading its binaries; of its contents at most `limit` bytes are unpacked. The entries are for
-/// more checks; there are none if it is not an FMU of this version of this program.
+/// Checks an FMU in memory, without loading its binaries; of its contents at most `limit` bytes are unpacked. The
+/// entries are for more checks; there are none if it is not an FMU of this version of this program.
 pub fn bytes(bytes: &[u8], limit: u64) -> (Report, Option<Entries>) {
     let mut report = Report::default();
     let entries = contents(bytes, limit, &mut report);

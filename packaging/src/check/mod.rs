@@ -1,8 +1,8 @@
-//! What is wrong with an FMU that this program has written: its entries, its description, its binaries. Damage of any kind is
-//! reported, also that of files that are no such FMU.
+//! What is wrong with an FMU that this program has written: its entries, its description, its binaries. Damage of any
+//! kind is reported, also that of files that are no such FMU.
 //!
-//! [`bytes()`] checks a whole FMU and hands out a [`Report`]. What it reads on the way is here, too, for those who only want to
-//! look: the entries by [`unpack()`], the description as `Model`, a binary as `Library`.
+//! [`bytes()`] checks a whole FMU and hands out a [`Report`]. What it reads on the way is here, too, for those who only
+//! want to look: the entries by [`unpack()`], the description as `Model`, a binary as `Library`.
 
 mod binary;
 mod fmu;

@@ -1,6 +1,7 @@
 //! What a modelDescription.xml says, as far as this program needs it.
 //!
-//! The text may be anybody's. It is read as a stream, element by element: nothing here recurses, however deep elements are nested.
+//! The text may be anybody's. It is read as a stream, element by element: nothing here recurses, however deep elements
+//! are nested.
 
 use std::collections::BTreeMap;
 

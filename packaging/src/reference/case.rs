@@ -39,7 +39,8 @@ pub fn times(balls: usize) -> Vec<f64> {
     (0..=if balls < MANY_BALLS { 100 } else { 10 }).map(|step| f64::from(step) / 10.0).collect()
 }
 
-/// What is recorded, at most ten variables: balls at both ends, the impulses of the contacts there, momentum and energy.
+/// What is recorded, at most ten variables: balls at both ends, the impulses of the contacts there, momentum and
+/// energy.
 pub fn recorded(balls: usize) -> Vec<Variable> {
     let ends = |name: &str, count: usize, of: usize| -> Vec<String> {
         (1..=of)

@@ -1,5 +1,5 @@
-//! The process that a binary is loaded in, which is this program once more, and a folder for that time: a binary that crashes or
-//! hangs takes nothing with it.
+//! The process that a binary is loaded in, which is this program once more, and a folder for that time: a binary that
+//! crashes or hangs takes nothing with it.
 
 use std::path::{Component, Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};

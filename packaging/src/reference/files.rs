@@ -28,9 +28,9 @@ const TOLERANCE: f64 = 1e-6;
 /// What is missing, and why.
 pub type Missing = Option<String>;
 
-/// Adds parameter sets and reference results to the FMU of `recipe`. Without a binary that runs on this machine there are no results.
-/// Parameter sets of SSP 1.0 have no arrays. In FMI 3.0 those that would need one are left out: of the FMU as it is, there are
-/// results nevertheless.
+/// Adds parameter sets and reference results to the FMU of `recipe`. Without a binary that runs on this machine there
+/// are no results. Parameter sets of SSP 1.0 have no arrays. In FMI 3.0 those that would need one are left out: of the
+/// FMU as it is, there are results nevertheless.
 pub fn add(entries: &mut Entries, recipe: &Recipe, standard: Standard) -> Result<Missing, Error> {
     let mut cases = cases(recipe)?;
     let own = recipe.settings().map_err(|error| Error::Usage(error.to_string()))?;
@@ -71,8 +71,8 @@ pub fn check(entries: &Entries, report: &mut Report) {
     }
 }
 
-/// Writes the reference results of the default experiment and its options as FMI's tool pages ask for, `NAME_ref.csv` and
-/// `NAME_ref.opt`, for an FMU that is called `NAME.fmu`; their paths.
+/// Writes the reference results of the default experiment and its options as FMI's tool pages ask for, `NAME_ref.csv`
+/// and `NAME_ref.opt`, for an FMU that is called `NAME.fmu`; their paths.
 pub fn beside(entries: &Entries, fmu: &Path, folder: &Path) -> Result<[PathBuf; 2], Error> {
     let failed = |reason: String| Error::Failure(format!("cannot make reference results: {reason}"));
     let results = record(entries, &[], true).map_err(failed)?;

@@ -8,8 +8,8 @@ use newtons_cradle::variables::{
 
 use super::case::Case;
 
-/// The parameters that make an FMU with the start values `own` the cradle `wanted`, whatever else a host leaves as it is: every
-/// scalar, and of the arrays what is not the default or not what the FMU has.
+/// The parameters that make an FMU with the start values `own` the cradle `wanted`, whatever else a host leaves as it
+/// is: every scalar, and of the arrays what is not the default or not what the FMU has.
 pub fn parameters(wanted: &Settings, own: &Settings) -> Vec<Variable> {
     let balls = wanted.balls();
     let default = Settings::default_for(balls);

@@ -39,7 +39,8 @@ pub fn own_binary(entries: &Entries) -> Result<&[u8], String> {
     binary.map(Vec::as_slice).ok_or_else(|| format!("the FMU has no binary for this machine, {}", platform.folder))
 }
 
-/// What the FMU's binary for this machine computes for each case, and for the default experiment if asked for; else why not.
+/// What the FMU's binary for this machine computes for each case, and for the default experiment if asked for; else why
+/// not.
 pub fn record(entries: &Entries, cases: &[Case], experiment: bool) -> Result<Results, String> {
     let folder = Folder::new()?;
     folder.write(BINARY, own_binary(entries)?)?;

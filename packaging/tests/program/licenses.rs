@@ -1,6 +1,6 @@
-//! The licences that travel in every FMU, and with the program, are those of what is linked into them, packages within the
-//! standard library among it. After a change of dependencies, `CRADLE_RENEW=1 cargo test --package cradle-packaging licences` writes
-//! them anew.
+//! The licences that travel in every FMU, and with the program, are those of what is linked into them, packages within
+//! the standard library among it. After a change of dependencies,
+//! `CRADLE_RENEW=1 cargo test --package cradle-packaging licences` writes them anew.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
@@ -66,8 +66,8 @@ fn texts(package: &str) -> String {
     all
 }
 
-/// The packages of others that one of ours is made of on any platform, in the order of their names: no build scripts, no
-/// procedural macros.
+/// The packages of others that one of ours is made of on any platform, in the order of their names: no build scripts,
+/// no procedural macros.
 fn linked(package: &str) -> Vec<Value> {
     let own = concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml");
     let mut linked = packages(own, &["--package", package, "--edges", "normal,no-proc-macro", "--target", "all"]);
@@ -94,7 +94,8 @@ fn packages(manifest: &str, options: &[&str]) -> Vec<Value> {
     packages
 }
 
-/// The paths of panics in a library say which packages within the standard library it has; their versions if it is that of releases.
+/// The paths of panics in a library say which packages within the standard library it has; their versions if it is that
+/// of releases.
 #[test]
 fn packages_within_the_standard_library_are_listed() {
     let rustc = String::from_utf8(output("rustc", &["--version"])).unwrap();

@@ -1,4 +1,5 @@
-//! `page` hands its arguments to a Python; here to scripts that stand in for one. tests/hosts makes a page with a real one.
+//! `page` hands its arguments to a Python; here to scripts that stand in for one. tests/hosts makes a page with a real
+//! one.
 use std::fs::{self, Permissions};
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;

@@ -21,15 +21,15 @@ use crate::solver::block_tridiagonal::BlockTridiagonal;
 use crate::solver::oscillator::Oscillator;
 use crate::solver::radau::{Matrix, RADAU, STAGES, Stages, inverse};
 
-/// How much longer than that of the Taylor series, and than that of explicit Gauss collocation, whose steps are longer, the first
-/// step of implicit collocation is to be. And the part of it that is still worth its cost.
+/// How much longer than that of the Taylor series, and than that of explicit Gauss collocation, whose steps are longer,
+/// the first step of implicit collocation is to be. And the part of it that is still worth its cost.
 pub(super) const GAIN_OVER_SERIES: f64 = 40.0;
 pub(super) const GAIN_OVER_GAUSS: f64 = 5.0;
 const WORTH: f64 = 0.5;
 
-/// The next step over the one that the error would just allow, the most that a step may grow, how far it shrinks after an error
-/// that was too large, and after one that says nothing (Hairer and Wanner, Solving Ordinary Differential Equations II, 1996,
-/// section IV.8).
+/// The next step over the one that the error would just allow, the most that a step may grow, how far it shrinks after
+/// an error that was too large, and after one that says nothing (Hairer and Wanner, Solving Ordinary Differential
+/// Equations II, 1996, section IV.8).
 const SAFETY: f64 = 0.9;
 const GROWTH: f64 = 4.0;
 const SHRINKAGE: [f64; 2] = [0.1, 0.7];
@@ -42,8 +42,9 @@ const NOISE: f64 = 100.0;
 const ITERATIONS: usize = 8;
 const SQUARE: f64 = 1e-8;
 
-/// Error allowed over the tolerance of a whole run: of the velocities and of the overlaps, relative to the largest. Larger ones
-/// make steps longer, and balls at rest less so (`tests/rust/stiff.rs`, `tests/rust/output_derivatives.rs`).
+/// Error allowed over the tolerance of a whole run: of the velocities and of the overlaps, relative to the largest.
+/// Larger ones make steps longer, and balls at rest less so (`tests/rust/stiff.rs`,
+/// `tests/rust/output_derivatives.rs`).
 const OF_VELOCITIES: f64 = 0.01;
 const OF_OVERLAPS: f64 = 0.1;
 
@@ -92,8 +93,8 @@ struct Outcome {
     pub evaluations: u64,
 }
 
-/// Describes the motion by a step of implicit collocation, if the `history` says that one is due and it is worth its cost: with a `gain`
-/// over explicit steps. Returns whether it does; adds the `evaluations` of forces.
+/// Describes the motion by a step of implicit collocation, if the `history` says that one is due and it is worth its
+/// cost: with a `gain` over explicit steps. Returns whether it does; adds the `evaluations` of forces.
 #[expect(clippy::too_many_arguments, reason = "what a method is given, with its memory and counter")]
 pub(super) fn follow(
     series: &mut Series,

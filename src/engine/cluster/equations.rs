@@ -1,5 +1,5 @@
-//! What the recurrences of power series need of a chain and its state: a window of a run in doubles, or a whole chain in dual
-//! numbers.
+//! What the recurrences of power series need of a chain and its state: a window of a run in doubles, or a whole chain
+//! in dual numbers.
 
 use crate::engine::flight::Forcing;
 use crate::model::{BallModel, ContactLaw, Mode};

@@ -1,10 +1,10 @@
 //! The motion of a window whose contacts are linear springs and dashpots, in closed form: by natural modes.
 //!
-//! Balls joined by pressing contacts are groups; a ball that presses on none is a group of its own. Each has natural modes
-//! (`natural`), those of equal balls with equal contacts in closed form.
+//! Balls joined by pressing contacts are groups; a ball that presses on none is a group of its own. Each has natural
+//! modes (`natural`), those of equal balls with equal contacts in closed form.
 //!
-//! Each coordinate is an oscillator in closed form, so strong damping and contacts that stay closed for minutes cost nothing: the
-//! only work is to find the next switching.
+//! Each coordinate is an oscillator in closed form, so strong damping and contacts that stay closed for minutes cost
+//! nothing: the only work is to find the next switching.
 
 use std::cell::Cell;
 
@@ -17,12 +17,13 @@ use crate::next::Next;
 use crate::solver::oscillator::ForcedOscillator;
 use crate::solver::root::{Smooth, search_within};
 
-/// Evaluations of a mode that the search for the switchings of a segment may take: some milliseconds. What comes then is left to
-/// the next segment.
+/// Evaluations of a mode that the search for the switchings of a segment may take: some milliseconds. What comes then
+/// is left to the next segment.
 const SEARCH: usize = 40_000;
 const LEAST_EVALUATIONS: usize = 200;
 
-/// Time scales of the fastest mode that a search must have come by then; if not, it may take so many evaluations for them.
+/// Time scales of the fastest mode that a search must have come by then; if not, it may take so many evaluations for
+/// them.
 const SWINGS: f64 = 32.0;
 const MORE_EVALUATIONS: u32 = 10_000;
 
@@ -59,14 +60,15 @@ struct Joint {
     damping: f64,
     /// Mechanical impedance, N.s/m.
     impedance: f64,
-    /// Between two groups of equal pendulums: how their centres approach each other. Taken as one motion, for two groups
-    /// that swing together differ by far less than they swing.
+    /// Between two groups of equal pendulums: how their centres approach each other. Taken as one motion, for two
+    /// groups that swing together differ by far less than they swing.
     approach: Option<NaturalMode>,
 }
 
 impl Modes {
-    /// The motion from the state at the start of a segment, where [`series_before_modes`](super::natural::series_before_modes) says that
-    /// there are any; `None` for balls or contacts that differ too much.
+    /// The motion from the state at the start of a segment, where
+    /// [`series_before_modes`](super::natural::series_before_modes) says that there are any; `None` for balls or
+    /// contacts that differ too much.
     pub fn new(window: &Window) -> Option<Self> {
         let Window { flights, contacts, laws, .. } = window;
         let mut modes = Self::default();
@@ -116,8 +118,8 @@ impl Modes {
 
     /// Overlap of contact `j` and its derivatives, up to four of them.
     fn overlap_at<const COUNT: usize>(&self, j: usize, tau: f64) -> [f64; COUNT] {
-        // Early on, changes since the start: what a mode does to balls that hardly move must not be the rounding of the others'
-        // motion. Once they have undone most of the start, what is left.
+        // Early on, changes since the start: what a mode does to balls that hardly move must not be the rounding of the
+        // others' motion. Once they have undone most of the start, what is left.
         let late = tau * self.fastest_rate > 1.0;
         let mut sum = Sum::new(self.contacts[j].overlap, if late { 0.0 } else { self.contacts[j].rate });
         self.movers(j).for_each(|(mode, stretch)| {
@@ -150,7 +152,8 @@ impl Modes {
         approach.into_iter().map(|mode| (mode, 1.0)).chain(of_left).chain(of_right)
     }
 
-    /// Force of the pressing contact `j` by its law and its first three derivatives, and what rounding may be of the force.
+    /// Force of the pressing contact `j` by its law and its first three derivatives, and what rounding may be of the
+    /// force.
     fn force_at(&self, j: usize, tau: f64) -> ([f64; 4], f64) {
         let &Joint { stiffness, damping, .. } = &self.contacts[j];
         let d: [f64; 5] = self.overlap_at(j, tau);
@@ -172,7 +175,8 @@ impl Modes {
         Watch { modes: self, contact: j, kind, sign, level, fading: 0.0 }
     }
 
-    /// The shortest of the modes' time scales, s: 1 over the natural frequency, or over the slow rate of an overdamped mode.
+    /// The shortest of the modes' time scales, s: 1 over the natural frequency, or over the slow rate of an overdamped
+    /// mode.
     pub fn shortest_time(&self) -> f64 {
         let modes = self.groups.iter().flat_map(|group| &group.modes);
         modes.map(|mode| mode.oscillator().time_scale()).fold(f64::INFINITY, f64::min)
@@ -218,8 +222,8 @@ impl DenseOutput for Modes {
         stiffness * (overlap * tau + change) + damping * (self.overlap(j, tau).0 - overlap)
     }
 
-    /// Modes without damping come ever closer to the sum of their amplitudes: after some dozens of swings the largest force till
-    /// then is taken.
+    /// Modes without damping come ever closer to the sum of their amplitudes: after some dozens of swings the largest
+    /// force till then is taken.
     fn peak(&self, j: usize, from: f64, to: f64, known: f64) -> f64 {
         let force = |t: f64| self.force_at(j, t).0[0];
         let mut best = force(from).max(force(to)).max(known);
@@ -292,8 +296,8 @@ enum Watched {
     ForceRate,
 }
 
-/// `sign (f - level exp(-fading t))` for a function f of contact `contact`; of a level that fades, less the rounding of f, which is
-/// left out of the derivatives.
+/// `sign (f - level exp(-fading t))` for a function f of contact `contact`; of a level that fades, less the rounding of
+/// f, which is left out of the derivatives.
 struct Watch<'a> {
     modes: &'a Modes,
     contact: usize,

@@ -6,8 +6,8 @@
 //! omega_j^2 = omega^2 + lambda_j k / mass,    gamma_j = gamma + lambda_j c / (2 mass)
 //! ```
 //!
-//! with stiffness, damping and mass of its first contact and ball (Meirovitch, Fundamentals of Vibrations, 2001, chapter 7: damping
-//! proportional to the stiffness leaves the modes uncoupled).
+//! with stiffness, damping and mass of its first contact and ball (Meirovitch, Fundamentals of Vibrations, 2001,
+//! chapter 7: damping proportional to the stiffness leaves the modes uncoupled).
 
 use std::cell::Cell;
 
@@ -48,7 +48,8 @@ impl NaturalMode {
         }
     }
 
-    /// A bound of the absolute derivative of order `k` >= 2 of `a` times the coordinate and `b` times its rate from `tau` (s) on.
+    /// A bound of the absolute derivative of order `k` >= 2 of `a` times the coordinate and `b` times its rate from
+    /// `tau` (s) on.
     pub fn derivative_bound(&self, tau: f64, k: i32, a: f64, b: f64) -> f64 {
         self.motion.derivative_bound(&self.at(tau), tau, k, a, b)
     }
@@ -59,19 +60,19 @@ impl NaturalMode {
     }
 }
 
-/// Largest uniform chain that is decomposed into modes: the table of their shapes grows with the square. Largest other group: to
-/// find its shapes grows with the cube.
+/// Largest uniform chain that is decomposed into modes: the table of their shapes grows with the square. Largest other
+/// group: to find its shapes grows with the cube.
 const LARGEST_UNIFORM: usize = 128;
 const LARGEST_GROUP: usize = 40;
 
-/// Segments after a switching that series have before natural modes take over: where balls oscillate, and while a front has yet to
-/// pass a contact. Fewer pay for modes that the next switching ends, more for series where modes hold for long
-/// (`benches/runs.rs`); too few of a front lose what grows from nothing (`tests/rust/stiff.rs`).
+/// Segments after a switching that series have before natural modes take over: where balls oscillate, and while a front
+/// has yet to pass a contact. Fewer pay for modes that the next switching ends, more for series where modes hold for
+/// long (`benches/runs.rs`); too few of a front lose what grows from nothing (`tests/rust/stiff.rs`).
 const SERIES: u32 = 13;
 const SERIES_OF_FRONT: u32 = 64;
 
-/// How many segments after a switching are followed by series before natural modes take over, if they [apply](apply_to). After
-/// `quiet` ones so far; the answer is only as exact as that takes.
+/// How many segments after a switching are followed by series before natural modes take over, if they
+/// [apply](apply_to). After `quiet` ones so far; the answer is only as exact as that takes.
 pub(super) fn series_before_modes(window: &Window, quiet: u32) -> Option<u32> {
     apply_to(window).then(|| match window.laws.iter().all(ContactLaw::is_elastic) {
         true => SERIES,
@@ -83,8 +84,8 @@ pub(super) fn series_before_modes(window: &Window, quiet: u32) -> Option<u32> {
     })
 }
 
-/// Whether the closed contacts of a window are linear, and those that press join equal pendulums and are damped in proportion to
-/// their stiffness, under constant inputs. (Drag makes pendulums of unequal masses unequal.)
+/// Whether the closed contacts of a window are linear, and those that press join equal pendulums and are damped in
+/// proportion to their stiffness, under constant inputs. (Drag makes pendulums of unequal masses unequal.)
 fn apply_to(window: &Window) -> bool {
     let Window { flights, balls, contacts, laws } = window;
     let (mut first, mut uniform) = (0, true);
@@ -191,8 +192,8 @@ impl Group {
     }
 }
 
-/// Roundings of a sum over modes that are taken for noise, and of its derivatives, which only lead a search on and may be taken
-/// for noise sooner.
+/// Roundings of a sum over modes that are taken for noise, and of its derivatives, which only lead a search on and may
+/// be taken for noise sooner.
 const NOISE: f64 = 8.0;
 const NOISE_OF_DERIVATIVES: f64 = 128.0;
 

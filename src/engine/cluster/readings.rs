@@ -12,8 +12,8 @@ const MOST: usize = 5;
 const SHORT: usize = 3;
 const MOST_SEGMENTS: usize = 100;
 
-/// What may differ, over the size of what is read, over what the motion is measured by that velocities are known by, up to that time where
-/// it is early in the segment, and over the integral of the whole segment.
+/// What may differ, over the size of what is read, over what the motion is measured by that velocities are known by, up
+/// to that time where it is early in the segment, and over the integral of the whole segment.
 const ALLOWED: f64 = 1e-12;
 const KNOWN: f64 = 1e-12;
 const OF_WHOLE: f64 = 1e-15;
@@ -33,8 +33,9 @@ struct Row {
     quiet: u32,
 }
 
-/// What has gathered from the start of a segment on: integrals of the position of each ball, the energy by the inputs with the losses
-/// by drag and by the contacts, impulses of the contacts, displacements of the balls, and changes of their velocities.
+/// What has gathered from the start of a segment on: integrals of the position of each ball, the energy by the inputs
+/// with the losses by drag and by the contacts, impulses of the contacts, displacements of the balls, and changes of
+/// their velocities.
 type Gathered = [Vec<f64>; 5];
 
 impl Row {
@@ -68,8 +69,8 @@ impl Row {
         gathered
     }
 
-    /// The same by short segments of another method than `forbidden`, if there is one; `None` if something switches before, or it takes
-    /// many.
+    /// The same by short segments of another method than `forbidden`, if there is one; `None` if something switches
+    /// before, or it takes many.
     fn gathered_shortly(&self, tau: f64, control: &Control, forbidden: Method) -> Option<Gathered> {
         let (mut cluster, mut control, mut rest) = (self.cluster(), *control, tau);
         (control.longest, control.forbidden) = (tau / SHORT as f64, Some(forbidden));

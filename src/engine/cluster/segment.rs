@@ -2,9 +2,9 @@
 //!
 //! The window of a cluster is its members and the ball in flight on either side (the spectators). One segment covers a
 //! stretch of time on which nothing in the window switches and one description of the motions holds, such as the
-//! convergence of their Taylor series; its end is the next switching or the end of that. The state is kept as displacements
-//! since the start of the segment and the overlaps by themselves, because differences of positions do not resolve
-//! overlaps of 1e-8 m.
+//! convergence of their Taylor series; its end is the next switching or the end of that. The state is kept as
+//! displacements since the start of the segment and the overlaps by themselves, because differences of positions do not
+//! resolve overlaps of 1e-8 m.
 
 use std::ops::Range;
 
@@ -45,8 +45,8 @@ impl Description {
         }
     }
 
-    /// The first switching of contact `j` of `window`, the one described, before `until` (s), and what it is. What does not exceed
-    /// `rounding` is no switching.
+    /// The first switching of contact `j` of `window`, the one described, before `until` (s), and what it is. What does
+    /// not exceed `rounding` is no switching.
     fn first_switch(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> (Next, Switch) {
         let (output, law, mode) = (self.output(), &window.laws[j], window.contacts[j].mode);
         if mode == Mode::Open {
@@ -171,8 +171,8 @@ impl Cluster {
         (overlap, (self.flights[j].v - self.flights[j + 1].v) + change)
     }
 
-    /// Coefficients of the overlap of contact `i` of the window as a power series of the time (s) from `tau` after the start of the
-    /// segment on; `None` if the equations tell them as well.
+    /// Coefficients of the overlap of contact `i` of the window as a power series of the time (s) from `tau` after the
+    /// start of the segment on; `None` if the equations tell them as well.
     pub fn overlap_series(&self, i: usize, tau: f64) -> Option<OverlapSeries> {
         self.description.output().overlap_series(i - self.window.start, tau)
     }
@@ -212,8 +212,8 @@ impl Cluster {
         }
     }
 
-    /// What member `ball` (index `i`), which had gathered `integrals` at the start of the segment, has gathered `tau` after
-    /// it.
+    /// What member `ball` (index `i`), which had gathered `integrals` at the start of the segment, has gathered `tau`
+    /// after it.
     pub fn integrals(&self, i: usize, integrals: &RunningIntegrals, ball: &Ball, tau: f64) -> RunningIntegrals {
         let j = i - self.window.start;
         let flight = &self.flights[j];
@@ -248,8 +248,9 @@ impl Cluster {
         self.align(&balls[self.window.clone()], &laws[self.window_contacts()]);
     }
 
-    /// Makes the positions of balls in contact agree with the overlaps and leaves their centre of mass where it is. By rounding the
-    /// two drift apart, and gravity would pull on that once the motion has decayed to what was its rounding before.
+    /// Makes the positions of balls in contact agree with the overlaps and leaves their centre of mass where it is. By
+    /// rounding the two drift apart, and gravity would pull on that once the motion has decayed to what was its
+    /// rounding before.
     fn align(&mut self, balls: &[Ball], laws: &[ContactLaw]) {
         let mut first = 0;
         for end in 0..balls.len() {
@@ -306,7 +307,8 @@ impl Cluster {
         let scale = velocity_scale(window);
         let error = control.local_error(scale);
         *evaluations = window.closed() as u64;
-        // Strongly damped linear contacts: closed forms, which hold until something switches, once series have followed what begins.
+        // Strongly damped linear contacts: closed forms, which hold until something switches, once series have followed
+        // what begins.
         let series_first =
             natural::series_before_modes(window, history.quiet).filter(|_| control.allows(Method::Modes));
         let windows = series_first.map(|series| history.quiet.checked_sub(series));
@@ -335,8 +337,8 @@ impl Cluster {
             (self.length, history.explicit_length, described.method) = (step.length, step.next, Method::Gauss);
             return error;
         }
-        // Linear contacts; and what is left, a start from rest or stiff damping. Series keep the exact zeros of balls that the motion
-        // has not reached.
+        // Linear contacts; and what is left, a start from rest or stiff damping. Series keep the exact zeros of balls
+        // that the motion has not reached.
         if linear && control.allows(Method::LinearSeries) {
             series.expand_linear(workspace, window, control, scale, rounding.position);
             described.method = Method::LinearSeries;

@@ -5,13 +5,14 @@ use serde::{Deserialize, Serialize};
 /// Longest segment, s, for a window in which nothing varies.
 const LONGEST: f64 = 1e6;
 
-/// Local error of a segment over the tolerance of a whole run, so that thousands of pulses stay within that; and the least one,
-/// below which rounding decides. A larger one makes segments longer and runs less exact (`tests/rust/reference.rs`).
+/// Local error of a segment over the tolerance of a whole run, so that thousands of pulses stay within that; and the
+/// least one, below which rounding decides. A larger one makes segments longer and runs less exact
+/// (`tests/rust/reference.rs`).
 const LOCAL: f64 = 1e-5;
 const LEAST_EPSILON: f64 = 1e-18;
 
-/// Segments without a switching before implicit collocation is tried: fewer try it within impacts, where it does not pay; more
-/// follow balls at rest by short segments for longer (`tests/rust/work.rs`).
+/// Segments without a switching before implicit collocation is tried: fewer try it within impacts, where it does not
+/// pay; more follow balls at rest by short segments for longer (`tests/rust/work.rs`).
 const PATIENCE: u32 = 24;
 
 /// What describes a motion in contact.

@@ -1,4 +1,5 @@
-//! A window: a stretch of neighbouring balls and the contacts between them, at the start of a segment that is followed as a whole.
+//! A window: a stretch of neighbouring balls and the contacts between them, at the start of a segment that is followed
+//! as a whole.
 
 use serde::{Deserialize, Serialize};
 
@@ -34,7 +35,8 @@ impl Window<'_> {
         self.contacts.get(j).is_some_and(|contact| contact.mode == Mode::Pressing)
     }
 
-    /// Whether the force of contact `j` by its law matters: it presses, or only the force tells when it will press again.
+    /// Whether the force of contact `j` by its law matters: it presses, or only the force tells when it will press
+    /// again.
     pub fn needs_force(&self, j: usize) -> bool {
         match self.contacts[j].mode {
             Mode::Open => false,
@@ -48,8 +50,8 @@ impl Window<'_> {
         self.contacts.iter().filter(|contact| contact.mode != Mode::Open).count()
     }
 
-    /// Whether the front of a wave has yet to pass a contact: one exactly in touch and at rest, or closed but hardly pressed or
-    /// moved for what others are.
+    /// Whether the front of a wave has yet to pass a contact: one exactly in touch and at rest, or closed but hardly
+    /// pressed or moved for what others are.
     pub fn holds_front(&self) -> bool {
         // The force of a contact (N) and its rate (m/s) as they may be before long.
         let load = |(j, contact): (usize, &WindowContact)| {
@@ -115,7 +117,8 @@ impl Equations<f64> for Window<'_> {
     }
 }
 
-/// Coefficients of an overlap: as many as its force has up to the highest derivative by time, and one more for a dashpot.
+/// Coefficients of an overlap: as many as its force has up to the highest derivative by time, and one more for a
+/// dashpot.
 pub(crate) type OverlapSeries<S = f64> = [S; MAX_OUTPUT_DERIVATIVE + 2];
 
 /// What ends a segment.
@@ -129,8 +132,8 @@ pub(crate) enum Switch {
     Unclip,
 }
 
-/// The switching that ends this mode of a closed contact unless its release does: the sign that the force then gets, and what it
-/// is.
+/// The switching that ends this mode of a closed contact unless its release does: the sign that the force then gets,
+/// and what it is.
 pub(crate) fn clipping(mode: Mode) -> (f64, Switch) {
     if mode == Mode::Pressing { (-1.0, Switch::Clip) } else { (1.0, Switch::Unclip) }
 }

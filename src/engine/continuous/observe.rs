@@ -46,8 +46,8 @@ impl Continuous {
         }
     }
 
-    /// See [`by_time`]. The polynomials of the steps are of too low an order to give the overlaps: the second and third derivatives
-    /// of a force at rest are rounding and solver error.
+    /// See [`by_time`]. The polynomials of the steps are of too low an order to give the overlaps: the second and third
+    /// derivatives of a force at rest are rounding and solver error.
     pub(crate) fn time_derivative(&self, order: usize) -> Differential {
         by_time(self.cradle(), &self.state(), &self.inputs.at(self.time), &[], order)
     }
@@ -57,8 +57,8 @@ impl Continuous {
         self.time - self.step_start
     }
 
-    /// When the next onset or release is due, s, as far as the solver's steps so far show it, and in flight as far as the look ahead
-    /// does.
+    /// When the next onset or release is due, s, as far as the solver's steps so far show it, and in flight as far as
+    /// the look ahead does.
     pub fn next_event(&self) -> Option<f64> {
         let known = self.trajectory.events.iter().find(|event| event.kind != Kind::Peak);
         let in_flight = || self.trajectory.closed.iter().all(|closed| !closed);
@@ -69,8 +69,8 @@ impl Continuous {
         next.filter(|next| *next > self.time)
     }
 
-    /// The first onset beyond the last step, or none within 1000 periods of the first ball; where a fixed number of steps does not
-    /// show it, how far they have led. The next look, at a later time, goes on from there.
+    /// The first onset beyond the last step, or none within 1000 periods of the first ball; where a fixed number of
+    /// steps does not show it, how far they have led. The next look, at a later time, goes on from there.
     fn look_ahead(&self, now: DoubleDouble) -> Next {
         let period = std::f64::consts::TAU / self.cradle().balls[0].omega2.sqrt();
         let limit = now + ONSET_PERIODS * period;

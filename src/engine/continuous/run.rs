@@ -53,7 +53,8 @@ pub struct Continuous {
 }
 
 impl Continuous {
-    /// Starts a run by `method` at `start_time` (s) with the start values of `parameters`, whose values are in their ranges.
+    /// Starts a run by `method` at `start_time` (s) with the start values of `parameters`, whose values are in their
+    /// ranges.
     pub(crate) fn new(
         method: Method,
         parameters: &Parameters,
@@ -104,8 +105,8 @@ impl Continuous {
         run
     }
 
-    /// Takes up again the run that was put down as this, with the method and the parameters that acted then and the start time
-    /// (s). After a failed step (`failed`) its values may be anything, for it can only be looked at.
+    /// Takes up again the run that was put down as this, with the method and the parameters that acted then and the
+    /// start time (s). After a failed step (`failed`) its values may be anything, for it can only be looked at.
     pub(crate) fn restored(
         mut self,
         method: Method,
@@ -152,8 +153,8 @@ impl Continuous {
     }
 
     /// From the current time on, `inputs` act, changing with these `derivatives` by time, from the first up to order
-    /// [`MAX_INPUT_DERIVATIVE`](crate::model::MAX_INPUT_DERIVATIVE). No change of the trajectory if they are constant and act
-    /// already.
+    /// [`MAX_INPUT_DERIVATIVE`](crate::model::MAX_INPUT_DERIVATIVE). No change of the trajectory if they are constant
+    /// and act already.
     pub fn hold(&mut self, inputs: &Inputs, derivatives: &[Inputs]) -> Result<(), EngineError> {
         let constant = derivatives.is_empty() && self.inputs.derivatives.is_empty();
         if !constant || *inputs != self.inputs.values {
@@ -186,8 +187,8 @@ impl Continuous {
         self.time.into()
     }
 
-    /// Moves the current time to `time` (s, not before the current one); `observer` is told of the pulses that finish on the way,
-    /// in the order of their release. The values "over the last step" refer to this call.
+    /// Moves the current time to `time` (s, not before the current one); `observer` is told of the pulses that finish
+    /// on the way, in the order of their release. The values "over the last step" refer to this call.
     pub fn advance(&mut self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
         self.begin_step();
         self.continue_step(time, observer)

@@ -138,8 +138,8 @@ impl Trajectory {
         self.dynamics = dynamics;
     }
 
-    /// Takes up again what was put down as plain data; nothing if no run of `cradle` by `method` can have led to it. Its values
-    /// may be anything if it is `broken`.
+    /// Takes up again what was put down as plain data; nothing if no run of `cradle` by `method` can have led to it.
+    /// Its values may be anything if it is `broken`.
     pub fn restored(mut self, method: Method, cradle: Cradle, forcings: Vec<Forcing>, broken: bool) -> Option<Self> {
         (self.dynamics.cradle, self.dynamics.forcings) = (cradle, forcings);
         self.solver = self.solver.restored(method, self.dynamics.components(), broken)?;

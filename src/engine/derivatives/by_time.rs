@@ -6,16 +6,17 @@ use crate::engine::inputs::HeldInputs;
 use crate::model::{Cradle, Differential, MAX_OUTPUT_DERIVATIVE, Mode};
 use crate::solver::series::product_term;
 
-/// Derivatives of order 1 to [`MAX_OUTPUT_DERIVATIVE`] by time, from the right, at a state under these inputs. What changes only
-/// at events and communication points has derivative 0.
+/// Derivatives of order 1 to [`MAX_OUTPUT_DERIVATIVE`] by time, from the right, at a state under these inputs. What
+/// changes only at events and communication points has derivative 0.
 ///
-/// The overlaps of contacts that press may be `given` as the run describes them. The equations would have the acceleration of an
-/// overlap as what is left of force over mass once the load is taken off: of a contact at rest that is rounding, which each further
-/// derivative multiplies by the angular frequency of the contact, 1e5 1/s.
+/// The overlaps of contacts that press may be `given` as the run describes them. The equations would have the
+/// acceleration of an overlap as what is left of force over mass once the load is taken off: of a contact at rest that
+/// is rounding, which each further derivative multiplies by the angular frequency of the contact, 1e5 1/s.
 ///
-/// Energy and momentum are taken from their balances, `E' = sum F_ext v - a_support p - P_dissipated` and `p' = sum F_ext -
-/// a_support sum m - F_support`: as sums of derivatives, large terms would cancel in a contact. Where an overlap vanishes under
-/// a law with an exponent that is not whole, its elastic force counts as 0 with all its derivatives.
+/// Energy and momentum are taken from their balances, `E' = sum F_ext v - a_support p - P_dissipated` and
+/// `p' = sum F_ext - a_support sum m - F_support`: as sums of derivatives, large terms would cancel in a contact. Where
+/// an overlap vanishes under a law with an exponent that is not whole, its elastic force counts as 0 with all its
+/// derivatives.
 pub(crate) fn by_time(
     cradle: &Cradle,
     state: &ChainState,
@@ -68,8 +69,9 @@ pub(super) fn of_series(
     rates
 }
 
-/// Coefficients of the force on the support, `sum m (omega2 x + 2 gamma v)`. The contacts move it only as far as the two balls'
-/// pendulums differ: their parts are summed contact by contact, where they cancel, not ball by ball, where they only nearly would.
+/// Coefficients of the force on the support, `sum m (omega2 x + 2 gamma v)`. The contacts move it only as far as the
+/// two balls' pendulums differ: their parts are summed contact by contact, where they cancel, not ball by ball, where
+/// they only nearly would.
 fn support_series(chain: &ChainEquations<f64>, series: &Series) -> [f64; MAX_OUTPUT_DERIVATIVE + 1] {
     let ChainEquations { cradle, state, forcings } = chain;
     let mut support = [0.0; MAX_OUTPUT_DERIVATIVE + 1];

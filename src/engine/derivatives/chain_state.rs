@@ -7,7 +7,8 @@ use crate::engine::flight::Forcing;
 use crate::model::{BallModel, ContactLaw, Cradle, Mode};
 use crate::solver::dual::Scalar;
 
-/// Positions (m), velocities (m/s), overlaps (m) and modes of a chain at one time: all that its motion depends on but the inputs.
+/// Positions (m), velocities (m/s), overlaps (m) and modes of a chain at one time: all that its motion depends on but
+/// the inputs.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct ChainState<S = f64> {
     pub x: Vec<S>,
@@ -72,9 +73,9 @@ impl<S: Scalar> Equations<S> for ChainEquations<'_, S> {
 }
 
 impl<S: Scalar> ChainEquations<'_, S> {
-    /// The series of all motions and forces with `order` coefficients of the forces, in this unit of time (s). Contacts marked as
-    /// `negligible` have no elastic force. Overlaps that are `given`, in that unit, are taken as they are; the forces follow from
-    /// them.
+    /// The series of all motions and forces with `order` coefficients of the forces, in this unit of time (s). Contacts
+    /// marked as `negligible` have no elastic force. Overlaps that are `given`, in that unit, are taken as they are;
+    /// the forces follow from them.
     pub fn series(
         &self,
         order: usize,

@@ -8,8 +8,8 @@ use super::adjoint::Tape;
 use crate::engine::inputs::HeldInputs;
 use crate::model::{Parameters, Tunables};
 
-/// Numbers that a history may hold, 128 MiB of them. A host that sets the inputs of five balls at every millisecond reaches that after
-/// 25 minutes.
+/// Numbers that a history may hold, 128 MiB of them. A host that sets the inputs of five balls at every millisecond
+/// reaches that after 25 minutes.
 const MOST_NUMBERS: usize = 1 << 24;
 
 /// A part of a run over which nothing was changed: the inputs are polynomials of the time.
@@ -36,7 +36,8 @@ pub struct History {
     numbers: usize,
     /// Whether a change was not kept.
     broken: bool,
-    /// The tape of the run up to a time (s), if it has one: to take it down costs most of a gradient. A copy does without.
+    /// The tape of the run up to a time (s), if it has one: to take it down costs most of a gradient. A copy does
+    /// without.
     #[serde(skip)]
     tape: Option<(f64, Option<Arc<Tape>>)>,
 }
@@ -48,8 +49,8 @@ impl Clone for History {
 }
 
 impl History {
-    /// Something changes at the time `until` (s); before it, these inputs and parameters acted. Kept if that is `wanted` and
-    /// there is room, and if they have acted for any time since the last change.
+    /// Something changes at the time `until` (s); before it, these inputs and parameters acted. Kept if that is
+    /// `wanted` and there is room, and if they have acted for any time since the last change.
     pub(crate) fn keep(&mut self, wanted: bool, until: f64, inputs: &HeldInputs, tunables: Tunables) {
         self.tape = None;
         self.broken |= !wanted;
@@ -86,7 +87,8 @@ impl History {
         !self.broken
     }
 
-    /// The stretches of a run from its start to `until` (s), the last of which goes on under these inputs and parameters.
+    /// The stretches of a run from its start to `until` (s), the last of which goes on under these inputs and
+    /// parameters.
     pub(crate) fn stretches(&self, until: f64, inputs: &HeldInputs, tunables: Tunables) -> Vec<Stretch> {
         let last = Stretch { until, inputs: inputs.clone(), tunables };
         self.stretches.iter().cloned().chain([last]).collect()

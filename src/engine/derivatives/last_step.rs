@@ -48,8 +48,8 @@ impl LastStep<'_> {
         Ok(outputs)
     }
 
-    /// Derivatives of the outputs at its end along `inputs` that act from then on: what changes is the accelerations, the power and
-    /// the next onset. What rigid balls in contact transmit is not followed.
+    /// Derivatives of the outputs at its end along `inputs` that act from then on: what changes is the accelerations,
+    /// the power and the next onset. What rigid balls in contact transmit is not followed.
     pub fn at_end_along_inputs(&self, inputs: &Inputs) -> Differential {
         let along = Cradle::constant(self.cradle);
         let held = self.inputs.at(self.inputs.since + self.length);

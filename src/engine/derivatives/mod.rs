@@ -1,9 +1,10 @@
 //! Derivatives of the outputs: by time, and along inputs or parameters.
 //!
-//! Those by time are read off the Taylor series of the whole chain about its state ([`by_time()`]). Those along a direction follow
-//! the last step once more in dual numbers ([`LastStep`]), or the whole run ([`WholeRun`]), of which a [`History`] is kept then. Both
-//! need only a state of the chain ([`ChainState`]) and the inputs held: they serve every method. Runs of elastic contacts have a
-//! [`Tape`], which takes directions along and gives gradients, too. No differences are taken.
+//! Those by time are read off the Taylor series of the whole chain about its state ([`by_time()`]). Those along a
+//! direction follow the last step once more in dual numbers ([`LastStep`]), or the whole run ([`WholeRun`]), of which a
+//! [`History`] is kept then. Both need only a state of the chain ([`ChainState`]) and the inputs held: they serve every
+//! method. Runs of elastic contacts have a [`Tape`], which takes directions along and gives gradients, too. No
+//! differences are taken.
 
 mod adjoint;
 mod by_time;

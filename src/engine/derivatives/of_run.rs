@@ -9,12 +9,13 @@ use crate::engine::run::Engine;
 use crate::model::{Differential, MAX_OUTPUT_DERIVATIVE, Mode};
 
 impl Engine {
-    /// Derivatives of the outputs by time at the current time, of order 1 to [`MAX_OUTPUT_DERIVATIVE`], from the right. What
-    /// changes only at events and communication points has derivative 0.
+    /// Derivatives of the outputs by time at the current time, of order 1 to [`MAX_OUTPUT_DERIVATIVE`], from the right.
+    /// What changes only at events and communication points has derivative 0.
     ///
-    /// They are those of the motion as it is followed. Of the forces of contacts that have come to rest, the second keep 7 digits
-    /// and the third 4 or 5. A contact that rings, by 1e-12 of its force from rounding alone where it has just closed or the
-    /// inputs have just changed, rings in its derivatives, too, times the angular frequency for each order.
+    /// They are those of the motion as it is followed. Of the forces of contacts that have come to rest, the second
+    /// keep 7 digits and the third 4 or 5. A contact that rings, by 1e-12 of its force from rounding alone where it has
+    /// just closed or the inputs have just changed, rings in its derivatives, too, times the angular frequency for each
+    /// order.
     pub fn time_derivative(&self, order: usize) -> Differential {
         let (state, inputs) = (self.state_of_all(self.time.into()), self.inputs.at(self.time));
         if self.contacts.iter().all(|contact| contact.constraint().is_none()) {
@@ -25,7 +26,8 @@ impl Engine {
         of_series(&chain, &inputs, &self.series_of_bodies(&chain), order)
     }
 
-    /// The series of rigid balls from `state` on, some of which move as one body: as such, and with the forces that this takes.
+    /// The series of rigid balls from `state` on, some of which move as one body: as such, and with the forces that
+    /// this takes.
     fn series_of_bodies(&self, chain: &ChainEquations<f64>) -> Series {
         let (mut bodies, mut apart, mut common) = (self.cradle.clone(), chain.state.clone(), chain.forcings.to_vec());
         apart.modes.fill(Mode::Open);
@@ -35,7 +37,8 @@ impl Engine {
         }
         let equations = ChainEquations { cradle: &bodies, state: &apart, forcings: &common };
         let mut series = equations.series(MAX_OUTPUT_DERIVATIVE + 1, 1.0, |_| false, &[]);
-        // The motions as they are, and as forces in the contacts that press what they need beside gravity, drag and inputs.
+        // The motions as they are, and as forces in the contacts that press what they need beside gravity, drag and
+        // inputs.
         let ChainEquations { state, forcings, .. } = chain;
         for (j, mode) in state.modes.iter().enumerate() {
             if *mode != Mode::Pressing {

@@ -5,8 +5,8 @@
 //! systems: di Bernardo et al., Piecewise-smooth Dynamical Systems, 2008, section 2.5). Only the derivatives are taken
 //! from it. The cost of a segment grows with the number of balls, that of a motion with the number of segments.
 //!
-//! Impacts of rigid balls are taken in dual numbers, too, as long as the balls part. Where they stay in contact there are
-//! no derivatives, nor where more balls touch that the direction would bring apart.
+//! Impacts of rigid balls are taken in dual numbers, too, as long as the balls part. Where they stay in contact there
+//! are no derivatives, nor where more balls touch that the direction would bring apart.
 
 use super::chain_state::{ChainEquations, ChainState};
 use crate::engine::cluster::{Series, Switch, clipping};
@@ -35,11 +35,12 @@ const SHORTEST_UNIT: f64 = 1e-20;
 /// Approach speeds of rigid balls up to so many roundings of the fastest come to rest, as in the run itself.
 const UNRESOLVED: f64 = 32.0;
 
-/// Velocities that differ by more than this part of the largest do not belong to the same side of an impact of rigid balls.
+/// Velocities that differ by more than this part of the largest do not belong to the same side of an impact of rigid
+/// balls.
 const SAME_VELOCITIES: f64 = 1e-6;
 
-/// A step that cannot be followed again: it takes too many segments, leaves the range of numbers, passes through so many
-/// bounces that the derivatives drown in rounding, or has rigid balls stay in contact.
+/// A step that cannot be followed again: it takes too many segments, leaves the range of numbers, passes through so
+/// many bounces that the derivatives drown in rounding, or has rigid balls stay in contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NotFollowed;
 
@@ -173,8 +174,8 @@ impl<'a> Run<'a> {
         scale
     }
 
-    /// A time (s) within a few powers of ten of the one that the series will converge for, contacts whose overlap is `negligible`
-    /// left out.
+    /// A time (s) within a few powers of ten of the one that the series will converge for, contacts whose overlap is
+    /// `negligible` left out.
     fn unit_of_time(&self, scale: f64, negligible: impl Fn(usize) -> bool) -> f64 {
         let (state, contacts) = (&self.state, &self.cradle.contacts);
         let swing = |ball: &BallModel| ball.omega2.sqrt() + 2.0 * ball.gamma;
@@ -351,8 +352,8 @@ impl<'a> Run<'a> {
         if self.overlap_rate(j).value() < 0.0 { Ok(()) } else { Err(NotFollowed) }
     }
 
-    /// Takes the modes from `end`: where the step ends at a switching, rounding decides on which side. Refuses a step that ends
-    /// with an impact of rigid balls.
+    /// Takes the modes from `end`: where the step ends at a switching, rounding decides on which side. Refuses a step
+    /// that ends with an impact of rigid balls.
     pub fn agree_with(&mut self, end: &ChainState) -> Result<(), NotFollowed> {
         let scale = end.v.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
         let differs = |(v, own): (&f64, &Dual)| (v - own.value()).abs() > SAME_VELOCITIES * scale;

@@ -20,8 +20,8 @@ pub(crate) struct WholeRun<'a> {
 }
 
 impl WholeRun<'_> {
-    /// Derivatives of the outputs at its end along a direction of parameters and inputs. The inputs change by the same over the whole
-    /// run, tunable parameters too.
+    /// Derivatives of the outputs at its end along a direction of parameters and inputs. The inputs change by the same
+    /// over the whole run, tunable parameters too.
     pub fn along(&self, tangent: &Parameters, inputs: &Inputs) -> Result<Differential, NotFollowed> {
         // Inputs may change at every step, parameters hardly do.
         let parts: Vec<&[Stretch]> = self.stretches.chunk_by(|a, b| a.tunables == b.tunables).collect();

@@ -14,12 +14,13 @@ pub(super) struct Contact {
     pub impulse_at_onset: f64,
     /// Largest force of the last pulse as the last event saw it, N.
     pub peak: f64,
-    /// Largest force of the pulse under way that the host has asked for, N: many tell of no step but those to communication points.
+    /// Largest force of the pulse under way that the host has asked for, N: many tell of no step but those to
+    /// communication points.
     pub seen: f64,
     /// Up to when the last event has followed it, s. Until then the states are those of a flight that has yet to begin.
     pub followed_until: Option<f64>,
-    /// The force and the time (s) at the end of the last step of the host's, while the contact is closed, and how the force changed
-    /// then, N and N/s.
+    /// The force and the time (s) at the end of the last step of the host's, while the contact is closed, and how the
+    /// force changed then, N and N/s.
     pub last: Option<(f64, f64, f64)>,
 }
 
@@ -30,8 +31,8 @@ impl Contact {
         (self.impulse_at_onset, self.last, self.peak, self.seen) = (impulse, None, 0.0, 0.0);
     }
 
-    /// A force (N) in the middle of a pulse, with its derivative by time (N/s), at the end of a step to `time` (s): the largest
-    /// force may lie within the step, where the cubic through both ends has its maximum.
+    /// A force (N) in the middle of a pulse, with its derivative by time (N/s), at the end of a step to `time` (s): the
+    /// largest force may lie within the step, where the cubic through both ends has its maximum.
     pub fn pass(&mut self, time: f64, force: f64, slope: f64) {
         let mut peak = force;
         if let Some((before, then, slope_then)) = self.last

@@ -4,8 +4,8 @@ use crate::model::algebraic::Chain;
 use crate::model::{Cradle, Mode};
 use crate::solver::dual::Scalar;
 
-/// How many continuous states there are: the first position, the overlaps, the velocities, the impulses, the energy dissipated and the
-/// work of the inputs.
+/// How many continuous states there are: the first position, the overlaps, the velocities, the impulses, the energy
+/// dissipated and the work of the inputs.
 pub const fn state_count(balls: usize) -> usize {
     3 * balls + 1
 }
@@ -42,7 +42,8 @@ impl<S: Scalar> State<S> {
         state
     }
 
-    /// Force of a contact that presses, N. One that has yet to open although its overlap has vanished has no elastic force.
+    /// Force of a contact that presses, N. One that has yet to open although its overlap has vanished has no elastic
+    /// force.
     fn contact_force(&self, cradle: &Cradle<S>, modes: &[Mode], j: usize) -> S {
         if modes[j] != Mode::Pressing {
             return S::default();

@@ -1,12 +1,13 @@
-//! Flight from the current state, forwards and backwards: where the host's integration has gone past an onset, an event goes back.
+//! Flight from the current state, forwards and backwards: where the host's integration has gone past an onset, an event
+//! goes back.
 
 use super::run::Exchange;
 use crate::engine::flight::{Ball, Flight};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 
-/// How far back an onset is looked for, in radians of the pendulums' swing or decay times, or in s without gravity and drag: far beyond
-/// a step of any integration.
+/// How far back an onset is looked for, in radians of the pendulums' swing or decay times, or in s without gravity and
+/// drag: far beyond a step of any integration.
 const FARTHEST: f64 = 1.5;
 
 /// Steps of Newton's method and of bisection for an onset in the past.
@@ -40,8 +41,8 @@ impl Exchange {
         (self.state.overlaps[j] + (left - right), v_left - v_right)
     }
 
-    /// When contact `j` closes, from now (s), if it is open and that is now or past: its balls overlap and approach each other, or
-    /// they meet within the margin.
+    /// When contact `j` closes, from now (s), if it is open and that is now or past: its balls overlap and approach
+    /// each other, or they meet within the margin.
     pub(super) fn due_onset(&self, balls: &[Ball], j: usize) -> Option<f64> {
         let (overlap, rate) = self.overlap_and_rate(j);
         if self.is_followed(j) {
@@ -56,8 +57,9 @@ impl Exchange {
         (-overlap <= rate * self.margin()).then_some(-overlap / rate)
     }
 
-    /// Whether the onset of contact `j` was announced for now, and its balls touch but for rounding: side by side, they are about to press
-    /// each other, however slowly. That event closes the contact; without, it would be announced for ever.
+    /// Whether the onset of contact `j` was announced for now, and its balls touch but for rounding: side by side, they
+    /// are about to press each other, however slowly. That event closes the contact; without, it would be announced for
+    /// ever.
     pub(super) fn begins_to_press(&self, balls: &[Ball], j: usize) -> bool {
         let noise = balls[j..j + 2].iter().map(|ball| ball.flight.rounding(&ball.oscillator).position);
         let is_due = matches!(self.next, Next::At(time) if time <= self.time) && self.next_contact == Some(j);
@@ -70,14 +72,15 @@ impl Exchange {
         self.contacts[j].followed_until.is_some_and(|until| until > self.time)
     }
 
-    /// When the flight of the balls of contact `j` begins, from now (s), if at the time `from` (s from now) it has yet to: where they part,
-    /// or where an event has followed them to.
+    /// When the flight of the balls of contact `j` begins, from now (s), if at the time `from` (s from now) it has yet
+    /// to: where they part, or where an event has followed them to.
     pub(super) fn parting(&self, balls: &[Ball], j: usize, from: f64) -> Option<f64> {
         let followed = self.contacts[j].followed_until.map(|until| until - self.time).filter(|until| *until > from);
         self.parting_after(balls, j, followed.unwrap_or(from)).or(followed)
     }
 
-    /// When the balls of contact `j` part, from now (s), if at the time `from` (s from now) they overlap and have yet to.
+    /// When the balls of contact `j` part, from now (s), if at the time `from` (s from now) they overlap and have yet
+    /// to.
     fn parting_after(&self, balls: &[Ball], j: usize, from: f64) -> Option<f64> {
         let (overlap, rate) = self.overlap_in_flight(balls, j, from);
         if overlap.is_nan() || overlap <= 0.0 || rate >= 0.0 {
@@ -95,8 +98,8 @@ impl Exchange {
         (tau > from && tau.is_finite()).then_some(tau)
     }
 
-    /// When contact `j`, which overlaps and whose balls approach each other, has closed, from now (s, <= 0); nothing if it cannot be
-    /// told.
+    /// When contact `j`, which overlaps and whose balls approach each other, has closed, from now (s, <= 0); nothing if
+    /// it cannot be told.
     fn past_onset(&self, balls: &[Ball], j: usize) -> Option<f64> {
         let (overlap, rate) = self.overlap_and_rate(j);
         let pace = |ball: &Ball| ball.oscillator.omega() + 2.0 * ball.oscillator.gamma();

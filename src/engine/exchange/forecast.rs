@@ -11,8 +11,8 @@ use crate::solver::queue::EventQueue;
 const LOOK_AHEAD: u32 = 40_000;
 
 impl Exchange {
-    /// Finds the next onset later than now by more than the same time; a time up to which there is none where the look ends; never if
-    /// there is none within 1000 periods of the first ball.
+    /// Finds the next onset later than now by more than the same time; a time up to which there is none where the look
+    /// ends; never if there is none within 1000 periods of the first ball.
     pub(super) fn foresee(&mut self) {
         (self.next, self.next_contact) = self.next_onset();
     }

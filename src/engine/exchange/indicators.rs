@@ -5,8 +5,8 @@ use super::scales::Scales;
 use crate::model::Mode;
 
 impl Exchange {
-    /// The indicators: those of the n-1 contacts, which are negative while apart and positive while closed, then n-1 that are
-    /// negative while a contact is clipped. An event is due where one of them changes its sign.
+    /// The indicators: those of the n-1 contacts, which are negative while apart and positive while closed, then n-1
+    /// that are negative while a contact is clipped. An event is due where one of them changes its sign.
     pub fn indicators(&self) -> Vec<f64> {
         let contacts = 0..self.modes.len();
         contacts.clone().map(|j| self.contact_indicator(j)).chain(contacts.map(|j| self.clip_indicator(j))).collect()
@@ -20,7 +20,8 @@ impl Exchange {
         })
     }
 
-    /// Whether an event has left contact `j` with an overlap that is none, because its balls have yet to part or their flight to begin.
+    /// Whether an event has left contact `j` with an overlap that is none, because its balls have yet to part or their
+    /// flight to begin.
     fn is_virtual(&self, j: usize) -> bool {
         let (overlap, rate) = self.overlap_and_rate(j);
         self.is_mapped() && self.modes[j] == Mode::Open && (overlap > 0.0 && rate <= 0.0 || self.is_followed(j))

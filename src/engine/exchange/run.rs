@@ -88,8 +88,8 @@ impl Exchange {
         Ok(run)
     }
 
-    /// Takes up again the run that was put down as this, with the parameters that acted then and the start time (s). After a failed
-    /// event (`failed`) its values may be anything, for it can only be looked at.
+    /// Takes up again the run that was put down as this, with the parameters that acted then and the start time (s).
+    /// After a failed event (`failed`) its values may be anything, for it can only be looked at.
     pub fn restored(mut self, parameters: &Parameters, start: f64, failed: bool) -> Result<Self, Unsound> {
         let (n, m) = (parameters.balls(), parameters.contacts());
         require(self.parameters == *parameters, "its parameters are not those that it was set up with")?;

@@ -34,8 +34,8 @@ fn bounded(scale: f64) -> f64 {
 }
 
 impl Scales {
-    /// From the speed that the balls can reach in `state` by what they have: their speed, their height, what their contacts hold,
-    /// and what the inputs give them within one unit of their time.
+    /// From the speed that the balls can reach in `state` by what they have: their speed, their height, what their
+    /// contacts hold, and what the inputs give them within one unit of their time.
     pub fn new(cradle: &Cradle, state: &State) -> Self {
         let Cradle { balls, contacts, .. } = cradle;
         let held = |j: usize| contacts.get(j).map_or(0.0, |law| law.elastic_energy(state.overlaps[j]));

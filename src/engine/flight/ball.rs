@@ -44,8 +44,8 @@ pub(crate) enum Regime {
     Body,
 }
 
-/// A ball: its state at its anchor, and the closed form that its motion follows from there unless a cluster or an impact acts on
-/// it.
+/// A ball: its state at its anchor, and the closed form that its motion follows from there unless a cluster or an
+/// impact acts on it.
 #[derive(Clone, Debug)]
 pub(crate) struct Ball {
     /// In kg.
@@ -122,7 +122,8 @@ impl Ball {
         integrals
     }
 
-    /// Energy lost to drag within `tau` (s) after the anchor, in flight, J; `u` are the oscillator's functions at that time.
+    /// Energy lost to drag within `tau` (s) after the anchor, in flight, J; `u` are the oscillator's functions at that
+    /// time.
     fn drag_loss<const N: usize>(&self, tau: f64, u: &[f64; N]) -> f64 {
         let (o, flight) = (&self.oscillator, &self.flight);
         if o.gamma() == 0.0 {
@@ -164,7 +165,8 @@ impl Ball {
         displacement
     }
 
-    /// Takes flight and sums to `tau` after the anchor, from the oscillator's functions at that time; returns the displacement, m.
+    /// Takes flight and sums to `tau` after the anchor, from the oscillator's functions at that time; returns the
+    /// displacement, m.
     fn reanchor_after<const N: usize>(&mut self, tau: f64, u: &[f64; N]) -> f64 {
         let displacement = self.flight.displacement(&self.oscillator, u);
         self.integrals = self.integrals_after(&self.flight.forcing, tau, u);
@@ -186,8 +188,8 @@ pub(crate) fn places(distances: impl Iterator<Item = f64> + Clone) -> impl Itera
     std::iter::once(0.0).chain(distances.scan(0.0, place))
 }
 
-/// The position (m) of the first one that leaves the centre of mass of `balls` where it is, which are given by mass (kg), position (m)
-/// and [place](places).
+/// The position (m) of the first one that leaves the centre of mass of `balls` where it is, which are given by mass
+/// (kg), position (m) and [place](places).
 pub(crate) fn start_by_centre(balls: impl Iterator<Item = ((f64, f64), f64)> + Clone) -> f64 {
     let first = balls.clone().next().map_or(0.0, |((_, x), _)| x);
     let (mut moment, mut total) = (0.0, 0.0);

@@ -81,13 +81,14 @@ impl Rounding {
         Self { position: self.position.max(other.position), velocity: self.velocity.max(other.velocity) }
     }
 
-    /// Overlap (m) that is as good as none, far below the rounding: a contact that damping alone opens would never be open.
+    /// Overlap (m) that is as good as none, far below the rounding: a contact that damping alone opens would never be
+    /// open.
     pub fn no_overlap(&self) -> f64 {
         NO_OVERLAP * self.position
     }
 
-    /// Whether balls with this overlap (m) and rate (m/s) are at rest side by side, as far as rounding tells. Their contact keeps its
-    /// mode until the motion tells more: see "Clusters" in `docs/theory.md`.
+    /// Whether balls with this overlap (m) and rate (m/s) are at rest side by side, as far as rounding tells. Their
+    /// contact keeps its mode until the motion tells more: see "Clusters" in `docs/theory.md`.
     pub fn is_rest(&self, overlap: f64, rate: f64) -> bool {
         overlap >= -self.position && rate.abs() <= self.velocity
     }
@@ -150,8 +151,8 @@ impl Flight {
         (self.forcing[0] - o.omega2() * self.x) * u[1] - lost + varying
     }
 
-    /// The displacement integrated `level - 1` times: `v U_level + A U_(level+1) + f_1 U_(level+2) + ...`. Fewer functions than
-    /// [`BASIS`] do where the forcing is constant.
+    /// The displacement integrated `level - 1` times: `v U_level + A U_(level+1) + f_1 U_(level+2) + ...`. Fewer
+    /// functions than [`BASIS`] do where the forcing is constant.
     #[inline]
     fn response<const N: usize>(&self, o: &Oscillator, u: &[f64; N], level: usize) -> f64 {
         debug_assert!(N == BASIS || degree(&self.forcing) == 0);
@@ -167,8 +168,8 @@ impl Flight {
         forcing_at(&self.forcing, tau) - o.omega2() * self.x - o.omega2() * displacement - 2.0 * o.gamma() * v
     }
 
-    /// The work of `forcing` on this motion per unit of mass since the anchor, m2/s2: `integral f v = f D - f' I_1 + f'' I_2 - ...`
-    /// with the repeated integrals `I_k` of the displacement D.
+    /// The work of `forcing` on this motion per unit of mass since the anchor, m2/s2:
+    /// `integral f v = f D - f' I_1 + f'' I_2 - ...` with the repeated integrals `I_k` of the displacement D.
     pub fn work<const N: usize>(&self, forcing: &Forcing, o: &Oscillator, tau: f64, u: &[f64; N]) -> f64 {
         if N < BASIS || degree(forcing) == 0 {
             return if forcing[0] == 0.0 { 0.0 } else { forcing[0] * self.displacement(o, u) };
@@ -178,7 +179,8 @@ impl Flight {
         terms.enumerate().map(|(j, term)| if j % 2 == 0 { term } else { -term }).sum()
     }
 
-    /// Bound of the absolute derivative of this `order` (3 or 4) of the position between `t` and `span` later (s after the anchor).
+    /// Bound of the absolute derivative of this `order` (3 or 4) of the position between `t` and `span` later (s after
+    /// the anchor).
     ///
     /// For a forcing that varies, `sqrt(a^2 + omega^2 v^2)` grows at most by the integral of its rate.
     pub fn derivative_bound(&self, o: &Oscillator, t: f64, span: f64, order: i32) -> f64 {

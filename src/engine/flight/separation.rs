@@ -11,8 +11,8 @@ use crate::solver::root::{Smooth, safe_step, search_within};
 
 /// The overlap (negative while apart) since an anchor.
 ///
-/// It is kept as its value at the anchor plus the displacements since then, so that a gap of 1e-12 m right after a release
-/// has its digits although the positions are of the order of 1 m.
+/// It is kept as its value at the anchor plus the displacements since then, so that a gap of 1e-12 m right after a
+/// release has its digits although the positions are of the order of 1 m.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Separation {
     anchor: DoubleDouble,
@@ -20,7 +20,8 @@ pub(crate) struct Separation {
     pendulums: Pendulums,
     /// Rounding of the positions that the swing of the two entails, m: a contact that closes no deeper is none.
     pub noise: f64,
-    /// Rounding of the rate (m/s) and of the acceleration (m/s2) right after the anchor, where an overlap by rounding is no onset.
+    /// Rounding of the rate (m/s) and of the acceleration (m/s2) right after the anchor, where an overlap by rounding
+    /// is no onset.
     resolution: [f64; 2],
 }
 
@@ -72,13 +73,13 @@ const DECAY_TIMES: f64 = 100.0;
 /// Periods that one forecast looks ahead where the closing is not a closed form.
 const PERIODS_AHEAD: f64 = 2.0;
 
-/// A forecast of free balls looks at least this far ahead, s, however strong their drag: a search of a window that the clock cannot
-/// resolve leads nowhere. Guarded by `drag_beyond_all_measure_costs_little`.
+/// A forecast of free balls looks at least this far ahead, s, however strong their drag: a search of a window that the
+/// clock cannot resolve leads nowhere. Guarded by `drag_beyond_all_measure_costs_little`.
 const SHORTEST_LOOK: f64 = 1e-12;
 
 impl Separation {
-    /// The contact between `left` and `right`, which are both anchored at or before `anchor`, with its overlap there (m) and its
-    /// clearance (m).
+    /// The contact between `left` and `right`, which are both anchored at or before `anchor`, with its overlap there
+    /// (m) and its clearance (m).
     pub fn new(left: &Ball, right: &Ball, anchor: DoubleDouble, overlap: f64, clearance: f64) -> Self {
         let (l, r) = (left.flight_at(anchor), right.flight_at(anchor));
         let pendulums = if left.oscillator == right.oscillator {
@@ -93,8 +94,9 @@ impl Separation {
         Self { anchor, overlap, pendulums, noise, resolution: [0.0; 2] }
     }
 
-    /// The same between rigid balls, which may be side by side for long: overlaps up to `noise` (m) are none, and none is an
-    /// onset that the rounding of two different motions, or of inputs that have varied for `age` (s), brings about.
+    /// The same between rigid balls, which may be side by side for long: overlaps up to `noise` (m) are none, and none
+    /// is an onset that the rounding of two different motions, or of inputs that have varied for `age` (s), brings
+    /// about.
     pub fn rigid(self, noise: f64, age: f64) -> Self {
         let noise = self.noise.max(noise);
         let of_time = |flight: &Flight| flight.forcing[1].abs() * age;
@@ -139,8 +141,8 @@ impl Separation {
         self.at_time(t).0 >= -self.noise.max(noise)
     }
 
-    /// Whether after the onset at `t` the bounce with the coefficient of restitution `e` stays lower than the rounding of the
-    /// positions, or is shorter than `shortest` (s).
+    /// Whether after the onset at `t` the bounce with the coefficient of restitution `e` stays lower than the rounding
+    /// of the positions, or is shorter than `shortest` (s).
     pub fn is_last_bounce(&self, t: DoubleDouble, e: f64, shortest: f64) -> bool {
         let [_, rate, acceleration] = self.evaluate(t - self.anchor);
         let rebound = e * rate;
@@ -156,8 +158,8 @@ impl Separation {
         [self.overlap + d, v, a]
     }
 
-    /// The next closing after `from`, a time at or after the anchor, with at most so many evaluations as are `allowed`, which
-    /// counts them down.
+    /// The next closing after `from`, a time at or after the anchor, with at most so many evaluations as are `allowed`,
+    /// which counts them down.
     pub fn forecast(&self, from: DoubleDouble, allowed: &mut u32) -> Next<DoubleDouble> {
         if self.stays_apart() {
             return Next::Never;
@@ -166,8 +168,8 @@ impl Separation {
         let reach = reach(self.pendulums.parts().iter().map(|(o, _)| o), start);
         let mut clear = start;
         if start == 0.0 {
-            // Most forecasts are overtaken by events: a bound that costs little comes first. It is the tighter the shorter the
-            // span, here half a period.
+            // Most forecasts are overtaken by events: a bound that costs little comes first. It is the tighter the
+            // shorter the span, here half a period.
             clear = safe_step(self, 0.0, self.at_anchor(), FIRST_LOOK * reach);
             if clear > WORTH * reach {
                 return Next::NotBefore(self.anchor + clear);
@@ -193,8 +195,8 @@ impl Separation {
         [self.overlap, v, a]
     }
 
-    /// The next rise through zero of a plain wave, `start` being known not to lie behind it; `None` where the motion is no
-    /// plain wave or only grazes.
+    /// The next rise through zero of a plain wave, `start` being known not to lie behind it; `None` where the motion is
+    /// no plain wave or only grazes.
     fn next_wave(&self, start: f64) -> Option<DoubleDouble> {
         let Pendulums::Relative((o, flight)) = &self.pendulums else { return None };
         if o.gamma() > 0.0 || o.omega2() == 0.0 || degree(&flight.forcing) > 0 {
@@ -223,8 +225,8 @@ impl Separation {
         None
     }
 
-    /// The crossing next to `tau` to more digits than a double of this size has: on a swing of a second its last place is
-    /// worth a billionth of a stiff contact.
+    /// The crossing next to `tau` to more digits than a double of this size has: on a swing of a second its last place
+    /// is worth a billionth of a stiff contact.
     fn polished(&self, tau: f64) -> DoubleDouble {
         let [overlap, rate, _] = self.evaluate(tau.into());
         let correction = -overlap / rate;

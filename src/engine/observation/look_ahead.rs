@@ -6,17 +6,17 @@ use crate::model::ONSET_PERIODS;
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 
-/// Work that one look ahead may take, in the units of [`Engine::effort`]: some tenths of a millisecond. The event that exceeds it
-/// is still handled.
+/// Work that one look ahead may take, in the units of [`Engine::effort`]: some tenths of a millisecond. The event that
+/// exceeds it is still handled.
 const LOOK_AHEAD: u64 = 4_000;
 
 /// The same for copying a ball and its contact.
 const COPY: u64 = 3;
 
 impl Engine {
-    /// First onset strictly after the current time with the inputs continued, or none within 1000 periods of the first ball.
-    /// Where a fixed amount of work does not show it, it is the time up to which there is none; the next look, at a later time,
-    /// goes on from there.
+    /// First onset strictly after the current time with the inputs continued, or none within 1000 periods of the first
+    /// ball. Where a fixed amount of work does not show it, it is the time up to which there is none; the next look, at
+    /// a later time, goes on from there.
     pub(crate) fn find_next_onset(&self) -> Next {
         if let Some((asked_at, answer)) = self.caches.ahead.found.get() {
             // An onset stays the next one until it comes. That there is none within the horizon holds for now only.
@@ -83,7 +83,8 @@ impl Engine {
         }
     }
 
-    /// The first onset after `now` (s), if the first entry of the queue tells it: the entry is that onset, or beyond `limit`.
+    /// The first onset after `now` (s), if the first entry of the queue tells it: the entry is that onset, or beyond
+    /// `limit`.
     fn read_off(&self, now: f64, limit: DoubleDouble) -> Option<Next> {
         let Some((t, key)) = self.queue.first().filter(|(t, _)| *t <= limit) else { return Some(Next::Never) };
         let onset = matches!(self.contacts[key].phase, Phase::Open(_, Next::At(_)));
@@ -174,7 +175,8 @@ mod tests {
 
     #[test]
     fn stepping_from_look_to_look_finds_the_onset() {
-        // Forty balls with strong damping and without dead band: the next onset is behind a wave that takes many looks to follow.
+        // Forty balls with strong damping and without dead band: the next onset is behind a wave that takes many looks
+        // to follow.
         let p = Parameters { exponent: 1.5, damping: 1e5, dead_band: 0.0, ..Parameters::default_for(40) };
         let mut engine = Engine::new(&p, &Inputs::zero(40), 0.0).unwrap();
         let (mut onsets, mut looks) = (0, 0);

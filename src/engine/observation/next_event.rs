@@ -5,8 +5,9 @@ use crate::engine::run::{Engine, Phase};
 use crate::next::Next;
 
 impl Engine {
-    /// When the next onset or release of any contact is due with the inputs continued, s, later than now, as far as it can be told
-    /// without going ahead: in flight always, while a contact is closed if the event that comes first is known to be one.
+    /// When the next onset or release of any contact is due with the inputs continued, s, later than now, as far as it
+    /// can be told without going ahead: in flight always, while a contact is closed if the event that comes first is
+    /// known to be one.
     pub fn next_event(&self) -> Option<f64> {
         let (t, key) = self.queue.first()?;
         let is_known = match &self.contacts[key].phase {

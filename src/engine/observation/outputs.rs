@@ -1,5 +1,5 @@
-//! What can be read at the current time, and how the step under way began for what an event is about to move off its closed form.
-//! Nothing here moves the trajectory.
+//! What can be read at the current time, and how the step under way began for what an event is about to move off its
+//! closed form. Nothing here moves the trajectory.
 
 use crate::engine::cluster::{Cluster, OverlapSeries};
 use crate::engine::derivatives::ChainState;
@@ -98,8 +98,8 @@ impl Engine {
         state
     }
 
-    /// The functions of the oscillator for ball `i` in flight, if its left neighbour, equal and anchored at the same time, has
-    /// them.
+    /// The functions of the oscillator for ball `i` in flight, if its left neighbour, equal and anchored at the same
+    /// time, has them.
     fn shared_basis(&self, i: usize) -> Option<[f64; 3]> {
         let (left, ball) = (&self.balls[i.checked_sub(1)?], &self.balls[i]);
         let known = self.caches.states[i - 1].get();
@@ -175,8 +175,8 @@ impl Engine {
         self.time - self.step.time
     }
 
-    /// To be called before an event at `t` moves ball `i` or what it touches off its closed form. An event at the very start of the
-    /// step has not moved it yet.
+    /// To be called before an event at `t` moves ball `i` or what it touches off its closed form. An event at the very
+    /// start of the step has not moved it yet.
     pub(crate) fn before_move(&mut self, i: usize, t: DoubleDouble) {
         if t > self.step.time.into() {
             self.record_start(i);
@@ -200,8 +200,8 @@ impl Engine {
         self.step.moved.push(i as u32);
     }
 
-    /// To be called before an event at `t` enters anything in the ledger of contact `i`: what its impulse was at the start of the
-    /// step.
+    /// To be called before an event at `t` enters anything in the ledger of contact `i`: what its impulse was at the
+    /// start of the step.
     pub(crate) fn begin_ledger(&mut self, i: usize, t: DoubleDouble) {
         if t > self.step.time.into() && self.contacts[i].ledger.impulse_at_start(self.step.number).is_none() {
             let impulse = self.impulse_at(i, self.step.time.into());

@@ -1,19 +1,19 @@
 //! The elastic impact of two balls that nothing else touches: its outcome without integrating it.
 //!
-//! For equal undamped pendulums under constant inputs the motion splits in two. The centre of mass swings like a ball. The
-//! overlap moves in a potential, so its rate has reversed when the contact opens: the outcome needs no integration, and the
-//! duration is a quadrature. With `u` the closing rate, `mu` the reduced mass and `q` the overlap over the one that the
-//! contact alone would reach, `q_0`,
+//! For equal undamped pendulums under constant inputs the motion splits in two. The centre of mass swings like a ball.
+//! The overlap moves in a potential, so its rate has reversed when the contact opens: the outcome needs no integration,
+//! and the duration is a quadrature. With `u` the closing rate, `mu` the reduced mass and `q` the overlap over the one
+//! that the contact alone would reach, `q_0`,
 //!
 //! ```text
 //! T = 2 (q_0 / u) integral dq / sqrt(1 - q^(p+1) - beta q - alpha q^2)
 //! ```
 //!
 //! where alpha and beta are what gravity and inputs do during the contact. For p = 1 that is an arc tangent; else it is
-//! expanded in alpha and beta, which are of the order of (contact time / period)^2. The terms follow from the action integral
-//! `integral sqrt(E - P(q)) dq`, whose derivative by E is half the time (Landau and Lifshitz, Mechanics, sections 12 and 49),
-//! and from `integral q^m / sqrt(E - q^(p+1)) dq = E^(s - 1/2) B(s, 1/2) / (p+1)` with `s = (m+1) / (p+1)` and Euler's beta
-//! function B.
+//! expanded in alpha and beta, which are of the order of (contact time / period)^2. The terms follow from the action
+//! integral `integral sqrt(E - P(q)) dq`, whose derivative by E is half the time (Landau and Lifshitz, Mechanics,
+//! sections 12 and 49), and from `integral q^m / sqrt(E - q^(p+1)) dq = E^(s - 1/2) B(s, 1/2) / (p+1)` with
+//! `s = (m+1) / (p+1)` and Euler's beta function B.
 
 use crate::engine::flight::{Ball, Flight, RunningIntegrals, degree};
 use crate::model::ContactLaw;
@@ -39,8 +39,8 @@ impl ImpactCoefficients {
     }
 }
 
-/// With `P = q^(p+1) + P_1` the integral of `q^g / sqrt(1 - P)` is the sum over k of `(-1)^k / k! (d/dE)^k` of the integral
-/// of `q^g P_1^k / sqrt(E - q^(p+1))` at E = 1.
+/// With `P = q^(p+1) + P_1` the integral of `q^g / sqrt(1 - P)` is the sum over k of `(-1)^k / k! (d/dE)^k` of the
+/// integral of `q^g P_1^k / sqrt(E - q^(p+1))` at E = 1.
 fn coefficients(p: f64, g: usize) -> [[f64; TERMS]; TERMS] {
     let mut table = [[0.0; TERMS]; TERMS];
     for (k, row) in table.iter_mut().enumerate() {
@@ -57,8 +57,8 @@ fn coefficients(p: f64, g: usize) -> [[f64; TERMS]; TERMS] {
     table
 }
 
-/// Sums the expansion up to where the rest is below the rounding. Terms do not tell where that is: one may be 0 (for p = 3 the
-/// first in beta), and others follow.
+/// Sums the expansion up to where the rest is below the rounding. Terms do not tell where that is: one may be 0 (for p
+/// = 3 the first in beta), and others follow.
 fn expansion(table: &[[f64; TERMS]; TERMS], alpha: f64, beta: f64) -> f64 {
     let (mut sum, mut size) = (0.0, 1.0);
     for (k, row) in table.iter().enumerate() {
@@ -101,8 +101,8 @@ pub(crate) struct PairImpact {
 }
 
 impl PairImpact {
-    /// The impact of `left` and `right`, both in flight and anchored at its `start`, with their overlap 0 there; `None` if the
-    /// two do not allow it to be solved in closed form.
+    /// The impact of `left` and `right`, both in flight and anchored at its `start`, with their overlap 0 there; `None`
+    /// if the two do not allow it to be solved in closed form.
     pub fn new(left: &Ball, right: &Ball, law: &ContactLaw, coefficients: &ImpactCoefficients) -> Option<Self> {
         let (l, r, o) = (&left.flight, &right.flight, &left.oscillator);
         let simple = law.is_elastic() && o.gamma() == 0.0 && left.oscillator == right.oscillator;
@@ -156,8 +156,9 @@ impl PairImpact {
         self.start + self.duration
     }
 
-    /// An upper bound of how far the left ball has gone to the left or the right ball to the right `tau` (s) after the start,
-    /// but for the accelerations other than by the contact: the contact pushes them outwards, so they lag behind the chord.
+    /// An upper bound of how far the left ball has gone to the left or the right ball to the right `tau` (s) after the
+    /// start, but for the accelerations other than by the contact: the contact pushes them outwards, so they lag behind
+    /// the chord.
     pub fn chord(&self, ball: usize, tau: f64) -> f64 {
         if tau < self.duration {
             self.displacement * tau / self.duration
@@ -214,9 +215,9 @@ mod tests {
     use super::*;
     use crate::solver::quadrature::gauss_legendre;
 
-    /// `integral q^g dq / sqrt(1 - q^(p+1) - beta q - alpha q^2)` up to the root by quadrature, for exponents with `2 p` whole.
-    /// With `q = root cos^2 theta` the integrand is smooth. The term under the root, 0 at `root`, is divided by `root - q`
-    /// term by term: nothing cancels.
+    /// `integral q^g dq / sqrt(1 - q^(p+1) - beta q - alpha q^2)` up to the root by quadrature, for exponents with
+    /// `2 p` whole. With `q = root cos^2 theta` the integrand is smooth. The term under the root, 0 at `root`, is
+    /// divided by `root - q` term by term: nothing cancels.
     fn by_quadrature(p: f64, alpha: f64, beta: f64, g: i32) -> f64 {
         let mut root = 1.0;
         for _ in 0..50 {

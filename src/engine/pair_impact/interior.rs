@@ -1,5 +1,5 @@
-//! The interior of an impact of known outcome, for those who look at it: segments as those of any cluster, computed as far as
-//! somebody has asked for.
+//! The interior of an impact of known outcome, for those who look at it: segments as those of any cluster, computed as
+//! far as somebody has asked for.
 
 use std::cell::OnceCell;
 
@@ -71,8 +71,8 @@ impl<'a> Impact<'a> {
         cluster
     }
 
-    /// The segment that holds the time `t`, with what was before it; the last one for a time after the impact. `first` keeps the
-    /// segments.
+    /// The segment that holds the time `t`, with what was before it; the last one for a time after the impact. `first`
+    /// keeps the segments.
     pub fn interior(&self, first: &'a OnceCell<Box<Interior>>, t: DoubleDouble) -> &'a Interior {
         let mut interior = first.get_or_init(|| {
             let segment = self.first_segment();
@@ -105,7 +105,8 @@ impl<'a> Impact<'a> {
         Some(Interior { segment, impulse, integrals, next: OnceCell::new() })
     }
 
-    /// Largest force between two times, N. Without losses the force falls as it has risen, so that it is largest half way.
+    /// Largest force between two times, N. Without losses the force falls as it has risen, so that it is largest half
+    /// way.
     pub fn peak(&self, first: &'a OnceCell<Box<Interior>>, from: DoubleDouble, to: DoubleDouble) -> f64 {
         let (start, duration) = (self.outcome.start, self.outcome.duration);
         let (from, to) = ((from - start).value().max(0.0), (to - start).value().min(duration));

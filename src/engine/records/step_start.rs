@@ -1,7 +1,8 @@
 //! The start of the step under way, which the values over a step refer to.
 //!
-//! What no event has moved within the step is still on the closed form that it was on when the step began, and is evaluated there.
-//! Only what an event is about to move is recorded before, so that a step costs what happens in it, not the number of balls.
+//! What no event has moved within the step is still on the closed form that it was on when the step began, and is
+//! evaluated there. Only what an event is about to move is recorded before, so that a step costs what happens in it,
+//! not the number of balls.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,8 +1,8 @@
 //! Rigid balls in sustained contact: they move as one body, and each contact transmits the force that this takes.
 //!
-//! The sum of the members' equations is one oscillator, with the mean of their frequencies squared, of their decays and of the
-//! accelerations by the inputs, all weighted with the masses. What a member's own pendulum, drag and inputs do beyond that is up to
-//! the contacts: with the balls up to contact j on its left
+//! The sum of the members' equations is one oscillator, with the mean of their frequencies squared, of their decays and
+//! of the accelerations by the inputs, all weighted with the masses. What a member's own pendulum, drag and inputs do
+//! beyond that is up to the contacts: with the balls up to contact j on its left
 //!
 //! ```text
 //! F_j = sum m_i (f_i - f) - sum m_i (omega_i^2 - Omega^2) x_i - 2 sum m_i (gamma_i - Gamma) v
@@ -60,13 +60,14 @@ pub(crate) fn acceleration_rounding(ball: &Ball, age: f64) -> f64 {
 }
 
 impl Body {
-    /// The body of `balls`, which are in flight, all of them anchored at `anchor` and of the same velocity then; neighbours would
-    /// approach each other with the accelerations `approach` (m/s2), known to within `rounding`, if they did not touch.
+    /// The body of `balls`, which are in flight, all of them anchored at `anchor` and of the same velocity then;
+    /// neighbours would approach each other with the accelerations `approach` (m/s2), known to within `rounding`, if
+    /// they did not touch.
     pub fn new(balls: &[Ball], approach: &[f64], rounding: f64, anchor: DoubleDouble) -> Self {
         let first = &balls[0];
         let (o, v) = (&first.oscillator, first.flight.v);
-        // Differences to the first ball, so that what is the same for all is exactly that: omega squared, gamma, and the
-        // acceleration by inputs and gravity with its derivatives.
+        // Differences to the first ball, so that what is the same for all is exactly that: omega squared, gamma, and
+        // the acceleration by inputs and gravity with its derivatives.
         let mut pull = 0.0;
         let differences = balls.iter().enumerate().map(|(i, ball)| {
             if i > 0 {
@@ -221,7 +222,8 @@ impl Constraint {
         peak
     }
 
-    /// The largest maximum of the force between two times (s after the anchor), each at most one to a panel, N; 0 if there is none.
+    /// The largest maximum of the force between two times (s after the anchor), each at most one to a panel, N; 0 if
+    /// there is none.
     fn largest_maximum(&self, from: f64, to: f64, panels: usize) -> f64 {
         let rate = |tau: f64| -self.tension(tau)[1];
         let node = |panel: usize| from + (to - from) * panel as f64 / panels as f64;
@@ -234,7 +236,8 @@ impl Constraint {
         largest
     }
 
-    /// The motion of an underdamped body in two parts, and the amplitude of the force by its free swing at the anchor, N.
+    /// The motion of an underdamped body in two parts, and the amplitude of the force by its free swing at the anchor,
+    /// N.
     fn swing(&self) -> Option<(Steady, f64)> {
         let (o, flight) = (&self.oscillator, &self.flight);
         let acceleration = flight.acceleration(o, 0.0, 0.0, flight.v);
@@ -252,8 +255,8 @@ impl Constraint {
         self.stiffness == 0.0 && self.drag == 0.0 && degree(&self.load) == 0
     }
 
-    /// When, from `from` on, the force would pull by more than rounding; with at most so many evaluations as are `allowed`, which
-    /// counts them down.
+    /// When, from `from` on, the force would pull by more than rounding; with at most so many evaluations as are
+    /// `allowed`, which counts them down.
     pub fn forecast(&self, from: DoubleDouble, allowed: &mut u32) -> Next<DoubleDouble> {
         let start = (from - self.anchor).value();
         if self.at(start)[0] > 0.0 {

@@ -1,13 +1,14 @@
 //! What becomes of the velocities of rigid balls that touch, at one instant: impacts of two balls, one after the other.
 //!
-//! The pair that approaches fastest is first. Pairs that approach as fast and share no ball are next in any order, which makes no
-//! difference. Those that share balls collide jointly: all approach speeds of the run reverse by the coefficient of restitution
-//! e at once (Newton's law for simultaneous impacts), so that relative to the centre of mass of the run every velocity is
-//! multiplied by -e, and mirrored starts have mirrored outcomes.
+//! The pair that approaches fastest is first. Pairs that approach as fast and share no ball are next in any order,
+//! which makes no difference. Those that share balls collide jointly: all approach speeds of the run reverse by the
+//! coefficient of restitution e at once (Newton's law for simultaneous impacts), so that relative to the centre of mass
+//! of the run every velocity is multiplied by -e, and mirrored starts have mirrored outcomes.
 //!
-//! With e < 1 the sequence need not end: many balls, or a small e, lead to endless impacts with speeds that tend to 0 (inelastic
-//! collapse: McNamara and Young, Inelastic collapse and clumping in a one-dimensional granular medium, 1992). What then still
-//! approaches comes to rest against each other: it is the limit of the sequence as far as doubles can tell.
+//! With e < 1 the sequence need not end: many balls, or a small e, lead to endless impacts with speeds that tend to 0
+//! (inelastic collapse: McNamara and Young, Inelastic collapse and clumping in a one-dimensional granular medium,
+//! 1992). What then still approaches comes to rest against each other: it is the limit of the sequence as far as
+//! doubles can tell.
 
 use crate::solver::dual::Scalar;
 use crate::solver::queue::EventQueue;
@@ -40,9 +41,9 @@ pub(crate) struct Block<S> {
     mass: S,
 }
 
-/// Joins neighbours to blocks until `meet(contact, difference)`, for the mean on its left less that on its right, holds nowhere:
-/// what balls do that stick, for their velocities or their accelerations (isotonic regression by pooling adjacent violators: Barlow
-/// et al., Statistical Inference under Order Restrictions, 1972).
+/// Joins neighbours to blocks until `meet(contact, difference)`, for the mean on its left less that on its right, holds
+/// nowhere: what balls do that stick, for their velocities or their accelerations (isotonic regression by pooling
+/// adjacent violators: Barlow et al., Statistical Inference under Order Restrictions, 1972).
 pub(crate) fn pool<S: Scalar>(masses: &[S], values: &[S], meet: impl Fn(usize, S) -> bool) -> Vec<Block<S>> {
     let mut blocks: Vec<Block<S>> = Vec::with_capacity(masses.len());
     for (i, (mass, value)) in masses.iter().zip(values).enumerate() {
@@ -57,8 +58,9 @@ pub(crate) fn pool<S: Scalar>(masses: &[S], values: &[S], meet: impl Fn(usize, S
     blocks
 }
 
-/// The impacts of a run of touching balls with these masses (kg) and velocities (m/s), which become those after them, for the
-/// coefficient of restitution `e`. Approach speeds up to `unresolved` (m/s) come to rest, and differ no more than rounding does.
+/// The impacts of a run of touching balls with these masses (kg) and velocities (m/s), which become those after them,
+/// for the coefficient of restitution `e`. Approach speeds up to `unresolved` (m/s) come to rest, and differ no more
+/// than rounding does.
 pub(crate) fn collide<S: Scalar>(masses: &[S], v: &mut [S], e: S, unresolved: f64, rounding: f64) -> Outcome<S> {
     let mut outcome = Outcome { impacts: Vec::new(), loss: S::default() };
     if e.value() > 0.0 || e.tangent() != 0.0 {
@@ -68,16 +70,16 @@ pub(crate) fn collide<S: Scalar>(masses: &[S], v: &mut [S], e: S, unresolved: f6
     outcome
 }
 
-/// For each ball with `e < 1`, and in all with elastic balls: far beyond what mass ratios of everyday take. More of them resolve
-/// longer sequences, fewer end inelastic collapse sooner (`inelastic_collapse_has_an_end`).
+/// For each ball with `e < 1`, and in all with elastic balls: far beyond what mass ratios of everyday take. More of
+/// them resolve longer sequences, fewer end inelastic collapse sooner (`inelastic_collapse_has_an_end`).
 const INELASTIC_IMPACTS: usize = 1000;
 const ELASTIC_IMPACTS: usize = 1_000_000;
 
 /// The sequence of impacts, as long as any pair approaches faster than `unresolved`.
 fn sequence<S: Scalar>(masses: &[S], v: &mut [S], e: S, unresolved: f64, rounding: f64, outcome: &mut Outcome<S>) {
     let (balls, contacts) = (masses.len(), masses.len() - 1);
-    // After these approaching balls stick. Elastic impacts have an end (Galperin, On systems of locally interacting and repelling
-    // particles, 1981), though mass ratios can put it far off.
+    // After these approaching balls stick. Elastic impacts have an end (Galperin, On systems of locally interacting and
+    // repelling particles, 1981), though mass ratios can put it far off.
     let most = if e.value() < 1.0 { INELASTIC_IMPACTS * balls } else { ELASTIC_IMPACTS + balls * balls };
     // The fastest approach is the earliest entry.
     let mut queue = EventQueue::new(contacts);

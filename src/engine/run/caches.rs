@@ -1,5 +1,5 @@
-//! What has been computed and could be computed again. None of it is state, except how far a look ahead has come: later looks go
-//! on from there.
+//! What has been computed and could be computed again. None of it is state, except how far a look ahead has come: later
+//! looks go on from there.
 
 use std::cell::{Cell, OnceCell, RefCell};
 
@@ -8,7 +8,8 @@ use crate::engine::pair_impact::Interior;
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 
-/// Everything that a run keeps of what it has computed for those who ask. `R` is the run, which these caches are a part of.
+/// Everything that a run keeps of what it has computed for those who ask. `R` is the run, which these caches are a part
+/// of.
 #[derive(Debug)]
 pub(crate) struct Caches<R> {
     /// A ball each: its state when it was last asked for.
@@ -33,8 +34,8 @@ pub(crate) struct KnownState {
     pub basis: Option<[f64; 3]>,
 }
 
-/// What has been seen of the future. It is good until the inputs change. The copy stands at most at the first onset that the run
-/// has yet to come to.
+/// What has been seen of the future. It is good until the inputs change. The copy stands at most at the first onset
+/// that the run has yet to come to.
 #[derive(Clone, Debug)]
 pub(crate) struct LookAhead<R> {
     /// A copy of the run that has gone ahead on the same trajectory.

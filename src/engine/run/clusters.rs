@@ -11,8 +11,8 @@ use crate::engine::observer::Observer;
 use crate::model::Mode;
 use crate::solver::double_double::DoubleDouble;
 
-/// Effort (see [`Engine::effort`]) of each contact of a cluster's window in a new segment, and of each evaluation of a contact
-/// force for it.
+/// Effort (see [`Engine::effort`]) of each contact of a cluster's window in a new segment, and of each evaluation of a
+/// contact force for it.
 const SEGMENT: u64 = 24;
 const EVALUATION: u64 = 2;
 
@@ -95,7 +95,8 @@ impl Engine {
         self.clusters[id].take()
     }
 
-    /// Moves the start of the cluster's segment to `t`, a time on it, and enters in the ledgers what happened till then.
+    /// Moves the start of the cluster's segment to `t`, a time on it, and enters in the ledgers what happened till
+    /// then.
     pub(crate) fn account_until(&mut self, cluster: &mut Cluster, t: DoubleDouble) {
         let tau = (t - cluster.start).value().min(cluster.length);
         if tau == 0.0 {
@@ -131,8 +132,8 @@ impl Engine {
         }
     }
 
-    /// Ends cluster `id`, if it is there, at time `t`: its members are in flight, its contacts hold their overlaps and modes.
-    /// Returns the members and the contacts of the window; empty ranges if it was not there.
+    /// Ends cluster `id`, if it is there, at time `t`: its members are in flight, its contacts hold their overlaps and
+    /// modes. Returns the members and the contacts of the window; empty ranges if it was not there.
     pub(crate) fn dissolve(&mut self, id: usize, t: DoubleDouble) -> (Range<usize>, Range<usize>) {
         let Some(mut cluster) = self.take_cluster(id, t) else { return (0..0, 0..0) };
         let (members, contacts) = (cluster.members.clone(), cluster.window_contacts());

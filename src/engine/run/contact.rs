@@ -24,7 +24,8 @@ pub(crate) enum Phase {
     Unassigned(Unassigned),
     /// Open between balls in flight, with the forecast of its onset.
     Open(Separation, Next<DoubleDouble>),
-    /// Open beside an impact of known outcome, with the overlap (m) between where its balls are at their anchors, which differ.
+    /// Open beside an impact of known outcome, with the overlap (m) between where its balls are at their anchors, which
+    /// differ.
     BesideImpact(f64),
     /// In the window of this cluster.
     Window(u32),

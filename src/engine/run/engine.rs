@@ -43,8 +43,9 @@ pub struct Engine {
     pub(crate) onsets: u64,
     /// Work so far, in units of about a tenth of a microsecond: what bounds a look ahead.
     pub(crate) effort: u64,
-    /// The run has yet to begin: rigid contacts transmit nothing and have had no onset. What balls that are pressed together
-    /// transmit depends on all of them and on the inputs: a host that couples this run to others would have to iterate for it.
+    /// The run has yet to begin: rigid contacts transmit nothing and have had no onset. What balls that are pressed
+    /// together transmit depends on all of them and on the inputs: a host that couples this run to others would have to
+    /// iterate for it.
     pub(crate) initializing: bool,
 }
 
@@ -123,8 +124,8 @@ impl Engine {
     }
 
     /// From the current time on, `inputs` act, changing with these `derivatives` by time, from the first up to order
-    /// [`MAX_INPUT_DERIVATIVE`](crate::model::MAX_INPUT_DERIVATIVE). No change of the trajectory if they are constant and act
-    /// already. The last step is over: the values over it are gone.
+    /// [`MAX_INPUT_DERIVATIVE`](crate::model::MAX_INPUT_DERIVATIVE). No change of the trajectory if they are constant
+    /// and act already. The last step is over: the values over it are gone.
     pub fn hold(&mut self, inputs: &Inputs, derivatives: &[Inputs]) -> Result<(), EngineError> {
         let constant = derivatives.is_empty() && self.inputs.derivatives.is_empty();
         if !constant || *inputs != self.inputs.values {
@@ -154,8 +155,8 @@ impl Engine {
         self.check_finite(0..self.balls.len())
     }
 
-    /// Moves the current time to `time` (s, not before the current one); `observer` is told of the pulses that finish on the way,
-    /// in the order of their release. The values "over the last step" refer to this call.
+    /// Moves the current time to `time` (s, not before the current one); `observer` is told of the pulses that finish
+    /// on the way, in the order of their release. The values "over the last step" refer to this call.
     pub fn advance(&mut self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
         self.advance_within(time, u64::MAX, observer)
     }
@@ -165,8 +166,8 @@ impl Engine {
         self.follow_events(time, u64::MAX, observer)
     }
 
-    /// Like [`Self::advance`], but stops short before an event once it has spent this `effort`, in units of about a tenth of a
-    /// microsecond; [`Self::time`] says where. The trajectory does not depend on it.
+    /// Like [`Self::advance`], but stops short before an event once it has spent this `effort`, in units of about a
+    /// tenth of a microsecond; [`Self::time`] says where. The trajectory does not depend on it.
     pub fn advance_within(&mut self, time: f64, effort: u64, observer: &mut dyn Observer) -> Result<(), EngineError> {
         self.step.begin(self.time);
         self.follow_events(time, effort, observer)
@@ -251,7 +252,8 @@ mod tests {
     use crate::engine::observer::Unrecorded;
     use crate::model::{ContactModel, DampingLaw, Inputs, Parameters, Results};
 
-    /// What each method is there for: parameters, the force that presses the outer balls together (N), and the time to follow it (s).
+    /// What each method is there for: parameters, the force that presses the outer balls together (N), and the time to
+    /// follow it (s).
     fn scenes() -> Vec<(Method, Parameters, f64, f64)> {
         let row = |n: usize| Parameters { dead_band: 0.0, ..Parameters::default_for(n) };
         let at_rest = |n: usize| Parameters { x_start: vec![0.0; n], ..row(n) };
@@ -278,8 +280,8 @@ mod tests {
         ]
     }
 
-    /// With any of the methods left out the others come to the same, which is that they are right: they share no equation of the motion
-    /// in contact.
+    /// With any of the methods left out the others come to the same, which is that they are right: they share no
+    /// equation of the motion in contact.
     #[test]
     fn each_method_can_do_without_the_others() {
         for (own, p, force, end) in scenes() {

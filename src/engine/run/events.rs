@@ -14,8 +14,8 @@ use crate::solver::double_double::DoubleDouble;
 /// Effort (see [`Engine::effort`]) of an event.
 const EVENT: u64 = 8;
 
-/// Events that one impact can bring about without any progress of time, and the same for each ball: beyond that a run has
-/// stalled. Fewer would stop runs that go on (`tests/rust/stiff.rs`), more only delay the error.
+/// Events that one impact can bring about without any progress of time, and the same for each ball: beyond that a run
+/// has stalled. Fewer would stop runs that go on (`tests/rust/stiff.rs`), more only delay the error.
 const EVENTS_AT_ONCE: usize = 100;
 const EVENTS_AT_ONCE_OF_A_BALL: usize = 20;
 
@@ -56,8 +56,8 @@ impl Engine {
         cluster.and_then(|cluster| cluster.switch).map_or(key, |(contact, _)| contact)
     }
 
-    /// Contact `i` closes at time `t`: the clusters that its balls belong to or border on become one, with the contacts of
-    /// `range`, which have left theirs.
+    /// Contact `i` closes at time `t`: the clusters that its balls belong to or border on become one, with the contacts
+    /// of `range`, which have left theirs.
     pub(crate) fn close(&mut self, i: usize, t: DoubleDouble, range: Range<usize>, observer: &mut dyn Observer) {
         let closed = |engine: &Self, j: &usize| engine.contacts[*j].is_closed();
         let mut members = range.clone().find(|j| closed(self, j)).map_or(i, |first| first.min(i))
@@ -134,7 +134,8 @@ impl Engine {
         self.count_event();
     }
 
-    /// Forms clusters of what is closed among the contacts of `range` and lets the others fly. None of them is in a cluster.
+    /// Forms clusters of what is closed among the contacts of `range` and lets the others fly. None of them is in a
+    /// cluster.
     pub(crate) fn form(&mut self, range: Range<usize>, t: DoubleDouble) {
         let closed = |engine: &Self, i: usize| i < range.end && engine.contacts[i].is_closed();
         let mut i = range.start;
@@ -176,7 +177,8 @@ impl Engine {
         self.forecast(i, t);
     }
 
-    /// Looks from `t` on for the next onset of contact `i`, whose balls are in flight, or for the end of its constraint.
+    /// Looks from `t` on for the next onset of contact `i`, whose balls are in flight, or for the end of its
+    /// constraint.
     pub(crate) fn forecast(&mut self, i: usize, t: DoubleDouble) {
         let mut allowed = EVALUATIONS;
         let (found, forecast) = match &mut self.contacts[i].phase {
@@ -223,7 +225,8 @@ mod tests {
     use super::*;
     use crate::model::{Inputs, Parameters};
 
-    /// Free balls whose drag ends every motion sooner than the clock can tell, under a force that grows: forecasts still get on.
+    /// Free balls whose drag ends every motion sooner than the clock can tell, under a force that grows: forecasts
+    /// still get on.
     #[test]
     fn drag_beyond_all_measure_costs_little() {
         let mut parameters = Parameters::default_for(3);

@@ -12,8 +12,8 @@ use crate::model::Mode;
 use crate::solver::double_double::DoubleDouble;
 
 impl Engine {
-    /// Begins the closing of contact `i` at `t` as an impact of known outcome, if it is one: two balls that are in flight, and
-    /// stay clear of their neighbours until the impact is over.
+    /// Begins the closing of contact `i` at `t` as an impact of known outcome, if it is one: two balls that are in
+    /// flight, and stay clear of their neighbours until the impact is over.
     pub(crate) fn begin_impact(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) -> bool {
         let neighbours = i.saturating_sub(1)..(i + 3).min(self.balls.len());
         let regime = |ball: usize| self.balls[ball].regime;
@@ -61,7 +61,8 @@ impl Engine {
         Some(Impact { contact: i, outcome, balls: &self.balls, laws: &self.cradle.contacts, control: &self.control })
     }
 
-    /// The outcome of the impact in contact `i`, which is over or given up: the contact is unassigned, with this overlap (m) and mode.
+    /// The outcome of the impact in contact `i`, which is over or given up: the contact is unassigned, with this
+    /// overlap (m) and mode.
     fn take_impact(&mut self, i: usize, overlap: f64, mode: Mode) -> Option<PairImpact> {
         let Phase::Impact(impact) = &mut self.contacts[i].phase else { return None };
         let impact = impact.take();
@@ -70,8 +71,8 @@ impl Engine {
         impact
     }
 
-    /// Whether the open contact `j` provably stays open from `t` on until the impacts of its balls are over: the impact about
-    /// to begin, given for the ball that it moves, and one that may be under way for the other.
+    /// Whether the open contact `j` provably stays open from `t` on until the impacts of its balls are over: the impact
+    /// about to begin, given for the ball that it moves, and one that may be under way for the other.
     fn stays_open(&self, j: usize, t: DoubleDouble, left: Option<&PairImpact>, right: Option<&PairImpact>) -> bool {
         let under_way = |ball: usize| match self.balls[ball].regime {
             Regime::Impact(contact) => self.contacts[contact as usize].impact(),
@@ -130,7 +131,8 @@ impl Engine {
         }
     }
 
-    /// Moves the anchor of ball `i`, in flight, to `t`. Contacts that wait for the end of an impact refer to the anchors.
+    /// Moves the anchor of ball `i`, in flight, to `t`. Contacts that wait for the end of an impact refer to the
+    /// anchors.
     pub(crate) fn reanchor(&mut self, i: usize, t: DoubleDouble) {
         if self.balls[i].anchor == t {
             return;
@@ -140,8 +142,8 @@ impl Engine {
         self.shift_contacts(i, displacement);
     }
 
-    /// Contacts of ball `i` beside an impact follow its anchor, which has moved by this displacement (m): the overlap between the
-    /// anchors of their balls changes.
+    /// Contacts of ball `i` beside an impact follow its anchor, which has moved by this displacement (m): the overlap
+    /// between the anchors of their balls changes.
     fn shift_contacts(&mut self, i: usize, displacement: f64) {
         for j in i.saturating_sub(1)..(i + 1).min(self.contacts.len()) {
             if let Phase::BesideImpact(overlap) = &mut self.contacts[j].phase {
@@ -150,8 +152,8 @@ impl Engine {
         }
     }
 
-    /// Gives the known outcome of contact `i` up at `t`, within its impact: the impact is followed from its onset to `t` like
-    /// any other, and left there with its balls in flight and its contact closed.
+    /// Gives the known outcome of contact `i` up at `t`, within its impact: the impact is followed from its onset to
+    /// `t` like any other, and left there with its balls in flight and its contact closed.
     pub(crate) fn break_impact(&mut self, i: usize, t: DoubleDouble) {
         self.before_move(i, t);
         self.before_move(i + 1, t);

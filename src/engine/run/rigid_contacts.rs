@@ -1,13 +1,13 @@
 //! The events of rigid contacts: impacts of balls that touch, sustained contacts, and their end.
 //!
-//! An onset is an impact without duration (`restitution`). All balls that touch at that moment, as far as their positions are
-//! known, take part. Afterwards neighbours without relative velocity that are pressed together are held by a [`Constraint`] and
-//! move as one body; those that are not fly on, be it side by side.
+//! An onset is an impact without duration (`restitution`). All balls that touch at that moment, as far as their
+//! positions are known, take part. Afterwards neighbours without relative velocity that are pressed together are held
+//! by a [`Constraint`] and move as one body; those that are not fly on, be it side by side.
 //!
-//! Chatter has an end where doubles do: an approach whose rebound would stay lower than the rounding of the positions, or that is
-//! itself below the rounding of the velocities, comes to rest, and so does every approach once hundreds of impacts have followed
-//! each other at what the clock shows as the same time. A contact that has chattered for very many impacts in a row comes to
-//! rest sooner. The energy that this takes is a loss of the impact.
+//! Chatter has an end where doubles do: an approach whose rebound would stay lower than the rounding of the positions,
+//! or that is itself below the rounding of the velocities, comes to rest, and so does every approach once hundreds of
+//! impacts have followed each other at what the clock shows as the same time. A contact that has chattered for very
+//! many impacts in a row comes to rest sooner. The energy that this takes is a loss of the impact.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -28,9 +28,9 @@ use crate::solver::oscillator::Oscillator;
 /// How much faster than the rounding of the velocities an approach must be.
 const RESOLVED: f64 = 16.0;
 
-/// Bounces of a contact in a row, each shorter than [`RAPID`], after which the next one is the last: those of elastic balls pressed
-/// together, which nothing but drag brings to rest, become shorter by the same factor in every second, and end in rounding after
-/// billions.
+/// Bounces of a contact in a row, each shorter than [`RAPID`], after which the next one is the last: those of elastic
+/// balls pressed together, which nothing but drag brings to rest, become shorter by the same factor in every second,
+/// and end in rounding after billions.
 const MANY: u64 = 1 << 16;
 
 impl Engine {
@@ -96,8 +96,9 @@ impl Engine {
         self.go_on(group, t, constraints, observer);
     }
 
-    /// The balls of the contacts `group` touch: their positions, which know of the overlaps to within rounding only, are made to
-    /// agree with that, so that no difference builds up over many impacts. The energy that this takes counts as lost.
+    /// The balls of the contacts `group` touch: their positions, which know of the overlaps to within rounding only,
+    /// are made to agree with that, so that no difference builds up over many impacts. The energy that this takes
+    /// counts as lost.
     fn align(&mut self, group: Range<usize>) {
         let balls = &mut self.balls[group.start..group.end + 1];
         let clearances = self.cradle.contacts[group.clone()].iter().map(|law| law.clearance);
@@ -113,8 +114,8 @@ impl Engine {
         }
     }
 
-    /// Enters the impacts at `t` in the ledgers of the contacts, counted from `first`: pulses without duration, but for the last
-    /// one of a contact that lasts, one of `constraints`.
+    /// Enters the impacts at `t` in the ledgers of the contacts, counted from `first`: pulses without duration, but for
+    /// the last one of a contact that lasts, one of `constraints`.
     fn enter(
         &mut self,
         impacts: &[Impact<f64>],
@@ -173,8 +174,8 @@ impl Engine {
         rounding.fold(Rounding::default(), Rounding::max)
     }
 
-    /// Separates the balls of the contacts `group`, which no constraint leads out of, at `t`: the balls are in flight and anchored
-    /// then, their contacts are unassigned, and press where there was a constraint.
+    /// Separates the balls of the contacts `group`, which no constraint leads out of, at `t`: the balls are in flight
+    /// and anchored then, their contacts are unassigned, and press where there was a constraint.
     pub(crate) fn separate(&mut self, group: Range<usize>, t: DoubleDouble) {
         (group.start..group.end + 1).for_each(|i| self.before_move(i, t));
         let beside = group.start.saturating_sub(1)..(group.end + 1).min(self.contacts.len());
@@ -222,15 +223,15 @@ impl Engine {
         (t - DoubleDouble::from(self.inputs.since)).value()
     }
 
-    /// Joins balls that press each other at `t` to bodies and lets the others fly, for the contacts `group`, which have been
-    /// separated, and those beside them.
+    /// Joins balls that press each other at `t` to bodies and lets the others fly, for the contacts `group`, which have
+    /// been separated, and those beside them.
     pub(crate) fn settle(&mut self, group: Range<usize>, t: DoubleDouble, keep: Keep, observer: &mut dyn Observer) {
         let constraints = self.join_where_pressed(group.clone(), t, keep);
         self.go_on(group, t, constraints, observer);
     }
 
-    /// Where balls of `group` press each other at `t` they move as bodies from then on. Returns the constraint of each contact
-    /// that has one.
+    /// Where balls of `group` press each other at `t` they move as bodies from then on. Returns the constraint of each
+    /// contact that has one.
     fn join_where_pressed(&mut self, group: Range<usize>, t: DoubleDouble, keep: Keep) -> Vec<Option<Constraint>> {
         let mut constraints = vec![None; group.len()];
         let mut first = group.start;
@@ -287,8 +288,8 @@ impl Engine {
         left.v == right.v && self.contacts[j].overlap() >= -self.rounding(j..j + 2).position
     }
 
-    /// Makes bodies of the balls of the contacts `run`, which touch without relative velocity, where they press each other.
-    /// Enters what holds them together in `constraints`.
+    /// Makes bodies of the balls of the contacts `run`, which touch without relative velocity, where they press each
+    /// other. Enters what holds them together in `constraints`.
     fn press(&mut self, run: Range<usize>, t: DoubleDouble, keep: Keep, constraints: &mut [Option<Constraint>]) {
         let balls = &self.balls[run.start..run.end + 1];
         let masses: Vec<f64> = balls.iter().map(|ball| ball.mass).collect();

@@ -1,8 +1,8 @@
 //! A run as plain data, from which it goes on with the same bits.
 //!
-//! A snapshot holds what the run so far has left behind: anchors, overlaps, forecasts, sums. Whatever follows from these, the
-//! motion of clusters and the outcome of impacts, is computed anew, by the same operations as before. What no run can have left
-//! behind is refused.
+//! A snapshot holds what the run so far has left behind: anchors, overlaps, forecasts, sums. Whatever follows from
+//! these, the motion of clusters and the outcome of impacts, is computed anew, by the same operations as before. What
+//! no run can have left behind is refused.
 
 use std::ops::Range;
 
@@ -103,8 +103,8 @@ impl Engine {
         }
     }
 
-    /// The run that left `snapshot` behind, with the parameters that acted then and the start time (s). After a failed step
-    /// (`failed`) its values may be anything, for it can only be looked at.
+    /// The run that left `snapshot` behind, with the parameters that acted then and the start time (s). After a failed
+    /// step (`failed`) its values may be anything, for it can only be looked at.
     pub fn restore(parameters: &Parameters, start: f64, snapshot: Snapshot, failed: bool) -> Result<Self, Unsound> {
         let Snapshot { run, copy, found } = snapshot;
         let engine = Self::rebuild(parameters, start, run, failed)?;

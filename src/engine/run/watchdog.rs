@@ -4,9 +4,9 @@ use crate::engine::error::EngineError;
 use crate::engine::observer::{Observer, Progress};
 use crate::solver::double_double::DoubleDouble;
 
-/// Watches a call of [`advance`](super::Engine::advance): tells how far it has come, and gives up where events and searches follow
-/// each other so fast that at this rate the end of the step would not be reached in days: the values of a cradle may be any numbers
-/// above 0.
+/// Watches a call of [`advance`](super::Engine::advance): tells how far it has come, and gives up where events and
+/// searches follow each other so fast that at this rate the end of the step would not be reached in days: the values of
+/// a cradle may be any numbers above 0.
 pub(super) struct Watchdog {
     until: DoubleDouble,
     /// Effort from one look at the clock to the next.
@@ -31,8 +31,8 @@ struct Look {
 impl Watchdog {
     /// Effort (see [`Engine::effort`](super::Engine)) from one report to the next: some milliseconds.
     const REPORT: u64 = 50_000;
-    /// Effort from one look at the clock to the next, and how much more for each contact: a single wave through a long cradle tells
-    /// nothing of what comes after it. How much of it to the end is hopeless, and for how many looks.
+    /// Effort from one look at the clock to the next, and how much more for each contact: a single wave through a long
+    /// cradle tells nothing of what comes after it. How much of it to the end is hopeless, and for how many looks.
     const LOOK: u64 = 1 << 22;
     const LOOK_OF_A_CONTACT: u64 = 1 << 12;
     const HOPELESS: f64 = 1e12;

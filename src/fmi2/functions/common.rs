@@ -1,4 +1,5 @@
-//! Functions common to all kinds of FMUs: versions, creating and freeing components, logging, and the way through the phases.
+//! Functions common to all kinds of FMUs: versions, creating and freeing components, logging, and the way through the
+//! phases.
 
 use std::ffi::CStr;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -23,7 +24,8 @@ pub extern "C" fn fmi2GetVersion() -> fmi2String {
 }
 
 /// Creates an instance. NULL, with a line in the log, if the GUID is not that of the description that belongs to this
-/// binary and the FMU's resources, if the resources are damaged, or if this is to be neither co-simulation nor model exchange.
+/// binary and the FMU's resources, if the resources are damaged, or if this is to be neither co-simulation nor model
+/// exchange.
 ///
 /// # Safety
 /// See the [module](crate::fmi2).
@@ -94,7 +96,8 @@ export! {
     fn fmi2Reset() as Reset |instance| instance.reset();
 }
 
-/// The kind of instance asked for, the start values of the FMU whose description has this GUID, and the GUID; or why there are none.
+/// The kind of instance asked for, the start values of the FMU whose description has this GUID, and the GUID; or why
+/// there are none.
 fn settings(name: &CStr, kind: fmi2Type, guid: &CStr, location: &CStr) -> Result<(Kind, Settings, String), String> {
     if name.is_empty() {
         return Err("instanceName is missing or empty; allowed: any other text".to_owned());

@@ -8,8 +8,8 @@ use crate::instance::Refusal;
 export! {
     /// Enters Event Mode.
     fn fmi2EnterEventMode() as EnterEventMode |instance| instance.enter_event_mode();
-    /// Handles all that is due: contacts close and open, and are followed to their end, as `exchange.contacts` says. An event with
-    /// nothing due changes nothing.
+    /// Handles all that is due: contacts close and open, and are followed to their end, as `exchange.contacts` says. An
+    /// event with nothing due changes nothing.
     fn fmi2NewDiscreteStates(eventInfo: *mut fmi2EventInfo) as NewDiscreteStates |instance| {
         let [place] = array_mut("eventInfo", eventInfo, 1)? else { return Ok(()) };
         let Update { changed, next } = instance.new_discrete_states()?;
@@ -25,7 +25,8 @@ export! {
     };
     /// Enters Continuous-Time Mode.
     fn fmi2EnterContinuousTimeMode() as EnterContinuousTimeMode |instance| instance.enter_continuous_time_mode();
-    /// The end of a step of the host's solver; asks for Event Mode where an indicator has changed its sign. Never ends a run.
+    /// The end of a step of the host's solver; asks for Event Mode where an indicator has changed its sign. Never ends
+    /// a run.
     fn fmi2CompletedIntegratorStep(
         _noSetFMUStatePriorToCurrentPoint: fmi2Boolean, enterEventMode: *mut fmi2Boolean, terminateSimulation: *mut fmi2Boolean
     ) as CompletedIntegratorStep |instance| {

@@ -1,9 +1,9 @@
-//! The exported functions, in the groups of the standard. Each takes its arguments apart and hands the rest to the instance, by
-//! the guard in `ffi`.
+//! The exported functions, in the groups of the standard. Each takes its arguments apart and hands the rest to the
+//! instance, by the guard in `ffi`.
 
-/// Exports functions of a component: `fn name(arguments) as Call |instance| body` is the function `name` of the standard, which is
-/// legal where [`Call`](crate::instance::Call) says so and answers what becomes of `body`. What `body` takes for granted are the
-/// host's promises, see the [module](crate::fmi2).
+/// Exports functions of a component: `fn name(arguments) as Call |instance| body` is the function `name` of the
+/// standard, which is legal where [`Call`](crate::instance::Call) says so and answers what becomes of `body`. What
+/// `body` takes for granted are the host's promises, see the [module](crate::fmi2).
 macro_rules! export {
     ($($(#[$doc:meta])* fn $name:ident($($argument:ident: $type:ty),*) as $call:ident |$instance:pat_param| $body:expr;)*) => {$(
         $(#[$doc])*

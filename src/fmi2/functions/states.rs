@@ -14,13 +14,13 @@ export! {
     fn fmi2SerializedFMUstateSize(FMUstate: fmi2FMUstate, size: *mut usize) as State |_| {
         ffi::serialized_size(FMUstate, size)
     };
-    /// Writes a state as bytes that any process with this FMU can read. `size` must be what [`fmi2SerializedFMUstateSize`]
-    /// answered.
+    /// Writes a state as bytes that any process with this FMU can read. `size` must be what
+    /// [`fmi2SerializedFMUstateSize`] answered.
     fn fmi2SerializeFMUstate(FMUstate: fmi2FMUstate, serializedState: *mut fmi2Byte, size: usize) as State |_| {
         ffi::serialize(FMUstate, serializedState.cast(), size, "fmi2SerializedFMUstateSize")
     };
-    /// Makes a state of the bytes that [`fmi2SerializeFMUstate`] wrote, also in another process. Damaged, foreign and newer bytes
-    /// are refused, and `*FMUstate` is left as it is; where it is not NULL its memory is used again.
+    /// Makes a state of the bytes that [`fmi2SerializeFMUstate`] wrote, also in another process. Damaged, foreign and
+    /// newer bytes are refused, and `*FMUstate` is left as it is; where it is not NULL its memory is used again.
     fn fmi2DeSerializeFMUstate(serializedState: *const fmi2Byte, size: usize, FMUstate: *mut fmi2FMUstate) as State |instance| {
         ffi::deserialize(instance, serializedState.cast(), size, FMUstate)
     };

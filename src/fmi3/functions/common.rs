@@ -30,8 +30,8 @@ export! {
     fn fmi3ExitInitializationMode() as ExitInitializationMode |instance| instance.exit_initialization();
     /// Enters Event Mode: the clocks of the first thing that has happened since are active.
     fn fmi3EnterEventMode() as EnterEvents |instance| instance.enter_events();
-    /// The host has taken part in the event of the active clocks. If more has happened, the clocks of the next one are active now, and
-    /// the host is to call this function again.
+    /// The host has taken part in the event of the active clocks. If more has happened, the clocks of the next one are
+    /// active now, and the host is to call this function again.
     fn fmi3UpdateDiscreteStates(
         discreteStatesNeedUpdate: *mut fmi3Boolean, terminateSimulation: *mut fmi3Boolean,
         nominalsOfContinuousStatesChanged: *mut fmi3Boolean, valuesOfContinuousStatesChanged: *mut fmi3Boolean,

@@ -10,8 +10,9 @@ export! {
     fn fmi3EnterStepMode() as EnterStepMode |instance| { instance.enter_step_mode(); Ok(()) };
 }
 
-/// Steps from `currentCommunicationPoint` by `communicationStepSize` > 0, in s. Where the host takes part in events and lets steps end
-/// early, the step ends at the first onset or release; where it wants to be called within a step, it is called at each of them.
+/// Steps from `currentCommunicationPoint` by `communicationStepSize` > 0, in s. Where the host takes part in events and
+/// lets steps end early, the step ends at the first onset or release; where it wants to be called within a step, it is
+/// called at each of them.
 ///
 /// # Safety
 /// See the [module](crate::fmi3).

@@ -40,16 +40,17 @@ macro_rules! weighted {
 }
 
 weighted! {
-    /// Derivatives of the unknowns along the direction in which the knowns change by `seed`. In Initialization Mode the unknowns are
-    /// real outputs and calculated parameters, the knowns real parameters and inputs; later outputs and inputs, as `derivatives.of`
-    /// says.
+    /// Derivatives of the unknowns along the direction in which the knowns change by `seed`. In Initialization Mode the
+    /// unknowns are real outputs and calculated parameters, the knowns real parameters and inputs; later outputs and
+    /// inputs, as `derivatives.of` says.
     fn fmi3GetDirectionalDerivative = Instance::directional;
     /// The same derivatives, summed over the unknowns with the weights `seed`, by each known.
     fn fmi3GetAdjointDerivative = Instance::adjoint;
 }
 
 export! {
-    /// Derivatives of real outputs by time, of order 1 to 3: 0 for what changes only at events and communication points.
+    /// Derivatives of real outputs by time, of order 1 to 3: 0 for what changes only at events and communication
+    /// points.
     fn fmi3GetOutputDerivatives(
         valueReferences: *const fmi3ValueReference, nValueReferences: usize, orders: *const fmi3Int32, values: *mut fmi3Float64,
         nValues: usize,

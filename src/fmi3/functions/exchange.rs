@@ -6,7 +6,8 @@ use crate::fmi3::types::*;
 export! {
     /// From events to integration.
     fn fmi3EnterContinuousTimeMode() as EnterContinuousTimeMode |instance| instance.enter_continuous_time_mode();
-    /// The end of a step of the host's solver; asks for Event Mode where an indicator has changed its sign. Never ends a run.
+    /// The end of a step of the host's solver; asks for Event Mode where an indicator has changed its sign. Never ends
+    /// a run.
     fn fmi3CompletedIntegratorStep(
         _noSetFMUStatePriorToCurrentPoint: fmi3Boolean, enterEventMode: *mut fmi3Boolean, terminateSimulation: *mut fmi3Boolean,
     ) as CompletedIntegratorStep |instance| {
@@ -16,7 +17,8 @@ export! {
     };
     /// Sets the time, s, at least that of the last event.
     fn fmi3SetTime(time: fmi3Float64) as SetTimeOfExchange |instance| instance.set_time_of_exchange(time);
-    /// Sets the continuous states, all of them finite: the elements of `q`, `v`, `impulse`, `E_dissipated` and `W_external`.
+    /// Sets the continuous states, all of them finite: the elements of `q`, `v`, `impulse`, `E_dissipated` and
+    /// `W_external`.
     fn fmi3SetContinuousStates(continuousStates: *const fmi3Float64, nContinuousStates: usize) as SetContinuousStates |instance| {
         instance.set_array_states(array("continuousStates", continuousStates, nContinuousStates)?)
     };

@@ -16,8 +16,8 @@ pub extern "C" fn fmi3GetVersion() -> fmi3String {
     c"3.0".as_ptr()
 }
 
-/// Creates an instance for co-simulation. NULL, with a line in the log if it is on, if the token is not that of the description that
-/// belongs to this binary and the FMU's resources, or if the resources are damaged.
+/// Creates an instance for co-simulation. NULL, with a line in the log if it is on, if the token is not that of the
+/// description that belongs to this binary and the FMU's resources, or if the resources are damaged.
 ///
 /// # Safety
 /// See the [module](crate::fmi3).

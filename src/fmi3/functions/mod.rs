@@ -1,8 +1,9 @@
-//! The exported functions, in groups. Each takes its arguments apart and hands the rest to the instance, by the guard in `ffi`.
+//! The exported functions, in groups. Each takes its arguments apart and hands the rest to the instance, by the guard
+//! in `ffi`.
 
-/// Exports functions of an instance: `fn name(arguments) as Call |instance| body` is the function `name` of the standard, which is
-/// legal where [`Call`](crate::instance::Call) says so and answers what becomes of `body`. What `body` takes for granted are the
-/// host's promises, see the [module](crate::fmi3).
+/// Exports functions of an instance: `fn name(arguments) as Call |instance| body` is the function `name` of the
+/// standard, which is legal where [`Call`](crate::instance::Call) says so and answers what becomes of `body`. What
+/// `body` takes for granted are the host's promises, see the [module](crate::fmi3).
 macro_rules! export {
     ($($(#[$doc:meta])* fn $name:ident($($argument:ident: $type:ty),* $(,)?) as $call:ident |$instance:pat_param| $body:expr;)*) => {$(
         $(#[$doc])*
@@ -21,7 +22,8 @@ macro_rules! export {
     )*};
 }
 
-/// Exports functions that the FMU does not offer, with the reason. A call that asks for none, by the condition at its end, is fine.
+/// Exports functions that the FMU does not offer, with the reason. A call that asks for none, by the condition at its
+/// end, is fine.
 macro_rules! refuse {
     ($reason:literal: $($(#[$doc:meta])* fn $name:ident as $call:ident($($argument:ident: $type:ty),* $(,)?) if $asked:expr;)*) => {
         export! {$(

@@ -51,8 +51,8 @@ fn complete_history(hybrid: &mut Option<Hybrid>) -> Result<&mut History, Refusal
 }
 
 impl Instance {
-    /// Derivatives of outputs by time at the current time, each of its order, from 1 on. What changes only at events and
-    /// communication points has derivative 0.
+    /// Derivatives of outputs by time at the current time, each of its order, from 1 on. What changes only at events
+    /// and communication points has derivative 0.
     pub fn output_derivatives(&mut self, references: &[u32], orders: &[i32]) -> Result<Vec<f64>, Refusal> {
         let mut known: [Option<Differential>; MAX_OUTPUT_DERIVATIVE] = Default::default();
         let mut derivative = |(reference, order): (&u32, &i32)| {
@@ -69,9 +69,9 @@ impl Instance {
         references.iter().zip(orders).map(&mut derivative).collect()
     }
 
-    /// Derivatives of `unknowns` along the direction in which the `knowns` change by `direction`: in Initialization Mode those of
-    /// the start values, later those of the end of the last step along inputs that were held over it or along parameters and inputs of
-    /// the whole run, or in model exchange those of what follows from states and inputs.
+    /// Derivatives of `unknowns` along the direction in which the `knowns` change by `direction`: in Initialization
+    /// Mode those of the start values, later those of the end of the last step along inputs that were held over it or
+    /// along parameters and inputs of the whole run, or in model exchange those of what follows from states and inputs.
     pub fn directional_derivatives(
         &mut self,
         unknowns: &[u32],
@@ -105,8 +105,8 @@ impl Instance {
         unknowns.into_iter().map(|unknown| self.derivative(unknown, differential.as_ref())).collect()
     }
 
-    /// The sums of the derivatives of `unknowns`, times the weights `seed`, by each of the `knowns`. Those over a run that has a tape
-    /// are found all at once, others one known after the other.
+    /// The sums of the derivatives of `unknowns`, times the weights `seed`, by each of the `knowns`. Those over a run
+    /// that has a tape are found all at once, others one known after the other.
     pub fn adjoint_derivatives(&mut self, unknowns: &[u32], seed: &[f64], knowns: &[u32]) -> Result<Vec<f64>, Refusal> {
         if let Some(weight) = seed.iter().find(|weight| !weight.is_finite()) {
             let allowed = "any finite value".to_string();
@@ -259,7 +259,8 @@ impl Instance {
         Ok(variable)
     }
 
-    /// The derivative of `variable`, if there is one and it is finite; after a failed step it may be anything, like the values.
+    /// The derivative of `variable`, if there is one and it is finite; after a failed step it may be anything, like the
+    /// values.
     fn derivative(&self, variable: Variable, differential: Option<&Differential>) -> Result<f64, Refusal> {
         let derivative = variable.row.derivative.zip(differential);
         let derivative = derivative.map_or(f64::NAN, |(get, differential)| get(differential, variable.index));

@@ -1,5 +1,5 @@
-//! What a host asks of an [`Instance`](super::Instance) on its way through the phases: values and their derivatives, steps,
-//! integration by the host, and saved states. Each module adds methods to it.
+//! What a host asks of an [`Instance`](super::Instance) on its way through the phases: values and their derivatives,
+//! steps, integration by the host, and saved states. Each module adds methods to it.
 
 mod derivatives;
 mod exchange;

@@ -44,14 +44,14 @@ impl Instance {
 
     /// Sets real variables: all of them, or none if any of it is refused.
     ///
-    /// A value takes effect with the next step (in Initialization Mode and in model exchange: at once). Setting what is set already
-    /// is no change.
+    /// A value takes effect with the next step (in Initialization Mode and in model exchange: at once). Setting what is
+    /// set already is no change.
     pub fn set_reals(&mut self, references: &[u32], values: &[f64]) -> Result<(), Refusal> {
         self.set(references, values, Type::Real, Variable::check_real, Variable::set_real)
     }
 
-    /// Gives derivatives of inputs by time, `orders` from the first on, for the next step: all of them, or none if any of it
-    /// is refused. After that step the inputs stay at the value they reached.
+    /// Gives derivatives of inputs by time, `orders` from the first on, for the next step: all of them, or none if any
+    /// of it is refused. After that step the inputs stay at the value they reached.
     pub fn set_input_derivatives(&mut self, references: &[u32], orders: &[i32], values: &[f64]) -> Result<(), Refusal> {
         for ((reference, order), value) in references.iter().zip(orders).zip(values) {
             self.variable(*reference)?.check_input_derivative(*order, *value)?;
@@ -140,7 +140,8 @@ impl Instance {
         Ok(variable)
     }
 
-    /// Remembers that the simulation does not know of a setting yet; `before` are the tunable parameters before the call.
+    /// Remembers that the simulation does not know of a setting yet; `before` are the tunable parameters before the
+    /// call.
     fn changed(&mut self, variable: Variable, before: Tunables) {
         if self.run.phase <= Phase::InitializationMode {
             (self.run.simulation, self.run.exchange) = (None, None);

@@ -25,7 +25,8 @@ impl Instance {
         Ok(elements)
     }
 
-    /// The elements of the knowns. Slopes act over a step: at a point, and where no step is made, nothing depends on them.
+    /// The elements of the knowns. Slopes act over a step: at a point, and where no step is made, nothing depends on
+    /// them.
     fn knowns(&self, references: &[u32]) -> Result<Vec<Element>, Refusal> {
         let of_step = self.run.kind == Kind::CoSimulation
             && self.run.phase > Phase::InitializationMode
@@ -40,7 +41,8 @@ impl Instance {
         Ok(elements)
     }
 
-    /// Derivatives of the unknowns, element by element, along the direction in which the elements of the knowns change by `seed`.
+    /// Derivatives of the unknowns, element by element, along the direction in which the elements of the knowns change
+    /// by `seed`.
     pub fn directional(&mut self, unknowns: &[u32], knowns: &[u32], seed: &[f64]) -> Result<Vec<f64>, Refusal> {
         let (unknowns, knowns) = (self.elements(unknowns)?, self.knowns(knowns)?);
         require_length("nSeed", seed.len(), knowns.len())?;

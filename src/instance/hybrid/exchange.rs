@@ -1,7 +1,7 @@
 //! Model exchange of FMI 3.0: states and indicators as arrays, and events that the clocks tell of.
 //!
-//! Arrays over contacts have one element more than there are contacts: the last impulse is a state that is always zero, the last
-//! indicators are always 1.
+//! Arrays over contacts have one element more than there are contacts: the last impulse is a state that is always zero,
+//! the last indicators are always 1.
 
 use super::derivatives::require_length;
 use super::steps::Handled;
@@ -90,8 +90,8 @@ impl Instance {
         Ok(indicators)
     }
 
-    /// An element of a variable of model exchange, counted from 0. In co-simulation, which has no events of the host's, the indicators
-    /// are 1.
+    /// An element of a variable of model exchange, counted from 0. In co-simulation, which has no events of the host's,
+    /// the indicators are 1.
     pub(super) fn exchanged(&mut self, of: Extra, index: usize) -> Result<f64, Refusal> {
         let place = match of {
             Extra::ContactIndicators => index,
@@ -118,7 +118,8 @@ impl Instance {
         Ok(())
     }
 
-    /// The host has taken part in the event of the active clocks, and may have set something that makes another one due.
+    /// The host has taken part in the event of the active clocks, and may have set something that makes another one
+    /// due.
     pub(super) fn next_event_of_exchange(&mut self) -> Result<Handled, Refusal> {
         let next = self.handle_events()?;
         let again = self.tick();

@@ -1,8 +1,9 @@
-//! What FMI 3.0 adds to an instance: variables as arrays sized by the host, and co-simulation whose host takes part in events.
+//! What FMI 3.0 adds to an instance: variables as arrays sized by the host, and co-simulation whose host takes part in
+//! events.
 //!
-//! A step may end at an onset or a release, or pause there for the host (`steps`). What has happened is told by clocks, one tick for
-//! each instant (`ticks`). Values are set and read as arrays (`values`), and so are derivatives (`derivatives`). In model
-//! exchange the same clocks tell of the events that the host asks for (`exchange`).
+//! A step may end at an onset or a release, or pause there for the host (`steps`). What has happened is told by clocks,
+//! one tick for each instant (`ticks`). Values are set and read as arrays (`values`), and so are derivatives
+//! (`derivatives`). In model exchange the same clocks tell of the events that the host asks for (`exchange`).
 
 mod derivatives;
 mod exchange;

@@ -186,7 +186,8 @@ impl Ticks {
         self.active = false;
     }
 
-    /// Adds the contacts that have closed at the time `now` (s) without a tick: at the start, or because inputs have changed.
+    /// Adds the contacts that have closed at the time `now` (s) without a tick: at the start, or because inputs have
+    /// changed.
     pub fn catch_up(&mut self, results: &dyn Results, now: f64) {
         let mut known: Vec<u64> = self.shown.iter().map(|shown| shown.pulses).collect();
         for transition in self.pending.iter().flat_map(|tick| &tick.transitions) {

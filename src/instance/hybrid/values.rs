@@ -183,7 +183,8 @@ impl Instance {
         }
     }
 
-    /// Sets the real variables behind `references` to `values`, element after element: all of them, or none if any of it is refused.
+    /// Sets the real variables behind `references` to `values`, element after element: all of them, or none if any of
+    /// it is refused.
     pub fn set_floats(&mut self, references: &[u32], values: &[f64]) -> Result<(), Refusal> {
         let balls = self.balls();
         let arrays = self.arrays(references, ArrayType::Float64, values.len())?;

@@ -1,23 +1,26 @@
-//! Gauss collocation for `y'' = g(t, y, y')`, solved by Picard's iteration, with time that may be stretched at one end of a step.
+//! Gauss collocation for `y'' = g(t, y, y')`, solved by Picard's iteration, with time that may be stretched at one end
+//! of a step.
 //!
-//! On a step of length h the time is `t = h phi(c)` for c in [0, 1]. The acceleration times `phi'` is interpolated at the nodes of
-//! Gauss and Legendre; with the integrals `Q` of the Lagrange polynomials from 0 to the nodes and `Q1 = Q diag(phi')`, `Q2 = Q1 Q1`,
+//! On a step of length h the time is `t = h phi(c)` for c in [0, 1]. The acceleration times `phi'` is interpolated at
+//! the nodes of Gauss and Legendre; with the integrals `Q` of the Lagrange polynomials from 0 to the nodes and
+//! `Q1 = Q diag(phi')`, `Q2 = Q1 Q1`,
 //!
 //! ```text
 //! rate_m     = rate_0 + h sum_l Q1_ml g_l,
 //! position_m = position_0 + rate_0 h phi_m + h^2 sum_l Q2_ml g_l
 //! ```
 //!
-//! (Hairer, Nørsett and Wanner, Solving Ordinary Differential Equations I, 1993, section II.7). At the end of the step the method has
-//! twice the order that it has within. Where g has a branch point at an end of the step, such as the square root of an overlap, the
-//! stretching `c^2` or `1 - (1 - c)^2` makes it smooth as a function of c. Other powers of the time only become higher ones, with less in
-//! the highest coefficients; more so with `c^3` or `1 - (1 - c)^3`.
+//! (Hairer, Nørsett and Wanner, Solving Ordinary Differential Equations I, 1993, section II.7). At the end of the step
+//! the method has twice the order that it has within. Where g has a branch point at an end of the step, such as the
+//! square root of an overlap, the stretching `c^2` or `1 - (1 - c)^2` makes it smooth as a function of c. Other powers
+//! of the time only become higher ones, with less in the highest coefficients; more so with `c^3` or `1 - (1 - c)^3`.
 //!
-//! The nodes are symmetric. About the middle the integral of an even function is odd but for a constant, that of an odd one is even.
-//! So a product with `Q` or `Q Q` takes two matrices of half the size (`Rule::integrate`, `Rule::integrate_twice`).
+//! The nodes are symmetric. About the middle the integral of an even function is odd but for a constant, that of an odd
+//! one is even. So a product with `Q` or `Q Q` takes two matrices of half the size (`Rule::integrate`,
+//! `Rule::integrate_twice`).
 //!
-//! The nodes, the weights and `Q` are computed in double-double: an error in the last digit of a weight would act in the same
-//! direction in every step.
+//! The nodes, the weights and `Q` are computed in double-double: an error in the last digit of a weight would act in
+//! the same direction in every step.
 
 mod rule;
 

@@ -1,8 +1,8 @@
-//! General-purpose solvers of ordinary differential equations: BDF and Adams-Moulton formulas of variable order and step
-//! ([`Multistep`]), the classical Runge-Kutta formula of fixed step ([`RungeKutta`]).
+//! General-purpose solvers of ordinary differential equations: BDF and Adams-Moulton formulas of variable order and
+//! step ([`Multistep`]), the classical Runge-Kutta formula of fixed step ([`RungeKutta`]).
 //!
-//! They solve a [`System`], which brings its own measure of errors and its own linear algebra ([`Tridiagonal`] where that fits),
-//! and hand out each step as a polynomial ([`Path`]).
+//! They solve a [`System`], which brings its own measure of errors and its own linear algebra ([`Tridiagonal`] where
+//! that fits), and hand out each step as a polynomial ([`Path`]).
 
 mod corrector;
 mod multistep;

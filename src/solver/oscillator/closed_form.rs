@@ -109,8 +109,8 @@ impl Oscillator {
         }
     }
 
-    /// `U_-3` to `U_2` at `tau` >= 0 (s): the functions go on downwards as derivatives, `U_(k-1) = U_k'`. Of an overdamped
-    /// oscillator its two decays have more digits.
+    /// `U_-3` to `U_2` at `tau` >= 0 (s): the functions go on downwards as derivatives, `U_(k-1) = U_k'`. Of an
+    /// overdamped oscillator its two decays have more digits.
     pub fn derivatives(&self, tau: DoubleDouble) -> [f64; 6] {
         let basis: [f64; 3] = self.basis(tau);
         let mut u = [0.0, 0.0, 0.0, basis[0], basis[1], basis[2]];
@@ -180,7 +180,8 @@ impl Oscillator {
         (self.omega_damped.value(), sine, cosine)
     }
 
-    /// Whether the motion is a sum of two decays whose rates are well apart, at least by a factor of 4. That of a free body is not.
+    /// Whether the motion is a sum of two decays whose rates are well apart, at least by a factor of 4. That of a free
+    /// body is not.
     fn is_overdamped(&self) -> bool {
         self.gamma > 0.0 && self.gamma >= 1.25 * self.omega.value()
     }
@@ -190,7 +191,8 @@ impl Oscillator {
         if self.is_overdamped() { 1.0 / self.decay_rates().1 } else { 1.0 / self.omega.value() }
     }
 
-    /// The rate at which a velocity decays right after the start, 1/s: the fast one where the motion is a sum of two decays.
+    /// The rate at which a velocity decays right after the start, 1/s: the fast one where the motion is a sum of two
+    /// decays.
     pub fn fast_decay(&self) -> f64 {
         if self.is_overdamped() { self.decay_rates().0 } else { self.gamma }
     }

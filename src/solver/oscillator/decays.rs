@@ -18,8 +18,8 @@ pub(super) struct Decay {
 }
 
 impl Decays {
-    /// With the rates `fast` and `slow` (1/s), for the velocity `v` (m/s) and the acceleration but for that by the velocity,
-    /// `force` (m/s2), at time 0.
+    /// With the rates `fast` and `slow` (1/s), for the velocity `v` (m/s) and the acceleration but for that by the
+    /// velocity, `force` (m/s2), at time 0.
     pub fn new((fast, slow): (f64, f64), v: f64, force: f64) -> Self {
         let decay = |rate: f64, difference: f64| Decay {
             rate,

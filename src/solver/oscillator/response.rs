@@ -1,5 +1,5 @@
-//! The motion of an oscillator under a constant force as a search for its crossings wants it: with derivatives, bounds of the
-//! next ones, and how much of each is rounding.
+//! The motion of an oscillator under a constant force as a search for its crossings wants it: with derivatives, bounds
+//! of the next ones, and how much of each is rounding.
 
 use super::closed_form::Oscillator;
 use super::decays::{Decay, Decays, power};
@@ -75,8 +75,8 @@ impl ForcedOscillator {
         self.v * u2 + self.force * u3
     }
 
-    /// Integral of the velocity squared from time 0 to where the motion is `response`, m2/s: what the damping takes from the energy
-    /// `v^2/2 + omega^2 x^2/2 - f x`, for gamma > 0.
+    /// Integral of the velocity squared from time 0 to where the motion is `response`, m2/s: what the damping takes
+    /// from the energy `v^2/2 + omega^2 x^2/2 - f x`, for gamma > 0.
     pub fn squared_velocity_integral(&self, response: &Response) -> f64 {
         let ((change, _), (x, _)) = (response.change_of_rate, response.derivatives[0]);
         let o = &self.oscillator;
@@ -103,8 +103,8 @@ impl ForcedOscillator {
         }
     }
 
-    /// A bound of the absolute derivative of order `k` >= 2 of `a` times the displacement and `b` times the velocity from the time
-    /// `t` (s) on, where the motion is `response`.
+    /// A bound of the absolute derivative of order `k` >= 2 of `a` times the displacement and `b` times the velocity
+    /// from the time `t` (s) on, where the motion is `response`.
     pub fn derivative_bound(&self, response: &Response, t: f64, k: i32, a: f64, b: f64) -> f64 {
         if let Some(decays) = &self.decays {
             let decays = response.decays.unwrap_or_else(|| decays.velocities(t));

@@ -1,9 +1,9 @@
 //! A driven oscillator's motion as a polynomial that follows the force, and a free swing about it.
 //!
-//! The displacement D with `D'' + 2 gamma D' + omega^2 D = f`, f a polynomial of the time, is `P + h`: P is the polynomial that
-//! solves the equation, h the free motion that takes up what P misses of the start. Beside the functions `U_k` (`oscillator`), in
-//! which nothing cancels for short times, this is the form for long ones: derivatives and integrals over many swings are closed
-//! forms of it.
+//! The displacement D with `D'' + 2 gamma D' + omega^2 D = f`, f a polynomial of the time, is `P + h`: P is the
+//! polynomial that solves the equation, h the free motion that takes up what P misses of the start. Beside the
+//! functions `U_k` (`oscillator`), in which nothing cancels for short times, this is the form for long ones:
+//! derivatives and integrals over many swings are closed forms of it.
 
 use nalgebra::Complex;
 
@@ -22,8 +22,8 @@ pub struct Steady {
 }
 
 impl Steady {
-    /// For the velocity `v` (m/s) and the acceleration `a` (m/s2) at time 0 under a force with the derivatives `push` then,
-    /// m/s^(2+j); `None` for a free body, whose motion is the polynomial altogether.
+    /// For the velocity `v` (m/s) and the acceleration `a` (m/s2) at time 0 under a force with the derivatives `push`
+    /// then, m/s^(2+j); `None` for a free body, whose motion is the polynomial altogether.
     pub fn new(o: &Oscillator, v: f64, a: f64, push: &Polynomial) -> Option<Self> {
         let (damping, omega2) = (2.0 * o.gamma(), o.omega2());
         if omega2 == 0.0 && damping == 0.0 {
@@ -61,8 +61,8 @@ impl Steady {
         followed + o.derivative_bound(self.swing.0, self.swing.1, t, order)
     }
 
-    /// Integral of the squared velocity from 0 to `t` (s), m2/s, for an oscillator with `gamma < omega`; for `omega t` from about 1
-    /// on nothing cancels, from 8 on where the force varies.
+    /// Integral of the squared velocity from 0 to `t` (s), m2/s, for an oscillator with `gamma < omega`; for `omega t`
+    /// from about 1 on nothing cancels, from 8 on where the force varies.
     pub fn squared_velocity_integral(&self, o: &Oscillator, t: f64) -> f64 {
         let (gamma, (omega, sine, cosine)) = (o.gamma(), o.phase(t));
         // The swing is the real part of (swing.0 - i other) exp(lambda t).

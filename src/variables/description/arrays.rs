@@ -93,7 +93,8 @@ fn write_variable(out: &mut String, start: &Settings, array: Array) -> fmt::Resu
     }
 }
 
-/// Declared type, which has the unit, and range. The reader `fmi-schema` knows no unit and no nominal value of a variable.
+/// Declared type, which has the unit, and range. The reader `fmi-schema` knows no unit and no nominal value of a
+/// variable.
 fn write_element(out: &mut String, array: Array, row: Option<&Row>) -> fmt::Result {
     if let Some(quantity) = array.quantity() {
         write!(out, " declaredType=\"{}\"", quantity.name)?;
@@ -167,8 +168,9 @@ pub fn padding(row: &Row) -> f64 {
     }
 }
 
-/// Writes ModelStructure. In co-simulation an input acts from now on: what it changes at once is what is foreseen, and the force of
-/// rigid balls that stay in contact. In model exchange outputs and derivatives depend on states and inputs.
+/// Writes ModelStructure. In co-simulation an input acts from now on: what it changes at once is what is foreseen, and
+/// the force of rigid balls that stay in contact. In model exchange outputs and derivatives depend on states and
+/// inputs.
 pub(super) fn write_structure(out: &mut String, arrays: impl Iterator<Item = Array> + Clone) -> fmt::Result {
     for array in arrays.clone().filter(|array| array.causality() == Some(Causality::Output)) {
         write!(out, "    <Output valueReference=\"{}\"", array.reference())?;

@@ -9,7 +9,8 @@ use crate::variables::table::TABLE;
 use crate::variables::table::row::{Causality, Groups, Row, Shape};
 use crate::variables::variable::{Variable, variables};
 
-/// Balls beyond which it is not listed on which overlaps each position depends: that grows with the square of their number.
+/// Balls beyond which it is not listed on which overlaps each position depends: that grows with the square of their
+/// number.
 const LISTED: usize = 500;
 
 /// What the force of a rigid contact depends on.
@@ -17,8 +18,8 @@ const EVERYTHING: Groups = &[&["all positions", "all v", "all F_ext", "a_support
 
 /// Writes Outputs, Derivatives and InitialUnknowns of the FMU with these start values.
 ///
-/// In co-simulation no output depends on an input at the same communication point: an input acts from the next step on. In model
-/// exchange outputs and derivatives depend on states and inputs. At initialization they depend on parameters.
+/// In co-simulation no output depends on an input at the same communication point: an input acts from the next step on.
+/// In model exchange outputs and derivatives depend on states and inputs. At initialization they depend on parameters.
 pub(super) fn write_structure(out: &mut String, start: &Settings) -> fmt::Result {
     let balls = start.balls();
     let indices = Indices::of(balls);
@@ -93,8 +94,8 @@ struct Indices {
     first: Vec<usize>,
 }
 
-/// What a value depends on, a row or one variable of a row: the index of its first variable, its shape, and whether it depends on
-/// balls next to its own as well.
+/// What a value depends on, a row or one variable of a row: the index of its first variable, its shape, and whether it
+/// depends on balls next to its own as well.
 type Known = (usize, Shape, bool);
 
 impl Indices {

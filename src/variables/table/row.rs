@@ -76,7 +76,8 @@ type Of = &'static Quantity;
 /// Reads a result for ball or contact `i`.
 pub type Get<T> = fn(&dyn Results, usize) -> T;
 
-/// Where the value is. The data type follows from it, so the two cannot disagree, and a row without it does not compile.
+/// Where the value is. The data type follows from it, so the two cannot disagree, and a row without it does not
+/// compile.
 #[derive(Clone, Copy)]
 pub enum Access {
     /// Real parameters; the slice has one element for each variable of the row.
@@ -165,10 +166,10 @@ impl std::fmt::Display for Range {
     }
 }
 
-/// On which rows (or on which variable of a row, given as `name[i]`) a value depends: on the scalars as such, on arrays at the same
-/// ball or contact, at the contacts of the ball, at the balls of the contact, or as a whole where this is a scalar. With an asterisk
-/// behind the name, on arrays over balls at the balls next to this one as well. `position` are the states that the position follows
-/// from.
+/// On which rows (or on which variable of a row, given as `name[i]`) a value depends: on the scalars as such, on arrays
+/// at the same ball or contact, at the contacts of the ball, at the balls of the contact, or as a whole where this is a
+/// scalar. With an asterisk behind the name, on arrays over balls at the balls next to this one as well. `position` are
+/// the states that the position follows from.
 pub type Groups = &'static [&'static [&'static str]];
 
 /// A family of variables: all there is to know of them outside the model.

@@ -5,7 +5,8 @@
 pub struct Quantity {
     /// Name of the type definition; capitalised, so that it never equals a variable's name.
     pub name: &'static str,
-    /// Unit of every variable of this quantity, which no other quantity has. All are SI units, so factor 1 and offset 0.
+    /// Unit of every variable of this quantity, which no other quantity has. All are SI units, so factor 1 and offset
+    /// 0.
     pub unit: &'static str,
     /// Exponents of kg, m and s in the unit.
     pub exponents: [i8; 3],

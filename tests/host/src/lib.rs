@@ -1,4 +1,5 @@
-//! A small host for tests, benches and fuzzing: it drives the exported C functions as a C program would, and keeps the log.
+//! A small host for tests, benches and fuzzing: it drives the exported C functions as a C program would, and keeps the
+//! log.
 
 #![expect(unsafe_code, reason = "hosts call C functions")]
 #![expect(clippy::unwrap_used, reason = "a host that does not get on fails the test")]
@@ -383,7 +384,8 @@ pub const CUBIC: [(&str, f64); 6] = [
     ("contact.deadBand", 2e-5),
 ];
 
-/// A folder of resources with this text in it, and its location. It lies beside the running program, in Cargo's target folder.
+/// A folder of resources with this text in it, and its location. It lies beside the running program, in Cargo's target
+/// folder.
 pub fn resources(test: &str, text: &[u8]) -> (PathBuf, String) {
     static COUNT: AtomicUsize = AtomicUsize::new(0);
     let beside = env::current_exe().unwrap().with_file_name("tmp");

@@ -105,8 +105,8 @@ pub fn hertz_line(balls: usize) -> Host {
     started(host)
 }
 
-/// Hunt-Crossley damping with the coefficient of restitution 0.95 at the first impact, at 0.1 m sqrt(g/L): alpha v = 0.0789266
-/// from `a - ln(1 + a) = -b - ln(1 - b)` with `a = alpha v`, `b = 0.95 a`.
+/// Hunt-Crossley damping with the coefficient of restitution 0.95 at the first impact, at 0.1 m sqrt(g/L): alpha v =
+/// 0.0789266 from `a - ln(1 + a) = -b - ln(1 - b)` with `a = alpha v`, `b = 0.95 a`.
 pub fn settling() -> Host {
     let set_up = [("x_start[1]", -0.1), ("x_start[2]", -0.1), ("contact.huntCrossley", 0.352_970_509)];
     let host = at_rest(5, &set_up);
@@ -184,8 +184,8 @@ pub fn separated(balls: usize) -> Host {
     started(at_rest(balls, &[("x_start[1]", -0.1)]))
 }
 
-/// Five balls of masses in the ratios 1 2 1 0.5 1 that touch, on linear contacts with this damping (N.s/m): the first one lifted,
-/// or the outer ones pressed by 20 N.
+/// Five balls of masses in the ratios 1 2 1 0.5 1 that touch, on linear contacts with this damping (N.s/m): the first
+/// one lifted, or the outer ones pressed by 20 N.
 pub fn unequal(damping: f64, pressed: bool) -> Host {
     let lifted = [("x_start[1]", -0.1)];
     let forces = [("F_ext[1]", 20.0), ("F_ext[5]", -20.0)];

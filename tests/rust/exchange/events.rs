@@ -1,4 +1,5 @@
-//! What events do: contacts at rest, ties, contacts closed from the start, inputs that change at an onset, chains that stay pressed.
+//! What events do: contacts at rest, ties, contacts closed from the start, inputs that change at an onset, chains that
+//! stay pressed.
 
 use cradle_host::exchange::{Master, Method};
 use cradle_host::{Host, fmi2OK};

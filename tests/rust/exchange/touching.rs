@@ -1,4 +1,5 @@
-//! Balls that touch, at rest or pressed: an event that is announced changes something, so that none follows another for ever.
+//! Balls that touch, at rest or pressed: an event that is announced changes something, so that none follows another for
+//! ever.
 
 use cradle_host::Host;
 use cradle_host::exchange::{Master, Method};
@@ -11,7 +12,8 @@ const MOST: usize = 12;
 /// Events of a whole run, whatever they do.
 const TOTAL: usize = 300;
 
-/// Integrates a component up to `time` (s); returns the onsets, the most events that followed each other without any, and all events.
+/// Integrates a component up to `time` (s); returns the onsets, the most events that followed each other without any,
+/// and all events.
 fn events(host: &Host, time: f64) -> (usize, usize, usize) {
     let onsets = || (1..host.balls).map(|j| host.get_integer(&format!("pulses[{j}]")) as usize).sum::<usize>();
     let mut master = Master::start(host, 0.0);

@@ -65,7 +65,8 @@ fn what_is_beyond_the_range_of_doubles_is_refused_by_name() {
     let error = host.error();
     assert!(error.contains("the energy of the cradle at t = 0 s is beyond the range of doubles"), "{error}");
     assert_eq!((host.set("x_start[1]", -0.1), host.set("gravity", 0.0), host.exit()), (fmi2OK, fmi2OK, fmi2OK));
-    // Ball 5 is pushed away: where it is can still be told, its energy cannot, and what would be a difference of two is none.
+    // Ball 5 is pushed away: where it is can still be told, its energy cannot, and what would be a difference of two is
+    // none.
     assert_eq!(host.set_derivative("F_ext[5]", 3, 1e285), fmi2OK);
     assert_eq!(host.step(0.0, 1e4), fmi2OK);
     assert!(host.get("x[5]") > 1e300 && host.get("E_total") == f64::INFINITY);

@@ -1,4 +1,5 @@
-//! The C interface: what comes from outside and must do no harm. The package `fuzz` has these tests, too, with AddressSanitizer.
+//! The C interface: what comes from outside and must do no harm. The package `fuzz` has these tests, too, with
+//! AddressSanitizer.
 
 mod bad_input;
 mod legality;

@@ -16,7 +16,8 @@ fn instantiated(setup: Setup) -> Host {
     host
 }
 
-/// Cradles whose runs differ in kind: separate and overlapping impacts, all laws, drag, contacts that stay closed, free balls.
+/// Cradles whose runs differ in kind: separate and overlapping impacts, all laws, drag, contacts that stay closed, free
+/// balls.
 const SETUPS: [(&str, Setup); 12] = [
     ("separate impacts", |_| {}),
     ("overlapping impacts", |h| assert_eq!(h.set("contact.deadBand", 0.0), fmi2OK)),

@@ -1,5 +1,5 @@
-//! Model exchange of FMI 3.0: legal calls by phase (FMI 3.0.2, section 3.2), the same bits as in FMI 2.0, and one tick for each
-//! onset and release.
+//! Model exchange of FMI 3.0: legal calls by phase (FMI 3.0.2, section 3.2), the same bits as in FMI 2.0, and one tick
+//! for each onset and release.
 
 use std::ffi::CString;
 use std::ptr::null;

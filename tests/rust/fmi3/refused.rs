@@ -78,7 +78,8 @@ fn seeds_are_finite() {
     }
 }
 
-/// Before initialization a host reads start values, those of the description or what it has set, and nothing that is calculated.
+/// Before initialization a host reads start values, those of the description or what it has set, and nothing that is
+/// calculated.
 #[test]
 fn start_values_are_there_before_initialization() {
     let host = Host::new();
@@ -109,7 +110,8 @@ fn start_values_are_there_before_initialization() {
     }
 }
 
-/// Hosts that record intermediate values read everything: beyond the standard, they get it. They set what the standard allows.
+/// Hosts that record intermediate values read everything: beyond the standard, they get it. They set what the standard
+/// allows.
 #[test]
 fn everything_can_be_read_in_the_middle_of_a_step() {
     let answer = Host::ask(Intermediate, |c| {

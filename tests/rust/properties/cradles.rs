@@ -25,8 +25,8 @@ pub struct Family {
     pub pressed: bool,
     /// Rigid contacts, always.
     pub rigid: bool,
-    /// Exponents from 1 to 5, always, half of them whole or a whole number and a half: those that Gauss collocation and the closed form
-    /// are for.
+    /// Exponents from 1 to 5, always, half of them whole or a whole number and a half: those that Gauss collocation and
+    /// the closed form are for.
     pub powers: bool,
 }
 

@@ -59,8 +59,9 @@ const CLICKS: usize = 10;
 /// Where the largest displacement and speed of a run are looked for.
 const POINTS: usize = 20;
 
-/// To ten digits of the largest displacement and nine of the largest speed, and less only where the result depends that much on the
-/// rounding of the start. Adams's method knows nothing of where forces are not analytic; what it is off by goes down with its tolerance.
+/// To ten digits of the largest displacement and nine of the largest speed, and less only where the result depends that
+/// much on the rounding of the start. Adams's method knows nothing of where forces are not analytic; what it is off by
+/// goes down with its tolerance.
 pub fn agrees_with_adams(mut case: Case) -> Result<(), TestCaseError> {
     let (_, pulses) = case.run()?;
     prop_assume!(!pulses.is_empty());

@@ -118,7 +118,8 @@ proptest! {
     }
 }
 
-/// Three balls side by side that differ by rounding swing into a fourth: whether they are in touch then, their rates do not tell.
+/// Three balls side by side that differ by rounding swing into a fourth: whether they are in touch then, their rates do
+/// not tell.
 #[test]
 fn what_rounding_parts_does_not_stall() {
     let mut p = Parameters::default_for(4);

@@ -31,8 +31,8 @@ fn single(gravity: f64, mass: f64, drag: f64, (x, v): (f64, f64)) -> Parameters 
 proptest! {
     #![proptest_config(config(500))]
 
-    /// Under a force and an acceleration of the support that change at some time. The decay rates stay where the formulas
-    /// above do not cancel.
+    /// Under a force and an acceleration of the support that change at some time. The decay rates stay where the
+    /// formulas above do not cancel.
     #[test]
     fn one_ball_swings_as_the_closed_form_says(
         (gravity, mass, decay) in (0.1..30.0, decades(-2.0, 2.0), prop_oneof![Just(0.0), decades(-4.0, 0.7)]),

@@ -24,8 +24,8 @@ fn mirrored(case: &Case) -> Case {
 /// Positions and velocities.
 type State = (Vec<f64>, Vec<f64>);
 
-/// Checks that the balls are where they are expected, to what the rounding of the start allows; `reached` is a state on the
-/// way, which tells how large the motion is.
+/// Checks that the balls are where they are expected, to what the rounding of the start allows; `reached` is a state on
+/// the way, which tells how large the motion is.
 fn assert_same(got: &State, expected: &State, reached: &State, spread: (f64, f64)) -> Result<(), TestCaseError> {
     let scale = |a: &[f64], b: &[f64]| a.iter().chain(b).fold(1e-3, |most: f64, value| most.max(value.abs()));
     let allowed = (1e-11 * scale(&expected.0, &reached.0), 1e-11 * scale(&expected.1, &reached.1));

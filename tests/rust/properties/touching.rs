@@ -1,4 +1,5 @@
-//! Balls that touch at the start exactly, but for rounding: which contacts close, and when, hardly shows in overlaps and rates.
+//! Balls that touch at the start exactly, but for rounding: which contacts close, and when, hardly shows in overlaps
+//! and rates.
 
 use newtons_cradle::engine::{Engine, Results};
 use newtons_cradle::model::{DampingLaw, Inputs, Parameters};
@@ -101,7 +102,8 @@ fn touching(most: usize) -> impl Strategy<Value = Case> {
             (p.stiffness, p.exponent, p.dead_band) = (stiffness * mass, exponent, dead_band);
             p.gap.fill(gap);
             p.damping_law = law;
-            // As for the other cradles: in units of the critical damping, of the inverse of 1 m/s, and of the time of a linear contact.
+            // As for the other cradles: in units of the critical damping, of the inverse of 1 m/s, and of the time of a
+            // linear contact.
             (p.damping, p.hunt_crossley) = (damping * mass * (2.0 * stiffness).sqrt(), damping);
             p.relaxation_time = damping * (2.0 / stiffness).sqrt();
             p.x_start = row.positions(n, gap + dead_band);
@@ -119,7 +121,8 @@ fn touching(most: usize) -> impl Strategy<Value = Case> {
     )
 }
 
-/// How far rounding lets balls move, and how fast, where nothing else moves them: m/s, and in units of the largest position.
+/// How far rounding lets balls move, and how fast, where nothing else moves them: m/s, and in units of the largest
+/// position.
 const SLOW: f64 = 1e-12;
 const DEEP: f64 = 4.0 * f64::EPSILON;
 
@@ -151,8 +154,8 @@ fn keeps_its_energy(engine: &Engine, p: &Parameters, scale: &mut f64) -> Result<
     Ok(())
 }
 
-/// Starts, and some milliseconds of what follows: balls apart or overlapping by next to nothing, side by side or nearly so, pressed, with
-/// losses that are far beyond critical.
+/// Starts, and some milliseconds of what follows: balls apart or overlapping by next to nothing, side by side or nearly
+/// so, pressed, with losses that are far beyond critical.
 fn awkward_starts() -> impl Strategy<Value = Case> {
     let nothing = || prop::sample::select(vec![0.0, 0.0, 1e-22, -1e-22, 1e-17, 1e-12, -1e-12]);
     let rates = prop::sample::select(vec![0.0, 0.0, 0.0, 1e-17, 1e-9, -1e-9]);
@@ -243,8 +246,8 @@ proptest! {
     }
 }
 
-/// Four balls side by side, carried along by the support: what drag takes from them is a small part of what it takes on the whole of a step
-/// of Gauss collocation, which is much longer than what is read of it.
+/// Four balls side by side, carried along by the support: what drag takes from them is a small part of what it takes on
+/// the whole of a step of Gauss collocation, which is much longer than what is read of it.
 #[test]
 fn what_drag_takes_from_balls_side_by_side() {
     let (gap, drag, acceleration, time) = (1.7922e-6, 0.0019096320351125679, 2.5, 1e-3);

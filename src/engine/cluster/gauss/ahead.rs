@@ -1,4 +1,5 @@
-//! What to expect of a step before any attempt: which contacts switch and when, where branch points are, how long a step may be.
+//! What to expect of a step before any attempt: which contacts switch and when, where branch points are, how long a
+//! step may be.
 
 use super::motion::{Motion, Track};
 use super::output;
@@ -8,18 +9,19 @@ use crate::engine::flight::Rounding;
 use crate::model::{ContactLaw, Damping, Mode};
 use crate::solver::gauss::{Power, Stretching};
 
-/// Contacts that have just closed at less than this part of the speed of the others, or that overlap by less than this part of the
-/// largest overlap, do not call for a stretched step.
+/// Contacts that have just closed at less than this part of the speed of the others, or that overlap by less than this
+/// part of the largest overlap, do not call for a stretched step.
 const NEGLIGIBLE: f64 = 1e-6;
 
-/// What the rate at the release counts for in the mean rate up to there: from rest on that takes half the duration of an impact.
+/// What the rate at the release counts for in the mean rate up to there: from rest on that takes half the duration of
+/// an impact.
 const LAST_IN_MEAN: f64 = 0.68;
 
 /// See [`Motion::smoothness`]; guarded by `awkward_starts_keep_their_energy`.
 const ROUGH: f64 = 0.01;
 
-/// A contact that has closed shortly before a step has a branch point there: one that has changed the speed by more than this part allows
-/// a step of so many times the time since then.
+/// A contact that has closed shortly before a step has a branch point there: one that has changed the speed by more
+/// than this part allows a step of so many times the time since then.
 const BRANCH_POINT: f64 = 1e-15;
 const BEYOND: f64 = 50.0;
 
@@ -31,8 +33,8 @@ impl Motion {
         })
     }
 
-    /// The stretching for contacts that have just closed, if there are any: in a wave at any rate, else at one that counts at this
-    /// `speed` (m/s).
+    /// The stretching for contacts that have just closed, if there are any: in a wave at any rate, else at one that
+    /// counts at this `speed` (m/s).
     pub(super) fn onset_stretching(&self, rounding: &Rounding, speed: f64) -> Option<Stretching> {
         let rate = if self.is_wave(rounding) { 0.0 } else { NEGLIGIBLE * speed };
         let fresh = |track: &Track| {
@@ -64,9 +66,9 @@ impl Motion {
         speed
     }
 
-    /// What the highest Legendre coefficients may be over those of smooth forces. A damping force that grows with a power below 1 remains
-    /// one of `c` that is not whole, whatever the stretching: its coefficients fall slowly, and the end of the step is not as far ahead of
-    /// them.
+    /// What the highest Legendre coefficients may be over those of smooth forces. A damping force that grows with a
+    /// power below 1 remains one of `c` that is not whole, whatever the stretching: its coefficients fall slowly, and
+    /// the end of the step is not as far ahead of them.
     pub(super) fn smoothness(&self) -> f64 {
         let rough = |track: &Track| {
             let relaxes = matches!(track.law.damping, Damping::Viscoelastic { .. });
@@ -95,16 +97,16 @@ impl Motion {
         if pace > 0.0 { output::LONGEST / pace } else { f64::INFINITY }
     }
 
-    /// How long a step may be for the branch points that lie shortly before it (s): those of contacts that have closed just now. A step
-    /// that begins with another branch point has its time stretched for that one only.
+    /// How long a step may be for the branch points that lie shortly before it (s): those of contacts that have closed
+    /// just now. A step that begins with another branch point has its time stretched for that one only.
     pub(super) fn reach_of_branch_points(&self, speed: f64) -> f64 {
         let since =
             self.tracks.iter().filter_map(|track| self.to_branch_point(track, track.overlap, track.rate, speed));
         since.fold(f64::INFINITY, |least, since| least.min(BEYOND * since))
     }
 
-    /// How far the branch point of a contact with this overlap (m) is, which grows from there or falls up to there at this rate (m/s), in
-    /// s; `None` if its force will not change the `speed` (m/s) by what matters.
+    /// How far the branch point of a contact with this overlap (m) is, which grows from there or falls up to there at
+    /// this rate (m/s), in s; `None` if its force will not change the `speed` (m/s) by what matters.
     fn to_branch_point(&self, track: &Track, overlap: f64, rate: f64, speed: f64) -> Option<f64> {
         if track.mode != Mode::Pressing || !(overlap > 0.0 && rate > 0.0) {
             return None;
@@ -114,8 +116,8 @@ impl Motion {
         (track.law.elastic_force(overlap) * time * inverse_mass > BRANCH_POINT * speed).then_some(time)
     }
 
-    /// The closed contact that is first to open, or to be clipped, and when, s. One that hardly presses has no branch point that matters,
-    /// and may never open.
+    /// The closed contact that is first to open, or to be clipped, and when, s. One that hardly presses has no branch
+    /// point that matters, and may never open.
     pub(super) fn release_ahead(&self, rounding: &Rounding) -> Option<(usize, f64)> {
         let largest = self.tracks.iter().map(|track| track.overlap).fold(0.0, f64::max);
         let negligible = rounding.no_overlap().max(NEGLIGIBLE * largest);
@@ -133,8 +135,8 @@ impl Motion {
         })
     }
 
-    /// The contact that is first to open of those that are clipped, or to close, and when, s: without a force there is no branch point.
-    /// When those close whose balls are side by side, rounding cannot tell.
+    /// The contact that is first to open of those that are clipped, or to close, and when, s: without a force there is
+    /// no branch point. When those close whose balls are side by side, rounding cannot tell.
     pub(super) fn switching_ahead(&self, rounding: &Rounding) -> Option<(usize, f64)> {
         self.first_at_zero(|track| {
             let switches = match track.mode {
@@ -146,7 +148,8 @@ impl Motion {
         })
     }
 
-    /// The first of the contacts whose overlap vanishes with the rate (m/s) and the acceleration (m/s2) of a `motion`, and when, s.
+    /// The first of the contacts whose overlap vanishes with the rate (m/s) and the acceleration (m/s2) of a `motion`,
+    /// and when, s.
     fn first_at_zero(&self, motion: impl Fn(&Track) -> Option<(f64, f64)>) -> Option<(usize, f64)> {
         let at_zero = |(j, track): (usize, &Track)| {
             let side = if track.overlap > 0.0 { 1.0 } else { -1.0 };
@@ -157,9 +160,9 @@ impl Motion {
     }
 }
 
-/// The power by which time is stretched where a contact with this law opens or closes. With `c^q`, the force times the pace of the
-/// time goes with `c^(q p + q - 1)`: a polynomial if that is whole, nearly one if it is large. Higher powers than it takes make steps
-/// shorter, and a whole exponent needs none.
+/// The power by which time is stretched where a contact with this law opens or closes. With `c^q`, the force times the
+/// pace of the time goes with `c^(q p + q - 1)`: a polynomial if that is whole, nearly one if it is large. Higher
+/// powers than it takes make steps shorter, and a whole exponent needs none.
 fn power_of_stretching(law: &ContactLaw) -> Option<Power> {
     match law.whole_exponent() {
         Some(_) => None,

@@ -1,8 +1,9 @@
 //! Picard's iteration on one step: forces from overlaps, accelerations from forces, overlaps from accelerations.
 //!
-//! Only the closed contacts need their overlaps while it goes on. Where the end of the step moves, the overlaps move with the nodes: left
-//! where they are, they would follow the end, and the end them, by a third of each change. All loops run over the nodes of one contact,
-//! without branches, so that compilers turn them into instructions for several numbers.
+//! Only the closed contacts need their overlaps while it goes on. Where the end of the step moves, the overlaps move
+//! with the nodes: left where they are, they would follow the end, and the end them, by a third of each change. All
+//! loops run over the nodes of one contact, without branches, so that compilers turn them into instructions for several
+//! numbers.
 
 use super::motion::{Motion, Track};
 use crate::engine::flight::forcing_at;
@@ -13,8 +14,8 @@ use crate::solver::gauss::{NODES, Nodes, Table};
 const LAST: [usize; 4] = [NODES - 4, NODES - 3, NODES - 2, NODES - 1];
 const SOME: [usize; 4] = [0, NODES / 3, 2 * NODES / 3, NODES - 1];
 
-/// Where the end of the step moves by more than this part of its length, the nodes move there with the rates of this iteration; else
-/// with those of an earlier one or those it starts from, as good as they need be.
+/// Where the end of the step moves by more than this part of its length, the nodes move there with the rates of this
+/// iteration; else with those of an earlier one or those it starts from, as good as they need be.
 const FAR: f64 = 1e-3;
 
 impl Motion {
@@ -96,9 +97,10 @@ impl Motion {
         *positions = std::array::from_fn(|m| flight.x + length * (flight.v * table.times[m] + length * twice[m]));
     }
 
-    /// Overlaps and rates of the closed contacts from their accelerations, and the end of the step `later` (s) than it is; returns the
-    /// largest change of an overlap over the largest overlap, and the largest change of a rate at the last node, m/s. Iterations change
-    /// most towards the end of the step: its last nodes tell by how much, and some nodes how large overlaps are.
+    /// Overlaps and rates of the closed contacts from their accelerations, and the end of the step `later` (s) than it
+    /// is; returns the largest change of an overlap over the largest overlap, and the largest change of a rate at the
+    /// last node, m/s. Iterations change most towards the end of the step: its last nodes tell by how much, and some
+    /// nodes how large overlaps are.
     pub(super) fn update(&mut self, table: &Table, later: f64) -> [f64; 2] {
         let (mut change, mut size, mut of_rate) = (0.0, f64::MIN_POSITIVE, 0.0);
         for j in 0..self.tracks.len() {
@@ -119,7 +121,8 @@ impl Motion {
         [change / size, of_rate]
     }
 
-    /// Overlaps and, where they matter, rates of contact `j` from its accelerations, at the nodes of a step that ends `later` (s).
+    /// Overlaps and, where they matter, rates of contact `j` from its accelerations, at the nodes of a step that ends
+    /// `later` (s).
     pub(super) fn move_contact(&mut self, j: usize, table: &Table, later: f64) {
         let (length, square) = (self.length, self.length * self.length);
         let Track { overlap, rate, .. } = self.tracks[j];

@@ -1,10 +1,11 @@
-//! Explicit Gauss collocation: groups of balls with contacts that are not linear, followed by steps of some tenths of a contact's
-//! duration.
+//! Explicit Gauss collocation: groups of balls with contacts that are not linear, followed by steps of some tenths of a
+//! contact's duration.
 //!
-//! A power of the overlap that is not whole has a branch point where the contact closes or opens. A power series of the time
-//! converges no further than to there; a step of collocation ends there, or starts there, with its time stretched (`solver::gauss`).
-//! `ahead` says what to expect of the next step, `plan` what to try first and after each attempt. `step` makes an attempt, by the
-//! `iteration` and the `switching`s that it finds; `motion` holds it, and `output` reads off what there is to be known.
+//! A power of the overlap that is not whole has a branch point where the contact closes or opens. A power series of the
+//! time converges no further than to there; a step of collocation ends there, or starts there, with its time stretched
+//! (`solver::gauss`). `ahead` says what to expect of the next step, `plan` what to try first and after each attempt.
+//! `step` makes an attempt, by the `iteration` and the `switching`s that it finds; `motion` holds it, and `output`
+//! reads off what there is to be known.
 
 mod ahead;
 mod iteration;
@@ -24,8 +25,8 @@ use plan::{Decision, Planner};
 
 pub(crate) use motion::Motion;
 
-/// Contacts whose damping acts within less than this part of their time scale are stiff: Picard's iteration allows them short steps only,
-/// and what balls at rest do next is decided within much less than a step.
+/// Contacts whose damping acts within less than this part of their time scale are stiff: Picard's iteration allows them
+/// short steps only, and what balls at rest do next is decided within much less than a step.
 const STIFF: f64 = 0.1;
 
 /// Attempts for one step, after which it is left to another method.
@@ -39,8 +40,8 @@ pub(super) struct Followed {
     pub next: f64,
 }
 
-/// Whether some contacts press, the closed ones are not linear, the sign of a force that may be clipped is simple, and damping at this
-/// `speed` (m/s) is not stiff.
+/// Whether some contacts press, the closed ones are not linear, the sign of a force that may be clipped is simple, and
+/// damping at this `speed` (m/s) is not stiff.
 pub(super) fn applies_to(window: &Window, speed: f64) -> bool {
     let is_stiff = |(j, law): (usize, &ContactLaw)| {
         window.contacts[j].mode != Mode::Open && law.relaxes_within(STIFF, window.reduced_mass(j), speed)
@@ -55,8 +56,8 @@ pub(super) fn applies_to(window: &Window, speed: f64) -> bool {
 }
 
 impl Motion {
-    /// Describes the motion of `window` for a step, which `before` (s, 0 if there was none) says the length of. `None` if the method
-    /// does not serve. Adds the `evaluations` of forces, each at all nodes.
+    /// Describes the motion of `window` for a step, which `before` (s, 0 if there was none) says the length of. `None`
+    /// if the method does not serve. Adds the `evaluations` of forces, each at all nodes.
     pub(super) fn follow(
         &mut self,
         window: &Window,

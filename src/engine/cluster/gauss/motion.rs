@@ -135,7 +135,8 @@ pub(crate) struct Motion {
     /// Whether a forcing varies, and whether the iteration takes the rates.
     pub(super) varies: bool,
     pub(super) needs_rates: bool,
-    /// Values at the nodes, a contact each: overlap (m), its rate (m/s; rough unless the iteration takes them), its acceleration (m/s2).
+    /// Values at the nodes, a contact each: overlap (m), its rate (m/s; rough unless the iteration takes them), its
+    /// acceleration (m/s2).
     pub(super) overlaps: Vec<Nodes>,
     pub(super) rates: Vec<Nodes>,
     pub(super) accelerations: Vec<Nodes>,
@@ -253,7 +254,8 @@ impl Motion {
         self.oscillators.iter().map(Oscillator::pace).fold(0.0, f64::max)
     }
 
-    /// Hands each contact the `force` of the one on its left, its own and that of the one on its right, 0 for those that do not press.
+    /// Hands each contact the `force` of the one on its left, its own and that of the one on its right, 0 for those
+    /// that do not press.
     fn for_each_under(&mut self, force: impl Fn(&Track) -> f64, mut enter: impl FnMut(&mut Track, [f64; 3])) {
         let force = |track: Option<&Track>| track.filter(|track| track.mode == Mode::Pressing).map_or(0.0, &force);
         let (mut left, mut own) = (0.0, force(self.tracks.first()));

@@ -1,16 +1,17 @@
 //! What is read off a step of Gauss collocation, at any time of it.
 //!
-//! The forces at the nodes are all that is kept. A pendulum answers them linearly: with `U_k` the functions of the oscillator
-//! (`solver::oscillator`) and `w_l(tau)` the weights of the integral from the start to tau,
+//! The forces at the nodes are all that is kept. A pendulum answers them linearly: with `U_k` the functions of the
+//! oscillator (`solver::oscillator`) and `w_l(tau)` the weights of the integral from the start to tau,
 //!
 //! ```text
 //! x(tau) = x_free(tau) + sum_l w_l(tau) U_1(tau - t_l) f_l,     x' with U_0, the integral of x with U_2
 //! ```
 //!
-//! At the end of the step these are the sums of the method itself. So is the overlap, as a difference of two such motions.
+//! At the end of the step these are the sums of the method itself. So is the overlap, as a difference of two such
+//! motions.
 //!
-//! Integrals up to a time early in the step are sums at nodes on the way there: by the nodes of the step, they would be known to the
-//! rounding of what comes later.
+//! Integrals up to a time early in the step are sums at nodes on the way there: by the nodes of the step, they would be
+//! known to the rounding of what comes later.
 
 use std::cell::Ref;
 
@@ -32,7 +33,8 @@ const LEFT_OUT: f64 = 1e-18;
 /// How far a peak may exceed the largest force at the nodes and at the ends.
 const MARGIN: f64 = 1.25;
 
-/// Up to this part of the step, as it is stretched, integrals have nodes of their own: where steps end early, those of the step serve.
+/// Up to this part of the step, as it is stretched, integrals have nodes of their own: where steps end early, those of
+/// the step serve.
 const EARLY: f64 = 0.5;
 
 /// Longest step, over the time scale of the pendulum, that those terms serve.
@@ -157,8 +159,8 @@ impl Motion {
         basis
     }
 
-    /// Overlap of the pressing contact `j` (m) and the change of its rate (m/s), by its accelerations with these `weights` (s) so long
-    /// `ago` (s).
+    /// Overlap of the pressing contact `j` (m) and the change of its rate (m/s), by its accelerations with these
+    /// `weights` (s) so long `ago` (s).
     fn overlap_by(&self, weights: &Nodes, ago: &Nodes, j: usize, tau: f64) -> (f64, f64) {
         let (track, accelerations) = (&self.tracks[j], &self.accelerations[j]);
         let moved = weighted(&std::array::from_fn(|m| weights[m] * ago[m]), accelerations);
@@ -230,8 +232,8 @@ impl Motion {
         }
     }
 
-    /// What the forces of the contacts add up to `tau` (s) to the velocity (m/s) and the position (m) of ball `i`, and to the integral of
-    /// its position (m.s).
+    /// What the forces of the contacts add up to `tau` (s) to the velocity (m/s) and the position (m) of ball `i`, and
+    /// to the integral of its position (m.s).
     fn pushed_up_to(&self, i: usize, tau: f64) -> [f64; 3] {
         let part = self.part(tau);
         let [left, right] = self.forces_on(i, &part);
@@ -261,7 +263,8 @@ impl Motion {
         })
     }
 
-    /// The force of contact `j` by its law, N, and the rate of its overlap, m/s, at the start, at the end or within the step.
+    /// The force of contact `j` by its law, N, and the rate of its overlap, m/s, at the start, at the end or within the
+    /// step.
     fn force(&self, j: usize, tau: f64) -> (f64, f64) {
         let track = &self.tracks[j];
         let (overlap, change) = match tau {

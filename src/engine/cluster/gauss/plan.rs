@@ -8,8 +8,8 @@ use crate::engine::flight::Rounding;
 use crate::model::Mode;
 use crate::solver::gauss::Stretching;
 
-/// What the two highest Legendre coefficients may be over the scale of the velocities, for the local error of the default
-/// tolerance. The end of a step has twice as many digits: an error of 1e-16, within the step one of 3e-14.
+/// What the two highest Legendre coefficients may be over the scale of the velocities, for the local error of the
+/// default tolerance. The end of a step has twice as many digits: an error of 1e-16, within the step one of 3e-14.
 const TAIL: f64 = 1e-10;
 const EPSILON: f64 = 1e-17;
 
@@ -20,8 +20,8 @@ const FIRST_SMOOTH: f64 = 1.6;
 /// A contact that is so many steps from its switching may be followed up to there.
 const NEAR: f64 = 0.7;
 
-/// How a step follows from the last one: the part of what the error allows, and the least and largest factor. And a step after one
-/// that did not reach a release, after one that failed.
+/// How a step follows from the last one: the part of what the error allows, and the least and largest factor. And a
+/// step after one that did not reach a release, after one that failed.
 const SAFETY: f64 = 0.93;
 const CHANGE: [f64; 2] = [0.3, 4.0];
 const SHORTER: f64 = 0.65;
@@ -120,7 +120,8 @@ impl Planner {
                 let next = if switching.is_some() { self.length.max(reached) } else { proposed };
                 return Decision::Take(next.min(tolerance.longest));
             }
-            // Which way a force, or an overlap at rest, goes from 0 its mean slope over a step does not tell; a series does.
+            // Which way a force, or an overlap at rest, goes from 0 its mean slope over a step does not tell; a series
+            // does.
             (Outcome::AtOnce(_, Switch::Clip | Switch::Unclip), _) => return Decision::GiveUp,
             (Outcome::AtOnce(j, Switch::Release), _) if motion.tracks[j].is_resting(&tolerance.rounding) => {
                 return Decision::GiveUp;

@@ -1,5 +1,5 @@
-//! One step of explicit Gauss collocation, from a plan to what came of it. Where the step ends at a switching, Picard's iteration
-//! moves the end there.
+//! One step of explicit Gauss collocation, from a plan to what came of it. Where the step ends at a switching, Picard's
+//! iteration moves the end there.
 
 use super::motion::{Motion, Tolerance};
 use super::switching::Signs;
@@ -11,34 +11,36 @@ use crate::solver::gauss::{Stretching, Table, weighted};
 const LEAST: usize = 2;
 const MOST: usize = 60;
 
-/// A step whose error is this many times the one allowed is given up at once; more while overlaps still change, for each part of
-/// their size.
+/// A step whose error is this many times the one allowed is given up at once; more while overlaps still change, for
+/// each part of their size.
 const TOO_LONG: f64 = 1.5;
 const STILL_CHANGING: f64 = 1e5;
 
-/// The iteration has converged where it changes overlaps by less than this part of their size. Or where at the present rate the next
-/// change would be less, or the one after the next, so many times over: the forces are once more those of the last overlaps, but the
-/// velocities at the end feel what is late in the step that much more. Rounding keeps it from getting there if it still changes them by
-/// less than the other one.
+/// The iteration has converged where it changes overlaps by less than this part of their size. Or where at the present
+/// rate the next change would be less, or the one after the next, so many times over: the forces are once more those of
+/// the last overlaps, but the velocities at the end feel what is late in the step that much more. Rounding keeps it
+/// from getting there if it still changes them by less than the other one.
 const CONVERGED: f64 = 4e-16;
 const FELT: f64 = 64.0;
 const NOISE: f64 = 2e-15;
 
-/// Where forces depend on rates, these have converged when their next change is less than this part of the scale of velocities. Under
-/// strong damping that comes long after the overlaps. Guarded by `deep_overlaps_at_the_start_of_lossy_contacts`.
+/// Where forces depend on rates, these have converged when their next change is less than this part of the scale of
+/// velocities. Under strong damping that comes long after the overlaps. Guarded by
+/// `deep_overlaps_at_the_start_of_lossy_contacts`.
 const CONVERGED_RATE: f64 = 1e-15;
 
 /// An iteration that changes overlaps by no less than this part of the last change diverges, after as many iterations.
 const DIVERGING: f64 = 0.9;
 const BY_THEN: usize = 20;
 
-/// Switchings are looked for as soon as the iteration changes overlaps by no more than this part of those of the contact that presses
-/// least; at the ends of a wave, which hardly press, by no more than the other part of the largest.
+/// Switchings are looked for as soon as the iteration changes overlaps by no more than this part of those of the
+/// contact that presses least; at the ends of a wave, which hardly press, by no more than the other part of the
+/// largest.
 const ROUGH: f64 = 0.1;
 const FINE: f64 = 1e-5;
 
-/// What the error counts for, as a factor, where the step is left before its end, because a force changes its sign: within it is
-/// less exact than at the end.
+/// What the error counts for, as a factor, where the step is left before its end, because a force changes its sign:
+/// within it is less exact than at the end.
 const WITHIN: f64 = 30.0;
 
 /// The least part of the step up to which it may be left: the nodes there tell what happens before.
@@ -145,15 +147,16 @@ impl Motion {
         Outcome::Failed
     }
 
-    /// Whether a step of this `plan`, which is for something else, may end with the switching of contact `j`: where that has no branch
-    /// point, and time is not stretched for another one's.
+    /// Whether a step of this `plan`, which is for something else, may end with the switching of contact `j`: where
+    /// that has no branch point, and time is not stretched for another one's.
     fn may_end(&self, plan: &Plan, j: usize, switch: Switch) -> bool {
         let has_branch_point = switch == Switch::Release && self.tracks[j].mode == Mode::Pressing;
         let is_smooth = !has_branch_point || self.stretching_power().is_none();
         is_smooth && !matches!(plan.stretching, Stretching::AtEnd(_))
     }
 
-    /// Whether the step ends with this switching, as far as overlaps are known: where balls hardly part, their time is not known so well.
+    /// Whether the step ends with this switching, as far as overlaps are known: where balls hardly part, their time is
+    /// not known so well.
     fn is_end(&self, j: usize, switch: Switch, table: &Table, tolerance: &Tolerance) -> bool {
         let overlap = || self.overlap_at_end(j, self.curvature(j, table));
         self.end == Some((j, switch)) && overlap().abs() <= self.noise(tolerance)

@@ -1,7 +1,8 @@
 //! Switchings on a step: where it is to end, and whether it has passed over any.
 //!
-//! On the step the overlap of a contact ends at `d + r h + S h^2`, with S the weighted sum of its accelerations: where that is 0 the
-//! contact opens or closes. A force whose sign changes is only found afterwards: up to there the step is as good as any.
+//! On the step the overlap of a contact ends at `d + r h + S h^2`, with S the weighted sum of its accelerations: where
+//! that is 0 the contact opens or closes. A force whose sign changes is only found afterwards: up to there the step is
+//! as good as any.
 
 use super::motion::{Motion, Tolerance, Track};
 use crate::engine::cluster::window::{Switch, clipping};
@@ -83,8 +84,8 @@ impl Motion {
         first
     }
 
-    /// Whether contact `j` presses at all nodes and at the end. The parabola that tells a release may vanish all the same: by its mean
-    /// acceleration a contact that comes to rest opens.
+    /// Whether contact `j` presses at all nodes and at the end. The parabola that tells a release may vanish all the
+    /// same: by its mean acceleration a contact that comes to rest opens.
     fn stays_closed(&self, j: usize, table: &Table) -> bool {
         self.tracks[j].mode == Mode::Pressing
             && range(&self.overlaps[j])[0] > 0.0
@@ -95,7 +96,8 @@ impl Motion {
     pub(super) fn switching(&mut self, j: usize, table: &Table, tolerance: &Tolerance) -> Option<(Switch, f64)> {
         if self.tracks[j].mode != Mode::Pressing {
             self.accelerate(j);
-            // By its pendulums an overlap acts on itself. That is little, but the end of the step is to have all digits.
+            // By its pendulums an overlap acts on itself. That is little, but the end of the step is to have all
+            // digits.
             if self.end.is_some_and(|(ending, _)| ending == j) {
                 self.move_contact(j, table, 0.0);
             }
@@ -130,8 +132,9 @@ impl Motion {
         Some(from + (to - from) * before / (before - overlaps[after]))
     }
 
-    /// When the overlap of contact `j` vanishes by its value, rate and acceleration at the end of the step as it is now (s): what is known
-    /// from its start may tell another time, or none where the balls hardly part. `None` if that is not near.
+    /// When the overlap of contact `j` vanishes by its value, rate and acceleration at the end of the step as it is now
+    /// (s): what is known from its start may tell another time, or none where the balls hardly part. `None` if that is
+    /// not near.
     pub(super) fn switching_near_end(&self, j: usize, table: &Table) -> Option<f64> {
         let (overlap, rate) = (self.overlap_at_end(j, self.curvature(j, table)), self.rate_at_end(j, table));
         let half = 0.5 * self.accelerations[j][NODES - 1];
@@ -155,8 +158,9 @@ impl Motion {
         self.tracks.iter().position(closes)
     }
 
-    /// When the open contact `j`, at rest, closes (s), if it does so as far as this step tells: at once, unless its balls are first
-    /// accelerated apart, by a force that may only grow from 0. Else series, which see them part, would open it again.
+    /// When the open contact `j`, at rest, closes (s), if it does so as far as this step tells: at once, unless its
+    /// balls are first accelerated apart, by a force that may only grow from 0. Else series, which see them part, would
+    /// open it again.
     fn onset_from_rest(&self, j: usize, table: &Table, tolerance: &Tolerance) -> Option<f64> {
         let track = &self.tracks[j];
         let matters = self.matters(track, self.overlap_at_end(j, self.curvature(j, table)), tolerance);
@@ -166,7 +170,8 @@ impl Motion {
         self.switching_near_end(j, table).or(matters.then_some(0.5 * self.length))
     }
 
-    /// Whether a ball at rest beside the one of an open contact would be pressed, or moved by more than may be left out.
+    /// Whether a ball at rest beside the one of an open contact would be pressed, or moved by more than may be left
+    /// out.
     fn matters(&self, track: &Track, overlap: f64, tolerance: &Tolerance) -> bool {
         let speed_up =
             track.law.elastic_force(overlap) * self.length * (track.inverse_masses[0] + track.inverse_masses[1]);
@@ -203,8 +208,8 @@ impl Motion {
         }
     }
 
-    /// When something changes its sign before node `m` or, with [`NODES`], before the end of the step, s: there it no longer has this
-    /// `side`. Ten digits will do, as a force about to be clipped vanishes.
+    /// When something changes its sign before node `m` or, with [`NODES`], before the end of the step, s: there it no
+    /// longer has this `side`. Ten digits will do, as a force about to be clipped vanishes.
     fn time_of_change(&self, side: f64, ends: [f64; 2], within: &Nodes, m: usize, table: &Table) -> f64 {
         let before = m.checked_sub(1);
         let (start, end) = (before.map_or(0.0, |m| self.time_of(m, table)), self.time_of(m, table));
@@ -243,7 +248,8 @@ impl Motion {
         })
     }
 
-    /// Whether contact `j`, if it is open, may close by the accelerations at the nodes and twice the largest of them between.
+    /// Whether contact `j`, if it is open, may close by the accelerations at the nodes and twice the largest of them
+    /// between.
     pub(super) fn may_close(&self, j: usize) -> bool {
         let track = &self.tracks[j];
         let [least, most] = range(&self.accelerations[j]);
@@ -259,8 +265,8 @@ impl Motion {
     }
 }
 
-/// Where something, on this `side` of 0, exceeds `noise` at the nodes, or may between them. The `ends` are its values before and
-/// after them.
+/// Where something, on this `side` of 0, exceeds `noise` at the nodes, or may between them. The `ends` are its values
+/// before and after them.
 fn first_excess(side: f64, ends: [f64; 2], within: &Nodes, noise: f64) -> Excess {
     let at = |m: usize| side * within.get(m).unwrap_or(&ends[1]);
     // As a rule, all values stay away from 0 by more than half of their range.

@@ -1,5 +1,5 @@
-//! The coefficients where all contacts are linear: `F = k d + c r`, so that each follows from the ones before it by a handful of
-//! products.
+//! The coefficients where all contacts are linear: `F = k d + c r`, so that each follows from the ones before it by a
+//! handful of products.
 //!
 //! An order costs so little that a high one pays: steps grow as fast as the work for them.
 
@@ -16,15 +16,16 @@ use crate::solver::series::{self, INVERSES, NUMBERS};
 /// Balls side by side: two numbers fill a register of every processor.
 const LANES: usize = 2;
 
-/// Order of these series over the one that `Control` has for others. A lower one takes more steps for a pulse, one of twice the
-/// order loses digits, for terms that cancel (`benches/runs.rs`, `tests/rust/reference.rs`).
+/// Order of these series over the one that `Control` has for others. A lower one takes more steps for a pulse, one of
+/// twice the order loses digits, for terms that cancel (`benches/runs.rs`, `tests/rust/reference.rs`).
 const HIGHER: f64 = 1.6;
 
 /// Highest order that a tolerance leads to.
 const MOST: usize = 40;
 
-/// Coefficients that tell whether a switching is near, and the times, in units, that they are asked for. A segment that will end
-/// soon gets only the order that it takes till then: more times make it shorter, more coefficients tell of later switchings.
+/// Coefficients that tell whether a switching is near, and the times, in units, that they are asked for. A segment that
+/// will end soon gets only the order that it takes till then: more times make it shorter, more coefficients tell of
+/// later switchings.
 const LOOK: usize = 8;
 const LOOKS: [f64; 8] = [0.02, 0.1, 0.25, 0.5, 0.8, 1.2, 1.6, 2.1];
 
@@ -47,8 +48,8 @@ struct Block {
     /// Stiffness and damping of the contacts, 0 unless they press.
     stiffness: Lanes,
     damping: Lanes,
-    /// The last coefficients: of positions and velocities of the balls; of the distances of the balls of each contact from where
-    /// they rest, and of the rates of these, m.
+    /// The last coefficients: of positions and velocities of the balls; of the distances of the balls of each contact
+    /// from where they rest, and of the rates of these, m.
     position: Lanes,
     velocity: Lanes,
     apart: Lanes,
@@ -61,9 +62,9 @@ struct Block {
 }
 
 impl Block {
-    /// The next coefficients of balls and contacts, where the contact at their left has pushed so, and the ball at their right is
-    /// driven so and has this next coefficient of its velocity. Returns how the first ball is driven. The pendulums are all `ALIKE`,
-    /// or some are not.
+    /// The next coefficients of balls and contacts, where the contact at their left has pushed so, and the ball at
+    /// their right is driven so and has this next coefficient of its velocity. Returns how the first ball is driven.
+    /// The pendulums are all `ALIKE`, or some are not.
     #[inline(always)]
     fn advance<const ALIKE: bool>(
         &mut self,
@@ -133,8 +134,8 @@ impl Workspace {
         }
     }
 
-    /// The coefficients of these numbers, which follow from the last ones, and those of the displacements and overlaps two orders
-    /// higher.
+    /// The coefficients of these numbers, which follow from the last ones, and those of the displacements and overlaps
+    /// two orders higher.
     fn advance(&mut self, numbers: Range<usize>, displacements: &mut [Rows], overlaps: &mut [Rows]) {
         match self.alike {
             true => advance::<true>(&mut self.blocks, numbers, displacements, overlaps),
@@ -169,8 +170,9 @@ impl Workspace {
         largest.into_iter().fold(0.0, larger)
     }
 
-    /// Computes coefficients up to the order `most`, or to that which a switching that seems to come soon takes: by then the last terms
-    /// are at most `allowed` (m). Overlaps up to `noise` (m) are rounding. Returns the order and the contact that seems to switch.
+    /// Computes coefficients up to the order `most`, or to that which a switching that seems to come soon takes: by
+    /// then the last terms are at most `allowed` (m). Overlaps up to `noise` (m) are rounding. Returns the order and
+    /// the contact that seems to switch.
     fn expand(
         &mut self,
         displacements: &mut [Rows],
@@ -204,8 +206,8 @@ impl Workspace {
         }
     }
 
-    /// The time, in units, on which the last terms up to this order stay below `allowed` (m), less a few thousandths: with logarithms as
-    /// coarse as that.
+    /// The time, in units, on which the last terms up to this order stay below `allowed` (m), less a few thousandths:
+    /// with logarithms as coarse as that.
     fn convergence(&self, order: usize, allowed: f64) -> f64 {
         let orders = order - TERMS_AT_LEAST..=order;
         let logarithm = |(k, largest): (usize, &f64)| match *largest > 0.0 {
@@ -239,8 +241,8 @@ fn advance<const ALIKE: bool>(
     }
 }
 
-/// The first of the [`LOOKS`] by which a contact seems to have switched, by more than `noise` (m), from the first coefficients; and the
-/// contact.
+/// The first of the [`LOOKS`] by which a contact seems to have switched, by more than `noise` (m), from the first
+/// coefficients; and the contact.
 fn switching(overlaps: &[[f64; ROOM]], contacts: &[WindowContact], noise: f64) -> Option<(usize, usize)> {
     let seems = |(j, (contact, row)): (usize, (&WindowContact, &[f64; ROOM]))| {
         let sign = if contact.mode == Mode::Open { 1.0 } else { -1.0 };
@@ -251,8 +253,8 @@ fn switching(overlaps: &[[f64; ROOM]], contacts: &[WindowContact], noise: f64) -
 }
 
 impl Series {
-    /// Computes all coefficients like [`Self::expand`], of no higher order than a switching that seems to come soon takes. Overlaps up
-    /// to `noise` (m) are rounding.
+    /// Computes all coefficients like [`Self::expand`], of no higher order than a switching that seems to come soon
+    /// takes. Overlaps up to `noise` (m) are rounding.
     pub fn expand_linear(
         &mut self,
         workspace: &mut Workspace,

@@ -1,7 +1,8 @@
 //! Power series of the motions and forces of a window.
 //!
-//! [`Series`] holds the coefficients and is its own dense output. They follow by the recurrences of the equations (`recurrences`); with
-//! less arithmetic and to a higher order where contacts are linear (`linear`). Implicit collocation fills in a [`Series`], too.
+//! [`Series`] holds the coefficients and is its own dense output. They follow by the recurrences of the equations
+//! (`recurrences`); with less arithmetic and to a higher order where contacts are linear (`linear`). Implicit
+//! collocation fills in a [`Series`], too.
 
 mod linear;
 mod recurrences;

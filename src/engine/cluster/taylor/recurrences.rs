@@ -1,10 +1,10 @@
 //! The coefficients of the Taylor series of a window.
 //!
-//! The equations are autonomous between switchings, so the coefficients follow from each other: those of the forces from those
-//! of the overlaps (powers by recursion), those of the motions from those of the forces. Order and step follow Jorba and
-//! Zou, A software package for the numerical integration of ODEs by means of high-order Taylor methods, Experimental
-//! Mathematics 14 (2005): order `1 - ln(epsilon) / 2`, and a step on which the last terms are below epsilon times the scale
-//! of the velocities.
+//! The equations are autonomous between switchings, so the coefficients follow from each other: those of the forces
+//! from those of the overlaps (powers by recursion), those of the motions from those of the forces. Order and step
+//! follow Jorba and Zou, A software package for the numerical integration of ODEs by means of high-order Taylor
+//! methods, Experimental Mathematics 14 (2005): order `1 - ln(epsilon) / 2`, and a step on which the last terms are
+//! below epsilon times the scale of the velocities.
 
 use super::series::{INVERSE_FACTORIAL, Series};
 use crate::engine::cluster::equations::Equations;
@@ -29,8 +29,9 @@ const SHORTEST_UNIT: f64 = 1e-20;
 pub(super) const TERMS_AT_LEAST: usize = 3;
 
 impl<S: Scalar> Series<S> {
-    /// Computes all coefficients from those of [`begin`](Self::begin). Contacts whose overlap is `negligible` have no elastic
-    /// force; the overlaps of those that are `given` one are taken as they are, and their forces follow from them.
+    /// Computes all coefficients from those of [`begin`](Self::begin). Contacts whose overlap is `negligible` have no
+    /// elastic force; the overlaps of those that are `given` one are taken as they are, and their forces follow from
+    /// them.
     pub fn fill(
         &mut self,
         equations: &impl Equations<S>,
@@ -68,7 +69,8 @@ impl<S: Scalar> Series<S> {
         let (stride, unit, contacts) = (self.stride(), S::from(self.unit), equations.balls() - 1);
         let unit_to_k = (0..k.min(MAX_FORCE_ORDER)).fold(1.0, |power, _| power * self.unit);
         let next = (k + 1) as f64;
-        // What a pendulum makes of this coefficient of a position (m) and this one of a rate, under the acceleration `driven`.
+        // What a pendulum makes of this coefficient of a position (m) and this one of a rate, under the acceleration
+        // `driven`.
         let term = |ball: &BallModel<S>, driven: S, position: S, of_rate: S| {
             let damped = S::from(2.0) * ball.gamma * S::from(next) * of_rate / unit;
             (driven - ball.omega2 * position - damped) * unit * unit / S::from(next * (next + 1.0))
@@ -106,8 +108,8 @@ impl<S: Scalar> Series<S> {
 }
 
 impl Series {
-    /// Computes all coefficients from the state at the start of a segment with velocities of this `scale` (m/s). The segment ends where
-    /// the last terms, or what is left out, would change them by more than `control` allows.
+    /// Computes all coefficients from the state at the start of a segment with velocities of this `scale` (m/s). The
+    /// segment ends where the last terms, or what is left out, would change them by more than `control` allows.
     pub fn expand(&mut self, window: &Window, control: &Control, scale: f64) {
         let (laws, dv) = (window.laws, control.epsilon * scale);
         let negligible: Vec<f64> = (0..laws.len()).map(|j| negligible_overlap(j, window, dv, scale)).collect();
@@ -118,8 +120,8 @@ impl Series {
             |j| negligible[j] > 0.0 || !window.needs_force(j),
             |_| false,
         );
-        // After an onset, series have gaps: the overlap is `d = u t + c t^(p+2) + ...`, with nothing in between. So many terms are
-        // looked at that they cannot all fall into a gap.
+        // After an onset, series have gaps: the overlap is `d = u t + c t^(p+2) + ...`, with nothing in between. So
+        // many terms are looked at that they cannot all fall into a gap.
         let gap = laws.iter().map(|law| libm::ceil(law.exponent) as usize).fold(1, usize::max);
         self.converges_for = self.convergence(dv, gap + TERMS_AT_LEAST).min(control.longest);
         for (j, law) in laws.iter().enumerate() {
@@ -147,8 +149,8 @@ impl Series {
         shortest * self.unit
     }
 
-    /// Ends the segment where the series of the elastic force of contact `j` is still the force of the law. From rest the
-    /// force starts with a high power of the time, which may lie beyond the order.
+    /// Ends the segment where the series of the elastic force of contact `j` is still the force of the law. From rest
+    /// the force starts with a high power of the time, which may lie beyond the order.
     fn shorten_where_wrong(&mut self, j: usize, law: &ContactLaw, mass: f64, scale: f64) {
         // Bounded, for states that are not finite.
         for _ in 0..64 {
@@ -177,8 +179,9 @@ impl Series {
     }
 }
 
-/// Scale of the velocities (m/s) that local errors are measured by: the largest velocity, and the largest closing rate that the
-/// elastic energies amount to, or, from rest, what the other accelerations lead to until a contact balances them.
+/// Scale of the velocities (m/s) that local errors are measured by: the largest velocity, and the largest closing rate
+/// that the elastic energies amount to, or, from rest, what the other accelerations lead to until a contact balances
+/// them.
 pub(crate) fn velocity_scale(window: &Window) -> f64 {
     let Window { flights, contacts, laws, .. } = window;
     let moving = flights.iter().map(|f| f.v.abs()).fold(f64::MIN_POSITIVE, f64::max);
@@ -189,8 +192,8 @@ pub(crate) fn velocity_scale(window: &Window) -> f64 {
     stored.fold(moving, f64::max)
 }
 
-/// What the other accelerations of the balls of contact `j` lead to from rest until it balances them, m/s. Where these only grow from 0,
-/// it is the time to then that decides how far: found by iteration, to within a power of ten.
+/// What the other accelerations of the balls of contact `j` lead to from rest until it balances them, m/s. Where these
+/// only grow from 0, it is the time to then that decides how far: found by iteration, to within a power of ten.
 fn speed_from_rest(window: &Window, j: usize) -> f64 {
     let Window { flights, balls, laws, .. } = window;
     let pulls = [j, j + 1].map(|i| {
@@ -212,7 +215,8 @@ fn speed_from_rest(window: &Window, j: usize) -> f64 {
 }
 
 /// Where a power that is not whole starts from almost no overlap its series hardly converges, and its force does not
-/// matter: it is left out up to an overlap (m) where it would change the velocities by the local error `dv` (m/s); 0 if it is not.
+/// matter: it is left out up to an overlap (m) where it would change the velocities by the local error `dv` (m/s); 0 if
+/// it is not.
 fn negligible_overlap(j: usize, window: &Window, dv: f64, scale: f64) -> f64 {
     let (contact, law) = (&window.contacts[j], &window.laws[j]);
     if window.needs_force(j) && law.whole_exponent().is_none() {
@@ -225,8 +229,9 @@ fn negligible_overlap(j: usize, window: &Window, dv: f64, scale: f64) -> f64 {
     0.0
 }
 
-/// A time (s) within a few powers of ten of the one that the series will converge for: that of the fastest contact, or of an
-/// overlap about to vanish, whose power is singular there, unless it is `negligible`; without contact that of the pendulums.
+/// A time (s) within a few powers of ten of the one that the series will converge for: that of the fastest contact, or
+/// of an overlap about to vanish, whose power is singular there, unless it is `negligible`; without contact that of the
+/// pendulums.
 fn unit_of_time(window: &Window, scale: f64, negligible: impl Fn(usize) -> bool) -> f64 {
     let Window { flights, contacts, laws, .. } = window;
     let swing = window.balls.iter().map(|ball| ball.oscillator.pace()).fold(0.0, f64::max);

@@ -1,6 +1,6 @@
-//! The motions and forces of a window as power series of the time, and what is read off them: the series is its own dense
-//! output. How the coefficients follow from the state at the start of a segment: `recurrences`, `linear` where contacts
-//! are, or `collocation`.
+//! The motions and forces of a window as power series of the time, and what is read off them: the series is its own
+//! dense output. How the coefficients follow from the state at the start of a segment: `recurrences`, `linear` where
+//! contacts are, or `collocation`.
 
 use crate::engine::cluster::dense_output::DenseOutput;
 use crate::engine::cluster::equations::Equations;
@@ -17,7 +17,8 @@ use crate::solver::series;
 /// Parts of a segment after which a contact that has closed from rest is looked at.
 const PARTS: [f64; 3] = [1.0 / 64.0, 1.0 / 8.0, 1.0];
 
-/// Coefficients of the motions and forces of a window, as functions of the time since the start of the segment over `unit`.
+/// Coefficients of the motions and forces of a window, as functions of the time since the start of the segment over
+/// `unit`.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Series<S = f64> {
     /// Order of the velocities; displacements have one more.
@@ -30,8 +31,8 @@ pub(crate) struct Series<S = f64> {
     pub(crate) displacements: Vec<S>,
     /// A contact each: overlap.
     pub(crate) overlaps: Vec<S>,
-    /// A contact each: elastic force, and the force of the law without clipping. Zero where the contact is open. Left out of `linear`
-    /// contacts are the elastic force, and without damping the other one, too.
+    /// A contact each: elastic force, and the force of the law without clipping. Zero where the contact is open. Left
+    /// out of `linear` contacts are the elastic force, and without damping the other one, too.
     pub(crate) elastic: Vec<S>,
     pub(crate) forces: Vec<S>,
     /// A contact each: stiffness, N/m, and damping, N.s/m, of a linear one, whose overlap tells the rest; zeros of an
@@ -99,8 +100,8 @@ impl<S: Scalar> Series<S> {
         }
     }
 
-    /// Rows for so many balls and contacts, each with room for `stride` coefficients that are yet to be set. All contacts are `linear`
-    /// like this, or none is.
+    /// Rows for so many balls and contacts, each with room for `stride` coefficients that are yet to be set. All
+    /// contacts are `linear` like this, or none is.
     pub(super) fn begin_unset(
         &mut self,
         balls: usize,
@@ -118,7 +119,8 @@ impl<S: Scalar> Series<S> {
         self.linear.resize(contacts, linear);
     }
 
-    /// Gives contact `j` these polynomials of the scaled time as its forces, N: elastic, and by the law without clipping.
+    /// Gives contact `j` these polynomials of the scaled time as its forces, N: elastic, and by the law without
+    /// clipping.
     pub(crate) fn set_forces(&mut self, j: usize, elastic: &[S], force: &[S]) {
         let at = j * self.stride();
         self.elastic[at..at + elastic.len()].copy_from_slice(elastic);
@@ -150,8 +152,8 @@ impl Series {
         }
     }
 
-    /// Where a closed contact at rest opens before `until` (s): where its balls have parted by more than rounding or, if they are pressed
-    /// before, where their overlap falls below `level` (m) again.
+    /// Where a closed contact at rest opens before `until` (s): where its balls have parted by more than rounding or,
+    /// if they are pressed before, where their overlap falls below `level` (m) again.
     fn release_from_rest(&self, row: &[f64], level: f64, until: f64, rounding: &Rounding) -> Next {
         let end = until / self.unit;
         let parted = crossing::first_positive(row, -1.0, -rounding.drift(until), end);
@@ -165,7 +167,8 @@ impl Series {
         self.switching(fall.map(|s| pressed + s), until)
     }
 
-    /// A row and the factor that makes it the force of contact `j` by its law without clipping, N; zero while it is open.
+    /// A row and the factor that makes it the force of contact `j` by its law without clipping, N; zero while it is
+    /// open.
     fn force(&self, j: usize) -> (&[f64], f64) {
         match self.linear[j] {
             Some([stiffness, 0.0]) => (self.overlap_row(j), stiffness),
@@ -178,8 +181,8 @@ impl Series {
         series::value_by_lanes(row, s)
     }
 
-    /// `integral a b` over the first `tau` (s) of a segment, of the rate b of what a row holds and a function a, given at some scaled
-    /// times and with the rates there over the unit of time.
+    /// `integral a b` over the first `tau` (s) of a segment, of the rate b of what a row holds and a function a, given
+    /// at some scaled times and with the rates there over the unit of time.
     fn integral_by_rate(
         &self,
         row: &[f64],
@@ -286,7 +289,8 @@ impl DenseOutput for Series {
         // this segment to be pressed any deeper.
         let at_rest = rounding.is_rest(row[0], row[1] / self.unit);
         let wave = || at_rest && self.overlaps.chunks_exact(self.stride()).any(|d| d[0] + d[1] > noise);
-        // Its front is not there yet while closing the contact would change the velocities by no more than their rounding.
+        // Its front is not there yet while closing the contact would change the velocities by no more than their
+        // rounding.
         let matters = || {
             let (overlap, change_of_rate) = self.overlap(j, until);
             change_of_rate + law.elastic_force(overlap) * until / mass > rounding.velocity

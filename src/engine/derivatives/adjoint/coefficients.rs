@@ -7,8 +7,8 @@ use crate::solver::dual::{Dual, Scalar};
 /// Those of a ball: mass, `omega2`, `gamma`, and the external force on it.
 pub(super) type OfBall<T = f64> = [T; 4];
 
-/// Those of a contact: stiffness, reference overlap, exponent, clearance, and the coefficients of the damping laws: Kelvin and Voigt's,
-/// Hunt and Crossley's, and the relaxation time of viscoelastic contacts.
+/// Those of a contact: stiffness, reference overlap, exponent, clearance, and the coefficients of the damping laws:
+/// Kelvin and Voigt's, Hunt and Crossley's, and the relaxation time of viscoelastic contacts.
 pub(super) type OfContact<T = f64> = [T; 7];
 
 /// Place of the clearance among those of a contact.

@@ -1,7 +1,7 @@
 //! How the motion of a ball that touches nothing changes with its start and with the coefficients.
 //!
-//! The change obeys the same equation, with what the changes of the coefficients do on the way as a force: it is that of the start,
-//! and the integral of the response to that force, by Gauss's rule.
+//! The change obeys the same equation, with what the changes of the coefficients do on the way as a force: it is that
+//! of the start, and the integral of the response to that force, by Gauss's rule.
 
 use super::coefficients::Coefficients;
 use super::slots::Slots;
@@ -56,7 +56,8 @@ pub(super) struct Flown {
     pub ball: usize,
     pub tuning: usize,
     swing: Swing,
-    /// Derivatives of the position and the velocity at the end by the coefficients of the ball, and by the acceleration of the support.
+    /// Derivatives of the position and the velocity at the end by the coefficients of the ball, and by the acceleration
+    /// of the support.
     by: [[f64; 2]; 5],
 }
 

@@ -1,13 +1,14 @@
 //! Derivatives of a whole run in both directions: along one direction, or of one number by everything at once.
 //!
-//! A [`Tape`] holds the parts of a run of elastic contacts, each with its linearised map from the state at its start and the
-//! coefficients to the state at its end: flights of single balls ([`flown`]) and neighbours that press on each other ([`segment`]).
-//! Run forwards, the maps take a direction along; transposed and run backwards, they give the derivatives of one number by the start
-//! state and all coefficients, for the price of a few runs (reverse mode: Griewank and Walther, Evaluating Derivatives, 2008, chapter
-//! 3). Both use the same numbers, so that they agree to rounding.
+//! A [`Tape`] holds the parts of a run of elastic contacts, each with its linearised map from the state at its start
+//! and the coefficients to the state at its end: flights of single balls ([`flown`]) and neighbours that press on each
+//! other ([`segment`]). Run forwards, the maps take a direction along; transposed and run backwards, they give the
+//! derivatives of one number by the start state and all coefficients, for the price of a few runs (reverse mode:
+//! Griewank and Walther, Evaluating Derivatives, 2008, chapter 3). Both use the same numbers, so that they agree to
+//! rounding.
 //!
-//! Elastic forces are continuous where a contact closes and opens: the shifts of these times count by their second order only. They
-//! are taken as the run has had them.
+//! Elastic forces are continuous where a contact closes and opens: the shifts of these times count by their second
+//! order only. They are taken as the run has had them.
 
 mod coefficients;
 mod flown;

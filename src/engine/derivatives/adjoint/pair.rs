@@ -1,9 +1,9 @@
-//! How the motion of two equal pendulums that press on each other by a linear contact changes with its start and with the
-//! coefficients.
+//! How the motion of two equal pendulums that press on each other by a linear contact changes with its start and with
+//! the coefficients.
 //!
-//! Their centre swings like one of them, their distance like an oscillator of its own: both motions and their responses are closed
-//! forms. What the coefficients change is the integral of the response to it, by Gauss's rule in a time `3 c^2 - 2 c^3`, which takes the
-//! logarithm of the overlap.
+//! Their centre swings like one of them, their distance like an oscillator of its own: both motions and their responses
+//! are closed forms. What the coefficients change is the integral of the response to it, by Gauss's rule in a time
+//! `3 c^2 - 2 c^3`, which takes the logarithm of the overlap.
 
 use super::coefficients::{CLEARANCE, Coefficients, OfContact};
 use super::flown::{Swing, first_half, moved};
@@ -93,8 +93,8 @@ impl Pair {
         })
     }
 
-    /// The motion of two balls from these flights on, under these external forces (N), from the overlap (m) for the time `length` (s);
-    /// then their displacements, velocities, and the change of the overlap.
+    /// The motion of two balls from these flights on, under these external forces (N), from the overlap (m) for the
+    /// time `length` (s); then their displacements, velocities, and the change of the overlap.
     pub fn new(
         (first, tuning): (usize, usize),
         cradle: &Cradle,
@@ -202,7 +202,8 @@ fn add_multiple<const N: usize>(sums: &mut [f64; N], factor: f64, of: &[f64; N])
 }
 
 impl Motion<'_> {
-    /// Derivatives of the changes at the end by the coefficients; the functions of the oscillator of the distance have these values then.
+    /// Derivatives of the changes at the end by the coefficients; the functions of the oscillator of the distance have
+    /// these values then.
     fn by_coefficients(&self, at_end: &[f64; 3]) -> ByCoefficients {
         let (shares, inverse_mass) = (shares(self.models), inverse_mass(self.models));
         let mut by = ByCoefficients::default();
@@ -264,8 +265,8 @@ impl Motion<'_> {
     }
 }
 
-/// Derivatives of the force of a contact by the coefficients with the overlap held, at this overlap and rate, where the force and its
-/// derivative by the overlap are the given ones.
+/// Derivatives of the force of a contact by the coefficients with the overlap held, at this overlap and rate, where the
+/// force and its derivative by the overlap are the given ones.
 pub(super) fn law_derivatives(law: &ContactLaw, overlap: f64, rate: f64, force: f64, slope: f64) -> OfContact {
     if overlap <= 0.0 {
         return OfContact::default();

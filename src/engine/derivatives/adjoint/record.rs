@@ -23,8 +23,9 @@ const MOST_NUMBERS: usize = 1 << 24;
 /// Numbers of a flight.
 const FLIGHT: usize = 16;
 
-/// Part of the amplitude of the motion, and of the velocities that go with it, by which a tape may end elsewhere than the run. Up to
-/// 3e-12 were found in moving chains, also where ten balls amplify small changes by 1e37; some runs that come to rest in contact end elsewhere.
+/// Part of the amplitude of the motion, and of the velocities that go with it, by which a tape may end elsewhere than
+/// the run. Up to 3e-12 were found in moving chains, also where ten balls amplify small changes by 1e37; some runs that
+/// come to rest in contact end elsewhere.
 const AGREEMENT: f64 = 1e-9;
 
 /// How often a segment that is too long is halved.
@@ -168,7 +169,8 @@ impl Recorder {
         } else if let Some(oscillators) = self.oscillators_of_pair(first..end) {
             self.press_pair(first, length, oscillators)?;
         } else {
-            // The forces of contacts that close at the start or open at the end grow from there with any power of the time.
+            // The forces of contacts that close at the start or open at the end grow from there with any power of the
+            // time.
             let half = 0.5 * length;
             self.press(first..end, half, Stretching::AtStart(Power::Square), HALVINGS)?;
             self.press(first..end, half, Stretching::AtEnd(Power::Square), HALVINGS)?;

@@ -11,8 +11,9 @@ const MOST: usize = 30;
 /// Change of the accelerations over their size, both summed over balls and nodes, at which the iteration is at its end.
 const CONVERGED: f64 = 1e-14;
 
-/// Part of the largest acceleration that may be left in the two highest terms of their interpolation. In the stretched time `c^2` forces
-/// are smooth whose exponent is a multiple of 1/2: the error at the end of a segment is far smaller then.
+/// Part of the largest acceleration that may be left in the two highest terms of their interpolation. In the stretched
+/// time `c^2` forces are smooth whose exponent is a multiple of 1/2: the error at the end of a segment is far smaller
+/// then.
 const TAIL: f64 = 1e-11;
 const SMOOTH_TAIL: f64 = 1e-7;
 

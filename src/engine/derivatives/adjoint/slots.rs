@@ -2,10 +2,11 @@
 
 use crate::solver::double_double::DoubleDouble;
 
-/// One number for each position, velocity and impulse at one time: how much it changes, or how much something changes with it.
+/// One number for each position, velocity and impulse at one time: how much it changes, or how much something changes
+/// with it.
 ///
-/// Within a contact a change of a position makes one of velocities that is `omega` times as large, most of which is gone at its end. That
-/// would cost doubles five digits, and both directions of a tape would lose different ones.
+/// Within a contact a change of a position makes one of velocities that is `omega` times as large, most of which is
+/// gone at its end. That would cost doubles five digits, and both directions of a tape would lose different ones.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Slots {
     pub x: Vec<DoubleDouble>,

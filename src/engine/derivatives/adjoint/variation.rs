@@ -1,15 +1,16 @@
 //! How the motion of a group on a segment changes with its start and with the coefficients: the variational equations.
 //!
-//! With positions `y = x + v t + h^2 Q2 g` at the nodes of collocation (see [`gauss`](crate::solver::gauss)), the changes of the
-//! accelerations there are
+//! With positions `y = x + v t + h^2 Q2 g` at the nodes of collocation (see [`gauss`](crate::solver::gauss)), the
+//! changes of the accelerations there are
 //!
 //! ```text
 //! g = C y - 2 gamma (v + h Q1 g) + what the coefficients do,   (C y)_i = (f_(i-1) - f_i) / m_i - omega_i^2 y_i,
 //! f_j = slope_j (y_j - y_(j+1)),
 //! ```
 //!
-//! so that `g = known + L g`. Backwards, the derivatives by the accelerations obey the same equation with `L` transposed. The numbers in `L`
-//! are the same, and both are solved to far more digits than a double has: the two directions differ by the rounding of the result.
+//! so that `g = known + L g`. Backwards, the derivatives by the accelerations obey the same equation with `L`
+//! transposed. The numbers in `L` are the same, and both are solved to far more digits than a double has: the two
+//! directions differ by the rounding of the result.
 
 use super::coefficients::{CLEARANCE, Coefficients, OfBall, OfContact};
 use super::segment::{Progress, Segment};
@@ -21,8 +22,8 @@ use crate::solver::gauss::{NODES, Nodes, Table, combine, weighted};
 /// Iterations after which a solution is taken as it is.
 const MOST: usize = 60;
 
-/// Change over the size, both summed, at which the iteration is at its end. What a solution leaves is solved for once more: the error is the
-/// square of this.
+/// Change over the size, both summed, at which the iteration is at its end. What a solution leaves is solved for once
+/// more: the error is the square of this.
 const CONVERGED: f64 = 1e-10;
 
 /// Values of each ball or contact, at the nodes.
@@ -126,7 +127,8 @@ impl<'a> Variation<'a> {
         }
     }
 
-    /// Derivatives of the accelerations of ball `i` by its coefficients; those by the external force are the same at all nodes.
+    /// Derivatives of the accelerations of ball `i` by its coefficients; those by the external force are the same at
+    /// all nodes.
     fn of_ball(&self, i: usize) -> OfBall<Nodes> {
         let (ball, lightness) = (&self.segment.balls[i], self.lightness[i]);
         [
@@ -263,7 +265,8 @@ fn changed(of: &[Nodes], changes: &[f64]) -> Nodes<DoubleDouble> {
     sums
 }
 
-/// Adds to the derivatives by coefficients: those of the values at the nodes by them, times the derivatives by these values.
+/// Adds to the derivatives by coefficients: those of the values at the nodes by them, times the derivatives by these
+/// values.
 fn add(gradient: &mut [DoubleDouble], of: &[Nodes], by_nodes: &Nodes<DoubleDouble>) {
     gradient.iter_mut().zip(of).for_each(|(sum, of)| *sum += weighted(of, by_nodes));
 }

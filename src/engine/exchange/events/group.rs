@@ -81,8 +81,9 @@ fn part(parameters: &Parameters, range: &Range<usize>) -> Parameters {
 }
 
 impl Exchange {
-    /// Follows the group that contact `first` belongs to from its onset, which is `onset` (s) from now; contacts that are `closed`
-    /// are closed already. Nothing if it does not end before long, or if a contact that is closed for the host takes part.
+    /// Follows the group that contact `first` belongs to from its onset, which is `onset` (s) from now; contacts that
+    /// are `closed` are closed already. Nothing if it does not end before long, or if a contact that is closed for the
+    /// host takes part.
     pub(super) fn follow(
         &self,
         balls: &[Ball],
@@ -135,7 +136,8 @@ impl Exchange {
         Ok(Some(self.outcome(balls, &engine, &around, contacts, (onset, end), followed)))
     }
 
-    /// The balls about contact `first` between contacts that are closed for the host, with those of `open`, which are not.
+    /// The balls about contact `first` between contacts that are closed for the host, with those of `open`, which are
+    /// not.
     fn free_around(&self, first: usize, open: &[usize]) -> Range<usize> {
         let free = |j: &usize| self.modes[*j] == Mode::Open || open.contains(j);
         let start = (0..first).rev().take_while(free).last().unwrap_or(first);
@@ -159,8 +161,8 @@ impl Exchange {
         engine
     }
 
-    /// Moves `engine` on until the group of contact `first` is open and has stayed so for as long as it lasted. Answers its contacts
-    /// and that time.
+    /// Moves `engine` on until the group of contact `first` is open and has stayed so for as long as it lasted. Answers
+    /// its contacts and that time.
     fn to_the_end(
         &self,
         engine: &mut Engine,
@@ -190,8 +192,8 @@ impl Exchange {
         }
     }
 
-    /// What has become of the group of `contacts`, which began at `times.0` (s from now) and was open at `times.1` after that,
-    /// where `engine`, which has the balls `around`, is now.
+    /// What has become of the group of `contacts`, which began at `times.0` (s from now) and was open at `times.1`
+    /// after that, where `engine`, which has the balls `around`, is now.
     fn outcome(
         &self,
         balls: &[Ball],
@@ -259,8 +261,8 @@ impl Exchange {
     }
 }
 
-/// The loss in the contacts of a group where others have had pulses as well: what is missing of the energy of its balls between the
-/// onset, `onset` (s) from where they were `before`, and the end, which `after` is anchored at, J.
+/// The loss in the contacts of a group where others have had pulses as well: what is missing of the energy of its balls
+/// between the onset, `onset` (s) from where they were `before`, and the end, which `after` is anchored at, J.
 fn contact_loss(engine: &Engine, after: &[(Ball, (f64, f64))], before: &[Ball], onset: f64) -> f64 {
     let of_ball = |((ball, _), before): (&(Ball, (f64, f64)), &Ball)| {
         let (displacement, v) = before.moved(onset.into());

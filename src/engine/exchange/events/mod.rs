@@ -138,8 +138,8 @@ impl Exchange {
         Ok(())
     }
 
-    /// Follows groups to their end as long as any is due, the earliest first; what does not end before long is closed for the host
-    /// to integrate.
+    /// Follows groups to their end as long as any is due, the earliest first; what does not end before long is closed
+    /// for the host to integrate.
     fn follow_due(&mut self, observer: &mut dyn Observer) -> Result<(), EngineError> {
         for _ in 0..GROUPS {
             let balls = self.flights();

@@ -1,7 +1,7 @@
 //! Rigid contacts in an event: impacts, chatter to its end, balls that stay in contact, and their parting.
 //!
-//! The event-driven engine takes all balls from the earliest onset that is due to the end of what comes about there. Then all return
-//! to the current time along what governs them then, flight or the motion of a body.
+//! The event-driven engine takes all balls from the earliest onset that is due to the end of what comes about there.
+//! Then all return to the current time along what governs them then, flight or the motion of a body.
 
 use super::group::Followed;
 use crate::engine::error::EngineError;
@@ -132,8 +132,8 @@ impl Exchange {
         Ok(last)
     }
 
-    /// Goes on from where `later` is at `times.1`, which began `times.0` (s) from now, seen from now; `engine` is where it would be
-    /// without.
+    /// Goes on from where `later` is at `times.1`, which began `times.0` (s) from now, seen from now; `engine` is where
+    /// it would be without.
     fn return_from(
         &mut self,
         balls: &[Ball],

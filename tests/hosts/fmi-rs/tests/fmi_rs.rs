@@ -1,5 +1,5 @@
-//! The `fmi-rs` crate of CATIA-Systems, another one than `fmi`, as the host, with its own simulation loops: what it finds wrong
-//! with descriptions, and the same bits from FMUs of both versions in co-simulation and in model exchange.
+//! The `fmi-rs` crate of CATIA-Systems, another one than `fmi`, as the host, with its own simulation loops: what it
+//! finds wrong with descriptions, and the same bits from FMUs of both versions in co-simulation and in model exchange.
 
 mod support;
 
@@ -176,8 +176,8 @@ impl<O: Ode> Solver for Euler<O> {
     }
 }
 
-/// What the crate finds wrong. FMPy wants output clocks among the initial unknowns, this crate does not, and neither minds an FMU without
-/// clocks.
+/// What the crate finds wrong. FMPy wants output clocks among the initial unknowns, this crate does not, and neither
+/// minds an FMU without clocks.
 #[test]
 fn descriptions_are_valid() {
     let settings = Settings::default_for(5);
