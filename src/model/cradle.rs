@@ -41,10 +41,43 @@ pub struct Cradle<S = f64> {
     pub restitution: Option<S>,
 }
 
+impl BallModel {
+    /// Time in which the pendulum swings by one radian, s; 1 s without gravity.
+    pub fn unit_of_time(&self) -> f64 {
+        if self.omega2 > 0.0 { 1.0 / self.omega2.sqrt() } else { 1.0 }
+    }
+}
+
 impl Cradle {
     /// Derives the coefficients of the equations from `p`, whose values are in their ranges.
     pub fn new(p: &Parameters) -> Self {
         Self::along(p, p)
+    }
+
+    /// Reduced mass of the balls of contact `j`, kg.
+    pub fn reduced_mass(&self, j: usize) -> f64 {
+        let (left, right) = (self.balls[j].mass, self.balls[j + 1].mass);
+        left * right / (left + right)
+    }
+
+    /// The largest speed (m/s) that the balls can reach by what they have: their speeds, their heights at the positions
+    /// `x` (m), what their contacts hold at these overlaps (m), and what an acceleration `forcing(i)` (m/s2) gives them
+    /// within one unit of their time.
+    pub fn speed_in_reach(&self, [x, v, overlaps]: [&[f64]; 3], forcing: impl Fn(usize) -> f64) -> f64 {
+        let held = |j: usize| self.contacts.get(j).map_or(0.0, |law| law.elastic_energy(overlaps[j]));
+        let of_ball = |(i, ball): (usize, &BallModel)| {
+            let unit = ball.unit_of_time();
+            let energy = held(i) + if i > 0 { held(i - 1) } else { 0.0 };
+            let height = if ball.omega2 > 0.0 { x[i].abs() / unit } else { 0.0 };
+            let by_forces = (2.0 * energy / ball.mass).sqrt().max(forcing(i).abs() * unit);
+            v[i].abs().max(height).max(by_forces)
+        };
+        self.balls.iter().enumerate().map(of_ball).fold(0.0, f64::max)
+    }
+
+    /// Period of the first ball, s; infinite without gravity.
+    pub fn period(&self) -> f64 {
+        std::f64::consts::TAU / self.balls[0].omega2.sqrt()
     }
 }
 

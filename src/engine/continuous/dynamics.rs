@@ -46,22 +46,21 @@ impl Dynamics {
     /// From the state `y` at the time `since` on. Tolerated is `tolerance` times the larger of a component and its
     /// scale.
     ///
-    /// The scales follow from the speed that the balls can reach by what they have: their speed, their height, what
-    /// their contacts hold, and what the inputs give them within one unit of their time. That of the positions is the
-    /// way they go at that speed within this unit, that of the velocities [`SLOW`] times the speed, that of the
-    /// overlaps [`DEEP`] times the overlap of an impact at that speed.
+    /// The scales follow from the [speed in reach](Cradle::speed_in_reach). That of the positions is the way they go at
+    /// that speed within one unit of their time, that of the velocities [`SLOW`] times the speed, that of the overlaps
+    /// [`DEEP`] times the overlap of an impact at that speed.
     pub fn new(cradle: Cradle, forcings: Vec<Forcing>, since: DoubleDouble, y: &[f64], tolerance: f64) -> Self {
         let mut dynamics = Self { cradle, forcings, since, tolerance, scales: [1.0; 3], energy_scale: 1.0 };
-        let fastest = (0..dynamics.balls()).map(|i| dynamics.speed_in_reach(i, y)).fold(0.0, f64::max);
+        let (n, largest) = (dynamics.balls(), |most: f64, forcing: &f64| most.max(forcing.abs()));
+        let motion = [&y[..n], &y[n..2 * n], &y[2 * n..3 * n - 1]];
+        let fastest = dynamics.cradle.speed_in_reach(motion, |i| dynamics.forcings[i].iter().fold(0.0, largest));
         if fastest > 0.0 {
             let lightest = dynamics.cradle.balls.iter().fold(f64::INFINITY, |mass, ball| mass.min(ball.mass));
             dynamics.energy_scale = 0.5 * lightest * fastest * fastest;
-            let way = (0..dynamics.balls()).map(|i| fastest * dynamics.unit_of_time(i)).fold(f64::INFINITY, f64::min);
-            let contacts = dynamics.cradle.contacts.iter().zip(dynamics.cradle.balls.windows(2));
-            let overlaps = contacts.map(|(law, pair)| {
-                let reduced = pair[0].mass * pair[1].mass / (pair[0].mass + pair[1].mass);
-                law.largest_overlap(reduced, fastest)
-            });
+            let way =
+                dynamics.cradle.balls.iter().map(|ball| fastest * ball.unit_of_time()).fold(f64::INFINITY, f64::min);
+            let contacts = dynamics.cradle.contacts.iter().enumerate();
+            let overlaps = contacts.map(|(j, law)| law.largest_overlap(dynamics.cradle.reduced_mass(j), fastest));
             dynamics.scales = [way, SLOW * fastest, DEEP * overlaps.fold(way, f64::min)];
         }
         dynamics
@@ -76,22 +75,6 @@ impl Dynamics {
     /// How many components the state has.
     pub fn components(&self) -> usize {
         4 * self.balls() + 1
-    }
-
-    /// Time in which pendulum `i` swings by one radian, s; 1 s without gravity.
-    fn unit_of_time(&self, i: usize) -> f64 {
-        let omega2 = self.cradle.balls[i].omega2;
-        if omega2 > 0.0 { 1.0 / omega2.sqrt() } else { 1.0 }
-    }
-
-    fn speed_in_reach(&self, i: usize, y: &[f64]) -> f64 {
-        let (ball, unit) = (&self.cradle.balls[i], self.unit_of_time(i));
-        let contact = |i: usize| self.cradle.contacts.get(i).map_or(0.0, |law| law.elastic_energy(y[self.overlap(i)]));
-        let held = contact(i) + if i > 0 { contact(i - 1) } else { 0.0 };
-        let forcing = self.forcings[i].iter().fold(0.0_f64, |most, forcing| most.max(forcing.abs()));
-        let height = if ball.omega2 > 0.0 { y[i].abs() / unit } else { 0.0 };
-        let speeds = [y[self.v(i)].abs(), height, forcing * unit, (2.0 * held / ball.mass).sqrt()];
-        speeds.into_iter().fold(0.0, f64::max)
     }
 
     /// The state with these positions and velocities, the sums at 0.

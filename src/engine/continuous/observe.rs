@@ -72,8 +72,7 @@ impl Continuous {
     /// The first onset beyond the last step, or none within 1000 periods of the first ball; where a fixed number of
     /// steps does not show it, how far they have led. The next look, at a later time, goes on from there.
     fn look_ahead(&self, now: DoubleDouble) -> Next {
-        let period = std::f64::consts::TAU / self.cradle().balls[0].omega2.sqrt();
-        let limit = now + ONSET_PERIODS * period;
+        let limit = now + ONSET_PERIODS * self.cradle().period();
         let mut ahead = self.ahead.borrow_mut();
         if ahead.as_ref().is_some_and(|ahead| ahead.path().end < self.trajectory.path().end) {
             *ahead = None;

@@ -165,7 +165,7 @@ impl<'a> Run<'a> {
         let mut scale = state.v.iter().map(|v| v.value().abs()).fold(f64::MIN_POSITIVE, f64::max);
         for j in (0..contacts.len()).filter(|&j| state.modes[j] != Mode::Open) {
             let energy = contacts[j].elastic_energy(state.overlaps[j].value());
-            let mass = self.reduced_mass(j);
+            let mass = self.cradle.reduced_mass(j);
             // From rest it is what the other forces bring about until the contact balances them.
             let pull = (algebraic::a(self, j) - algebraic::a(self, j + 1)).value().abs();
             let from_rest = pull * contacts[j].static_overlap(mass * pull);
@@ -182,7 +182,7 @@ impl<'a> Run<'a> {
         let fastest = self.cradle.balls.iter().map(swing).fold(0.0, f64::max);
         let mut unit = if fastest > 0.0 { 1.0 / fastest } else { 1.0 };
         for j in (0..contacts.len()).filter(|&j| state.modes[j] != Mode::Open) {
-            let (law, mass) = (&contacts[j], self.reduced_mass(j));
+            let (law, mass) = (&contacts[j], self.cradle.reduced_mass(j));
             unit = unit.min(law.time_scale(mass, scale)).min(law.relaxation_time(mass, scale));
             let (overlap, rate) = (state.overlaps[j].value(), self.overlap_rate(j).value().abs());
             if self.along.contacts[j].whole_exponent().is_none() && !negligible(j) && overlap < unit * rate {
@@ -190,11 +190,6 @@ impl<'a> Run<'a> {
             }
         }
         unit
-    }
-
-    fn reduced_mass(&self, j: usize) -> f64 {
-        let (left, right) = (self.cradle.balls[j].mass, self.cradle.balls[j + 1].mass);
-        left * right / (left + right)
     }
 
     pub(super) fn overlap_rate(&self, j: usize) -> Dual {
@@ -208,7 +203,7 @@ impl<'a> Run<'a> {
         if self.state.modes[j] == Mode::Open || self.along.contacts[j].whole_exponent().is_some() {
             return 0.0;
         }
-        let (mass, rate) = (self.reduced_mass(j), self.overlap_rate(j).value());
+        let (mass, rate) = (self.cradle.reduced_mass(j), self.overlap_rate(j).value());
         let bound = law.largest_negligible_overlap(mass, rate, LOCAL_ERROR * scale, law.time_scale(mass, scale));
         if self.state.overlaps[j].value() < bound { 2.0 * bound } else { 0.0 }
     }

@@ -30,7 +30,7 @@ impl Exchange {
         if self.modes.iter().any(|mode| *mode != Mode::Open) {
             return (Next::not_before(self.time, self.time), None);
         }
-        let limit = ONSET_PERIODS * std::f64::consts::TAU / self.cradle.balls[0].omega2.sqrt();
+        let limit = ONSET_PERIODS * self.cradle.period();
         let balls = self.flights();
         let separations: Vec<Separation> = (0..self.modes.len()).map(|j| self.separation(&balls, j)).collect();
         let mut queue = EventQueue::new(separations.len());

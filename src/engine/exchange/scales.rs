@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::equations::{State, state_count};
-use crate::model::{BallModel, ContactLaw, Cradle};
+use crate::model::{ContactLaw, Cradle};
 
 /// Slowest nominal speed (m/s), and that of a cradle at rest.
 const LEAST_SPEED: f64 = 1e-9;
@@ -23,11 +23,6 @@ pub(super) struct Scales {
     pub forces: Vec<f64>,
 }
 
-/// Time in which a pendulum swings by one radian, s; 1 s without gravity.
-pub(super) fn unit_of_time(ball: &BallModel) -> f64 {
-    if ball.omega2 > 0.0 { 1.0 / ball.omega2.sqrt() } else { 1.0 }
-}
-
 /// Positive and finite, with room for what a host makes of it.
 fn bounded(scale: f64) -> f64 {
     if scale.is_nan() { 1.0 } else { scale.clamp(1e-150, 1e150) }
@@ -38,22 +33,14 @@ impl Scales {
     /// contacts hold, and what the inputs give them within one unit of their time.
     pub fn new(cradle: &Cradle, state: &State) -> Self {
         let Cradle { balls, contacts, .. } = cradle;
-        let held = |j: usize| contacts.get(j).map_or(0.0, |law| law.elastic_energy(state.overlaps[j]));
-        let in_reach = |(i, ball): (usize, &BallModel)| {
-            let unit = unit_of_time(ball);
-            let energy = held(i) + if i > 0 { held(i - 1) } else { 0.0 };
-            let height = if ball.omega2 > 0.0 { state.x[i].abs() / unit } else { 0.0 };
-            let by_forces = (2.0 * energy / ball.mass).sqrt().max(state.forcings[i].abs() * unit);
-            state.v[i].abs().max(height).max(by_forces)
-        };
-        let fastest = balls.iter().enumerate().map(in_reach).fold(0.0, f64::max);
+        let motion = [&state.x[..], &state.v, &state.overlaps];
+        let fastest = cradle.speed_in_reach(motion, |i| state.forcings[i]);
         let speed = bounded(if fastest > 0.0 { fastest.max(LEAST_SPEED) } else { SPEED_AT_REST });
-        let unit = unit_of_time(&balls[0]);
+        let unit = balls[0].unit_of_time();
         let heaviest = balls.iter().fold(0.0_f64, |most, ball| most.max(ball.mass));
-        let reduced = |j: usize| balls[j].mass * balls[j + 1].mass / (balls[j].mass + balls[j + 1].mass);
         let rigid = cradle.restitution.is_some();
         let compression = |(j, law): (usize, &ContactLaw)| {
-            bounded(if rigid { SHIFT * speed * unit } else { law.largest_overlap(reduced(j), speed) })
+            bounded(if rigid { SHIFT * speed * unit } else { law.largest_overlap(cradle.reduced_mass(j), speed) })
         };
         let compressions: Vec<f64> = contacts.iter().enumerate().map(compression).collect();
         let energy = bounded(0.5 * heaviest * speed * speed);
@@ -61,10 +48,10 @@ impl Scales {
         nominals.push(bounded(speed * unit));
         nominals.extend_from_slice(&compressions);
         nominals.extend(balls.iter().map(|_| speed));
-        nominals.extend((0..contacts.len()).map(|j| bounded(2.0 * reduced(j) * speed)));
+        nominals.extend((0..contacts.len()).map(|j| bounded(2.0 * cradle.reduced_mass(j) * speed)));
         nominals.extend([energy, energy]);
         let force = |(j, law): (usize, &ContactLaw)| {
-            bounded(if rigid { reduced(j) * speed / unit } else { law.elastic_force(compressions[j]) })
+            bounded(if rigid { cradle.reduced_mass(j) * speed / unit } else { law.elastic_force(compressions[j]) })
         };
         let forces = contacts.iter().enumerate().map(force).collect();
         Self { nominals, speed, forces }

@@ -4,7 +4,6 @@ use std::ops::Range;
 
 use crate::engine::error::EngineError;
 use crate::engine::exchange::run::Exchange;
-use crate::engine::exchange::scales::unit_of_time;
 use crate::engine::flight::{Ball, Separation};
 use crate::engine::inputs::HeldInputs;
 use crate::engine::observer::{Observer, Pulse, Unrecorded};
@@ -169,7 +168,7 @@ impl Exchange {
         first: usize,
         followed: &mut Followed,
     ) -> Result<Option<(Range<usize>, DoubleDouble)>, EngineError> {
-        let limit = DoubleDouble::from(LONGEST * std::f64::consts::TAU * unit_of_time(&self.cradle.balls[0]));
+        let limit = DoubleDouble::from(LONGEST * std::f64::consts::TAU * self.cradle.balls[0].unit_of_time());
         let enough = engine.effort.saturating_add(EFFORT);
         let pulses = |engine: &Engine, j: usize| engine.contacts[j].ledger.pulses;
         let mut group = first..first + 1;

@@ -114,8 +114,7 @@ impl Exchange {
 
     /// Moves `engine` on as long as one impact follows the other rapidly, to the end of chatter. Answers when that was.
     fn while_rapid(&self, engine: &mut Engine, followed: &mut Followed) -> Result<DoubleDouble, EngineError> {
-        let period = std::f64::consts::TAU / self.cradle.balls[0].omega2.sqrt();
-        let limit = DoubleDouble::from(LONGEST * period.min(1.0));
+        let limit = DoubleDouble::from(LONGEST * self.cradle.period().min(1.0));
         let enough = engine.effort.saturating_add(EFFORT);
         let mut last = NOW;
         while let Some((t, key)) = engine.queue.first()
@@ -195,7 +194,7 @@ impl Exchange {
     /// The next onset, from now.
     pub(in crate::engine::exchange) fn foresee_rigid(&self) -> Next<DoubleDouble> {
         let mut engine = self.settled();
-        let limit = DoubleDouble::from(ONSET_PERIODS * std::f64::consts::TAU / self.cradle.balls[0].omega2.sqrt());
+        let limit = DoubleDouble::from(ONSET_PERIODS * self.cradle.period());
         while let Some((t, key)) = engine.queue.first().filter(|(t, _)| *t <= limit) {
             if matches!(engine.contacts[key].phase, Phase::Open(_, Next::At(_))) {
                 return Next::At(t);
