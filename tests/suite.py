@@ -1,16 +1,15 @@
-"""The stages of `cradle.py test`, which counts what they pass, fail and skip."""
+"""The stages of `cradle.py test`. The runners count; here their counts are added up, and what failed or was skipped is said again."""
 
 import os
 import platform
 import re
 import shutil
-import subprocess
 import sys
 import tempfile
+import threading
 import time
 import zipfile
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
 from pathlib import Path
 
 from checkout import (
@@ -30,127 +29,111 @@ from checkout import (
 
 # As the tests compile it, with the engine. Cargo would compile it without when asked for it alone, and for the next tests anew.
 PRODUCER = ROOT / "target/debug" / ("cradle-fmu.exe" if os.name == "nt" else "cradle-fmu")
-TOOLS = ROOT / "target/tools"
+FMU3 = FMU.with_suffix(".fmi3.fmu")
+HOSTS, TOOLS, FUZZ = (ROOT / "target" / name for name in ("hosts", "tools", "fuzz"))
 # About half a minute each, but for `calls`, which takes a whole one.
 FUZZ_RUNS = {"calls": 5_000, "check": 1_500, "corners": 1_000, "events": 10_000, "states": 20_000}
-
-# Cases of each property in `test` without `--all`.
-FEW_CASES = 20
-
+FEW_CASES = "20"  # of each property in `test` without `--all`
 # Parts of the lines of skips that `--strict` accepts, because installing something does not help.
 EXPECTED_SKIPS = ("advisories: their database cannot be reached",)
+LIBCLANG = "libclang is missing: on Debian, `apt install libclang-dev`"
 
 
-@dataclass
+def counts(line: str, ignored: bool = True) -> tuple[int, int, int] | None:
+    """(passed, failed, skipped) of a summary line by cargo or pytest, or of a script's line of what it skips. `ignored`: whether
+    cargo's count of those is one of skips."""
+    if cargo := re.search(r"test result: \w+\. (\d+) passed; (\d+) failed; (\d+) ignored", line):
+        passed, failed, left_out = map(int, cargo.groups())
+        return passed, failed, left_out if ignored else 0
+    if re.search(r"^=.* (passed|failed|skipped|errors?)\b.* in [\d.]+s", line):
+        numbers = {what: int(n) for n, what in re.findall(r"(\d+) (passed|failed|skipped|error)", line)}
+        passed, failed, errors, skipped = map(numbers.get, ("passed", "failed", "error", "skipped"))
+        return passed or 0, (failed or 0) + (errors or 0), skipped or 0
+    return (0, 0, 1) if re.match(r"SKIPPED (?!\[)", line) else None
+
+
 class Results:
-    """What stages have counted, and the remarks to repeat at the end."""
+    """What stages have counted, and the remarks to repeat at the end. Stages may run beside each other, in lanes."""
 
-    lane: str = ""  # before each line, where stages run beside others
-    passed: int = 0
-    failed: int = 0
-    skipped: int = 0
-    remarks: list = field(default_factory=list)
-    skips: list = field(default_factory=list)  # a line for each, with its reason
+    def __init__(self, everything: bool = True):
+        self.everything = everything
+        self.passed = self.failed = self.skipped = 0
+        self.remarks: list[str] = []
+        self.skips: list[str] = []  # a line for each, with its reason
+        self._lane, self._lock = threading.local(), threading.Lock()
 
     def show(self, text: str) -> None:
         """Prints lines, each after the name of its lane."""
-        say("\n".join(f"{self.lane:9}| {line}" if self.lane else line for line in text.split("\n")))
+        lane = getattr(self._lane, "name", "")
+        say("\n".join(f"{lane:9}| {line}" if lane else line for line in text.split("\n")))
+
+    def _count(self, passed: int, failed: int, skipped: int, *remarks: str) -> None:
+        with self._lock:
+            self.passed, self.failed = self.passed + passed, self.failed + failed
+            self.skipped += skipped
+            self.remarks += remarks
 
     def skip(self, what: str, why: str) -> None:
         """Notes what cannot run here, and why."""
-        self.skipped += 1
-        self.remarks.append(f"SKIPPED  {what}: {why}")
+        self._count(0, 0, 1, f"SKIPPED  {what}: {why}")
         self.skips.append(f"{what}: {why}")
         self.show(f"\n!! SKIPPED {what}: {why}")
 
     def fail(self, what: str) -> None:
         """Notes a failure that no runner counts."""
-        self.failed += 1
-        self.remarks.append(f"FAILED   {what}")
+        self._count(0, 1, 0, f"FAILED   {what}")
         self.show(f"\n!! FAILED {what}")
 
-    def step(self, what: str, command: list, counts=None, **options) -> bool:
-        """Runs one stage, and says whether it passed. `counts(line)` gives (passed, failed, skipped) of a runner's summary line;
-        a stage without any counts as one test, and a crash that no summary shows as one failure. Failed tests are named."""
-        total = [0, 0, 0]
-        failures = []
+    def step(self, what: str, command: list, **options) -> bool:
+        """Runs one stage, and says whether it passed. What counts nothing is one test, and a crash that no summary shows one
+        failure."""
+        total, failures = [0, 0, 0], []
 
         def watch(line):
             self.show(line)
-            if is_failure(line):
-                failures.append(line.rstrip())
+            if re.match(r"test \S+ \.\.\. FAILED|(FAILED|ERROR) tests/", line):
+                failures.append(f"         {line.rstrip()}")
             if line.startswith("SKIPPED"):
                 self.skips.append(line)
-            for i, number in enumerate((counts and counts(line)) or ()):
+            for i, number in enumerate(counts(line, self.everything) or ()):
                 total[i] += number
 
         with stage(what, self.show):
             code = run(command, check=False, watch=watch, **options)
-        if counts is None and code == 0:
-            total[0] += 1
-        self.passed, self.skipped = self.passed + total[0], self.skipped + total[2]
-        if code != 0 and total[1] == 0:
+        if code == 0 and not any(total):
+            total[0] = 1
+        if code != 0 and not total[1]:
             self.fail(f"{what} (code {code})")
         elif total[1]:
-            self.failed += total[1]
-            self.remarks.append(f"FAILED   {what}: {total[1]} tests")
-            self.remarks += [f"         {failure}" for failure in failures]
+            failures.insert(0, f"FAILED   {what}: {total[1]} tests")
         if total[2]:
-            self.remarks.append(f"SKIPPED  {what}: {total[2]} tests, see above")
+            failures.append(f"SKIPPED  {what}: {total[2]} tests, see above")
+        self._count(*total, *failures)
         return code == 0
 
     def beside(self, **lanes) -> None:
-        """Runs lanes of stages beside each other, and adds what they count. Few stages keep two cores busy by themselves."""
-        parts = [Results(name) for name in lanes]
-        with ThreadPoolExecutor(len(parts)) as pool:
-            list(pool.map(lambda stages, part: stages(part), lanes.values(), parts))
-        for part in parts:
-            self.passed += part.passed
-            self.failed += part.failed
-            self.skipped += part.skipped
-            self.remarks += part.remarks
-            self.skips += part.skips
+        """Runs lanes of stages beside each other: few stages keep two cores busy by themselves."""
 
+        def in_lane(name, stages):
+            self._lane.name = name
+            stages(self)
 
-def cargo_counts(line: str):
-    """(passed, failed, skipped) of `test result: ok. 3 passed; 0 failed; 1 ignored; ...`."""
-    match = re.search(r"test result: \w+\. (\d+) passed; (\d+) failed; (\d+) ignored", line)
-    return match and tuple(map(int, match.groups()))
+        with ThreadPoolExecutor(len(lanes)) as pool:
+            list(pool.map(in_lane, lanes, lanes.values()))
 
-
-def short_counts(line: str):
-    """As `cargo_counts`; what is ignored is left out on purpose."""
-    counts = cargo_counts(line)
-    return counts and (*counts[:2], 0)
-
-
-def pytest_counts(line: str):
-    """(passed, failed, skipped) of `=== 34 passed, 1 skipped in 5.01s ===`."""
-    if not re.search(r"\d+ (passed|failed|skipped|errors?)\b.* in [\d.]+s", line):
-        return None
-    numbers = {what: int(n) for n, what in re.findall(r"(\d+) (passed|failed|skipped|error)", line)}
-    failed = numbers.get("failed", 0) + numbers.get("error", 0)
-    return numbers.get("passed", 0), failed, numbers.get("skipped", 0)
-
-
-def is_failure(line: str) -> bool:
-    """Whether a line is cargo's `test name ... FAILED`, or pytest's `FAILED file::name - reason`."""
-    return re.match(r"test \S+ \.\.\. FAILED|(FAILED|ERROR) tests/", line) is not None
-
-
-def skipped_lines(line: str):
-    """(passed, failed, skipped) of a line of packaging/platforms.py, packaging/deny.py or web/build.py."""
-    return (0, 0, 1) if line.startswith("SKIPPED") else None
+    def unexpected_skips(self) -> list[str]:
+        """The skips that a machine with everything installed does not have."""
+        return [skip for skip in self.skips if not any(expected in skip for expected in EXPECTED_SKIPS)]
 
 
 def test(options) -> int:
     """Runs what a change needs, or everything that checks the project, and prints one line of totals."""
     begin = time.perf_counter()
-    results = Results()
+    results = Results(options.all)
     with stage("Python packages"):
         make_venv(ALL if options.all else TESTS)
     (everything if options.all else what_a_change_needs)(results)
-    for skip in unexpected_skips(results.skips) if options.strict else ():
+    for skip in results.unexpected_skips() if options.strict else ():
         results.fail(f"unexpected skip: {skip}")
     say(f"\n== {'all tests' if options.all else 'tests'}: {time.perf_counter() - begin:.0f} s")
     for remark in results.remarks:
@@ -163,35 +146,27 @@ def test(options) -> int:
     return 1 if results.failed else 0
 
 
-def unexpected_skips(skips: list[str]) -> list[str]:
-    """The skips that a machine with everything installed does not have."""
-    return [skip for skip in skips if not any(expected in skip for expected in EXPECTED_SKIPS)]
-
-
 def what_a_change_needs(results: Results) -> None:
     """The Rust tests but for the longest, and FMPy with the FMU as they have compiled it."""
     style(results)
-    fmu = FMU.parent / "tested" / FMU.name
-    tests = ["cargo", "test", "--workspace", "--no-fail-fast"]
-    results.step("Rust tests", tests, short_counts, env={"PROPTEST_CASES": str(FEW_CASES)})
-    if not PRODUCER.exists():
-        return results.fail("FMU: the Rust tests have not compiled what builds it")
+    rust_tests(results, env={"PROPTEST_CASES": FEW_CASES})
     system, library = {
         "win32": ("win", "newtons_cradle.dll"),
         "darwin": ("darwin", "libnewtons_cradle.dylib"),
     }.get(sys.platform, ("linux", "libnewtons_cradle.so"))
-    platform = f"{system}{64 if sys.maxsize > 2**32 else 32}"
-    binary = f"--binary={platform}={PRODUCER.parent / 'deps' / library}"
-    results.step("FMU", [PRODUCER, "build", binary, "--out", fmu])
-    python_hosts(results, fmu, "-m", "not all")
-    return None
+    folder = f"{system}{64 if sys.maxsize > 2**32 else 32}"
+    binary = f"--binary={folder}={PRODUCER.parent / 'deps' / library}"
+    fmu = FMU.parent / "tested" / FMU.name
+    if results.step("FMU", [PRODUCER, "build", binary, "--out", fmu]):
+        python_hosts(results, fmu, "-m", "not all")
 
 
 def everything(results: Results) -> None:
     """All tests of all kinds."""
-    FMU.unlink(missing_ok=True)
+    for path in (FMU, FMU3):
+        path.unlink(missing_ok=True)
     results.beside(build=compiled, fuzz=fuzz, others=apart)
-    if not FMU.exists():
+    if not FMU3.exists():
         return results.fail("hosts: without the FMU they cannot run")
 
     def python(part):
@@ -202,80 +177,62 @@ def everything(results: Results) -> None:
         rust_host(part)
         leak_check(part)
 
-    results.beside(python=python, others=others)
-    return None
+    return results.beside(python=python, others=others)
+
+
+def rust_tests(results: Results, *options: str, **environment) -> None:
+    """All tests that cargo knows, with what builds the FMU."""
+    results.step("Rust tests", ["cargo", "test", "--workspace", "--no-fail-fast", *options], **environment)
 
 
 def compiled(results: Results) -> None:
     """What compiles the root package: lints, its tests and benches, the FMU for this and other platforms."""
     style(results)
-    tests = ["cargo", "test", "--workspace", "--no-fail-fast", "--", "--include-ignored"]
-    results.step("Rust tests", tests, cargo_counts)
+    rust_tests(results, "--", "--include-ignored")
     results.step("Benches, each once", ["cargo", "bench", "--profile", "dev", "--", "--test"])
-    if not PRODUCER.exists():
-        return results.fail("FMU: the Rust tests have not compiled what builds it")
     commands, environment = fmu_builds(PRODUCER)
-    for command in commands:
-        if not results.step("FMU", command, env=environment):
-            return None
-    same_bytes(results)
-    platforms = [sys.executable, "packaging/platforms.py", PRODUCER, FMU]
-    results.step("FMU for all platforms", platforms, skipped_lines, env=environment)
-    return None
+    commands.append([PRODUCER, "build", "--from", FMU, "--fmi", "3", "--out", FMU3])
+    if all(results.step("FMU", command, env=environment) for command in commands):
+        same_bytes(results)
+        platforms = [sys.executable, "packaging/platforms.py", PRODUCER, FMU]
+        results.step("FMU for all platforms", platforms, env=environment)
 
 
 def apart(results: Results) -> None:
     """What is compiled in folders of its own: a host, the live page, and what looks at the packages of others."""
     install_fmi_sim(results)
-    results.step("Live page", [sys.executable, "web/build.py", "--or-skip"], skipped_lines)
-    results.step("Licences, bans and sources", [sys.executable, "packaging/deny.py"], skipped_lines)
+    results.step("Live page", [sys.executable, "web/build.py", "--or-skip"])
+    results.step("Licences, bans and sources", [sys.executable, "packaging/deny.py"])
     results.step("Bill of materials", [PYTHON, "packaging/sbom.py", ROOT / "target/newtons-cradle.cdx.json"])
 
 
 def style(results: Results) -> None:
     """rustfmt and clippy, where the toolchain has them, and ruff."""
-    fmt = ["cargo", "fmt", "--check"]
-    clippy = ["cargo", "clippy", "--workspace", "--all-targets", "--", "--deny", "warnings"]
-    for what, tool, command in (
-        ("Rust format", "cargo-fmt", [*fmt, "--all"]),
-        ("Format of the fuzz targets", "cargo-fmt", [*fmt, "--manifest-path", "fuzz/Cargo.toml"]),
-        ("Rust lints", "cargo-clippy", clippy),
+    for tool, *command in (
+        ("fmt", "--check", "--all"),
+        ("fmt", "--check", "--manifest-path", "fuzz/Cargo.toml"),
+        ("clippy", "--workspace", "--all-targets", "--", "--deny", "warnings"),
     ):
-        if shutil.which(tool):
-            results.step(what, command)
+        if shutil.which(f"cargo-{tool}"):
+            results.step(f"cargo {tool}", ["cargo", tool, *command])
         else:
-            results.skip(what, f"{tool} is missing: `rustup component add {tool.removeprefix('cargo-')}`")
+            results.skip(f"cargo {tool}", f"it is missing: `rustup component add {tool}`")
     results.step("Python lints", [PYTHON, "-m", "ruff", "check", "."])
     results.step("Python format", [PYTHON, "-m", "ruff", "format", "--check", "."])
 
 
 def python_hosts(results: Results, fmu: Path, *options) -> None:
     """tests/hosts by pytest, on all cores."""
-    parallel = ["--numprocesses", "auto", "--dist", "loadfile"]
-    results.step(
-        "Python hosts",
-        [PYTHON, "-m", "pytest", "tests/hosts", "--fmu", fmu, *parallel, *options],
-        pytest_counts,
-    )
+    command = [PYTHON, "-m", "pytest", "tests/hosts", "--fmu", fmu, "--numprocesses", "auto", *options]
+    results.step("Python hosts", [*command, "--dist", "loadfile"])
 
 
 def rust_host(results: Results) -> None:
     """The crates `fmi` and `fmi-rs` as hosts: a workspace of its own, because the bindings of `fmi` need libclang."""
-    manifest = ROOT / "tests/hosts/fmi-rs/Cargo.toml"
-    if not manifest.exists():
-        return results.skip("Rust host", f"{manifest.relative_to(ROOT)} is not there")
     if not has_libclang():
-        return results.skip("Rust host", "libclang is missing: on Debian, `apt install libclang-dev`")
-    if not PRODUCER.exists():
-        return results.skip("Rust host", f"{PRODUCER} is not there")
-    fmi3 = FMU.with_suffix(".fmi3.fmu")
-    subprocess.run(
-        [PRODUCER, "build", "--from", FMU, "--fmi", "3", "--out", fmi3], check=True, capture_output=True
-    )
-    command = ["cargo", "test", "--manifest-path", manifest, "--target-dir", ROOT / "target/hosts"]
-    return results.step(
-        "Rust host", command, cargo_counts, env={"CRADLE_FMU": str(FMU), "CRADLE_FMU3": str(fmi3)}
-    )
+        return results.skip("Rust host", LIBCLANG)
+    command = ["cargo", "test", "--manifest-path", "tests/hosts/fmi-rs/Cargo.toml", "--target-dir", HOSTS]
+    return results.step("Rust host", command, env={"CRADLE_FMU": str(FMU), "CRADLE_FMU3": str(FMU3)})
 
 
 def same_bytes(results: Results) -> None:
@@ -286,8 +243,8 @@ def same_bytes(results: Results) -> None:
         options, environment = old_linux()
         command = [PRODUCER, "build", "--release", *options, "--out", copy / FMU.name]
         environment["CARGO_TARGET_DIR"] = str(copy / "target")
-        results.step("FMU from another folder", command, cwd=copy, env=environment)
-        if (copy / FMU.name).exists() and (copy / FMU.name).read_bytes() != FMU.read_bytes():
+        built = results.step("FMU from another folder", command, cwd=copy, env=environment)
+        if built and (copy / FMU.name).read_bytes() != FMU.read_bytes():
             results.fail("FMU from another folder: not the same bytes")
 
 
@@ -296,11 +253,11 @@ def install_fmi_sim(results: Results) -> None:
 
     It is compiled unoptimised, which takes half the time, and in the folder of the Rust host, which shares some crates."""
     if not has_libclang():
-        return results.skip("fmi-sim", "libclang is missing: on Debian, `apt install libclang-dev`")
+        return results.skip("fmi-sim", LIBCLANG)
     # Its part for FMI 2 alone does not compile.
     features = ["--no-default-features", "--features", "fmi2,fmi3,cs,me"]
     command = ["cargo", "install", "--locked", "--debug", "--root", TOOLS, *features, "fmi-sim@0.7.0"]
-    environment = {"CARGO_TARGET_DIR": str(ROOT / "target/hosts"), "CARGO_PROFILE_DEV_DEBUG": "0"}
+    environment = {"CARGO_TARGET_DIR": str(HOSTS), "CARGO_PROFILE_DEV_DEBUG": "0"}
     with stage("fmi-sim", results.show):
         installed = run(command, check=False, watch=results.show, env=environment) == 0
     return None if installed else results.skip("fmi-sim", "it could not be installed; the reason is above")
@@ -308,66 +265,46 @@ def install_fmi_sim(results: Results) -> None:
 
 def has_libclang() -> bool:
     """Whether libclang's shared library is where bindgen looks for it."""
-    folders = [os.environ.get("LIBCLANG_PATH", "")]
-    if shutil.which("llvm-config"):
-        answer = subprocess.run(["llvm-config", "--libdir"], capture_output=True, text=True)
-        folders.append(answer.stdout.strip())
-    folders += [str(path) for path in Path("/usr/lib").glob("llvm*/lib")]
-    folders += ["/usr/lib", "/usr/lib64", "/usr/lib/x86_64-linux-gnu", "/usr/lib/aarch64-linux-gnu"]
+    folders = [os.environ.get("LIBCLANG_PATH", "/usr/lib"), "/usr/lib", "/usr/lib64"]
+    folders += [f"/usr/lib/{processor}-linux-gnu" for processor in ("x86_64", "aarch64")]
+    folders += Path("/usr/lib").glob("llvm*/lib")
     names = ("libclang.so*", "libclang-[0-9]*.so*", "libclang.dylib", "libclang.dll")
-    return any(any(Path(f).glob(name)) for f in folders if f for name in names)
+    return any(any(Path(folder).glob(name)) for folder in folders for name in names)
 
 
 def leak_check(results: Results) -> None:
     """2,000 cycles of instantiate, run, free in a C host for each version: no crash, and no leak or error under valgrind."""
     if sys.platform != "linux":
         return results.skip("C host", "it is written for Linux")
+    valgrind = ["valgrind", "--leak-check=full", "--errors-for-leak-kinds=definite", "--error-exitcode=9"]
     if shutil.which("valgrind") is None:
         results.skip("leak check of the C hosts", "valgrind is missing: on Debian, `apt install valgrind`")
-    folder = ROOT / "target/hosts/cycles"
+        valgrind = []
+    folder = HOSTS / "cycles"
     shutil.rmtree(folder, ignore_errors=True)
-    description = unpacked(FMU, folder)
-    guid = re.search(r'guid="([^"]+)"', description)[1]
-    library = next((folder / "binaries").glob(f"linux*/{FMU.stem}.so"))
-    cycles = [library, (folder / "resources").as_uri(), guid, "2000"]
-    kinds = {"co-simulation": cycles, "model exchange": [*cycles, "0"]}
-    check_cycles(results, "cycles", folder, kinds)
-
-    fmi3 = folder / f"{FMU.stem}.fmi3.fmu"
-    build = [PRODUCER, "build", "--from", FMU, "--fmi", "3", "--out", fmi3]
-    if not results.step("FMU of FMI 3.0", build):
-        return None
-    description = unpacked(fmi3, folder / "fmi3")
-    token = re.search(r'instantiationToken="([^"]+)"', description)[1]
-    names = ("n", "x", "onset.clock", "onset.closed")
-    places = [
-        re.search(rf'name="{re.escape(name)}" valueReference="(\d+)"', description)[1] for name in names
-    ]
-    library = next((folder / "fmi3/binaries").glob(f"{platform.machine()}-linux/{FMU.stem}.so"))
-    cycles = [library, f"{folder / 'fmi3/resources'}/", token, *places, "2000"]
-    return check_cycles(results, "cycles3", folder, {"FMI 3.0 with events": cycles})
-
-
-def unpacked(fmu: Path, folder: Path) -> str:
-    """Unpacks an FMU; its description."""
-    with zipfile.ZipFile(fmu) as archive:
-        archive.extractall(folder)
-    return (folder / "modelDescription.xml").read_text(encoding="utf-8")
-
-
-def check_cycles(results: Results, name: str, folder: Path, kinds: dict[str, list]) -> None:
-    """Compiles a C host and runs it with these arguments for each kind, under valgrind if there is one."""
-    host = folder / name
-    flags = ["-O1", "-g", "-Wall", "-Wextra", "-Werror"]
-    if not results.step(
-        f"C host {name}: compile", ["cc", *flags, "-o", host, ROOT / f"tests/hosts/{name}.c", "-ldl"]
-    ):
-        return
-    checks = ["valgrind", "--leak-check=full", "--errors-for-leak-kinds=definite", "--error-exitcode=9"]
-    checks = checks if shutil.which("valgrind") else []
-    for kind, arguments in kinds.items():
-        under = " under valgrind" if checks else ""
-        results.step(f"C host: 2,000 cycles of {kind}{under}", [*checks, host, *arguments])
+    for fmu, version, binaries in ((FMU, "2", "linux*"), (FMU3, "3", f"{platform.machine()}-linux")):
+        with zipfile.ZipFile(fmu) as archive:
+            archive.extractall(folder / version)
+        description = (folder / version / "modelDescription.xml").read_text(encoding="utf-8")
+        (token,) = re.findall(r' (?:guid|instantiationToken)="([^"]+)"', description)
+        host, resources = folder / f"cycles{version}", folder / version / "resources"
+        source = ROOT / "tests/hosts" / ("cycles.c" if version == "2" else "cycles3.c")
+        compile_it = ["cc", "-O1", "-g", "-Wall", "-Wextra", "-Werror", "-o", host, source, "-ldl"]
+        if not results.step(f"C host of FMI {version}.0: compile", compile_it):
+            continue
+        library = next((folder / version / "binaries").glob(f"{binaries}/{FMU.stem}.so"))
+        if version == "2":
+            cycles = [library, resources.as_uri(), token, "2000"]
+            kinds = {"co-simulation": cycles, "model exchange": [*cycles, "0"]}
+        else:
+            places = [
+                re.search(rf'name="{re.escape(name)}" valueReference="(\d+)"', description)[1]
+                for name in ("n", "x", "onset.clock", "onset.closed")
+            ]
+            kinds = {"FMI 3.0 with events": [library, f"{resources}/", token, *places, "2000"]}
+        for kind, arguments in kinds.items():
+            results.step(f"C host: 2,000 cycles of {kind}", [*valgrind, host, *arguments])
+    return None
 
 
 # As cargo-fuzz has it: counts of branches taken and values compared tell libFuzzer what an input has reached.
@@ -383,27 +320,16 @@ def fuzz(results: Results) -> None:
     if sys.platform != "linux":
         return results.skip("Fuzzing", "it is tried on Linux only")
     if not any(shutil.which(name) for name in ("c++", "g++", "clang++")):
-        return results.skip(
-            "Fuzzing", "a C++ compiler is missing, for libFuzzer: on Debian, `apt install g++`"
-        )
-    target = ROOT / "target/fuzz"
-    # A sanitizer needs a target that is named.
-    options = [
-        "--manifest-path",
-        "fuzz/Cargo.toml",
-        "--release",
-        "--target",
-        host_target(),
-        "--target-dir",
-        target,
-    ]
+        return results.skip("Fuzzing", "a C++ compiler is missing: on Debian, `apt install g++`")
+    target = host_target()  # a sanitizer needs one that is named
+    options = f"--manifest-path fuzz/Cargo.toml --release --target {target} --target-dir".split()
     for sanitizer in ("-Zsanitizer=address", ""):
         # Stable compilers know the sanitizer and its coverage, but only take their flags when told so.
         environment = {"RUSTC_BOOTSTRAP": "1", "RUSTFLAGS": f"{COVERAGE} {sanitizer}"}
         # Rust gives a constant that several crates use a symbol in each.
         environment["ASAN_OPTIONS"] = "detect_odr_violation=0"
         with stage(f"Fuzz targets {sanitizer or 'without sanitizer'}", results.show):
-            build = ["cargo", "build", "--bins", *options]
+            build = ["cargo", "build", "--bins", *options, FUZZ]
             built = run(build, check=False, watch=results.show, env=environment) == 0
         if built:
             break
@@ -412,28 +338,13 @@ def fuzz(results: Results) -> None:
         return results.fail("Fuzzing: the targets could not be built")
     if sanitizer:
         # Forged states are the fuzzer's business.
-        ffi = [
-            "cargo",
-            "test",
-            "--test",
-            "ffi",
-            *options,
-            "--",
-            "--include-ignored",
-            "--skip",
-            "forged_states",
-        ]
-        results.step("C interface with AddressSanitizer", ffi, cargo_counts, env=environment)
+        ffi = ["cargo", "test", "--test", "ffi", *options, FUZZ, "--", "--include-ignored", "--skip", "forged_states"]  # fmt: skip
+        results.step("C interface with AddressSanitizer", ffi, env=environment)
     for name, runs in FUZZ_RUNS.items():
-        corpus = target / "tests" / name
+        corpus = FUZZ / "tests" / name
         shutil.rmtree(corpus, ignore_errors=True)  # so that each run begins with the seeds
         corpus.mkdir(parents=True)
         limits = ["-seed=1", f"-runs={runs}", "-timeout=300", "-max_len=600", "-print_final_stats=1"]
-        crashes = f"-artifact_prefix={corpus}/crash-"
-        program = target / host_target() / "release" / name
-        results.step(
-            f"Fuzzing: {name}",
-            [program, *limits, crashes, corpus, ROOT / "fuzz/seeds" / name],
-            env=environment,
-        )
+        command = [FUZZ / target / "release" / name, *limits, f"-artifact_prefix={corpus}/crash-", corpus]
+        results.step(f"Fuzzing: {name}", [*command, ROOT / "fuzz/seeds" / name], env=environment)
     return None

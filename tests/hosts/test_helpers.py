@@ -5,7 +5,7 @@ import sys
 import newtons_cradle as nc
 import numpy as np
 import pytest
-from suite import Results, cargo_counts, pytest_counts, unexpected_skips
+from suite import EXPECTED_SKIPS, Results, counts
 
 
 def pulses(*rows) -> np.ndarray:
@@ -66,20 +66,31 @@ def test_sample_times_lie_on_the_grid_and_in_the_pulses():
     assert times == pytest.approx([0.0, 0.25, 0.3, 0.35, 0.5, 0.95, 1.0])
 
 
-def test_counts_of_the_runners():
-    line = (
-        "test result: FAILED. 12 passed; 1 failed; 2 ignored; 0 measured; 0 filtered out; finished in 0.01s"
-    )
-    assert cargo_counts(line) == (12, 1, 2)
-    assert cargo_counts("running 3 tests") is None
-    assert pytest_counts("=== 2 failed, 34 passed, 1 skipped, 1 error in 5.01s (0:00:05) ===") == (34, 3, 1)
-    assert pytest_counts("tests/hosts/test_x.py ..... [100%]") is None
+@pytest.mark.parametrize(
+    ("line", "wanted"),
+    [
+        ("test result: FAILED. 12 passed; 1 failed; 2 ignored; 0 measured; finished in 0.01s", (12, 1, 2)),
+        ("=== 2 failed, 34 passed, 1 skipped, 1 error in 5.01s (0:00:05) ===", (34, 3, 1)),
+        ("SKIPPED advisories: their database cannot be reached", (0, 0, 1)),
+        ("SKIPPED [3] tests/hosts/test_x.py:50: fmi-sim is missing", None),
+        ("tests/hosts/test_x.py ..... [100%]", None),
+        ("running 3 tests", None),
+    ],
+)
+def test_counts_of_the_runners(line, wanted):
+    assert counts(line) == wanted
 
 
-def test_skips_are_noted_and_told_apart():
+def test_results_of_lanes_are_added_up_and_failures_named():
     results = Results()
-    line = "SKIPPED [3] tests/hosts/test_x.py:50: fmi-sim is missing"
-    results.beside(lane=lambda part: part.step("Hosts", [sys.executable, "-c", f"print({line!r})"]))
-    results.skip("Licences", "advisories: their database cannot be reached")
-    assert len(results.skips) == 2
-    assert unexpected_skips(results.skips) == [line]
+    skipped = "SKIPPED [3] tests/hosts/test_x.py:50: fmi-sim is missing"
+    lines = [skipped, "FAILED tests/hosts/test_x.py::test_y - boom", "=== 1 failed, 3 skipped in 1.0s ==="]
+    command = [sys.executable, "-c", f"print(*{lines!r}, sep='\\n'); raise SystemExit(1)"]
+    results.beside(
+        lane=lambda part: part.step("Hosts", command),
+        other=lambda part: part.step("Quiet", [sys.executable, "-c", ""]),
+    )
+    results.skip("Licences", EXPECTED_SKIPS[0])
+    assert (results.passed, results.failed, results.skipped) == (1, 1, 4)
+    assert any("test_x.py::test_y - boom" in remark for remark in results.remarks)
+    assert results.unexpected_skips() == [skipped]
