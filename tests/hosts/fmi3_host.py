@@ -1,48 +1,53 @@
-"""An FMU of FMI 3.0 through FMPy's low-level class, with the names of its variables."""
+"""An FMU of FMI 3.0 through FMPy's low-level classes, with the names of its variables."""
 
-import ctypes
 import re
 import zipfile
 from contextlib import contextmanager
 
 import numpy as np
 from fmpy import extract, read_model_description
-from fmpy.fmi3 import FMU3Model, FMU3Slave, fmi3Boolean, fmi3Float64
-
-TYPES = {
-    "Float64": ctypes.c_double,
-    "UInt64": ctypes.c_uint64,
-    "Int64": ctypes.c_int64,
-    "Boolean": ctypes.c_bool,
-}
+from fmpy.fmi3 import FMU3Model, FMU3Slave
 
 
-class Cradle(FMU3Slave):
-    """One instance. Variables are read and set by name, arrays as NumPy arrays."""
+class Named:
+    """Variables are read and set by name, arrays as NumPy arrays. `start` makes an instance that logs into `lines`."""
 
     def __init__(self, folder, description):
+        identifier = description.coSimulation.modelIdentifier
         super().__init__(
             guid=description.guid,
-            unzipDirectory=str(folder),
-            modelIdentifier=description.coSimulation.modelIdentifier,
+            unzipDirectory=folder,
+            modelIdentifier=identifier,
             instanceName="cradle",
         )
-        self.description = description
         self.variables = {variable.name: variable for variable in description.modelVariables}
         self.n = int(self.variables["n"].start)
         self.lines = []
 
-    def start(self, parameters=None, balls=None, begin=0.0, **options):
+    def make(self, **options):
+        """Instantiates with logging; the lines are kept."""
+
+        def log(_environment, status, category, message):
+            self.lines.append((status, category.decode(), message.decode()))
+
+        self.instantiate(**{"loggingOn": True, "logMessage": log} | options)
+        return self
+
+    def resize(self, balls):
+        """Makes it a cradle of so many balls."""
+        self.enterConfigurationMode()
+        self.set("n", balls)
+        self.exitConfigurationMode()
+        self.n = balls
+
+    def start(self, parameters=None, balls=None, **options):
         """Instantiates and goes through initialization with these parameters, in a cradle of so many balls."""
         self.make(**options)
         if balls is not None:
-            self.enterConfigurationMode()
-            self.set("n", balls)
-            self.exitConfigurationMode()
-            self.n = balls
+            self.resize(balls)
         for name, value in self.arrays(parameters or {}).items():
             self.set(name, value)
-        self.enterInitializationMode(startTime=begin)
+        self.enterInitializationMode()
         self.exitInitializationMode()
         return self
 
@@ -55,60 +60,67 @@ class Cradle(FMU3Slave):
                 arrays[name] = value
                 continue
             start = [float(text) for text in self.variables[family].start.split()]
-            arrays.setdefault(family, start if len(start) == self.n else [start[-1]] * self.n)[
-                int(index) - 1
-            ] = value
+            elements = arrays.setdefault(family, start if len(start) == self.n else [start[-1]] * self.n)
+            elements[int(index) - 1] = value
         return arrays
-
-    def make(self, **options):
-        """Instantiates with logging; the lines are kept."""
-
-        def log(_environment, status, category, message):
-            self.lines.append((status, category.decode(), message.decode()))
-
-        self.instantiate(**{"loggingOn": True, "logMessage": log} | options)
-        return self
 
     def reference(self, *names):
         """Value references."""
         return [self.variables[name].valueReference for name in names]
 
-    def _places(self, name, count):
+    def _access(self, prefix, name, *arguments):
         kind = self.variables[name].type
-        kind = "Int64" if kind == "Enumeration" else kind
-        return kind, (TYPES[kind] * count)()
+        call = getattr(self, prefix + ("Int64" if kind == "Enumeration" else kind))
+        return call(self.reference(name), *arguments)
 
     def get(self, name):
         """The value of a scalar, or the elements of an array."""
         array = bool(self.variables[name].dimensions)
-        references = (ctypes.c_uint32 * 1)(*self.reference(name))
         if self.variables[name].type == "Clock":
-            clock = (ctypes.c_bool * 1)()
-            self.fmi3GetClock(self.component, references, 1, clock)
-            return bool(clock[0])
-        kind, places = self._places(name, self.n if array else 1)
-        getattr(self, f"fmi3Get{kind}")(self.component, references, 1, places, len(places))
-        return np.array(places[:]) if array else places[0]
-
-    def csv(self):
-        """The pulses of log.pulses: contact, onset, release, peak, impulse."""
-        references, size = (ctypes.c_uint32 * 1)(*self.reference("log.pulses")), ctypes.c_size_t()
-        data = ctypes.POINTER(ctypes.c_uint8)()
-        self.fmi3GetBinary(self.component, references, 1, ctypes.byref(size), ctypes.byref(data), 1)
-        assert size.value <= 65536  # maxSize
-        header, *lines = ctypes.string_at(data, size.value).decode().splitlines()
-        assert header == "contact,onset,release,peak,impulse"
-        return [tuple(float(part) for part in line.split(",")) for line in lines]
+            return bool(self._access("get", name)[0])
+        values = self._access("get", name, self.n if array else 1)
+        return np.array(values) if array else values[0]
 
     def set(self, name, value):
         """Sets a scalar, or all elements of an array; an enumeration also by the name of its item."""
         if isinstance(value, str):
             value = next(item.value for item in self.variables[name].declaredType.items if item.name == value)
         values = np.atleast_1d(int(value) if self.variables[name].type == "Enumeration" else value)
-        kind, places = self._places(name, len(values))
-        places[:] = values.tolist()
-        references = (ctypes.c_uint32 * 1)(*self.reference(name))
-        getattr(self, f"fmi3Set{kind}")(self.component, references, 1, places, len(places))
+        self._access("set", name, values.tolist())
+
+    def derivative(self, kind, unknowns, knowns, seed, length):
+        """The directional or adjoint derivative, by names."""
+        call = getattr(self, f"get{kind}Derivative")
+        return np.array(call(self.reference(*unknowns), self.reference(*knowns), list(seed), length))
+
+    def state(self):
+        """The state as bytes."""
+        state = self.getFMUState()
+        data = self.serializeFMUState(state)
+        self.freeFMUState(state)
+        return data
+
+    def go_back(self, data):
+        """Back to a state given as bytes."""
+        state = self.deserializeFMUState(data)
+        self.setFMUState(state)
+        self.freeFMUState(state)
+
+
+class Exchange(Named, FMU3Model):
+    """An instance of model exchange."""
+
+
+class Cradle(Named, FMU3Slave):
+    """An instance of co-simulation."""
+
+    def csv(self):
+        """The pulses of log.pulses: contact, onset, release, peak, impulse."""
+        (data,) = self.getBinary(self.reference("log.pulses"))
+        assert len(data) <= 65536  # maxSize
+        header, *lines = data.decode().splitlines()
+        assert header == "contact,onset,release,peak,impulse"
+        return [tuple(float(part) for part in line.split(",")) for line in lines]
 
     def update(self):
         """UpdateDiscreteStates: whether it is to be called again, and when the next event is due."""
@@ -123,10 +135,8 @@ class Cradle(FMU3Slave):
         if self.get("release.clock"):
             which = np.flatnonzero(self.get("release.opened"))
             values = [self.get(f"release.{name}") for name in ("impulse", "peak", "duration")]
-            told["release"] = (
-                self.get("release.time"),
-                [(i, *(value[i] for value in values)) for i in which],
-            )
+            ended = [(i, *(value[i] for value in values)) for i in which]
+            told["release"] = (self.get("release.time"), ended)
         return told
 
     def events(self):
@@ -140,39 +150,21 @@ class Cradle(FMU3Slave):
         return [tick for tick in ticks if tick], due
 
     def step(self, time, length):
-        """A step: needs events, early, time reached. The raw call, for all of its answers."""
-        needed, terminate, early, reached = (fmi3Boolean(), fmi3Boolean(), fmi3Boolean(), fmi3Float64())
-        places = map(ctypes.byref, (needed, terminate, early, reached))
-        self.fmi3DoStep(self.component, time, length, fmi3Boolean(True), *places)
-        assert not terminate.value
-        return needed.value, early.value, reached.value
+        """A step: needs events, early, time reached."""
+        needed, terminate, early, reached = self.doStep(time, length)
+        assert not terminate
+        return needed, early, reached
 
-    def derivative(self, kind, unknowns, knowns, seed, length):
-        """fmi3GetDirectionalDerivative or fmi3GetAdjointDerivative, by names."""
-        lists = [(ctypes.c_uint32 * len(names))(*self.reference(*names)) for names in (unknowns, knowns)]
-        seed, found = (ctypes.c_double * len(seed))(*seed), (ctypes.c_double * length)()
-        arguments = [part for references in lists for part in (references, len(references))]
-        call = getattr(self, f"fmi3Get{kind}Derivative")
-        call(self.component, *arguments, seed, len(seed), found, length)
-        return np.array(found[:])
-
-    def state(self):
-        """The state as bytes."""
-        state, size = self.getFMUState(), ctypes.c_size_t()
-        self.fmi3SerializedFMUStateSize(self.component, state, ctypes.byref(size))
-        data = (ctypes.c_uint8 * size.value)()
-        self.fmi3SerializeFMUState(self.component, state, data, size)
-        self.freeFMUState(state)
-        return bytes(data)
-
-    def go_back(self, data):
-        """Back to a state given as bytes."""
-        state = ctypes.c_void_p()
-        self.fmi3DeserializeFMUState(
-            self.component, (ctypes.c_uint8 * len(data))(*data), len(data), ctypes.byref(state)
-        )
-        self.setFMUState(state)
-        self.freeFMUState(state)
+    def walk(self, time, until):
+        """Steps to a time, taking part in every event; the ticks."""
+        told = []
+        while time < until:
+            needed, early, time = self.step(time, until - time)
+            assert needed or not early
+            if needed:
+                self.enterEventMode()
+                told += self.events()[0]
+        return told
 
 
 def redescribed(path, out, change):
@@ -192,57 +184,11 @@ def opened(path, tmp):
     folder, made = extract(str(path), unzipdir=str(tmp)), []
     description = read_model_description(folder, validate=False)
 
-    def make():
-        made.append(Cradle(folder, description))
+    def make(version=Cradle):
+        made.append(version(folder, description))
         return made[-1]
 
     yield make
     for cradle in made:
         if cradle.component:
             cradle.freeInstance()
-
-
-def walk(cradle, time, until):
-    """Steps to a time, taking part in every event."""
-    told = []
-    while time < until:
-        needed, early, time = cradle.step(time, until - time)
-        assert needed or not early
-        if needed:
-            cradle.enterEventMode()
-            told += cradle.events()[0]
-    return told
-
-
-@contextmanager
-def started_exchange(path, tmp, balls, parameters=None):
-    """An instance of model exchange with so many balls, in its first Event Mode."""
-    folder = extract(str(path), unzipdir=str(tmp))
-    description = read_model_description(folder, validate=False)
-    cradle = FMU3Model(
-        guid=description.guid,
-        unzipDirectory=folder,
-        modelIdentifier=description.modelExchange.modelIdentifier,
-        instanceName="cradle",
-    )
-    cradle.variables = description.modelVariables
-    cradle.instantiate()
-    try:
-        count = next(variable for variable in cradle.variables if variable.name == "n")
-        cradle.enterConfigurationMode()
-        cradle.setUInt64([count.valueReference], [balls])
-        cradle.exitConfigurationMode()
-        for variable in cradle.variables:
-            if variable.name in (parameters or {}) and variable.type == "Float64":
-                cradle.setFloat64([variable.valueReference], [parameters[variable.name]])
-        cradle.enterInitializationMode()
-        cradle.exitInitializationMode()
-        yield cradle
-    finally:
-        cradle.freeInstance()
-
-
-def read(cradle, name, balls):
-    """A real array of an instance of model exchange."""
-    reference = next(variable.valueReference for variable in cradle.variables if variable.name == name)
-    return np.array(cradle.getFloat64([reference], balls))

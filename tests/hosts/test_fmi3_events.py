@@ -6,7 +6,6 @@ import math
 import newtons_cradle as nc
 import numpy as np
 import pytest
-from fmi3_host import walk
 
 BOTH = {"eventModeUsed": True, "earlyReturnAllowed": True}
 
@@ -22,9 +21,9 @@ def test_each_pulse_of_ten_minutes_ticks_once(make3, options):
     cradle = make3().start(nc.figure6(), **options)
     ticks = cradle.events()[0]
     if "earlyReturnAllowed" in options:
-        ticks += walk(cradle, 0.0, 600.0)
+        ticks += cradle.walk(0.0, 600.0)
     else:
-        ticks += [tick for i in range(6) for tick in walk(cradle, 100.0 * i, 100.0 * (i + 1))]
+        ticks += [tick for i in range(6) for tick in cradle.walk(100.0 * i, 100.0 * (i + 1))]
     log = pulses(cradle.lines)
     onsets = [(time, which) for tick in ticks if "onset" in tick for time, which in [tick["onset"]]]
     ended = [
@@ -47,14 +46,14 @@ def test_the_pulses_as_bytes_are_those_of_the_log(make3, options):
     if options:
         cradle.events()
     assert cradle.csv() == []
-    walk(cradle, 0.0, 30.0)
+    cradle.walk(0.0, 30.0)
     log = pulses(cradle.lines)
     assert cradle.csv() == log and len(log) > 100
     other = make3().start(nc.figure6(), **options)
     other.go_back(cradle.state())
     assert other.csv() == log
     # The last ones, as far as there is room.
-    walk(cradle, 30.0, 300.0)
+    cradle.walk(30.0, 300.0)
     kept = cradle.csv()
     assert 600 <= len(kept) < len(pulses(cradle.lines)) and kept == pulses(cradle.lines)[-len(kept) :]
 
@@ -109,9 +108,8 @@ def test_without_early_return_ticks_come_one_after_the_other(make3):
             break
     times = [next(iter(tick.values()))[0] for tick, _ in seen]
     assert times == sorted(times) and len(times) > 4 and times[-1] <= 2.0
-    assert [count for _, count in seen] == list(
-        np.cumsum([len(tick.get("onset", (0, ()))[1]) for tick, _ in seen])
-    )
+    closed = np.cumsum([len(tick.get("onset", (0, ()))[1]) for tick, _ in seen])
+    assert [count for _, count in seen] == closed.tolist()
 
 
 def test_contacts_closed_at_the_start_tick_first(make3):
@@ -124,13 +122,11 @@ def test_simultaneous_impacts_are_one_tick_each_time(make3):
     start = {"contact.model": 3, "contact.restitution": 1.0, "contact.deadBand": 0.0}
     cradle = make3().start(start | {"x_start": [-0.1, 0.0, 0.0, 0.0, 0.1]}, **BOTH)
     cradle.events()
-    ticks = walk(cradle, 0.0, 1.0)
+    ticks = cradle.walk(0.0, 1.0)
     # Contacts 1 and 4 at once, then 2 and 3, each closing and opening in its tick, all at the same time.
     assert len({tick["onset"][0] for tick in ticks}) == 1
-    assert sum(len(tick["onset"][1]) for tick in ticks) == sum(len(tick["release"][1]) for tick in ticks)
-    assert ticks[0]["onset"][1][0] == 0 and cradle.get("pulses").sum() == sum(
-        len(t["onset"][1]) for t in ticks
-    )
+    closed, opened = (sum(len(tick[name][1]) for tick in ticks) for name in ("onset", "release"))
+    assert ticks[0]["onset"][1][0] == 0 and cradle.get("pulses").sum() == closed == opened
 
 
 def test_the_host_is_called_at_each_event_of_a_step(make3):
