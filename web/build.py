@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Makes target/web/cradle.html: the cradle live in a browser, one file that needs no network.
 
-    python3 web/build.py [--out FILE] [--page-only] [--or-skip]
+    python3 web/build.py [--out FILE] [--or-skip]
 
 The engine is compiled to WebAssembly: by the Rust in the folder CRADLE_DEBIAN_RUST if that is set (.ci/debian-rust unpacks it), else
-by rustup's with its target wasm32-unknown-unknown. --page-only takes the engine that an earlier build has left.
+by rustup's with its target wasm32-unknown-unknown.
 With --or-skip, a line that begins with SKIPPED says what is missing, and that is no failure.
 """
 
@@ -29,31 +29,6 @@ DEFAULT = FOLDER / "cradle.html"
 
 LICENCES = ("LICENSE-MIT", "LICENSE-APACHE", "packaging/assets/third-party.txt")
 
-# In the order in which they need each other.
-SCRIPTS = (
-    "engine/engine.js",
-    "engine/setup.js",
-    "engine/presets.js",
-    "engine/click.js",
-    "engine/ahead.js",
-    "engine/live.js",
-    "engine/recording.js",
-    "view/texts.js",
-    "view/words.js",
-    "view/scene.js",
-    "view/lens.js",
-    "view/graph.js",
-    "view/captions.js",
-    "view/sound.js",
-    "control/clock.js",
-    "control/hand.js",
-    "control/panels.js",
-    "control/keep.js",
-    "control/stage.js",
-    "control/app.js",
-    "control/wishes.js",
-)
-
 
 class Missing(Exception):
     """What is missing, in words."""
@@ -65,21 +40,29 @@ def toolchain() -> tuple[str, dict]:
     home = os.environ.get("CARGO_HOME", str(Path.home() / ".cargo"))
     flags = [f"--remap-path-prefix={ROOT}=.", f"--remap-path-prefix={home}=/cargo"]
     folder = os.environ.get("CRADLE_DEBIAN_RUST")
+    rustup = Path(printed("rustc", "--print", "sysroot")) if shutil.which("rustc") else None
     if folder:
         usr = Path(folder).resolve() / "usr"
         if not (usr / "bin/rustc").exists():
             raise Missing(f"CRADLE_DEBIAN_RUST={folder} holds no Rust: `.ci/debian-rust {folder}` unpacks it")
+        # Debian's Rust comes without a linker for WebAssembly.
+        others = (str(path) for place in (usr, rustup) if place for path in place.glob("**/rust-lld"))
+        linker = shutil.which("wasm-ld") or shutil.which("rust-lld") or next(others, None)
+        if linker is None:
+            raise Missing(
+                "there is no linker for WebAssembly: rust-lld of a Rust by rustup, or on Debian `apt install lld`"
+            )
         return str(usr / "bin/cargo"), {
             "RUSTC": str(usr / "bin/rustc"),
             "LD_LIBRARY_PATH": str(usr / "lib/x86_64-linux-gnu"),
             "RUSTC_BOOTSTRAP": "1",
             "CARGO_UNSTABLE_BUILD_STD": "std,panic_abort",
-            f"CARGO_TARGET_{TARGET.upper().replace('-', '_')}_LINKER": linker(usr),
+            f"CARGO_TARGET_{TARGET.upper().replace('-', '_')}_LINKER": linker,
             "RUSTFLAGS": " ".join([*flags, f"--remap-path-prefix={usr}=/rust"]),
         }
-    if shutil.which("cargo") is None:
-        raise Missing("there is no cargo: https://rustup.rs")
-    if not (sysroot() / "lib/rustlib" / TARGET).exists():
+    if rustup is None:
+        raise Missing("there is no Rust: https://rustup.rs")
+    if not (rustup / "lib/rustlib" / TARGET).exists():
         raise Missing(
             f"there is no Rust for {TARGET}: `rustup target add {TARGET}`; where rustup cannot fetch it, on Debian, "
             "`.ci/debian-rust target/debian-rust` and CRADLE_DEBIAN_RUST=target/debian-rust"
@@ -87,25 +70,9 @@ def toolchain() -> tuple[str, dict]:
     return "cargo", {"RUSTFLAGS": " ".join(flags)}
 
 
-def sysroot() -> Path:
-    """Where rustup's Rust is."""
-    done = subprocess.run(["rustc", "--print", "sysroot"], capture_output=True, text=True, check=True)
-    return Path(done.stdout.strip())
-
-
-def linker(usr: Path) -> str:
-    """A linker for WebAssembly: Debian's Rust comes without one."""
-    for name in ("wasm-ld", "rust-lld"):
-        found = shutil.which(name) or next(map(str, usr.glob(f"**/{name}")), None)
-        if found:
-            return found
-    if shutil.which("rustc"):
-        found = next(map(str, sysroot().glob("lib/rustlib/*/bin/rust-lld")), None)
-        if found:
-            return found
-    raise Missing(
-        "there is no linker for WebAssembly: rust-lld of a Rust by rustup, or on Debian `apt install lld`"
-    )
+def printed(*command: str) -> str:
+    """What a command prints, in one line."""
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
 
 
 def compile_engine() -> None:
@@ -119,20 +86,27 @@ def compile_engine() -> None:
 
 def page() -> str:
     """The finished page."""
-    if not ENGINE.exists():
-        raise Missing(f"{ENGINE} is missing: `python3 web/build.py`")
+    # A script may need those of its room that come before it, and all rooms before its own.
+    scripts = [ROOT / "python/newtons_cradle/look/common.js"]
+    for room in ("engine", "view", "control"):
+        scripts += sorted((WEB / "page" / room).glob("*.js"))
     parts = {
         "presets": json.dumps(presets()),
-        "style": (WEB / "page/style.css").read_text(encoding="utf-8"),
+        "style": text("style.css"),
         "engine": packed(ENGINE.read_bytes()),
         "licences": packed(b"\n\n".join((ROOT / name).read_bytes() for name in LICENCES)),
-        "script": "\n".join((WEB / "page" / name).read_text(encoding="utf-8") for name in SCRIPTS),
-        "start": (WEB / "page/start.js").read_text(encoding="utf-8"),
+        "script": "\n".join(map(text, scripts)),
+        "start": text("start.js"),
     }
-    template = (WEB / "page/template.html").read_text(encoding="utf-8")
-    slot = re.compile(r"{{(\w+)}}")
-    # Twice: the scripts have slots, too.
-    return slot.sub(lambda found: parts[found[1]], slot.sub(lambda found: parts[found[1]], template))
+    finished = text("template.html")
+    for _ in range(2):  # the scripts have slots, too
+        finished = re.sub(r"{{(\w+)}}", lambda slot: parts[slot[1]], finished)
+    return finished
+
+
+def text(name: str | Path) -> str:
+    """A file of the page."""
+    return (WEB / "page" / name).read_text(encoding="utf-8")
 
 
 def packed(data: bytes) -> str:
@@ -160,19 +134,17 @@ def main() -> int:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--out", type=Path, default=DEFAULT, help="where to write it [default: %(default)s]")
-    parser.add_argument("--page-only", action="store_true", help="do not compile the engine again")
     parser.add_argument("--or-skip", action="store_true", help="no failure if something is missing")
     options = parser.parse_args()
     try:
-        if not options.page_only:
-            compile_engine()
-        text = page()
+        compile_engine()
+        finished = page()
     except Missing as missing:
         print(f"{'SKIPPED live page' if options.or_skip else 'error'}: {missing}", file=sys.stderr)
         return 0 if options.or_skip else 1
     options.out.parent.mkdir(parents=True, exist_ok=True)
-    options.out.write_text(text, encoding="utf-8")
-    print(f"{options.out} ({len(text.encode()) / 1000:.0f} kB)")
+    options.out.write_text(finished, encoding="utf-8")
+    print(f"{options.out} ({len(finished.encode()) / 1000:.0f} kB)")
     return 0
 
 

@@ -1,14 +1,11 @@
 #!/usr/bin/env python3
-"""Makes the pictures of docs/lesson.md from the finished page, in a headless Chromium.
-
-.venv/bin/python web/pictures.py
-"""
+"""Makes the pictures of docs/lesson.md from the finished page: .venv/bin/python web/pictures.py"""
 
 import io
 import sys
 from pathlib import Path
 
-from measure import PAGE, browser
+from measure import browser, visit
 from PIL import Image
 from selenium.webdriver.support.wait import WebDriverWait
 
@@ -28,7 +25,7 @@ STEPS = (
 
 def main() -> int:
     """Opens each step, waits for its moment, and saves what is seen."""
-    page = browser()
+    page = browser.start()
     try:
         FOLDER.mkdir(exist_ok=True)
         for name, step, when in STEPS:
@@ -36,24 +33,16 @@ def main() -> int:
                 "Emulation.setDeviceMetricsOverride",
                 {"width": SIZE[0], "height": SIZE[1], "deviceScaleFactor": 1.5, "mobile": False},
             )
-            page.get(PAGE.as_uri())
-            WebDriverWait(page, 30).until(
-                lambda _: page.execute_script("return Boolean(window.cradle?.first)")
-            )
+            visit(page)
             page.execute_script("cradle.setTheme(false); location.hash = LESSON[arguments[0]]", step)
             if "time" in when:
-                condition = f"return cradle.clock.base === 1 && cradle.sources[0].run.time > {when['time']}"
-                WebDriverWait(page, 60, 0.005).until(lambda _, asked=condition: page.execute_script(asked))
+                condition = f"cradle.clock.base === 1 && cradle.sources[0].run.time > {when['time']}"
             else:
-                WebDriverWait(page, 60).until(
-                    lambda _: page.execute_script(
-                        "return cradle.sources[0].shownClick?.sampled && cradle.clock.rate < 1e-3 && cradle.stages[0].near > 0.99"
-                    )
-                )
-                page.execute_script(
-                    "const click = cradle.sources[0].shownClick; cradle.seek(click.begin + arguments[0] * click.length)",
-                    when["part"],
-                )
+                condition = "cradle.sources[0].shownClick?.sampled && cradle.clock.rate < 1e-3 && cradle.stages[0].near > 0.99"
+            WebDriverWait(page, 60, 0.005).until(lambda _, c=condition: page.execute_script(f"return {c}"))
+            if "part" in when:
+                seek = "const click = cradle.sources[0].shownClick; cradle.seek(click.begin + arguments[0] * click.length)"
+                page.execute_script(seek, when["part"])
                 page.execute_async_script("setTimeout(arguments[0], 700)")
             picture = Image.open(io.BytesIO(page.get_screenshot_as_png())).convert("RGB")
             picture.save(FOLDER / f"{name}.jpg", quality=82, optimize=True)

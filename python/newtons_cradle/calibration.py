@@ -87,46 +87,33 @@ def calibrate(
     `length` of the pendulums, m; `mass` of a ball, kg; number of `balls`, at least 2; `gravity`, m/s2.
     Raises ValueError where a number is impossible.
     """
-    lengths = {
-        "lift": lift,
-        "height": height,
-        "interval": interval,
-        "length": length,
-        "mass": mass,
-        "gravity": gravity,
-    }
-    for name, value in (
-        lengths | dict(zip(("amplitudes[0]", "amplitudes[1]"), amplitudes, strict=True))
-    ).items():
+    given = {"lift": lift, "height": height, "interval": interval, "length": length, "mass": mass}
+    given |= {"gravity": gravity, "amplitudes[0]": amplitudes[0], "amplitudes[1]": amplitudes[1]}
+    for name, value in given.items():
         if not 0.0 < value < math.inf:
             raise ValueError(f"{name} = {value} is refused; allowed: a positive number")
     if balls < 2:
         raise ValueError(f"balls = {balls} is refused; allowed: 2 or more")
     first, second = amplitudes
     if second > first:
-        raise ValueError(
-            f"amplitudes = {amplitudes} is refused: the second, {interval} s later, must not be larger"
-        )
+        rule = f"the second, {interval} s later, must not be larger"
+        raise ValueError(f"amplitudes = {amplitudes} is refused: {rule}")
     if lift >= length:
         raise ValueError(f"lift = {lift} is refused; allowed: less than the length, {length} m")
     delta = math.log(first / second) / interval
     if delta**2 >= gravity / length:
-        raise ValueError(
-            f"amplitudes = {amplitudes}, interval = {interval} are refused: such a pendulum does not swing"
-        )
+        shown = f"amplitudes = {amplitudes}, interval = {interval}"
+        raise ValueError(f"{shown} are refused: such a pendulum does not swing")
     omega = math.sqrt(gravity / length - delta**2)
     # A height is the square of a deflection, x^2/(2 L) for the FMU's linear pendulums.
-    rise = math.sqrt(2.0 * length * height)
-    passed = rise / lift * math.exp(math.pi * delta / omega)
+    swing = math.exp(math.pi * delta / omega)
+    passed = math.sqrt(2.0 * length * height) / lift * swing
     restitution = 2.0 * passed ** (1.0 / (balls - 1)) - 1.0
     if not 0.0 <= restitution <= 1.0:
-        most = (lift * math.exp(-math.pi * delta / omega)) ** 2 / (2.0 * length)
+        most = (lift / swing) ** 2 / (2.0 * length)
         least = most * 0.25 ** (balls - 1)
         raise ValueError(f"height = {height} is refused; allowed here: {least:.3g} to {most:.3g} m")
     # At x = 0, after a quarter of a period and a little more.
-    speed = (
-        lift
-        * math.sqrt(gravity / length)
-        * math.exp(-delta / omega * (math.pi / 2.0 + math.asin(delta * math.sqrt(length / gravity))))
-    )
+    phase = math.pi / 2.0 + math.asin(delta * math.sqrt(length / gravity))
+    speed = lift * math.sqrt(gravity / length) * math.exp(-delta / omega * phase)
     return Calibration(float(restitution), float(2.0 * mass * delta), float(speed), float(height))

@@ -16,18 +16,11 @@ def in_checkout() -> bool:
 
 def own_fmu() -> Path:
     """The FMU that comes with a wheel or, in a checkout, the one that was built last. Raises FileNotFoundError."""
-    packaged = HERE / "NewtonsCradle.fmu"
-    if packaged.exists():
-        return packaged
-    if not in_checkout():
-        raise FileNotFoundError(
-            f"{packaged} is missing: install newtons-cradle again, or give the path of an FMU"
-        )
-    if not BUILT.exists():
-        raise FileNotFoundError(
-            f"{BUILT} has not been built: run `cargo pack build --release`, or give the path of an FMU"
-        )
-    return BUILT
+    path = BUILT if in_checkout() else HERE / "NewtonsCradle.fmu"
+    cure = "run `cargo pack build --release`" if in_checkout() else "install newtons-cradle again"
+    if not path.exists():
+        raise FileNotFoundError(f"{path} is missing: {cure}, or give the path of an FMU")
+    return path
 
 
 def preset_files() -> dict[str, Path]:

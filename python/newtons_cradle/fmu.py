@@ -13,7 +13,6 @@ import weakref
 from collections.abc import Callable, Iterable
 from importlib import metadata
 from pathlib import Path
-from types import TracebackType
 
 import numpy as np
 from fmpy import extract, read_model_description
@@ -55,9 +54,7 @@ class Fmu(Model):
     def __enter__(self) -> "Fmu":
         return self
 
-    def __exit__(
-        self, _kind: type[BaseException] | None, _error: BaseException | None, _trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def close(self) -> None:
@@ -75,25 +72,21 @@ class Fmu(Model):
         if balls is not None and self.balls != balls:
             raise FmuError(f"{what}it has {self.balls} balls where {balls} are needed")
         others = [
-            f"{name} = {self._text(name)} where {self._text(name, value)} is needed"
+            f"{name} = {self._text(name, own)} where {self._text(name, value)} is needed"
             for name, value in self.settings(starts or {}).items()
-            if self.built_with(name) != value
+            if (own := self.built_with(name)) != value
         ]
         if others:
             cure = "`cradle-fmu build` without --preset and --set makes the default one"
             raise FmuError(f"{what}it was built as another cradle, {', '.join(others)}; {cure}")
 
-    def _text(self, name: str, value: float | int | bool | None = None) -> str:
-        """A start value as it is written, with its unit; the FMU's own if None."""
-        number = self.built_with(name) if value is None else value
-        if self.variables[name].type == "Enumeration":
-            return next(item for item, integer in self.items(name).items() if integer == number)
+    def _text(self, name: str, value: float | int | bool) -> str:
+        """A value of a variable as it is written, with its unit."""
         unit = self.unit(name)
-        return f"{number:g}" if unit in ("", "1") else f"{number:g} {unit}"
+        return self.written(name, value, "g") + ("" if unit in ("", "1") else f" {unit}")
 
     def provenance(self) -> dict[str, str]:
         """What to store with results: file, GUID and checksum of the FMU, and the versions of the software that ran it."""
-        packages = {name: metadata.version(name) for name in ("fmpy", "numpy")}
         return {
             "fmu": self.path.name,
             "guid": self.description.guid,
@@ -102,7 +95,8 @@ class Fmu(Model):
             "newtons-cradle": files.version(),
             "python": platform.python_version(),
             "machine": f"{platform.system()} {platform.machine()}",
-        } | packages
+            **{name: metadata.version(name) for name in ("fmpy", "numpy")},
+        }
 
     def start(self, values: Values | None = None, *, initialize: bool = True) -> Run:
         """A run at its start time; see `Run`. Use it in a `with` block, which frees the instance."""

@@ -11,7 +11,7 @@ import newtons_cradle as nc
 import pytest
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
-from newtons_cradle.run.log import router
+from newtons_cradle.run import log as router
 
 ERROR = 3
 NAN, INF = math.nan, math.inf

@@ -11,7 +11,6 @@ import pandas
 import pytest
 from fmi3_host import redescribed
 from newtons_cradle.animation import from_fmu
-from newtons_cradle.run.elements import OF_CONTACTS, OF_LAST_ELEMENT
 
 pytestmark = pytest.mark.all
 
@@ -53,13 +52,6 @@ def test_variables_are_those_of_fmi_2(fmu, fmu3):
         if one.start is not None:
             assert fmu.built_with(name) == fmu3.built_with(name), name
     assert fmu.items("contact.model") == fmu3.items("contact.model")
-
-
-def test_the_arrays_over_contacts_are_those_that_the_description_says(fmu3):
-    arrays = [variable for variable in fmu3.description.modelVariables if not variable.clocks]
-    assert {
-        variable.name for variable in arrays if (variable.description or "").endswith(OF_LAST_ELEMENT)
-    } == OF_CONTACTS
 
 
 @pytest.mark.parametrize("method", ["eventDriven", "adams"])

@@ -14,7 +14,7 @@ from pathlib import Path
 import newtons_cradle as nc
 import pytest
 from fmpy.simulation import instantiate_fmu
-from newtons_cradle.run.log import router
+from newtons_cradle.run import log as router
 
 pytestmark = pytest.mark.all
 

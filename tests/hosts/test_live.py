@@ -55,7 +55,6 @@ def test_the_engine_gives_the_native_bits_in_node(fmu, live_path, name):
 # What is said of a set-up's first click, from 21 us before it to its end, and what goes with the end.
 SAID = """
 const source = new Live(engine, PRESETS[preset].setup().with({x_start})), said = new Set();
-source.wantsClick(true);
 for (let next; !(source.click?.sampled); source.advance(source.time + 0.9 * next.distance)) next = source.ahead(Infinity);
 const {click} = source;
 for (const time of [-21e-6, ...Array.from({length: 200}, (_, k) => k / 199 * click.length)]) {
@@ -117,9 +116,9 @@ def test_two_balls_are_dragged_and_let_go(page, fmu, kind):
         page,
         """const rows = [];
         for (const time of arguments[0]) {
-          do source.gather(source.step(time)); while (source.run.time < time);
-          source.state = source.run.look();
-          rows.push(Array.from(source.state.numbers));
+          source.run.advance(time);
+          source.pulses.push(...source.run.takePulses());
+          rows.push(Array.from(source.run.look().numbers));
         }
         return rows""",
         [time for time in GRID if time > reached],

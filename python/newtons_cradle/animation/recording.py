@@ -66,19 +66,14 @@ def from_fmu(
             length, radius = run.get("pendulum.length"), run.get("ball.radius")
             parameters = _parameters(fmu, run)
     columns = {name: result[name] for name in ("time", *names)}
-    count = f"{n} ball{'s' if n > 1 else ''}"
-    return Recording(
-        f"{count}, {stop:g} s",
-        columns["time"],
-        vector(columns, "x", n),
-        vector(columns, "v", n),
-        vector(columns, "F", n - 1),
-        pulses,
-        energies(columns),
-        parameters,
-        length,
-        radius,
-    )
+    title = f"{n} ball{'s' if n > 1 else ''}, {stop:g} s"
+    return of_columns(title, columns, n, pulses, parameters, length, radius)
+
+
+def of_columns(title: str, columns: Columns, n: int, pulses: Array, *others: Any) -> Recording:
+    """The recording of n balls whose variables are in these columns."""
+    x, v, force = vector(columns, "x", n), vector(columns, "v", n), vector(columns, "F", n - 1)
+    return Recording(title, columns["time"], x, v, force, pulses, energies(columns), *others)
 
 
 def vector(columns: Columns, name: str, count: int) -> Array:
@@ -99,24 +94,17 @@ def energies(columns: Columns) -> Columns:
 
 def _parameters(fmu: Fmu, run: Run) -> list[tuple[str, str, str, str]]:
     """Name, value, unit and meaning of each parameter; a vector whose elements are equal takes one row."""
-    variables = [v for v in fmu.variables.values() if v.causality == "parameter"]
-    groups: dict[str, list[tuple[Any, str]]] = {}
-    for variable, value in zip(variables, run.recorder([v.name for v in variables]).row(), strict=True):
-        groups.setdefault(variable.name.partition("[")[0], []).append(
-            (variable, _shown(fmu, variable, value))
-        )
+    names = [v.name for v in fmu.variables.values() if v.causality == "parameter"]
+    values: dict[str, list[str]] = {}
+    for name, value in zip(names, run.recorder(names).row(), strict=True):
+        values.setdefault(name.partition("[")[0], []).append(fmu.written(name, value))
     rows = []
-    for name, members in groups.items():
-        (first, _), texts = members[0], [text for _, text in members]
-        vector = first.name != name
+    for name, texts in values.items():
+        vector = name in fmu.arrays
+        first = fmu.variables[f"{name}[1]" if vector else name]
         value = texts[0] if len(set(texts)) == 1 else ", ".join(texts)
-        meaning = "" if vector else first.description or ""
         unit = "" if first.unit in (None, "1") else first.unit
-        rows.append((f"{name}[i]" if vector else name, value, unit, meaning))
+        rows.append(
+            (f"{name}[i]" if vector else name, value, unit, "" if vector else first.description or "")
+        )
     return rows
-
-
-def _shown(fmu: Fmu, variable: Any, value: float) -> str:
-    if variable.type == "Enumeration":
-        return next(item for item, number in fmu.items(variable.name).items() if number == value)
-    return f"{value:.6g}" if variable.type == "Real" else str(value)

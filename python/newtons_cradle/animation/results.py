@@ -2,12 +2,13 @@
 
 import csv
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from ..pulses import FIELDS, PULSE, Array
-from .recording import Columns, Recording, energies, vector
+from .recording import Columns, Recording, of_columns, vector
 
 #: How FMPy writes Booleans.
 TRUTH = {"True": "1", "False": "0"}
@@ -39,23 +40,18 @@ def from_csv(
     path = Path(path)
     columns = _read_columns(path)
     n = _number_of_balls(path, columns, balls)
-    time, x, v, force = (
-        columns["time"],
-        vector(columns, "x", n),
-        vector(columns, "v", n),
-        vector(columns, "F", n - 1),
-    )
-    if len(time) < 2 or np.any(np.diff(time) <= 0):
+    run = of_columns(path.stem, columns, n, np.zeros(0, PULSE), [], length, radius)
+    if len(run.time) < 2 or np.any(np.diff(run.time) <= 0):
         raise RecordingError(f"{path}: at least two rows are needed, with times that rise")
-    _refuse_coarse(path, time, x, v)
+    _refuse_coarse(path, run)
     if pulses is not None:
         table = _pulse_table(Path(pulses), n)
     elif all(f"F_peak[{i}]" in columns for i in range(1, n)):
-        table = _guessed_pulses(time, vector(columns, "F_peak", n - 1))
+        table = _guessed_pulses(run.time, vector(columns, "F_peak", n - 1))
     else:
-        _refuse_missed_clicks(path, time, v, force)
-        table = _guessed_pulses(time, force)
-    return Recording(path.stem, time, x, v, force, table, energies(columns), [], length, radius)
+        _refuse_missed_clicks(path, run)
+        table = _guessed_pulses(run.time, run.F)
+    return replace(run, pulses=table)
 
 
 def _number_of_balls(path: Path, columns: Columns, wanted: int | None) -> int:
@@ -88,10 +84,10 @@ def _number_of_balls(path: Path, columns: Columns, wanted: int | None) -> int:
     return n
 
 
-def _refuse_coarse(path: Path, time: Array, x: Array, v: Array) -> None:
+def _refuse_coarse(path: Path, run: Recording) -> None:
     """Raises RecordingError where the motion between samples cannot be told from them."""
-    step = np.diff(time)[:, None]
-    extent = np.ptp(x)
+    time, x, v = run.time, run.x, run.v
+    step, extent = np.diff(time)[:, None], np.ptp(x)
     away = np.abs(np.diff(x, axis=0) - 0.5 * step * (v[1:] + v[:-1]))
     worst = np.unravel_index(np.argmax(away), away.shape)
     if extent > 0 and away[worst] > COARSE * extent:
@@ -103,11 +99,11 @@ def _refuse_coarse(path: Path, time: Array, x: Array, v: Array) -> None:
         )
 
 
-def _refuse_missed_clicks(path: Path, time: Array, v: Array, force: Array) -> None:
+def _refuse_missed_clicks(path: Path, run: Recording) -> None:
     """Raises RecordingError where a ball was struck between samples and neither of them shows a force."""
-    fastest = np.abs(v).max(initial=0.0)
-    struck = np.abs(np.diff(v, axis=0)) > STRUCK * fastest
-    padded = np.pad(force != 0, ((0, 0), (1, 1)))
+    time, v = run.time, run.v
+    struck = np.abs(np.diff(v, axis=0)) > STRUCK * np.abs(v).max(initial=0.0)
+    padded = np.pad(run.F != 0, ((0, 0), (1, 1)))
     pressed = padded[:, 1:] | padded[:, :-1]
     missed = np.argwhere(struck & ~(pressed[1:] | pressed[:-1]))
     if v.shape[1] > 1 and len(missed):

@@ -1,12 +1,15 @@
-"""What all pages share: fonts, colours and what they mean (look.css), and how numbers are written (look.js).
+"""What all pages share: fonts, colours and what they mean (look.css, look.js); numbers and drawing (common.js).
 
-The producer puts look.css into the FMU's page, too.
+The producer puts look.css into the FMU's page, too; the live page takes common.js.
 """
 
 import re
 from importlib.resources import files
 
-STYLE, SCRIPT = ((files(__package__) / name).read_text(encoding="utf-8") for name in ("look.css", "look.js"))
+STYLE, *_scripts = (
+    (files(__package__) / name).read_text(encoding="utf-8") for name in ("look.css", "common.js", "look.js")
+)
+SCRIPT = "\n".join(_scripts)
 
 #: Colours by name, `COLOURS["series-1"]`, as "#rrggbb", where pages are light.
 COLOURS = dict(re.findall(r"--([\w-]+): (#[0-9a-f]{6});", STYLE.partition("@media")[0]))

@@ -1,7 +1,6 @@
-// What all pages share: the colours of look.css, and how numbers are written.
+// The colours of look.css.
 
 const DARK = matchMedia("(prefers-color-scheme: dark)"), STILL = matchMedia("(prefers-reduced-motion: reduce)");
-const PREFIXES = { 9: "G", 6: "M", 3: "k", 0: "", "-3": "m", "-6": "µ", "-9": "n", "-12": "p", "-15": "f" };
 
 const COLOURS = new Map(); // as looked up, until the page turns dark or light
 DARK.addEventListener("change", () => COLOURS.clear());
@@ -25,30 +24,4 @@ function seriesColour(i, count) {
   const stops = [1, 3, 5, 2].map((number) => colour(`--series-${number}`));
   const place = (stops.length - 1) * i / (count - 1), below = Math.min(Math.floor(place), stops.length - 2);
   return mixed(stops[below], stops[below + 1], place - below);
-}
-
-/** The power of ten, a multiple of three, that a number of this size is written with. */
-function powerFor(size) {
-  return size > 0 ? Math.min(9, Math.max(-15, 3 * Math.floor(Math.log10(size * 1.0001) / 3))) : 0;
-}
-
-/** A number with an SI prefix: 1.5e-7, "s" gives "150 ns". */
-function withPrefix(value, unit, digits = 3) {
-  if (value === 0) return `0 ${unit}`;
-  const power = powerFor(Math.abs(value)), number = Number((value / 10 ** power).toPrecision(digits));
-  return `${String(number).replace("-", "−")} ${PREFIXES[power]}${unit}`;
-}
-
-/** A canvas's 2D context, cleared, scaled so that one unit is one CSS pixel: {context, width, height}. */
-function prepared(canvas) {
-  const ratio = devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
-  if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
-    canvas.width = Math.round(width * ratio);
-    canvas.height = Math.round(height * ratio);
-  }
-  const context = canvas.getContext("2d");
-  context.setTransform(ratio, 0, 0, ratio, 0, 0);
-  context.clearRect(0, 0, width, height);
-  context.font = "12px system-ui, sans-serif";
-  return { context, width, height };
 }

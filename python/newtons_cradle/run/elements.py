@@ -13,13 +13,7 @@ TYPES = {"Float64": "Real", "UInt64": "Integer", "Enumeration": "Enumeration", "
 #: Causalities of what FMI 2.0 does not have.
 OTHERS = ("independent", "structuralParameter")
 
-#: Arrays over contacts. In FMI 3.0 they have as many elements as there are balls; the last one belongs to no contact.
-OF_CONTACTS = {
-    *("contact.stiffnessRatio", "contact.gap", "F", "impulse", "F_mean", "F_peak", "pulses", "inContact"),
-    *("t_onset", "t_release", "overlap", "E_contact", "der(overlap)", "z.contact", "z.clip"),
-}
-
-#: What their descriptions say of that element, which is not among those here.
+#: How the descriptions of arrays over contacts end: in FMI 3.0 they have as many elements as there are balls.
 OF_LAST_ELEMENT = "; the last element belongs to no contact"
 
 
@@ -47,13 +41,14 @@ def _elements(variable: Any) -> Iterator[Any]:
     length = variable.shape[0] if variable.shape else 1
     starts = (variable.start or "").split()
     stored = "Int64" if variable.type == "Enumeration" else variable.type
-    for index in range(length - 1 if variable.name in OF_CONTACTS else length):
+    meaning = variable.description or ""
+    for index in range(length - meaning.endswith(OF_LAST_ELEMENT)):
         element = copy.copy(variable)
         element.name = _name(variable.name, index) if variable.shape else variable.name
         element.type = TYPES[variable.type]
         element.valueReference = Place(stored, variable.valueReference, index, length)
         element.start = starts[index % len(starts)] if starts else None
-        element.description = (variable.description or "").removesuffix(OF_LAST_ELEMENT)
+        element.description = meaning.removesuffix(OF_LAST_ELEMENT)
         if variable.declaredType is not None:
             element.unit = variable.unit or variable.declaredType.unit
         yield element

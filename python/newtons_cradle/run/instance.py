@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from types import TracebackType
 from typing import Any
 
 import numpy as np
@@ -12,8 +11,7 @@ from ..pulses import Array, pulse_table
 from .log import LogLine
 from .model import FmuError, Model, Value, Values
 from .result import Result
-from .slave2 import FMU2Instance
-from .slave3 import FMU3Instance
+from .slaves import FMU2Instance, FMU3Instance
 
 LOOKS = 10_000  # by which an onset must be in sight
 NEVER = 1e30  # s, what `t_next` says when no impact lies ahead
@@ -39,8 +37,9 @@ class Run:
         self.fmu, self.time = fmu, 0.0
         self.log: list[LogLine] = []
         self._alive = self._closed = False
-        version = FMU2Instance if fmu.description.fmiVersion.startswith("2.") else FMU3Instance
-        self.slave = version(fmu, self.log)
+        self.slave = (FMU2Instance if fmu.description.fmiVersion.startswith("2.") else FMU3Instance)(
+            fmu, self.log
+        )
         try:
             self._call(self.slave.create)
             self._alive = True
@@ -60,9 +59,7 @@ class Run:
     def __enter__(self) -> "Run":
         return self
 
-    def __exit__(
-        self, _kind: type[BaseException] | None, _error: BaseException | None, _trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def close(self) -> None:
@@ -95,8 +92,7 @@ class Run:
         UnknownName, FmuError.
         """
         numbers = self.fmu.settings(values)
-        for kind, names in self._by_type(numbers).items():
-            references = [self.fmu.variables[name].valueReference for name in names]
+        for kind, names, references in self._by_type(numbers):
             self._call(self.slave.write, kind, references, [numbers[name] for name in names])
 
     def get(self, name: str) -> float | int | bool:
@@ -178,11 +174,11 @@ class Run:
             recorder.sample()
         return onset, recorder.result()
 
-    def save(self) -> "Saved":
+    def save(self) -> Saved:
         """The state of the instance, from which any run of the same FMU can continue, even in another process."""
         return Saved(self.time, self._call(self.slave.to_bytes))
 
-    def load(self, saved: "Saved") -> None:
+    def load(self, saved: Saved) -> None:
         """Continues from a saved state, with the same bits; the log is kept. Raises FmuError."""
         self._call(self.slave.go_to, saved.data)
         self.time = saved.time
@@ -191,35 +187,30 @@ class Run:
         """Records the named variables of this run, all elements where an array is named. Raises UnknownName."""
         return Recorder(self, list(dict.fromkeys(self.fmu.names(names))))
 
-    def _by_type(self, names: Iterable[str]) -> dict[str, list[str]]:
+    def _by_type(self, names: Iterable[str]) -> list[tuple[str, list[str], list[Any]]]:
+        """These variables by type: type, names, references."""
+        known = self.fmu.variables
         groups: dict[str, list[str]] = {}
         for name in names:
-            groups.setdefault(self.fmu.variable(name).type, []).append(name)
-        return groups
+            groups.setdefault(known[name].type, []).append(name)
+        return [
+            (kind, group, [known[name].valueReference for name in group]) for kind, group in groups.items()
+        ]
 
 
 class Recorder:
     """Reads a fixed set of variables with one call per type."""
 
     def __init__(self, run: Run, names: list[str]):
-        self._run, self._names = run, names
+        self._run, self._names, self._groups = run, names, run._by_type(names)
         self._rows: list[tuple[Any, ...]] = []
-        self._groups = []
-        for kind, members in run._by_type(names).items():
-            references = [run.fmu.variables[name].valueReference for name in members]
-            self._groups.append((kind, references, [names.index(name) for name in members]))
-        kinds = [(name, DTYPES[run.fmu.variables[name].type]) for name in names]
-        self._dtype = np.dtype([("time", "f8"), *kinds])
 
     def row(self) -> list[Any]:
         """The values now, in the order of the names."""
-        row: list[Any] = [None] * len(self._names)
-        for kind, references, places in self._groups:
-            for place, value in zip(
-                places, self._run._call(self._run.slave.read, kind, references), strict=True
-            ):
-                row[place] = value
-        return row
+        values: dict[str, Any] = {}
+        for kind, names, references in self._groups:
+            values |= zip(names, self._run._call(self._run.slave.read, kind, references), strict=True)
+        return [values[name] for name in self._names]
 
     def sample(self) -> None:
         """Keeps the values at the run's current time."""
@@ -227,5 +218,7 @@ class Recorder:
 
     def result(self) -> Result:
         """All samples so far and the run's pulses so far."""
-        units = {"time": "s"} | {name: self._run.fmu.unit(name) for name in self._names}
-        return Result(np.array(self._rows, dtype=self._dtype), self._run.pulses, units)
+        fmu = self._run.fmu
+        types = [("time", "f8"), *((name, DTYPES[fmu.variables[name].type]) for name in self._names)]
+        units = {"time": "s"} | {name: fmu.unit(name) for name in self._names}
+        return Result(np.array(self._rows, dtype=types), self._run.pulses, units)

@@ -1,7 +1,5 @@
 """The log of an instance: what the FMU says through FMI's logger."""
 
-import itertools
-import threading
 from ctypes import byref
 from dataclasses import dataclass
 
@@ -18,43 +16,33 @@ class LogLine:
     text: str
 
 
-class LogRouter:
-    """Hands each log message to the run it belongs to.
-
-    FMPy's proxy, which formats the C-style message, keeps one logger for the whole process: the last
-    one registered gets the messages of every instance. So all runs share this one. The componentEnvironment that
-    the FMU hands back tells them apart. (A `simulate_fmu(..., logger=...)` started
-    while a run is open takes over the proxy: the run's later messages go to that logger.)
-    """
-
-    def __init__(self) -> None:
-        self._logs: dict[int, list[LogLine]] = {}
-        self._numbers = itertools.count(1)
-        self._lock = threading.Lock()
-        self._logger = fmi2CallbackLoggerTYPE(self._receive)
-
-    def _receive(
-        self, environment: int, _instance: bytes, status: int, category: bytes | None, message: bytes | None
-    ) -> None:
-        log = self._logs.get(environment)
-        if log is not None:
-            texts = ((text or b"").decode("utf-8", "replace") for text in (category, message))
-            log.append(LogLine(status, *texts))
-
-    def callbacks(self, log: list[LogLine]) -> fmi2CallbackFunctions:
-        """Callbacks of a new instance, whose messages are appended to `log`."""
-        callbacks = fmi2CallbackFunctions()
-        callbacks.logger = self._logger
-        with self._lock:
-            number = next(self._numbers)
-            addLoggerProxy(byref(callbacks))
-        callbacks.componentEnvironment = number
-        self._logs[number] = log
-        return callbacks
-
-    def forget(self, callbacks: fmi2CallbackFunctions) -> None:
-        """Stops taking messages of this instance."""
-        self._logs.pop(callbacks.componentEnvironment, None)
+def line(status: int, *texts: bytes | None) -> LogLine:
+    """A message as C passes it: status, category, text."""
+    return LogLine(status, *((text or b"").decode("utf-8", "replace") for text in texts))
 
 
-router = LogRouter()
+# FMPy's proxy formats C-style messages, but keeps one logger for the process: the last one registered gets the messages
+# of every instance. So all runs of FMI 2.0 share `_logger`, and the componentEnvironment, which the FMU hands back, tells
+# them apart. (A `simulate_fmu(..., logger=...)` that starts during a run takes over its later messages.)
+_logs: dict[int, list[LogLine]] = {}
+
+
+@fmi2CallbackLoggerTYPE  # type: ignore[untyped-decorator]
+def _logger(environment: int, _instance: bytes, status: int, *texts: bytes | None) -> None:
+    if environment in _logs:
+        _logs[environment].append(line(status, *texts))
+
+
+def callbacks(log: list[LogLine]) -> fmi2CallbackFunctions:
+    """Callbacks of a new instance of FMI 2.0, whose messages are appended to `log`."""
+    functions = fmi2CallbackFunctions()
+    functions.logger = _logger
+    addLoggerProxy(byref(functions))
+    functions.componentEnvironment = id(log)
+    _logs[id(log)] = log
+    return functions
+
+
+def forget(functions: fmi2CallbackFunctions) -> None:
+    """Takes no more messages of the instance with these callbacks."""
+    _logs.pop(functions.componentEnvironment, None)

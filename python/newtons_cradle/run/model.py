@@ -13,10 +13,7 @@ from .names import UnknownName, did_you_mean, split
 Value = float | int | bool | str  #: of a variable; an item of an enumeration may be named
 Values = Mapping[str, Any]  #: by name: a `Value`, or for an array a sequence of them
 
-GIVEN = (
-    "parameter",
-    "input",
-)  # causalities that can be set at any time; others only where they have a start value
+GIVEN = ("parameter", "input")  # what can be set at any time; other causalities only with a start value
 
 
 class FmuError(RuntimeError):
@@ -73,13 +70,9 @@ class Model:
             hint = did_you_mean(str(value), items)
             raise FmuError(f"{name} = {value} is refused; allowed: {', '.join(items)}{hint}") from None
         except (TypeError, ValueError):
-            unit = self.unit(name)
-            written = (
-                f"; give it in {unit}, without writing the unit"
-                if unit not in ("", "1") and isinstance(value, str)
-                else ""
-            )
-            raise FmuError(f"{name} = {value} is not a number{written}") from None
+            unit = self.unit(name) if isinstance(value, str) else ""
+            cure = "" if unit in ("", "1") else f"; give it in {unit}, without writing the unit"
+            raise FmuError(f"{name} = {value} is not a number{cure}") from None
 
     def built_with(self, name: str) -> float | int | bool:
         """The start value in the description; the integer of an enumeration. Raises UnknownName, or FmuError if there is none."""
@@ -90,15 +83,20 @@ class Model:
             return variable.start in ("true", "1", True)
         return float(variable.start) if variable.type == "Real" else int(variable.start)
 
+    def written(self, name: str, value: float, digits: str = ".6g") -> str:
+        """A value of a variable as text, an item of an enumeration by its name."""
+        kind = self.variable(name).type
+        if kind == "Enumeration":
+            return next(item for item, number in self.items(name).items() if number == value)
+        return f"{value:{digits}}" if kind == "Real" else str(value)
+
     def names(self, wanted: Iterable[str]) -> list[str]:
         """These variables; where an array x is named, its elements x[1], x[2], ... Raises UnknownName."""
         if isinstance(wanted, str):
             raise TypeError(f"record: a list of names such as [{wanted!r}] is needed, not a string")
-        found = []
+        found: list[str] = []
         for name in wanted:
-            found += [name] if name in self.variables else self.arrays.get(name, [])
-            if name not in self.variables and name not in self.arrays:
-                raise UnknownName(self._unknown(name))
+            found += self.arrays[name] if name in self.arrays else [self.variable(name).name]
         return found
 
     def settings(self, values: Values) -> dict[str, float | int | bool]:
@@ -107,49 +105,38 @@ class Model:
             raise TypeError(
                 f'values: a dict such as {{"ball.mass": 0.5}} is needed, not {type(values).__name__}'
             )
-        self._check_lengths(values)
         single: dict[str, Any] = {}
         for name, value in values.items():
-            if name in self.arrays:
-                self._check_settable(self.arrays[name][0], name)
-                single |= self._elements(name, value)
-            else:
-                self._check_settable(name, name)
-                single[name] = value
+            array, index = split(name)
+            if index is not None and array in self.arrays and name not in self.variables:
+                last = max(i or 0 for base, i in map(split, values) if base == array)
+                own = f"{array}[1] to {array}[{len(self.arrays[array])}]"
+                raise UnknownName(f"{name} is refused: {own} are in {self._shape()}{_cure(array, last)}")
+            elements = self.arrays.get(name)
+            self._check_settable(elements[0] if elements else name, name)
+            single |= {name: value} if elements is None else self._elements(name, value)
         return {name: self.number(name, value) for name, value in single.items()}
 
     def _elements(self, name: str, value: Any) -> dict[str, Any]:
         elements = self.arrays[name]
         if np.ndim(value) != 1:
-            raise FmuError(
-                f"{name} = {value} is refused: {name} has {len(elements)} elements; allowed: {name}[i], or a list"
-            )
+            allowed = f"{name} has {len(elements)} elements; allowed: {name}[i], or a list"
+            raise FmuError(f"{name} = {value} is refused: {allowed}")
         if len(value) != len(elements):
-            raise FmuError(
-                f"{name} takes {len(elements)} values in {self._shape()}, not {len(value)}{_cure(name, len(value))}"
-            )
+            needed = f"{name} takes {len(elements)} values in {self._shape()}"
+            raise FmuError(f"{needed}, not {len(value)}{_cure(name, len(value))}")
         return dict(zip(elements, value, strict=True))
-
-    def _check_lengths(self, values: Values) -> None:
-        """Refuses start values of a cradle with more balls, with one message for all."""
-        for name in values:
-            array, index = split(name)
-            if array in self.arrays and index is not None and name not in self.variables:
-                last = max(i or 0 for base, i in map(split, values) if base == array)
-                raise UnknownName(
-                    f"{name} is refused: {array}[1] to {array}[{len(self.arrays[array])}] are in {self._shape()}{_cure(array, last)}"
-                )
 
     def _check_settable(self, name: str, shown: str) -> None:
         variable = self.variable(name)
         if variable.causality in GIVEN or variable.start is not None:
             return
         array, index = split(shown)
-        start = f"{array}_start" if f"{array}_start" in self.arrays else None
-        meant = f"; did you mean {start}[{index or 'i'}]?" if start else "; allowed: parameters and inputs"
-        raise FmuError(
-            f"{shown} is refused: it is {_article(variable.causality)}, which the FMU computes{meant}"
-        )
+        meant = "; allowed: parameters and inputs"
+        if f"{array}_start" in self.arrays:
+            meant = f"; did you mean {array}_start[{index or 'i'}]?"
+        kind = "an output" if variable.causality == "output" else f"a {variable.causality} variable"
+        raise FmuError(f"{shown} is refused: it is {kind}, which the FMU computes{meant}")
 
     def _shape(self) -> str:
         return f"{self.path.name}, a cradle of {self.balls} balls" if self.balls else self.path.name
@@ -172,12 +159,5 @@ class Model:
 
 def _cure(array: str, count: int) -> str:
     """How to get an FMU in which an array of the balls has so many elements."""
-    return (
-        f"; `cradle-fmu build --balls {count}` makes one of {count}"
-        if array.endswith("_start") and count > 0
-        else ""
-    )
-
-
-def _article(causality: str) -> str:
-    return f"an {causality}" if causality[0] in "aeiou" else f"a {causality} variable"
+    possible = array.endswith("_start") and count > 0
+    return f"; `cradle-fmu build --balls {count}` makes one of {count}" if possible else ""

@@ -32,9 +32,7 @@ class App {
   get changedSource() { return this.stages.length > 1 && this.side !== "left" ? this.stages[1].source : this.stages[0].source; }
 
   addStage(source) {
-    const stage = new Stage(source, this);
-    this.stages.push(stage);
-    this.controls.stages.append(stage.figure);
+    this.stages.push(new Stage(source, this));
     this.controls.stages.classList.toggle("two", this.stages.length > 1);
   }
 
@@ -100,7 +98,8 @@ class App {
       this.stages[0].source = new Live(this.engine, setup);
     } else this.stages[0].source.begin(setup);
     if (this.besideChoice) this.compare(this.besideChoice);
-    this.lifted = setup.values.x_start.some((x) => x !== 0) || setup.values.v_start.some((v) => v !== 0) ? pick(setup) : null;
+    const { x_start, v_start } = setup.values;
+    this.lifted = [...x_start, ...v_start].some((value) => value !== 0) ? { x_start, v_start } : null;
     this.clock.slowAt(this.clock.slow === "always" ? "always" : "no");
     this.setRunning(true);
     this.changed();
@@ -125,7 +124,7 @@ class App {
 
   /** Lets go of balls at these places. */
   letGo({ x_start, v_start }) {
-    this.attempt(() => this.sources.forEach((source) => { if (source.live) source.restart(source.setup, [...x_start], [...v_start]); }));
+    this.attempt(() => this.sources.forEach((source) => { if (source.live) source.restart(source.setup, x_start, v_start); }));
     this.lifted = { x_start, v_start };
     this.setRunning(true);
     this.changed();
@@ -153,8 +152,8 @@ class App {
     if (name !== "stop" && first.live) {
       const middle = Math.floor(first.setup.balls / 2);
       const values = {
-        usual: PRESETS[this.preset]?.beside ?? { "contact.model": "hertz", "contact.deadBand": 0 }, hertz: { "contact.model": "hertz", "contact.deadBand": 0 },
-        noBand: { "contact.deadBand": 0 }, rigid: LAWS.rigid, lossy: { "contact.dampingLaw": "huntCrossley", "contact.huntCrossley": 0.3, "contact.restitution": 0.9 },
+        usual: PRESETS[this.preset]?.beside ?? TOUCHING, hertz: TOUCHING, noBand: { "contact.deadBand": 0 }, rigid: LAWS.rigid,
+        lossy: { "contact.dampingLaw": "huntCrossley", "contact.huntCrossley": 0.3, "contact.restitution": 0.9 },
         heavy: { "ball.massRatio": first.setup.get("ball.massRatio").map((ratio, i) => (i === middle ? 2 * ratio : ratio)) },
       }[name];
       // From the same release: both begin again.
@@ -212,7 +211,8 @@ class App {
 
   drop(who, speed) {
     this.attempt(() => this.sources.forEach((source) => source.release(who, this.clock.running ? speed : 0)));
-    this.lifted = pick(this.stages[0].source.setup);
+    const { x_start, v_start } = this.stages[0].source.setup.values;
+    this.lifted = { x_start, v_start };
     this.changed();
   }
 
@@ -244,13 +244,12 @@ class App {
   }
 
   showClock() {
-    const { clock, controls } = this, { time, pace, inside } = controls, now = this.stages[0].source.run?.time ?? this.stages[0].source.now;
+    const { clock } = this, { time, pace, inside } = this.controls, [{ source }] = this.stages, now = source.run?.time ?? source.now;
     const digits = Math.max(2, Math.min(11, Math.ceil(-Math.log10(clock.rate)) + 2));
     time.textContent = `${now.toFixed(digits)} s`;
     pace.textContent = paceText(clock.rate * (clock.kept > 0.97 ? 1 : clock.kept));
     pace.classList.toggle("slow", clock.rate < 0.5);
-    const leave = clock.slow === "next" || clock.inside, text = say(leave ? "insideNow" : "inside");
-    if (inside.textContent !== text) inside.textContent = text;
+    write(inside, say(clock.slow === "next" || clock.inside ? "insideNow" : "inside"));
     if (clock.late > 0.25 && clock.running) {
       const part = String(Math.min(90, Math.round(10 * clock.late) * 10));
       if (this.lateTold !== part) this.tell(say("late", part), 4);
@@ -260,21 +259,19 @@ class App {
 
   /** What is said below the balls away from clicks. */
   hintFor({ source }) {
-    if (!source.live) return { text: "", detail: "" };
-    if (source.holds.size) return { text: say(this.clock.running ? "hintHeld" : "hintPaused"), detail: "" };
-    if (!this.clock.running) return this.clock.inside ? { text: "", detail: "" } : { text: say("hintPaused"), detail: "" };
-    return { text: source.state.v.every((v) => v === 0) ? say("hint") : "", detail: "" };
+    const { running, inside } = this.clock;
+    if (!source.live) return "";
+    if (source.holds.size) return say(running ? "hintHeld" : "hintPaused");
+    if (!running) return inside ? "" : say("hintPaused");
+    return source.state.v.every((v) => v === 0) ? say("hint") : "";
   }
 }
-
-/** What balls are let go with. */
-function pick({ values: { x_start, v_start } }) { return { x_start: [...x_start], v_start: [...v_start] }; }
 
 /** A set-up in a few words. */
 function describeSetup(setup) {
   const band = setup.get("contact.deadBand"), uneven = setup.get("ball.massRatio").some((ratio) => ratio !== 1);
   const parts = [say(`laws.${setup.law}`)];
-  if (setup.law !== "rigid") parts.push(`${say("deadBand").toLowerCase()}: ${band ? quantity(band, "m") : say("none")}`);
+  if (setup.law !== "rigid") parts.push(`${say("deadBand").toLowerCase()}: ${band ? withPrefix(band, "m") : say("none")}`);
   const damping = { huntCrossley: "contact.huntCrossley", viscoelastic: "contact.relaxationTime" }[setup.get("contact.dampingLaw")];
   if (damping && setup.get(damping)) parts.push(say("besides.lossy").toLowerCase());
   if (uneven) parts.push(setup.get("ball.massRatio").map((ratio) => rounded(ratio)).join(" : "));

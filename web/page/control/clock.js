@@ -4,9 +4,7 @@ const CLICK_SHOWN = 12; // s on the viewer's clock that a click takes
 const APPROACH = 2.6;   // 1/s: nearing a click, the time to it shrinks at this rate; leaving it, it grows
 const SLOWEST = 1e-9;   // seconds of the run per second of the viewer's
 const LONGEST_FRAME = 0.05; // s: what passes at most from one picture to the next
-const EFFORT = 1500;    // of one call of the engine, about 0.15 ms
-const BUDGET = 0.6;     // ms after which the engine begins nothing more for a picture,
-const CLICK_BUDGET = 4; // and while clicks are looked into
+const BUDGET = 4;       // ms after which the engine begins nothing more for a picture
 
 class Clock {
   constructor() {
@@ -38,13 +36,12 @@ class Clock {
 
   /** Moves all sources on by what `seconds` of the viewer's are worth, together, within the budget. */
   frame(seconds, sources) {
-    const begun = performance.now(), watch = this.slow !== "no", deadline = begun + (watch ? CLICK_BUDGET : BUDGET);
+    const begun = performance.now(), watch = this.slow !== "no", deadline = begun + BUDGET;
     const asked = Math.min(seconds, LONGEST_FRAME), pieces = watch ? 6 : 1;
-    for (const source of sources) source.wantsClick(watch);
     let passed = 0;
     for (let k = 0; k < pieces; k++) {
       if (!this.finish(sources, deadline)) break;
-      const clicks = watch ? sources.map((source) => source.ahead(begun + 0.5 * CLICK_BUDGET)).filter(Boolean) : [];
+      const clicks = watch ? sources.map((source) => source.ahead(begun + 0.5 * BUDGET)).filter(Boolean) : [];
       this.rate = this.rateFor(clicks);
       let step = (asked / pieces) * this.rate;
       // Not past an onset before it is known what follows it.
@@ -54,7 +51,6 @@ class Clock {
       passed += asked / pieces;
     }
     this.finish(sources, deadline);
-    for (const source of sources) source.prepare(deadline);
     this.spent = performance.now() - begun;
     if (seconds > 0) this.kept += 0.1 * (passed / seconds - this.kept);
     this.late += 0.06 * ((asked > 0 ? 1 - passed / asked : 0) - this.late);

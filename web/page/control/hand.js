@@ -59,9 +59,7 @@ class Hand {
 /** A slider for each ball, for the keyboard and for screen readers; seen are only the balls. */
 class Sliders {
   constructor(stage, app) {
-    Object.assign(this, { stage, app, inputs: [], box: document.createElement("div") });
-    this.box.className = "sliders";
-    stage.figure.append(this.box);
+    Object.assign(this, { stage, app, inputs: [], box: element(stage.figure, "div", { className: "sliders" }) });
   }
 
   /** As many as there are balls. */
@@ -73,16 +71,15 @@ class Sliders {
   }
 
   add(ball) {
-    const input = document.createElement("input"), who = `keys ${ball}`;
-    Object.assign(input, { type: "range", min: -120, max: 120, step: "any" });
+    const who = `keys ${ball}`, input = element(this.box, "input", { type: "range", min: -120, max: 120, step: "any" });
     input.setAttribute("aria-label", say("ball", ball + 1));
     input.addEventListener("keydown", (event) => {
       const { source } = this.stage, step = 0.025 * source.drawing.length * (event.shiftKey ? 0.2 : 1);
       const direction = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1 }[event.key];
       if (direction) {
-        const from = source.holds.get(who)?.x ?? source.state.x[ball];
-        this.app.take(who, ball, from + direction * step);
-        this.app.move(who, ball, from + direction * step);
+        const x = (source.holds.get(who)?.x ?? source.state.x[ball]) + direction * step;
+        this.app.take(who, ball, x);
+        this.app.move(who, ball, x);
       } else if (["Enter", "Escape"].includes(event.key)) this.app.drop(who, 0);
       else return;
       event.preventDefault();
@@ -91,7 +88,6 @@ class Sliders {
     });
     input.addEventListener("blur", () => { if (this.stage.source.holds?.has(who)) this.app.drop(who, 0); });
     this.inputs.push(input);
-    this.box.append(input);
   }
 
   /** The ball that has the keyboard, from 0; -1 for none. */

@@ -42,16 +42,16 @@ function savePicture(app) {
   c.scale(scale, scale);
   c.fillStyle = theme.back;
   c.fillRect(0, 0, width, height);
-  let left = 0;
+  c.textAlign = "center";
+  c.fillStyle = theme.ink;
   app.stages.forEach((stage, i) => {
-    c.drawImage(stage.canvas, left, 0, boxes[i].width, boxes[i].height);
-    c.textAlign = "center";
-    c.fillStyle = theme.ink;
+    const { width: wide, height: tall } = boxes[i], details = [stage.heading.textContent, stage.detail.textContent];
+    c.drawImage(stage.canvas, 0, 0, wide, tall);
     c.font = `17px ${FONT}`;
-    c.fillText(stage.sentence.textContent, left + boxes[i].width / 2, height - 42, boxes[i].width - 20);
+    c.fillText(stage.sentence.textContent, wide / 2, height - 42, wide - 20);
     c.font = `14px ${FONT}`;
-    c.fillText([stage.heading.textContent, stage.detail.textContent].filter(Boolean).join(" · "), left + boxes[i].width / 2, height - 18, boxes[i].width - 20);
-    left += boxes[i].width;
+    c.fillText(details.filter(Boolean).join(" · "), wide / 2, height - 18, wide - 20);
+    c.translate(wide, 0);
   });
   canvas.toBlob((blob) => save("cradle.png", blob));
 }

@@ -4,7 +4,6 @@ const QUIET = 3;          // a click is over when nothing touches for this many 
 const QUIET_LEAST = 2e-6; // and for so many seconds at least
 const LONGEST = 0.2;      // s, of a click that never ends
 const SAMPLES = 360;      // instants at which its forces are sampled
-const CLICK_EFFORT = 1500; // of one call of the engine, about 0.15 ms
 const CLICK_TIME = 2;      // ms for one picture, if nothing else is said
 
 /** Follows a run through its next click ahead of time, in copies, some work at a time. */
@@ -32,11 +31,11 @@ class Click {
   explore() {
     const { scout } = this;
     if (!this.speeds) {
-      if (scout.advance(this.begin, CLICK_EFFORT) < this.begin) return;
+      if (scout.advance(this.begin, EFFORT) < this.begin) return;
       this.speeds = Array.from(scout.look().v); // with which it begins
     }
     const until = this.begin + this.reach;
-    if (scout.advance(until, CLICK_EFFORT) < until) return; // it takes more than that
+    if (scout.advance(until, EFFORT) < until) return; // it takes more than that
     const state = scout.look();
     this.pulses.push(...scout.takePulses());
     if (state.apart && this.pulses.length) {
@@ -67,7 +66,7 @@ class Click {
     const from = Math.max(this.begin - margin, this.before.time), step = (this.length + 2 * margin) / (SAMPLES - 1);
     for (let left = 8; left > 0 && time.length < SAMPLES; left--) {
       const t = from + time.length * step;
-      if (this.sampler.advance(t, CLICK_EFFORT) < t) return;
+      if (this.sampler.advance(t, EFFORT) < t) return;
       const state = this.sampler.look();
       time.push(t);
       F.push(Float32Array.from(state.F));

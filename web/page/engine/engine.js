@@ -1,6 +1,7 @@
 // The engine: WebAssembly behind plain objects. SI units throughout.
 
 const LOST = "forgotten";
+const EFFORT = 1500; // of one call, about 0.15 ms
 
 /** What the engine refuses or cannot go on with, in its own words. */
 class Refusal extends Error {}

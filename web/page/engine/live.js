@@ -1,10 +1,9 @@
 // A live source: a run of the engine that hands can take hold of and that changes can be made to while it moves.
 //
-// What the page needs of a source, live or recorded: `drawing`, `state`, `account`, `advance`, `takePulses`, `ahead`, `wantsClick`.
+// What the page needs of a source, live or recorded: `drawing`, `state`, `account`, `advance`, `takePulses`, `ahead`.
 
 const HAND_MASS = 1e9;  // a held ball, in its own masses: the others bounce off it as off a wall
 const NEVER_OPEN = 0.5; // s after which a change is made although balls are still in contact
-const LEAD = 1;         // s of the run that are computed ahead of what is shown
 const KEPT = 20000;     // pulses that are kept for the CSV file
 
 class Live {
@@ -32,8 +31,7 @@ class Live {
     const run = this.engine.start(setup.recipe()), origin = this.run ? this.time : 0;
     this.run?.forget();
     this.dropClicks();
-    this.dropEarly();
-    Object.assign(this, { setup, run, origin, state: run.look(), pending: null, fresh: [], pulses: [], forgotten: 0 });
+    Object.assign(this, { setup, run, origin, state: run.look(), pending: null, fresh: [], pulses: [] });
   }
 
   /** Whether its sums are those of one undisturbed run. */
@@ -45,51 +43,14 @@ class Live {
   /** Moves on to `time` on the clock of the page (s), as far as `effort` goes. */
   advance(time, effort) {
     if (this.holds.size) return this.advanceHeld(time, effort);
-    const pulses = this.step(time - this.origin, effort);
+    this.run.advance(time - this.origin, effort);
     if (time - this.time < 1e-15 * time) this.origin = time - this.run.time; // a rounding error is no time left
     this.state = this.run.look();
-    this.gather(pulses);
-    if (this.pending) this.tryPending();
-  }
-
-  /** Moves the run on to `time` (s): from what was computed ahead, if that was. The pulses that finish on the way. */
-  step(time, effort) {
-    const { early } = this;
-    if (!early) {
-      this.run.advance(time, effort);
-      return this.run.takePulses();
-    }
-    if (early.time < time) early.piece(time);
-    const known = Math.min(time, early.time), newer = early.point(known);
-    if (newer) {
-      this.run.forget();
-      this.run = newer;
-    }
-    this.run.advance(known, effort);
-    this.run.takePulses();
-    return early.takePulses(this.run.time);
-  }
-
-  /** Computes ahead of what is shown until the clock shows `deadline` (ms). */
-  prepare(deadline) {
-    if (this.holds.size || this.wanted) return;
-    this.early ??= new Ahead(this.run);
-    this.early.work(this.run.time + LEAD, deadline);
-  }
-
-  dropEarly() {
-    this.early?.forget();
-    this.early = null;
-  }
-
-  gather(pulses) {
-    if (!pulses.length) return;
+    const pulses = this.run.takePulses();
     this.fresh.push(...pulses);
     this.pulses.push(...pulses);
-    if (this.pulses.length > 2 * KEPT) {
-      this.forgotten += this.pulses.length - KEPT;
-      this.pulses = this.pulses.slice(-KEPT);
-    }
+    if (this.pulses.length > 2 * KEPT) this.pulses.splice(0, this.pulses.length - KEPT);
+    if (this.pending) this.tryPending();
   }
 
   /** Pulses that have finished since the last call. */
@@ -144,7 +105,6 @@ class Live {
   /** `who` takes ball `ball` (from 0), or moves the one it has, to `x` (m). What hangs on it, outward, comes along. */
   hold(who, ball, x) {
     this.dropClicks();
-    this.dropEarly();
     const most = 1.2 * this.setup.get("pendulum.length"), place = Math.min(most, Math.max(-most, x));
     const hold = this.holds.get(who) ?? { ball, balls: new Set([ball]), side: 0 };
     const side = place < 0 ? -1 : 1, near = 0.02 * this.setup.get("pendulum.length");
@@ -207,12 +167,6 @@ class Live {
 
   // ---- clicks
 
-  /** Whether somebody wants to know of clicks before they come. */
-  wantsClick(wanted) {
-    this.wanted = wanted;
-    if (wanted) this.dropEarly();
-  }
-
   dropClicks() {
     this.click?.forget();
     this.past?.forget();
@@ -222,7 +176,7 @@ class Live {
   /** The next click, or the one that lasts: {distance, length, done}, s; null if none is in sight. It is explored until the
    *  clock shows `deadline` (ms). */
   ahead(deadline) {
-    if (this.holds.size || !this.wanted) return null;
+    if (this.holds.size) return null;
     const now = this.run.time;
     this.past?.work(deadline);
     if (this.click?.done && now > this.click.end + 0.05 * this.click.length) {
@@ -267,7 +221,6 @@ class Live {
 
   forget() {
     this.dropClicks();
-    this.dropEarly();
     this.run.forget();
   }
 }

@@ -28,10 +28,13 @@ function fromFile(name, changes = {}) {
 /** A cradle that fits a table: 1 kg balls on strings of 0.4 m. */
 const TABLE = { "pendulum.length": 0.4 };
 
+/** Steel balls that touch each other. */
+const TOUCHING = { "contact.model": "hertz", "contact.deadBand": 0 };
+
 /** `beside`: what it is compared with, as changes of its values. */
 const PRESETS = {
-  textbook: { setup: () => new Setup(5, { ...TABLE, "contact.deadBand": 2e-5 }), beside: { "contact.model": "hertz", "contact.deadBand": 0 } },
-  hertz: { setup: () => new Setup(5, { ...TABLE, "contact.model": "hertz", "contact.deadBand": 0 }), beside: { "contact.model": "rigid" } },
+  textbook: { setup: () => new Setup(5, { ...TABLE, "contact.deadBand": 2e-5 }), beside: TOUCHING },
+  hertz: { setup: () => new Setup(5, { ...TABLE, ...TOUCHING }), beside: { "contact.model": "rigid" } },
   desk: { setup: () => fromFile("desk"), beside: { "contact.huntCrossley": 0 } },
   figure5: { setup: () => fromFile("figure5"), beside: { "contact.deadBand": 0 } },
   figure5touching: { setup: () => fromFile("figure5", { "contact.deadBand": 0 }), beside: { "contact.deadBand": 2.6e-7 } },

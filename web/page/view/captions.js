@@ -8,14 +8,14 @@ function captionOf(click, now, state) {
     const first = click.pulses.filter(({ onset }) => onset - click.begin <= TOGETHER * click.length);
     if (!first.length) return { text: "", detail: "" };
     const { contact } = fastest(first, click);
-    return { text: say("approaching", contact + 1, contact + 2, quantity(click.begin - now, "s", 2)), detail: "" };
+    return { text: say("approaching", contact + 1, contact + 2, withPrefix(click.begin - now, "s", 2)), detail: "" };
   }
   if (now >= click.end) {
     const count = click.pulses.length;
-    return { text: click.length ? say("over", quantity(click.length, "s"), count) : say("overRigid", count), detail: outcome(click) };
+    return { text: click.length ? say("over", withPrefix(click.length, "s"), count) : say("overRigid", count), detail: outcome(click) };
   }
   const strongest = Math.max(0, ...state.F);
-  return { text: sentence(click, now, state), detail: say("sinceTouch", quantity(now - click.begin, "s"), strongest > 0 ? quantity(strongest, "N") : "") };
+  return { text: sentence(click, now, state), detail: say("sinceTouch", withPrefix(now - click.begin, "s"), strongest > 0 ? withPrefix(strongest, "N") : "") };
 }
 
 /** Of pulses or events, that whose balls came in fastest towards each other. */

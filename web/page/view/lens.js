@@ -7,11 +7,9 @@ function drawLenses(scene, state, { reach, theme, opacity }) {
   c.save();
   c.globalAlpha = opacity;
   for (let i = 0; i < state.F.length; i++) {
-    const a = scene.place(i, state.x[i]), b = scene.place(i + 1, state.x[i + 1]);
-    const part = scene.sizes[i] / (scene.sizes[i] + scene.sizes[i + 1]);
-    const touch = { x: a.x + part * (b.x - a.x), y: a.y + part * (b.y - a.y) };
+    const touch = scene.contact(i, scene.place(i, state.x[i]), scene.place(i + 1, state.x[i + 1]));
     const gap = -state.overlap[i]; // m until the law acts; negative while it does
-    if (Math.hypot(b.x - a.x, b.y - a.y) > 1.25 * (scene.sizes[i] + scene.sizes[i + 1]) * unit) continue;
+    if (touch.away > 0.25) continue;
     const centre = { x: touch.x, y: touch.y - Math.max(...scene.sizes) * unit - radius - 0.55 * unit };
     c.strokeStyle = theme.lensLine;
     c.lineWidth = 1;
@@ -27,7 +25,7 @@ function drawLenses(scene, state, { reach, theme, opacity }) {
     c.textBaseline = "alphabetic";
     if (radius < 22) continue;
     c.fillText(say(gap < 0 ? "lensPressed" : "lensGap"), centre.x, centre.y - radius - 6 - 1.2 * size);
-    c.fillText(quantity(Math.abs(gap), "m", 2), centre.x, centre.y - radius - 6);
+    c.fillText(withPrefix(Math.abs(gap), "m", 2), centre.x, centre.y - radius - 6);
   }
   c.restore();
 }
@@ -35,31 +33,19 @@ function drawLenses(scene, state, { reach, theme, opacity }) {
 /** One lens: `gap` in its half widths, drawn so that one half width is half of its radius. What is farther apart is out of its sight. */
 function drawLens(c, { x, y }, radius, gap, force, theme) {
   c.save();
-  c.beginPath();
-  c.arc(x, y, radius, 0, 2 * Math.PI);
-  c.fillStyle = theme.lens;
-  c.fill();
+  disc(c, x, y, radius, theme.lens);
   c.clip();
   const shift = 0.5 * gap * radius, bend = 2.6 * radius;
   // Two surfaces that bulge towards each other; where they overlap, they flatten.
   for (const side of [-1, 1]) {
     const face = x + side * Math.max(0, 0.5 * shift), centre = face + side * bend;
-    c.beginPath();
-    c.arc(centre, y, bend, 0, 2 * Math.PI);
-    const shade = c.createLinearGradient(face, y, face + side * radius, y);
-    shade.addColorStop(0, theme.lensBall[0]);
-    shade.addColorStop(1, theme.lensBall[1]);
-    c.fillStyle = shade;
-    c.fill();
+    disc(c, centre, y, bend, shaded(c.createLinearGradient(face, y, face + side * radius, y), theme.lensBall));
   }
   if (shift < 0) {
     // The patch that is pressed: as high as the chord in which the undeformed surfaces would overlap.
     const depth = -0.5 * shift, half = Math.min(0.8 * radius, Math.sqrt(2 * bend * depth)), width = 2 + 0.5 * depth;
-    const glow = c.createRadialGradient(x, y, 0, x, y, half + 8);
-    glow.addColorStop(0, theme.glow(0.95));
-    glow.addColorStop(1, theme.glow(0));
     if (force > 0) {
-      c.fillStyle = glow;
+      c.fillStyle = shaded(c.createRadialGradient(x, y, 0, x, y, half + 8), [theme.glow(0.95), theme.glow(0)]);
       c.beginPath();
       c.ellipse(x, y, width + 0.4 * half, half + 8, 0, 0, 2 * Math.PI);
       c.fill();
@@ -70,9 +56,5 @@ function drawLens(c, { x, y }, radius, gap, force, theme) {
     c.fill();
   }
   c.restore();
-  c.strokeStyle = theme.lensLine;
-  c.lineWidth = 1.5;
-  c.beginPath();
-  c.arc(x, y, radius, 0, 2 * Math.PI);
-  c.stroke();
+  ring(c, { x, y }, radius, theme.lensLine, 1.5);
 }

@@ -10,21 +10,14 @@ function ballColour(i, balls, dark) {
 
 class Scene {
   constructor(canvas) {
-    this.canvas = canvas;
-    this.context = canvas.getContext("2d");
-    this.glow = [];
-    this.sprites = new Map();
+    Object.assign(this, { canvas, glow: [], sprites: new Map() });
   }
 
   /** Fits the picture into the canvas: where everything hangs. `near`: 0 for the whole cradle, 1 for the balls close by;
    *  `swingAngle` (rad): how far balls swing. */
   layout({ radius, ratio, length }, near = 0, swingAngle = 0.56) {
     // Never quite nothing, whatever is around it.
-    const width = Math.max(60, this.canvas.clientWidth), height = Math.max(60, this.canvas.clientHeight), density = Math.min(window.devicePixelRatio || 1, 2);
-    if (this.canvas.width !== Math.round(width * density) || this.canvas.height !== Math.round(height * density)) {
-      this.canvas.width = Math.round(width * density);
-      this.canvas.height = Math.round(height * density);
-    }
+    const width = Math.max(60, this.canvas.clientWidth), height = Math.max(60, this.canvas.clientHeight);
     const sizes = ratio.map((mass) => Math.min(2.2, Math.max(0.35, Math.cbrt(mass)))); // of a radius
     const row = sizes.reduce((sum, size) => sum + 2 * size, 0), largest = Math.max(...sizes); // radii
     const drawn = Math.min(LONGEST_STRING, Math.max(SHORTEST_STRING, length / (2 * radius))); // diameters
@@ -40,7 +33,7 @@ class Scene {
       positions.push(x + size * unit);
       x += 2 * size * unit;
     }
-    Object.assign(this, { width, height, density, near, unit, string, top: hanging - string, sizes, positions, length });
+    Object.assign(this, { near, unit, string, top: hanging - string, sizes, positions, length });
     return this;
   }
 
@@ -63,21 +56,24 @@ class Scene {
     return best;
   }
 
+  /** Where the balls i and i + 1 at these places touch, and how far apart they are, in the distance at which they do. */
+  contact(i, a, b) {
+    const from = this.sizes[i], reach = from + this.sizes[i + 1], part = from / reach;
+    const away = Math.hypot(b.x - a.x, b.y - a.y) / (reach * this.unit) - 1;
+    return { x: a.x + part * (b.x - a.x), y: a.y + part * (b.y - a.y), away };
+  }
+
   /** Lets contacts shine: by their force now, or by what is left of their last pulses after `passed` s of the viewer's clock. */
   shine(state, pulses, strongest, passed, still) {
-    while (this.glow.length < state.F.length) this.glow.push(0);
-    this.glow.length = state.F.length;
     const fade = still ? 1 : Math.exp((-3 * passed) / AFTERGLOW);
-    for (let i = 0; i < this.glow.length; i++) this.glow[i] = Math.max(this.glow[i] * fade, Math.max(0, state.F[i]) / strongest);
+    this.glow = Array.from(state.F, (force, i) => Math.max((this.glow[i] ?? 0) * fade, Math.max(0, force) / strongest));
     for (const { contact, peak } of pulses) {
       if (contact < this.glow.length) this.glow[contact] = Math.max(this.glow[contact], Math.min(1, peak / strongest));
     }
   }
 
   draw(state, { theme, labels, held, selected, arrows }) {
-    const { context: c, density, width, height } = this;
-    c.setTransform(density, 0, 0, density, 0, 0);
-    c.clearRect(0, 0, width, height);
+    Object.assign(this, prepared(this.canvas, 2));
     this.drawFrame(theme);
     this.drawShadows(state, theme);
     const places = Array.from(state.x, (x, i) => this.place(i, x));
@@ -86,7 +82,7 @@ class Scene {
     this.drawGlow(places, theme);
     if (arrows) this.drawArrows(places, state, arrows, theme);
     if (labels) this.drawLabels(places, theme);
-    if (selected >= 0 && places[selected]) this.drawRing(places[selected], selected, theme);
+    if (places[selected]) ring(this.context, places[selected], this.sizes[selected] * this.unit + 5, theme.focus, 3);
   }
 
   /** The rail, on posts that stand on a base. */
@@ -95,18 +91,14 @@ class Scene {
     const left = this.positions[0] - edge, right = this.positions.at(-1) + edge;
     const floor = top + string + 1.75 * Math.max(...this.sizes) * unit;
     const slab = (y, from, to, height, shades) => {
-      const shade = c.createLinearGradient(0, y, 0, y + height);
-      shades.forEach((colour, i) => shade.addColorStop(i / (shades.length - 1), colour));
-      c.fillStyle = shade;
+      c.fillStyle = shaded(c.createLinearGradient(0, y, 0, y + height), shades);
       c.beginPath();
       c.roundRect(from, y, to - from, height, Math.min(height / 2, 0.12 * unit));
       c.fill();
     };
     slab(floor, left - 0.7 * unit, right + 0.7 * unit, 0.42 * unit, theme.base);
     for (const x of [left, right]) {
-      const shade = c.createLinearGradient(x - thick / 2, 0, x + thick / 2, 0);
-      theme.rail.forEach((colour, i) => shade.addColorStop(i / (theme.rail.length - 1), colour));
-      c.fillStyle = shade;
+      c.fillStyle = shaded(c.createLinearGradient(x - thick / 2, 0, x + thick / 2, 0), theme.rail);
       c.fillRect(x - thick / 2, top - 0.5 * thick, thick, floor - top + 0.5 * thick);
     }
     slab(top - thick, left - thick / 2, right + thick / 2, thick, theme.rail);
@@ -120,14 +112,9 @@ class Scene {
       c.save();
       c.translate(x, floor);
       c.scale(1, 0.13);
-      const shade = c.createRadialGradient(0, 0, 0, 0, 0, size * (1.15 + up));
-      shade.addColorStop(0, theme.shadow);
-      shade.addColorStop(1, theme.noShadow);
       c.globalAlpha = Math.max(0.15, 1 - 1.6 * up);
-      c.fillStyle = shade;
-      c.beginPath();
-      c.arc(0, 0, size * (1.15 + up), 0, 2 * Math.PI);
-      c.fill();
+      const wide = size * (1.15 + up);
+      disc(c, 0, 0, wide, shaded(c.createRadialGradient(0, 0, 0, 0, 0, wide), [theme.shadow, theme.noShadow]));
       c.restore();
     }
   }
@@ -148,21 +135,14 @@ class Scene {
   }
 
   drawBall(place, i, theme, held) {
-    const { context: c, unit, density } = this, radius = this.sizes[i] * unit;
-    const key = `${theme.name} ${radius.toFixed(2)} ${density}`;
+    const { context: c, ratio } = this, radius = this.sizes[i] * this.unit, key = `${theme.name} ${radius.toFixed(2)} ${ratio}`;
     let sprite = this.sprites.get(key);
     if (!sprite) {
       if (this.sprites.size > 60) this.sprites.clear();
-      this.sprites.set(key, (sprite = ballSprite(radius, density, theme)));
+      this.sprites.set(key, (sprite = ballSprite(radius, ratio, theme)));
     }
     c.drawImage(sprite, place.x - radius - 2, place.y - radius - 2, 2 * radius + 4, 2 * radius + 4);
-    if (held) {
-      c.strokeStyle = theme.accent;
-      c.lineWidth = 2;
-      c.beginPath();
-      c.arc(place.x, place.y, radius + 2.5, 0, 2 * Math.PI);
-      c.stroke();
-    }
+    if (held) ring(c, place, radius + 2.5, theme.accent, 2);
   }
 
   drawGlow(places, theme) {
@@ -171,19 +151,11 @@ class Scene {
     c.globalCompositeOperation = theme.glowMode;
     this.glow.forEach((glow, i) => {
       if (glow < 0.004 || !places[i + 1]) return;
-      const a = places[i], b = places[i + 1], from = this.sizes[i], to = this.sizes[i + 1], part = from / (from + to);
-      const x = a.x + part * (b.x - a.x), y = a.y + part * (b.y - a.y);
       // What has parted does not shine any more.
-      const away = Math.hypot(b.x - a.x, b.y - a.y) / ((from + to) * unit) - 1, strength = Math.sqrt(glow) * Math.max(0, 1 - 4 * away);
+      const { x, y, away } = this.contact(i, places[i], places[i + 1]), strength = Math.sqrt(glow) * Math.max(0, 1 - 4 * away);
       if (strength <= 0.05) return;
-      const radius = unit * (0.35 + 1.15 * strength), shade = c.createRadialGradient(x, y, 0, x, y, radius);
-      shade.addColorStop(0, theme.glow(Math.min(1, 0.25 + strength)));
-      shade.addColorStop(0.25, theme.glow(0.55 * strength));
-      shade.addColorStop(1, theme.glow(0));
-      c.fillStyle = shade;
-      c.beginPath();
-      c.arc(x, y, radius, 0, 2 * Math.PI);
-      c.fill();
+      const radius = unit * (0.35 + 1.15 * strength), inner = [0, theme.glow(Math.min(1, 0.25 + strength))];
+      disc(c, x, y, radius, shaded(c.createRadialGradient(x, y, 0, x, y, radius), [inner, [0.25, theme.glow(0.55 * strength)], [1, theme.glow(0)]]));
     });
     c.restore();
   }
@@ -217,43 +189,43 @@ class Scene {
     c.fillStyle = theme.label;
     places.forEach(({ x, y }, i) => c.fillText(String(i + 1), x, y + 0.02 * unit));
   }
+}
 
-  drawRing({ x, y }, i, theme) {
-    const { context: c, unit } = this;
-    c.strokeStyle = theme.focus;
-    c.lineWidth = 3;
-    c.beginPath();
-    c.arc(x, y, this.sizes[i] * unit + 5, 0, 2 * Math.PI);
-    c.stroke();
-  }
+/** Fills a circle. */
+function disc(c, x, y, radius, fill) {
+  c.fillStyle = fill;
+  c.beginPath();
+  c.arc(x, y, radius, 0, 2 * Math.PI);
+  c.fill();
+}
+
+/** Draws a circle around a place. */
+function ring(c, { x, y }, radius, colour, width) {
+  c.strokeStyle = colour;
+  c.lineWidth = width;
+  c.beginPath();
+  c.arc(x, y, radius, 0, 2 * Math.PI);
+  c.stroke();
 }
 
 /** A polished ball, drawn once for each size. */
-function ballSprite(radius, density, theme) {
-  const canvas = document.createElement("canvas"), size = Math.ceil((2 * radius + 4) * density);
-  canvas.width = canvas.height = size;
-  const c = canvas.getContext("2d"), shades = theme.ball;
-  c.scale(density, density);
-  c.translate(radius + 2, radius + 2);
+function ballSprite(r, ratio, theme) {
+  const size = Math.ceil((2 * r + 4) * ratio), canvas = Object.assign(document.createElement("canvas"), { width: size, height: size });
+  const c = canvas.getContext("2d");
+  c.scale(ratio, ratio);
+  c.translate(r + 2, r + 2);
   c.beginPath();
-  c.arc(0, 0, radius, 0, 2 * Math.PI);
+  c.arc(0, 0, r, 0, 2 * Math.PI);
   c.clip();
+  const cover = (gradient, stops) => {
+    c.fillStyle = shaded(gradient, stops);
+    c.fillRect(-r, -r, 2 * r, 2 * r);
+  };
   // What a polished ball mirrors: the sky above, a horizon, the table below.
-  const sky = c.createLinearGradient(0, -radius, 0, radius);
-  shades.forEach(([stop, colour]) => sky.addColorStop(stop, colour));
-  c.fillStyle = sky;
-  c.fillRect(-radius, -radius, 2 * radius, 2 * radius);
-  const rim = c.createRadialGradient(-0.18 * radius, -0.25 * radius, 0.35 * radius, 0, 0, radius);
-  rim.addColorStop(0, "rgba(0, 0, 0, 0)");
-  rim.addColorStop(0.72, "rgba(0, 0, 0, 0.06)");
-  rim.addColorStop(1, theme.rim);
-  c.fillStyle = rim;
-  c.fillRect(-radius, -radius, 2 * radius, 2 * radius);
-  const light = c.createRadialGradient(-0.36 * radius, -0.46 * radius, 0, -0.36 * radius, -0.46 * radius, 0.55 * radius);
-  light.addColorStop(0, "rgba(255, 255, 255, 0.95)");
-  light.addColorStop(0.25, "rgba(255, 255, 255, 0.45)");
-  light.addColorStop(1, "rgba(255, 255, 255, 0)");
-  c.fillStyle = light;
-  c.fillRect(-radius, -radius, 2 * radius, 2 * radius);
+  cover(c.createLinearGradient(0, -r, 0, r), theme.ball);
+  const rim = [[0, "rgba(0, 0, 0, 0)"], [0.72, "rgba(0, 0, 0, 0.06)"], [1, theme.rim]];
+  cover(c.createRadialGradient(-0.18 * r, -0.25 * r, 0.35 * r, 0, 0, r), rim);
+  const light = [[0, "rgba(255, 255, 255, 0.95)"], [0.25, "rgba(255, 255, 255, 0.45)"], [1, "rgba(255, 255, 255, 0)"]];
+  cover(c.createRadialGradient(-0.36 * r, -0.46 * r, 0, -0.36 * r, -0.46 * r, 0.55 * r), light);
   return canvas;
 }

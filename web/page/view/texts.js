@@ -7,8 +7,7 @@ const ENGLISH = {
   hintHeld: "Let go, or throw it.",
   hintPaused: "Time stands still. Place the balls where you like, then press Play.",
   play: "Play", pause: "Pause", again: "Let go again", rest: "Stop all",
-  lift: (count) => (count === 1 ? "Lift one ball and let go" : `Lift ${count} balls and let go`),
-  inside: "Look inside a click", insideNow: "Leave the click", every: "Slow down at every click",
+  inside: "Look inside a click", insideNow: "Leave the click",
   change: "Change", show: "Show", beside: "Compare", keep: "Keep", help: "Keys", close: "Close",
   pace: "Speed of time", realTime: "real time",
   slower: (amount) => `1 s shows ${amount}`,
@@ -61,7 +60,7 @@ const ENGLISH = {
   waiting: "The change waits until no balls touch.",
 
   shows: { velocity: "Velocities", force: "Forces", energy: "Energy", momentum: "Momentum", numbers: "Numbers on the balls" },
-  sound: "Sound", theme: "Dark or light", singleKeys: "Single keys",
+  others: { every: "Slow down at every click", sound: "Sound", light: "Dark or light", keys: "Single keys" },
   rows: {
     velocity: (fastest) => `Velocities, up to ${fastest}`,
     force: (strongest) => `Forces, up to ${strongest}`,
@@ -95,7 +94,6 @@ const ENGLISH = {
   leave: (list) => `Now, of the speed that came in: ${list}.`,
   leaver: (ball, percent) => `ball ${ball} ${percent} %`,
   all: "Each ball hangs still.",
-  forEar: (list) => `A click. ${list}`,
   licences: "Licences",
   problem: "Something went wrong",
   reload: "Load the page again to go on.",

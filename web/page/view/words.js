@@ -1,16 +1,6 @@
-// Numbers and quantities as words.
+// Numbers as words; quantities: see withPrefix in python/newtons_cradle/look/common.js.
 
 const FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif";
-const PREFIXES = [[1e9, "G"], [1e6, "M"], [1e3, "k"], [1, ""], [1e-3, "m"], [1e-6, "µ"], [1e-9, "n"], [1e-12, "p"]];
-
-/** A quantity with a prefix that keeps it short: 0.0000123 s is 12.3 µs. */
-function quantity(value, unit, digits = 3) {
-  if (value === 0) return `0 ${unit}`;
-  if (!Number.isFinite(value)) return `– ${unit}`;
-  const size = Math.abs(value) * (1 + 1e-12);
-  const [factor, prefix] = PREFIXES.find(([least]) => size >= least) ?? PREFIXES.at(-1);
-  return `${rounded(value / factor, digits)} ${prefix}${unit}`;
-}
 
 /** With this many significant digits, without a power of ten where that can be avoided. */
 function rounded(value, digits = 3) {

@@ -84,7 +84,7 @@ class Click {
 
   /** The balls that move at t; sets `pace`, how fast, and `one`, whether it is a single one. */
   movers(t) {
-    const place = this.run.place(t), speeds = this.run.v.map((column) => Math.abs(this.run.linear(column, place)));
+    const place = this.run.place(t), speeds = this.run.v.map((column) => Math.abs(linear(column, place)));
     const fastest = Math.max(...speeds), moving = speeds.flatMap((speed, i) => (speed > 0.05 * fastest ? [i + 1] : []));
     const alike = moving.every((i) => speeds[i - 1] > 0.98 * fastest);
     this.pace = `${alike ? "" : "up to "}${withPrefix(fastest, "m/s")}`;

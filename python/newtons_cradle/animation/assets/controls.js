@@ -91,7 +91,6 @@ class Controls {
   /** Writes what changes with the time shown. */
   show(speed, span) {
     const { player } = this, { inside, click } = player, digits = Math.min(12, Math.max(2, 2 - Math.floor(Math.log10(span))));
-    const write = (item, text) => { if (item.textContent !== text) item.textContent = text; };
     const pace = (rate) => (rate === 1 ? "real time" : `1 s shows ${withPrefix(rate, "s", 2)}`);
     write(this.time, `${player.t.toFixed(digits)} s`);
     write(this.pace, pace(speed));

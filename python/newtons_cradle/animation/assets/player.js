@@ -131,9 +131,9 @@ class Player {
     return {
       time: t,
       speed,
-      x: run.x.map((_, i) => run.position(i, place)),
-      v: run.v.map((column) => run.linear(column, place)),
-      F: run.F.map((column) => run.linear(column, place)),
+      x: run.x.map((_, i) => cubic(run.x[i], run.v[i], place)),
+      v: run.v.map((column) => linear(column, place)),
+      F: run.F.map((column) => linear(column, place)),
       glow: run.F.map((_, i) => run.glow(i, t, fade, place)),
     };
   }

@@ -1,14 +1,5 @@
 // The numbers of a run, and what they are at any instant between its samples.
 
-/** Number of elements of the rising `array` that are not above `value`. */
-function countUpTo(array, value, low = 0, high = array.length) {
-  while (low < high) {
-    const middle = (low + high) >> 1;
-    if (array[middle] <= value) low = middle + 1; else high = middle;
-  }
-  return low;
-}
-
 /** Undoes `packed` of page.py: base64, deflate, planes of bytes. */
 async function unpacked({ kind, data }) {
   const bytes = Uint8Array.from(atob(data), (letter) => letter.charCodeAt(0));
@@ -58,21 +49,7 @@ class Run {
   get start() { return this.time[0]; }
   get stop() { return this.time[this.time.length - 1]; }
 
-  /** Where `t` lies: the sample before it, and the part of the way to the next one. */
-  place(t) {
-    const i = Math.min(Math.max(countUpTo(this.time, t) - 1, 0), this.time.length - 2);
-    const h = this.time[i + 1] - this.time[i];
-    return { i, h, part: Math.min(Math.max((t - this.time[i]) / h, 0), 1) };
-  }
-
-  linear(array, { i, part }) { return array[i] + part * (array[i + 1] - array[i]); }
-
-  /** Position: the cubic through both samples' positions and velocities (Hermite). */
-  position(ball, { i, h, part }) {
-    const x = this.x[ball], v = this.v[ball], rest = 1 - part;
-    return x[i] * (1 + 2 * part) * rest * rest + x[i + 1] * (3 - 2 * part) * part * part
-      + h * part * rest * (v[i] * rest - v[i + 1] * part);
-  }
+  place(t) { return placeIn(this.time, t); }
 
   /** The number of samples from one time to another. */
   samples(from, to) { return countUpTo(this.time, to) - countUpTo(this.time, from) + 1; }
@@ -84,7 +61,7 @@ class Run {
   glow(contact, t, fade, place) {
     const { onset, release, peak } = this.pulses[contact], last = countUpTo(onset, t) - 1;
     if (last < 0) return 0;
-    if (t <= release[last] && onset[last] < release[last]) return Math.max(0, this.linear(this.F[contact], place)) / this.largest;
+    if (t <= release[last] && onset[last] < release[last]) return Math.max(0, linear(this.F[contact], place)) / this.largest;
     return (peak[last] / this.largest) * Math.exp(-3 * (t - release[last]) / fade);
   }
 }

@@ -2,16 +2,26 @@
 
 const STEEL = new THREE.Color(0.9, 0.93, 0.97);
 
-/** A picture of a lit sphere: looking it up costs less than lights, which a renderer without a GPU feels. */
-function litSphere(stops) {
-  const size = 128, canvas = document.createElement("canvas");
-  canvas.width = canvas.height = size;
-  const context = canvas.getContext("2d"), gradient = context.createRadialGradient(45, 34, 2, 64, 64, 70);
-  for (const [at, colour] of stops) gradient.addColorStop(at, colour);
-  context.fillStyle = gradient;
-  context.fillRect(0, 0, size, size);
+/** A square picture, `size` pixels wide. */
+function picture(size, draw) {
+  const canvas = Object.assign(document.createElement("canvas"), { width: size, height: size });
+  draw(canvas.getContext("2d"));
   return new THREE.CanvasTexture(canvas);
 }
+
+/** A picture full of a radial gradient between two circles. */
+function radial(size, circles, stops) {
+  return picture(size, (context) => {
+    context.fillStyle = shaded(context.createRadialGradient(...circles), stops);
+    context.fillRect(0, 0, size, size);
+  });
+}
+
+/** A picture of a lit sphere: looking it up costs less than lights, which a renderer without a GPU feels. */
+function litSphere(stops) { return radial(128, [45, 34, 2, 64, 64, 70], stops); }
+
+/** A disc of a colour rgba(r,g,b,a) that fades out. */
+function softDisc(inner) { return radial(64, [32, 32, 0, 32, 32, 32], [inner, inner.replace(/[\d.]+\)$/, "0)")]); }
 
 /** Whether WebGL has no GPU to draw with. Smoothing edges would then double the work. */
 function drawnByProcessor() {
@@ -19,17 +29,6 @@ function drawnByProcessor() {
   const name = names ? context.getParameter(names.UNMASKED_RENDERER_WEBGL) : "";
   context?.getExtension("WEBGL_lose_context")?.loseContext();
   return /swiftshader|llvmpipe|software|basic render/i.test(name);
-}
-
-function softDisc(inner) {
-  const canvas = document.createElement("canvas");
-  canvas.width = canvas.height = 64;
-  const context = canvas.getContext("2d"), gradient = context.createRadialGradient(32, 32, 0, 32, 32, 32);
-  gradient.addColorStop(0, inner);
-  gradient.addColorStop(1, inner.replace(/[\d.]+\)$/, "0)"));
-  context.fillStyle = gradient;
-  context.fillRect(0, 0, 64, 64);
-  return new THREE.CanvasTexture(canvas);
 }
 
 class Scene {
@@ -50,11 +49,9 @@ class Scene {
   /** Sizes of the drawing. Balls too small to see are drawn larger; strings so that they fit and no angle gets too large. */
   measure() {
     const run = this.run;
-    let extent = 0, fastest = 0;
-    for (const column of run.x) for (const value of column) extent = Math.max(extent, Math.abs(value));
-    for (const column of run.v) for (const value of column) fastest = Math.max(fastest, Math.abs(value));
-    this.fastest = fastest || 1;
-    this.extent = extent;
+    const most = (columns) => columns.reduce((most, column) => column.reduce((a, b) => Math.max(a, Math.abs(b)), most), 0);
+    const extent = this.extent = most(run.x);
+    this.fastest = most(run.v) || 1;
     this.hanging = extent <= 1.5 * run.length;
     this.radius = Math.max(run.radius, (this.hanging ? 0.1 : 0.03) * extent);
     this.width = 2 * this.radius * run.balls + 2 * extent;
@@ -131,16 +128,13 @@ class Scene {
   /** Moves everything to the state at one instant: positions (m), velocities (m/s), glow of the contacts (0 to 1). */
   update({ x, v, glow }) {
     const { balls } = this.run, r = this.radius, L = this.stringLength, matrix = new THREE.Matrix4(), tint = new THREE.Color();
-    const middle = 0.5 * (balls - 1), at = (i) => {
-      const rest = 2 * r * (i - middle), angle = x[i] / L;
-      return this.hanging ? [rest, rest + L * Math.sin(angle), L * (1 - Math.cos(angle))] : [rest, rest + x[i], 0];
-    };
-    this.shown = x.map((_, i) => {
-      const [, px, py] = at(i);
-      return { x: px, y: py, arrow: 2.6 * r * v[i] / this.fastest, glow: glow[i] ?? 0 };
+    this.shown = x.map((away, i) => {
+      const rest = 2 * r * (i - 0.5 * (balls - 1)), angle = away / L, place = { rest, arrow: 2.6 * r * v[i] / this.fastest, glow: glow[i] ?? 0 };
+      if (!this.hanging) return { x: rest + away, y: 0, ...place };
+      return { x: rest + L * Math.sin(angle), y: L * (1 - Math.cos(angle)), ...place };
     });
     for (let i = 0; i < balls; i++) {
-      const [rest] = at(i), { x: px, y: py, arrow } = this.shown[i];
+      const { rest, x: px, y: py, arrow } = this.shown[i];
       this.balls.setMatrixAt(i, matrix.makeTranslation(px, py, 0));
       const hotter = (glow[i] ?? 0) > (glow[i - 1] ?? 0) ? i : i - 1;
       tint.copy(STEEL);
@@ -219,18 +213,17 @@ class Scene {
   }
 
   number(i) {
-    const canvas = document.createElement("canvas");
-    canvas.width = canvas.height = 96;
-    const context = canvas.getContext("2d");
-    context.fillStyle = "#ffffff";
-    context.arc(48, 48, 44, 0, 2 * Math.PI);
-    context.fill();
-    context.fillStyle = "#1c2430";
-    context.font = `600 ${[62, 52, 38, 30][String(i).length - 1]}px system-ui, sans-serif`;
-    context.textAlign = "center";
-    context.textBaseline = "middle";
-    context.fillText(String(i), 48, 52);
-    const label = new THREE.Sprite(new THREE.SpriteMaterial({ map: new THREE.CanvasTexture(canvas) }));
+    const map = picture(96, (context) => {
+      context.fillStyle = "#ffffff";
+      context.arc(48, 48, 44, 0, 2 * Math.PI);
+      context.fill();
+      context.fillStyle = "#1c2430";
+      context.font = `600 ${[62, 52, 38, 30][String(i).length - 1]}px system-ui, sans-serif`;
+      context.textAlign = "center";
+      context.textBaseline = "middle";
+      context.fillText(String(i), 48, 52);
+    });
+    const label = new THREE.Sprite(new THREE.SpriteMaterial({ map }));
     label.renderOrder = 2;
     this.scene.add(label);
     return label;

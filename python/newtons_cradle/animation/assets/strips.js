@@ -8,9 +8,8 @@ class Strips {
     this.run = run;
     for (const name of ["energy", "force", "marks", "energies", "forces"]) this[name] = document.getElementById(name);
     const parts = Object.values(run.energy);
-    this.energyTop = 0;
-    for (let i = 0; i < run.time.length; i++) this.energyTop = Math.max(this.energyTop, parts.reduce((sum, part) => sum + part[i], 0));
-    this.energyTop = 1.05 * this.energyTop || 1;
+    const totals = Array.from(run.time, (_, i) => parts.reduce((sum, part) => sum + part[i], 0));
+    this.energyTop = 1.05 * totals.reduce((a, b) => Math.max(a, b), 0) || 1;
     this.energy.hidden = this.energies.hidden = !parts.length;
     this.force.hidden = this.forces.hidden = this.marks.hidden = run.balls < 2;
     this.pointer = null; // where over the curves it is, part of their width
@@ -57,11 +56,10 @@ class Strips {
   /** The values at `reading`, into the legends. */
   readOut() {
     const { run, reading } = this, place = run.place(reading), unit = run.strength[1];
-    const write = (cell, text) => { if (cell && cell.textContent !== text) cell.textContent = text; };
-    Object.values(run.energy).forEach((part, i) => write(this.values.energies[i], withPrefix(tidy(run.linear(part, place), this.energyTop), "J")));
+    Object.values(run.energy).forEach((part, i) => write(this.values.energies[i], withPrefix(tidy(linear(part, place), this.energyTop), "J")));
     const now = run.pulses.map(({ onset, release, peak }, i) => {
       const last = countUpTo(onset, reading) - 1;
-      if (unit === "N") return tidy(run.linear(run.F[i], place), run.largest);
+      if (unit === "N") return tidy(linear(run.F[i], place), run.largest);
       return last >= 0 && reading - release[last] < 1e-6 ? peak[last] : 0;
     });
     if (now.length <= 6) return now.forEach((value, i) => write(this.values.forces[i], withPrefix(value, unit)));
@@ -115,7 +113,7 @@ class Strips {
       context.beginPath();
       for (let i = last; i >= first; i--) context.lineTo(2 * i, y(below[i]));
       for (let i = first; i <= last; i++) {
-        below[i] += run.linear(values, places[i]);
+        below[i] += linear(values, places[i]);
         context.lineTo(2 * i, y(below[i]));
       }
       context.fillStyle = colour(`--${name}`);
@@ -142,21 +140,21 @@ class Strips {
         if (to - from < 4) {
           context.moveTo(from, bottom);
           context.lineTo(from, y(peak[k]));
-        } else this.tracePulse(context, contact, Math.max(0, from), Math.min(width, to), (place) => left + place / scale, y);
+          continue;
+        }
+        const last = Math.min(width, to), level = (at) => y(linear(run.F[contact], run.place(left + at / scale)));
+        let at = Math.max(0, from);
+        context.moveTo(at, level(at));
+        while (at < last) {
+          at = Math.min(at + 2, last);
+          context.lineTo(at, level(at));
+        }
       }
       context.stroke();
     });
     context.fillStyle = colour("--edge");
     context.fillRect(0, bottom, width, 1);
     this.drawFrame(context, width, bottom, withPrefix(run.largest, run.strength[1]));
-  }
-
-  tracePulse(context, contact, from, to, time, y) {
-    for (let pixel = from; ; pixel = Math.min(pixel + 2, to)) {
-      const value = y(this.run.linear(this.run.F[contact], this.run.place(time(pixel))));
-      if (pixel === from) context.moveTo(pixel, value); else context.lineTo(pixel, value);
-      if (pixel >= to) return;
-    }
   }
 
   /** A mark for each click of the run. */

@@ -1,0 +1,63 @@
+// What all pages and the live one share: numbers as they are written, samples of a run, and drawing.
+
+const PREFIXES = { 9: "G", 6: "M", 3: "k", 0: "", "-3": "m", "-6": "µ", "-9": "n", "-12": "p", "-15": "f" };
+
+/** The power of ten, a multiple of three, that a number of this size is written with. */
+function powerFor(size) {
+  return size > 0 ? Math.min(9, Math.max(-15, 3 * Math.floor(Math.log10(size * 1.0001) / 3))) : 0;
+}
+
+/** A number with an SI prefix: 1.5e-7, "s" gives "150 ns". */
+function withPrefix(value, unit, digits = 3) {
+  if (value === 0 || !Number.isFinite(value)) return `${value === 0 ? 0 : "–"} ${unit}`;
+  const power = powerFor(Math.abs(value)), number = Number((value / 10 ** power).toPrecision(digits));
+  return `${String(number).replace("-", "−")} ${PREFIXES[power]}${unit}`;
+}
+
+/** Number of elements of the rising `array` that are not above `value`. */
+function countUpTo(array, value, low = 0, high = array.length) {
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (array[middle] <= value) low = middle + 1; else high = middle;
+  }
+  return low;
+}
+
+/** Where `t` lies among rising times: the sample before it, and the part of the way to the next one. */
+function placeIn(times, t) {
+  const i = Math.min(Math.max(countUpTo(times, t) - 1, 0), times.length - 2), h = times[i + 1] - times[i];
+  return { i, h, part: Math.min(Math.max((t - times[i]) / h, 0), 1) };
+}
+
+/** A sampled quantity at a place between its samples. */
+function linear(column, { i, part }) { return column[i] + part * (column[i + 1] - column[i]); }
+
+/** A position: the cubic through both samples' positions and velocities (Hermite). */
+function cubic(x, v, { i, h, part }) {
+  const rest = 1 - part;
+  return x[i] * (1 + 2 * part) * rest * rest + x[i + 1] * (3 - 2 * part) * part * part
+    + h * part * rest * (v[i] * rest - v[i + 1] * part);
+}
+
+/** Writes a text where it is not there yet. */
+function write(item, text) { if (item && item.textContent !== text) item.textContent = text; }
+
+/** A canvas's 2D context, cleared, scaled so that one unit is one CSS pixel: {context, width, height, ratio}. */
+function prepared(canvas, most = Infinity) {
+  const ratio = Math.min(devicePixelRatio || 1, most), width = canvas.clientWidth, height = canvas.clientHeight;
+  if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
+    canvas.width = Math.round(width * ratio);
+    canvas.height = Math.round(height * ratio);
+  }
+  const context = canvas.getContext("2d");
+  context.setTransform(ratio, 0, 0, ratio, 0, 0);
+  context.clearRect(0, 0, width, height);
+  context.font = "12px system-ui, sans-serif";
+  return { context, width, height, ratio };
+}
+
+/** The gradient with these stops: [place, colour], or colours at even distances. */
+function shaded(gradient, stops) {
+  stops.forEach((stop, i) => gradient.addColorStop(...(Array.isArray(stop) ? stop : [i / (stops.length - 1), stop])));
+  return gradient;
+}
