@@ -96,7 +96,6 @@ def page() -> str:
         "engine": packed(ENGINE.read_bytes()),
         "licences": packed(b"\n\n".join((ROOT / name).read_bytes() for name in LICENCES)),
         "script": "\n".join(map(text, scripts)),
-        "start": text("start.js"),
     }
     finished = text("template.html")
     for _ in range(2):  # the scripts have slots, too

@@ -5,11 +5,16 @@ import io
 import sys
 from pathlib import Path
 
-from measure import browser, visit
 from PIL import Image
 from selenium.webdriver.support.wait import WebDriverWait
 
-FOLDER = Path(__file__).resolve().parents[1] / "docs/lesson"
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "tests/hosts"))
+
+import browser  # noqa: E402
+
+PAGE = ROOT / "target/web/cradle.html"
+FOLDER = ROOT / "docs/lesson"
 SIZE = (960, 600)
 
 # Name, the step of the lesson (from 0), and when: seconds after the release, or a part of the click.
@@ -33,7 +38,7 @@ def main() -> int:
                 "Emulation.setDeviceMetricsOverride",
                 {"width": SIZE[0], "height": SIZE[1], "deviceScaleFactor": 1.5, "mobile": False},
             )
-            visit(page)
+            browser.visit(page, PAGE)
             page.execute_script("cradle.setTheme(false); location.hash = LESSON[arguments[0]]", step)
             if "time" in when:
                 condition = f"cradle.clock.base === 1 && cradle.sources[0].run.time > {when['time']}"

@@ -37,41 +37,26 @@ def arguments() -> argparse.ArgumentParser:
         prog="python -m newtons_cradle", description="Looks at runs of the cradle FMU."
     )
     commands = parser.add_subparsers(dest="command", required=True, metavar="page")
+    what = "a 3D animation of a run: one HTML file that needs no network"
     page = commands.add_parser(
         "page",
-        help="make a 3D animation of a run: one HTML file that needs no network",
-        description="Makes a 3D animation of a run: one HTML file that needs no network. FILE is an FMU, which this runs with "
-        "samples in every pulse, or the CSV file of a result as FMPy writes it, with time, x[i] and v[i] of every ball, and "
-        "F[i] and F_peak[i] of every contact.",
+        help=f"make {what}",
+        description=f"Makes {what}. FILE is an FMU, which this runs with samples in every pulse, or the CSV file of a result "
+        "as FMPy writes it, with time, x[i] and v[i] of every ball, and F[i] and F_peak[i] of every contact.",
     )
     page.add_argument("file", type=Path, metavar="FILE", help="an .fmu or .csv file")
     page.add_argument("-o", "--out", type=Path, metavar="FILE.html", help="the page (default: beside FILE)")
-    run = page.add_argument_group("for an FMU")
-    run.add_argument(
-        "--stop", type=positive, default=10.0, metavar="SECONDS", help="how long to run (default 10)"
-    )
-    run.add_argument(
-        "--set",
-        type=setting,
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        help="a start value, such as contact.model=hertz; may be repeated",
-    )
-    result = page.add_argument_group("for a CSV file")
-    result.add_argument("--pulses", type=Path, metavar="FILE.csv", help="the run's table of pulses")
-    result.add_argument(
-        "--balls",
-        type=whole,
-        metavar="N",
-        help="number of balls; needed if it is 1 (default: as in the file)",
-    )
-    result.add_argument(
-        "--length", type=positive, default=1.962, help="pendulum length in m, for the drawing (default 1.962)"
-    )
-    result.add_argument(
-        "--radius", type=positive, default=0.0313, help="ball radius in m, for the drawing (default 0.0313)"
-    )
+    run = page.add_argument_group("for an FMU").add_argument
+    run("--stop", type=positive, default=10.0, metavar="SECONDS", help="how long to run (default 10)")
+    help = "a start value, such as contact.model=hertz; may be repeated"
+    run("--set", type=setting, action="append", default=[], metavar="NAME=VALUE", help=help)
+    result = page.add_argument_group("for a CSV file").add_argument
+    result("--pulses", type=Path, metavar="FILE.csv", help="the run's table of pulses")
+    help = "number of balls; needed if it is 1 (default: as in the file)"
+    result("--balls", type=whole, metavar="N", help=help)
+    for name, default, meaning in (("length", 1.962, "pendulum length"), ("radius", 0.0313, "ball radius")):
+        help = f"{meaning} in m, for the drawing (default {default})"
+        result(f"--{name}", type=positive, default=default, help=help)
     return parser
 
 

@@ -11,25 +11,19 @@ class Progress:
     def __init__(self, label: str, stream: TextIO | None = None):
         self.label, self.stream = label, stream or sys.stdout
         self.begin = self.spoke = time.perf_counter()
-        self.bar = self.stream.isatty()
-        self.shown = -1
-        self.closed = False
+        self.done = False
 
     def __call__(self, fraction: float) -> None:
         """Shows `fraction`; 1 ends the bar with the seconds it took."""
-        if self.closed:
+        if self.done:
             return
-        seconds = time.perf_counter() - self.begin
-        done = fraction >= 1.0
-        if self.bar:
-            percent = int(100 * min(fraction, 1.0))
-            if percent != self.shown or done:
-                filled = "#" * (percent * 30 // 100)
-                end = f" {seconds:.1f} s\n" if done else ""
-                self.stream.write(f"\r  {self.label:<44} [{filled:<30}] {percent:3d} %{end}")
-                self.shown = percent
-        elif done or self.begin + seconds > self.spoke + 5.0:
-            self.stream.write(f"  {self.label:<44} {100 * min(fraction, 1.0):3.0f} %  {seconds:.1f} s\n")
-            self.spoke = self.begin + seconds
+        now = time.perf_counter()
+        self.done = fraction >= 1.0
+        took, percent = f"{now - self.begin:.1f} s", int(100 * min(fraction, 1.0))
+        if self.stream.isatty():
+            end = f" {took}\n" if self.done else ""
+            self.stream.write(f"\r  {self.label:<44} [{'#' * (percent * 30 // 100):<30}] {percent:3d} %{end}")
+        elif self.done or now > self.spoke + 5.0:
+            self.stream.write(f"  {self.label:<44} {percent:3d} %  {took}\n")
+            self.spoke = now
         self.stream.flush()
-        self.closed = done

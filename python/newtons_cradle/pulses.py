@@ -70,13 +70,10 @@ def pulse_order(sequence: Array) -> list[list[int]]:
     last = None
     for pulse in by_onset(sequence):
         length = pulse["release"] - pulse["onset"]
-        if last is not None and pulse["onset"] - last["onset"] < 0.1 * min(
-            length, last["release"] - last["onset"]
-        ):
-            order[-1].append(int(pulse["contact"]))
-        else:
-            order.append([int(pulse["contact"])])
-            last = pulse
+        if last is None or pulse["onset"] - last[0] >= 0.1 * min(length, last[1]):
+            order.append([])
+            last = pulse["onset"], length
+        order[-1].append(int(pulse["contact"]))
     return [sorted(group) for group in order]
 
 

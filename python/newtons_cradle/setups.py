@@ -27,9 +27,8 @@ def preset(name: str) -> Start:
     """
     known = files.preset_files()
     if name not in known:
-        raise ValueError(
-            f"there is no preset {name!r}; allowed: {', '.join(known)}{did_you_mean(name, known)}"
-        )
+        hint = did_you_mean(name, known)
+        raise ValueError(f"there is no preset {name!r}; allowed: {', '.join(known)}{hint}")
     table = tomllib.loads(known[name].read_text(encoding="utf-8"))
     del table["balls"]
     return _flat("", table)
@@ -49,9 +48,8 @@ def power_law(k: float, p: float = 1.0, dead_band: float = 0.0) -> Start:
 def lifted(left: int, right: int = 0, *, n: int = 5, amplitude: float = 1.0) -> Start:
     """`left` of `n` balls lifted to the left and `right` to the right by `amplitude` (m), all at rest. Raises ValueError."""
     if left < 0 or right < 0 or left + right > n:
-        raise ValueError(
-            f"left = {left}, right = {right} is refused; allowed: together 0 to {n}, the number of balls n"
-        )
+        allowed = f"together 0 to {n}, the number of balls n"
+        raise ValueError(f"left = {left}, right = {right} is refused; allowed: {allowed}")
     x = [-amplitude] * left + [0.0] * (n - left - right) + [amplitude] * right
     return _vector("x_start", x) | _vector("v_start", [0.0] * n)
 
@@ -85,15 +83,13 @@ def desk() -> Start:
 
 def steel(lifted_balls: int = 1, *, amplitude: float = 0.05) -> Start:
     """Five touching steel balls (Hertz contacts) of the paper's mass on its pendulums, lifted by `amplitude` (m)."""
-    paper, elastic = preset("figure5"), preset("desk")
     of_paper = ("gravity", "pendulum.length", "ball.mass")
     of_steel = ("ball.youngModulus", "ball.poissonRatio", "contact.model", "contact.deadBand")
+    parts = ((of_paper, preset("figure5")), (of_steel, preset("desk")))
+    start = {name: values[name] for names, values in parts for name in names}
     return (
-        {name: paper[name] for name in of_paper}
-        | {name: elastic[name] for name in of_steel}
-        | {"ball.radius": 0.0313}  # m, of a steel ball of 1 kg
-        | lifted(lifted_balls, amplitude=amplitude)
-    )
+        start | {"ball.radius": 0.0313} | lifted(lifted_balls, amplitude=amplitude)
+    )  # m, of a steel ball of 1 kg
 
 
 def _vector(name: str, values: Sequence[float]) -> Start:

@@ -60,15 +60,11 @@ def three_js() -> str:
     with zipfile.ZipFile(archive) as viewer:
         page = viewer.read("viewer.html.template").decode("utf-8")
     # Its only script begins with three.js, whose last statement marks it as a module; loaders follow.
-    script = re.search(
-        r'/\*\*\s*\* @license\s*\* Copyright [-\d]+ Three\.js.*?"__esModule",{value:!0}\)}\)\);',
-        page,
-        re.DOTALL,
-    )
+    ends = r"/\*\*\s*\* @license\s*\* Copyright [-\d]+ Three\.js", r'"__esModule",{value:!0}\)}\)\);'
+    script = re.search(".*?".join(ends), page, re.DOTALL)
     if not script or hashlib.sha256(script[0].encode()).hexdigest() != THREE_JS_SHA256:
-        raise PageError(
-            "this version of trimesh carries no or another three.js: `pip install trimesh==5.2.0`"
-        )
+        cure = "`pip install trimesh==5.2.0`"
+        raise PageError(f"this version of trimesh carries no or another three.js: {cure}")
     return script[0]
 
 

@@ -63,11 +63,8 @@ def _number_of_balls(path: Path, columns: Columns, wanted: int | None) -> int:
 
     contacts = highest("F|F_peak|F_mean|impulse|E_contact|gap")
     n = wanted or max(highest(r"\w+"), contacts + 1 if contacts else 0)
-    needed = [
-        "time",
-        *(f"{name}[{i}]" for name in "xv" for i in range(1, max(n, 1) + 1)),
-        *(f"F[{i}]" for i in range(1, n)),
-    ]
+    counts = {"x": max(n, 1), "v": max(n, 1), "F": n - 1}
+    needed = ["time", *(f"{name}[{i}]" for name, count in counts.items() for i in range(1, count + 1))]
     missing = [name for name in needed if name not in columns]
     if missing:
         shown = ", ".join(missing[:6]) + (", ..." if len(missing) > 6 else "")
@@ -147,16 +144,12 @@ def _read_columns(path: Path) -> Columns:
 
 def _pulse_table(path: Path, balls: int) -> Array:
     columns = _read_columns(path)
-    missing = [name for name in FIELDS if name not in columns]
-    if missing:
-        raise RecordingError(
-            f"{path}: a table of pulses has the columns {', '.join(FIELDS)}; missing: {', '.join(missing)}"
-        )
-    table = np.zeros(len(columns["onset"]), dtype=PULSE)
-    for name in FIELDS:
-        table[name] = columns[name]
-    if len(table) and not (table["contact"].min() >= 1 and table["contact"].max() < balls):
-        raise RecordingError(
-            f"{path}: pulses of contacts {table['contact'].min()} to {table['contact'].max()}; {balls} balls have contacts 1 to {balls - 1}"
-        )
+    if missing := [name for name in FIELDS if name not in columns]:
+        needed = f"a table of pulses has the columns {', '.join(FIELDS)}"
+        raise RecordingError(f"{path}: {needed}; missing: {', '.join(missing)}")
+    table = np.array(list(zip(*(columns[name] for name in FIELDS), strict=True)), dtype=PULSE)
+    contacts = table["contact"]
+    if len(table) and not (contacts.min() >= 1 and contacts.max() < balls):
+        own = f"{balls} balls have contacts 1 to {balls - 1}"
+        raise RecordingError(f"{path}: pulses of contacts {contacts.min()} to {contacts.max()}; {own}")
     return np.sort(table, order=["onset", "contact"])

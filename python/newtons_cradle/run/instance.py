@@ -132,24 +132,23 @@ class Run:
         no contact will close any more, or if none is in sight after many steps.
         """
         for _ in range(LOOKS):
-            if self._sees_onset():
+            onset = float(self.get("t_next"))
+            if self._is_onset(onset):
                 break
             # A look goes on as soon as time has moved.
-            self.step_to(max(self.get("t_next") - before, math.nextafter(self.time, math.inf)))
+            self.step_to(max(onset - before, math.nextafter(self.time, math.inf)))
         else:
-            raise FmuError(f"no contact closes within {LOOKS} looks ahead, up to t = {self.get('t_next')} s")
-        onset = float(self.get("t_next"))
+            raise FmuError(f"no contact closes within {LOOKS} looks ahead, up to t = {onset} s")
         if onset >= NEVER:
             raise FmuError(f"no contact closes any more after t = {self.time} s")
         if onset - before > self.time:
             self.step_to(onset - before)
         return onset
 
-    def _sees_onset(self) -> bool:
+    def _is_onset(self, ahead: float) -> bool:
         """Whether `t_next` is an onset, or says that there is none: FMI 3.0 has no variable for it, but a step there tells."""
         if "t_next_isOnset" in self.fmu.variables:
             return bool(self.get("t_next_isOnset"))
-        ahead = self.get("t_next")
         if ahead >= NEVER:
             return True
         here, lines, before = self.save(), len(self.log), self["pulses"]

@@ -47,10 +47,9 @@ class Result:
         found = [column for column in self.names if column == name or column.startswith(f"{name}[")]
         if not found:
             vectors = dict.fromkeys(column.partition("[")[0] for column in self.names)
+            hint = did_you_mean(name, [*vectors, *self.names])
             recorded = f"recorded: {', '.join(vectors)}; others by `record=[...]`"
-            raise UnknownName(
-                f"{name} was not recorded{did_you_mean(name, [*vectors, *self.names])} ({recorded})"
-            )
+            raise UnknownName(f"{name} was not recorded{hint} ({recorded})")
         return found
 
     def to_dataframe(self) -> "pd.DataFrame":

@@ -28,6 +28,7 @@ class App {
   // ---- stages
 
   get sources() { return this.stages.map(({ source }) => source); }
+  get liveSources() { return this.sources.filter(({ live }) => live); }
   /** The source that changes go to. */
   get changedSource() { return this.stages.length > 1 && this.side !== "left" ? this.stages[1].source : this.stages[0].source; }
 
@@ -36,11 +37,20 @@ class App {
     this.controls.stages.classList.toggle("two", this.stages.length > 1);
   }
 
+  /** Only the first one stays. */
   dropStage() {
+    this.besideChoice = null;
+    if (this.stages.length < 2) return;
     const stage = this.stages.pop();
     stage.source.forget();
     stage.figure.remove();
     this.controls.stages.classList.remove("two");
+  }
+
+  /** Shows another source in the first stage. */
+  replace(source) {
+    this.stages[0].source.forget();
+    this.stages[0].source = source;
   }
 
   /** All stages show other runs, or other drawings. */
@@ -54,13 +64,12 @@ class App {
 
   /** What is said about the stages. */
   name() {
-    const own = this.stages[0].source.live ? (PRESETS[this.preset] ? this.preset : "own") : "recorded";
-    this.controls.about.textContent = say(`about.${own}`);
-    const titles = this.stages.map(({ source }) => (source.live ? describeSetup(source.setup) : source.name));
-    this.stages.forEach((stage, i) => {
-      stage.named = titles[i];
-      stage.heading.textContent = this.stages.length > 1 ? titles[i] : "";
-    });
+    this.controls.about.textContent = say(`about.${this.stages[0].source.live ? this.preset ?? "own" : "recorded"}`);
+    for (const stage of this.stages) {
+      const { source } = stage;
+      stage.named = source.live ? describeSetup(source.setup) : source.name;
+      stage.heading.textContent = this.stages.length > 1 ? stage.named : "";
+    }
   }
 
   // ---- what can be done
@@ -85,22 +94,19 @@ class App {
 
   /** A ready cradle, with what it is lifted by; else at rest. */
   choose(name) {
-    const setup = PRESETS[name].setup();
-    this.attempt(() => this.begin(setup, name));
+    this.attempt(() => this.begin(PRESETS[name].setup(), name));
   }
 
   begin(setup, preset) {
     this.engine.start(setup.recipe()).forget();
     // Values from an address may have made something else of it.
     this.preset = preset && setup.toLink(preset).startsWith("preset=") ? preset : null;
-    if (!this.stages[0].source.live) {
-      this.stages[0].source.forget();
-      this.stages[0].source = new Live(this.engine, setup);
-    } else this.stages[0].source.begin(setup);
+    if (this.stages[0].source.live) this.stages[0].source.begin(setup);
+    else this.replace(new Live(this.engine, setup));
     if (this.besideChoice) this.compare(this.besideChoice);
     const { x_start, v_start } = setup.values;
     this.lifted = [...x_start, ...v_start].some((value) => value !== 0) ? { x_start, v_start } : null;
-    this.clock.slowAt(this.clock.slow === "always" ? "always" : "no");
+    this.clock.calm();
     this.setRunning(true);
     this.changed();
   }
@@ -124,7 +130,7 @@ class App {
 
   /** Lets go of balls at these places. */
   letGo({ x_start, v_start }) {
-    this.attempt(() => this.sources.forEach((source) => { if (source.live) source.restart(source.setup, x_start, v_start); }));
+    this.attempt(() => this.liveSources.forEach((source) => source.restart(source.setup, x_start, v_start)));
     this.lifted = { x_start, v_start };
     this.setRunning(true);
     this.changed();
@@ -140,15 +146,14 @@ class App {
   again() { if (this.lifted) this.letGo(this.lifted); else this.lift(1); }
 
   stopAll() {
-    this.attempt(() => this.sources.forEach((source) => { if (source.live) source.begin(source.setup.atRest()); }));
+    this.attempt(() => this.liveSources.forEach((source) => source.begin(source.setup.atRest())));
     this.changed();
   }
 
   /** A second cradle beside the first, that differs in what `name` says; "stop": none. */
   compare(name) {
     const first = this.stages[0].source;
-    if (this.stages.length > 1) this.dropStage();
-    this.besideChoice = null;
+    this.dropStage();
     if (name !== "stop" && first.live) {
       const middle = Math.floor(first.setup.balls / 2);
       const values = {
@@ -200,7 +205,7 @@ class App {
 
   take(who, ball, x) {
     this.attempt(() => this.sources.forEach((source) => source.hold(who, ball, x)));
-    this.clock.slowAt(this.clock.slow === "always" ? "always" : "no");
+    this.clock.calm();
     this.clock.reset();
   }
 
@@ -277,3 +282,22 @@ function describeSetup(setup) {
   if (uneven) parts.push(setup.get("ball.massRatio").map((ratio) => rounded(ratio)).join(" : "));
   return parts.join(", ");
 }
+
+/** What lies in an element of the page, unpacked. */
+function unpacked(id) {
+  const bytes = Uint8Array.from(atob(document.getElementById(id).textContent), (letter) => letter.charCodeAt(0));
+  return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip")));
+}
+
+/** Starts the page, once it is there; elsewhere than in a browser nothing starts by itself. */
+globalThis.addEventListener?.("DOMContentLoaded", async () => {
+  fillTexts();
+  try {
+    const engine = await Engine.load(await unpacked("engine").arrayBuffer());
+    document.getElementById("engine").remove();
+    window.cradle = new App(engine);
+  } catch (problem) {
+    document.getElementById("status").textContent = `${say("problem")}: ${problem.message}`;
+    throw problem;
+  }
+});

@@ -74,6 +74,9 @@ class Clock {
     if (which === "no") this.rate = this.base;
   }
 
+  /** Ends what was slowed down, unless it is for each click. */
+  calm() { this.slowAt(this.slow === "always" ? "always" : "no"); }
+
   /** The sources are what they were not: nothing is left to be reached. */
   reset() { this.targets.clear(); }
 

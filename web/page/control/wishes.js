@@ -23,14 +23,13 @@ Object.assign(App.prototype, {
     const acts = {
       " ": () => this.setRunning(!this.clock.running), i: () => this.inside(), a: () => this.again(), 0: () => this.stopAll(),
       e: () => this.setOther("every", this.clock.slow !== "always"), ",": () => this.stepInside(-1), ".": () => this.stepInside(1),
-      c: () => this.panels.toggle("change"), s: () => this.panels.toggle("show"), b: () => this.panels.toggle("beside"),
       Escape: () => { if (this.panels.kind) this.panels.toggle(this.panels.kind); },
-      k: () => this.panels.toggle("keep"), l: () => this.panels.toggle("lesson"), "?": () => this.panels.toggle("help"), h: () => this.panels.toggle("help"),
     };
+    const panel = { c: "change", s: "show", b: "beside", k: "keep", l: "lesson", "?": "help", h: "help" }[key];
+    if (panel) acts[key] = () => this.panels.toggle(panel);
     const act = /^[1-9]$/.test(key) ? () => this.lift(Number(key)) : acts[key];
-    if (!act) return;
-    event.preventDefault();
-    act();
+    if (act) event.preventDefault();
+    act?.();
   },
 
   /** By the keys through a click. */
@@ -78,8 +77,7 @@ Object.assign(App.prototype, {
     this.attempt(() => {
       const { setup, options } = Setup.fromLink(hash);
       this.engine.start(setup.recipe()).forget();
-      this.besideChoice = null;
-      if (this.stages.length > 1) this.dropStage();
+      this.dropStage();
       this.clock.slowAt("no");
       for (const kind of Object.keys(this.shows)) this.shows[kind] = (options.show ?? "").split(",").includes(kind);
       this.begin(setup, options.preset ?? (hash.includes("balls=") ? null : "textbook"));
@@ -96,10 +94,8 @@ Object.assign(App.prototype, {
     const text = await file.text();
     this.attempt(() => {
       const recording = new Recording(file.name, text);
-      if (this.stages.length > 1) this.dropStage();
-      this.besideChoice = null;
-      this.stages[0].source.forget();
-      this.stages[0].source = recording;
+      this.dropStage();
+      this.replace(recording);
       this.changed();
     });
   },

@@ -51,7 +51,7 @@ class Engine {
   }
 }
 
-/** What a run shows at one time: `time`, sums, and a part of `numbers` for each quantity of the balls and contacts. */
+/** What a run shows at one time: sums, and a part of `numbers` for each quantity of the balls and contacts. */
 class State {
   constructor(balls) {
     const contacts = balls - 1;
@@ -61,16 +61,15 @@ class State {
     const next = (count) => this.numbers.subarray(at, (at += count));
     [this.x, this.v, this.kinetic, this.gravity] = [balls, balls, balls, balls].map(next);
     [this.F, this.overlap, this.elastic, this.impulse, this.pulses, this.closed] = Array(6).fill(contacts).map(next);
+    this.read();
   }
 
-  get time() { return this.numbers[0]; }           // s
-  get energy() { return this.numbers[1]; }         // J
-  get dissipated() { return this.numbers[2]; }     // J
-  get work() { return this.numbers[3]; }           // J, of external forces
-  get residual() { return this.numbers[4]; }       // J
-  get momentum() { return this.numbers[5]; }       // N.s
-  get supportForce() { return this.numbers[6]; }   // N
-  get events() { return this.numbers[7]; }
+  /** Of the whole: time (s), energies (J), with the work of external forces and the residual, momentum (N.s), force (N), events. */
+  read() {
+    [this.time, this.energy, this.dissipated, this.work, this.residual, this.momentum, this.supportForce, this.events] = this.numbers;
+    return this;
+  }
+
   /** Whether all contacts are open. */
   get apart() { return this.closed.every((closed) => !closed); }
 }
@@ -97,7 +96,7 @@ class Run {
   look() {
     const state = (this.shown ??= new State(this.balls));
     state.numbers.set(this.engine.numbers(this.engine.call("look", this.number), state.numbers.length));
-    return state;
+    return state.read();
   }
 
   /** The next onset: {at}, or {notBefore} if it is not known yet. `at` is infinite if there is none. */

@@ -8,8 +8,7 @@ const KEPT = 20000;     // pulses that are kept for the CSV file
 
 class Live {
   constructor(engine, setup) {
-    this.engine = engine;
-    this.holds = new Map(); // who holds: {ball, x}
+    Object.assign(this, { engine, holds: new Map() }); // who holds: {ball, x}
     this.begin(setup);
   }
 
@@ -21,7 +20,7 @@ class Live {
     const omega = Math.sqrt(Math.max(setup.get("gravity"), 0.1) / length);
     return {
       balls: setup.balls, radius: setup.get("ball.radius"), mass: setup.get("ball.mass"), ratio: setup.get("ball.massRatio"),
-      length, gravity: setup.get("gravity"), rigid: setup.law === "rigid",
+      length, rigid: setup.law === "rigid",
       reach: x.reduce((most, place, i) => Math.max(most, Math.hypot(place, v[i] / omega) / length), 0), // rad, of the largest swing
     };
   }
@@ -75,7 +74,7 @@ class Live {
     const { values, since, done } = this.pending;
     if (!this.state.apart && this.time - since < NEVER_OPEN) return;
     this.pending = null;
-    this.restart(this.setup.with(values), Array.from(this.state.x), Array.from(this.state.v));
+    this.restart(this.setup.with(values), ...this.motion());
     done();
   }
 
@@ -83,15 +82,13 @@ class Live {
   restart(setup, x, v) {
     const band = setup.get("contact.deadBand"), gap = setup.values["contact.gap"] ?? [];
     const clearance = x.slice(1).map((_, i) => band + (gap[i] ?? 0));
-    let places = x;
     // Pre-compressed balls overlap at rest: a force law takes what there is.
-    if (setup.law === "rigid" || clearance.every((least) => least >= 0)) {
-      places = apart(x, clearance);
-      // By a rounding error rigid balls may still overlap.
-      for (let i = 1; i < places.length; i++) if (places[i - 1] - places[i] > clearance[i - 1]) places[i] = places[i - 1] - clearance[i - 1];
-    }
-    this.begin(setup.with({ x_start: places, v_start: v }));
+    const kept = setup.law !== "rigid" && clearance.some((least) => least < 0);
+    this.begin(setup.with({ x_start: kept ? x : apart(x, clearance), v_start: v }));
   }
+
+  /** Positions (m) and velocities (m/s) now. */
+  motion() { return [Array.from(this.state.x), Array.from(this.state.v)]; }
 
   // ---- hands
 
@@ -118,33 +115,30 @@ class Live {
 
   /** Puts held balls where the hand is, without any time passing. */
   place() {
-    const held = this.held, x = Array.from(this.state.x), v = x.map(() => 0);
+    const { held } = this, [x] = this.motion();
     for (const [ball, place] of held) x[ball] = place;
     // What the hand pushes gives way.
     for (const [ball, place] of held) {
       for (let i = ball + 1; i < x.length && x[i] < place && !held.has(i); i++) x[i] = place;
       for (let i = ball - 1; i >= 0 && x[i] > place && !held.has(i); i--) x[i] = place;
     }
-    this.restart(this.setup, x, v);
+    this.restart(this.setup, x, x.map(() => 0));
   }
 
   /** The others swing on while some are held: in runs of a frame each, in which held balls are heavy and move as the hand does. */
   advanceHeld(time, effort) {
-    const held = this.held, { setup, state } = this, passed = time - this.time;
+    const { held, setup, time: before } = this, passed = time - before;
     if (!(passed > 0)) return;
-    const x = Array.from(state.x), v = Array.from(state.v), ratio = [...setup.get("ball.massRatio")];
+    const [x, v] = this.motion(), ratio = [...setup.get("ball.massRatio")];
     for (const [ball, place] of held) {
       v[ball] = Math.max(-8, Math.min(8, (place - x[ball]) / passed));
       ratio[ball] *= HAND_MASS;
     }
-    const before = this.time;
     this.restart(setup.with({ "ball.massRatio": ratio }), x, v);
-    const reached = this.run.advance(passed, effort), after = this.run.look();
-    const fresh = this.run.takePulses(), places = Array.from(after.x), speeds = Array.from(after.v);
-    for (const [ball, place] of held) {
-      places[ball] = place;
-      speeds[ball] = 0;
-    }
+    const reached = this.run.advance(passed, effort), fresh = this.run.takePulses();
+    this.state = this.run.look();
+    const [places, speeds] = this.motion();
+    for (const [ball, place] of held) [places[ball], speeds[ball]] = [place, 0];
     this.restart(setup, places, speeds);
     this.origin = before + reached;
     this.fresh.push(...fresh);
@@ -154,14 +148,9 @@ class Live {
   release(who, speed = 0) {
     const hold = this.holds.get(who);
     if (!hold) return;
-    const mine = this.held;
     this.holds.delete(who);
-    const still = this.held, x = Array.from(this.state.x), v = Array.from(this.state.v);
-    for (const [ball, place] of mine) {
-      if (still.has(ball)) continue;
-      x[ball] = speed === 0 ? Math.round(place * 1e4) / 1e4 : place;
-      v[ball] = speed;
-    }
+    const [x, v] = this.motion(), still = this.held, place = speed === 0 ? Math.round(hold.x * 1e4) / 1e4 : hold.x;
+    for (const ball of hold.balls) if (!still.has(ball)) [x[ball], v[ball]] = [place, speed];
     this.restart(this.setup, x, v);
   }
 

@@ -22,7 +22,7 @@ class Recording {
 
   get drawing() {
     const reach = Math.max(0.01, ...this.table.x.flat().map(Math.abs));
-    return { balls: this.balls, radius: 0.03, mass: 1, ratio: Array(this.balls).fill(1), length: Math.max(0.4, 2 * reach), gravity: 9.81, rigid: false, reach: 0.5 };
+    return { balls: this.balls, radius: 0.03, mass: 1, ratio: Array(this.balls).fill(1), length: Math.max(0.4, 2 * reach), rigid: false, reach: 0.5 };
   }
 
   /** Moves on to `time` on the clock of the page; after the end it begins again. */

@@ -121,25 +121,14 @@ function parsed(name, text) {
   return number;
 }
 
-/** The positions nearest to `x` at which no neighbours are nearer than `clearance[i]` allows (m): pools of balls that touch. */
+/** Positions near `x` at which no neighbours are nearer than `clearance[i]` allows (m): midway between those to which balls are only
+ *  pushed to the right, and only to the left. Balls that touch nothing stay where they are, to the last bit. */
 function apart(x, clearance) {
-  // In coordinates in which balls in touch have equal places, they must not fall: pool adjacent violators.
-  let shift = 0;
-  const shifts = x.map((_, i) => (shift += i ? clearance[i - 1] : 0));
-  const pools = [];
-  x.forEach((place, i) => {
-    pools.push({ sum: place + shifts[i], count: 1 });
-    for (let last = pools.length - 1; last > 0 && pools[last - 1].sum / pools[last - 1].count > pools[last].sum / pools[last].count; last--) {
-      const { sum, count } = pools.pop();
-      pools[last - 1].sum += sum;
-      pools[last - 1].count += count;
-    }
-  });
-  // Balls that touch nothing stay where they are, to the last bit.
-  let i = 0;
-  return pools.flatMap(({ sum, count }) => Array.from({ length: count }, () => {
-    const place = count === 1 ? x[i] : sum / count - shifts[i];
-    i++;
-    return place;
-  }));
+  const right = [...x], left = [...x], last = x.length - 1;
+  for (let i = 0; i < last; i++) right[i + 1] = Math.max(x[i + 1], right[i] - clearance[i]);
+  for (let i = last - 1; i >= 0; i--) left[i] = Math.min(x[i], left[i + 1] + clearance[i]);
+  const places = x.map((_, i) => 0.5 * (left[i] + right[i]));
+  // Rounding may leave an overlap.
+  for (let i = 0; i < last; i++) if (places[i] - places[i + 1] > clearance[i]) places[i + 1] = places[i] - clearance[i];
+  return places;
 }
