@@ -15,8 +15,8 @@ import numpy as np
 import ssp
 from machine import COMMON, CRADLE, FREE, ROOT, STOP, Fmus, nc, opened, plant, positions, reference
 from master import METHODS, REPEATING
-from plots import COLOURS, Column, Plot, Strip, Trace, View
-from support import Check, Outcome, at_least, at_most, draw, equal, print_checks, save_checks, save_csv
+from plots import COLOURS, Column, Strip, Trace
+from support import Found
 
 STEPS = [0.1, 0.05, 0.025, 0.0125]  # s, of the comparison
 ITERATED = 0.1  # s, at which the trials per step are counted
@@ -28,15 +28,17 @@ TEXTS = {
     "smooth": "repeat, with input derivatives",
 }
 ENERGIES = ["balls", "cart", "lost", "put in"]
+# Lowest order that each way of coupling must show.
+ORDERS = {"FMPy": 0.9, "hold": 0.9, "extrapolate": 2.5, "repeat, at impacts": 1.8, "smooth, at impacts": 3.0}
 
 
 def main() -> int:
     """Runs everything; returns 0 if every check passes, else 1."""
     options = command_line()
-    options.out.mkdir(parents=True, exist_ok=True)
+    found = Found(options.out)
     try:
         with opened(options.fmu, options.out) as fmus:
-            outcome = run(fmus, options.out, options.steps)
+            run(fmus, found, STEPS[: options.steps])
             about = fmus.cradle.provenance() | {
                 "cradle": CRADLE,
                 "plant": plant.PARAMETERS,
@@ -45,9 +47,7 @@ def main() -> int:
             (options.out / "about.json").write_text(json.dumps(about, indent=1), encoding="utf-8")
     except (FileNotFoundError, nc.FmuError) as problem:
         sys.exit(f"error: {problem}")
-    draw(outcome, options.out)
-    save_checks(outcome.checks, options.out / "checks.csv")
-    return 0 if print_checks(outcome.checks) else 1
+    return 0 if found.conclude() else 1
 
 
 def command_line() -> argparse.Namespace:
@@ -66,47 +66,47 @@ def command_line() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def run(fmus: Fmus, out: Path, count: int) -> Outcome:
-    """All experiments with the first `count` communication steps."""
-    ssp.save_machine(out / "machine.ssp", fmus)
-    ssp.save_presets(out / "presets.ssp", fmus)
-    shown, machine = show(fmus, out)
-    errors = compare(fmus, out / "machine.ssp", STEPS[:count])
-    columns = ["h", *errors]
-    table = np.array(
-        list(zip(STEPS, *errors.values(), strict=False)), dtype=[(name, "f8") for name in columns]
-    )
-    save_csv(out / "convergence.csv", table)
+def run(fmus: Fmus, found: Found, steps: list[float]) -> None:
+    """All experiments, with these communication steps (s)."""
+    path = found.out / "machine.ssp"
+    ssp.save_machine(path, fmus)
+    ssp.save_presets(found.out / "presets.ssp", fmus)
+    shown = at_work(fmus)
+    found.save("machine.csv", shown)
+    plot_machine(found, shown, free_momenta(fmus))
+    errors = compare(fmus, path, steps)
+    kinds = [(name, "f8") for name in ("h", *errors)]
+    table = np.array(list(zip(steps, *errors.values(), strict=True)), dtype=kinds)
+    found.save("convergence.csv", table)
     print_errors(table)
-    checks = [
-        *orders(table),
-        *conserved(fmus, out / "machine.ssp"),
-        *carried(fmus, shown),
-        *repeated(fmus),
-        *iterations(fmus),
-        at_most("energy", "of the whole, smooth, steps of 10 ms", energy_defect(shown), 1e-5, "J"),
-    ]
-    return Outcome(checks, [machine, plot_coupling(table, shown)])
+    for name, order in ORDERS.items():
+        # Slope of the error over the step, both logarithmic.
+        found.at_least("order", name, np.polyfit(np.log(table["h"]), np.log(table[name]), 1)[0], order)
+    check_momentum(fmus, found, path)
+    check_means(fmus, found, shown)
+    check_repetition(fmus, found)
+    check_trials(fmus, found)
+    whole = shown["balls"] + shown["cart"] + shown["lost"] - shown["put in"]
+    found.at_most("energy", "of the whole, smooth, steps of 10 ms", np.ptp(whole), 1e-5, "J")
+    plot_coupling(found, table, shown)
 
 
 # ---------------------------------------------------------------- the machine at work
 
 
-def show(fmus: Fmus, out: Path) -> tuple[np.ndarray, Plot]:
-    """A run with fine steps: its table, and how it looks."""
-    sensor = ["F", "F_mean", "impulse", "sensed", "impacts", "pulses"]
-    names = [*(f"x[{i}]" for i in range(1, 6)), "s", "i", *ENERGIES, *sensor]
+def at_work(fmus: Fmus) -> np.ndarray:
+    """A run with fine steps, as a table."""
+    of_cradle = {name: f"{name}[4]" for name in ("F", "F_mean", "impulse", "pulses")}
+    of_plant = ["i", "sensed", "impacts"]
+    names = ["time", *(f"x[{i}]" for i in range(1, 6)), "s", *of_plant, *of_cradle, *ENERGIES]
     rows = []
     with fmus.started("smooth") as master:
         for time in master.steps(STOP, COARSE):
-            cradle = [master.cradle.get(f"{name}[4]") for name in ("F", "F_mean", "impulse")]
-            plant = [master.plant.get("sensed"), master.plant.get("impacts"), master.cradle.get("pulses[4]")]
-            energies = master.energies()
-            row = [*positions(master), master.plant.get("i"), *(energies[name] for name in ENERGIES)]
-            rows.append((time, *row, *cradle, *plant))
-    table = np.array(rows, dtype=[(name, "f8") for name in ["time", *names]])
-    save_csv(out / "machine.csv", table)
-    return table, plot_machine(table, free_momenta(fmus))
+            plant = map(master.plant.get, of_plant)
+            cradle = map(master.cradle.get, of_cradle.values())
+            energies = map(master.energies().get, ENERGIES)
+            rows.append((time, *positions(master), *plant, *cradle, *energies))
+    return np.array(rows, dtype=[(name, "f8") for name in names])
 
 
 def free_momenta(fmus: Fmus) -> np.ndarray:
@@ -117,16 +117,16 @@ def free_momenta(fmus: Fmus) -> np.ndarray:
     return np.array(rows, dtype=[(name, "f8") for name in names])
 
 
-def plot_machine(table: np.ndarray, momenta: np.ndarray) -> Plot:
+def plot_machine(found: Found, table: np.ndarray, momenta: np.ndarray) -> None:
     """Cart, balls, current and energies over time; momenta of the free cart."""
 
     def strip(label, unit, names, table=table):
         time = table["time"]
-        traces = [Trace(time, table[name], COLOURS[i], "line", name) for i, name in enumerate(names)]
-        return Strip(label, unit, traces)
+        return Strip(label, [Trace(time, table[n], COLOURS[i], "line", n) for i, n in enumerate(names)], unit)
 
-    momentum = strip("momentum, free cart", "N.s", momenta.dtype.names[1:], momenta)
-    whole = sum(momenta[name] for name in momenta.dtype.names[1:])
+    names = momenta.dtype.names[1:]
+    momentum = strip("momentum, free cart", "N.s", names, momenta)
+    whole = sum(momenta[name] for name in names)
     momentum.traces.append(Trace(momenta["time"], whole, COLOURS[5], "dashed", "together"))
     strips = [
         strip("cart", "m", ["s"]),
@@ -135,7 +135,7 @@ def plot_machine(table: np.ndarray, momenta: np.ndarray) -> Plot:
         strip("energy", "J", ENERGIES),
         momentum,
     ]
-    return Plot(
+    found.plot(
         "machine",
         "A cradle on a cart, started by a voice coil",
         "The coil, mounted on the cart, pulls ball 1 to the left with a current of the form sin² for 1.6 s, then "
@@ -143,15 +143,9 @@ def plot_machine(table: np.ndarray, momenta: np.ndarray) -> Plot:
         "all the while. The energies of balls and cart and what the damper took add up to what the coil put in. Bottom: "
         f"no spring and damper to ground, last means held over steps of {STEPS[-1] * 1e3:g} ms. If the momentum in transit "
         "between the FMUs is counted, none is lost.",
-        [Column("", "time", "s", strips, [View("all", 0.0, STOP)])],
+        [Column(strips, {"all": (0.0, STOP)})],
         height=1.4,
     )
-
-
-def energy_defect(table: np.ndarray) -> float:
-    """Largest change of the sum that must stay constant: stored + lost - put in, J."""
-    whole = table["balls"] + table["cart"] + table["lost"] - table["put in"]
-    return float(np.ptp(whole))
 
 
 # ---------------------------------------------------------------- the error of the coupling
@@ -197,41 +191,24 @@ def print_errors(table: np.ndarray) -> None:
         print("  " + f"{row[0]:20g}" + "".join(f"{value:20.1e}" for value in list(row)[1:]))
 
 
-def orders(table: np.ndarray) -> list[Check]:
-    """The order of each method: slope of the error over the step, both logarithmic."""
-
-    def slope(name):
-        return float(np.polyfit(np.log(table["h"]), np.log(table[name]), 1)[0])
-
-    lowest = {
-        "FMPy": 0.9,
-        "hold": 0.9,
-        "extrapolate": 2.5,
-        "repeat, at impacts": 1.8,
-        "smooth, at impacts": 3.0,
-    }
-    return [at_least("order", name, slope(name), order) for name, order in lowest.items()]
-
-
 # ---------------------------------------------------------------- what must hold exactly
 
 
-def conserved(fmus: Fmus, path: Path) -> list[Check]:
+def check_momentum(fmus: Fmus, found: Found, path: Path) -> None:
     """Without spring and damper to ground, the total momentum stays 0."""
-    checks = []
     for method in METHODS:
         with fmus.started(method, FREE) as master:
             defect = max(abs(sum(master.momenta().values())) for _ in master.steps(STOP, COARSE))
-        checks.append(at_most("momentum", f"{method}, free cart", defect, 1e-10, "kg.m/s"))
+        found.at_most("momentum", f"{method}, free cart", defect, 1e-10, "kg.m/s")
     free = ssp.run(path, COARSE, {f"plant.{name}": value for name, value in FREE.items()})
     # The cradle does in a step what the cart did in the one before; two impulses are still on their way.
     on_its_way = COARSE * (free["cradle.F_support_mean"] + free["plant.F_coil_mean"])[1:]
     balls = free["cradle.p_total"][1:] + 5.0 * free["plant.v"][:-1]
     whole = balls + 2.0 * free["plant.v"][1:] + on_its_way
-    return [*checks, at_most("momentum", "FMPy, free cart", np.abs(whole).max(), 1e-10, "kg.m/s")]
+    found.at_most("momentum", "FMPy, free cart", np.abs(whole).max(), 1e-10, "kg.m/s")
 
 
-def carried(fmus: Fmus, table: np.ndarray) -> list[Check]:
+def check_means(fmus: Fmus, found: Found, table: np.ndarray) -> None:
     """F_mean times step is the momentum that crossed the contact; F at the communication points is not."""
     masses = np.array([1.0, 0.05, 2.0, 0.05, 1.0])  # light balls rattle between heavy ones
     values = CRADLE | {"gravity": 0.0} | nc.power_law(1e10)
@@ -243,33 +220,23 @@ def carried(fmus: Fmus, table: np.ndarray) -> list[Check]:
     crossed = momentum[:, ::-1].cumsum(axis=1)[:, ::-1][:, 1:]
     passed = np.diff(result["time"])[:, None] * result.stack("F_mean")[1:]
     several = int(np.diff(result.stack("pulses"), axis=0).max())
-    sampled = COARSE * table["F"].sum()
-    return [
-        at_most("F_mean", "F_mean h - momentum that crossed", np.abs(passed - crossed).max(), 1e-12, "N.s"),
-        at_least("F_mean", "pulses of one contact in a step", several, 2),
-        at_least("F_mean", "missed by sampling F, of 1", abs(sampled / table["impulse"][-1] - 1.0), 0.5),
-        at_most("F_mean", "force sensor - impulse", sensor_defect(table), 1e-12, "N.s"),
-        equal("F_mean", "impacts that the sensor counted", table["impacts"][-1], table["pulses"][-2]),
-    ]
+    missed = abs(COARSE * table["F"].sum() / table["impulse"][-1] - 1.0)
+    # The sensor lags by a step, because it gets a mean when the step is over.
+    lag = np.abs(table["sensed"][1:] - table["impulse"][:-1]).max()
+    error = np.abs(passed - crossed).max()
+    found.at_most("F_mean", "F_mean h - momentum that crossed", error, 1e-12, "N.s")
+    found.at_least("F_mean", "pulses of one contact in a step", several, 2)
+    found.at_least("F_mean", "missed by sampling F, of 1", missed, 0.5)
+    found.at_most("F_mean", "force sensor - impulse", lag, 1e-12, "N.s")
+    found.equal("F_mean", "impacts that the sensor counted", table["impacts"][-1], table["pulses"][-2])
 
 
-def sensor_defect(table: np.ndarray) -> float:
-    """The sensor lags by a step, because it gets a mean when the step is over. N.s"""
-    return float(np.abs(table["sensed"][1:] - table["impulse"][:-1]).max())
-
-
-def repeated(fmus: Fmus) -> list[Check]:
+def check_repetition(fmus: Fmus, found: Found) -> None:
     """A step repeated from saved states, across an impact, gives the same bits."""
-
-    def everything():
-        runs = (master.cradle, master.plant)
-        return [run.get(name) for run in runs for name in run.fmu.outputs]
-
     with fmus.started("hold") as master:
         for _ in master.steps(1.5, COARSE):
             pass
-        onset = master.cradle.get("t_next")
-        runs = (master.cradle, master.plant)
+        onset, runs = master.cradle.get("t_next"), (master.cradle, master.plant)
         states, time = [run.slave.getFMUstate() for run in runs], master.time
         results = []
         for _ in range(2):
@@ -277,13 +244,13 @@ def repeated(fmus: Fmus) -> list[Check]:
                 run.slave.setFMUstate(state)
                 run.time = time
                 run.step_to(onset + 1e-3)
-            results.append(everything())
+            results.append([run.get(name) for run in runs for name in run.fmu.outputs])
         for run, state in zip(runs, states, strict=True):
             run.slave.freeFMUstate(state)
-    return [equal("repeat", "a repeated step gives the same bits", results[0] == results[1], True)]
+    found.equal("repeat", "a repeated step gives the same bits", results[0] == results[1], True)
 
 
-def iterations(fmus: Fmus) -> list[Check]:
+def check_trials(fmus: Fmus, found: Found) -> None:
     """Directional derivatives: fewer trials per step until both FMUs agree."""
     trials = []
     for newton in (False, True):
@@ -291,13 +258,11 @@ def iterations(fmus: Fmus) -> list[Check]:
             count = sum(1 for _ in master.steps(STOP, ITERATED)) - 1
             trials.append(master.trials / count)
     what = f"trials per step of {ITERATED:g} s"
-    return [
-        at_least("repeat", f"{what}, fixed point", trials[0], 6),
-        at_most("repeat", f"{what}, directional derivatives", trials[1], 3),
-    ]
+    found.at_least("repeat", f"{what}, fixed point", trials[0], 6)
+    found.at_most("repeat", f"{what}, directional derivatives", trials[1], 3)
 
 
-def plot_coupling(table: np.ndarray, shown: np.ndarray) -> Plot:
+def plot_coupling(found: Found, table: np.ndarray, shown: np.ndarray) -> None:
     """The error over the step, and what a force sensor sees."""
     steps, traces = np.log10(table["h"]), []
     names = {"FMPy": "SSP in FMPy"} | {method: TEXTS[method] for method in ("hold", "extrapolate")}
@@ -305,26 +270,25 @@ def plot_coupling(table: np.ndarray, shown: np.ndarray) -> Plot:
     for (name, text), colour in zip(names.items(), COLOURS, strict=False):
         logarithm = np.log10(table[name])
         traces += [Trace(steps, logarithm, colour, "line", text), Trace(steps, logarithm, colour, "points")]
-    errors = Strip("log10 (error / m)", "", traces, (-10.0, 1.5))
+    errors = Strip("log10 (error / m)", traces, limits=(-10.0, 1.5))
     time = shown["time"]
     sums = [
         Trace(time, COARSE * np.cumsum(shown["F_mean"]), COLOURS[0], "line", "sum of F_mean h"),
         Trace(time, shown["impulse"], COLOURS[4], "dashed", "what crossed the contact"),
         Trace(time, COARSE * np.cumsum(shown["F"]), COLOURS[1], "line", "sum of F h, sampled"),
     ]
-    left = Column(
-        "error of the coupled run", "log10 (communication step / s)", "", [errors],
-        [View("all", steps.min() - 0.05, steps.max() + 0.05)],
-    )  # fmt: skip
-    impulse = Strip("impulse on the last ball", "N.s", sums)
-    right = Column("what reaches a partner", "time", "s", [impulse], [View("all", 0.0, STOP)])
-    return Plot(
+    impulse = Strip("impulse on the last ball", sums, "N.s")
+    views = {"all": (steps.min() - 0.05, steps.max() + 0.05)}
+    found.plot(
         "coupling",
         "Coupling the cradle: error over step, and the force that a partner sees",
         "Left: largest deviation from the same machine integrated as one set of equations. Right: a pulse lasts "
         "microseconds, so the force at the communication points, every 10 ms, misses it. Its mean over the "
         "step carries its whole impulse.",
-        [left, right],
+        [
+            Column([errors], views, "error of the coupled run", "log10 (communication step / s)", ""),
+            Column([impulse], {"all": (0.0, STOP)}, "what reaches a partner"),
+        ],
         height=3.4,
     )
 

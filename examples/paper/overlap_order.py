@@ -1,73 +1,63 @@
 """The overlap of pulses as a function of the order p of the force law F = k overlap^p."""
 
+from dataclasses import replace
+
 import numpy as np
-from plots import COLOURS, Column, Plot, Strip, Trace, View, forces
-from support import Check, Fmus, Outcome, nc, run_script, save_csv, within
+from plots import COLOURS, Column, Strip, Trace, forces
+from support import Fmus, Found, nc, run_script
 
 # Overlap with one ball lifted, from an independent computation in quadruple precision.
 OVERLAP = {1.0: 0.536, 1.5: 0.357, 2.0: 0.234, 3.0: 0.108, 4.0: 0.0523, 5.0: 0.0261}
 SHOWN = (1.0, 2.0, 4.0)  # orders whose pulses are drawn
 STOP = 12.0  # duration of the chain's units, sqrt(m/k) for p = 1: the pulses are over
-FORCES = [f"F[{i}]" for i in range(1, 5)]
 
 
-def run(fmus: Fmus, out) -> Outcome:
+def run(fmus: Fmus, found: Found) -> None:
     """A chain of five balls that just touch, struck by the first one, for each order."""
     progress = nc.Progress("Overlap for orders 1 to 5")
     results = {}
     for number, p in enumerate(OVERLAP, start=1):
         values = nc.chain(p, strikers=1)
-        results[p] = nc.resolved(fmus.five, values, stop=STOP, step=0.05, per_pulse=800, record=FORCES)
+        results[p] = nc.resolved(fmus.five, values, stop=STOP, step=0.05, per_pulse=800, record=["F"])
         progress(number / len(OVERLAP))
     overlap = {p: nc.overlaps(result).mean() for p, result in results.items()}
-    table = np.array(list(overlap.items()), dtype=[("order", "f8"), ("overlap", "f8")])
-    save_csv(out / "overlap_order.csv", table)
-    return Outcome(checks(overlap), [plot_overlap(overlap), plot_pulses(results)])
+    found.save(
+        "overlap_order.csv", np.array(list(overlap.items()), dtype=[("order", "f8"), ("overlap", "f8")])
+    )
+    for p, wanted in OVERLAP.items():
+        # An error of half a unit in the third digit is allowed.
+        allowed = 0.5 * 10 ** (np.floor(np.log10(wanted)) - 2)
+        found.within("overlap", f"p = {p:g}", overlap[p], wanted, allowed)
 
-
-def checks(overlap: dict) -> list[Check]:
-    """Each value to three digits: an error of half a unit in the third is allowed."""
-    return [
-        within("overlap", f"p = {p:g}", overlap[p], wanted, 0.5 * 10 ** (np.floor(np.log10(wanted)) - 2))
-        for p, wanted in OVERLAP.items()
-    ]
-
-
-def plot_overlap(overlap: dict) -> Plot:
-    """Overlap over order."""
     orders, values = np.array(list(overlap)), np.array(list(overlap.values()))
-    strip = Strip("shared impulse", "", [
-        Trace(orders, values, COLOURS[5], "dashed"),
-        Trace(orders, values, COLOURS[1], "points"),
-    ], (0.0, 0.6))  # fmt: skip
-    return Plot(
+    traces = [Trace(orders, values, COLOURS[5], "dashed"), Trace(orders, values, COLOURS[1], "points")]
+    strip, views = Strip("shared impulse", traces, limits=(0.0, 0.6)), {"all": (0.8, 5.2)}
+    found.plot(
         "overlap_order",
         "Overlap of neighbouring pulses over the order of the force law",
         "One ball strikes four that touch. The overlap of two pulses is the impulse that they share (the integral of the "
         "smaller force) over the smaller of their impulses. The plot shows the mean of the three neighbouring pairs. Pulses of "
         "quadratic springs still overlap, those of third and higher order hardly do, as the paper says. Hertz: p = 1.5.",
-        [Column("", "order p", "", [strip], [View("all", 0.8, 5.2)])],
-        files=("overlap_order.csv",),
+        [Column([strip], views, xlabel="order p", xunit="")],
         height=2.6,
     )
-
-
-def plot_pulses(results: dict) -> Plot:
-    """The pulses themselves."""
-    views = [View("all", 0.0, STOP)]
-    columns = [Column(f"order {p:g}", "time / unit", "", scaled(results[p]), views) for p in SHOWN]
-    return Plot(
+    columns = [
+        Column(
+            [replace(strip, unit="") for strip in forces(results[p], limits=(0.0, 1.1))],
+            {"all": (0.0, STOP)},
+            f"order {p:g}",
+            "time / unit",
+            "",
+        )
+        for p in SHOWN
+    ]
+    found.plot(
         "overlap_pulses",
         "Pulses for orders 1, 2 and 4",
         "Contact forces of the same chain in its own units (mass, stiffness and speed of the striking ball are 1). The "
         "higher the order, the more the pulses follow one another.",
         columns,
     )
-
-
-def scaled(result: nc.Result) -> list[Strip]:
-    """The forces as pure numbers."""
-    return [Strip(strip.label, "", strip.traces, (0.0, 1.1)) for strip in forces(result)]
 
 
 if __name__ == "__main__":

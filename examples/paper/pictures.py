@@ -18,7 +18,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 from newtons_cradle.animation import from_fmu, save_page
 from PIL import Image
-from plots import COLOURS, Column, Plot, Strip, Trace, View, forces, save_picture
+from plots import Column, Plot, Strip, Trace, family, forces, save_picture
 from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
 from support import ROOT, command_line, nc, opened, shorter
@@ -33,41 +33,31 @@ def main() -> int:
         photographs(fmus, options.out / "report.html", docs)
     for name in ("figure3", "figure5"):
         small(Image.open(options.out / f"{name}.png"), docs / f"{name}.png")
-    for path in (
-        "study/study.png",
-        "mechatronics/coupling.png",
-        "mechatronics/machine.png",
-        "events/metronome.png",
-        "fit/contacts.png",
-    ):
-        small(Image.open(ROOT / "out" / path), docs / Path(path).name)
+    of_others = [
+        "study/study",
+        "mechatronics/coupling",
+        "mechatronics/machine",
+        "events/metronome",
+        "fit/contacts",
+    ]
+    for path in of_others:
+        small(Image.open(ROOT / f"out/{path}.png"), docs / f"{Path(path).name}.png")
     return 0
 
 
 def default_run(fmu: nc.Fmu) -> Plot:
     """Ten seconds of positions beside the first click's forces, with the default parameters."""
-    macro = fmu.simulate(stop=10.0, step=0.05, record=[f"x[{i}]" for i in range(1, 6)])
+    macro = fmu.simulate(stop=10.0, step=0.05, record=["x"])
     with fmu.start() as run:
-        names = [f"{name}[{i}]" for name in ("F", "E_contact") for i in range(1, 5)]
-        onset, micro = run.zoom(span=1e-4, step=1e-6, record=names, before=5e-6)
-    positions = [
-        Strip(f"x[{i}]", "m", [Trace(macro["time"], macro[f"x[{i}]"], COLOURS[i - 1])], (-0.12, 0.12))
-        for i in range(1, 6)
+        onset, micro = run.zoom(span=1e-4, step=1e-6, record=["F", "E_contact"], before=5e-6)
+    energy = micro.stack("E_contact").sum(axis=1)
+    stored = Trace(micro["time"] - onset, energy, nc.look.COLOURS["contact"], "area")
+    pulses = [*forces(micro, origin=onset), Strip("stored", [stored], "J")]
+    columns = [
+        Column(family(macro, "x", "m", limits=(-0.12, 0.12)), {"": (0.0, 10.0)}, "ten seconds"),
+        Column(pulses, {"": (-5e-6, 1e-4)}, "the first click", "time after the first onset"),
     ]
-    stored = Trace(
-        micro["time"] - onset, micro.stack("E_contact").sum(axis=1), nc.look.COLOURS["contact"], "area"
-    )
-    pulses = [*forces(micro, origin=onset), Strip("stored", "J", [stored])]
-    return Plot(
-        "run",
-        "",
-        "",
-        [
-            Column("ten seconds", "time", "s", positions, [View("", 0.0, 10.0)]),
-            Column("the first click", "time after the first onset", "s", pulses, [View("", -5e-6, 1e-4)]),
-        ],
-        height=0.8,
-    )
+    return Plot("run", "", "", columns, height=0.8)
 
 
 def svg(plot: Plot, path: Path) -> None:
@@ -90,13 +80,8 @@ def svg(plot: Plot, path: Path) -> None:
 def photographs(fmus, report: Path, docs: Path) -> None:
     """The animation in a click and between two, and the top of the report."""
     options = webdriver.ChromeOptions()
-    for argument in (
-        "headless=new",
-        "no-sandbox",
-        "hide-scrollbars",
-        "window-size=1280,860",
-        "use-angle=swiftshader",
-    ):
+    window = "headless=new no-sandbox hide-scrollbars window-size=1280,860 use-angle=swiftshader"
+    for argument in window.split():
         options.add_argument(f"--{argument}")
     browser = webdriver.Chrome(options=options, service=Service(shutil.which("chromedriver")))
     try:

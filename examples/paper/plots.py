@@ -35,32 +35,24 @@ class Trace:
 
 @dataclass(frozen=True)
 class Strip:
-    """One diagram: quantity, its unit ("" for pure numbers), curves, range of the axis (None: fitted)."""
+    """One diagram: quantity, curves, its unit ("" for pure numbers), range of the axis (None: fitted)."""
 
     label: str
-    unit: str
     traces: list[Trace]
+    unit: str = ""
     limits: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
-class View:
-    """A range of the horizontal axis to look at, and the name of its button."""
-
-    label: str
-    left: float
-    right: float
-
-
-@dataclass(frozen=True)
 class Column:
-    """Strips above each other that share a horizontal axis. The first view is shown first."""
+    """Strips above each other that share a horizontal axis. `views`: ranges of it to look at, by the name of their button; the first
+    one is shown first."""
 
-    title: str
-    xlabel: str
-    xunit: str
     strips: list[Strip]
-    views: list[View]
+    views: dict[str, tuple[float, float]]
+    title: str = ""
+    xlabel: str = "time"
+    xunit: str = "s"
 
 
 @dataclass(frozen=True)
@@ -76,70 +68,68 @@ class Plot:
     files: tuple[str, ...] = ()
 
 
-def forces(result, colours=COLOURS, *, origin: float = 0.0, limits=None) -> list[Strip]:
-    """A strip for each contact force of a run; time counted from `origin` (s)."""
-    time = result["time"] - origin
-    count = result.stack("F").shape[1]
-    names = [f"F[{i}]" for i in range(1, count + 1)]
+def family(result, name: str, unit: str, *, origin=0.0, limits=None, style="line", colours=COLOURS):
+    """A strip for each element of an array of a run; time counted from `origin` (s)."""
+    time, count = result["time"] - origin, result.stack(name).shape[1]
+    elements = [f"{name}[{i}]" for i in range(1, count + 1)]
     return [
-        Strip(name, "N", [Trace(time, result[name], colour, "area")], limits)
-        for name, colour in zip(names, colours, strict=False)
+        Strip(element, [Trace(time, result[element], colour, style)], unit, limits)
+        for element, colour in zip(elements, colours, strict=False)
     ]
+
+
+def forces(result, **options) -> list[Strip]:
+    """A strip for each contact force of a run, as `family`."""
+    return family(result, "F", "N", style="area", **options)
+
+
+STYLE = {
+    "font.family": "DejaVu Sans",
+    "font.size": 9,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.linewidth": 0.6,
+    "lines.linewidth": 1.3,
+    "lines.markersize": 4.5,
+    "grid.color": GRID,
+    "axes.edgecolor": FAINT,
+} | dict.fromkeys(["axes.labelcolor", "axes.titlecolor", "xtick.color", "ytick.color"], INK)
 
 
 def save_picture(plot: Plot, path: Path, **options) -> None:
     """Draws a plot with its title and caption and writes it, as PNG or what the path's suffix says."""
-    plt.rcParams.update(
-        {
-            "font.family": "DejaVu Sans",
-            "font.size": 9,
-            "axes.spines.top": False,
-            "axes.spines.right": False,
-            "axes.edgecolor": FAINT,
-            "axes.labelcolor": INK,
-            "axes.titlecolor": INK,
-            "xtick.color": INK,
-            "ytick.color": INK,
-            "axes.grid": True,
-            "grid.color": GRID,
-            "grid.linewidth": 0.6,
-            "lines.linewidth": 1.3,
-            "lines.markersize": 4.5,
-        }
-    )
+    plt.rcParams.update(STYLE)
     rows = max(len(column.strips) for column in plot.columns)
-    figure, axes = plt.subplots(
-        rows,
-        len(plot.columns),
-        figsize=(9.0, 1.7 + plot.height * rows),
-        sharex="col",
-        squeeze=False,
-        layout="constrained",
-    )
+    size = (9.0, 1.7 + plot.height * rows)
+    shape = {"sharex": "col", "squeeze": False, "layout": "constrained", "figsize": size}
+    figure, axes = plt.subplots(rows, len(plot.columns), **shape)
     if plot.title:
         figure.suptitle(plot.title, fontsize=12, fontweight="bold", color=INK, x=0.01, ha="left")
     for column, strips in zip(plot.columns, axes.T, strict=True):
         _draw_column(column, strips)
     if plot.caption:
-        caption = textwrap.fill(plot.caption, 150)
-        figure.supxlabel(
-            caption, fontsize=8.5, color=nc.look.COLOURS["soft"], x=0.01, ha="left", linespacing=1.5
-        )
+        look = {
+            "fontsize": 8.5,
+            "color": nc.look.COLOURS["soft"],
+            "x": 0.01,
+            "ha": "left",
+            "linespacing": 1.5,
+        }
+        figure.supxlabel(textwrap.fill(plot.caption, 150), **look)
     figure.savefig(path, dpi=130, **options)
     plt.close(figure)
 
 
 def _draw_column(column: Column, axes) -> None:
-    view = column.views[0]
+    view = next(iter(column.views.values()))
     for strip, axis in zip(column.strips, axes, strict=False):
         for trace in strip.traces:
             _draw_trace(trace, axis)
-        axis.set(ylabel=strip.label, xlim=(view.left, view.right))
+        axis.set(ylabel=strip.label, xlim=view, ylim=strip.limits)
         axis.yaxis.set_major_formatter(EngFormatter(strip.unit) if strip.unit else "{x:g}")
         axis.xaxis.set_major_formatter(EngFormatter(column.xunit) if column.xunit else "{x:g}")
         axis.yaxis.set_major_locator(plt.MaxNLocator(4))
-        if strip.limits is not None:
-            axis.set_ylim(*strip.limits)
         if any(trace.label for trace in strip.traces):
             axis.legend(frameon=False, fontsize=8)
     for axis in axes[len(column.strips) :]:

@@ -10,8 +10,6 @@ from plots import COLOURS, Plot
 from support import Check, nc
 
 ASSETS = Path(__file__).parent / "report"
-
-
 SCRIPTS = ("axes.js", "charts.js")
 
 
@@ -58,37 +56,19 @@ class Arrays:
 
 def figure(plot: Plot, data: Arrays) -> dict:
     """A plot as the script reads it."""
-    return {
-        "name": plot.name,
-        "height": round(plot.height * 80),
-        "columns": [
-            {
-                "title": column.title,
-                "xlabel": column.xlabel,
-                "xunit": column.xunit,
-                "views": [[view.label, view.left, view.right] for view in column.views],
-                "strips": [
-                    {
-                        "label": strip.label,
-                        "unit": strip.unit,
-                        "limits": strip.limits,
-                        "traces": [
-                            {
-                                "x": data.place(trace.x, "f8"),
-                                "y": data.place(trace.y, "f4"),
-                                "colour": themed(trace.colour),
-                                "style": trace.style,
-                                "label": trace.label,
-                            }
-                            for trace in strip.traces
-                        ],
-                    }
-                    for strip in column.strips
-                ],
-            }
-            for column in plot.columns
-        ],
-    }
+
+    def trace(trace) -> dict:
+        places = {"x": data.place(trace.x, "f8"), "y": data.place(trace.y, "f4")}
+        return vars(trace) | places | {"colour": themed(trace.colour)}
+
+    def strip(strip) -> dict:
+        return vars(strip) | {"traces": list(map(trace, strip.traces))}
+
+    def column(column) -> dict:
+        views = [[label, *view] for label, view in column.views.items()]
+        return vars(column) | {"views": views, "strips": list(map(strip, column.strips))}
+
+    return {"name": plot.name, "height": round(plot.height * 80), "columns": list(map(column, plot.columns))}
 
 
 def themed(colour: str) -> str:
@@ -102,25 +82,20 @@ def entry(plot: Plot) -> str:
 
 
 def section(plot: Plot) -> str:
-    """Where the script puts a plot's charts, with its caption."""
+    """Where the script puts a plot's charts, with its caption and the files with its numbers."""
+    names = ", ".join(f'<a href="{escape(name)}">{escape(name)}</a>' for name in plot.files)
+    links = f'\n<p class="files">Numbers: {names}</p>' if names else ""
     return (
         f'<section id="{plot.name}"><h2>{escape(plot.title)}</h2>\n'
-        f'<div class="charts"></div>\n<p class="caption">{escape(plot.caption)}</p>{links(plot)}</section>'
+        f'<div class="charts"></div>\n<p class="caption">{escape(plot.caption)}</p>{links}</section>'
     )
-
-
-def links(plot: Plot) -> str:
-    """The files with a plot's numbers."""
-    names = [f'<a href="{escape(name)}">{escape(name)}</a>' for name in plot.files]
-    return f'\n<p class="files">Numbers: {", ".join(names)}</p>' if names else ""
 
 
 def row(check: Check) -> str:
     """A line of the table of checks."""
-    cells = "".join(f"<td>{escape(text)}</td>" for text in (check.figure, check.what))
-    numbers = "".join(
-        f'<td class="number" data-name="{name}">{escape(text)}</td>'
-        for name, text in (("measured", check.measured), ("required", check.required))
-    )
     verdict = '<td class="holds">agrees</td>' if check.holds else '<td class="fails">DIFFERS</td>'
-    return f"<tr>{cells}{numbers}{verdict}</tr>"
+    return (
+        f"<tr><td>{escape(check.figure)}</td><td>{escape(check.what)}</td>"
+        f'<td class="number" data-name="measured">{escape(check.measured)}</td>'
+        f'<td class="number" data-name="required">{escape(check.required)}</td>{verdict}</tr>'
+    )

@@ -1,4 +1,4 @@
-"""What the figure scripts share: the command line, checks and CSV files."""
+"""What the experiments share: the command line, and what they find: checks, plots and CSV files."""
 
 import argparse
 import csv
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from plots import ROOT, Plot, nc, save_picture
+from plots import ROOT, Column, Plot, nc, save_picture
 
 
 @dataclass(frozen=True)
@@ -23,14 +23,6 @@ class Check:
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """What a figure script found: the checks of its numbers, and its plots."""
-
-    checks: list[Check]
-    plots: list[Plot]
-
-
-@dataclass(frozen=True)
 class Fmus:
     """The FMUs that the figures need: one of five balls, one of 13."""
 
@@ -38,78 +30,90 @@ class Fmus:
     thirteen: nc.Fmu
 
 
-def within(figure: str, what: str, value: float, wanted: float, tolerance: float, unit: str = "") -> Check:
-    """A number that must lie within an absolute tolerance of a known one."""
-    digits = max(4, int(np.ceil(-np.log10(tolerance / max(abs(wanted), tolerance)))) + 3)
-    shown = f"{value:.{digits}g} {unit}".strip()
-    required = f"{wanted:.{digits}g} ± {tolerance:.0e} {unit}".strip()
-    return Check(figure, what, shown, required, bool(abs(value - wanted) <= tolerance))
+class Found:
+    """What experiments have found: checks of numbers, plots, and files with the numbers in the folder `out`."""
 
+    def __init__(self, out: Path):
+        out.mkdir(parents=True, exist_ok=True)
+        self.out, self.checks, self.plots = out, [], []
+        self._files: list[str] = []  # that the next plot shows
 
-def at_most(figure: str, what: str, value: float, limit: float, unit: str = "") -> Check:
-    """An error that must not exceed a limit."""
-    measured, required = f"{value:.1e} {unit}".strip(), f"<= {limit:.0e} {unit}".strip()
-    return Check(figure, what, measured, required, bool(value <= limit))
+    def _check(self, figure: str, what: str, measured: str, required: str, holds: bool) -> None:
+        self.checks.append(Check(figure, what, measured.strip(), required.strip(), bool(holds)))
 
+    def within(self, figure: str, what: str, value: float, wanted: float, tolerance: float, unit="") -> None:
+        """A number that must lie within an absolute tolerance of a known one."""
+        digits = max(4, int(np.ceil(-np.log10(tolerance / max(abs(wanted), tolerance)))) + 3)
+        required = f"{wanted:.{digits}g} ± {tolerance:.0e} {unit}"
+        self._check(figure, what, f"{value:.{digits}g} {unit}", required, abs(value - wanted) <= tolerance)
 
-def at_least(figure: str, what: str, value: float, limit: float, unit: str = "") -> Check:
-    """An effect that must be there."""
-    measured, required = f"{value:.3g} {unit}".strip(), f">= {limit:.3g} {unit}".strip()
-    return Check(figure, what, measured, required, bool(value >= limit))
+    def at_most(self, figure: str, what: str, value: float, limit: float, unit="") -> None:
+        """An error that must not exceed a limit."""
+        self._check(figure, what, f"{value:.1e} {unit}", f"<= {limit:.0e} {unit}", value <= limit)
 
+    def at_least(self, figure: str, what: str, value: float, limit: float, unit="") -> None:
+        """An effect that must be there."""
+        self._check(figure, what, f"{value:.3g} {unit}", f">= {limit:.3g} {unit}", value >= limit)
 
-def between(figure: str, what: str, values, low: float, high: float, unit: str = "") -> Check:
-    """Several numbers that must all lie in an interval."""
-    first, last = min(values), max(values)
-    measured, required = f"{first:.5f} to {last:.5f} {unit}", f"{low} to {high} {unit}"
-    return Check(figure, what, measured.strip(), required.strip(), bool(low <= first and last <= high))
+    def between(self, figure: str, what: str, values, low: float, high: float, unit="") -> None:
+        """Several numbers that must all lie in an interval."""
+        first, last = min(values), max(values)
+        measured, required = f"{first:.5f} to {last:.5f} {unit}", f"{low} to {high} {unit}"
+        self._check(figure, what, measured, required, low <= first and last <= high)
 
+    def equal(self, figure: str, what: str, value, wanted) -> None:
+        """A value that must match exactly."""
+        self._check(figure, what, str(value), str(wanted), value == wanted)
 
-def conserved(figure: str, result: nc.Result, speed: float) -> list[Check]:
-    """Energy over a run, and momentum over each impact sequence relative to that of 1 kg at `speed` (m/s)."""
-    defect = np.abs(nc.momentum_of_sequences(result)).max() / speed
-    seconds = result["time"][-1]
-    return [
-        at_most(figure, f"energy error over {seconds:g} s", nc.energy_error(result), 1e-10),
-        at_most(figure, "momentum defect per sequence / m v", defect, 1e-12),
-    ]
+    def conserved(self, figure: str, result: nc.Result, speed: float) -> None:
+        """Energy over a run, and momentum over each impact sequence relative to that of 1 kg at `speed` (m/s)."""
+        error, defect = nc.energy_error(result), np.abs(nc.momentum_of_sequences(result)).max()
+        self.at_most(figure, f"energy error over {result['time'][-1]:g} s", error, 1e-10)
+        self.at_most(figure, "momentum defect per sequence / m v", defect / speed, 1e-12)
 
+    def save(self, name: str, table: np.ndarray) -> None:
+        """Writes a structured array as CSV: quoted names, 17 digits, Booleans as 0 and 1, SI units. The next plot links it.
 
-def equal(figure: str, what: str, value, wanted) -> Check:
-    """A value that must match exactly."""
-    return Check(figure, what, str(value), str(wanted), bool(value == wanted))
+        The layout is the one FMPy's `read_csv` and the FMI cross-check use.
+        """
+        with (self.out / name).open("w", newline="", encoding="ascii") as file:
+            file.write(",".join(f'"{column}"' for column in table.dtype.names) + "\n")
+            for row in table:
+                cells = (
+                    f"{value:.17g}" if isinstance(value, float) else f"{value:d}" for value in row.item()
+                )
+                file.write(",".join(cells) + "\n")
+        self._files.append(name)
 
+    def save_rows(self, name: str, rows) -> None:
+        """Writes rows of texts and numbers as CSV. The next plot links it."""
+        with (self.out / name).open("w", newline="", encoding="utf-8") as file:
+            csv.writer(file).writerows(rows)
+        self._files.append(name)
 
-def print_checks(checks: list[Check]) -> bool:
-    """Prints the table of checks; returns True if all pass."""
-    rows = [("figure", "what", "measured", "required", "")]
-    rows += [(c.figure, c.what, c.measured, c.required, "agrees" if c.holds else "DIFFERS") for c in checks]
-    widths = [max(len(row[i]) for row in rows) for i in range(5)]
-    for i, row in enumerate(rows):
-        print("  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip())
-        if i == 0:
-            print("  " + "  ".join("-" * width for width in widths))
-    return all(c.holds for c in checks)
+    def plot(self, name: str, title: str, caption: str, columns: list[Column], height: float = 1.25) -> None:
+        """Draws a plot as PNG; it links the files that were saved since the last one."""
+        self.plots.append(Plot(name, title, caption, columns, height, tuple(self._files)))
+        self._files.clear()
+        path = self.out / f"{name}.png"
+        save_picture(self.plots[-1], path)
+        print(f"  wrote {shorter(path)}")
 
-
-def save_checks(checks: list[Check], path: Path) -> None:
-    """Writes the table of checks as CSV."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        table = csv.writer(file)
-        table.writerow(["figure", "what", "measured", "required", "holds"])
-        table.writerows([c.figure, c.what, c.measured, c.required, int(c.holds)] for c in checks)
-
-
-def save_csv(path: Path, table: np.ndarray) -> None:
-    """Writes a structured array as CSV: quoted names, 17 digits, Booleans as 0 and 1, SI units.
-
-    The layout is the one FMPy's `read_csv` and the FMI cross-check use.
-    """
-    with path.open("w", newline="", encoding="ascii") as file:
-        file.write(",".join(f'"{name}"' for name in table.dtype.names) + "\n")
+    def conclude(self) -> bool:
+        """Prints the table of checks, and writes it as checks.csv; returns True if all pass."""
+        head = ("figure", "what", "measured", "required")
+        rows = [(c.figure, c.what, c.measured, c.required) for c in self.checks]
+        marks = ["agrees" if c.holds else "DIFFERS" for c in self.checks]
+        table = [(*head, ""), *((*row, mark) for row, mark in zip(rows, marks, strict=True))]
+        widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+        table.insert(1, tuple("-" * width for width in widths))
         for row in table:
-            cells = (f"{value:.17g}" if isinstance(value, float) else f"{value:d}" for value in row.item())
-            file.write(",".join(cells) + "\n")
+            line = "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))
+            print(f"  {line}".rstrip())
+        holds = [int(c.holds) for c in self.checks]
+        lines = [(*row, held) for row, held in zip(rows, holds, strict=True)]
+        self.save_rows("checks.csv", [(*head, "holds"), *lines])
+        return all(holds)
 
 
 def command_line(description: str) -> argparse.Namespace:
@@ -119,9 +123,7 @@ def command_line(description: str) -> argparse.Namespace:
     parser.add_argument("--fmu", type=Path, default=built / "NewtonsCradle.fmu", help="FMU of five balls")
     parser.add_argument("--fmu13", type=Path, default=built / "NewtonsCradle13.fmu", help="FMU of 13 balls")
     parser.add_argument("--out", type=Path, default=ROOT / "out/paper", help="folder for CSV and pictures")
-    options = parser.parse_args()
-    options.out.mkdir(parents=True, exist_ok=True)
-    return options
+    return parser.parse_args()
 
 
 @contextmanager
@@ -140,21 +142,13 @@ def opened(options: argparse.Namespace):
         )
 
 
-def draw(outcome: Outcome, out: Path) -> None:
-    """Writes a PNG for each plot."""
-    for plot in outcome.plots:
-        path = out / f"{plot.name}.png"
-        save_picture(plot, path)
-        print(f"  wrote {shorter(path)}")
-
-
 def run_script(run, description: str) -> None:
-    """Runs one figure from the command line; the exit code is 1 if a check fails."""
+    """Runs one experiment from the command line; the exit code is 1 if a check fails."""
     options = command_line(description)
+    found = Found(options.out)
     with opened(options) as fmus:
-        outcome = run(fmus, options.out)
-    draw(outcome, options.out)
-    sys.exit(0 if print_checks(outcome.checks) else 1)
+        run(fmus, found)
+    sys.exit(0 if found.conclude() else 1)
 
 
 def shorter(path: Path) -> Path:

@@ -1,16 +1,11 @@
-//! FMI 3.0 with the `fmi` crate as the host: a cradle of another size, its events and clocks, and model exchange.
-
-mod support;
+//! FMI 3.0 with the `fmi` crate as the host: cradles of any size, their events and clocks. For FMI 2.0, fmi-sim is a host of
+//! that crate (`test_hosts.py`).
 
 use fmi::EventFlags;
 use fmi::fmi3::import::Fmi3Import;
-use fmi::fmi3::{CoSimulation, Common, Fmi3Model, GetSet, ModelExchange};
+use fmi::fmi3::{CoSimulation, Common, Fmi3Model, GetSet};
 use newtons_cradle::engine::{Engine, Results};
 use newtons_cradle::variables::{Array, START_TIME, STOP_TIME, Settings};
-
-fn import() -> Fmi3Import {
-    fmi::import::from_path(support::fmu3()).unwrap()
-}
 
 fn vr(name: &str) -> u32 {
     Array::named(name).unwrap().reference()
@@ -37,7 +32,7 @@ fn count_ticks(instance: &mut impl Common, onsets: &mut [u64], releases: &mut [u
 
 #[test]
 fn steps_end_at_the_events_of_a_cradle_of_any_size() {
-    let import = import();
+    let import: Fmi3Import = fmi::import::from_path(cradle_host_fmi_rs::fmu3()).unwrap();
     for balls in [1, 2, 5, 13, 1000] {
         let mut instance = import.instantiate_cs("cradle", false, true, true, true, &[]).unwrap();
         assert_eq!(instance.get_version(), "3.0");
@@ -76,39 +71,4 @@ fn steps_end_at_the_events_of_a_cradle_of_any_size() {
         assert!(balls == 1 || pulses.iter().any(|count| *count > 0));
         assert!(instance.set_uint64(&[vr("n")], &[3]).is_err());
     }
-}
-
-#[test]
-fn euler_leaves_its_own_error() {
-    const STEP: f64 = 1e-3; // s
-    const STEPS: i32 = 10_000;
-    let import = import();
-    let mut instance = import.instantiate_me("cradle", false, true).unwrap();
-    instance.enter_initialization_mode(None, START_TIME, None).unwrap();
-    instance.exit_initialization_mode().unwrap();
-    let states = instance.get_number_of_continuous_states().unwrap();
-    let indicators = instance.get_number_of_event_indicators().unwrap();
-    assert_eq!((states, indicators), (17, 10));
-    let (mut onsets, mut releases) = ([0; 5], [0; 5]);
-    let (mut y, mut rates) = (vec![0.0; states], vec![0.0; states]);
-    for k in 1..=STEPS {
-        count_ticks(&mut instance, &mut onsets, &mut releases);
-        ModelExchange::enter_continuous_time_mode(&mut instance).unwrap();
-        ModelExchange::get_continuous_states(&mut instance, &mut y).unwrap();
-        ModelExchange::get_continuous_state_derivatives(&mut instance, &mut rates).unwrap();
-        y.iter_mut().zip(&rates).for_each(|(y, rate)| *y += STEP * rate);
-        ModelExchange::set_time(&mut instance, START_TIME + f64::from(k) * STEP).unwrap();
-        ModelExchange::set_continuous_states(&mut instance, &y).unwrap();
-        let (mut enter, mut terminate) = (false, false);
-        ModelExchange::completed_integrator_step(&mut instance, true, &mut enter, &mut terminate).unwrap();
-        ModelExchange::get_event_indicators(&mut instance, &mut vec![0.0; indicators]).unwrap();
-        // An event with nothing due changes nothing: there may be one after every step.
-        Common::enter_event_mode(&mut instance).unwrap();
-    }
-    count_ticks(&mut instance, &mut onsets, &mut releases);
-    let mut energy = [0.0];
-    instance.get_float64(&[vr("E_total")], &mut energy).unwrap();
-    assert_eq!((onsets, releases), ([7, 14, 14, 7, 0], [7, 14, 14, 7, 0]));
-    let expected = 0.05 * (1.0 + 5.0 * STEP * STEP).powi(STEPS);
-    assert!((energy[0] / expected - 1.0).abs() < 1e-11, "{} {expected}", energy[0]);
 }

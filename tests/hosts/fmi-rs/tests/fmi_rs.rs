@@ -1,21 +1,17 @@
 //! The `fmi-rs` crate of CATIA-Systems, another one than `fmi`, as the host, with its own simulation loops: what it
 //! finds wrong with descriptions, and the same bits from FMUs of both versions in co-simulation and in model exchange.
 
-mod support;
-
 use std::collections::HashSet;
 use std::path::Path;
 use std::sync::Arc;
 
-use fmi_rs::fmi3::builder::FMU3Builder;
-use fmi_rs::fmi3::types::fmi3Status::Ok as OK;
-use fmi_rs::fmi3::{FMU3, LibraryKind};
+use fmi_rs::fmi3::LibraryKind;
 use fmi_rs::model_description::{fmi2, fmi3};
 use fmi_rs::sim::solver::{Dae, Ode, Solver, SolverFactory};
 use fmi_rs::sim::{SimulationError, fmi2 as sim2, fmi3 as sim3};
 use fmi_rs::zip::extract_zip_archive;
 use newtons_cradle::engine::{Engine, Pulse, Results};
-use newtons_cradle::variables::{Array, Description, START_TIME, STOP_TIME, Settings};
+use newtons_cradle::variables::{Description, START_TIME, STOP_TIME, Settings};
 use tempfile::TempDir;
 
 /// Relative, to tell times apart: contacts of a row may close within some 1e-14 s.
@@ -48,7 +44,7 @@ fn unpacked(path: &Path) -> TempDir {
 
 /// Runs the FMU of FMI 2.0 with this solver, or in co-simulation.
 fn run2(step: f64, solver: Option<Steps>) -> Record {
-    let folder = unpacked(&support::fmu());
+    let folder = unpacked(&cradle_host_fmi_rs::fmu());
     let model = Arc::new(fmi2::ModelDescription::from_path(&folder.path().join("modelDescription.xml")).unwrap());
     let names = COMPARED.iter().flat_map(|(name, count)| match count {
         0 => vec![(*name).to_owned()],
@@ -87,7 +83,7 @@ fn run2(step: f64, solver: Option<Steps>) -> Record {
 
 /// Runs the FMU of FMI 3.0 likewise. The elements of arrays over contacts that belong to none are left out.
 fn run3(step: f64, solver: Option<Steps>, [events, early]: [bool; 2]) -> Record {
-    let folder = unpacked(&support::fmu3());
+    let folder = unpacked(&cradle_host_fmi_rs::fmu3());
     let model = Arc::new(fmi3::ModelDescription::from_path(&folder.path().join("modelDescription.xml")).unwrap());
     let indices = COMPARED.iter().map(|(name, _)| model.variable_index_by_name(name).unwrap()).collect();
     let recorder = Arc::new(sim3::recorder::Recorder::new(sim3::Trajectories::new(model.clone(), indices)));
@@ -230,59 +226,4 @@ fn model_exchange_gives_the_same_bits_in_both_versions() {
     let growth = 5.0 / 1024.0_f64.powi(2);
     let (most, cuts) = (0.05 * (1.0 + growth).powi(10_240), two.len() as f64);
     assert!((1.0 - cuts * growth / 2.0..1.0).contains(&(energy / most)), "{energy} {most}");
-}
-
-fn vr(name: &str) -> [u32; 1] {
-    [Array::named(name).unwrap().reference()]
-}
-
-/// Takes part in the events that are due, counts the onsets of each contact, and goes on to step mode.
-fn take_part(fmu: &FMU3, onsets: &mut [u64]) {
-    let mut again = true;
-    while again {
-        let (mut active, mut closed) = ([false], vec![false; onsets.len()]);
-        assert_eq!(fmu.getClock(&vr("onset.clock"), &mut active), OK);
-        assert_eq!(fmu.getBoolean(&vr("onset.closed"), &mut closed), OK);
-        onsets.iter_mut().zip(closed).for_each(|(count, closed)| *count += u64::from(active[0] && closed));
-        let [mut terminate, mut nominals, mut values] = [false; 3];
-        let status = fmu.updateDiscreteStates(&mut again, &mut terminate, &mut nominals, &mut values, &mut None);
-        assert!(status == OK && !terminate);
-    }
-    assert_eq!(fmu.enterStepMode(), OK);
-}
-
-#[test]
-fn the_host_chooses_the_number_of_balls() {
-    let builder = FMU3Builder::new(&support::fmu3()).unwrap();
-    for balls in [1, 2, 13, 1000] {
-        let fmu = builder.instantiate_cs("cradle").unwrap();
-        assert_eq!(fmu.enterConfigurationMode(), OK);
-        assert_eq!(fmu.setUInt64(&vr("n"), &[balls as u64]), OK);
-        assert_eq!(fmu.exitConfigurationMode(), OK);
-        assert_eq!(fmu.enterInitializationMode(None, START_TIME, None), OK);
-        assert_eq!(fmu.exitInitializationMode(), OK);
-        let mut onsets = vec![0; balls];
-        take_part(&fmu, &mut onsets);
-        let (mut time, stop) = (START_TIME, if balls == 1000 { 1.0 } else { STOP_TIME });
-        while time < stop {
-            let ([mut events, mut terminate, mut early], mut reached) = ([false; 3], time);
-            let length = stop - time;
-            let status = fmu.doStep(time, length, true, &mut events, &mut terminate, &mut early, &mut reached);
-            assert!(status == OK && reached > time && !terminate);
-            time = reached;
-            if events {
-                assert_eq!(fmu.enterEventMode(), OK);
-                take_part(&fmu, &mut onsets);
-            }
-        }
-        let settings = Settings::default_for(balls);
-        let mut engine = Engine::new(&settings.parameters, &settings.inputs, START_TIME).unwrap();
-        engine.advance(stop, &mut Vec::new()).unwrap();
-        let mut x = vec![f64::NAN; balls];
-        assert_eq!(fmu.getFloat64(&vr("x"), &mut x), OK);
-        assert!(x.iter().enumerate().all(|(i, x)| x.to_bits() == engine.x(i).to_bits()), "{balls}");
-        let expected: Vec<u64> = (0..balls - 1).map(|i| engine.pulses(i)).chain([0]).collect();
-        assert_eq!(onsets, expected);
-        assert_ne!(fmu.setUInt64(&vr("n"), &[3]), OK);
-    }
 }
