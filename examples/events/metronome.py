@@ -151,23 +151,21 @@ def compare(path: Path, stop: float) -> list[dict]:
         clicks = by_events(cradle, stop) if step is None else by_grid(cradle, stop, step)
         seconds = time.perf_counter() - started
         # All that moves beside the force is one ball: its energy in a click is the total less what it has stored against the force.
-        outside = sum(cradle.get("x", BALLS))
-        total = cradle.get("E_total")[0] + FORCE * abs(outside)
+        total = cradle.get("E_total")[0] + FORCE * abs(sum(cradle.get("x", BALLS)))
+        late = [told - (first + i * period) for i, told in enumerate(clicks)]
+        row = {
+            "way": "event mode" if step is None else f"grid of {step:g} s",
+            "step": step,
+            "calls": cradle.calls,
+            "seconds": seconds,
+            "clicks": len(clicks),
+            "energy_error": abs(total / energy - 1),
+            "time_error": max(map(abs, late)),
+            "late": late,
+        }
+        rows.append(row)
         cradle.terminate()
         cradle.freeInstance()
-        late = [told - (first + i * period) for i, told in enumerate(clicks)]
-        rows.append(
-            {
-                "way": "event mode" if step is None else f"grid of {step:g} s",
-                "step": step,
-                "calls": cradle.calls,
-                "seconds": seconds,
-                "clicks": clicks,
-                "energy_error": abs(total / energy - 1),
-                "late": late,
-                "time_error": max(map(abs, late)),
-            }
-        )
     return rows
 
 
@@ -178,21 +176,16 @@ def save_plot(path: Path, rows: list[dict]) -> None:
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    plt.rcParams.update({"font.family": "DejaVu Sans", "font.size": 9})
+    plt.rcParams.update({"font.family": "DejaVu Sans", "font.size": 9, "axes.grid": True, "grid.alpha": 0.3})
     figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.6), layout="constrained")
     for row, colour in zip(rows, ("#208030", "#c04000", "#0060a0", "#805080"), strict=True):
         left.loglog(row["calls"], max(row["energy_error"], 1e-16), "o", color=colour, label=row["way"])
         numbers = range(1, len(row["late"]) + 1)
         right.semilogy(numbers, np.maximum(np.abs(row["late"]), 1e-16), ".-", color=colour, linewidth=1)
-    left.set_xlabel("steps and iterations of events")
-    left.set_ylabel("energy error / energy")
-    right.set_xlabel("click")
-    right.set_ylabel("time error, s")
+    left.set(xlabel="steps and iterations of events", ylabel="energy error / energy")
+    right.set(xlabel="click", ylabel="time error, s")
     left.legend(fontsize=8)
-    for axis in (left, right):
-        axis.grid(alpha=0.3)
     figure.savefig(path, dpi=110)
-    plt.close(figure)
 
 
 def main() -> int:
@@ -209,13 +202,12 @@ def main() -> int:
         return 1
     rows = compare(arguments.fmu, arguments.stop)
     arguments.out.mkdir(parents=True, exist_ok=True)
-    table = [row | {"clicks": len(row["clicks"])} for row in rows]
     with (arguments.out / "metronome.csv").open("w", newline="") as file:
         writer = csv.DictWriter(file, COLUMNS, extrasaction="ignore")
         writer.writeheader()
-        writer.writerows(table)
+        writer.writerows(rows)
     print(f"{'way':18} {'calls':>7} {'s':>6} {'clicks':>6} {'energy error':>12} {'time error, s':>13}")
-    for row in table:
+    for row in rows:
         print(
             f"{row['way']:18} {row['calls']:7d} {row['seconds']:6.2f} {row['clicks']:6d} "
             f"{row['energy_error']:12.1e} {row['time_error']:13.1e}"

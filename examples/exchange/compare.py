@@ -8,6 +8,7 @@ evaluations: of the derivatives, which the host asks for, or of the contact forc
 
 import argparse
 import csv
+import math
 import sys
 import time
 from pathlib import Path
@@ -27,7 +28,10 @@ TOLERANCES = {
     "co-simulation": [10.0**-k for k in (6, 8, 10, 12)],
 }
 PULSES = [f"pulses[{i}]" for i in range(1, 5)]
-WORK = ["solver.steps", "solver.evaluations"]
+FIGURES = {  # start values as FMPy takes them: without names of items, all of which are defaults here
+    name: {key: value for key, value in values.items() if not isinstance(value, str)}
+    for name, values in {"Figure 5": nc.figure5(), "Figure 6": nc.figure6()}.items()
+}
 COLUMNS = ["figure", "way", "tolerance", "error", "evaluations", "seconds", "pulses"]
 
 
@@ -40,22 +44,22 @@ class Unpacked:
 
     def run(self, way: str, values: dict, tolerance: float, stop: float) -> dict:
         """One run: its relative energy error, its cost, and its pulses."""
-        kind = "CoSimulation" if way == "co-simulation" else "ModelExchange"
+        exchange = way != "co-simulation"
+        kind = "ModelExchange" if exchange else "CoSimulation"
         instance = instantiate_fmu(self.folder, self.description, kind)
         evaluations = 0
-        own = getattr(instance, "getDerivatives", None)
+        if exchange:
+            own = instance.getDerivatives
 
-        def counted(*arguments):
-            nonlocal evaluations
-            evaluations += 1
-            return own(*arguments)
+            def counted(*arguments):
+                nonlocal evaluations
+                evaluations += 1
+                return own(*arguments)
 
-        chosen = dict(values)
-        if own:
             instance.getDerivatives = counted
-            chosen["exchange.contacts"] = RESOLVED if way == "resolved" else MAPPED
+            values = values | {"exchange.contacts": RESOLVED if way == "resolved" else MAPPED}
         else:
-            chosen["solver.tolerance"] = tolerance
+            values = values | {"solver.tolerance": tolerance}
         begin = time.perf_counter()
         try:
             result = fmpy.simulate_fmu(
@@ -63,49 +67,37 @@ class Unpacked:
                 model_description=self.description,
                 fmu_instance=instance,
                 fmi_type=kind,
-                start_values=chosen,
+                start_values=values,
                 stop_time=stop,
                 output_interval=0.01,
-                relative_tolerance=tolerance if own else None,
-                output=["E_total", "E_residual", *PULSES, *WORK],
+                relative_tolerance=tolerance if exchange else None,
+                output=["E_total", "E_residual", *PULSES, "solver.evaluations"],
                 record_events=False,
             )
         except RuntimeError:
             # CVODE gave up, as it does after 500 steps within one interval of the output.
-            return {"error": float("nan"), "evaluations": evaluations, "seconds": float("nan"), "pulses": ()}
+            return {"error": math.nan, "evaluations": evaluations, "seconds": math.nan, "pulses": ()}
         finally:
             instance.freeInstance()
         return {
             "error": abs(float(result["E_residual"][-1] / result["E_total"][0])),
-            "evaluations": evaluations if own else int(result["solver.evaluations"][-1]),
+            "evaluations": evaluations or int(result["solver.evaluations"][-1]),
             "seconds": time.perf_counter() - begin,
             "pulses": tuple(int(result[name][-1]) for name in PULSES),
         }
 
 
-def figures() -> dict[str, dict]:
-    """The start values of both figures, as numbers."""
-    numbers = {}
-    for name, values in (("Figure 5", nc.figure5()), ("Figure 6", nc.figure6())):
-        numbers[name] = {key: value for key, value in values.items() if not isinstance(value, str)}
-    return numbers
-
-
 def compare(path: Path, stop: float) -> list[dict]:
-    """All runs, as rows of the table."""
+    """All runs, as rows of the table; `right`: whether the pulses are those of co-simulation."""
     fmu, rows = Unpacked(path), []
-    for figure, values in figures().items():
+    for figure, values in FIGURES.items():
+        of_figure = []
         for way, tolerances in TOLERANCES.items():
             for tolerance in tolerances:
                 row = {"figure": figure, "way": way, "tolerance": tolerance}
-                rows.append(row | fmu.run(way, values, tolerance, stop))
+                of_figure.append(row | fmu.run(way, values, tolerance, stop))
+        rows += [row | {"right": row["pulses"] == of_figure[-1]["pulses"]} for row in of_figure]
     return rows
-
-
-def right(rows: list[dict], row: dict) -> bool:
-    """Whether the pulses of a run are those of co-simulation."""
-    exact = [other for other in rows if other["figure"] == row["figure"] and other["way"] == "co-simulation"]
-    return row["pulses"] == exact[-1]["pulses"]
 
 
 def save_plot(path: Path, rows: list[dict]) -> None:
@@ -115,36 +107,22 @@ def save_plot(path: Path, rows: list[dict]) -> None:
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    plt.rcParams.update({"font.family": "DejaVu Sans", "font.size": 9})
-    names = list(figures())
-    figure, axes = plt.subplots(1, len(names), figsize=(9, 4), sharey=True, layout="constrained")
-    for name, axis in zip(names, axes, strict=True):
+    plt.rcParams.update({"font.family": "DejaVu Sans", "font.size": 9, "axes.grid": True, "grid.alpha": 0.3})
+    figure, axes = plt.subplots(1, len(FIGURES), figsize=(9, 4), sharey=True, layout="constrained")
+    for name, axis in zip(FIGURES, axes, strict=True):
         for way, colour in zip(TOLERANCES, ("#c04000", "#0060a0", "#208030"), strict=True):
-            chosen = [
-                row
-                for row in rows
-                if row["figure"] == name and row["way"] == way and row["error"] == row["error"]
-            ]
-            cost, error = [row["evaluations"] for row in chosen], [max(row["error"], 1e-16) for row in chosen]
-            axis.loglog(cost, error, "-", color=colour, linewidth=1)
-            for filled in (True, False):
-                points = [
-                    (x, y)
-                    for x, y, row in zip(cost, error, chosen, strict=True)
-                    if right(rows, row) == filled
-                ]
-                label = (way if filled else f"{way}, wrong pulses") if points else None
-                face = colour if filled else "white"
-                axis.plot(
-                    *zip(*points, strict=True), "o", color=colour, markerfacecolor=face, label=label
-                ) if points else None
-        axis.set_title(name)
-        axis.set_xlabel("evaluations in 10 s")
-        axis.grid(alpha=0.3)
+            shown = [row for row in rows if (row["figure"], row["way"]) == (name, way) and row["pulses"]]
+            for right, style in ((None, "-"), (True, "o"), (False, "o")):
+                points = [row for row in shown if right in (None, row["right"])]
+                label = {None: None, True: way, False: f"{way}, wrong pulses"}[right] if points else None
+                cost = [row["evaluations"] for row in points]
+                error = [max(row["error"], 1e-16) for row in points]
+                face = "white" if right is False else colour
+                axis.loglog(cost, error, style, color=colour, linewidth=1, markerfacecolor=face, label=label)
+        axis.set(title=name, xlabel="evaluations in 10 s")
     axes[0].set_ylabel("energy error / energy")
     axes[1].legend(fontsize=8)
     figure.savefig(path, dpi=110)
-    plt.close(figure)
 
 
 def main() -> int:
@@ -160,13 +138,13 @@ def main() -> int:
     rows = compare(arguments.fmu, arguments.stop)
     arguments.out.mkdir(parents=True, exist_ok=True)
     with (arguments.out / "exchange.csv").open("w", newline="") as file:
-        writer = csv.DictWriter(file, COLUMNS)
+        writer = csv.DictWriter(file, COLUMNS, extrasaction="ignore")
         writer.writeheader()
         writer.writerows(rows)
     print(f"{'':9} {'way':14} {'tolerance':>9} {'error':>8} {'evaluations':>11} {'s':>6}  pulses")
     for row in rows:
         pulses = " ".join(map(str, row["pulses"])) or "gave up"
-        mark = "" if right(rows, row) else "  wrong"
+        mark = "" if row["right"] else "  wrong"
         print(
             f"{row['figure']:9} {row['way']:14} {row['tolerance']:9.0e} {row['error']:8.1e} {row['evaluations']:11d} "
             f"{row['seconds']:6.2f}  {pulses}{mark}"

@@ -16,12 +16,13 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from fmpy import extract, read_model_description
-from fmpy.fmi3 import FMU3Slave
 
 ROOT = Path(__file__).resolve().parents[2]
-OF_THE_RUN = 3  # derivatives.of
-LINEAR = {"contact.model": 1, "contact.dampingLaw": 1, "contact.exponent": 1.0}  # powerLaw, kelvinVoigt
+sys.path.insert(0, str(ROOT / "python"))
+
+import newtons_cradle as nc  # noqa: E402
+
+LINEAR = {"contact.model": "powerLaw", "contact.dampingLaw": "kelvinVoigt", "contact.exponent": 1.0}
 UNITS = {"contact.stiffness": "N/m", "contact.damping": "N.s/m"}
 FITTED = list(UNITS)
 TRUE = np.array([1e5, 30.0])
@@ -37,56 +38,34 @@ class Refused(Exception):
 
 
 class Camera:
-    """The FMU, unpacked, and what a camera sees of its runs."""
+    """The FMU, and what a camera sees of its runs."""
 
     def __init__(self, path: Path) -> None:
-        try:
-            self.description = read_model_description(str(path), validate=False)
-        except Exception as problem:  # FMPy raises what its parser meets
-            raise Refused(f"{path} is not an FMU that FMPy can read: {problem}") from problem
-        model, version = self.description.modelName, self.description.fmiVersion
-        if model != "NewtonsCradle" or not version.startswith("3.") or self.description.coSimulation is None:
+        self.fmu = nc.Fmu(path)
+        model, version = self.fmu.description.modelName, self.fmu.description.fmiVersion
+        if not version.startswith("3."):
             what = f"the model {model} of FMI {version}"
             raise Refused(f"{path} is {what}; needed: NewtonsCradle of FMI 3.0 for co-simulation")
-        self.variables = {variable.name: variable for variable in self.description.modelVariables}
-        self.balls = int(self.variables["n"].start)
-        if self.balls < 2:
+        if self.fmu.balls < 2:
             raise Refused(f"{path} has one ball, which touches no other; needed: two or more")
-        self.folder = extract(str(path))
         self.runs = 0
-
-    def references(self, *names: str) -> list[int]:
-        """The value references of variables."""
-        return [self.variables[name].valueReference for name in names]
 
     def film(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """A run with these values of the fitted parameters: positions (m; frames, balls), and their derivatives by the parameters."""
         self.runs += 1
-        fmu = FMU3Slave(
-            guid=self.description.guid,
-            unzipDirectory=self.folder,
-            modelIdentifier=self.description.coSimulation.modelIdentifier,
-            instanceName="fit",
-        )
-        fmu.instantiate()
-        for name, value in {**LINEAR, "derivatives.of": OF_THE_RUN}.items():
-            set_value = fmu.setFloat64 if isinstance(value, float) else fmu.setInt64
-            set_value(self.references(name), [value])
-        fmu.setFloat64(self.references(*FITTED), list(values))
-        fmu.enterInitializationMode(startTime=0.0)
-        fmu.exitInitializationMode()
-        x, parameters = self.references("x"), self.references(*FITTED)
+        places = [self.fmu.variables[name].valueReference.reference for name in ("x[1]", *FITTED)]
+        x, parameters = places[:1], places[1:]
         positions, derivatives = [], []
-        for frame in range(round(STOP * RATE)):
-            fmu.doStep(frame / RATE, 1 / RATE)
-            positions.append(fmu.getFloat64(x, self.balls))
-            along = [
-                fmu.getDirectionalDerivative(x, parameters, list(one), self.balls)
-                for one in np.eye(len(FITTED))
-            ]
-            derivatives.append(np.transpose(along))
-        fmu.terminate()
-        fmu.freeInstance()
+        start = dict(zip(FITTED, values, strict=True)) | {"derivatives.of": "run"}
+        with self.fmu.start(LINEAR | start) as run:
+            for frame in range(1, round(STOP * RATE) + 1):
+                run.step_to(frame / RATE)
+                positions.append(run["x"])
+                along = [
+                    run.slave.getDirectionalDerivative(x, parameters, list(one), self.fmu.balls)
+                    for one in np.eye(len(FITTED))
+                ]
+                derivatives.append(np.transpose(along))
         return np.array(positions), np.array(derivatives)
 
 
@@ -127,40 +106,32 @@ def fit(camera: Camera, filmed: np.ndarray, guess: np.ndarray) -> tuple[list[np.
     return course, np.sqrt(variance * np.diag(np.linalg.inv(slopes.T @ slopes)))
 
 
-def save_plot(
-    path: Path, camera: Camera, filmed: np.ndarray, course: list[np.ndarray], errors: np.ndarray
-) -> None:
+def save_plot(path: Path, camera: Camera, filmed: np.ndarray, course: list, errors: np.ndarray) -> None:
     """The outer balls as filmed, guessed and fitted, and how the parameters come closer."""
     import matplotlib
 
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    plt.rcParams.update({"font.family": "DejaVu Sans", "font.size": 9})
+    plt.rcParams.update({"font.family": "DejaVu Sans", "font.size": 9, "axes.grid": True, "grid.alpha": 0.3})
     figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.6), width_ratios=[1.6, 1], layout="constrained")
     time = np.arange(1, len(filmed) + 1) / RATE
     guessed, fitted = camera.film(course[0])[0], camera.film(course[-1])[0]
-    for ball, colour in ((0, "#0060a0"), (camera.balls - 1, "#c04000")):
-        left.plot(
-            time, 1e3 * filmed[:, ball], ".", color=colour, markersize=3, label=f"x[{ball + 1}], filmed"
-        )
+    for ball, colour in ((0, "#0060a0"), (camera.fmu.balls - 1, "#c04000")):
+        label = f"x[{ball + 1}], filmed"
+        left.plot(time, 1e3 * filmed[:, ball], ".", color=colour, markersize=3, label=label)
         left.plot(time, 1e3 * fitted[:, ball], color=colour, linewidth=0.8, label="fitted")
         left.plot(time, 1e3 * guessed[:, ball], "--", color="#909090", linewidth=0.8, label="first guess")
-    left.set_xlabel("time, s")
-    left.set_ylabel("position, mm")
+    left.set(xlabel="time, s", ylabel="position, mm")
     left.legend(fontsize=7, ncols=2)
     for i, (name, colour) in enumerate(zip(FITTED, ("#208030", "#805080"), strict=True)):
         off = [abs(values[i] / TRUE[i] - 1) for values in course]
         right.semilogy(off, "o-", color=colour, linewidth=1, markersize=4, label=name)
         right.axhline(errors[i], color=colour, linestyle=":", linewidth=1, label="standard error")
-    right.set_xlabel("iteration")
-    right.set_ylabel("relative difference from the true value")
+    right.set(xlabel="iteration", ylabel="relative difference from the true value")
     right.xaxis.get_major_locator().set_params(integer=True)
     right.legend(fontsize=7)
-    for axis in (left, right):
-        axis.grid(alpha=0.3)
     figure.savefig(path, dpi=110)
-    plt.close(figure)
 
 
 def main() -> int:
@@ -179,7 +150,7 @@ def main() -> int:
         filmed = exact + np.random.default_rng(SEED).normal(0.0, NOISE, exact.shape)
         camera.runs = 0
         course, relative = fit(camera, filmed, GUESS)
-    except Refused as reason:
+    except (Refused, nc.FmuError) as reason:
         print(reason, file=sys.stderr)
         return 1
     print(f"{filmed.size} positions, {len(course) - 1} iterations, {camera.runs} runs")

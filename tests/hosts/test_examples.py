@@ -7,6 +7,7 @@ import sys
 import numpy as np
 import pytest
 from conftest import ROOT
+from fmpy.fmi3 import FMU3Slave
 
 pytestmark = pytest.mark.all
 
@@ -92,13 +93,13 @@ def test_a_fit_uses_the_derivatives_of_the_run(fmu3_path, monkeypatch):
         difference = (camera.film(contacts.TRUE + change)[0] - camera.film(contacts.TRUE - change)[0]) / 2e-5
         assert np.abs(difference).max() > 5e-3  # m, for a parameter that changes by its own size
         assert np.abs(jacobian[:, :, i] * value - difference).max() < 1e-6 * np.abs(difference).max()
-    true = contacts.FMU3Slave.getDirectionalDerivative
+    true = FMU3Slave.getDirectionalDerivative
     for wrong, message in [(-1.0, "no step along the derivatives"), (0.0, "tell these parameters apart")]:
 
         def scaled(*arguments, wrong=wrong):
             return [wrong * value for value in true(*arguments)]
 
-        monkeypatch.setattr(contacts.FMU3Slave, "getDirectionalDerivative", scaled)
+        monkeypatch.setattr(FMU3Slave, "getDirectionalDerivative", scaled)
         with pytest.raises(contacts.Refused, match=message):
             contacts.fit(camera, seen, contacts.GUESS)
 

@@ -10,7 +10,7 @@ use fmi_rs::model_description::{fmi2, fmi3};
 use fmi_rs::sim::solver::{Dae, Ode, Solver, SolverFactory};
 use fmi_rs::sim::{SimulationError, fmi2 as sim2, fmi3 as sim3};
 use fmi_rs::zip::extract_zip_archive;
-use newtons_cradle::engine::{Engine, Pulse, Results};
+use newtons_cradle::engine::{Engine, Pulse};
 use newtons_cradle::variables::{Description, START_TIME, STOP_TIME, Settings};
 use tempfile::TempDir;
 
