@@ -5,8 +5,5 @@
 mod command;
 mod damage;
 mod installed;
-mod licenses;
 mod messages;
-#[cfg(unix)]
-mod page;
 mod support;

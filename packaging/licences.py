@@ -1,0 +1,78 @@
+#!/usr/bin/env python3
+"""Writes anew what the licences say that travel in every FMU, and with the program, after a change of dependencies.
+
+    python3 packaging/licences.py
+
+They are those of what is linked in, packages within the standard library among it, which packaging/std/Cargo.toml lists.
+"""
+
+import json
+import re
+import subprocess
+from pathlib import Path
+
+from checkout import ROOT
+
+STD = ROOT / "packaging/std"
+# What each file of packaging/assets is for, and what it says first.
+FILES = {
+    "third-party.txt": ("newtons-cradle", "The binaries of this FMU hold"),
+    "third-party-program.txt": ("cradle-packaging", "The program cradle-fmu holds"),
+}
+HEADING = """ code of the packages below, and of the Rust standard library
+(https://www.rust-lang.org, MIT OR Apache-2.0). The texts of their licences follow.
+
+"""
+
+
+def cargo(folder: Path, *arguments: str) -> str:
+    """What Cargo says about the packages in a folder's Cargo.lock."""
+    command = ["cargo", *arguments, "--locked"]
+    return subprocess.run(command, cwd=folder, capture_output=True, check=True, encoding="utf-8").stdout
+
+
+def packages(folder: Path, *options: str) -> dict[tuple[str, str], dict]:
+    """What `cargo metadata` says of each package that `cargo tree` with these options shows, by name and version."""
+    lines = cargo(folder, "tree", "--prefix", "none", "--format", "{p}", *options).splitlines()
+    shown = {re.match(r"(\S+) v(\S+)", line).groups() for line in lines if line}
+    known = json.loads(cargo(folder, "metadata", "--format-version=1"))["packages"]
+    named = {(package["name"], package["version"]): package for package in known}
+    return {key: named[key] for key in sorted(shown)}
+
+
+def of_std() -> dict[tuple[str, str], dict]:
+    """The standard library, and the packages within it."""
+    return packages(STD, "--depth", "1")
+
+
+def linked_into(package: str) -> dict[tuple[str, str], dict]:
+    """What one of our packages is made of on any target, itself among it: no build scripts, no procedural macros."""
+    options = ["--package", package, "--edges", "normal,no-proc-macro", "--target", "all"]
+    return dict(sorted((packages(ROOT, *options) | of_std()).items()))
+
+
+def texts(package: str, first: str) -> str:
+    """The packages of others in one of ours, and each text of a licence once, with those that have it."""
+    listed, licences = "", {}
+    for (name, version), other in linked_into(package).items():
+        if other["source"] is None:
+            continue
+        listed += f"{name} {version}, {other['license']}, {other['repository'] or ''}\n"
+        files = sorted(Path(other["manifest_path"]).parent.iterdir())
+        begin = ("LICENSE", "LICENCE", "COPYING", "NOTICE", "UNLICENSE")
+        found = [file for file in files if file.name.upper().startswith(begin) and file.is_file()]
+        if not found:
+            # Some archives lack the text. Ours of the Apache License is the general one.
+            assert "Apache-2.0" in other["license"], f"{name} has no text of its licence"
+            found = [ROOT / "LICENSE-APACHE"]
+        for file in found:
+            licences.setdefault(file.read_text(encoding="utf-8"), set()).add(f"{name} {version}")
+    sections = (
+        f"\n==== {', '.join(sorted(names))}\n\n{text.rstrip()}\n" for text, names in sorted(licences.items())
+    )
+    return f"{first}{HEADING}{listed}{''.join(sections)}"
+
+
+if __name__ == "__main__":
+    for name, what in FILES.items():
+        (ROOT / "packaging/assets" / name).write_text(texts(*what), encoding="utf-8", newline="\n")
