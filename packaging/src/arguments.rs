@@ -74,13 +74,9 @@ pub enum Request {
         )]
         arguments: Vec<OsString>,
     },
-    /// Run the binary of an unpacked FMU for its reference results; `build` and `check` run this
+    /// Run the binary in a folder for the reference results of this name; `build` and `check` run this
     #[command(hide = true)]
-    Record {
-        folder: PathBuf,
-        #[arg(long)]
-        experiment: bool,
-    },
+    Record { folder: PathBuf, name: String },
 }
 
 #[derive(Args)]

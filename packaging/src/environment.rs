@@ -1,50 +1,84 @@
-//! The Python environment that this program is installed in, and other Pythons that have the package.
+//! The Python package: the environment that this program is installed in, and other Pythons that have it. It brings an
+//! FMU and the live page along, and makes animations, because it runs FMUs through FMPy and has three.js.
 
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::{env, fs};
 
-/// The Python package of this product.
-pub const PACKAGE: &str = "newtons_cradle";
+use crate::archive;
+use crate::error::Error;
+
+const PACKAGE: &str = "newtons_cradle";
 
 /// Where a virtual environment has its Python.
 const IN_VENV: &str = if cfg!(windows) { ".venv/Scripts/python.exe" } else { ".venv/bin/python" };
+
+/// Where a checkout has the live page.
+const LIVE: &str = "target/web/cradle.html";
+
+const NO_LIVE: &str = "the live page is missing: the wheels of a release have it; in the folder of the sources, `rustup target add \
+                       wasm32-unknown-unknown` and `python3 web/build.py` make it, for `cradle.py wheel` as well";
+
+const ADVICE: &str = "install it with `pip install newtons-cradle` or, in the folder of the sources, `python3 cradle.py paper`; \
+                      --python selects another Python";
 
 /// The FMU that the installed package brings along, if this program lies in an environment that has it.
 pub fn fmu() -> Option<PathBuf> {
     file("NewtonsCradle.fmu")
 }
 
-/// A file that the installed package brings along, if this program lies in an environment that has it.
-pub fn file(name: &str) -> Option<PathBuf> {
-    let mut files = packages(&program_folder()?).into_iter().map(|packages| packages.join(PACKAGE).join(name));
-    files.find(|file| file.is_file())
+/// Writes the page in which the engine runs live to `out`: its size in bytes. It is that of the environment this program
+/// is installed in, else that of the checkout of this folder or one above.
+pub fn live(out: &Path) -> Result<usize, Error> {
+    let page = file("live.html").or_else(|| above(LIVE)).ok_or_else(|| Error::Failure(NO_LIVE.to_owned()))?;
+    let bytes = fs::read(&page).map_err(|error| Error::Failure(format!("cannot read {}: {error}", page.display())))?;
+    archive::replace(out, &bytes)?;
+    Ok(bytes.len())
+}
+
+/// Runs `python -m newtons_cradle` with a command and its arguments; its exit code. Without a `python` to run it takes
+/// the first that has the package.
+pub fn hand_over(command: &str, python: Option<OsString>, arguments: &[OsString]) -> Result<u8, Error> {
+    let none = || Error::Failure(format!("there is no Python that has {PACKAGE}; {ADVICE}"));
+    let python = python.or_else(self::python).ok_or_else(none)?;
+    let status = Command::new(&python)
+        .args(["-m", PACKAGE, command])
+        .args(arguments)
+        .status()
+        .map_err(|error| Error::Failure(format!("cannot run {}: {error}; {ADVICE}", python.display())))?;
+    // A package that is missing, or misses another one, has ended Python with its own words.
+    if !status.success() && !succeeds(&python, &format!("import {PACKAGE}.animation")) {
+        let python = python.display();
+        return Err(Error::Failure(format!("{python} cannot import {PACKAGE}; {ADVICE}")));
+    }
+    // Killed by a signal it has no code.
+    Ok(status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(1))
 }
 
 /// A Python that finds the package: that of the environment this program is installed in, one on the PATH, or that of
-/// `.venv` in this folder or one above.
+/// `.venv` in this folder or one above. The package is not imported, which would take a while.
 pub fn python() -> Option<OsString> {
-    let beside = program_folder().into_iter().flat_map(|folder| {
-        let names = if cfg!(windows) { ["python.exe", "../python.exe"] } else { ["python3", "python"] };
-        names.map(|name| folder.join(name))
-    });
-    let here = env::current_dir().unwrap_or_default();
-    let above = here.ancestors().map(|folder| folder.join(IN_VENV)).collect::<Vec<_>>();
-    let existing = |path: &PathBuf| path.is_file();
-    let on_path = if cfg!(windows) { ["py", "python"] } else { ["python3", "python"] };
-    beside
-        .filter(existing)
-        .map(PathBuf::into_os_string)
-        .chain(on_path.map(OsString::from))
-        .chain(above.into_iter().filter(existing).map(PathBuf::into_os_string))
-        .find(|python| has_package(python))
+    let (beside, on_path) = if cfg!(windows) {
+        (["python.exe", "../python.exe"], ["py", "python"])
+    } else {
+        (["python3", "python"], ["python3", "python"])
+    };
+    let folder = program_folder().unwrap_or_default();
+    let beside = beside.map(|name| folder.join(name)).into_iter().filter(|path| path.is_file());
+    let all = beside.chain(on_path.map(PathBuf::from)).chain(above(IN_VENV)).map(PathBuf::into_os_string);
+    let code = format!("import importlib.util as u, sys; sys.exit(u.find_spec('{PACKAGE}') is None)");
+    all.into_iter().find(|python| succeeds(python, &code))
 }
 
-/// Whether a Python finds the package. It is not imported, which would take a while.
-pub fn has_package(python: &OsStr) -> bool {
-    let code = format!("import importlib.util as u, sys; sys.exit(u.find_spec('{PACKAGE}') is None)");
-    Command::new(python).args(["-c", &code]).output().is_ok_and(|output| output.status.success())
+fn succeeds(python: &OsStr, code: &str) -> bool {
+    Command::new(python).args(["-c", code]).output().is_ok_and(|output| output.status.success())
+}
+
+/// A file of this name in this folder or the first above that has it.
+fn above(name: &str) -> Option<PathBuf> {
+    let here = env::current_dir().unwrap_or_default();
+    here.ancestors().map(|folder| folder.join(name)).find(|file| file.is_file())
 }
 
 /// The folder of this program, where a link to it leads.
@@ -55,23 +89,15 @@ fn program_folder() -> Option<PathBuf> {
     program.parent().map(Path::to_path_buf)
 }
 
-/// The folders for packages of an environment whose programs lie in `programs`, the newest Python first.
-fn packages(programs: &Path) -> Vec<PathBuf> {
-    let Some(root) = programs.parent() else { return Vec::new() };
-    let mut pythons: Vec<PathBuf> = ["lib", "lib64"]
-        .iter()
-        .filter_map(|lib| fs::read_dir(root.join(lib)).ok())
-        .flat_map(|folder| folder.filter_map(Result::ok).map(|entry| entry.path()))
-        .filter(|path| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with("python")))
-        .collect();
-    let version = |path: &PathBuf| {
-        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        name.rsplit('.').next().and_then(|minor| minor.parse::<u32>().ok())
-    };
-    pythons.sort_by_key(|path| std::cmp::Reverse(version(path)));
-    // Those of Debian, and of Windows.
-    let mut all: Vec<PathBuf> =
-        pythons.iter().flat_map(|python| ["site-packages", "dist-packages"].map(|name| python.join(name))).collect();
-    all.extend(["Lib/site-packages", "site-packages"].map(|name| root.join(name)));
-    all
+/// A file of the package in the environment whose programs this one lies among. An environment such as `~/.local` may
+/// have several Pythons: the file that was installed last.
+fn file(name: &str) -> Option<PathBuf> {
+    let root = program_folder()?.parent()?.to_path_buf();
+    let libraries = ["lib", "lib64"].into_iter().filter_map(|lib| fs::read_dir(root.join(lib)).ok());
+    let pythons = libraries.flatten().filter_map(Result::ok).map(|entry| entry.path());
+    // Those of Debian have another name; those of Windows lie elsewhere.
+    let packages = pythons.chain([root.join("Lib"), root.clone()]);
+    let packages = packages.flat_map(|python| ["site-packages", "dist-packages"].map(|name| python.join(name)));
+    let files = packages.map(|folder| folder.join(PACKAGE).join(name)).filter(|file| file.is_file());
+    files.max_by_key(|file| file.metadata().and_then(|file| file.modified()).ok())
 }

@@ -1,5 +1,7 @@
 //! What can go wrong in this program.
 
+use newtons_cradle::variables::RecipeError;
+
 /// What went wrong, in words for the user.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Error {
@@ -18,3 +20,10 @@ impl std::fmt::Display for Error {
 }
 
 impl std::error::Error for Error {}
+
+/// A cradle that is refused.
+impl From<RecipeError> for Error {
+    fn from(error: RecipeError) -> Self {
+        Self::Usage(error.to_string())
+    }
+}

@@ -7,23 +7,19 @@
 //! | [`check`] | what is wrong with an FMU that this program has written | `archive`, `platform` |
 //! | [`info`] | what is in an FMU | `build`, `check` |
 //! | [`mod@reference`] | parameter sets and reference results, from runs of the FMU's own binary; whether it still gives them | `build`, `check` |
-//! | [`environment`] | the Python environment that this program is installed in | nothing |
-//! | [`animation`] | a run as a page for the browser, by the Python package | `environment` |
-//! | [`live`] | the page in which the engine runs live | `archive`, `environment` |
+//! | [`environment`] | the Python package: what it brings along, and what is handed over to it | `archive` |
 //! | [`archive`] | the zip file, the same bytes for the same contents | nothing |
 //! | [`platform`] | folders of the standard, target triples, and what a binary is made for | `universal` |
 //! | [`universal`] | universal binaries of macOS | nothing |
 //!
 //! All of them tell what went wrong by an [`Error`].
 
-pub mod animation;
 pub mod archive;
 pub mod build;
 pub mod check;
 pub mod environment;
 mod error;
 pub mod info;
-pub mod live;
 pub mod platform;
 pub mod reference;
 pub mod universal;

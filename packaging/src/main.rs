@@ -5,37 +5,16 @@
 mod arguments;
 mod packing;
 
-use std::path::Path;
 use std::process::ExitCode;
 
 use arguments::{Program, Request};
 use clap::Parser;
 use cradle_packaging::build::PRESETS;
 use cradle_packaging::check::MAX_BYTES;
-use cradle_packaging::{Error, animation, check, info, live, reference};
+use cradle_packaging::{Error, check, environment, info, reference};
 
 fn main() -> ExitCode {
-    let done = match Program::parse().request {
-        Request::Build(build) => build.run(),
-        Request::Check { file, no_load } => show_check(&file, !no_load),
-        Request::Info { file } => info::of(&file).map(|text| {
-            print!("{text}");
-            ExitCode::SUCCESS
-        }),
-        Request::Presets => {
-            for preset in PRESETS {
-                println!("{:8} {}", preset.name, preset.title());
-            }
-            Ok(ExitCode::SUCCESS)
-        }
-        Request::Live { out } => live::write(&out).map(|bytes| {
-            println!("{} ({} kB): open it in a browser", out.display(), bytes.div_ceil(1000));
-            ExitCode::SUCCESS
-        }),
-        Request::Page { python, arguments } => animation::make(python, &arguments).map(ExitCode::from),
-        Request::Record { folder, experiment } => reference::run(&folder, experiment).map(|()| ExitCode::SUCCESS),
-    };
-    done.unwrap_or_else(|error| {
+    answer(Program::parse().request).unwrap_or_else(|error| {
         eprintln!("error: {error}");
         match error {
             Error::Usage(_) => ExitCode::from(2),
@@ -44,11 +23,29 @@ fn main() -> ExitCode {
     })
 }
 
-fn show_check(file: &Path, load: bool) -> Result<ExitCode, Error> {
-    let (mut report, entries) = check::bytes(&check::read(file)?, MAX_BYTES);
-    if let Some(entries) = entries.filter(|_| load) {
-        reference::check(&entries, &mut report);
+fn answer(request: Request) -> Result<ExitCode, Error> {
+    match request {
+        Request::Build(build) => build.run()?,
+        Request::Check { file, no_load } => {
+            let (mut report, entries) = check::bytes(&check::read(&file)?, MAX_BYTES);
+            if let Some(entries) = entries.filter(|_| !no_load) {
+                reference::check(&entries, &mut report);
+            }
+            print!("{report}");
+            if !report.is_clean() {
+                return Ok(ExitCode::FAILURE);
+            }
+        }
+        Request::Info { file } => print!("{}", info::of(&file)?),
+        Request::Presets => PRESETS.iter().for_each(|preset| println!("{:8} {}", preset.name, preset.title())),
+        Request::Live { out } => {
+            let kilobytes = environment::live(&out)?.div_ceil(1000);
+            println!("{} ({kilobytes} kB): open it in a browser", out.display());
+        }
+        Request::Page { python, arguments } => {
+            return environment::hand_over("page", python, &arguments).map(ExitCode::from);
+        }
+        Request::Record { folder, name } => print!("{}", reference::run(&folder, &name)?),
     }
-    print!("{report}");
-    Ok(if report.is_clean() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    Ok(ExitCode::SUCCESS)
 }

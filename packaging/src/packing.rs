@@ -2,19 +2,18 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 use cradle_packaging::archive;
-use cradle_packaging::build::{self, Binary, Choice, PRESETS, Preset, Ready, Standard, Workspace};
+use cradle_packaging::build::{self, Binary, Choice, Preset, Ready, Standard, Workspace};
 use cradle_packaging::platform::{self, Platform};
-use cradle_packaging::{Error, environment, reference, universal};
+use cradle_packaging::{Error, environment, reference};
 use newtons_cradle::variables::MODEL_IDENTIFIER;
 
 use super::arguments::Build;
 
 impl Build {
     /// Writes the FMU.
-    pub fn run(self) -> Result<ExitCode, Error> {
+    pub fn run(self) -> Result<(), Error> {
         let standard = self.standard()?;
         let (choice, name) = self.choice(standard)?;
         let recipe = choice.recipe()?;
@@ -49,7 +48,7 @@ impl Build {
         told.push_str(&format!("Try it: {} {command} {}\n", this_program(), quoted(&path)));
         // At once, for a reader who closes the pipe after the first line.
         print!("{told}");
-        Ok(ExitCode::SUCCESS)
+        Ok(())
     }
 
     /// The cradle, and what its file is called: after the preset or the last parameter file, and the number of balls if
@@ -58,12 +57,7 @@ impl Build {
         let mut choice = Choice::default();
         let mut name = MODEL_IDENTIFIER.to_owned();
         if let Some(preset) = &self.preset {
-            let known = || PRESETS.iter().map(|preset| preset.name);
-            let preset = Preset::named(preset).ok_or_else(|| {
-                let allowed: Vec<&str> = known().collect();
-                let hint = build::did_you_mean(preset, known());
-                Error::Usage(format!("there is no preset \"{preset}\"{hint}; allowed: {}", allowed.join(", ")))
-            })?;
+            let preset = Preset::named(preset)?;
             choice.preset(preset)?;
             preset.name.clone_into(&mut name);
         }
@@ -95,7 +89,7 @@ impl Build {
             let (folder, file) = text.split_once('=').ok_or_else(|| refused("allowed: PLATFORM=FILE"))?;
             let platform = Platform::named(folder)
                 .ok_or_else(|| refused(&format!("allowed platforms: {}", platform::folders())))?;
-            add(&mut ready.binaries, platform, Path::new(file), &format!("--binary {folder}"))?;
+            add(&mut ready, platform, Path::new(file), &format!("--binary {folder}"))?;
         }
         let here = self.target.is_empty();
         if here && ready.binaries.is_empty() && build::checkout().is_none() {
@@ -110,7 +104,7 @@ impl Build {
         let of = if here { "this machine".to_owned() } else { self.target.join(", ") };
         eprintln!("Compiling the FMU's binary for {of} ({how})");
         for (platform, file) in workspace.libraries(&self.target, self.release)? {
-            add(&mut ready.binaries, platform, &file, "--target")?;
+            add(&mut ready, platform, &file, "--target")?;
         }
         Ok((ready, workspace.target.join("fmu")))
     }
@@ -122,24 +116,12 @@ const NO_BINARY: &str = concat!(
     " with --from, or use the program that `pip install newtons-cradle` installs, or run this in the folder of the sources"
 );
 
-fn add(binaries: &mut Vec<Binary>, platform: &'static Platform, file: &Path, argument: &str) -> Result<(), Error> {
+fn add(ready: &mut Ready, platform: &'static Platform, file: &Path, argument: &str) -> Result<(), Error> {
     let name = file.display();
     let contents =
         fs::read(file).map_err(|error| Error::Failure(format!("{argument}: cannot read {name}: {error}")))?;
     platform.check(&contents).map_err(|error| Error::Usage(format!("{argument}: {name} is {error}")))?;
-    if let Some(other) = binaries.iter_mut().find(|other| other.platform == platform) {
-        let refused = |allowed: &str| {
-            Error::Usage(format!("{argument}: there are two binaries for {}; allowed: {allowed}", platform.folder))
-        };
-        if platform.folder != "darwin64" {
-            return Err(refused("one"));
-        }
-        other.contents = universal::join(&other.contents, &contents)
-            .map_err(|error| refused(&format!("one for each processor, but {error}")))?;
-        return Ok(());
-    }
-    binaries.push(Binary { platform, contents });
-    Ok(())
+    ready.add(Binary { platform, contents }).map_err(|error| Error::Usage(format!("{argument}: {error}")))
 }
 
 fn is_same(one: &Path, other: &Path) -> bool {

@@ -12,75 +12,20 @@ pub struct Platform {
     pub folder: &'static str,
     /// Platform tuples of FMI 3.0, which are folders below `binaries/` there: one for each processor.
     pub tuples: &'static [&'static str],
-    /// Extension of its shared libraries.
-    pub extension: &'static str,
-    /// Operating system as Rust calls it.
-    os: &'static str,
-    /// What a target triple begins with.
-    processors: &'static [&'static str],
-    format: BinaryFormat,
-    architectures: &'static [Architecture],
 }
 
 /// Every platform that the standard names, and what it names since 2.0.4 by the tuple of FMI 3.0: Linux on ARM. Hosts
 /// of FMI 2.0 look for macOS in `darwin64`, whatever the processor.
 pub static PLATFORMS: &[Platform] = &[
-    Platform {
-        folder: "linux64",
-        tuples: &["x86_64-linux"],
-        extension: "so",
-        os: "linux",
-        processors: &["x86_64"],
-        format: BinaryFormat::Elf,
-        // Hosts of FMI 2.0 on ARM look here, too, though the standard has another name for it.
-        architectures: &[Architecture::X86_64, Architecture::Aarch64],
-    },
-    Platform {
-        folder: "linux32",
-        tuples: &["x86-linux"],
-        extension: "so",
-        os: "linux",
-        processors: &["i586", "i686"],
-        format: BinaryFormat::Elf,
-        architectures: &[Architecture::I386],
-    },
-    Platform {
-        folder: "win64",
-        tuples: &["x86_64-windows"],
-        extension: "dll",
-        os: "windows",
-        processors: &["x86_64"],
-        format: BinaryFormat::Pe,
-        architectures: &[Architecture::X86_64],
-    },
-    Platform {
-        folder: "win32",
-        tuples: &["x86-windows"],
-        extension: "dll",
-        os: "windows",
-        processors: &["i586", "i686"],
-        format: BinaryFormat::Pe,
-        architectures: &[Architecture::I386],
-    },
-    Platform {
-        folder: "aarch64-linux",
-        tuples: &["aarch64-linux"],
-        extension: "so",
-        os: "linux",
-        processors: &["aarch64"],
-        format: BinaryFormat::Elf,
-        architectures: &[Architecture::Aarch64],
-    },
-    Platform {
-        folder: "darwin64",
-        tuples: &["x86_64-darwin", "aarch64-darwin"],
-        extension: "dylib",
-        os: "darwin",
-        processors: &["x86_64", "aarch64"],
-        format: BinaryFormat::MachO,
-        architectures: &[Architecture::X86_64, Architecture::Aarch64],
-    },
+    Platform { folder: "linux64", tuples: &["x86_64-linux"] },
+    Platform { folder: "linux32", tuples: &["x86-linux"] },
+    Platform { folder: "win64", tuples: &["x86_64-windows"] },
+    Platform { folder: "win32", tuples: &["x86-windows"] },
+    Platform { folder: ARM_LINUX, tuples: &[ARM_LINUX] },
+    Platform { folder: "darwin64", tuples: &["x86_64-darwin", "aarch64-darwin"] },
 ];
+
+const ARM_LINUX: &str = "aarch64-linux";
 
 impl Platform {
     /// The platform with this folder.
@@ -90,86 +35,98 @@ impl Platform {
 
     /// The platform this program runs on.
     pub fn host() -> Result<&'static Self, Error> {
-        let os = if cfg!(target_os = "macos") { "darwin" } else { std::env::consts::OS };
-        let processor = if cfg!(target_arch = "x86") { "i686" } else { std::env::consts::ARCH };
-        find(os, processor)
-            .ok_or_else(|| Error::Failure(format!("FMI 2.0 has no name for this platform, {os} on {processor}")))
+        let tuple = host_tuple();
+        PLATFORMS
+            .iter()
+            .find(|platform| platform.tuples.contains(&tuple.as_str()))
+            .ok_or_else(|| Error::Failure(format!("FMI 2.0 has no name for this platform, {tuple}")))
     }
 
     /// The platform of a target triple of Rust, such as `x86_64-pc-windows-gnu`.
     pub fn of_target(triple: &str) -> Result<&'static Self, Error> {
-        let mut parts = triple.split('-');
-        let processor = parts.next().unwrap_or_default();
-        parts.find_map(|os| find(os, processor)).ok_or_else(|| {
-            Error::Usage(format!("--target {triple} is refused: FMI 2.0 has no name for it; allowed: {}", allowed()))
+        let (processor, system) = triple.split_once('-').unwrap_or((triple, ""));
+        let is_of = |tuple: &&str| {
+            let (own, os) = tuple.split_once('-').unwrap_or_default();
+            in_rust(own).contains(&processor) && system.split('-').any(|part| part == os)
+        };
+        PLATFORMS.iter().find(|platform| platform.tuples.iter().any(is_of)).ok_or_else(|| {
+            let mut allowed = Vec::new();
+            for tuple in PLATFORMS.iter().flat_map(|platform| platform.tuples) {
+                let (processor, os) = tuple.split_once('-').unwrap_or_default();
+                allowed.extend(in_rust(processor).iter().map(|processor| format!("{processor}-*-{os}")));
+            }
+            let allowed = allowed.join(", ");
+            Error::Usage(format!("--target {triple} is refused: FMI 2.0 has no name for it; allowed: {allowed}"))
         })
+    }
+
+    /// Extension of its shared libraries, and the format they have.
+    fn library(&self) -> (&'static str, BinaryFormat) {
+        match self.os() {
+            "linux" => ("so", BinaryFormat::Elf),
+            "windows" => ("dll", BinaryFormat::Pe),
+            _ => ("dylib", BinaryFormat::MachO),
+        }
+    }
+
+    fn os(&self) -> &'static str {
+        self.tuples[0].split_once('-').unwrap_or_default().1
+    }
+
+    /// Name of a shared library, which is the model's identifier for hosts.
+    pub fn library_name(&self, stem: &str) -> String {
+        format!("{stem}.{}", self.library().0)
     }
 
     /// Where an FMU has its shared library for this platform.
     pub fn binary_path(&self, identifier: &str) -> String {
-        format!("binaries/{}/{identifier}.{}", self.folder, self.extension)
+        self.path(self.folder, identifier)
     }
 
-    /// Where an FMU of FMI 3.0 has its shared library for this platform and processor, such as `x86_64`.
-    pub fn tuple_path(&self, identifier: &str, processor: &str) -> Option<String> {
-        let tuple = self.tuples.iter().find(|tuple| tuple.split('-').next() == Some(processor))?;
-        Some(format!("binaries/{tuple}/{identifier}.{}", self.extension))
+    fn path(&self, folder: &str, identifier: &str) -> String {
+        format!("binaries/{folder}/{}", self.library_name(identifier))
     }
 
-    /// The shared library that an FMU of FMI 3.0 has for the platform this program runs on.
-    pub fn host_path(&self, identifier: &str) -> Option<String> {
-        self.tuple_path(identifier, if cfg!(target_arch = "x86") { "x86" } else { std::env::consts::ARCH })
+    /// Where FMUs of either version may have the shared library for the machine this program runs on.
+    pub fn host_paths(&self, identifier: &str) -> [String; 2] {
+        [self.binary_path(identifier), self.path(&host_tuple(), identifier)]
     }
 
     /// Where an FMU may have shared libraries for this platform.
     pub fn paths(&self, identifier: &str, fmi3: bool) -> Vec<String> {
-        if !fmi3 {
-            return vec![self.binary_path(identifier)];
-        }
-        self.tuples.iter().map(|tuple| format!("binaries/{tuple}/{identifier}.{}", self.extension)).collect()
+        let folders = if fmi3 { self.tuples } else { &[self.folder] };
+        folders.iter().map(|folder| self.path(folder, identifier)).collect()
     }
 
     /// The platform whose shared library is at this path, in FMUs of either version.
     pub fn of_path(path: &str, identifier: &str) -> Option<&'static Self> {
-        let folders = |platform: &Self| platform.tuples.iter().copied().chain([platform.folder]).collect::<Vec<_>>();
-        PLATFORMS.iter().find(|platform| {
-            let at = |folder: &str| format!("binaries/{folder}/{identifier}.{}", platform.extension) == path;
-            folders(platform).into_iter().any(at)
-        })
+        let is_at = |platform: &Self, fmi3| platform.paths(identifier, fmi3).iter().any(|own| own == path);
+        PLATFORMS.iter().find(|platform| is_at(platform, false) || is_at(platform, true))
     }
 
     /// The parts of a shared library by their place in an FMU of FMI 3.0: a universal one is for several processors.
-    pub fn by_tuple(&self, identifier: &str, binary: &[u8]) -> Result<Vec<(String, Vec<u8>)>, String> {
-        let slices = universal::slices(binary).map_err(|error| error.to_string())?;
+    pub fn by_tuple(&self, identifier: &str, binary: &[u8]) -> object::Result<Vec<(String, Vec<u8>)>> {
         let place = |slice: &[u8]| {
-            let file = object::File::parse(slice).map_err(|error| error.to_string())?;
-            let processor = match file.architecture() {
-                Architecture::Aarch64 => "aarch64",
-                Architecture::I386 => "x86",
-                _ => "x86_64",
-            };
-            // Hosts of FMI 2.0 may have Linux on ARM in `linux64`.
-            let platform =
-                if processor == "aarch64" && self.os == "linux" { Self::named("aarch64-linux") } else { Some(self) };
-            let path = platform.and_then(|platform| platform.tuple_path(identifier, processor));
-            Ok((path.ok_or_else(|| format!("FMI 3.0 has no name for {processor} here"))?, slice.to_vec()))
+            let processor = processor(object::File::parse(slice)?.architecture());
+            Ok((self.path(&format!("{processor}-{}", self.os()), identifier), slice.to_vec()))
         };
-        slices.into_iter().map(place).collect()
+        universal::slices(binary)?.into_iter().map(place).collect()
     }
 
     /// Whether `binary` is a shared library for this platform; else what it is instead.
     pub fn check(&self, binary: &[u8]) -> Result<(), String> {
-        let wanted = format!("a shared library for {}", self.folder);
-        let slices = universal::slices(binary).map_err(|error| format!("not {wanted}: {error}"))?;
-        slices.into_iter().try_for_each(|slice| self.check_one(slice, &wanted))
-    }
-
-    fn check_one(&self, binary: &[u8], wanted: &str) -> Result<(), String> {
-        let file = object::File::parse(binary).map_err(|error| format!("not {wanted}: {error}"))?;
-        let (format, architecture, kind) = (file.format(), file.architecture(), file.kind());
-        if format != self.format || !self.architectures.contains(&architecture) || kind != ObjectKind::Dynamic {
-            let kind = if kind == ObjectKind::Dynamic { "shared library".to_owned() } else { format!("{kind:?} file") };
-            return Err(format!("not {wanted}, but a {format:?} {kind} for {architecture:?}"));
+        let wanted = format!("not a shared library for {}", self.folder);
+        for slice in universal::slices(binary).map_err(|error| format!("{wanted}: {error}"))? {
+            let file = object::File::parse(slice).map_err(|error| format!("{wanted}: {error}"))?;
+            let (format, architecture, kind) = (file.format(), file.architecture(), file.kind());
+            let tuple = format!("{}-{}", processor(architecture), self.os());
+            // Hosts of FMI 2.0 on ARM look in `linux64`, too, though the standard has another name for it.
+            let fits = self.tuples.contains(&tuple.as_str()) || (self.folder == "linux64" && tuple == ARM_LINUX);
+            if format != self.library().1 || !fits || kind != ObjectKind::Dynamic {
+                let is_library = kind == ObjectKind::Dynamic;
+                let kind = if is_library { "shared library".to_owned() } else { format!("{kind:?} file") };
+                return Err(format!("{wanted}, but a {format:?} {kind} for {architecture:?}"));
+            }
         }
         Ok(())
     }
@@ -181,16 +138,29 @@ pub fn folders() -> String {
     folders.join(", ")
 }
 
-fn find(os: &str, processor: &str) -> Option<&'static Platform> {
-    PLATFORMS.iter().find(|platform| platform.os == os && platform.processors.contains(&processor))
+/// The platform tuple of this machine.
+fn host_tuple() -> String {
+    let os = if cfg!(target_os = "macos") { "darwin" } else { std::env::consts::OS };
+    format!("{}-{os}", std::env::consts::ARCH)
 }
 
-fn allowed() -> String {
-    let each = |platform: &Platform| {
-        let of = |processor: &&str| format!("{processor}-*-{}", platform.os);
-        platform.processors.iter().map(of).collect::<Vec<_>>()
-    };
-    PLATFORMS.iter().flat_map(each).collect::<Vec<_>>().join(", ")
+/// What the triples of Rust call a processor of the standard.
+fn in_rust(processor: &str) -> &'static [&'static str] {
+    match processor {
+        "x86" => &["i586", "i686"],
+        "x86_64" => &["x86_64"],
+        _ => &["aarch64"],
+    }
+}
+
+/// What the standard calls a processor.
+fn processor(architecture: Architecture) -> &'static str {
+    match architecture {
+        Architecture::Aarch64 => "aarch64",
+        Architecture::I386 => "x86",
+        Architecture::X86_64 => "x86_64",
+        _ => "other",
+    }
 }
 
 #[cfg(test)]
@@ -214,20 +184,7 @@ mod tests {
         }
         for triple in ["", "linux", "riscv64gc-unknown-linux-gnu", "wasm32-unknown-unknown"] {
             let error = Platform::of_target(triple).unwrap_err().to_string();
-            assert!(error.contains("allowed: x86_64-*-linux, "), "{error}");
-        }
-    }
-
-    #[test]
-    fn what_is_no_shared_library_of_the_platform_is_refused() {
-        let host = Platform::host().unwrap();
-        let program = std::fs::read(std::env::current_exe().unwrap()).unwrap();
-        for platform in PLATFORMS.iter().filter(|platform| platform.format != host.format) {
-            let error = platform.check(&program).unwrap_err();
-            assert!(error.contains(platform.folder), "{error}");
-        }
-        for text in [&b""[..], b"text", b"\x7fELF", b"MZ"] {
-            assert!(host.check(text).unwrap_err().starts_with("not a shared library for "));
+            assert!(error.contains("allowed: x86_64-*-linux, i586-*-linux, "), "{error}");
         }
     }
 }

@@ -5,36 +5,63 @@ use std::fs;
 use std::path::Path;
 
 use newtons_cradle::variables::{
-    Access, DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, Recipe, Settings, Shape, StartValue, TABLE, Variable,
+    Access, DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, Number, Recipe, Settings, Shape, StartValue, Variable,
 };
 use toml::{Table, Value};
 
 use super::names;
-use super::preset::Preset;
 use crate::error::Error;
+
+/// A cradle with a name, whose parameter file is built into the program.
+pub struct Preset {
+    /// What `--preset` calls it.
+    pub name: &'static str,
+    /// The parameter file; its first line says what it is.
+    file: &'static str,
+}
+
+macro_rules! preset {
+    ($name:literal) => {
+        Preset { name: $name, file: include_str!(concat!("../../presets/", $name, ".toml")) }
+    };
+}
+
+/// Every preset.
+pub static PRESETS: &[Preset] =
+    &[preset!("figure3"), preset!("figure4"), preset!("figure5"), preset!("figure6"), preset!("desk")];
+
+impl Preset {
+    /// One line for the help.
+    pub fn title(&self) -> &'static str {
+        self.file.lines().next().unwrap_or_default().trim_start_matches("# ")
+    }
+
+    /// The preset of this name; else what there is.
+    pub fn named(name: &str) -> Result<&'static Self, Error> {
+        PRESETS.iter().find(|preset| preset.name == name).ok_or_else(|| {
+            let known: Vec<&str> = PRESETS.iter().map(|preset| preset.name).collect();
+            let (hint, allowed) = (names::did_you_mean(name, known.iter().copied()), known.join(", "));
+            Error::Usage(format!("there is no preset \"{name}\"{hint}; allowed: {allowed}"))
+        })
+    }
+
+    /// Its start values.
+    pub fn settings(&self) -> Result<Settings, Error> {
+        let mut choice = Choice::default();
+        choice.preset(self)?;
+        Ok(choice.recipe()?.settings()?)
+    }
+}
 
 /// What was chosen so far; what comes later replaces what came before.
 #[derive(Default)]
 pub struct Choice {
     balls: Option<usize>,
-    assignments: Vec<Assignment>,
-}
-
-/// A start value, or one for each variable of an array, and where it was given.
-struct Assignment {
-    origin: String,
-    name: String,
-    values: Vec<StartValue>,
+    /// Where start values were given, and each name with one value, or one for each variable of an array.
+    assignments: Vec<(String, String, Vec<StartValue>)>,
 }
 
 impl Choice {
-    /// The start values of a preset.
-    pub fn settings_of(preset: &Preset) -> Result<Settings, Error> {
-        let mut choice = Self::default();
-        choice.preset(preset)?;
-        choice.recipe()?.settings().map_err(|error| Error::Usage(error.to_string()))
-    }
-
     /// Chooses the number of balls; says whether that is another one than was chosen before.
     pub fn balls(&mut self, balls: usize) -> bool {
         self.balls.replace(balls).unwrap_or(DEFAULT_BALLS) != balls
@@ -54,7 +81,7 @@ impl Choice {
     }
 
     /// Takes the text of a parameter file: `balls`, and start values by name, where the dots of names may be TOML's.
-    pub fn toml(&mut self, origin: &str, text: &str) -> Result<(), Error> {
+    fn toml(&mut self, origin: &str, text: &str) -> Result<(), Error> {
         let mut table: Table = text.parse().map_err(|error| Error::Usage(format!("{origin}: {error}")))?;
         if let Some(balls) = table.remove("balls") {
             let whole = balls.as_integer().and_then(|balls| usize::try_from(balls).ok());
@@ -86,7 +113,7 @@ impl Choice {
                 ))),
             };
             let values = values.into_iter().map(start).collect::<Result<_, _>>()?;
-            self.assignments.push(Assignment { origin: origin.to_owned(), name, values });
+            self.assignments.push((origin.to_owned(), name, values));
         }
         Ok(())
     }
@@ -102,23 +129,19 @@ impl Choice {
             value.parse().map_or_else(|_| StartValue::Item(value.to_owned()), StartValue::Number)
         };
         let values = values.split(',').map(value).collect();
-        self.assignments.push(Assignment { origin, name: name.trim().to_owned(), values });
+        self.assignments.push((origin, name.trim().to_owned(), values));
         Ok(())
     }
 
     /// The cradle, with every start value checked as the FMU checks it.
     pub fn recipe(self) -> Result<Recipe, Error> {
-        let balls = self.balls.unwrap_or(DEFAULT_BALLS);
-        let mut recipe = Recipe::new(balls);
-        recipe.settings().map_err(|error| Error::Usage(error.to_string()))?;
-        for assignment in self.assignments {
-            let Assignment { origin, name, values } = assignment;
+        let mut recipe = Recipe::new(self.balls.unwrap_or(DEFAULT_BALLS));
+        recipe.settings()?;
+        for (origin, name, values) in self.assignments {
             // Checked alone, so that the error can name where it was given.
-            let mut alone = Recipe::new(balls);
-            alone.start = elements(&name, values, balls)
-                .map_err(|error| Error::Usage(format!("{origin}: {error}")))?
-                .into_iter()
-                .collect();
+            let mut alone = Recipe::new(recipe.balls);
+            let elements = elements(&name, values, recipe.balls);
+            alone.start.extend(elements.map_err(|error| Error::Usage(format!("{origin}: {error}")))?);
             alone.settings().map_err(|error| Error::Usage(format!("{origin}: {error}")))?;
             recipe.start.append(&mut alone.start);
         }
@@ -127,41 +150,30 @@ impl Choice {
 }
 
 /// The variables that `name` stands for, with their values.
-fn elements(name: &str, values: Vec<StartValue>, balls: usize) -> Result<Vec<(String, StartValue)>, String> {
-    if let Some(refusal) = names::refusal(name, balls) {
-        return Err(refusal);
-    }
-    let family = name.split('[').next().unwrap_or_default();
-    let Some((position, row)) = TABLE.iter().enumerate().find(|(_, row)| row.name == family) else {
-        return single(name, values);
-    };
+fn elements(name: &str, mut values: Vec<StartValue>, balls: usize) -> Result<Vec<(String, StartValue)>, String> {
+    let (position, row) = names::settable(name, balls)?;
     if let Some(refusal) = values.iter().find_map(|value| names::unit_written(row, value)) {
         return Err(refusal);
     }
-    if name != family {
-        return single(name, values);
+    if name == row.name && row.shape != Shape::Scalar {
+        let (wanted, given) = (row.shape.len(balls), values.len());
+        if given != wanted {
+            return Err(format!(
+                "{name} takes a list of {wanted} value(s) in a cradle of {balls} ball(s), not {given}; to set a single \
+                 one, use {name}[i]"
+            ));
+        }
+        let named = |(index, value)| (Variable { row, position, index }.to_string(), value);
+        return Ok(values.into_iter().enumerate().map(named).collect());
     }
-    if row.shape == Shape::Scalar {
-        let named = |value| match (value, row.access) {
-            // The user may have meant an item's integer; the error names the items.
-            (StartValue::Number(number), Access::Enumeration(_)) => StartValue::Item(number.to_string()),
-            (value, _) => value,
+    if let Access::Enumeration(_) = row.access {
+        // The user may have meant an item's integer; the error names the items.
+        let named = |value: StartValue| match value {
+            StartValue::Number(number) => StartValue::Item(number.to_string()),
+            item => item,
         };
-        return single(name, values.into_iter().map(named).collect());
+        values = values.into_iter().map(named).collect();
     }
-    let wanted = row.shape.len(balls);
-    if values.len() != wanted {
-        return Err(format!(
-            "{name} takes a list of {wanted} value(s) in a cradle of {balls} ball(s), not {}; to set a single one, use {name}[i]",
-            values.len()
-        ));
-    }
-    let named = |(index, value)| (Variable { row, position, index }.to_string(), value);
-    Ok(values.into_iter().enumerate().map(named).collect())
-}
-
-/// A variable that `values` must be the one value of.
-fn single(name: &str, values: Vec<StartValue>) -> Result<Vec<(String, StartValue)>, String> {
     match <[StartValue; 1]>::try_from(values) {
         Ok([value]) => Ok(vec![(name.to_owned(), value)]),
         Err(values) => Err(format!("{name} takes one value, not {}; write decimals with a point", values.len())),
@@ -173,19 +185,15 @@ pub fn in_words(variable: Variable, value: &StartValue) -> String {
     match (value, variable.row.access) {
         (StartValue::Item(item), Access::Enumeration(_)) => format!("{variable} = {item}"),
         (StartValue::Item(item), _) => format!("{variable} = \"{item}\""),
-        (StartValue::Number(number), _) => {
-            let number = newtons_cradle::variables::Number(*number);
-            format!("{variable} = {}", variable.row.quantified(number))
-        }
+        (StartValue::Number(number), _) => format!("{variable} = {}", variable.row.quantified(Number(*number))),
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use newtons_cradle::variables::Causality;
+    use newtons_cradle::variables::{Causality, TABLE};
 
     use super::*;
-    use crate::build::PRESETS;
 
     fn recipe(preset: &Preset) -> Recipe {
         let mut choice = Choice::default();
@@ -196,12 +204,13 @@ mod tests {
     #[test]
     fn every_file_is_a_preset() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("presets");
-        let mut files: Vec<String> =
-            fs::read_dir(folder).unwrap().map(|file| file.unwrap().file_name().into_string().unwrap()).collect();
-        let mut presets: Vec<String> = PRESETS.iter().map(|preset| format!("{}.toml", preset.name)).collect();
-        files.sort();
-        presets.sort();
-        assert_eq!(files, presets);
+        let files = fs::read_dir(folder).unwrap().map(|file| file.unwrap().path());
+        for file in files {
+            assert!(Preset::named(file.file_stem().unwrap().to_str().unwrap()).is_ok(), "{}", file.display());
+        }
+        // Two figures of one run.
+        let [four, five] = ["figure4", "figure5"].map(|name| recipe(Preset::named(name).unwrap()));
+        assert_eq!(four, five);
     }
 
     #[test]
@@ -222,11 +231,5 @@ mod tests {
                 }
             }
         }
-    }
-
-    #[test]
-    fn figures_4_and_5_are_of_the_same_run() {
-        let [four, five] = ["figure4", "figure5"].map(|name| recipe(Preset::named(name).unwrap()));
-        assert_eq!(four, five);
     }
 }

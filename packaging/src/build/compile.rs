@@ -31,12 +31,12 @@ impl Workspace {
                 "to compile, run this in the folder of the sources, or use --from or --binary: cargo metadata failed";
             return Err(Error::Failure(reason.to_owned()));
         }
-        let metadata = json(&output.stdout)?;
-        let path = |key: &str| metadata.get(key).and_then(Value::as_str).map(PathBuf::from);
-        match (path("target_directory"), path("workspace_root")) {
-            (Some(target), Some(root)) => Ok(Self { target, root }),
-            _ => Err(Error::Failure("cargo metadata names no target_directory and workspace_root".to_owned())),
-        }
+        let metadata: Value = serde_json::from_slice(&output.stdout)
+            .map_err(|error| Error::Failure(format!("cargo's answer is not JSON: {error}")))?;
+        let [target, root] =
+            ["target_directory", "workspace_root"].map(|key| metadata[key].as_str().map(PathBuf::from));
+        let missing = || Error::Failure("cargo metadata names no target_directory and workspace_root".to_owned());
+        target.zip(root).map(|(target, root)| Self { target, root }).ok_or_else(missing)
     }
 
     /// Builds the shared library for this machine, or for each of the target triples, and tells where they are, in the
@@ -48,37 +48,29 @@ impl Workspace {
         let platforms = all.iter().map(|target| Platform::of_target(target)).collect::<Result<Vec<_>, _>>()?;
         let (zig, plain): (Vec<&str>, Vec<&str>) =
             all.iter().map(String::as_str).partition(|target| target.contains("-gnu."));
-        let mut built = Vec::new();
-        for (command, of) in [("build", plain), ("zigbuild", zig)] {
-            if !of.is_empty() {
-                built.extend(self.cargo_build(command, &of, release)?);
-            }
-        }
-        let found = |(target, platform): (&String, &'static Platform)| {
-            // A library lies in a folder of its target's name, without a version of glibc.
-            let folder = target.split('.').next().unwrap_or_default();
-            let of_target = |file: &&PathBuf| {
-                file.extension().is_some_and(|extension| extension == platform.extension)
-                    && file.components().any(|part| part.as_os_str() == folder)
-            };
-            let file = built.iter().rfind(of_target).cloned();
-            file.map(|file| (platform, file))
-                .ok_or_else(|| Error::Failure(format!("cargo built no shared library of {PACKAGE} for {target}")))
+        self.cargo("build", &plain, release)?;
+        self.cargo("zigbuild", &zig, release)?;
+        let library = |(target, platform): (&String, &'static Platform)| {
+            // In the name of the folder there is no version of glibc.
+            let triple = target.split('.').next().unwrap_or_default();
+            let prefix = if triple.contains("windows") { "" } else { "lib" };
+            let name = platform.library_name(&format!("{prefix}{}", PACKAGE.replace('-', "_")));
+            (platform, self.target.join(triple).join(if release { "release" } else { "debug" }).join(name))
         };
-        all.iter().zip(platforms).map(found).collect()
+        Ok(all.iter().zip(platforms).map(library).collect())
     }
 
-    /// Runs `cargo build` or `cargo zigbuild` for these targets: the files of the library.
-    fn cargo_build(&self, build: &str, targets: &[&str], release: bool) -> Result<Vec<PathBuf>, Error> {
+    /// Runs `cargo build` or `cargo zigbuild` for these targets, if there are any.
+    fn cargo(&self, build: &str, targets: &[&str], release: bool) -> Result<(), Error> {
+        if targets.is_empty() {
+            return Ok(());
+        }
         let mut command = cargo();
-        command.args([build, "--package", PACKAGE, "--lib", "--message-format=json-render-diagnostics"]);
-        command.arg("--manifest-path").arg(self.root.join("Cargo.toml"));
+        command.args([build, "--package", PACKAGE, "--lib"]).arg("--manifest-path").arg(self.root.join("Cargo.toml"));
         // Also named where it is this machine's: the flags are then not those of what runs while compiling, which can
         // be shared with what has compiled this program.
         command.args(targets.iter().flat_map(|target| ["--target", target]));
-        if release {
-            command.arg("--release");
-        }
+        command.args(release.then_some("--release"));
         command.env("CARGO_ENCODED_RUSTFLAGS", self.flags()?);
         // `pip install cargo-zigbuild` may have put it, and the Python that knows where zig is, into the .venv of the
         // sources.
@@ -88,24 +80,16 @@ impl Workspace {
             let all = std::iter::once(programs).chain(std::env::split_paths(&path));
             command.env("PATH", std::env::join_paths(all).unwrap_or(path));
         }
-        let output = command
-            .stderr(Stdio::inherit())
-            .output()
-            .map_err(|error| Error::Failure(format!("cannot run cargo: {error}")))?;
-        if !output.status.success() {
-            let advice = if build == "zigbuild" {
-                "a target with a version of glibc needs `pip install ziglang cargo-zigbuild`"
-            } else {
-                "`rustup target add` installs what Rust needs for a target"
-            };
-            let of = targets.join(", ");
-            return Err(Error::Failure(format!("the FMU's binary does not compile for {of}, see above; {advice}")));
+        if command.status().map_err(|error| Error::Failure(format!("cannot run cargo: {error}")))?.success() {
+            return Ok(());
         }
-        let mut files = Vec::new();
-        for line in output.stdout.split(|byte| *byte == b'\n').filter(|line| line.starts_with(b"{")) {
-            files.extend(library_files(&json(line)?));
-        }
-        Ok(files)
+        let advice = if build == "zigbuild" {
+            "a target with a version of glibc needs `pip install ziglang cargo-zigbuild`"
+        } else {
+            "`rustup target add` installs what Rust needs for a target"
+        };
+        let of = targets.join(", ");
+        Err(Error::Failure(format!("the FMU's binary does not compile for {of}, see above; {advice}")))
     }
 
     /// The user's flags for the compiler, and those that keep this machine's paths out of the binary.
@@ -132,17 +116,6 @@ impl Workspace {
     }
 }
 
-/// The files that a message of Cargo tells of, if they are those of our library.
-fn library_files(message: &Value) -> Vec<PathBuf> {
-    let text = |value: Option<&Value>| value.and_then(Value::as_str).unwrap_or_default().to_owned();
-    let library = text(message.get("target").and_then(|target| target.get("name")));
-    if text(message.get("reason")) != "compiler-artifact" || library != PACKAGE.replace('-', "_") {
-        return Vec::new();
-    }
-    let files = message.get("filenames").and_then(Value::as_array).into_iter().flatten();
-    files.filter_map(Value::as_str).map(PathBuf::from).collect()
-}
-
 fn cargo() -> Command {
     Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
 }
@@ -163,8 +136,4 @@ fn rustc(what: &str) -> Result<String, Error> {
         .output()
         .map_err(|error| Error::Failure(format!("cannot run rustc: {error}")))?;
     Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
-}
-
-fn json(text: &[u8]) -> Result<Value, Error> {
-    serde_json::from_slice(text).map_err(|error| Error::Failure(format!("cargo's answer is not JSON: {error}")))
 }

@@ -1,9 +1,10 @@
 //! What is in an FMU.
 
+use std::time::{Duration, UNIX_EPOCH};
+
 use newtons_cradle::variables::{Description, FILE_NAME, MODEL_IDENTIFIER, Recipe};
 
-use super::standard::Standard;
-use super::{date, page};
+use super::{Standard, page};
 use crate::archive::Entries;
 use crate::error::Error;
 use crate::platform::Platform;
@@ -16,91 +17,69 @@ pub struct Binary {
     pub contents: Vec<u8>,
 }
 
+/// What is in every FMU. The licences of others are kept in the sources, so that packing needs neither Cargo nor a
+/// network; a test compares them with what Cargo knows.
+const LICENSES: [(&str, &str); 3] = [
+    ("LICENSE-MIT", include_str!("../../../LICENSE-MIT")),
+    ("LICENSE-APACHE", include_str!("../../../LICENSE-APACHE")),
+    ("third-party", include_str!("../../assets/third-party.txt")),
+];
+
 /// What connects to the support and to the balls.
 const TERMINALS: &str = include_str!("../../assets/terminalsAndIcons.xml");
 
 /// The files of an FMU for the cradle of `recipe` with these binaries.
 pub fn entries(recipe: &Recipe, binaries: Vec<Binary>, standard: Standard) -> Result<Entries, Error> {
-    let start = recipe.settings().map_err(|error| Error::Usage(error.to_string()))?;
+    let start = recipe.settings()?;
+    let description = match standard {
+        Standard::Fmi2 => Description::of(&start),
+        Standard::Fmi3 { clocks: true } => Description::fmi3(&start),
+        Standard::Fmi3 { clocks: false } => Description::fmi3(&start).without_clocks(),
+    };
     let mut entries = Entries::new();
-    let mut add = |path: String, contents: Vec<u8>| _ = entries.insert(path, contents);
-    let picture = include_bytes!("../../assets/model.png");
-    if let Standard::Fmi3 { clocks } = standard {
-        let description = Description::fmi3(&start);
-        let description = if clocks { description } else { description.without_clocks() };
-        add("modelDescription.xml".into(), description.xml(&date::generation()?).into());
-        add("terminalsAndIcons/terminalsAndIcons.xml".into(), TERMINALS.into());
-        add("terminalsAndIcons/icon.png".into(), picture.into());
-    } else {
-        add("modelDescription.xml".into(), Description::of(&start).xml(&date::generation()?).into());
-        add("model.png".into(), picture.into());
+    let mut add = |path: &str, contents: &[u8]| _ = entries.insert(path.to_owned(), contents.to_vec());
+    add("modelDescription.xml", description.xml(&date()?).as_bytes());
+    let is_fmi2 = standard == Standard::Fmi2;
+    add(if is_fmi2 { "model.png" } else { "terminalsAndIcons/icon.png" }, include_bytes!("../../assets/model.png"));
+    if !is_fmi2 {
+        add("terminalsAndIcons/terminalsAndIcons.xml", TERMINALS.as_bytes());
     }
-    add(format!("resources/{FILE_NAME}"), recipe.to_json().into());
-    add("documentation/index.html".into(), page::html(&start, standard).into());
-    add("documentation/licenses/LICENSE-MIT.txt".into(), include_bytes!("../../../LICENSE-MIT").into());
-    add("documentation/licenses/LICENSE-APACHE.txt".into(), include_bytes!("../../../LICENSE-APACHE").into());
-    // Kept in the sources, so that packing needs neither Cargo nor a network; a test compares it with what Cargo knows.
-    add("documentation/licenses/third-party.txt".into(), include_bytes!("../../assets/third-party.txt").into());
+    add(&format!("resources/{FILE_NAME}"), recipe.to_json().as_bytes());
+    add("documentation/index.html", page::html(&start, standard).as_bytes());
+    for (name, text) in LICENSES {
+        add(&format!("documentation/licenses/{name}.txt"), text.as_bytes());
+    }
     for Binary { platform, contents } in binaries {
-        if standard == Standard::Fmi2 {
+        if is_fmi2 {
             entries.insert(platform.binary_path(MODEL_IDENTIFIER), contents);
             continue;
         }
         let parts = platform.by_tuple(MODEL_IDENTIFIER, &contents);
         for (path, part) in parts.map_err(|error| Error::Failure(format!("{}: {error}", platform.folder)))? {
-            add_library(&mut entries, path, part)?;
+            // A place can be asked for twice: FMUs of FMI 2.0 may have Linux on ARM in two folders.
+            if entries.get(&path).is_some_and(|other| *other != part) {
+                return Err(Error::Failure(format!("two different shared libraries are for {path}; allowed: one")));
+            }
+            entries.insert(path, part);
         }
     }
     Ok(entries)
 }
 
-/// Adds a shared library. A place can be asked for twice: FMUs of FMI 2.0 may have one for Linux on ARM in two folders.
-fn add_library(entries: &mut Entries, path: String, library: Vec<u8>) -> Result<(), Error> {
-    if entries.get(&path).is_some_and(|other| *other != library) {
-        return Err(Error::Failure(format!("two different shared libraries are for {path}; allowed: one")));
-    }
-    entries.insert(path, library);
-    Ok(())
-}
+/// 1980-01-01, the earliest time that a zip file can hold, s since 1970.
+const ZIP_EPOCH: u64 = 315_532_800;
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+/// The end of the year 9999, s since 1970.
+const MAX_SECONDS: u64 = 253_402_300_799;
 
-    #[test]
-    fn names_are_those_of_the_standard() {
-        let binary = Binary { platform: Platform::named("linux64").unwrap(), contents: b"binary".to_vec() };
-        let entries = entries(&Recipe::default(), vec![binary], Standard::Fmi2).unwrap();
-        let names: Vec<&str> = entries.keys().map(String::as_str).collect();
-        assert_eq!(
-            names,
-            [
-                "binaries/linux64/NewtonsCradle.so",
-                "documentation/index.html",
-                "documentation/licenses/LICENSE-APACHE.txt",
-                "documentation/licenses/LICENSE-MIT.txt",
-                "documentation/licenses/third-party.txt",
-                "model.png",
-                "modelDescription.xml",
-                "resources/cradle.json",
-            ]
-        );
-        assert!(entries.values().all(|contents| !contents.is_empty()));
-        assert!(entries["model.png"].starts_with(b"\x89PNG"));
-    }
-
-    #[test]
-    fn a_place_is_for_one_shared_library() {
-        let mut entries = Entries::new();
-        let mut add =
-            |library: &[u8]| add_library(&mut entries, "binaries/aarch64-linux/a.so".into(), library.to_vec());
-        assert!(add(b"arm").is_ok() && add(b"arm").is_ok());
-        assert!(
-            add(b"another")
-                .unwrap_err()
-                .to_string()
-                .contains("two different shared libraries are for binaries/aarch64")
-        );
-        assert_eq!(entries["binaries/aarch64-linux/a.so"], b"arm");
-    }
+/// The time of generation as `YYYY-MM-DDThh:mm:ssZ`: what `SOURCE_DATE_EPOCH` asks for, or 1980-01-01. The clock is not
+/// asked, so that the same arguments give the same bytes.
+fn date() -> Result<String, Error> {
+    let seconds = match std::env::var("SOURCE_DATE_EPOCH") {
+        Ok(text) => text.parse().ok().filter(|seconds| *seconds <= MAX_SECONDS).ok_or_else(|| {
+            Error::Usage(format!("SOURCE_DATE_EPOCH = {text} is refused; allowed: 0 to {MAX_SECONDS} s"))
+        })?,
+        Err(_) => ZIP_EPOCH,
+    };
+    Ok(humantime::format_rfc3339_seconds(UNIX_EPOCH + Duration::from_secs(seconds)).to_string())
 }

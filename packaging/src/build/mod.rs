@@ -6,17 +6,23 @@
 mod choice;
 mod compile;
 mod contents;
-mod date;
 mod names;
 mod page;
-mod preset;
 mod source;
-mod standard;
 
-pub use choice::{Choice, in_words};
+pub use choice::{Choice, PRESETS, Preset, in_words};
 pub use compile::Workspace;
 pub use contents::{Binary, entries};
-pub use names::did_you_mean;
-pub use preset::{PRESETS, Preset};
 pub use source::{Ready, checkout, replaced};
-pub use standard::Standard;
+
+/// The version of FMI that an FMU follows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Standard {
+    /// FMI 2.0.
+    Fmi2,
+    /// FMI 3.0.
+    Fmi3 {
+        /// Whether it has clocks; some hosts take none.
+        clocks: bool,
+    },
+}

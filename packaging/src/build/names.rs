@@ -2,43 +2,35 @@
 
 use newtons_cradle::variables::{Row, Shape, StartValue, TABLE, Type};
 
-/// The known name that is most like a wrong one, if any is like it: less than a third of its letters differ, or it is
-/// the wrong one after a dot.
-pub fn nearest<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+/// `; did you mean "..."?` with the known name that is most like a wrong one, if any is like it: less than a third of
+/// its letters differ, or it is the wrong one after a dot. Else nothing.
+pub fn did_you_mean<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     let wrong = wrong.to_lowercase();
     let distance = |name: &str| {
         let name = name.to_lowercase();
         let last = name.rsplit('.').next().unwrap_or_default();
         strsim::damerau_levenshtein(&wrong, &name).min(1 + strsim::damerau_levenshtein(&wrong, last))
     };
-    let enough = 1 + wrong.chars().count() / 3;
-    known
-        .into_iter()
-        .map(|name| (distance(name), name))
-        .filter(|(far, _)| *far < enough.max(2))
-        .min()
-        .map(|(_, name)| name)
+    let enough = (1 + wrong.chars().count() / 3).max(2);
+    let like = known.into_iter().map(|name| (distance(name), name)).filter(|(far, _)| *far < enough);
+    like.min().map(|(_, name)| format!("; did you mean \"{name}\"?")).unwrap_or_default()
 }
 
-/// `; did you mean "..."?`, or nothing.
-pub fn did_you_mean<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -> String {
-    nearest(wrong, known).map(|name| format!("; did you mean \"{name}\"?")).unwrap_or_default()
-}
-
-/// Why no start value can be given for `name` in a cradle of `balls` balls, and for what it can; nothing if it can be.
-pub fn refusal(name: &str, balls: usize) -> Option<String> {
+/// The row of a variable that a start value can be given for in a cradle of `balls` balls, and its position in the
+/// table; else why there is none, and what can be set.
+pub fn settable(name: &str, balls: usize) -> Result<(usize, &'static Row), String> {
     let (family, index) = match name.strip_suffix(']').and_then(|name| name.split_once('[')) {
         Some((family, index)) => (family, Some(index)),
         None => (name, None),
     };
-    let Some(row) = TABLE.iter().find(|row| row.name == family) else {
+    let Some((position, row)) = TABLE.iter().enumerate().find(|(_, row)| row.name == family) else {
         let settable = || TABLE.iter().filter(|row| row.settable());
         let mut hint = did_you_mean(family, settable().map(|row| row.name));
         if hint.is_empty() {
             let names: Vec<String> = settable().map(indexed).collect();
             hint = format!("; allowed: {}", names.join(", "));
         }
-        return Some(format!("no variable has the name \"{name}\"{hint}"));
+        return Err(format!("no variable has the name \"{name}\"{hint}"));
     };
     if !row.settable() {
         let instead = match row.name {
@@ -48,16 +40,16 @@ pub fn refusal(name: &str, balls: usize) -> Option<String> {
             _ => "",
         };
         let causality = format!("{:?}", row.causality).to_lowercase();
-        return Some(format!("{name} cannot be set, because its causality is {causality}{instead}"));
+        return Err(format!("{name} cannot be set, because its causality is {causality}{instead}"));
     }
     let count = row.shape.len(balls);
     match index {
-        Some(_) if row.shape == Shape::Scalar => Some(format!("{family} is a single value and takes no index")),
+        Some(_) if row.shape == Shape::Scalar => Err(format!("{family} is a single value and takes no index")),
         Some(index) if !index.parse().is_ok_and(|index: usize| (1..=count).contains(&index)) => {
             let allowed = if count == 0 { "there are none".to_owned() } else { format!("allowed: 1 to {count}") };
-            Some(format!("{name}: index {index} is refused; {allowed}, in a cradle of {balls} ball(s)"))
+            Err(format!("{name}: index {index} is refused; {allowed}, in a cradle of {balls} ball(s)"))
         }
-        _ => None,
+        _ => Ok((position, row)),
     }
 }
 
@@ -87,19 +79,17 @@ mod tests {
 
     #[test]
     fn what_is_like_a_name_is_found() {
-        let names = || TABLE.iter().filter(|row| row.settable()).map(|row| row.name);
         for (wrong, meant) in [
-            ("contact.stifness", "contact.stiffness"),
             ("stiffness", "contact.stiffness"),
             ("Gravity", "gravity"),
             ("ball.radios", "ball.radius"),
             ("xstart", "x_start"),
             ("contact.modle", "contact.model"),
         ] {
-            assert_eq!(nearest(wrong, names()), Some(meant), "{wrong}");
+            assert!(settable(wrong, 5).err().unwrap().ends_with(&format!("did you mean \"{meant}\"?")), "{wrong}");
         }
         for wrong in ["", "nothing", "voltage", "T"] {
-            assert_eq!(nearest(wrong, names()), None, "{wrong}");
+            assert!(settable(wrong, 5).err().unwrap().contains("; allowed: gravity, "), "{wrong}");
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::standard::Standard;
+use super::Standard;
 use newtons_cradle::variables::{
     Access, Array, Causality, DERIVATIVES_OF, Escaped, Extra, MODEL_IDENTIFIER, Number, Row, STEP_SIZE, STOP_TIME,
     Settings, TABLE, Variability, Variable,

@@ -4,9 +4,8 @@ use std::path::{Path, PathBuf};
 
 use newtons_cradle::variables::{Description, MODEL_IDENTIFIER};
 
-use super::choice::Choice;
+use super::choice::PRESETS;
 use super::contents::Binary;
-use super::preset::PRESETS;
 use crate::archive::Entries;
 use crate::check::{self, MAX_BYTES, Model, Report};
 use crate::error::Error;
@@ -29,40 +28,54 @@ impl Ready {
     pub fn of(path: &Path) -> Result<Self, Error> {
         let bytes = check::read(path)?;
         let refused = |reason: &str| Error::Usage(format!("--from {} is refused: {reason}", path.display()));
-        let mut report = Report::default();
-        let entries = check::unpack(&bytes, MAX_BYTES, &mut report).unwrap_or_default();
-        let model = entries.get("modelDescription.xml").and_then(|text| Model::read(text, &mut report));
-        if let Some(model) = &model {
+        let (entries, model) = opened(&bytes);
+        if let Some(model) = model {
             let (name, tool) = (&model.name, if model.tool.is_empty() { "an unknown tool" } else { &model.tool });
             if !model.is_own() {
-                return Err(refused(&format!(
-                    "it is \"{name}\", written by {tool}; allowed: {MODEL_IDENTIFIER} of {TOOL}"
-                )));
+                let reason = format!("it is \"{name}\", written by {tool}; allowed: {MODEL_IDENTIFIER} of {TOOL}");
+                return Err(refused(&reason));
             }
             if tool != TOOL {
                 return Err(refused(&format!("it was written by {tool}; allowed: {TOOL}")));
             }
         }
-        let (report, _) = check::bytes(&bytes, MAX_BYTES);
-        if let Some(problem) = report.problems.first() {
+        if let Some(problem) = check::bytes(&bytes, MAX_BYTES).0.problems.first() {
             return Err(refused(problem));
         }
         let mut ready = Self::default();
         for (name, contents) in entries {
             if let Some(platform) = Platform::of_path(&name, MODEL_IDENTIFIER) {
-                match ready.binaries.iter_mut().find(|other| other.platform == platform) {
-                    Some(other) => {
-                        other.contents =
-                            universal::join(&other.contents, &contents).map_err(|error| refused(&error))?;
-                    }
-                    None => ready.binaries.push(Binary { platform, contents }),
-                }
+                ready.add(Binary { platform, contents }).map_err(|error| refused(&error))?;
             } else if name.starts_with("documentation/licenses/") {
                 ready.licenses.insert(name, contents);
             }
         }
         Ok(ready)
     }
+
+    /// Adds a shared library. Those of macOS for two processors become one.
+    pub fn add(&mut self, binary: Binary) -> Result<(), String> {
+        let Some(other) = self.binaries.iter_mut().find(|other| other.platform == binary.platform) else {
+            self.binaries.push(binary);
+            return Ok(());
+        };
+        let folder = binary.platform.folder;
+        let refused = |allowed: &str| format!("there are two binaries for {folder}; allowed: {allowed}");
+        if folder != "darwin64" {
+            return Err(refused("one"));
+        }
+        other.contents = universal::join(&other.contents, &binary.contents)
+            .map_err(|error| refused(&format!("one for each processor, but {error}")))?;
+        Ok(())
+    }
+}
+
+/// The entries of an FMU, and its description if it can be read.
+fn opened(bytes: &[u8]) -> (Entries, Option<Model>) {
+    let mut unused = Report::default();
+    let entries = check::unpack(bytes, MAX_BYTES, &mut unused).unwrap_or_default();
+    let model = Model::of(&entries, &mut unused);
+    (entries, model)
 }
 
 /// The folder of the sources that this folder lies in, if it does.
@@ -79,27 +92,21 @@ pub fn checkout() -> Option<PathBuf> {
 /// What is in a file that is about to be replaced by the FMU `new`, in words; nothing if there is no file, or the same.
 pub fn replaced(path: &Path, new: &[u8]) -> Option<String> {
     let old = check::read(path).ok().filter(|old| old != new)?;
-    let model = |bytes: &[u8]| {
-        let mut unused = Report::default();
-        let entries = check::unpack(bytes, MAX_BYTES, &mut unused)?;
-        Model::read(entries.get("modelDescription.xml")?, &mut unused)
-    };
-    let (Some(was), Some(is)) = (model(&old), model(new)) else {
+    let (Some(was), Some(is)) = (opened(&old).1, opened(new).1) else {
         return Some(format!("{} bytes, not an FMU", old.len()));
     };
     if was.guid == is.guid {
         return Some("the same cradle, with other binaries or documents".to_owned());
     }
-    let balls = was.balls;
     let preset = PRESETS.iter().find(|preset| {
-        Choice::settings_of(preset).is_ok_and(|settings| match was.is_fmi3() {
+        preset.settings().is_ok_and(|settings| match was.is_fmi3() {
             true => Description::of_token(&settings, &was.guid).is_some(),
             false => Description::of(&settings).guid() == was.guid,
         })
     });
     let what = match preset {
         Some(preset) => format!("preset {}", preset.name),
-        None if was.is_own() => format!("n = {balls}"),
+        None if was.is_own() => format!("n = {}", was.balls()),
         None => format!("\"{}\"", was.name),
     };
     Some(format!("{what}, GUID {}; now GUID {}", was.guid, is.guid))

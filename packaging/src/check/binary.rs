@@ -20,6 +20,19 @@ const FMI2: &str = "GetTypesPlatform GetVersion SetDebugLogging Instantiate Free
     EnterEventMode NewDiscreteStates EnterContinuousTimeMode CompletedIntegratorStep
     SetTime SetContinuousStates GetDerivatives GetEventIndicators GetContinuousStates GetNominalsOfContinuousStates";
 
+/// Functions of FMI 3.0, without the `fmi3` that all of them begin with, but for getters and setters of types.
+const FMI3: &str = "GetVersion SetDebugLogging InstantiateModelExchange InstantiateCoSimulation
+    InstantiateScheduledExecution FreeInstance EnterInitializationMode ExitInitializationMode EnterEventMode Terminate
+    Reset GetNumberOfVariableDependencies GetVariableDependencies GetFMUState SetFMUState FreeFMUState
+    SerializedFMUStateSize SerializeFMUState DeserializeFMUState GetDirectionalDerivative GetAdjointDerivative
+    EnterConfigurationMode ExitConfigurationMode GetIntervalDecimal GetIntervalFraction GetShiftDecimal GetShiftFraction
+    SetIntervalDecimal SetIntervalFraction SetShiftDecimal SetShiftFraction EvaluateDiscreteStates UpdateDiscreteStates
+    EnterContinuousTimeMode CompletedIntegratorStep SetTime SetContinuousStates GetContinuousStateDerivatives
+    GetEventIndicators GetContinuousStates GetNominalsOfContinuousStates GetNumberOfEventIndicators
+    GetNumberOfContinuousStates EnterStepMode GetOutputDerivatives DoStep ActivateModelPartition";
+const TYPES_OF_FMI3: &str =
+    "Float32 Float64 Int8 UInt8 Int16 UInt16 Int32 UInt32 Int64 UInt64 Boolean String Binary Clock";
+
 /// What a path of somebody's machine begins with.
 const PATHS: [&[u8]; 5] = [b"/home/", b"/root/", b"/Users/", b"/tmp/", b":\\Users\\"];
 
@@ -32,7 +45,7 @@ const SYSTEM: &str = "ld-linux libc.so. libm.so. libdl.so. libpthread.so. librt.
 const OLD_GLIBC: (u32, u32) = (2, 17);
 
 /// The first macOS for ARM, of 2020.
-const OLD_MACOS: (u16, u8) = (11, 0);
+const OLD_MACOS: (u32, u32) = (11, 0);
 
 /// What a shared library shows.
 #[derive(Debug)]
@@ -46,7 +59,7 @@ pub struct Library {
     /// The newest version of glibc that it needs something of, such as (2, 17).
     pub glibc: Option<(u32, u32)>,
     /// The oldest macOS that it is meant for, such as (11, 0).
-    pub macos: Option<(u16, u8)>,
+    pub macos: Option<(u32, u32)>,
     /// Whether it has a signature, without which macOS loads nothing on ARM. It is not verified.
     pub signed: bool,
     /// Paths of the machine it was built on.
@@ -55,9 +68,8 @@ pub struct Library {
 
 impl Library {
     /// Reads a shared library of any platform. A universal binary of macOS holds several.
-    pub fn read(bytes: &[u8]) -> Result<Vec<Self>, String> {
-        let slices = universal::slices(bytes).map_err(|error| error.to_string())?;
-        slices.into_iter().map(|slice| Self::read_one(slice).map_err(|error| error.to_string())).collect()
+    pub fn read(bytes: &[u8]) -> object::Result<Vec<Self>> {
+        universal::slices(bytes)?.into_iter().map(Self::read_one).collect()
     }
 
     fn read_one(bytes: &[u8]) -> object::Result<Self> {
@@ -129,9 +141,8 @@ fn text(name: &[u8]) -> String {
 }
 
 /// 0x000b0000 to (11, 0): the lowest byte is a patch level.
-fn macos(version: u32) -> (u16, u8) {
-    let [_, minor, low, high] = version.to_le_bytes();
-    (u16::from_le_bytes([low, high]), minor)
+fn macos(version: u32) -> (u32, u32) {
+    (version >> 16, version >> 8 & 0xff)
 }
 
 /// `GLIBC_2.17` to (2, 17).
@@ -141,28 +152,10 @@ fn glibc(version: &[u8]) -> Option<(u32, u32)> {
 }
 
 fn paths(bytes: &[u8]) -> BTreeSet<String> {
-    let mut paths = BTreeSet::new();
-    for begin in 0..bytes.len() {
-        if PATHS.iter().any(|path| bytes[begin..].starts_with(path)) {
-            let path = bytes[begin..].iter().take(80).take_while(|byte| byte.is_ascii_graphic());
-            paths.insert(path.map(|byte| char::from(*byte)).collect());
-        }
-    }
-    paths
+    let begins = (0..bytes.len()).filter(|begin| PATHS.iter().any(|path| bytes[*begin..].starts_with(path)));
+    let path = |begin| bytes[begin..].iter().take(80).take_while(|byte: &&u8| byte.is_ascii_graphic());
+    begins.map(|begin| path(begin).map(|byte| char::from(*byte)).collect()).collect()
 }
-
-/// Functions of FMI 3.0, without the `fmi3` that all of them begin with, but for getters and setters of types.
-const FMI3: &str = "GetVersion SetDebugLogging InstantiateModelExchange InstantiateCoSimulation
-    InstantiateScheduledExecution FreeInstance EnterInitializationMode ExitInitializationMode EnterEventMode Terminate
-    Reset GetNumberOfVariableDependencies GetVariableDependencies GetFMUState SetFMUState FreeFMUState
-    SerializedFMUStateSize SerializeFMUState DeserializeFMUState GetDirectionalDerivative GetAdjointDerivative
-    EnterConfigurationMode ExitConfigurationMode GetIntervalDecimal GetIntervalFraction GetShiftDecimal GetShiftFraction
-    SetIntervalDecimal SetIntervalFraction SetShiftDecimal SetShiftFraction EvaluateDiscreteStates UpdateDiscreteStates
-    EnterContinuousTimeMode CompletedIntegratorStep SetTime SetContinuousStates GetContinuousStateDerivatives
-    GetEventIndicators GetContinuousStates GetNominalsOfContinuousStates GetNumberOfEventIndicators
-    GetNumberOfContinuousStates EnterStepMode GetOutputDerivatives DoStep ActivateModelPartition";
-const TYPES_OF_FMI3: &str =
-    "Float32 Float64 Int8 UInt8 Int16 UInt16 Int32 UInt32 Int64 UInt64 Boolean String Binary Clock";
 
 /// Names of all functions: the same binary serves both versions.
 fn functions() -> impl Iterator<Item = String> {
@@ -171,13 +164,12 @@ fn functions() -> impl Iterator<Item = String> {
     FMI2.split_whitespace().map(|name| format!("fmi2{name}")).chain(of_fmi3)
 }
 
-/// Checks a shared library.
+/// Checks a shared library, or each within a universal one.
 pub(super) fn check(place: &str, bytes: &[u8], report: &mut Report) {
     let libraries = report.accept(place, Library::read(bytes)).unwrap_or_default();
-    let universal = libraries.len() > 1;
-    for library in libraries {
-        let of = if universal { format!(" for {:?}", library.architecture) } else { String::new() };
-        check_one(&format!("{place}{of}"), &library, report);
+    for library in &libraries {
+        let of = if libraries.len() > 1 { format!(" for {:?}", library.architecture) } else { String::new() };
+        check_one(&format!("{place}{of}"), library, report);
     }
 }
 
@@ -218,20 +210,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn versions_of_glibc_are_ordered_as_numbers() {
+    fn versions_and_paths_are_read() {
         assert_eq!(glibc(b"GLIBC_2.2.5"), Some((2, 2)));
         assert!(glibc(b"GLIBC_2.17") > glibc(b"GLIBC_2.4"));
         assert_eq!(glibc(b"GCC_3.0"), None);
-    }
-
-    #[test]
-    fn versions_of_macos_are_packed_into_bytes() {
-        assert_eq!(macos(0x000b_0000), (11, 0));
-        assert_eq!(macos(0x000a_0d06), (10, 13));
-    }
-
-    #[test]
-    fn paths_of_a_machine_are_found() {
+        assert_eq!((macos(0x000b_0000), macos(0x000a_0d06)), ((11, 0), (10, 13)));
         let found = paths(b"..\0/home/somebody/x.rs\0 /usr/lib C:\\Users\\me\\x");
         assert_eq!(found.into_iter().collect::<Vec<_>>(), ["/home/somebody/x.rs", ":\\Users\\me\\x"]);
     }

@@ -1,18 +1,95 @@
-//! What is wrong with an FMU that this program has written: its entries, its description, its binaries. Damage of any
-//! kind is reported, also that of files that are no such FMU.
+//! What is wrong with an FMU that this program has written, maybe with binaries from elsewhere: its entries, its
+//! description, its binaries. Damage of any kind is reported, also that of files that are no such FMU.
 //!
 //! [`bytes()`] checks a whole FMU and hands out a [`Report`]. What it reads on the way is here, too, for those who only
 //! want to look: the entries by [`unpack()`], the description as `Model`, a binary as `Library`.
 
 mod binary;
-mod fmu;
 mod model;
-mod own;
 mod report;
 mod unpack;
 
+use std::fs;
+use std::path::Path;
+
+use newtons_cradle::variables::{Description, FILE_NAME, MODEL_IDENTIFIER, Recipe};
+
+use crate::archive::Entries;
+use crate::error::Error;
+use crate::platform::PLATFORMS;
+
 pub(crate) use binary::Library;
-pub use fmu::{MAX_BYTES, bytes, read};
 pub(crate) use model::Model;
 pub use report::Report;
 pub use unpack::unpack;
+
+/// Largest FMU that is read, and largest contents, bytes.
+pub const MAX_BYTES: u64 = 512 << 20;
+
+/// The bytes of a file that is not too large.
+pub fn read(path: &Path) -> Result<Vec<u8>, Error> {
+    let refused = |reason: String| Error::Usage(format!("cannot read {}: {reason}", path.display()));
+    let length = fs::metadata(path).map_err(|error| refused(error.to_string()))?.len();
+    if length > MAX_BYTES {
+        return Err(refused(format!("{length} bytes; allowed: at most {MAX_BYTES}")));
+    }
+    fs::read(path).map_err(|error| refused(error.to_string()))
+}
+
+/// Checks an FMU in memory, without loading its binaries; of its contents at most `limit` bytes are unpacked. The
+/// entries are for more checks; there are none if it is not an FMU of this version of this program.
+pub fn bytes(bytes: &[u8], limit: u64) -> (Report, Option<Entries>) {
+    let mut report = Report::default();
+    let entries = unpack(bytes, limit, &mut report).filter(|entries| is_checked(entries, &mut report));
+    (report, entries)
+}
+
+/// Checks description and binaries; whether this version can check all of them.
+fn is_checked(entries: &Entries, report: &mut Report) -> bool {
+    let Some(model) = Model::of(entries, report) else { return false };
+    if !model.is_own() {
+        let (name, tool) = (&model.name, &model.tool);
+        report.problem(format_args!(
+            "\"{name}\" of \"{tool}\" is not an FMU of this program; `fmpy validate FILE` checks those of others"
+        ));
+        return false;
+    }
+    let mut found = false;
+    for platform in PLATFORMS {
+        for path in platform.paths(MODEL_IDENTIFIER, model.is_fmi3()) {
+            let Some(library) = entries.get(&path) else { continue };
+            found = true;
+            if report.accept(&path, platform.check(library)).is_some() {
+                binary::check(&path, library, report);
+            }
+        }
+    }
+    report.require(found, format_args!("binaries: none for {MODEL_IDENTIFIER} on any platform"));
+    belongs_together(entries, &model, report)
+}
+
+/// Whether description, resources and GUID belong together; whether this version can check that.
+fn belongs_together(entries: &Entries, model: &Model, report: &mut Report) -> bool {
+    let place = format!("resources/{FILE_NAME}");
+    let recipe = entries.get(&place).map_or_else(|| Ok(Recipe::default()), |text| Recipe::from_json(text));
+    let Some(settings) = report.accept(place, recipe.and_then(|recipe| recipe.settings())) else { return false };
+    if model.tool != concat!("newtons-cradle ", env!("CARGO_PKG_VERSION")) {
+        report.remark(format_args!("written by {}: this version cannot check its GUID", model.tool));
+        return false;
+    }
+    let description = match model.is_fmi3() {
+        true => Description::of_token(&settings, &model.guid).unwrap_or(Description::fmi3(&settings)),
+        false => Description::of(&settings),
+    };
+    let guid = description.guid();
+    if model.guid != guid {
+        report.problem(format_args!("guid = \"{}\"; that of the resources is {guid}", model.guid));
+    } else if entries.get(model::FILE).is_none_or(|text| *text != description.xml(&model.date).as_bytes()) {
+        report.problem("modelDescription.xml: not the description that belongs to its GUID");
+    }
+    let picture = if model.is_fmi3() { "terminalsAndIcons/icon.png" } else { "model.png" };
+    for name in ["documentation/index.html", "documentation/licenses/third-party.txt", picture] {
+        report.require(entries.contains_key(name), format_args!("{name}: missing"));
+    }
+    true
+}

@@ -3,19 +3,21 @@
 //! The text may be anybody's. It is read as a stream, element by element: nothing here recurses, however deep elements
 //! are nested.
 
-use std::collections::BTreeMap;
+use std::error::Error;
 
 use newtons_cradle::variables::MODEL_IDENTIFIER;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Reader, XmlVersion};
 
 use super::report::Report;
+use crate::archive::Entries;
+
+/// The file in an FMU.
+pub const FILE: &str = "modelDescription.xml";
 
 /// A description. What is absent is empty.
 #[derive(Default)]
 pub struct Model {
-    /// The whole text.
-    pub text: String,
     pub fmi_version: String,
     pub name: String,
     /// Its `guid`, or `instantiationToken` in FMI 3.0.
@@ -23,29 +25,24 @@ pub struct Model {
     pub tool: String,
     pub date: String,
     /// Elements such as `CoSimulation`, each with its modelIdentifier.
-    pub interfaces: Vec<(String, String)>,
+    pub interfaces: Vec<[String; 2]>,
     /// Start time, stop time and step size of the default experiment.
     pub experiment: [String; 3],
-    /// How many variables there are of each causality.
-    pub variables: BTreeMap<String, usize>,
-    /// Number of balls of one of our own.
-    pub balls: usize,
+    /// Name, causality and start value of each variable.
+    pub variables: Vec<[String; 3]>,
 }
 
 impl Model {
-    /// Reads a description; nothing if it is no XML, or not of FMI 2.0 or 3.0.
-    pub fn read(bytes: &[u8], report: &mut Report) -> Option<Self> {
-        let place = "modelDescription.xml";
-        let text = report.accept(format_args!("{place}: not in UTF-8"), std::str::from_utf8(bytes))?;
-        let text = text.trim_start_matches('\u{feff}');
-        let mut model = Self { text: text.to_owned(), ..Self::default() };
-        report.accept(format_args!("{place}: not well-formed XML"), model.fill(text))?;
+    /// Reads the description of an FMU; nothing if it is no XML, or not of FMI 2.0 or 3.0.
+    pub fn of(entries: &Entries, report: &mut Report) -> Option<Self> {
+        let text = report.accept(format_args!("{FILE}: not in UTF-8"), std::str::from_utf8(entries.get(FILE)?))?;
+        let mut model = Self::default();
+        let filled = model.fill(text.trim_start_matches('\u{feff}'));
+        report.accept(format_args!("{FILE}: not well-formed XML"), filled)?;
         let version = &model.fmi_version;
-        if !(model.is_fmi3() || version == "2.0") {
-            report.problem(format_args!("{place}: fmiVersion = \"{version}\"; only 2.0 and 3.0 can be read"));
-            return None;
-        }
-        Some(model)
+        let known = model.is_fmi3() || version == "2.0";
+        report.require(known, format_args!("{FILE}: fmiVersion = \"{version}\"; only 2.0 and 3.0 can be read"));
+        known.then_some(model)
     }
 
     /// Whether it is one of FMI 3.0.
@@ -58,76 +55,69 @@ impl Model {
         self.name == MODEL_IDENTIFIER && self.tool.starts_with("newtons-cradle ")
     }
 
-    fn fill(&mut self, text: &str) -> Result<(), String> {
+    /// How many variables there are of these causalities.
+    pub fn count(&self, causalities: &[&str]) -> usize {
+        self.variables.iter().filter(|[_, causality, _]| causalities.contains(&causality.as_str())).count()
+    }
+
+    /// Number of balls of one of our own.
+    pub fn balls(&self) -> usize {
+        let n = self.variables.iter().find(|[name, ..]| self.is_fmi3() && name == "n");
+        let positions = || self.variables.iter().filter(|[name, ..]| name.starts_with("x[")).count();
+        n.map_or_else(positions, |[.., start]| start.parse().unwrap_or_default())
+    }
+
+    fn fill(&mut self, text: &str) -> Result<(), Box<dyn Error>> {
         let mut reader = Reader::from_str(text);
         let (mut depth, mut list) = (0, String::new());
         loop {
-            let event = reader.read_event().map_err(|error| error.to_string())?;
-            match &event {
-                Event::Start(element) | Event::Empty(element) => {
-                    match depth {
-                        0 => self.root(element)?,
-                        1 => {
-                            list = element.name().as_ref().to_owned();
-                            self.part(&list, element)?;
-                        }
-                        2 if list == "ModelVariables" => self.variable(element)?,
-                        _ => {}
-                    }
-                    depth += usize::from(matches!(event, Event::Start(_)));
+            let event = reader.read_event()?;
+            let (Event::Start(element) | Event::Empty(element)) = &event else {
+                match event {
+                    Event::End(_) => depth -= 1,
+                    Event::Eof if depth == 0 => return Ok(()),
+                    Event::Eof => return Err("it ends within an element".into()),
+                    _ => {}
                 }
-                Event::End(_) => depth -= 1,
-                Event::Eof if depth == 0 => return Ok(()),
-                Event::Eof => return Err("it ends within an element".to_owned()),
+                continue;
+            };
+            let name = element.name().as_ref().to_owned();
+            match (depth, name.as_str()) {
+                (0, "fmiModelDescription") => {
+                    let token;
+                    [self.fmi_version, self.name, self.tool, self.date, self.guid, token] = attributes(element, ROOT)?;
+                    self.guid += &token;
+                }
+                (1, "CoSimulation" | "ModelExchange" | "ScheduledExecution") => {
+                    let [identifier] = attributes(element, ["modelIdentifier"])?;
+                    self.interfaces.push([name.clone(), identifier]);
+                }
+                (1, "DefaultExperiment") => {
+                    self.experiment = attributes(element, ["startTime", "stopTime", "stepSize"])?;
+                }
+                (2, _) if list == "ModelVariables" => {
+                    self.variables.push(attributes(element, ["name", "causality", "start"])?);
+                }
                 _ => {}
             }
-        }
-    }
-
-    fn root(&mut self, element: &BytesStart) -> Result<(), String> {
-        if element.name().as_ref() != "fmiModelDescription" {
-            return Ok(());
-        }
-        self.fmi_version = attribute(element, "fmiVersion")?;
-        self.name = attribute(element, "modelName")?;
-        self.guid = attribute(element, if self.is_fmi3() { "instantiationToken" } else { "guid" })?;
-        self.tool = attribute(element, "generationTool")?;
-        self.date = attribute(element, "generationDateAndTime")?;
-        Ok(())
-    }
-
-    fn part(&mut self, name: &str, element: &BytesStart) -> Result<(), String> {
-        match name {
-            "CoSimulation" | "ModelExchange" | "ScheduledExecution" => {
-                self.interfaces.push((name.to_owned(), attribute(element, "modelIdentifier")?));
+            if depth == 1 {
+                list = name;
             }
-            "DefaultExperiment" => {
-                for (value, name) in self.experiment.iter_mut().zip(["startTime", "stopTime", "stepSize"]) {
-                    *value = attribute(element, name)?;
-                }
-            }
-            _ => {}
+            depth += usize::from(matches!(event, Event::Start(_)));
         }
-        Ok(())
-    }
-
-    fn variable(&mut self, element: &BytesStart) -> Result<(), String> {
-        let (name, causality) = (attribute(element, "name")?, attribute(element, "causality")?);
-        let causality = if causality.is_empty() { "local".to_owned() } else { causality };
-        *self.variables.entry(causality).or_default() += 1;
-        if self.is_fmi3() && name == "n" {
-            self.balls = attribute(element, "start")?.parse().unwrap_or_default();
-        }
-        self.balls += usize::from(name.starts_with("x["));
-        Ok(())
     }
 }
 
-/// The value of an attribute; empty if the element has none of this name.
-fn attribute(element: &BytesStart, name: &str) -> Result<String, String> {
-    let Some(found) = element.try_get_attribute(name).map_err(|error| error.to_string())? else {
-        return Ok(String::new());
-    };
-    let value = found.normalized_value(XmlVersion::Implicit1_0).map_err(|error| error.to_string())?;
-    Ok(value.into_owned())
+const ROOT: [&str; 6] =
+    ["fmiVersion", "modelName", "generationTool", "generationDateAndTime", "guid", "instantiationToken"];
+
+/// The values of attributes, empty where the element has none of a name.
+fn attributes<const N: usize>(element: &BytesStart, names: [&str; N]) -> Result<[String; N], Box<dyn Error>> {
+    let mut values = names.map(|_| String::new());
+    for (value, name) in values.iter_mut().zip(names) {
+        if let Some(found) = element.try_get_attribute(name)? {
+            *value = found.normalized_value(XmlVersion::Implicit1_0)?.into_owned();
+        }
+    }
+    Ok(values)
 }

@@ -36,13 +36,6 @@ impl Report {
         }
     }
 
-    /// A remark unless this `holds`.
-    pub(crate) fn advise(&mut self, holds: bool, remark: impl Display) {
-        if !holds {
-            self.remark(remark);
-        }
-    }
-
     /// What has gone well; where it has not, that is a problem of `what`.
     pub(crate) fn accept<T, E: Display>(&mut self, what: impl Display, result: Result<T, E>) -> Option<T> {
         result.inspect_err(|error| self.problem(format_args!("{what}: {error}"))).ok()
@@ -51,7 +44,7 @@ impl Report {
     fn add(list: &mut Vec<String>, omitted: &mut usize, text: impl Display) {
         if list.len() < MAX_FINDINGS {
             // Foreign names may hold anything; a finding stays one line.
-            list.push(text.to_string().chars().map(|c| if c.is_control() { '?' } else { c }).collect());
+            list.push(text.to_string().replace(char::is_control, "?"));
         } else {
             *omitted += 1;
         }
@@ -61,12 +54,8 @@ impl Report {
 /// One line for each finding, and one that sums up.
 impl Display for Report {
     fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
-        for problem in &self.problems {
-            writeln!(f, "problem: {problem}")?;
-        }
-        for remark in &self.remarks {
-            writeln!(f, "remark: {remark}")?;
-        }
+        self.problems.iter().try_for_each(|problem| writeln!(f, "problem: {problem}"))?;
+        self.remarks.iter().try_for_each(|remark| writeln!(f, "remark: {remark}"))?;
         if self.omitted > 0 {
             writeln!(f, "and {} more", self.omitted)?;
         }

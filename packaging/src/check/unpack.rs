@@ -4,6 +4,7 @@ use std::io::{Cursor, Read};
 
 use zip::{CompressionMethod, ZipArchive};
 
+use super::model;
 use super::report::Report;
 use crate::archive::Entries;
 
@@ -24,30 +25,23 @@ pub fn unpack(bytes: &[u8], limit: u64, report: &mut Report) -> Option<Entries> 
             report.problem(format_args!("{name}: compressed by {method}; allowed: deflated, stored"));
             continue;
         }
-        match read(&mut archive, index, left) {
-            Ok(contents) if contents.len() as u64 > left => {
-                report.problem(format_args!("{name}: the unpacked files exceed {limit} bytes; the rest is not read"));
-                break;
-            }
-            Ok(contents) => {
-                left -= contents.len() as u64;
-                if !name.ends_with('/') {
-                    entries.insert(name, contents);
-                }
-            }
-            Err(error) => report.problem(format_args!("{name}: cannot be unpacked: {error}")),
+        let mut contents = Vec::new();
+        // One byte more than there is room for tells that there are too many.
+        let length = archive
+            .by_index(index)
+            .and_then(|entry| Ok(entry.take(left.saturating_add(1)).read_to_end(&mut contents)?));
+        let Some(length) = report.accept(format_args!("{name}: cannot be unpacked"), length) else { continue };
+        if length as u64 > left {
+            report.problem(format_args!("{name}: the unpacked files exceed {limit} bytes; the rest is not read"));
+            break;
+        }
+        left -= length as u64;
+        if !name.ends_with('/') {
+            entries.insert(name, contents);
         }
     }
-    report.require(entries.contains_key("modelDescription.xml"), "modelDescription.xml: missing");
+    report.require(entries.contains_key(model::FILE), "modelDescription.xml: missing");
     Some(entries)
-}
-
-/// The contents of an entry, or the first bytes of it if there are more than `limit`.
-fn read(archive: &mut ZipArchive<Cursor<&[u8]>>, index: usize, limit: u64) -> Result<Vec<u8>, String> {
-    let entry = archive.by_index(index).map_err(|error| error.to_string())?;
-    let mut contents = Vec::new();
-    entry.take(limit.saturating_add(1)).read_to_end(&mut contents).map_err(|error| error.to_string())?;
-    Ok(contents)
 }
 
 fn check_name(name: &str, report: &mut Report) {
@@ -55,7 +49,10 @@ fn check_name(name: &str, report: &mut Report) {
     let parts = || name.trim_end_matches('/').split(['/', '\\']);
     let leaves = parts().any(|part| part.is_empty() || part == "." || part == ".." || part.contains(':'));
     report.require(!leaves, format_args!("{name}: not a path that stays in the folder of the FMU"));
-    let (length, short) = (name.len(), name.len() <= LONG_PATH && parts().all(|part| part.len() <= 100));
-    report.advise(short, format_args!("{name}: a path of {length} bytes, too long for some hosts on Windows"));
-    report.advise(name.is_ascii(), format_args!("{name}: not in ASCII; hosts differ in how they unpack such names"));
+    if name.len() > LONG_PATH || parts().any(|part| part.len() > 100) {
+        report.remark(format_args!("{name}: a path of {} bytes, too long for some hosts on Windows", name.len()));
+    }
+    if !name.is_ascii() {
+        report.remark(format_args!("{name}: not in ASCII; hosts differ in how they unpack such names"));
+    }
 }

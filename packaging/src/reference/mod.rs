@@ -1,16 +1,129 @@
 //! Parameter sets and reference results that travel in the FMU, so that any host can check itself: FMI-LS-REF, a
 //! layered standard of FMI (<https://github.com/modelica/fmi-ls-ref>), as of its version 1.0.0-beta.1.
 //!
-//! `Case` is a cradle that a host makes of the FMU by setting parameters, `parameter_set` what it has to set, `record`
-//! runs the FMU's own binary for what it should get, [`add`] puts all of it into the FMU, and [`check`] runs the binary
-//! once more.
+//! `cases` are the cradles that a host makes of the FMU by setting parameters, `record` runs the FMU's own binary for
+//! what it should get, [`add`] puts all of it into the FMU, and [`check`] runs the binary once more.
 
-mod case;
-mod child;
-mod files;
+mod cases;
 mod host;
-mod parameter_set;
 mod record;
 
-pub use files::{add, beside, check};
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use newtons_cradle::variables::{
+    Escaped, FILE_NAME, MODEL_IDENTIFIER, Number, Recipe, START_TIME, STEP_SIZE, STOP_TIME,
+};
+
+use crate::archive::{self, Entries};
+use crate::build::Standard;
+use crate::check::Report;
+use crate::error::Error;
+use cases::{Case, START, cases};
+use record::{EXPERIMENT, own_binary, record};
+
 pub use record::run;
+
+/// The folder of the layered standard in an FMU.
+const FOLDER: &str = "extra/org.fmi-standard.fmi-ls-ref";
+/// Its version that has labels. The text of that version still gives the one before as its own; its schema takes any.
+const VERSION: &str = "1.0.0-beta.1";
+/// What the standard wants said of it; its page is beside the other documentation.
+const DESCRIPTION: &str = "Layered Standard providing information on related files included in an FMU.";
+const PAGE: &str = include_str!("../../assets/fmi-ls-ref.txt");
+/// How close another host should come, relative to the largest value of a variable.
+const TOLERANCE: f64 = 1e-6;
+
+/// Adds parameter sets and reference results to the FMU of `recipe`. Without a binary that runs on this machine there
+/// are no results; says why not. Parameter sets of SSP 1.0 have no arrays. In FMI 3.0 those that would need one are
+/// left out: of the FMU as it is, there are results nevertheless.
+pub fn add(entries: &mut Entries, recipe: &Recipe, standard: Standard) -> Result<Option<String>, Error> {
+    let mut cases = cases(recipe)?;
+    let has_set = |case: &Case| standard == Standard::Fmi2 || case.fits_scalars();
+    cases.retain(|case| case.name == START || has_set(case));
+    let names: Vec<&str> = cases.iter().map(|case| case.name).collect();
+    let (results, missing) = match record(entries, &names) {
+        Ok(results) => (results, None),
+        Err(reason) => (Vec::new(), Some(reason)),
+    };
+    let mut put = |name: &str, text: String| entries.insert(format!("{FOLDER}/{name}"), text.into_bytes());
+    put("fmi-ls-manifest.xml", manifest(&cases, has_set, !results.is_empty()));
+    for case in cases.iter().filter(|case| has_set(case)) {
+        put(&format!("{}.ssv", case.name), case.ssv());
+    }
+    for (name, csv) in names.iter().zip(results) {
+        put(&format!("{name}.csv"), csv);
+    }
+    entries.insert("documentation/fmi-ls-ref.txt".to_owned(), PAGE.as_bytes().to_vec());
+    Ok(missing)
+}
+
+/// Runs the FMU's binary for this machine: whether it computes the reference results that the FMU has.
+pub fn check(entries: &Entries, report: &mut Report) {
+    if let Err(missing) = own_binary(entries) {
+        return report.remark(format_args!("nothing was run: {missing}"));
+    }
+    let recipe = entries.get(&format!("resources/{FILE_NAME}")).and_then(|text| Recipe::from_json(text).ok());
+    let cases = recipe.and_then(|recipe| cases(&recipe).ok()).unwrap_or_default();
+    let stored = |case: &Case| Some((case.name, entries.get(&format!("{FOLDER}/{}.csv", case.name))?));
+    let (names, stored): (Vec<&str>, Vec<&Vec<u8>>) = cases.iter().filter_map(stored).unzip();
+    if names.is_empty() {
+        return report.remark("nothing was run: the FMU has no reference results");
+    }
+    let results = report.accept("reference results", record(entries, &names)).unwrap_or_default();
+    for ((name, stored), csv) in names.iter().zip(stored).zip(results) {
+        let same = *stored == csv.as_bytes();
+        report.require(same, format_args!("{name}.csv: the binary for this machine gives other results"));
+    }
+}
+
+/// Writes the reference results of the default experiment and its options as FMI's tool pages ask for, `NAME_ref.csv`
+/// and `NAME_ref.opt`, for an FMU that is called `NAME.fmu`; their paths.
+pub fn beside(entries: &Entries, fmu: &Path, folder: &Path) -> Result<[PathBuf; 2], Error> {
+    let csv = record(entries, &[EXPERIMENT])
+        .map_err(|reason| Error::Failure(format!("cannot make reference results: {reason}")))?
+        .concat();
+    let stem = fmu.file_stem().map_or(MODEL_IDENTIFIER.into(), |stem| stem.to_string_lossy());
+    let [start, stop, step, tolerance] = [START_TIME, STOP_TIME, STEP_SIZE, TOLERANCE].map(Number);
+    let options = format!(
+        "StartTime, {start}\nStopTime, {stop}\nStepSize, {step}\nRelTol, {tolerance}\nSolverType, FixedStep\n\
+         OutputIntervalLength, {step}\n"
+    );
+    let files = ["csv", "opt"].map(|extension| folder.join(format!("{stem}_ref.{extension}")));
+    archive::replace(&files[0], csv.as_bytes())?;
+    archive::replace(&files[1], options.as_bytes())?;
+    Ok(files)
+}
+
+fn manifest(cases: &[Case], has_set: impl Fn(&Case) -> bool, results: bool) -> String {
+    let mut xml = format!(
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
+         <fmiReferences xmlns:fmi-ls=\"http://fmi-standard.org/fmi-ls-manifest\"\n    \
+         fmi-ls:fmi-ls-name=\"org.fmi-standard.fmi-ls-ref\"\n    fmi-ls:fmi-ls-version=\"{VERSION}\"\n    \
+         fmi-ls:fmi-ls-description=\"{DESCRIPTION}\">\n"
+    );
+    let mut related = |of_type: &str, source: &str, role: &str, description: &str, end: &str| {
+        let description = Escaped(description);
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            xml,
+            "  <Related type=\"{of_type}\" source=\"{source}\" role=\"{role}\" description=\"{description}\"{end}"
+        );
+    };
+    for case in cases {
+        let Case { name, title, .. } = case;
+        let label = format!(">\n    <Label name=\"cradle:{name}\"/>\n  </Related>");
+        let (set, has_set) = (format!("{name}.ssv"), has_set(case));
+        if has_set {
+            related("application/x-ssp-parameter-set", &set, "parameter", title, &label);
+        }
+        if results {
+            let with = if has_set { &set } else { "the start values of this FMU" };
+            related("text/csv", &format!("{name}.csv"), "result", &format!("Results with {with}."), &label);
+        }
+    }
+    related("text/plain", "../../documentation/fmi-ls-ref.txt", "document", "How to use these files.", "/>");
+    related("text/html", "../../documentation/index.html", "document", "Documentation of the FMU.", "/>");
+    xml.push_str("</fmiReferences>\n");
+    xml
+}

@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use super::support::{entries, fmu, fmu_of, zip};
+use super::support::{entries, fmu, text, zip};
 use cradle_packaging::archive::Entries;
 use cradle_packaging::build::Standard;
 use cradle_packaging::check::{MAX_BYTES, bytes};
@@ -16,60 +16,56 @@ fn problems(fmu: &[u8]) -> String {
     bytes(fmu, MAX_BYTES).0.problems.join("\n")
 }
 
-static SOUND: LazyLock<Entries> = LazyLock::new(|| entries(&fmu()));
+static SOUND: LazyLock<Entries> = LazyLock::new(|| entries(&fmu(Standard::Fmi2)));
 
-/// The problems after a change of the entries.
-fn after(change: impl FnOnce(&mut Entries)) -> String {
+/// An FMU with this entry, or without it.
+fn with(name: &str, contents: Option<&[u8]>, method: zip::CompressionMethod) -> Vec<u8> {
     let mut entries = SOUND.clone();
-    change(&mut entries);
-    problems(&zip(&entries, Stored))
-}
-
-/// An FMU that lacks its binary, which makes it small.
-fn small() -> Vec<u8> {
-    let mut small = SOUND.clone();
-    small.remove(&library());
-    zip(&small, Deflated)
+    match contents {
+        Some(contents) => entries.insert(name.to_owned(), contents.to_vec()),
+        None => entries.remove(name),
+    };
+    zip(&entries, method)
 }
 
 fn library() -> String {
-    let platform = Platform::host().unwrap();
-    format!("binaries/{}/NewtonsCradle.{}", platform.folder, platform.extension)
+    Platform::host().unwrap().binary_path("NewtonsCradle")
 }
 
 #[test]
 fn a_sound_fmu_has_no_problem() {
-    assert_eq!(problems(&fmu()), "");
-    assert_eq!(problems(&fmu_of(Standard::Fmi3 { clocks: true })), "");
+    for clocks in [None, Some(true), Some(false)] {
+        let standard = clocks.map_or(Standard::Fmi2, |clocks| Standard::Fmi3 { clocks });
+        assert_eq!(problems(&fmu(standard)), "");
+    }
+    let licences = ["LICENSE-APACHE", "LICENSE-MIT", "third-party"];
+    assert!(licences.iter().all(|name| !SOUND[&format!("documentation/licenses/{name}.txt")].is_empty()));
+    assert!(SOUND["model.png"].starts_with(b"\x89PNG"));
 }
 
 #[test]
 fn damaged_entries_are_found() {
-    type Change = fn(&mut Entries);
-    let cases: &[(Change, &str)] = &[
-        (|entries| drop(entries.remove(DESCRIPTION)), "modelDescription.xml: missing"),
-        (|entries| drop(entries.remove(&library())), "binaries: none for NewtonsCradle"),
-        (|entries| drop(entries.remove("documentation/index.html")), "documentation/index.html: missing"),
-        (|entries| entries.get_mut(DESCRIPTION).unwrap().truncate(5000), "not well-formed XML"),
-        (|entries| entries.get_mut(DESCRIPTION).unwrap().push(0xff), "not in UTF-8"),
-        (|entries| entries.get_mut(&library()).unwrap().truncate(100), "not a shared library for "),
-        (|entries| drop(entries.insert(library(), b"MZ".to_vec())), "not a shared library for "),
-        (
-            |entries| drop(entries.insert("resources/cradle.json".into(), b"{\"format\":1,\"balls\":4}".to_vec())),
-            "that of the resources is {",
-        ),
-        (
-            |entries| drop(entries.insert("resources/cradle.json".into(), b"{".to_vec())),
-            "resources/cradle.json: not readable",
-        ),
-        (|entries| drop(entries.insert("../outside".into(), vec![1])), "../outside: not a path that stays"),
-        (|entries| drop(entries.insert("/etc/x".into(), vec![1])), "/etc/x: not a path that stays"),
-        (|entries| drop(entries.insert("a/./b".into(), vec![1])), "a/./b: not a path that stays"),
-        (|entries| drop(entries.insert("C:/x".into(), vec![1])), "C:/x: not a path that stays"),
-        (|entries| drop(entries.insert("a\\b".into(), vec![1])), "a\\b: a backslash"),
+    let (library, resources) = (library(), "resources/cradle.json");
+    let [description, binary] = [DESCRIPTION, &library].map(|name| SOUND[name].as_slice());
+    let not_utf8 = [description, &[0xff]].concat();
+    let cases: &[(&str, Option<&[u8]>, &str)] = &[
+        (DESCRIPTION, None, "modelDescription.xml: missing"),
+        (&library, None, "binaries: none for NewtonsCradle"),
+        ("documentation/index.html", None, "documentation/index.html: missing"),
+        (DESCRIPTION, Some(&description[..5000]), "not well-formed XML"),
+        (DESCRIPTION, Some(&not_utf8), "not in UTF-8"),
+        (&library, Some(&binary[..100]), "not a shared library for "),
+        (&library, Some(b"MZ"), "not a shared library for "),
+        (resources, Some(b"{\"format\":1,\"balls\":4}"), "that of the resources is {"),
+        (resources, Some(b"{"), "resources/cradle.json: not readable"),
+        ("../outside", Some(b"1"), "../outside: not a path that stays"),
+        ("/etc/x", Some(b"1"), "/etc/x: not a path that stays"),
+        ("a/./b", Some(b"1"), "a/./b: not a path that stays"),
+        ("C:/x", Some(b"1"), "C:/x: not a path that stays"),
+        ("a\\b", Some(b"1"), "a\\b: a backslash"),
     ];
-    for (change, expected) in cases {
-        let found = after(change);
+    for (name, contents, expected) in cases {
+        let found = problems(&with(name, *contents, Stored));
         assert!(found.contains(expected), "{expected}: {found}");
     }
 }
@@ -77,13 +73,8 @@ fn damaged_entries_are_found() {
 #[test]
 fn changed_descriptions_are_found() {
     for standard in [Standard::Fmi2, Standard::Fmi3 { clocks: true }] {
-        let sound = entries(&fmu_of(standard));
-        let text = String::from_utf8(sound[DESCRIPTION].clone()).unwrap();
-        let changed = |text: String| {
-            let mut entries = sound.clone();
-            entries.insert(DESCRIPTION.to_owned(), text.into_bytes());
-            problems(&zip(&entries, Stored))
-        };
+        let mut entries = entries(&fmu(standard));
+        let text = text(&entries, DESCRIPTION);
         for (from, to, expected) in [
             ("oken=\"{", "oken=\"{0", "that of the resources is {"),
             ("guid=\"{", "guid=\"{0", "that of the resources is {"),
@@ -94,7 +85,8 @@ fn changed_descriptions_are_found() {
             ("modelName=\"", "modelName=\"Other", "`fmpy validate FILE` checks those of others"),
         ] {
             if text.contains(from) {
-                let found = changed(text.replacen(from, to, 1));
+                entries.insert(DESCRIPTION.to_owned(), text.replacen(from, to, 1).into_bytes());
+                let found = problems(&zip(&entries, Stored));
                 assert!(found.contains(expected), "{to}: {found}");
             }
         }
@@ -104,11 +96,9 @@ fn changed_descriptions_are_found() {
 /// A reader that recurses exhausts the stack at some depth.
 #[test]
 fn deeply_nested_descriptions_are_survived() {
-    let root = "<fmiModelDescription fmiVersion=\"2.0\">";
-    for (text, problem, informed) in [
-        ("<a>".repeat(1_000_000), "it ends within an element", false),
-        (format!("{root}{}{}</fmiModelDescription>", "<a>".repeat(1_000_000), "</a>".repeat(1_000_000)), "fmpy", true),
-    ] {
+    let (begin, end) = ("<a>".repeat(1_000_000), "</a>".repeat(1_000_000));
+    let whole = format!("<fmiModelDescription fmiVersion=\"2.0\">{begin}{end}</fmiModelDescription>");
+    for (text, problem, informed) in [(begin, "it ends within an element", false), (whole, "fmpy", true)] {
         let nested = zip(&[(DESCRIPTION.to_owned(), text.into_bytes())].into(), Deflated);
         assert!(problems(&nested).contains(problem));
         assert_eq!(info::bytes(&nested, MAX_BYTES).is_ok(), informed);
@@ -117,30 +107,24 @@ fn deeply_nested_descriptions_are_survived() {
 
 #[test]
 fn what_is_allowed_and_unusual_is_a_remark() {
-    let mut entries = SOUND.clone();
-    entries.insert("documentation/\u{fc}.txt".to_owned(), vec![1]);
-    let (report, _) = bytes(&zip(&entries, Stored), MAX_BYTES);
+    let (report, _) = bytes(&with("documentation/\u{fc}.txt", Some(b"1"), Stored), MAX_BYTES);
     assert!(report.is_clean() && report.remarks.join("\n").contains("\u{fc}.txt: not in ASCII"), "{report}");
 }
 
 #[test]
-fn every_flipped_bit_is_survived_and_none_in_an_entry_overlooked() {
-    let sound = small();
+fn every_flipped_bit_and_cut_is_survived_and_hardly_one_overlooked() {
+    // Small, without the binary.
+    let sound = with(&library(), None, Deflated);
     let expected = problems(&sound);
-    let mut found = 0;
-    for at in (0..sound.len()).step_by(149) {
+    let tried: Vec<usize> = (0..sound.len()).step_by(149).collect();
+    let changed = |at: &&usize| {
         let mut damaged = sound.clone();
-        damaged[at] ^= 1 << (at % 8);
-        found += usize::from(problems(&damaged) != expected);
-    }
+        damaged[**at] ^= 1 << (**at % 8);
+        problems(&damaged) != expected
+    };
     // What is not found lies in dates, attributes and the like, which nobody reads.
-    let tried = sound.len().div_ceil(149);
-    assert!(found * 100 > tried * 90, "{found} of {tried}");
-}
-
-#[test]
-fn every_cut_is_found() {
-    let sound = small();
+    let found = tried.iter().filter(changed).count();
+    assert!(found * 100 > tried.len() * 90, "{found} of {}", tried.len());
     for end in (0..sound.len()).step_by(501) {
         assert!(problems(&sound[..end]).contains("zip: "), "{end}");
     }
@@ -148,8 +132,28 @@ fn every_cut_is_found() {
 
 #[test]
 fn a_zip_bomb_is_not_unpacked() {
-    let mut bomb = SOUND.clone();
-    bomb.insert("a".to_owned(), vec![0; 8 << 20]);
-    let found = bytes(&zip(&bomb, Deflated), 1 << 20).0.problems.join("\n");
+    let found = bytes(&with("a", Some(&vec![0; 8 << 20]), Deflated), 1 << 20).0.problems.join("\n");
     assert!(found.contains("a: the unpacked files exceed 1048576 bytes"), "{found}");
+}
+
+/// FMUs of FMI 2.0 may have Linux on ARM in two folders, those of FMI 3.0 in one.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_place_is_for_one_shared_library() {
+    use cradle_packaging::build::{self, Binary};
+
+    // The processor is named in the header.
+    let mut arm = SOUND[&library()].clone();
+    arm[18..20].copy_from_slice(&[0xb7, 0]);
+    let build = |other: &[u8]| {
+        let binary = |folder, contents: &[u8]| Binary {
+            platform: Platform::named(folder).unwrap(),
+            contents: contents.to_vec(),
+        };
+        let binaries = vec![binary("linux64", &arm), binary("aarch64-linux", other)];
+        build::entries(&newtons_cradle::variables::Recipe::default(), binaries, Standard::Fmi3 { clocks: true })
+    };
+    assert_eq!(build(&arm).unwrap()["binaries/aarch64-linux/NewtonsCradle.so"], arm);
+    let error = build(&[&arm[..], &[0]].concat()).unwrap_err().to_string();
+    assert!(error.contains("two different shared libraries are for binaries/aarch64-linux/"), "{error}");
 }

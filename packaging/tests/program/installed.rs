@@ -1,39 +1,35 @@
-//! The program away from the sources: binaries from an FMU, names of files, parameter sets and reference results.
+//! The program away from the sources: binaries from an FMU, names of files, parameter sets and reference results, and
+//! the Python that it hands over to, for which scripts stand in here. tests/hosts makes a page with a real one.
 
 use std::fs;
 use std::path::Path;
+use std::process::Command;
 
-use super::support::{Folder, entries, fmu, library, output, run, run_in};
-use cradle_packaging::archive::Entries;
+use cradle_packaging::build::Standard;
+
+#[cfg(unix)]
+use super::support::PROGRAM;
+use super::support::{Folder, build, ended, entries_of, fmu, library, run, run_in, sound, text};
 
 const REFERENCE: &str = "extra/org.fmi-standard.fmi-ls-ref";
 
-fn read(path: &str) -> Entries {
-    entries(&fs::read(path).unwrap())
-}
-
 /// The default FMU in a file.
 fn packed(folder: &Folder) -> String {
-    let out = folder.file("NewtonsCradle.fmu");
-    fs::write(&out, fmu()).unwrap();
-    out
+    folder.write("NewtonsCradle.fmu", fmu(Standard::Fmi2))
 }
 
 #[test]
 fn an_fmu_gives_its_binaries_and_licences() {
     let folder = Folder::new("from");
     let from = packed(&folder);
-    let here = folder.file("");
-    let built = run_in(&here, &["build", "--from", "NewtonsCradle.fmu", "--balls", "13"]);
+    let built = run_in(&folder, &["build", "--from", "NewtonsCradle.fmu", "--balls", "13"]);
     assert_eq!((built.code, built.error.as_str()), (0, ""));
-    let direct = run(&["build", "--binary", &library(), "--balls", "13", "--out", &folder.file("direct.fmu")]);
-    assert_eq!(direct.code, 0, "{}", direct.error);
-    let (taken, direct) = (folder.file("NewtonsCradle13.fmu"), folder.file("direct.fmu"));
+    let (taken, direct) = (folder.file("NewtonsCradle13.fmu"), build(&folder, "direct.fmu", &["--balls", "13"]));
     assert!(fs::read(&taken).unwrap() == fs::read(direct).unwrap());
-    assert_eq!(run(&["check", &taken]).code, 0);
-    let refused = run_in(&here, &["build", "--from", "NewtonsCradle.fmu", "--set", "gravity=1"]);
+    sound(&taken);
+    let refused = run_in(&folder, &["build", "--from", "NewtonsCradle.fmu", "--set", "gravity=1"]);
     assert!(refused.code == 2 && refused.error.contains("give another file with --out"), "{}", refused.error);
-    assert!(fs::read(from).unwrap() == fmu());
+    assert!(fs::read(from).unwrap() == fmu(Standard::Fmi2));
 }
 
 #[test]
@@ -41,15 +37,16 @@ fn files_are_named_after_what_is_in_them_and_the_default_stays() {
     let folder = Folder::new("names");
     let from = packed(&folder);
     let before = fs::read(&from).unwrap();
-    fs::write(folder.file("mine.toml"), "gravity = 1.62").unwrap();
-    let cases: [(&[&str], &str); 4] = [
+    folder.write("mine.toml", "gravity = 1.62");
+    let cases: [(&[&str], &str); 5] = [
         (&["--preset", "desk"], "desk.fmu"),
         (&["--preset", "figure3"], "figure3.fmu"),
         (&["--balls", "2"], "NewtonsCradle2.fmu"),
+        (&["--fmi", "3"], "NewtonsCradle.fmi3.fmu"),
         (&["--parameters", "mine.toml", "--balls", "5"], "mine.fmu"),
     ];
     for (arguments, name) in cases {
-        let built = run_in(&folder.file(""), &[&["build", "--from", &from], arguments].concat());
+        let built = run_in(&folder, &[&["build", "--from", &from], arguments].concat());
         assert_eq!((built.code, built.error.as_str()), (0, ""), "{arguments:?}");
         assert!(built.output.starts_with(&format!("{name} (")), "{}", built.output);
         assert!(Path::new(&folder.file(name)).exists(), "{name}");
@@ -60,13 +57,13 @@ fn files_are_named_after_what_is_in_them_and_the_default_stays() {
 #[test]
 fn what_is_replaced_is_told() {
     let folder = Folder::new("replaced");
-    let (from, out) = (packed(&folder), folder.file("x.fmu"));
+    let from = packed(&folder);
+    let out = folder.write("x.fmu", "a letter");
     let build = |arguments: &[&str]| {
         let built = run(&[&["build", "--from", &from, "--out", &out], arguments].concat());
         assert_eq!(built.code, 0, "{}", built.error);
         built.error
     };
-    fs::write(&out, "a letter").unwrap();
     assert!(build(&["--preset", "desk"]).contains("which was: 8 bytes, not an FMU"));
     assert_eq!(build(&["--preset", "desk"]), "");
     let told = build(&["--balls", "7"]);
@@ -78,57 +75,72 @@ fn what_is_replaced_is_told() {
 #[cfg(unix)]
 #[test]
 fn an_installed_program_has_its_fmu_and_its_python() {
-    use std::fs::Permissions;
-    use std::os::unix::fs::{PermissionsExt, symlink};
-
     let folder = Folder::new("environment");
-    let package = folder.file("venv/lib/python3.11/site-packages/newtons_cradle");
-    for path in [&package, &folder.file("venv/bin"), &folder.file("links"), &folder.file("work")] {
-        fs::create_dir_all(path).unwrap();
-    }
-    fs::copy(packed(&folder), format!("{package}/NewtonsCradle.fmu")).unwrap();
+    let package = "venv/lib/python3.11/site-packages/newtons_cradle";
+    folder.write(&format!("{package}/NewtonsCradle.fmu"), fmu(Standard::Fmi2));
+    folder.write(&format!("{package}/live.html"), "live");
+    folder.script("venv/bin/python3", "[ \"$1\" = -c ] && exit 0\nprintf '<%s>' \"$@\"");
     let program = folder.file("venv/bin/cradle-fmu");
-    fs::copy(env!("CARGO_BIN_EXE_cradle-fmu"), &program).unwrap();
-    let link = folder.file("links/cradle-fmu");
-    symlink(&program, &link).unwrap();
-    let python = folder.file("venv/bin/python3");
-    fs::write(&python, "#!/bin/sh\n[ \"$1\" = -c ] && exit 0\nprintf '<%s>' \"$@\"\n").unwrap();
-    fs::set_permissions(&python, Permissions::from_mode(0o755)).unwrap();
-    let work = folder.file("work");
-    let started = |arguments: &str| output("sh", &["-c", &format!("cd '{work}' && '{link}' {arguments}")]);
+    fs::copy(PROGRAM, &program).unwrap();
+    let link = folder.file("cradle-fmu");
+    std::os::unix::fs::symlink(&program, &link).unwrap();
+    let started = |arguments: &[&str]| ended(Command::new(&link).args(arguments).current_dir(folder.file("")));
 
-    let built = started("build --balls 3");
+    let built = started(&["build", "--balls", "3"]);
     assert_eq!((built.code, built.error.as_str()), (0, ""));
     assert!(built.output.starts_with("NewtonsCradle3.fmu ("), "{}", built.output);
     assert!(built.output.contains(" page NewtonsCradle3.fmu\n"), "{}", built.output);
-    let page = started("page NewtonsCradle3.fmu");
-    assert_eq!(page.output, "<-m><newtons_cradle><page><NewtonsCradle3.fmu>");
+    assert_eq!(started(&["page", "NewtonsCradle3.fmu"]).output, "<-m><newtons_cradle><page><NewtonsCradle3.fmu>");
+    assert_eq!(started(&["live"]).output, "cradle.html (1 kB): open it in a browser\n");
+    assert_eq!(fs::read_to_string(folder.file("cradle.html")).unwrap(), "live");
+}
+
+#[cfg(unix)]
+#[test]
+fn arguments_and_exit_code_of_python_are_passed_on() {
+    let folder = Folder::new("passed");
+    let python = folder.script("python", "[ \"$1\" = -c ] && exit 0\nprintf '<%s>' \"$@\"\nexit 7");
+    let passed = run(&["page", "--python", &python, "a b.fmu", "--out", "c.html", "--python", "x", "--help"]);
+    assert_eq!(passed.output, "<-m><newtons_cradle><page><a b.fmu><--out><c.html><--python><x><--help>");
+    assert_eq!((passed.code, passed.error.as_str()), (7, ""));
+    // That of the virtual environment in a folder above: without a PATH no other Python is found.
+    folder.script(".venv/bin/python", "printf %s \"$0\"");
+    let here = Path::new(&folder.write("deep/down/x.fmu", "")).parent().unwrap().to_owned();
+    let taken = ended(Command::new(PROGRAM).args(["page", "x.fmu"]).current_dir(here).env("PATH", ""));
+    assert_eq!(taken.code, 0, "{}", taken.error);
+    assert!(taken.output.ends_with("passed/.venv/bin/python"), "{}", taken.output);
+    let bare = folder.script("bare", "exit 1");
+    for (python, expected) in [(bare, "cannot import newtons_cradle; "), (folder.file("nothing"), "cannot run ")] {
+        let failed = run(&["page", "--python", &python, "x.fmu"]);
+        assert_eq!(failed.code, 1);
+        for part in [expected, &python, "`pip install newtons-cradle`", "`python3 cradle.py paper`"] {
+            assert!(failed.error.contains(part), "{}", failed.error);
+        }
+    }
+    let refused = run(&["page"]);
+    assert!(refused.code == 2 && refused.error.contains("<FILE>"), "{}", refused.error);
 }
 
 #[test]
 fn the_hint_after_a_build_works_as_it_stands() {
     let folder = Folder::new("a hint");
-    let library = library();
-    let built = run_in(&folder.file(""), &["build", "--binary", &library, "--out", "it's mine.fmu"]);
+    let built = run_in(&folder, &["build", "--binary", &library(), "--out", "it's mine.fmu"]);
     assert_eq!(built.code, 0, "{}", built.error);
-    let hint = built.output.lines().find_map(|line| line.strip_prefix("Try it: ")).unwrap().to_owned();
+    let hint = built.output.lines().find_map(|line| line.strip_prefix("Try it: ")).unwrap();
     // From a file, as Windows' shell takes no quotation marks within an argument.
-    let (name, change) = if cfg!(windows) { ("hint.cmd", "cd /D") } else { ("hint.sh", "cd") };
-    let script = folder.file(name);
-    fs::write(&script, format!("{change} \"{}\"\n{hint}\n", folder.file(""))).unwrap();
-    let tried = if cfg!(windows) { output("cmd", &["/C", &script]) } else { output("sh", &[&script]) };
+    let (name, shell) = if cfg!(windows) { ("hint.cmd", &["cmd", "/C"][..]) } else { ("hint.sh", &["sh"][..]) };
+    let script = folder.write(name, hint);
+    let tried = ended(Command::new(shell[0]).args(&shell[1..]).arg(script).current_dir(folder.file("")));
     assert_eq!(tried.code, 0, "{hint}: {}{}", tried.output, tried.error);
 }
 
 #[test]
 fn parameter_sets_and_reference_results_are_in_the_fmu_and_beside_it() {
     let folder = Folder::new("reference");
-    let (out, library, beside) = (folder.file("five.fmu"), library(), folder.file("beside"));
-    let built = run(&["build", "--binary", &library, "--preset", "figure5", "--out", &out, "--reference", &beside]);
-    assert_eq!((built.code, built.error.as_str()), (0, ""));
-    let entries = read(&out);
-    let text = |name: &str| String::from_utf8(entries[name].clone()).unwrap();
-    let manifest = text(&format!("{REFERENCE}/fmi-ls-manifest.xml"));
+    let beside = folder.file("beside");
+    let five = build(&folder, "five.fmu", &["--preset", "figure5", "--reference", &beside]);
+    let entries = entries_of(&five);
+    let manifest = text(&entries, &format!("{REFERENCE}/fmi-ls-manifest.xml"));
     // Labels are new in it.
     assert!(manifest.contains("fmi-ls:fmi-ls-version=\"1.0.0-beta.1\"") && manifest.contains("<Label "), "{manifest}");
     let listed: Vec<&str> = manifest.split(" source=\"").skip(1).map(|rest| rest.split('"').next().unwrap()).collect();
@@ -138,42 +150,34 @@ fn parameter_sets_and_reference_results_are_in_the_fmu_and_beside_it() {
         assert!(entries.contains_key(&name), "{name}");
     }
     // The FMU is made for Figure 5: what it does as it is, is what it does with that parameter set.
-    assert_eq!(text(&format!("{REFERENCE}/start.csv")), text(&format!("{REFERENCE}/figure5.csv")));
-    let rows = |csv: String| csv.lines().map(str::to_owned).collect::<Vec<_>>();
-    let within = rows(text(&format!("{REFERENCE}/start.csv")));
-    let finer = rows(fs::read_to_string(format!("{beside}/five_ref.csv")).unwrap());
+    let within = text(&entries, &format!("{REFERENCE}/start.csv"));
+    assert_eq!(within, text(&entries, &format!("{REFERENCE}/figure5.csv")));
+    let beside_it = |name: &str| fs::read_to_string(format!("{beside}/{name}")).unwrap();
+    let finer = beside_it("five_ref.csv");
+    let [within, finer] = [&within, &finer].map(|csv| csv.lines().collect::<Vec<_>>());
     assert_eq!((within.len(), finer.len()), (102, 1002));
-    assert_eq!(
-        within[0],
-        "\"time\",\"x[1]\",\"x[2]\",\"x[3]\",\"x[4]\",\"x[5]\",\"impulse[1]\",\"impulse[4]\",\"p_total\",\"E_total\""
-    );
+    let names = ["time", "x[1]", "x[2]", "x[3]", "x[4]", "x[5]", "impulse[1]", "impulse[4]", "p_total", "E_total"];
+    assert_eq!(within[0], names.map(|name| format!("\"{name}\"")).join(","));
     // The step does not matter.
-    assert_eq!((&within[0], &within[101]), (&finer[0], &finer[1001]));
-    let options = fs::read_to_string(format!("{beside}/five_ref.opt")).unwrap();
+    assert_eq!((within[0], within[101]), (finer[0], finer[1001]));
+    let options = beside_it("five_ref.opt");
     assert!(options.starts_with("StartTime, 0\nStopTime, 10\nStepSize, 0.01\nRelTol, 1e-6\n"), "{options}");
     // An FMU of FMI 3.0 has the same binary and the same results beside it.
-    let three = folder.file("three.fmu");
-    let built =
-        run(&["build", "--fmi", "3", "--from", &out, "--preset", "figure5", "--out", &three, "--reference", &beside]);
-    assert_eq!((built.code, built.error.as_str()), (0, ""));
-    let csv = |name: &str| fs::read_to_string(format!("{beside}/{name}_ref.csv")).unwrap();
-    assert_eq!(csv("three"), csv("five"));
+    build(&folder, "three.fmu", &["--fmi", "3", "--from", &five, "--preset", "figure5", "--reference", &beside]);
+    assert_eq!(beside_it("three_ref.csv"), beside_it("five_ref.csv"));
 }
 
 /// Parameter sets of SSP 1.0 have no arrays.
 #[test]
 fn an_fmu_of_fmi_3_has_the_parameter_sets_that_need_no_array() {
     let folder = Folder::new("arrays");
-    let library = library();
-    let related = |out: &str, more: &[&str]| {
-        let built = run(&[&["build", "--binary", &library, "--out", out], more].concat());
-        assert_eq!((built.code, built.error.as_str()), (0, ""));
-        let found = read(out);
+    let related = |name: &str, more: &[&str]| {
+        let found = entries_of(build(&folder, name, more));
         let files = found.keys().filter_map(|name| name.strip_prefix(REFERENCE)).map(str::to_owned);
         (files.collect::<Vec<_>>(), found)
     };
-    let (_, two) = related(&folder.file("two.fmu"), &[]);
-    let (files, three) = related(&folder.file("three.fmu"), &["--fmi", "3"]);
+    let (_, two) = related("two.fmu", &[]);
+    let (files, three) = related("three.fmu", &["--fmi", "3"]);
     // The presets lift other balls.
     assert_eq!(files, ["/fmi-ls-manifest.xml", "/start.csv", "/start.ssv"]);
     for name in files.iter().filter(|name| !name.ends_with(".xml")) {
@@ -181,13 +185,11 @@ fn an_fmu_of_fmi_3_has_the_parameter_sets_that_need_no_array() {
         assert!(two[&name] == three[&name] && (name.ends_with(".csv") || !three[&name].contains(&b'[')), "{name}");
     }
     // What starts elsewhere needs an array: as it is, it has results.
-    let (files, entries) = related(&folder.file("other.fmu"), &["--fmi", "3", "--set", "x_start[1]=-0.05"]);
+    let (files, other) = related("other.fmu", &["--fmi", "3", "--set", "x_start[1]=-0.05"]);
     assert_eq!(files, ["/fmi-ls-manifest.xml", "/start.csv"]);
-    let manifest = String::from_utf8(entries[&format!("{REFERENCE}/fmi-ls-manifest.xml")].clone()).unwrap();
-    assert!(
-        manifest.contains("Results with the start values of this FMU.") && !manifest.contains(".ssv"),
-        "{manifest}"
-    );
+    let manifest = text(&other, &format!("{REFERENCE}/fmi-ls-manifest.xml"));
+    let told = "Results with the start values of this FMU.";
+    assert!(manifest.contains(told) && !manifest.contains(".ssv"), "{manifest}");
 }
 
 /// A C compiler makes the binary: one without the functions of FMI.
@@ -195,19 +197,17 @@ fn an_fmu_of_fmi_3_has_the_parameter_sets_that_need_no_array() {
 #[test]
 fn results_that_cannot_be_recorded_are_missed_loudly() {
     let folder = Folder::new("missed");
-    fs::write(folder.file("x.c"), "int nothing(void) { return 0; }\n").unwrap();
-    let (out, other) = (folder.file("x.fmu"), folder.file("x.so"));
-    let compiled = output("cc", &["-shared", "-fPIC", "-o", &other, &folder.file("x.c")]);
-    assert_eq!(compiled.code, 0, "{}", compiled.error);
+    let other = folder.compile("int nothing(void) { return 0; }\n");
+    let out = folder.file("x.fmu");
     let binary = library().split_once('=').map(|(platform, _)| format!("{platform}={other}")).unwrap();
     let built = run(&["build", "--binary", &binary, "--out", &out]);
     assert_eq!(built.code, 0, "{}", built.error);
     let reason = "the FMU gets no reference results: start: fmi2Instantiate is not exported";
     assert!(built.error.contains(reason), "{}", built.error);
-    let entries = read(&out);
+    let entries = entries_of(&out);
     assert!(entries.contains_key(&format!("{REFERENCE}/desk.ssv")));
     assert!(!entries.keys().any(|name| name.ends_with(".csv")));
-    let manifest = String::from_utf8(entries[&format!("{REFERENCE}/fmi-ls-manifest.xml")].clone()).unwrap();
+    let manifest = text(&entries, &format!("{REFERENCE}/fmi-ls-manifest.xml"));
     assert!(!manifest.contains(".csv"), "{manifest}");
     let failed = run(&["build", "--binary", &binary, "--out", &out, "--reference", &folder.file("")]);
     assert!(failed.code == 1 && failed.error.contains("cannot make reference results: "), "{}", failed.error);
@@ -217,26 +217,14 @@ fn results_that_cannot_be_recorded_are_missed_loudly() {
 #[cfg(unix)]
 #[test]
 fn a_zigbuild_in_the_venv_of_the_sources_is_found() {
-    use std::fs::Permissions;
-    use std::os::unix::fs::PermissionsExt;
-
     let folder = Folder::new("sources");
-    for path in ["src", ".venv/bin"] {
-        fs::create_dir_all(folder.file(path)).unwrap();
-    }
-    fs::write(folder.file("src/lib.rs"), "").unwrap();
-    fs::write(folder.file("Cargo.toml"), "[package]\nname = \"newtons-cradle\"\nversion = \"0.0.0\"\n[workspace]\n")
-        .unwrap();
-    let zigbuild = folder.file(".venv/bin/cargo-zigbuild");
-    fs::write(&zigbuild, "#!/bin/sh\necho \"$@\" > arguments\nexit 1\n").unwrap();
-    fs::set_permissions(&zigbuild, Permissions::from_mode(0o755)).unwrap();
+    folder.write("src/lib.rs", "");
+    folder.write("Cargo.toml", "[package]\nname = \"newtons-cradle\"\nversion = \"0.0.0\"\n[workspace]\n");
+    folder.script(".venv/bin/cargo-zigbuild", "echo \"$@\" > arguments\nexit 1");
     let target = "x86_64-unknown-linux-gnu.2.17";
-    let failed = run_in(&folder.file(""), &["build", "--target", target]);
-    assert!(
-        failed.code == 1 && failed.error.contains("needs `pip install ziglang cargo-zigbuild`"),
-        "{}",
-        failed.error
-    );
+    let failed = run_in(&folder, &["build", "--target", target]);
+    let advice = "needs `pip install ziglang cargo-zigbuild`";
+    assert!(failed.code == 1 && failed.error.contains(advice), "{}", failed.error);
     let arguments = fs::read_to_string(folder.file("arguments")).unwrap();
     assert!(arguments.starts_with("zigbuild --package newtons-cradle ") && arguments.contains(target), "{arguments}");
 }

@@ -7,44 +7,57 @@ use std::process::Command;
 use std::{env, fs};
 
 use cradle_packaging::archive::Entries;
-use cradle_packaging::build::{self, Binary};
+use cradle_packaging::build::{self, Binary, Standard};
 use cradle_packaging::check::{MAX_BYTES, Report, unpack};
 use cradle_packaging::platform::Platform;
 use newtons_cradle::variables::Recipe;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
+pub const PROGRAM: &str = env!("CARGO_BIN_EXE_cradle-fmu");
+
 /// How a program ended and what it said.
+#[derive(Debug)]
 pub struct Ended {
     pub code: i32,
     pub output: String,
     pub error: String,
 }
 
-/// Runs the program.
-pub fn run(arguments: &[&str]) -> Ended {
-    output(env!("CARGO_BIN_EXE_cradle-fmu"), arguments)
-}
-
-/// Runs the program in a folder.
-pub fn run_in(folder: &str, arguments: &[&str]) -> Ended {
-    ended(Command::new(env!("CARGO_BIN_EXE_cradle-fmu")).args(arguments).current_dir(folder))
-}
-
-/// Runs any program.
-pub fn output(program: &str, arguments: &[&str]) -> Ended {
-    ended(Command::new(program).args(arguments))
-}
-
-/// Runs the program with a variable of the environment.
-pub fn with_environment(variable: &str, value: &str, arguments: &[&str]) -> Ended {
-    ended(Command::new(env!("CARGO_BIN_EXE_cradle-fmu")).args(arguments).env(variable, value))
-}
-
-fn ended(command: &mut Command) -> Ended {
+/// Runs a command to its end.
+pub fn ended(command: &mut Command) -> Ended {
     let output = command.output().unwrap();
     let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
     Ended { code: output.status.code().unwrap(), output: text(output.stdout), error: text(output.stderr) }
+}
+
+/// Runs the program.
+pub fn run(arguments: &[&str]) -> Ended {
+    ended(Command::new(PROGRAM).args(arguments))
+}
+
+/// Runs the program in a folder.
+pub fn run_in(folder: &Folder, arguments: &[&str]) -> Ended {
+    ended(Command::new(PROGRAM).args(arguments).current_dir(&folder.0))
+}
+
+/// Writes an FMU with the library for this machine, unless the arguments name another source: the path. There must be
+/// no warning.
+pub fn build(folder: &Folder, name: &str, arguments: &[&str]) -> String {
+    let (out, library) = (folder.file(name), library());
+    let ours = if arguments.contains(&"--from") { vec![] } else { vec!["--binary", &library] };
+    let built = run(&[&["build", "--out", &out], &ours[..], arguments].concat());
+    assert_eq!((built.code, built.error.as_str()), (0, ""), "{arguments:?}");
+    out
+}
+
+/// What `check` and `info` say of a sound FMU.
+pub fn sound(fmu: &str) -> String {
+    let checked = run(&["check", fmu]);
+    assert_eq!(checked.code, 0, "{}", checked.output);
+    let info = run(&["info", fmu]);
+    assert_eq!(info.code, 0, "{}", info.error);
+    info.output
 }
 
 /// A folder of its own, removed in the end.
@@ -61,6 +74,33 @@ impl Folder {
         self.0.join(name).to_str().unwrap().to_owned()
     }
 
+    /// Writes a file, in folders that are made; its path.
+    pub fn write(&self, name: &str, contents: impl AsRef<[u8]>) -> String {
+        let path = self.0.join(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(&path, contents).unwrap();
+        self.file(name)
+    }
+
+    /// Writes a program of a Unix shell; its path.
+    #[cfg(unix)]
+    pub fn script(&self, name: &str, text: &str) -> String {
+        use std::os::unix::fs::PermissionsExt;
+
+        let path = self.write(name, format!("#!/bin/sh\n{text}\n"));
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).unwrap();
+        path
+    }
+
+    /// Compiles a shared library; its path.
+    #[cfg(target_os = "linux")]
+    pub fn compile(&self, source: &str) -> String {
+        let (source, library) = (self.write("x.c", source), self.file("x.so"));
+        let compiled = ended(Command::new("cc").args(["-shared", "-fPIC", "-o", &library, &source]));
+        assert_eq!(compiled.code, 0, "{}", compiled.error);
+        library
+    }
+
     pub fn list(&self) -> BTreeSet<PathBuf> {
         fs::read_dir(&self.0).unwrap().map(|entry| entry.unwrap().path()).collect()
     }
@@ -74,9 +114,8 @@ impl Drop for Folder {
 
 /// The FMU's library for this machine, which Cargo has built along with the tests.
 pub fn library_path() -> PathBuf {
-    let tests = env::current_exe().unwrap();
     let name = format!("{}newtons_cradle{}", env::consts::DLL_PREFIX, env::consts::DLL_SUFFIX);
-    tests.parent().unwrap().join(name)
+    env::current_exe().unwrap().with_file_name(name)
 }
 
 /// The same as an argument of `--binary`.
@@ -85,19 +124,19 @@ pub fn library() -> String {
 }
 
 /// The default FMU for this machine.
-pub fn fmu() -> Vec<u8> {
-    fmu_of(build::Standard::Fmi2)
-}
-
-/// The same of a version of the standard.
-pub fn fmu_of(standard: build::Standard) -> Vec<u8> {
+pub fn fmu(standard: Standard) -> Vec<u8> {
     let binary = Binary { platform: Platform::host().unwrap(), contents: fs::read(library_path()).unwrap() };
     zip(&build::entries(&Recipe::default(), vec![binary], standard).unwrap(), CompressionMethod::Stored)
 }
 
-/// Its entries.
+/// The entries of an FMU.
 pub fn entries(fmu: &[u8]) -> Entries {
     unpack(fmu, MAX_BYTES, &mut Report::default()).unwrap()
+}
+
+/// Those of a file.
+pub fn entries_of(path: impl AsRef<Path>) -> Entries {
+    entries(&fs::read(path).unwrap())
 }
 
 /// A zip file, of whatever names.
@@ -111,9 +150,7 @@ pub fn zip(entries: &Entries, method: CompressionMethod) -> Vec<u8> {
     zip.finish().unwrap().into_inner()
 }
 
-/// Writes a zip file; its path.
-pub fn write(folder: &Folder, name: &str, entries: &Entries) -> String {
-    let path = folder.file(name);
-    fs::write(Path::new(&path), zip(entries, CompressionMethod::Stored)).unwrap();
-    path
+/// The text of an entry.
+pub fn text(entries: &Entries, name: &str) -> String {
+    String::from_utf8(entries[name].clone()).unwrap()
 }

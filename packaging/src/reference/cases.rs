@@ -1,0 +1,122 @@
+//! What is run for reference: the FMU as it is, and the presets of as many balls. What a host has to set for each, also
+//! as a parameter set in SSV, the format of System Structure and Parameterization 1.0.
+
+use std::fmt::Write;
+
+use newtons_cradle::variables::{
+    Access, Causality, ENUMERATIONS, Escaped, Number, Recipe, Settings, Shape, Variable, variables,
+};
+
+use crate::build::PRESETS;
+use crate::error::Error;
+
+/// From this number of balls on the run is short.
+const MANY_BALLS: usize = 101;
+
+/// The case of the FMU as it is.
+pub const START: &str = "start";
+
+/// A cradle that the FMU becomes when parameters are set.
+pub struct Case {
+    /// What its files are called.
+    pub name: &'static str,
+    /// One line on it.
+    pub title: &'static str,
+    /// Its start values.
+    pub settings: Settings,
+    /// What makes it of the FMU, whatever else a host leaves as it is: every scalar, and of the arrays what is not the
+    /// default or not what the FMU has.
+    pub parameters: Vec<Variable>,
+}
+
+/// The FMU's own start values first, then the presets.
+pub fn cases(recipe: &Recipe) -> Result<Vec<Case>, Error> {
+    let own = recipe.settings()?;
+    let default = Settings::default_for(recipe.balls);
+    let case = |name, title, settings: Settings| {
+        let differs =
+            |variable: &Variable| [&default, &own].iter().any(|other| variable.real(other) != variable.real(&settings));
+        let parameters = variables(recipe.balls)
+            .filter(|variable| variable.row.causality == Causality::Parameter)
+            .filter(|variable| variable.row.shape == Shape::Scalar || differs(variable))
+            .collect();
+        Case { name, title, settings, parameters }
+    };
+    let mut cases = vec![case(START, "The start values of this FMU.", own.clone())];
+    for preset in PRESETS {
+        let settings = preset.settings()?;
+        if settings.balls() == recipe.balls {
+            cases.push(case(preset.name, preset.title(), settings));
+        }
+    }
+    Ok(cases)
+}
+
+/// The communication points of the results in the FMU, s: ten seconds, or one of many balls, in steps of 0.1 s.
+pub fn times(balls: usize) -> Vec<f64> {
+    (0..=if balls < MANY_BALLS { 100 } else { 10 }).map(|step| f64::from(step) / 10.0).collect()
+}
+
+/// What is recorded, at most ten variables: balls at both ends, the impulses of the contacts there, momentum and
+/// energy.
+pub fn recorded(balls: usize) -> Vec<Variable> {
+    let mut names = Vec::new();
+    for (name, count, of) in [("x", 3, balls), ("impulse", 1, balls - 1)] {
+        let ends = (1..=of).filter(|index| *index <= count || *index + count > of);
+        names.extend(ends.map(|index| format!("{name}[{index}]")));
+    }
+    names.extend(["p_total", "E_total"].map(str::to_owned));
+    names.iter().filter_map(|name| Variable::named(name, balls)).collect()
+}
+
+impl Case {
+    /// Whether a host that knows arrays as a whole can be told all of its parameters: they are scalars.
+    pub fn fits_scalars(&self) -> bool {
+        self.parameters.iter().all(|variable| variable.row.shape == Shape::Scalar)
+    }
+
+    /// The parameter set.
+    pub fn ssv(&self) -> String {
+        let (name, title) = (self.name, Escaped(self.title));
+        let mut xml = format!(
+            "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
+             <ssv:ParameterSet xmlns:ssv=\"http://ssp-standard.org/SSP1/SystemStructureParameterValues\"\n    \
+             xmlns:ssc=\"http://ssp-standard.org/SSP1/SystemStructureCommon\"\n    \
+             version=\"1.0\" name=\"{name}\" description=\"{title}\">\n  <ssv:Parameters>\n"
+        );
+        // Writing to a string cannot fail, here and below.
+        for variable in &self.parameters {
+            let value = if let Access::Enumeration(enumeration) = variable.row.access {
+                let item = variable.item(&self.settings).and_then(|value| enumeration.item(value));
+                let (item, of_type) = (item.map_or("", |item| item.name), enumeration.type_name);
+                format!("<ssv:Enumeration value=\"{item}\" name=\"{of_type}\"/>")
+            } else {
+                format!("<ssv:Real value=\"{}\"/>", Number(variable.real(&self.settings).unwrap_or_default()))
+            };
+            let _ = writeln!(xml, "    <ssv:Parameter name=\"{variable}\">{value}</ssv:Parameter>");
+        }
+        xml.push_str("  </ssv:Parameters>\n  <ssv:Enumerations>\n");
+        for enumeration in ENUMERATIONS {
+            let _ = writeln!(xml, "    <ssc:Enumeration name=\"{}\">", enumeration.type_name);
+            for item in enumeration.items {
+                let _ = writeln!(xml, "      <ssc:Item name=\"{}\" value=\"{}\"/>", item.name, item.value);
+            }
+            xml.push_str("    </ssc:Enumeration>\n");
+        }
+        xml.push_str("  </ssv:Enumerations>\n</ssv:ParameterSet>\n");
+        xml
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn at_most_ten_variables_are_recorded() {
+        let names = |balls| recorded(balls).iter().map(Variable::to_string).collect::<Vec<_>>().join(" ");
+        assert_eq!(names(1), "x[1] p_total E_total");
+        assert_eq!(names(2), "x[1] x[2] impulse[1] p_total E_total");
+        assert_eq!(names(13), "x[1] x[2] x[3] x[11] x[12] x[13] impulse[1] impulse[12] p_total E_total");
+    }
+}
