@@ -5,6 +5,7 @@ the environment variable CRADLE_FMU.
 """
 
 import os
+import shutil
 import subprocess
 import sys
 import zipfile
@@ -14,6 +15,7 @@ import newtons_cradle as nc
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
+AXE = "4.14.1"  # version of axe-core, which the tests install below target
 
 
 def repacked(producer: Path, fmu: Path, out: Path, *arguments: str) -> Path:
@@ -96,7 +98,7 @@ def fmu13_path() -> Path:
     return path
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def browser():
     """Chromium, as browser.py starts it."""
     pytest.importorskip("selenium")
@@ -105,6 +107,45 @@ def browser():
     started = browser.start()
     yield started
     started.quit()
+
+
+@pytest.fixture(scope="session")
+def axe() -> str:
+    """The script of axe-core, from npm; skips without it."""
+    folder = ROOT / f"target/tools/axe-core-{AXE}"
+    script = folder / "node_modules/axe-core/axe.min.js"
+    if not script.exists():
+        folder.mkdir(parents=True, exist_ok=True)
+        quietly = ["--ignore-scripts", "--no-audit", "--no-fund", "--no-save"]
+        command = [shutil.which("npm") or "npm", "install", "--prefix", folder, *quietly, f"axe-core@{AXE}"]
+        try:
+            subprocess.run(command, check=True, capture_output=True)
+        except (OSError, subprocess.CalledProcessError) as problem:
+            pytest.skip(
+                f"npm cannot install axe-core, and nothing checks how accessible pages are: {problem}"
+            )
+    return script.read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="session")
+def live_path() -> Path:
+    """The finished live page."""
+    path = ROOT / "target/web/cradle.html"
+    if not path.exists():
+        pytest.skip(f"{path} is missing: `python3 web/build.py`")
+    return path
+
+
+@pytest.fixture
+def page(browser, live_path):
+    """The live page, opened anew from disk."""
+    from browser import assert_quiet, set_screen, visit
+
+    browser.get("about:blank")
+    set_screen(browser, dark=True)
+    visit(browser, live_path)
+    yield browser
+    assert_quiet(browser)
 
 
 @pytest.fixture(scope="session")

@@ -1,7 +1,5 @@
 """The page in which the engine runs live: keyboard, links, tables, accessibility, in a headless Chromium."""
 
-# ruff: noqa: F811 - fixtures are imported by their names
-
 import re
 import subprocess
 from functools import partial
@@ -10,13 +8,12 @@ from threading import Thread
 
 import numpy as np
 import pytest
-from browser import set_screen
+from browser import serious, set_screen
 from conftest import ROOT
-from live_page import js, live_path, page, wait  # noqa: F401
+from live_page import js, wait
 from selenium.webdriver import Keys
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.wait import WebDriverWait
-from test_pages_layout import axe  # noqa: F401
 
 pytestmark = pytest.mark.all
 
@@ -134,13 +131,6 @@ def test_tables_and_a_recorded_run(page):
     assert shown[1][0] == pytest.approx(np.interp(1.234, rows["time"], rows["x[1]"]), abs=1e-4)
     page.execute_async_script("cradle.openFile(new File(['a,b'], 'bad.csv')).then(arguments[0])")
     assert "bad.csv cannot be shown: it needs columns time" in page.find_element(By.ID, "status").text
-
-
-def serious(page) -> list:
-    """What axe-core finds serious or critical: rules, and what breaks them."""
-    found = page.execute_async_script("axe.run().then(arguments[0])")["violations"]
-    worst = [finding for finding in found if finding["impact"] in ("serious", "critical")]
-    return [(finding["id"], [node["html"] for node in finding["nodes"]]) for finding in worst]
 
 
 def test_axe_finds_nothing_serious(page, axe):

@@ -1,17 +1,12 @@
 """All pages in windows of a desktop and of a phone, light and dark: nothing overprints, and axe-core finds nothing serious."""
 
-import shutil
-import subprocess
 from pathlib import Path
 
 import pytest
-from browser import SIZES, assert_quiet, set_screen, visit
-from conftest import ROOT
+from browser import SIZES, assert_quiet, serious, set_screen, visit
 from newtons_cradle import look
 
 pytestmark = pytest.mark.all
-
-AXE = "4.14.1"  # version of axe-core, which the tests install below target
 
 #: Each text of the page as [text, left, top, right, bottom, whether it may scroll away sideways], CSS pixels.
 TEXTS = """
@@ -37,28 +32,6 @@ def pages(animation, paper, fmu) -> dict[str, Path]:
         "report": paper[0] / "report.html",
         "fmu": Path(fmu.folder) / "documentation/index.html",
     }
-
-
-@pytest.fixture(scope="session")
-def axe() -> str:
-    """The script of axe-core, from npm; skips without it."""
-    folder = ROOT / f"target/tools/axe-core-{AXE}"
-    script = folder / "node_modules/axe-core/axe.min.js"
-    npm = shutil.which("npm")
-    if not script.exists():
-        if npm is None:
-            pytest.skip(
-                "npm is missing: axe-core cannot be installed, and nothing checks how accessible pages are"
-            )
-        quietly = ["--ignore-scripts", "--no-audit", "--no-fund", "--no-save"]
-        command = [npm, "install", "--prefix", str(folder), *quietly, f"axe-core@{AXE}"]
-        folder.mkdir(parents=True, exist_ok=True)
-        done = subprocess.run(command, capture_output=True, text=True)
-        if done.returncode != 0:
-            pytest.skip(
-                f"npm cannot install axe-core, and nothing checks how accessible pages are: {done.stderr}"
-            )
-    return script.read_text(encoding="utf-8")
 
 
 def overprints(browser) -> list[tuple[str, str]]:
@@ -132,14 +105,7 @@ def test_axe_finds_nothing_serious(browser, axe, pages, page, dark):
         browser.execute_script(action)
         for size in SIZES:
             set_screen(browser, size, dark=dark)
-            found = browser.execute_async_script(
-                """const done = arguments[0];
-                axe.run({resultTypes: ["violations"]}).then(({violations, passes}) => done([passes.length, violations.map(
-                  ({id, impact, nodes}) => [id, impact, nodes.map(({html}) => html.slice(0, 200))])]));"""
-            )
-            passed, violations = found
-            assert passed > 10
-            assert [v for v in violations if v[1] in ("serious", "critical")] == []
+            assert serious(browser) == []
 
 
 @pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
