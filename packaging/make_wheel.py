@@ -1,6 +1,5 @@
 """Builds the contents of the wheel. pyproject.toml says where they go, wheel_hook.py for which platform the wheel is."""
 
-import os
 import shutil
 import subprocess
 import sys
@@ -8,7 +7,7 @@ from pathlib import Path
 
 from checkout import FMU, LIVE, PYTHON, ROOT, SOME, Stop, host_target, make_venv, old_linux, run, say, stage
 
-PROGRAM = "cradle-fmu.exe" if os.name == "nt" else "cradle-fmu"
+PROGRAM = "cradle-fmu.exe" if sys.platform == "win32" else "cradle-fmu"
 FOLDER = ROOT / "target/wheel"
 THREE_JS = "import sys; from newtons_cradle.animation.page import three_js; sys.stdout.buffer.write(three_js().encode())"
 
@@ -23,8 +22,13 @@ def make_wheel(fmu: Path | None) -> int:
     with stage("1/3 Python packages"):
         make_venv(SOME)
     with stage("2/3 program and FMU (the first time, compiling takes minutes)"):
+        # With cargo-zigbuild, for every Linux.
         target, environment = old_linux()
-        build_program(target, environment)
+        build = ["cargo", "zigbuild" if target else "build", "--release", "--package", "cradle-packaging"]
+        run([*build, *target], env=environment)
+        # Cargo's folder has the target without the version of glibc.
+        triple = target[1].split(".")[0] if target else ""
+        shutil.copy2(ROOT / "target" / triple / "release" / PROGRAM, FOLDER)
         if contents is None:
             command = [FOLDER / PROGRAM, "build", "--release", *target, "--out", FOLDER / FMU.name]
             run(command, env=environment)
@@ -41,26 +45,8 @@ def make_wheel(fmu: Path | None) -> int:
         # zig has linked for glibc 2.17, whichever version this machine has.
         processor = host_target().split("-")[0]
         platform = {"CRADLE_WHEEL_PLATFORM": f"manylinux_2_17_{processor}"} if target else {}
-        run(
-            [PYTHON, "-m", "pip", "wheel", "--no-deps", "--wheel-dir", FOLDER, "."],
-            env=environment | platform,
-        )
+        pack = [PYTHON, "-m", "pip", "wheel", "--no-deps", "--wheel-dir", FOLDER, "."]
+        run(pack, env=environment | platform)
         (wheel,) = FOLDER.glob("*.whl")
         say(f"  pip install '{wheel.relative_to(ROOT)}[plot]'   ({wheel.stat().st_size / 1e6:.1f} MB)")
     return 0
-
-
-def build_program(target: list, environment: dict) -> None:
-    """Builds cradle-fmu, optimised, in target/wheel; with cargo-zigbuild, for every Linux."""
-    command = [
-        "cargo",
-        "zigbuild" if target else "build",
-        "--release",
-        "--package",
-        "cradle-packaging",
-        *target,
-    ]
-    run(command, env=environment)
-    # Cargo's folder has the target without the version of glibc.
-    triple = target[1].split(".")[0] if target else ""
-    shutil.copy2(ROOT / "target" / triple / "release" / PROGRAM, FOLDER)

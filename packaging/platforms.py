@@ -15,16 +15,16 @@ import subprocess
 import sys
 import tomllib
 import zipfile
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
-ROOT = Path(__file__).resolve().parents[1]
+from checkout import ROOT
+
 FOLDER = ROOT / "target/fmu/platforms"
 BUILD = ROOT / "target/platforms"  # what is compiled: what runs while compiling serves all targets
 
 
-@dataclass(frozen=True)
-class Platform:
+class Platform(NamedTuple):
     """A platform of the standard, and what compiles for it."""
 
     folder: str
@@ -34,31 +34,26 @@ class Platform:
     advice: str
 
 
-def by_zig(folder: str, *targets: str) -> Platform:
-    """A platform that cargo-zigbuild links for."""
-    return Platform(folder, targets, targets, "cargo-zigbuild", "pip install ziglang cargo-zigbuild")
-
-
-def by_mingw(folder: str, processor: str) -> Platform:
-    """Windows. The standard library for Windows 7 needs nothing newer, and nothing that an old wine lacks."""
-    return Platform(
+# Linked by Rust's lld with the names of the system's functions that zig knows: zig's own linker exports every function.
+MACOS = ("x86_64-apple-darwin", "aarch64-apple-darwin")
+BY_ZIG = {
+    "linux32": ("i686-unknown-linux-gnu.2.17",),
+    "aarch64-linux": ("aarch64-unknown-linux-gnu.2.17",),
+    "darwin64": MACOS,
+}
+ZIG = ("cargo-zigbuild", "pip install ziglang cargo-zigbuild")
+# The standard library for Windows 7 needs nothing newer, and nothing that an old wine lacks.
+BY_MINGW = {"win64": "x86_64", "win32": "i686"}
+PLATFORMS = [Platform(folder, targets, targets, *ZIG) for folder, targets in BY_ZIG.items()] + [
+    Platform(
         folder,
         (f"{processor}-pc-windows-gnu",),
         (f"{processor}-win7-windows-gnu",),
         f"{processor}-w64-mingw32-gcc",
         f"on Debian, apt install gcc-mingw-w64-{processor.replace('_', '-')}-win32",
     )
-
-
-# Linked by Rust's lld with the names of the system's functions that zig knows: zig's own linker exports every function.
-MACOS = ("x86_64-apple-darwin", "aarch64-apple-darwin")
-PLATFORMS = (
-    by_zig("linux32", "i686-unknown-linux-gnu.2.17"),
-    by_zig("aarch64-linux", "aarch64-unknown-linux-gnu.2.17"),
-    Platform("darwin64", MACOS, MACOS, "cargo-zigbuild", "pip install ziglang cargo-zigbuild"),
-    by_mingw("win64", "x86_64"),
-    by_mingw("win32", "i686"),
-)
+    for folder, processor in BY_MINGW.items()
+]
 
 # The linkers strip the binaries: Debian's Rust has nothing to do it with for macOS.
 SETTINGS = """
@@ -113,10 +108,6 @@ def too_old(environment: dict) -> str | None:
     return f"Rust {needed} is needed; this is {answer.stdout.strip() or 'none that runs'}"
 
 
-def skip(platform: Platform, reason: str) -> None:
-    print(f"SKIPPED {platform.folder}: {reason}", flush=True)
-
-
 def for_macos(sysroot: Path) -> tuple[str, dict]:
     """Cargo's settings and the environment to link for macOS, after making what they name."""
     (lld,) = sysroot.glob("lib/rustlib/*/bin/rust-lld")
@@ -141,28 +132,22 @@ def for_macos(sysroot: Path) -> tuple[str, dict]:
 def possible(toolchain: Path | None, sysroot: Path) -> list[tuple[Platform, tuple[str, ...]]]:
     """The platforms that can be compiled for, each with its targets."""
     older = toolchain and too_old(with_sources(toolchain))
-    rustup = sysroot / "lib/rustlib"
     found = []
     for platform in PLATFORMS:
-        missing = [
-            name for target in platform.targets if not (rustup / (name := target.split(".")[0])).exists()
-        ]
+        triples = [target.split(".")[0] for target in platform.targets]
+        missing = [triple for triple in triples if not (sysroot / "lib/rustlib" / triple).exists()]
         if shutil.which(platform.linker) is None:
-            skip(platform, f"{platform.linker} is missing: {platform.advice}")
+            reason = f"{platform.linker} is missing: {platform.advice}"
         elif older:
-            skip(
-                platform,
-                f"{older}; run `apt-get update`, delete {toolchain}, and .ci/debian-rust unpacks a newer one",
+            reason = (
+                f"{older}; run `apt-get update`, delete {toolchain}, and .ci/debian-rust unpacks a newer one"
             )
-        elif toolchain:
-            found.append((platform, platform.along))
-        elif missing:
-            skip(
-                platform,
-                f"there is no Rust for it: rustup target add {' '.join(missing)}, or .ci/debian-rust",
-            )
+        elif missing and not toolchain:
+            reason = f"there is no Rust for it: rustup target add {' '.join(missing)}, or .ci/debian-rust"
         else:
-            found.append((platform, platform.targets))
+            found.append((platform, platform.along if toolchain else platform.targets))
+            continue
+        print(f"SKIPPED {platform.folder}: {reason}", flush=True)
     return found
 
 

@@ -20,9 +20,9 @@ import zipfile
 from pathlib import Path
 
 from checkout import ALL, FMU, LIVE, PYTHON, ROOT, Stop, fmu_builds, host_target, make_venv, run, say
+from make_wheel import PROGRAM
 
 DIST = ROOT / "target/dist"
-PROGRAM = "cradle-fmu.exe" if os.name == "nt" else "cradle-fmu"
 PRODUCER = ROOT / "target/debug" / PROGRAM
 PLATFORMS = ("aarch64-linux", "darwin64", "linux32", "linux64", "win32", "win64")
 VERSION = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]["package"]["version"]
@@ -64,18 +64,14 @@ def programs(options) -> None:
     (wheel,) = (ROOT / "target/wheel").glob("*.whl")
     shutil.copy2(wheel, DIST)
     out = DIST / f"cradle-fmu-{VERSION}-{host_target()}.zip"
-    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+    # As in FMUs, the time is `SOURCE_DATE_EPOCH`, or 1980-01-01, the earliest that a zip file can hold.
+    date = time.gmtime(int(os.environ.get("SOURCE_DATE_EPOCH", 315532800)))[:6]
+    with zipfile.ZipFile(out, "w") as archive:
         for path in (ROOT / "target/wheel" / PROGRAM, *(ROOT / name for name in TEXTS)):
-            entry = zipfile.ZipInfo(f"{out.stem}/{path.name}", date())
+            entry = zipfile.ZipInfo(f"{out.stem}/{path.name}", date)
             entry.external_attr = (0o755 if path.name == PROGRAM else 0o644) << 16
-            entry.compress_type = zipfile.ZIP_DEFLATED
-            archive.writestr(entry, path.read_bytes())
+            archive.writestr(entry, path.read_bytes(), zipfile.ZIP_DEFLATED)
     say(f"  {out.relative_to(ROOT)} ({out.stat().st_size / 1e6:.1f} MB)")
-
-
-def date() -> tuple:
-    """The time that goes into archives, as in FMUs: `SOURCE_DATE_EPOCH`, or 1980-01-01, the earliest that a zip file can hold."""
-    return time.gmtime(int(os.environ.get("SOURCE_DATE_EPOCH", 315532800)))[:6]
 
 
 def finish(_options) -> None:

@@ -6,6 +6,7 @@ use std::fs;
 use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
 
+use zip::result::ZipError;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
@@ -40,13 +41,16 @@ impl Drop for Unfinished {
 }
 
 /// The zip file of `entries`.
-pub fn bytes(entries: Entries) -> Result<Vec<u8>, zip::result::ZipError> {
-    let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
-    let options =
-        SimpleFileOptions::default().compression_method(CompressionMethod::Deflated).compression_level(Some(6));
-    for (name, contents) in entries {
-        zip.start_file(name, options)?;
-        zip.write_all(&contents)?;
-    }
-    Ok(zip.finish()?.into_inner())
+pub fn bytes(entries: Entries) -> Result<Vec<u8>, Error> {
+    let write = || {
+        let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+        let options =
+            SimpleFileOptions::default().compression_method(CompressionMethod::Deflated).compression_level(Some(6));
+        for (name, contents) in entries {
+            zip.start_file(name, options)?;
+            zip.write_all(&contents)?;
+        }
+        Ok(zip.finish()?.into_inner())
+    };
+    write().map_err(|error: ZipError| Error::Failure(format!("cannot pack the FMU: {error}")))
 }

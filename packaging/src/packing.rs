@@ -31,23 +31,24 @@ impl Build {
             eprintln!("warning: the FMU gets no reference results: {reason}");
         }
         let beside = self.reference.as_ref().map(|folder| reference::beside(&entries, &out, folder)).transpose()?;
-        let failed = |error: &dyn std::fmt::Display| Error::Failure(format!("cannot pack {}: {error}", out.display()));
-        let bytes = archive::bytes(entries).map_err(|error| failed(&error))?;
+        let bytes = archive::bytes(entries)?;
         let replaced = build::replaced(&out, &bytes);
         archive::replace(&out, &bytes)?;
         let path = shown(&out).display().to_string();
         if let Some(what) = replaced {
             eprintln!("Replaced {path}, which was: {what}");
         }
-        let mut told = format!("{path} ({} kB, n = {})\n", bytes.len().div_ceil(1000), recipe.balls);
-        for file in beside.iter().flatten() {
-            told.push_str(&format!("{}\n", shown(file).display()));
-        }
+        let beside: String = beside.iter().flatten().map(|file| format!("{}\n", shown(file).display())).collect();
         // The Python package makes the page.
         let command = if environment::python().is_some() { "page" } else { "check" };
-        told.push_str(&format!("Try it: {} {command} {}\n", this_program(), quoted(&path)));
+        let program = quoted(&std::env::args().next().unwrap_or_else(|| "cradle-fmu".to_owned()));
         // At once, for a reader who closes the pipe after the first line.
-        print!("{told}");
+        print!(
+            "{path} ({} kB, n = {})\n{beside}Try it: {program} {command} {}\n",
+            bytes.len().div_ceil(1000),
+            recipe.balls,
+            quoted(&path)
+        );
         Ok(())
     }
 
@@ -92,9 +93,8 @@ impl Build {
             add(&mut ready, platform, Path::new(file), &format!("--binary {folder}"))?;
         }
         let here = self.target.is_empty();
-        if here && ready.binaries.is_empty() && build::checkout().is_none() {
-            let fmu = environment::fmu().ok_or_else(|| Error::Failure(NO_BINARY.to_owned()))?;
-            return Ok((Ready::of(&fmu)?, PathBuf::new()));
+        if here && ready.binaries.is_empty() && !build::in_checkout() {
+            ready = Ready::of(&environment::fmu().ok_or_else(|| Error::Failure(NO_BINARY.to_owned()))?)?;
         }
         if here && !ready.binaries.is_empty() {
             return Ok((ready, PathBuf::new()));
@@ -131,11 +131,6 @@ fn is_same(one: &Path, other: &Path) -> bool {
 /// A path as short as it can be typed from here.
 fn shown(path: &Path) -> &Path {
     std::env::current_dir().ok().and_then(|here| path.strip_prefix(here).ok()).unwrap_or(path)
-}
-
-/// How this program was called.
-fn this_program() -> String {
-    quoted(&std::env::args().next().unwrap_or_else(|| "cradle-fmu".to_owned()))
 }
 
 /// A word for the shell.

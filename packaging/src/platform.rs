@@ -98,12 +98,6 @@ impl Platform {
         folders.iter().map(|folder| self.path(folder, identifier)).collect()
     }
 
-    /// The platform whose shared library is at this path, in FMUs of either version.
-    pub fn of_path(path: &str, identifier: &str) -> Option<&'static Self> {
-        let is_at = |platform: &Self, fmi3| platform.paths(identifier, fmi3).iter().any(|own| own == path);
-        PLATFORMS.iter().find(|platform| is_at(platform, false) || is_at(platform, true))
-    }
-
     /// The parts of a shared library by their place in an FMU of FMI 3.0: a universal one is for several processors.
     pub fn by_tuple(&self, identifier: &str, binary: &[u8]) -> object::Result<Vec<(String, Vec<u8>)>> {
         let place = |slice: &[u8]| {

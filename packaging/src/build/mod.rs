@@ -13,7 +13,7 @@ mod source;
 pub use choice::{Choice, PRESETS, Preset, in_words};
 pub use compile::Workspace;
 pub use contents::{Binary, entries};
-pub use source::{Ready, checkout, replaced};
+pub use source::{Ready, in_checkout, replaced};
 
 /// The version of FMI that an FMU follows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -27,7 +27,8 @@ pub fn settable(name: &str, balls: usize) -> Result<(usize, &'static Row), Strin
         let settable = || TABLE.iter().filter(|row| row.settable());
         let mut hint = did_you_mean(family, settable().map(|row| row.name));
         if hint.is_empty() {
-            let names: Vec<String> = settable().map(indexed).collect();
+            let all = |row: &Row| row.name_of(if row.shape == Shape::Balls { "1..n" } else { "1..n-1" });
+            let names: Vec<String> = settable().map(all).collect();
             hint = format!("; allowed: {}", names.join(", "));
         }
         return Err(format!("no variable has the name \"{name}\"{hint}"));
@@ -63,14 +64,6 @@ pub fn unit_written(row: &Row, value: &StartValue) -> Option<String> {
         let unit = if row.unit() == "1" { "has no unit".to_owned() } else { format!("is in {}", row.unit()) };
         format!("{} = {text} is refused: leave the unit out, {number} {unit}", row.name)
     })
-}
-
-fn indexed(row: &Row) -> String {
-    match row.shape {
-        Shape::Scalar => row.name.to_owned(),
-        Shape::Balls => format!("{}[1..n]", row.name),
-        Shape::Contacts => format!("{}[1..n-1]", row.name),
-    }
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Where binaries come from that are not compiled: another FMU of this program.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use newtons_cradle::variables::{Description, MODEL_IDENTIFIER};
 
@@ -9,7 +9,7 @@ use super::contents::Binary;
 use crate::archive::Entries;
 use crate::check::{self, MAX_BYTES, Model, Report};
 use crate::error::Error;
-use crate::platform::Platform;
+use crate::platform::PLATFORMS;
 use crate::universal;
 
 const TOOL: &str = concat!("newtons-cradle ", env!("CARGO_PKG_VERSION"));
@@ -28,8 +28,8 @@ impl Ready {
     pub fn of(path: &Path) -> Result<Self, Error> {
         let bytes = check::read(path)?;
         let refused = |reason: &str| Error::Usage(format!("--from {} is refused: {reason}", path.display()));
-        let (entries, model) = opened(&bytes);
-        if let Some(model) = model {
+        let (mut entries, model) = opened(&bytes);
+        if let Some(model) = &model {
             let (name, tool) = (&model.name, if model.tool.is_empty() { "an unknown tool" } else { &model.tool });
             if !model.is_own() {
                 let reason = format!("it is \"{name}\", written by {tool}; allowed: {MODEL_IDENTIFIER} of {TOOL}");
@@ -43,13 +43,14 @@ impl Ready {
             return Err(refused(problem));
         }
         let mut ready = Self::default();
-        for (name, contents) in entries {
-            if let Some(platform) = Platform::of_path(&name, MODEL_IDENTIFIER) {
+        let fmi3 = model.is_some_and(|model| model.is_fmi3());
+        for platform in PLATFORMS {
+            for contents in platform.paths(MODEL_IDENTIFIER, fmi3).iter().filter_map(|path| entries.remove(path)) {
                 ready.add(Binary { platform, contents }).map_err(|error| refused(&error))?;
-            } else if name.starts_with("documentation/licenses/") {
-                ready.licenses.insert(name, contents);
             }
         }
+        entries.retain(|name, _| name.starts_with("documentation/licenses/"));
+        ready.licenses = entries;
         Ok(ready)
     }
 
@@ -78,15 +79,13 @@ fn opened(bytes: &[u8]) -> (Entries, Option<Model>) {
     (entries, model)
 }
 
-/// The folder of the sources that this folder lies in, if it does.
-pub fn checkout() -> Option<PathBuf> {
-    let is_ours = |folder: &&Path| {
+/// Whether this folder lies in that of the sources.
+pub fn in_checkout() -> bool {
+    let is_ours = |folder: &Path| {
         let manifest = std::fs::read_to_string(folder.join("Cargo.toml")).unwrap_or_default();
-        let manifest: toml::Table = manifest.parse().unwrap_or_default();
-        let name = manifest.get("package").and_then(|package| package.get("name"));
-        name.and_then(toml::Value::as_str) == Some("newtons-cradle")
+        manifest.lines().any(|line| line == "name = \"newtons-cradle\"")
     };
-    std::env::current_dir().ok()?.ancestors().find(is_ours).map(Path::to_path_buf)
+    std::env::current_dir().is_ok_and(|here| here.ancestors().any(is_ours))
 }
 
 /// What is in a file that is about to be replaced by the FMU `new`, in words; nothing if there is no file, or the same.

@@ -11,22 +11,23 @@ use super::report::Report;
 use crate::universal;
 
 /// Functions of FMI 2.0, without the `fmi2` that all of them begin with.
-const FMI2: &str = "GetTypesPlatform GetVersion SetDebugLogging Instantiate FreeInstance
-    SetupExperiment EnterInitializationMode ExitInitializationMode Terminate Reset
-    GetReal GetInteger GetBoolean GetString SetReal SetInteger SetBoolean SetString
-    GetFMUstate SetFMUstate FreeFMUstate SerializedFMUstateSize SerializeFMUstate DeSerializeFMUstate
-    GetDirectionalDerivative SetRealInputDerivatives GetRealOutputDerivatives DoStep CancelStep
-    GetStatus GetRealStatus GetIntegerStatus GetBooleanStatus GetStringStatus
-    EnterEventMode NewDiscreteStates EnterContinuousTimeMode CompletedIntegratorStep
-    SetTime SetContinuousStates GetDerivatives GetEventIndicators GetContinuousStates GetNominalsOfContinuousStates";
+const FMI2: &str =
+    "GetTypesPlatform GetVersion SetDebugLogging Instantiate FreeInstance SetupExperiment EnterInitializationMode
+    ExitInitializationMode Terminate Reset GetReal GetInteger GetBoolean GetString SetReal SetInteger SetBoolean
+    SetString GetFMUstate SetFMUstate FreeFMUstate SerializedFMUstateSize SerializeFMUstate DeSerializeFMUstate
+    GetDirectionalDerivative SetRealInputDerivatives GetRealOutputDerivatives DoStep CancelStep GetStatus GetRealStatus
+    GetIntegerStatus GetBooleanStatus GetStringStatus EnterEventMode NewDiscreteStates EnterContinuousTimeMode
+    CompletedIntegratorStep SetTime SetContinuousStates GetDerivatives GetEventIndicators GetContinuousStates
+    GetNominalsOfContinuousStates";
 
 /// Functions of FMI 3.0, without the `fmi3` that all of them begin with, but for getters and setters of types.
-const FMI3: &str = "GetVersion SetDebugLogging InstantiateModelExchange InstantiateCoSimulation
-    InstantiateScheduledExecution FreeInstance EnterInitializationMode ExitInitializationMode EnterEventMode Terminate
-    Reset GetNumberOfVariableDependencies GetVariableDependencies GetFMUState SetFMUState FreeFMUState
-    SerializedFMUStateSize SerializeFMUState DeserializeFMUState GetDirectionalDerivative GetAdjointDerivative
-    EnterConfigurationMode ExitConfigurationMode GetIntervalDecimal GetIntervalFraction GetShiftDecimal GetShiftFraction
-    SetIntervalDecimal SetIntervalFraction SetShiftDecimal SetShiftFraction EvaluateDiscreteStates UpdateDiscreteStates
+const FMI3: &str =
+    "GetVersion SetDebugLogging InstantiateModelExchange InstantiateCoSimulation InstantiateScheduledExecution
+    FreeInstance EnterInitializationMode ExitInitializationMode EnterEventMode Terminate Reset
+    GetNumberOfVariableDependencies GetVariableDependencies GetFMUState SetFMUState FreeFMUState SerializedFMUStateSize
+    SerializeFMUState DeserializeFMUState GetDirectionalDerivative GetAdjointDerivative EnterConfigurationMode
+    ExitConfigurationMode GetIntervalDecimal GetIntervalFraction GetShiftDecimal GetShiftFraction SetIntervalDecimal
+    SetIntervalFraction SetShiftDecimal SetShiftFraction EvaluateDiscreteStates UpdateDiscreteStates
     EnterContinuousTimeMode CompletedIntegratorStep SetTime SetContinuousStates GetContinuousStateDerivatives
     GetEventIndicators GetContinuousStates GetNominalsOfContinuousStates GetNumberOfEventIndicators
     GetNumberOfContinuousStates EnterStepMode GetOutputDerivatives DoStep ActivateModelPartition";
@@ -37,9 +38,9 @@ const TYPES_OF_FMI3: &str =
 const PATHS: [&[u8]; 5] = [b"/home/", b"/root/", b"/Users/", b"/tmp/", b":\\Users\\"];
 
 /// Libraries that every system of a kind has: of glibc, of Windows, of macOS.
-const SYSTEM: &str = "ld-linux libc.so. libm.so. libdl.so. libpthread.so. librt.so.
-    advapi32.dll api-ms-win- bcrypt kernel32.dll msvcrt.dll ntdll.dll ucrtbase.dll user32.dll userenv.dll ws2_32.dll
-    /usr/lib/libsystem";
+const SYSTEM: &str =
+    "ld-linux libc.so. libm.so. libdl.so. libpthread.so. librt.so. advapi32.dll api-ms-win- bcrypt kernel32.dll
+    msvcrt.dll ntdll.dll ucrtbase.dll user32.dll userenv.dll ws2_32.dll /usr/lib/libsystem";
 
 /// The glibc of systems that are still about (2012).
 const OLD_GLIBC: (u32, u32) = (2, 17);

@@ -3,35 +3,15 @@
 
 use std::ffi::{CString, c_char, c_int, c_void};
 use std::path::Path;
+use std::ptr::null;
 
 use libloading::{Library, Symbol};
 use newtons_cradle::variables::Variable;
 
 use super::cases::Case;
 
-/// `fmi2CallbackFunctions` of the standard.
-#[repr(C)]
-struct Callbacks {
-    logger: unsafe extern "C" fn(),
-    allocate_memory: unsafe extern "C" fn(usize, usize) -> *mut c_void,
-    free_memory: unsafe extern "C" fn(*mut c_void),
-    step_finished: Option<unsafe extern "C" fn(*mut c_void, c_int)>,
-    environment: *mut c_void,
-}
-
-static CALLBACKS: Callbacks = Callbacks {
-    logger: ignore,
-    allocate_memory: libc::calloc,
-    free_memory: libc::free,
-    step_finished: None,
-    environment: std::ptr::null_mut(),
-};
-
-// SAFETY: nothing changes them.
-unsafe impl Sync for Callbacks {}
-
-/// The binary's log. Its arguments, which are as many as it likes, are the caller's: leaving them alone is safe.
-unsafe extern "C" fn ignore() {}
+/// `fmi2CallbackFunctions` of the standard: five pointers.
+type Callbacks = [*const c_void; 5];
 
 /// `fmi2CoSimulation` of the standard.
 const CO_SIMULATION: c_int = 1;
@@ -44,6 +24,9 @@ type Setup = unsafe extern "C" fn(Instance, c_int, f64, f64, c_int, f64) -> c_in
 type Step = unsafe extern "C" fn(Instance, f64, f64, c_int) -> c_int;
 type Get = unsafe extern "C" fn(Instance, *const u32, usize, *mut f64) -> c_int;
 type Set<T> = unsafe extern "C" fn(Instance, *const u32, usize, *const T) -> c_int;
+
+/// The binary's log. Its arguments, which are as many as it likes, are the caller's: leaving them alone is safe.
+unsafe extern "C" fn ignore() {}
 
 /// A cradle with parameters set.
 pub struct Run {
@@ -59,13 +42,16 @@ impl Run {
             let reason = std::error::Error::source(&error).map_or_else(|| error.to_string(), ToString::to_string);
             format!("it cannot be loaded: {reason}")
         })?;
+        let mut run = Self { library, instance: std::ptr::null_mut() };
+        let instantiate = *run.function::<Instantiate>("fmi2Instantiate")?;
         let text = |text: &str| CString::new(text).map_err(|_| format!("\"{text}\" holds a null byte"));
         let (name, guid, place) = (text("reference")?, text(guid)?, text(&location(resources))?);
-        let mut run = Self { library, instance: std::ptr::null_mut() };
-        let instantiate = run.function::<Instantiate>("fmi2Instantiate")?;
+        let (allocate, free) = (libc::calloc as *const c_void, libc::free as *const c_void);
+        // They have to stay where they are.
+        let callbacks = Box::leak(Box::new([ignore as *const c_void, allocate, free, null(), null()]));
         // SAFETY: the arguments of the standard, here and below.
         run.instance =
-            unsafe { instantiate(name.as_ptr(), CO_SIMULATION, guid.as_ptr(), place.as_ptr(), &CALLBACKS, 0, 0) };
+            unsafe { instantiate(name.as_ptr(), CO_SIMULATION, guid.as_ptr(), place.as_ptr(), callbacks, 0, 0) };
         if run.instance.is_null() {
             return Err("fmi2Instantiate refuses the GUID or the resources".to_owned());
         }
@@ -92,12 +78,11 @@ impl Run {
         self.call("fmi2DoStep", |step: Step| unsafe { step(self.instance, time, next - time, 1) })
     }
 
-    /// The values of real variables.
-    pub fn get(&self, variables: &[Variable]) -> Result<Vec<f64>, String> {
-        let references: Vec<u32> = variables.iter().map(Variable::reference).collect();
-        let (count, mut values) = (references.len(), vec![0.0; references.len()]);
-        let call = |get: Get| unsafe { get(self.instance, references.as_ptr(), count, values.as_mut_ptr()) };
-        self.call("fmi2GetReal", call).map(|()| values)
+    /// The value of a real variable.
+    pub fn get(&self, variable: &Variable) -> Result<f64, String> {
+        let mut value = 0.0;
+        let call = |get: Get| unsafe { get(self.instance, &variable.reference(), 1, &mut value) };
+        self.call("fmi2GetReal", call).map(|()| value)
     }
 
     /// A function of the library; the caller names the type that the standard gives it.

@@ -1,8 +1,7 @@
 //! Recording what the FMU's own binary computes. It is loaded in a process of its own, which is this program once more:
 //! a binary that crashes or hangs takes nothing with it.
 
-use std::fmt::Write as _;
-use std::io::Write as _;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio, abort};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
@@ -88,7 +87,6 @@ fn csv(folder: &Path, name: &str) -> Result<String, String> {
     let resources = folder.join("resources");
     let recipe = fs::read(resources.join(FILE_NAME)).map_err(|error| error.to_string())?;
     let recipe = Recipe::from_json(&recipe).map_err(|error| error.to_string())?;
-    let guid = Description::of(&recipe.settings().map_err(|error| error.to_string())?).guid();
     let (of, times) = if name == EXPERIMENT {
         let steps = (STOP_TIME / STEP_SIZE).round() as u32;
         (START, (0..=steps).map(|step| f64::from(step) * STOP_TIME / f64::from(steps)).collect())
@@ -97,24 +95,23 @@ fn csv(folder: &Path, name: &str) -> Result<String, String> {
     };
     let cases = cases(&recipe).map_err(|error| error.to_string())?;
     let case = cases.iter().find(|case| case.name == of).ok_or("there is no such case")?;
+    // The first is the FMU as it is.
+    let guid = Description::of(&cases[0].settings).guid();
     let run = Run::start(&folder.join(BINARY), &resources, &guid, case)?;
     let variables = recorded(recipe.balls);
-    let mut csv = String::from("\"time\"");
-    for variable in &variables {
-        // Writing to a string cannot fail, here and below.
-        let _ = write!(csv, ",\"{variable}\"");
-    }
+    let names = variables.iter().map(|variable| format!(",\"{variable}\""));
+    let mut csv = format!("\"time\"{}\n", names.collect::<String>());
     let mut before = 0.0;
     for time in times {
         if time > before {
             run.step(before, time)?;
         }
         before = time;
-        let _ = write!(csv, "\n{}", Number(time));
-        for value in run.get(&variables)? {
-            let _ = write!(csv, ",{}", Number(value));
+        csv += &Number(time).to_string();
+        for variable in &variables {
+            csv += &format!(",{}", Number(run.get(variable)?));
         }
+        csv.push('\n');
     }
-    csv.push('\n');
     Ok(csv)
 }
