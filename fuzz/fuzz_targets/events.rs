@@ -16,11 +16,11 @@ use cradle_fuzz::operation::{Current, LONGEST_STEP, Step, Value};
 use libfuzzer_sys::fuzz_target;
 use newtons_cradle::fmi3::fmi3Status::{self, fmi3Discard, fmi3Error, fmi3OK};
 use newtons_cradle::fmi3::*;
-use newtons_cradle::variables::{Array, ArrayType, Extra};
+use newtons_cradle::variables::{Array, Type};
 
 static INTERFACE: LazyLock<Interface> = LazyLock::new(Interface::default);
 /// Everything that has an item of an enumeration.
-static ITEMS: LazyLock<Vec<Array>> = LazyLock::new(|| of_type(ArrayType::Enumeration));
+static ITEMS: LazyLock<Vec<Array>> = LazyLock::new(|| of_type(Type::Enumeration));
 
 /// Calls after which a sequence ends, so that none takes long.
 const LONGEST: usize = 60;
@@ -159,7 +159,7 @@ impl Driver<'_> {
                 Operation::DoStep { current, step, within } => self.step(operation, current, step, within),
                 Operation::SetBalls(balls) => {
                     let balls = u64::from(*balls) % (BALLS + 1);
-                    let status = fmi3SetUInt64(c, &Array::Extra(Extra::Balls).reference(), 1, &balls, 1);
+                    let status = fmi3SetUInt64(c, &Array::named("n").unwrap().reference(), 1, &balls, 1);
                     let allowed = self.picture.phase == Phase::Configuration;
                     let expected = match (allowed, balls) {
                         (false, _) => fmi3Error,

@@ -1,7 +1,7 @@
 //! What is legal in FMI 3.0 (FMI 3.0.2, sections 2.3, 3.2 and 4.2), and an instance as its host pictures it.
 
 use arbitrary::Arbitrary;
-use newtons_cradle::variables::{Array, ArrayType, Causality, Extra, Variability};
+use newtons_cradle::variables::{Array, Causality, TABLE, Type, Variability};
 
 use crate::forgery::Change;
 use crate::instance3::Within;
@@ -179,14 +179,7 @@ impl Picture {
         if self.phase == ContinuousTime && Array::states().any(|(state, _)| state == array) {
             return true;
         }
-        let Some(row) = array.row() else {
-            let anywhere = matches!(self.phase, Instantiated | Initialization | Step | Event);
-            return match array {
-                Array::Slope(_) => anywhere || self.phase == ContinuousTime,
-                Array::Extra(Extra::DerivativesOf) => anywhere,
-                _ => false,
-            };
-        };
+        let row = array.row;
         match self.phase {
             Instantiated | Initialization => matches!(row.causality, Causality::Parameter | Causality::Input),
             Step | Event => {
@@ -209,13 +202,13 @@ impl Picture {
 
 /// Element `index` of an array as the interface of FMI 2.0 has it; nothing for what only FMI 3.0 has.
 pub fn element(interface: &Interface, array: Array, index: usize) -> Option<&Variable> {
-    let name = array.row()?.name_of(index + 1);
+    let name = TABLE.iter().find(|row| row.name == array.row.name)?.name_of(index + 1);
     interface.variables.iter().find(|variable| variable.name == name)
 }
 
 /// All variables of a type.
-pub fn of_type(wanted: ArrayType) -> Vec<Array> {
-    Array::all().filter(|array| array.data_type() == wanted).collect()
+pub fn of_type(wanted: Type) -> Vec<Array> {
+    Array::all().filter(|array| array.row.access.data_type() == wanted).collect()
 }
 
 /// So many, or one more or less.

@@ -5,14 +5,14 @@ use std::sync::LazyLock;
 
 use newtons_cradle::fmi3::fmi3Status::{fmi3Error, fmi3OK};
 use newtons_cradle::fmi3::*;
-use newtons_cradle::variables::{Array, ArrayType, Extra};
+use newtons_cradle::variables::{Array, Causality, Type};
 
 use crate::forgery::{Change, forged};
 use crate::hybrid::{Call, Phase, Picture, of_type};
 use crate::instance3::Host;
 
 /// Everything that has real values.
-pub static FLOATS: LazyLock<Vec<Array>> = LazyLock::new(|| of_type(ArrayType::Float64));
+pub static FLOATS: LazyLock<Vec<Array>> = LazyLock::new(|| of_type(Type::Real));
 
 /// What can be read is finite, and clocks are active in Event Mode only.
 pub fn look(host: &Host, picture: &Picture) {
@@ -25,11 +25,11 @@ pub fn look(host: &Host, picture: &Picture) {
         let status = unsafe { fmi3GetFloat64(host.c, &array.reference(), 1, values.as_mut_ptr(), n) };
         assert_eq!(status, fmi3OK, "{array} in {:?}", picture);
         assert!(values.iter().all(|value| value.is_finite()), "{array} = {values:?} in {:?}", picture);
-        if *array == Array::Extra(Extra::Time) {
+        if array.row.causality == Causality::Independent {
             assert_eq!(values, [picture.time]);
         }
     }
-    for clock in of_type(ArrayType::Clock) {
+    for clock in of_type(Type::Clock) {
         let mut active = 9;
         assert_eq!(unsafe { fmi3GetClock(host.c, &clock.reference(), 1, &mut active) }, fmi3OK);
         assert!(active == 0 || active == 1 && picture.phase == Phase::Event);

@@ -1,6 +1,6 @@
 //! What can go wrong in this program.
 
-use newtons_cradle::variables::RecipeError;
+use newtons_cradle::variables::Refusal;
 
 /// What went wrong, in words for the user.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -22,8 +22,8 @@ impl std::fmt::Display for Error {
 impl std::error::Error for Error {}
 
 /// A cradle that is refused.
-impl From<RecipeError> for Error {
-    fn from(error: RecipeError) -> Self {
-        Self::Usage(error.to_string())
+impl From<Refusal> for Error {
+    fn from(refusal: Refusal) -> Self {
+        Self::Usage(refusal.to_string())
     }
 }

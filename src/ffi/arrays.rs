@@ -3,8 +3,7 @@
 use std::ffi::{CStr, c_char};
 use std::mem::MaybeUninit;
 
-use crate::instance::Refusal;
-use crate::variables::{LOG_CATEGORIES, LogCategory};
+use crate::variables::{LOG_CATEGORIES, LogCategory, Refusal};
 
 /// The array of `count` values at `pointer`.
 ///
@@ -44,12 +43,33 @@ fn check<T>(name: &'static str, pointer: *const T, count: usize) -> Result<(), R
 #[cold]
 fn no_array(name: &'static str, pointer: *const (), count: usize) -> Refusal {
     let value = if pointer.is_null() { "NULL".to_owned() } else { format!("{pointer:p}") };
-    Refusal::Argument { name, value, allowed: format!("an array of {count}") }
+    Refusal::argument(name, value, format_args!("an array of {count}"))
 }
 
 /// Writes `values` to their places.
 pub(crate) fn fill<T>(places: &mut [MaybeUninit<T>], values: impl IntoIterator<Item = T>) {
     places.iter_mut().zip(values).for_each(|(place, value)| *place = MaybeUninit::new(value));
+}
+
+/// Writes `values` to the `given` places at `places`, which must be as many; `count` is the name of that argument.
+///
+/// # Safety
+/// As for [`array_mut()`].
+pub(crate) unsafe fn write<T>(
+    name: &'static str,
+    places: *mut T,
+    (count, given): (&str, usize),
+    values: Vec<T>,
+) -> Result<(), Refusal> {
+    require_count(count, given, values.len())?;
+    // SAFETY: as the caller promises.
+    fill(unsafe { array_mut(name, places, given) }?, values);
+    Ok(())
+}
+
+/// Refuses another number of values, the argument `count`, than there are.
+pub(crate) fn require_count(count: &str, given: usize, wanted: usize) -> Result<(), Refusal> {
+    if given == wanted { Ok(()) } else { Err(Refusal::argument(count, given, wanted)) }
 }
 
 /// Writes an answer to the place that the host has for it.
@@ -79,11 +99,10 @@ pub(crate) unsafe fn categories(names: &[*const c_char]) -> Result<Vec<LogCatego
     let category = |name: &*const c_char| {
         // SAFETY: as the caller promises.
         let name = if name.is_null() { c"NULL" } else { unsafe { text(*name) } }.to_string_lossy();
-        LOG_CATEGORIES.into_iter().find(|category| category.name() == name).ok_or_else(|| Refusal::Argument {
-            name: "category",
-            value: name.into_owned(),
-            allowed: LOG_CATEGORIES.map(LogCategory::name).join(", "),
-        })
+        LOG_CATEGORIES
+            .into_iter()
+            .find(|category| category.name() == name)
+            .ok_or_else(|| Refusal::argument("category", &name, LOG_CATEGORIES.map(LogCategory::name).join(", ")))
     };
     names.iter().map(category).collect()
 }

@@ -4,7 +4,8 @@ use std::cell::{Cell, UnsafeCell};
 use std::ffi::c_void;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use crate::instance::{Call, Instance, Refusal};
+use crate::instance::{Call, Instance};
+use crate::variables::Refusal;
 
 /// What a version of the standard has of its own.
 pub(crate) trait Version {
@@ -27,7 +28,7 @@ pub(crate) trait Version {
 #[repr(C)]
 pub(crate) struct Component<V> {
     magic: Cell<u64>,
-    /// What the host lends to the instance beside its logger.
+    /// The host's callbacks beside its logger.
     callbacks: V,
     /// A call is being made: one that comes in meanwhile can only come from the host's logger, and is refused.
     busy: Cell<bool>,
@@ -36,6 +37,11 @@ pub(crate) struct Component<V> {
     /// The host is being called in the middle of a step: it may make calls meanwhile, but not free the instance.
     pausing: Cell<bool>,
     instance: UnsafeCell<Instance>,
+}
+
+/// What `make` hands over to the host; NULL if it refuses, or panics.
+pub(crate) fn create(make: impl FnOnce() -> Option<*mut c_void>) -> *mut c_void {
+    catch_unwind(AssertUnwindSafe(make)).ok().flatten().unwrap_or(std::ptr::null_mut())
 }
 
 impl<V: Version> Component<V> {
@@ -170,7 +176,7 @@ fn poison<V>(component: &Component<V>, function: &str, panic: &(dyn std::any::An
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::instance::{Kind, Log, Severity};
+    use crate::instance::{Kind, Log, Purpose, Severity};
     use crate::variables::Settings;
     use std::cell::RefCell;
     use std::rc::Rc;
@@ -197,7 +203,10 @@ mod tests {
         let sink = move |severity, _, text: &str| kept.borrow_mut().push((severity, text.to_owned()));
         let log = Log::new(Some(Box::new(sink)), false);
         (
-            Component::into_raw(Instance::new(Kind::CoSimulation, Settings::default_for(5), String::new(), log), Plain),
+            Component::into_raw(
+                Instance::new(Purpose::fmi2(Kind::CoSimulation), Settings::default_for(5), String::new(), log),
+                Plain,
+            ),
             lines,
         )
     }

@@ -1,4 +1,4 @@
-//! What the C borders of all versions of the standard share.
+//! What the C functions of all versions of the standard share.
 //!
 //! Every exported function goes through [`call`]: null and foreign components are refused, calls that are not legal in
 //! the current phase are refused and logged, and a panic is caught before it reaches the host. Pointers are checked for
@@ -10,7 +10,7 @@ mod component;
 mod resources;
 mod states;
 
-pub(crate) use arrays::{answer, array, array_mut, categories, fill, text};
-pub(crate) use component::{Component, Version, call, call_small};
-pub(crate) use resources::{at_location, at_path};
+pub(crate) use arrays::{answer, array, array_mut, categories, require_count, text, write};
+pub(crate) use component::{Component, Version, call, call_small, create};
+pub(crate) use resources::{at_location, at_path, start_values};
 pub(crate) use states::{deserialize, free, get, serialize, serialized_size, set};

@@ -1,10 +1,10 @@
 //! The recipe in the FMU's resources, found by the location that hosts give in very different ways.
 
-use std::ffi::OsString;
+use std::ffi::{CStr, OsString};
 use std::path::PathBuf;
 use std::{fs, io};
 
-use crate::variables::{FILE_NAME, Recipe};
+use crate::variables::{Description, FILE_NAME, Recipe, Settings};
 
 /// Largest file that is read: n = 10000 with every value changed has 3 MB.
 const MAX_BYTES: u64 = 32 << 20;
@@ -20,6 +20,25 @@ pub(crate) fn at_location(location: &[u8]) -> Result<Recipe, String> {
 pub(crate) fn at_path(path: &[u8]) -> Result<Recipe, String> {
     let is_uri = path.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case(b"file:"));
     if path.is_empty() || is_uri { at_location(path) } else { first_of(vec![path.to_vec()]) }
+}
+
+/// The start values by a recipe, if one of their descriptions has this `token`, the argument `name`; or why there are
+/// none.
+pub(crate) fn start_values(
+    recipe: Result<Recipe, String>,
+    name: &str,
+    token: &CStr,
+    descriptions: &[for<'a> fn(&'a Settings) -> Description<'a>],
+) -> Result<Settings, String> {
+    let settings = recipe?.settings().map_err(|error| format!("resources: {error}"))?;
+    let mut tokens = descriptions.iter().map(|description| description(&settings).guid());
+    if tokens.clone().any(|own| own.as_bytes() == token.to_bytes()) {
+        return Ok(settings);
+    }
+    let (given, own) = (token.to_string_lossy(), tokens.next().unwrap_or_default());
+    Err(format!(
+        "{name} = {given} is refused; allowed: {own}, that of the description that belongs to this binary and resources"
+    ))
 }
 
 /// The recipe in the first of these folders that has one, else the default one.
@@ -80,6 +99,10 @@ fn hexadecimal(digit: u8) -> Option<u8> {
     char::from(digit).to_digit(16).and_then(|value| u8::try_from(value).ok())
 }
 
+fn refused(rest: &[u8], allowed: &str) -> String {
+    format!("fmuResourceLocation = file:{} is refused; allowed: {allowed}", String::from_utf8_lossy(rest))
+}
+
 /// The path behind `file:`, with one to four slashes in front, a host name between, or a Windows drive.
 fn path(rest: &[u8], windows: bool) -> Result<Vec<u8>, String> {
     let slashes = rest.iter().take_while(|byte| **byte == b'/').count();
@@ -88,17 +111,11 @@ fn path(rest: &[u8], windows: bool) -> Result<Vec<u8>, String> {
         return Ok([&[*drive, b':'], tail].concat());
     }
     match slashes {
-        0 => Err(format!(
-            "fmuResourceLocation = file:{} is refused; allowed: an absolute path",
-            String::from_utf8_lossy(rest)
-        )),
+        0 => Err(refused(rest, "an absolute path")),
         2 => match bare.strip_prefix(b"localhost/") {
             Some(local) => path(&[b"/", local].concat(), windows),
             None if windows => Ok([b"//", bare].concat()),
-            None => Err(format!(
-                "fmuResourceLocation = file:{} is refused; allowed: a path on this machine, as in file:///path",
-                String::from_utf8_lossy(rest)
-            )),
+            None => Err(refused(rest, "a path on this machine, as in file:///path")),
         },
         4 if windows => Ok([b"//", bare].concat()),
         _ => Ok([b"/", bare].concat()),

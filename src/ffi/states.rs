@@ -3,7 +3,8 @@
 use std::ffi::c_void;
 
 use super::arrays::{answer, array, array_mut, fill};
-use crate::instance::{Instance, Refusal, SavedState};
+use crate::instance::{Instance, SavedState};
+use crate::variables::Refusal;
 
 /// Marks memory as a state of ours; "cradleFS" in ASCII.
 const MAGIC: u64 = 0x6372_6164_6c65_4653;
@@ -29,7 +30,7 @@ impl Saved {
             }
         }
         let value = if saved.is_null() { "NULL".to_owned() } else { format!("{saved:p}") };
-        Err(Refusal::Argument { name: "FMUstate", value, allowed: "a state of this FMU".to_owned() })
+        Err(Refusal::argument("FMUstate", value, "a state of this FMU"))
     }
 }
 
@@ -116,8 +117,7 @@ pub(crate) unsafe fn serialize(
     let (state, places) = unsafe { (&Saved::from_raw(state)?.state, || array_mut("serializedState", bytes, size)) };
     let written = state.to_bytes()?;
     if size != written.len() {
-        let allowed = format!("{}, as {sized} says", written.len());
-        return Err(Refusal::Argument { name: "size", value: size.to_string(), allowed });
+        return Err(Refusal::argument("size", size, format_args!("{}, as {sized} says", written.len())));
     }
     fill(places()?, written);
     Ok(())

@@ -16,7 +16,8 @@ pub use functions::*;
 pub use types::*;
 
 use crate::ffi::Version;
-use crate::instance::{Instance, Refusal};
+use crate::instance::Instance;
+use crate::variables::Refusal;
 
 /// FMI 2.0, as far as `ffi` must know it.
 struct Fmi2;

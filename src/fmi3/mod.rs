@@ -17,10 +17,10 @@ pub use functions::*;
 pub use types::*;
 
 use crate::ffi::Version;
-use crate::instance::{Instance, Refusal};
-use crate::variables::VariableError;
+use crate::instance::Instance;
+use crate::variables::Refusal;
 
-/// FMI 3.0, and what the host lends to an instance.
+/// FMI 3.0, and the callbacks of the host.
 #[derive(Clone, Copy)]
 struct Fmi3 {
     environment: fmi3InstanceEnvironment,
@@ -39,19 +39,12 @@ impl Version for Fmi3 {
 
     /// A value that is out of range or does not exist changes nothing; everything else ends the run.
     fn refused(instance: &mut Instance, function: &str, refusal: &Refusal) -> fmi3Status {
-        match refusal {
-            Refusal::Value(VariableError::NotAllowed { .. })
-            | Refusal::NotANumber { .. }
-            | Refusal::Derivative(_)
-            | Refusal::NoHistory(_) => {
-                instance.log.discard(format_args!("{function}: {refusal}"));
-                fmi3Status::fmi3Discard
-            }
-            _ => {
-                instance.log.error(format_args!("{function}: {refusal}"));
-                instance.give_up(function);
-                fmi3Status::fmi3Error
-            }
+        if refusal.of_value {
+            instance.log.discard(format_args!("{function}: {refusal}"));
+            return fmi3Status::fmi3Discard;
         }
+        instance.log.error(format_args!("{function}: {refusal}"));
+        instance.give_up(function);
+        fmi3Status::fmi3Error
     }
 }

@@ -3,10 +3,10 @@
 
 use serde::{Deserialize, Serialize};
 
-/// What an instance was created for.
+/// Who steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Kind {
-    /// It steps by itself.
+    /// The instance by itself.
     CoSimulation,
     /// The host integrates.
     ModelExchange,
@@ -18,6 +18,31 @@ impl std::fmt::Display for Kind {
             Self::CoSimulation => "co-simulation",
             Self::ModelExchange => "model exchange",
         })
+    }
+}
+
+/// What a host has created an instance for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Purpose {
+    /// Who steps.
+    pub kind: Kind,
+    /// Whether the host is one of FMI 3.0, where variables are arrays.
+    pub arrays: bool,
+    /// Whether clocks tick for it, and in co-simulation it takes part in events.
+    pub events: bool,
+    /// Whether steps may end early.
+    pub early_return: bool,
+}
+
+impl Purpose {
+    /// That of a host of FMI 2.0.
+    pub fn fmi2(kind: Kind) -> Self {
+        Self { kind, arrays: false, events: false, early_return: false }
+    }
+
+    /// Whether its host takes part in the events of co-simulation.
+    pub(super) fn has_event_mode(self) -> bool {
+        self.kind == Kind::CoSimulation && self.events
     }
 }
 
@@ -46,6 +71,20 @@ pub enum Phase {
     Error,
 }
 
+/// Every phase, in the order of the enumeration.
+const PHASES: [Phase; 10] = [
+    Phase::Instantiated,
+    Phase::ConfigurationMode,
+    Phase::Abandoned,
+    Phase::InitializationMode,
+    Phase::StepMode,
+    Phase::EventMode,
+    Phase::ContinuousTimeMode,
+    Phase::IntermediateUpdate,
+    Phase::Terminated,
+    Phase::Error,
+];
+
 impl std::fmt::Display for Phase {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
@@ -63,195 +102,133 @@ impl std::fmt::Display for Phase {
     }
 }
 
-/// What a host can ask of an instance.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Call {
-    /// Switching log categories on and off.
-    SetDebugLogging,
-    /// Telling start, stop and tolerance.
-    SetupExperiment,
-    /// The way into Initialization Mode.
-    EnterInitializationMode,
-    /// The way out of it, to the first step.
-    ExitInitializationMode,
-    /// The end of the run.
-    Terminate,
-    /// Back to how it was instantiated.
-    Reset,
-    /// Reading values of any type.
-    Get,
-    /// The same in FMI 3.0, where start values can be read before initialization.
-    GetArrays,
-    /// Setting real values; which variables may be set is the table of variables' business.
-    Set,
-    /// Setting values of any other type.
-    SetDiscrete,
-    /// Saving, restoring, freeing and serializing the whole state.
-    State,
-    /// Derivatives by inputs held over the last step, by inputs and states, or by what is known in Initialization Mode.
-    DirectionalDerivative,
-    /// How inputs change within the next step.
-    SetInputDerivatives,
-    /// Derivatives of outputs by time.
-    GetOutputDerivatives,
-    /// A step.
-    DoStep,
-    /// Breaking off a step that goes on by itself, of which there are none.
-    CancelStep,
-    /// Asking about the last step.
-    Status,
-    /// The way to Configuration Mode.
-    EnterConfigurationMode,
-    /// The way back from it.
-    ExitConfigurationMode,
-    /// Setting counts: the number of balls is one.
-    SetCounts,
-    /// Asking about the intervals of clocks, of which there are none.
-    Intervals,
-    /// The way from a step, or from integration, to events.
-    EnterEvents,
-    /// Handling one of them after the other.
-    NextEvent,
-    /// The way back from events to steps.
-    EnterStepMode,
-    /// Going on with a step in which the host has been called.
-    ContinueStep,
-    /// The way to an event.
-    EnterEventMode,
-    /// Handling an event.
-    NewDiscreteStates,
-    /// The way back from an event to integration.
-    EnterContinuousTimeMode,
-    /// The end of a step of the host's solver.
-    CompletedIntegratorStep,
-    /// Setting the time.
-    SetTime,
-    /// The same in FMI 3.0.
-    SetTimeOfExchange,
-    /// Setting the continuous states.
-    SetContinuousStates,
-    /// Reading the derivatives of the states, the event indicators or the states.
-    GetContinuous,
-    /// Reading the orders of magnitude of the states.
-    GetNominals,
-    /// Asking how many states or event indicators there are.
-    CountContinuous,
-}
-
 impl Phase {
-    /// Whether an instance of this kind can be in it; `events` if its host takes part in the events of co-simulation,
-    /// and `arrays` if it is one of FMI 3.0.
-    pub(super) fn exists(self, kind: Kind, arrays: bool, events: bool) -> bool {
-        let exchange = kind == Kind::ModelExchange;
+    /// Whether an instance created for this can be in it.
+    pub(super) fn exists(self, purpose: Purpose) -> bool {
+        let exchange = purpose.kind == Kind::ModelExchange;
         match self {
-            Self::ConfigurationMode | Self::Abandoned => arrays,
+            Self::ConfigurationMode | Self::Abandoned => purpose.arrays,
             Self::StepMode => !exchange,
-            Self::EventMode => exchange || events,
+            Self::EventMode => exchange || purpose.events,
             Self::ContinuousTimeMode => exchange,
-            Self::IntermediateUpdate => arrays && !exchange,
+            Self::IntermediateUpdate => purpose.arrays && !exchange,
             Self::Instantiated | Self::InitializationMode | Self::Terminated | Self::Error => true,
         }
     }
 }
 
-impl Call {
-    /// The kind of instance that it is for, if it is not for both.
-    pub fn kind(self) -> Option<Kind> {
-        match self {
-            Self::SetInputDerivatives
-            | Self::GetOutputDerivatives
-            | Self::DoStep
-            | Self::CancelStep
-            | Self::Status
-            | Self::EnterStepMode
-            | Self::ContinueStep => Some(Kind::CoSimulation),
-            Self::EnterEventMode
-            | Self::NewDiscreteStates
-            | Self::EnterContinuousTimeMode
-            | Self::CompletedIntegratorStep
-            | Self::SetTime
-            | Self::SetTimeOfExchange
-            | Self::SetContinuousStates
-            | Self::GetContinuous
-            | Self::GetNominals
-            | Self::CountContinuous => Some(Kind::ModelExchange),
-            _ => None,
+const BOTH: Option<Kind> = None;
+const STEPS: Option<Kind> = Some(Kind::CoSimulation);
+const EXCHANGE: Option<Kind> = Some(Kind::ModelExchange);
+
+macro_rules! calls {
+    ($($(#[$doc:meta])* $call:ident $kind:ident $phases:literal;)*) => {
+        /// What a host can ask of an instance.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum Call {
+            $($(#[$doc])* $call),*
         }
+
+        impl Call {
+            /// The kind of instance that it is for, if it is not for both.
+            pub fn kind(self) -> Option<Kind> {
+                match self { $(Self::$call => $kind),* }
+            }
+
+            /// A letter for each phase it is legal in, a dot for others.
+            #[inline]
+            fn phases(self) -> &'static [u8; PHASES.len()] {
+                match self { $(Self::$call => $phases),* }
+            }
+        }
+    };
+}
+
+// Steps are synchronous, so "step in progress" and "canceled" do not occur and nothing can be cancelled. The letters are
+// those of: Instantiated, Configuration Mode, Abandoned, initializatioN Mode, Step mode, Event Mode, continuous-Time
+// Mode, intermediate Update, enDed, Failed.
+calls! {
+    /// Switching log categories on and off.
+    SetDebugLogging BOTH b"ICANSETUDF";
+    /// Telling start, stop and tolerance.
+    SetupExperiment BOTH b"I.........";
+    /// The way into Initialization Mode.
+    EnterInitializationMode BOTH b"I.........";
+    /// The way out of it, to the first step.
+    ExitInitializationMode BOTH b"...N......";
+    /// The end of the run.
+    Terminate BOTH b"....SET...";
+    /// Back to how it was instantiated.
+    Reset BOTH b"ICANSET.DF";
+    /// Reading values of any type.
+    Get BOTH b"...NSETUDF";
+    /// The same in FMI 3.0, where start values can be read before initialization.
+    GetArrays BOTH b"I..NSETUDF";
+    /// Setting real values; which variables may be set is the table of variables' business.
+    Set BOTH b"I..NSETU..";
+    /// Setting values of any other type.
+    SetDiscrete BOTH b"I..NSE....";
+    /// Saving, restoring, freeing and serializing the whole state.
+    State BOTH b"ICANSET.DF";
+    /// Derivatives by inputs held over the last step, by inputs and states, or by what is known in Initialization Mode.
+    DirectionalDerivative BOTH b"...NSET.DF";
+    /// How inputs change within the next step.
+    SetInputDerivatives STEPS b"I..NS.....";
+    /// Derivatives of outputs by time.
+    GetOutputDerivatives STEPS b"....S..UDF";
+    /// A step.
+    DoStep STEPS b"....S.....";
+    /// Breaking off a step that goes on by itself, of which there are none.
+    CancelStep STEPS b"..........";
+    /// Asking about the last step.
+    Status STEPS b"....S...D.";
+    /// The way to Configuration Mode.
+    EnterConfigurationMode BOTH b"I.........";
+    /// The way back from it.
+    ExitConfigurationMode BOTH b".C........";
+    /// Setting counts: the number of balls is one.
+    SetCounts BOTH b"IC.NSE....";
+    /// Asking about the intervals of clocks, of which there are none.
+    Intervals BOTH b"...N.E....";
+    /// The way from a step, or from integration, to events.
+    EnterEvents BOTH b"....S.T...";
+    /// Handling one of them after the other.
+    NextEvent BOTH b".....E....";
+    /// The way back from events to steps.
+    EnterStepMode STEPS b".....E....";
+    /// Going on with a step in which the host has been called.
+    ContinueStep STEPS b".......U..";
+    /// The way to an event.
+    EnterEventMode EXCHANGE b".....ET...";
+    /// Handling an event.
+    NewDiscreteStates EXCHANGE b".....E....";
+    /// The way back from an event to integration.
+    EnterContinuousTimeMode EXCHANGE b".....E....";
+    /// The end of a step of the host's solver.
+    CompletedIntegratorStep EXCHANGE b"......T...";
+    /// Setting the time.
+    SetTime EXCHANGE b".....ET...";
+    /// The same in FMI 3.0.
+    SetTimeOfExchange EXCHANGE b"......T...";
+    /// Setting the continuous states.
+    SetContinuousStates EXCHANGE b"......T...";
+    /// Reading the derivatives of the states, the event indicators or the states.
+    GetContinuous EXCHANGE b"...N.ET.DF";
+    /// Reading the orders of magnitude of the states.
+    GetNominals EXCHANGE b"I..N.ET.DF";
+    /// Asking how many states or event indicators there are.
+    CountContinuous EXCHANGE b"ICANSET.DF";
+}
+
+impl Call {
+    /// Whether it is legal in this phase.
+    #[inline]
+    pub fn is_legal_in(self, phase: Phase) -> bool {
+        self.phases()[phase as usize] != b'.'
     }
 
-    /// The phases it is legal in. Steps are synchronous, so "step in progress" and "canceled" do not occur and nothing
-    /// can be cancelled.
-    #[inline]
-    pub fn legal_phases(self) -> &'static [Phase] {
-        use Phase::{
-            Abandoned, ConfigurationMode, ContinuousTimeMode, Error, EventMode, InitializationMode, Instantiated,
-            IntermediateUpdate, StepMode, Terminated,
-        };
-        match self {
-            Self::SetDebugLogging => &[
-                Instantiated,
-                ConfigurationMode,
-                Abandoned,
-                InitializationMode,
-                StepMode,
-                EventMode,
-                ContinuousTimeMode,
-                IntermediateUpdate,
-                Terminated,
-                Error,
-            ],
-            Self::Reset | Self::State | Self::CountContinuous => &[
-                Instantiated,
-                ConfigurationMode,
-                Abandoned,
-                InitializationMode,
-                StepMode,
-                EventMode,
-                ContinuousTimeMode,
-                Terminated,
-                Error,
-            ],
-            Self::SetupExperiment | Self::EnterInitializationMode | Self::EnterConfigurationMode => &[Instantiated],
-            Self::ExitConfigurationMode => &[ConfigurationMode],
-            Self::SetCounts => &[Instantiated, ConfigurationMode, InitializationMode, StepMode, EventMode],
-            Self::ExitInitializationMode => &[InitializationMode],
-            Self::Intervals => &[InitializationMode, EventMode],
-            Self::Set => {
-                &[Instantiated, InitializationMode, StepMode, EventMode, ContinuousTimeMode, IntermediateUpdate]
-            }
-            Self::SetDiscrete => &[Instantiated, InitializationMode, StepMode, EventMode],
-            Self::SetInputDerivatives => &[Instantiated, InitializationMode, StepMode],
-            Self::Get => {
-                &[InitializationMode, StepMode, EventMode, ContinuousTimeMode, IntermediateUpdate, Terminated, Error]
-            }
-            Self::GetArrays => &[
-                Instantiated,
-                InitializationMode,
-                StepMode,
-                EventMode,
-                ContinuousTimeMode,
-                IntermediateUpdate,
-                Terminated,
-                Error,
-            ],
-            Self::DirectionalDerivative => {
-                &[InitializationMode, StepMode, EventMode, ContinuousTimeMode, Terminated, Error]
-            }
-            Self::GetOutputDerivatives => &[StepMode, IntermediateUpdate, Terminated, Error],
-            Self::DoStep => &[StepMode],
-            Self::EnterEvents => &[StepMode, ContinuousTimeMode],
-            Self::NextEvent | Self::EnterStepMode => &[EventMode],
-            Self::ContinueStep => &[IntermediateUpdate],
-            Self::Terminate => &[StepMode, EventMode, ContinuousTimeMode],
-            Self::Status => &[StepMode, Terminated],
-            Self::CancelStep => &[],
-            Self::EnterEventMode | Self::SetTime => &[EventMode, ContinuousTimeMode],
-            Self::NewDiscreteStates | Self::EnterContinuousTimeMode => &[EventMode],
-            Self::CompletedIntegratorStep | Self::SetContinuousStates | Self::SetTimeOfExchange => {
-                &[ContinuousTimeMode]
-            }
-            Self::GetContinuous => &[InitializationMode, EventMode, ContinuousTimeMode, Terminated, Error],
-            Self::GetNominals => &[Instantiated, InitializationMode, EventMode, ContinuousTimeMode, Terminated, Error],
-        }
+    /// The phases it is legal in.
+    pub fn legal_phases(self) -> impl Iterator<Item = Phase> {
+        PHASES.into_iter().filter(move |phase| self.is_legal_in(*phase))
     }
 }

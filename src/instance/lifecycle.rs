@@ -1,11 +1,10 @@
 //! An instance and its way through the phases, from start values to the end of the run.
 
-use super::legality::{Call, Kind, Phase};
+use super::legality::{Call, Kind, Phase, Purpose};
 use super::log::Log;
-use super::refusal::Refusal;
 use super::run::{Experiment, Run};
-use crate::engine::{Exchange, Results, Simulation};
-use crate::variables::{Access, LogCategory, Number, Settings, Variable, variables};
+use crate::engine::{EngineError, Exchange, Results, Simulation};
+use crate::variables::{Access, DerivativesOf, LogCategory, Number, Refusal, Settings, Variable, variables};
 
 /// One instance.
 pub struct Instance {
@@ -19,9 +18,12 @@ pub struct Instance {
 }
 
 impl Instance {
-    /// An instance of this kind with the start values of its description, which has this GUID.
-    pub fn new(kind: Kind, start: Settings, guid: String, log: Log) -> Self {
-        let run = Run::new(kind, &start);
+    /// An instance for this purpose with the start values of its description, which has this GUID.
+    pub fn new(purpose: Purpose, mut start: Settings, guid: String, log: Log) -> Self {
+        if !purpose.arrays {
+            start.derivatives_of = DerivativesOf::LastStep;
+        }
+        let run = Run::new(purpose, &start);
         Self { guid, start, run, log }
     }
 
@@ -34,27 +36,56 @@ impl Instance {
     /// Refuses a call that is not legal in the current phase. To be asked before every call.
     #[inline]
     pub fn require(&self, call: Call) -> Result<(), Refusal> {
-        let (phase, kind) = (self.run.phase, self.run.kind);
-        let of_kind = call.kind().is_none_or(|own| own == kind);
-        if of_kind && call.legal_phases().contains(&phase) { Ok(()) } else { Err(self.illegal(call)) }
+        let of_kind = call.kind().is_none_or(|own| own == self.run.purpose.kind);
+        if of_kind && call.is_legal_in(self.run.phase) { Ok(()) } else { Err(self.illegal(call)) }
     }
 
     #[cold]
     fn illegal(&self, call: Call) -> Refusal {
-        let (phase, kind, hybrid) = (self.run.phase, self.run.kind, self.run.hybrid.as_ref());
-        let exists =
-            |phase: &Phase| phase.exists(kind, hybrid.is_some(), hybrid.is_some_and(|hybrid| hybrid.event_mode));
-        let allowed = call.legal_phases().iter().copied().filter(exists).collect();
-        let ended_by = hybrid.and_then(|hybrid| hybrid.ended_by.clone());
-        Refusal::Phase { call, phase, kind, allowed, ended_by }
+        let Run { phase, purpose, ended_by, .. } = &self.run;
+        if call.kind().is_some_and(|other| other != purpose.kind) {
+            return Refusal::new(format_args!("not allowed in {}, which the instance was created for", purpose.kind));
+        }
+        if let Some(function) = ended_by {
+            let text = format_args!("the refused call of {function} ended the run; allowed: a reset");
+            return Refusal::new(format_args!("not allowed in {phase}: {text}"));
+        }
+        let allowed = call.legal_phases().filter(|phase| phase.exists(*purpose));
+        let allowed: Vec<String> = allowed.map(|phase| phase.to_string()).collect();
+        let separator = if allowed.is_empty() { "" } else { "; allowed: in " };
+        Refusal::new(format_args!("not allowed in {phase}{separator}{}", allowed.join(", ")))
+    }
+
+    /// After a refused call of `function` there is nothing left but the last values, if there are any, and a new start.
+    pub fn give_up(&mut self, function: &str) {
+        self.run.phase = match self.run.phase {
+            Phase::Error => Phase::Error,
+            phase if phase <= Phase::InitializationMode => Phase::Abandoned,
+            _ => Phase::Terminated,
+        };
+        self.run.under_way = None;
+        self.run.ended_by.get_or_insert_with(|| function.to_owned());
+    }
+
+    /// Enters Configuration Mode.
+    pub fn enter_configuration(&mut self) -> Result<(), Refusal> {
+        self.run.phase = Phase::ConfigurationMode;
+        Ok(())
+    }
+
+    /// Leaves it.
+    pub fn exit_configuration(&mut self) -> Result<(), Refusal> {
+        self.run.phase = Phase::Instantiated;
+        Ok(())
     }
 
     /// Takes start time, stop time and tolerance; the last call before initialization counts.
     pub fn set_up(&mut self, experiment: Experiment) -> Result<(), Refusal> {
         experiment.check()?;
         // Only in FMI 3.0 a run may end where it starts.
-        if let (None, Some(stop)) = (&self.run.hybrid, experiment.stop.filter(|stop| *stop == experiment.start)) {
-            return Err(Refusal::number("stopTime", stop, "s", format!("later than startTime = {stop} s")));
+        if let (false, Some(stop)) = (self.run.purpose.arrays, experiment.stop.filter(|stop| *stop == experiment.start))
+        {
+            return Err(Refusal::number("stopTime", stop, "s", format_args!("later than startTime = {stop} s")));
         }
         self.run.experiment = Some(experiment);
         self.run.exchange = None;
@@ -64,7 +95,7 @@ impl Instance {
     /// Enters Initialization Mode.
     pub fn enter_initialization(&mut self) -> Result<(), Refusal> {
         if self.run.experiment.is_none() {
-            return Err(Refusal::Missing("the experiment must be set up first, so that the start time is known"));
+            return Err(Refusal::new("the experiment must be set up first, so that the start time is known"));
         }
         self.run.phase = Phase::InitializationMode;
         Ok(())
@@ -73,18 +104,16 @@ impl Instance {
     /// Builds the simulation and enters step mode, or Event Mode in model exchange. Fails, staying in Initialization
     /// Mode, if no run can start like this.
     pub fn exit_initialization(&mut self) -> Result<(), Refusal> {
-        if self.run.kind == Kind::ModelExchange {
+        if self.run.purpose.kind == Kind::ModelExchange {
             self.exchange()?;
             self.run.simulation = None;
-            self.run.phase = Phase::EventMode;
             self.log_ignored_parameters();
-            return if self.run.tells_of_events() { self.enter_events() } else { Ok(()) };
+            return self.enter_events_of_exchange();
         }
         self.simulation()?.set_initializing(false);
-        let next = if self.run.takes_part_in_events() { Phase::EventMode } else { Phase::StepMode };
         self.run.inputs_changed = !self.run.input_derivatives.is_empty();
         self.run.tuned_from = None;
-        self.run.phase = next;
+        self.run.phase = if self.run.purpose.has_event_mode() { Phase::EventMode } else { Phase::StepMode };
         self.begin_events()?;
         self.log_ignored_parameters();
         Ok(())
@@ -98,8 +127,7 @@ impl Instance {
 
     /// Back to where it was after it was created; which log categories are on is kept.
     pub fn reset(&mut self) -> Result<(), Refusal> {
-        let hybrid = self.run.hybrid.as_ref().map(|hybrid| hybrid.anew(self.start.balls()));
-        self.run = Run { hybrid, ..Run::new(self.run.kind, &self.start) };
+        self.run = Run::new(self.run.purpose, &self.start);
         Ok(())
     }
 
@@ -109,24 +137,24 @@ impl Instance {
         if self.run.simulation.is_none() {
             self.run.simulation = Some(self.build()?);
         }
-        self.run.simulation.as_mut().ok_or(Refusal::Missing("nothing is calculated yet"))
+        self.run.simulation.as_mut().ok_or_else(|| Refusal::new("nothing is calculated yet"))
     }
 
     /// The run in the host's hands, built first where that has not happened yet.
     #[inline]
     pub(super) fn exchange(&mut self) -> Result<&mut Exchange, Refusal> {
         if self.run.exchange.is_none() {
-            let start = self.run.experiment.unwrap_or_default().start;
+            let start = self.run.start_time();
             let built = Exchange::new(&self.run.effective_parameters(), &self.run.settings.inputs, start);
-            self.run.exchange = Some(built.map_err(Refusal::Start)?);
+            self.run.exchange = Some(built.map_err(no_start)?);
         }
-        self.run.exchange.as_mut().ok_or(Refusal::Missing("nothing is calculated yet"))
+        self.run.exchange.as_mut().ok_or_else(|| Refusal::new("nothing is calculated yet"))
     }
 
     /// What can be read, of whichever kind of run it is.
     #[inline]
     pub(super) fn results(&mut self) -> Result<&dyn Results, Refusal> {
-        match self.run.kind {
+        match self.run.purpose.kind {
             Kind::CoSimulation => Ok(&**self.simulation()?),
             Kind::ModelExchange => Ok(self.exchange()?),
         }
@@ -134,9 +162,9 @@ impl Instance {
 
     #[cold]
     fn build(&self) -> Result<Simulation, Refusal> {
-        let start = self.run.experiment.unwrap_or_default().start;
+        let start = self.run.start_time();
         let built = Simulation::new(&self.run.effective_parameters(), &self.run.settings.inputs, start);
-        let mut simulation = built.map_err(Refusal::Start)?;
+        let mut simulation = built.map_err(no_start)?;
         simulation.set_initializing(true);
         Ok(simulation)
     }
@@ -149,7 +177,7 @@ impl Instance {
         }
         let defaults = Settings::default_for(settings.balls());
         // What only the other kind of instances makes use of.
-        let other = match self.run.kind {
+        let other = match self.run.purpose.kind {
             Kind::CoSimulation => "exchange.contacts",
             Kind::ModelExchange => "solver.method",
         };
@@ -157,7 +185,7 @@ impl Instance {
         for variable in variables(settings.balls()).filter(unused) {
             let value = |of: &Settings| match variable.row.access {
                 Access::Enumeration(enumeration) => {
-                    enumeration.item((enumeration.get)(&of.parameters)).map(|item| item.name.to_owned())
+                    enumeration.item((enumeration.get)(of)).map(|item| item.name.to_owned())
                 }
                 _ => variable.real(of).map(|value| variable.row.quantified(Number(value))),
             };
@@ -167,4 +195,9 @@ impl Instance {
             }
         }
     }
+}
+
+#[cold]
+fn no_start(error: EngineError) -> Refusal {
+    Refusal::new(format_args!("the run cannot start: {error}"))
 }

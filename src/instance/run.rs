@@ -1,13 +1,14 @@
 //! Everything of an instance that changes, with what the host says about the run as a whole.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
-use super::hybrid::Hybrid;
-use super::legality::{Kind, Phase};
-use super::refusal::Refusal;
-use crate::engine::{Exchange, MAX_INPUT_DERIVATIVE, Simulation, Unsound, require};
+use super::clocks::Clocks;
+use super::legality::{Kind, Phase, Purpose};
+use crate::engine::{Exchange, History, MAX_INPUT_DERIVATIVE, Simulation, Unsound, require};
 use crate::model::{Inputs, Parameters, SolverMethod, Tunables};
-use crate::variables::Settings;
+use crate::variables::{DerivativesOf, Refusal, Settings};
 
 /// Tightest relative tolerance.
 const MIN_TOLERANCE: f64 = 1e-14;
@@ -31,7 +32,7 @@ impl Experiment {
         }
         match self.stop {
             Some(stop) if stop.is_nan() || stop < self.start => {
-                Err(Refusal::number("stopTime", stop, "s", format!("not before startTime = {} s", self.start)))
+                Err(Refusal::number("stopTime", stop, "s", format_args!("not before startTime = {} s", self.start)))
             }
             _ => Ok(()),
         }
@@ -49,7 +50,7 @@ impl Experiment {
 /// Everything that changes while an instance runs: all that a saved state has to hold.
 #[derive(Clone, Serialize, Deserialize)]
 pub(super) struct Run {
-    pub(super) kind: Kind,
+    pub(super) purpose: Purpose,
     pub(super) phase: Phase,
     pub(super) settings: Settings,
     pub(super) experiment: Option<Experiment>,
@@ -66,17 +67,45 @@ pub(super) struct Run {
     pub(super) inputs_changed: bool,
     /// The tunable parameters that the simulation runs with, if they have been changed since.
     pub(super) tuned_from: Option<Tunables>,
-    /// What FMI 3.0 adds.
-    pub(super) hybrid: Option<Hybrid>,
     /// It was logged that the host steps past its own stop time.
     pub(super) past_stop_logged: bool,
+    /// What derivatives of the run need of it, with arrays.
+    pub(super) history: History,
+    /// What was set for the last elements of arrays over contacts, by the row's position. It has no effect.
+    pub(super) padding: BTreeMap<usize, f64>,
+    pub(super) clocks: Clocks,
+    /// Events have changed continuous states of model exchange, and the host does not yet know of all of them.
+    pub(super) states_changed: bool,
+    /// When the host of model exchange last entered Event Mode with clocks, s.
+    pub(super) last_event: Option<f64>,
+    /// It was logged that the host reads more within a step than the standard allows.
+    pub(super) read_logged: bool,
+    /// The refused call that ended the run.
+    #[serde(skip)]
+    pub(super) ended_by: Option<String>,
+    /// What the host was given of `log.pulses`; it may read it until the next call.
+    #[serde(skip)]
+    pub(super) csv: String,
+    /// The step in which the host has been called.
+    #[serde(skip)]
+    pub(super) under_way: Option<StepUnderWay>,
+}
+
+/// A step in which the host may be called.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct StepUnderWay {
+    /// The end that was asked for first, and the one that it has now, s.
+    pub(super) asked: f64,
+    pub(super) end: f64,
+    /// Since when the inputs have been held, s.
+    pub(super) since: f64,
 }
 
 impl Run {
     /// Before the host has said anything, with these start values.
-    pub(super) fn new(kind: Kind, start: &Settings) -> Self {
+    pub(super) fn new(purpose: Purpose, start: &Settings) -> Self {
         Self {
-            kind,
+            purpose,
             phase: Phase::Instantiated,
             settings: start.clone(),
             experiment: None,
@@ -85,9 +114,26 @@ impl Run {
             input_derivatives: Vec::new(),
             inputs_changed: false,
             tuned_from: None,
-            hybrid: None,
             past_stop_logged: false,
+            history: History::default(),
+            padding: BTreeMap::new(),
+            clocks: Clocks::new(Self::contacts_with_clocks(purpose, start.balls())),
+            states_changed: false,
+            last_event: None,
+            read_logged: false,
+            ended_by: None,
+            csv: String::new(),
+            under_way: None,
         }
+    }
+
+    fn contacts_with_clocks(purpose: Purpose, balls: usize) -> usize {
+        if purpose.arrays { balls.saturating_sub(1) } else { 0 }
+    }
+
+    /// Start of the run, s.
+    pub(super) fn start_time(&self) -> f64 {
+        self.experiment.unwrap_or_default().start
     }
 
     /// The parameters that the simulation runs with: the host's tolerance counts, changes that it does not yet know of
@@ -95,7 +141,7 @@ impl Run {
     pub(super) fn effective_parameters(&self) -> Parameters {
         let mut parameters = self.settings.parameters.clone();
         parameters.tolerance = self.experiment.unwrap_or_default().tighten(parameters.tolerance);
-        if self.kind == Kind::ModelExchange {
+        if self.purpose.kind == Kind::ModelExchange {
             parameters.method = SolverMethod::EventDriven;
         }
         if let Some(tunables) = self.tuned_from {
@@ -104,25 +150,18 @@ impl Run {
         parameters
     }
 
-    /// Whether the host of co-simulation takes part in events.
-    pub(super) fn takes_part_in_events(&self) -> bool {
-        self.kind == Kind::CoSimulation && self.tells_of_events()
-    }
-
-    /// Whether clocks tell the host of events.
-    pub(super) fn tells_of_events(&self) -> bool {
-        self.hybrid.as_ref().is_some_and(|hybrid| hybrid.event_mode)
+    /// Whether derivatives are those of the whole run.
+    pub(super) fn derives_over_run(&self) -> bool {
+        self.settings.derivatives_of == DerivativesOf::Run
     }
 
     /// Refuses what no instance can have saved; the simulation has checks of its own.
     pub(super) fn check(&self, balls: usize) -> Result<(), Unsound> {
         require(self.settings.are_sound(balls), "a setting is out of range")?;
-        let possible = self.phase.exists(self.kind, self.hybrid.is_some(), self.takes_part_in_events());
-        require(possible, "its phase is not one of its kind")?;
-        require(
-            self.hybrid.as_ref().is_none_or(|hybrid| hybrid.is_sound(balls)),
-            "an event or a slope is out of range",
-        )?;
+        require(self.phase.exists(self.purpose), "its phase is not one of its kind")?;
+        let times = self.last_event.is_none_or(f64::is_finite) && self.padding.values().all(|value| value.is_finite());
+        let clocks = self.clocks.are_sound(Self::contacts_with_clocks(self.purpose, balls));
+        require(times && clocks, "an event or a value that is not used is out of range")?;
         let experiment = self.experiment.is_none_or(|experiment| experiment.check().is_ok());
         require(
             experiment && (self.experiment.is_some() || self.phase < Phase::InitializationMode),
@@ -132,17 +171,16 @@ impl Run {
             let settings = Settings { parameters: parameters.clone(), ..self.settings.clone() };
             settings.are_sound(balls)
         };
-        let history =
-            self.hybrid.as_ref().is_none_or(|hybrid| hybrid.history.is_sound(&self.settings.parameters, allowed));
+        let history = self.history.is_sound(&self.settings.parameters, allowed);
         require(history, "what it has been given before is out of range")?;
         let derivatives = &self.input_derivatives;
         let known = derivatives.len() <= MAX_INPUT_DERIVATIVE
             && derivatives.iter().all(|inputs| inputs.force.len() == balls && inputs.is_finite());
         require(known, "an input derivative is out of range")?;
         let tunables = self.tuned_from.is_none_or(|tunables| {
-            let mut before = self.settings.clone();
-            before.parameters.tune(tunables);
-            before.are_sound(balls)
+            let mut before = self.settings.parameters.clone();
+            before.tune(tunables);
+            allowed(&before)
         });
         require(tunables, "a tunable parameter is out of range")
     }

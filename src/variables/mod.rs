@@ -7,25 +7,26 @@
 
 mod arrays;
 mod description;
-mod error;
 mod recipe;
+mod refusal;
 mod settings;
 mod states;
 mod table;
 mod text;
+mod values;
 mod variable;
 
-pub use arrays::{Array, ArrayType, DERIVATIVES_OF, Extra, MAX_LOG};
+pub use arrays::{Array, MAX_LOG};
 pub use description::{
     Description, LOG_CATEGORIES, LogCategory, MODEL_IDENTIFIER, START_TIME, STEP_SIZE, STOP_TIME, padding,
 };
-pub use error::VariableError;
-pub use recipe::{FILE_NAME, Recipe, RecipeError, StartValue};
-pub use settings::Settings;
+pub use recipe::{FILE_NAME, Recipe, StartValue};
+pub use refusal::Refusal;
+pub use settings::{DerivativesOf, Settings};
 pub use states::states;
 pub use table::TABLE;
 pub use table::enumeration::{ENUMERATIONS, Enumeration, Item};
-pub use table::row::{Access, Causality, Get, Groups, Range, Row, Shape, Type, Variability};
+pub use table::row::{Access, Causality, Edge, Extra, Get, Groups, Range, Row, Shape, Type, Variability};
 pub use table::unit::{QUANTITIES, Quantity};
 pub use text::{Escaped, Number};
 pub use variable::{DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, Variable, variables};

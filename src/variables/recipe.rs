@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::error::VariableError;
+use super::refusal::Refusal;
 use super::settings::Settings;
 use super::table::row::{Access, Type};
 use super::variable::{DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, Variable};
@@ -37,38 +37,6 @@ pub enum StartValue {
     Item(String),
 }
 
-/// Why a recipe cannot be used.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum RecipeError {
-    /// Not the JSON that is expected.
-    Damaged(String),
-    /// Written by a newer version.
-    Format(u32),
-    /// Number of balls outside of what is allowed.
-    Balls(usize),
-    /// A start value that is not accepted.
-    Start(VariableError),
-}
-
-impl std::fmt::Display for RecipeError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Damaged(reason) => write!(f, "not readable: {reason}"),
-            Self::Format(format) => write!(f, "format {format} is unknown; known: {FORMAT}"),
-            Self::Balls(balls) => write!(f, "balls = {balls} is refused; allowed: {MIN_BALLS} to {MAX_BALLS}"),
-            Self::Start(refused) => write!(f, "{refused}"),
-        }
-    }
-}
-
-impl std::error::Error for RecipeError {}
-
-impl From<VariableError> for RecipeError {
-    fn from(error: VariableError) -> Self {
-        Self::Start(error)
-    }
-}
-
 impl Default for Recipe {
     fn default() -> Self {
         Self::new(DEFAULT_BALLS)
@@ -82,9 +50,13 @@ impl Recipe {
     }
 
     /// Reads what [`Recipe::to_json`] wrote.
-    pub fn from_json(text: &[u8]) -> Result<Self, RecipeError> {
-        let recipe: Self = serde_json::from_slice(text).map_err(|error| RecipeError::Damaged(error.to_string()))?;
-        if recipe.format == FORMAT { Ok(recipe) } else { Err(RecipeError::Format(recipe.format)) }
+    pub fn from_json(text: &[u8]) -> Result<Self, Refusal> {
+        let recipe: Self =
+            serde_json::from_slice(text).map_err(|error| Refusal::new(format_args!("not readable: {error}")))?;
+        match recipe.format {
+            FORMAT => Ok(recipe),
+            format => Err(Refusal::new(format_args!("format {format} is unknown; known: {FORMAT}"))),
+        }
     }
 
     /// The text of the file.
@@ -96,22 +68,22 @@ impl Recipe {
     }
 
     /// The start values, each checked as a setter checks it.
-    pub fn settings(&self) -> Result<Settings, RecipeError> {
+    pub fn settings(&self) -> Result<Settings, Refusal> {
         if !(MIN_BALLS..=MAX_BALLS).contains(&self.balls) {
-            return Err(RecipeError::Balls(self.balls));
+            let allowed = format_args!("{MIN_BALLS} to {MAX_BALLS}");
+            return Err(Refusal::argument("balls", self.balls, allowed));
         }
         let mut settings = Settings::default_for(self.balls);
         for (name, value) in &self.start {
-            let Some(variable) = Variable::named(name, self.balls) else {
-                return Err(VariableError::UnknownName { name: name.clone(), balls: self.balls }.into());
-            };
-            start(variable, value, &mut settings)?;
+            let variable = Variable::named(name, self.balls);
+            let unknown = || Refusal::unknown(format_args!("name \"{name}\""), self.balls);
+            start(variable.ok_or_else(unknown)?, value, &mut settings)?;
         }
         Ok(settings)
     }
 }
 
-fn start(variable: Variable, value: &StartValue, settings: &mut Settings) -> Result<(), VariableError> {
+fn start(variable: Variable, value: &StartValue, settings: &mut Settings) -> Result<(), Refusal> {
     match value {
         StartValue::Number(value) => {
             variable.check_settable(Type::Real, false)?;
@@ -123,9 +95,7 @@ fn start(variable: Variable, value: &StartValue, settings: &mut Settings) -> Res
             let Access::Enumeration(enumeration) = variable.row.access else {
                 return Err(variable.wrong_type(Type::Enumeration));
             };
-            let Some(item) = enumeration.named(name) else {
-                return Err(VariableError::not_allowed(variable, name, enumeration));
-            };
+            let item = enumeration.named(name).ok_or_else(|| Refusal::value(variable, name, enumeration))?;
             variable.set_item(settings, item.value);
         }
     }

@@ -14,7 +14,7 @@ use fmi_schema::traits::FmiModelDescription;
 use newtons_cradle::fmi3::fmi3Status::{fmi3Error, fmi3OK};
 use newtons_cradle::fmi3::*;
 use newtons_cradle::model::ContactModel;
-use newtons_cradle::variables::{Array, Causality, Description, Extra, Settings};
+use newtons_cradle::variables::{Array, Causality, Description, Settings, Shape};
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum State {
@@ -367,14 +367,18 @@ fn the_description_of_fmi_3_is_the_table() {
         for array in Array::all() {
             let name = format!(" name=\"{array}\" valueReference=\"{}\"", array.reference());
             let line = xml.lines().find(|line| line.contains(&name)).unwrap();
-            assert_eq!(line.contains("<Dimension valueReference=\"1\"/>"), array.is_array(), "{line}");
+            assert_eq!(
+                line.contains("<Dimension valueReference=\"1\"/>"),
+                (array.row.shape != Shape::Scalar),
+                "{line}"
+            );
             let start = line.split_once(" start=\"").map(|(_, rest)| rest.split('"').next().unwrap());
-            let set = matches!(array.causality(), Some(Causality::Parameter | Causality::Input))
-                || array == Array::Extra(Extra::Balls);
+            let settable = [Causality::Parameter, Causality::Input, Causality::StructuralParameter];
+            let set = settable.contains(&array.row.causality);
             assert_eq!(array.has_start(), set, "{array}");
             assert_eq!(start.map(|start| start.split(' ').count()), set.then_some(array.len(balls)), "{line}");
         }
-        let outputs = Array::all().filter(|array| array.causality() == Some(Causality::Output)).count();
+        let outputs = Array::all().filter(|array| array.row.causality == Causality::Output).count();
         assert_eq!(xml.matches("<Output ").count(), outputs);
     }
 }

@@ -21,7 +21,7 @@ impl Course {
     /// From [`START`] to `end` (s), with the damping of the contacts changed on the way unless they have to stay
     /// `elastic`.
     fn new(settings: &Settings, end: f64, elastic: bool) -> Self {
-        let Settings { mut parameters, inputs } = settings.clone();
+        let Settings { mut parameters, inputs, .. } = settings.clone();
         let mut simulation = Simulation::new(&parameters, &inputs, START).unwrap();
         let mut history = History::default();
         simulation.advance(0.6, &mut Unrecorded).unwrap();
@@ -130,7 +130,7 @@ fn runs() -> Vec<(&'static str, Parameters, f64, bool)> {
 #[test]
 fn they_agree_with_differences() {
     for (name, parameters, end, has_tape) in runs() {
-        let settings = Settings { parameters, inputs: Inputs::zero(3) };
+        let settings = Settings::new(parameters, Inputs::zero(3));
         let course = Course::new(&settings, end, has_tape);
         let (values, tape) = (course.outputs(), course.tape());
         assert_eq!(tape.is_some(), has_tape, "{name}");
@@ -242,7 +242,7 @@ fn both_directions_agree_through_a_hundred_clicks() {
 #[test]
 fn both_directions_agree_whatever_acts() {
     for (name, parameters, end, _) in runs().into_iter().filter(|(.., has_tape)| *has_tape) {
-        let course = Course::new(&Settings { parameters, inputs: Inputs::zero(3) }, end, true);
+        let course = Course::new(&Settings::new(parameters, Inputs::zero(3)), end, true);
         both_ways(name, &course.tape().unwrap(), 3);
     }
 }
@@ -296,7 +296,7 @@ fn parameters_that_change_all_the_time() {
 
 #[test]
 fn another_course_than_that_of_the_run_has_none() {
-    let settings = Settings { parameters: Parameters::default_for(3), inputs: Inputs::zero(3) };
+    let settings = Settings::default_for(3);
     let Course { simulation, history, parameters } = Course::new(&settings, 2.7, true);
     assert!(simulation.tape(&parameters, START, &history).is_some());
     assert!(simulation.tape(&parameters, START, &History::default()).is_none());

@@ -2,8 +2,8 @@
 
 use super::Standard;
 use newtons_cradle::variables::{
-    Access, Array, Causality, DERIVATIVES_OF, Escaped, Extra, MODEL_IDENTIFIER, Number, Row, STEP_SIZE, STOP_TIME,
-    Settings, TABLE, Variability, Variable,
+    Access, Array, Causality, Escaped, MODEL_IDENTIFIER, Number, Row, STEP_SIZE, STOP_TIME, Settings, TABLE,
+    Variability, Variable,
 };
 
 const TEMPLATE: &str = include_str!("../../assets/index.html");
@@ -48,34 +48,30 @@ pub fn html(start: &Settings, standard: Standard) -> String {
 
 /// The variables of these causalities, each as a row of a table.
 fn rows(start: &Settings, standard: Standard, causalities: &[Causality]) -> String {
+    let of = |row: &'static Row, name: &str, variables: &mut dyn Iterator<Item = Variable>| {
+        let value = match row.causality {
+            Causality::StructuralParameter => start.balls().to_string(),
+            _ => start_value(start, variables),
+        };
+        let description = row.description.replace("{i}", "i").replace("{j}", "i+1");
+        line(name, row.unit(), &value, &(description + &remarks(row)))
+    };
     if standard == Standard::Fmi2 {
         let rows = TABLE.iter().enumerate().filter(|(_, row)| causalities.contains(&row.causality));
-        let of = |(position, row): (usize, &'static Row)| {
-            let description = row.description.replace("{i}", "i").replace("{j}", "i+1");
-            line(&row.name_of("i"), row.unit(), &start_value(start, position, row), &(description + &remarks(row)))
+        let variables = |position, row: &'static Row| {
+            (0..row.shape.len(start.balls())).map(move |index| Variable { row, position, index })
         };
-        return rows.map(of).collect();
+        return rows.map(|(position, row)| of(row, &row.name_of("i"), &mut variables(position, row))).collect();
     }
-    let of = |array: Array| {
-        let value = match array {
-            Array::Row(position) => start_value(start, position, &TABLE[position]),
-            Array::Extra(Extra::Balls) => start.balls().to_string(),
-            Array::Extra(Extra::DerivativesOf) => DERIVATIVES_OF[0].name.to_owned(),
-            Array::Slope(_) => "0".to_owned(),
-            _ => String::new(),
-        };
-        let unit = array.quantity().map_or("", |quantity| quantity.unit);
-        line(&array.to_string(), unit, &value, &(array.description() + &array.row().map_or_else(String::new, remarks)))
-    };
     // The number of balls is a parameter to the reader.
-    let causality = |array: &Array| match array {
-        Array::Extra(Extra::Balls) => Some(Causality::Parameter),
-        array => array.causality(),
+    let causality = |array: &Array| match array.row.causality {
+        Causality::StructuralParameter => Causality::Parameter,
+        causality => causality,
     };
     Array::all()
         .filter(|array| standard == (Standard::Fmi3 { clocks: true }) || !array.needs_clocks())
-        .filter(|array| causality(array).is_some_and(|own| causalities.contains(&own)))
-        .map(of)
+        .filter(|array| causalities.contains(&causality(array)))
+        .map(|array| of(array.row, array.row.name, &mut array.variables(start.balls())))
         .collect()
 }
 
@@ -85,18 +81,14 @@ fn line(name: &str, unit: &str, value: &str, description: &str) -> String {
 }
 
 /// Start value, if all balls or contacts have the same; else the first and the last.
-fn start_value(start: &Settings, position: usize, row: &'static Row) -> String {
-    let value = |index| {
-        let variable = Variable { row, position, index };
-        match row.access {
-            Access::Enumeration(enumeration) => {
-                let item = variable.item(start).and_then(|value| enumeration.item(value));
-                item.map(|item| item.name.to_owned())
-            }
-            _ => variable.real(start).map(|value| Number(value).to_string()),
+fn start_value(start: &Settings, variables: &mut dyn Iterator<Item = Variable>) -> String {
+    let value = |variable: Variable| match variable.row.access {
+        Access::Enumeration(enumeration) => {
+            variable.item(start).and_then(|value| enumeration.item(value)).map(|item| item.name.to_owned())
         }
+        _ => variable.real(start).map(|value| Number(value).to_string()),
     };
-    let values: Vec<String> = (0..row.shape.len(start.balls())).filter_map(value).collect();
+    let values: Vec<String> = variables.filter_map(value).collect();
     match values.as_slice() {
         [first, .., last] if values.iter().any(|value| value != first) => format!("{first} &hellip; {last}"),
         all => all.first().cloned().unwrap_or_default(),
@@ -133,7 +125,7 @@ mod tests {
         for row in TABLE {
             assert!(two.contains(&format!("<code>{}</code>", row.name_of("i"))), "{}", row.name);
         }
-        for array in Array::all().filter(|array| *array != Array::Extra(Extra::Time)) {
+        for array in Array::all().filter(|array| array.row.causality != Causality::Independent) {
             assert!(three.contains(&format!("<code>{array}</code>")), "{array}");
         }
         assert!(!three.contains("<code>t_next_isOnset</code></td>") && !three.contains("<code>x[i]</code>"));

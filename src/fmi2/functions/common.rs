@@ -1,15 +1,13 @@
 //! Functions common to all kinds of FMUs: versions, creating and freeing components, logging, and the way through the
 //! phases.
 
-use std::ffi::CStr;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::ptr::null_mut;
 
 use crate::ffi::{self, Component, array, text};
 use crate::fmi2::types::*;
 use crate::fmi2::{Fmi2, logger};
-use crate::instance::{Experiment, Instance, Kind, Log};
-use crate::variables::{Description, Settings};
+use crate::instance::{Experiment, Instance, Kind, Log, Purpose};
+use crate::variables::Description;
 
 /// Platform of the types: `default`.
 #[unsafe(no_mangle)]
@@ -46,17 +44,39 @@ pub unsafe extern "C" fn fmi2Instantiate(
     let functions = unsafe { *functions };
     // SAFETY: the host promises texts closed by a null byte, or NULL.
     let [name, guid, location] = [instanceName, fmuGUID, fmuResourceLocation].map(|given| unsafe { text(given) });
-    let created = catch_unwind(AssertUnwindSafe(|| {
+    ffi::create(|| {
         let log = Log::new(logger::sink(&functions, name), loggingOn != fmi2False);
-        match settings(name, fmuType, guid, location) {
-            Ok((kind, settings, guid)) => Component::into_raw(Instance::new(kind, settings, guid, log), Fmi2),
+        let purpose = if name.is_empty() {
+            Err("instanceName is missing or empty; allowed: any other text".to_owned())
+        } else {
+            purpose(fmuType)
+        };
+        let start = || {
+            let recipe = ffi::at_location(location.to_bytes());
+            ffi::start_values(recipe, "fmuGUID", guid, &[|settings| Description::of(settings)])
+        };
+        match purpose.and_then(|purpose| Ok((purpose, start()?))) {
+            Ok((purpose, start)) => {
+                let guid = guid.to_string_lossy().into_owned();
+                Some(Component::into_raw(Instance::new(purpose, start, guid, log), Fmi2))
+            }
             Err(reason) => {
                 log.error(format_args!("fmi2Instantiate: {reason}"));
-                null_mut()
+                None
             }
         }
-    }));
-    created.unwrap_or(null_mut())
+    })
+}
+
+/// What an instance of this type is for; or that there is no such type.
+fn purpose(of: fmi2Type) -> Result<Purpose, String> {
+    match of {
+        fmi2ModelExchange => Ok(Purpose::fmi2(Kind::ModelExchange)),
+        fmi2CoSimulation => Ok(Purpose::fmi2(Kind::CoSimulation)),
+        _ => Err(format!(
+            "fmuType = {of} is refused; allowed: fmi2ModelExchange ({fmi2ModelExchange}), fmi2CoSimulation ({fmi2CoSimulation})"
+        )),
+    }
 }
 
 /// Frees a component in any phase; NULL is ignored.
@@ -94,31 +114,4 @@ export! {
     fn fmi2Terminate() as Terminate |instance| instance.terminate();
     /// Back to where fmi2Instantiate left it.
     fn fmi2Reset() as Reset |instance| instance.reset();
-}
-
-/// The kind of instance asked for, the start values of the FMU whose description has this GUID, and the GUID; or why
-/// there are none.
-fn settings(name: &CStr, kind: fmi2Type, guid: &CStr, location: &CStr) -> Result<(Kind, Settings, String), String> {
-    if name.is_empty() {
-        return Err("instanceName is missing or empty; allowed: any other text".to_owned());
-    }
-    let kind = match kind {
-        fmi2ModelExchange => Kind::ModelExchange,
-        fmi2CoSimulation => Kind::CoSimulation,
-        _ => {
-            return Err(format!(
-                "fmuType = {kind} is refused; allowed: fmi2ModelExchange ({fmi2ModelExchange}), fmi2CoSimulation ({fmi2CoSimulation})"
-            ));
-        }
-    };
-    let recipe = ffi::at_location(location.to_bytes())?;
-    let settings = recipe.settings().map_err(|error| format!("resources: {error}"))?;
-    let own = Description::of(&settings).guid();
-    if guid.to_bytes() != own.as_bytes() {
-        let guid = guid.to_string_lossy();
-        return Err(format!(
-            "fmuGUID = {guid} is refused; allowed: {own}, that of the description that belongs to this binary and resources"
-        ));
-    }
-    Ok((kind, settings, own))
 }

@@ -1,15 +1,17 @@
 //! Functions of co-simulation: stepping, and asking about the last step.
 
-use crate::ffi::array_mut;
+use crate::ffi;
 use crate::fmi2::types::*;
-use crate::instance::Refusal;
+use crate::variables::Refusal;
 
 export! {
     /// Steps from `currentCommunicationPoint` by `communicationStepSize` > 0, in s. Never answers fmi2Discard or
     /// fmi2Warning, at which hosts loop or stop.
     fn fmi2DoStep(
         currentCommunicationPoint: fmi2Real, communicationStepSize: fmi2Real, _noSetFMUStatePriorToCurrentPoint: fmi2Boolean
-    ) as DoStep |instance| instance.step(currentCommunicationPoint, communicationStepSize);
+    ) as DoStep |instance| {
+        instance.step(currentCommunicationPoint, communicationStepSize, false).map(|_| ())
+    };
     /// Steps are synchronous: there is never one to cancel.
     fn fmi2CancelStep() as CancelStep |_| Ok(());
     /// fmi2DoStepStatus: steps are synchronous, and a failed one leaves the error state in which this cannot be asked.
@@ -22,7 +24,7 @@ export! {
     };
     /// The standard defines no status that is an integer.
     fn fmi2GetIntegerStatus(_s: fmi2StatusKind, _value: *mut fmi2Integer) as Status |_| {
-        Err(Refusal::Unsupported("no status is an integer"))
+        Err(Refusal::new("no status is an integer"))
     };
     /// fmi2Terminated: the FMU never ends a run by itself.
     fn fmi2GetBooleanStatus(s: fmi2StatusKind, value: *mut fmi2Boolean) as Status |_| {
@@ -37,7 +39,7 @@ export! {
 /// Answers the question about the last step that is `allowed`, given with its name in the standard, if `kind` asks it.
 ///
 /// # Safety
-/// As for [`array_mut()`].
+/// As for [`ffi::answer()`].
 unsafe fn answer<T>(
     allowed: (fmi2StatusKind, &str),
     kind: fmi2StatusKind,
@@ -45,12 +47,8 @@ unsafe fn answer<T>(
     value: T,
 ) -> Result<(), Refusal> {
     if kind != allowed.0 {
-        let allowed = format!("{} ({})", allowed.1, allowed.0);
-        return Err(Refusal::Argument { name: "fmi2StatusKind", value: kind.to_string(), allowed });
+        return Err(Refusal::argument("fmi2StatusKind", kind, format_args!("{} ({})", allowed.1, allowed.0)));
     }
     // SAFETY: as the caller promises.
-    if let [place] = unsafe { array_mut("value", place, 1) }? {
-        place.write(value);
-    }
-    Ok(())
+    unsafe { ffi::answer("value", place, value) }
 }

@@ -1,6 +1,6 @@
 //! Derivatives of inputs and outputs by time, and directional derivatives.
 
-use crate::ffi::{array, array_mut, fill};
+use crate::ffi::{array, write};
 use crate::fmi2::types::*;
 
 export! {
@@ -18,9 +18,7 @@ export! {
         vr: *const fmi2ValueReference, nvr: usize, order: *const fmi2Integer, value: *mut fmi2Real
     ) as GetOutputDerivatives |instance| {
         let (references, orders) = (array("vr", vr, nvr)?, array("order", order, nvr)?);
-        let places = array_mut("value", value, nvr)?;
-        fill(places, instance.output_derivatives(references, orders)?);
-        Ok(())
+        write("value", value, ("nvr", nvr), instance.output_derivatives(references, orders)?)
     };
     /// Derivatives of the unknowns along the direction in which the knowns change by `dvKnown`. In Initialization Mode
     /// the unknowns are real outputs and calculated parameters, the knowns real parameters and inputs; later, the real
@@ -32,8 +30,7 @@ export! {
     ) as DirectionalDerivative |instance| {
         let unknowns = array("vUnknown_ref", vUnknown_ref, nUnknown)?;
         let (knowns, direction) = (array("vKnown_ref", vKnown_ref, nKnown)?, array("dvKnown", dvKnown, nKnown)?);
-        let places = array_mut("dvUnknown", dvUnknown, nUnknown)?;
-        fill(places, instance.directional_derivatives(unknowns, knowns, direction)?);
-        Ok(())
+        let found = instance.directional_derivatives(unknowns, knowns, direction)?;
+        write("dvUnknown", dvUnknown, ("nUnknown", nUnknown), found)
     };
 }

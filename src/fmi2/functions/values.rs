@@ -4,8 +4,7 @@ use std::mem::MaybeUninit;
 
 use crate::ffi::{array, array_mut};
 use crate::fmi2::types::*;
-use crate::instance::Refusal;
-use crate::variables::Type;
+use crate::variables::{Refusal, Type};
 
 /// Fills the `count` places of `value` with what `get` finds for each of `vr`.
 ///

@@ -13,9 +13,9 @@ export! {
         Ok(())
     };
     /// Enters Configuration Mode, in which the number of balls can be set.
-    fn fmi3EnterConfigurationMode() as EnterConfigurationMode |instance| { instance.enter_configuration(); Ok(()) };
+    fn fmi3EnterConfigurationMode() as EnterConfigurationMode |instance| instance.enter_configuration();
     /// Leaves it.
-    fn fmi3ExitConfigurationMode() as ExitConfigurationMode |instance| { instance.exit_configuration(); Ok(()) };
+    fn fmi3ExitConfigurationMode() as ExitConfigurationMode |instance| instance.exit_configuration();
     /// Enters Initialization Mode. A tolerance can only tighten `solver.tolerance`; nonsense is ignored.
     fn fmi3EnterInitializationMode(
         toleranceDefined: fmi3Boolean, tolerance: fmi3Float64, startTime: fmi3Float64, stopTimeDefined: fmi3Boolean,
@@ -29,7 +29,7 @@ export! {
     /// Starts the run: the host has the first events to take part in, if it does, or takes the first step.
     fn fmi3ExitInitializationMode() as ExitInitializationMode |instance| instance.exit_initialization();
     /// Enters Event Mode: the clocks of the first thing that has happened since are active.
-    fn fmi3EnterEventMode() as EnterEvents |instance| instance.enter_events();
+    fn fmi3EnterEventMode() as EnterEvents |instance| instance.enter_event_mode();
     /// The host has taken part in the event of the active clocks. If more has happened, the clocks of the next one are
     /// active now, and the host is to call this function again.
     fn fmi3UpdateDiscreteStates(
@@ -37,7 +37,7 @@ export! {
         nominalsOfContinuousStatesChanged: *mut fmi3Boolean, valuesOfContinuousStatesChanged: *mut fmi3Boolean,
         nextEventTimeDefined: *mut fmi3Boolean, nextEventTime: *mut fmi3Float64,
     ) as NextEvent |instance| {
-        let Handled { again, changed, next } = instance.next_event()?;
+        let Handled { again, changed, next } = instance.update_discrete_states()?;
         answer("discreteStatesNeedUpdate", discreteStatesNeedUpdate, again.into())?;
         answer("terminateSimulation", terminateSimulation, fmi3False)?;
         answer("nominalsOfContinuousStatesChanged", nominalsOfContinuousStatesChanged, fmi3False)?;

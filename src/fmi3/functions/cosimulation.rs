@@ -3,11 +3,12 @@
 use crate::ffi::{Component, answer, call_small};
 use crate::fmi3::Fmi3;
 use crate::fmi3::types::*;
-use crate::instance::{Call, Instance, Refusal, StepEnd, UpdateAnswer};
+use crate::instance::{Call, Instance, StepEnd};
+use crate::variables::Refusal;
 
 export! {
     /// From events to steps.
-    fn fmi3EnterStepMode() as EnterStepMode |instance| { instance.enter_step_mode(); Ok(()) };
+    fn fmi3EnterStepMode() as EnterStepMode |instance| instance.enter_step_mode();
 }
 
 /// Steps from `currentCommunicationPoint` by `communicationStepSize` > 0, in s. Where the host takes part in events and
@@ -41,28 +42,29 @@ pub unsafe extern "C" fn fmi3DoStep(
                 answer("lastSuccessfulTime", lastSuccessfulTime, reached.time)
             })
         };
-        (status, end.filter(|end| end.pauses))
+        (status, end.filter(|end| end.interrupted))
     };
     let callbacks = unsafe { Component::call_host(instance, |callbacks: &Fmi3| *callbacks) };
-    let pauses = callbacks.is_some_and(|callbacks| callbacks.update.is_some());
-    let (mut status, mut paused) =
-        part(Call::DoStep, &|instance| instance.begin_step(currentCommunicationPoint, communicationStepSize, pauses));
-    while let (fmi3Status::fmi3OK, Some(StepEnd { time, .. })) = (status, paused) {
-        let answer = unsafe { Component::call_host(instance, |callbacks| update(callbacks, time)) }.unwrap_or_default();
-        (status, paused) = part(Call::ContinueStep, &|instance| instance.continue_step(answer));
+    let calls = callbacks.is_some_and(|callbacks| callbacks.update.is_some());
+    let (mut status, mut interrupted) =
+        part(Call::DoStep, &|instance| instance.step(currentCommunicationPoint, communicationStepSize, calls));
+    while let (fmi3Status::fmi3OK, Some(StepEnd { time, .. })) = (status, interrupted) {
+        let end = unsafe { Component::call_host(instance, |callbacks| update(callbacks, time)) }.flatten();
+        (status, interrupted) = part(Call::ContinueStep, &|instance| instance.continue_step(end));
     }
     status
 }
 
-/// Calls the host in the middle of a step, at `time` (s).
+/// Calls the host in the middle of a step, at `time` (s). Where it wants the step to end early, the time of that.
 ///
 /// # Safety
 /// The host's callback may be called with its environment.
-unsafe fn update(callbacks: &Fmi3, time: f64) -> UpdateAnswer {
-    let Some(update) = callbacks.update else { return UpdateAnswer::default() };
+unsafe fn update(callbacks: &Fmi3, time: f64) -> Option<f64> {
     let (mut requested, mut end) = (fmi3False, time);
     let may_end = callbacks.may_end_early.into();
     // SAFETY: as the caller promises; the places live until it returns.
-    unsafe { update(callbacks.environment, time, fmi3True, fmi3True, fmi3True, may_end, &mut requested, &mut end) };
-    UpdateAnswer { end: (callbacks.may_end_early && requested != fmi3False && !end.is_nan()).then_some(end) }
+    unsafe {
+        callbacks.update?(callbacks.environment, time, fmi3True, fmi3True, fmi3True, may_end, &mut requested, &mut end)
+    };
+    (callbacks.may_end_early && requested != fmi3False && !end.is_nan()).then_some(end)
 }

@@ -1,25 +1,12 @@
 //! Directional, adjoint and output derivatives.
 
-use super::values::wrong_count;
-use crate::ffi::{array, array_mut, fill};
+use crate::ffi::{array, write};
 use crate::fmi3::types::*;
-use crate::instance::{Instance, Refusal};
+use crate::instance::Instance;
+use crate::variables::Refusal;
 
 /// Derivatives of unknowns by knowns, weighted by a seed.
 type Weighted = fn(&mut Instance, &[u32], &[u32], &[f64]) -> Result<Vec<f64>, Refusal>;
-
-/// Writes derivatives to their places, of which there must be as many.
-///
-/// # Safety
-/// As for [`array_mut()`].
-unsafe fn write(found: Vec<f64>, name: &'static str, places: *mut f64, count: usize) -> Result<(), Refusal> {
-    if found.len() != count {
-        return Err(wrong_count(name, count, found.len()));
-    }
-    // SAFETY: as the caller promises.
-    fill(unsafe { array_mut("sensitivity", places, count) }?, found);
-    Ok(())
-}
 
 /// Exports a function of weighted derivatives.
 macro_rules! weighted {
@@ -33,7 +20,7 @@ macro_rules! weighted {
                 let (unknowns, knowns) = (array("unknowns", unknowns, nUnknowns)?, array("knowns", knowns, nKnowns)?);
                 let of: Weighted = $of;
                 let found = of(instance, unknowns, knowns, array("seed", seed, nSeed)?)?;
-                write(found, "nSensitivity", sensitivity, nSensitivity)
+                write("sensitivity", sensitivity, ("nSensitivity", nSensitivity), found)
             };
         )*}
     };
@@ -57,7 +44,7 @@ export! {
     ) as GetOutputDerivatives |instance| {
         let references = array("valueReferences", valueReferences, nValueReferences)?;
         let found = instance.output_derivatives_of_arrays(references, array("orders", orders, nValueReferences)?)?;
-        write(found, "nValues", values, nValues)
+        write("values", values, ("nValues", nValues), found)
     };
 }
 

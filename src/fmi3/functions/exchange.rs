@@ -1,6 +1,6 @@
 //! Functions of model exchange: what a host needs to integrate. Events are those of co-simulation with event mode.
 
-use crate::ffi::{answer, array, array_mut, fill};
+use crate::ffi::{answer, array, require_count, write};
 use crate::fmi3::types::*;
 
 export! {
@@ -16,37 +16,30 @@ export! {
         answer("terminateSimulation", terminateSimulation, fmi3False)
     };
     /// Sets the time, s, at least that of the last event.
-    fn fmi3SetTime(time: fmi3Float64) as SetTimeOfExchange |instance| instance.set_time_of_exchange(time);
+    fn fmi3SetTime(time: fmi3Float64) as SetTimeOfExchange |instance| instance.set_time(time);
     /// Sets the continuous states, all of them finite: the elements of `q`, `v`, `impulse`, `E_dissipated` and
     /// `W_external`.
     fn fmi3SetContinuousStates(continuousStates: *const fmi3Float64, nContinuousStates: usize) as SetContinuousStates |instance| {
-        instance.set_array_states(array("continuousStates", continuousStates, nContinuousStates)?)
+        require_count("nContinuousStates", nContinuousStates, instance.count_states())?;
+        instance.set_continuous_states(array("continuousStates", continuousStates, nContinuousStates)?)
     };
     /// Derivatives of the continuous states by time.
     fn fmi3GetContinuousStateDerivatives(
         derivatives: *mut fmi3Float64, nContinuousStates: usize,
     ) as GetContinuous |instance| {
-        let places = array_mut("derivatives", derivatives, nContinuousStates)?;
-        fill(places, instance.array_derivatives(nContinuousStates)?);
-        Ok(())
+        write("derivatives", derivatives, ("nContinuousStates", nContinuousStates), instance.state_derivatives()?)
     };
     /// The event indicators: the elements of `z.contact` and `z.clip`.
     fn fmi3GetEventIndicators(eventIndicators: *mut fmi3Float64, nEventIndicators: usize) as GetContinuous |instance| {
-        let places = array_mut("eventIndicators", eventIndicators, nEventIndicators)?;
-        fill(places, instance.array_indicators(nEventIndicators)?);
-        Ok(())
+        write("eventIndicators", eventIndicators, ("nEventIndicators", nEventIndicators), instance.event_indicators()?)
     };
     /// The continuous states.
     fn fmi3GetContinuousStates(continuousStates: *mut fmi3Float64, nContinuousStates: usize) as GetContinuous |instance| {
-        let places = array_mut("continuousStates", continuousStates, nContinuousStates)?;
-        fill(places, instance.array_states(nContinuousStates)?);
-        Ok(())
+        write("continuousStates", continuousStates, ("nContinuousStates", nContinuousStates), instance.continuous_states()?)
     };
     /// Orders of magnitude of the continuous states, positive and constant from initialization on.
     fn fmi3GetNominalsOfContinuousStates(nominals: *mut fmi3Float64, nContinuousStates: usize) as GetNominals |instance| {
-        let places = array_mut("nominals", nominals, nContinuousStates)?;
-        fill(places, instance.array_nominals(nContinuousStates)?);
-        Ok(())
+        write("nominals", nominals, ("nContinuousStates", nContinuousStates), instance.nominals()?)
     };
     /// Number of event indicators, 2 n.
     fn fmi3GetNumberOfEventIndicators(nEventIndicators: *mut usize) as CountContinuous |instance| {

@@ -1,13 +1,11 @@
 //! Creating and freeing instances.
 
 use std::ffi::CString;
-use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::ptr::null_mut;
 
 use crate::ffi::{self, Component, array, text};
 use crate::fmi3::Fmi3;
 use crate::fmi3::types::*;
-use crate::instance::{Instance, Kind, Log, Severity, Sink};
+use crate::instance::{Instance, Kind, Log, Purpose, Severity, Sink};
 use crate::variables::{Array, Description, LogCategory, Settings};
 
 /// Version of the standard: `3.0`.
@@ -36,11 +34,10 @@ pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
     logMessage: fmi3LogMessageCallback,
     intermediateUpdate: fmi3IntermediateUpdateCallback,
 ) -> fmi3Instance {
-    let created = catch_unwind(AssertUnwindSafe(|| {
-        let log = Log::on_demand(sink(logMessage, instanceEnvironment), loggingOn != fmi3False);
-        // SAFETY: the host promises texts closed by a null byte, or NULL.
-        let settings = unsafe { settings(instanceName, instantiationToken, resourcePath) };
-        let Some((settings, token)) = told("fmi3InstantiateCoSimulation", &log, settings) else { return null_mut() };
+    let (events, early_return) = (eventModeUsed != fmi3False, earlyReturnAllowed != fmi3False);
+    let purpose = Purpose { kind: Kind::CoSimulation, arrays: true, events, early_return };
+    let callbacks = Fmi3 { environment: instanceEnvironment, update: intermediateUpdate, may_end_early: early_return };
+    let begin = |log: &Log| {
         // SAFETY: the host promises as many references as it says.
         let wanted = unsafe {
             array("requiredIntermediateVariables", requiredIntermediateVariables, nRequiredIntermediateVariables)
@@ -52,12 +49,10 @@ pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
                 ));
             }
         }
-        let (events, early) = (eventModeUsed != fmi3False, earlyReturnAllowed != fmi3False);
-        let callbacks = Fmi3 { environment: instanceEnvironment, update: intermediateUpdate, may_end_early: early };
-        let instance = Instance::with_arrays(Kind::CoSimulation, settings, token, log, events, early);
-        Component::into_raw(instance, callbacks)
-    }));
-    created.unwrap_or(null_mut())
+    };
+    let names = [instanceName, instantiationToken, resourcePath];
+    // SAFETY: the host's promises.
+    unsafe { create("fmi3InstantiateCoSimulation", names, (logMessage, loggingOn), (purpose, callbacks), begin) }
 }
 
 /// Creates an instance for model exchange, with clocks. NULL as for co-simulation.
@@ -74,15 +69,42 @@ pub unsafe extern "C" fn fmi3InstantiateModelExchange(
     instanceEnvironment: fmi3InstanceEnvironment,
     logMessage: fmi3LogMessageCallback,
 ) -> fmi3Instance {
-    let created = catch_unwind(AssertUnwindSafe(|| {
-        let log = Log::on_demand(sink(logMessage, instanceEnvironment), loggingOn != fmi3False);
-        // SAFETY: the host promises texts closed by a null byte, or NULL.
-        let settings = unsafe { settings(instanceName, instantiationToken, resourcePath) };
-        let Some((settings, token)) = told("fmi3InstantiateModelExchange", &log, settings) else { return null_mut() };
-        let callbacks = Fmi3 { environment: instanceEnvironment, update: None, may_end_early: false };
-        Component::into_raw(Instance::with_arrays(Kind::ModelExchange, settings, token, log, true, false), callbacks)
-    }));
-    created.unwrap_or(null_mut())
+    let purpose = Purpose { kind: Kind::ModelExchange, arrays: true, events: true, early_return: false };
+    let callbacks = Fmi3 { environment: instanceEnvironment, update: None, may_end_early: false };
+    let names = [instanceName, instantiationToken, resourcePath];
+    // SAFETY: the host's promises.
+    unsafe { create("fmi3InstantiateModelExchange", names, (logMessage, loggingOn), (purpose, callbacks), |_| {}) }
+}
+
+/// Creates an instance for this purpose with the FMU's start values, or says in the log why `function` cannot. `begin`
+/// has something to log before.
+///
+/// # Safety
+/// As for [`text()`].
+unsafe fn create(
+    function: &str,
+    names: [fmi3String; 3],
+    (logger, on): (fmi3LogMessageCallback, fmi3Boolean),
+    (purpose, callbacks): (Purpose, Fmi3),
+    begin: impl FnOnce(&Log),
+) -> fmi3Instance {
+    // SAFETY: as the caller promises.
+    let [name, token, path] = names.map(|given| unsafe { text(given) });
+    ffi::create(|| {
+        let log = Log::on_demand(sink(logger, callbacks.environment), on != fmi3False);
+        let start = if name.to_string_lossy().trim().is_empty() {
+            Err("instanceName is missing or blank; allowed: any other text".to_owned())
+        } else {
+            let recipe = ffi::at_path(path.to_bytes());
+            let known: [for<'a> fn(&'a Settings) -> Description<'a>; 2] =
+                [|settings| Description::fmi3(settings), |settings| Description::fmi3(settings).without_clocks()];
+            ffi::start_values(recipe, "instantiationToken", token, &known)
+        };
+        let start = start.map_err(|reason| log.error(format_args!("{function}: {reason}"))).ok()?;
+        begin(&log);
+        let token = token.to_string_lossy().into_owned();
+        Some(Component::into_raw(Instance::new(purpose, start, token, log), callbacks))
+    })
 }
 
 /// The FMU is not for scheduled execution: NULL, with a line in the log if it is on.
@@ -102,11 +124,11 @@ pub unsafe extern "C" fn fmi3InstantiateScheduledExecution(
     _lockPreemption: fmi3LockPreemptionCallback,
     _unlockPreemption: fmi3UnlockPreemptionCallback,
 ) -> fmi3Instance {
-    let _ = catch_unwind(AssertUnwindSafe(|| {
+    ffi::create(|| {
         let log = Log::on_demand(sink(logMessage, instanceEnvironment), loggingOn != fmi3False);
         log.error(format_args!("scheduled execution is not offered; allowed: co-simulation or model exchange"));
-    }));
-    null_mut()
+        None
+    })
 }
 
 /// Frees an instance in any phase; NULL is ignored, and so is an instance in the middle of a step.
@@ -117,11 +139,6 @@ pub unsafe extern "C" fn fmi3InstantiateScheduledExecution(
 pub unsafe extern "C" fn fmi3FreeInstance(instance: fmi3Instance) {
     // SAFETY: the host promises that it is NULL or an instance it does not use again.
     unsafe { Component::<Fmi3>::free(instance) }
-}
-
-/// What `function` needs, or a line in the log that says why it is not available.
-fn told<T>(function: &str, log: &Log, needed: Result<T, String>) -> Option<T> {
-    needed.map_err(|reason| log.error(format_args!("{function}: {reason}"))).ok()
 }
 
 /// A way to the host's logger, if it has one.
@@ -140,27 +157,4 @@ fn sink(logger: fmi3LogMessageCallback, environment: fmi3InstanceEnvironment) ->
         // SAFETY: the host promises that its logger can be called with its environment while the instance lives.
         unsafe { logger(environment, status, category.as_ptr(), message.as_ptr()) }
     }))
-}
-
-/// The start values of the FMU whose description has this token, and the token; or why there are none.
-///
-/// # Safety
-/// As for [`text()`].
-unsafe fn settings(name: fmi3String, token: fmi3String, path: fmi3String) -> Result<(Settings, String), String> {
-    // SAFETY: as the caller promises.
-    let [name, token, path] = [name, token, path].map(|given| unsafe { text(given) });
-    if name.to_string_lossy().trim().is_empty() {
-        return Err("instanceName is missing or blank; allowed: any other text".to_owned());
-    }
-    let recipe = ffi::at_path(path.to_bytes())?;
-    let settings = recipe.settings().map_err(|error| format!("resources: {error}"))?;
-    let given = token.to_string_lossy();
-    if Description::of_token(&settings, &given).is_none() {
-        let own = Description::fmi3(&settings).guid();
-        return Err(format!(
-            "instantiationToken = {given} is refused; allowed: {own}, that of the description that belongs to this binary and \
-             resources"
-        ));
-    }
-    Ok((settings, given.into_owned()))
 }

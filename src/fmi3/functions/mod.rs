@@ -30,7 +30,7 @@ macro_rules! refuse {
             $(#[$doc])*
             fn $name($($argument: $type),*) as $call |_| {
                 $(let _ = $argument;)*
-                if $asked { Err(crate::instance::Refusal::Unsupported($reason)) } else { Ok(()) }
+                if $asked { Err(crate::variables::Refusal::new($reason)) } else { Ok(()) }
             };
         )*}
     };

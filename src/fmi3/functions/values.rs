@@ -1,9 +1,9 @@
 //! Getting and setting values: all elements of the arrays asked for, one after the other.
 
-use crate::ffi::{array, array_mut};
+use crate::ffi::{array, array_mut, require_count};
 use crate::fmi3::types::*;
-use crate::instance::{Instance, Refusal, Value};
-use crate::variables::ArrayType;
+use crate::instance::{Instance, Value};
+use crate::variables::{Refusal, Type};
 
 /// Fills the `count` places of `values` with the elements of the variables, all of this type.
 ///
@@ -11,7 +11,7 @@ use crate::variables::ArrayType;
 /// As for [`array()`] and [`array_mut()`].
 unsafe fn get<T>(
     instance: &mut Instance,
-    asked: ArrayType,
+    asked: Type,
     references: (*const fmi3ValueReference, usize),
     values: (*mut T, usize),
     convert: fn(Value) -> T,
@@ -31,7 +31,7 @@ unsafe fn get<T>(
             found += 1;
         }
     }
-    if found == places.len() { Ok(()) } else { Err(wrong_count("nValues", places.len(), found)) }
+    require_count("nValues", places.len(), found)
 }
 
 fn float(value: Value) -> f64 {
@@ -50,88 +50,64 @@ fn flag(value: Value) -> u8 {
     (value == Value::Flag(true)).into()
 }
 
-/// Says that there is room for another number of elements than there are.
-#[cold]
-pub(super) fn wrong_count(name: &'static str, given: usize, wanted: usize) -> Refusal {
-    let allowed = format!("{wanted}, the elements of the variables");
-    Refusal::Argument { name, value: given.to_string(), allowed }
-}
-
-/// Hands variables and values to `set`, which applies all of them or none.
-///
-/// # Safety
-/// As for [`array()`].
-unsafe fn set<T>(
-    references: (*const fmi3ValueReference, usize),
-    values: (*const T, usize),
-    set: impl FnOnce(&[u32], &[T]) -> Result<(), Refusal>,
-) -> Result<(), Refusal> {
-    // SAFETY: as the caller promises.
-    let references = unsafe { array("valueReferences", references.0, references.1)? };
-    set(references, unsafe { array("values", values.0, values.1)? })
-}
-
 /// Says that there are no variables of this type, if any is asked for.
 fn refuse_type(asked: usize) -> Result<(), Refusal> {
-    if asked == 0 { Ok(()) } else { Err(Refusal::Unsupported("no variable is of this type")) }
+    if asked == 0 { Ok(()) } else { Err(Refusal::new("no variable is of this type")) }
+}
+
+/// Exports getter and setter of a type that variables have.
+macro_rules! values {
+    ($($(#[$got:meta])* $get:ident $(#[$is_set:meta])* $set:ident($type:ty = $asked:expr, $convert:expr) as $call:ident $by:expr;)*) => {
+        export! {$(
+            $(#[$got])*
+            fn $get(
+                valueReferences: *const fmi3ValueReference, nValueReferences: usize, values: *mut $type, nValues: usize,
+            ) as GetArrays |instance| get(instance, $asked, (valueReferences, nValueReferences), (values, nValues), $convert);
+            $(#[$is_set])*
+            fn $set(
+                valueReferences: *const fmi3ValueReference, nValueReferences: usize, values: *const $type, nValues: usize,
+            ) as $call |instance| {
+                let set: fn(&mut Instance, &[u32], &[$type]) -> Result<(), Refusal> = $by;
+                let references = array("valueReferences", valueReferences, nValueReferences)?;
+                set(instance, references, array("values", values, nValues)?)
+            };
+        )*}
+    };
+}
+
+values! {
+    /// Reads real variables.
+    fmi3GetFloat64
+    /// Sets real parameters, inputs and slopes: all of them, or none if any is refused.
+    fmi3SetFloat64(fmi3Float64 = Type::Real, float) as Set Instance::set_floats;
+    /// Reads counts, and `n`.
+    fmi3GetUInt64
+    /// Sets `n`, in Configuration Mode.
+    fmi3SetUInt64(fmi3UInt64 = Type::Integer, count) as SetCounts Instance::set_counts;
+    /// Reads enumerations.
+    fmi3GetInt64
+    /// Sets enumerations: all of them, or none if any is refused.
+    fmi3SetInt64(fmi3Int64 = Type::Enumeration, item) as SetDiscrete Instance::set_items;
+    /// Reads truth values.
+    fmi3GetBoolean
+    /// No truth value can be set.
+    fmi3SetBoolean(fmi3Boolean = Type::Boolean, flag) as SetDiscrete |instance, references, _| {
+        instance.refuse_to_set_arrays(references, Type::Boolean)
+    };
 }
 
 export! {
-    /// Reads real variables.
-    fn fmi3GetFloat64(
-        valueReferences: *const fmi3ValueReference, nValueReferences: usize, values: *mut fmi3Float64, nValues: usize,
-    ) as GetArrays |instance| get(instance, ArrayType::Float64, (valueReferences, nValueReferences), (values, nValues), float);
-    /// Reads counts, and `n`.
-    fn fmi3GetUInt64(
-        valueReferences: *const fmi3ValueReference, nValueReferences: usize, values: *mut fmi3UInt64, nValues: usize,
-    ) as GetArrays |instance| get(instance, ArrayType::UInt64, (valueReferences, nValueReferences), (values, nValues), count);
-    /// Reads enumerations.
-    fn fmi3GetInt64(
-        valueReferences: *const fmi3ValueReference, nValueReferences: usize, values: *mut fmi3Int64, nValues: usize,
-    ) as GetArrays |instance| get(instance, ArrayType::Enumeration, (valueReferences, nValueReferences), (values, nValues), item);
-    /// Reads truth values.
-    fn fmi3GetBoolean(
-        valueReferences: *const fmi3ValueReference, nValueReferences: usize, values: *mut fmi3Boolean, nValues: usize,
-    ) as GetArrays |instance| get(instance, ArrayType::Boolean, (valueReferences, nValueReferences), (values, nValues), flag);
     /// Reads whether clocks are active.
     fn fmi3GetClock(
         valueReferences: *const fmi3ValueReference, nValueReferences: usize, values: *mut fmi3Clock,
     ) as GetArrays |instance| {
-        get(instance, ArrayType::Clock, (valueReferences, nValueReferences), (values, nValueReferences), flag)
-    };
-    /// Sets real parameters, inputs and slopes: all of them, or none if any is refused.
-    fn fmi3SetFloat64(
-        valueReferences: *const fmi3ValueReference, nValueReferences: usize, values: *const fmi3Float64, nValues: usize,
-    ) as Set |instance| {
-        set((valueReferences, nValueReferences), (values, nValues), |references, values| instance.set_floats(references, values))
-    };
-    /// Sets `n`, in Configuration Mode.
-    fn fmi3SetUInt64(
-        valueReferences: *const fmi3ValueReference, nValueReferences: usize, values: *const fmi3UInt64, nValues: usize,
-    ) as SetCounts |instance| {
-        set((valueReferences, nValueReferences), (values, nValues), |references, values| instance.set_counts(references, values))
-    };
-    /// Sets enumerations: all of them, or none if any is refused.
-    fn fmi3SetInt64(
-        valueReferences: *const fmi3ValueReference, nValueReferences: usize, values: *const fmi3Int64, nValues: usize,
-    ) as SetDiscrete |instance| {
-        set((valueReferences, nValueReferences), (values, nValues), |references, values| instance.set_items(references, values))
-    };
-    /// No truth value can be set.
-    fn fmi3SetBoolean(
-        valueReferences: *const fmi3ValueReference, nValueReferences: usize, values: *const fmi3Boolean, nValues: usize,
-    ) as SetDiscrete |instance| {
-        set((valueReferences, nValueReferences), (values, nValues), |references, _| {
-            instance.refuse_to_set_arrays(references, ArrayType::Boolean)
-        })
+        get(instance, Type::Clock, (valueReferences, nValueReferences), (values, nValueReferences), flag)
     };
     /// No clock can be set: those that there are tick by themselves.
     fn fmi3SetClock(
-        valueReferences: *const fmi3ValueReference, nValueReferences: usize, values: *const fmi3Clock,
+        valueReferences: *const fmi3ValueReference, nValueReferences: usize, _values: *const fmi3Clock,
     ) as SetDiscrete |instance| {
-        set((valueReferences, nValueReferences), (values, nValueReferences), |references, _| {
-            instance.refuse_to_set_arrays(references, ArrayType::Clock)
-        })
+        instance.refuse_to_set_arrays(array("valueReferences", valueReferences, nValueReferences)?, Type::Clock)
     };
     /// Reads `log.pulses`. The bytes stay where they are until the next call.
     fn fmi3GetBinary(
@@ -140,9 +116,7 @@ export! {
     ) as GetArrays |instance| {
         let references = array("valueReferences", valueReferences, nValueReferences)?;
         let (sizes, places) = (array_mut("valueSizes", valueSizes, nValues)?, array_mut("values", values, nValues)?);
-        if nValues != references.len() {
-            return Err(wrong_count("nValues", nValues, references.len()));
-        }
+        require_count("nValues", nValues, references.len())?;
         let bytes = instance.binary(references)?.as_bytes();
         for (size, place) in sizes.iter_mut().zip(places) {
             size.write(bytes.len());
@@ -155,7 +129,7 @@ export! {
         valueReferences: *const fmi3ValueReference, nValueReferences: usize, _valueSizes: *const usize,
         _values: *const fmi3Binary, _nValues: usize,
     ) as SetDiscrete |instance| {
-        instance.refuse_to_set_arrays(array("valueReferences", valueReferences, nValueReferences)?, ArrayType::Binary)
+        instance.refuse_to_set_arrays(array("valueReferences", valueReferences, nValueReferences)?, Type::Binary)
     };
 }
 

@@ -1,11 +1,11 @@
 //! modelDescription.xml of FMI 2.0 and 3.0, written from the template, the table and the start values. [`Description`]
 //! hands it out with its GUID; [`LogCategory`] is what it says of the log.
 
-mod arrays;
+mod elements;
 mod log_category;
 mod structure;
 mod xml;
 
-pub use arrays::padding;
+pub use elements::padding;
 pub use log_category::{LOG_CATEGORIES, LogCategory};
 pub use xml::{Description, MODEL_IDENTIFIER, START_TIME, STEP_SIZE, STOP_TIME};

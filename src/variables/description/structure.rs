@@ -1,80 +1,135 @@
 //! ModelStructure: which unknowns there are and on what they depend.
 
-use std::fmt::{self, Write};
+use std::collections::BTreeSet;
+use std::fmt::{self, Display, Write};
+use std::ops::Range;
 
 use crate::model::ContactModel;
+use crate::variables::arrays::Array;
 use crate::variables::settings::Settings;
 use crate::variables::states::states;
 use crate::variables::table::TABLE;
-use crate::variables::table::row::{Causality, Groups, Row, Shape};
+use crate::variables::table::row::{Access, Causality, Extra, Groups, Row, Shape, Type};
 use crate::variables::variable::{Variable, variables};
 
 /// Balls beyond which it is not listed on which overlaps each position depends: that grows with the square of their
 /// number.
 const LISTED: usize = 500;
 
-/// What the force of a rigid contact depends on.
-const EVERYTHING: Groups = &[&["all positions", "all v", "all F_ext", "a_support"]];
+/// What the force of a rigid contact depends on, and the indicators of such contacts.
+const EVERYTHING: Groups = &[&["all position", "all v", "all F_ext", "a_support"]];
+/// What is continued to foresee the next onset.
+const INPUTS: Groups = &[&["F_ext", "a_support"]];
 
-/// Writes Outputs, Derivatives and InitialUnknowns of the FMU with these start values.
+/// Whether the force of a contact is part of it.
+fn is_of_forces(row: &Row) -> bool {
+    matches!(row.name, "F" | "F_mean" | "a" | "der(E_dissipated)")
+}
+
+/// Whether it is an unknown at initialization, but for states and their derivatives.
+fn is_unknown(row: &Row) -> bool {
+    matches!(row.causality, Causality::Output | Causality::CalculatedParameter)
+}
+
+/// Writes on what an unknown depends, if that is listed, each once, and ends its element.
+fn write_dependencies<T: Ord + Display>(out: &mut String, dependencies: Option<BTreeSet<T>>) -> fmt::Result {
+    if let Some(dependencies) = dependencies {
+        out.write_str(" dependencies=\"")?;
+        for (i, dependency) in dependencies.into_iter().enumerate() {
+            write!(out, "{}{dependency}", if i == 0 { "" } else { " " })?;
+        }
+        out.write_str("\"")?;
+    }
+    out.write_str("/>\n")
+}
+
+/// Writes Outputs, Derivatives and InitialUnknowns of the FMU of FMI 2.0 with these start values.
 ///
 /// In co-simulation no output depends on an input at the same communication point: an input acts from the next step on.
 /// In model exchange outputs and derivatives depend on states and inputs. At initialization they depend on parameters.
 pub(super) fn write_structure(out: &mut String, start: &Settings) -> fmt::Result {
     let balls = start.balls();
-    let indices = Indices::of(balls);
+    let first = first_indices(balls);
     let rigid = start.parameters.contact_model == ContactModel::Rigid;
+    // Looked up once for all variables of a row.
+    let knowns = |groups: Groups| {
+        groups.iter().copied().flatten().flat_map(|name| knowns(name, balls, &first)).collect::<Vec<Known>>()
+    };
+    let following = |row: &Row| {
+        let many = row.shape == Shape::Balls && balls > LISTED;
+        let listed = !many || row.follows.iter().copied().flatten().all(|name| *name != "position");
+        listed.then(|| knowns(if rigid && is_of_forces(row) { EVERYTHING } else { row.follows }))
+    };
+    let following: Vec<Option<Vec<Known>>> = TABLE.iter().map(following).collect();
+    let initially: Vec<Option<Vec<Known>>> = TABLE.iter().map(|row| row.initially.map(knowns)).collect();
+    let write = |out: &mut String, variable: Variable, on: &[Option<Vec<Known>>]| {
+        write!(out, "      <Unknown index=\"{}\"", first[variable.position] + variable.index)?;
+        let on = on[variable.position].as_ref();
+        write_dependencies(out, on.map(|on| on.iter().flat_map(|known| known.indices(variable)).collect()))
+    };
     out.write_str("    <Outputs>\n")?;
     for variable in variables(balls).filter(|variable| variable.row.causality == Causality::Output) {
-        write_following(out, &indices, variable, rigid)?;
+        write(out, variable, &following)?;
     }
     out.write_str("    </Outputs>\n    <Derivatives>\n")?;
-    for (_, derivative) in states(balls) {
-        write_following(out, &indices, derivative, rigid)?;
+    let mut exchanged = BTreeSet::new();
+    for (state, derivative) in states(balls) {
+        write(out, derivative, &following)?;
+        exchanged.extend([state.position, derivative.position]);
     }
     out.write_str("    </Derivatives>\n    <InitialUnknowns>\n")?;
-    for (position, row) in TABLE.iter().enumerate() {
-        let exchanged = Variable { row, position, index: 0 }.is_exchanged();
-        if exchanged || matches!(row.causality, Causality::Output | Causality::CalculatedParameter) {
-            write_initial(out, &indices, position, row)?;
-        }
+    for variable in variables(balls).filter(|v| is_unknown(v.row) || exchanged.contains(&v.position)) {
+        write(out, variable, &initially)?;
     }
     out.write_str("    </InitialUnknowns>\n")
 }
 
-/// Writes on which states and inputs `variable` depends in model exchange.
-fn write_following(out: &mut String, indices: &Indices, variable: Variable, rigid: bool) -> fmt::Result {
-    write!(out, "      <Unknown index=\"{}\"", indices.of_variable(variable))?;
-    let row = variable.row;
-    let of_forces = matches!(row.name, "F" | "F_mean" | "a" | "der(E_dissipated)");
-    let many = row.shape == Shape::Balls && indices.balls > LISTED;
-    if !many || row.follows.iter().copied().flatten().all(|name| *name != "position") {
-        let groups = if rigid && of_forces { EVERYTHING } else { row.follows };
-        write_indices(out, indices.following(variable, groups))?;
+/// Writes ModelStructure of FMI 3.0. In co-simulation an input acts from now on: what it changes at once is what is
+/// foreseen, and the force of rigid balls that stay in contact, which the host may select. In model exchange outputs
+/// and derivatives depend on states and inputs.
+pub(super) fn write_structure_of_arrays(out: &mut String, arrays: impl Iterator<Item = Array> + Clone) -> fmt::Result {
+    let mut exchanged = BTreeSet::new();
+    for array in arrays.clone().filter(|array| array.row.causality == Causality::Output) {
+        write_array(out, "Output", array, Some(following(array.row)))?;
     }
-    out.write_str("/>\n")
-}
-
-fn write_indices(out: &mut String, indices: Vec<usize>) -> fmt::Result {
-    out.write_str(" dependencies=\"")?;
-    for (i, dependency) in indices.into_iter().enumerate() {
-        write!(out, "{}{dependency}", if i == 0 { "" } else { " " })?;
+    for (state, derivative) in Array::states() {
+        write_array(out, "ContinuousStateDerivative", derivative, Some(following(derivative.row)))?;
+        exchanged.extend([state.reference(), derivative.reference()]);
     }
-    out.write_str("\"")
-}
-
-/// Writes the initial unknowns of one row.
-fn write_initial(out: &mut String, indices: &Indices, position: usize, row: &'static Row) -> fmt::Result {
-    let knowns = row.initially.map(|groups| indices.knowns(groups));
-    for index in 0..row.shape.len(indices.balls) {
-        let variable = Variable { row, position, index };
-        write!(out, "      <Unknown index=\"{}\"", indices.of_variable(variable))?;
-        if let Some(knowns) = &knowns {
-            write_indices(out, indices.dependencies(variable, knowns))?;
+    for array in arrays.clone() {
+        let is_extra = matches!(array.row.access, Access::Instance(..));
+        if array.row.access.data_type() == Type::Clock {
+            // By the letter clocks have no `initial`; FMPy takes them for calculated outputs.
+            write_array(out, "InitialUnknown", array, Some(&[]))?;
+        } else if is_unknown(array.row) && !is_extra || exchanged.contains(&array.reference()) {
+            write_array(out, "InitialUnknown", array, array.row.initially)?;
         }
-        out.write_str("/>\n")?;
+    }
+    let is_indicator =
+        |row: &Row| matches!(row.access, Access::Instance(_, Extra::ContactIndicator | Extra::ClipIndicator));
+    for indicators in arrays.filter(|array| is_indicator(array.row)) {
+        write_array(out, "EventIndicator", indicators, Some(EVERYTHING))?;
     }
     Ok(())
+}
+
+/// What an output or a derivative depends on at the same time: states and inputs.
+fn following(row: &Row) -> Groups {
+    match row.name {
+        "t_next" => INPUTS,
+        _ if is_of_forces(row) => EVERYTHING,
+        _ => row.follows,
+    }
+}
+
+/// Writes an unknown of FMI 3.0, and on which variables it depends, if that is listed.
+fn write_array(out: &mut String, element: &str, array: Array, groups: Option<Groups>) -> fmt::Result {
+    write!(out, "    <{element} valueReference=\"{}\"", array.reference())?;
+    let reference = |name: &&str| {
+        let name = name.trim_start_matches("all ").trim_end_matches('*').split('[').next().unwrap_or_default();
+        Array::named(if matches!(name, "position" | "overlap") { "q" } else { name }).map(|array| array.reference())
+    };
+    write_dependencies(out, groups.map(|groups| groups.iter().copied().flatten().filter_map(reference).collect()))
 }
 
 /// The index of the first variable of each row in ModelVariables, counted from 1.
@@ -87,123 +142,59 @@ pub(super) fn first_indices(balls: usize) -> Vec<usize> {
     TABLE.iter().scan(1, next).collect()
 }
 
-/// Positions in ModelVariables, counted from 1.
-struct Indices {
-    balls: usize,
-    /// Index of the first variable of each row.
-    first: Vec<usize>,
+/// Variables of one row of the table that others depend on.
+struct Known {
+    /// Index of the first of them.
+    first: usize,
+    /// How many there are.
+    len: usize,
+    /// Which of them belong to the one that depends on them.
+    reach: Reach,
 }
 
-/// What a value depends on, a row or one variable of a row: the index of its first variable, its shape, and whether it
-/// depends on balls next to its own as well.
-type Known = (usize, Shape, bool);
+#[derive(Clone, Copy)]
+enum Reach {
+    All,
+    /// Those of a row of this shape at the same ball or contact; also those next to it, if this is set.
+    Own(Shape, bool),
+    /// Those before it: a position is that of the first ball less the overlaps between.
+    Before,
+}
 
-impl Indices {
-    fn of(balls: usize) -> Self {
-        Self { balls, first: first_indices(balls) }
+/// What a `name` in [`Groups`] stands for.
+fn knowns(name: &str, balls: usize, first: &[usize]) -> Vec<Known> {
+    if let Some(single) = Variable::named(name, balls) {
+        return vec![Known { first: first[single.position] + single.index, len: 1, reach: Reach::All }];
     }
-
-    fn of_variable(&self, variable: Variable) -> usize {
-        self.first.get(variable.position).map_or(0, |first| first + variable.index)
-    }
-
-    /// The rows and variables behind names, looked up once for all variables of a row.
-    fn knowns(&self, groups: Groups) -> Vec<Known> {
-        let known = |name: &&str| {
-            let (name, beside) = name.strip_suffix('*').map_or((*name, false), |name| (name, true));
-            match Variable::named(name, self.balls) {
-                Some(single) => Some((self.of_variable(single), Shape::Scalar, false)),
-                None => {
-                    let (first, row) = self.first.iter().zip(TABLE).find(|(_, row)| row.name == name)?;
-                    Some((*first, row.shape, beside))
-                }
-            }
-        };
-        groups.iter().copied().flatten().filter_map(known).collect()
-    }
-
-    /// Indices of the states and inputs that `variable` depends on in model exchange, ascending.
-    fn following(&self, variable: Variable, groups: Groups) -> Vec<usize> {
-        let all = |name: &str| {
-            let row = self.first.iter().zip(TABLE).find(|(_, row)| row.name == name);
-            row.map_or(0..0, |(first, row)| *first..first + row.shape.len(self.balls))
-        };
-        // A position is the one of the first ball less overlaps.
-        let position = |balls: usize| {
-            let overlaps = all("overlap");
-            all("x").take(1).chain(overlaps.start..(overlaps.start + balls).min(overlaps.end))
-        };
-        let mut indices = self.dependencies(variable, &self.knowns(groups));
-        for name in groups.iter().copied().flatten() {
-            match *name {
-                "position" if variable.row.shape == Shape::Balls => indices.extend(position(variable.index)),
-                "position" | "all positions" => indices.extend(position(self.balls)),
-                _ => indices.extend(name.strip_prefix("all ").map_or(0..0, all)),
-            }
-        }
-        indices.sort_unstable();
-        indices.dedup();
-        indices
-    }
-
-    /// Indices of what `variable` depends on, ascending.
-    fn dependencies(&self, variable: Variable, knowns: &[Known]) -> Vec<usize> {
-        let of = |(first, shape, beside): &Known| {
-            let mut range = neighbours(variable, *shape, self.balls);
-            if *beside {
-                range = range.start.saturating_sub(1)..(range.end + 1).min(shape.len(self.balls));
-            }
-            range.start + first..range.end + first
-        };
-        let mut indices: Vec<usize> = knowns.iter().flat_map(of).collect();
-        indices.sort_unstable();
-        indices.dedup();
-        indices
+    let row = |name: &str, reach: fn(Shape) -> Reach| {
+        let found = first.iter().zip(TABLE).find(|(_, row)| row.name == name);
+        found.map(|(first, row)| Known { first: *first, len: row.shape.len(balls), reach: reach(row.shape) })
+    };
+    let of_positions = |reach: fn(Shape) -> Reach| {
+        let origin = row("x", |_| Reach::All).map(|x| Known { len: 1, ..x });
+        origin.into_iter().chain(row("overlap", reach)).collect()
+    };
+    match (name, name.strip_prefix("all "), name.strip_suffix('*')) {
+        ("position", ..) => of_positions(|_| Reach::Before),
+        (_, Some("position"), _) => of_positions(|_| Reach::All),
+        (_, Some(name), _) => row(name, |_| Reach::All).into_iter().collect(),
+        (_, _, Some(name)) => row(name, |shape| Reach::Own(shape, true)).into_iter().collect(),
+        _ => row(name, |shape| Reach::Own(shape, false)).into_iter().collect(),
     }
 }
 
-/// Zero-based indices of an array of `shape` that belong to `variable`.
-fn neighbours(variable: Variable, shape: Shape, balls: usize) -> std::ops::Range<usize> {
-    let (i, len) = (variable.index, shape.len(balls));
-    match (variable.row.shape, shape) {
-        (Shape::Balls, Shape::Balls) | (Shape::Contacts, Shape::Contacts) => i..i + 1,
-        (Shape::Contacts, Shape::Balls) => i..i + 2,
-        (Shape::Balls, Shape::Contacts) => i.saturating_sub(1)..(i + 1).min(len),
-        (Shape::Scalar, _) | (_, Shape::Scalar) => 0..len,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_dependency_names_a_row() {
-        for row in TABLE {
-            for name in row.initially.into_iter().flatten().copied().flatten() {
-                let name = name.trim_end_matches('*');
-                let found = Variable::named(name, 5).is_some() || TABLE.iter().any(|other| other.name == name);
-                assert!(found, "{} depends on {name}", row.name);
-            }
-        }
-    }
-
-    #[test]
-    fn a_contact_depends_on_its_two_balls() {
-        let indices = Indices::of(5);
-        let contact = Variable::named("inContact[2]", 5).unwrap();
-        let names: Vec<String> = indices
-            .dependencies(contact, &indices.knowns(&[&["contact.deadBand", "contact.gap", "x_start"]]))
-            .iter()
-            .map(|index| variables(5).nth(index - 1).unwrap().to_string())
-            .collect();
-        assert_eq!(names, ["contact.deadBand", "contact.gap[2]", "x_start[2]", "x_start[3]"]);
-    }
-
-    #[test]
-    fn one_ball_has_no_contact_to_depend_on() {
-        let energy = Variable::named("E_total", 1).unwrap();
-        let indices = Indices::of(1);
-        assert!(indices.dependencies(energy, &indices.knowns(&[&["contact.gap"]])).is_empty());
+impl Known {
+    /// Indices of those that `variable` depends on.
+    fn indices(&self, variable: Variable) -> Range<usize> {
+        let (i, len, of) = (variable.index, self.len, variable.row.shape);
+        let own = match (of, self.reach) {
+            (Shape::Scalar, _) | (_, Reach::All | Reach::Own(Shape::Scalar, _)) => 0..len,
+            (_, Reach::Before) => 0..if of == Shape::Balls { i } else { len },
+            (Shape::Contacts, Reach::Own(Shape::Balls, _)) => i..i + 2,
+            (Shape::Balls, Reach::Own(Shape::Contacts, _)) => i.saturating_sub(1)..i + 1,
+            (_, Reach::Own(..)) => i..i + 1,
+        };
+        let beside = usize::from(matches!(self.reach, Reach::Own(_, true)));
+        self.first + own.start.saturating_sub(beside)..self.first + (own.end + beside).min(len)
     }
 }

@@ -2,17 +2,12 @@
 
 use std::fmt::{self, Write};
 
-use super::arrays;
+use super::elements::{write_arrays, write_types, write_units, write_variables};
 use super::log_category::{LOG_CATEGORIES, LogCategory};
-use super::structure::{first_indices, write_structure};
+use super::structure::{write_structure, write_structure_of_arrays};
 use crate::variables::arrays::Array;
 use crate::variables::settings::Settings;
-use crate::variables::table::TABLE;
-use crate::variables::table::enumeration::ENUMERATIONS;
-use crate::variables::table::row::{Access, Causality, Row};
-use crate::variables::table::unit::QUANTITIES;
-use crate::variables::text::{Escaped, Number, camel};
-use crate::variables::variable::Variable;
+use crate::variables::text::{Escaped, Number};
 
 /// Model name, model identifier and file name.
 pub const MODEL_IDENTIFIER: &str = "NewtonsCradle";
@@ -100,10 +95,11 @@ impl<'a> Description<'a> {
             "step_size" => write!(out, "{}", Number(STEP_SIZE)),
             "indicators" => write!(out, "{}", 2 * (self.start.balls() - 1)),
             "units" => write_units(out),
-            "types" if self.fmi3 => arrays::write_types(out),
-            "variables" if self.fmi3 => arrays::write_variables(out, self.start, self.arrays()),
-            "structure" if self.fmi3 => arrays::write_structure(out, self.arrays()),
-            "types" => write_types(out),
+            "types" => write_types(out, self.fmi3),
+            "variables" if self.fmi3 => write_arrays(out, self.start, self.arrays()),
+            "variables" => write_variables(out, self.start),
+            "structure" if self.fmi3 => write_structure_of_arrays(out, self.arrays()),
+            "structure" => write_structure(out, self.start),
             // In FMI 2.0 every refused call is an error.
             "log_categories" => {
                 LOG_CATEGORIES.iter().filter(|of| self.fmi3 || **of != LogCategory::Discard).try_for_each(|category| {
@@ -111,143 +107,14 @@ impl<'a> Description<'a> {
                     writeln!(out, "    <Category name=\"{name}\" description=\"{}\"/>", Escaped(description))
                 })
             }
-            "variables" => {
-                let firsts = first_indices(self.start.balls());
-                TABLE.iter().enumerate().try_for_each(|(i, row)| write_row(out, self.start, &firsts, i, row))
-            }
-            "structure" => write_structure(out, self.start),
             _ => Ok(()),
         }
     }
 }
 
-fn write_units(out: &mut String) -> fmt::Result {
-    for quantity in QUANTITIES {
-        write!(out, "    <Unit name=\"{}\"><BaseUnit", quantity.unit)?;
-        for (base, exponent) in ["kg", "m", "s"].iter().zip(quantity.exponents) {
-            if exponent != 0 {
-                write!(out, " {base}=\"{exponent}\"")?;
-            }
-        }
-        out.write_str("/></Unit>\n")?;
-    }
-    Ok(())
-}
-
-fn write_types(out: &mut String) -> fmt::Result {
-    for quantity in QUANTITIES {
-        let (name, unit) = (quantity.name, quantity.unit);
-        writeln!(out, "    <SimpleType name=\"{name}\"><Real quantity=\"{name}\" unit=\"{unit}\"/></SimpleType>")?;
-    }
-    for enumeration in ENUMERATIONS {
-        writeln!(out, "    <SimpleType name=\"{}\">\n      <Enumeration>", enumeration.type_name)?;
-        for item in enumeration.items {
-            let description = Escaped(item.description);
-            writeln!(
-                out,
-                "        <Item name=\"{}\" value=\"{}\" description=\"{description}\"/>",
-                item.name, item.value
-            )?;
-        }
-        out.write_str("      </Enumeration>\n    </SimpleType>\n")?;
-    }
-    Ok(())
-}
-
-/// Writes every variable of a row. What they have in common is rendered once: an instance renders all of this to know
-/// its GUID.
-fn write_row(out: &mut String, start: &Settings, firsts: &[usize], position: usize, row: &'static Row) -> fmt::Result {
-    let common = common_attributes(row);
-    let element = element(row);
-    for index in 0..row.shape.len(start.balls()) {
-        let variable = Variable { row, position, index };
-        write!(out, "    <ScalarVariable name=\"{variable}\" valueReference=\"{}\"", variable.reference())?;
-        out.write_str(&common)?;
-        // The texts of the table need no escapes (a test checks it).
-        write_text(out, variable)?;
-        out.write_str("\">\n      ")?;
-        out.write_str(&element)?;
-        if let Some(state) = variable.state() {
-            write!(out, " derivative=\"{}\"", firsts[state.position] + state.index)?;
-        }
-        if variable.state_place(start.balls()).is_some() {
-            out.write_str(" reinit=\"true\"")?;
-        }
-        if row.settable() {
-            match (variable.real(start), variable.item(start)) {
-                (Some(value), _) => write!(out, " start=\"{}\"", Number(value))?,
-                (_, Some(value)) => write!(out, " start=\"{value}\"")?,
-                _ => {}
-            }
-        }
-        out.write_str("/>\n    </ScalarVariable>\n")?;
-    }
-    Ok(())
-}
-
-/// Writes the description with the index filled in, and what the attributes of the description cannot say.
-fn write_text(out: &mut String, variable: Variable) -> fmt::Result {
-    let mut pieces = variable.row.description.split('{');
-    out.write_str(pieces.next().unwrap_or_default())?;
-    for piece in pieces {
-        match (piece.strip_prefix("i}"), piece.strip_prefix("j}")) {
-            (Some(rest), _) => write!(out, "{}{rest}", variable.index + 1)?,
-            (_, Some(rest)) => write!(out, "{}{rest}", variable.index + 2)?,
-            _ => write!(out, "{{{piece}")?,
-        }
-    }
-    if variable.row.range.above_min && variable.row.settable() {
-        out.write_str("; 0 itself is refused")
-    } else {
-        Ok(())
-    }
-}
-
-/// Attributes of a ScalarVariable up to the description's opening quote, less name and value reference.
-fn common_attributes(row: &Row) -> String {
-    let initial = match row.causality {
-        Causality::Parameter => " initial=\"exact\"",
-        // The standard forbids `initial` on inputs.
-        Causality::Input => "",
-        Causality::CalculatedParameter | Causality::Output | Causality::Local => " initial=\"calculated\"",
-    };
-    let (causality, variability) = (camel(&row.causality), camel(&row.variability));
-    format!(" causality=\"{causality}\" variability=\"{variability}\"{initial} description=\"")
-}
-
-/// The element of the data type up to its start value.
-fn element(row: &Row) -> String {
-    let mut text = format!("<{:?}", row.access.data_type());
-    let mut attribute = |name: &str, value: &dyn fmt::Display| {
-        // Writing to a string cannot fail.
-        let _ = write!(text, " {name}=\"{value}\"");
-    };
-    if let Some(quantity) = row.quantity {
-        attribute("declaredType", &quantity.name);
-        attribute("unit", &quantity.unit);
-    }
-    if let Access::Enumeration(enumeration) = row.access {
-        attribute("declaredType", &enumeration.type_name);
-    }
-    for (name, value) in [("min", row.range.min), ("max", row.range.max), ("nominal", row.nominal)] {
-        if let Some(value) = value {
-            attribute(name, &Number(value));
-        }
-    }
-    text
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn no_text_of_the_table_needs_escapes() {
-        for row in TABLE {
-            let texts = [row.name, row.description].concat();
-            assert_eq!(Escaped(&texts).to_string(), texts);
-        }
-    }
 
     #[test]
     fn nothing_is_left_to_fill_in() {

@@ -1,6 +1,7 @@
 //! Parameters with named items: their integers never change.
 
-use crate::model::{ContactModel, DampingLaw, ExchangedContacts, Parameters, SolverMethod};
+use crate::model::{ContactModel, DampingLaw, ExchangedContacts, SolverMethod};
+use crate::variables::settings::{DerivativesOf, Settings};
 
 /// One item of an enumeration.
 #[derive(Debug)]
@@ -20,9 +21,9 @@ pub struct Enumeration {
     /// Its items.
     pub items: &'static [Item],
     /// The integer of the current item.
-    pub get: fn(&Parameters) -> i32,
+    pub get: fn(&Settings) -> i32,
     /// Selects the item with this integer; one that is not in `items` changes nothing.
-    pub set: fn(&mut Parameters, i32),
+    pub set: fn(&mut Settings, i32),
 }
 
 impl Enumeration {
@@ -45,98 +46,63 @@ impl std::fmt::Display for Enumeration {
     }
 }
 
-const fn item(value: i32, name: &'static str, description: &'static str) -> Item {
-    Item { name, value, description }
-}
-
-/// Puts the item with this integer, counted from 1, in its place.
-fn select<T: Copy, const N: usize>(place: &mut T, value: i32, items: [T; N]) {
-    if let Some(item) = (1..).zip(items).find_map(|(number, item)| (number == value).then_some(item)) {
-        *place = item;
-    }
+/// An enumeration that this field of the settings holds, whose items are numbered from 1.
+macro_rules! of {
+    ($name:literal $type:ident $($field:ident).+: $($item:ident $text:literal $description:literal,)*) => {
+        Enumeration {
+            type_name: $name,
+            items: &[$(Item { name: $text, value: $type::$item as i32, description: $description }),*],
+            get: |settings| settings.$($field).+ as i32,
+            set: |settings, value| {
+                let items = [$($type::$item),*];
+                if let Some(item) = items.into_iter().find(|item| *item as i32 == value) {
+                    settings.$($field).+ = item;
+                }
+            },
+        }
+    };
 }
 
 /// `contact.model`.
-pub static CONTACT_MODEL: Enumeration = Enumeration {
-    type_name: "ContactModel",
-    items: &[
-        item(1, "powerLaw", "F = k r (d/d_ref)^(p-1) d for an overlap d and a stiffness ratio r"),
-        item(2, "hertz", "F = K r d^(3/2), with K from the elastic constants of two equal spheres (Hertz 1882)"),
-        item(3, "rigid", "no force law: instantaneous impacts of two balls with a coefficient of restitution"),
-    ],
-    get: |parameters| parameters.contact_model as i32,
-    set: |parameters, value| {
-        select(
-            &mut parameters.contact_model,
-            value,
-            [ContactModel::PowerLaw, ContactModel::Hertz, ContactModel::Rigid],
-        );
-    },
+pub static CONTACT_MODEL: Enumeration = of! {
+    "ContactModel" ContactModel parameters.contact_model:
+    PowerLaw "powerLaw" "F = k r (d/d_ref)^(p-1) d for an overlap d and a stiffness ratio r",
+    Hertz "hertz" "F = K r d^(3/2), with K from the elastic constants of two equal spheres (Hertz 1882)",
+    Rigid "rigid" "no force law: instantaneous impacts of two balls with a coefficient of restitution",
 };
 
 /// `contact.dampingLaw`.
-pub static DAMPING_LAW: Enumeration = Enumeration {
-    type_name: "DampingLaw",
-    items: &[
-        item(1, "kelvinVoigt", "adds c times the overlap rate; may pull just before the balls part"),
-        item(2, "kelvinVoigtNoPull", "as kelvinVoigt, with the total force clipped at 0"),
-        item(3, "huntCrossley", "multiplies the elastic force by 1 + alpha times the overlap rate, clipped at 0"),
-        item(4, "viscoelastic", "adds A times the rate of the elastic force, clipped at 0"),
-    ],
-    get: |parameters| parameters.damping_law as i32,
-    set: |parameters, value| {
-        use DampingLaw::{HuntCrossley, KelvinVoigt, KelvinVoigtNoPull, Viscoelastic};
-        select(&mut parameters.damping_law, value, [KelvinVoigt, KelvinVoigtNoPull, HuntCrossley, Viscoelastic]);
-    },
+pub static DAMPING_LAW: Enumeration = of! {
+    "DampingLaw" DampingLaw parameters.damping_law:
+    KelvinVoigt "kelvinVoigt" "adds c times the overlap rate; may pull just before the balls part",
+    KelvinVoigtNoPull "kelvinVoigtNoPull" "as kelvinVoigt, with the total force clipped at 0",
+    HuntCrossley "huntCrossley" "multiplies the elastic force by 1 + alpha times the overlap rate, clipped at 0",
+    Viscoelastic "viscoelastic" "adds A times the rate of the elastic force, clipped at 0",
 };
 
 /// `solver.method`.
-pub static SOLVER_METHOD: Enumeration = Enumeration {
-    type_name: "SolverMethod",
-    items: &[
-        item(1, "eventDriven", "exact flight between contacts, adaptive integration of the balls in contact"),
-        item(2, "bdf", "backward differentiation formulas of variable order and step for the whole chain"),
-        item(3, "adams", "Adams-Moulton formulas of variable order and step for the whole chain"),
-        item(4, "rk4", "classical Runge-Kutta method with fixed steps for the whole chain"),
-    ],
-    get: |parameters| parameters.method as i32,
-    set: |parameters, value| {
-        use SolverMethod::{Adams, Bdf, EventDriven, Rk4};
-        select(&mut parameters.method, value, [EventDriven, Bdf, Adams, Rk4]);
-    },
+pub static SOLVER_METHOD: Enumeration = of! {
+    "SolverMethod" SolverMethod parameters.method:
+    EventDriven "eventDriven" "exact flight between contacts, adaptive integration of the balls in contact",
+    Bdf "bdf" "backward differentiation formulas of variable order and step for the whole chain",
+    Adams "adams" "Adams-Moulton formulas of variable order and step for the whole chain",
+    Rk4 "rk4" "classical Runge-Kutta method with fixed steps for the whole chain",
 };
 
 /// `exchange.contacts`.
-pub static EXCHANGED_CONTACTS: Enumeration = Enumeration {
-    type_name: "ExchangedContacts",
-    items: &[
-        item(1, "resolved", "the host integrates the forces of every contact"),
-        item(2, "mapped", "an event follows the contacts to their end; the host integrates the flight between them"),
-    ],
-    get: |parameters| parameters.exchanged as i32,
-    set: |parameters, value| {
-        use ExchangedContacts::{Mapped, Resolved};
-        select(&mut parameters.exchanged, value, [Resolved, Mapped]);
-    },
+pub static EXCHANGED_CONTACTS: Enumeration = of! {
+    "ExchangedContacts" ExchangedContacts parameters.exchanged:
+    Resolved "resolved" "the host integrates the forces of every contact",
+    Mapped "mapped" "an event follows the contacts to their end; the host integrates the flight between them",
 };
 
-/// Every enumeration.
+/// `derivatives.of`, of FMI 3.0 only.
+pub static DERIVATIVES_OF: Enumeration = of! {
+    "DerivativesOf" DerivativesOf derivatives_of:
+    Point "point" "what depends on the inputs at the same time, as the standard has it",
+    LastStep "lastStep" "the end of the last step, by the inputs held over it",
+    Run "run" "the end of the last step, by real parameters, and inputs over the run",
+};
+
+/// Every enumeration of FMI 2.0.
 pub static ENUMERATIONS: &[&Enumeration] = &[&CONTACT_MODEL, &DAMPING_LAW, &SOLVER_METHOD, &EXCHANGED_CONTACTS];
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_item_can_be_selected_and_read_back() {
-        for enumeration in ENUMERATIONS {
-            let mut parameters = Parameters::default_for(5);
-            for item in enumeration.items {
-                (enumeration.set)(&mut parameters, item.value);
-                assert_eq!((enumeration.get)(&parameters), item.value, "{}", item.name);
-                assert_eq!(enumeration.named(item.name).unwrap().value, item.value);
-            }
-            assert!(enumeration.item(0).is_none() && enumeration.item(99).is_none());
-        }
-    }
-}

@@ -3,6 +3,7 @@
 use super::enumeration::Enumeration;
 use super::unit::Quantity;
 use crate::model::{Differential, Inputs, Parameters, Results};
+use crate::variables::refusal::Refusal;
 
 /// How many variables a row stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,11 +40,30 @@ pub enum Type {
     Enumeration,
     /// No variable has this type; hosts may ask for it all the same.
     String,
+    /// Active or not, in FMI 3.0.
+    Clock,
+    /// Bytes, in FMI 3.0.
+    Binary,
+}
+
+impl Type {
+    /// Its name in FMI 3.0.
+    pub fn fmi3(self) -> String {
+        match self {
+            Self::Real => "Float64".to_owned(),
+            Self::Integer => "UInt64".to_owned(),
+            other => format!("{other:?}"),
+        }
+    }
 }
 
 /// What a variable is to the host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Causality {
+    /// The time.
+    Independent,
+    /// The host may set it in Configuration Mode of FMI 3.0.
+    StructuralParameter,
     /// The host may set it.
     Parameter,
     /// It follows from the parameters.
@@ -94,6 +114,13 @@ pub enum Access {
         /// What a setter writes to.
         set: fn(&mut Inputs) -> &mut [f64],
     },
+    /// Slopes of real inputs, likewise, in FMI 3.0.
+    Slope {
+        /// Reads them.
+        get: fn(&Inputs) -> &[f64],
+        /// What a setter writes to.
+        set: fn(&mut Inputs) -> &mut [f64],
+    },
     /// A parameter with named items.
     Enumeration(&'static Enumeration),
     /// A real number that follows from the parameters alone.
@@ -104,16 +131,58 @@ pub enum Access {
     Count(Get<u64>),
     /// A truth value.
     Flag(Get<bool>),
+    /// What an instance knows for FMI 3.0.
+    Instance(Type, Extra),
+}
+
+/// What happens to a contact.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Edge {
+    /// It closes.
+    Onset,
+    /// It opens.
+    Release,
+}
+
+/// What variables of FMI 3.0 hold beside parameters, inputs and results.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Extra {
+    /// The time, s.
+    Time,
+    /// Number of balls n.
+    Balls,
+    /// Whether the clock of onsets or releases is active.
+    Clock(Edge),
+    /// When it last ticked, s.
+    TickTime(Edge),
+    /// Whether a contact was part of that tick.
+    TickOf(Edge),
+    /// Impulse (N.s) of the pulse of a contact that ended at the last tick.
+    EndedImpulse,
+    /// Its largest force, N.
+    EndedPeak,
+    /// Its duration, s.
+    EndedDuration,
+    /// The first element of one row, then all of another.
+    Joined(&'static str, &'static str),
+    /// Event indicator of a contact.
+    ContactIndicator,
+    /// Event indicator of its law.
+    ClipIndicator,
+    /// The last pulses as text.
+    Pulses,
 }
 
 impl Access {
     /// Data type of the variables behind it.
     pub const fn data_type(&self) -> Type {
         match self {
-            Self::Parameter { .. } | Self::Input { .. } | Self::Calculated(_) | Self::Real(_) => Type::Real,
+            Self::Parameter { .. } | Self::Input { .. } | Self::Slope { .. } => Type::Real,
+            Self::Calculated(_) | Self::Real(_) => Type::Real,
             Self::Enumeration(_) => Type::Enumeration,
             Self::Count(_) => Type::Integer,
             Self::Flag(_) => Type::Boolean,
+            Self::Instance(of, _) => *of,
         }
     }
 }
@@ -198,6 +267,8 @@ pub struct Row {
     pub initially: Option<Groups>,
     /// Dependencies on states and inputs in model exchange.
     pub follows: Groups,
+    /// Name of the clock that it belongs to, in FMI 3.0.
+    pub clock: Option<&'static str>,
     /// Text; `{i}` and `{j}` stand for the index and the one after it.
     pub description: &'static str,
 }
@@ -206,6 +277,13 @@ impl Row {
     /// Whether the host may set it.
     pub const fn settable(&self) -> bool {
         matches!(self.causality, Causality::Parameter | Causality::Input)
+    }
+
+    /// The error for a setter of `variable`, which is of this row.
+    pub(crate) fn not_settable(&self, variable: impl std::fmt::Display) -> Refusal {
+        let causality = self.causality;
+        let text = format_args!("cannot be set: only parameters and inputs can, and its causality is {causality:?}");
+        Refusal::new(format_args!("{variable} {text}"))
     }
 
     /// The row whose derivative by time it is called, if it is called `der(...)`.
@@ -238,8 +316,10 @@ impl Row {
 
 const fn row(name: Text, shape: Shape, causality: Causality, access: Access, description: Text) -> Row {
     let variability = match (&causality, &access) {
-        (Causality::Parameter | Causality::CalculatedParameter, _) => Variability::Fixed,
-        (_, Access::Count(_) | Access::Flag(_)) => Variability::Discrete,
+        (Causality::Parameter | Causality::CalculatedParameter | Causality::StructuralParameter, _) => {
+            Variability::Fixed
+        }
+        (_, Access::Count(_) | Access::Flag(_) | Access::Instance(..)) => Variability::Discrete,
         _ => Variability::Continuous,
     };
     Row {
@@ -255,6 +335,7 @@ const fn row(name: Text, shape: Shape, causality: Causality, access: Access, des
         derivative: None,
         initially: None,
         follows: &[],
+        clock: None,
         description,
     }
 }
@@ -287,7 +368,7 @@ pub const fn real(name: Text, shape: Shape, to: Causality, quantity: Of, get: Ge
 
 /// A count of causality output or local.
 pub const fn count(name: Text, shape: Shape, to: Causality, get: Get<u64>, description: Text) -> Row {
-    row(name, shape, to, Access::Count(get), description).not_negative()
+    row(name, shape, to, Access::Count(get), description).within(NOT_NEGATIVE)
 }
 
 /// A truth value of causality output or local.
@@ -295,9 +376,19 @@ pub const fn flag(name: Text, shape: Shape, to: Causality, get: Get<bool>, descr
     row(name, shape, to, Access::Flag(get), description)
 }
 
+/// What an instance knows for FMI 3.0.
+pub const fn extra(name: Text, shape: Shape, to: Causality, is: Type, what: Extra, description: Text) -> Row {
+    row(name, shape, to, Access::Instance(is, what), description)
+}
+
+/// The slope of a real input over a step, in FMI 3.0.
+pub const fn slope(name: Text, shape: Shape, access: Access, description: Text) -> Row {
+    row(name, shape, Causality::Input, access, description)
+}
+
 impl Row {
     /// Is of this quantity and within this range.
-    const fn of(mut self, quantity: Of, range: Range) -> Self {
+    pub const fn of(mut self, quantity: Of, range: Range) -> Self {
         (self.quantity, self.range) = (Some(quantity), range);
         self
     }
@@ -314,15 +405,27 @@ impl Row {
         self
     }
 
-    /// Order of magnitude.
-    pub const fn nominal(mut self, nominal: f64) -> Self {
-        self.nominal = Some(nominal);
+    /// Changes at any time.
+    pub const fn continuous(mut self) -> Self {
+        self.variability = Variability::Continuous;
         self
     }
 
-    /// Takes no value below zero.
-    pub const fn not_negative(mut self) -> Self {
-        self.range = NOT_NEGATIVE;
+    /// Is known while this clock ticks.
+    pub const fn clocked(mut self, clock: Text) -> Self {
+        self.clock = Some(clock);
+        self
+    }
+
+    /// Takes values within this range only.
+    pub const fn within(mut self, range: Range) -> Self {
+        self.range = range;
+        self
+    }
+
+    /// Order of magnitude.
+    pub const fn nominal(mut self, nominal: f64) -> Self {
+        self.nominal = Some(nominal);
         self
     }
 

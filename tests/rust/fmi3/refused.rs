@@ -2,7 +2,7 @@
 
 use newtons_cradle::fmi3::fmi3Status::fmi3Discard;
 
-use newtons_cradle::variables::ArrayType;
+use newtons_cradle::variables::Type;
 
 use super::*;
 
@@ -97,13 +97,14 @@ fn start_values_are_there_before_initialization() {
         let (mut values, reference) = ([0_u64; 5], array.reference());
         let (at, length) = (values.as_mut_ptr(), array.len(5));
         let answer = unsafe {
-            match array.data_type() {
-                ArrayType::Float64 => fmi3GetFloat64(host.c, &reference, 1, at.cast(), length),
-                ArrayType::UInt64 => fmi3GetUInt64(host.c, &reference, 1, at, length),
-                ArrayType::Enumeration => fmi3GetInt64(host.c, &reference, 1, at.cast(), length),
-                ArrayType::Boolean => fmi3GetBoolean(host.c, &reference, 1, at.cast(), length),
-                ArrayType::Clock => fmi3GetClock(host.c, &reference, 1, at.cast()),
-                ArrayType::Binary => fmi3GetBinary(host.c, &reference, 1, &mut 0, &mut null(), 1),
+            match array.row.access.data_type() {
+                Type::Real => fmi3GetFloat64(host.c, &reference, 1, at.cast(), length),
+                Type::Integer => fmi3GetUInt64(host.c, &reference, 1, at, length),
+                Type::Enumeration => fmi3GetInt64(host.c, &reference, 1, at.cast(), length),
+                Type::Boolean => fmi3GetBoolean(host.c, &reference, 1, at.cast(), length),
+                Type::Clock => fmi3GetClock(host.c, &reference, 1, at.cast()),
+                Type::Binary => fmi3GetBinary(host.c, &reference, 1, &mut 0, &mut null(), 1),
+                Type::String => panic!("no variable is a string"),
             }
         };
         assert_eq!(answer, if array.has_start() { fmi3OK } else { fmi3Error }, "{array}");

@@ -1,26 +1,29 @@
 //! Reading and setting variables by value reference.
 
-use crate::instance::legality::{Kind, Phase};
-use crate::instance::lifecycle::Instance;
-use crate::instance::refusal::Refusal;
+use super::legality::{Kind, Phase};
+use super::lifecycle::Instance;
 use crate::model::{Inputs, Tunables};
-use crate::variables::{Access, Causality, Settings, Type, Variability, Variable, VariableError};
+use crate::variables::{Access, Causality, Number, Refusal, Settings, TABLE, Type, Variability, Variable};
 
 impl Instance {
     /// Reads a real variable.
     #[inline]
     pub fn real(&mut self, reference: u32) -> Result<f64, Refusal> {
-        let variable = self.variable(reference)?;
+        self.real_of(self.variable(reference)?)
+    }
+
+    #[inline]
+    pub(super) fn real_of(&mut self, variable: Variable) -> Result<f64, Refusal> {
         match variable.row.access {
             Access::Real(get) => {
                 let value = get(self.results()?, variable.index);
                 // In the error state values may be anything.
                 if value.is_nan() && self.run.phase != Phase::Error {
-                    return Err(Refusal::NotANumber { variable: variable.to_string(), time: self.time() });
+                    return Err(no_number(variable, self.time()));
                 }
                 Ok(value)
             }
-            _ => variable.real(&self.run.settings).ok_or_else(|| variable.wrong_type(Type::Real).into()),
+            _ => variable.real(&self.run.settings).ok_or_else(|| variable.wrong_type(Type::Real)),
         }
     }
 
@@ -29,7 +32,7 @@ impl Instance {
         let variable = self.variable(reference)?;
         match variable.row.access {
             Access::Count(get) => Ok(i32::try_from(get(self.results()?, variable.index)).unwrap_or(i32::MAX)),
-            _ => variable.item(&self.run.settings).ok_or_else(|| variable.wrong_type(Type::Integer).into()),
+            _ => variable.item(&self.run.settings).ok_or_else(|| variable.wrong_type(Type::Integer)),
         }
     }
 
@@ -38,7 +41,7 @@ impl Instance {
         let variable = self.variable(reference)?;
         match variable.row.access {
             Access::Flag(get) => Ok(get(self.results()?, variable.index)),
-            _ => Err(variable.wrong_type(Type::Boolean).into()),
+            _ => Err(variable.wrong_type(Type::Boolean)),
         }
     }
 
@@ -47,7 +50,11 @@ impl Instance {
     /// A value takes effect with the next step (in Initialization Mode and in model exchange: at once). Setting what is
     /// set already is no change.
     pub fn set_reals(&mut self, references: &[u32], values: &[f64]) -> Result<(), Refusal> {
-        self.set(references, values, Type::Real, Variable::check_real, Variable::set_real)
+        let check = |variable: Variable, value: f64| variable.check_real(value);
+        self.check(references, values, Type::Real, check)?;
+        let balls = self.balls();
+        self.set(behind(references, balls).zip(values.iter().copied()), Variable::set_real);
+        Ok(())
     }
 
     /// Gives derivatives of inputs by time, `orders` from the first on, for the next step: all of them, or none if any
@@ -76,30 +83,43 @@ impl Instance {
 
     /// Sets enumerations: all of them, or none if any of it is refused.
     pub fn set_integers<T: Copy + Into<i64>>(&mut self, references: &[u32], values: &[T]) -> Result<(), Refusal> {
-        let check = |variable: &Variable, item: T| variable.check_item(item.into());
-        let set = |variable: &Variable, settings: &mut Settings, item: T| {
+        let check = |variable: Variable, item: T| variable.check_item(item.into());
+        self.check(references, values, Type::Integer, check)?;
+        let balls = self.balls();
+        self.set(behind(references, balls).zip(values.iter().copied()), |variable, settings, item| {
             i32::try_from(item.into()).is_ok_and(|item| variable.set_item(settings, item))
-        };
-        self.set(references, values, Type::Integer, check, set)
+        });
+        Ok(())
     }
 
-    /// Sets variables of type `asked` to values that pass the `check`: all of them, or none.
-    fn set<T: Copy>(
-        &mut self,
+    /// Whether the variables behind `references` can all be set as values of type `asked`, to values that pass the
+    /// `check`.
+    fn check<T: Copy>(
+        &self,
         references: &[u32],
         values: &[T],
         asked: Type,
-        check: impl Fn(&Variable, T) -> Result<(), VariableError>,
-        set: impl Fn(&Variable, &mut Settings, T) -> bool,
+        check: impl Fn(Variable, T) -> Result<(), Refusal>,
     ) -> Result<(), Refusal> {
         for (reference, value) in references.iter().zip(values) {
-            check(&self.settable(*reference, asked)?, *value)?;
+            let variable = self.variable(*reference)?;
+            self.check_settable(variable, asked)?;
+            check(variable, *value)?;
         }
+        Ok(())
+    }
+
+    /// Sets variables to values that were checked.
+    pub(super) fn set<T>(
+        &mut self,
+        values: impl Iterator<Item = (Variable, T)>,
+        set: impl Fn(&Variable, &mut Settings, T) -> bool,
+    ) {
         let before = self.run.settings.parameters.tunables();
         let mut any = false;
-        for (reference, value) in references.iter().zip(values) {
-            let variable = self.variable(*reference)?;
-            if set(&variable, &mut self.run.settings, *value) {
+        for (variable, value) in values {
+            // Nothing is calculated yet with slopes and with `derivatives.of`, which the table does not have.
+            if set(&variable, &mut self.run.settings, value) && variable.position < TABLE.len() {
                 self.changed(variable, before);
                 any = true;
             }
@@ -108,36 +128,36 @@ impl Instance {
             && self.run.phase > Phase::InitializationMode
             && let Some(exchange) = &mut self.run.exchange
         {
-            let Settings { parameters, inputs } = &self.run.settings;
+            let Settings { parameters, inputs, .. } = &self.run.settings;
             exchange.set(parameters, inputs);
         }
-        Ok(())
     }
 
     /// Says why variables cannot be set as values of type `asked`, of which the interface has none that are settable.
-    pub fn refuse_to_set(&mut self, references: &[u32], asked: Type) -> Result<(), Refusal> {
-        references.iter().try_for_each(|reference| self.settable(*reference, asked).map(|_| ()))
+    pub fn refuse_to_set(&self, references: &[u32], asked: Type) -> Result<(), Refusal> {
+        references.iter().try_for_each(|reference| self.check_settable(self.variable(*reference)?, asked))
     }
 
     /// Says why a variable cannot be read as a string: there are none.
     pub fn refuse_string(&self, reference: u32) -> Refusal {
-        self.variable(reference).map_or_else(|refusal| refusal, |variable| variable.wrong_type(Type::String).into())
+        self.variable(reference).map_or_else(|refusal| refusal, |variable| variable.wrong_type(Type::String))
     }
 
     #[inline]
     pub(super) fn variable(&self, reference: u32) -> Result<Variable, Refusal> {
         let balls = self.balls();
-        Variable::at(reference, balls).ok_or_else(|| VariableError::UnknownReference { reference, balls }.into())
+        Variable::at(reference, balls).ok_or_else(|| unknown_reference(reference, balls))
     }
 
-    pub(in crate::instance) fn settable(&self, reference: u32, asked: Type) -> Result<Variable, Refusal> {
-        let variable = self.variable(reference)?;
+    /// Whether a variable can be set now as a value of type `asked`.
+    pub(super) fn check_settable(&self, variable: Variable, asked: Type) -> Result<(), Refusal> {
         let phase = self.run.phase;
         variable.check_settable(asked, phase > Phase::InitializationMode)?;
         if phase == Phase::ContinuousTimeMode && variable.row.causality != Causality::Input {
-            return Err(VariableError::NotContinuous { variable: variable.to_string() }.into());
+            let text = "cannot be set in Continuous-Time Mode: only inputs can; tunable parameters in Event Mode";
+            return Err(Refusal::new(format_args!("{variable} {text}")));
         }
-        Ok(variable)
+        Ok(())
     }
 
     /// Remembers that the simulation does not know of a setting yet; `before` are the tunable parameters before the
@@ -145,12 +165,28 @@ impl Instance {
     fn changed(&mut self, variable: Variable, before: Tunables) {
         if self.run.phase <= Phase::InitializationMode {
             (self.run.simulation, self.run.exchange) = (None, None);
-        } else if self.run.kind == Kind::ModelExchange {
-            // It is told at once.
+        } else if self.run.purpose.kind == Kind::ModelExchange {
+            // There it acts at once.
         } else if variable.row.variability == Variability::Tunable {
             self.run.tuned_from.get_or_insert(before);
         } else {
             self.run.inputs_changed = true;
         }
     }
+}
+
+/// The variables behind references that were checked.
+fn behind(references: &[u32], balls: usize) -> impl Iterator<Item = Variable> {
+    references.iter().filter_map(move |reference| Variable::at(*reference, balls))
+}
+
+#[cold]
+pub(super) fn unknown_reference(reference: u32, balls: usize) -> Refusal {
+    Refusal::unknown(format_args!("value reference {reference}"), balls)
+}
+
+#[cold]
+fn no_number(variable: Variable, time: f64) -> Refusal {
+    let why = "what it is calculated from is beyond the range of doubles";
+    Refusal::no_value(format_args!("{variable} has no value at t = {} s: {why}", Number(time)))
 }

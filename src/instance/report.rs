@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
+use super::log::{Log, Severity};
 use crate::engine::{Observer, Progress, Pulse};
-use crate::instance::log::{Log, Severity};
 use crate::variables::LogCategory;
 
 /// After how long it is logged for the first time that a step is still under way, and how often from then on.
@@ -12,7 +12,7 @@ const FIRST: Duration = Duration::from_secs(2);
 const EVERY: Duration = Duration::from_secs(10);
 
 /// Writes each pulse to the log as it finishes, and how far the step has come if it takes long.
-pub(in crate::instance) struct Reporter<'a> {
+pub(super) struct Reporter<'a> {
     log: &'a Log,
     pulses: bool,
     /// Where the step ends, s.

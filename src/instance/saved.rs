@@ -1,14 +1,15 @@
 //! Saving and restoring an instance: in memory, and as bytes that another process can go on from.
 
+use std::fmt::Display;
+
 use serde::{Deserialize, Serialize};
 use uuid::Uuid;
 
-use crate::engine::{Exchange, Simulation, SimulationSnapshot, Unsound};
-use crate::instance::legality::{Kind, Phase};
-use crate::instance::lifecycle::Instance;
-use crate::instance::refusal::{Refusal, StateError};
-use crate::instance::run::Run;
-use crate::variables::{MAX_BALLS, MIN_BALLS};
+use super::legality::{Kind, Phase, Purpose};
+use super::lifecycle::Instance;
+use super::run::Run;
+use crate::engine::{Exchange, Simulation, SimulationSnapshot, Unsound, require};
+use crate::variables::{MAX_BALLS, MIN_BALLS, Refusal};
 
 /// A saved state. The log is no part of it.
 pub struct SavedState {
@@ -18,7 +19,7 @@ pub struct SavedState {
 
 /// What the bytes begin with, and the format that follows.
 const MAGIC: [u8; 8] = *b"cradleFS";
-const FORMAT: u32 = 11;
+const FORMAT: u32 = 12;
 const HEADER: usize = MAGIC.len() + size_of::<u32>();
 
 /// Length of the digest that the bytes end with.
@@ -57,24 +58,35 @@ impl SavedState {
         let simulation = self.run.simulation.as_ref().filter(|_| calculated).map(Simulation::snapshot);
         let exchange = self.run.exchange.as_ref().filter(|_| calculated);
         let content = postcard::to_allocvec(&(self.owner(), &self.run, simulation, exchange));
-        let content = content.map_err(|_| Refusal::Missing("the state cannot be written"))?;
+        let content = content.map_err(|_| Refusal::new("the state cannot be written"))?;
         let mut bytes = [MAGIC.as_slice(), &FORMAT.to_le_bytes(), &content].concat();
         bytes.extend(digest(&bytes));
         Ok(bytes)
     }
 }
 
+fn refused(reason: impl Display) -> Refusal {
+    Refusal::new(format_args!("the state is refused: {reason}"))
+}
+
+/// No instance can have been in this state.
+fn unsound(Unsound(reason): Unsound) -> Refusal {
+    refused(format_args!("no instance can be in it: {reason}"))
+}
+
 /// The content of the bytes of a state, or why they are none.
-fn content(bytes: &[u8]) -> Result<&[u8], StateError> {
-    let rest = bytes.strip_prefix(&MAGIC).ok_or(StateError::NoState)?;
-    let (format, rest) = rest.split_first_chunk().ok_or(StateError::NoState)?;
+fn content(bytes: &[u8]) -> Result<&[u8], Refusal> {
+    let foreign = || refused("these are not the bytes of a state of this FMU, or they are cut short");
+    let rest = bytes.strip_prefix(&MAGIC).ok_or_else(foreign)?;
+    let (format, rest) = rest.split_first_chunk().ok_or_else(foreign)?;
     let format = u32::from_le_bytes(*format);
     if format != FORMAT {
-        return Err(StateError::Format { format, known: FORMAT });
+        let version = if format < FORMAT { "an earlier" } else { "a later" };
+        return Err(refused(format_args!("its format, {format}, is that of {version} version; allowed: {FORMAT}")));
     }
-    let (content, _) = rest.split_last_chunk::<DIGEST>().ok_or(StateError::NoState)?;
+    let (content, _) = rest.split_last_chunk::<DIGEST>().ok_or_else(foreign)?;
     let (before, end) = bytes.split_at(HEADER + content.len());
-    if end == digest(before) { Ok(content) } else { Err(StateError::Damaged) }
+    if end == digest(before) { Ok(content) } else { Err(refused("the bytes are damaged")) }
 }
 
 impl Instance {
@@ -86,61 +98,64 @@ impl Instance {
     /// Goes back to a state that was saved by this instance, or by another one of the same FMU.
     pub fn set_state(&mut self, state: &SavedState) -> Result<(), Refusal> {
         self.check_owner(state.owner())?;
-        self.check_kind(state.run.kind)?;
-        let events = |run: &Run| run.hybrid.as_ref().is_some_and(|hybrid| hybrid.event_mode);
-        if events(&state.run) != events(&self.run) {
-            return Err(StateError::OtherEvents.into());
+        self.check_kind(state.run.purpose.kind)?;
+        let own = self.run.purpose;
+        if state.run.purpose.events != own.events {
+            return Err(refused("it is one of an instance that was created with another eventModeUsed"));
         }
-        // Whether steps may end early is the host's say, not the state's.
-        let early_return = self.run.hybrid.as_ref().is_some_and(|hybrid| hybrid.early_return);
         self.run.clone_from(&state.run);
-        if let Some(hybrid) = &mut self.run.hybrid {
-            hybrid.early_return = early_return;
-        }
+        // Whether steps may end early is the host's say, not the state's.
+        self.run.purpose = own;
         Ok(())
     }
 
-    fn check_kind(&self, kind: Kind) -> Result<(), StateError> {
-        let own = self.run.kind;
-        if kind == own { Ok(()) } else { Err(StateError::OtherKind { theirs: kind, ours: own }) }
+    fn check_kind(&self, kind: Kind) -> Result<(), Refusal> {
+        let own = self.run.purpose.kind;
+        if kind == own {
+            return Ok(());
+        }
+        let text = format_args!("it is one of {kind}; allowed: states of {own}, which the instance was created for");
+        Err(refused(text))
     }
 
-    fn check_owner(&self, owner: Owner) -> Result<(), StateError> {
+    fn check_owner(&self, owner: Owner) -> Result<(), Refusal> {
         if owner.guid == self.guid {
             return Ok(());
         }
         let own = Owner { guid: self.guid.clone(), balls: self.balls() };
-        Err(StateError::Foreign { theirs: owner.to_string(), ours: own.to_string() })
+        Err(refused(format_args!("it belongs to {owner}; allowed: states of {own}")))
     }
 
     /// Reads what [`SavedState::to_bytes`] wrote, in this or another process.
     pub fn read_state(&self, bytes: &[u8]) -> Result<SavedState, Refusal> {
-        let unreadable = |_| StateError::Unsound(Unsound("it cannot be read"));
+        let unreadable = |_| unsound(Unsound("it cannot be read"));
         let (owner, rest) = postcard::take_from_bytes::<Owner>(content(bytes)?).map_err(unreadable)?;
         let owner_balls = owner.balls.clamp(MIN_BALLS, MAX_BALLS);
         self.check_owner(owner)?;
         let ((mut run, snapshot, exchange), rest) = postcard::take_from_bytes::<Content>(rest).map_err(unreadable)?;
         if !rest.is_empty() {
-            return Err(StateError::Unsound(Unsound("there are more bytes than those of the state")).into());
+            return Err(unsound(Unsound("there are more bytes than those of the state")));
         }
         // Only with arrays the number of balls is one of what the host can set.
-        let balls = if self.run.hybrid.is_some() { owner_balls } else { self.balls() };
-        run.check(balls).map_err(StateError::Unsound)?;
-        self.check_kind(run.kind)?;
+        let Purpose { kind, arrays, .. } = self.run.purpose;
+        let balls = if arrays { owner_balls } else { self.balls() };
+        require(run.purpose.arrays == arrays, "it is one of another version of the standard").map_err(unsound)?;
+        run.check(balls).map_err(unsound)?;
+        self.check_kind(run.purpose.kind)?;
         let calculated = run.phase > Phase::InitializationMode;
-        let exchanges = run.kind == Kind::ModelExchange;
+        let exchanges = kind == Kind::ModelExchange;
         if (calculated && !exchanges) != snapshot.is_some() || (calculated && exchanges) != exchange.is_some() {
-            return Err(StateError::Unsound(Unsound("its phase does not match its contents")).into());
+            return Err(unsound(Unsound("its phase does not match its contents")));
         }
-        let start = run.experiment.unwrap_or_default().start;
+        let start = run.start_time();
         let failed = run.phase == Phase::Error;
         if let Some(exchange) = exchange {
             let restored = exchange.restored(&run.effective_parameters(), start, failed);
-            run.exchange = Some(restored.map_err(StateError::Unsound)?);
+            run.exchange = Some(restored.map_err(unsound)?);
         }
         if let Some(snapshot) = snapshot {
             let restored = Simulation::restore(&run.effective_parameters(), start, snapshot, failed);
-            run.simulation = Some(restored.map_err(StateError::Unsound)?);
+            run.simulation = Some(restored.map_err(unsound)?);
         }
         Ok(SavedState { guid: self.guid.clone(), run })
     }

@@ -1,14 +1,13 @@
 //! Derivatives of the outputs: by time, and along directions of inputs and parameters.
 
+use std::fmt::Display;
 use std::sync::Arc;
 
-use crate::engine::{Differential, History, MAX_OUTPUT_DERIVATIVE, NotFollowed, Tape};
-use crate::instance::hybrid::Hybrid;
-use crate::instance::legality::{Kind, Phase};
-use crate::instance::lifecycle::Instance;
-use crate::instance::refusal::Refusal;
+use super::legality::{Kind, Phase};
+use super::lifecycle::Instance;
+use crate::engine::{Differential, History, MAX_OUTPUT_DERIVATIVE, NotFollowed, Tape, state_count};
 use crate::model::Parameters;
-use crate::variables::{Causality, Settings, Type, Variable, VariableError};
+use crate::variables::{Causality, DerivativesOf, Refusal, Settings, Type, Variable};
 
 /// What has derivatives by time, and along a direction.
 const OUTPUTS: &str = "real outputs";
@@ -40,14 +39,13 @@ struct Direction {
 
 impl Direction {
     fn none(instance: &Instance) -> Self {
-        Self { settings: Settings::zero(instance.balls()), states: vec![0.0; instance.states()] }
+        Self { settings: Settings::zero(instance.balls()), states: vec![0.0; state_count(instance.balls())] }
     }
 }
 
 /// What the run has been given, if all of it was kept.
-fn complete_history(hybrid: &mut Option<Hybrid>) -> Result<&mut History, Refusal> {
-    let history = hybrid.as_mut().map(|hybrid| &mut hybrid.history).filter(|history| history.is_complete());
-    history.ok_or(Refusal::NoHistory(NO_HISTORY))
+fn complete(history: &mut History) -> Result<&mut History, Refusal> {
+    if history.is_complete() { Ok(history) } else { Err(Refusal::no_value(NO_HISTORY)) }
 }
 
 impl Instance {
@@ -59,7 +57,7 @@ impl Instance {
             let variable = self.differentiable(*reference, &[Causality::Output], OUTPUTS)?;
             let wanted = usize::try_from(*order).unwrap_or_default();
             let Some(slot) = wanted.checked_sub(1).and_then(|place| known.get_mut(place)) else {
-                return Err(variable.no_such_order(*order, MAX_OUTPUT_DERIVATIVE).into());
+                return Err(variable.no_such_order(*order, MAX_OUTPUT_DERIVATIVE));
             };
             if slot.is_none() {
                 *slot = Some(self.simulation()?.time_derivative(wanted));
@@ -87,13 +85,13 @@ impl Instance {
             let differential = self.exchange()?.along(&along.states, &along.settings.inputs);
             return unknowns.into_iter().map(|unknown| self.derivative(unknown, Some(&differential))).collect();
         }
-        let Settings { parameters: tangent, inputs } = &along.settings;
+        let Settings { parameters: tangent, inputs, .. } = &along.settings;
         if self.derives(Derived::Run) {
             let taken = self.tape()?.map(|tape| tape.along(tangent, inputs));
             return self.of_tape_or_run(&unknowns, taken.as_ref(), &along.settings);
         }
         let parameters = self.run.effective_parameters();
-        let at_point = self.run.hybrid.as_ref().is_some_and(Hybrid::derives_at_point);
+        let at_point = self.run.settings.derivatives_of == DerivativesOf::Point;
         let initial = self.derives(Derived::Start);
         let simulation = self.simulation()?;
         let differential = match initial {
@@ -109,8 +107,7 @@ impl Instance {
     /// that has a tape are found all at once, others one known after the other.
     pub fn adjoint_derivatives(&mut self, unknowns: &[u32], seed: &[f64], knowns: &[u32]) -> Result<Vec<f64>, Refusal> {
         if let Some(weight) = seed.iter().find(|weight| !weight.is_finite()) {
-            let allowed = "any finite value".to_string();
-            return Err(Refusal::Argument { name: "seed", value: weight.to_string(), allowed });
+            return Err(Refusal::argument("seed", weight, "any finite value"));
         }
         let tape = if self.derives(Derived::Run) { self.tape()? } else { None };
         let lacks = tape.as_ref().map(|tape| tape.lacks());
@@ -128,7 +125,7 @@ impl Instance {
         let mut sensitivity = Vec::with_capacity(knowns.len());
         for known in knowns {
             self.turn(&mut along, *known, 1.0)?;
-            let Settings { parameters, inputs } = &along.settings;
+            let Settings { parameters, inputs, .. } = &along.settings;
             let found = gradient.as_ref().map(|gradient| gradient.along(parameters, inputs));
             let found = found.filter(|found| found.is_finite());
             // Without a finite sum from the tape each unknown is followed by itself.
@@ -143,7 +140,7 @@ impl Instance {
             let of_followed = derivatives.iter().zip(&weights).map(|(derivative, weight)| derivative * weight);
             let found = found.unwrap_or(0.0) + of_followed.sum::<f64>();
             if !found.is_finite() && self.run.phase != Phase::Error {
-                return Err(Refusal::Derivative(format!("the sum of the unknowns by {}", self.variable(*known)?)));
+                return Err(no_derivative(format_args!("the sum of the unknowns by {}", self.variable(*known)?)));
             }
             self.turn(&mut along, *known, 0.0)?;
             sensitivity.push(found);
@@ -153,10 +150,10 @@ impl Instance {
 
     /// Whether directional and adjoint derivatives are now of this kind.
     fn derives(&self, kind: Derived) -> bool {
-        let now = match (self.run.phase, self.run.kind) {
+        let now = match (self.run.phase, self.run.purpose.kind) {
             (Phase::InitializationMode, _) => Derived::Start,
             (_, Kind::ModelExchange) => Derived::Exchanged,
-            _ if self.run.hybrid.as_ref().is_some_and(Hybrid::derives_over_run) => Derived::Run,
+            _ if self.run.derives_over_run() => Derived::Run,
             _ => Derived::Step,
         };
         now == kind
@@ -170,11 +167,7 @@ impl Instance {
         let parameter = variable.row.settable() && variable.row.access.data_type() == Type::Real;
         let by_parameters = self.derives(Derived::Start) || self.derives(Derived::Run);
         if !(input || by_parameters && parameter || state.is_some()) {
-            return Err(VariableError::NotDifferentiable {
-                variable: format!("a direction along {variable}"),
-                allowed: INPUTS,
-            }
-            .into());
+            return Err(not_differentiable(format_args!("a direction along {variable}"), INPUTS));
         }
         if !change.is_finite() {
             return Err(Refusal::number("dvKnown", change, variable.row.unit(), "any finite value"));
@@ -224,9 +217,9 @@ impl Instance {
     /// The tape of the run, if it has one.
     fn tape(&mut self) -> Result<Option<Arc<Tape>>, Refusal> {
         let parameters = self.run.effective_parameters();
-        let start = self.run.experiment.unwrap_or_default().start;
-        let simulation = self.run.simulation.as_ref().ok_or(Refusal::Missing("nothing is calculated yet"))?;
-        let history = complete_history(&mut self.run.hybrid)?;
+        let start = self.run.start_time();
+        let simulation = self.run.simulation.as_ref().ok_or_else(|| Refusal::new("nothing is calculated yet"))?;
+        let history = complete(&mut self.run.history)?;
         Ok(history.tape(simulation.time(), |history| simulation.tape(&parameters, start, history)))
     }
 
@@ -236,9 +229,9 @@ impl Instance {
         parameters: &Parameters,
         along: &Settings,
     ) -> Result<Result<Differential, NotFollowed>, Refusal> {
-        let start = self.run.experiment.unwrap_or_default().start;
-        let history = complete_history(&mut self.run.hybrid)?;
-        let simulation = self.run.simulation.as_ref().ok_or(Refusal::Missing("nothing is calculated yet"))?;
+        let start = self.run.start_time();
+        let history = complete(&mut self.run.history)?;
+        let simulation = self.run.simulation.as_ref().ok_or_else(|| Refusal::new("nothing is calculated yet"))?;
         Ok(simulation.sensitivity_of_run(parameters, start, history, &along.parameters, &along.inputs))
     }
 
@@ -251,10 +244,10 @@ impl Instance {
     ) -> Result<Variable, Refusal> {
         let variable = self.variable(reference)?;
         if variable.row.access.data_type() != Type::Real {
-            return Err(variable.wrong_type(Type::Real).into());
+            return Err(variable.wrong_type(Type::Real));
         }
         if variable.row.derivative.is_none() || !causalities.contains(&variable.row.causality) {
-            return Err(VariableError::NotDifferentiable { variable: variable.to_string(), allowed }.into());
+            return Err(not_differentiable(variable, allowed));
         }
         Ok(variable)
     }
@@ -267,7 +260,20 @@ impl Instance {
         if derivative.is_finite() || self.run.phase == Phase::Error {
             Ok(derivative)
         } else {
-            Err(Refusal::Derivative(variable.to_string()))
+            Err(no_derivative(variable))
         }
     }
+}
+
+#[cold]
+pub(super) fn no_derivative(what: impl Display) -> Refusal {
+    Refusal::no_value(format_args!(
+        "{what} has no derivative here: it is not finite, or the step has too many switchings, or contacts too stiff for its \
+         length"
+    ))
+}
+
+#[cold]
+fn not_differentiable(what: impl Display, allowed: &str) -> Refusal {
+    Refusal::new(format_args!("{what} has no such derivative; allowed: {allowed}"))
 }

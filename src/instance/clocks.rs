@@ -1,28 +1,20 @@
-//! The clocks: what has happened in the contacts, instant by instant, and how far the host has been told of it.
+//! The clocks: what has happened in the contacts, instant by instant, and how far the clocks have ticked for it.
 
 use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize};
 
-use crate::engine::{NEVER, Observer, Progress, Pulse, Results, WorkCounters};
-use crate::instance::calls::Reporter;
-
+use super::legality::Purpose;
 use super::pulses::Pulses;
+use super::report::Reporter;
+use crate::engine::{NEVER, Observer, Progress, Pulse, Results, WorkCounters};
+use crate::variables::Edge;
 
 /// A contact closes, or opens and ends a pulse.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 enum Transition {
     Onset(usize),
     Release(usize, Ended),
-}
-
-/// What happens to a contact.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Edge {
-    /// It closes.
-    Onset,
-    /// It opens.
-    Release,
 }
 
 /// A pulse that has ended.
@@ -77,9 +69,9 @@ impl Tick {
     }
 }
 
-/// The discrete variables of a contact as the host has been told of them.
+/// The discrete variables of a contact after the last tick.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub(super) struct Shown {
+pub(super) struct Discrete {
     pub pulses: u64,
     pub closed: bool,
     /// Last onset and release, s.
@@ -89,8 +81,8 @@ pub(super) struct Shown {
 
 /// The clocks of an instance.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct Ticks {
-    /// What the host has yet to be told of, in order.
+pub(super) struct Clocks {
+    /// Ticks to come, in order.
     pending: VecDeque<Tick>,
     /// Whether the clocks of the last tick are active.
     active: bool,
@@ -99,22 +91,22 @@ pub(super) struct Ticks {
     last_release: Option<Tick>,
     /// Whether the last tick was one of each.
     ticked: [bool; 2],
-    shown: Vec<Shown>,
+    discrete: Vec<Discrete>,
     pub work: WorkCounters,
-    /// The pulses that the host has been told of.
+    /// The pulses that have ended by the last tick.
     pub log: Pulses,
 }
 
-impl Ticks {
+impl Clocks {
     pub fn new(contacts: usize) -> Self {
-        let none = Shown { pulses: 0, closed: false, onset: -NEVER, release: -NEVER };
+        let none = Discrete { pulses: 0, closed: false, onset: -NEVER, release: -NEVER };
         Self {
             pending: VecDeque::new(),
             active: false,
             last_onset: None,
             last_release: None,
             ticked: [false; 2],
-            shown: vec![none; contacts],
+            discrete: vec![none; contacts],
             work: WorkCounters::default(),
             log: Pulses::default(),
         }
@@ -130,14 +122,14 @@ impl Ticks {
             };
             tick.time.is_finite() && !tick.transitions.is_empty() && tick.transitions.iter().all(known)
         };
-        let shown = |shown: &Shown| (shown.onset + shown.release).is_finite() && shown.pulses < 1 << 62;
-        self.shown.len() == contacts
+        let discrete = |of: &Discrete| (of.onset + of.release).is_finite() && of.pulses < 1 << 62;
+        self.discrete.len() == contacts
             && self.log.are_sound(contacts)
-            && self.shown.iter().all(shown)
+            && self.discrete.iter().all(discrete)
             && self.pending.iter().chain(&self.last_onset).chain(&self.last_release).all(tick)
     }
 
-    /// Whether there is something that the host has not been told of.
+    /// Whether there are ticks to come.
     pub fn are_due(&self) -> bool {
         !self.pending.is_empty()
     }
@@ -154,16 +146,17 @@ impl Ticks {
         self.active = false;
         let Some(tick) = self.pending.pop_front() else { return false };
         for transition in &tick.transitions {
-            let shown = &mut self.shown[transition.contact()];
+            let discrete = &mut self.discrete[transition.contact()];
             match transition {
                 Transition::Onset(_) => {
-                    (shown.pulses, shown.closed, shown.onset) = (shown.pulses.saturating_add(1), true, tick.time);
+                    discrete.pulses = discrete.pulses.saturating_add(1);
+                    (discrete.closed, discrete.onset) = (true, tick.time);
                 }
                 Transition::Release(contact, Ended { impulse, peak, .. }) => {
-                    (shown.closed, shown.release) = (false, tick.time);
+                    (discrete.closed, discrete.release) = (false, tick.time);
                     self.log.enter(Pulse {
                         contact: *contact,
-                        onset: shown.onset,
+                        onset: discrete.onset,
                         release: tick.time,
                         peak: *peak,
                         impulse: *impulse,
@@ -189,7 +182,7 @@ impl Ticks {
     /// Adds the contacts that have closed at the time `now` (s) without a tick: at the start, or because inputs have
     /// changed.
     pub fn catch_up(&mut self, results: &dyn Results, now: f64) {
-        let mut known: Vec<u64> = self.shown.iter().map(|shown| shown.pulses).collect();
+        let mut known: Vec<u64> = self.discrete.iter().map(|discrete| discrete.pulses).collect();
         for transition in self.pending.iter().flat_map(|tick| &tick.transitions) {
             known[transition.contact()] += u64::from(transition.edge() == Edge::Onset);
         }
@@ -200,9 +193,10 @@ impl Ticks {
         }
     }
 
-    /// What an event of model exchange has done: these pulses have finished, and other contacts may have closed.
-    pub fn take_down(&mut self, pulses: &[Pulse], results: &dyn Results) {
-        let mut known: Vec<(u64, bool)> = self.shown.iter().map(|shown| (shown.pulses, shown.closed)).collect();
+    /// Adds what an event of model exchange has done: these pulses have finished, and other contacts may have closed.
+    pub fn enter(&mut self, pulses: &[Pulse], results: &dyn Results) {
+        let mut known: Vec<(u64, bool)> =
+            self.discrete.iter().map(|discrete| (discrete.pulses, discrete.closed)).collect();
         for transition in self.pending.iter().flat_map(|tick| &tick.transitions) {
             let (onsets, closed) = &mut known[transition.contact()];
             *closed = transition.edge() == Edge::Onset;
@@ -259,18 +253,17 @@ impl Ticks {
     }
 
     /// The discrete variables of a contact; nothing if there is no such contact.
-    pub fn shown(&self, contact: usize) -> Option<&Shown> {
-        self.shown.get(contact)
+    pub fn discrete(&self, contact: usize) -> Option<&Discrete> {
+        self.discrete.get(contact)
     }
 }
 
-/// Takes down what happens in a step, and ends it at the first onset or release if that is wanted.
+/// Hands what happens in a step to the clocks, and ends it at the first onset or release if that is wanted.
 pub(super) struct Recorder<'a> {
     pub reporter: Reporter<'a>,
-    /// Where it is taken down.
-    pub ticks: &'a mut Ticks,
-    /// Whether the host takes part in events.
-    pub tells: bool,
+    pub clocks: &'a mut Clocks,
+    /// Whether its host has clocks or their log.
+    pub purpose: Purpose,
     pub stops: bool,
     /// Time of the first onset or release, s.
     pub stopped: Option<f64>,
@@ -281,8 +274,8 @@ impl Recorder<'_> {
         if self.stops {
             self.stopped.get_or_insert(time);
         }
-        if self.tells {
-            self.ticks.push(time, transition);
+        if self.purpose.events {
+            self.clocks.push(time, transition);
         }
     }
 }
@@ -290,8 +283,8 @@ impl Recorder<'_> {
 impl Observer for Recorder<'_> {
     fn pulse(&mut self, pulse: Pulse) {
         self.reporter.pulse(pulse);
-        if !self.tells {
-            self.ticks.log.enter(pulse);
+        if self.purpose.arrays && !self.purpose.events {
+            self.clocks.log.enter(pulse);
         }
         self.enter(pulse.release, Transition::of(pulse));
     }

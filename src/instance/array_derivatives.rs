@@ -1,0 +1,90 @@
+//! Directional, adjoint and output derivatives by the value references of FMI 3.0.
+
+use super::derivatives::no_derivative;
+use super::legality::{Kind, Phase};
+use super::lifecycle::Instance;
+use crate::variables::{Access, DerivativesOf, Extra, Refusal, Type};
+
+/// An element: its reference in a cradle of as many balls, or nothing for one that belongs to no contact.
+type Element = Option<u32>;
+
+impl Instance {
+    /// The elements of the real variables behind `references`. Slopes act over a step: where they are `without_effect`,
+    /// nothing depends on them.
+    fn parts(&self, references: &[u32], without_effect: bool) -> Result<Vec<Element>, Refusal> {
+        let balls = self.balls();
+        let mut elements = Vec::new();
+        for reference in references {
+            let array = self.array(*reference, Type::Real)?;
+            let known = match array.row.access {
+                Access::Slope { .. } => without_effect,
+                Access::Instance(_, extra) => matches!(extra, Extra::Joined(..)),
+                _ => true,
+            };
+            if !known {
+                return Err(no_derivative(array));
+            }
+            let element = |index| array.element(index, balls).map(|variable| variable.reference());
+            elements.extend((0..array.len(balls)).map(element));
+        }
+        Ok(elements)
+    }
+
+    /// The elements of the knowns.
+    fn knowns(&self, references: &[u32]) -> Result<Vec<Element>, Refusal> {
+        let of_step = self.run.purpose.kind == Kind::CoSimulation
+            && self.run.phase > Phase::InitializationMode
+            && self.run.settings.derivatives_of != DerivativesOf::Point;
+        self.parts(references, !of_step)
+    }
+
+    /// Derivatives of the unknowns, element by element, along the direction in which the elements of the knowns change
+    /// by `seed`.
+    pub fn directional(&mut self, unknowns: &[u32], knowns: &[u32], seed: &[f64]) -> Result<Vec<f64>, Refusal> {
+        let (unknowns, knowns) = (self.parts(unknowns, false)?, self.knowns(knowns)?);
+        require_seed(seed, knowns.len())?;
+        self.recompute()?;
+        let (references, direction) = existing(&knowns, seed);
+        let wanted: Vec<u32> = unknowns.iter().flatten().copied().collect();
+        let found = self.directional_derivatives(&wanted, &references, &direction)?;
+        Ok(placed(&unknowns, found))
+    }
+
+    /// The sums of the derivatives of the unknowns by each element of the knowns, weighted by `seed`.
+    pub fn adjoint(&mut self, unknowns: &[u32], knowns: &[u32], seed: &[f64]) -> Result<Vec<f64>, Refusal> {
+        let (unknowns, knowns) = (self.parts(unknowns, false)?, self.knowns(knowns)?);
+        require_seed(seed, unknowns.len())?;
+        self.recompute()?;
+        let (references, weights) = existing(&unknowns, seed);
+        let wanted: Vec<u32> = knowns.iter().flatten().copied().collect();
+        let found = self.adjoint_derivatives(&references, &weights, &wanted)?;
+        Ok(placed(&knowns, found))
+    }
+
+    /// Derivatives by time of the elements of real outputs, each of its order.
+    pub fn output_derivatives_of_arrays(&mut self, references: &[u32], orders: &[i32]) -> Result<Vec<f64>, Refusal> {
+        let (mut elements, mut element_orders) = (Vec::new(), Vec::new());
+        for (reference, order) in references.iter().zip(orders) {
+            elements.extend(self.parts(&[*reference], false)?);
+            element_orders.resize(elements.len(), *order);
+        }
+        let (wanted, orders) = existing(&elements, &element_orders);
+        let found = self.output_derivatives(&wanted, &orders)?;
+        Ok(placed(&elements, found))
+    }
+}
+
+/// The elements that belong to something, with what belongs to them.
+fn existing<T: Copy>(elements: &[Element], with: &[T]) -> (Vec<u32>, Vec<T>) {
+    elements.iter().zip(with).filter_map(|(element, with)| Some(((*element)?, *with))).unzip()
+}
+
+/// What was found of the elements that belong to something, in their places; the others are 0.
+fn placed(elements: &[Element], found: Vec<f64>) -> Vec<f64> {
+    let mut found = found.into_iter();
+    elements.iter().map(|element| element.and_then(|_| found.next()).unwrap_or_default()).collect()
+}
+
+fn require_seed(seed: &[f64], wanted: usize) -> Result<(), Refusal> {
+    if seed.len() == wanted { Ok(()) } else { Err(Refusal::argument("nSeed", seed.len(), wanted)) }
+}

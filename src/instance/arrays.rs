@@ -1,0 +1,263 @@
+//! Variables as arrays: read and set by the value references of FMI 3.0, all elements of them.
+
+use super::legality::Phase;
+use super::lifecycle::Instance;
+use super::run::Run;
+use super::values::unknown_reference;
+use crate::engine::NEVER;
+use crate::variables::{Access, Array, Extra, Refusal, Settings, Shape, Type, Variable, padding};
+
+/// The value of an element.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Value {
+    /// Of a real variable.
+    Float(f64),
+    /// Of a count.
+    Count(u64),
+    /// Of an enumeration.
+    Item(i64),
+    /// Of a truth value or a clock.
+    Flag(bool),
+}
+
+impl Instance {
+    /// The variable behind a value reference, if it is one of this type.
+    pub fn array(&self, reference: u32, asked: Type) -> Result<Array, Refusal> {
+        let array = Array::at(reference).ok_or_else(|| unknown_reference(reference, self.balls()))?;
+        let of = array.row.access.data_type();
+        if of == asked {
+            return Ok(array);
+        }
+        let (asked, of) = (asked.fmi3(), of.fmi3());
+        Err(refuse_reference(array, format_args!("variables of type {asked}; this one is of type {of}")))
+    }
+
+    /// The same, if its value is known: before initialization only what has a start value is.
+    pub fn readable(&mut self, reference: u32, asked: Type) -> Result<Array, Refusal> {
+        let array = self.array(reference, asked)?;
+        if self.run.phase == Phase::IntermediateUpdate && !array.is_intermediate() {
+            self.log_read_within_step(array);
+        }
+        if self.run.phase >= Phase::InitializationMode || array.has_start() {
+            return Ok(array);
+        }
+        Err(refuse_reference(array, "before initialization, those with a start value"))
+    }
+
+    /// Says once that a host reads more within a step than the standard allows: some read every variable.
+    #[cold]
+    fn log_read_within_step(&mut self, array: Array) {
+        if !std::mem::replace(&mut self.run.read_logged, true) {
+            self.log.solver(format_args!(
+                "{array} is read in the middle of a step, where the standard allows variables with intermediateUpdate only"
+            ));
+        }
+    }
+
+    /// The elements of the variables behind `references`, all of this type, each with one of the `values` given.
+    fn elements<T: Copy>(
+        &self,
+        references: &[u32],
+        asked: Type,
+        values: &[T],
+    ) -> Result<Vec<(Array, usize, T)>, Refusal> {
+        let balls = self.balls();
+        let mut places = Vec::with_capacity(values.len());
+        for reference in references {
+            let array = self.array(*reference, asked)?;
+            if self.run.phase == Phase::IntermediateUpdate && !array.is_intermediate() {
+                return Err(refuse_reference(array, "in the middle of a step, inputs with intermediateUpdate"));
+            }
+            places.extend((0..array.len(balls)).map(|index| (array, index)));
+        }
+        if places.len() != values.len() {
+            let first = places.first().map(|(array, _)| array.to_string()).unwrap_or_default();
+            let more = if references.len() > 1 { " and others" } else { "" };
+            let allowed = format_args!("{}, the elements of {first}{more} with n = {balls}", places.len());
+            return Err(Refusal::argument("nValues", values.len(), allowed));
+        }
+        Ok(places.into_iter().zip(values).map(|((array, index), value)| (array, index, *value)).collect())
+    }
+
+    /// To be called before values are read: makes them those of what has been set, where setters act at once.
+    pub fn recompute(&mut self) -> Result<(), Refusal> {
+        let at_once = self.run.phase == Phase::EventMode && self.run.purpose.has_event_mode();
+        if at_once { self.update_simulation() } else { Ok(()) }
+    }
+
+    /// An element of a variable, counted from 0.
+    pub fn element(&mut self, array: Array, index: usize) -> Result<Value, Refusal> {
+        let (row, variable) = (array.row, array.variable(index));
+        if let Access::Instance(_, extra) = row.access {
+            return self.extra(array, extra, index);
+        }
+        if index >= row.shape.len(self.balls()) {
+            return Ok(match row.access {
+                Access::Count(_) => Value::Count(0),
+                Access::Flag(_) => Value::Flag(false),
+                _ => Value::Float(self.of_no_contact(variable)),
+            });
+        }
+        if self.run.purpose.has_event_mode()
+            && self.run.phase > Phase::InitializationMode
+            && let Some(value) = self.after_tick(variable)
+        {
+            return Ok(value);
+        }
+        match row.access {
+            Access::Count(get) => Ok(Value::Count(get(self.results()?, index))),
+            Access::Flag(get) => Ok(Value::Flag(get(self.results()?, index))),
+            Access::Enumeration(_) => Ok(Value::Item(variable.item(&self.run.settings).map_or(0, i64::from))),
+            _ => self.real_of(variable).map(Value::Float),
+        }
+    }
+
+    /// The value of a variable that changes in Event Mode only, by the last tick.
+    fn after_tick(&self, variable: Variable) -> Option<Value> {
+        let (discrete, work) = (self.run.clocks.discrete(variable.index), self.run.clocks.work);
+        Some(match variable.row.name {
+            "t_onset" => Value::Float(discrete?.onset),
+            "t_release" => Value::Float(discrete?.release),
+            "pulses" => Value::Count(discrete?.pulses),
+            "inContact" => Value::Flag(discrete?.closed),
+            "solver.steps" => Value::Count(work.steps),
+            "solver.evaluations" => Value::Count(work.evaluations),
+            "solver.events" => Value::Count(work.events),
+            _ => return None,
+        })
+    }
+
+    fn extra(&mut self, array: Array, extra: Extra, index: usize) -> Result<Value, Refusal> {
+        let (clocks, ended) = (&self.run.clocks, self.run.clocks.ended(index));
+        Ok(match extra {
+            Extra::Time | Extra::Pulses => Value::Float(self.time()),
+            Extra::Balls => Value::Count(self.balls() as u64),
+            Extra::Clock(edge) => Value::Flag(self.run.phase == Phase::EventMode && clocks.is_active(edge)),
+            Extra::TickTime(edge) => Value::Float(clocks.time(edge)),
+            Extra::TickOf(edge) => Value::Flag(clocks.is_part(edge, index)),
+            Extra::EndedImpulse => Value::Float(ended.impulse),
+            Extra::EndedPeak => Value::Float(ended.peak),
+            Extra::EndedDuration => Value::Float(ended.duration),
+            Extra::Joined(..) => {
+                let variable = array.element(index, self.balls());
+                Value::Float(variable.map_or(Ok(0.0), |variable| self.real_of(variable))?)
+            }
+            Extra::ContactIndicator | Extra::ClipIndicator => Value::Float(self.indicator(extra, index)?),
+        })
+    }
+
+    /// The text of the variables behind `references`, of which there is but `log.pulses`. It stays until the next call.
+    pub fn binary(&mut self, references: &[u32]) -> Result<&str, Refusal> {
+        for reference in references {
+            self.readable(*reference, Type::Binary)?;
+        }
+        self.run.csv = self.run.clocks.log.csv();
+        Ok(&self.run.csv)
+    }
+
+    /// The value of an element that belongs to no contact: of a parameter what it was set to.
+    fn of_no_contact(&self, variable: Variable) -> f64 {
+        match (self.run.padding.get(&variable.position), variable.row.name) {
+            (Some(value), _) => *value,
+            (None, "overlap" | "t_onset" | "t_release") => -NEVER,
+            _ => padding(variable.row),
+        }
+    }
+
+    /// Sets the real variables behind `references` to `values`, element after element: all of them, or none if any of
+    /// it is refused.
+    pub fn set_floats(&mut self, references: &[u32], values: &[f64]) -> Result<(), Refusal> {
+        let balls = self.balls();
+        let (mut set, mut unused) = (Vec::new(), Vec::new());
+        let mut states: Option<Vec<f64>> = None;
+        for (array, index, value) in self.elements(references, Type::Real, values)? {
+            let variable = array.variable(index);
+            if let Some(first) = self.place_of_state(array) {
+                variable.check_real(value)?;
+                if states.is_none() {
+                    states = Some(self.continuous_states()?);
+                }
+                if let Some(state) = states.as_mut().and_then(|states| states.get_mut(first + index)) {
+                    *state = value;
+                }
+                continue;
+            }
+            self.check_settable(variable, Type::Real)?;
+            variable.check_real(value)?;
+            match index < array.row.shape.len(balls) {
+                true => set.push((variable, value)),
+                false => unused.push((variable.position, value)),
+            }
+        }
+        if self.run.phase == Phase::IntermediateUpdate {
+            self.keep_inputs_in_step()?;
+        }
+        if let Some(states) = states {
+            self.set_continuous_states(&states)?;
+        }
+        self.set(set.into_iter(), Variable::set_real);
+        self.run.padding.extend(unused);
+        Ok(())
+    }
+
+    /// Selects items of the enumerations behind `references`: all of them, or none if any is refused.
+    pub fn set_items(&mut self, references: &[u32], values: &[i64]) -> Result<(), Refusal> {
+        let mut set = Vec::new();
+        for (array, index, value) in self.elements(references, Type::Enumeration, values)? {
+            let variable = array.variable(index);
+            self.check_settable(variable, Type::Integer)?;
+            variable.check_item(value)?;
+            set.push((variable, value as i32));
+        }
+        self.set(set.into_iter(), Variable::set_item);
+        Ok(())
+    }
+
+    /// Sets the number of balls, in Configuration Mode: all arrays have their defaults then, scalars what they had.
+    pub fn set_counts(&mut self, references: &[u32], values: &[u64]) -> Result<(), Refusal> {
+        let mut wanted = self.balls();
+        for (array, _, value) in self.elements(references, Type::Integer, values)? {
+            if !array.has_start() {
+                return Err(array.row.not_settable(array));
+            }
+            if self.run.phase != Phase::ConfigurationMode {
+                return Err(Refusal::new(format_args!("{array} can only be set in Configuration Mode")));
+            }
+            if !array.row.range.contains(value as f64) {
+                return Err(Refusal::value(array, value, array.row.range));
+            }
+            wanted = value as usize;
+        }
+        if wanted != self.balls() {
+            self.resize(wanted);
+        }
+        Ok(())
+    }
+
+    fn resize(&mut self, balls: usize) {
+        let before = &self.run.settings;
+        let mut settings = Settings::default_for(balls);
+        for array in Array::all().filter(|array| array.row.shape == Shape::Scalar) {
+            let variable = array.variable(0);
+            match (variable.real(before), variable.item(before)) {
+                (Some(value), _) => _ = variable.set_real(&mut settings, value),
+                (_, Some(item)) => _ = variable.set_item(&mut settings, item),
+                _ => {}
+            }
+        }
+        self.run = Run { phase: self.run.phase, ..Run::new(self.run.purpose, &settings) };
+    }
+
+    /// Says why variables of this type cannot be set: there are none that can.
+    pub fn refuse_to_set_arrays(&self, references: &[u32], asked: Type) -> Result<(), Refusal> {
+        references.iter().try_for_each(|reference| {
+            let array = self.array(*reference, asked)?;
+            Err(array.row.not_settable(array))
+        })
+    }
+}
+
+#[cold]
+fn refuse_reference(array: Array, allowed: impl std::fmt::Display) -> Refusal {
+    Refusal::argument("valueReference", array, allowed)
+}

@@ -1,0 +1,183 @@
+//! Model exchange: the host integrates the states, and asks for what it needs for that.
+//!
+//! For hosts of FMI 3.0 arrays over contacts have one element more than there are contacts: the last impulse is a state
+//! that is always zero, the last indicators are always 1. Clocks tell them of events.
+
+use super::legality::{Kind, Phase};
+use super::lifecycle::Instance;
+use super::report::Reporter;
+use super::step::Handled;
+use crate::engine::{Observer, Progress, Pulse, state_count};
+use crate::variables::{Array, Causality, Extra, Refusal};
+
+impl Instance {
+    /// Number of continuous states.
+    pub fn count_states(&self) -> usize {
+        state_count(self.balls()) + usize::from(self.run.purpose.arrays)
+    }
+
+    /// Number of event indicators.
+    pub fn count_indicators(&self) -> usize {
+        2 * (self.balls() - 1) + 2 * usize::from(self.run.purpose.arrays)
+    }
+
+    /// Where the states have the impulse that belongs to no contact.
+    fn padding_state(&self) -> Option<usize> {
+        self.run.purpose.arrays.then(|| 3 * self.balls() - 1)
+    }
+
+    /// Where the states have the elements of a variable that can be set now as one of them.
+    pub(super) fn place_of_state(&self, array: Array) -> Option<usize> {
+        if self.run.phase != Phase::ContinuousTimeMode || array.row.causality == Causality::Input {
+            return None;
+        }
+        let mut place = 0;
+        for (state, _) in Array::states() {
+            if state == array {
+                return Some(place);
+            }
+            place += state.len(self.balls());
+        }
+        None
+    }
+
+    /// Enters Continuous-Time Mode.
+    pub fn enter_continuous_time_mode(&mut self) -> Result<(), Refusal> {
+        self.run.phase = Phase::ContinuousTimeMode;
+        Ok(())
+    }
+
+    /// The end of a step of the host's solver: whether an event is due.
+    pub fn completed_integrator_step(&mut self) -> Result<bool, Refusal> {
+        Ok(self.exchange()?.complete_step())
+    }
+
+    /// Sets the time, s, which must be finite and not before the start; with clocks it cannot go back behind the last
+    /// event.
+    pub fn set_time(&mut self, time: f64) -> Result<(), Refusal> {
+        if let Some(event) = self.run.last_event.filter(|event| time < *event) {
+            let allowed = format_args!("at least {event} s, the time of the last event");
+            return Err(Refusal::number("time", time, "s", allowed));
+        }
+        let start = self.run.start_time();
+        if !(time.is_finite() && time >= start) {
+            let allowed = format_args!("finite and at least startTime = {start} s");
+            return Err(Refusal::number("time", time, "s", allowed));
+        }
+        self.exchange()?.set_time(time);
+        Ok(())
+    }
+
+    /// Sets the continuous states, [`Self::count_states`] many, all finite.
+    pub fn set_continuous_states(&mut self, states: &[f64]) -> Result<(), Refusal> {
+        if let Some(i) = states.iter().position(|state| !state.is_finite()) {
+            return Err(Refusal::argument("x", format_args!("{} in place {i}", states[i]), "finite values"));
+        }
+        let mut own = states.to_vec();
+        if let Some(place) = self.padding_state() {
+            own.remove(place);
+        }
+        self.exchange()?.set_states(&own);
+        Ok(())
+    }
+
+    fn padded(&self, mut values: Vec<f64>, padding: f64) -> Result<Vec<f64>, Refusal> {
+        if let Some(place) = self.padding_state() {
+            values.insert(place, padding);
+        }
+        Ok(values)
+    }
+
+    /// The continuous states.
+    pub fn continuous_states(&mut self) -> Result<Vec<f64>, Refusal> {
+        let states = self.exchange()?.states().to_vec();
+        self.padded(states, 0.0)
+    }
+
+    /// Their derivatives by time.
+    pub fn state_derivatives(&mut self) -> Result<Vec<f64>, Refusal> {
+        let derivatives = self.exchange()?.derivatives();
+        self.padded(derivatives, 0.0)
+    }
+
+    /// Their orders of magnitude.
+    pub fn nominals(&mut self) -> Result<Vec<f64>, Refusal> {
+        let nominals = self.exchange()?.nominals().to_vec();
+        self.padded(nominals, 1.0)
+    }
+
+    /// The event indicators, of all contacts and then of their laws.
+    pub fn event_indicators(&mut self) -> Result<Vec<f64>, Refusal> {
+        let contacts = self.balls() - 1;
+        let mut indicators = self.exchange()?.indicators();
+        if self.run.purpose.arrays {
+            indicators.insert(contacts, 1.0);
+            indicators.push(1.0);
+        }
+        Ok(indicators)
+    }
+
+    /// An element of `z.contact` or `z.clip`, counted from 0. In co-simulation, which has no events of the host's, they
+    /// are 1.
+    pub(super) fn indicator(&mut self, of: Extra, index: usize) -> Result<f64, Refusal> {
+        if self.run.purpose.kind == Kind::CoSimulation {
+            return Ok(1.0);
+        }
+        let place = if of == Extra::ContactIndicator { index } else { self.balls() + index };
+        Ok(self.event_indicators()?.get(place).copied().unwrap_or(1.0))
+    }
+
+    /// From integration to events. With clocks what is due is handled, and those of the first that has happened are
+    /// active.
+    pub(super) fn enter_events_of_exchange(&mut self) -> Result<(), Refusal> {
+        self.run.phase = Phase::EventMode;
+        if self.run.purpose.events {
+            self.run.last_event = Some(self.time());
+            self.handle_events()?;
+            self.tick();
+        }
+        Ok(())
+    }
+
+    /// Handles what is due; with clocks, the host has taken part in the event of the active ones.
+    pub(super) fn next_event_of_exchange(&mut self) -> Result<Handled, Refusal> {
+        let next = self.handle_events()?;
+        let again = self.run.purpose.events && self.tick();
+        let changed = self.run.states_changed;
+        self.run.states_changed &= again;
+        Ok(Handled { again, changed, next: next.filter(|_| !again) })
+    }
+
+    /// Handles what is due now, and says when the next event is. If it cannot be followed the instance enters the error
+    /// state.
+    fn handle_events(&mut self) -> Result<Option<f64>, Refusal> {
+        self.exchange()?;
+        let Some(exchange) = &mut self.run.exchange else { return Err(Refusal::new("nothing is calculated yet")) };
+        let mut observer = Both { reporter: Reporter::new(&self.log, exchange.time()), pulses: Vec::new() };
+        let updated = exchange.update(&mut observer);
+        let pulses = observer.pulses;
+        let update = updated.map_err(|error| self.fail(error))?;
+        self.run.states_changed |= update.changed;
+        if let Some(exchange) = self.run.exchange.as_ref().filter(|_| self.run.purpose.events) {
+            self.run.clocks.enter(&pulses, exchange);
+        }
+        Ok(update.next)
+    }
+}
+
+/// Logs pulses and keeps them.
+struct Both<'a> {
+    reporter: Reporter<'a>,
+    pulses: Vec<Pulse>,
+}
+
+impl Observer for Both<'_> {
+    fn pulse(&mut self, pulse: Pulse) {
+        self.reporter.pulse(pulse);
+        self.pulses.push(pulse);
+    }
+
+    fn progress(&mut self, progress: Progress) {
+        self.reporter.progress(progress);
+    }
+}

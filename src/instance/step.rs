@@ -1,0 +1,301 @@
+//! Communication steps, which may end or be interrupted at onsets and releases, and the events between them.
+
+use super::clocks::Recorder;
+use super::legality::{Kind, Phase, Purpose};
+use super::lifecycle::Instance;
+use super::report::Reporter;
+use super::run::StepUnderWay;
+use crate::engine::{EngineError, Results};
+use crate::model::{ContactModel, Inputs};
+use crate::variables::Refusal;
+
+/// How far the host's clock may be off from ours, relative to the larger of 1 s and the time.
+const CLOCK_TOLERANCE: f64 = 1e-12;
+
+/// How a step, or a part of it, has ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepEnd {
+    /// Time reached, s.
+    pub time: f64,
+    /// Whether that is before the end that was asked for.
+    pub early: bool,
+    /// Whether the host has events to take part in.
+    pub events: bool,
+    /// Whether the host is to be called before the step goes on.
+    pub interrupted: bool,
+}
+
+/// What an event has come to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Handled {
+    /// Whether there is another one at once.
+    pub again: bool,
+    /// Whether continuous states have changed.
+    pub changed: bool,
+    /// When the next one is due, s, as far as that is known.
+    pub next: Option<f64>,
+}
+
+impl Instance {
+    /// Time that the last step reached, or that the host has set, s.
+    pub fn time(&self) -> f64 {
+        match (&self.run.simulation, &self.run.exchange) {
+            (Some(simulation), _) => simulation.time(),
+            (None, Some(exchange)) => exchange.time(),
+            (None, None) => self.run.start_time(),
+        }
+    }
+
+    /// Steps from `current`, the host's time in s, by `step` > 0 s. The new time is exactly `current + step`, unless
+    /// the step is interrupted at an onset or a release, where the host is called, or may end early there.
+    ///
+    /// # Errors
+    /// Refused, with nothing changed, if a time is invalid or `current` is not where the instance is. If the
+    /// simulation cannot go on the instance enters the error state.
+    pub fn step(&mut self, current: f64, step: f64, interruptible: bool) -> Result<StepEnd, Refusal> {
+        self.apply_slopes();
+        let own = self.time();
+        // Comparisons that are false for NaN, so that NaN is refused.
+        let in_time = (current - own).abs() <= CLOCK_TOLERANCE * own.abs().max(1.0);
+        let end = current + step;
+        if !(in_time && step > 0.0 && end.is_finite()) {
+            return Err(refuse_times(own, current, step));
+        }
+        let reached = self.inputs_reached((end - own).max(0.0))?;
+        if end <= own {
+            // A step below the resolution of the clock, from a host whose clock lags by some ulps: it is there already.
+            self.keep_inputs(reached);
+            return Ok(StepEnd { time: own, early: false, events: self.run.clocks.are_due(), interrupted: false });
+        }
+        self.update_simulation()?;
+        self.run.history.forget_tape();
+        if let Some(stop) = self.run.experiment.and_then(|experiment| experiment.stop)
+            && end > stop
+            && !self.run.past_stop_logged
+        {
+            self.log_past_stop(end, stop);
+        }
+        self.catch_up_rigid()?;
+        self.advance(StepUnderWay { asked: end, end, since: own }, interruptible, true)
+    }
+
+    /// Goes on with a step in which the host was called, and that it wants to end at the time `end` (s), if any.
+    pub fn continue_step(&mut self, end: Option<f64>) -> Result<StepEnd, Refusal> {
+        let Some(mut step) = self.run.under_way else { return Err(Refusal::new("no step is under way")) };
+        self.run.phase = Phase::StepMode;
+        let now = self.time();
+        if self.run.inputs_changed || self.run.tuned_from.is_some() {
+            self.run.input_derivatives.clear();
+            self.apply_slopes();
+            step.since = now;
+            self.update_simulation()?;
+            self.catch_up_rigid()?;
+        }
+        if let Some(end) = end {
+            step.end = step.end.min(end.max(now));
+        }
+        if step.end == now || self.may_end_early() && self.run.clocks.are_due() {
+            return self.end_step(step, now);
+        }
+        self.advance(step, true, false)
+    }
+
+    /// Moves on to the end of the step, which it may have to begin, or to the first onset or release.
+    fn advance(&mut self, step: StepUnderWay, interruptible: bool, begins: bool) -> Result<StepEnd, Refusal> {
+        let (end, purpose) = (step.end, self.run.purpose);
+        let stops = interruptible || self.may_end_early();
+        let clocks = &mut self.run.clocks;
+        let mut recorder = Recorder { reporter: Reporter::new(&self.log, end), clocks, purpose, stops, stopped: None };
+        let moved = match &mut self.run.simulation {
+            Some(simulation) if begins => simulation.advance(end, &mut recorder),
+            Some(simulation) => simulation.continue_step(end, &mut recorder),
+            None => return Err(Refusal::new("nothing is calculated yet")),
+        };
+        let interrupted = interruptible && recorder.stopped.is_some_and(|stopped| stopped <= end);
+        moved.map_err(|error| self.fail(error))?;
+        let time = self.time();
+        if !interrupted {
+            return self.end_step(step, time);
+        }
+        self.run.phase = Phase::IntermediateUpdate;
+        self.run.under_way = Some(step);
+        Ok(StepEnd { time, early: time < step.asked, events: self.run.clocks.are_due(), interrupted })
+    }
+
+    /// The step is over at `time` (s); the inputs stay at what they have reached.
+    fn end_step(&mut self, step: StepUnderWay, time: f64) -> Result<StepEnd, Refusal> {
+        self.run.under_way = None;
+        let reached = self.inputs_reached((time - step.since).max(0.0))?;
+        self.keep_inputs(reached);
+        Ok(StepEnd { time, early: time < step.asked, events: self.run.clocks.are_due(), interrupted: false })
+    }
+
+    /// Before inputs are set in the middle of a step: those with slopes are what they have reached by now.
+    pub(super) fn keep_inputs_in_step(&mut self) -> Result<(), Refusal> {
+        let Some(step) = self.run.under_way else { return Ok(()) };
+        let now = self.time();
+        let reached = self.inputs_reached((now - step.since).max(0.0))?;
+        self.keep_inputs(reached);
+        self.run.under_way = Some(StepUnderWay { since: now, ..step });
+        Ok(())
+    }
+
+    /// Slopes act over each step, like derivatives that are given again.
+    fn apply_slopes(&mut self) {
+        let slopes = &self.run.settings.slopes;
+        if self.run.purpose.arrays && *slopes != Inputs::zero(self.balls()) {
+            self.run.input_derivatives = vec![slopes.clone()];
+            self.run.inputs_changed = true;
+        }
+    }
+
+    /// What the inputs with derivatives are after a step of `length` (s); nothing if all stay as they are.
+    fn inputs_reached(&self, length: f64) -> Result<Option<Inputs>, Refusal> {
+        if self.run.input_derivatives.is_empty() {
+            return Ok(None);
+        }
+        let reached = self.run.settings.inputs.continued(&self.run.input_derivatives, length);
+        if reached.is_finite() {
+            Ok(Some(reached))
+        } else {
+            let allowed = "a step over which the inputs, with their given derivatives, stay finite";
+            Err(Refusal::number("communicationStepSize", length, "s", allowed))
+        }
+    }
+
+    /// After a step with input derivatives the inputs stay at what they reached.
+    fn keep_inputs(&mut self, reached: Option<Inputs>) {
+        if let Some(reached) = reached {
+            self.run.settings.inputs = reached;
+            self.run.input_derivatives.clear();
+            self.run.inputs_changed = true;
+        }
+    }
+
+    #[cold]
+    pub(super) fn fail(&mut self, error: EngineError) -> Refusal {
+        self.run.phase = Phase::Error;
+        Refusal::new(format_args!("the run cannot go on: {error}"))
+    }
+
+    /// Hands changed inputs and tunable parameters to the simulation.
+    pub(super) fn update_simulation(&mut self) -> Result<(), Refusal> {
+        let run = &mut self.run;
+        let over_run = run.derives_over_run();
+        let Some(simulation) = &mut run.simulation else { return Ok(()) };
+        if run.purpose.arrays && (run.inputs_changed || run.tuned_from.is_some()) {
+            let tunables = run.tuned_from.unwrap_or(run.settings.parameters.tunables());
+            simulation.keep_history(over_run, tunables, &mut run.history);
+        }
+        let mut updated = Ok(());
+        if std::mem::take(&mut run.inputs_changed) {
+            updated = simulation.hold(&run.settings.inputs, &run.input_derivatives);
+        }
+        let retuned = run.tuned_from.take().is_some();
+        if retuned && updated.is_ok() {
+            updated = simulation.retune(&run.settings.parameters);
+        }
+        if retuned {
+            self.log_ignored_parameters();
+        }
+        updated.map_err(|error| self.fail(error))
+    }
+
+    #[cold]
+    fn log_past_stop(&mut self, next: f64, stop: f64) {
+        self.run.past_stop_logged = true;
+        self.log.solver(format_args!("the step to t = {next} s goes past stopTime = {stop} s; it is computed anyway"));
+    }
+
+    /// To events: from a step, or from integration.
+    pub fn enter_event_mode(&mut self) -> Result<(), Refusal> {
+        let Purpose { kind, events, .. } = self.run.purpose;
+        match (kind, events) {
+            (Kind::CoSimulation, false) => Err(Refusal::new("the instance was created without event mode")),
+            (Kind::CoSimulation, true) => {
+                self.run.phase = Phase::EventMode;
+                self.reach_event()?;
+                self.tick();
+                Ok(())
+            }
+            (Kind::ModelExchange, _) => self.enter_events_of_exchange(),
+        }
+    }
+
+    /// The first events, of what is closed at the start.
+    pub(super) fn begin_events(&mut self) -> Result<(), Refusal> {
+        if self.run.purpose.has_event_mode() {
+            self.catch_up()?;
+            self.tick();
+        }
+        Ok(())
+    }
+
+    /// An event that is due but for rounding of the host's clock is due now.
+    fn reach_event(&mut self) -> Result<(), Refusal> {
+        self.update_simulation()?;
+        self.catch_up_rigid()?;
+        let (own, margin) = (self.time(), CLOCK_TOLERANCE * self.time().abs().max(1.0));
+        let next = self.simulation()?.next_event().filter(|next| *next - own <= margin);
+        match next {
+            Some(next) if !self.run.clocks.are_due() => {
+                self.advance(StepUnderWay { asked: next, end: next, since: own }, false, false).map(|_| ())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The host has taken part in the event of the active clocks; in model exchange, what it may have made due is
+    /// handled.
+    pub fn update_discrete_states(&mut self) -> Result<Handled, Refusal> {
+        if self.run.purpose.kind == Kind::ModelExchange {
+            return self.next_event_of_exchange();
+        }
+        self.update_simulation()?;
+        self.catch_up()?;
+        let again = self.tick();
+        let next = if again { None } else { self.simulation()?.next_event() };
+        Ok(Handled { again, changed: false, next })
+    }
+
+    /// From events to steps.
+    pub fn enter_step_mode(&mut self) -> Result<(), Refusal> {
+        self.run.phase = Phase::StepMode;
+        self.run.clocks.rest();
+        Ok(())
+    }
+
+    /// Inputs that press rigid balls together close contacts at once: the clocks tick where they take effect.
+    fn catch_up_rigid(&mut self) -> Result<(), Refusal> {
+        let rigid = self.run.settings.parameters.contact_model == ContactModel::Rigid;
+        if rigid && self.run.purpose.has_event_mode() { self.catch_up() } else { Ok(()) }
+    }
+
+    fn catch_up(&mut self) -> Result<(), Refusal> {
+        self.simulation()?;
+        if let Some(simulation) = &self.run.simulation {
+            self.run.clocks.catch_up(&**simulation, simulation.time());
+        }
+        Ok(())
+    }
+
+    pub(super) fn tick(&mut self) -> bool {
+        let Ok(work) = self.results().map(Results::work) else { return false };
+        self.run.clocks.work = work;
+        self.run.clocks.tick()
+    }
+
+    fn may_end_early(&self) -> bool {
+        self.run.purpose.has_event_mode() && self.run.purpose.early_return
+    }
+}
+
+#[cold]
+fn refuse_times(own: f64, current: f64, step: f64) -> Refusal {
+    if !(step > 0.0 && step.is_finite()) {
+        Refusal::number("communicationStepSize", step, "s", "finite and > 0 s")
+    } else {
+        let allowed = format_args!("the time reached, {own} s, to within 1e-12 of max(1 s, |t|)");
+        Refusal::number("currentCommunicationPoint", current, "s", allowed)
+    }
+}

@@ -1,0 +1,220 @@
+//! Units, types and variables of the description.
+
+use std::collections::HashMap;
+use std::fmt::{self, Display, Write};
+
+use super::structure::first_indices;
+use crate::variables::arrays::{Array, MAX_LOG};
+use crate::variables::settings::Settings;
+use crate::variables::states::states;
+use crate::variables::table::TABLE;
+use crate::variables::table::enumeration::{DERIVATIVES_OF, ENUMERATIONS, Item};
+use crate::variables::table::row::{Access, Causality, Row, Shape, Type, Variability};
+use crate::variables::table::unit::QUANTITIES;
+use crate::variables::text::{Escaped, Number, camel};
+use crate::variables::variable::{Variable, variables};
+
+pub(super) fn write_units(out: &mut String) -> fmt::Result {
+    for quantity in QUANTITIES {
+        write!(out, "    <Unit name=\"{}\"><BaseUnit", quantity.unit)?;
+        for (base, exponent) in ["kg", "m", "s"].iter().zip(quantity.exponents) {
+            if exponent != 0 {
+                write!(out, " {base}=\"{exponent}\"")?;
+            }
+        }
+        out.write_str("/></Unit>\n")?;
+    }
+    Ok(())
+}
+
+pub(super) fn write_types(out: &mut String, fmi3: bool) -> fmt::Result {
+    for quantity in QUANTITIES {
+        let attributes = format!("quantity=\"{0}\" unit=\"{1}\"/>", quantity.name, quantity.unit);
+        match fmi3 {
+            true => writeln!(out, "    <Float64Type name=\"{}\" {attributes}", quantity.name)?,
+            false => writeln!(out, "    <SimpleType name=\"{}\"><Real {attributes}</SimpleType>", quantity.name)?,
+        }
+    }
+    for enumeration in ENUMERATIONS.iter().copied().chain(fmi3.then_some(&DERIVATIVES_OF)) {
+        let name = enumeration.type_name;
+        match fmi3 {
+            true => writeln!(out, "    <EnumerationType name=\"{name}\">")?,
+            false => writeln!(out, "    <SimpleType name=\"{name}\">\n      <Enumeration>")?,
+        }
+        for Item { name, value, description } in enumeration.items {
+            let description = Escaped(description);
+            writeln!(out, "      <Item name=\"{name}\" value=\"{value}\" description=\"{description}\"/>")?;
+        }
+        out.push_str(if fmi3 { "    </EnumerationType>\n" } else { "      </Enumeration>\n    </SimpleType>\n" });
+    }
+    Ok(())
+}
+
+/// Writes every variable of FMI 2.0. What those of a row have in common is rendered once: an instance renders all of
+/// this to know its GUID.
+pub(super) fn write_variables(out: &mut String, start: &Settings) -> fmt::Result {
+    let (balls, firsts) = (start.balls(), first_indices(start.balls()));
+    let index = |state: Variable| firsts[state.position] + state.index;
+    let states: Vec<(Variable, Variable)> = states(balls).collect();
+    let state_of: HashMap<u32, usize> = states.iter().map(|(state, rate)| (rate.reference(), index(*state))).collect();
+    let rows: Vec<[String; 2]> =
+        TABLE.iter().map(|row| [common_attributes(row, row.variability), typed(row)]).collect();
+    for variable in variables(balls) {
+        let [common, typed] = &rows[variable.position];
+        let reference = variable.reference();
+        write!(out, "    <ScalarVariable name=\"{variable}\" valueReference=\"{reference}\"{common} description=\"")?;
+        write_text(out, variable.row, variable.index + 1, variable.index + 2)?;
+        write!(out, "\">\n      <{:?}{typed}", variable.row.access.data_type())?;
+        if let Some(quantity) = variable.row.quantity {
+            write!(out, " unit=\"{}\"", quantity.unit)?;
+        }
+        if let Some(nominal) = variable.row.nominal {
+            write!(out, " nominal=\"{}\"", Number(nominal))?;
+        }
+        if let Some(state) = state_of.get(&reference) {
+            write!(out, " derivative=\"{state}\"")?;
+        }
+        if variable.state_place(balls).is_some() {
+            out.write_str(" reinit=\"true\"")?;
+        }
+        if variable.row.settable() {
+            write!(out, " start=\"{}\"", start_value(variable, start))?;
+        }
+        out.write_str("/>\n    </ScalarVariable>\n")?;
+    }
+    Ok(())
+}
+
+/// Writes these variables of FMI 3.0. Units are those of the declared types: the reader `fmi-schema` knows no unit and
+/// no nominal value of a variable.
+pub(super) fn write_arrays(out: &mut String, start: &Settings, mut arrays: impl Iterator<Item = Array>) -> fmt::Result {
+    let states: Vec<(Array, Array)> = Array::states().collect();
+    arrays.try_for_each(|array| write_array(out, start, &states, array))
+}
+
+fn write_array(out: &mut String, start: &Settings, states: &[(Array, Array)], array: Array) -> fmt::Result {
+    let (row, reference) = (array.row, array.reference());
+    let (element, common) = (row.access.data_type().fmi3(), common_attributes(row, array.variability()));
+    write!(out, "    <{element} name=\"{array}\" valueReference=\"{reference}\"{common}")?;
+    if let Some(clock) = array.clock() {
+        write!(out, " clocks=\"{}\"", clock.reference())?;
+    }
+    if array.is_intermediate() {
+        out.write_str(" intermediateUpdate=\"true\"")?;
+    }
+    out.write_str(" description=\"")?;
+    write_text(out, row, "i", "i+1")?;
+    if row.shape == Shape::Contacts {
+        out.write_str("; the last element belongs to no contact")?;
+    }
+    write!(out, "\"{}", typed(row))?;
+    match row.access.data_type() {
+        Type::Binary => write!(out, " mimeType=\"text/csv\" maxSize=\"{MAX_LOG}\"")?,
+        Type::Clock => out.write_str(" intervalVariability=\"triggered\"")?,
+        _ => {}
+    }
+    if let Some((state, _)) = states.iter().find(|(_, rate)| *rate == array) {
+        write!(out, " derivative=\"{}\"", state.reference())?;
+    }
+    if states.iter().any(|(state, _)| *state == array) {
+        out.write_str(" reinit=\"true\"")?;
+    }
+    if row.causality == Causality::StructuralParameter {
+        write!(out, " start=\"{}\"", start.balls())?;
+    } else if row.settable() {
+        let values = (0..array.len(start.balls())).map(|index| start_value(array.variable(index), start));
+        write!(out, " start=\"{}\"", values.collect::<Vec<_>>().join(" "))?;
+    }
+    match row.shape {
+        Shape::Scalar => out.write_str("/>\n"),
+        _ => {
+            let balls = Array::named("n").map_or(0, |balls| balls.reference());
+            writeln!(out, "><Dimension valueReference=\"{balls}\"/></{element}>")
+        }
+    }
+}
+
+/// Attributes of a variable that are the same in both versions, but for its type and its description.
+fn common_attributes(row: &Row, variability: Variability) -> String {
+    let initial = match (row.causality, row.access) {
+        (Causality::Parameter, _) => " initial=\"exact\"",
+        // Clocked values and clocks have none.
+        (Causality::Output, Access::Instance(..)) => "",
+        (Causality::CalculatedParameter | Causality::Output | Causality::Local, _) => " initial=\"calculated\"",
+        // The standards forbid it here.
+        (Causality::Input | Causality::Independent | Causality::StructuralParameter, _) => "",
+    };
+    let (causality, variability) = (camel(&row.causality), camel(&variability));
+    format!(" causality=\"{causality}\" variability=\"{variability}\"{initial}")
+}
+
+/// Declared type and range.
+fn typed(row: &Row) -> String {
+    let mut text = String::new();
+    let mut attribute = |name: &str, value: &dyn Display| {
+        // Writing to a string cannot fail.
+        let _ = write!(text, " {name}=\"{value}\"");
+    };
+    if let Some(quantity) = row.quantity {
+        attribute("declaredType", &quantity.name);
+    }
+    if let Access::Enumeration(enumeration) = row.access {
+        attribute("declaredType", &enumeration.type_name);
+    }
+    for (name, value) in [("min", row.range.min), ("max", row.range.max)] {
+        if let Some(value) = value {
+            attribute(name, &Number(value));
+        }
+    }
+    text
+}
+
+/// Writes the description with the index and the next one filled in, and what the attributes cannot say. The texts of
+/// the tables need no escapes (a test checks it).
+fn write_text(out: &mut String, row: &Row, i: impl Display, j: impl Display) -> fmt::Result {
+    let mut pieces = row.description.split('{');
+    out.write_str(pieces.next().unwrap_or_default())?;
+    for piece in pieces {
+        match (piece.strip_prefix("i}"), piece.strip_prefix("j}")) {
+            (Some(rest), _) => write!(out, "{i}{rest}")?,
+            (_, Some(rest)) => write!(out, "{j}{rest}")?,
+            _ => write!(out, "{{{piece}")?,
+        }
+    }
+    if row.range.above_min && row.settable() {
+        out.write_str("; 0 itself is refused")?;
+    }
+    Ok(())
+}
+
+/// The start value of the settings, or the default for an element that belongs to no contact.
+fn start_value(variable: Variable, start: &Settings) -> String {
+    match (variable.real(start), variable.item(start)) {
+        (Some(value), _) => Number(value).to_string(),
+        (_, Some(value)) => value.to_string(),
+        _ => Number(padding(variable.row)).to_string(),
+    }
+}
+
+/// The default of a parameter over contacts, for the element that belongs to none.
+pub fn padding(row: &Row) -> f64 {
+    let default = Settings::default_for(2);
+    if let Access::Parameter { get, .. } = row.access {
+        get(&default.parameters).first().copied().unwrap_or(0.0)
+    } else {
+        0.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_text_of_the_tables_needs_escapes() {
+        for Array { row, .. } in Array::all() {
+            let texts = [row.name, row.description].concat();
+            assert_eq!(Escaped(&texts).to_string(), texts);
+        }
+    }
+}

@@ -1,0 +1,60 @@
+//! Why a variable, a value or a call is refused.
+
+use std::fmt::{self, Display, Formatter};
+
+use super::text::Number;
+
+/// Why a variable, a value or a call is refused, in words: what was wrong, and what is allowed. Unless it says
+/// otherwise, nothing has changed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Refusal {
+    text: String,
+    /// Whether the value alone is at fault: the run can go on, which FMI 3.0 tells from other refusals.
+    pub(crate) of_value: bool,
+}
+
+impl Refusal {
+    /// A call, a variable or an argument that is refused, by this sentence.
+    #[cold]
+    pub fn new(text: impl Display) -> Self {
+        Self { text: text.to_string(), of_value: false }
+    }
+
+    /// An argument whose `value` is not among those `allowed`.
+    #[cold]
+    pub fn argument(name: impl Display, value: impl Display, allowed: impl Display) -> Self {
+        Self::new(format_args!("{name} = {value} is refused; allowed: {allowed}"))
+    }
+
+    /// An argument that is a number.
+    #[cold]
+    pub fn number(name: &str, value: f64, unit: &str, allowed: impl Display) -> Self {
+        Self::argument(name, format_args!("{} {unit}", Number(value)), allowed)
+    }
+
+    /// A value of a variable that is not among those `allowed`.
+    #[cold]
+    pub fn value(variable: impl Display, value: impl Display, allowed: impl Display) -> Self {
+        Self { of_value: true, ..Self::argument(variable, value, allowed) }
+    }
+
+    /// A value that does not exist, by this sentence.
+    #[cold]
+    pub fn no_value(text: impl Display) -> Self {
+        Self { of_value: true, ..Self::new(text) }
+    }
+
+    /// No variable has this `key`, a name or a value reference, in a cradle of `balls` balls.
+    #[cold]
+    pub fn unknown(key: impl Display, balls: usize) -> Self {
+        Self::new(format_args!("no variable has the {key} in this FMU of {balls} ball(s)"))
+    }
+}
+
+impl Display for Refusal {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.text)
+    }
+}
+
+impl std::error::Error for Refusal {}

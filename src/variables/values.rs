@@ -1,0 +1,177 @@
+//! Settings by variable: reading them, what is allowed for them, and setting them.
+
+use std::fmt::Display;
+
+use super::arrays::Array;
+use super::refusal::Refusal;
+use super::settings::Settings;
+use super::table::row::{ANY, Access, Causality, Type, Variability};
+use super::text::Number;
+use super::variable::{Variable, variables};
+use crate::model::{Inputs, MAX_INPUT_DERIVATIVE};
+
+impl Settings {
+    /// No direction at all: every real setting is zero.
+    pub fn zero(balls: usize) -> Self {
+        let mut zero = Self::default_for(balls);
+        for variable in variables(balls) {
+            variable.set_real(&mut zero, 0.0);
+        }
+        zero
+    }
+
+    /// Whether they are settings of `balls` balls and every value is one that may be set.
+    pub fn are_sound(&self, balls: usize) -> bool {
+        let fits = |array: &Array| match array.row.access {
+            Access::Parameter { get, .. } => get(&self.parameters).len() == array.row.shape.len(balls),
+            Access::Input { get, .. } => get(&self.inputs).len() == array.row.shape.len(balls),
+            Access::Slope { get, .. } => get(&self.slopes).len() == array.row.shape.len(balls),
+            _ => true,
+        };
+        let allowed = |variable: Variable| variable.real(self).is_none_or(|value| variable.check_real(value).is_ok());
+        let mut settable = Array::all().filter(|array| array.row.settable());
+        settable.all(|array| fits(&array) && array.variables(balls).all(allowed))
+    }
+}
+
+impl Variable {
+    /// Whether a host may set it as a value of type `asked`; `between_steps` when initialization is over.
+    pub fn check_settable(&self, asked: Type, between_steps: bool) -> Result<(), Refusal> {
+        let actual = match self.row.access.data_type() {
+            Type::Enumeration => Type::Integer,
+            other => other,
+        };
+        if asked != actual {
+            return Err(self.wrong_type(asked));
+        }
+        if !self.row.settable() {
+            return Err(self.row.not_settable(self));
+        }
+        if between_steps && self.row.causality != Causality::Input && self.row.variability != Variability::Tunable {
+            let text = "cannot be set after initialization: only inputs and tunable parameters can";
+            return Err(Refusal::new(format_args!("{self} {text}")));
+        }
+        Ok(())
+    }
+
+    /// Whether `value` is finite and in range.
+    pub fn check_real(&self, value: f64) -> Result<(), Refusal> {
+        if self.row.range.contains(value) {
+            return Ok(());
+        }
+        let quantified = |value: &dyn Display| self.row.quantified(value);
+        Err(Refusal::value(self, quantified(&Number(value)), quantified(&self.row.range)))
+    }
+
+    /// Whether it is an input, and its derivative by time of this order (1/s^order times its unit) may be `value`.
+    pub fn check_input_derivative(&self, order: i32, value: f64) -> Result<(), Refusal> {
+        if !matches!(self.row.access, Access::Input { .. }) {
+            return Err(Refusal::new(format_args!(
+                "no derivative of {self} can be set: only those of inputs can, and its causality is {:?}",
+                self.row.causality
+            )));
+        }
+        if !usize::try_from(order).is_ok_and(|order| (1..=MAX_INPUT_DERIVATIVE).contains(&order)) {
+            return Err(self.no_such_order(order, MAX_INPUT_DERIVATIVE));
+        }
+        if !value.is_finite() {
+            return Err(Refusal::value(format_args!("derivative {order} of {self}"), Number(value), ANY));
+        }
+        Ok(())
+    }
+
+    /// The error for a derivative of an `order` that is not one of 1 to `most`.
+    pub(crate) fn no_such_order(&self, order: i32, most: usize) -> Refusal {
+        Refusal::value(format_args!("order of the derivative of {self}"), order, format_args!("1 to {most}"))
+    }
+
+    /// Whether `value` is the integer of an item.
+    pub fn check_item(&self, value: impl Into<i64>) -> Result<(), Refusal> {
+        let value: i64 = value.into();
+        let item = i32::try_from(value).ok();
+        match self.row.access {
+            Access::Enumeration(enumeration) if item.and_then(|item| enumeration.item(item)).is_none() => {
+                Err(Refusal::value(self, value, enumeration))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The error for a getter or setter of the wrong type.
+    pub fn wrong_type(&self, asked: Type) -> Refusal {
+        let actual = self.row.access.data_type();
+        Refusal::new(format_args!("{self} is of type {actual:?}, not {asked:?}"))
+    }
+
+    /// A real parameter, input, slope or calculated parameter; nothing for anything else.
+    #[inline]
+    pub fn real(&self, settings: &Settings) -> Option<f64> {
+        match self.row.access {
+            Access::Parameter { get, .. } => get(&settings.parameters).get(self.index).copied(),
+            Access::Input { get, .. } => get(&settings.inputs).get(self.index).copied(),
+            Access::Slope { get, .. } => get(&settings.slopes).get(self.index).copied(),
+            Access::Calculated(get) => Some(get(&settings.parameters)),
+            _ => None,
+        }
+    }
+
+    /// The integer of an enumeration; nothing for anything else.
+    pub fn item(&self, settings: &Settings) -> Option<i32> {
+        match self.row.access {
+            Access::Enumeration(enumeration) => Some((enumeration.get)(settings)),
+            _ => None,
+        }
+    }
+
+    /// Sets a real parameter, input or slope to a value that was checked. Says whether that changed anything.
+    pub fn set_real(&self, settings: &mut Settings, value: f64) -> bool {
+        let slot = match self.row.access {
+            Access::Parameter { set, .. } => set(&mut settings.parameters).get_mut(self.index),
+            Access::Input { set, .. } => set(&mut settings.inputs).get_mut(self.index),
+            Access::Slope { set, .. } => set(&mut settings.slopes).get_mut(self.index),
+            _ => None,
+        };
+        slot.is_some_and(|slot| std::mem::replace(slot, value) != value)
+    }
+
+    /// Sets an input, or its derivative of the order that `inputs` holds, to a value that was checked.
+    pub fn set_input(&self, inputs: &mut Inputs, value: f64) {
+        if let Access::Input { set, .. } = self.row.access
+            && let Some(slot) = set(inputs).get_mut(self.index)
+        {
+            *slot = value;
+        }
+    }
+
+    /// Selects an item that was checked. Says whether that changed anything.
+    pub fn set_item(&self, settings: &mut Settings, value: i32) -> bool {
+        let Access::Enumeration(enumeration) = self.row.access else { return false };
+        let before = (enumeration.get)(settings);
+        (enumeration.set)(settings, value);
+        before != (enumeration.get)(settings)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_settable_variable_can_be_set_and_read_back_alone() {
+        for variable in variables(3).filter(|variable| variable.row.settable()) {
+            let mut settings = Settings::default_for(3);
+            if variable.row.access.data_type() != Type::Real {
+                continue; // Enumerations are tested with their items.
+            }
+            // The upper limit where there is one, but not the default.
+            let max = variable.row.range.max.filter(|max| variable.real(&settings) != Some(*max));
+            let value = max.unwrap_or(0.123);
+            assert!(variable.set_real(&mut settings, value), "{variable}");
+            assert!(!variable.set_real(&mut settings, value), "{variable}");
+            assert_eq!(variable.real(&settings), Some(value));
+            let changed =
+                variables(3).filter(|v| v.row.settable() && v.real(&settings) != v.real(&Settings::default_for(3)));
+            assert_eq!(changed.count(), 1, "{variable}");
+        }
+    }
+}
