@@ -1,14 +1,12 @@
 """The stages of `cradle.py test`. The runners count; here their counts are added up, and what failed or was skipped is said again."""
 
 import os
-import platform
 import re
 import shutil
 import sys
 import tempfile
 import threading
 import time
-import zipfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -173,11 +171,7 @@ def everything(results: Results) -> None:
         part.step("Wheel", [sys.executable, "cradle.py", "wheel", "--fmu", FMU])
         python_hosts(part, FMU)
 
-    def others(part):
-        rust_host(part)
-        leak_check(part)
-
-    return results.beside(python=python, others=others)
+    return results.beside(python=python, others=rust_host)
 
 
 def rust_tests(results: Results, *options: str, **environment) -> None:
@@ -272,41 +266,6 @@ def has_libclang() -> bool:
     return any(any(Path(folder).glob(name)) for folder in folders for name in names)
 
 
-def leak_check(results: Results) -> None:
-    """2,000 cycles of instantiate, run, free in a C host for each version: no crash, and no leak or error under valgrind."""
-    if sys.platform != "linux":
-        return results.skip("C host", "it is written for Linux")
-    valgrind = ["valgrind", "--leak-check=full", "--errors-for-leak-kinds=definite", "--error-exitcode=9"]
-    if shutil.which("valgrind") is None:
-        results.skip("leak check of the C hosts", "valgrind is missing: on Debian, `apt install valgrind`")
-        valgrind = []
-    folder = HOSTS / "cycles"
-    shutil.rmtree(folder, ignore_errors=True)
-    for fmu, version, binaries in ((FMU, "2", "linux*"), (FMU3, "3", f"{platform.machine()}-linux")):
-        with zipfile.ZipFile(fmu) as archive:
-            archive.extractall(folder / version)
-        description = (folder / version / "modelDescription.xml").read_text(encoding="utf-8")
-        (token,) = re.findall(r' (?:guid|instantiationToken)="([^"]+)"', description)
-        host, resources = folder / f"cycles{version}", folder / version / "resources"
-        source = ROOT / "tests/hosts" / ("cycles.c" if version == "2" else "cycles3.c")
-        compile_it = ["cc", "-O1", "-g", "-Wall", "-Wextra", "-Werror", "-o", host, source, "-ldl"]
-        if not results.step(f"C host of FMI {version}.0: compile", compile_it):
-            continue
-        library = next((folder / version / "binaries").glob(f"{binaries}/{FMU.stem}.so"))
-        if version == "2":
-            cycles = [library, resources.as_uri(), token, "2000"]
-            kinds = {"co-simulation": cycles, "model exchange": [*cycles, "0"]}
-        else:
-            places = [
-                re.search(rf'name="{re.escape(name)}" valueReference="(\d+)"', description)[1]
-                for name in ("n", "x", "onset.clock", "onset.closed")
-            ]
-            kinds = {"FMI 3.0 with events": [library, f"{resources}/", token, *places, "2000"]}
-        for kind, arguments in kinds.items():
-            results.step(f"C host: 2,000 cycles of {kind}", [*valgrind, host, *arguments])
-    return None
-
-
 # As cargo-fuzz has it: counts of branches taken and values compared tell libFuzzer what an input has reached.
 COVERAGE = (
     "--cfg=fuzzing -Cdebug-assertions -Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4"
@@ -316,7 +275,8 @@ COVERAGE = (
 
 
 def fuzz(results: Results) -> None:
-    """The C interface's tests with AddressSanitizer; then each fuzz target: its seeds, and a fixed sequence of inputs from them."""
+    """The C interface's tests with AddressSanitizer, which also finds leaks; then each fuzz target: its seeds, and a fixed sequence of
+    inputs from them."""
     if sys.platform != "linux":
         return results.skip("Fuzzing", "it is tried on Linux only")
     if not any(shutil.which(name) for name in ("c++", "g++", "clang++")):

@@ -49,32 +49,23 @@ def test_the_energies_of_the_machine_are_exchanged(coupled):
     assert table["x[5]"].max() > 0.15
 
 
-@pytest.mark.parametrize("name", ["machine", "presets"])
-def test_system_structures_obey_their_schema(coupled, name):
-    out, _ = coupled
-    with zipfile.ZipFile(out / f"{name}.ssp") as archive:
-        names = archive.namelist()
-        assert "SystemStructure.ssd" in names and "resources/NewtonsCradle.fmu" in names
-        for file in names:
-            schema = {".ssd": "SystemStructureDescription.xsd", ".ssv": "SystemStructureParameterValues.xsd"}
-            if file[-4:] in schema:
-                tree = etree.fromstring(archive.read(file))
-                validate_tree(tree, schema[file[-4:]])
-                known = {unit.get("name") for unit in tree.iter("{*}Unit")}
-                used = {element.get("unit") for element in tree.iter("{*}Real")} - {None}
-                assert used <= known
-
-
-@pytest.mark.parametrize("name", ["machine", "presets"])
-def test_system_and_component_bind_the_same_numbers(coupled, fmu, name):
-    """Tools read either binding; some of them cannot set enumerations."""
-    out, _ = coupled
-    path = out / f"{name}.ssp"
+@pytest.mark.parametrize(("name", "structures"), [("machine", 1), ("presets", len(PRESETS))])
+def test_system_structures_obey_their_schema(coupled, fmu, name, structures):
+    """System and component bind the same numbers: tools read either, and some of them cannot set enumerations."""
+    path = coupled[0] / f"{name}.ssp"
     with zipfile.ZipFile(path) as archive:
-        structures = [file for file in archive.namelist() if file.endswith(".ssd")]
-        trees = [etree.fromstring(archive.read(file)) for file in structures]
-    assert len(trees) == (1 if name == "machine" else len(PRESETS))
-    for tree in trees:
+        names = archive.namelist()
+        kept = [file for file in names if file.endswith((".ssd", ".ssv"))]
+        trees = {file: etree.fromstring(archive.read(file)) for file in kept}
+    assert "SystemStructure.ssd" in names and "resources/NewtonsCradle.fmu" in names
+    for file, tree in trees.items():
+        kind = "Description" if file.endswith(".ssd") else "ParameterValues"
+        validate_tree(tree, f"SystemStructure{kind}.xsd")
+        known = {unit.get("name") for unit in tree.iter("{*}Unit")}
+        assert {element.get("unit") for element in tree.iter("{*}Real")} - {None} <= known
+    systems = [tree for file, tree in trees.items() if file.endswith(".ssd")]
+    assert len(systems) == structures
+    for tree in systems:
         (of_system,) = tree.xpath("*[local-name()='System']/*[local-name()='ParameterBindings']/*/@source")
         (of_component,) = tree.xpath("//*[@name='cradle']/*[local-name()='ParameterBindings']/*/@source")
         whole, part = (
@@ -83,19 +74,6 @@ def test_system_and_component_bind_the_same_numbers(coupled, fmu, name):
         )
         assert whole == {f"cradle.{variable}": value for variable, value in part.items()}
         assert {fmu.variables[variable].type for variable in part} <= {"Real"}
-
-
-@pytest.mark.parametrize("preset", PRESETS)
-def test_a_preset_gives_the_run_it_is_named_after(coupled, fmu, preset):
-    """FMPy's SSP runner with the preset's parameter set, and the FMU on its own: the same bits."""
-    out, _ = coupled
-    path = out / "presets.ssp"
-    parameters = read_ssv(path, f"resources/{preset}.ssv")
-    result = simulate_ssp(path, stop_time=0.95, step_size=0.1, parameter_set=parameters)
-    alone = fmu.simulate(PRESETS[preset], stop=1.0, step=0.1)
-    assert alone["pulses[2]"][-1] > 0
-    for i in range(1, 6):
-        assert result[f"cradle.x[{i}]"] == pytest.approx(alone[f"x[{i}]"][1:], abs=1e-12)
 
 
 def by_another_host(host, archive, structure, parameter_set, h, steps, names):
@@ -121,14 +99,17 @@ def by_fmpy(archive, parameter_set, h, steps, names):
     return np.column_stack([result[name] for name in names])
 
 
-@pytest.mark.parametrize("host", ["libcosim", "ecos"])
+@pytest.mark.parametrize("host", ["alone", "libcosim", "ecos"])
 @pytest.mark.parametrize("preset", PRESETS)
-def test_other_hosts_run_the_presets(coupled, host, preset):
-    """The differences are those of their step arithmetic."""
+def test_hosts_run_the_presets(coupled, fmu, host, preset):
+    """As FMPy's SSP runner does, and the FMU on its own; the differences are those of their step arithmetic."""
     archive = coupled[0] / "presets.ssp"
     names = [f"cradle.x[{i}]" for i in range(1, 6)]
     structure = "SystemStructure" if preset == "default" else preset
-    theirs = by_another_host(host, archive, structure, preset, 0.1, 10, names)
+    if host == "alone":
+        theirs = fmu.simulate(PRESETS[preset], stop=1.0, step=0.1).stack("x")[1:]
+    else:
+        theirs = by_another_host(host, archive, structure, preset, 0.1, 10, names)
     ours = by_fmpy(archive, preset, 0.1, 10, names)
     assert np.abs(ours[-1]).max() > 1e-2
     assert theirs == pytest.approx(ours, abs=1e-12)
@@ -147,23 +128,20 @@ def test_other_hosts_couple_the_machine(coupled, host, h):
     assert theirs == pytest.approx(ours, abs=1e-10)
 
 
-def test_another_number_of_balls_is_refused(fmu13_path, tmp_path):
-    script = ROOT / "examples/mechatronics/couple.py"
-    command = [sys.executable, script, "--fmu", fmu13_path, "--out", tmp_path]
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (["--balls", "13"], "has 13 balls where 5 are needed"),
+        (["--set", "contact.model=rigid"], "contact.model = rigid where powerLaw is needed"),
+    ],
+)
+def test_another_cradle_is_refused(producer, fmu_path, tmp_path, arguments, complaint):
+    """A sentence, no table of checks that fail."""
+    other = repacked(producer, fmu_path, tmp_path / "other.fmu", *arguments)
+    command = [sys.executable, ROOT / "examples/mechatronics/couple.py", "--fmu", other, "--out", tmp_path]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 1
-    assert done.stderr.strip().endswith("has 13 balls where 5 are needed")
-
-
-def test_an_fmu_of_another_cradle_is_refused(producer, fmu_path, tmp_path):
-    """Rigid contacts where the equations have springs: a sentence, no table of checks that fail."""
-    rigid = repacked(producer, fmu_path, tmp_path / "rigid.fmu", "--set", "contact.model=rigid")
-    script = ROOT / "examples/mechatronics/couple.py"
-    command = [sys.executable, script, "--fmu", rigid, "--out", tmp_path]
-    done = subprocess.run(command, capture_output=True, text=True)
-    assert done.returncode == 1
-    assert "it was built as another cradle, contact.model = rigid where powerLaw is needed" in done.stderr
-    assert "DIFFERS" not in done.stdout
+    assert complaint in done.stderr and "DIFFERS" not in done.stdout
 
 
 def test_the_results_say_what_they_are_of(coupled, fmu):

@@ -49,13 +49,16 @@ def test_a_thousand_instances_leave_no_memory_behind(fmu):
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
-def test_a_library_used_in_fmi3_leaves_no_memory_behind(fmu3_path, tmp_path):
+def test_instances_of_fmi_3_leave_no_memory_behind(fmu3_path, tmp_path):
     """What a library keeps in statics is lost when it is unloaded."""
     folder = extract(str(fmu3_path), unzipdir=str(tmp_path))
     description = read_model_description(folder, validate=False)
 
     def once() -> None:
-        cradle = fmi3_host.Cradle(folder, description).start()
+        cradle = fmi3_host.Cradle(folder, description).start(balls=7, eventModeUsed=True)
+        cradle.events()
+        cradle.walk(0.0, 1.0)
+        cradle.go_back(cradle.state())
         cradle.terminate()
         cradle.freeInstance()
 
