@@ -28,38 +28,19 @@ from .views import overlaps, resolved, sample_times
 
 __version__ = version()
 
-__all__ = [
-    "NEVER",
-    "PULSE",
-    "Calibration",
-    "Fmu",
-    "FmuError",
-    "LogLine",
-    "Progress",
-    "Result",
-    "Run",
-    "Saved",
-    "UnknownName",
-    "calibrate",
+__all__ = ["NEVER", "Fmu", "FmuError", "LogLine", "Result", "Run", "Saved", "UnknownName", "look"]
+__all__ += ["PULSE", "impact_sequences", "overlapping_neighbours", "parse_pulse", "pulse_order"]
+__all__ += [
     "chain",
     "desk",
-    "energy_error",
     "figure3",
     "figure5",
     "figure6",
-    "impact_sequences",
     "lifted",
-    "look",
-    "momentum_defect",
-    "momentum_of_sequences",
-    "overlapping_neighbours",
-    "overlaps",
-    "parse_pulse",
     "power_law",
     "preset",
     "presets",
-    "pulse_order",
-    "resolved",
-    "sample_times",
     "steel",
 ]
+__all__ += ["Calibration", "Progress", "calibrate", "overlaps", "resolved", "sample_times"]
+__all__ += ["energy_error", "momentum_defect", "momentum_of_sequences"]

@@ -159,14 +159,10 @@ pub extern "C" fn look(run: i32) -> *const f64 {
         ];
         let of_balls: [fn(&Engine, usize) -> f64; 4] =
             [Results::x, Results::v, Results::kinetic_energy, Results::gravity_energy];
-        let of_contacts: [fn(&Engine, usize) -> f64; 6] = [
-            Results::force,
-            Results::overlap,
-            Results::contact_energy,
-            Results::impulse,
-            |engine, i| engine.pulses(i) as f64,
-            |engine, i| f64::from(u8::from(engine.in_contact(i))),
-        ];
+        let of_contacts: [fn(&Engine, usize) -> f64; 4] =
+            [Results::force, Results::overlap, Results::contact_energy, |engine, i| {
+                f64::from(u8::from(engine.in_contact(i)))
+            }];
         let all = of_balls.map(|of| (of, balls)).into_iter().chain(of_contacts.map(|of| (of, balls - 1)));
         show(whole.into_iter().chain(all.flat_map(|(of, count)| (0..count).map(move |i| of(engine, i)))))
     })

@@ -75,20 +75,14 @@ def numbers(recording: Recording) -> dict[str, Any]:
     strength = "peak" if np.any(pulses["peak"] > 0) else "impulse"
     impacts = [[s["onset"].min(), s["release"].max()] for s in impact_sequences(recording.pulses)]
     return {
-        "title": recording.title,
+        **{name: getattr(recording, name) for name in ("title", "parameters", "length", "radius")},
         "balls": recording.x.shape[1],
-        "parameters": recording.parameters,
-        "length": recording.length,
-        "radius": recording.radius,
         "time": packed(recording.time, "f8"),
-        "x": packed(recording.x.T, "f4"),
-        "v": packed(recording.v.T, "f4"),
-        "F": packed(recording.F.T, "f4"),
+        **{name: packed(getattr(recording, name).T, "f4") for name in "xvF"},
         "energy": {name: packed(values, "f4") for name, values in recording.energy.items()},
         "pulses": {
             "contact": packed(pulses["contact"], "f4"),
-            "onset": packed(pulses["onset"], "f8"),
-            "release": packed(pulses["release"], "f8"),
+            **{name: packed(pulses[name], "f8") for name in ("onset", "release")},
             "peak": packed(pulses[strength], "f4"),
         },
         "strength": ["contact forces", "N"] if strength == "peak" else ["impulses", "N.s"],

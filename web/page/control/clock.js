@@ -8,9 +8,8 @@ const BUDGET = 4;       // ms after which the engine begins nothing more for a p
 
 class Clock {
   constructor() {
-    this.base = 1;      // seconds of the run per second of the viewer's, away from clicks
+    this.base = this.rate = 1; // seconds of the run per second of the viewer's: away from clicks, and now
     this.slow = "no";   // "next": slow down at the next click; "always": at each; "leaving": one is over
-    this.rate = 1;
     this.running = true;
     this.kept = 1;      // which part of the viewer's time has passed here, of late
     this.late = 0;      // which part of the time did not pass, of late, because the engine had too much to do
@@ -24,14 +23,10 @@ class Clock {
 
   /** How fast time runs, given the clicks ahead. */
   rateFor(clicks) {
-    let rate = this.base;
-    if (this.slow === "no") return rate;
-    rate = Math.min(rate, Math.max(this.lastLength / CLICK_SHOWN, APPROACH * this.sinceClick, SLOWEST));
-    if (this.slow === "leaving") return rate;
-    for (const { distance, length } of clicks) {
-      rate = Math.min(rate, Math.max(length / CLICK_SHOWN, APPROACH * distance, SLOWEST));
-    }
-    return rate;
+    if (this.slow === "no") return this.base;
+    const known = [{ distance: this.sinceClick, length: this.lastLength }, ...(this.slow === "leaving" ? [] : clicks)];
+    const rates = known.map(({ distance, length }) => Math.max(length / CLICK_SHOWN, APPROACH * distance, SLOWEST));
+    return Math.min(this.base, ...rates);
   }
 
   /** Moves all sources on by what `seconds` of the viewer's are worth, together, within the budget. */
@@ -58,12 +53,9 @@ class Clock {
 
   /** Keeps account of the click that was passed last. */
   notice(clicks, step) {
-    const current = clicks.filter(({ distance, done }) => done && distance === 0);
-    if (current.length) {
-      this.sinceClick = 0;
-      this.lastLength = Math.max(...current.map(({ length }) => length));
-      this.met = true;
-    } else this.sinceClick += step;
+    const current = clicks.filter(({ distance, done }) => done && distance === 0).map(({ length }) => length);
+    if (current.length) Object.assign(this, { sinceClick: 0, lastLength: Math.max(...current), met: true });
+    else this.sinceClick += step;
     if (this.slow === "next" && this.met && this.sinceClick > 0.3 * this.lastLength + 1e-8) this.slow = "leaving";
     if (this.slow === "leaving" && this.rate >= this.base) this.slowAt("no");
   }

@@ -10,9 +10,9 @@ class Hand {
   constructor(stage, app) {
     Object.assign(this, { stage, app, ways: new Map() });
     const { canvas } = stage;
-    canvas.addEventListener("pointerdown", (event) => this.down(event));
-    canvas.addEventListener("pointermove", (event) => this.move(event));
-    for (const name of ["pointerup", "pointercancel"]) canvas.addEventListener(name, (event) => this.up(event));
+    canvas.onpointerdown = (event) => this.down(event);
+    canvas.onpointermove = (event) => this.move(event);
+    canvas.onpointerup = canvas.onpointercancel = (event) => this.up(event);
   }
 
   point(event) {
@@ -97,8 +97,8 @@ class Sliders {
   tell() {
     const { source } = this.stage, ball = this.chosen;
     if (ball < 0) return;
-    const hold = source.holds?.get(`keys ${ball}`), x = hold?.x ?? source.state.x[ball], held = Boolean(hold);
+    const hold = source.holds?.get(`keys ${ball}`), x = hold?.x ?? source.state.x[ball];
     this.inputs[ball].value = (100 * x) / source.drawing.length;
-    this.inputs[ball].setAttribute("aria-valuetext", say("ballAt", 100 * x, held));
+    this.inputs[ball].setAttribute("aria-valuetext", say("ballAt", 100 * x, Boolean(hold)));
   }
 }

@@ -5,15 +5,13 @@ const RUN_ROWS = 6000;
 
 /** The address of this page with everything that is set. */
 function linkTo(app) {
-  const source = app.stages[0].source, options = [];
-  if (app.besideChoice) options.push(`beside=${app.besideChoice}`);
-  if (app.clock.slow === "always") options.push("slow=always");
-  const shown = Object.keys(app.shows).filter((kind) => app.shows[kind]);
-  if (shown.length) options.push(`show=${shown.join(",")}`);
-  const second = app.stages[1]?.source;
-  if (second?.live) options.push(...second.setup.besides(source.setup));
-  const setup = source.live ? source.setup.toLink(app.preset) : "preset=textbook";
-  return `${location.href.replace(/#.*/, "")}#${[setup, ...options].join("&")}`;
+  const [{ source }, other] = app.stages, shown = Object.keys(app.shows).filter((kind) => app.shows[kind]).join(",");
+  const parts = [
+    source.live ? source.setup.toLink(app.preset) : "preset=textbook", app.besideChoice && `beside=${app.besideChoice}`,
+    app.clock.slow === "always" && "slow=always", shown && `show=${shown}`,
+    ...(other?.source.live ? other.source.setup.besides(source.setup) : []),
+  ];
+  return `${location.href.replace(/#.*/, "")}#${parts.filter(Boolean).join("&")}`;
 }
 
 /** Keeps the address of the page up to date, so that it can be copied and marked. */

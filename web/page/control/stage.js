@@ -4,7 +4,7 @@ const MARGIN = 0.06; // of a click's length, before and after it in the graph
 
 class Stage {
   constructor(source, app) {
-    Object.assign(this, { source, app, strongest: 1e-9, named: "" });
+    Object.assign(this, { source, app, named: "" });
     const make = (parent, name, className, attributes = {}) => {
       const made = element(parent, name, { className });
       for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
@@ -31,7 +31,6 @@ class Stage {
   changed() {
     this.sliders.fit();
     this.graph.clear(this.source.drawing.balls);
-    this.strongest = 1e-9;
   }
 
   /** A click can be gone through by hand. */
@@ -42,17 +41,17 @@ class Stage {
       const part = event.offsetX / this.graphCanvas.clientWidth, { left, right } = this.window;
       this.app.seek(left + part * (right - left) - this.source.origin);
     };
-    this.graphCanvas.addEventListener("pointerdown", (event) => { this.graphCanvas.setPointerCapture(event.pointerId); to(event); });
-    this.graphCanvas.addEventListener("pointermove", (event) => { if (this.graphCanvas.hasPointerCapture(event.pointerId)) to(event); });
+    const { graphCanvas: canvas } = this;
+    canvas.onpointerdown = (event) => { canvas.setPointerCapture(event.pointerId); to(event); };
+    canvas.onpointermove = (event) => { if (canvas.hasPointerCapture(event.pointerId)) to(event); };
   }
 
   /** Takes note of what happened since the last picture. */
   follow(passed) {
     const { source, graph } = this, { state } = source, pulses = source.takePulses();
-    const inside = this.app.clock.inside && source.shownClick?.strongest;
-    this.strongest = Math.max(this.strongest, inside || 0, ...pulses.map(({ peak }) => peak), ...state.F);
-    this.scene.shine(state, pulses, this.strongest, passed, passed === 0);
     if (passed > 0 || !graph.rows.length) graph.record(source.time, state, pulses);
+    const inside = this.app.clock.inside && source.shownClick?.strongest;
+    this.scene.shine(state, pulses, Math.max(graph.strongest, inside || 0), passed);
     return pulses;
   }
 
@@ -64,8 +63,11 @@ class Stage {
       theme, held, labels: shows.numbers || Boolean(click) || this.sliders.chosen >= 0, selected: this.sliders.chosen,
       arrows: shows.velocity || click ? Math.max(click?.fastest ?? this.graph.fastest, 1e-3) : 0,
     });
-    const opacity = click && !drawing.rigid ? Math.min(1, Math.max(0, (this.near ?? 0) * 2 - 1)) : 0;
-    if (click?.sampled && click.widest) drawLenses(scene, state, { reach: this.lensReach(click), theme, opacity });
+    if (click?.widest) {
+      // Half of what a lens shows (m): the play, or the deepest overlap.
+      const reach = 1.3 * Math.max(click.widest, source.setup.get("contact.deadBand"));
+      drawLenses(scene, state, { reach, theme, opacity: drawing.rigid ? 0 : Math.min(1, 2 * this.near - 1) });
+    }
     this.describe(click);
     this.drawGraph(click, theme);
   }
@@ -74,8 +76,7 @@ class Stage {
   nearness() {
     const { clock, still } = this.app, wanted = clock.slow === "no" ? 0 : Math.log10((0.02 * clock.base) / clock.rate) / 1.3;
     const part = Math.min(1, Math.max(0, wanted)), eased = part * part * (3 - 2 * part), { near = 0 } = this;
-    this.near = still ? Math.round(eased) : near + 0.12 * (eased - near);
-    if (Math.abs(this.near - eased) < 1e-3) this.near = eased;
+    this.near = still ? Math.round(eased) : Math.abs(near - eased) < 1e-3 ? eased : near + 0.12 * (eased - near);
     return this.near;
   }
 
@@ -85,11 +86,6 @@ class Stage {
     const { swing = wanted } = this, held = this.source.holds?.size;
     if (!held) this.swing = this.app.still ? wanted : swing + 0.08 * (wanted - swing);
     return this.swing ?? wanted;
-  }
-
-  /** Half of what a lens shows (m): the play, or the deepest overlap. */
-  lensReach(click) {
-    return 1.3 * Math.max(click.widest, this.source.setup?.get("contact.deadBand") ?? 0);
   }
 
   describe(click) {
@@ -121,13 +117,11 @@ class Stage {
     this.strips.style.setProperty("--rows", kinds.length);
     this.strips.hidden = !kinds.length;
     if (!kinds.length) return;
-    const known = click?.sampled && click.length > 0, now = source.time, span = SECONDS * clock.base;
-    this.window = known
-      ? { left: source.origin + click.begin - MARGIN * click.length, right: source.origin + click.end + MARGIN * click.length }
-      : { left: now - span, right: now };
-    this.graph.draw(kinds, { ...this.window, now, click: known ? click : null, offset: source.origin ?? 0, theme });
+    const known = click?.sampled && click.length > 0 ? click : null, { origin, time: now } = source, margin = MARGIN * known?.length;
+    this.window = known ? { left: origin + known.begin - margin, right: origin + known.end + margin } : { left: now - SECONDS * clock.base, right: now };
+    this.graph.draw(kinds, { ...this.window, now, click: known, offset: origin, theme });
     this.graphCanvas.style.cursor = known ? "ew-resize" : "";
-    const titles = kinds.map((kind) => `<p>${this.title(kind, known ? click : null)}</p>`).join("");
+    const titles = kinds.map((kind) => `<p>${this.title(kind, known)}</p>`).join("");
     if (this.shownTitles !== titles) this.titles.innerHTML = this.shownTitles = titles;
     if (performance.now() - (this.told ?? -Infinity) > 1000) {
       this.graphCanvas.setAttribute("aria-label", this.titles.textContent);

@@ -3,10 +3,10 @@
 Object.assign(App.prototype, {
   listen() {
     const { play, again, rest, inside } = this.controls;
-    play.addEventListener("click", () => this.setRunning(!this.clock.running));
-    again.addEventListener("click", () => this.again());
-    rest.addEventListener("click", () => this.stopAll());
-    inside.addEventListener("click", () => this.inside());
+    play.onclick = () => this.setRunning(!this.clock.running);
+    again.onclick = () => this.again();
+    rest.onclick = () => this.stopAll();
+    inside.onclick = () => this.inside();
     addEventListener("hashchange", () => this.open(location.hash));
     addEventListener("keydown", (event) => this.key(event));
     // A button that was clicked does not take the space bar, which pauses; one that the keyboard has come to does.

@@ -11,11 +11,8 @@ class Click {
   /** `run` is before the onset at `begin` (s). */
   constructor(run, begin) {
     Object.assign(this, { begin, end: begin, pulses: [], reach: 1e-8, done: false });
-    this.before = run.copy(); // just before it, to look at it again
-    this.before.takePulses();
-    this.scout = this.before.copy();
-    this.sampler = null;
-    this.samples = { time: [], F: [], v: [], overlap: [] };
+    const [before, scout, sampler] = [run.copy(), run.copy(), run.copy()]; // `before` stays, to look at it again
+    Object.assign(this, { before, scout, sampler, samples: { time: [], F: [], v: [], overlap: [] } });
   }
 
   /** Goes on until the clock shows `deadline` (ms); `done` says when all is known but the samples, `sampled` when these are. */
@@ -40,10 +37,9 @@ class Click {
     this.pulses.push(...scout.takePulses());
     if (state.apart && this.pulses.length) {
       this.end = this.pulses.reduce((latest, { release }) => Math.max(latest, release), this.begin);
-      const { at, notBefore } = scout.nextOnset(), quiet = (at ?? notBefore) - this.end;
-      const enough = Math.max(QUIET * (this.end - this.begin), QUIET_LEAST);
-      if (quiet > enough) this.finish(state);
-      else this.reach = Math.max(1.3 * this.reach, (at ?? notBefore) - this.begin);
+      const { time } = scout.nextOnset(), enough = Math.max(QUIET * (this.end - this.begin), QUIET_LEAST);
+      if (time - this.end > enough) this.finish(state);
+      else this.reach = Math.max(1.3 * this.reach, time - this.begin);
     } else if (this.reach > LONGEST) {
       this.end = until;
       this.finish(state);
@@ -61,26 +57,23 @@ class Click {
 
   /** Some more forces, velocities and overlaps, at instants from a little before it to a little after. */
   sample() {
-    const { time, F, v, overlap } = this.samples, margin = 0.06 * this.length;
-    this.sampler ??= this.before.copy();
+    const { samples, sampler } = this, { time } = samples, margin = 0.06 * this.length;
     const from = Math.max(this.begin - margin, this.before.time), step = (this.length + 2 * margin) / (SAMPLES - 1);
     for (let left = 8; left > 0 && time.length < SAMPLES; left--) {
       const t = from + time.length * step;
-      if (this.sampler.advance(t, EFFORT) < t) return;
-      const state = this.sampler.look();
+      if (sampler.advance(t, EFFORT) < t) return;
+      const state = sampler.look();
       time.push(t);
-      F.push(Float32Array.from(state.F));
-      v.push(Float32Array.from(state.v));
-      overlap.push(Float32Array.from(state.overlap));
+      for (const name of ["F", "v", "overlap"]) samples[name].push(Float32Array.from(state[name]));
     }
     if (time.length < SAMPLES) return;
     this.sampled = true;
-    this.sampler.forget();
-    const most = (rows, least) => Math.max(least, ...rows.map((row) => Math.max(...row)));
-    Object.assign(this, { strongest: most(F, 1e-12), widest: most(overlap, 1e-9), fastest: most(v.map((row) => row.map(Math.abs)), 1e-9) });
+    sampler.forget();
+    const most = (rows, least) => Math.max(least, ...rows.map((row) => Math.max(...row))), speeds = samples.v.map((row) => row.map(Math.abs));
+    Object.assign(this, { strongest: most(samples.F, 1e-12), widest: most(samples.overlap, 1e-9), fastest: most(speeds, 1e-9) });
   }
 
   forget() {
-    for (const run of [this.before, this.scout, this.sampler]) run?.forget();
+    for (const run of [this.before, this.scout, this.sampler]) run.forget();
   }
 }

@@ -1,6 +1,5 @@
 // The engine: WebAssembly behind plain objects. SI units throughout.
 
-const LOST = "forgotten";
 const EFFORT = 1500; // of one call, about 0.15 ms
 
 /** What the engine refuses or cannot go on with, in its own words. */
@@ -37,9 +36,6 @@ class Engine {
 
   numbers(address, count) { return new Float64Array(this.functions.memory.buffer, address, count); }
 
-  /** Bytes of memory that the engine has taken. */
-  get memory() { return this.functions.memory.buffer.byteLength; }
-
   /** Starts a run from a recipe {balls, start}, as an FMU carries it. Throws Refusal. */
   start({ balls, start }) {
     const bytes = new TextEncoder().encode(JSON.stringify({ format: 1, balls, start }));
@@ -54,13 +50,11 @@ class Engine {
 /** What a run shows at one time: sums, and a part of `numbers` for each quantity of the balls and contacts. */
 class State {
   constructor(balls) {
-    const contacts = balls - 1;
-    this.balls = balls;
-    this.numbers = new Float64Array(8 + 4 * balls + 6 * contacts);
+    const counts = [...Array(4).fill(balls), ...Array(4).fill(balls - 1)], numbers = new Float64Array(8 * balls + 4);
     let at = 8;
-    const next = (count) => this.numbers.subarray(at, (at += count));
-    [this.x, this.v, this.kinetic, this.gravity] = [balls, balls, balls, balls].map(next);
-    [this.F, this.overlap, this.elastic, this.impulse, this.pulses, this.closed] = Array(6).fill(contacts).map(next);
+    const parts = counts.map((count) => numbers.subarray(at, (at += count)));
+    Object.assign(this, { balls, numbers });
+    [this.x, this.v, this.kinetic, this.gravity, this.F, this.overlap, this.elastic, this.closed] = parts;
     this.read();
   }
 
@@ -80,14 +74,10 @@ class Run {
     Object.assign(this, { engine, number, balls, time: 0, shown: null });
   }
 
-  /** What was looked at last. */
-  get state() { return this.shown ?? this.look(); }
-
   /** Moves on to `time` or until `effort` (about 0.1 us each) is spent; the time reached. Throws Refusal. */
   advance(time, effort = Infinity) {
     if (!(time > this.time)) return this.time;
-    const most = Math.min(effort, Number.MAX_SAFE_INTEGER);
-    const reached = this.engine.call("advance", this.number, time, most);
+    const reached = this.engine.call("advance", this.number, time, Math.min(effort, Number.MAX_SAFE_INTEGER));
     if (Number.isNaN(reached)) throw new Refusal(this.engine.text());
     return (this.time = reached);
   }
@@ -99,10 +89,10 @@ class Run {
     return state.read();
   }
 
-  /** The next onset: {at}, or {notBefore} if it is not known yet. `at` is infinite if there is none. */
+  /** When the next onset is, or, where it is not `known` yet, before when there is none; infinite if there is none at all. */
   nextOnset() {
-    const time = this.engine.call("next_onset", this.number);
-    return time < 0 || Object.is(time, -0) ? { notBefore: -time } : { at: time };
+    const time = this.engine.call("next_onset", this.number), known = time > 0 || Object.is(time, 0);
+    return { time: Math.abs(time), known };
   }
 
   /** Pulses that have finished since the last call: [{contact, onset, release, peak, impulse}]. */
@@ -124,8 +114,7 @@ class Run {
   }
 
   forget() {
-    if (this.number === LOST) return;
-    this.engine.call("forget", this.number);
-    this.number = LOST;
+    if (this.number !== null) this.engine.call("forget", this.number);
+    this.number = null;
   }
 }

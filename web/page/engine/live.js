@@ -8,11 +8,9 @@ const KEPT = 20000;     // pulses that are kept for the CSV file
 
 class Live {
   constructor(engine, setup) {
-    Object.assign(this, { engine, holds: new Map() }); // who holds: {ball, x}
+    Object.assign(this, { live: true, engine, holds: new Map() }); // who holds: {ball, x}
     this.begin(setup);
   }
-
-  get live() { return true; }
 
   /** What does not change while balls move. */
   get drawing() {
@@ -94,9 +92,7 @@ class Live {
 
   /** Which balls are held, and where: {ball: x}. */
   get held() {
-    const held = new Map();
-    for (const { balls, x } of this.holds.values()) for (const ball of balls) held.set(ball, x);
-    return held;
+    return new Map([...this.holds.values()].flatMap(({ balls, x }) => [...balls].map((ball) => [ball, x])));
   }
 
   /** `who` takes ball `ball` (from 0), or moves the one it has, to `x` (m). What hangs on it, outward, comes along. */
@@ -173,10 +169,10 @@ class Live {
       [this.past, this.click] = [this.click, null];
     }
     if (!this.click) {
-      const { at, notBefore } = this.run.nextOnset();
-      if (at === Infinity) return null;
-      if (at === undefined) return { distance: Math.max(0, notBefore - now), length: 0, done: false };
-      this.click = new Click(this.run, at);
+      const { time, known } = this.run.nextOnset();
+      if (time === Infinity) return null;
+      if (!known) return { distance: Math.max(0, time - now), length: 0, done: false };
+      this.click = new Click(this.run, time);
     }
     const { click } = this;
     click.work(deadline);

@@ -12,12 +12,10 @@ class Recording {
     const x = column("x"), v = column("v"), F = column("F");
     const rising = this.times.length > 1 && this.times.every((time, k) => !k || time > this.times[k - 1]);
     if (!x.length || !rising || !x.flat().every(Number.isFinite)) throw new Refusal(say("badFile", name, say("columns")));
-    Object.assign(this, { name, balls: x.length, table: { x, v, F }, state: new State(x.length), fresh: [], origin: 0 });
+    Object.assign(this, { live: false, account: false, name, balls: x.length, table: { x, v, F }, state: new State(x.length), origin: 0 });
     this.go(this.times[0]);
   }
 
-  get live() { return false; }
-  get account() { return false; }
   get time() { return this.origin + this.now; }
 
   get drawing() {

@@ -17,8 +17,8 @@ class Setup {
     this.balls = balls;
     this.values = { ...values };
     for (const name of PER_BALL) {
-      const rest = name.endsWith("Ratio") ? 1 : 0, given = this.values[name] ?? [];
-      this.values[name] = Array.from({ length: balls }, (_, i) => given[i] ?? rest);
+      const given = this.values[name] ?? [];
+      this.values[name] = Array.from({ length: balls }, (_, i) => given[i] ?? rest(name));
     }
     for (const [name, value] of Object.entries(DEFAULTS)) if (this.values[name] === value) delete this.values[name];
   }
@@ -57,19 +57,16 @@ class Setup {
 
   /** As the part of an address behind #. Values that are the defaults are left out, and those of the `preset` it is made from. */
   toLink(preset) {
-    const ready = PRESETS[preset]?.setup(), same = ready && ready.atRest().toLinkOf(null) === this.atRest().toLinkOf(null);
-    return this.toLinkOf(same ? preset : null);
+    const ready = PRESETS[preset]?.setup(), parts = this.parts(), alike = (one) => String([one.balls, ...one.atRest().parts()]);
+    if (!ready || alike(ready) !== alike(this)) return [`balls=${this.balls}`, ...parts].join("&");
+    const given = ready.parts();
+    return [`preset=${preset}`, ...parts.filter((part) => !given.includes(part))].join("&");
   }
 
-  toLinkOf(preset) {
-    const parts = [preset ? `preset=${preset}` : `balls=${this.balls}`], given = preset ? PRESETS[preset].setup().values : {};
-    for (const [name, value] of Object.entries(this.values)) {
-      if (preset && String(value) === String(given[name])) continue;
-      const rest = name.endsWith("Ratio") ? 1 : 0;
-      if (Array.isArray(value) ? value.every((element) => element === rest) : value === DEFAULTS[name]) continue;
-      parts.push(`${name}=${Array.isArray(value) ? value.join(",") : value}`);
-    }
-    return parts.join("&");
+  /** Values that are not the defaults, as parts of an address. */
+  parts() {
+    const usual = (name, value) => Array.isArray(value) && value.every((element) => element === rest(name));
+    return Object.entries(this.values).filter((entry) => !usual(...entry)).map(([name, value]) => `${name}=${value}`);
   }
 
   /** What it has other than `first`, with the same balls, as parts of an address. */
@@ -81,45 +78,41 @@ class Setup {
   /** From the part of an address behind #: {setup, options}; options are the names that are not the engine's. Throws Refusal. */
   static fromLink(text) {
     const values = {}, options = {};
-    const value = (name, raw) => {
-      if (PER_BALL.includes(name) || name === "contact.gap") return raw.split(",").map((number) => parsed(name, number));
-      return /^[a-z]/i.test(raw) && Number.isNaN(Number(raw)) ? raw : parsed(name, raw);
-    };
     for (const part of text.replace(/^#/, "").split("&").filter(Boolean)) {
-      const [name, raw = ""] = part.split("=").map(decodeURIComponent);
+      const [name, raw = ""] = part.split("=").map(decodeURIComponent), right = name.replace(/^right\./, "");
       if (LINK_OPTIONS.includes(name)) options[name] = raw;
-      else if (name.startsWith("right.")) options.right = { ...options.right, [name.slice(6)]: value(name.slice(6), raw) };
-      else values[name] = value(name, raw);
+      else if (right !== name) options.right = { ...options.right, [right]: parsed(right, raw) };
+      else values[name] = parsed(name, raw);
     }
-    if (options.preset && !PRESETS[options.preset]) {
-      throw new Refusal(`preset = ${options.preset} is refused; allowed: ${Object.keys(PRESETS).join(", ")}`);
-    }
-    const { balls: asked, ...rest } = values, ready = PRESETS[options.preset ?? (asked === undefined ? "textbook" : null)]?.setup();
-    if (ready && asked === undefined) return { setup: checked(ready.balls, rest, ready.values), options };
-    const balls = asked;
+    const { preset = "textbook" } = options, { balls: asked, ...own } = values;
+    if (!PRESETS[preset]) throw new Refusal(`preset = ${preset} is refused; allowed: ${Object.keys(PRESETS).join(", ")}`);
+    const ready = asked === undefined ? PRESETS[preset].setup() : null, balls = ready?.balls ?? asked;
     if (!(Number.isInteger(balls) && balls >= 1 && balls <= MOST_BALLS)) {
       throw new Refusal(`balls = ${balls} is refused; allowed: 1 to ${MOST_BALLS}`);
     }
-    return { setup: checked(balls, rest, {}), options };
+    for (const [name, given] of Object.entries(own)) {
+      const most = name === "contact.gap" ? balls - 1 : balls;
+      if (Array.isArray(given) && given.length > most) throw new Refusal(`${name} has ${given.length} numbers; allowed: up to ${most}`);
+    }
+    return { setup: new Setup(balls, { ...ready?.values, ...own }), options };
   }
 }
 
 const LINK_OPTIONS = ["preset", "beside", "slow", "show", "lift", "look"];
 
-/** A set-up with values from an address, on top of others. */
-function checked(balls, values, others) {
-  for (const [name, given] of Object.entries(values)) {
-    const most = name === "contact.gap" ? balls - 1 : balls;
-    if (Array.isArray(given) && given.length > most) throw new Refusal(`${name} has ${given.length} numbers; allowed: up to ${most}`);
-  }
-  return new Setup(balls, { ...others, ...values });
+/** A value from an address: a word, a number, or numbers of balls or contacts. */
+function parsed(name, raw) {
+  const several = PER_BALL.includes(name) || name === "contact.gap";
+  if (!several && /^[a-z]/i.test(raw) && Number.isNaN(Number(raw))) return raw;
+  const values = (several ? raw.split(",") : [raw]).map((text) => {
+    if (text.trim() === "" || Number.isNaN(Number(text))) throw new Refusal(`${name} = ${text} is not a number`);
+    return Number(text);
+  });
+  return several ? values : values[0];
 }
 
-function parsed(name, text) {
-  const number = Number(text);
-  if (text.trim() === "" || Number.isNaN(number)) throw new Refusal(`${name} = ${text} is not a number`);
-  return number;
-}
+/** What a ball at rest has. */
+function rest(name) { return name.endsWith("Ratio") ? 1 : 0; }
 
 /** Positions near `x` at which no neighbours are nearer than `clearance[i]` allows (m): midway between those to which balls are only
  *  pushed to the right, and only to the left. Balls that touch nothing stay where they are, to the last bit. */

@@ -27,12 +27,8 @@ class Scene {
     const unit = far ** (1 - near) * close ** near, string = 2 * drawn * unit;
     const hanging = (1 - near) * (8 + 0.5 * far + 2 * drawn * far + 0.45 * Math.max(0, height - far * (2 * drawn + 2.7 * largest + 1.7)))
       + near * (height - 2.1 * largest * close);
-    const positions = [];
     let x = 0.5 * (width - row * unit);
-    for (const size of sizes) {
-      positions.push(x + size * unit);
-      x += 2 * size * unit;
-    }
+    const positions = sizes.map((size) => (x += 2 * size * unit) - size * unit);
     Object.assign(this, { near, unit, string, top: hanging - string, sizes, positions, length });
     return this;
   }
@@ -64,12 +60,10 @@ class Scene {
   }
 
   /** Lets contacts shine: by their force now, or by what is left of their last pulses after `passed` s of the viewer's clock. */
-  shine(state, pulses, strongest, passed, still) {
-    const fade = still ? 1 : Math.exp((-3 * passed) / AFTERGLOW);
+  shine(state, pulses, strongest, passed) {
+    const fade = Math.exp((-3 * passed) / AFTERGLOW);
     this.glow = Array.from(state.F, (force, i) => Math.max((this.glow[i] ?? 0) * fade, Math.max(0, force) / strongest));
-    for (const { contact, peak } of pulses) {
-      if (contact < this.glow.length) this.glow[contact] = Math.max(this.glow[contact], Math.min(1, peak / strongest));
-    }
+    for (const { contact, peak } of pulses) this.glow[contact] = Math.max(this.glow[contact], Math.min(1, peak / strongest));
   }
 
   draw(state, { theme, labels, held, selected, arrows }) {
@@ -122,14 +116,13 @@ class Scene {
   drawStrings(places, theme) {
     const { context: c, unit, top } = this;
     c.lineWidth = Math.max(1, 0.028 * unit);
+    c.strokeStyle = theme.string;
     places.forEach(({ x, y }, i) => {
-      const size = this.sizes[i] * unit, angle = Math.atan2(x - this.positions[i], y - top);
-      const eye = { x: x - size * Math.sin(angle), y: y - size * Math.cos(angle) };
-      c.strokeStyle = theme.string;
+      const rest = this.positions[i], size = this.sizes[i] * unit, angle = Math.atan2(x - rest, y - top), high = top - 0.04 * unit;
       c.beginPath();
-      c.moveTo(this.positions[i] - 0.16 * unit, top - 0.04 * unit);
-      c.lineTo(eye.x, eye.y);
-      c.lineTo(this.positions[i] + 0.16 * unit, top - 0.04 * unit);
+      c.moveTo(rest - 0.16 * unit, high);
+      c.lineTo(x - size * Math.sin(angle), y - size * Math.cos(angle));
+      c.lineTo(rest + 0.16 * unit, high);
       c.stroke();
     });
   }

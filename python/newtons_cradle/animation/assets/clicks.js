@@ -32,8 +32,9 @@ class Click {
 
   pulses() {
     return this.run.pulses.flatMap(({ onset, release, peak }, contact) => {
-      const first = countUpTo(onset, this.begin) - (onset[countUpTo(onset, this.begin) - 1] === this.begin ? 1 : 0);
-      return Array.from({ length: countUpTo(onset, this.end) - first }, (_, k) => ({ contact, onset: onset[first + k], release: release[first + k], peak: peak[first + k] }));
+      const upTo = countUpTo(onset, this.begin), first = onset[upTo - 1] === this.begin ? upTo - 1 : upTo;
+      return Array.from(onset.subarray(first, countUpTo(onset, this.end)), (begin, k) => (
+        { contact, onset: begin, release: release[first + k], peak: peak[first + k] }));
     });
   }
 
@@ -54,7 +55,8 @@ class Click {
   /** Why it cannot be looked into; "" where it can. */
   get closed() {
     if (this.end === this.begin) return "Rigid impacts take no time: there is nothing to look into.";
-    if (this.run.samples(this.begin, this.end) < 2 * this.stages.length + 1) return "The samples do not resolve this click.";
+    const { time } = this.run, samples = countUpTo(time, this.end) - countUpTo(time, this.begin) + 1;
+    if (samples < 2 * this.stages.length + 1) return "The samples do not resolve this click.";
     return "";
   }
 

@@ -27,13 +27,13 @@ class Controls {
 
   listen() {
     const { player } = this;
-    this.play.addEventListener("click", () => player.play());
-    this.next.addEventListener("click", () => player.jump(1));
-    this.previous.addEventListener("click", () => player.jump(-1));
-    this.inside.addEventListener("click", () => (player.inside ? player.leave() : player.open()));
-    this.about.addEventListener("click", () => this.details.showModal());
-    this.speed.addEventListener("input", () => player.setSpeed(player.slowest ** (1 - Number(this.speed.value))));
-    this.whole.addEventListener("input", () => player.go(Number(this.whole.value)));
+    this.play.onclick = () => player.play();
+    this.next.onclick = () => player.jump(1);
+    this.previous.onclick = () => player.jump(-1);
+    this.inside.onclick = () => (player.inside ? player.leave() : player.open());
+    this.about.onclick = () => this.details.showModal();
+    this.speed.oninput = () => player.setSpeed(player.slowest ** (1 - Number(this.speed.value)));
+    this.whole.oninput = () => player.go(Number(this.whole.value));
     for (const canvas of [this.energy, this.force]) {
       this.drag(canvas);
       canvas.addEventListener("wheel", (event) => {
@@ -56,36 +56,34 @@ class Controls {
       ArrowRight: () => player.go(player.t + step), ArrowLeft: () => player.go(player.t - step),
     };
     const act = turn && target === this.stage ? () => eye.turn(...turn) : keys[event.key.length === 1 ? event.key.toLowerCase() : event.key];
-    if (!act) return;
-    event.preventDefault();
-    act();
+    if (act) event.preventDefault();
+    act?.();
   }
 
   /** The pointer over the curves reads their values; held down, it moves in time. */
   drag(canvas) {
     const { player } = this, { strips } = player;
     let grip = null;
-    const leave = () => {
+    canvas.onpointerdown = ({ pointerId, offsetX }) => {
+      canvas.setPointerCapture(pointerId);
+      grip = { x: offsetX, t: player.t, played: player.playing };
+      player.frozen = SHOWN * player.speed();
+      player.play(false);
+    };
+    canvas.onpointermove = ({ offsetX }) => {
+      strips.pointer = offsetX / canvas.clientWidth;
+      player.dirty = true;
+      if (grip) player.go(grip.t - (offsetX - grip.x) * player.frozen / canvas.clientWidth);
+    };
+    canvas.onpointerup = canvas.onpointercancel = () => {
       if (grip?.played) player.play(true);
       grip = player.frozen = null;
       player.dirty = true;
     };
-    canvas.addEventListener("pointerdown", (event) => {
-      canvas.setPointerCapture(event.pointerId);
-      grip = { x: event.offsetX, t: player.t, span: SHOWN * player.speed(), played: player.playing };
-      player.frozen = grip.span;
-      player.play(false);
-    });
-    canvas.addEventListener("pointermove", (event) => {
-      strips.pointer = event.offsetX / canvas.clientWidth;
-      player.dirty = true;
-      if (grip) player.go(grip.t - (event.offsetX - grip.x) * grip.span / canvas.clientWidth);
-    });
-    for (const name of ["pointerup", "pointercancel"]) canvas.addEventListener(name, leave);
-    canvas.addEventListener("pointerleave", () => {
+    canvas.onpointerleave = () => {
       strips.pointer = null;
       player.dirty = true;
-    });
+    };
   }
 
   /** Writes what changes with the time shown. */

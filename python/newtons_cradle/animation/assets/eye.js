@@ -41,7 +41,7 @@ class Eye {
 
   /** Puts the camera where it belongs, given what must be seen: boxes {low, high} of all, of the balls' paths, and of the balls now. */
   place(whole, paths, now) {
-    const { azimuth, height, camera } = this, all = this.view(whole), near = this.view(paths), closest = this.view(now);
+    const { camera } = this, all = this.view(whole), near = this.view(paths), closest = this.view(now);
     const further = Math.max(all.distance, near.distance), wanted = near.distance * (further / near.distance) ** this.zoom;
     // Views between two that show the balls show them as well, as centre and distance go the same part of the way.
     const part = Math.min(1, (wanted - near.distance) / (further - near.distance || 1));
@@ -50,26 +50,26 @@ class Eye {
     const distance = this.distance = wanted + eased * (closest.distance - wanted);
     camera.near = 0.02 * distance;
     camera.far = 20 * further + distance;
-    camera.position.set(Math.sin(azimuth) * Math.cos(height), Math.sin(height), Math.cos(azimuth) * Math.cos(height)).multiplyScalar(distance).add(centre);
+    camera.position.copy(this.towards).multiplyScalar(distance).add(centre);
     camera.lookAt(centre);
     camera.updateProjectionMatrix();
   }
 
   /** The centre of a box, and the distance from which all its corners are seen. */
   view({ low, high }) {
-    const { azimuth, height, camera } = this, centre = low.clone().add(high).multiplyScalar(0.5), up = Math.tan(OPENING / 2), across = up * camera.aspect;
-    const towards = new THREE.Vector3(Math.sin(azimuth) * Math.cos(height), Math.sin(height), Math.cos(azimuth) * Math.cos(height));
-    const right = new THREE.Vector3(Math.cos(azimuth), 0, -Math.sin(azimuth)), top = towards.clone().cross(right), corner = new THREE.Vector3();
-    let distance = 0;
-    for (const x of [low.x, high.x]) {
-      for (const y of [low.y, high.y]) {
-        for (const z of [low.z, high.z]) {
-          corner.set(x, y, z).sub(centre);
-          distance = Math.max(distance, corner.dot(towards) + AIR * Math.max(Math.abs(corner.dot(right)) / across, Math.abs(corner.dot(top)) / up));
-        }
-      }
-    }
-    return { centre, distance };
+    const { azimuth, camera } = this, centre = low.clone().add(high).multiplyScalar(0.5), up = Math.tan(OPENING / 2), across = up * camera.aspect;
+    const towards = this.towards, right = new THREE.Vector3(Math.cos(azimuth), 0, -Math.sin(azimuth)), top = towards.clone().cross(right);
+    const distances = [0, 1, 2, 3, 4, 5, 6, 7].map((k) => {
+      const corner = new THREE.Vector3(k & 1 ? low.x : high.x, k & 2 ? low.y : high.y, k & 4 ? low.z : high.z).sub(centre);
+      return corner.dot(towards) + AIR * Math.max(Math.abs(corner.dot(right)) / across, Math.abs(corner.dot(top)) / up);
+    });
+    return { centre, distance: Math.max(0, ...distances) };
+  }
+
+  /** From what is seen to the eye. */
+  get towards() {
+    const { azimuth, height } = this;
+    return new THREE.Vector3(Math.sin(azimuth) * Math.cos(height), Math.sin(height), Math.cos(azimuth) * Math.cos(height));
   }
 
   /** Dragging and arrow keys turn, two fingers, wheel, + and - come closer, 0 and double clicks go home. */
@@ -78,19 +78,19 @@ class Eye {
       const [a, b] = grips.values();
       return Math.hypot(a.clientX - b.clientX, a.clientY - b.clientY);
     };
-    canvas.addEventListener("pointerdown", (event) => { grips.set(event.pointerId, event); canvas.setPointerCapture(event.pointerId); });
-    for (const name of ["pointerup", "pointercancel"]) canvas.addEventListener(name, (event) => grips.delete(event.pointerId));
-    canvas.addEventListener("pointermove", (event) => {
+    canvas.onpointerdown = (event) => { grips.set(event.pointerId, event); canvas.setPointerCapture(event.pointerId); };
+    canvas.onpointerup = canvas.onpointercancel = ({ pointerId }) => grips.delete(pointerId);
+    canvas.onpointermove = (event) => {
       const last = grips.get(event.pointerId), before = grips.size === 2 ? spread() : 0;
       if (!last) return;
       grips.set(event.pointerId, event);
       if (before) this.approach(before / Math.max(1, spread()));
       else this.turn(0.006 * (event.clientX - last.clientX), 0.006 * (event.clientY - last.clientY));
-    });
+    };
     canvas.addEventListener("wheel", (event) => {
       event.preventDefault();
       this.approach(Math.exp(0.001 * event.deltaY));
     }, { passive: false });
-    canvas.addEventListener("dblclick", () => this.home());
+    canvas.ondblclick = () => this.home();
   }
 }

@@ -6,17 +6,11 @@ const LINGER = 1.5;    // s on the viewer's clock before the first and after the
 
 class Player {
   constructor(run) {
-    this.run = run;
+    Object.assign(this, { run, t: run.start, base: 1, playing: false, dirty: true, intervals: [] });
     this.scene = new Scene(document.getElementById("stage"), run);
     this.strips = new Strips(run);
-    this.t = run.start;
-    this.base = 1;
     this.slowest = Number.isFinite(run.shortest) ? Math.min(1, 10 ** Math.floor(Math.log10(run.shortest / 2))) : 1e-3;
-    this.playing = false;
-    this.dirty = true;
-    this.intervals = [];
-    this.opened = null; // the click that is looked into, or that time slows down for
-    if (run.clicks.length && !run.clicks[0].closed) this.opened = run.clicks[0];
+    this.opened = run.clicks[0]?.closed === "" ? run.clicks[0] : null; // the click that is looked into, or that time slows down for
     this.controls = new Controls(this);
     requestAnimationFrame((now) => this.frame(now));
     addEventListener("resize", () => { this.dirty = true; });
@@ -69,17 +63,15 @@ class Player {
     const { end } = this.opened;
     this.opened = null;
     this.seek(Math.max(this.t, end));
-    this.dirty = true;
   }
 
   /** The click after or before the time shown; inside a click, the middle of the stage after or before. */
   jump(direction) {
     if (this.inside) return this.stage(direction);
-    const { clicks, begins } = this.run, reached = countUpTo(begins, this.t);
-    const wanted = direction > 0 ? reached : begins[reached - 1] === this.t ? reached - 2 : reached - 1;
-    if (!clicks[wanted]) return;
+    const { clicks } = this.run, click = direction > 0 ? clicks.find(({ begin }) => begin > this.t) : clicks.findLast(({ begin }) => begin < this.t);
+    if (!click) return;
     this.opened = null;
-    this.seek(clicks[wanted].begin);
+    this.seek(click.begin);
   }
 
   stage(direction) {
@@ -127,24 +119,18 @@ class Player {
 
   /** Everything at the time shown: {time, speed, x, v, F, glow}, SI units. */
   state() {
-    const { run, t } = this, place = run.place(t), speed = this.speed(), fade = STILL.matches ? 1e-30 : AFTERGLOW * speed;
-    return {
-      time: t,
-      speed,
-      x: run.x.map((_, i) => cubic(run.x[i], run.v[i], place)),
-      v: run.v.map((column) => linear(column, place)),
-      F: run.F.map((column) => linear(column, place)),
-      glow: run.F.map((_, i) => run.glow(i, t, fade, place)),
-    };
+    const { run, t: time } = this, place = run.place(time), speed = this.speed(), fade = STILL.matches ? 1e-30 : AFTERGLOW * speed;
+    const [v, F] = [run.v, run.F].map((columns) => columns.map((column) => linear(column, place)));
+    return { time, speed, x: run.x.map((x, i) => cubic(x, run.v[i], place)), v, F, glow: F.map((_, i) => run.glow(i, time, fade, place)) };
   }
 
   /** What is to be seen, in words. */
   caption() {
     const { run, opened } = this, { clicks } = run, last = run.lastClick(this.t);
     if (!clicks.length) return run.balls > 1 ? "No balls touch in this run." : "A single ball.";
-    if (opened && (this.inside || !last)) return this.inside ? opened.caption(this.t) : "The first click is shown slowly, stage by stage.";
-    if (!last) return clicks[0].closed || `${clicks.length} clicks.`;
-    return last.closed ? `Click ${last.number + 1} of ${clicks.length}. ${last.closed}` : `Click ${last.number + 1} of ${clicks.length}.`;
+    if (opened && this.inside) return opened.caption(this.t);
+    if (last) return `Click ${last.number + 1} of ${clicks.length}. ${last.closed}`.trim();
+    return opened ? "The first click is shown slowly, stage by stage." : clicks[0].closed || `${clicks.length} clicks.`;
   }
 
   draw() {

@@ -39,8 +39,8 @@ class Run {
   /** The table of pulses by contact; `largest`: the largest force of the run (N), of rigid impacts the impulse (N.s). */
   sortPulses({ contact, onset, release, peak }) {
     this.pulses = Array.from({ length: Math.max(0, this.balls - 1) }, (_, i) => {
-      const first = countUpTo(contact, i + 0.5), end = countUpTo(contact, i + 1.5);
-      return { onset: onset.subarray(first, end), release: release.subarray(first, end), peak: peak.subarray(first, end) };
+      const part = (column) => column.subarray(countUpTo(contact, i + 0.5), countUpTo(contact, i + 1.5));
+      return { onset: part(onset), release: part(release), peak: part(peak) };
     });
     this.largest = peak.reduce((a, b) => Math.max(a, b), 0) || 1;
     this.shortest = onset.reduce((least, begin, i) => (release[i] > begin ? Math.min(least, release[i] - begin) : least), Infinity);
@@ -50,9 +50,6 @@ class Run {
   get stop() { return this.time[this.time.length - 1]; }
 
   place(t) { return placeIn(this.time, t); }
-
-  /** The number of samples from one time to another. */
-  samples(from, to) { return countUpTo(this.time, to) - countUpTo(this.time, from) + 1; }
 
   /** The click that began last at t; undefined before the first. */
   lastClick(t) { return this.clicks[countUpTo(this.begins, t) - 1]; }

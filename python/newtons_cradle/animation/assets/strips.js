@@ -18,29 +18,22 @@ class Strips {
 
   /** Takes the page's colours and writes the legends. */
   paint() {
-    const { run } = this, contacts = run.pulses.length, [name] = run.strength;
+    const { run } = this, contacts = run.pulses.length, [name] = run.strength, head = name[0].toUpperCase() + name.slice(1);
     this.colours = run.pulses.map((_, i) => seriesColour(i, contacts));
+    const ramp = [`contacts 1 to ${contacts}, the largest:`, `linear-gradient(90deg, ${this.colours.join(", ")})`, "ramp"];
+    const each = this.colours.map((shade, i) => [`${i + 1}–${i + 2}`, shade]);
     this.values = {
       energies: this.legend(this.energies, "Energy", Object.keys(run.energy).map((key) => [ENERGIES[key], colour(`--${key}`)])),
-      forces: this.legend(this.forces, name[0].toUpperCase() + name.slice(1), contacts > 6 ? [["", `linear-gradient(90deg, ${this.colours.join(", ")})`, "ramp"]] : this.colours.map((shade, i) => [`${i + 1}–${i + 2}`, shade])),
+      forces: this.legend(this.forces, head, contacts > 6 ? [ramp] : each),
     };
-    if (contacts > 6) this.values.forces[0].previousSibling.textContent = ` contacts 1 to ${contacts}, the largest: `;
     this.wholePicture = null;
   }
 
   /** Patches of colour with names, and a place for the value of each. */
   legend(parent, head, entries) {
-    const title = document.createElement("strong");
-    title.textContent = head;
-    parent.replaceChildren(title);
-    return entries.map(([name, shade, kind]) => {
-      const item = document.createElement("span"), patch = document.createElement("i"), value = document.createElement("b");
-      patch.style.background = shade;
-      patch.className = kind ?? "";
-      item.append(patch, `${name} `, value);
-      parent.append(" ", item);
-      return value;
-    });
+    const items = entries.map(([name, shade, kind = ""]) => `<span><i class="${kind}" style="background: ${shade}"></i>${name} <b></b></span>`);
+    parent.innerHTML = [`<strong>${head}</strong>`, ...items].join(" ");
+    return [...parent.querySelectorAll("b")];
   }
 
   /** Draws `span` seconds around t, and writes the values there or at the pointer. */
