@@ -44,10 +44,8 @@ class Fmu(Model):
             raise FmuError(f"{path} is not an FMU that FMPy can read: {problem}") from problem
         own = description.modelName == MODEL and description.fmiVersion.startswith("3.")
         if not (own or description.fmiVersion.startswith("2.")) or description.coSimulation is None:
-            raise FmuError(
-                f"{path} is an FMU of FMI {description.fmiVersion}, the model {description.modelName}; "
-                f"allowed: FMI 2.0 for co-simulation, or {MODEL} of FMI 3.0"
-            )
+            what = f"an FMU of FMI {description.fmiVersion}, the model {description.modelName}"
+            raise FmuError(f"{path} is {what}; allowed: FMI 2.0 for co-simulation, or {MODEL} of FMI 3.0")
         super().__init__(path, description, extract(str(path), unzipdir=str(folder) if folder else None))
         self._remove = weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)
 
@@ -146,9 +144,8 @@ def equal_steps(stop: float, step: float) -> list[float]:
         if not isinstance(value, numbers.Real) or not 0.0 < value < math.inf:
             raise ValueError(f"{name} = {value} is refused; allowed: a positive number of seconds")
     if stop / step > MOST_STEPS:
-        raise ValueError(
-            f"step = {step} is refused: up to {stop} s that makes {stop / step:.2g} steps; allowed: {MOST_STEPS}"
-        )
+        many = f"up to {stop} s that makes {stop / step:.2g} steps"
+        raise ValueError(f"step = {step} is refused: {many}; allowed: {MOST_STEPS}")
     steps = max(1, round(stop / step))
     return [stop * i / steps for i in range(1, steps + 1)]
 

@@ -5,7 +5,6 @@ save_page("result.html", from_csv("result.csv"))
 """
 
 from .page import PageError, save_page
-from .recording import Recording, from_fmu
-from .results import RecordingError, from_csv
+from .recording import Recording, RecordingError, from_csv, from_fmu
 
 __all__ = ["PageError", "Recording", "RecordingError", "from_csv", "from_fmu", "save_page"]

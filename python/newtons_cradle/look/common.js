@@ -56,6 +56,13 @@ function prepared(canvas, most = Infinity) {
   return { context, width, height, ratio };
 }
 
+/** A context whose path leads through these points [x, y]. */
+function through(context, points) {
+  context.beginPath();
+  for (const [x, y] of points) context.lineTo(x, y);
+  return context;
+}
+
 /** The gradient with these stops: [place, colour], or colours at even distances. */
 function shaded(gradient, stops) {
   stops.forEach((stop, i) => gradient.addColorStop(...(Array.isArray(stop) ? stop : [i / (stops.length - 1), stop])));

@@ -37,9 +37,8 @@ class Run:
         self.fmu, self.time = fmu, 0.0
         self.log: list[LogLine] = []
         self._alive = self._closed = False
-        self.slave = (FMU2Instance if fmu.description.fmiVersion.startswith("2.") else FMU3Instance)(
-            fmu, self.log
-        )
+        version = FMU2Instance if fmu.description.fmiVersion.startswith("2.") else FMU3Instance
+        self.slave = version(fmu, self.log)
         try:
             self._call(self.slave.create)
             self._alive = True

@@ -18,17 +18,12 @@ def split(name: str) -> tuple[str, int | None]:
     return (match[1], int(match[2])) if match else (name, None)
 
 
-def similar(name: str, known: Iterable[str]) -> list[str]:
-    """Up to three known names that are similar to this one, as a whole or after their dot; the best first."""
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """`; did you mean a or b?`: up to three known names that are similar, as a whole or after their dot, the best first."""
     by_form: dict[str, str] = {}
     for other in known:
         by_form.setdefault(other.lower().rpartition(".")[2], other)
         by_form[other.lower()] = other
     close = difflib.get_close_matches(name.lower(), by_form, n=5, cutoff=0.7)
-    return list(dict.fromkeys(by_form[form] for form in close))[:3]
-
-
-def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """`; did you mean a or b?`, or nothing where no known name is similar."""
-    close = similar(name, known)
-    return f"; did you mean {' or '.join(close)}?" if close else ""
+    meant = list(dict.fromkeys(by_form[form] for form in close))[:3]
+    return f"; did you mean {' or '.join(meant)}?" if meant else ""

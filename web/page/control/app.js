@@ -233,14 +233,12 @@ class App {
     } catch (problem) {
       this.fail(problem);
     }
-    this.spent = this.clock.running ? this.clock.spent : 0;
     for (const stage of this.stages) {
       const pulses = stage.follow(this.clock.running ? passed : 0);
       if (stage === this.stages[0]) this.sound.click(pulses, stage.source.drawing.mass);
       stage.draw(this.theme);
     }
     this.showClock();
-    this.first ??= performance.now();
   }
 
   fail(problem) {
@@ -270,17 +268,107 @@ class App {
     if (!running) return inside ? "" : say("hintPaused");
     return source.state.v.every((v) => v === 0) ? say("hint") : "";
   }
-}
 
-/** A set-up in a few words. */
-function describeSetup(setup) {
-  const band = setup.get("contact.deadBand"), uneven = setup.get("ball.massRatio").some((ratio) => ratio !== 1);
-  const parts = [say(`laws.${setup.law}`)];
-  if (setup.law !== "rigid") parts.push(`${say("deadBand").toLowerCase()}: ${band ? withPrefix(band, "m") : say("none")}`);
-  const damping = { huntCrossley: "contact.huntCrossley", viscoelastic: "contact.relaxationTime" }[setup.get("contact.dampingLaw")];
-  if (damping && setup.get(damping)) parts.push(say("besides.lossy").toLowerCase());
-  if (uneven) parts.push(setup.get("ball.massRatio").map((ratio) => rounded(ratio)).join(" : "));
-  return parts.join(", ");
+  // ---- wishes that are no physics: keys, the address, what is shown, day and night
+
+  listen() {
+    const { play, again, rest, inside } = this.controls;
+    play.onclick = () => this.setRunning(!this.clock.running);
+    again.onclick = () => this.again();
+    rest.onclick = () => this.stopAll();
+    inside.onclick = () => this.inside();
+    addEventListener("hashchange", () => this.open(location.hash));
+    addEventListener("keydown", (event) => this.key(event));
+    // A button that was clicked does not take the space bar, which pauses; one that the keyboard has come to does.
+    addEventListener("click", ({ detail }) => { if (detail && document.activeElement?.matches("button")) document.activeElement.blur(); });
+    matchMedia("(prefers-color-scheme: light)").addEventListener("change", ({ matches }) => this.setTheme(matches));
+    this.setRunning(true);
+  }
+
+  key(event) {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const typing = event.target.matches?.("#panel input, select, textarea"), pressed = event.target.matches?.("button");
+    const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
+    if (typing || (key === " " && pressed) || !(this.keys || key === "Escape")) return;
+    const acts = {
+      " ": () => this.setRunning(!this.clock.running), i: () => this.inside(), a: () => this.again(), 0: () => this.stopAll(),
+      e: () => this.setOther("every", this.clock.slow !== "always"), ",": () => this.stepInside(-1), ".": () => this.stepInside(1),
+      Escape: () => { if (this.panels.kind) this.panels.toggle(this.panels.kind); },
+    };
+    const panel = { c: "change", s: "show", b: "beside", k: "keep", l: "lesson", "?": "help", h: "help" }[key];
+    if (panel) acts[key] = () => this.panels.toggle(panel);
+    const act = /^[1-9]$/.test(key) ? () => this.lift(Number(key)) : acts[key];
+    if (act) event.preventDefault();
+    act?.();
+  }
+
+  /** By the keys through a click. */
+  stepInside(direction) {
+    const { source } = this.stages[0], click = source.shownClick;
+    if (click?.length && this.stages.length === 1) this.seek(source.run.time + direction * INSIDE_STEP * click.length);
+  }
+
+  setShow(kind, on) {
+    this.shows[kind] = on;
+    showLink(this);
+  }
+
+  setOther(kind, on) {
+    if (kind === "every") this.clock.slowAt(on ? "always" : "no");
+    if (kind === "sound") this.sound.switchOn(on);
+    if (kind === "light") this.setTheme(on);
+    if (kind === "keys") this.keys = on;
+    showLink(this);
+  }
+
+  setPace(rate) {
+    this.clock.base = rate;
+    if (this.clock.slow === "no") this.clock.rate = rate;
+  }
+
+  setTheme(light) {
+    this.theme = light ? DAY : NIGHT;
+    document.documentElement.classList.toggle("light", light);
+    this.theme.energies.forEach((colour, i) => document.documentElement.style.setProperty(`--e${i}`, colour));
+  }
+
+  async copyLink() {
+    const link = linkTo(this);
+    try {
+      await navigator.clipboard.writeText(link);
+      this.tell(say("copied"));
+    } catch {
+      this.tell(`${say("linkHere")} ${link}`, 60);
+    }
+  }
+
+  /** What an address asks for. */
+  open(hash) {
+    this.attempt(() => {
+      const { setup, options } = Setup.fromLink(hash);
+      this.engine.start(setup.recipe()).forget();
+      this.dropStage();
+      this.clock.slowAt("no");
+      for (const kind of Object.keys(this.shows)) this.shows[kind] = (options.show ?? "").split(",").includes(kind);
+      this.begin(setup, options.preset ?? (hash.includes("balls=") ? null : "textbook"));
+      if (options.lift) this.lift(Number(options.lift));
+      if (options.beside in TEXTS.besides) this.compare(options.beside);
+      if (options.right) this.besideWith(options.right);
+      if (options.slow === "always") this.setOther("every", true);
+      if (options.slow === "next") this.clock.slowAt("next");
+    });
+  }
+
+  async openFile(file) {
+    if (!file) return;
+    const text = await file.text();
+    this.attempt(() => {
+      const recording = new Recording(file.name, text);
+      this.dropStage();
+      this.replace(recording);
+      this.changed();
+    });
+  }
 }
 
 /** What lies in an element of the page, unpacked. */

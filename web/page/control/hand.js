@@ -71,9 +71,9 @@ class Sliders {
   }
 
   add(ball) {
-    const who = `keys ${ball}`, input = element(this.box, "input", { type: "range", min: -120, max: 120, step: "any" });
-    input.setAttribute("aria-label", say("ball", ball + 1));
-    input.addEventListener("keydown", (event) => {
+    const who = `keys ${ball}`, ariaLabel = say("ball", ball + 1);
+    const input = element(this.box, "input", { type: "range", min: -120, max: 120, step: "any", ariaLabel });
+    input.onkeydown = (event) => {
       const { source } = this.stage, step = 0.025 * source.drawing.length * (event.shiftKey ? 0.2 : 1);
       const direction = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1 }[event.key];
       if (direction) {
@@ -85,8 +85,8 @@ class Sliders {
       event.preventDefault();
       event.stopPropagation();
       this.tell();
-    });
-    input.addEventListener("blur", () => { if (this.stage.source.holds?.has(who)) this.app.drop(who, 0); });
+    };
+    input.onblur = () => { if (this.stage.source.holds?.has(who)) this.app.drop(who, 0); };
     this.inputs.push(input);
   }
 
@@ -99,6 +99,6 @@ class Sliders {
     if (ball < 0) return;
     const hold = source.holds?.get(`keys ${ball}`), x = hold?.x ?? source.state.x[ball];
     this.inputs[ball].value = (100 * x) / source.drawing.length;
-    this.inputs[ball].setAttribute("aria-valuetext", say("ballAt", 100 * x, Boolean(hold)));
+    this.inputs[ball].ariaValueText = say("ballAt", 100 * x, Boolean(hold));
   }
 }

@@ -15,19 +15,19 @@ class Panels {
     this.app = app;
     this.openers = [...document.querySelectorAll("[data-opens]")];
     for (const opener of this.openers) {
-      opener.setAttribute("aria-expanded", "false");
+      opener.ariaExpanded = "false";
       opener.setAttribute("aria-controls", "panel");
-      opener.addEventListener("click", () => this.toggle(opener.dataset.opens));
+      opener.onclick = () => this.toggle(opener.dataset.opens);
     }
     this.body = app.controls.panelbody;
-    app.controls.close.addEventListener("click", () => this.toggle(this.kind));
-    app.controls.panel.addEventListener("keydown", (event) => { if (event.key === "Escape") this.toggle(this.kind); });
+    app.controls.close.onclick = () => this.toggle(this.kind);
+    app.controls.panel.onkeydown = ({ key }) => { if (key === "Escape") this.toggle(this.kind); };
   }
 
   toggle(kind) {
     const opener = this.openers.find(({ dataset }) => dataset.opens === (kind ?? this.kind)), { panel, paneltitle, close } = this.app.controls;
     this.kind = this.kind === kind ? null : kind;
-    this.openers.forEach((item) => item.setAttribute("aria-expanded", String(item.dataset.opens === this.kind)));
+    for (const item of this.openers) item.ariaExpanded = String(item.dataset.opens === this.kind);
     panel.hidden = !this.kind;
     if (!this.kind) return void opener?.focus();
     paneltitle.textContent = say(this.kind);
@@ -65,11 +65,11 @@ class Panels {
     const label = element(this.body, "label", { className: "field" });
     element(label, "span", { textContent: title });
     const output = element(label, "output"), input = element(label, "input", { type: "range", min, max, step, value });
-    const tell = (shown) => { output.textContent = show(shown); input.setAttribute("aria-valuetext", output.textContent); };
+    const tell = (shown) => { output.textContent = show(shown); input.ariaValueText = output.textContent; };
     input.dataset.key = title;
     tell(value);
-    input.addEventListener("input", () => tell(Number(input.value)));
-    input.addEventListener("change", () => choose(Number(input.value)));
+    input.oninput = () => tell(Number(input.value));
+    input.onchange = () => choose(Number(input.value));
   }
 
   /** One of the values of a list, on a scale. */

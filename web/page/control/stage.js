@@ -5,20 +5,15 @@ const MARGIN = 0.06; // of a click's length, before and after it in the graph
 class Stage {
   constructor(source, app) {
     Object.assign(this, { source, app, named: "" });
-    const make = (parent, name, className, attributes = {}) => {
-      const made = element(parent, name, { className });
-      for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
-      return made;
-    };
-    this.figure = make(app.controls.stages, "figure", "stage");
-    this.heading = make(this.figure, "figcaption", "name");
-    this.canvas = make(this.figure, "canvas", "cradle", { role: "img" });
-    const caption = make(this.figure, "div", "caption");
-    this.sentence = make(caption, "p", "sentence", { "aria-live": "polite" });
-    this.detail = make(caption, "p", "detail");
-    this.strips = make(this.figure, "div", "strips", { hidden: "" });
-    this.graphCanvas = make(this.strips, "canvas", "graph", { role: "img" });
-    this.titles = make(this.strips, "div", "titles");
+    this.figure = element(app.controls.stages, "figure", { className: "stage" });
+    this.heading = element(this.figure, "figcaption", { className: "name" });
+    this.canvas = element(this.figure, "canvas", { className: "cradle", role: "img" });
+    const caption = element(this.figure, "div", { className: "caption" });
+    this.sentence = element(caption, "p", { className: "sentence", ariaLive: "polite" });
+    this.detail = element(caption, "p", { className: "detail" });
+    this.strips = element(this.figure, "div", { className: "strips", hidden: true });
+    this.graphCanvas = element(this.strips, "canvas", { className: "graph", role: "img" });
+    this.titles = element(this.strips, "div", { className: "titles" });
     this.scene = new Scene(this.canvas);
     this.graph = new Graph(this.graphCanvas);
     this.hand = new Hand(this, app);
@@ -94,7 +89,7 @@ class Stage {
     write(this.sentence, text);
     write(this.detail, detail);
     const name = say("stageName", this.named);
-    if (this.canvas.getAttribute("aria-label") !== name) this.canvas.setAttribute("aria-label", name);
+    if (this.canvas.ariaLabel !== name) this.canvas.ariaLabel = name;
   }
 
   /** What a row shows, in words. */
@@ -124,7 +119,7 @@ class Stage {
     const titles = kinds.map((kind) => `<p>${this.title(kind, known)}</p>`).join("");
     if (this.shownTitles !== titles) this.titles.innerHTML = this.shownTitles = titles;
     if (performance.now() - (this.told ?? -Infinity) > 1000) {
-      this.graphCanvas.setAttribute("aria-label", this.titles.textContent);
+      this.graphCanvas.ariaLabel = this.titles.textContent;
       this.told = performance.now();
     }
   }

@@ -6,16 +6,14 @@ const TOGETHER = 1e-3; // of a click's length, within which events are told as o
 function captionOf(click, now, state) {
   if (now < click.begin) {
     const first = click.pulses.filter(({ onset }) => onset - click.begin <= TOGETHER * click.length);
-    if (!first.length) return { text: "", detail: "" };
+    if (!first.length) return { text: "" };
     const { contact } = fastest(first, click);
-    return { text: say("approaching", contact + 1, contact + 2, withPrefix(click.begin - now, "s", 2)), detail: "" };
+    return { text: say("approaching", contact + 1, contact + 2, withPrefix(click.begin - now, "s", 2)) };
   }
-  if (now >= click.end) {
-    const count = click.pulses.length;
-    return { text: click.length ? say("over", withPrefix(click.length, "s"), count) : say("overRigid", count), detail: outcome(click) };
-  }
-  const strongest = Math.max(0, ...state.F);
-  return { text: sentence(click, now, state), detail: say("sinceTouch", withPrefix(now - click.begin, "s"), strongest > 0 ? withPrefix(strongest, "N") : "") };
+  const { length, pulses } = click, strongest = Math.max(0, ...state.F), force = strongest > 0 ? withPrefix(strongest, "N") : "";
+  if (now < click.end) return { text: sentence(click, now, state), detail: say("sinceTouch", withPrefix(now - click.begin, "s"), force) };
+  const text = length ? say("over", withPrefix(length, "s"), pulses.length) : say("overRigid", pulses.length);
+  return { text, detail: outcome(click) };
 }
 
 /** Of pulses or events, that whose balls came in fastest towards each other. */
@@ -52,4 +50,15 @@ function outcome({ speeds, after }) {
     return size < 0.5 ? [] : [say("leaver", i + 1, percent.toFixed(size > 99 && size < 99.95 ? 1 : 0).replace("-", "−"))];
   });
   return list.length ? say("leave", list.join(", ")) : say("all");
+}
+
+/** A set-up in a few words. */
+function describeSetup(setup) {
+  const band = setup.get("contact.deadBand"), uneven = setup.get("ball.massRatio").some((ratio) => ratio !== 1);
+  const parts = [say(`laws.${setup.law}`)];
+  if (setup.law !== "rigid") parts.push(`${say("deadBand").toLowerCase()}: ${band ? withPrefix(band, "m") : say("none")}`);
+  const damping = { huntCrossley: "contact.huntCrossley", viscoelastic: "contact.relaxationTime" }[setup.get("contact.dampingLaw")];
+  if (damping && setup.get(damping)) parts.push(say("besides.lossy").toLowerCase());
+  if (uneven) parts.push(setup.get("ball.massRatio").map((ratio) => rounded(ratio)).join(" : "));
+  return parts.join(", ");
 }

@@ -97,12 +97,10 @@ class Graph {
   drawEnergy(place, top, foot, theme) {
     const { context: c, rows } = this, level = (value) => foot - (value / this.largest) * (foot - top), sums = rows.map(() => 0);
     ENERGY_PARTS.forEach((_, part) => {
-      c.fillStyle = theme.energies[part];
-      c.beginPath();
-      rows.forEach(({ time }, k) => c.lineTo(place(time), level(sums[k])));
+      const line = () => rows.map(({ time }, k) => [place(time), level(sums[k])]), below = line();
       rows.forEach(({ energies }, k) => { sums[k] += Math.max(0, energies[part]); });
-      for (let k = rows.length - 1; k >= 0; k--) c.lineTo(place(rows[k].time), level(sums[k]));
-      c.fill();
+      c.fillStyle = theme.energies[part];
+      through(c, [...below, ...line().reverse()]).fill();
     });
   }
 
@@ -111,9 +109,7 @@ class Graph {
     c.strokeStyle = colour;
     c.lineWidth = width;
     c.lineJoin = "round";
-    c.beginPath();
-    for (const [x, y] of points) c.lineTo(x, y);
-    c.stroke();
+    through(c, points).stroke();
     if (foot === null || !points.length) return;
     c.lineTo(points.at(-1)[0], foot);
     c.lineTo(points[0][0], foot);

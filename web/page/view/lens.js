@@ -13,10 +13,7 @@ function drawLenses(scene, state, { reach, theme, opacity }) {
     const centre = { x: touch.x, y: touch.y - Math.max(...scene.sizes) * unit - radius - 0.55 * unit };
     c.strokeStyle = theme.lensLine;
     c.lineWidth = 1;
-    c.beginPath();
-    c.moveTo(touch.x, touch.y);
-    c.lineTo(centre.x, centre.y + radius);
-    c.stroke();
+    through(c, [[touch.x, touch.y], [centre.x, centre.y + radius]]).stroke();
     drawLens(c, centre, radius, gap / reach, Math.max(0, state.F[i]), theme);
     c.fillStyle = gap < 0 ? theme.accent : theme.ink; // pressed, or apart
     const size = Math.max(10, Math.min(15, 0.3 * unit));

@@ -29,7 +29,8 @@ class Scene {
       + near * (height - 2.1 * largest * close);
     let x = 0.5 * (width - row * unit);
     const positions = sizes.map((size) => (x += 2 * size * unit) - size * unit);
-    Object.assign(this, { near, unit, string, top: hanging - string, sizes, positions, length });
+    const floor = hanging + 1.75 * largest * unit;
+    Object.assign(this, { near, unit, string, top: hanging - string, floor, sizes, positions, length });
     return this;
   }
 
@@ -68,9 +69,9 @@ class Scene {
 
   draw(state, { theme, labels, held, selected, arrows }) {
     Object.assign(this, prepared(this.canvas, 2));
-    this.drawFrame(theme);
-    this.drawShadows(state, theme);
     const places = Array.from(state.x, (x, i) => this.place(i, x));
+    this.drawFrame(theme);
+    this.drawShadows(places, theme);
     this.drawStrings(places, theme);
     places.forEach((place, i) => this.drawBall(place, i, theme, held.has(i)));
     this.drawGlow(places, theme);
@@ -81,9 +82,8 @@ class Scene {
 
   /** The rail, on posts that stand on a base. */
   drawFrame(theme) {
-    const { context: c, unit, top, string } = this, thick = Math.max(5, 0.2 * unit), edge = 1.9 * unit;
+    const { context: c, unit, top, floor } = this, thick = Math.max(5, 0.2 * unit), edge = 1.9 * unit;
     const left = this.positions[0] - edge, right = this.positions.at(-1) + edge;
-    const floor = top + string + 1.75 * Math.max(...this.sizes) * unit;
     const slab = (y, from, to, height, shades) => {
       c.fillStyle = shaded(c.createLinearGradient(0, y, 0, y + height), shades);
       c.beginPath();
@@ -99,18 +99,17 @@ class Scene {
   }
 
   /** A soft shadow for each ball on what the cradle stands on. */
-  drawShadows(state, theme) {
-    const { context: c, unit, string, top } = this, floor = top + string + 1.75 * Math.max(...this.sizes) * unit + 0.1 * unit;
-    for (let i = 0; i < this.positions.length; i++) {
-      const { x, y } = this.place(i, state.x[i]), up = Math.max(0, (top + string - y) / string), size = this.sizes[i] * unit;
+  drawShadows(places, theme) {
+    const { context: c, unit, string, top } = this, none = theme.shadow.replace(/[\d.]+\)$/, "0)");
+    places.forEach(({ x, y }, i) => {
+      const up = Math.max(0, (top + string - y) / string), wide = this.sizes[i] * unit * (1.15 + up);
       c.save();
-      c.translate(x, floor);
+      c.translate(x, this.floor + 0.1 * unit);
       c.scale(1, 0.13);
       c.globalAlpha = Math.max(0.15, 1 - 1.6 * up);
-      const wide = size * (1.15 + up);
-      disc(c, 0, 0, wide, shaded(c.createRadialGradient(0, 0, 0, 0, 0, wide), [theme.shadow, theme.noShadow]));
+      disc(c, 0, 0, wide, shaded(c.createRadialGradient(0, 0, 0, 0, 0, wide), [theme.shadow, none]));
       c.restore();
-    }
+    });
   }
 
   drawStrings(places, theme) {
@@ -119,16 +118,13 @@ class Scene {
     c.strokeStyle = theme.string;
     places.forEach(({ x, y }, i) => {
       const rest = this.positions[i], size = this.sizes[i] * unit, angle = Math.atan2(x - rest, y - top), high = top - 0.04 * unit;
-      c.beginPath();
-      c.moveTo(rest - 0.16 * unit, high);
-      c.lineTo(x - size * Math.sin(angle), y - size * Math.cos(angle));
-      c.lineTo(rest + 0.16 * unit, high);
-      c.stroke();
+      const eye = [x - size * Math.sin(angle), y - size * Math.cos(angle)];
+      through(c, [[rest - 0.16 * unit, high], eye, [rest + 0.16 * unit, high]]).stroke();
     });
   }
 
   drawBall(place, i, theme, held) {
-    const { context: c, ratio } = this, radius = this.sizes[i] * this.unit, key = `${theme.name} ${radius.toFixed(2)} ${ratio}`;
+    const { context: c, ratio } = this, radius = this.sizes[i] * this.unit, key = `${theme.dark} ${radius.toFixed(2)} ${ratio}`;
     let sprite = this.sprites.get(key);
     if (!sprite) {
       if (this.sprites.size > 60) this.sprites.clear();
@@ -162,15 +158,9 @@ class Scene {
       const head = Math.sign(length) * Math.min(Math.abs(length), 0.24 * unit);
       c.strokeStyle = c.fillStyle = ballColour(i, places.length, theme.dark);
       c.lineWidth = Math.max(2, 0.085 * unit);
-      c.beginPath();
-      c.moveTo(x, under);
-      c.lineTo(x + length - 0.7 * head, under);
-      c.stroke();
-      c.beginPath();
-      c.moveTo(x + length, under);
-      c.lineTo(x + length - head, under - 0.13 * unit);
-      c.lineTo(x + length - head, under + 0.13 * unit);
-      c.fill();
+      through(c, [[x, under], [x + length - 0.7 * head, under]]).stroke();
+      const back = x + length - head, half = 0.13 * unit;
+      through(c, [[x + length, under], [back, under - half], [back, under + half]]).fill();
     });
   }
 

@@ -100,8 +100,8 @@ class Controls {
     write(this.inside, inside ? "Back to real time" : "Look inside this click");
     this.inside.disabled = !inside && (!click || click.closed !== "");
     this.whole.value = player.t;
-    this.whole.setAttribute("aria-valuetext", `${player.t.toFixed(2)} s`);
+    this.whole.ariaValueText = `${player.t.toFixed(2)} s`;
     this.speed.value = 1 - Math.log(player.base) / Math.log(player.slowest);
-    this.speed.setAttribute("aria-valuetext", pace(player.base));
+    this.speed.ariaValueText = pace(player.base);
   }
 }
