@@ -22,7 +22,7 @@ class App {
     this.attempt(() => this.begin(PRESETS.textbook.setup(), "textbook"));
     this.listen();
     if (asked) this.open(asked);
-    requestAnimationFrame((now) => this.frame(now));
+    this.frame(performance.now());
   }
 
   // ---- stages
