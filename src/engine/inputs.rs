@@ -20,6 +20,11 @@ pub(crate) struct HeldInputs {
 }
 
 impl HeldInputs {
+    /// Those that do not change from the time `since` (s) on.
+    pub fn constant(values: Inputs, since: f64) -> Self {
+        Self { since, values, derivatives: Vec::new() }
+    }
+
     /// The values and their derivatives, order by order.
     pub fn orders(&self) -> impl Iterator<Item = &Inputs> {
         std::iter::once(&self.values).chain(&self.derivatives)

@@ -4,7 +4,7 @@ use std::ops::Deref;
 
 use serde::{Deserialize, Serialize};
 
-use super::continuous::{Continuous, Method};
+use super::continuous::{Continuous, method};
 use super::derivatives::{History, NotFollowed, Recorder, Tape, WholeRun};
 use super::error::EngineError;
 use super::inputs::HeldInputs;
@@ -57,7 +57,7 @@ impl Deref for Simulation {
 impl Simulation {
     /// Starts a run by the method that `parameters` select; see [`Engine::new`].
     pub fn new(parameters: &Parameters, inputs: &Inputs, start_time: f64) -> Result<Self, EngineError> {
-        match Method::of(parameters) {
+        match method(parameters) {
             None => Engine::new(parameters, inputs, start_time).map(Self::EventDriven),
             Some(_) if parameters.contact_model == ContactModel::Rigid => Err(EngineError::NoForceLaw),
             Some(method) => Continuous::new(method, parameters, inputs, start_time).map(Self::Continuous),
@@ -189,7 +189,7 @@ impl Simulation {
         snapshot: SimulationSnapshot,
         failed: bool,
     ) -> Result<Self, Unsound> {
-        match (Method::of(parameters), snapshot) {
+        match (method(parameters), snapshot) {
             (None, SimulationSnapshot::EventDriven(snapshot)) => {
                 Engine::restore(parameters, start, snapshot, failed).map(Self::EventDriven)
             }

@@ -2,98 +2,50 @@
 
 use super::double_double::DoubleDouble;
 
-/// Binary heap of times, indexed by key: at most one entry a key; insert, move and remove in O(log n).
+/// A tournament of times: at most one entry a key; to enter, move or remove one takes O(log n).
 ///
-/// Equal times come in the order of their keys, so that a run never depends on its history in the heap.
+/// Equal times come in the order of their keys, so that a run never depends on its history in the queue.
 #[derive(Clone, Debug)]
 pub struct EventQueue {
-    /// Keys in heap order.
-    heap: Vec<u32>,
-    /// Place of each key in `heap`, or `ABSENT`.
-    place: Vec<u32>,
-    /// Time of each key, meaningful where it is present.
+    /// Time of each key, infinite where it has no entry. There are as many as a power of two.
     time: Vec<DoubleDouble>,
+    /// The tournament: the keys one by one in its second half, and in place `k` the earlier one of those in the places
+    /// `2 k` and `2 k + 1`.
+    earliest: Vec<u32>,
 }
-
-const ABSENT: u32 = u32::MAX;
 
 impl EventQueue {
     /// An empty queue for the keys `0..keys`.
     pub fn new(keys: usize) -> Self {
-        Self { heap: Vec::with_capacity(keys), place: vec![ABSENT; keys], time: vec![DoubleDouble::default(); keys] }
+        let size = keys.next_power_of_two();
+        let mut earliest = vec![0; size];
+        earliest.extend(0..size as u32);
+        (1..size).rev().for_each(|place| earliest[place] = earliest[2 * place]);
+        Self { time: vec![f64::INFINITY.into(); size], earliest }
     }
 
     /// The earliest entry.
     pub fn first(&self) -> Option<(DoubleDouble, usize)> {
-        self.heap.first().map(|&key| (self.time[key as usize], key as usize))
+        let key = self.earliest[1] as usize;
+        Some((self.time[key], key)).filter(|(time, _)| time.value() < f64::INFINITY)
     }
 
     /// Enters `key` at `time`, in place of its old entry if it has one. A time that is no number comes first of all, as
     /// minus infinity, so that nobody waits for it.
     pub fn set(&mut self, key: usize, time: DoubleDouble) {
         self.time[key] = if time.value().is_nan() { f64::NEG_INFINITY.into() } else { time };
-        if self.place[key] == ABSENT {
-            self.place[key] = self.heap.len() as u32;
-            self.heap.push(key as u32);
+        let mut place = (self.time.len() + key) / 2;
+        while place > 0 {
+            let (left, right) = (self.earliest[2 * place], self.earliest[2 * place + 1]);
+            let swapped = self.time[right as usize] < self.time[left as usize];
+            self.earliest[place] = if swapped { right } else { left };
+            place /= 2;
         }
-        let place = self.sift_up(self.place[key] as usize);
-        self.sift_down(place);
     }
 
     /// Takes the entry of `key` out, if there is one.
     pub fn remove(&mut self, key: usize) {
-        let place = self.place[key];
-        if place == ABSENT {
-            return;
-        }
-        let place = place as usize;
-        self.place[key] = ABSENT;
-        let Some(last) = self.heap.pop() else { return };
-        if place < self.heap.len() {
-            self.heap[place] = last;
-            self.place[last as usize] = place as u32;
-            let place = self.sift_up(place);
-            self.sift_down(place);
-        }
-    }
-
-    fn before(&self, a: u32, b: u32) -> bool {
-        let (ta, tb) = (self.time[a as usize], self.time[b as usize]);
-        ta < tb || (ta == tb && a < b)
-    }
-
-    fn swap(&mut self, a: usize, b: usize) {
-        self.heap.swap(a, b);
-        self.place[self.heap[a] as usize] = a as u32;
-        self.place[self.heap[b] as usize] = b as u32;
-    }
-
-    fn sift_up(&mut self, mut at: usize) -> usize {
-        while at > 0 {
-            let parent = (at - 1) / 2;
-            if !self.before(self.heap[at], self.heap[parent]) {
-                break;
-            }
-            self.swap(at, parent);
-            at = parent;
-        }
-        at
-    }
-
-    fn sift_down(&mut self, mut at: usize) {
-        loop {
-            let mut least = at;
-            for child in [2 * at + 1, 2 * at + 2] {
-                if child < self.heap.len() && self.before(self.heap[child], self.heap[least]) {
-                    least = child;
-                }
-            }
-            if least == at {
-                break;
-            }
-            self.swap(at, least);
-            at = least;
-        }
+        self.set(key, f64::INFINITY.into());
     }
 }
 

@@ -15,4 +15,4 @@ mod run;
 mod trajectory;
 
 pub use run::Continuous;
-pub(crate) use trajectory::Method;
+pub(crate) use trajectory::method;

@@ -3,7 +3,7 @@
 use super::run::Continuous;
 use super::trajectory::{Kind, Trajectory};
 use crate::engine::derivatives::{ChainState, LastStep, by_time};
-use crate::model::algebraic::{self, Chain, algebraic_results};
+use crate::model::algebraic::Chain;
 use crate::model::{Cradle, Differential, Mode, ONSET_PERIODS, Results, WorkCounters};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
@@ -31,7 +31,7 @@ impl Continuous {
             (overlap, if overlap > 0.0 { law.mode_when_closed(overlap, rate) } else { Mode::Open })
         };
         let (x, v) = balls.map(|i| self.state_of(i)).unzip();
-        let (overlaps, modes) = (0..self.contacts.len()).map(contact).unzip();
+        let (overlaps, modes) = (0..self.ledgers.len()).map(contact).unzip();
         ChainState { x, v, overlaps, modes }
     }
 
@@ -50,11 +50,6 @@ impl Continuous {
     /// derivatives of a force at rest are rounding and solver error.
     pub(crate) fn time_derivative(&self, order: usize) -> Differential {
         by_time(self.cradle(), &self.state(), &self.inputs.at(self.time), &[], order)
-    }
-
-    /// Length of the last step, s; 0 before the first.
-    fn step_length(&self) -> f64 {
-        self.time - self.step_start
     }
 
     /// When the next onset or release is due, s, as far as the solver's steps so far show it, and in flight as far as
@@ -91,7 +86,7 @@ impl Continuous {
                 return Next::not_before(reached.value_down(), self.time);
             }
             ahead.events.clear();
-            work += self.contacts.len() + 1;
+            work += self.ledgers.len() + 1;
             if ahead.step().is_err() {
                 return Next::not_before(reached.value_down(), self.time);
             }
@@ -123,33 +118,29 @@ impl Chain for Continuous {
 
 /// What can be read at the current time, see [`Results`].
 impl Results for Continuous {
-    algebraic_results!();
-
     fn impulse(&self, i: usize) -> f64 {
         self.value(self.trajectory.dynamics.impulse(i))
     }
 
-    fn force_mean(&self, i: usize) -> f64 {
-        if self.step_length() == 0.0 {
-            return self.force(i);
-        }
-        (self.impulse(i) - self.contacts[i].impulse_at_step) / self.step_length()
+    fn impulse_of_step(&self, i: usize) -> f64 {
+        let at_start = self.ledgers[i].impulse_at_start(self.step);
+        self.impulse(i) - at_start.unwrap_or_default().value()
     }
 
     fn force_peak(&self, i: usize) -> f64 {
-        self.contacts[i].ledger.peak_in_step(self.step).max(self.force(i))
+        self.ledgers[i].peak_in_step(self.step).max(self.force(i))
     }
 
     fn pulses(&self, i: usize) -> u64 {
-        self.contacts[i].ledger.pulses
+        self.ledgers[i].pulses
     }
 
     fn last_onset(&self, i: usize) -> f64 {
-        self.contacts[i].ledger.onset
+        self.ledgers[i].onset
     }
 
     fn last_release(&self, i: usize) -> f64 {
-        self.contacts[i].ledger.release
+        self.ledgers[i].release
     }
 
     fn dissipated_energy(&self) -> f64 {
@@ -160,20 +151,21 @@ impl Results for Continuous {
         self.value(self.trajectory.dynamics.work())
     }
 
-    fn energy_residual(&self) -> f64 {
-        (self.total_energy() - self.energy_at_start) + (self.dissipated_energy() - self.external_work())
+    fn energy_at_start(&self) -> f64 {
+        self.energy_at_start
     }
 
-    fn support_force_mean(&self) -> f64 {
-        if self.step_length() == 0.0 {
-            return self.support_force();
-        }
-        (self.value(self.trajectory.dynamics.support()) - self.support_at_step) / self.step_length()
+    fn step_length(&self) -> f64 {
+        self.time - self.step_start
+    }
+
+    fn support_impulse_of_step(&self) -> f64 {
+        self.value(self.trajectory.dynamics.support()) - self.support_at_step
     }
 
     fn next_onset(&self) -> Next {
         let now = self.now();
-        if self.contacts.is_empty() {
+        if self.ledgers.is_empty() {
             return Next::Never;
         }
         if let Some(onset) = onset_after(&self.trajectory, now) {
@@ -190,7 +182,7 @@ impl Results for Continuous {
     }
 
     fn work(&self) -> WorkCounters {
-        let work = self.trajectory.work();
+        let work = self.trajectory.solver.work;
         WorkCounters { steps: work.steps, evaluations: work.evaluations, events: self.events }
     }
 }

@@ -5,7 +5,7 @@ use std::cell::{Cell, RefCell};
 use serde::{Deserialize, Serialize};
 
 use super::dynamics::Dynamics;
-use super::trajectory::{Event, Kind, Method, Trajectory};
+use super::trajectory::{Event, Kind, Trajectory};
 use crate::engine::derivatives::ChainState;
 use crate::engine::error::EngineError;
 use crate::engine::flight::{Forcing, shifted};
@@ -16,26 +16,18 @@ use crate::engine::run::{Unsound, require};
 use crate::model::{Cradle, Inputs, Parameters, Results};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
+use crate::solver::ode::Method;
 
 /// Steps of the solver, times contacts, from one report of the progress to the next: some milliseconds.
 const WORK_PER_REPORT: u64 = 16_384;
 
-/// What is known of a contact at the current time.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(super) struct Contact {
-    pub(super) ledger: Ledger,
-    /// Its impulse at the last onset and at the start of the last step, N.s.
-    pub(super) impulse_at_onset: f64,
-    pub(super) impulse_at_step: f64,
-}
-
 /// A cradle and its trajectory up to the current time.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Continuous {
-    pub(super) method: Method,
     pub(in crate::engine) inputs: HeldInputs,
     pub(super) trajectory: Trajectory,
-    pub(super) contacts: Vec<Contact>,
+    /// Of the contacts; the impulse in one is that at the last onset.
+    pub(super) ledgers: Vec<Ledger>,
     pub(super) time: f64,
     /// Number of the current step; 0 before the first.
     pub(super) step: u64,
@@ -66,13 +58,12 @@ impl Continuous {
         if let Some(i) = y.iter().position(|y| !y.is_finite()) {
             return Err(EngineError::NotFinite { time: start_time, ball: i % parameters.balls() });
         }
-        let inputs = HeldInputs { since: start_time, values: inputs.clone(), derivatives: Vec::new() };
+        let inputs = HeldInputs::constant(inputs.clone(), start_time);
         let dynamics = equations(Cradle::new(parameters), &inputs, start_time, &y, parameters.tolerance);
         let mut run = Self {
-            method,
             inputs,
             trajectory: Trajectory::new(method, dynamics, &y),
-            contacts: vec![Contact::default(); parameters.contacts()],
+            ledgers: vec![Ledger::default(); parameters.contacts()],
             time: start_time,
             step: 0,
             step_start: start_time,
@@ -83,9 +74,9 @@ impl Continuous {
             ahead: RefCell::new(None),
             foreseen: Cell::new(None),
         };
-        for i in 0..run.contacts.len() {
+        for i in 0..run.ledgers.len() {
             if run.trajectory.closed[i] {
-                run.contacts[i].ledger.open_pulse(since, 0);
+                run.ledgers[i].open_pulse(since, 0);
                 run.events += 1;
             }
         }
@@ -116,9 +107,10 @@ impl Continuous {
     ) -> Result<Self, Unsound> {
         let cradle = Cradle::new(parameters);
         let tolerance = self.trajectory.dynamics.tolerance;
-        require(self.method == method && tolerance == parameters.tolerance, "it belongs to another method")?;
+        let same = self.trajectory.solver.method == method && tolerance == parameters.tolerance;
+        require(same, "it belongs to another method")?;
         let fits = self.inputs.fit(parameters.balls())
-            && self.contacts.len() == parameters.contacts()
+            && self.ledgers.len() == parameters.contacts()
             && self.state_at_step.is_of(parameters.balls());
         require(fits, "its size does not match the cradle")?;
         let finite = self.inputs.are_finite() && self.state_at_step.is_finite();
@@ -135,12 +127,8 @@ impl Continuous {
         let on_path = path.end >= self.now() && path.start() <= self.now();
         let times = [self.inputs.since, self.step_start].iter().all(|time| (start..=self.time).contains(time));
         require(failed || (on_path && times), "its time is not that of its solver")?;
-        let contact = |contact: &Contact| {
-            let sums = [contact.impulse_at_onset, contact.impulse_at_step];
-            contact.ledger.is_sound() && sums.iter().all(|sum| sum.is_finite())
-        };
         let sums = [self.support_at_step, self.energy_at_start].iter().all(|sum| sum.is_finite());
-        require(failed || (sums && self.contacts.iter().all(contact)), "a sum is not finite")?;
+        require(failed || (sums && self.ledgers.iter().all(Ledger::is_sound)), "a sum is not finite")?;
         let found = self.foreseen.get().is_none_or(|(_, found)| found.time() > self.time);
         require(failed || found, "the onset that it found ahead lies in the past")?;
         require(self.step.max(self.events) < LARGEST_COUNT, "a count is too large")?;
@@ -178,7 +166,7 @@ impl Continuous {
         let path = self.trajectory.path();
         let y = path.state(path.place(self.now()));
         let dynamics = equations(cradle, &self.inputs, self.time, &y, self.trajectory.dynamics.tolerance);
-        self.trajectory.restart(self.method, dynamics, &y);
+        self.trajectory.restart(dynamics, &y);
         self.ahead.take();
         self.foreseen.take();
     }
@@ -206,15 +194,15 @@ impl Continuous {
             if self.trajectory.path().end >= time.into() {
                 break;
             }
-            for i in 0..self.contacts.len() {
+            for i in 0..self.ledgers.len() {
                 if self.trajectory.closed[i] {
                     let force = self.trajectory.force(i, 0.0);
-                    self.contacts[i].ledger.add(0.0, force, force);
+                    self.ledgers[i].add(0.0, force, force);
                 }
             }
             self.trajectory.step()?;
             steps += 1;
-            if steps.is_multiple_of(WORK_PER_REPORT / (self.contacts.len() as u64 + 1) + 1) {
+            if steps.is_multiple_of(WORK_PER_REPORT / (self.ledgers.len() as u64 + 1) + 1) {
                 observer.progress(Progress {
                     time: self.trajectory.path().start().value(),
                     events: steps,
@@ -232,12 +220,10 @@ impl Continuous {
         self.step_start = self.time;
         self.state_at_step = self.state();
         self.support_at_step = self.value(self.trajectory.dynamics.support());
-        for i in 0..self.contacts.len() {
+        for i in 0..self.ledgers.len() {
             let (impulse, force) = (self.impulse(i), self.force(i));
-            let contact = &mut self.contacts[i];
-            contact.impulse_at_step = impulse;
-            contact.ledger.begin_step(self.step, DoubleDouble::default());
-            contact.ledger.add(0.0, 0.0, force);
+            self.ledgers[i].begin_step(self.step, impulse.into());
+            self.ledgers[i].add(0.0, 0.0, force);
         }
     }
 
@@ -246,18 +232,18 @@ impl Continuous {
         let Event { time, contact: i, kind, force } = event;
         let path = self.trajectory.path();
         let impulse = path.value(self.trajectory.dynamics.impulse(i), path.place(time));
-        let contact = &mut self.contacts[i];
+        let ledger = &mut self.ledgers[i];
         match kind {
             Kind::Onset => {
-                contact.ledger.open_pulse(time, self.step);
-                contact.ledger.add(0.0, force, force);
-                contact.impulse_at_onset = impulse;
-                observer.onset(i, contact.ledger.onset);
+                ledger.open_pulse(time, self.step);
+                ledger.add(0.0, force, force);
+                ledger.impulse = impulse.into();
+                observer.onset(i, ledger.onset);
             }
-            Kind::Peak => contact.ledger.add(0.0, force, force),
+            Kind::Peak => ledger.add(0.0, force, force),
             Kind::Release => {
-                contact.ledger.add(impulse - contact.impulse_at_onset, 0.0, 0.0);
-                observer.pulse(contact.ledger.close_pulse(i, time));
+                ledger.add(impulse - ledger.impulse.value(), 0.0, 0.0);
+                observer.pulse(ledger.close_pulse(i, time));
             }
         }
         if kind != Kind::Peak {

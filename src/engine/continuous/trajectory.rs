@@ -11,7 +11,7 @@ use crate::engine::records::LARGEST_COUNT;
 use crate::model::{Cradle, Parameters, SolverMethod};
 use crate::solver::crossing;
 use crate::solver::double_double::DoubleDouble;
-use crate::solver::ode::{Family, Multistep, Path, RungeKutta, StepCounters, Stuck};
+use crate::solver::ode::{Method, Path, Solver, StepCounters, Stuck};
 use crate::solver::root;
 
 /// What happens in a contact within a step.
@@ -32,73 +32,13 @@ pub(super) struct Event {
     pub force: f64,
 }
 
-/// Which solver integrates the chain.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) enum Method {
-    Multistep(Family),
-    /// With the step, s.
-    RungeKutta(f64),
-}
-
-impl Method {
-    /// The one that the parameters select, if it is not the event-driven one.
-    pub fn of(parameters: &Parameters) -> Option<Self> {
-        match parameters.method {
-            SolverMethod::EventDriven => None,
-            SolverMethod::Bdf => Some(Self::Multistep(Family::Bdf)),
-            SolverMethod::Adams => Some(Self::Multistep(Family::Adams)),
-            SolverMethod::Rk4 => Some(Self::RungeKutta(parameters.fixed_step)),
-        }
-    }
-}
-
-/// The same solver at work.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-enum Solver {
-    Multistep(Multistep),
-    RungeKutta(RungeKutta),
-}
-
-impl Solver {
-    fn new(method: Method, dynamics: &Dynamics, y: &[f64]) -> Self {
-        match method {
-            Method::Multistep(family) => Self::Multistep(Multistep::new(family, dynamics, dynamics.since, y)),
-            Method::RungeKutta(step) => Self::RungeKutta(RungeKutta::new(step, dynamics, dynamics.since, y)),
-        }
-    }
-
-    /// See [`Multistep::restored`].
-    fn restored(self, method: Method, size: usize, broken: bool) -> Option<Self> {
-        match (self, method) {
-            (Self::Multistep(solver), Method::Multistep(family)) => {
-                solver.restored(family, size, broken).map(Self::Multistep)
-            }
-            (Self::RungeKutta(solver), Method::RungeKutta(step)) => {
-                solver.restored(step, size, broken).map(Self::RungeKutta)
-            }
-            _ => None,
-        }
-    }
-
-    fn path(&self) -> &Path {
-        match self {
-            Self::Multistep(solver) => &solver.path,
-            Self::RungeKutta(solver) => &solver.path,
-        }
-    }
-
-    fn work(&self) -> StepCounters {
-        match self {
-            Self::Multistep(solver) => solver.work,
-            Self::RungeKutta(solver) => solver.work,
-        }
-    }
-
-    fn step(&mut self, dynamics: &Dynamics) -> Result<(), Stuck> {
-        match self {
-            Self::Multistep(solver) => solver.step(dynamics),
-            Self::RungeKutta(solver) => solver.step(dynamics),
-        }
+/// The method that the parameters select, if it is not the event-driven one.
+pub(crate) fn method(parameters: &Parameters) -> Option<Method> {
+    match parameters.method {
+        SolverMethod::EventDriven => None,
+        SolverMethod::Bdf => Some(Method::Bdf),
+        SolverMethod::Adams => Some(Method::Adams),
+        SolverMethod::Rk4 => Some(Method::RungeKutta(parameters.fixed_step)),
     }
 }
 
@@ -106,9 +46,7 @@ impl Solver {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Trajectory {
     pub dynamics: Dynamics,
-    solver: Solver,
-    /// StepCounters before the solver was started anew.
-    work_before: StepCounters,
+    pub solver: Solver,
     /// Which contacts are closed at the end of the last step.
     pub closed: Vec<bool>,
     /// Events of the last step that nobody has taken yet, in the order of time.
@@ -119,13 +57,12 @@ impl Trajectory {
     /// From the state `y` at `dynamics.since` on.
     pub fn new(method: Method, dynamics: Dynamics, y: &[f64]) -> Self {
         let closed = (0..dynamics.cradle.contacts.len()).map(|i| y[dynamics.overlap(i)] > 0.0).collect();
-        let solver = Solver::new(method, &dynamics, y);
-        Self { dynamics, solver, work_before: StepCounters::default(), closed, events: VecDeque::new() }
+        let solver = Solver::new(method, &dynamics, dynamics.since, y, StepCounters::default());
+        Self { dynamics, solver, closed, events: VecDeque::new() }
     }
 
     /// Goes on from the state `y` at `dynamics.since`, on the last step, by other equations.
-    pub fn restart(&mut self, method: Method, dynamics: Dynamics, y: &[f64]) {
-        self.work_before = self.work();
+    pub fn restart(&mut self, dynamics: Dynamics, y: &[f64]) {
         // What has not happened by then does not happen like this.
         for event in self.events.drain(..) {
             match event.kind {
@@ -134,7 +71,7 @@ impl Trajectory {
                 Kind::Peak => {}
             }
         }
-        self.solver = Solver::new(method, &dynamics, y);
+        self.solver = Solver::new(self.solver.method, &dynamics, dynamics.since, y, self.solver.work);
         self.dynamics = dynamics;
     }
 
@@ -146,26 +83,16 @@ impl Trajectory {
         let contacts = self.dynamics.cradle.contacts.len();
         let finite = |event: &Event| event.time.is_sound() && event.force.is_finite();
         let event = |event: &Event| event.contact < contacts && (broken || finite(event));
-        let work = [self.work_before, self.solver.work()];
         let sound = self.closed.len() == contacts
             && (broken || self.dynamics.is_sound())
             && self.events.iter().all(event)
-            && work.iter().all(|work| work.steps.max(work.evaluations) < LARGEST_COUNT);
+            && self.solver.work.steps.max(self.solver.work.evaluations) < LARGEST_COUNT;
         sound.then_some(self)
     }
 
     /// The last step.
     pub fn path(&self) -> &Path {
-        self.solver.path()
-    }
-
-    /// StepCounters since the start.
-    pub fn work(&self) -> StepCounters {
-        let (before, now) = (self.work_before, self.solver.work());
-        StepCounters {
-            steps: before.steps.saturating_add(now.steps),
-            evaluations: before.evaluations.saturating_add(now.evaluations),
-        }
+        &self.solver.path
     }
 
     /// Force in contact `i` at `s` on the last step, N.

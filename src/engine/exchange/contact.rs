@@ -9,9 +9,8 @@ use crate::solver::double_double::DoubleDouble;
 /// What is known of a contact at the last event.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Contact {
+    /// The impulse in it is that at the last onset.
     pub ledger: Ledger,
-    /// Its impulse at the last onset, N.s.
-    pub impulse_at_onset: f64,
     /// Largest force of the last pulse as the last event saw it, N.
     pub peak: f64,
     /// Largest force of the pulse under way that the host has asked for, N: many tell of no step but those to
@@ -28,7 +27,8 @@ impl Contact {
     /// It closes at `time`, with this impulse so far (N.s).
     pub fn open_pulse(&mut self, time: DoubleDouble, impulse: f64) {
         self.ledger.open_pulse(time, 0);
-        (self.impulse_at_onset, self.last, self.peak, self.seen) = (impulse, None, 0.0, 0.0);
+        self.ledger.impulse = impulse.into();
+        (self.last, self.peak, self.seen) = (None, 0.0, 0.0);
     }
 
     /// A force (N) in the middle of a pulse, with its derivative by time (N/s), at the end of a step to `time` (s): the
@@ -55,7 +55,7 @@ impl Contact {
 
     /// Contact `i` opens at `time`, with this impulse so far (N.s).
     pub fn close_pulse(&mut self, i: usize, time: DoubleDouble, impulse: f64, observer: &mut dyn Observer) {
-        self.ledger.add(impulse - self.impulse_at_onset, self.seen, 0.0);
+        self.ledger.add(impulse - self.ledger.impulse.value(), self.seen, 0.0);
         (self.last, self.peak) = (None, self.ledger.pulse_peak);
         observer.pulse(self.ledger.close_pulse(i, time));
     }

@@ -2,16 +2,15 @@
 //! goes back.
 
 use super::run::Exchange;
-use crate::engine::flight::{Ball, Flight};
+use crate::engine::flight::{Ball, Flight, Separation};
+use crate::model::BallModel;
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
+use crate::solver::root::{Smooth, rising_zero};
 
 /// How far back an onset is looked for, in radians of the pendulums' swing or decay times, or in s without gravity and
 /// drag: far beyond a step of any integration.
 const FARTHEST: f64 = 1.5;
-
-/// Steps of Newton's method and of bisection for an onset in the past.
-const STEPS: usize = 200;
 
 /// Part of the time within which two events count as one: 1e-13 of the larger of 1 s and the time.
 const SAME_TIME: f64 = 1e-13;
@@ -35,10 +34,10 @@ impl Exchange {
         self.cradle.balls.iter().enumerate().map(ball).collect()
     }
 
-    /// Overlap of contact `j` (m) and its rate (m/s) `tau` (s) from now, along the flights of `balls`.
-    pub(super) fn overlap_in_flight(&self, balls: &[Ball], j: usize, tau: f64) -> (f64, f64) {
-        let [(left, v_left), (right, v_right)] = [j, j + 1].map(|i| balls[i].moved(tau.into()));
-        (self.state.overlaps[j] + (left - right), v_left - v_right)
+    /// The motion of the balls of contact `j` relative to each other along the flights of `balls`.
+    pub(super) fn separation(&self, balls: &[Ball], j: usize) -> Separation {
+        let clearance = self.cradle.contacts[j].clearance;
+        Separation::new(&balls[j], &balls[j + 1], DoubleDouble::ZERO, self.state.overlaps[j], clearance)
     }
 
     /// When contact `j` closes, from now (s), if it is open and that is now or past: its balls overlap and approach
@@ -52,7 +51,7 @@ impl Exchange {
             return self.begins_to_press(balls, j).then_some(0.0);
         }
         if overlap > 0.0 {
-            return Some(self.past_onset(balls, j).unwrap_or(0.0));
+            return Some(self.place_of_touch(&self.separation(balls, j), 0.0).unwrap_or(0.0));
         }
         (-overlap <= rate * self.margin()).then_some(-overlap / rate)
     }
@@ -61,10 +60,9 @@ impl Exchange {
     /// are about to press each other, however slowly. That event closes the contact; without, it would be announced for
     /// ever.
     pub(super) fn begins_to_press(&self, balls: &[Ball], j: usize) -> bool {
-        let noise = balls[j..j + 2].iter().map(|ball| ball.flight.rounding(&ball.oscillator).position);
         let is_due = matches!(self.next, Next::At(time) if time <= self.time) && self.next_contact == Some(j);
         let (overlap, rate) = self.overlap_and_rate(j);
-        is_due && overlap.abs() <= noise.fold(0.0, f64::max) && rate.abs() <= RESOLVED * self.scales.speed
+        is_due && overlap.abs() <= self.separation(balls, j).noise && rate.abs() <= RESOLVED * self.scales.speed
     }
 
     /// Whether an event has followed contact `j` to later than now.
@@ -72,64 +70,35 @@ impl Exchange {
         self.contacts[j].followed_until.is_some_and(|until| until > self.time)
     }
 
-    /// When the flight of the balls of contact `j` begins, from now (s), if at the time `from` (s from now) it has yet
-    /// to: where they part, or where an event has followed them to.
-    pub(super) fn parting(&self, balls: &[Ball], j: usize, from: f64) -> Option<f64> {
+    /// When the flight of the balls of contact `j`, whose motion is this `flight`, begins, from now (s), if at the time
+    /// `from` (s from now) it has yet to: where they part, or where an event has followed them to.
+    pub(super) fn parting(&self, flight: &Separation, j: usize, from: f64) -> Option<f64> {
         let followed = self.contacts[j].followed_until.map(|until| until - self.time).filter(|until| *until > from);
-        self.parting_after(balls, j, followed.unwrap_or(from)).or(followed)
+        let from = followed.unwrap_or(from);
+        let (overlap, rate) = flight.at_time(from.into());
+        let parts = if overlap > 0.0 && rate < 0.0 { self.place_of_touch(flight, from) } else { None };
+        parts.filter(|parting| *parting > from).or(followed)
     }
 
-    /// When the balls of contact `j` part, from now (s), if at the time `from` (s from now) they overlap and have yet
-    /// to.
-    fn parting_after(&self, balls: &[Ball], j: usize, from: f64) -> Option<f64> {
-        let (overlap, rate) = self.overlap_in_flight(balls, j, from);
-        if overlap.is_nan() || overlap <= 0.0 || rate >= 0.0 {
-            return None;
-        }
-        let mut tau = from;
-        for _ in 0..STEPS {
-            let (overlap, rate) = self.overlap_in_flight(balls, j, tau);
-            let next = tau - overlap / rate;
-            if (next - tau).abs() <= f64::EPSILON * tau.abs() {
-                break;
-            }
-            tau = next;
-        }
-        (tau > from && tau.is_finite()).then_some(tau)
-    }
-
-    /// When contact `j`, which overlaps and whose balls approach each other, has closed, from now (s, <= 0); nothing if
-    /// it cannot be told.
-    fn past_onset(&self, balls: &[Ball], j: usize) -> Option<f64> {
-        let (overlap, rate) = self.overlap_and_rate(j);
-        let pace = |ball: &Ball| ball.oscillator.omega() + 2.0 * ball.oscillator.gamma();
-        let pace = pace(&balls[j]).max(pace(&balls[j + 1]));
-        let farthest = if pace > 0.0 { -FARTHEST / pace } else { -FARTHEST };
-        let mut late = 0.0;
-        let mut early = -overlap / rate;
-        while self.overlap_in_flight(balls, j, early.max(farthest)).0 > 0.0 {
-            if early <= farthest {
+    /// When the balls of a contact, which overlap at the time `from`, touch without an overlap, from now (s): before
+    /// that if they approach each other, after it if they part. Nothing if that is too far away to be told.
+    fn place_of_touch(&self, flight: &Separation, from: f64) -> Option<f64> {
+        let pace = |ball: &BallModel| ball.omega2.sqrt() + 2.0 * ball.gamma;
+        let pace = self.cradle.balls.iter().map(pace).fold(0.0, f64::max);
+        let farthest = if pace > 0.0 { FARTHEST / pace } else { FARTHEST };
+        let [overlap, rate, _] = flight.at(from);
+        let mut way = -overlap / rate;
+        while flight.at(from + way.clamp(-farthest, farthest))[0] > 0.0 {
+            if way.abs() >= farthest {
                 return None;
             }
-            (late, early) = (early, 2.0 * early);
+            way *= 2.0;
         }
-        early = early.max(farthest);
-        // Newton's method, kept within what brackets the onset.
-        let mut tau = early;
-        for _ in 0..STEPS {
-            let (overlap, rate) = self.overlap_in_flight(balls, j, tau);
-            if overlap > 0.0 {
-                late = tau
-            } else {
-                early = tau
-            }
-            let newton = tau - overlap / rate;
-            let next = if newton >= early && newton <= late { newton } else { 0.5 * (early + late) };
-            if next == tau || (next - tau).abs() <= f64::EPSILON * tau.abs() {
-                return Some(next);
-            }
-            tau = next;
-        }
-        Some(tau)
+        way = way.clamp(-farthest, farthest);
+        let gap = |share: f64| {
+            let [overlap, rate, acceleration] = flight.at(from + share * way);
+            [-overlap, -rate * way, -acceleration * way * way]
+        };
+        Some(from + way * rising_zero(gap, (0.0, -overlap), (1.0, gap(1.0)[0])))
     }
 }

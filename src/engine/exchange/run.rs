@@ -29,7 +29,7 @@ pub struct Exchange {
     pub(super) modes: Vec<Mode>,
     pub(super) contacts: Vec<Contact>,
     pub(super) scales: Scales,
-    energy_at_start: f64,
+    pub(super) energy_at_start: f64,
     /// The next onset as the last event saw it, and its contact.
     pub(super) next: Next,
     pub(super) next_contact: Option<usize>,
@@ -110,11 +110,6 @@ impl Exchange {
         Ok(self)
     }
 
-    /// The energy that the run started with, J.
-    pub(super) fn energy_at_start(&self) -> f64 {
-        self.energy_at_start
-    }
-
     /// Computes what follows from the states, the flags and the inputs.
     pub(super) fn refresh(&mut self) {
         self.state = State::new(&self.cradle, &self.modes, &self.y, self.forcings());
@@ -136,6 +131,11 @@ impl Exchange {
     /// Whether events follow contacts to their end.
     pub(super) fn is_mapped(&self) -> bool {
         self.is_rigid() || self.parameters.exchanged == ExchangedContacts::Mapped
+    }
+
+    /// The contacts that are closed.
+    pub(super) fn closed(&self) -> Vec<usize> {
+        (0..self.modes.len()).filter(|&j| self.modes[j] != Mode::Open).collect()
     }
 
     /// Overlap of contact `j`, m, and its rate, m/s.

@@ -125,11 +125,6 @@ impl Separation {
         pendulums && finite && numbers && self.anchor.is_sound() && self.anchor <= now
     }
 
-    /// The time that its motion refers to.
-    pub fn anchor(&self) -> DoubleDouble {
-        self.anchor
-    }
-
     /// Overlap (m) and its rate (m/s) at the time `t`.
     pub fn at_time(&self, t: DoubleDouble) -> (f64, f64) {
         let [overlap, rate, _] = self.evaluate(t - self.anchor);

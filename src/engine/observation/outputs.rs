@@ -7,7 +7,7 @@ use crate::engine::flight::{Regime, RunningIntegrals, degree, forcing_at};
 use crate::engine::pair_impact::Interior;
 use crate::engine::records::BallStart;
 use crate::engine::run::{Engine, KnownState, NO_STEP, Phase};
-use crate::model::algebraic::{self, Chain, algebraic_results};
+use crate::model::algebraic::Chain;
 use crate::model::{Cradle, Mode, Results, WorkCounters};
 use crate::next::{NEVER, Next};
 use crate::solver::double_double::DoubleDouble;
@@ -170,11 +170,6 @@ impl Engine {
         model.mass * (model.omega2 * self.integrals_at(i, t).x_integral + drag)
     }
 
-    /// Length of the last step, s; 0 before the first.
-    pub(crate) fn step_length(&self) -> f64 {
-        self.time - self.step.time
-    }
-
     /// To be called before an event at `t` moves ball `i` or what it touches off its closed form. An event at the very
     /// start of the step has not moved it yet.
     pub(crate) fn before_move(&mut self, i: usize, t: DoubleDouble) {
@@ -263,20 +258,14 @@ impl Chain for Engine {
 
 /// What can be read at the current time, see [`Results`].
 impl Results for Engine {
-    algebraic_results!();
-
     fn impulse(&self, i: usize) -> f64 {
         self.impulse_at(i, self.now()).value()
     }
 
-    fn force_mean(&self, i: usize) -> f64 {
-        if self.step_length() == 0.0 {
-            return self.force(i);
-        }
-        let impulse = self.impulse_at(i, self.now());
+    fn impulse_of_step(&self, i: usize) -> f64 {
         let at_start = self.contacts[i].ledger.impulse_at_start(self.step.number);
         let at_start = at_start.unwrap_or_else(|| self.impulse_at(i, self.step.time.into()));
-        (impulse - at_start).value() / self.step_length()
+        (self.impulse_at(i, self.now()) - at_start).value()
     }
 
     fn force_peak(&self, i: usize) -> f64 {
@@ -320,18 +309,18 @@ impl Results for Engine {
         (0..self.balls.len()).map(|i| self.integrals_at(i, self.now()).work).sum()
     }
 
-    fn energy_residual(&self) -> f64 {
-        (self.total_energy() - self.totals.energy_at_start) + (self.dissipated_energy() - self.external_work())
+    fn energy_at_start(&self) -> f64 {
+        self.totals.energy_at_start
     }
 
-    fn support_force_mean(&self) -> f64 {
-        if self.step_length() == 0.0 {
-            return self.support_force();
-        }
+    fn step_length(&self) -> f64 {
+        self.time - self.step.time
+    }
+
+    fn support_impulse_of_step(&self) -> f64 {
         let balls = 0..self.balls.len();
         let before: f64 = balls.clone().map(|i| self.support_impulse_at_start(i)).sum();
-        let now: f64 = balls.map(|i| self.support_impulse_of(i, self.now())).sum();
-        (now - before) / self.step_length()
+        balls.map(|i| self.support_impulse_of(i, self.now())).sum::<f64>() - before
     }
 
     fn next_onset(&self) -> Next {

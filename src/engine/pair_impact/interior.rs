@@ -1,5 +1,4 @@
-//! The interior of an impact of known outcome, for those who look at it: segments as those of any cluster, computed as
-//! far as somebody has asked for.
+//! The interior of an impact of known outcome, for those who look at it: segments as those of any cluster.
 
 use std::cell::OnceCell;
 
@@ -9,36 +8,19 @@ use crate::engine::flight::{Ball, RunningIntegrals};
 use crate::model::{ContactLaw, Mode};
 use crate::solver::double_double::DoubleDouble;
 
-/// A segment of an impact and, once it is asked for, the next.
+/// A segment of an impact.
 #[derive(Debug)]
 pub(crate) struct Interior {
     pub segment: Cluster,
     /// Gathered in the segments before: the impulse of the contact, N.s, and by the left and the right ball.
     pub impulse: f64,
     pub integrals: [RunningIntegrals; 2],
-    next: OnceCell<Option<Box<Interior>>>,
-}
-
-/// One after the other: there may be more than a stack holds.
-impl Drop for Interior {
-    fn drop(&mut self) {
-        let mut next = self.next.take().flatten();
-        while let Some(mut interior) = next {
-            next = interior.next.take().flatten();
-        }
-    }
 }
 
 impl Interior {
     /// The time since the start of the segment.
     pub fn since(&self, t: DoubleDouble) -> f64 {
         (t - self.segment.start).value().max(0.0)
-    }
-
-    /// How many segments are known from here on.
-    #[cfg(test)]
-    pub fn known(&self) -> usize {
-        std::iter::successors(Some(self), |interior| interior.next.get()?.as_deref()).count()
     }
 }
 
@@ -71,19 +53,19 @@ impl<'a> Impact<'a> {
         cluster
     }
 
-    /// The segment that holds the time `t`, with what was before it; the last one for a time after the impact. `first`
-    /// keeps the segments.
-    pub fn interior(&self, first: &'a OnceCell<Box<Interior>>, t: DoubleDouble) -> &'a Interior {
-        let mut interior = first.get_or_init(|| {
-            let segment = self.first_segment();
-            Box::new(Interior { segment, impulse: 0.0, integrals: Default::default(), next: OnceCell::new() })
+    /// The segment that holds the time `t`, with what was before it; the last one for a time after the impact. All of
+    /// them are computed for the first who asks, into `segments`.
+    pub fn interior(&self, segments: &'a OnceCell<Vec<Interior>>, t: DoubleDouble) -> &'a Interior {
+        let segments = segments.get_or_init(|| {
+            let first = Interior { segment: self.first_segment(), impulse: 0.0, integrals: Default::default() };
+            let mut segments = vec![first];
+            while let Some(next) = segments.last().and_then(|last| self.after(last)) {
+                segments.push(next);
+            }
+            segments
         });
-        while interior.segment.end() <= t
-            && let Some(next) = interior.next.get_or_init(|| self.after(interior).map(Box::new))
-        {
-            interior = next;
-        }
-        interior
+        let place = segments.partition_point(|interior| interior.segment.end() <= t);
+        &segments[place.min(segments.len() - 1)]
     }
 
     /// The segment after another one, unless the impact is over, or its segments lead no further.
@@ -102,12 +84,12 @@ impl<'a> Impact<'a> {
         segment.move_start(length, self.balls, self.laws);
         segment.expand(self.balls, self.laws, &self.control());
         let impulse = last.impulse + last.segment.impulse(self.contact, length);
-        Some(Interior { segment, impulse, integrals, next: OnceCell::new() })
+        Some(Interior { segment, impulse, integrals })
     }
 
     /// Largest force between two times, N. Without losses the force falls as it has risen, so that it is largest half
     /// way.
-    pub fn peak(&self, first: &'a OnceCell<Box<Interior>>, from: DoubleDouble, to: DoubleDouble) -> f64 {
+    pub fn peak(&self, segments: &'a OnceCell<Vec<Interior>>, from: DoubleDouble, to: DoubleDouble) -> f64 {
         let (start, duration) = (self.outcome.start, self.outcome.duration);
         let (from, to) = ((from - start).value().max(0.0), (to - start).value().min(duration));
         let top = 0.5 * duration;
@@ -118,7 +100,7 @@ impl<'a> Impact<'a> {
             return self.outcome.peak;
         }
         let nearest = start + if to < top { to } else { from };
-        let interior = self.interior(first, nearest);
+        let interior = self.interior(segments, nearest);
         let (overlap, rate) = interior.segment.overlap(self.contact, interior.since(nearest));
         self.laws[self.contact].force(overlap, rate)
     }

@@ -163,43 +163,8 @@ fn transmit<S: Scalar>(masses: &[S], before: &[S], after: &[S], mut through: imp
 mod tests {
     use super::*;
 
-    fn outcome(masses: &[f64], v: &[f64], e: f64) -> (Vec<f64>, Outcome<f64>) {
-        let mut after = v.to_vec();
-        let outcome = collide(masses, &mut after, e, 1e-14, 1e-14);
-        (after, outcome)
-    }
-
     fn energy(masses: &[f64], v: &[f64]) -> f64 {
         masses.iter().zip(v).map(|(m, v)| 0.5 * m * v * v).sum()
-    }
-
-    #[test]
-    fn as_many_balls_leave_as_come() {
-        for n in 2..=13 {
-            for come in 1..n {
-                let v: Vec<f64> = (0..n).map(|i| if i < come { 0.3 } else { 0.0 }).collect();
-                let (after, outcome) = outcome(&vec![0.7; n], &v, 1.0);
-                let expected: Vec<f64> = v.iter().rev().copied().collect();
-                assert_eq!((after, outcome.loss), (expected, 0.0));
-                assert_eq!(outcome.impacts.len(), come * (n - come));
-            }
-        }
-    }
-
-    #[test]
-    fn ties_that_share_a_ball_collide_jointly() {
-        let (after, outcome) = outcome(&[1.0, 3.0, 1.0], &[1.0, 0.0, -1.0], 0.5);
-        assert_eq!(after, [-0.5, 0.0, 0.5]);
-        assert_eq!(outcome.impacts, [0, 1].map(|contact| Impact { contact, impulse: 1.5 }));
-        assert_eq!(outcome.loss, 0.75);
-    }
-
-    #[test]
-    fn plastic_impacts_end_in_common_velocities() {
-        let (after, outcome) = outcome(&[1.0, 2.0, 1.0, 5.0], &[4.0, 0.0, 0.0, 1.0], 0.0);
-        assert_eq!(after, [1.0, 1.0, 1.0, 1.0]);
-        assert_eq!(outcome.loss, 10.5 - 4.5);
-        assert_eq!(outcome.impacts.iter().map(|impact| impact.impulse).collect::<Vec<_>>(), [3.0, 1.0]);
     }
 
     #[test]
@@ -207,7 +172,8 @@ mod tests {
         for (n, e) in [(3, 0.05), (5, 0.1), (13, 0.5), (200, 0.9), (1000, 0.5)] {
             let masses = vec![1.0; n];
             let v: Vec<f64> = (0..n).map(|i| if i == 0 { 1.0 } else { 0.0 }).collect();
-            let (after, outcome) = outcome(&masses, &v, e);
+            let mut after = v.clone();
+            let outcome = collide(&masses, &mut after, e, 1e-14, 1e-14);
             assert!(after.windows(2).all(|v| v[0] <= v[1]), "{n} {e}");
             let balance = energy(&masses, &after) + outcome.loss - energy(&masses, &v);
             assert!(balance.abs() < 1e-13 && outcome.loss > 0.0, "{n} {e}: {balance:e}");

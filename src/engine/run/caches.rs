@@ -15,7 +15,7 @@ pub(crate) struct Caches<R> {
     /// A ball each: its state when it was last asked for.
     pub states: Vec<Cell<KnownState>>,
     /// A contact each: the interior of the impact under way, once somebody looks inside.
-    pub interiors: Vec<OnceCell<Box<Interior>>>,
+    pub interiors: Vec<OnceCell<Vec<Interior>>>,
     pub ahead: LookAhead<R>,
     /// The last cluster that is over, for its memory.
     pub spare: Option<Box<Cluster>>,

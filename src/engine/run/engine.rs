@@ -65,7 +65,7 @@ pub(crate) struct Totals {
 impl Engine {
     /// Starts a run at `start_time` (s) with the start values of `parameters`, whose values are in their ranges.
     pub fn new(parameters: &Parameters, inputs: &Inputs, start_time: f64) -> Result<Self, EngineError> {
-        let inputs = HeldInputs { since: start_time, values: inputs.clone(), derivatives: Vec::new() };
+        let inputs = HeldInputs::constant(inputs.clone(), start_time);
         let mut engine = Self::apart(parameters, inputs, start_time);
         let start = DoubleDouble::from(start_time);
         if engine.is_rigid() {

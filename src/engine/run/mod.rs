@@ -17,7 +17,7 @@ mod snapshot;
 mod watchdog;
 
 pub(crate) use caches::KnownState;
-pub(crate) use contact::{Contact, Keep, Phase};
+pub(crate) use contact::{Keep, Phase};
 pub use engine::Engine;
 pub(crate) use engine::NO_STEP;
 pub(crate) use snapshot::require;

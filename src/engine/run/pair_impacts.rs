@@ -190,9 +190,9 @@ mod tests {
     use crate::engine::observer::Unrecorded;
     use crate::model::{Inputs, Parameters, Results};
 
-    /// Segments of the impact in contact 0 computed so far.
+    /// Segments of the impact in contact 0.
     fn segments(engine: &Engine) -> usize {
-        engine.caches.interiors[0].get().map_or(0, |first| first.known())
+        engine.caches.interiors[0].get().map_or(0, Vec::len)
     }
 
     /// Two balls without gravity, the first of which hits the other one at `speed` (m/s).
@@ -219,15 +219,13 @@ mod tests {
             let mut engine = collision(speed, 10.0);
             engine.advance(1e-12, &mut Unrecorded).unwrap();
             let duration = engine.contacts[0].impact().unwrap().duration;
-            // Only what is asked for is computed.
-            engine.x(0);
-            assert_eq!(segments(&engine), 1);
             engine.advance(0.5 * duration, &mut Unrecorded).unwrap();
             let energy = 0.25 * speed * speed;
             assert!((engine.contact_energy(0) / energy - 1.0).abs() < 1e-12, "{speed}");
             assert!((engine.x(0) + engine.x(1)) / (0.5 * speed * duration) - 1.0 < 1e-12);
             segments(&engine)
         });
+        println!("{counts:?}");
         assert!(counts.iter().all(|count| count.abs_diff(counts[0]) <= 2) && counts[0] < 500, "{counts:?}");
     }
 }

@@ -134,18 +134,4 @@ mod tests {
             assert!((c.error * (order + 1) as f64 * leading - 1.0).abs() < 1e-14, "order {order}");
         }
     }
-
-    #[test]
-    fn the_corrector_is_one_at_the_end_and_keeps_what_was_before() {
-        let xi = distances(0.3, &[0.2, 0.5, 0.1, 0.1, 0.4], 0.3);
-        let at = |p: &Polynomial, s: f64| p.iter().rev().fold(0.0, |sum, c| sum * s + c);
-        for order in 2..=5 {
-            let (a, b) = (adams(order, &xi).corrector, bdf(order, &xi).corrector);
-            assert!((at(&a, 0.0), at(&b, 0.0)) == (1.0, 1.0) && at(&a, -1.0).abs() < 1e-14);
-            let rate: Polynomial = std::array::from_fn(|j| a.get(j + 1).map_or(0.0, |c| (j + 1) as f64 * c));
-            for xi in &xi[..order - 1] {
-                assert!(at(&rate, -xi).abs() < 1e-12 && at(&b, -xi).abs() < 1e-12, "order {order}");
-            }
-        }
-    }
 }

@@ -13,19 +13,14 @@
 
 use std::cmp::Ordering;
 
-use serde::{Deserialize, Serialize};
-
 use super::corrector::{Coefficients, MAX_ORDER, adams, bdf, distances, roots};
-use super::system::{Path, StepCounters, Stuck, System, resolved};
-use crate::solver::double_double::DoubleDouble;
+use super::solver::{LONGEST, Method, Solver};
+use super::system::{Stuck, System, resolved};
 
 /// A step is not changed for less than this ratio.
 const WORTH_IT: f64 = 1.5;
-/// Largest ratio of a step to the one before: the first one is a guess.
+/// Largest ratio of a step to the one before.
 const GROWTH: f64 = 10.0;
-const FIRST_GROWTH: f64 = 1e4;
-/// Longest step, s.
-const LONGEST: f64 = 1e3;
 /// Attempts at one step after which the solver gives up: from the longest step to the resolution of the clock.
 const MAX_ATTEMPTS: usize = 200;
 /// Iterations of a corrector.
@@ -33,123 +28,15 @@ const MAX_ITERATIONS: usize = 3;
 /// Iterate until the error is this part of what is tolerated in a step.
 const ITERATION_ERROR: f64 = 0.1;
 
-/// Which formulas.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Family {
-    /// Orders 1 to 12, solved by fixed-point iteration: for motions that are not stiff.
-    Adams,
-    /// Orders 1 to 5, solved by Newton's method: for stiff motions.
-    Bdf,
-}
-
-impl Family {
-    fn max_order(self) -> usize {
-        match self {
-            Self::Adams => 12,
-            Self::Bdf => 5,
-        }
-    }
-}
-
-/// A run of one of the families over a [`System`].
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Multistep {
-    family: Family,
-    /// The last step.
-    pub path: Path,
-    /// Where a step is tried.
-    #[serde(skip)]
-    trial: Path,
-    /// Lengths of the last steps, s, the latest first.
-    steps: [f64; MAX_ORDER + 1],
-    /// Order of the next step and its length, s.
-    order: usize,
-    step: f64,
-    /// Steps until another order is thought of.
-    wait: usize,
-    /// Largest growth of the next step.
-    growth: f64,
-    /// `e` of the last step, and that of the one before with its spread, if it was kept.
-    correction: Vec<f64>,
-    kept: Vec<f64>,
-    kept_spread: Option<f64>,
-    /// Room for states and rates.
-    #[serde(skip)]
-    state: Vec<f64>,
-    #[serde(skip)]
-    rates: Vec<f64>,
-    /// What it took so far.
-    pub work: StepCounters,
-}
-
 /// Ratio to the last step of one whose error, last `error` times what is tolerated, would be within it with some
 /// margin, `bias`.
 fn ratio(bias: f64, error: f64, order: usize) -> f64 {
     1.0 / (libm::pow(bias * error, 1.0 / (order + 1) as f64) + 1e-6)
 }
 
-impl Multistep {
-    /// Starts at the state `y` at time `t`, with order 1 and a step that changes it by no more than is tolerated.
-    pub fn new(family: Family, system: &impl System, t: DoubleDouble, y: &[f64]) -> Self {
-        let path = Path::resting(t, y, family.max_order() + 1);
-        let mut start = Self {
-            family,
-            trial: path.clone(),
-            path,
-            steps: [0.0; MAX_ORDER + 1],
-            order: 1,
-            step: 0.0,
-            wait: 2,
-            growth: FIRST_GROWTH,
-            correction: vec![0.0; y.len()],
-            kept: vec![0.0; y.len()],
-            kept_spread: None,
-            state: y.to_vec(),
-            rates: vec![0.0; y.len()],
-            work: StepCounters::default(),
-        };
-        start.begin(system);
-        start
-    }
-
-    /// Takes up again what was put down as plain data; nothing if it is not of this family and `size` components. Its
-    /// values may be anything if it is `broken`.
-    pub fn restored(mut self, family: Family, size: usize, broken: bool) -> Option<Self> {
-        let orders = 1..=family.max_order();
-        let lengths = self.steps.iter().all(|step| *step >= 0.0 && step.is_finite());
-        let next = self.step > 0.0 && self.growth >= 1.0 && self.step.max(self.growth).is_finite();
-        let kept = self.correction.iter().chain(&self.kept).chain(&self.kept_spread).all(|value| value.is_finite());
-        let sound = self.family == family
-            && self.path.is_sound(size, family.max_order() + 1, broken)
-            && [self.correction.len(), self.kept.len()] == [size; 2]
-            && orders.contains(&self.order)
-            && orders.contains(&self.path.degree)
-            && (1..=MAX_ORDER + 2).contains(&self.wait)
-            && (broken || (self.path.step > 0.0 && lengths && next && kept));
-        self.trial = self.path.clone();
-        self.state = vec![0.0; size];
-        self.rates = vec![0.0; size];
-        sound.then_some(self)
-    }
-
-    fn begin(&mut self, system: &impl System) {
-        self.evaluate(system, self.path.end);
-        let pace = system.size(&self.state, &self.rates);
-        self.step = if pace > 0.0 { (1.0 / pace).min(LONGEST) } else { 1.0 };
-        (self.path.step, self.path.degree) = (self.step, 1);
-        self.path.column_mut(1).iter_mut().zip(&self.rates).for_each(|(c, rate)| *c = self.step * rate);
-    }
-
-    fn evaluate(&mut self, system: &impl System, t: DoubleDouble) {
-        system.rates(t, &self.state, &mut self.rates);
-        self.work.evaluations = self.work.evaluations.saturating_add(1);
-    }
-
-    /// Makes a step.
-    ///
-    /// # Errors
-    /// [`Stuck`] if it would have to be shorter than the clock resolves.
-    pub fn step(&mut self, system: &impl System) -> Result<(), Stuck> {
+impl Solver {
+    /// Makes a step by a multistep formula.
+    pub(super) fn multistep(&mut self, system: &impl System) -> Result<(), Stuck> {
         // From the order of the last step to that of this one.
         match self.order.cmp(&self.path.degree) {
             Ordering::Less => self.lower_order(),
@@ -163,10 +50,7 @@ impl Multistep {
                 break;
             }
             let xi = distances(self.path.step, &self.steps, self.path.step);
-            let c = match self.family {
-                Family::Adams => adams(self.order, &xi),
-                Family::Bdf => bdf(self.order, &xi),
-            };
+            let c = if self.method == Method::Bdf { bdf(self.order, &xi) } else { adams(self.order, &xi) };
             self.trial.copy_from(&self.path);
             self.trial.extrapolate();
             let Some(error) = self.correct(system, &c) else {
@@ -199,10 +83,8 @@ impl Multistep {
         let (t, step, slope) = (self.trial.end, self.trial.step, c.corrector[1]);
         self.correction.fill(0.0);
         self.state.copy_from_slice(self.trial.last());
-        let mut matrix = match self.family {
-            Family::Adams => None,
-            Family::Bdf => Some(system.linearize(t, &self.state, step / slope)),
-        };
+        let stiff = self.method == Method::Bdf;
+        let mut matrix = stiff.then(|| system.linearize(t, &self.state, step / slope));
         let (mut before, mut convergence) = (0.0, 1.0_f64);
         for iteration in 0..MAX_ITERATIONS {
             self.evaluate(system, t);
@@ -255,8 +137,7 @@ impl Multistep {
             } else {
                 self.state.copy_from_slice(self.path.last());
                 self.evaluate(system, self.path.end);
-                let step = self.path.step;
-                self.path.column_mut(1).iter_mut().zip(&self.rates).for_each(|(c, rate)| *c = step * rate);
+                self.set_slope(self.path.step);
                 self.wait = 10;
             }
             0.1
@@ -270,7 +151,6 @@ impl Multistep {
     /// Takes the trial step over, and chooses the order and the length of the next one.
     fn accept(&mut self, system: &impl System, c: &Coefficients, error: f64) {
         std::mem::swap(&mut self.path, &mut self.trial);
-        self.work.steps = self.work.steps.saturating_add(1);
         self.steps.rotate_right(1);
         self.steps[0] = self.path.step;
         self.wait -= 1;
@@ -297,7 +177,7 @@ impl Multistep {
                 }
             }
         }
-        if self.wait == 1 && order < self.family.max_order() {
+        if self.wait == 1 && order < self.method.max_order() {
             self.kept.copy_from_slice(&self.correction);
             self.kept_spread = Some(c.spread);
         }
@@ -319,10 +199,7 @@ impl Multistep {
         let order = self.path.degree;
         let through = roots(&self.points()[..order.saturating_sub(2)]);
         for j in 2..order {
-            let factor = match self.family {
-                Family::Adams => order as f64 / j as f64,
-                Family::Bdf => 1.0,
-            };
+            let factor = if self.method == Method::Bdf { 1.0 } else { order as f64 / j as f64 };
             let (column, highest) = self.path.two_columns(j, order);
             column.iter_mut().zip(highest).for_each(|(c, h)| *c -= factor * through[j - 2] * h);
         }
@@ -336,7 +213,7 @@ impl Multistep {
         (self.path.degree, self.order) = (order + 1, order + 1);
         self.path.column_mut(order + 1).fill(0.0);
         self.wait = order + 2;
-        if self.family == Family::Bdf {
+        if self.method == Method::Bdf {
             // So that the path passes through one point more. (For the Adams formulas that would be a rate, which is
             // not kept.)
             let points = &self.points()[..order];

@@ -181,35 +181,3 @@ impl Path {
         self.column_mut(j).iter_mut().zip(e).for_each(|(c, e)| *c += factor * e);
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The polynomial 1 + 2 s + 3 s^2 on a step of 0.5 s that ends at 4 s.
-    fn path() -> Path {
-        let mut path = Path::resting(4.0.into(), &[1.0], 3);
-        (path.step, path.degree) = (0.5, 2);
-        path.column_mut(1)[0] = 2.0;
-        path.column_mut(2)[0] = 3.0;
-        path
-    }
-
-    #[test]
-    fn values_and_rates() {
-        let path = path();
-        let s = path.place(3.75.into());
-        assert_eq!((s, path.value(0, s), path.rate(0, s)), (-0.5, 0.75, -2.0));
-        assert_eq!(path.time(s).value(), 3.75);
-    }
-
-    #[test]
-    fn the_polynomial_is_the_same_in_other_steps_and_from_another_end() {
-        let (mut path, same) = (path(), path());
-        path.rescale(0.25);
-        assert_eq!(path.value(0, -1.0), same.value(0, -0.25));
-        path.extrapolate();
-        assert_eq!((path.end.value(), path.last()[0]), (4.125, same.value(0, 0.25)));
-        assert_eq!(path.rate(0, -1.0), same.rate(0, 0.0));
-    }
-}

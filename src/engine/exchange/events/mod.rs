@@ -3,8 +3,6 @@
 mod group;
 mod rigid;
 
-use group::Group;
-
 use super::contact::Contact;
 use super::run::Exchange;
 use crate::engine::error::EngineError;
@@ -122,18 +120,19 @@ impl Exchange {
 
     /// Follows what has been closed from the start to its end; what does not end before long stays closed.
     fn follow_closed(&mut self, observer: &mut dyn Observer) -> Result<(), EngineError> {
-        let mut closed: Vec<usize> = (0..self.modes.len()).filter(|&j| self.modes[j] != Mode::Open).collect();
+        let mut closed = self.closed();
         while let Some(&first) = closed.first() {
-            let Some(group) = self.follow(&self.flights(), first, 0.0, &closed)? else {
+            let balls = self.flights();
+            let Some(group) = self.follow(&balls, first, 0.0, &closed)? else {
                 closed.remove(0);
                 continue;
             };
-            for &j in closed.iter().filter(|j| group.contacts.contains(j)) {
+            for &j in closed.iter().filter(|j| group.contains(**j)) {
                 self.modes[j] = Mode::Open;
                 self.contacts[j] = Contact::default();
             }
-            closed.retain(|j| !group.contacts.contains(j));
-            self.apply(&group, observer);
+            closed.retain(|j| !group.contains(*j));
+            self.apply(&balls, &group, |_| 0.0, observer);
         }
         Ok(())
     }
@@ -146,7 +145,7 @@ impl Exchange {
             let Some((onset, first)) = self.earliest_due(&balls, |j| self.modes[j] == Mode::Open) else { break };
             let beside = self.is_beside_closed(first);
             match if beside { None } else { self.follow(&balls, first, onset, &[])? } {
-                Some(group) => self.apply(&group, observer),
+                Some(group) => self.apply(&balls, &group, |_| 0.0, observer),
                 None => self.close(first),
             }
         }
@@ -164,28 +163,5 @@ impl Exchange {
         let open = (0..self.modes.len()).filter(|&j| open(j));
         let due = open.filter_map(|j| self.due_onset(balls, j).map(|onset| (onset, j)));
         due.reduce(|first, other| if other.0 < first.0 { other } else { first })
-    }
-
-    /// Goes on from the end of `group`, seen from now.
-    fn apply(&mut self, group: &Group, observer: &mut dyn Observer) {
-        let n = self.balls();
-        if group.balls().start == 0 {
-            self.y[0] = group.x[0];
-        }
-        self.y[1 + group.first_overlap..][..group.overlaps.len()].copy_from_slice(&group.overlaps);
-        self.y[n + group.balls().start..][..group.v.len()].copy_from_slice(&group.v);
-        for (j, impulse) in group.contacts.clone().zip(&group.impulses) {
-            let place = self.impulse_place(j);
-            self.y[place] += impulse;
-        }
-        let [loss, work] = self.sums_place();
-        self.y[loss] += group.loss;
-        self.y[work] += group.work;
-        let (onset, until) = (DoubleDouble::from(self.time) + group.onset, self.time + group.until);
-        group.contacts.clone().for_each(|j| self.contacts[j].followed_until = Some(until));
-        for pulse in &group.pulses {
-            self.contacts[pulse.contact].enter(pulse, onset + pulse.onset, onset + pulse.release, observer);
-        }
-        self.refresh();
     }
 }

@@ -1,0 +1,146 @@
+//! A solver at work: its history, from which it goes on.
+
+use serde::{Deserialize, Serialize};
+
+use super::corrector::MAX_ORDER;
+use super::system::{Path, StepCounters, Stuck, System};
+use crate::solver::double_double::DoubleDouble;
+
+/// Longest step, s.
+pub(super) const LONGEST: f64 = 1e3;
+/// Largest ratio of the second step to the first one, which is a guess.
+const FIRST_GROWTH: f64 = 1e4;
+
+/// Which formulas.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Method {
+    /// Adams-Moulton of orders 1 to 12, solved by fixed-point iteration: for motions that are not stiff.
+    Adams,
+    /// Backward differentiation of orders 1 to 5, solved by Newton's method: for stiff motions.
+    Bdf,
+    /// The classical Runge-Kutta formula with steps of this length, s.
+    RungeKutta(f64),
+}
+
+impl Method {
+    pub(super) fn max_order(self) -> usize {
+        match self {
+            Self::Adams => MAX_ORDER,
+            Self::Bdf => 5,
+            Self::RungeKutta(_) => 2,
+        }
+    }
+
+    /// Highest degree of the polynomials over a step.
+    fn degree(self) -> usize {
+        self.max_order() + 1
+    }
+}
+
+/// A run of one of the methods over a [`System`].
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Solver {
+    /// Its formulas.
+    pub method: Method,
+    /// The last step.
+    pub path: Path,
+    /// Where a step is tried.
+    #[serde(skip)]
+    pub(super) trial: Path,
+    /// Lengths of the last steps, s, the latest first.
+    pub(super) steps: [f64; MAX_ORDER + 1],
+    /// Order of the next step and its length, s.
+    pub(super) order: usize,
+    pub(super) step: f64,
+    /// Steps until another order is thought of.
+    pub(super) wait: usize,
+    /// Largest growth of the next step.
+    pub(super) growth: f64,
+    /// Correction `e` of the last step, and that of the one before with its spread, if it was kept.
+    pub(super) correction: Vec<f64>,
+    pub(super) kept: Vec<f64>,
+    pub(super) kept_spread: Option<f64>,
+    /// Room for states and rates.
+    #[serde(skip)]
+    pub(super) state: Vec<f64>,
+    #[serde(skip)]
+    pub(super) rates: Vec<f64>,
+    /// What it took so far.
+    pub work: StepCounters,
+}
+
+impl Solver {
+    /// Starts at the state `y` at time `t`, after this `work`. The first step is one of order 1 that changes the state
+    /// by no more than is tolerated, if the method leaves that open.
+    pub fn new(method: Method, system: &impl System, t: DoubleDouble, y: &[f64], work: StepCounters) -> Self {
+        let path = Path::resting(t, y, method.degree());
+        let mut solver = Self {
+            method,
+            trial: path.clone(),
+            path,
+            steps: [0.0; MAX_ORDER + 1],
+            order: 1,
+            step: 0.0,
+            wait: 2,
+            growth: FIRST_GROWTH,
+            correction: vec![0.0; y.len()],
+            kept: vec![0.0; y.len()],
+            kept_spread: None,
+            state: y.to_vec(),
+            rates: vec![0.0; y.len()],
+            work,
+        };
+        solver.evaluate(system, t);
+        let pace = system.size(&solver.state, &solver.rates);
+        solver.step = match method {
+            Method::RungeKutta(step) => step,
+            Method::Adams | Method::Bdf if pace > 0.0 => (1.0 / pace).min(LONGEST),
+            Method::Adams | Method::Bdf => 1.0,
+        };
+        (solver.path.step, solver.path.degree) = (solver.step, 1);
+        solver.set_slope(solver.step);
+        solver
+    }
+
+    /// Takes up again what was put down as plain data; nothing if it is not of this method and `size` components. Its
+    /// values may be anything if it is `broken`.
+    pub fn restored(mut self, method: Method, size: usize, broken: bool) -> Option<Self> {
+        let lengths = self.steps.iter().all(|step| *step >= 0.0 && step.is_finite());
+        let next = self.step > 0.0 && self.growth >= 1.0 && self.step.max(self.growth).is_finite();
+        let kept = self.correction.iter().chain(&self.kept).chain(&self.kept_spread).all(|value| value.is_finite());
+        let sound = self.method == method
+            && self.path.is_sound(size, method.degree(), broken)
+            && [self.correction.len(), self.kept.len()] == [size; 2]
+            && (1..=method.max_order()).contains(&self.order)
+            && (1..=method.degree()).contains(&self.path.degree)
+            && (1..=MAX_ORDER + 2).contains(&self.wait)
+            && (broken || (self.path.step > 0.0 && lengths && next && kept));
+        self.trial = self.path.clone();
+        self.state = vec![0.0; size];
+        self.rates = vec![0.0; size];
+        sound.then_some(self)
+    }
+
+    /// Makes a step.
+    ///
+    /// # Errors
+    /// [`Stuck`] if it would have to be shorter than the clock resolves.
+    pub fn step(&mut self, system: &impl System) -> Result<(), Stuck> {
+        let made = match self.method {
+            Method::RungeKutta(step) => self.runge_kutta(system, step),
+            Method::Adams | Method::Bdf => self.multistep(system),
+        };
+        self.work.steps = self.work.steps.saturating_add(u64::from(made.is_ok()));
+        made
+    }
+
+    pub(super) fn evaluate(&mut self, system: &impl System, t: DoubleDouble) {
+        system.rates(t, &self.state, &mut self.rates);
+        self.work.evaluations = self.work.evaluations.saturating_add(1);
+    }
+
+    /// The path, with steps of this length (s), has the rates found last at its end.
+    pub(super) fn set_slope(&mut self, step: f64) {
+        self.path.column_mut(1).iter_mut().zip(&self.rates).for_each(|(c, rate)| *c = step * rate);
+    }
+}
