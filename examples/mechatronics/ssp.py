@@ -8,17 +8,19 @@ some tools cannot set an enumeration, and others silently ignore it. Enumeration
 
 import zipfile
 from pathlib import Path
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import ParameterSet, read_ssv
+from lxml import etree
+from lxml.builder import ElementMaker
 from machine import CRADLE, STOP, Fmus, nc
 
-NAMESPACES = "".join(
-    f' xmlns:{prefix}="http://ssp-standard.org/SSP1/SystemStructure{name}"'
+NAMESPACES = {
+    prefix: f"http://ssp-standard.org/SSP1/SystemStructure{name}"
     for prefix, name in (("ssd", "Description"), ("ssc", "Common"), ("ssv", "ParameterValues"))
-)
+}
+SSD, SSC, SSV = (ElementMaker(namespace=space, nsmap=NAMESPACES) for space in NAMESPACES.values())
 CONNECTIONS = [  # cradle's variable, direction, plant's variable
     ("F_support_mean", ">", "F_support"),
     ("v[1]", ">", "v_coil"),
@@ -56,8 +58,8 @@ def save_machine(path: Path, fmus: Fmus) -> None:
         plant.append(connector(fmus.plant, of_plant, kinds[1], unit))
     cradle += [connector(fmus.cradle, name, "output") for name in SHOWN]
     plant += [connector(fmus.plant, name, "output", unit) for name, unit in SHOWN_PLANT.items()]
-    components = component("cradle", fmus.cradle, cradle, "start") + component("plant", fmus.plant, plant)
-    files = {"SystemStructure.ssd": system("Machine", fmus, components, "start", STOP, connections())}
+    elements = [component("cradle", fmus.cradle, cradle, "start"), component("plant", fmus.plant, plant)]
+    files = {"SystemStructure.ssd": system("Machine", fmus, elements, "start", STOP, connections())}
     files |= parameter_sets("start", CRADLE, fmus.cradle)
     write(path, files, [fmus.cradle.path, fmus.plant.path])
 
@@ -67,12 +69,12 @@ def save_presets(path: Path, fmus: Fmus) -> None:
 
     It has no connectors of inputs, which stay 0: FMPy's runner wants them all connected.
     """
-    connectors = [connector(fmus.cradle, name, "output") for name in fmus.cradle.outputs]
     files = {}
     for preset, values in presets(fmus.cradle).items():
-        components = component("cradle", fmus.cradle, connectors, preset)
+        connectors = [connector(fmus.cradle, name, "output") for name in fmus.cradle.outputs]
+        elements = [component("cradle", fmus.cradle, connectors, preset)]
         name = "SystemStructure" if preset == "default" else preset
-        files[f"{name}.ssd"] = system(preset, fmus, components, preset, 10.0)
+        files[f"{name}.ssd"] = system(preset, fmus, elements, preset, 10.0)
         files |= parameter_sets(preset, values, fmus.cradle)
     write(path, files, [fmus.cradle.path])
 
@@ -97,56 +99,50 @@ class _Parameter:
         self.name, self.value = name, value
 
 
-def connector(fmu: nc.Fmu, name: str, kind: str, unit: str | None = None) -> str:
+def connector(fmu: nc.Fmu, name: str, kind: str, unit: str | None = None):
     """A connector of a component, with the unit that the FMU or the caller knows."""
     variable = fmu.variables[name]
     unit = unit or variable.unit
-    of_type = f"<ssc:{variable.type}{f' unit={quoteattr(unit)}' if unit else ''}/>"
-    return f'        <ssd:Connector name={quoteattr(name)} kind="{kind}">{of_type}</ssd:Connector>\n'
+    return SSD.Connector(SSC(variable.type, **({"unit": unit} if unit else {})), name=name, kind=kind)
 
 
-def component(name: str, fmu: nc.Fmu, connectors: list[str], parameter_set: str | None = None) -> str:
+def component(name: str, fmu: nc.Fmu, connectors: list, parameter_set: str | None = None):
     """A component, its FMU in the folder resources; its own part of the parameter set has its name."""
-    source = f'type="application/x-fmu-sharedlibrary" source="resources/{fmu.path.name}" implementation="CoSimulation"'
-    inner = f"        <ssd:Connectors>\n{''.join(connectors)}        </ssd:Connectors>\n"
-    inner += bindings(f"{parameter_set}_{name}", "        ") if parameter_set else ""
-    return f'      <ssd:Component name="{name}" {source}>\n{inner}      </ssd:Component>\n'
+    source = {"type": "application/x-fmu-sharedlibrary", "source": f"resources/{fmu.path.name}"}
+    parts = [SSD.Connectors(*connectors)]
+    if parameter_set:
+        parts.append(bindings(f"{parameter_set}_{name}"))
+    return SSD.Component(*parts, name=name, implementation="CoSimulation", **source)
 
 
-def bindings(parameter_set: str, indent: str) -> str:
+def bindings(parameter_set: str):
     """The binding of a parameter set in the folder resources."""
-    source = f'type="application/x-ssp-parameter-set" source="resources/{parameter_set}.ssv"'
-    inner = f"{indent}  <ssd:ParameterBinding {source}/>\n"
-    return f"{indent}<ssd:ParameterBindings>\n{inner}{indent}</ssd:ParameterBindings>\n"
+    source = f"resources/{parameter_set}.ssv"
+    return SSD.ParameterBindings(SSD.ParameterBinding(type="application/x-ssp-parameter-set", source=source))
 
 
-def connections() -> str:
+def connections():
     """The lines between cradle and plant."""
-    lines = "".join(
-        f'      <ssd:Connection startElement="cradle" startConnector="{cradle}" endElement="plant" endConnector="{plant}"/>\n'
-        if direction == ">"
-        else f'      <ssd:Connection startElement="plant" startConnector="{plant}" endElement="cradle" endConnector="{cradle}"/>\n'
-        for cradle, direction, plant in CONNECTIONS
-    )
-    return f"    <ssd:Connections>\n{lines}    </ssd:Connections>\n"
+    lines = []
+    for cradle, direction, plant in CONNECTIONS:
+        ends = [("cradle", cradle), ("plant", plant)]
+        (of, start), (to, end) = ends if direction == ">" else reversed(ends)
+        lines.append(SSD.Connection(startElement=of, startConnector=start, endElement=to, endConnector=end))
+    return SSD.Connections(*lines)
 
 
-def system(name: str, fmus: Fmus, components: str, parameter_set: str, stop: float, lines: str = "") -> str:
+def system(name: str, fmus: Fmus, components: list, parameter_set: str, stop: float, *lines):
     """A system structure description of these components, with one parameter set for the whole system."""
-    return f"""<?xml version="1.0" encoding="UTF-8"?>
-<ssd:SystemStructureDescription{NAMESPACES} version="1.0" name="{name}">
-  <ssd:System name="{name}">
-{bindings(parameter_set, "    ")}    <ssd:Elements>
-{components}    </ssd:Elements>
-{lines}  </ssd:System>
-  <ssd:Units>
-{units(fmus.cradle)}  </ssd:Units>
-  <ssd:DefaultExperiment startTime="0" stopTime="{stop:g}"/>
-</ssd:SystemStructureDescription>
-"""
+    return SSD.SystemStructureDescription(
+        SSD.System(bindings(parameter_set), SSD.Elements(*components), *lines, name=name),
+        SSD.Units(*units(fmus.cradle)),
+        SSD.DefaultExperiment(startTime="0", stopTime=f"{stop:g}"),
+        version="1.0",
+        name=name,
+    )
 
 
-def parameter_sets(name: str, values: dict, cradle: nc.Fmu) -> dict[str, str]:
+def parameter_sets(name: str, values: dict, cradle: nc.Fmu) -> dict:
     """Files with the cradle's start values: the parameter set of the system, and that of the component."""
     return {
         f"resources/{name}.ssv": parameters(name, values, cradle, "cradle."),
@@ -154,40 +150,34 @@ def parameter_sets(name: str, values: dict, cradle: nc.Fmu) -> dict[str, str]:
     }
 
 
-def parameters(name: str, values: dict, fmu: nc.Fmu, prefix: str = "") -> str:
+def parameters(name: str, values: dict, fmu: nc.Fmu, prefix: str = ""):
     """A parameter set."""
-    lines = ""
+    found = []
     for of_fmu, value in fmu.settings(values).items():
         variable = fmu.variables[of_fmu]
-        if variable.type == "Enumeration":
-            continue
-        unit = f" unit={quoteattr(variable.unit)}" if variable.unit else ""
-        lines += f'    <ssv:Parameter name={quoteattr(prefix + of_fmu)}><ssv:{variable.type} value="{value!r}"{unit}/></ssv:Parameter>\n'
-    return f"""<?xml version="1.0" encoding="UTF-8"?>
-<ssv:ParameterSet{NAMESPACES} version="1.0" name="{name}">
-  <ssv:Parameters>
-{lines}  </ssv:Parameters>
-  <ssv:Units>
-{units(fmu)}  </ssv:Units>
-</ssv:ParameterSet>
-"""
+        if variable.type != "Enumeration":
+            unit = {"unit": variable.unit} if variable.unit else {}
+            found.append(SSV.Parameter(SSV(variable.type, value=repr(value), **unit), name=prefix + of_fmu))
+    return SSV.ParameterSet(SSV.Parameters(*found), SSV.Units(*units(fmu)), version="1.0", name=name)
 
 
-def units(fmu: nc.Fmu) -> str:
+def units(fmu: nc.Fmu) -> list:
     """The FMU's units by their base units."""
-    lines = ""
+    found = []
     for unit in fmu.description.unitDefinitions:
-        base = unit.baseUnit
-        powers = {name: getattr(base, name, 0) for name in ("kg", "m", "s", "A", "K", "mol", "cd", "rad")}
-        inner = "".join(f' {name}="{power}"' for name, power in powers.items() if int(power))
-        lines += f"    <ssc:Unit name={quoteattr(unit.name)}><ssc:BaseUnit{inner}/></ssc:Unit>\n"
-    return lines
+        powers = {
+            name: getattr(unit.baseUnit, name, 0) for name in ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
+        }
+        base = SSC.BaseUnit(**{name: str(power) for name, power in powers.items() if int(power)})
+        found.append(SSC.Unit(base, name=unit.name))
+    return found
 
 
-def write(path: Path, texts: dict[str, str], fmus: list[Path]) -> None:
+def write(path: Path, files: dict, fmus: list[Path]) -> None:
     """Writes the archive."""
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, text in texts.items():
+        for name, root in files.items():
+            text = etree.tostring(root, pretty_print=True, xml_declaration=True, encoding="UTF-8")
             archive.writestr(name, text)
         for fmu in fmus:
             archive.write(fmu, f"resources/{fmu.name}")

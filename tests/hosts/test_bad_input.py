@@ -150,20 +150,6 @@ def test_steps_that_lead_nowhere(ready, start, step, says):
     still_works(ready)
 
 
-def test_a_step_from_a_time_off_by_rounding_is_taken(ready):
-    ready.slave.doStep(0.1 + 5e-13, 0.01)
-
-
-def test_a_step_before_initialization(bare):
-    assert "fmi2DoStep" in refused(bare, bare.slave.doStep, 0.0, 0.01)
-    bare.slave.setupExperiment(startTime=0.0)
-    bare.slave.enterInitializationMode()
-    assert "fmi2DoStep" in refused(bare, bare.slave.doStep, 0.0, 0.01)
-    bare.slave.exitInitializationMode()
-    bare.step_to(1.0)
-    assert bare.pulses["onset"][0] == pytest.approx(0.702493100658, abs=1e-9)
-
-
 OTHER = "{00000000-0000-0000-0000-000000000000}"
 DAMAGE = {
     "whole": lambda data: data,

@@ -85,28 +85,19 @@ def test_figure_6_mapped_in_cvode(exchange, tolerance, limit):
     assert error(result) < limit
 
 
-def test_euler_runs_with_mapped_contacts(exchange):
-    result = run(exchange, {}, solver="Euler", step_size=1e-3, output_interval=1e-3)
-    assert last(result) == [7, 14, 14, 7]
-    # Steps end early at the onsets, so that Euler's error is a little less than that of whole steps.
-    grown = result["E_total"][-1] / result["E_total"][0]
-    assert 1.0 < grown < (1 + 5e-6) ** 10000
-
-
 @pytest.mark.parametrize(
     ("values", "tolerance", "right"),
     [
         ({}, 1e-4, False),
-        ({}, 1e-5, False),
         ({}, 1e-7, True),
-        ({}, 1e-9, True),
         ({}, 1e-10, True),
-        (numbers(nc.figure6()), 1e-5, False),
-        (numbers(nc.figure6()), 1e-10, True),
+        (nc.figure6(), 1e-5, False),
+        (nc.figure6(), 1e-10, True),
     ],
 )
 def test_resolved_contacts_need_a_tight_tolerance(exchange, values, tolerance, right):
-    result = run(exchange, values | {"exchange.contacts": RESOLVED}, relative_tolerance=tolerance)
+    values = numbers(values) | {"exchange.contacts": RESOLVED}
+    result = run(exchange, values, relative_tolerance=tolerance)
     assert (last(result) == [7, 14, 14, 7]) == right
     assert not right or error(result) < 1e4 * tolerance
 
@@ -168,9 +159,8 @@ def test_no_contact_of_random_cradles_is_missed(exchange, steps, contacts, toler
     def watched():
         answer = go_on()
         nominals = np.zeros(3 * N + 1)
-        instance.getNominalsOfContinuousStates(
-            nominals.ctypes.data_as(fmpy.fmi2.POINTER(fmpy.fmi2.c_double)), 3 * N + 1
-        )
+        place = nominals.ctypes.data_as(fmpy.fmi2.POINTER(fmpy.fmi2.c_double))
+        instance.getNominalsOfContinuousStates(place, 3 * N + 1)
         overlap, rate = (np.array(instance.getReal(of[name])) for name in ("overlap[{}]", "der(overlap[{}])"))
         closed = np.array(instance.getBoolean(of["inContact[{}]"]), dtype=bool)
         missed.extend(np.flatnonzero((overlap > nominals[1:N]) & (rate > 0) & ~closed))

@@ -23,17 +23,6 @@ def elements(fmu, family):
     return [name for name in fmu.variables if name == family or name.startswith(f"{family}[")]
 
 
-def test_names_are_those_of_fmi_2(fmu3_path, fmu):
-    description = fmpy.read_model_description(str(fmu3_path))
-    arrays = {variable.name for variable in description.modelVariables}
-    families = {name.replace("[1]", "") for name in fmu.variables if "[" not in name or "[1]" in name}
-    assert families - arrays == {"t_next_isOnset"}
-    assert {"time", "n", "onset.clock", "release.clock", "der(F_ext)", "derivatives.of"} < arrays - families
-    outputs = [variable.name for variable in description.modelVariables if variable.causality == "output"]
-    assert outputs[:7] == ["x", "F", "v", "E_total", "p_total", "F_support", "t_next"]
-    assert outputs[7:11] == ["impulse", "F_mean", "F_peak", "F_support_mean"]
-
-
 @pytest.mark.parametrize("step", [2.0**-10, 2.0**-3, 10.0])
 @pytest.mark.parametrize("setup", [nc.figure5(), nc.steel()], ids=["figure5", "steel"])
 def test_the_same_bits_as_fmi_2(make3, fmu, step, setup):

@@ -1,7 +1,6 @@
 """The page in which the engine runs live: keyboard, links, tables, accessibility, in a headless Chromium."""
 
 import re
-import subprocess
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from threading import Thread
@@ -16,17 +15,6 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.support.wait import WebDriverWait
 
 pytestmark = pytest.mark.all
-
-
-def test_the_producer_hands_the_page_out(producer, live_path, tmp_path):
-    done = subprocess.run(
-        [producer, "live", "--out", tmp_path / "x/live.html"], cwd=ROOT, capture_output=True, text=True
-    )
-    assert done.returncode == 0, done.stderr
-    assert (tmp_path / "x/live.html").read_bytes() == live_path.read_bytes()
-    done = subprocess.run([producer, "live"], cwd=tmp_path, capture_output=True, text=True)
-    if done.returncode:  # not beside an installed package that has it
-        assert done.stderr.startswith("error: the live page is missing: ")
 
 
 def test_the_keyboard_does_everything(page):

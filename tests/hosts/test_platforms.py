@@ -3,27 +3,28 @@ and read the states of one another.
 
 The FMU with the binaries for Linux and Windows, 32 and 64 bits, Linux on ARM and macOS is made by `cradle.py test --all` where
 the tools are to be had; these tests skip, and say so, where it or what runs it is missing or runs nothing. What is for macOS is
-inspected (test_macos.py), not run.
+inspected, not run: by `cradle-fmu check`, and here its signature.
 """
 
+import hashlib
 import os
 import re
 import shutil
 import signal
+import struct
 import subprocess
 import sys
 import zipfile
 from pathlib import Path
 
 import fmpy
-import newtons_cradle as nc
-import numpy as np
 import pytest
-from conftest import ROOT
+from conftest import ROOT, repacked
 from fmpy.validation import validate_fmu
 
 pytestmark = pytest.mark.all
 
+PATH = ROOT / "target/fmu/platforms/NewtonsCradle.fmu"
 STEPS = 1000
 SCRIPTS = Path(sys.executable).parent  # the virtual environment's programs
 ZIG = [sys.executable, "-m", "ziglang", "cc", "-target"]
@@ -41,51 +42,11 @@ def run(command, **options) -> str:
     return done.stdout
 
 
-@pytest.fixture(scope="module")
-def packed(producer, fmu_path, tmp_path_factory):
-    """Packs an FMU of n balls with the binaries of the FMU under test."""
-    folder = tmp_path_factory.mktemp("packed")
-    with zipfile.ZipFile(fmu_path) as archive:
-        binaries = [name for name in archive.namelist() if name.startswith("binaries/")]
-        archive.extractall(folder, binaries)
-    given = [f"--binary={name.split('/')[1]}={folder / name}" for name in binaries]
-
-    def pack(*arguments) -> Path:
-        out = folder / f"{len(list(folder.iterdir()))}.fmu"
-        run([producer, "build", *given, "--out", out, *arguments])
-        return out
-
-    return pack
-
-
-@pytest.mark.parametrize("balls", [1, 2, 5, 13, 100, 1000])
-def test_any_number_of_balls(producer, packed, balls):
-    """One binary, valid for FMPy and for our own check; the first ball strikes and the FMU runs for a second."""
-    line = ["--set", "gravity=0", "--set", "v_start[1]=1", "--set", f"x_start={','.join(['0'] * balls)}"]
-    path = packed("--balls", balls, *line)
-    assert "0 problem(s)" in run([producer, "check", path])
-    assert validate_fmu(str(path)) == []
-    result = fmpy.simulate_fmu(str(path), stop_time=1.0, output_interval=0.1, output=["p_total", "E_total"])
-    assert np.allclose(result["p_total"], 1.0, rtol=1e-12)
-    assert np.allclose(result["E_total"], 0.5, rtol=1e-12)
-
-
-def test_presets_are_the_setups_of_the_package(packed):
-    """An FMU packed for a figure does what the default one does with the figure's start values."""
-    for preset, setup in (("figure5", nc.figure5()), ("figure6", nc.figure6())):
-        with nc.Fmu(packed("--preset", preset)) as fmu:
-            described = {
-                variable.name: float(variable.start)
-                for variable in fmu.description.modelVariables
-                if variable.start
-            }
-        assert {name: described[name] for name in setup} == fmu.settings(setup)
-
-
-def test_start_values_count_whether_or_not_the_host_writes_them(fmu_path, packed):
+def test_start_values_count_whether_or_not_the_host_writes_them(producer, fmu_path, tmp_path):
     """The same run from values in the FMU, from the host, and from both."""
     values = {"contact.stiffness": 1e9, "x_start[1]": -0.2, "ball.massRatio[3]": 2.0}
-    own = packed(*[part for name, value in values.items() for part in ("--set", f"{name}={value}")])
+    given = [part for name, value in values.items() for part in ("--set", f"{name}={value}")]
+    own = repacked(producer, fmu_path, tmp_path / "own.fmu", *given)
     runs = [
         fmpy.simulate_fmu(str(path), stop_time=2.0, output_interval=0.01, start_values=start)
         for path, start in ((own, {}), (own, values), (fmu_path, values))
@@ -99,54 +60,77 @@ def test_start_values_count_whether_or_not_the_host_writes_them(fmu_path, packed
 @pytest.fixture(scope="module")
 def platforms(tmp_path_factory) -> Path:
     """The FMU for all platforms, unpacked."""
-    path = ROOT / "target/fmu/platforms/NewtonsCradle.fmu"
-    if not path.exists():
-        pytest.skip(
-            f"{path} is missing: cradle.py test --all makes it where zig or a toolchain for Windows is to be had"
-        )
+    if not PATH.exists():
+        pytest.skip(f"{PATH} is missing: cradle.py test --all makes it where a toolchain is to be had")
     folder = tmp_path_factory.mktemp("platforms")
-    with zipfile.ZipFile(path) as archive:
+    with zipfile.ZipFile(PATH) as archive:
         archive.extractall(folder)
     return folder
 
 
 def test_the_fmu_for_all_platforms_is_small_and_sound(producer, platforms):
-    path = ROOT / "target/fmu/platforms/NewtonsCradle.fmu"
-    assert "0 problem(s), 0 remark(s)" in run([producer, "check", path])
-    assert validate_fmu(str(path)) == []
-    assert path.stat().st_size < 7_500_000
-    with zipfile.ZipFile(path) as archive:
-        sizes = [
-            e.compress_size
+    assert "0 problem(s), 0 remark(s)" in run([producer, "check", PATH])
+    assert validate_fmu(str(PATH)) == []
+    assert PATH.stat().st_size < 7_500_000
+    others = ("linux32", "win32", "aarch64-linux", "darwin64")
+    with zipfile.ZipFile(PATH) as archive:
+        kept = [
+            e
             for e in archive.infolist()
-            if not e.filename.startswith("binaries/") or e.filename.split("/")[1] in ("linux64", "win64")
+            if not e.filename.startswith(tuple(f"binaries/{o}/" for o in others))
         ]
-    assert sum(sizes) < 2_500_000
+    assert sum(entry.compress_size for entry in kept) < 2_500_000
 
 
-@pytest.mark.parametrize(
-    ("folder", "loader"),
-    [
-        ("linux64", "ld-linux-x86-64.so.2"),
-        ("linux32", "ld-linux.so.2"),
-        ("aarch64-linux", "ld-linux-aarch64.so.1"),
-    ],
-)
-def test_linux_needs_glibc_2_17_and_nothing_else(producer, platforms, folder, loader):
+LOADERS = {"linux64": "ld-linux-x86-64", "linux32": "ld-linux", "aarch64-linux": "ld-linux-aarch64"}
+
+
+@pytest.mark.parametrize("folder", LOADERS)
+def test_linux_needs_glibc_2_17_and_nothing_else(producer, platforms, folder):
     if not (SCRIPTS / "cargo-zigbuild").exists():
         pytest.skip("the binary is for this machine: cargo-zigbuild is missing in .venv")
     skip_without(platforms, folder)
-    info = run([producer, "info", ROOT / "target/fmu/platforms/NewtonsCradle.fmu"])
-    needed = re.search(
-        rf"^{folder} .* for glibc (\d+)\.(\d+) or newer, linked with (.*)$", info, re.MULTILINE
-    )
+    info = run([producer, "info", PATH])
+    needed = re.search(rf"(?m)^{folder} .* for glibc (\d+)\.(\d+) or newer, linked with (.*)$", info)
     assert (int(needed[1]), int(needed[2])) <= (2, 17)
-    assert set(needed[3].split(", ")) <= {loader, "libc.so.6", "libm.so.6", "libdl.so.2", "libpthread.so.0"}
+    libraries = {library.split(".so.")[0] for library in needed[3].split(", ")}
+    assert libraries <= {LOADERS[folder], "libc", "libm", "libdl", "libpthread"}
 
 
 def skip_without(platforms, folder) -> None:
     if not (platforms / "binaries" / folder).exists():
         pytest.skip(f"there is no binary for {folder}")
+
+
+def test_the_binary_for_macos_on_arm_is_signed(platforms):
+    """Each page has its hash, which macOS computes when it loads the page. The numbers are those of <mach-o/fat.h>, <mach-o/loader.h>
+    and cs_blobs.h."""
+    skip_without(platforms, "darwin64")
+    data = (platforms / "binaries/darwin64/NewtonsCradle.dylib").read_bytes()
+    _, count = struct.unpack_from(">2I", data)
+    places = {part[0]: part[2:4] for part in struct.iter_unpack(">5I", data[8 : 8 + 20 * count])}
+    intel, arm = 0x01000007, 0x0100000C
+    assert set(places) == {intel, arm}
+    begin, length = places[arm]
+    library, at = data[begin : begin + length], 32
+    for _ in range(struct.unpack_from("<I", library, 16)[0]):
+        command, length = struct.unpack_from("<2I", library, at)
+        if command == 0x1D:  # LC_CODE_SIGNATURE
+            begin, size = struct.unpack_from("<2I", library, at + 8)
+        at += length
+    blob = library[begin : begin + size]
+    magic, _, count = struct.unpack_from(">3I", blob)
+    kinds = dict(struct.iter_unpack(">2I", blob[12 : 12 + 8 * count]))
+    directory = blob[kinds[0] :]
+    of_directory, _, _, flags, hashes, _, _, pages, limit = struct.unpack_from(">9I", directory)
+    size, kind, _, bits = struct.unpack_from(">4B", directory, 36)
+    assert (magic, of_directory, size, kind) == (0xFADE0CC0, 0xFADE0C02, 32, 2)  # SHA-256
+    assert flags & 0x2  # ad hoc
+    assert limit == begin  # all but the signature itself
+    assert pages == -(-limit >> bits) > 10
+    for page in range(pages):
+        part = library[page << bits : min((page + 1) << bits, limit)]
+        assert hashlib.sha256(part).digest() == directory[hashes + 32 * page : hashes + 32 * (page + 1)], page
 
 
 # What is run: states of balls in flight, of balls that rest against each other, and of a solver of the whole chain.
@@ -247,28 +231,19 @@ def linux(outputs) -> tuple[list[str], Path]:
     return outputs("linux64", ["cc", "-Werror"], [])
 
 
-@pytest.mark.parametrize(
-    ("folder", "compiler", "runners", "packages"),
-    [
-        ("linux32", [*ZIG, "x86-linux-gnu.2.17"], [["/lib/ld-linux.so.2"]], "libc6-i386"),
-        (
-            "win64",
-            ["x86_64-w64-mingw32-gcc"],
-            [["wine64"], ["/usr/lib/wine/wine64"]],
-            "gcc-mingw-w64-x86-64-win32 wine64",
-        ),
-        (
-            "win32",
-            ["i686-w64-mingw32-gcc"],
-            [[WINE32], ["/usr/lib/wine/wine"]],
-            "gcc-mingw-w64-i686-win32 wine32:i386",
-        ),
-        ("aarch64-linux", [*ZIG, "aarch64-linux-gnu.2.17"], QEMU, "qemu-user-static libc6-arm64-cross"),
-    ],
-)
+RUNNERS = {  # folder: compiler, what may run it, and the packages that bring them
+    "linux32": ([*ZIG, "x86-linux-gnu.2.17"], [["/lib/ld-linux.so.2"]], "libc6-i386"),
+    "win64": (["x86_64-w64-mingw32-gcc"], [["wine64"], ["/usr/lib/wine/wine64"]], "gcc-mingw-w64-x86-64-win32 wine64"),
+    "win32": (["i686-w64-mingw32-gcc"], [[WINE32], ["/usr/lib/wine/wine"]], "gcc-mingw-w64-i686-win32 wine32:i386"),
+    "aarch64-linux": ([*ZIG, "aarch64-linux-gnu.2.17"], QEMU, "qemu-user-static libc6-arm64-cross"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("folder", RUNNERS)
 def test_every_platform_gives_the_same_doubles_and_reads_the_states_of_others(
-    platforms, outputs, linux, folder, compiler, runners, packages
+    platforms, outputs, linux, folder
 ):
+    compiler, runners, packages = RUNNERS[folder]
     skip_without(platforms, folder)
     runner = next((command for command in runners if shutil.which(command[0])), None)
     if not shutil.which(compiler[0]) or runner is None:

@@ -93,14 +93,6 @@ def test_a_page_needs_nothing_else(bare):
     assert "Three.js Authors" in (bare.folder / "desk.html").read_text(encoding="utf-8")
 
 
-def test_what_is_not_installed_is_named(bare):
-    code = "import newtons_cradle as nc; nc.Fmu().simulate(stop=0.1).to_dataframe()"
-    done = bare.run("python", "-c", code)
-    assert done.stderr.splitlines()[-1].startswith(
-        "ImportError: pandas is needed but missing: `pip install 'newtons-cradle[data]'`"
-    )
-
-
 def test_the_licences_come_along(wheel):
     """Of this project and of all that is linked in; and the marker for type checkers."""
     names = zipfile.ZipFile(wheel).namelist()
