@@ -40,18 +40,18 @@ def toolchain() -> tuple[str, dict]:
     home = os.environ.get("CARGO_HOME", str(Path.home() / ".cargo"))
     flags = [f"--remap-path-prefix={ROOT}=.", f"--remap-path-prefix={home}=/cargo"]
     folder = os.environ.get("CRADLE_DEBIAN_RUST")
-    rustup = Path(printed("rustc", "--print", "sysroot")) if shutil.which("rustc") else None
+    print_root = ["rustc", "--print", "sysroot"]
+    rustup = Path(subprocess.check_output(print_root, text=True).strip()) if shutil.which("rustc") else None
     if folder:
         usr = Path(folder).resolve() / "usr"
         if not (usr / "bin/rustc").exists():
             raise Missing(f"CRADLE_DEBIAN_RUST={folder} holds no Rust: `.ci/debian-rust {folder}` unpacks it")
         # Debian's Rust comes without a linker for WebAssembly.
-        others = (str(path) for place in (usr, rustup) if place for path in place.glob("**/rust-lld"))
+        others = map(str, rustup.glob("lib/rustlib/*/bin/rust-lld") if rustup else ())
         linker = shutil.which("wasm-ld") or shutil.which("rust-lld") or next(others, None)
         if linker is None:
-            raise Missing(
-                "there is no linker for WebAssembly: rust-lld of a Rust by rustup, or on Debian `apt install lld`"
-            )
+            cure = "rust-lld of a Rust by rustup, or on Debian `apt install lld`"
+            raise Missing(f"there is no linker for WebAssembly: {cure}")
         return str(usr / "bin/cargo"), {
             "RUSTC": str(usr / "bin/rustc"),
             "LD_LIBRARY_PATH": str(usr / "lib/x86_64-linux-gnu"),
@@ -68,11 +68,6 @@ def toolchain() -> tuple[str, dict]:
             "`.ci/debian-rust target/debian-rust` and CRADLE_DEBIAN_RUST=target/debian-rust"
         )
     return "cargo", {"RUSTFLAGS": " ".join(flags)}
-
-
-def printed(*command: str) -> str:
-    """What a command prints, in one line."""
-    return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
 
 
 def compile_engine() -> None:

@@ -17,18 +17,13 @@ Array = npt.NDArray[Any]
 FIELDS = ("contact", "onset", "release", "peak", "impulse")
 PULSE = np.dtype([("contact", "i4"), *((name, "f8") for name in FIELDS[1:])])
 
-_LINE = re.compile(
-    r"contact=(?P<contact>\d+) onset=(?P<onset>\S+) release=(?P<release>\S+) "
-    r"peak=(?P<peak>\S+) impulse=(?P<impulse>\S+)"
-)
+_LINE = re.compile(r"contact=(\d+) onset=(\S+) release=(\S+) peak=(\S+) impulse=(\S+)")
 
 
 def parse_pulse(line: str) -> tuple[int | float, ...] | None:
     """One log line as a row of `PULSE`, or None when the line is not about a pulse."""
     match = _LINE.search(line)
-    if match is None:
-        return None
-    return (int(match["contact"]), *(float(match[name]) for name in FIELDS[1:]))
+    return (int(match[1]), *map(float, match.groups()[1:])) if match else None
 
 
 def pulse_table(lines: Iterable[str]) -> Array:
@@ -36,8 +31,7 @@ def pulse_table(lines: Iterable[str]) -> Array:
 
     Pulses that begin at the same time stay in the order of the log, which is that of rigid impacts.
     """
-    rows = [row for row in map(parse_pulse, lines) if row is not None]
-    return by_onset(np.array(rows, dtype=PULSE))
+    return by_onset(np.array([row for row in map(parse_pulse, lines) if row], dtype=PULSE))
 
 
 def by_onset(pulses: Array) -> Array:
@@ -79,9 +73,7 @@ def pulse_order(sequence: Array) -> list[list[int]]:
 
 def overlapping_neighbours(sequence: Array) -> int:
     """How many pairs of pulses that share a ball overlap in time; 0 means "properly sequenced"."""
-    count = 0
-    for i, a in enumerate(sequence):
-        for b in sequence[i + 1 :]:
-            share_a_ball = abs(int(a["contact"]) - int(b["contact"])) == 1
-            count += bool(share_a_ball and a["onset"] < b["release"] and b["onset"] < a["release"])
-    return count
+    contact, onset, release = (sequence[name] for name in FIELDS[:3])
+    share_a_ball = np.subtract.outer(contact, contact) == 1
+    overlap = np.less.outer(onset, release)
+    return int(np.sum(share_a_ball & overlap & overlap.T))

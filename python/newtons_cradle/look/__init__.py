@@ -6,6 +6,8 @@ The producer puts look.css into the FMU's page, too; the live page takes common.
 import re
 from importlib.resources import files
 
+import numpy as np
+
 STYLE, *_scripts = (
     (files(__package__) / name).read_text(encoding="utf-8") for name in ("look.css", "common.js", "look.js")
 )
@@ -22,11 +24,7 @@ def series(count: int) -> list[str]:
     """Colours of `count` balls or contacts: `SERIES`, or, where they are too few, colours between some of them."""
     if count <= len(SERIES):
         return SERIES[:count]
-    stops = [[int(SERIES[i][k : k + 2], 16) for k in (1, 3, 5)] for i in (0, 2, 4, 1)]
-    colours = []
-    for i in range(count):
-        place = (len(stops) - 1) * i / (count - 1)
-        below = min(int(place), len(stops) - 2)
-        mixed = (a + (place - below) * (b - a) for a, b in zip(*stops[below : below + 2], strict=True))
-        colours.append("#" + "".join(f"{round(channel):02x}" for channel in mixed))
-    return colours
+    stops = np.array([[int(SERIES[i][k : k + 2], 16) for k in (1, 3, 5)] for i in (0, 2, 4, 1)])
+    places = np.linspace(0, 3, count)
+    channels = [np.interp(places, range(4), column).round().astype(int) for column in stops.T]
+    return [f"#{red:02x}{green:02x}{blue:02x}" for red, green, blue in zip(*channels, strict=True)]

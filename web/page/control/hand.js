@@ -15,13 +15,8 @@ class Hand {
     canvas.onpointerup = canvas.onpointercancel = (event) => this.up(event);
   }
 
-  point(event) {
-    const box = this.stage.canvas.getBoundingClientRect();
-    return { x: event.clientX - box.left, y: event.clientY - box.top };
-  }
-
   down(event) {
-    const { scene, source, canvas } = this.stage, point = this.point(event);
+    const { scene, source, canvas } = this.stage, point = { x: event.offsetX, y: event.offsetY };
     if (!source.live || event.button > 0) return;
     const ball = scene.ballAt(point, source.state, event.pointerType === "mouse" ? 6 : REACH);
     if (ball < 0) return;
@@ -33,7 +28,7 @@ class Hand {
   }
 
   move(event) {
-    const { scene, source, canvas } = this.stage, point = this.point(event), hold = this.ways.get(event.pointerId);
+    const { scene, source, canvas } = this.stage, point = { x: event.offsetX, y: event.offsetY }, hold = this.ways.get(event.pointerId);
     if (!hold) {
       if (source.live) canvas.style.cursor = scene.ballAt(point, source.state, 6) >= 0 ? "grab" : "";
       return;

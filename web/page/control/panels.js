@@ -13,12 +13,13 @@ function element(parent, name, properties = {}) {
 class Panels {
   constructor(app) {
     this.app = app;
-    this.openers = [...document.querySelectorAll("[data-opens]")];
-    for (const opener of this.openers) {
-      opener.ariaExpanded = "false";
+    this.openers = ["change", "show", "beside", "lesson", "keep", "help"].map((kind) => {
+      const opener = element(app.controls.openers, "button", { type: "button", textContent: say(kind), ariaExpanded: "false" });
       opener.setAttribute("aria-controls", "panel");
-      opener.onclick = () => this.toggle(opener.dataset.opens);
-    }
+      opener.dataset.opens = kind;
+      opener.onclick = () => this.toggle(kind);
+      return opener;
+    });
     this.body = app.controls.panelbody;
     app.controls.close.onclick = () => this.toggle(this.kind);
     app.controls.panel.onkeydown = ({ key }) => { if (key === "Escape") this.toggle(this.kind); };

@@ -18,7 +18,8 @@ class Stage {
     this.graph = new Graph(this.graphCanvas);
     this.hand = new Hand(this, app);
     this.sliders = new Sliders(this, app);
-    this.listen();
+    this.graphCanvas.onpointerdown = ({ pointerId, offsetX }) => { this.graphCanvas.setPointerCapture(pointerId); this.seek(offsetX); };
+    this.graphCanvas.onpointermove = ({ pointerId, offsetX }) => { if (this.graphCanvas.hasPointerCapture(pointerId)) this.seek(offsetX); };
     this.changed();
   }
 
@@ -28,17 +29,11 @@ class Stage {
     this.graph.clear(this.source.drawing.balls);
   }
 
-  /** A click can be gone through by hand. */
-  listen() {
-    const to = (event) => {
-      const click = this.source.shownClick;
-      if (!click || !this.window || this.app.stages.length > 1) return;
-      const part = event.offsetX / this.graphCanvas.clientWidth, { left, right } = this.window;
-      this.app.seek(left + part * (right - left) - this.source.origin);
-    };
-    const { graphCanvas: canvas } = this;
-    canvas.onpointerdown = (event) => { canvas.setPointerCapture(event.pointerId); to(event); };
-    canvas.onpointermove = (event) => { if (canvas.hasPointerCapture(event.pointerId)) to(event); };
+  /** A click can be gone through by hand, along the graph. */
+  seek(pixel) {
+    if (!this.source.shownClick || !this.window || this.app.stages.length > 1) return;
+    const { left, right } = this.window;
+    this.app.seek(left + (pixel / this.graphCanvas.clientWidth) * (right - left) - this.source.origin);
   }
 
   /** Takes note of what happened since the last picture. */

@@ -76,22 +76,21 @@ class Click {
   /** What happens at t, in words. */
   caption(t) {
     const { stages, run } = this, place = this.stageAt(t), name = `Click ${this.number + 1} of ${run.clicks.length}`;
-    if (place < 0) return `${name}: ${this.movers(this.begin - 2e-9)} ${this.one ? "arrives" : "arrive"} at ${this.pace}.`;
-    if (place === stages.length) return `${name} took ${withPrefix(this.end - this.begin, "s")}: ${this.movers(this.end)} ${this.one ? "leaves" : "leave"} at ${this.pace}.`;
+    if (place < 0) return `${name}: ${this.movers(this.begin - 2e-9, "arrive")} at ${this.pace}.`;
+    if (place === stages.length) return `${name} took ${withPrefix(this.end - this.begin, "s")}: ${this.movers(this.end, "leave")} at ${this.pace}.`;
     const { from, to, contacts, struck } = stages[place], head = `${name}, stage ${place + 1} of ${stages.length}`;
-    if (!contacts.length) return `${head}: ${struck.length ? `${touching(struck)} have collided` : "no balls touch"}; ${this.movers(0.5 * (from + to))} ${this.one ? "moves" : "move"}.`;
+    if (!contacts.length) return `${head}: ${struck.length ? `${touching(struck)} have collided` : "no balls touch"}; ${this.movers(0.5 * (from + to), "move")}.`;
     const largest = Math.max(...contacts.map(({ peak }) => peak)), force = `up to ${withPrefix(largest, "N")}`;
     return `${head}: ${touching(contacts)} press each other, ${force}.`;
   }
 
-  /** The balls that move at t; sets `pace`, how fast, and `one`, whether it is a single one. */
-  movers(t) {
+  /** The balls that move at t, and what they do; sets `pace`, how fast. */
+  movers(t, verb) {
     const place = this.run.place(t), speeds = this.run.v.map((column) => Math.abs(linear(column, place)));
     const fastest = Math.max(...speeds), moving = speeds.flatMap((speed, i) => (speed > 0.05 * fastest ? [i + 1] : []));
     const alike = moving.every((i) => speeds[i - 1] > 0.98 * fastest);
     this.pace = `${alike ? "" : "up to "}${withPrefix(fastest, "m/s")}`;
-    this.one = moving.length === 1;
-    if (moving.length > 5) return `${moving.length === speeds.length ? "all" : `${moving.length} of ${speeds.length}`} balls`;
-    return `ball${this.one ? "" : "s"} ${listed(moving)}`;
+    if (moving.length > 5) return `${moving.length === speeds.length ? "all" : `${moving.length} of ${speeds.length}`} balls ${verb}`;
+    return moving.length === 1 ? `ball ${moving[0]} ${verb}s` : `balls ${listed(moving)} ${verb}`;
   }
 }
