@@ -2,7 +2,7 @@
 
 import numpy as np
 from plots import COLOURS, Column, Strip, Trace
-from support import Fmus, Found, nc, run_script
+from support import Fmus, Found, nc
 
 # deadBand / largest overlap at which neighbouring pulses part: I_p = B(1/(p+1), 1/2)/(p+1).
 THRESHOLD = {1.0: 1.5708, 1.5: 1.4716, 2.0: 1.4022, 3.0: 1.3110, 4.0: 1.2537, 5.0: 1.2143}
@@ -61,7 +61,3 @@ def threshold(fmu: nc.Fmu, p: float) -> float:
         else:
             overlapping = ratio
     return separate
-
-
-if __name__ == "__main__":
-    run_script(run, __doc__)

@@ -2,7 +2,7 @@
 
 import numpy as np
 from plots import COLOURS, Column, Strip, Trace, forces
-from support import Fmus, Found, nc, run_script
+from support import Fmus, Found, nc
 
 OMEGA = np.sqrt(9.81)  # 1/s, sqrt(g/L)
 SPEED = OMEGA * 1.0  # m/s, of a ball lifted by 1 m when it is back at x = 0
@@ -78,7 +78,3 @@ def velocities(result: nc.Result) -> np.ndarray:
     phase = OMEGA * (result["time"][-1] - QUARTER)
     x, v = result.stack("x")[-1], result.stack("v")[-1]
     return (v * np.cos(phase) + OMEGA * x * np.sin(phase)) / SPEED
-
-
-if __name__ == "__main__":
-    run_script(run, __doc__)

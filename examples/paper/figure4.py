@@ -2,7 +2,7 @@
 
 import numpy as np
 from plots import Column, forces
-from support import Fmus, Found, nc, run_script
+from support import Fmus, Found, nc
 
 STOP = 10.0  # s
 SPEED = np.sqrt(5.0) * 1.0  # m/s, sqrt(g/L) times amplitude: of a lifted ball when it is back at x = 0
@@ -40,7 +40,3 @@ def run(fmus: Fmus, found: Found) -> None:
         "other, within a microsecond.",
         [Column(forces(resolved, limits=(0, 1.8e7)), views)],
     )
-
-
-if __name__ == "__main__":
-    run_script(run, __doc__)

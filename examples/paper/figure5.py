@@ -2,7 +2,7 @@
 
 import numpy as np
 from plots import Column, forces
-from support import Fmus, Found, nc, run_script
+from support import Fmus, Found, nc
 
 DEAD_BAND = 2.6e-7  # m
 SPEED = np.sqrt(5.0)  # m/s, amplitude 1 m times sqrt(g/L): speed of a lifted ball at x = 0
@@ -98,7 +98,3 @@ def save_table1(states: list[tuple], found: Found) -> None:
     print("  Table 1, from the samples of the first impact at which no contact is closed:")
     for row in rows:
         print("    " + "".join(cell.ljust(16 if i == 0 else 9) for i, cell in enumerate(row)).rstrip())
-
-
-if __name__ == "__main__":
-    run_script(run, __doc__)

@@ -2,7 +2,7 @@
 
 import numpy as np
 from plots import COLOURS, Column, Strip, Trace, family
-from support import Fmus, Found, nc, run_script
+from support import Fmus, Found, nc
 
 OMEGA = np.sqrt(5.0)  # 1/s, sqrt(g/L)
 AMPLITUDE = 1.0  # m
@@ -80,7 +80,3 @@ def is_sequenced(sequence: np.ndarray) -> bool:
     table1 = [[2], [1, 3], [2, 4], [3]]
     mirrored = [[3], [2, 4], [1, 3], [2]]
     return nc.pulse_order(sequence) in (table1, mirrored) and nc.overlapping_neighbours(sequence) == 0
-
-
-if __name__ == "__main__":
-    run_script(run, __doc__)

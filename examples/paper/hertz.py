@@ -2,7 +2,7 @@
 
 import numpy as np
 from plots import Column, family, forces
-from support import Fmus, Found, nc, run_script
+from support import Fmus, Found, nc
 
 AMPLITUDE = 0.05  # m
 SPEED = AMPLITUDE * np.sqrt(5.0)  # m/s, amplitude times sqrt(g/L)
@@ -62,7 +62,3 @@ def run(fmus: Fmus, found: Found) -> None:
         swings,
         height=0.9,
     )
-
-
-if __name__ == "__main__":
-    run_script(run, __doc__)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 from plots import COLOURS, Column, Strip, Trace, forces
-from support import Fmus, Found, nc, run_script
+from support import Fmus, Found, nc
 
 # Overlap with one ball lifted, from an independent computation in quadruple precision.
 OVERLAP = {1.0: 0.536, 1.5: 0.357, 2.0: 0.234, 3.0: 0.108, 4.0: 0.0523, 5.0: 0.0261}
@@ -58,7 +58,3 @@ def run(fmus: Fmus, found: Found) -> None:
         "higher the order, the more the pulses follow one another.",
         columns,
     )
-
-
-if __name__ == "__main__":
-    run_script(run, __doc__)

@@ -26,7 +26,7 @@ from support import ROOT, command_line, nc, opened, shorter
 
 def main() -> int:
     """Makes all pictures."""
-    options = command_line(__doc__.splitlines()[0])
+    options = command_line(__doc__.splitlines()[0]).parse_args()
     docs, assets = ROOT / "docs", ROOT / "packaging/assets"
     with opened(options) as fmus:
         svg(default_run(fmus.five), assets / "run.svg")

@@ -19,13 +19,16 @@ EXPERIMENTS = [figure3, figure4, figure5, figure6, ten_minutes, overlap_order, d
 
 
 def main() -> int:
-    """Runs every experiment; returns 0 if every check passes, else 1."""
-    options = command_line(__doc__)
+    """Runs the experiments; returns 0 if every check passes, else 1."""
+    parser = command_line(__doc__)
+    known = {experiment.__name__: experiment for experiment in EXPERIMENTS}
+    parser.add_argument("--only", nargs="+", choices=known, default=list(known), help="some experiments")
+    options = parser.parse_args()
     found = Found(options.out)
     with opened(options) as fmus:
-        for number, experiment in enumerate(EXPERIMENTS, start=1):
-            print(f"[{number}/{len(EXPERIMENTS)}] {experiment.__doc__}")
-            experiment.run(fmus, found)
+        for number, name in enumerate(options.only, start=1):
+            print(f"[{number}/{len(options.only)}] {known[name].__doc__}")
+            known[name].run(fmus, found)
         animation = options.out / "animation.html"
         save_page(animation, from_fmu(fmus.five.path, nc.figure5()))
     save_report(options.out / "report.html", found.plots, found.checks, animation)

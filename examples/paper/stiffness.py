@@ -2,7 +2,7 @@
 
 import numpy as np
 from plots import COLOURS, Column, Strip, Trace
-from support import Fmus, Found, nc, run_script
+from support import Fmus, Found, nc
 
 STIFFNESS = [1e10, 1e12, 1e13, 1e14]  # N/m
 SPEED = np.sqrt(5.0)  # m/s, of the arriving balls; their mass is 1 kg
@@ -61,7 +61,3 @@ def impact(fmu: nc.Fmu, k: float, dead_band: float) -> tuple[np.ndarray, np.ndar
         _, micro = run.zoom(span=SPAN * unit, step=SPAN * unit / STEPS, record=["F"])
         force = micro.stack("F") / (SPEED * np.sqrt(k))
         return force, run["v"] / SPEED, nc.overlapping_neighbours(micro.pulses)
-
-
-if __name__ == "__main__":
-    run_script(run, __doc__)

@@ -116,14 +116,14 @@ class Found:
         return all(holds)
 
 
-def command_line(description: str) -> argparse.Namespace:
-    """The options that all figure scripts have: `--fmu`, `--fmu13`, `--out`."""
+def command_line(description: str) -> argparse.ArgumentParser:
+    """The options that programs of the paper have: `--fmu`, `--fmu13`, `--out`."""
     built = ROOT / "target/fmu"
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--fmu", type=Path, default=built / "NewtonsCradle.fmu", help="FMU of five balls")
     parser.add_argument("--fmu13", type=Path, default=built / "NewtonsCradle13.fmu", help="FMU of 13 balls")
     parser.add_argument("--out", type=Path, default=ROOT / "out/paper", help="folder for CSV and pictures")
-    return parser.parse_args()
+    return parser
 
 
 @contextmanager
@@ -140,15 +140,6 @@ def opened(options: argparse.Namespace):
         sys.exit(
             f"error: {problem} (13 balls: `cargo pack build --release --balls 13 --out target/fmu/NewtonsCradle13.fmu`)"
         )
-
-
-def run_script(run, description: str) -> None:
-    """Runs one experiment from the command line; the exit code is 1 if a check fails."""
-    options = command_line(description)
-    found = Found(options.out)
-    with opened(options) as fmus:
-        run(fmus, found)
-    sys.exit(0 if found.conclude() else 1)
 
 
 def shorter(path: Path) -> Path:

@@ -5,7 +5,7 @@ import time
 import numpy as np
 from figure6 import AMPLITUDE, OMEGA, RECORD, SHIFT, growth, is_sequenced, swings
 from plots import COLOURS, Column, Strip, Trace
-from support import Fmus, Found, nc, run_script
+from support import Fmus, Found, nc
 
 STOP = 600.0  # s
 
@@ -46,7 +46,3 @@ def run(fmus: Fmus, found: Found) -> None:
         "stays at the level of rounding.",
         [Column(strips, {"600 s": (0.0, STOP), "last 20 s": (580.0, STOP)})],
     )
-
-
-if __name__ == "__main__":
-    run_script(run, __doc__)

@@ -87,31 +87,26 @@ def test_fmpy_with_every_call_logged(fmu_path, plain):
     assert len(pulse_table(events)) == 42
 
 
-def test_fmi_sim(fmu_path, plain, tmp_path):
-    """The program of the fmi-rs project."""
+def fmi_sim(kind, fmu_path, step, folder) -> list[dict]:
+    """The rows of a run by the program of the fmi-rs project."""
     simulator = shutil.which("fmi-sim", path=ROOT / "target/tools/bin")
     if not simulator:
         pytest.skip("fmi-sim is missing: `cargo install --locked --root target/tools fmi-sim@0.7.0`")
-    options = ["--model", fmu_path, "-o", "out.csv", "co-simulation", "-f", STOP, "--output-interval", STEP]
-    program([simulator, *map(str, options)], tmp_path)
-    with (tmp_path / "out.csv").open(newline="") as file:
-        rows = list(csv.DictReader(file))
+    options = ["--model", fmu_path, "-o", "out.csv", kind, "-f", STOP, "--output-interval", step]
+    program([simulator, *map(str, options)], folder)
+    with (folder / "out.csv").open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_fmi_sim(fmu_path, plain, tmp_path):
+    rows = fmi_sim("co-simulation", fmu_path, STEP, tmp_path)
     booleans = {"true": 1, "false": 0}
     same({name: [booleans.get(row[name], row[name]) for row in rows] for name in plain.dtype.names}, plain)
 
 
 def test_fmi_sim_integrates(fmu_path, tmp_path):
     """The same program in model exchange, by Euler's method: as FMPy's Euler does."""
-    simulator = shutil.which("fmi-sim", path=ROOT / "target/tools/bin")
-    kinds = subprocess.run([simulator, "--help"], capture_output=True, text=True) if simulator else None
-    if not kinds or "model-exchange" not in kinds.stdout + kinds.stderr:
-        pytest.skip(
-            "there is no fmi-sim that integrates: `cargo install --locked --root target/tools fmi-sim@0.7.0`"
-        )
-    options = ["--model", fmu_path, "-o", "out.csv", "model-exchange", "-f", STOP, "--output-interval", 1e-3]
-    program([simulator, *map(str, options)], tmp_path)
-    with (tmp_path / "out.csv").open(newline="") as file:
-        last = list(csv.DictReader(file))[-1]
+    last = fmi_sim("model-exchange", fmu_path, 1e-3, tmp_path)[-1]
     assert [int(last[f"pulses[{i}]"]) for i in range(1, 5)] == [7, 14, 14, 7]
     grown = float(last["E_total"]) / 0.05
     assert 1.0 < grown < (1 + 5e-6) ** 10000 * (1 + 1e-9)

@@ -53,9 +53,8 @@ def test_the_animation_moves_the_right_balls(player):
 
 def test_the_animation_is_drawn(player):
     """Picture, curves and controls: not blank, other after scrubbing, and playing moves on."""
-    stage, energy, force, whole = (
-        player.find_element(By.ID, name) for name in ("stage", "energy", "force", "whole")
-    )
+    names = ("stage", "energy", "force", "whole")
+    stage, energy, force, whole = (player.find_element(By.ID, name) for name in names)
     assert colours(player, stage) > 500
     assert min(colours(player, canvas) for canvas in (energy, force)) > 20
     before = stage.screenshot_as_png
@@ -85,8 +84,7 @@ def test_only_the_first_click_is_slow(player):
 
 def test_a_click_can_be_looked_into_stage_by_stage(player):
     """The third click, by buttons; captions say what happens."""
-    state(player, 3.6)
-    player.execute_script("cradle.go(3.6)")
+    player.execute_script("cradle.seek(3.6); cradle.go(3.6)")
     assert text(player, "caption") == "Click 3 of 7."
     player.find_element(By.ID, "inside").click()
     WebDriverWait(player, 60).until(lambda _: player.execute_script("return cradle.inside"))
@@ -164,17 +162,15 @@ def test_two_fingers_come_closer(player):
 
 def test_the_values_at_the_pointer(player):
     """Energies and forces at the time shown, or below the pointer, with prefixes of their units."""
-    player.execute_script(
-        "cradle.open(); cradle.play(false); cradle.seek(cradle.opened.begin - 1e-9); cradle.jump(1)"
-    )
+    player.execute_script("cradle.open(); cradle.play(false)")
+    player.execute_script("cradle.seek(cradle.opened.begin - 1e-9); cradle.jump(1)")
     forces = "Contact forces 1\u20132 0 N 2\u20133 15.8 kN 3\u20134 0 N 4\u20135 0 N"
     assert text(player, "forces").split() == forces.split()
     assert "in contacts 12.5 mJ" in text(player, "energies")
     force = player.find_element(By.ID, "force")
     ActionChains(player).move_to_element_with_offset(force, force.size["width"] // 5, 0).perform()
-    WebDriverWait(player, 60).until(
-        lambda _: player.execute_script("return cradle.strips.pointer") is not None
-    )
+    pointer = "return cradle.strips.pointer"
+    WebDriverWait(player, 60).until(lambda _: player.execute_script(pointer) is not None)
     assert "1\u20132 0 N" not in text(player, "forces").replace("\n", " ")
     assert player.execute_script("return cradle.strips.reading") > state(player)["time"]
 
@@ -264,8 +260,7 @@ def test_an_animation_of_fmpys_result(browser, fmu_path, tmp_path):
     visit(browser, path)
     shown = state(browser, result["time"][123])
     assert shown["x"] == pytest.approx([result[f"x[{i}]"][123] for i in range(1, 6)], abs=1e-7)
-    assert browser.execute_script("return cradle.run.clicks.map(({end}) => end)") == pytest.approx(
-        [0.71, 2.11]
-    )
+    ends = browser.execute_script("return cradle.run.clicks.map(({end}) => end)")
+    assert ends == pytest.approx([0.71, 2.11])
     assert not browser.find_element(By.ID, "inside").is_enabled()
     assert text(browser, "caption") == "Click 1 of 2. The samples do not resolve this click."
