@@ -82,17 +82,16 @@ def check_machine() -> None:
 def make_venv(requirements: Path) -> None:
     """Makes .venv with the packages of one of REQUIREMENTS, or adds them; does nothing if it has them."""
     # Its path counts as well: a virtual environment does not survive being moved.
-    digest, wanted = hashlib.sha256(str(VENV.resolve()).encode()), {}
-    digest.update(LINKERS.read_bytes())
+    digest, wanted = hashlib.sha256(str(VENV.resolve()).encode() + LINKERS.read_bytes()), []
     for file in REQUIREMENTS:
         digest.update(file.read_bytes())
-        wanted[file] = digest.hexdigest()
-    stamps = {file: VENV / f"{file.stem}.sha256" for file in wanted}
-    present = [file for file, stamp in stamps.items() if stamp.exists() and stamp.read_text() == wanted[file]]
-    if PYTHON.exists() and requirements in present:
+        wanted.append(digest.hexdigest())
+    stamp, index = VENV / "requirements.sha256", REQUIREMENTS.index(requirements)
+    present = stamp.read_text() if PYTHON.exists() and stamp.exists() else ""
+    if present in wanted[index:]:
         say("  .venv is up to date")
         return
-    if not (PYTHON.exists() and present):
+    if present not in wanted:
         shutil.rmtree(VENV, ignore_errors=True)
         if run([sys.executable, "-m", "venv", VENV], check=False) != 0:
             raise Stop("this Python cannot make virtual environments: on Debian, `apt install python3-venv`.")
@@ -102,8 +101,7 @@ def make_venv(requirements: Path) -> None:
         run([PYTHON, "-m", "pip", "install", *quietly, "--no-deps", "--no-compile", "-r", file])
     packages = Path(sysconfig.get_path("purelib", "venv", {"base": str(VENV)}))
     (packages / "newtons_cradle.pth").write_text(f"{ROOT / 'python'}\n")
-    for file in REQUIREMENTS[: REQUIREMENTS.index(requirements) + 1]:
-        stamps[file].write_text(wanted[file])
+    stamp.write_text(wanted[index])
 
 
 def fmu_builds(*producer) -> tuple[list, dict]:

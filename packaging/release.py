@@ -21,10 +21,10 @@ from pathlib import Path
 
 from checkout import ALL, FMU, LIVE, PYTHON, ROOT, Stop, fmu_builds, host_target, make_venv, run, say
 from make_wheel import PROGRAM
+from platforms import PLATFORMS
 
 DIST = ROOT / "target/dist"
 PRODUCER = ROOT / "target/debug" / PROGRAM
-PLATFORMS = ("aarch64-linux", "darwin64", "linux32", "linux64", "win32", "win64")
 VERSION = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]["package"]["version"]
 # What goes with the program.
 TEXTS = ("LICENSE-APACHE", "LICENSE-MIT", "packaging/assets/third-party-program.txt", "CHANGELOG.md")
@@ -43,7 +43,7 @@ def fmus(options) -> None:
         given = ROOT / "target/fmu/platforms" / FMU.name
     with zipfile.ZipFile(given) as archive:
         found = {name.split("/")[1] for name in archive.namelist() if name.startswith("binaries/")}
-    if missing := set(PLATFORMS) - found:
+    if missing := {"linux64", *(platform.folder for platform in PLATFORMS)} - found:
         raise Stop(f"{given} has no binary for {', '.join(sorted(missing))}: a release needs them all.")
     presets = sorted(path.stem for path in (ROOT / "packaging/presets").glob("*.toml"))
     for name, choice in [(FMU.stem, []), *((preset, ["--preset", preset]) for preset in presets)]:

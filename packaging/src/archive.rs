@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::{Cursor, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use zip::result::ZipError;
 use zip::write::SimpleFileOptions;
@@ -23,21 +23,13 @@ pub fn replace(path: &Path, contents: &[u8]) -> Result<(), Error> {
         Some(parent) if parent != Path::new("") => parent,
         _ => Path::new("."),
     };
-    let unfinished = Unfinished(folder.join(format!(".{}.{}", name.to_string_lossy(), std::process::id())));
-    fs::create_dir_all(folder)
-        .and_then(|()| fs::write(&unfinished.0, contents))
-        .and_then(|()| fs::rename(&unfinished.0, path))
-        .map_err(|error| failed(&error))
-}
-
-/// A file that is removed unless it was renamed.
-struct Unfinished(PathBuf);
-
-impl Drop for Unfinished {
-    fn drop(&mut self) {
-        // After the rename there is nothing left to remove.
-        let _ = fs::remove_file(&self.0);
-    }
+    let draft = folder.join(format!(".{}.{}", name.to_string_lossy(), std::process::id()));
+    let written = fs::create_dir_all(folder).and_then(|()| fs::write(&draft, contents));
+    written.and_then(|()| fs::rename(&draft, path)).map_err(|error| {
+        // It may not be there.
+        let _ = fs::remove_file(&draft);
+        failed(&error)
+    })
 }
 
 /// The zip file of `entries`.

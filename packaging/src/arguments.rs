@@ -149,13 +149,3 @@ fn build_help() -> String {
         presets.join("\n")
     )
 }
-
-#[cfg(test)]
-mod tests {
-    use clap::CommandFactory;
-
-    #[test]
-    fn the_arguments_are_consistent() {
-        super::Program::command().debug_assert();
-    }
-}

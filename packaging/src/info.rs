@@ -4,13 +4,13 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::Path;
 
-use newtons_cradle::variables::{FILE_NAME, Recipe, Variable};
+use newtons_cradle::variables::Variable;
 
 use crate::archive::Entries;
 use crate::build;
 use crate::check::{self, Library, MAX_BYTES, Model, Report};
 use crate::error::Error;
-use crate::platform::PLATFORMS;
+use crate::platform::libraries;
 
 /// A page of text on the FMU in a file.
 pub fn of(path: &Path) -> Result<String, Error> {
@@ -36,9 +36,7 @@ fn write(out: &mut String, model: &Model, entries: &Entries) -> std::fmt::Result
     writeln!(out, "model        {} (FMI {}, {})", model.name, model.fmi_version, kinds.join(", "))?;
     writeln!(out, "{:12} {}", if model.is_fmi3() { "token" } else { "guid" }, model.guid)?;
     writeln!(out, "written by   {}, {}", model.tool, if model.date.is_empty() { "no date" } else { &model.date })?;
-    if let Some(Ok(recipe)) = entries.get(&format!("resources/{FILE_NAME}")).map(|text| Recipe::from_json(text))
-        && model.is_own()
-    {
+    if let Some(recipe) = check::recipe(entries).filter(|_| model.is_own()) {
         writeln!(out, "balls        {}", recipe.balls)?;
         // Start values that are not the defaults.
         for (name, value) in &recipe.start {
@@ -50,16 +48,16 @@ fn write(out: &mut String, model: &Model, entries: &Entries) -> std::fmt::Result
     let seconds = |value: &String| if value.is_empty() { "-".to_owned() } else { format!("{value} s") };
     let [start, stop, step] = model.experiment.each_ref().map(seconds);
     writeln!(out, "experiment   start {start}, stop {stop}, step {step}")?;
+    let all = &model.causalities;
     let counted = [&["parameter", "calculatedParameter"][..], &["input"], &["output"], &["local", ""]];
-    let [parameters, inputs, outputs, locals] = counted.map(|causalities| model.count(causalities));
-    let all = model.variables.len();
+    let [parameters, inputs, outputs, locals] =
+        counted.map(|kinds| all.iter().filter(|own| kinds.contains(&own.as_str())).count());
+    let all = all.len();
     writeln!(out, "variables    {all}: {parameters} parameters, {inputs} inputs, {outputs} outputs, {locals} locals")?;
     let identifiers: BTreeSet<&String> = model.interfaces.iter().map(|[_, identifier]| identifier).collect();
     for identifier in identifiers {
-        for path in PLATFORMS.iter().flat_map(|platform| platform.paths(identifier, model.is_fmi3())) {
-            if let Some(bytes) = entries.get(&path) {
-                write_library(out, path.split('/').nth(1).unwrap_or_default(), bytes)?;
-            }
+        for (_, path, library) in libraries(entries, identifier, model.is_fmi3()) {
+            write_library(out, path.split('/').nth(1).unwrap_or_default(), library)?;
         }
     }
     writeln!(out, "files")?;

@@ -9,7 +9,7 @@
 //! | [`mod@reference`] | parameter sets and reference results, from runs of the FMU's own binary; whether it still gives them | `build`, `check` |
 //! | [`environment`] | the Python package: what it brings along, and what is handed over to it | `archive` |
 //! | [`archive`] | the zip file, the same bytes for the same contents | nothing |
-//! | [`platform`] | folders of the standard, target triples, and what a binary is made for | `universal` |
+//! | [`platform`] | folders of the standard, target triples, and what a binary is made for | `archive`, `universal` |
 //! | [`universal`] | universal binaries of macOS | nothing |
 //!
 //! All of them tell what went wrong by an [`Error`].

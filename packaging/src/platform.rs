@@ -2,6 +2,7 @@
 
 use object::{Architecture, BinaryFormat, Object, ObjectKind};
 
+use crate::archive::Entries;
 use crate::error::Error;
 use crate::universal;
 
@@ -27,36 +28,34 @@ pub static PLATFORMS: &[Platform] = &[
 
 const ARM_LINUX: &str = "aarch64-linux";
 
+/// Those of them as targets of Rust.
+const TARGETS: &str = "x86_64-*-linux, i586-*-linux, i686-*-linux, x86_64-*-windows, i586-*-windows, i686-*-windows, \
+                       aarch64-*-linux, x86_64-*-darwin, aarch64-*-darwin";
+
 impl Platform {
     /// The platform with this folder.
     pub fn named(folder: &str) -> Option<&'static Self> {
         PLATFORMS.iter().find(|platform| platform.folder == folder)
     }
 
+    fn of_tuple(tuple: &str) -> Option<&'static Self> {
+        PLATFORMS.iter().find(|platform| platform.tuples.contains(&tuple))
+    }
+
     /// The platform this program runs on.
     pub fn host() -> Result<&'static Self, Error> {
         let tuple = host_tuple();
-        PLATFORMS
-            .iter()
-            .find(|platform| platform.tuples.contains(&tuple.as_str()))
-            .ok_or_else(|| Error::Failure(format!("FMI 2.0 has no name for this platform, {tuple}")))
+        let unknown = || Error::Failure(format!("FMI 2.0 has no name for this platform, {tuple}"));
+        Self::of_tuple(&tuple).ok_or_else(unknown)
     }
 
     /// The platform of a target triple of Rust, such as `x86_64-pc-windows-gnu`.
     pub fn of_target(triple: &str) -> Result<&'static Self, Error> {
-        let (processor, system) = triple.split_once('-').unwrap_or((triple, ""));
-        let is_of = |tuple: &&str| {
-            let (own, os) = tuple.split_once('-').unwrap_or_default();
-            in_rust(own).contains(&processor) && system.split('-').any(|part| part == os)
-        };
-        PLATFORMS.iter().find(|platform| platform.tuples.iter().any(is_of)).ok_or_else(|| {
-            let mut allowed = Vec::new();
-            for tuple in PLATFORMS.iter().flat_map(|platform| platform.tuples) {
-                let (processor, os) = tuple.split_once('-').unwrap_or_default();
-                allowed.extend(in_rust(processor).iter().map(|processor| format!("{processor}-*-{os}")));
-            }
-            let allowed = allowed.join(", ");
-            Error::Usage(format!("--target {triple} is refused: FMI 2.0 has no name for it; allowed: {allowed}"))
+        let (processor, system) = triple.split_once('-').unwrap_or_default();
+        let processor = if matches!(processor, "i586" | "i686") { "x86" } else { processor };
+        let found = system.split('-').find_map(|os| Self::of_tuple(&format!("{processor}-{os}")));
+        found.ok_or_else(|| {
+            Error::Usage(format!("--target {triple} is refused: FMI 2.0 has no name for it; allowed: {TARGETS}"))
         })
     }
 
@@ -92,12 +91,6 @@ impl Platform {
         [self.binary_path(identifier), self.path(&host_tuple(), identifier)]
     }
 
-    /// Where an FMU may have shared libraries for this platform.
-    pub fn paths(&self, identifier: &str, fmi3: bool) -> Vec<String> {
-        let folders = if fmi3 { self.tuples } else { &[self.folder] };
-        folders.iter().map(|folder| self.path(folder, identifier)).collect()
-    }
-
     /// The parts of a shared library by their place in an FMU of FMI 3.0: a universal one is for several processors.
     pub fn by_tuple(&self, identifier: &str, binary: &[u8]) -> object::Result<Vec<(String, Vec<u8>)>> {
         let place = |slice: &[u8]| {
@@ -126,6 +119,21 @@ impl Platform {
     }
 }
 
+/// The shared libraries in an FMU, each with its platform and its path.
+pub fn libraries<'a>(entries: &'a Entries, identifier: &str, fmi3: bool) -> Vec<(&'static Platform, String, &'a [u8])> {
+    let mut found = Vec::new();
+    for platform in PLATFORMS {
+        let folder = [platform.folder];
+        for folder in if fmi3 { platform.tuples } else { &folder } {
+            let path = platform.path(folder, identifier);
+            if let Some(library) = entries.get(&path) {
+                found.push((platform, path, library.as_slice()));
+            }
+        }
+    }
+    found
+}
+
 /// The folders, for messages.
 pub fn folders() -> String {
     let folders: Vec<&str> = PLATFORMS.iter().map(|platform| platform.folder).collect();
@@ -136,15 +144,6 @@ pub fn folders() -> String {
 fn host_tuple() -> String {
     let os = if cfg!(target_os = "macos") { "darwin" } else { std::env::consts::OS };
     format!("{}-{os}", std::env::consts::ARCH)
-}
-
-/// What the triples of Rust call a processor of the standard.
-fn in_rust(processor: &str) -> &'static [&'static str] {
-    match processor {
-        "x86" => &["i586", "i686"],
-        "x86_64" => &["x86_64"],
-        _ => &["aarch64"],
-    }
 }
 
 /// What the standard calls a processor.

@@ -31,8 +31,7 @@ impl Workspace {
                 "to compile, run this in the folder of the sources, or use --from or --binary: cargo metadata failed";
             return Err(Error::Failure(reason.to_owned()));
         }
-        let metadata: Value = serde_json::from_slice(&output.stdout)
-            .map_err(|error| Error::Failure(format!("cargo's answer is not JSON: {error}")))?;
+        let metadata: Value = serde_json::from_slice(&output.stdout).unwrap_or_default();
         let [target, root] =
             ["target_directory", "workspace_root"].map(|key| metadata[key].as_str().map(PathBuf::from));
         let missing = || Error::Failure("cargo metadata names no target_directory and workspace_root".to_owned());

@@ -65,24 +65,3 @@ pub fn unit_written(row: &Row, value: &StartValue) -> Option<String> {
         format!("{} = {text} is refused: leave the unit out, {number} {unit}", row.name)
     })
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_is_like_a_name_is_found() {
-        for (wrong, meant) in [
-            ("stiffness", "contact.stiffness"),
-            ("Gravity", "gravity"),
-            ("ball.radios", "ball.radius"),
-            ("xstart", "x_start"),
-            ("contact.modle", "contact.model"),
-        ] {
-            assert!(settable(wrong, 5).err().unwrap().ends_with(&format!("did you mean \"{meant}\"?")), "{wrong}");
-        }
-        for wrong in ["", "nothing", "voltage", "T"] {
-            assert!(settable(wrong, 5).err().unwrap().contains("; allowed: gravity, "), "{wrong}");
-        }
-    }
-}

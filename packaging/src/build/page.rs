@@ -40,10 +40,29 @@ pub fn html(start: &Settings, standard: Standard) -> String {
         .replace("{{balls}}", &format!("{balls} ball{}", if balls == 1 { "" } else { "s" }))
         .replace("{{stop_time}}", &Number(STOP_TIME).to_string())
         .replace("{{step_size}}", &Number(STEP_SIZE).to_string())
-        .replace("{{parameters}}", &rows(start, standard, &[Causality::Parameter, Causality::CalculatedParameter]))
-        .replace("{{inputs}}", &rows(start, standard, &[Causality::Input]))
-        .replace("{{outputs}}", &rows(start, standard, &[Causality::Output]))
-        .replace("{{locals}}", &rows(start, standard, &[Causality::Local]))
+        .replace("{{tables}}", &TABLES.map(|table| self::table(start, standard, table)).concat())
+}
+
+/// A table of variables: its anchor, its heading, a note, and the causalities it has.
+type TableOf = (&'static str, &'static str, &'static str, &'static [Causality]);
+
+const TABLES: [TableOf; 4] = [
+    ("parameters", "Parameters", NOTE, &[Causality::Parameter, Causality::CalculatedParameter]),
+    ("inputs", "Inputs", "", &[Causality::Input]),
+    ("outputs", "Outputs", "", &[Causality::Output]),
+    ("locals", "Local variables", "", &[Causality::Local]),
+];
+
+const NOTE: &str = "<p>A parameter of a law that is not selected is ignored, and the log says so.</p>\n";
+
+fn table(start: &Settings, standard: Standard, (id, heading, note, causalities): TableOf) -> String {
+    let has_start = causalities.iter().any(|causality| matches!(causality, Causality::Parameter | Causality::Input));
+    let third = if has_start { "<th>Start</th>" } else { "<td></td>" };
+    let rows = rows(start, standard, causalities);
+    format!(
+        "<h2 id=\"{id}\">{heading}</h2>\n{note}<table>\n<thead><tr><th>Name</th><th>Unit</th>{third}\
+         <th>Meaning</th></tr></thead>\n<tbody>\n{rows}</tbody>\n</table>\n\n"
+    )
 }
 
 /// The variables of these causalities, each as a row of a table.

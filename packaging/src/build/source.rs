@@ -9,7 +9,7 @@ use super::contents::Binary;
 use crate::archive::Entries;
 use crate::check::{self, MAX_BYTES, Model, Report};
 use crate::error::Error;
-use crate::platform::PLATFORMS;
+use crate::platform::libraries;
 use crate::universal;
 
 const TOOL: &str = concat!("newtons-cradle ", env!("CARGO_PKG_VERSION"));
@@ -44,10 +44,8 @@ impl Ready {
         }
         let mut ready = Self::default();
         let fmi3 = model.is_some_and(|model| model.is_fmi3());
-        for platform in PLATFORMS {
-            for contents in platform.paths(MODEL_IDENTIFIER, fmi3).iter().filter_map(|path| entries.remove(path)) {
-                ready.add(Binary { platform, contents }).map_err(|error| refused(&error))?;
-            }
+        for (platform, _, library) in libraries(&entries, MODEL_IDENTIFIER, fmi3) {
+            ready.add(Binary { platform, contents: library.to_vec() }).map_err(|error| refused(&error))?;
         }
         entries.retain(|name, _| name.starts_with("documentation/licenses/"));
         ready.licenses = entries;
@@ -91,7 +89,8 @@ pub fn in_checkout() -> bool {
 /// What is in a file that is about to be replaced by the FMU `new`, in words; nothing if there is no file, or the same.
 pub fn replaced(path: &Path, new: &[u8]) -> Option<String> {
     let old = check::read(path).ok().filter(|old| old != new)?;
-    let (Some(was), Some(is)) = (opened(&old).1, opened(new).1) else {
+    let (entries, was) = opened(&old);
+    let (Some(was), Some(is)) = (was, opened(new).1) else {
         return Some(format!("{} bytes, not an FMU", old.len()));
     };
     if was.guid == is.guid {
@@ -105,7 +104,7 @@ pub fn replaced(path: &Path, new: &[u8]) -> Option<String> {
     });
     let what = match preset {
         Some(preset) => format!("preset {}", preset.name),
-        None if was.is_own() => format!("n = {}", was.balls()),
+        None if was.is_own() => format!("n = {}", check::recipe(&entries).unwrap_or_default().balls),
         None => format!("\"{}\"", was.name),
     };
     Some(format!("{what}, GUID {}; now GUID {}", was.guid, is.guid))

@@ -178,31 +178,28 @@ fn check_one(place: &str, library: &Library, report: &mut Report) {
     let known: BTreeSet<String> = functions().collect();
     let missing: Vec<&str> = known.difference(&library.exports).map(String::as_str).collect();
     report.require(missing.is_empty(), format_args!("{place}: does not export {}", missing.join(", ")));
+    let is_arm = library.architecture == Architecture::Aarch64;
+    let unsigned = is_arm && library.macos.is_some() && !library.signed;
+    report
+        .require(!unsigned, format_args!("{place}: is not signed, and macOS on ARM loads nothing without a signature"));
+    let mut remark = |text: String| report.remark(format_args!("{place}: {text}"));
     for name in library.exports.difference(&known) {
-        report.remark(format_args!("{place}: exports {name}, which may clash with what others load"));
+        remark(format!("exports {name}, which may clash with what others load"));
     }
     let system = |name: &str| SYSTEM.split_whitespace().any(|known| name.to_lowercase().starts_with(known));
     for name in library.libraries.iter().filter(|name| !system(name)) {
-        report.remark(format_args!("{place}: is linked with {name}, which not every system has"));
+        remark(format!("is linked with {name}, which not every system has"));
     }
-    if let Some((major, minor)) = library.glibc.filter(|version| *version > OLD_GLIBC) {
-        report.remark(format_args!("{place}: needs glibc {major}.{minor}, which older systems lack"));
-    }
-    if library.architecture == Architecture::Aarch64 && place.starts_with("binaries/linux64/") {
-        report.remark(format_args!(
-            "{place}: is for ARM, which the standard calls aarch64-linux, and most hosts linux64"
-        ));
-    }
-    if let Some((major, minor)) = library.macos {
-        if (major, minor) > OLD_MACOS {
-            report.remark(format_args!("{place}: needs macOS {major}.{minor}, which older systems lack"));
+    for (system, needed, old) in [("glibc", library.glibc, OLD_GLIBC), ("macOS", library.macos, OLD_MACOS)] {
+        if let Some((major, minor)) = needed.filter(|version| *version > old) {
+            remark(format!("needs {system} {major}.{minor}, which older systems lack"));
         }
-        if !library.signed && library.architecture == Architecture::Aarch64 {
-            report.problem(format_args!("{place}: is not signed, and macOS on ARM loads nothing without a signature"));
-        }
+    }
+    if is_arm && place.starts_with("binaries/linux64/") {
+        remark("is for ARM, which the standard calls aarch64-linux, and most hosts linux64".to_owned());
     }
     for path in &library.paths {
-        report.remark(format_args!("{place}: holds a path of the machine it was built on: {path}"));
+        remark(format!("holds a path of the machine it was built on: {path}"));
     }
 }
 

@@ -16,7 +16,7 @@ use newtons_cradle::variables::{Description, FILE_NAME, MODEL_IDENTIFIER, Recipe
 
 use crate::archive::Entries;
 use crate::error::Error;
-use crate::platform::PLATFORMS;
+use crate::platform::libraries;
 
 pub(crate) use binary::Library;
 pub(crate) use model::Model;
@@ -34,6 +34,11 @@ pub fn read(path: &Path) -> Result<Vec<u8>, Error> {
         return Err(refused(format!("{length} bytes; allowed: at most {MAX_BYTES}")));
     }
     fs::read(path).map_err(|error| refused(error.to_string()))
+}
+
+/// What an FMU of this program was built for; nothing if that cannot be read.
+pub(crate) fn recipe(entries: &Entries) -> Option<Recipe> {
+    Recipe::from_json(entries.get(&format!("resources/{FILE_NAME}"))?).ok()
 }
 
 /// Checks an FMU in memory, without loading its binaries; of its contents at most `limit` bytes are unpacked. The
@@ -54,17 +59,13 @@ fn is_checked(entries: &Entries, report: &mut Report) -> bool {
         ));
         return false;
     }
-    let mut found = false;
-    for platform in PLATFORMS {
-        for path in platform.paths(MODEL_IDENTIFIER, model.is_fmi3()) {
-            let Some(library) = entries.get(&path) else { continue };
-            found = true;
-            if report.accept(&path, platform.check(library)).is_some() {
-                binary::check(&path, library, report);
-            }
+    let libraries = libraries(entries, MODEL_IDENTIFIER, model.is_fmi3());
+    report.require(!libraries.is_empty(), format_args!("binaries: none for {MODEL_IDENTIFIER} on any platform"));
+    for (platform, path, library) in libraries {
+        if report.accept(&path, platform.check(library)).is_some() {
+            binary::check(&path, library, report);
         }
     }
-    report.require(found, format_args!("binaries: none for {MODEL_IDENTIFIER} on any platform"));
     belongs_together(entries, &model, report)
 }
 

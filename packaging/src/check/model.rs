@@ -28,8 +28,8 @@ pub struct Model {
     pub interfaces: Vec<[String; 2]>,
     /// Start time, stop time and step size of the default experiment.
     pub experiment: [String; 3],
-    /// Name, causality and start value of each variable.
-    pub variables: Vec<[String; 3]>,
+    /// Causality of each variable.
+    pub causalities: Vec<String>,
 }
 
 impl Model {
@@ -53,18 +53,6 @@ impl Model {
     /// Whether this program writes FMUs like it.
     pub fn is_own(&self) -> bool {
         self.name == MODEL_IDENTIFIER && self.tool.starts_with("newtons-cradle ")
-    }
-
-    /// How many variables there are of these causalities.
-    pub fn count(&self, causalities: &[&str]) -> usize {
-        self.variables.iter().filter(|[_, causality, _]| causalities.contains(&causality.as_str())).count()
-    }
-
-    /// Number of balls of one of our own.
-    pub fn balls(&self) -> usize {
-        let n = self.variables.iter().find(|[name, ..]| self.is_fmi3() && name == "n");
-        let positions = || self.variables.iter().filter(|[name, ..]| name.starts_with("x[")).count();
-        n.map_or_else(positions, |[.., start]| start.parse().unwrap_or_default())
     }
 
     fn fill(&mut self, text: &str) -> Result<(), Box<dyn Error>> {
@@ -96,7 +84,7 @@ impl Model {
                     self.experiment = attributes(element, ["startTime", "stopTime", "stepSize"])?;
                 }
                 (2, _) if list == "ModelVariables" => {
-                    self.variables.push(attributes(element, ["name", "causality", "start"])?);
+                    self.causalities.extend(attributes(element, ["causality"])?);
                 }
                 _ => {}
             }

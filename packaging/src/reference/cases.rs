@@ -70,8 +70,8 @@ pub fn recorded(balls: usize) -> Vec<Variable> {
 }
 
 impl Case {
-    /// Whether a host that knows arrays as a whole can be told all of its parameters: they are scalars.
-    pub fn fits_scalars(&self) -> bool {
+    /// Whether the parameter set has no arrays, which SSP 1.0 does not know: in FMI 3.0 only such a one can be set.
+    pub fn is_scalar(&self) -> bool {
         self.parameters.iter().all(|variable| variable.row.shape == Shape::Scalar)
     }
 

@@ -11,13 +11,11 @@ mod record;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use newtons_cradle::variables::{
-    Escaped, FILE_NAME, MODEL_IDENTIFIER, Number, Recipe, START_TIME, STEP_SIZE, STOP_TIME,
-};
+use newtons_cradle::variables::{Escaped, MODEL_IDENTIFIER, Number, Recipe, START_TIME, STEP_SIZE, STOP_TIME};
 
 use crate::archive::{self, Entries};
 use crate::build::Standard;
-use crate::check::Report;
+use crate::check::{self, Report};
 use crate::error::Error;
 use cases::{Case, START, cases};
 use record::{EXPERIMENT, own_binary, record};
@@ -39,7 +37,7 @@ const TOLERANCE: f64 = 1e-6;
 /// left out: of the FMU as it is, there are results nevertheless.
 pub fn add(entries: &mut Entries, recipe: &Recipe, standard: Standard) -> Result<Option<String>, Error> {
     let mut cases = cases(recipe)?;
-    let has_set = |case: &Case| standard == Standard::Fmi2 || case.fits_scalars();
+    let has_set = |case: &Case| standard == Standard::Fmi2 || case.is_scalar();
     cases.retain(|case| case.name == START || has_set(case));
     let names: Vec<&str> = cases.iter().map(|case| case.name).collect();
     let (results, missing) = match record(entries, &names) {
@@ -63,8 +61,7 @@ pub fn check(entries: &Entries, report: &mut Report) {
     if let Err(missing) = own_binary(entries) {
         return report.remark(format_args!("nothing was run: {missing}"));
     }
-    let recipe = entries.get(&format!("resources/{FILE_NAME}")).and_then(|text| Recipe::from_json(text).ok());
-    let cases = recipe.and_then(|recipe| cases(&recipe).ok()).unwrap_or_default();
+    let cases = check::recipe(entries).and_then(|recipe| cases(&recipe).ok()).unwrap_or_default();
     let stored = |case: &Case| Some((case.name, entries.get(&format!("{FOLDER}/{}.csv", case.name))?));
     let (names, stored): (Vec<&str>, Vec<&Vec<u8>>) = cases.iter().filter_map(stored).unzip();
     if names.is_empty() {

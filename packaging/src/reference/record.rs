@@ -2,7 +2,7 @@
 //! a binary that crashes or hangs takes nothing with it.
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio, abort};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use std::{env, fs, io, thread};
@@ -32,31 +32,25 @@ pub fn own_binary(entries: &Entries) -> Result<&[u8], String> {
     binary.map(Vec::as_slice).ok_or_else(|| format!("the FMU has no binary for this machine, {}", platform.folder))
 }
 
-/// A folder that is removed in the end.
-struct Folder(PathBuf);
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        // What is left in the system's folder for temporary files is no harm.
-        let _ = fs::remove_dir_all(&self.0);
-    }
-}
-
 /// The results as CSV of the FMU's binary for this machine, for these cases or for `EXPERIMENT`; else why there are
 /// none.
 pub fn record(entries: &Entries, names: &[&str]) -> Result<Vec<String>, String> {
     let binary = own_binary(entries)?;
     let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos();
-    let folder = Folder(env::temp_dir().join(format!("cradle-fmu-{}-{now}", std::process::id())));
+    let folder = env::temp_dir().join(format!("cradle-fmu-{}-{now}", std::process::id()));
     let place = format!("resources/{FILE_NAME}");
-    let write = || {
-        fs::create_dir(&folder.0)?;
-        fs::create_dir(folder.0.join("resources"))?;
-        fs::write(folder.0.join(BINARY), binary)?;
-        fs::write(folder.0.join(&place), entries.get(&place).map_or(&[][..], Vec::as_slice))
+    let resources = entries.get(&place).map_or(&[][..], Vec::as_slice);
+    let written = fs::create_dir(&folder)
+        .and_then(|()| fs::create_dir(folder.join("resources")))
+        .and_then(|()| fs::write(folder.join(BINARY), binary))
+        .and_then(|()| fs::write(folder.join(&place), resources));
+    let results = match written {
+        Ok(()) => names.iter().map(|name| in_child(&folder, name)).collect(),
+        Err(error) => Err(format!("cannot write {}: {error}", folder.display())),
     };
-    write().map_err(|error| format!("cannot write {}: {error}", folder.0.display()))?;
-    names.iter().map(|name| in_child(&folder.0, name)).collect()
+    // What is left in the system's folder for temporary files is no harm.
+    let _ = fs::remove_dir_all(&folder);
+    results
 }
 
 fn in_child(folder: &Path, name: &str) -> Result<String, String> {
