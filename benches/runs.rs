@@ -1,12 +1,17 @@
-//! Times of whole runs and of single calls, all through the C functions.
+//! Times of whole runs, of their gradients and of single calls.
 
 #![expect(unsafe_code, reason = "hosts call C functions")]
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use cradle_host::{Host, fmi2OK, scenes};
+use cradle_host::{Host, fmi2OK, fmi3, scenes};
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
+use newtons_cradle::engine::{Differential, History, Simulation, Unrecorded};
 use newtons_cradle::fmi2::{fmi2DoStep, fmi2GetReal};
+use newtons_cradle::fmi3::fmi3Status::fmi3OK;
+use newtons_cradle::fmi3::{fmi3EnterEventMode, fmi3EnterStepMode, fmi3SetDebugLogging};
+use newtons_cradle::model::{ContactModel, Inputs, Parameters};
+use newtons_cradle::variables::{Settings, Type, Variable, variables};
 
 /// The default method.
 const DEFAULT: &str = "eventDriven";
@@ -100,9 +105,106 @@ fn calls(c: &mut Criterion) {
     one_step(c, "call", "doStep over an impact sequence", scenes::default_cradle, (0.7, 0.71));
 }
 
+/// Steps from onset to onset, and t_next after each.
+fn onsets(c: &mut Criterion) {
+    for (balls, name, of_step) in [5, 100, 1000, 10_000].into_iter().flat_map(|balls| {
+        [("step over one onset", true), ("t_next after one onset", false)].map(|(n, s)| (balls, n, s))
+    }) {
+        let host = scenes::separated(balls);
+        let (mut time, mut next) = (0.0, host.get("t_next"));
+        c.benchmark_group(name).bench_function(format!("n = {balls}"), |b| {
+            b.iter_custom(|times| {
+                let mut taken = Duration::ZERO;
+                for _ in 0..times {
+                    let begin = Instant::now();
+                    assert_eq!(host.step(time, next - time), fmi2OK);
+                    let stepped = begin.elapsed();
+                    time = next;
+                    next = host.get("t_next");
+                    taken += if of_step { stepped } else { begin.elapsed() - stepped };
+                }
+                taken
+            });
+        });
+    }
+}
+
+/// The default experiment in 1,000 steps, with all positions read after each, in FMI 2.0.
+fn by_fmi2() {
+    let (host, mut x) = (scenes::default_cradle(), [0.0; 5]);
+    let references: Vec<u32> = (1..=5).map(|i| host.vr(&format!("x[{i}]"))).collect();
+    for step in 0..1000 {
+        assert_eq!(host.step(f64::from(step) * 0.01, 0.01), fmi2OK);
+        assert_eq!(unsafe { fmi2GetReal(host.c, references.as_ptr(), 5, x.as_mut_ptr()) }, fmi2OK);
+    }
+}
+
+/// The same in FMI 3.0; with `events` it stops at onsets and releases, and takes part in them.
+fn by_fmi3(events: bool) {
+    let host = fmi3::Host::new(events, events);
+    assert_eq!(unsafe { fmi3SetDebugLogging(host.c, 0, 0, std::ptr::null()) }, fmi3OK);
+    host.start();
+    let take_part = || {
+        while host.update().1 {}
+        assert_eq!(unsafe { fmi3EnterStepMode(host.c) }, fmi3OK);
+    };
+    if events {
+        take_part();
+    }
+    let mut time = 0.0;
+    for step in 1..=1000 {
+        while time < f64::from(step) * 0.01 {
+            let (status, happened, reached) = host.step(time, f64::from(step) * 0.01 - time);
+            assert_eq!(status, fmi3OK);
+            time = reached;
+            if happened {
+                assert_eq!(unsafe { fmi3EnterEventMode(host.c) }, fmi3OK);
+                take_part();
+            }
+        }
+        host.floats("x", 5);
+    }
+}
+
+fn versions(c: &mut Criterion) {
+    let mut group = c.benchmark_group("default experiment, 1000 steps");
+    group.bench_function("FMI 2.0", |b| b.iter(by_fmi2));
+    group.bench_function("FMI 3.0", |b| b.iter(|| by_fmi3(false)));
+    group.bench_function("FMI 3.0 with event mode and early return", |b| b.iter(|| by_fmi3(true)));
+}
+
+/// The derivatives of the last ball's position at the end of a run by all real parameters and inputs.
+fn gradient(run: &Simulation, parameters: &Parameters) -> Vec<f64> {
+    let tape = run.tape(parameters, 0.0, &History::default()).expect("elastic runs have a tape");
+    let gradient = tape.gradient(&tape.weights(|of: &Differential| of.x[4]));
+    let real = |variable: &Variable| variable.row.settable() && variable.row.access.data_type() == Type::Real;
+    let by = |known: Variable| {
+        let mut along = Settings::zero(5);
+        known.set_real(&mut along, 1.0);
+        gradient.along(&along.parameters, &along.inputs)
+    };
+    variables(5).filter(real).map(by).collect()
+}
+
+fn gradients(c: &mut Criterion) {
+    for (name, contact_model) in [("linear", ContactModel::PowerLaw), ("Hertz", ContactModel::Hertz)] {
+        let parameters = Parameters { contact_model, ..Parameters::default_for(5) };
+        let run = |end: f64| {
+            let mut simulation = Simulation::new(&parameters, &Inputs::zero(5), 0.0).expect("the defaults can start");
+            simulation.advance(end, &mut Unrecorded).expect("the run goes on");
+            simulation
+        };
+        for end in [10.0, 140.0] {
+            let (mut group, simulation) = (c.benchmark_group(format!("{name}, {end} s")), run(end));
+            group.bench_function("run", |b| b.iter(|| run(end)));
+            group.bench_function("gradient", |b| b.iter(|| gradient(&simulation, &parameters)));
+        }
+    }
+}
+
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20).warm_up_time(Duration::from_millis(300)).measurement_time(Duration::from_secs(2));
-    targets = paper, waves, damping, pulses, calls
+    targets = paper, waves, damping, pulses, calls, onsets, versions, gradients
 }
 criterion_main!(benches);

@@ -29,8 +29,8 @@ from checkout import (
 PRODUCER = ROOT / "target/debug" / ("cradle-fmu.exe" if os.name == "nt" else "cradle-fmu")
 FMU3 = FMU.with_suffix(".fmi3.fmu")
 HOSTS, TOOLS, FUZZ = (ROOT / "target" / name for name in ("hosts", "tools", "fuzz"))
-# About half a minute each, but for `calls`, which takes a whole one.
-FUZZ_RUNS = {"calls": 5_000, "check": 1_500, "corners": 1_000, "events": 10_000, "states": 20_000}
+# About half a minute each.
+FUZZ_RUNS = {"check": 1_500, "corners": 1_000, "events": 10_000, "states": 20_000}
 FEW_CASES = "20"  # of each property in `test` without `--all`
 # Parts of the lines of skips that `--strict` accepts, because installing something does not help.
 EXPECTED_SKIPS = ("advisories: their database cannot be reached",)
@@ -297,8 +297,7 @@ def fuzz(results: Results) -> None:
     else:
         return results.fail("Fuzzing: the targets could not be built")
     if sanitizer:
-        # Forged states are the fuzzer's business.
-        ffi = ["cargo", "test", "--test", "ffi", *options, FUZZ, "--", "--include-ignored", "--skip", "forged_states"]  # fmt: skip
+        ffi = ["cargo", "test", "--test", "ffi", *options, FUZZ, "--", "--include-ignored"]
         results.step("C interface with AddressSanitizer", ffi, env=environment)
     for name, runs in FUZZ_RUNS.items():
         corpus = FUZZ / "tests" / name

@@ -4,11 +4,10 @@
 //! by the options of libFuzzer.
 //!
 //! Steps grow as long as little happens in them, by the FMU's own counters and by the clock: how many events a step has
-//! to follow, and how many swings it has to search for one, is up to the cradle and to the host. With `CRADLE_SLOWEST`
-//! in the environment the slowest calls so far are told on standard error.
+//! to follow, and how many swings it has to search for one, is up to the cradle and to the host.
 #![no_main]
 
-use std::cell::{Cell, RefCell};
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 use std::time::{Duration, Instant};
@@ -90,8 +89,6 @@ struct Step {
 
 thread_local! {
     static HOSTS: RefCell<BTreeMap<usize, Host>> = const { RefCell::new(BTreeMap::new()) };
-    /// Of the steps, and of the other calls.
-    static SLOWEST: [Cell<Duration>; 2] = const { [Cell::new(Duration::ZERO), Cell::new(Duration::ZERO)] };
 }
 
 fuzz_target!(|run: Run| HOSTS.with_borrow_mut(|hosts| {
@@ -279,17 +276,7 @@ impl Driver<'_> {
         let begin = Instant::now();
         let answer = call();
         let taken = begin.elapsed();
-        let is_step = what == "fmi2DoStep";
-        assert!(is_step || taken < LONGEST, "{what} took {taken:?}: {:?}", self.run);
-        SLOWEST.with(|[steps, others]| {
-            let slowest = if is_step { steps } else { others };
-            if taken > slowest.get() {
-                slowest.set(taken);
-                if std::env::var_os("CRADLE_SLOWEST").is_some() {
-                    eprintln!("slowest so far: {what} {taken:?}: {:?}", self.run);
-                }
-            }
-        });
+        assert!(what == "fmi2DoStep" || taken < LONGEST, "{what} took {taken:?}: {:?}", self.run);
         answer
     }
 }

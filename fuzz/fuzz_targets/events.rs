@@ -8,15 +8,15 @@ use std::ptr::null_mut;
 use std::sync::LazyLock;
 
 use arbitrary::Arbitrary;
-use cradle_fuzz::hybrid::{Call, Operation, Phase, Picture, Vector, element, few, of_type};
+use cradle_fuzz::hybrid::{Call, Operation, Phase, Picture, Vector, Within, element, few, of_type};
 use cradle_fuzz::inspection::{FLOATS, forge, look};
-use cradle_fuzz::instance3::{Host, Within};
 use cradle_fuzz::interface::Interface;
-use cradle_fuzz::operation::{Current, LONGEST_STEP, Step, Value};
+use cradle_fuzz::values::{Current, LONGEST_STEP, Step, Value};
+use cradle_host::fmi3::{Host, vr};
 use libfuzzer_sys::fuzz_target;
 use newtons_cradle::fmi3::fmi3Status::{self, fmi3Discard, fmi3Error, fmi3OK};
 use newtons_cradle::fmi3::*;
-use newtons_cradle::variables::{Array, Type};
+use newtons_cradle::variables::{Array, Causality, Type};
 
 static INTERFACE: LazyLock<Interface> = LazyLock::new(Interface::default);
 /// Everything that has an item of an enumeration.
@@ -122,7 +122,7 @@ impl Driver<'_> {
                     self.go(operation, Call::ExitConfiguration, fmi3ExitConfigurationMode(c), Phase::Instantiated);
                 }
                 Operation::EnterInitialization => {
-                    let status = fmi3EnterInitializationMode(c, 0, 0.0, 0.0, 0, 0.0);
+                    let status = self.host.enter();
                     self.go(operation, Call::EnterInitialization, status, Phase::Initialization);
                     self.picture.time = if status == fmi3OK { 0.0 } else { self.picture.time };
                 }
@@ -159,7 +159,7 @@ impl Driver<'_> {
                 Operation::DoStep { current, step, within } => self.step(operation, current, step, within),
                 Operation::SetBalls(balls) => {
                     let balls = u64::from(*balls) % (BALLS + 1);
-                    let status = fmi3SetUInt64(c, &Array::named("n").unwrap().reference(), 1, &balls, 1);
+                    let status = fmi3SetUInt64(c, &vr("n"), 1, &balls, 1);
                     let allowed = self.picture.phase == Phase::Configuration;
                     let expected = match (allowed, balls) {
                         (false, _) => fmi3Error,
@@ -240,11 +240,11 @@ impl Driver<'_> {
                 }
                 Operation::Through(place) => {
                     let place = usize::from(*place) % PLACES;
-                    let bytes = self.host.bytes();
+                    let bytes = self.host.to_bytes();
                     let status = fmi3DeserializeFMUState(c, bytes.as_ptr(), bytes.len(), &mut self.states[place]);
                     self.take(operation, true, status);
                     assert_eq!(fmi3SetFMUState(c, self.states[place]), fmi3OK);
-                    assert!(self.host.bytes() == bytes, "its own bytes read and written are others");
+                    assert!(self.host.to_bytes() == bytes, "its own bytes read and written are others");
                     self.saved[place] = Some(self.picture.clone());
                 }
                 Operation::Forge(changes) => {
@@ -289,45 +289,52 @@ impl Driver<'_> {
 
     /// fmi3UpdateDiscreteStates: whether there is more at once.
     fn update(&mut self, operation: &Operation) -> bool {
-        let (mut again, mut other, mut defined, mut next) = (0, 0, 0, f64::NAN);
-        let status = unsafe {
-            let [ended, nominals, values] = [&raw mut other; 3];
-            fmi3UpdateDiscreteStates(self.host.c, &mut again, ended, nominals, values, &mut defined, &mut next)
-        };
+        let (status, again, _, next) = self.host.update();
         let legal = self.picture.allows(Call::HandleEvents);
-        if self.take(operation, legal, status) && defined == 1 {
-            assert!(again == 0 && next > self.picture.time, "{next} after {:?}", self.picture);
+        if self.take(operation, legal, status)
+            && let Some(next) = next
+        {
+            assert!(!again && next > self.picture.time, "{next} after {:?}", self.picture);
         }
-        again == 1
+        again
     }
 
     fn step(&mut self, operation: &Operation, current: &Current, step: &Step, within: &Within) {
         let own = self.picture.time;
         let (current, length) = (current.time(own), step.length(self.ahead(Call::DoStep), LONGEST_STEP));
-        self.host.prepare(within, self.picture.balls, own);
-        let (mut events, mut ended, mut early, mut reached) = (9, 9, 9, f64::NAN);
-        let status =
-            unsafe { fmi3DoStep(self.host.c, current, length, 1, &mut events, &mut ended, &mut early, &mut reached) };
+        self.prepare(within.clone());
+        let (status, events, reached) = self.host.step(current, length);
         let near = (current - own).abs() <= 1e-12 * own.abs().max(1.0);
         let legal = self.picture.allows(Call::DoStep) && near && length > 0.0 && (current + length).is_finite();
         if self.take(operation, legal, status) {
             let end = own.max(current + length);
             assert!(reached >= own && reached <= end, "{reached} from {own} to {end}");
-            assert_eq!((early == 1, ended), (reached < end, 0), "{reached} of {end}");
-            assert!(self.early || early == 0, "{operation:?}: early return without leave");
-            assert!(self.picture.events || events == 0, "an event without event mode");
+            assert!(self.early || reached == end, "{operation:?}: early return without leave");
+            assert!(self.picture.events || !events, "an event without event mode");
             self.picture.time = reached;
         }
     }
 
+    /// What the host does when it is called within the next step.
+    fn prepare(&self, within: Within) {
+        let (n, mut last, mut calls) = (self.picture.balls, self.picture.time, 0_u8);
+        self.host.within(move |c, time, may_end| {
+            assert!(time >= last);
+            (last, calls) = (time, calls.saturating_add(1));
+            let mut x = vec![f64::NAN; n];
+            assert_eq!(unsafe { fmi3GetFloat64(c, &vr("x"), 1, x.as_mut_ptr(), n) }, fmi3OK);
+            assert!(x.iter().all(|x| x.is_finite()));
+            if let Some(size) = within.force {
+                let forces = vec![f64::from(size) / 128.0 - 1.0; n];
+                assert_eq!(unsafe { fmi3SetFloat64(c, &vr("F_ext"), 1, forces.as_ptr(), n) }, fmi3OK);
+            }
+            within.end_after.is_some_and(|after| calls > after) && (may_end || within.asks)
+        });
+    }
+
     /// How long it is to the next onset, s, where this call is legal.
     fn ahead(&self, call: Call) -> f64 {
-        let mut next = self.picture.time;
-        if self.picture.allows(call) {
-            let t_next = Array::named("t_next").unwrap().reference();
-            assert_eq!(unsafe { fmi3GetFloat64(self.host.c, &t_next, 1, &mut next, 1) }, fmi3OK);
-        }
-        next - self.picture.time
+        if self.picture.allows(call) { self.host.floats("t_next", 1)[0] - self.picture.time } else { 0.0 }
     }
 
     fn vector(&self, of: Vector, length: usize) -> (fmi3Status, Vec<f64>) {
@@ -365,8 +372,8 @@ impl Driver<'_> {
             value.number(element(&INTERFACE, array, index))
         };
         let set: Vec<f64> = (0..few(n, excess)).map(value).collect();
-        let before = self.host.bytes();
-        let status = unsafe { fmi3SetFloat64(self.host.c, &array.reference(), 1, set.as_ptr(), set.len()) };
+        let before = self.host.to_bytes();
+        let status = self.host.set(&array.to_string(), &set);
         let admitted = |(index, value): (usize, &f64)| {
             element(&INTERFACE, array, index)
                 .or(element(&INTERFACE, array, 0))
@@ -378,9 +385,13 @@ impl Driver<'_> {
             assert_eq!(status, fmi3Discard, "{operation:?} of {array} to {set:?} in {:?}", self.picture);
         } else {
             assert_eq!(status, fmi3OK, "{operation:?} of {array} to {set:?} in {:?}", self.picture);
+            // What a tunable is set to acts, and is shown, from the next step on; a slope is used up by it.
+            if self.picture.may_get(array) && array.row.causality != Causality::Local {
+                assert_eq!(self.host.floats(&array.to_string(), n), set, "{array}");
+            }
         }
         if status == fmi3Discard {
-            assert!(self.host.bytes() == before, "{operation:?} was discarded and changed something");
+            assert!(self.host.to_bytes() == before, "{operation:?} was discarded and changed something");
         }
         self.given_up(status);
     }

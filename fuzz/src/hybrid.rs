@@ -4,9 +4,8 @@ use arbitrary::Arbitrary;
 use newtons_cradle::variables::{Array, Causality, TABLE, Type, Variability};
 
 use crate::forgery::Change;
-use crate::instance3::Within;
 use crate::interface::{Interface, Variable};
-use crate::operation::{Current, Step as Length, Value};
+use crate::values::{Current, Step as Length, Value};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phase {
@@ -52,6 +51,14 @@ pub enum Vector {
     Derivatives,
     Nominals,
     Indicators,
+}
+
+/// What the host does within a step.
+#[derive(Clone, Debug, Arbitrary)]
+pub struct Within {
+    pub force: Option<u8>,
+    pub end_after: Option<u8>,
+    pub asks: bool,
 }
 
 /// One call, as the fuzzer writes it.

@@ -1,15 +1,14 @@
 //! What can be read of an instance of FMI 3.0, and what it does in a state that nobody wrote.
 
-use std::ptr::null_mut;
 use std::sync::LazyLock;
 
+use cradle_host::fmi3::Host;
 use newtons_cradle::fmi3::fmi3Status::{fmi3Error, fmi3OK};
 use newtons_cradle::fmi3::*;
 use newtons_cradle::variables::{Array, Causality, Type};
 
 use crate::forgery::{Change, forged};
 use crate::hybrid::{Call, Phase, Picture, of_type};
-use crate::instance3::Host;
 
 /// Everything that has real values.
 pub static FLOATS: LazyLock<Vec<Array>> = LazyLock::new(|| of_type(Type::Real));
@@ -20,48 +19,29 @@ pub fn look(host: &Host, picture: &Picture) {
         return;
     }
     for array in &*FLOATS {
-        let mut values = vec![f64::NAN; array.len(picture.balls)];
-        let n = values.len();
-        let status = unsafe { fmi3GetFloat64(host.c, &array.reference(), 1, values.as_mut_ptr(), n) };
-        assert_eq!(status, fmi3OK, "{array} in {:?}", picture);
+        let values = host.floats(&array.to_string(), array.len(picture.balls));
         assert!(values.iter().all(|value| value.is_finite()), "{array} = {values:?} in {:?}", picture);
         if array.row.causality == Causality::Independent {
             assert_eq!(values, [picture.time]);
         }
     }
     for clock in of_type(Type::Clock) {
-        let mut active = 9;
-        assert_eq!(unsafe { fmi3GetClock(host.c, &clock.reference(), 1, &mut active) }, fmi3OK);
-        assert!(active == 0 || active == 1 && picture.phase == Phase::Event);
+        assert!(!host.is_active(&clock.to_string()) || picture.phase == Phase::Event);
     }
 }
 
 /// Goes on from a forged state, if it is accepted and has the same parameters.
 pub fn forge(host: &Host, picture: &Picture, changes: &[Change]) {
-    let (c, mut state) = (host.c, null_mut());
     let before = parameters(host, picture);
-    let bytes = forged(&host.bytes(), changes);
-    unsafe {
-        let status = fmi3DeserializeFMUState(c, bytes.as_ptr(), bytes.len(), &mut state);
-        if status != fmi3OK {
-            assert!(status == fmi3Error && state.is_null());
-            return;
-        }
-        assert_eq!(fmi3SetFMUState(c, state), fmi3OK);
-        assert_eq!(fmi3FreeFMUState(c, &mut state), fmi3OK);
-        let bytes = host.bytes();
-        assert_eq!(fmi3DeserializeFMUState(c, bytes.as_ptr(), bytes.len(), &mut state), fmi3OK);
-        assert_eq!(fmi3FreeFMUState(c, &mut state), fmi3OK);
-        if before.is_none() || parameters(host, picture) != before {
-            return;
-        }
+    let status = host.set_bytes(&forged(&host.to_bytes(), changes));
+    if status != fmi3OK {
+        assert_eq!(status, fmi3Error);
+        return;
+    }
+    assert_eq!(host.set_bytes(&host.to_bytes()), fmi3OK);
+    if before.is_some() && parameters(host, picture) == before {
         // Events there may be, of any number, but an end of them.
-        let mut other = [0u8; 5];
-        let [again, ended, nominals, values, defined] = &mut other;
-        for _ in 0..3 {
-            let status = fmi3UpdateDiscreteStates(c, again, ended, nominals, values, defined, &mut 0.0);
-            assert!(status <= fmi3Error);
-        }
+        (0..3).for_each(|_| assert!(host.update().0 <= fmi3Error));
     }
 }
 

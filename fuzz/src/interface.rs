@@ -25,9 +25,6 @@ pub struct Variable {
     pub variability: String,
     pub start: Option<f64>,
     pub min: f64,
-    /// A continuous state of model exchange, or the derivative of one.
-    pub state: bool,
-    pub rate: bool,
     /// `min` itself is refused.
     pub above_min: bool,
     pub max: f64,
@@ -70,13 +67,9 @@ impl Variable {
     }
 }
 
-/// All variables, and the log categories.
+/// All variables.
 pub struct Interface {
     pub variables: Vec<Variable>,
-    pub categories: Vec<String>,
-    /// Numbers of continuous states and event indicators.
-    pub states: usize,
-    pub indicators: usize,
 }
 
 impl Default for Interface {
@@ -98,10 +91,7 @@ impl Interface {
             items.map(|item| item.attribute("value").unwrap().parse().unwrap()).collect()
         };
         Self {
-            states: all("Derivatives").flat_map(|node| node.children()).filter(Node::is_element).count(),
-            indicators: document.root_element().attribute("numberOfEventIndicators").unwrap().parse().unwrap(),
             variables: all("ScalarVariable").map(|node| variable(node, items)).collect(),
-            categories: all("Category").map(|node| node.attribute("name").unwrap().to_owned()).collect(),
         }
     }
 
@@ -113,11 +103,6 @@ impl Interface {
     /// The value reference of the variable of this name.
     pub fn named(&self, name: &str) -> u32 {
         self.variables.iter().find(|variable| variable.name == name).unwrap().reference
-    }
-
-    /// All variables with their values now.
-    pub fn read(&self, host: &Host) -> Vec<(&Variable, f64)> {
-        self.variables.iter().map(|variable| (variable, variable.read(host))).collect()
     }
 }
 
@@ -138,8 +123,6 @@ fn variable(node: Node<'_, '_>, items: impl Fn(&str) -> Vec<i32>) -> Variable {
         causality: text("causality"),
         variability: text("variability"),
         start: number("start"),
-        state: element.attribute("reinit") == Some("true"),
-        rate: element.attribute("derivative").is_some(),
         min: number("min").unwrap_or(f64::NEG_INFINITY),
         above_min: text("description").ends_with("0 itself is refused"),
         max: number("max").unwrap_or(f64::INFINITY),

@@ -4,7 +4,5 @@
 pub mod forgery;
 pub mod hybrid;
 pub mod inspection;
-pub mod instance3;
 pub mod interface;
-pub mod model;
-pub mod operation;
+pub mod values;

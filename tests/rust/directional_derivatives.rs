@@ -167,8 +167,7 @@ fn rigid_balls_in_contact_are_refused() {
         assert!(host.error().contains("v[3] has no derivative here"));
     };
     let host = Host::new();
-    assert_eq!((host.set_integer("contact.model", 3), host.set("contact.deadBand", 0.0)), (fmi2OK, fmi2OK));
-    assert_eq!(host.set("F_ext[3]", 0.1), fmi2OK);
+    host.give(&[("contact.model", 3.0), ("contact.deadBand", 0.0), ("F_ext[3]", 0.1)]);
     host.start();
     assert!(host.get("F[3]") > 0.0);
     assert_eq!(host.step(0.0, 0.1), fmi2OK);
@@ -215,20 +214,7 @@ fn directions_add_up_and_states_keep_them() {
     assert_eq!((host.step(now, from - now), host.step(from, 2e-3)), (fmi2OK, fmi2OK));
     let unknowns: Vec<u32> = outputs().iter().map(|name| host.vr(name)).collect();
     let along = |host: &Host, direction: [f64; 2]| {
-        let (knowns, mut values) = ([host.vr("F_ext[1]"), host.vr("a_support")], vec![f64::NAN; unknowns.len()]);
-        let status = unsafe {
-            fmi2GetDirectionalDerivative(
-                host.c,
-                unknowns.as_ptr(),
-                unknowns.len(),
-                knowns.as_ptr(),
-                2,
-                direction.as_ptr(),
-                values.as_mut_ptr(),
-            )
-        };
-        assert_eq!(status, fmi2OK);
-        values
+        host.along(&unknowns, &[host.vr("F_ext[1]"), host.vr("a_support")], &direction)
     };
     let (both, one, other) = (along(host, [2.0, -3.0]), along(host, [1.0, 0.0]), along(host, [0.0, 1.0]));
     for (j, name) in outputs().iter().enumerate() {

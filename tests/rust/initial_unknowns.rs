@@ -6,6 +6,8 @@ use cradle_host::{Host, fmi2OK};
 use newtons_cradle::fmi2::*;
 use newtons_cradle::variables::{Description, Settings, Type, Variable, variables};
 
+use crate::differences::Values;
+
 const BALLS: usize = 5;
 
 /// What each initial unknown depends on; nothing is said of those that depend on all knowns.
@@ -43,25 +45,19 @@ fn values(host: &Host, unknowns: &[Variable]) -> Option<Vec<u64>> {
 }
 
 /// A host in Initialization Mode.
-fn initializing(setup: &Setup) -> Host {
+fn initializing((choices, values): Setup) -> Host {
     let host = Host::new();
-    for (name, value) in setup.integers {
-        assert_eq!(host.set_integer(name, *value), fmi2OK);
-    }
-    for (name, value) in setup.reals {
-        assert_eq!(host.set(name, *value), fmi2OK);
-    }
+    host.give(choices);
+    host.give(values);
     assert_eq!((host.set_up(0.0), host.enter()), (fmi2OK, fmi2OK));
     host
 }
 
-struct Setup {
-    integers: &'static [(&'static str, i32)],
-    reals: &'static [(&'static str, f64)],
-}
+/// Items of enumerations, and values.
+type Setup = (Values, Values);
 
 /// Balls that overlap and approach or part, for the compliant laws.
-const PRESSED: &[(&str, f64)] = &[
+const PRESSED: Values = &[
     ("contact.deadBand", 1e-6),
     ("x_start[1]", 3e-5),
     ("x_start[2]", 1e-5),
@@ -87,20 +83,20 @@ const PRESSED: &[(&str, f64)] = &[
 ];
 
 /// Rigid balls at rest in touch, pushed against each other.
-const TOUCHING: &[(&str, f64)] =
+const TOUCHING: Values =
     &[("contact.deadBand", 0.0), ("x_start[1]", 0.0), ("x_start[2]", 0.0), ("F_ext[1]", 5.0), ("F_ext[5]", -3.0)];
 
-const SETUPS: &[Setup] = &[
-    Setup { integers: &[], reals: &[] },
-    Setup { integers: &[], reals: PRESSED },
-    Setup { integers: &[("contact.dampingLaw", 2)], reals: PRESSED },
-    Setup { integers: &[("contact.dampingLaw", 3)], reals: PRESSED },
-    Setup { integers: &[("contact.model", 2), ("contact.dampingLaw", 3)], reals: PRESSED },
-    Setup { integers: &[("contact.dampingLaw", 4)], reals: PRESSED },
-    Setup { integers: &[("contact.model", 2), ("contact.dampingLaw", 4)], reals: PRESSED },
-    Setup { integers: &[("solver.method", 2)], reals: PRESSED },
-    Setup { integers: &[("solver.method", 4)], reals: &[("solver.fixedStep", 1e-3)] },
-    Setup { integers: &[("contact.model", 3)], reals: TOUCHING },
+const SETUPS: [Setup; 10] = [
+    (&[], &[]),
+    (&[], PRESSED),
+    (&[("contact.dampingLaw", 2.0)], PRESSED),
+    (&[("contact.dampingLaw", 3.0)], PRESSED),
+    (&[("contact.model", 2.0), ("contact.dampingLaw", 3.0)], PRESSED),
+    (&[("contact.dampingLaw", 4.0)], PRESSED),
+    (&[("contact.model", 2.0), ("contact.dampingLaw", 4.0)], PRESSED),
+    (&[("solver.method", 2.0)], PRESSED),
+    (&[("solver.method", 4.0)], &[("solver.fixedStep", 1e-3)]),
+    (&[("contact.model", 3.0)], TOUCHING),
 ];
 
 /// Every known is changed in every set-up: what then changes says that it depends on the known, and what says so does
@@ -148,7 +144,7 @@ fn dependencies_are_those_of_the_values() {
 /// What rigid balls transmit that rest against each other depends on all of them: it comes with the run.
 #[test]
 fn rigid_contacts_transmit_nothing_before_the_run() {
-    let host = initializing(SETUPS.last().unwrap());
+    let host = initializing(SETUPS[9]);
     let t_next = host.get("t_next");
     for i in 1..BALLS {
         let forces = ["F", "F_mean", "F_peak"].map(|name| host.get(&format!("{name}[{i}]")));

@@ -22,8 +22,7 @@ fn initialization_mode_shows_the_values_that_are_set() {
     assert!((host.get("pendulum.period") - 2.0 * std::f64::consts::PI / 5f64.sqrt()).abs() < 1e-12);
     assert_eq!(host.set("gravity", 0.0), fmi2OK);
     assert_eq!(host.get("pendulum.period"), 1e30);
-    assert_eq!(host.set("gravity", 9.81), fmi2OK);
-    assert_eq!(host.set_integer("contact.model", 2), fmi2OK);
+    host.give(&[("gravity", 9.81), ("contact.model", 2.0)]);
     assert_eq!((host.get_integer("contact.model"), host.get_integer("solver.method")), (2, 1));
     assert_eq!(host.exit(), fmi2OK);
     assert_eq!((host.get("x[1]"), host.get("t_onset[1]"), host.get_integer("pulses[1]")), (-0.3, -1e30, 0));
@@ -69,6 +68,9 @@ fn setting_what_is_set_already_is_no_change() {
             if set {
                 for name in ["F_ext[1]", "a_support", "pendulum.drag", "contact.damping"] {
                     assert_eq!(host.set(name, 0.0), fmi2OK);
+                }
+                for rate in [1.0, 0.0] {
+                    assert_eq!(host.set_derivative("F_ext[2]", 1 + i % 3, rate), fmi2OK);
                 }
             }
             assert_eq!(host.step(f64::from(i) * 0.01, 0.01), fmi2OK);
@@ -174,10 +176,12 @@ fn categories_can_be_switched() {
 #[test]
 fn parameters_of_other_laws_are_told() {
     let host = logging();
-    assert_eq!(host.set("contact.huntCrossley", 0.5), fmi2OK);
-    assert_eq!(host.set("ball.youngModulus", 1e9), fmi2OK);
-    assert_eq!(host.set("ball.radius", 0.02), fmi2OK);
-    assert_eq!(host.set("solver.fixedStep", 1e-5), fmi2OK);
+    host.give(&[
+        ("contact.huntCrossley", 0.5),
+        ("ball.youngModulus", 1e9),
+        ("ball.radius", 0.02),
+        ("solver.fixedStep", 1e-5),
+    ]);
     host.start();
     let told: Vec<String> = host.log().into_iter().map(|line| line.text).collect();
     assert_eq!(told.len(), 3, "{told:?}");
@@ -188,8 +192,7 @@ fn parameters_of_other_laws_are_told() {
     host.start();
     assert!(host.log().is_empty());
     assert_eq!(host.reset(), fmi2OK);
-    assert_eq!((host.set_integer("solver.method", 4), host.set("solver.tolerance", 1e-6)), (fmi2OK, fmi2OK));
-    assert_eq!(host.set("solver.fixedStep", 1e-5), fmi2OK);
+    host.give(&[("solver.method", 4.0), ("solver.tolerance", 1e-6), ("solver.fixedStep", 1e-5)]);
     host.start();
     let told: Vec<String> = host.log().into_iter().map(|line| line.text).collect();
     assert!(told.len() == 1 && told[0].starts_with("solver.tolerance = 1e-6 has no effect"), "{told:?}");
@@ -198,7 +201,7 @@ fn parameters_of_other_laws_are_told() {
 #[test]
 fn rigid_contacts_have_no_law_to_set() {
     let host = logging();
-    assert_eq!((host.set_integer("contact.model", 3), host.set_integer("contact.dampingLaw", 2)), (fmi2OK, fmi2OK));
+    host.give(&[("contact.model", 3.0), ("contact.dampingLaw", 2.0)]);
     for name in ["contact.stiffness", "contact.stiffnessRatio[3]", "contact.overlapRef", "contact.damping"] {
         assert_eq!(host.set(name, 2.0), fmi2OK);
     }
@@ -224,7 +227,7 @@ fn rigid_contacts_have_no_law_to_set() {
 #[test]
 fn rigid_impacts_are_pulses_without_duration() {
     let host = logging();
-    assert_eq!((host.set_integer("contact.model", 3), host.set("contact.deadBand", 0.0)), (fmi2OK, fmi2OK));
+    host.give(&[("contact.model", 3.0), ("contact.deadBand", 0.0)]);
     host.start();
     let onset = host.get("t_next");
     assert_eq!((host.step(0.0, onset), host.get("t_next") > onset), (fmi2OK, true));
@@ -286,27 +289,6 @@ fn bits(amplitudes: &[f64]) -> Vec<Vec<u64>> {
         }
     }
     hosts.iter().map(Host::everything).collect()
-}
-
-#[test]
-fn two_instances_do_not_meet() {
-    let (one, two) = (Host::started(), Host::new());
-    assert_eq!(two.set("x_start[1]", -0.2), fmi2OK);
-    two.start();
-    for i in 0..100 {
-        assert_eq!(one.step(f64::from(i) * 0.01, 0.01), fmi2OK);
-        assert_eq!(two.step(f64::from(i) * 0.01, 0.01), fmi2OK);
-    }
-    drop(one);
-    let alone = Host::new();
-    assert_eq!(alone.set("x_start[1]", -0.2), fmi2OK);
-    alone.start();
-    for i in 0..100 {
-        assert_eq!(alone.step(f64::from(i) * 0.01, 0.01), fmi2OK);
-    }
-    for name in ["x[1]", "v[5]", "impulse[4]", "E_residual"] {
-        assert_eq!(two.get(name).to_bits(), alone.get(name).to_bits(), "{name}");
-    }
 }
 
 /// 64 instances in 8 threads.

@@ -4,9 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use cradle_host::exchange::{Master, Method};
 use cradle_host::{Host, fmi2OK};
-use newtons_cradle::fmi2::*;
 use newtons_cradle::model::ContactModel;
 use newtons_cradle::variables::{Causality, Description, Settings, Type, Variable, states, variables};
+
+use crate::differences::by_differences;
 
 const BALLS: usize = 5;
 
@@ -16,29 +17,29 @@ const LAWS: [(i32, i32, f64); 8] =
 
 fn pressed((model, law, exponent): (i32, i32, f64)) -> Host {
     let host = Host::exchanging(BALLS);
-    let x = if model == 3 { [0.0; 5] } else { [3e-6, 1e-6, -1e-6, 1.2, 1.1999985] };
+    let rigid = model == 3;
+    let x = if rigid { [0.0; 5] } else { [3e-6, 1e-6, -1e-6, 1.2, 1.1999985] };
     for (i, x) in x.into_iter().enumerate() {
-        assert_eq!(host.set(&format!("x_start[{}]", i + 1), x), fmi2OK);
-        assert_eq!(host.set(&format!("ball.massRatio[{}]", i + 1), 1.0 + 0.2 * i as f64), fmi2OK);
-        assert_eq!(host.set(&format!("F_ext[{}]", i + 1), 5.0 - 2.0 * i as f64), fmi2OK);
-        if model != 3 {
-            assert_eq!(host.set(&format!("v_start[{}]", i + 1), 0.1 - 0.06 * i as f64), fmi2OK);
+        let k = i as f64;
+        let v = if rigid { 0.0 } else { 0.1 - 0.06 * k };
+        for (name, value) in
+            [("x_start", x), ("v_start", v), ("ball.massRatio", 1.0 + 0.2 * k), ("F_ext", 5.0 - 2.0 * k)]
+        {
+            host.give(&[(&format!("{name}[{}]", i + 1), value)]);
         }
     }
-    for (name, value) in [
+    host.give(&[
+        ("contact.model", model.into()),
+        ("contact.dampingLaw", law.into()),
+        ("contact.exponent", exponent),
         ("contact.deadBand", 0.0),
         ("contact.damping", 1e2),
         ("contact.huntCrossley", 0.2),
         ("contact.relaxationTime", 1e-6),
-        ("contact.exponent", exponent),
         ("pendulum.drag", 0.3),
         ("a_support", 0.7),
-    ] {
-        assert_eq!(host.set(name, value), fmi2OK);
-    }
-    for (name, value) in [("contact.model", model), ("contact.dampingLaw", law), ("exchange.contacts", 1)] {
-        assert_eq!(host.set_integer(name, value), fmi2OK);
-    }
+        ("exchange.contacts", 1.0),
+    ]);
     Master::start(&host, 0.0);
     host
 }
@@ -53,20 +54,7 @@ fn unknowns() -> Vec<Variable> {
 
 fn derivatives(host: &Host, unknowns: &[Variable], knowns: &[u32], direction: &[f64]) -> Vec<f64> {
     let references: Vec<u32> = unknowns.iter().map(Variable::reference).collect();
-    let mut values = vec![f64::NAN; references.len()];
-    let status = unsafe {
-        fmi2GetDirectionalDerivative(
-            host.c,
-            references.as_ptr(),
-            references.len(),
-            knowns.as_ptr(),
-            knowns.len(),
-            direction.as_ptr(),
-            values.as_mut_ptr(),
-        )
-    };
-    assert_eq!(status, fmi2OK, "{:?}", host.log());
-    values
+    host.along(&references, knowns, direction)
 }
 
 /// The states with their places and steps for differences, and the inputs.
@@ -102,17 +90,12 @@ fn derivatives_are_differences() {
                 }
                 values(&host, &unknowns)
             };
-            let (up, down) = (shifted(step), shifted(-step));
+            let (differences, rounding) = by_differences(step, false, shifted);
             shifted(0.0);
             for (i, unknown) in unknowns.iter().enumerate() {
-                let difference = (up[i] - down[i]) / (2.0 * step);
-                let rounding = 1e-13 * base[i].abs() / step;
-                let off = (exact[i] - difference).abs();
-                assert!(
-                    off <= 1e-4 * exact[i].abs() + rounding + 1e-9,
-                    "{law:?} {unknown} by {known}: {} {difference}",
-                    exact[i]
-                );
+                let (exact, difference) = (exact[i], differences[i]);
+                let allowed = 1e-4 * exact.abs() + 1e-13 * rounding * base[i].abs() + 1e-9;
+                assert!((exact - difference).abs() <= allowed, "{law:?} {unknown} by {known}: {exact} {difference}");
             }
         }
         assert_eq!(values(&host, &unknowns), base);

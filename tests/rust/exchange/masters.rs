@@ -46,30 +46,6 @@ fn euler_leaves_exactly_what_euler_does() {
 }
 
 #[test]
-fn pulses_are_those_of_co_simulation() {
-    let host = figure_6();
-    let mut master = Master::start(&host, 0.0);
-    master.steps(20.0, 1e-3, Method::Rk4);
-    let steps = Host::new();
-    for (name, value) in FIGURE_6.into_iter().chain([("x_start[1]", -1.0), ("x_start[2]", -1.0)]) {
-        assert_eq!(steps.set(name, value), fmi2OK);
-    }
-    steps.start();
-    assert_eq!(steps.step(0.0, 20.0), fmi2OK);
-    assert_eq!(pulses(&host), pulses(&steps));
-    for i in 1..5 {
-        for (family, scale) in [("impulse", 1e2), ("t_onset", 20.0), ("t_release", 20.0), ("x", 1.0), ("v", 2.0)] {
-            let name = format!("{family}[{i}]");
-            let (own, other) = (host.get(&name), steps.get(&name));
-            assert!((own - other).abs() < 1e-9 * scale, "{name}: {own} {other}");
-        }
-        let (own, other) = (host.get(&format!("F_peak[{i}]")), host.get("E_residual"));
-        assert!(own > 1e7 && other.abs() < 1e-11, "{own} {other}");
-    }
-    assert_eq!(host.get_integer("solver.steps"), 0);
-}
-
-#[test]
 fn one_ball_swings_and_two_free_balls_meet_once() {
     let alone = Host::exchanging(1);
     let mut master = Master::start(&alone, 0.0);

@@ -2,7 +2,6 @@
 
 mod derivatives;
 mod events;
-mod legality;
 mod masters;
 mod rigid;
 mod states;

@@ -5,8 +5,7 @@ use cradle_host::{Host, fmi2OK};
 
 /// A host of rigid contacts with this coefficient of restitution and these values.
 fn rigid(host: Host, restitution: f64, values: &[(&str, f64)]) -> Host {
-    assert_eq!(host.set_integer("contact.model", 3), fmi2OK);
-    assert_eq!(host.set("contact.restitution", restitution), fmi2OK);
+    host.give(&[("contact.model", 3.0), ("contact.restitution", restitution)]);
     for (name, value) in values {
         assert_eq!(host.set(name, *value), fmi2OK);
     }

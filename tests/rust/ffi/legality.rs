@@ -1,5 +1,5 @@
-//! Which function may be called in which state (FMI 2.0.4, section 4.2.4), call by call, both ways: a legal call is not
-//! turned down for its time, an illegal one answers fmi2Error and leaves the state as it was.
+//! Which function may be called in which state (FMI 2.0.4, sections 3.2.3 and 4.2.4), call by call, both ways: a legal
+//! call is not turned down for its time, an illegal one answers fmi2Error, says why and changes nothing.
 
 use std::ptr::{null, null_mut};
 
@@ -11,26 +11,34 @@ enum State {
     Instantiated,
     Initialization,
     StepComplete,
+    Event,
+    Continuous,
     Terminated,
     Error,
 }
-use State::{Error, Initialization, Instantiated, StepComplete, Terminated};
+use State::{Continuous, Error, Event, Initialization, Instantiated, StepComplete, Terminated};
 
-const STATES: [State; 5] = [Instantiated, Initialization, StepComplete, Terminated, Error];
+/// States of co-simulation, and of model exchange.
+const STATES: [&[State]; 2] = [
+    &[Instantiated, Initialization, StepComplete, Terminated, Error],
+    &[Instantiated, Initialization, Event, Continuous, Terminated],
+];
 
 /// A component in this state.
-fn host_in(state: State) -> Host {
-    let host = Host::new();
+fn host_in(state: State, exchange: bool) -> Host {
+    let host = if exchange { Host::exchanging(5) } else { Host::new() };
     if state == Error {
         host.fail();
         return host;
     }
     if state != Instantiated {
-        assert_eq!(host.set_up(0.0), fmi2OK);
-        assert_eq!(host.enter(), fmi2OK);
+        assert_eq!((host.set_up(0.0), host.enter()), (fmi2OK, fmi2OK));
     }
     if !matches!(state, Instantiated | Initialization) {
         assert_eq!(host.exit(), fmi2OK);
+    }
+    if exchange && matches!(state, Continuous | Terminated) {
+        host.update();
     }
     if state == Terminated {
         assert_eq!(host.terminate(), fmi2OK);
@@ -38,12 +46,15 @@ fn host_in(state: State) -> Host {
     host
 }
 
+/// A function, the states that it is legal in, and a call that is fine in those.
 type Function = (&'static str, &'static [State], fn(&Host) -> fmi2Status);
+type Getter = unsafe extern "C" fn(fmi2Component, *mut f64, usize) -> fmi2Status;
 
-const ANY: &[State] = &STATES;
-const READ: &[State] = &[Initialization, StepComplete, Terminated, Error];
-const SET: &[State] = &[Instantiated, Initialization, StepComplete];
-const DERIVATIVES: &[State] = &[StepComplete, Terminated, Error];
+const ANY: &[State] = &[Instantiated, Initialization, StepComplete, Event, Continuous, Terminated, Error];
+const READ: &[State] = &[Initialization, StepComplete, Event, Continuous, Terminated, Error];
+const SET: &[State] = &[Instantiated, Initialization, StepComplete, Event];
+const SET_REAL: &[State] = &[Instantiated, Initialization, StepComplete, Event, Continuous];
+const RATES: &[State] = &[Instantiated, Initialization, StepComplete];
 const STATUS: &[State] = &[StepComplete, Terminated];
 
 /// Calls `function` with a saved state, which is freed afterwards.
@@ -54,151 +65,164 @@ fn with_state(host: &Host, function: impl FnOnce(fmi2FMUstate) -> fmi2Status) ->
     status
 }
 
-/// Every function with a component, the states it is legal in, and a call that is fine in those.
-fn functions() -> Vec<Function> {
-    vec![
-        ("fmi2SetDebugLogging", ANY, |h| unsafe { fmi2SetDebugLogging(h.c, 0, 0, null()) }),
-        ("fmi2SetupExperiment", &[Instantiated], |h| h.set_up(0.0)),
-        ("fmi2EnterInitializationMode", &[Instantiated], Host::enter),
-        ("fmi2ExitInitializationMode", &[Initialization], Host::exit),
-        ("fmi2Terminate", &[StepComplete], Host::terminate),
-        ("fmi2Reset", ANY, Host::reset),
-        ("fmi2GetReal", READ, |h| unsafe { fmi2GetReal(h.c, &h.vr("x[1]"), 1, &mut 0.0) }),
-        ("fmi2GetInteger", READ, |h| unsafe { fmi2GetInteger(h.c, &h.vr("pulses[1]"), 1, &mut 0) }),
-        ("fmi2GetBoolean", READ, |h| unsafe { fmi2GetBoolean(h.c, &h.vr("inContact[1]"), 1, &mut 0) }),
-        ("fmi2GetString", READ, |h| unsafe { fmi2GetString(h.c, null(), 0, null_mut()) }),
-        ("fmi2SetReal", SET, |h| h.set("F_ext[1]", 0.0)),
-        ("fmi2SetInteger", SET, |h| unsafe { fmi2SetInteger(h.c, null(), 0, null()) }),
-        ("fmi2SetBoolean", SET, |h| unsafe { fmi2SetBoolean(h.c, null(), 0, null()) }),
-        ("fmi2SetString", SET, |h| unsafe { fmi2SetString(h.c, null(), 0, null()) }),
-        ("fmi2GetFMUstate", ANY, |h| with_state(h, |state| unsafe { fmi2GetFMUstate(h.c, &mut { state }) })),
-        ("fmi2SetFMUstate", ANY, |h| with_state(h, |state| h.restore(state))),
-        ("fmi2FreeFMUstate", ANY, |h| unsafe { fmi2FreeFMUstate(h.c, &mut null_mut()) }),
-        ("fmi2SerializedFMUstateSize", ANY, |h| {
-            with_state(h, |state| unsafe { fmi2SerializedFMUstateSize(h.c, state, &mut 0) })
-        }),
-        ("fmi2SerializeFMUstate", ANY, |h| {
-            let mut bytes = h.to_bytes();
-            with_state(h, |state| unsafe { fmi2SerializeFMUstate(h.c, state, bytes.as_mut_ptr().cast(), bytes.len()) })
-        }),
-        ("fmi2DeSerializeFMUstate", ANY, |h| h.set_bytes(&h.to_bytes())),
-        ("fmi2GetDirectionalDerivative", READ, |h| unsafe {
-            fmi2GetDirectionalDerivative(h.c, &h.vr("x[1]"), 1, &h.vr("F_ext[1]"), 1, &1.0, &mut 0.0)
-        }),
-        ("fmi2SetRealInputDerivatives", SET, |h| unsafe {
-            fmi2SetRealInputDerivatives(h.c, &h.vr("F_ext[1]"), 1, &1, &0.0)
-        }),
-        ("fmi2GetRealOutputDerivatives", DERIVATIVES, |h| unsafe {
+fn get(host: &Host, getter: Getter, length: usize) -> fmi2Status {
+    let mut values = vec![0.0; length];
+    unsafe { getter(host.c, values.as_mut_ptr(), length) }
+}
+
+/// Functions of both kinds of components.
+const COMMON: &[Function] = &[
+    ("fmi2SetDebugLogging", ANY, |h| unsafe { fmi2SetDebugLogging(h.c, 0, 0, null()) }),
+    ("fmi2SetupExperiment", &[Instantiated], |h| h.set_up(0.0)),
+    ("fmi2EnterInitializationMode", &[Instantiated], Host::enter),
+    ("fmi2ExitInitializationMode", &[Initialization], Host::exit),
+    ("fmi2Terminate", &[StepComplete, Event, Continuous], Host::terminate),
+    ("fmi2Reset", ANY, Host::reset),
+    ("fmi2GetReal", READ, |h| unsafe { fmi2GetReal(h.c, &h.vr("x[1]"), 1, &mut 0.0) }),
+    ("fmi2GetInteger", READ, |h| unsafe { fmi2GetInteger(h.c, &h.vr("pulses[1]"), 1, &mut 0) }),
+    ("fmi2GetBoolean", READ, |h| unsafe { fmi2GetBoolean(h.c, &h.vr("inContact[1]"), 1, &mut 0) }),
+    ("fmi2GetString", READ, |h| unsafe { fmi2GetString(h.c, null(), 0, null_mut()) }),
+    ("fmi2SetReal", SET_REAL, |h| h.set("F_ext[1]", 0.0)),
+    ("fmi2SetInteger", SET, |h| unsafe { fmi2SetInteger(h.c, null(), 0, null()) }),
+    ("fmi2SetBoolean", SET, |h| unsafe { fmi2SetBoolean(h.c, null(), 0, null()) }),
+    ("fmi2SetString", SET, |h| unsafe { fmi2SetString(h.c, null(), 0, null()) }),
+    ("fmi2GetFMUstate", ANY, |h| with_state(h, |state| unsafe { fmi2GetFMUstate(h.c, &mut { state }) })),
+    ("fmi2SetFMUstate", ANY, |h| with_state(h, |state| h.restore(state))),
+    ("fmi2FreeFMUstate", ANY, |h| unsafe { fmi2FreeFMUstate(h.c, &mut null_mut()) }),
+    ("fmi2DeSerializeFMUstate", ANY, |h| h.set_bytes(&h.to_bytes())),
+    ("fmi2GetDirectionalDerivative", READ, |h| unsafe {
+        fmi2GetDirectionalDerivative(h.c, &h.vr("x[1]"), 1, &h.vr("F_ext[1]"), 1, &1.0, &mut 0.0)
+    }),
+    ("fmi2CancelStep", &[], |h| unsafe { fmi2CancelStep(h.c) }),
+];
+
+/// Those of co-simulation, and those of model exchange.
+const OWN: [&[Function]; 2] = [
+    &[
+        ("fmi2SetRealInputDerivatives", RATES, |h| h.set_derivative("F_ext[1]", 1, 0.0)),
+        ("fmi2GetRealOutputDerivatives", &[StepComplete, Terminated, Error], |h| unsafe {
             fmi2GetRealOutputDerivatives(h.c, &h.vr("x[1]"), 1, &1, &mut 0.0)
         }),
         ("fmi2DoStep", &[StepComplete], |h| h.step(0.0, 0.01)),
-        ("fmi2CancelStep", &[], |h| unsafe { fmi2CancelStep(h.c) }),
         ("fmi2GetStatus", STATUS, |h| unsafe { fmi2GetStatus(h.c, fmi2DoStepStatus, &mut fmi2Error.clone()) }),
         ("fmi2GetRealStatus", STATUS, |h| unsafe { fmi2GetRealStatus(h.c, fmi2LastSuccessfulTime, &mut 0.0) }),
-        ("fmi2GetIntegerStatus", STATUS, |h| unsafe { fmi2GetIntegerStatus(h.c, 0, &mut 0) }),
         ("fmi2GetBooleanStatus", STATUS, |h| unsafe { fmi2GetBooleanStatus(h.c, fmi2Terminated, &mut 0) }),
         ("fmi2GetStringStatus", STATUS, |h| unsafe { fmi2GetStringStatus(h.c, fmi2PendingStatus, &mut null()) }),
-    ]
-}
-
-/// The state, told by what is legal in it and changes nothing.
-fn state_of(host: &Host) -> State {
-    let reads = unsafe { fmi2GetReal(host.c, null(), 0, null_mut()) } == fmi2OK;
-    let sets = unsafe { fmi2SetReal(host.c, null(), 0, null()) } == fmi2OK;
-    let answers = unsafe { fmi2GetRealStatus(host.c, fmi2LastSuccessfulTime, &mut 0.0) } == fmi2OK;
-    host.log();
-    match (reads, sets, answers) {
-        (false, true, false) => Instantiated,
-        (true, true, false) => Initialization,
-        (true, true, true) => StepComplete,
-        (true, false, true) => Terminated,
-        (true, false, false) => Error,
-        other => panic!("no state answers like this: {other:?}"),
-    }
-}
+    ],
+    &[
+        ("fmi2EnterEventMode", &[Event, Continuous], |h| unsafe { fmi2EnterEventMode(h.c) }),
+        ("fmi2NewDiscreteStates", &[Event], |h| unsafe { fmi2NewDiscreteStates(h.c, &mut fmi2EventInfo::default()) }),
+        ("fmi2EnterContinuousTimeMode", &[Event], |h| unsafe { fmi2EnterContinuousTimeMode(h.c) }),
+        ("fmi2CompletedIntegratorStep", &[Continuous], |h| unsafe {
+            fmi2CompletedIntegratorStep(h.c, 1, &mut 0, &mut 0)
+        }),
+        ("fmi2SetTime", &[Event, Continuous], |h| unsafe { fmi2SetTime(h.c, 0.0) }),
+        ("fmi2SetContinuousStates", &[Continuous], |h| unsafe { fmi2SetContinuousStates(h.c, [0.0; 16].as_ptr(), 16) }),
+        ("fmi2GetDerivatives", READ, |h| get(h, fmi2GetDerivatives, 16)),
+        ("fmi2GetEventIndicators", READ, |h| get(h, fmi2GetEventIndicators, 8)),
+        ("fmi2GetContinuousStates", READ, |h| get(h, fmi2GetContinuousStates, 16)),
+        ("fmi2GetNominalsOfContinuousStates", ANY, |h| get(h, fmi2GetNominalsOfContinuousStates, 16)),
+    ],
+];
 
 #[test]
 fn every_function_is_legal_where_the_standard_says_so_and_nowhere_else() {
-    assert_eq!(functions().len(), 30);
-    for state in STATES {
-        for (name, legal, function) in functions() {
-            let host = host_in(state);
-            assert_eq!(state_of(&host), state);
-            if (name, state) == ("fmi2EnterInitializationMode", Instantiated) {
-                assert_eq!(host.set_up(0.0), fmi2OK); // What it is illegal without.
-            }
-            let answer = function(&host);
-            let log = host.log();
-            if !legal.contains(&state) {
-                assert_eq!(answer, fmi2Error, "{name} is illegal in {state:?}");
-                let text = &log.last().unwrap().text;
-                assert!(text.starts_with(&format!("{name}: not allowed in ")), "{text}");
-                assert_eq!(state_of(&host), state, "{name} was refused and changed the state");
-            } else if name == "fmi2GetIntegerStatus" {
-                assert_eq!(answer, fmi2Error, "no status is an integer");
-                assert!(!log[0].text.contains("not allowed"), "{}", log[0].text);
-                assert_eq!(state_of(&host), state, "{name} was refused and changed the state");
-            } else {
-                assert_eq!((answer, log.as_slice()), (fmi2OK, [].as_slice()), "{name} is legal in {state:?}");
-                let after = match name {
-                    "fmi2EnterInitializationMode" => Initialization,
-                    "fmi2ExitInitializationMode" => StepComplete,
-                    "fmi2Terminate" => Terminated,
-                    "fmi2Reset" => Instantiated,
-                    _ => state,
-                };
-                assert_eq!(state_of(&host), after, "{name} in {state:?}");
+    for (exchange, states) in [false, true].into_iter().zip(STATES) {
+        let own = OWN[usize::from(exchange)].iter().map(|function| (*function, true));
+        let others = OWN[usize::from(!exchange)].iter().map(|function| (*function, false));
+        for ((name, legal, function), has) in COMMON.iter().map(|function| (*function, true)).chain(own).chain(others) {
+            for state in states {
+                let host = host_in(*state, exchange);
+                if (name, *state) == ("fmi2EnterInitializationMode", Instantiated) {
+                    assert_eq!(host.set_up(0.0), fmi2OK); // What it is illegal without.
+                }
+                let before = host.to_bytes();
+                let (answer, log) = (function(&host), host.log());
+                if has && legal.contains(state) {
+                    assert_eq!((answer, log.as_slice()), (fmi2OK, [].as_slice()), "{name} is legal in {state:?}");
+                } else {
+                    assert_eq!(answer, fmi2Error, "{name} is illegal in {state:?}");
+                    let text = &log.last().unwrap().text;
+                    assert!(text.starts_with(&format!("{name}: not allowed in ")), "{text}");
+                    assert!(host.to_bytes() == before, "{name} was refused and changed the state");
+                }
             }
         }
     }
 }
 
 #[test]
-fn a_component_can_be_freed_in_every_state() {
-    for state in STATES {
-        drop(host_in(state));
+fn every_state_leads_back_by_a_reset() {
+    for state in STATES[0] {
+        let host = host_in(*state, false);
+        host.assert_usable();
+        assert_eq!((host.get("gravity"), host.get("F_ext[1]")), (9.81, 0.0), "{state:?}");
     }
     unsafe { fmi2FreeInstance(null_mut()) };
 }
 
 #[test]
-fn every_state_leads_back_by_a_reset() {
-    for state in STATES {
-        let host = host_in(state);
-        host.assert_usable();
-        assert_eq!((host.get("gravity"), host.get("F_ext[1]")), (9.81, 0.0), "{state:?}");
+fn what_may_be_set_depends_on_the_state() {
+    const TUNABLE: [&str; 6] = [
+        "pendulum.drag",
+        "contact.damping",
+        "contact.huntCrossley",
+        "contact.relaxationTime",
+        "contact.restitution",
+        "a_support",
+    ];
+    for state in STATES[0] {
+        let host = host_in(*state, false);
+        let before = matches!(state, Instantiated | Initialization);
+        let of = |expected: bool| move |name: &'static str| (name, expected);
+        let fixed = ["ball.mass", "x_start[1]"].map(of(before)).into_iter();
+        let calculated = ["x[1]", "overlap[1]", "pendulum.period"].map(of(false));
+        for (name, expected) in fixed.chain(TUNABLE.map(of(before || *state == StepComplete))).chain(calculated) {
+            assert_eq!(host.set(name, 0.5) == fmi2OK, expected, "{name} in {state:?}");
+        }
+        assert_eq!(host.set_integer("contact.dampingLaw", 2) == fmi2OK, before);
     }
 }
 
 #[test]
-fn what_may_be_set_depends_on_the_state() {
-    let settable = |host: &Host, name: &str| {
-        let set = host.set(name, 0.5) == fmi2OK;
-        host.log();
-        set
+fn bad_arguments_in_model_exchange_are_refused_and_change_nothing() {
+    let host = host_in(Continuous, true);
+    let before = host.everything();
+    let mut y = host.states();
+    y[3] = f64::NAN;
+    let refusals = unsafe {
+        [
+            fmi2SetTime(host.c, f64::NAN),
+            fmi2SetTime(host.c, -1.0),
+            fmi2SetContinuousStates(host.c, y.as_ptr(), 16),
+            fmi2SetContinuousStates(host.c, y.as_ptr(), 15),
+            fmi2SetContinuousStates(host.c, null(), 16),
+            fmi2GetDerivatives(host.c, null_mut(), 16),
+            fmi2GetDerivatives(host.c, y.as_mut_ptr(), 0),
+            fmi2GetEventIndicators(host.c, y.as_mut_ptr(), 16),
+            fmi2GetContinuousStates(host.c, y.as_mut_ptr(), 1),
+            fmi2GetNominalsOfContinuousStates(host.c, y.as_mut_ptr(), 17),
+            fmi2CompletedIntegratorStep(host.c, 1, null_mut(), &mut 0),
+            fmi2CompletedIntegratorStep(host.c, 1, &mut 0, null_mut()),
+            host.set("pendulum.drag", 0.1),
+            host.set("ball.mass", 2.0),
+            host.set("x[1]", 2.0),
+        ]
     };
-    for state in STATES {
-        let host = host_in(state);
-        let before = matches!(state, Instantiated | Initialization);
-        let between = before || state == StepComplete;
-        for (name, expected) in [
-            ("ball.mass", before),
-            ("x_start[1]", before),
-            ("solver.tolerance", false), // 0.5 is out of range.
-            ("pendulum.drag", between),
-            ("contact.damping", between),
-            ("contact.huntCrossley", between),
-            ("contact.relaxationTime", between),
-            ("F_ext[5]", between),
-            ("a_support", between),
-            ("x[1]", false),
-            ("overlap[1]", false),
-            ("pendulum.period", false),
-        ] {
-            assert_eq!(settable(&host, name), expected, "{name} in {state:?}");
-        }
-        assert_eq!(host.set_integer("contact.dampingLaw", 2) == fmi2OK, before);
-    }
+    assert!(refusals.iter().all(|status| *status == fmi2Error), "{refusals:?}");
+    assert!(host.log().iter().all(|line| line.text.contains("allowed: ") || line.text.contains("cannot be set")));
+    assert_eq!(unsafe { fmi2EnterEventMode(host.c) }, fmi2OK);
+    assert_eq!(unsafe { fmi2NewDiscreteStates(host.c, null_mut()) }, fmi2Error);
+    assert_eq!(host.everything(), before);
+    host.give(&[("pendulum.drag", 0.1), ("F_ext[1]", 1.0)]);
+    assert!((host.get("a[1]") - 1.0 - 0.5).abs() < 1e-12, "{}", host.get("a[1]"));
+}
+
+#[test]
+fn a_state_of_co_simulation_is_none_of_model_exchange() {
+    let (own, other) = (host_in(Continuous, true), Host::started().to_bytes());
+    assert_eq!(own.set_bytes(&other), fmi2Error);
+    assert!(own.error().contains("it is one of co-simulation"));
 }
 
 #[test]

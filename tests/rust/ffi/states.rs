@@ -4,64 +4,48 @@ use std::ptr::null_mut;
 
 use cradle_host::{Host, Instantiate, Line, fmi2Error, fmi2OK};
 use newtons_cradle::fmi2::*;
-use newtons_cradle::variables::{Causality, Type, Variable, variables};
-use uuid::Uuid;
 
 /// What a host sets before the start.
-type Setup = fn(&Host);
+type Setup = &'static [(&'static str, f64)];
 
 fn instantiated(setup: Setup) -> Host {
     let host = Instantiate { logging: true, ..Default::default() }.host().unwrap();
-    setup(&host);
+    host.give(setup);
     host
 }
 
 /// Cradles whose runs differ in kind: separate and overlapping impacts, all laws, drag, contacts that stay closed, free
 /// balls.
 const SETUPS: [(&str, Setup); 12] = [
-    ("separate impacts", |_| {}),
-    ("overlapping impacts", |h| assert_eq!(h.set("contact.deadBand", 0.0), fmi2OK)),
-    ("cubic", |h| {
-        assert_eq!((h.set("contact.exponent", 3.0), h.set("contact.deadBand", 1e-8)), (fmi2OK, fmi2OK));
-    }),
-    ("Hertz with Hunt-Crossley damping and drag", |h| {
-        assert_eq!((h.set_integer("contact.model", 2), h.set_integer("contact.dampingLaw", 3)), (fmi2OK, fmi2OK));
-        assert_eq!((h.set("contact.huntCrossley", 0.4), h.set("pendulum.drag", 0.2)), (fmi2OK, fmi2OK));
-        assert_eq!(h.set("contact.deadBand", 0.0), fmi2OK);
-    }),
-    ("viscoelastic Hertz", |h| {
-        assert_eq!((h.set_integer("contact.model", 2), h.set_integer("contact.dampingLaw", 4)), (fmi2OK, fmi2OK));
-        assert_eq!((h.set("contact.relaxationTime", 1e-5), h.set("contact.deadBand", 0.0)), (fmi2OK, fmi2OK));
-    }),
-    ("clipped dashpots", |h| {
-        assert_eq!((h.set_integer("contact.dampingLaw", 2), h.set("contact.damping", 6e4)), (fmi2OK, fmi2OK));
-        assert_eq!(h.set("contact.deadBand", 0.0), fmi2OK);
-    }),
-    ("pressed together", |h| {
-        assert_eq!((h.set("contact.damping", 2e4), h.set("contact.gap[1]", -1e-5)), (fmi2OK, fmi2OK));
-        assert_eq!(h.set("F_ext[5]", -0.5), fmi2OK);
-    }),
-    ("unequal balls", |h| {
-        for i in 1..=5 {
-            assert_eq!(h.set(&format!("ball.massRatio[{i}]"), 1.0 + 0.3 * f64::from(i)), fmi2OK);
-            assert_eq!(h.set(&format!("pendulum.lengthRatio[{i}]"), 1.0 + 0.1 * f64::from(i)), fmi2OK);
-        }
-    }),
-    ("free balls", |h| {
-        assert_eq!((h.set("gravity", 0.0), h.set("v_start[1]", 1.0)), (fmi2OK, fmi2OK));
-        assert_eq!((h.set("x_start[1]", -0.12), h.set("v_start[5]", -0.5)), (fmi2OK, fmi2OK));
-    }),
-    ("bdf", |h| {
-        assert_eq!((h.set_integer("solver.method", 2), h.set("solver.tolerance", 1e-6)), (fmi2OK, fmi2OK));
-        assert_eq!((h.set("contact.deadBand", 0.0), h.set("contact.damping", 1e4)), (fmi2OK, fmi2OK));
-    }),
-    ("adams", |h| {
-        assert_eq!((h.set_integer("solver.method", 3), h.set("solver.tolerance", 1e-8)), (fmi2OK, fmi2OK));
-    }),
-    ("rk4", |h| {
-        assert_eq!((h.set_integer("solver.method", 4), h.set("solver.fixedStep", 2e-4)), (fmi2OK, fmi2OK));
-        assert_eq!((h.set("contact.stiffness", 1e5), h.set("pendulum.drag", 0.3)), (fmi2OK, fmi2OK));
-    }),
+    ("separate impacts", &[]),
+    ("overlapping impacts", &[("contact.deadBand", 0.0)]),
+    ("cubic", &[("contact.exponent", 3.0), ("contact.deadBand", 1e-8)]),
+    (
+        "Hertz with Hunt-Crossley damping and drag",
+        &[
+            ("contact.model", 2.0),
+            ("contact.dampingLaw", 3.0),
+            ("contact.huntCrossley", 0.4),
+            ("pendulum.drag", 0.2),
+            ("contact.deadBand", 0.0),
+        ],
+    ),
+    (
+        "viscoelastic Hertz",
+        &[
+            ("contact.model", 2.0),
+            ("contact.dampingLaw", 4.0),
+            ("contact.relaxationTime", 1e-5),
+            ("contact.deadBand", 0.0),
+        ],
+    ),
+    ("clipped dashpots", &[("contact.dampingLaw", 2.0), ("contact.damping", 6e4), ("contact.deadBand", 0.0)]),
+    ("pressed together", &[("contact.damping", 2e4), ("contact.gap[1]", -1e-5), ("F_ext[5]", -0.5)]),
+    ("unequal balls", &[("ball.massRatio[2]", 1.6), ("ball.massRatio[4]", 2.2), ("pendulum.lengthRatio[3]", 1.3)]),
+    ("free balls", &[("gravity", 0.0), ("v_start[1]", 1.0), ("x_start[1]", -0.12), ("v_start[5]", -0.5)]),
+    ("bdf", &[("solver.method", 2.0), ("solver.tolerance", 1e-6), ("contact.deadBand", 0.0), ("contact.damping", 1e4)]),
+    ("adams", &[("solver.method", 3.0), ("solver.tolerance", 1e-8)]),
+    ("rk4", &[("solver.method", 4.0), ("solver.fixedStep", 2e-4), ("contact.stiffness", 1e5), ("pendulum.drag", 0.3)]),
 ];
 
 /// Communication points: coarse ones, the next onset itself, and fine ones through the impacts that follow it.
@@ -126,30 +110,17 @@ fn a_restored_run_goes_on_with_the_same_bits() {
                 if disturbed {
                     disturb(&whole, i);
                 }
-                saved.push(whole.to_bytes());
+                saved.push((whole.to_bytes(), whole.everything()));
                 assert_eq!(whole.step(points[i], points[i + 1] - points[i]), fmi2OK);
                 expected.push((whole.everything(), whole.log()));
             }
-            for (i, bytes) in saved.iter().enumerate() {
+            for (i, (bytes, values)) in saved.iter().enumerate() {
                 let restored = Instantiate { logging: true, ..Default::default() }.host().unwrap();
                 assert_eq!(restored.set_bytes(bytes), fmi2OK, "{name}, point {i}: {:?}", restored.log());
                 assert_eq!(&restored.to_bytes(), bytes, "{name}, point {i}");
+                assert_eq!(&restored.everything(), values, "{name}, point {i}");
                 assert!(run(&restored, &points, i, disturbed) == expected[i..], "{name}, point {i}");
             }
-        }
-    }
-}
-
-#[test]
-fn values_read_right_after_a_restore_are_those_saved() {
-    for (name, setup) in SETUPS {
-        let points = points(setup);
-        let (host, other) = (instantiated(setup), Host::new());
-        host.start();
-        for i in 0..points.len() - 1 {
-            assert_eq!(host.step(points[i], points[i + 1] - points[i]), fmi2OK);
-            assert_eq!(other.set_bytes(&host.to_bytes()), fmi2OK);
-            assert_eq!(other.everything(), host.everything(), "{name}, point {i}");
         }
     }
 }
@@ -191,7 +162,7 @@ fn a_state_holds_the_phase_the_settings_and_what_is_still_to_be_told() {
     assert_eq!(host.exit(), fmi2OK);
     assert_eq!(host.step(3.0, 0.5), fmi2OK);
     // Set, but not acting before the next step.
-    assert_eq!((host.set("F_ext[1]", 1.0), host.set("pendulum.drag", 0.5)), (fmi2OK, fmi2OK));
+    host.give(&[("F_ext[1]", 1.0), ("pendulum.drag", 0.5)]);
     assert_eq!((host.set_derivative("a_support", 2, 0.5), host.set("pendulum.drag", 0.7)), (fmi2OK, fmi2OK));
     let pending = host.to_bytes();
     assert_eq!(host.terminate(), fmi2OK);
@@ -221,7 +192,7 @@ fn a_state_holds_the_phase_the_settings_and_what_is_still_to_be_told() {
 #[test]
 fn the_error_state_can_be_saved_and_left() {
     let host = Host::new();
-    assert_eq!((host.set("gravity", 0.0), host.set("F_ext[1]", -1e300)), (fmi2OK, fmi2OK));
+    host.give(&[("gravity", 0.0), ("F_ext[1]", -1e300)]);
     host.start();
     let before = host.save();
     assert_eq!((host.step(0.0, 1e9), host.set("F_ext[1]", 0.0), host.step(1e9, 1.0)), (fmi2OK, fmi2OK, fmi2Error));
@@ -338,53 +309,6 @@ fn states_of_other_fmus_are_refused() {
     assert!(four.error().contains("it belongs to the FMU of 5 ball(s)"));
     five.free(state);
     four.assert_usable();
-}
-
-/// Bytes that somebody forged, digest and all: whatever they hold, they are refused or run, and nothing panics.
-#[test]
-#[ignore = "tries every bit of a state: only in `cradle.py test --all`"]
-fn forged_states_do_no_harm() {
-    let (mut refused, mut accepted) = (0, 0);
-    for state in kinds_of_states() {
-        let content = state.len() - 16;
-        let host = Host::new();
-        assert_eq!(host.set_bytes(&state), fmi2OK);
-        let expected = parameters(&host);
-        for byte in 12..content {
-            for forged in [state[byte] ^ 1, state[byte] ^ 0x80, 0xff] {
-                let mut bytes = state[..content].to_vec();
-                bytes[byte] = forged;
-                let digest = Uuid::new_v5(&Uuid::NAMESPACE_OID, &bytes);
-                bytes.extend(digest.as_bytes());
-                if host.set_bytes(&bytes) == fmi2OK {
-                    accepted += 1;
-                    for name in ["x[1]", "F[2]", "E_residual", "overlap[3]", "F_peak[1]", "F_support_mean"] {
-                        // What somebody made up may be beyond the range of doubles.
-                        let value = host.try_get(name);
-                        assert!(value.is_some_and(|v| !v.is_nan()) || host.error().contains("range of doubles"));
-                    }
-                    if parameters(&host) != expected {
-                        continue; // Whoever sets a mass of 1e-300 kg has to wait for it to move.
-                    }
-                    let mut time = 0.0;
-                    unsafe { fmi2GetRealStatus(host.c, fmi2LastSuccessfulTime, &mut time) };
-                    let status = host.step(time, 1e-6);
-                    assert!(status == fmi2OK || status == fmi2Error, "byte {byte} as {forged}: {:?}", host.log());
-                    host.log();
-                } else {
-                    refused += 1;
-                    assert!(host.error().contains("the state is refused: "));
-                }
-            }
-        }
-    }
-    assert!(refused > 1000 && accepted > 1000, "{refused} {accepted}");
-}
-
-/// Every real parameter.
-fn parameters(host: &Host) -> Vec<f64> {
-    let real = |v: &Variable| v.row.causality == Causality::Parameter && v.row.access.data_type() == Type::Real;
-    variables(host.balls).filter(real).map(|variable| host.get(&variable.to_string())).collect()
 }
 
 #[test]

@@ -6,7 +6,7 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 
 use super::config;
-use super::cradles::{ANY, Case, Family, RIGID, cradles, ended_early};
+use super::cradles::{ANY, Case, RIGID, cradles, ended_early};
 
 /// All that a run leaves behind, bit by bit.
 fn bits(engine: &Engine, case: &Case) -> Vec<u64> {
@@ -64,27 +64,37 @@ fn points() -> impl Strategy<Value = (Vec<f64>, Vec<f64>)> {
     (vec(0.0..1.0, 1..5), vec(0.0..1.0, 1..100))
 }
 
-fn compare_at_points(case: &Case, (mut common, mut between): (Vec<f64>, Vec<f64>)) -> Result<(), TestCaseError> {
+/// At random points, at some within the first contacts, and in pieces that end whenever they have spent some effort.
+fn looks_change_nothing(
+    case: &Case,
+    (mut common, mut between): (Vec<f64>, Vec<f64>),
+    shares: &[f64],
+    effort: u64,
+) -> Result<(), TestCaseError> {
     common.iter_mut().for_each(|share| *share *= case.time);
     common.push(case.time);
     common.sort_by(f64::total_cmp);
     between.sort_by(f64::total_cmp);
-    compare(case, &common, &between)
-}
+    compare(case, &common, &between)?;
 
-/// Compares a run with one that stops whenever it has spent some effort.
-fn compare_in_pieces(case: &Case, effort: u64) -> Result<(), TestCaseError> {
-    let (mut whole, mut pieces) = (case.start()?, case.start()?);
-    let (mut whole_pulses, mut pulses) = (Vec::new(), Vec::new());
-    whole.advance(case.time, &mut whole_pulses).map_err(ended_early)?;
+    let (whole, pulses) = case.run()?;
+    let within = |pulse: &Pulse| {
+        let (onset, length) = (pulse.onset, pulse.release - pulse.onset);
+        shares.iter().map(|share| (onset + share * length) / case.time).collect::<Vec<_>>()
+    };
+    let mut points: Vec<f64> = pulses.iter().take(20).flat_map(within).filter(|point| *point < 1.0).collect();
+    points.sort_by(f64::total_cmp);
+    compare(case, &[case.time], &points)?;
+
+    let (mut pieces, mut of_pieces) = (case.start()?, Vec::new());
     while pieces.time() < case.time {
         let before = pieces.time();
-        pieces.advance_within(case.time, effort, &mut pulses).map_err(ended_early)?;
+        pieces.advance_within(case.time, effort, &mut of_pieces).map_err(ended_early)?;
         prop_assert!(pieces.time() >= before);
     }
     prop_assert_eq!(bits(&whole, case), bits(&pieces, case));
     let of = |pulses: &[Pulse]| pulses.iter().map(pulse_bits).collect::<Vec<_>>();
-    prop_assert_eq!(of(&whole_pulses), of(&pulses));
+    prop_assert_eq!(of(&pulses), of(&of_pieces));
     Ok(())
 }
 
@@ -92,37 +102,15 @@ proptest! {
     #![proptest_config(config(150))]
 
     #[test]
-    fn random_points_change_nothing(case in cradles(ANY), points in points()) {
-        compare_at_points(&case, points)?;
+    fn looks_at_a_run_change_nothing(
+        case in cradles(ANY), points in points(), shares in vec(0.0..1.0, 5), effort in 1u64..3000,
+    ) {
+        looks_change_nothing(&case, points, &shares, effort)?;
     }
 
     #[test]
-    fn random_points_change_nothing_for_rigid_balls(case in cradles(RIGID), points in points()) {
-        compare_at_points(&case, points)?;
-    }
-
-    /// Points close by the first impacts, also within their contacts.
-    #[test]
-    fn points_in_contacts_change_nothing(case in cradles(Family { pressed: false, ..ANY }), shares in vec(0.0..1.0, 5)) {
-        let (_, pulses) = case.run()?;
-        let mut points: Vec<f64> = pulses
-            .iter()
-            .take(20)
-            .flat_map(|pulse| shares.iter().map(|share| pulse.onset + share * (pulse.release - pulse.onset)))
-            .filter(|point| *point < case.time)
-            .collect();
-        points.sort_by(f64::total_cmp);
-        compare(&case, &[case.time], &points.iter().map(|point| point / case.time).collect::<Vec<_>>())?;
-    }
-
-    #[test]
-    fn a_limit_of_the_work_changes_nothing(case in cradles(ANY), effort in 1u64..3000) {
-        compare_in_pieces(&case, effort)?;
-    }
-
-    #[test]
-    fn a_limit_of_the_work_changes_nothing_for_rigid_balls(case in cradles(RIGID), effort in 1u64..300) {
-        compare_in_pieces(&case, effort)?;
+    fn looks_at_rigid_balls_change_nothing(case in cradles(RIGID), points in points(), effort in 1u64..300) {
+        looks_change_nothing(&case, points, &[], effort)?;
     }
 
     /// Means and peaks of the steps add up to the impulses and the peaks of the pulses.
@@ -152,28 +140,6 @@ proptest! {
                 prop_assert!((finished - total).abs() <= 1e-12 * total.abs(), "{finished} {total}");
             }
         }
-    }
-}
-
-/// The steps that hosts take, over twenty seconds of the default cradle.
-#[test]
-fn steps_by_powers_of_two_change_nothing() {
-    let case = Case { p: Parameters::default_for(5), inputs: Inputs::zero(5), time: 20.0 };
-    let run = |exponent: i32| {
-        let mut engine = case.start().unwrap();
-        let (step, mut states) = (2f64.powi(exponent), Vec::new());
-        let mut pulses = Vec::new();
-        for i in 1..=20 << -exponent {
-            engine.advance(f64::from(i) * step, &mut pulses).unwrap();
-            if i % (1 << (-exponent - 3)) == 0 {
-                states.push(bits(&engine, &case));
-            }
-        }
-        (states, pulses.iter().map(pulse_bits).collect::<Vec<_>>())
-    };
-    let coarse = run(-3);
-    for exponent in [-7, -10, -14] {
-        assert!(run(exponent) == coarse, "2^{exponent}");
     }
 }
 

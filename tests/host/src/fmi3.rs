@@ -1,0 +1,217 @@
+//! The host of FMI 3.0, which is called within steps and keeps the log.
+
+use std::cell::{Cell, RefCell};
+use std::ffi::{CStr, CString, c_void};
+use std::ptr::{null, null_mut};
+use std::sync::LazyLock;
+
+use newtons_cradle::fmi3::fmi3Status::fmi3OK;
+use newtons_cradle::fmi3::*;
+use newtons_cradle::variables::{Array, Description, Settings};
+
+/// What a host does when it is called within a step: with the instance, the time (s) and whether the step may end here.
+/// The answer is whether it asks for that.
+pub type Within = Box<dyn FnMut(fmi3Instance, f64, bool) -> bool>;
+
+#[derive(Default)]
+struct Environment {
+    c: Cell<fmi3Instance>,
+    within: RefCell<Option<Within>>,
+    lines: RefCell<Vec<String>>,
+}
+
+/// An instance of five balls.
+pub struct Host {
+    /// The instance, for calls that the host has no function for.
+    pub c: fmi3Instance,
+    environment: Box<Environment>,
+}
+
+unsafe extern "C" fn within(
+    environment: *mut c_void,
+    time: f64,
+    may_set: u8,
+    may_get: u8,
+    _finished: u8,
+    may_end: u8,
+    requested: *mut u8,
+    end: *mut f64,
+) {
+    assert_eq!((may_set, may_get), (1, 1));
+    let environment = unsafe { &*environment.cast::<Environment>() };
+    // Not borrowed while it runs: it may call the instance, which may call back.
+    let taken = environment.within.take();
+    let ends = taken.is_some_and(|mut within| {
+        let ends = within(environment.c.get(), time, may_end == 1);
+        environment.within.replace(Some(within));
+        ends
+    });
+    unsafe { (*requested, *end) = (ends.into(), time) };
+}
+
+unsafe extern "C" fn log(environment: *mut c_void, _status: fmi3Status, _category: fmi3String, message: fmi3String) {
+    let line = unsafe { CStr::from_ptr(message) }.to_string_lossy().into_owned();
+    unsafe { &*environment.cast::<Environment>() }.lines.borrow_mut().push(line);
+}
+
+/// The instantiation token of the FMU of five balls.
+pub fn token() -> &'static CStr {
+    static TOKEN: LazyLock<CString> =
+        LazyLock::new(|| CString::new(Description::fmi3(&Settings::default_for(5)).guid()).unwrap());
+    &TOKEN
+}
+
+/// The value reference of the variable of this name.
+pub fn vr(name: &str) -> u32 {
+    Array::named(name).unwrap_or_else(|| panic!("no {name}")).reference()
+}
+
+impl Host {
+    /// For co-simulation, with event mode or not, with early return or not.
+    pub fn new(events: bool, early: bool) -> Self {
+        Self::instantiated(token(), Some([events, early])).unwrap()
+    }
+
+    /// For model exchange.
+    pub fn exchanging() -> Self {
+        Self::instantiated(token(), None).unwrap()
+    }
+
+    /// For co-simulation with these options, or for model exchange; or what was logged where there is none.
+    pub fn instantiated(token: &CStr, co_simulation: Option<[bool; 2]>) -> Result<Self, Vec<String>> {
+        let environment = Box::<Environment>::default();
+        let (name, pointer) = (c"cradle".as_ptr(), (&raw const *environment).cast_mut().cast());
+        let (token, log) = (token.as_ptr(), Some(log as _));
+        let c = unsafe {
+            match co_simulation.map(|options| options.map(fmi3Boolean::from)) {
+                Some([events, early]) => {
+                    let within = Some(within as _);
+                    fmi3InstantiateCoSimulation(
+                        name,
+                        token,
+                        null(),
+                        0,
+                        1,
+                        events,
+                        early,
+                        null(),
+                        0,
+                        pointer,
+                        log,
+                        within,
+                    )
+                }
+                None => fmi3InstantiateModelExchange(name, token, null(), 0, 1, pointer, log),
+            }
+        };
+        environment.c.set(c);
+        if c.is_null() { Err(environment.lines.take()) } else { Ok(Self { c, environment }) }
+    }
+
+    /// What the host does when it is called from now on.
+    pub fn within(&self, within: impl FnMut(fmi3Instance, f64, bool) -> bool + 'static) {
+        self.environment.within.replace(Some(Box::new(within)));
+    }
+
+    /// The log so far, which starts anew.
+    pub fn log(&self) -> Vec<String> {
+        self.environment.lines.take()
+    }
+
+    /// Enters Initialization Mode at t = 0.
+    pub fn enter(&self) -> fmi3Status {
+        unsafe { fmi3EnterInitializationMode(self.c, 0, 0.0, 0.0, 0, 0.0) }
+    }
+
+    /// Enters and exits Initialization Mode.
+    pub fn start(&self) {
+        assert_eq!(self.enter(), fmi3OK, "{:?}", self.log());
+        assert_eq!(unsafe { fmi3ExitInitializationMode(self.c) }, fmi3OK, "{:?}", self.log());
+    }
+
+    /// A step from `time` (s) of the length `step` (s): the answer, whether there is an event, and the time reached.
+    pub fn step(&self, time: f64, step: f64) -> (fmi3Status, bool, f64) {
+        let ([mut events, mut terminate, mut early], mut reached) = ([0; 3], f64::NAN);
+        let status =
+            unsafe { fmi3DoStep(self.c, time, step, 1, &mut events, &mut terminate, &mut early, &mut reached) };
+        assert!(terminate == 0 && (status != fmi3OK || (early == 1) == (reached < time.max(time + step))));
+        (status, events == 1, reached)
+    }
+
+    /// fmi3UpdateDiscreteStates: the answer, whether there is more at once, whether states have changed, and when the
+    /// next event is due (s), if that is known.
+    pub fn update(&self) -> (fmi3Status, bool, bool, Option<f64>) {
+        let ([mut again, mut terminate, mut nominals, mut values, mut defined], mut next) = ([0; 5], f64::NAN);
+        let status = unsafe {
+            fmi3UpdateDiscreteStates(
+                self.c,
+                &mut again,
+                &mut terminate,
+                &mut nominals,
+                &mut values,
+                &mut defined,
+                &mut next,
+            )
+        };
+        (status, again == 1, values == 1, (defined == 1).then_some(next))
+    }
+
+    /// The elements of a real variable.
+    pub fn floats(&self, name: &str, length: usize) -> Vec<f64> {
+        let mut values = vec![f64::NAN; length];
+        assert_eq!(unsafe { fmi3GetFloat64(self.c, &vr(name), 1, values.as_mut_ptr(), length) }, fmi3OK, "{name}");
+        values
+    }
+
+    /// Sets the elements of a real variable.
+    pub fn set(&self, name: &str, values: &[f64]) -> fmi3Status {
+        unsafe { fmi3SetFloat64(self.c, &vr(name), 1, values.as_ptr(), values.len()) }
+    }
+
+    /// The elements of a boolean variable.
+    pub fn flags(&self, name: &str, length: usize) -> Vec<bool> {
+        let mut values = vec![9; length];
+        assert_eq!(unsafe { fmi3GetBoolean(self.c, &vr(name), 1, values.as_mut_ptr(), length) }, fmi3OK, "{name}");
+        values.into_iter().map(|value| value == 1).collect()
+    }
+
+    /// Whether a clock is active.
+    pub fn is_active(&self, clock: &str) -> bool {
+        let mut active = 9;
+        assert_eq!(unsafe { fmi3GetClock(self.c, &vr(clock), 1, &mut active) }, fmi3OK, "{clock}");
+        active == 1
+    }
+
+    /// The state as bytes.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let (c, mut state, mut size) = (self.c, null_mut(), 0);
+        unsafe {
+            assert_eq!(fmi3GetFMUState(c, &mut state), fmi3OK);
+            assert_eq!(fmi3SerializedFMUStateSize(c, state, &mut size), fmi3OK);
+            let mut bytes = vec![0; size];
+            assert_eq!(fmi3SerializeFMUState(c, state, bytes.as_mut_ptr(), size), fmi3OK);
+            assert_eq!(fmi3FreeFMUState(c, &mut state), fmi3OK);
+            bytes
+        }
+    }
+
+    /// Sets the state that the bytes hold, if they are accepted.
+    pub fn set_bytes(&self, bytes: &[u8]) -> fmi3Status {
+        let mut state = null_mut();
+        unsafe {
+            let status = fmi3DeserializeFMUState(self.c, bytes.as_ptr(), bytes.len(), &mut state);
+            if status == fmi3OK {
+                assert_eq!(fmi3SetFMUState(self.c, state), fmi3OK);
+            }
+            assert_eq!(state.is_null(), status != fmi3OK);
+            fmi3FreeFMUState(self.c, &mut state);
+            status
+        }
+    }
+}
+
+impl Drop for Host {
+    fn drop(&mut self) {
+        unsafe { fmi3FreeInstance(self.c) }
+    }
+}
