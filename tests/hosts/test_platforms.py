@@ -10,7 +10,6 @@ import hashlib
 import os
 import re
 import shutil
-import signal
 import struct
 import subprocess
 import sys
@@ -146,52 +145,34 @@ def experiment(request) -> dict:
     return EXPERIMENTS[request.param]
 
 
-def compile_for(folder, compiler, source, program) -> None:
-    """Compiles a C program for a platform."""
-    libraries = [] if folder.startswith("win") else ["-ldl"]
-    cache = {"ZIG_GLOBAL_CACHE_DIR": str(ROOT / "target/zig")}
-    run([*compiler, "-O1", "-Wall", "-Wextra", "-o", program, source, *libraries], env=os.environ | cache)
-
-
-def fault(command, environment) -> str | None:
-    """What a program that does nothing fails with."""
-    quiet = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.DEVNULL)
-    try:
-        # In a session of its own, for what wine starts is to end with it.
-        process = subprocess.Popen(
-            [str(part) for part in command], env=os.environ | environment, start_new_session=True, **quiet
-        )
-        code = process.wait(timeout=180)
-    except OSError as error:
-        return str(error)
-    except subprocess.TimeoutExpired:
-        os.killpg(process.pid, signal.SIGKILL)
-        process.wait()
-        return "it does not end"
-    return f"it ends with code {code}" if code else None
-
-
 @pytest.fixture(scope="module")
 def host(tmp_path_factory):
-    """Compiles the C host for a platform: its command and environment. Skips where not even a program that does nothing runs, as
-    with a wine that lacks its loader, a library or a place for its settings."""
+    """Compiles the C host for a platform: its command and environment. Skips where it does not even say how it is used, as with a wine
+    that lacks its loader, a library or a place for its settings."""
     known = {}
 
     def host(folder, compiler, runner) -> tuple[list, dict]:
         key = (folder, *runner)
         if key not in known:
             place = tmp_path_factory.mktemp(folder)
-            environment = {}
+            environment = os.environ | {"ZIG_GLOBAL_CACHE_DIR": str(ROOT / "target/zig")}
+            libraries = ["-ldl"]
             if folder.startswith("win"):
-                environment = {"WINEARCH": folder, "WINEDEBUG": "-all", "WINEPREFIX": str(place / "wine")}
-            source, nothing, program = (place / name for name in ("nothing.c", "nothing.exe", "outputs.exe"))
-            source.write_text("int main(void) { return 0; }\n")
-            compile_for(folder, compiler, source, nothing)
-            compile_for(folder, compiler, ROOT / "tests/hosts/outputs.c", program)
-            known[key] = [*runner, program], environment, fault([*runner, nothing], environment)
-        command, environment, reason = known[key]
-        if reason:
-            pytest.skip(f"a program that does nothing does not run for {folder}: {reason}")
+                environment |= {"WINEARCH": folder, "WINEDEBUG": "-all", "WINEPREFIX": str(place / "wine")}
+                libraries = []
+            program, said = place / "outputs.exe", place / "said"
+            flags = ["-O1", "-Wall", "-Wextra", "-o", program]
+            run([*compiler, *flags, ROOT / "tests/hosts/outputs.c", *libraries], env=environment)
+            with said.open("w") as log:
+                alone = {"env": environment, "stdout": log, "stderr": log, "start_new_session": True}
+                try:
+                    subprocess.run([str(part) for part in (*runner, program)], timeout=180, **alone)
+                except (OSError, subprocess.TimeoutExpired) as problem:
+                    print(problem, file=log)
+            known[key] = [*runner, program], environment, said.read_text(errors="replace")
+        command, environment, said = known[key]
+        if "usage: outputs" not in said:
+            pytest.skip(f"the C host for {folder} does not run: {said}")
         return command, environment
 
     return host
@@ -217,7 +198,7 @@ def outputs(platforms, host, experiment, tmp_path_factory):
         if folder.startswith("win"):
             arguments[:2] = library.with_suffix(".dll"), f"file:///Z:{platforms}/resources"
             arguments = [f"Z:{a}".replace("/", "\\") if isinstance(a, Path) else a for a in arguments]
-        lines = run([*command, *arguments], env=os.environ | environment).splitlines()
+        lines = run([*command, *arguments], env=environment).splitlines()
         assert len(lines) == STEPS + 1 + STEPS - STEPS // 2
         assert lines[STEPS // 2 + 1 : STEPS + 1] == lines[STEPS + 1 :]
         return lines, own
