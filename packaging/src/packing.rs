@@ -19,8 +19,8 @@ impl Build {
         let recipe = choice.recipe()?;
         let (ready, folder) = self.ready()?;
         let out = self.out.clone().unwrap_or_else(|| folder.join(format!("{name}.fmu")));
-        if let Some(from) = self.from.as_ref().filter(|from| is_same(from, &out)) {
-            let from = from.display();
+        let same = |from: &&PathBuf| fs::canonicalize(from).ok() == fs::canonicalize(&out).ok();
+        if let Some(from) = self.from.as_ref().filter(same).map(|from| from.display()) {
             return Err(Error::Usage(format!(
                 "the new FMU would replace {from}, from which it is made; give another file with --out"
             )));
@@ -122,10 +122,6 @@ fn add(ready: &mut Ready, platform: &'static Platform, file: &Path, argument: &s
         fs::read(file).map_err(|error| Error::Failure(format!("{argument}: cannot read {name}: {error}")))?;
     platform.check(&contents).map_err(|error| Error::Usage(format!("{argument}: {name} is {error}")))?;
     ready.add(Binary { platform, contents }).map_err(|error| Error::Usage(format!("{argument}: {error}")))
-}
-
-fn is_same(one: &Path, other: &Path) -> bool {
-    fs::canonicalize(one).is_ok_and(|one| fs::canonicalize(other).is_ok_and(|other| one == other))
 }
 
 /// A path as short as it can be typed from here.

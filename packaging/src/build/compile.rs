@@ -103,7 +103,10 @@ impl Workspace {
             flags.extend([OsString::from("--remap-path-prefix"), [from.as_os_str(), to.as_ref()].join("=".as_ref())]);
         };
         remap(&self.root, "newtons-cradle");
-        remap(&cargo_home()?, "cargo");
+        let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
+        let home = home.or_else(|| Some(std::env::home_dir()?.join(".cargo")));
+        let missing = || Error::Failure("there is neither CARGO_HOME nor a home folder".to_owned());
+        remap(&home.ok_or_else(missing)?, "cargo");
         // Where the standard library's sources are, for targets for which it is compiled along.
         let library = Path::new(&rustc("sysroot")?).join("lib/rustlib/src/rust");
         remap(&library, "rust");
@@ -117,14 +120,6 @@ impl Workspace {
 
 fn cargo() -> Command {
     Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
-}
-
-fn cargo_home() -> Result<PathBuf, Error> {
-    let home = || std::env::home_dir().map(|home| home.join(".cargo"));
-    std::env::var_os("CARGO_HOME")
-        .map(PathBuf::from)
-        .or_else(home)
-        .ok_or_else(|| Error::Failure("there is neither CARGO_HOME nor a home folder".to_owned()))
 }
 
 /// What `rustc --print` says.
