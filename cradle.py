@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Newton's cradle as an FMU: run the paper's experiments, or run the tests.
 
-    python3 cradle.py paper         build the FMU, run the experiments through FMPy, write a report and pictures to out/paper
+    python3 cradle.py paper         build the FMU, run the experiments in FMPy, write a report and pictures to out/paper
     python3 cradle.py test          run what a change needs, in minutes
     python3 cradle.py test --all    run everything that checks this project
     python3 cradle.py wheel         make a wheel for pip with the FMU, cradle-fmu and the Python package

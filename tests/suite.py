@@ -1,4 +1,5 @@
-"""The stages of `cradle.py test`. The runners count; here their counts are added up, and what failed or was skipped is said again."""
+"""The stages of `cradle.py test`. The runners count; here their counts are added up, and what failed or was skipped
+is said again."""
 
 import os
 import re
@@ -25,7 +26,8 @@ from checkout import (
     stage,
 )
 
-# As the tests compile it, with the engine. Cargo would compile it without when asked for it alone, and for the next tests anew.
+# As the tests compile it, with the engine. Cargo would compile it without when asked for it alone, and for the next
+# tests anew.
 PRODUCER = ROOT / "target/debug" / ("cradle-fmu.exe" if os.name == "nt" else "cradle-fmu")
 FMU3 = FMU.with_suffix(".fmi3.fmu")
 HOSTS, TOOLS, FUZZ = (ROOT / "target" / name for name in ("hosts", "tools", "fuzz"))
@@ -38,8 +40,8 @@ LIBCLANG = "libclang is missing: on Debian, `apt install libclang-dev`"
 
 
 def counts(line: str, ignored: bool = True) -> tuple[int, int, int] | None:
-    """(passed, failed, skipped) of a summary line by cargo or pytest, or of a script's line of what it skips. `ignored`: whether
-    cargo's count of those is one of skips."""
+    """(passed, failed, skipped) of a summary line by cargo or pytest, or of a script's line of what it skips.
+    `ignored`: whether cargo's count of those is one of skips."""
     if cargo := re.search(r"test result: \w+\. (\d+) passed; (\d+) failed; (\d+) ignored", line):
         passed, failed, left_out = map(int, cargo.groups())
         return passed, failed, left_out if ignored else 0
@@ -83,8 +85,8 @@ class Results:
         self.show(f"\n!! FAILED {what}")
 
     def step(self, what: str, command: list, **options) -> bool:
-        """Runs one stage, and says whether it passed. What counts nothing is one test, and a crash that no summary shows one
-        failure."""
+        """Runs one stage, and says whether it passed. What counts nothing is one test, and a crash that no summary
+        shows one failure."""
         total, failures = [0, 0, 0], []
 
         def watch(line):
@@ -97,7 +99,11 @@ class Results:
                 total[i] += number
 
         with stage(what, self.show):
-            code = run(command, check=False, watch=watch, **options)
+            try:
+                code = run(command, check=False, watch=watch, **options)
+            except OSError as problem:  # a program that earlier stages should have built
+                self.show(str(problem))
+                code = problem.errno
         if code == 0 and not any(total):
             total[0] = 1
         if code != 0 and not total[1]:
@@ -245,7 +251,7 @@ def same_bytes(results: Results) -> None:
 def install_fmi_sim(results: Results) -> None:
     """fmi-sim, a host that tests/hosts/test_hosts.py runs if it is there.
 
-    It is compiled unoptimised, which takes half the time, and in the folder of the Rust host, which shares some crates."""
+    Compiled unoptimised, which takes half the time, and in the folder of the Rust host, which shares some crates."""
     if not has_libclang():
         return results.skip("fmi-sim", LIBCLANG)
     # Its part for FMI 2 alone does not compile.
@@ -275,8 +281,8 @@ COVERAGE = (
 
 
 def fuzz(results: Results) -> None:
-    """The C interface's tests with AddressSanitizer, which also finds leaks; then each fuzz target: its seeds, and a fixed sequence of
-    inputs from them."""
+    """The C interface's tests with AddressSanitizer, which also finds leaks; then each fuzz target: its seeds, and a
+    fixed sequence of inputs from them."""
     if sys.platform != "linux":
         return results.skip("Fuzzing", "it is tried on Linux only")
     if not any(shutil.which(name) for name in ("c++", "g++", "clang++")):

@@ -2,12 +2,13 @@
 
     python examples/events/metronome.py [--fmu FILE] [--out FOLDER] [--stop SECONDS]
 
-A metronome out of a cradle: while an outer ball swings outside, a constant force drives it back, so that the cradle clicks
-faster than its pendulums would. The force is switched on when the ball leaves and off when it hits. Switched exactly there, it does no
-work: it takes on the way out what it gives on the way back. What is late by a step does work, at each click.
+A metronome out of a cradle: while an outer ball swings outside, a constant force drives it back, so that the cradle
+clicks faster than its pendulums would. The force is switched on when the ball leaves and off when it hits. Switched
+exactly there, it does no work: it takes on the way out what it gives on the way back. What is late by a step does
+work, at each click.
 
-The balls are rigid and lose nothing, so the times of all clicks and the energy have closed forms. Prints a table and writes
-it, with a plot of both errors, into the folder (out/events).
+The balls are rigid and lose nothing, so the times of all clicks and the energy have closed forms. Prints a table and
+writes it, with a plot of both errors, into the folder (out/events).
 """
 
 import argparse
@@ -88,7 +89,7 @@ class Cradle(FMU3Slave):
 
 
 def by_events(cradle: Cradle, stop: float) -> list[float]:
-    """A master with event mode: a step ends at the click, where the controller acts. Answers the times of the clicks."""
+    """A master with event mode: a step ends at the click, where the controller acts. The times of the clicks, s."""
     clicks, now = [], 0.0
 
     def events() -> None:
@@ -150,7 +151,8 @@ def compare(path: Path, stop: float) -> list[dict]:
         started = time.perf_counter()
         clicks = by_events(cradle, stop) if step is None else by_grid(cradle, stop, step)
         seconds = time.perf_counter() - started
-        # All that moves beside the force is one ball: its energy in a click is the total less what it has stored against the force.
+        # All that moves beside the force is one ball: its energy in a click is the total less what it has stored
+        # against the force.
         total = cradle.get("E_total")[0] + FORCE * abs(sum(cradle.get("x", BALLS)))
         late = [told - (first + i * period) for i, told in enumerate(clicks)]
         row = {

@@ -1,9 +1,9 @@
-"""The paper in a host's own solver: Figures 5 and 6 by model exchange in FMPy's CVODE, resolved and mapped, beside co-simulation.
+"""The paper in a host's own solver: Figures 5 and 6 in FMPy's CVODE, resolved and mapped, beside co-simulation.
 
     python examples/exchange/compare.py [--fmu FILE] [--out FOLDER] [--stop SECONDS]
 
-Prints a table and writes it, with a plot of the energy error over the cost, into the folder (out/exchange). The cost is counted in
-evaluations: of the derivatives, which the host asks for, or of the contact forces within the FMU.
+Prints a table and writes it, with a plot of the energy error over the cost, into the folder (out/exchange). The cost
+is counted in evaluations: of the derivatives, which the host asks for, or of the contact forces within the FMU.
 """
 
 import argparse

@@ -1,13 +1,14 @@
-"""Stiffness and damping of the contacts from filmed positions: a fit by Gauss and Newton with the FMU's own derivatives.
+"""Stiffness and damping of the contacts from filmed positions: a fit with the FMU's own derivatives.
 
     python examples/fit/contacts.py [--fmu FILE] [--out FOLDER]
 
-A cradle of soft balls is filmed for five seconds, with errors of 0.2 mm. Nobody sees a force, but each contact takes a while and
-loses energy, so the balls come late and swing lower. The film is made here, with known values and a fixed random seed.
+A cradle of soft balls is filmed for five seconds, with errors of 0.2 mm. Nobody sees a force, but each contact takes
+a while and loses energy, so the balls come late and swing lower. The film is made here, with known values and a fixed
+random seed.
 
-With `derivatives.of = run`, fmi3GetDirectionalDerivative answers how the positions depend on the parameters through all contacts so
-far: the Jacobian is exact and comes from the same run as the positions. Prints the true and the fitted values with
-their standard errors, and writes them, with a plot, into the folder (out/fit).
+With `derivatives.of = run`, fmi3GetDirectionalDerivative answers how the positions depend on the parameters through
+all contacts so far: the Jacobian is exact and comes from the same run as the positions. Prints the true and the
+fitted values with their standard errors, and writes them, with a plot, into the folder (out/fit).
 """
 
 import argparse
@@ -51,7 +52,8 @@ class Camera:
         self.runs = 0
 
     def film(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """A run with these values of the fitted parameters: positions (m; frames, balls), and their derivatives by the parameters."""
+        """A run with these values of the fitted parameters: positions (m; frames, balls), and their derivatives by
+        the parameters."""
         self.runs += 1
         places = [self.fmu.variables[name].valueReference.reference for name in ("x[1]", *FITTED)]
         x, parameters = places[:1], places[1:]
@@ -72,8 +74,8 @@ class Camera:
 def fit(camera: Camera, filmed: np.ndarray, guess: np.ndarray) -> tuple[list[np.ndarray], np.ndarray]:
     """The parameters after each iteration, and their relative standard errors. Raises Refused.
 
-    Gauss and Newton in the logarithms of the parameters, which keeps them positive. A step that makes the sum of squares
-    larger is halved.
+    Gauss and Newton in the logarithms of the parameters, which keeps them positive. A step that makes the sum of
+    squares larger is halved.
     """
 
     def linearized(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

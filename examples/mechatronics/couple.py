@@ -139,10 +139,10 @@ def plot_machine(found: Found, table: np.ndarray, momenta: np.ndarray) -> None:
         "machine",
         "A cradle on a cart, started by a voice coil",
         "The coil, mounted on the cart, pulls ball 1 to the left with a current of the form sin² for 1.6 s, then "
-        "lets go. Each click sends the last ball up and induces a voltage in the coil; the cart swings on its spring "
-        "all the while. The energies of balls and cart and what the damper took add up to what the coil put in. Bottom: "
-        f"no spring and damper to ground, last means held over steps of {STEPS[-1] * 1e3:g} ms. If the momentum in transit "
-        "between the FMUs is counted, none is lost.",
+        "lets go. Each click sends the last ball up and induces a voltage in the coil; the cart swings on its "
+        "spring all the while. The energies of balls and cart and what the damper took add up to what the coil put "
+        f"in. Bottom: no spring and damper to ground, last means held over steps of {STEPS[-1] * 1e3:g} ms. If the "
+        "momentum in transit between the FMUs is counted, none is lost.",
         [Column(strips, {"all": (0.0, STOP)})],
         height=1.4,
     )

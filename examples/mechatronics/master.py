@@ -188,7 +188,8 @@ class Master:
         return np.array([*values, *plant[:2]]), np.array([*rates, *plant[2:]])
 
     def _response(self, begin: float, end: float, before: list) -> np.ndarray:
-        """How the signals that both send change with those that they receive; the cradle's part by directional derivatives."""
+        """How the signals that both send change with those that they receive; the cradle's part by directional
+        derivatives."""
         cradle, h, response = self.cradle, end - begin, np.zeros((4, 4))
         variables = cradle.fmu.variables
         unknowns = [variables[name].valueReference for name in ("F_support_mean", "x[1]")]
@@ -200,7 +201,8 @@ class Master:
         return response
 
     def _plant_response(self, begin: float, end: float, before: list) -> np.ndarray:
-        """The same for the plant, which is linear but gives no derivatives: a difference of trial steps, once for each length."""
+        """The same for the plant, which is linear but gives no derivatives: a difference of trial steps, once for
+        each length."""
         h = end - begin
         if h not in self._responses:
             plant, sent = self.plant, []

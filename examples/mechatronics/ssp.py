@@ -1,9 +1,10 @@
 """System structures (SSP 1.0): the machine of this example, and the cradle alone with its presets.
 
-FMPy's runner ignores the parameter bindings of an SSP, starts every connector at 0, and steps the FMUs side
-by side. So the parameter set is read from the SSP and passed to it. Other tools read the bindings themselves, some only those
-of a component. So the cradle's parameters are bound both to the system and to the component. All of them are numbers, because
-some tools cannot set an enumeration, and others silently ignore it. Enumerations keep the values that the FMU was built with.
+FMPy's runner ignores the parameter bindings of an SSP, starts every connector at 0, and steps the FMUs side by side.
+So the parameter set is read from the SSP and passed to it. Other tools read the bindings themselves, some only those
+of a component. So the cradle's parameters are bound both to the system and to the component. All of them are numbers,
+because some tools cannot set an enumeration, and others silently ignore it. Enumerations keep the values that the FMU
+was built with.
 """
 
 import zipfile
@@ -35,7 +36,7 @@ SHOWN_PLANT = {"s": "m", "v": "m/s", "sensed": "N.s", "impacts": ""}
 
 
 def presets(fmu: nc.Fmu) -> dict[str, dict]:
-    """Start values by name: none, Figure 5 without its dead band, and the presets that need only numbers with this FMU."""
+    """Start values by name: none, Figure 5 without its dead band, and the presets that need only numbers here."""
     known = {name: nc.preset(name) for name in nc.presets()}
     fitting = {name: values for name, values in known.items() if by_numbers(fmu, values)}
     return {"default": {}, "figure5_overlapping": nc.figure5(0.0)} | fitting

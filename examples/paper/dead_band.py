@@ -10,7 +10,8 @@ RATIOS = np.linspace(0.0, 1.6, 17)
 
 
 def run(fmus: Fmus, found: Found) -> None:
-    """The overlap over the dead band for each order; the threshold by bisection, which does not depend on the number of balls."""
+    """The overlap over the dead band for each order; the threshold by bisection, which does not depend on the number
+    of balls."""
     progress = nc.Progress("Dead band scan for orders 1 to 5")
     curves = {}
     for number, p in enumerate(THRESHOLD, start=1):

@@ -12,7 +12,8 @@ CLASSICAL = np.array([-1.0] * 2 + [0.0] * 8 + [1.0] * 3)  # speeds exchanged pai
 
 
 def run(fmus: Fmus, found: Found) -> None:
-    """Both waves, each wave alone, and the classical model: instantaneous impacts, with waves that pass through each other."""
+    """Both waves, each wave alone, and the classical model: instantaneous impacts, with waves that pass through each
+    other."""
     fmu = fmus.thirteen
     both = simulate(fmu, nc.figure3(), nc.Progress("Figure 3, 13 balls"))
     alone = [simulate(fmu, nc.figure3() | nc.lifted(*side, n=13)) for side in ((3, 0), (0, 2))]
@@ -44,10 +45,10 @@ def run(fmus: Fmus, found: Found) -> None:
     found.plot(
         "figure3",
         "Figure 3: two waves cross in a chain of 13 balls",
-        "Three balls arrive from the left and two from the right, at the same time and with soft contacts "
-        "(k/m = 4e4 1/s²), so the pulses take 0.08 s to run through. Dashed: each wave alone. Where they "
-        f"meet, at contact {np.argmax(interference) + 1}, the force is {interference.max():.1f} times that of either wave, "
-        "and the pulses that come back out differ in shape and number from those that went in.",
+        "Three balls arrive from the left and two from the right, at the same time and with soft contacts (k/m = "
+        "4e4 1/s²), so the pulses take 0.08 s to run through. Dashed: each wave alone. Where they meet, at contact "
+        f"{np.argmax(interference) + 1}, the force is {interference.max():.1f} times that of either wave, and the "
+        "pulses that come back out differ in shape and number from those that went in.",
         [Column(strips, views, "contact forces, left to right from top to bottom")],
         height=0.62,
     )

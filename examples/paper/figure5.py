@@ -47,7 +47,8 @@ def run(fmus: Fmus, found: Found) -> None:
 
 
 def case(fmu: nc.Fmu, found: Found, label: str, dead_band: float) -> tuple:
-    """One dead band (m): its first onset (s), ten seconds, the first impact in nanosecond steps, and its column in the plot."""
+    """One dead band (m): its first onset (s), ten seconds, the first impact in nanosecond steps, and its column in
+    the plot."""
     values = nc.figure5(dead_band)
     macro = fmu.simulate(values, stop=STOP, progress=nc.Progress(f"Figure 5 {label}, 10 s"))
     with fmu.start(values) as zoomed:

@@ -39,9 +39,9 @@ def run(fmus: Fmus, found: Found) -> None:
     found.plot(
         "figure6",
         "Figure 6: positions of the five balls",
-        "Two balls swing while three wait. The middle ball, third from either side, should stand still. The bottom strip, "
-        "magnified a hundred thousand times, shows that it does not quite: its amplitude (dashed) grows with each click. "
-        "The pendulums are linearised: their period does not depend on the amplitude.",
+        "Two balls swing while three wait. The middle ball, third from either side, should stand still. The bottom "
+        "strip, magnified a hundred thousand times, shows that it does not quite: its amplitude (dashed) grows with "
+        "each click. The pendulums are linearised: their period does not depend on the amplitude.",
         [Column(strips, {"30 s": (0.0, SHOWN), "240 s": (0.0, STOP)})],
         height=1.05,
     )
@@ -54,9 +54,9 @@ def run(fmus: Fmus, found: Found) -> None:
     found.plot(
         "figure6_growth",
         "Figure 6, continued: how the middle ball starts to swing",
-        f"Each click shifts the middle ball by {SHIFT * 1e6:.3f} µm, twice the sum of the dead band and half a pulse's travel. "
-        "So its amplitude grows linearly with the number N of clicks. After 171 clicks in 240 s it is 1e-4 of the other "
-        "balls', which is the number that the paper gives.",
+        f"Each click shifts the middle ball by {SHIFT * 1e6:.3f} µm, twice the sum of the dead band and half a "
+        "pulse's travel. So its amplitude grows linearly with the number N of clicks. After 171 clicks in 240 s it "
+        "is 1e-4 of the other balls', which is the number that the paper gives.",
         [Column([strip], views, xlabel="number of clicks N", xunit="")],
         height=2.6,
     )

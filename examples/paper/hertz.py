@@ -13,8 +13,8 @@ DEAD_BAND = 2e-5  # m, more than the largest overlap of 6 µm times 1.4716
 
 
 def run(fmus: Fmus, found: Found) -> None:
-    """The struck chain by itself, then a cradle of steel balls, touching and with a dead band: a few swings, and the first impact
-    in microsecond steps."""
+    """The struck chain by itself, then a cradle of steel balls, touching and with a dead band: a few swings, and the
+    first impact in microsecond steps."""
     with fmus.five.start(nc.chain(1.5, strikers=1)) as run:
         run.step_to(20.0)
         free = run["v"]
@@ -48,10 +48,10 @@ def run(fmus: Fmus, found: Found) -> None:
     found.plot(
         "hertz",
         "Hertz contacts: the first impact of a cradle of steel balls",
-        f"One steel ball of 1 kg strikes four at {SPEED:.3f} m/s. Left, touching: the last ball leaves with {touching[4]:.3f} of the "
-        f"speed, ball 4 with {touching[3]:.3f}, and the first three bounce back. The paper calls this unrealistic; experiments "
-        "with steel balls find the same (Hutzler et al. 2004, Donahue et al. 2008). Right: with a dead band the outcome is "
-        "that of the textbook. Orders of 3 and more come close.",
+        f"One steel ball of 1 kg strikes four at {SPEED:.3f} m/s. Left, touching: the last ball leaves with "
+        f"{touching[4]:.3f} of the speed, ball 4 with {touching[3]:.3f}, and the first three bounce back. The paper "
+        "calls this unrealistic; experiments with steel balls find the same (Hutzler et al. 2004, Donahue et al. "
+        "2008). Right: with a dead band the outcome is that of the textbook. Orders of 3 and more come close.",
         impacts,
     )
     found.plot(

@@ -35,9 +35,10 @@ def run(fmus: Fmus, found: Found) -> None:
     found.plot(
         "overlap_order",
         "Overlap of neighbouring pulses over the order of the force law",
-        "One ball strikes four that touch. The overlap of two pulses is the impulse that they share (the integral of the "
-        "smaller force) over the smaller of their impulses. The plot shows the mean of the three neighbouring pairs. Pulses of "
-        "quadratic springs still overlap, those of third and higher order hardly do, as the paper says. Hertz: p = 1.5.",
+        "One ball strikes four that touch. The overlap of two pulses is the impulse that they share (the integral "
+        "of the smaller force) over the smaller of their impulses. The plot shows the mean of the three "
+        "neighbouring pairs. Pulses of quadratic springs still overlap, those of third and higher order hardly do, "
+        "as the paper says. Hertz: p = 1.5.",
         [Column([strip], views, xlabel="order p", xunit="")],
         height=2.6,
     )

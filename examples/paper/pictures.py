@@ -2,8 +2,8 @@
 
     .venv/bin/python examples/paper/pictures.py
 
-writes docs/*.png, docs/animation.jpg and packaging/assets/run.svg. The pictures of the animation and the report need Chromium
-and its driver. Run the other examples first, because it takes their pictures: `python3 cradle.py paper`,
+writes docs/*.png, docs/animation.jpg and packaging/assets/run.svg. The pictures of the animation and the report need
+Chromium and its driver. Run the other examples first, because it takes their pictures: `python3 cradle.py paper`,
 examples/study/study.py, examples/mechatronics/couple.py, examples/events/metronome.py and examples/fit/contacts.py.
 """
 

@@ -45,8 +45,8 @@ class Strip:
 
 @dataclass(frozen=True)
 class Column:
-    """Strips above each other that share a horizontal axis. `views`: ranges of it to look at, by the name of their button; the first
-    one is shown first."""
+    """Strips above each other that share a horizontal axis. `views`: ranges of it to look at, by the name of their
+    button; the first one is shown first."""
 
     strips: list[Strip]
     views: dict[str, tuple[float, float]]
@@ -57,8 +57,8 @@ class Column:
 
 @dataclass(frozen=True)
 class Plot:
-    """A figure: columns side by side, and a caption that says what to see. `height`: of a strip, in inches; `files`: CSV files
-    with its numbers, in the folder of the report."""
+    """A figure: columns side by side, and a caption that says what to see. `height`: of a strip, in inches; `files`:
+    CSV files with its numbers, in the folder of the report."""
 
     name: str
     title: str

@@ -1,4 +1,4 @@
-"""All experiments of the paper in one go: pictures, CSV, an interactive report, a 3D animation, and a table of checks."""
+"""All experiments of the paper in one go: pictures, CSV, an interactive report, a 3D animation, a table of checks."""
 
 import sys
 

@@ -12,8 +12,8 @@ TIME = np.linspace(0.0, SPAN, STEPS + 1)
 
 
 def run(fmus: Fmus, found: Found) -> None:
-    """The first impact of Figure 5 at four stiffnesses, in units of the impact, without and with dead band: the same shape, apart
-    from the effect of gravity (about omega^2 m/k) and rounding; not so with a fixed dead band."""
+    """The first impact of Figure 5 at four stiffnesses, in units of the impact, without and with dead band: the same
+    shape, apart from the effect of gravity (about omega^2 m/k) and rounding; not so with a fixed dead band."""
     progress = nc.Progress("Stiffness from 1e10 to 1e14 N/m")
     cases = [(k, dead_band) for dead_band in (0.0, DEAD_BAND) for k in STIFFNESS]
     force, outcome, neighbours = {}, {}, {}
@@ -46,10 +46,10 @@ def run(fmus: Fmus, found: Found) -> None:
     found.plot(
         "stiffness",
         "Stiffness does not matter, unless there is a dead band",
-        "Figure 5's first impact at stiffnesses from 1e10 to 1e14 N/m, forces over v sqrt(k m) and time over sqrt(m/k). "
-        "Left: the four curves coincide. A stiffer contact makes the pulses shorter and higher, but never separates them. "
-        "Right: what counts is the ratio of dead band to largest overlap, so a dead band that separates the pulses of stiff "
-        "contacts does nothing for soft ones.",
+        "Figure 5's first impact at stiffnesses from 1e10 to 1e14 N/m, forces over v sqrt(k m) and time over "
+        "sqrt(m/k). Left: the four curves coincide. A stiffer contact makes the pulses shorter and higher, but "
+        "never separates them. Right: what counts is the ratio of dead band to largest overlap, so a dead band that "
+        "separates the pulses of stiff contacts does nothing for soft ones.",
         columns,
     )
 

@@ -72,7 +72,8 @@ class Found:
         self.at_most(figure, "momentum defect per sequence / m v", defect / speed, 1e-12)
 
     def save(self, name: str, table: np.ndarray) -> None:
-        """Writes a structured array as CSV: quoted names, 17 digits, Booleans as 0 and 1, SI units. The next plot links it.
+        """Writes a structured array as CSV: quoted names, 17 digits, Booleans as 0 and 1, SI units. The next plot
+        links it.
 
         The layout is the one FMPy's `read_csv` and the FMI cross-check use.
         """

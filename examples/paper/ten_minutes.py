@@ -11,7 +11,8 @@ STOP = 600.0  # s
 
 
 def run(fmus: Fmus, found: Found) -> None:
-    """In steps of 25 ms, and in one step, which is timed: all clicks are in order until the end, and the same in one step."""
+    """In steps of 25 ms, and in one step, which is timed: all clicks are in order until the end, and the same in one
+    step."""
     progress = nc.Progress("Ten minutes in steps of 25 ms")
     result = fmus.five.simulate(nc.figure6(), stop=STOP, step=0.025, record=RECORD, progress=progress)
     with fmus.five.start(nc.figure6()) as single:
@@ -41,8 +42,8 @@ def run(fmus: Fmus, found: Found) -> None:
     found.plot(
         "ten_minutes",
         "Ten minutes",
-        "Figure 6's cradle for 600 s: 427 clicks of six pulses. The paper needed a couple of minutes of computer time for "
-        "it; the FMU needs milliseconds. The middle ball's swing keeps growing linearly, and the solver's own energy error "
-        "stays at the level of rounding.",
+        "Figure 6's cradle for 600 s: 427 clicks of six pulses. The paper needed a couple of minutes of computer "
+        "time for it; the FMU needs milliseconds. The middle ball's swing keeps growing linearly, and the solver's "
+        "own energy error stays at the level of rounding.",
         [Column(strips, {"600 s": (0.0, STOP), "last 20 s": (580.0, STOP)})],
     )

@@ -19,7 +19,7 @@ PERIOD = 2.81  # s, a little more than the cradle's period
 
 
 def given(n: int) -> dict:
-    """What is the same in every run: start values that an FMU must have been built with, and that every run sets again."""
+    """What is the same in every run: start values that an FMU must have been built with, and that runs set again."""
     return {
         "gravity": 9.81,
         "pendulum.length": 1.962,

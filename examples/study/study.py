@@ -107,16 +107,15 @@ def checked(path: Path) -> dict:
 def without_effect(rows: list[dict]) -> list[str]:
     """The axes that change nothing: runs that differ only along such an axis agree in all that was measured."""
     axes, measured = COLUMNS[:4], [name for name in MEASURED if name != "energy_error"]
+
+    def agree(one: dict, other: dict) -> bool:
+        return all(math.isclose(one[name], other[name], rel_tol=1e-9, abs_tol=1e-12) for name in measured)
+
     idle = []
     for axis in axes:
-        others = [name for name in axes if name != axis]
-        groups: dict[tuple, list[dict]] = {}
-        for row in rows:
-            groups.setdefault(tuple(row[name] for name in others), []).append(row)
-        pairs = [(group[0], row) for group in groups.values() for row in group[1:]]
-        if pairs and all(
-            math.isclose(a[name], b[name], rel_tol=1e-9, abs_tol=1e-12) for a, b in pairs for name in measured
-        ):
+        first: dict[tuple, dict] = {}  # of the runs that differ along this axis only
+        pairs = [(first.setdefault(tuple(row[n] for n in axes if n != axis), row), row) for row in rows]
+        if len(first) < len(rows) and all(agree(*pair) for pair in pairs):
             idle.append(axis)
     return idle
 

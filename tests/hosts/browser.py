@@ -1,4 +1,5 @@
-"""A headless Chromium for the tests of pages: windows of given sizes, light and dark, and what a page shows, asks for and complains about."""
+"""A headless Chromium for the tests of pages: windows of given sizes, light and dark, and what a page shows, asks for
+and complains about."""
 
 import io
 import json

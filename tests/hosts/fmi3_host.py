@@ -52,7 +52,8 @@ class Named:
         return self
 
     def arrays(self, parameters):
-        """Parameters by the names of FMI 3.0, from those that may have an index; other elements are those of the description."""
+        """Parameters by the names of FMI 3.0, from those that may have an index; other elements are those of the
+        description."""
         arrays = {}
         for name, value in parameters.items():
             family, index = re.fullmatch(r"(.*?)(?:\[(\d+)])?", name).groups()

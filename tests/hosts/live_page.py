@@ -18,7 +18,11 @@ COLUMNS = ("onset", "contact", "release", "peak", "impulse")  # of a pulse
 # What a run shows at given times, and its pulses.
 FOLLOW = """(engine, recipe, times) => {
   const run = engine.start(recipe), pulses = [];
-  const rows = times.map((time) => { run.advance(time); pulses.push(...run.takePulses()); return Array.from(run.look().numbers); });
+  const rows = times.map((time) => {
+    run.advance(time);
+    pulses.push(...run.takePulses());
+    return Array.from(run.look().numbers);
+  });
   run.forget();
   return [rows, pulses];
 }"""

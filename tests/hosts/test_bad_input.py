@@ -1,5 +1,5 @@
-"""What a host is told of nonsense, through FMPy: fmi2Error, with a message that names variable, value and what is allowed; and the
-instance goes on. tests/rust/ffi goes through all functions, variables and states.
+"""What a host is told of nonsense, through FMPy: fmi2Error, with a message that names variable, value and what is
+allowed; and the instance goes on. tests/rust/ffi goes through all functions, variables and states.
 """
 
 import math

@@ -1,4 +1,5 @@
-"""README and docs: every command and program in them is run as it stands, in a copy of the checkout, and every link leads somewhere.
+"""README and docs: every command and program in them is run as it stands, in a copy of the checkout, and every link
+leads somewhere.
 
 A block that cannot be run here has a comment before it with the reason: `<!-- not run here: REASON -->`.
 """

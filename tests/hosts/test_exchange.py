@@ -78,8 +78,8 @@ def error(result) -> float:
 
 @pytest.mark.parametrize(("tolerance", "limit"), [(1e-8, 1e-4), (1e-10, 1e-5), (1e-12, 1e-7)])
 def test_figure_6_mapped_in_cvode(exchange, tolerance, limit):
-    """240 s; what is left is the error of BDF in flight. It depends on the steps that CVODE happens to take: at 1e-10, nominal values
-    changed by any factor gave between 6e-8 and 7e-6."""
+    """240 s; what is left is the error of BDF in flight. It depends on the steps that CVODE happens to take: at
+    1e-10, nominal values changed by any factor gave between 6e-8 and 7e-6."""
     result = run(exchange, numbers(nc.figure6()), 240.0, relative_tolerance=tolerance, output_interval=0.1)
     assert last(result) == [171, 342, 342, 171]
     assert error(result) < limit
@@ -108,7 +108,8 @@ CHAINS = {case["id"]: case for case in REFERENCE["free_chain"] if case["N"] == N
 
 @pytest.mark.parametrize("case", CHAINS)
 def test_resolved_impacts_against_the_reference(exchange, case):
-    """The impacts of a free chain, integrated by CVODE: final velocities and impulses beside those in quadruple precision."""
+    """The impacts of a free chain, integrated by CVODE: final velocities and impulses beside those in quadruple
+    precision."""
     chain = CHAINS[case]
     wanted = {
         f"{name}[{i}]": float(value)
@@ -145,8 +146,8 @@ def drawn(seed: int) -> dict:
     ("contacts", "tolerance"), [(MAPPED, 1e-8), pytest.param(RESOLVED, 1e-8, marks=pytest.mark.all)]
 )
 def test_no_contact_of_random_cradles_is_missed(exchange, steps, contacts, tolerance):
-    """100 cradles: after each event no open contact overlaps by more than its nominal value and approaches. Mapped, the pulses are
-    those of co-simulation."""
+    """100 cradles: after each event no open contact overlaps by more than its nominal value and approaches. Mapped,
+    the pulses are those of co-simulation."""
     _, description, instance = exchange
     references = {variable.name: variable.valueReference for variable in description.modelVariables}
     of = {

@@ -51,7 +51,8 @@ def test_variables_are_those_of_fmi_2(fmu, fmu3):
 
 @pytest.mark.parametrize("method", ["eventDriven", "adams"])
 def test_an_impact_in_nanoseconds_is_the_same(fmu, fmu3, method):
-    """Without the variable that tells an onset from a time up to which there is none, as far as one look of `adams` goes."""
+    """Without the variable that tells an onset from a time up to which there is none, as far as one look of `adams`
+    goes."""
     found = []
     for each in (fmu, fmu3):
         with each.start({"solver.method": method}) as run:

@@ -1,6 +1,7 @@
 """What hosts do differently: each of their ways to call the FMU gives the same run.
 
-The habits were read from the sources of FMPy, fmusim, fmi-sim, OMSimulator, the FMU Compliance Checker, MasterSim and PyFMI.
+The habits were read from the sources of FMPy, fmusim, fmi-sim, OMSimulator, the FMU Compliance Checker, MasterSim and
+PyFMI.
 """
 
 import math

@@ -1,4 +1,5 @@
-"""The page in which the engine runs live: dragged, changed, looked into, in a headless Chromium; and its engine in node."""
+"""The page in which the engine runs live: dragged, changed, looked into, in a headless Chromium; and its engine in
+node."""
 
 import json
 import time
@@ -39,7 +40,7 @@ def test_the_engine_gives_the_native_bits_in_node(fmu, live_path, name):
 # What is said of a set-up's first click, from 21 us before it to its end, and what goes with the end.
 SAID = """
 const source = new Live(engine, PRESETS[preset].setup().with({x_start})), said = new Set();
-for (let next; !(source.click?.sampled); source.advance(source.time + 0.9 * next.distance)) next = source.ahead(Infinity);
+while (!source.click?.sampled) source.advance(source.time + 0.9 * source.ahead(Infinity).distance);
 const {click} = source;
 for (const time of [-21e-6, ...Array.from({length: 200}, (_, k) => k / 199 * click.length)]) {
   source.seek(click.begin + time);
@@ -87,7 +88,7 @@ def test_captions_tell_what_happens(live_path, preset, lifted):
 
 @pytest.mark.parametrize("kind", ["mouse", "touch"])
 def test_two_balls_are_dragged_and_let_go(page, fmu, kind):
-    """Ball 2 is lifted, ball 1 comes along. From the release on, nothing is touched: for a minute the run is the native one."""
+    """Ball 2 is lifted, ball 1 comes along. From the release on, for a minute the run is the native one."""
     drag(page, 1, -120, kind)
     recipe = js(page, "return source.setup.recipe()")
     x = [recipe["start"][f"x_start[{i}]"] for i in range(1, 6)]
@@ -213,8 +214,9 @@ def test_inside_a_click(page):
     js(page, "cradle.choose('hertz'); cradle.lift(2); cradle.inside(); window.said = new Set()")
     wait(page, "cradle.clock.inside && source.shownClick?.sampled && cradle.clock.rate < 1e-4", 40)
     assert colours(page, page.find_element(By.CSS_SELECTOR, "canvas.cradle")) > 500
-    caption = "cradle.setRunning(false); cradle.seek(source.shownClick.begin + 1e-5); return captionOf(source.shownClick, source.run.time, source.state)"
-    assert js(page, caption)["text"] == "Ball 2 touches ball 3. 4 contacts press at once."
+    js(page, "cradle.setRunning(false); cradle.seek(source.shownClick.begin + 1e-5)")
+    caption = js(page, "return captionOf(source.shownClick, source.run.time, source.state)")
+    assert caption["text"] == "Ball 2 touches ball 3. 4 contacts press at once."
     pulses = js(page, "return source.shownClick.pulses")
     assert len(pulses) >= 4
     js(page, "cradle.setRunning(true)")
@@ -226,7 +228,8 @@ def test_two_side_by_side(page):
     js(page, "cradle.choose('textbook'); cradle.lift(2); cradle.compare('hertz')")
     wait(page, "cradle.stages.length === 2 && source.run.time > 1.5")
     first, second = page.execute_script(
-        "return cradle.stages.map(({source}) => [source.setup.recipe().start, source.run.time, Array.from(source.state.x)])"
+        "return cradle.stages.map(({source}) => [source.setup.recipe().start, source.run.time, "
+        "Array.from(source.state.x)])"
     )
     different = {key for key in second[0] if second[0][key] != first[0].get(key)}
     assert different == {"contact.model", "contact.deadBand"}

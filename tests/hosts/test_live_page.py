@@ -95,9 +95,8 @@ def test_a_click_sounds_and_a_picture_is_kept(page):
     js(page, "cradle.setOther('sound', true); cradle.lift(1)")
     wait(page, "cradle.sound.played > 1")
     size = page.execute_async_script(
-        """const done = arguments[0];
-        URL.createObjectURL = (blob) => { createImageBitmap(blob).then(({width, height}) => done([blob.type, width, height])); return "#kept"; };
-        savePicture(cradle)"""
+        """const done = arguments[0]; URL.createObjectURL = (blob) => { createImageBitmap(blob).then(({width, height})
+        => done([blob.type, width, height])); return "#kept"; }; savePicture(cradle)"""
     )
     width = js(page, "return cradle.stages[0].canvas.clientWidth")
     assert size[0] == "image/png" and size[1] == 2 * width and size[2] > 300

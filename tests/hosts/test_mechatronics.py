@@ -1,4 +1,5 @@
-"""The cradle in a larger model, small: two FMUs coupled by a master and as an SSP by FMPy, libcosim and ecos; the presets' SSP."""
+"""The cradle in a larger model, small: two FMUs coupled by a master and as an SSP by FMPy, libcosim and ecos; the
+presets' SSP."""
 
 import json
 import shutil

@@ -107,14 +107,14 @@ def test_the_pointer_reads_time_and_values_in_the_axes_units(report):
     report.execute_script("arguments[0].scrollIntoView({behavior: 'instant', block: 'center'})", chart)
     before = chart.screenshot_as_png
     ActionChains(report).move_to_element_with_offset(chart, -100, 0).perform()
-    read = "return report.charts.figure5.map((chart) => ({at: chart.reading, ...chart.readings(), seconds: chart.reading}))"
-    one, other = report.execute_script(read)
+    read = "({...chart.readings(), seconds: chart.reading})"
+    one, other = report.execute_script(f"return report.charts.figure5.map((chart) => {read})")
     assert one["at"] == other["at"]
     time, unit = one["at"].split()
     assert unit == "µs" and float(time) * 1e-6 == pytest.approx(one["seconds"], abs=3e-9)
     exact = report.execute_script(
-        """const [{reading, strips}] = report.charts.figure5, {x, y} = strips[0].traces[0], i = x.findIndex((at) => at > reading);
-        return y[i - 1] + (y[i] - y[i - 1]) * (reading - x[i - 1]) / (x[i] - x[i - 1])"""
+        """const [{reading, strips}] = report.charts.figure5, {x, y} = strips[0].traces[0], i = x.findIndex((at) => at
+        > reading); return y[i - 1] + (y[i] - y[i - 1]) * (reading - x[i - 1]) / (x[i] - x[i - 1])"""
     )
     [first] = one["values"][0]
     value, unit = first["text"].split()

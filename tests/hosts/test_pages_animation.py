@@ -124,7 +124,8 @@ def test_nothing_is_opened_that_has_no_inside(browser, fmu_path, tmp_path):
 MARGIN = """cradle.draw();
 const {eye, shown, radius} = cradle.scene, forward = eye.camera.getWorldDirection(new THREE.Vector3());
 return Math.min(...shown.map(({x, y}) => {
-  const ball = new THREE.Vector3(x, y, 0), deep = ball.clone().sub(eye.camera.position).dot(forward), {x: h, y: v} = ball.clone().project(eye.camera);
+  const ball = new THREE.Vector3(x, y, 0), {x: h, y: v} = ball.clone().project(eye.camera);
+  const deep = ball.clone().sub(eye.camera.position).dot(forward);
   const size = radius / deep / Math.tan(OPENING / 2);
   return Math.min(1 - Math.abs(v) - size, 1 - Math.abs(h) - size / eye.camera.aspect);
 }));"""
@@ -132,7 +133,8 @@ return Math.min(...shown.map(({x, y}) => {
 
 @pytest.mark.parametrize("size", SIZES)
 def test_coming_closer_cuts_no_ball_off(browser, animation, size):
-    """From all sides and all the way, in every phase of the swing; the balls fill most of the picture's width or height."""
+    """From all sides and all the way, in every phase of the swing; the balls fill most of the picture's width or
+    height."""
     set_screen(browser, size)
     visit(browser, animation)
     for t, factor, azimuth, height in itertools.product(
@@ -211,7 +213,8 @@ def test_the_keyboard_does_all(player):
 def test_parameters_are_shown_with_their_units(player, fmu):
     player.find_element(By.ID, "about").click()
     rows = player.execute_script(
-        "return [...document.querySelectorAll('#parameters tbody tr')].map((row) => [...row.cells].map((cell) => cell.textContent))"
+        "return [...document.querySelectorAll('#parameters tbody tr')].map((row) => [...row.cells].map((cell) => "
+        "cell.textContent))"
     )
     shown = {name: (value, unit) for name, value, unit, _ in rows}
     assert shown["contact.stiffness"] == ("1e+10", "N/m")

@@ -1,9 +1,9 @@
-"""FMUs of any number of balls, and the binaries for other platforms: what they need, and that they give the same doubles
-and read the states of one another.
+"""FMUs of any number of balls, and the binaries for other platforms: what they need, and that they give the same
+doubles and read the states of one another.
 
-The FMU with the binaries for Linux and Windows, 32 and 64 bits, Linux on ARM and macOS is made by `cradle.py test --all` where
-the tools are to be had; these tests skip, and say so, where it or what runs it is missing or runs nothing. What is for macOS is
-inspected, not run: by `cradle-fmu check`, and here its signature.
+The FMU with the binaries for Linux and Windows, 32 and 64 bits, Linux on ARM and macOS is made by `cradle.py test
+--all` where the tools are to be had; these tests skip, and say so, where it or what runs it is missing or runs
+nothing. What is for macOS is inspected, not run: by `cradle-fmu check`, and here its signature.
 """
 
 import hashlib
@@ -102,8 +102,8 @@ def skip_without(platforms, folder) -> None:
 
 
 def test_the_binary_for_macos_on_arm_is_signed(platforms):
-    """Each page has its hash, which macOS computes when it loads the page. The numbers are those of <mach-o/fat.h>, <mach-o/loader.h>
-    and cs_blobs.h."""
+    """Each page has its hash, which macOS computes when it loads the page. The numbers are those of <mach-o/fat.h>,
+    <mach-o/loader.h> and cs_blobs.h."""
     skip_without(platforms, "darwin64")
     data = (platforms / "binaries/darwin64/NewtonsCradle.dylib").read_bytes()
     _, count = struct.unpack_from(">2I", data)
@@ -147,8 +147,8 @@ def experiment(request) -> dict:
 
 @pytest.fixture(scope="module")
 def host(tmp_path_factory):
-    """Compiles the C host for a platform: its command and environment. Skips where it does not even say how it is used, as with a wine
-    that lacks its loader, a library or a place for its settings."""
+    """Compiles the C host for a platform: its command and environment. Skips where it does not even say how it is
+    used, as with a wine that lacks its loader, a library or a place for its settings."""
     known = {}
 
     def host(folder, compiler, runner) -> tuple[list, dict]:
@@ -180,8 +180,8 @@ def host(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def outputs(platforms, host, experiment, tmp_path_factory):
-    """Runs the experiment in a C host: every output at every step, bit by bit, the second half twice, the second time from the
-    state in the file `given` or the own one; and the file with the own one."""
+    """Runs the experiment in a C host: every output at every step, bit by bit, the second half twice, the second time
+    from the state in the file `given` or the own one; and the file with the own one."""
     description = fmpy.read_model_description(str(platforms))
     variables = {v.name: v for v in description.modelVariables}
     start = [(variables[name], value) for name, value in experiment.items()]

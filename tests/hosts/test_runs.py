@@ -1,4 +1,5 @@
-"""Runs through FMPy: its own simulate_fmu, instances side by side, communication steps, saved states, and what a click looks like.
+"""Runs through FMPy: its own simulate_fmu, instances side by side, communication steps, saved states, and what a
+click looks like.
 
 The laws themselves are checked in tests/rust, without a host.
 """
@@ -71,7 +72,7 @@ def continued(run, steps, derivatives) -> list:
 
 
 def test_a_new_process_goes_on_with_the_same_bits(fmu, setup, tmp_path):
-    """From states at each place, with held inputs and with input derivatives, in instances that were only instantiated."""
+    """From states at each place, with held inputs and with input derivatives, in instances only instantiated."""
     states, expected = [], []
     for place, derivatives in itertools.product(PLACES.values(), ([], RAMP)):
         with fmu.start(setup) as run:
@@ -146,7 +147,8 @@ def test_an_fmu_is_unpacked_where_told(fmu_path, tmp_path):
     ],
 )
 def test_the_first_onset(fmu, values, onset):
-    """t_next says it from the start, the pulse log afterwards; a step that ends there contains it; a later start shifts it."""
+    """t_next says it from the start, the pulse log afterwards; a step that ends there contains it; a later start
+    shifts it."""
     with fmu.start(values) as run:
         ahead = run.step_to_onset(before=1e-9)
         assert run.get("t_next") == ahead == pytest.approx(onset, abs=1e-9)
@@ -161,8 +163,8 @@ def test_the_first_onset(fmu, values, onset):
 
 
 def test_the_log_and_the_micro_view_tell_of_the_same_pulses(fmu):
-    """Six pulses in the order of Table 1, and mirrored on the way back. Sampled forces are zero outside them and reach their peaks;
-    at onset and release, which are rounded up to a double, the force may be one of either side."""
+    """Six pulses in the order of Table 1, and mirrored on the way back. Sampled forces are zero outside them and
+    reach their peaks; at onset and release, which are rounded up to a double, the force may be one of either side."""
     names = [f"F[{i}]" for i in range(1, 5)]
     with fmu.start(nc.figure5()) as run:
         _, micro = run.zoom(span=1.4e-6, step=1e-9, record=names, before=2e-8)
@@ -181,8 +183,8 @@ def test_the_log_and_the_micro_view_tell_of_the_same_pulses(fmu):
 
 
 def test_a_step_over_several_pulses_keeps_their_sums(fmu):
-    """One step over a whole click: counters, impulse, peak and means cover all of it, and the momentum is what support and
-    contacts have passed on."""
+    """One step over a whole click: counters, impulse, peak and means cover all of it, and the momentum is what
+    support and contacts have passed on."""
     with fmu.start(nc.figure5()) as run:
         run.step_to(0.70)
         recorder = run.recorder(["p_total", "F_support_mean"])

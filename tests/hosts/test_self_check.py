@@ -1,4 +1,5 @@
-"""What an FMU brings along to be checked and tried by: parameter sets, reference results, and the lines of its documentation."""
+"""What an FMU brings along to be checked and tried by: parameter sets, reference results, and the lines of its
+documentation."""
 
 import os
 import re

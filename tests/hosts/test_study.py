@@ -98,7 +98,8 @@ def test_a_foreign_fmu_is_refused(tmp_path):
 
 
 def test_an_axis_without_effect_is_an_error(fmu, fmu_path, tmp_path):
-    """A damping that is too small to change a bit of a linear contact; the other axes have their effect, the rows are kept.
+    """A damping that is too small to change a bit of a linear contact; the other axes have their effect, the rows are
+    kept.
 
     They say what they are of."""
     axes = ["--orders", "1", "--dead-bands", "0", "1", "--dampings", "0", "1e-300", "--lifted", "1", "2"]

@@ -14,7 +14,7 @@ function niceStep(span, count) {
 
 /** How numbers from a to b are written: from which origin they are counted, in which unit.
  *
- *  Deep in a zoom all numbers begin alike. Then `origin` is a round value below a, `name` says so, and texts count from there.
+ *  Deep in a zoom all numbers begin alike. Then `origin` is a round value below a, `name` says so; texts count from it.
  */
 function notation(a, b, unit) {
   const span = b - a, largest = Math.max(Math.abs(a), Math.abs(b));

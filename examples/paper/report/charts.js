@@ -2,6 +2,13 @@
 
 const MARGIN = { left: 70, right: 14, top: 26, bottom: 44, gap: 14 };
 
+/** An element with these properties and children. */
+function make(tag, properties = {}, ...children) {
+  const element = Object.assign(document.createElement(tag), properties);
+  element.append(...children);
+  return element;
+}
+
 class Chart {
   constructor(parent, column, height, arrays) {
     this.column = column;
@@ -29,12 +36,8 @@ class Chart {
   }
 
   build(parent) {
-    const figure = document.createElement("figure"), bar = document.createElement("div"), title = document.createElement("span");
-    figure.className = "chart";
-    bar.className = "bar";
-    title.textContent = this.column.title;
-    bar.append(title);
-    const zooms = this.column.xunit !== "" || this.views.length > 1;
+    const { title, xunit } = this.column, bar = make("div", { className: "bar" }, make("span", { textContent: title }));
+    const zooms = xunit !== "" || this.views.length > 1;
     this.buttons = this.views.filter(() => zooms).map((view) => this.button(bar, view.label, () => this.show(view)));
     if (zooms) {
       for (const [text, name, factor] of [["+", "zoom in", 0.5], ["−", "zoom out", 2]]) {
@@ -42,32 +45,22 @@ class Chart {
       }
     }
     const named = this.strips.flatMap(({ traces }) => traces).filter(({ label }) => label);
-    this.legend = document.createElement("p");
-    this.legend.className = "legend";
-    this.legend.append(...named.map(({ label, colour: shade }) => {
-      const item = document.createElement("span"), patch = document.createElement("i");
+    this.legend = make("p", { className: "legend" }, ...named.map(({ label, colour: shade }) => {
+      const patch = make("i");
       patch.style.background = shade.startsWith("--") ? `var(${shade})` : shade;
-      item.append(patch, label);
-      return item;
+      return make("span", {}, patch, label);
     }));
-    this.canvas = document.createElement("canvas");
-    this.canvas.tabIndex = 0;
-    this.canvas.setAttribute("role", "img");
-    this.canvas.setAttribute("aria-label", `${this.column.title}: ${this.strips.map((strip) => strip.label).join(", ")}`);
+    this.canvas = make("canvas", { tabIndex: 0, role: "img" });
+    this.canvas.ariaLabel = `${title}: ${this.strips.map((strip) => strip.label).join(", ")}`;
     this.canvas.style.height = `${this.height()}px`;
-    this.spoken = document.createElement("p");
-    this.spoken.className = "spoken";
-    this.spoken.setAttribute("aria-live", "polite");
-    figure.append(...(zooms || title.textContent ? [bar] : []), ...(named.length ? [this.legend] : []), this.canvas, this.spoken);
-    parent.append(figure);
+    this.spoken = make("p", { className: "spoken", ariaLive: "polite" });
+    const above = [...(zooms || title ? [bar] : []), ...(named.length ? [this.legend] : [])];
+    parent.append(make("figure", { className: "chart" }, ...above, this.canvas, this.spoken));
     this.listen();
   }
 
   button(bar, text, action) {
-    const button = document.createElement("button");
-    button.type = "button";
-    button.textContent = text;
-    button.addEventListener("click", action);
+    const button = make("button", { type: "button", textContent: text, onclick: action });
     bar.append(button);
     return button;
   }
@@ -108,7 +101,8 @@ class Chart {
     const span = this.right - this.left, side = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     if (side && event.shiftKey) {
-      this.read(Math.min(this.right, Math.max(this.left, (this.reading ?? 0.5 * (this.left + this.right)) + 0.01 * side * span)));
+      const next = (this.reading ?? 0.5 * (this.left + this.right)) + 0.01 * side * span;
+      this.read(Math.min(this.right, Math.max(this.left, next)));
       const { at, values } = this.readings();
       this.spoken.textContent = [at, ...values.flat().map(({ name, text }) => `${name} ${text}`)].join("; ");
     } else if (side) this.set(this.left + 0.1 * side * span, this.right + 0.1 * side * span);
@@ -128,14 +122,15 @@ class Chart {
     }
   }
 
-  /** What is read, in the units of the axes: the place, and for each strip the values of its traces: {name, colour, text}. */
+  /** What is read, in the units of the axes: the place, and for each strip its traces' values: {name, colour, text}. */
   readings() {
     const at = this.reading, finest = (this.right - this.left) / Math.max(1, this.inner);
     const values = this.strips.map((strip) => {
       const [low, high] = strip.range, way = notation(low, high, strip.unit);
       return strip.traces.flatMap(({ x, y, colour, style, label }) => {
         const value = Chart.valueAt(x, y, at, style === "points");
-        return value === null ? [] : [{ name: label || strip.label, colour, text: written(value, way, (high - low) / 2000) }];
+        if (value === null) return [];
+        return [{ name: label || strip.label, colour, text: written(value, way, (high - low) / 2000) }];
       });
     });
     return { at: written(at, notation(this.left, this.right, this.column.xunit), finest), values };
@@ -198,7 +193,8 @@ class Chart {
 
   draw() {
     if (!this.canvas.clientWidth) return;
-    const { context, height } = prepared(this.canvas), inner = this.inner, read = this.reading === null ? null : this.readings();
+    const { context, height } = prepared(this.canvas), inner = this.inner;
+    const read = this.reading === null ? null : this.readings();
     const across = ticks(this.left, this.right, Math.max(2, inner / 110), this.column.xunit);
     this.strips.forEach((strip, number) => {
       const top = MARGIN.top + number * (this.stripHeight + MARGIN.gap);
@@ -276,7 +272,10 @@ class Chart {
     for (let i = first; i <= last;) {
       const column = Math.floor(px(x[i])), begin = i;
       let low = y[i], high = y[i];
-      for (; i <= last && Math.floor(px(x[i])) === column; i++) { low = Math.min(low, y[i]); high = Math.max(high, y[i]); }
+      for (; i <= last && Math.floor(px(x[i])) === column; i++) {
+        low = Math.min(low, y[i]);
+        high = Math.max(high, y[i]);
+      }
       for (const value of [y[begin], low, high, y[i - 1]]) path.lineTo(column + 0.5, py(value));
     }
     return path;
@@ -287,7 +286,8 @@ class Chart {
     context.textBaseline = "top";
     this.plate(context, strip.label, MARGIN.left + 6, top + 1, "left", colour("--ink"));
     (values ?? []).forEach(({ colour: shade, text }, i) => {
-      const y = top + 1 + 15 * i, left = this.plate(context, text, MARGIN.left + inner - 6, y, "right", colour("--ink"));
+      const y = top + 1 + 15 * i, right = MARGIN.left + inner - 6;
+      const left = this.plate(context, text, right, y, "right", colour("--ink"));
       context.fillStyle = colour(shade);
       context.fillRect(left - 12, y + 2, 9, 9);
     });
@@ -295,7 +295,7 @@ class Chart {
 
   /** A text that stays readable on the curves; returns its left end. */
   plate(context, text, x, y, align, shade) {
-    const wide = context.measureText(text).width, left = align === "left" ? x : align === "right" ? x - wide : x - wide / 2;
+    const wide = context.measureText(text).width, left = x - wide * { left: 0, center: 0.5, right: 1 }[align];
     context.fillStyle = colour("--card");
     context.globalAlpha = 0.85;
     context.fillRect(left - (align === "right" ? 14 : 2), y - 1, wide + (align === "right" ? 16 : 4), 15);
@@ -313,7 +313,8 @@ class Chart {
     if (pixel < MARGIN.left || pixel > MARGIN.left + inner) return;
     context.fillStyle = colour("--edge");
     context.fillRect(pixel - 0.5, MARGIN.top - 4, 1, height - MARGIN.bottom - MARGIN.top + 4);
-    const half = context.measureText(text).width / 2, middle = Math.min(Math.max(pixel, MARGIN.left + half), MARGIN.left + inner - half);
+    const half = context.measureText(text).width / 2;
+    const middle = Math.min(Math.max(pixel, MARGIN.left + half), MARGIN.left + inner - half);
     this.plate(context, text, middle, 6, "center", colour("--ink"));
   }
 
@@ -341,7 +342,8 @@ window.report = (() => {
   const { figures, arrays } = JSON.parse(document.getElementById("data").textContent);
   const numbers = arrays.map(decoded), charts = {};
   for (const figure of figures) {
-    const parent = document.querySelector(`#${figure.name} .charts`), row = figure.columns.map((column) => new Chart(parent, column, figure.height, numbers));
+    const parent = document.querySelector(`#${figure.name} .charts`);
+    const row = figure.columns.map((column) => new Chart(parent, column, figure.height, numbers));
     const ranges = (chart) => JSON.stringify(chart.views.map(({ left, right }) => [left, right]));
     for (const chart of row) chart.mates = row.filter((other) => ranges(other) === ranges(chart));
     charts[figure.name] = row;
