@@ -17,15 +17,11 @@ PAGE = ROOT / "target/web/cradle.html"
 FOLDER = ROOT / "docs/lesson"
 SIZE = (960, 600)
 
-# Name, the step of the lesson (from 0), and when: seconds after the release, or a part of the click.
-STEPS = (
-    ("two", 0, {"time": 0.52}),
-    ("energy", 1, {"time": 3.4}),
-    ("inside", 2, {"part": 0.115}),
-    ("steel", 3, {"part": 0.36}),
-    ("beside", 4, {"time": 10.05}),
-    ("faster", 5, {"part": 1.04}),
-)
+# Of each step of the lesson: a name, and when, in seconds after the release or as a part of the click.
+STEPS = (("two", 0.52, None), ("energy", 3.4, None), ("inside", None, 0.115), ("steel", None, 0.36))
+STEPS += (("beside", 10.05, None), ("faster", None, 1.04))
+INSIDE = "cradle.sources[0].shownClick?.sampled && cradle.clock.rate < 1e-3 && cradle.stages[0].near > 0.99"
+SEEK = "const click = cradle.sources[0].shownClick; cradle.seek(click.begin + arguments[0] * click.length)"
 
 
 def main() -> int:
@@ -33,21 +29,16 @@ def main() -> int:
     page = browser.start()
     try:
         FOLDER.mkdir(exist_ok=True)
-        for name, step, when in STEPS:
-            page.execute_cdp_cmd(
-                "Emulation.setDeviceMetricsOverride",
-                {"width": SIZE[0], "height": SIZE[1], "deviceScaleFactor": 1.5, "mobile": False},
-            )
+        for step, (name, seconds, part) in enumerate(STEPS):
+            screen = {"width": SIZE[0], "height": SIZE[1], "deviceScaleFactor": 1.5, "mobile": False}
+            page.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen)
             browser.visit(page, PAGE)
             page.execute_script("cradle.setTheme(false); location.hash = LESSON[arguments[0]]", step)
-            if "time" in when:
-                condition = f"cradle.clock.base === 1 && cradle.sources[0].run.time > {when['time']}"
-            else:
-                condition = "cradle.sources[0].shownClick?.sampled && cradle.clock.rate < 1e-3 && cradle.stages[0].near > 0.99"
-            WebDriverWait(page, 60, 0.005).until(lambda _, c=condition: page.execute_script(f"return {c}"))
-            if "part" in when:
-                seek = "const click = cradle.sources[0].shownClick; cradle.seek(click.begin + arguments[0] * click.length)"
-                page.execute_script(seek, when["part"])
+            swung = f"cradle.clock.base === 1 && cradle.sources[0].run.time > {seconds}"
+            until = f"return {INSIDE if seconds is None else swung}"
+            WebDriverWait(page, 60, 0.005).until(lambda _, until=until: page.execute_script(until))
+            if part is not None:
+                page.execute_script(SEEK, part)
                 page.execute_async_script("setTimeout(arguments[0], 700)")
             picture = Image.open(io.BytesIO(page.get_screenshot_as_png())).convert("RGB")
             picture.save(FOLDER / f"{name}.jpg", quality=82, optimize=True)

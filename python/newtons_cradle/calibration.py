@@ -35,8 +35,7 @@ class Calibration:
 
     def rigid(self) -> dict[str, Any]:
         """Start values of rigid contacts that lose as much."""
-        contact = {"contact.model": "rigid", "contact.restitution": self.restitution}
-        return {"pendulum.drag": self.drag} | contact
+        return {"pendulum.drag": self.drag, "contact.model": "rigid", "contact.restitution": self.restitution}
 
     def compliant(self, fmu: Fmu, values: Values) -> dict[str, Any]:
         """Start values with which the last ball of this cradle rises as filmed, for power-law or Hertz contacts.

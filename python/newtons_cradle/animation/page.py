@@ -21,7 +21,7 @@ from .recording import Recording
 ASSETS = files(__package__) / "assets"
 #: three.js r140 as trimesh 5.2.0 carries it: what is made of another text would go into pages that nobody has looked at.
 THREE_JS_SHA256 = "1baf8525cd80caceabd6eb50da7961aa47f191ac7a68adb454c3a761b29244e2"
-SCRIPTS = ("run.js", "clicks.js", "eye.js", "scene.js", "strips.js", "player.js", "controls.js")
+SCRIPTS = ("run.js", "eye.js", "scene.js", "strips.js", "player.js", "controls.js")
 
 
 class PageError(RuntimeError):

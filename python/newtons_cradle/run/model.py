@@ -1,19 +1,29 @@
 """What an FMU's description says: its variables by name, what may be set, and which values they take."""
 
-from collections.abc import Iterable, Mapping
+import copy
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from fmpy.model_description import ModelDescription
 
-from .elements import variables
 from .names import UnknownName, did_you_mean, split
 
 Value = float | int | bool | str  #: of a variable; an item of an enumeration may be named
 Values = Mapping[str, Any]  #: by name: a `Value`, or for an array a sequence of them
 
 GIVEN = ("parameter", "input")  # what can be set at any time; other causalities only with a start value
+
+#: Types of FMI 3.0 that have one in FMI 2.0. Clocks and binaries have none.
+TYPES = {"Float64": "Real", "UInt64": "Integer", "Enumeration": "Enumeration", "Boolean": "Boolean"}
+
+#: Causalities of what FMI 2.0 does not have.
+OTHERS = ("independent", "structuralParameter")
+
+#: How the descriptions of arrays over contacts end: in FMI 3.0 they have as many elements as there are balls.
+OF_LAST_ELEMENT = "; the last element belongs to no contact"
 
 
 class FmuError(RuntimeError):
@@ -25,7 +35,7 @@ class Model:
 
     def __init__(self, path: Path, description: ModelDescription, folder: str):
         self.path, self.description, self.folder = path, description, folder
-        self.variables: dict[str, Any] = variables(description)
+        self.variables = variables(description)
         self.arrays: dict[str, list[str]] = {}  # x: x[1], x[2], ...
         for name in self.variables:
             if name.endswith("]"):
@@ -161,3 +171,46 @@ def _cure(array: str, count: int) -> str:
     """How to get an FMU in which an array of the balls has so many elements."""
     possible = array.endswith("_start") and count > 0
     return f"; `cradle-fmu build --balls {count}` makes one of {count}" if possible else ""
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where FMI 3.0 has an element: type of its accessors, value reference, index from 0, length of the array."""
+
+    type: str
+    reference: int
+    index: int
+    length: int
+
+
+def variables(description: ModelDescription) -> dict[str, Any]:
+    """FMPy's descriptions of all variables that FMI 2.0 knows, by name. In FMI 3.0 each element gets one; its reference is a `Place`."""
+    if description.fmiVersion.startswith("2."):
+        return {variable.name: variable for variable in description.modelVariables}
+    kept = [v for v in description.modelVariables if v.type in TYPES and v.causality not in OTHERS]
+    known = [v for v in kept if not v.clocks]  # clocks tick in event mode only
+    return {element.name: element for variable in known for element in _elements(variable)}
+
+
+def _elements(variable: Any) -> Iterator[Any]:
+    """The variable itself, or those of its elements that belong to something."""
+    length = variable.shape[0] if variable.shape else 1
+    starts = (variable.start or "").split()
+    stored = "Int64" if variable.type == "Enumeration" else variable.type
+    meaning = variable.description or ""
+    for index in range(length - meaning.endswith(OF_LAST_ELEMENT)):
+        element = copy.copy(variable)
+        element.name = _name(variable.name, index) if variable.shape else variable.name
+        element.type = TYPES[variable.type]
+        element.valueReference = Place(stored, variable.valueReference, index, length)
+        element.start = starts[index % len(starts)] if starts else None
+        element.description = meaning.removesuffix(OF_LAST_ELEMENT)
+        if variable.declaredType is not None:
+            element.unit = variable.unit or variable.declaredType.unit
+        yield element
+
+
+def _name(array: str, index: int) -> str:
+    """x and 0 to x[1], der(x) and 0 to der(x[1])."""
+    bare = array.removesuffix(")")
+    return f"{bare}[{index + 1}]{array[len(bare) :]}"

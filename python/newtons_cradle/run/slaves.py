@@ -8,8 +8,7 @@ from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
 
 from . import log
-from .elements import Place
-from .model import Model
+from .model import Model, Place
 
 LARGEST = 2**31 - 1  # that counters show, as in FMI 2.0
 

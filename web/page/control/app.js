@@ -6,15 +6,10 @@ const INSIDE_STEP = 0.01; // of a click's length, by the keys
 class App {
   constructor(engine) {
     const asked = location.hash; // before the page writes there what it shows
-    this.engine = engine;
-    this.clock = new Clock();
-    this.sound = new Sound();
+    // `keys`: whether single keys do anything.
+    Object.assign(this, { engine, clock: new Clock(), sound: new Sound(), side: "right", keys: true, stages: [], preset: "textbook" });
     this.shows = Object.fromEntries(Object.keys(TEXTS.shows).map((kind) => [kind, false]));
-    this.side = "right";
-    this.keys = true; // whether single keys do anything
-    this.stages = [];
     this.controls = Object.fromEntries([...document.querySelectorAll("[id]")].map((item) => [item.id, item]));
-    this.preset = "textbook";
     this.setTheme(matchMedia("(prefers-color-scheme: light)").matches);
     this.still = matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.addStage(new Live(engine, PRESETS.textbook.setup()));
@@ -150,13 +145,13 @@ class App {
     this.changed();
   }
 
-  /** A second cradle beside the first, that differs in what `name` says; "stop": none. */
-  compare(name) {
+  /** A second cradle beside the first, that differs in what `name` says, or in the `values` given; "stop": none. */
+  compare(name, values) {
     const first = this.stages[0].source;
     this.dropStage();
     if (name !== "stop" && first.live) {
       const middle = Math.floor(first.setup.balls / 2);
-      const values = {
+      values ??= {
         usual: PRESETS[this.preset]?.beside ?? TOUCHING, hertz: TOUCHING, noBand: { "contact.deadBand": 0 }, rigid: LAWS.rigid,
         lossy: { "contact.dampingLaw": "huntCrossley", "contact.huntCrossley": 0.3, "contact.restitution": 0.9 },
         heavy: { "ball.massRatio": first.setup.get("ball.massRatio").map((ratio, i) => (i === middle ? 2 * ratio : ratio)) },
@@ -171,15 +166,6 @@ class App {
         this.besideChoice = name;
       });
     }
-    this.changed();
-  }
-
-  /** Gives the second cradle these values, whatever it was compared by. */
-  besideWith(values) {
-    if (this.stages.length < 2) this.compare("usual");
-    const [first, second] = this.sources;
-    second.begin(first.setup.with(values));
-    second.origin = first.origin;
     this.changed();
   }
 
@@ -231,7 +217,8 @@ class App {
       if (this.clock.running) this.attempt(() => this.clock.frame(seconds, this.sources)) || this.setRunning(false);
       else for (const source of this.sources) source.shownClick?.work();
     } catch (problem) {
-      this.fail(problem);
+      this.setRunning(false);
+      this.tell(`${say("problem")}: ${problem.message}. ${say("reload")}`, 600);
     }
     for (const stage of this.stages) {
       const pulses = stage.follow(this.clock.running ? passed : 0);
@@ -239,11 +226,6 @@ class App {
       stage.draw(this.theme);
     }
     this.showClock();
-  }
-
-  fail(problem) {
-    this.setRunning(false);
-    this.tell(`${say("problem")}: ${problem.message}. ${say("reload")}`, 600);
   }
 
   showClock() {
@@ -352,8 +334,7 @@ class App {
       for (const kind of Object.keys(this.shows)) this.shows[kind] = (options.show ?? "").split(",").includes(kind);
       this.begin(setup, options.preset ?? (hash.includes("balls=") ? null : "textbook"));
       if (options.lift) this.lift(Number(options.lift));
-      if (options.beside in TEXTS.besides) this.compare(options.beside);
-      if (options.right) this.besideWith(options.right);
+      if (options.right || options.beside in TEXTS.besides) this.compare(options.beside ?? "usual", options.right);
       if (options.slow === "always") this.setOther("every", true);
       if (options.slow === "next") this.clock.slowAt("next");
     });
