@@ -8,12 +8,6 @@ use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
 use serde::{Deserialize, Serialize};
 
-/// What doubles and double-doubles have in common, so that one linear formula serves both.
-pub trait Linear: Copy + Default + Add<Output = Self> + Sub<Output = Self> + Mul<f64, Output = Self> {}
-
-impl Linear for f64 {}
-impl Linear for DoubleDouble {}
-
 /// `hi + lo` with `|lo|` at most half a unit in the last place of `hi`.
 ///
 /// The order is that of the value: for normalised pairs it is the lexicographic one.

@@ -2,13 +2,13 @@
 
 use std::sync::LazyLock;
 
-use crate::solver::double_double::{DoubleDouble, Linear};
+use crate::solver::double_double::DoubleDouble;
 
 /// Number of nodes.
 pub const NODES: usize = 16;
 
 /// One value a node.
-pub type Nodes<T = f64> = [T; NODES];
+pub type Nodes = [f64; NODES];
 
 /// Pairs of nodes that are mirror images of each other, and one value for each.
 const PAIRS: usize = NODES / 2;
@@ -208,11 +208,11 @@ fn mirrored(pair: impl Fn(usize) -> [f64; 2]) -> Nodes {
 
 /// `sum_l columns[l] values[l]`.
 #[inline(always)]
-pub fn combine<T: Linear, const N: usize>(columns: &[[f64; N]; N], values: &[T; N]) -> [T; N] {
-    let mut sums = [T::default(); N];
+pub fn combine<const N: usize>(columns: &[[f64; N]; N], values: &[f64; N]) -> [f64; N] {
+    let mut sums = [0.0; N];
     for (column, value) in columns.iter().zip(values) {
         for (sum, c) in sums.iter_mut().zip(column) {
-            *sum = *sum + *value * *c;
+            *sum += value * c;
         }
     }
     sums
@@ -220,11 +220,11 @@ pub fn combine<T: Linear, const N: usize>(columns: &[[f64; N]; N], values: &[T; 
 
 /// `sum_l weights[l] values[l]`.
 #[inline(always)]
-pub fn weighted<T: Linear, const N: usize>(weights: &[f64; N], values: &[T; N]) -> T {
-    let mut sums = [T::default(); 4];
+pub fn weighted<const N: usize>(weights: &[f64; N], values: &[f64; N]) -> f64 {
+    let mut sums = [0.0; 4];
     for (weights, values) in weights.chunks_exact(4).zip(values.chunks_exact(4)) {
         for (sum, (weight, value)) in sums.iter_mut().zip(weights.iter().zip(values)) {
-            *sum = *sum + *value * *weight;
+            *sum += value * weight;
         }
     }
     (sums[0] + sums[2]) + (sums[1] + sums[3])

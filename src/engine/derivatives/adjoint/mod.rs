@@ -1,30 +1,26 @@
 //! Derivatives of a whole run in both directions: along one direction, or of one number by everything at once.
 //!
-//! A [`Tape`] holds the parts of a run of elastic contacts, each with its linearised map from the state at its start
-//! and the coefficients to the state at its end: flights of single balls ([`flown`]) and neighbours that press on each
-//! other ([`segment`]). Run forwards, the maps take a direction along; transposed and run backwards, they give the
-//! derivatives of one number by the start state and all coefficients, for the price of a few runs (reverse mode:
-//! Griewank and Walther, Evaluating Derivatives, 2008, chapter 3). Both use the same numbers, so that they agree to
-//! rounding.
+//! A [`Tape`] is the chain of the linear maps ([`Map`]) of the parts of a run of elastic contacts, each from the state
+//! at its start and the coefficients to the state at its end: flights of single balls (`flown`), equal pendulums in a
+//! linear contact (`pair`), and other neighbours that press on each other (`group`). Forwards, the maps take a direction
+//! along; transposed and backwards, they give the derivatives of one number by the start state and all coefficients,
+//! for the price of a few runs (reverse mode: Griewank and Walther, Evaluating Derivatives, 2008, chapter 3).
+//!
+//! Both directions use the same numbers, and what runs through them are double-doubles: they agree to rounding. Doubles
+//! would lose five digits, others in each direction: within a contact a change of a position makes one of velocities
+//! that is `omega` times as large, most of which is gone at its end.
 //!
 //! Elastic forces are continuous where a contact closes and opens: the shifts of these times count by their second
 //! order only. They are taken as the run has had them.
 
-mod coefficients;
 mod flown;
+mod group;
+mod map;
 mod pair;
 mod readout;
 mod record;
-mod segment;
-mod slots;
-mod variation;
 
-use self::coefficients::Coefficients;
-use self::flown::Flown;
-use self::pair::Pair;
-use self::segment::Segment;
-use self::slots::{Slots, dot, exactly};
-use self::variation::Variation;
+use self::map::{Map, STATE, V, X, changes, dot, numbers_of_coefficients, numbers_of_state};
 use crate::model::{Cradle, Differential, Inputs, Parameters};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::dual::Dual;
@@ -40,19 +36,11 @@ struct Tuning {
     oscillators: Vec<Oscillator>,
 }
 
-/// A part of a run.
-#[derive(Clone, Debug)]
-enum Part {
-    Flown(Flown),
-    Pair(Box<Pair>),
-    Segment(Segment),
-}
-
 /// A run in parts.
 #[derive(Clone, Debug)]
 pub struct Tape {
     tunings: Vec<Tuning>,
-    parts: Vec<Part>,
+    parts: Vec<Map>,
     /// What acts at its end.
     last: usize,
     end: readout::End,
@@ -62,22 +50,28 @@ pub struct Tape {
 #[derive(Clone, Debug)]
 pub struct Gradient<'a> {
     tape: &'a Tape,
-    start: Slots,
-    /// By the coefficients, for each tuning.
-    coefficients: Vec<Coefficients<DoubleDouble>>,
+    by_start: Vec<DoubleDouble>,
+    /// For each tuning.
+    by_coefficients: Vec<Vec<DoubleDouble>>,
+}
+
+/// A change of the state at the start.
+fn change_of_start(tangent: &Parameters) -> Vec<f64> {
+    let mut change = vec![0.0; numbers_of_state(tangent.balls())];
+    for (i, (x, v)) in tangent.x_start.iter().zip(&tangent.v_start).enumerate() {
+        (change[STATE * i + X], change[STATE * i + V]) = (*x, *v);
+    }
+    change
 }
 
 impl Tape {
     fn balls(&self) -> usize {
-        self.end.x.len()
+        self.tunings[self.last].cradle.balls.len()
     }
 
     /// How the coefficients change along a direction, for each tuning.
-    fn changes(&self, tangent: &Parameters, inputs: &Inputs) -> Vec<Coefficients> {
-        let change = |tuning: &Tuning| {
-            let along = Cradle::<Dual>::along(&tuning.parameters, tangent);
-            Coefficients::along(&along, inputs)
-        };
+    fn changes(&self, tangent: &Parameters, inputs: &Inputs) -> Vec<Vec<f64>> {
+        let change = |tuning: &Tuning| changes(&Cradle::<Dual>::along(&tuning.parameters, tangent), inputs);
         self.tunings.iter().map(change).collect()
     }
 
@@ -85,39 +79,21 @@ impl Tape {
     /// `WholeRun`; NaN where [`Self::lacks`] them.
     pub fn along(&self, tangent: &Parameters, inputs: &Inputs) -> Differential {
         let changes = self.changes(tangent, inputs);
-        let mut slots = Slots::zero(self.balls());
-        (slots.x, slots.v) = (exactly(&tangent.x_start), exactly(&tangent.v_start));
-        for part in &self.parts {
-            match part {
-                Part::Flown(flown) => flown.forward(&changes[flown.tuning], &mut slots),
-                Part::Pair(pair) => pair.forward(&changes[pair.tuning], &mut slots),
-                Part::Segment(segment) => {
-                    let cradle = &self.tunings[segment.tuning].cradle;
-                    Variation::new(segment, cradle).forward(&changes[segment.tuning], &mut slots);
-                }
-            }
-        }
-        let mut outputs = self.end.lacking();
-        self.end.read(&self.tunings[self.last].cradle, &slots, &changes[self.last], &mut outputs);
-        outputs
+        let mut state: Vec<DoubleDouble> = change_of_start(tangent).into_iter().map(DoubleDouble::from).collect();
+        self.parts.iter().for_each(|part| part.forward(&changes[part.tuning], &mut state));
+        self.end.read(&state, &changes[self.last])
     }
 
     /// The derivatives of the sum of the outputs at its end times these weights.
     pub fn gradient(&self, weights: &Differential) -> Gradient<'_> {
-        let mut coefficients = vec![Coefficients::zero(self.balls()); self.tunings.len()];
-        let mut slots = Slots::zero(self.balls());
-        self.end.weigh(&self.tunings[self.last].cradle, weights, &mut slots, &mut coefficients[self.last]);
+        let zero = |numbers: usize| vec![DoubleDouble::ZERO; numbers];
+        let mut by_coefficients = vec![zero(numbers_of_coefficients(self.balls())); self.tunings.len()];
+        let mut by_state = zero(numbers_of_state(self.balls()));
+        self.end.weigh(weights, &mut by_state, &mut by_coefficients[self.last]);
         for part in self.parts.iter().rev() {
-            match part {
-                Part::Flown(flown) => flown.backward(&mut coefficients[flown.tuning], &mut slots),
-                Part::Pair(pair) => pair.backward(&mut coefficients[pair.tuning], &mut slots),
-                Part::Segment(segment) => {
-                    let cradle = &self.tunings[segment.tuning].cradle;
-                    Variation::new(segment, cradle).backward(&mut coefficients[segment.tuning], &mut slots);
-                }
-            }
+            part.backward(&mut by_coefficients[part.tuning], &mut by_state);
         }
-        Gradient { tape: self, start: slots, coefficients }
+        Gradient { tape: self, by_start: by_state, by_coefficients }
     }
 
     /// The weights in a weighted `sum` of the outputs whose derivatives it has.
@@ -142,16 +118,15 @@ impl Tape {
 
     /// Zero for each output whose derivatives it has, NaN for the others.
     pub fn lacks(&self) -> Differential {
-        self.end.lacking()
+        readout::lacking(self.balls())
     }
 }
 
 impl Gradient<'_> {
     /// The derivative along a direction of parameters and inputs.
     pub fn along(&self, tangent: &Parameters, inputs: &Inputs) -> f64 {
-        let by_start = dot(&self.start.x, &tangent.x_start) + dot(&self.start.v, &tangent.v_start);
-        let changes = self.tape.changes(tangent, inputs);
-        let all = self.coefficients.iter().zip(&changes);
-        all.fold(by_start, |sum, (by, change)| sum + by.dot(change)).value()
+        let by_start = dot(&self.by_start, &change_of_start(tangent));
+        let all = self.by_coefficients.iter().zip(self.tape.changes(tangent, inputs));
+        all.fold(by_start, |sum, (by, changes)| sum + dot(by, &changes)).value()
     }
 }

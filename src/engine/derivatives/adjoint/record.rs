@@ -3,11 +3,12 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use super::flown::{Flown, REACH};
+use super::flown::{REACH, flown};
+use super::group::Group;
+use super::map::Map;
 use super::pair::Pair;
 use super::readout::End;
-use super::segment::{Group, Segment};
-use super::{Part, Tape, Tuning};
+use super::{Tape, Tuning};
 use crate::engine::derivatives::chain_state::ChainState;
 use crate::engine::flight::{Flight, Forcing, shifted};
 use crate::engine::inputs::HeldInputs;
@@ -19,9 +20,6 @@ use crate::solver::oscillator::Oscillator;
 
 /// Numbers that a tape may hold: 128 MiB.
 const MOST_NUMBERS: usize = 1 << 24;
-
-/// Numbers of a flight.
-const FLIGHT: usize = 16;
 
 /// Part of the amplitude of the motion, and of the velocities that go with it, by which a tape may end elsewhere than
 /// the run. Up to 3e-12 were found in moving chains, also where ten balls amplify small changes by 1e37; some runs that
@@ -40,7 +38,7 @@ pub(crate) struct Recorder {
     tuning: usize,
     /// Whether there is no tape: it would have too many parts.
     failed: bool,
-    parts: Vec<Part>,
+    parts: Vec<Map>,
     /// Numbers held.
     numbers: usize,
     /// Each ball: its state, and the time that it refers to, s.
@@ -141,7 +139,10 @@ impl Recorder {
         let swing = if omega > 0.0 { velocity / omega } else { 0.0 };
         let near = near(&x, &end.x, position.max(swing)) && near(&v, &end.v, velocity.max(omega * position));
         let closed = overlaps.iter().zip(&end.modes).all(|(overlap, mode)| overlap.is_some() == (*mode != Mode::Open));
-        (!self.failed && closed && near).then_some(Tape { tunings, parts, last: tuning, end: End { x, v, overlaps } })
+        (!self.failed && closed && near).then(|| {
+            let end = End::new(&tunings[tuning].cradle, &x, &v, &overlaps);
+            Tape { tunings, parts, last: tuning, end }
+        })
     }
 
     fn switch(&mut self, contact: usize, time: DoubleDouble, closes: bool) -> Option<()> {
@@ -164,10 +165,16 @@ impl Recorder {
         let first = (0..ball).rev().take_while(|j| self.overlaps[*j].is_some()).last().unwrap_or(ball);
         let end =
             (ball..self.overlaps.len()).take_while(|j| self.overlaps[*j].is_some()).last().map_or(ball, |j| j + 1) + 1;
-        if end - first == 1 {
-            self.fly(ball, length)?;
-        } else if let Some(oscillators) = self.oscillators_of_pair(first..end) {
-            self.press_pair(first, length, oscillators)?;
+        let contacts = first..end - 1;
+        let Tuning { cradle, oscillators, .. } = &self.tunings[self.tuning];
+        let pair = contacts.clone().next().and_then(|j| Pair::of(&cradle.balls[first..end], &cradle.contacts[j]));
+        let pieces = |fastest: &Oscillator| (fastest.pace() * length / REACH).ceil().max(1.0);
+        if contacts.is_empty() {
+            let pieces = pieces(&oscillators[ball]);
+            (0..pieces as usize).try_for_each(|_| self.fly(ball, length / pieces))?;
+        } else if let Some(pair) = pair {
+            let pieces = pieces(&pair.oscillators[1]);
+            (0..pieces as usize).try_for_each(|_| self.press_pair(&pair, first, length / pieces))?;
         } else {
             // The forces of contacts that close at the start or open at the end grow from there with any power of the
             // time.
@@ -179,113 +186,80 @@ impl Recorder {
         Some(())
     }
 
-    fn fly(&mut self, ball: usize, length: f64) -> Option<()> {
-        let tuning = self.tuning;
-        let o = self.tunings[tuning].oscillators[ball];
-        let mass = self.tunings[tuning].cradle.balls[ball].mass;
-        let pieces = ((o.omega() + 2.0 * o.gamma()) * length / REACH).ceil().max(1.0);
-        self.hold((pieces * FLIGHT as f64) as usize)?;
-        let (pieces, length) = (pieces as usize, length / pieces);
-        let mut after = self.after(ball);
-        for _ in 0..pieces {
-            let (flight, push) = self.flight(ball, mass, after);
-            let model = &self.tunings[tuning].cradle.balls[ball];
-            let (flown, (displacement, v)) = Flown::new((ball, tuning), model, &o, (&flight, &push), length);
-            self.x[ball] += displacement;
-            self.v[ball] = v;
-            after += length;
-            self.parts.push(Part::Flown(flown));
+    /// Adds a part of this length (s), which takes its balls so far: displacements and velocities.
+    fn enter(&mut self, first: usize, length: f64, part: Map, ends: &[(f64, f64)]) -> Option<()> {
+        self.hold(part.numbers())?;
+        self.parts.push(part);
+        for (i, (moved, v)) in (first..).zip(ends) {
+            self.x[i] += moved;
+            self.v[i] = *v;
+            self.time[i] += length;
+        }
+        for (j, pair) in (first..).zip(ends.windows(2)) {
+            self.overlaps[j] = self.overlaps[j].map(|overlap| overlap + (pair[0].0 - pair[1].0));
         }
         Some(())
     }
 
-    /// Time since these inputs act, s.
-    fn after(&self, ball: usize) -> f64 {
-        (self.time[ball] - self.since.into()).value()
+    fn fly(&mut self, ball: usize, length: f64) -> Option<()> {
+        let (flight, push) = self.flight(ball);
+        let Tuning { cradle, oscillators, .. } = &self.tunings[self.tuning];
+        let (model, oscillator) = (&cradle.balls[ball], &oscillators[ball]);
+        let (part, end) = flown((ball, self.tuning), model, oscillator, (&flight, &push), length);
+        self.enter(ball, length, part, &[end])
     }
 
-    /// The flight of a ball of this mass (kg) `after` these inputs began to act (s), and the external force (N).
-    fn flight(&self, ball: usize, mass: f64, after: f64) -> (Flight, Forcing) {
-        let push = shifted(&self.pushes[ball], after);
-        let support = shifted(&self.support, after);
+    /// Inputs, which are these polynomials, as they act on this ball from now on.
+    fn seen_from(&self, ball: usize, input: &Forcing) -> Forcing {
+        shifted(input, (self.time[ball] - self.since.into()).value())
+    }
+
+    /// The flight of a ball from now on, and the external force (N).
+    fn flight(&self, ball: usize) -> (Flight, Forcing) {
+        let mass = self.tunings[self.tuning].cradle.balls[ball].mass;
+        let [push, support] = [&self.pushes[ball], &self.support].map(|input| self.seen_from(ball, input));
         let forcing = std::array::from_fn(|k| push[k] / mass - support[k]);
         (Flight { x: self.x[ball], v: self.v[ball], forcing }, push)
     }
 
-    /// The oscillators of the centre and of the overlap of these balls, if they are a pair that has them.
-    fn oscillators_of_pair(&self, balls: Range<usize>) -> Option<[Oscillator; 2]> {
-        let Tuning { cradle, .. } = &self.tunings[self.tuning];
-        let contact = &cradle.contacts[balls.start];
-        (balls.len() == 2).then(|| Pair::oscillators(&cradle.balls[balls], contact)).flatten()
-    }
-
-    /// Moves two balls, the left one of which is `first`, on by `length` (s).
-    fn press_pair(&mut self, first: usize, length: f64, oscillators: [Oscillator; 2]) -> Option<()> {
-        let tuning = self.tuning;
-        let contact = &oscillators[1];
-        let pieces = ((contact.omega() + 2.0 * contact.gamma()) * length / REACH).ceil().max(1.0);
-        self.hold((pieces * (6 * FLIGHT) as f64) as usize)?;
-        let (pieces, length) = (pieces as usize, length / pieces);
-        let mut after = self.after(first);
-        for _ in 0..pieces {
-            let cradle = &self.tunings[tuning].cradle;
-            let [left, right] = [first, first + 1].map(|ball| self.flight(ball, cradle.balls[ball].mass, after));
-            let overlap = self.overlaps[first].unwrap_or_default();
-            let (flights, pushes) = ([left.0, right.0], [left.1, right.1]);
-            let (pair, ends, closer) =
-                Pair::new((first, tuning), cradle, oscillators, flights, pushes, overlap, length);
-            for (side, (displacement, v)) in ends.into_iter().enumerate() {
-                self.x[first + side] += displacement;
-                self.v[first + side] = v;
-            }
-            self.overlaps[first] = Some(overlap + closer);
-            after += length;
-            self.parts.push(Part::Pair(Box::new(pair)));
-        }
-        Some(())
+    fn press_pair(&mut self, pair: &Pair, first: usize, length: f64) -> Option<()> {
+        let [left, right] = [first, first + 1].map(|ball| self.flight(ball));
+        let overlap = self.overlaps[first].unwrap_or_default();
+        let (flights, pushes) = ([left.0, right.0], [left.1, right.1]);
+        let (part, ends) = pair.press((first, self.tuning), &flights, &pushes, overlap, length);
+        self.enter(first, length, part, &ends)
     }
 
     /// Moves `balls`, which press on each other, on by `length` (s), in as many parts as that takes.
     fn press(&mut self, balls: Range<usize>, length: f64, stretching: Stretching, halvings: u32) -> Option<()> {
-        let tuning = self.tuning;
+        let (tuning, contacts) = (self.tuning, balls.start..balls.end - 1);
         let cradle = &self.tunings[tuning].cradle;
-        let after = self.after(balls.start);
-        let pushes: Vec<Forcing> = self.pushes[balls.clone()].iter().map(|push| shifted(push, after)).collect();
-        let support = shifted(&self.support, after);
-        let contacts = balls.start..balls.end - 1;
-        let overlaps: Vec<f64> =
-            self.overlaps[contacts.clone()].iter().map(|overlap| overlap.unwrap_or_default()).collect();
+        let pushes: Vec<Forcing> = balls.clone().map(|ball| self.seen_from(ball, &self.pushes[ball])).collect();
+        let overlaps = self.overlaps[contacts.clone()].iter().map(|overlap| overlap.unwrap_or_default());
         let group = Group {
             first: balls.start,
+            tuning,
             models: &cradle.balls[balls.clone()],
-            laws: &cradle.contacts[contacts.clone()],
+            laws: &cradle.contacts[contacts],
             x: &self.x[balls.clone()],
             v: &self.v[balls.clone()],
-            overlaps: &overlaps,
+            overlaps: &overlaps.collect::<Vec<f64>>(),
             pushes: &pushes,
-            support: &support,
+            support: &self.seen_from(balls.start, &self.support),
+            length,
+            table: stretching.table(),
         };
-        let Some((segment, end)) = Segment::new(&group, tuning, length, stretching) else {
-            let halvings = halvings.checked_sub(1)?;
-            let (first, second) = match stretching {
-                Stretching::None => (Stretching::None, Stretching::None),
-                Stretching::AtStart(_) => (stretching, Stretching::None),
-                Stretching::AtEnd(_) => (Stretching::None, stretching),
-            };
-            self.press(balls.clone(), 0.5 * length, first, halvings)?;
-            return self.press(balls, 0.5 * length, second, halvings);
+        if let Some((part, ends)) = group.press() {
+            return self.enter(balls.start, length, part, &ends);
+        }
+        let halvings = halvings.checked_sub(1)?;
+        let (first, second) = match stretching {
+            Stretching::None => (Stretching::None, Stretching::None),
+            Stretching::AtStart(_) => (stretching, Stretching::None),
+            Stretching::AtEnd(_) => (Stretching::None, stretching),
         };
-        self.hold(segment.numbers())?;
-        for (i, (moved, faster)) in balls.clone().zip(&end) {
-            self.x[i] += moved;
-            self.v[i] += faster;
-            self.time[i] += length;
-        }
-        for (j, pair) in contacts.zip(end.windows(2)) {
-            self.overlaps[j] = self.overlaps[j].map(|overlap| overlap + (pair[0].0 - pair[1].0));
-        }
-        self.parts.push(Part::Segment(segment));
-        Some(())
+        self.press(balls.clone(), 0.5 * length, first, halvings)?;
+        self.press(balls, 0.5 * length, second, halvings)
     }
 
     /// Makes room for so many numbers, if there is.

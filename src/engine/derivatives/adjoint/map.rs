@@ -1,0 +1,139 @@
+//! Linear maps of changes, of which a tape is a chain.
+//!
+//! Changes of a state, or how much something changes with it, are one row of numbers: [`STATE`] for each ball. Those of
+//! the coefficients of the equations are another: [`COEFFICIENTS`] for each ball, and one for the support. The last
+//! ball has no contact at its right.
+
+use std::ops::Range;
+
+use crate::model::{Cradle, Damping, Inputs};
+use crate::solver::double_double::DoubleDouble;
+use crate::solver::dual::{Dual, Scalar};
+
+/// Position and velocity of a ball, and the impulse of the contact at its right.
+pub(super) const STATE: usize = 3;
+pub(super) const X: usize = 0;
+pub(super) const V: usize = 1;
+pub(super) const IMPULSE: usize = 2;
+
+/// Mass, `omega2`, `gamma` of a ball and the external force on it.
+pub(super) const OF_BALL: usize = 4;
+
+/// Stiffness, reference overlap, exponent and clearance of a contact, and the coefficients of the damping laws: Kelvin
+/// and Voigt's, Hunt and Crossley's, and the relaxation time of viscoelastic contacts.
+pub(super) const OF_CONTACT: usize = 7;
+/// Place of the clearance among those of a contact.
+pub(super) const CLEARANCE: usize = 3;
+
+pub(super) const COEFFICIENTS: usize = OF_BALL + OF_CONTACT;
+
+/// Numbers of a state of so many neighbours.
+pub(super) fn numbers_of_state(balls: usize) -> usize {
+    (balls * STATE).saturating_sub(1)
+}
+
+/// Their coefficients, with that of the support.
+pub(super) fn numbers_of_coefficients(balls: usize) -> usize {
+    (balls * COEFFICIENTS).saturating_sub(OF_CONTACT) + 1
+}
+
+/// How the coefficients change along a direction, in which the inputs change by `inputs`.
+pub(super) fn changes(along: &Cradle<Dual>, inputs: &Inputs) -> Vec<f64> {
+    let mut changes = Vec::with_capacity(numbers_of_coefficients(along.balls.len()));
+    for (i, (ball, force)) in along.balls.iter().zip(&inputs.force).enumerate() {
+        changes.extend([ball.mass.tangent(), ball.omega2.tangent(), ball.gamma.tangent(), *force]);
+        if let Some(law) = along.contacts.get(i) {
+            changes.extend([law.stiffness, law.overlap_ref, law.exponent, law.clearance].map(Dual::tangent));
+            changes.extend(match law.damping {
+                Damping::None => [0.0; 3],
+                Damping::KelvinVoigt { c, .. } => [c.tangent(), 0.0, 0.0],
+                Damping::HuntCrossley { alpha } => [0.0, alpha.tangent(), 0.0],
+                Damping::Viscoelastic { relaxation } => [0.0, 0.0, relaxation.tangent()],
+            });
+        }
+    }
+    changes.push(inputs.support_acceleration);
+    changes
+}
+
+/// The sum of the products. Changes along a direction are mostly zeros.
+pub(super) fn dot(by: &[DoubleDouble], changes: &[f64]) -> DoubleDouble {
+    let products = by.iter().zip(changes).filter(|(_, change)| **change != 0.0);
+    products.fold(DoubleDouble::ZERO, |sum, (by, change)| sum + *by * *change)
+}
+
+/// What one number changes by with a state, with coefficients and with the acceleration of the support.
+#[derive(Debug)]
+pub(super) struct Row<'a> {
+    pub state: &'a mut [f64],
+    pub coefficients: &'a mut [f64],
+    pub support: &'a mut f64,
+}
+
+/// The linearised motion of some neighbours on a part of a run: what their state grows by with its value before, and
+/// with the coefficients.
+#[derive(Clone, Debug)]
+pub(super) struct Map {
+    first: usize,
+    balls: usize,
+    pub tuning: usize,
+    /// Row by row.
+    by: Vec<f64>,
+}
+
+impl Map {
+    pub fn zero(first: usize, balls: usize, tuning: usize) -> Self {
+        let rows = numbers_of_state(balls);
+        Self { first, balls, tuning, by: vec![0.0; rows * (rows + numbers_of_coefficients(balls))] }
+    }
+
+    /// Numbers that it holds.
+    pub fn numbers(&self) -> usize {
+        self.by.len()
+    }
+
+    fn columns(&self) -> usize {
+        numbers_of_state(self.balls) + numbers_of_coefficients(self.balls)
+    }
+
+    /// The row of a number of the state after it.
+    pub fn row(&mut self, number: usize) -> Row<'_> {
+        let (columns, states) = (self.columns(), numbers_of_state(self.balls));
+        let (state, rest) = self.by[number * columns..][..columns].split_at_mut(states);
+        let (coefficients, support) = rest.split_at_mut(rest.len() - 1);
+        Row { state, coefficients, support: &mut support[0] }
+    }
+
+    /// The places of its balls among the numbers of the state and among the coefficients.
+    fn places(&self) -> [Range<usize>; 2] {
+        let (states, coefficients) = (numbers_of_state(self.balls), numbers_of_coefficients(self.balls) - 1);
+        let [state, coefficient] = [self.first * STATE, self.first * COEFFICIENTS];
+        [state..state + states, coefficient..coefficient + coefficients]
+    }
+
+    /// Changes of the state after it from those before it and those of the coefficients.
+    pub fn forward(&self, changes: &[f64], state: &mut [DoubleDouble]) {
+        let [own, coefficients] = self.places();
+        let before = state[own.clone()].to_vec();
+        let changes = changes[coefficients].iter().chain(changes.last());
+        for (row, after) in self.by.chunks_exact(self.columns()).zip(&mut state[own]) {
+            let (of_state, of_coefficients) = row.split_at(before.len());
+            *after += dot(&before, of_state);
+            for (of, change) in of_coefficients.iter().zip(changes.clone()).filter(|(_, change)| **change != 0.0) {
+                *after += DoubleDouble::product(*of, *change);
+            }
+        }
+    }
+
+    /// Derivatives by the state before it, and by the coefficients, from those by the state after it.
+    pub fn backward(&self, by_coefficients: &mut [DoubleDouble], by_state: &mut [DoubleDouble]) {
+        let [own, coefficients] = self.places();
+        let after = by_state[own.clone()].to_vec();
+        let (by_balls, by_support) = by_coefficients.split_at_mut(by_coefficients.len() - 1);
+        let (by_state, by_balls) = (&mut by_state[own], &mut by_balls[coefficients]);
+        for (row, after) in self.by.chunks_exact(self.columns()).zip(after) {
+            let sums = by_state.iter_mut().chain(&mut *by_balls).chain(&mut *by_support);
+            sums.zip(row).for_each(|(sum, by)| *sum += after * *by);
+        }
+    }
+}
