@@ -214,9 +214,10 @@ def test_inside_a_click(page):
     js(page, "cradle.choose('hertz'); cradle.lift(2); cradle.inside(); window.said = new Set()")
     wait(page, "cradle.clock.inside && source.shownClick?.sampled && cradle.clock.rate < 1e-4", 40)
     assert colours(page, page.find_element(By.CSS_SELECTOR, "canvas.cradle")) > 500
-    js(page, "cradle.setRunning(false); cradle.seek(source.shownClick.begin + 1e-5)")
-    caption = js(page, "return captionOf(source.shownClick, source.run.time, source.state)")
-    assert caption["text"] == "Ball 2 touches ball 3. 4 contacts press at once."
+    caption = """cradle.setRunning(false);
+    cradle.seek(source.shownClick.begin + 1e-5);
+    return captionOf(source.shownClick, source.run.time, source.state)"""
+    assert js(page, caption)["text"] == "Ball 2 touches ball 3. 4 contacts press at once."
     pulses = js(page, "return source.shownClick.pulses")
     assert len(pulses) >= 4
     js(page, "cradle.setRunning(true)")
