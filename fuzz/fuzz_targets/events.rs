@@ -10,13 +10,13 @@ use std::sync::LazyLock;
 use arbitrary::Arbitrary;
 use cradle_fuzz::hybrid::{Call, Operation, Phase, Picture, Vector, Within, element, few, of_type};
 use cradle_fuzz::inspection::{FLOATS, forge, look};
-use cradle_fuzz::interface::Interface;
+use cradle_fuzz::interface::{Interface, Variable};
 use cradle_fuzz::values::{Current, LONGEST_STEP, Step, Value};
 use cradle_host::fmi3::{Host, vr};
 use libfuzzer_sys::fuzz_target;
 use newtons_cradle::fmi3::fmi3Status::{self, fmi3Discard, fmi3Error, fmi3OK};
 use newtons_cradle::fmi3::*;
-use newtons_cradle::variables::{Array, Causality, Type};
+use newtons_cradle::variables::{Array, Type};
 
 static INTERFACE: LazyLock<Interface> = LazyLock::new(Interface::default);
 /// Everything that has an item of an enumeration.
@@ -385,8 +385,7 @@ impl Driver<'_> {
             assert_eq!(status, fmi3Discard, "{operation:?} of {array} to {set:?} in {:?}", self.picture);
         } else {
             assert_eq!(status, fmi3OK, "{operation:?} of {array} to {set:?} in {:?}", self.picture);
-            // What a tunable is set to acts, and is shown, from the next step on; a slope is used up by it.
-            if self.picture.may_get(array) && array.row.causality != Causality::Local {
+            if self.picture.may_get(array) && element(&INTERFACE, array, 0).is_some_and(Variable::settable) {
                 assert_eq!(self.host.floats(&array.to_string(), n), set, "{array}");
             }
         }

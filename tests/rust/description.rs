@@ -41,30 +41,38 @@ fn the_description_is_the_table() {
 }
 
 #[test]
-fn units_have_the_right_base_units() {
-    let units = read(&xml(5)).unit_definitions.unwrap().units;
+fn quantities_have_their_units_and_these_the_right_base_units() {
+    let text = xml(5);
+    let units = read(&text).unit_definitions.unwrap().units;
     let exponents = |name: &str| {
         let unit: &fmi2::Fmi2Unit = units.iter().find(|unit| unit.name == name).expect(name);
         let base = unit.base_unit.as_ref().unwrap();
         assert!(base.factor.is_none() && base.offset.is_none() && unit.display_unit.is_empty());
         [base.kg, base.m, base.s].map(Option::unwrap_or_default)
     };
-    for (name, expected) in [
-        ("1", [0, 0, 0]),
-        ("kg.m/s", [1, 1, -1]),
-        ("N.s", [1, 1, -1]),
-        ("N.s/m", [1, 0, -1]),
-        ("kg/s", [1, 0, -1]),
-        ("s/m", [0, -1, 1]),
-        ("N", [1, 1, -2]),
-        ("N/m", [1, 0, -2]),
-        ("J", [1, 2, -2]),
-        ("W", [1, 2, -3]),
-        ("Pa", [1, -1, -2]),
-        ("m/s2", [0, 1, -2]),
+    for (quantity, unit, expected) in [
+        ("Ratio", "1", [0, 0, 0]),
+        ("Length", "m", [0, 1, 0]),
+        ("Time", "s", [0, 0, 1]),
+        ("Mass", "kg", [1, 0, 0]),
+        ("Velocity", "m/s", [0, 1, -1]),
+        ("Momentum", "kg.m/s", [1, 1, -1]),
+        ("Impulse", "N.s", [1, 1, -1]),
+        ("Damping", "N.s/m", [1, 0, -1]),
+        ("Drag", "kg/s", [1, 0, -1]),
+        ("Slowness", "s/m", [0, -1, 1]),
+        ("Force", "N", [1, 1, -2]),
+        ("Stiffness", "N/m", [1, 0, -2]),
+        ("Energy", "J", [1, 2, -2]),
+        ("Power", "W", [1, 2, -3]),
+        ("ElasticModulus", "Pa", [1, -1, -2]),
+        ("Acceleration", "m/s2", [0, 1, -2]),
     ] {
-        assert_eq!(exponents(name), expected, "{name}");
+        assert_eq!(exponents(unit), expected, "{unit}");
+        let declared = format!("name=\"{quantity}\"><Real quantity=\"{quantity}\" unit=\"{unit}\"/>");
+        assert!(text.contains(&declared), "{declared}");
     }
+    assert_eq!(units.len(), 16);
 }
 
 #[test]

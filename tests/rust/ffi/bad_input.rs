@@ -148,6 +148,9 @@ fn steps_that_are_no_steps_are_refused() {
     assert_eq!(host.step(0.0, 0.01), fmi2Error);
     assert!(host.error().contains("fmi2DoStep: not allowed in the instantiated state; allowed: in step mode"));
     host.start();
+    // What is to act in the next step stays.
+    assert_eq!(host.set_derivative("F_ext[1]", 1, 0.1), fmi2OK);
+    let before = host.to_bytes();
     for step in [0.0, -0.0, -0.01, f64::NAN, f64::INFINITY] {
         assert_eq!(host.step(0.0, step), fmi2Error);
         assert!(host.error().contains("allowed: finite and > 0 s"), "{step}");
@@ -156,6 +159,7 @@ fn steps_that_are_no_steps_are_refused() {
         assert_eq!(host.step(time, 0.01), fmi2Error);
         assert!(host.error().contains("currentCommunicationPoint = "), "{time}");
     }
+    assert!(host.to_bytes() == before);
     assert_eq!(host.step(0.0, 0.01), fmi2OK);
     assert_eq!(host.step(0.01 + 5e-13, 0.01), fmi2OK);
     assert_eq!(host.step(0.02 + 5e-13, 1e-9), fmi2OK);

@@ -313,14 +313,14 @@ fn states_of_other_fmus_are_refused() {
 
 #[test]
 fn a_long_chain_has_a_sensible_size() {
-    let host = Host::with_balls(2000);
+    let host = Host::with_balls(500);
     host.start();
     assert_eq!(host.step(0.0, 1.0), fmi2OK);
     let bytes = host.to_bytes();
-    assert!(bytes.len() < 500 * 2000, "{}", bytes.len());
-    let other = Host::with_balls(2000);
+    assert!(bytes.len() < 500 * 500, "{}", bytes.len());
+    let other = Host::with_balls(500);
     assert_eq!(other.set_bytes(&bytes), fmi2OK);
     assert_eq!((host.step(1.0, 1.0), other.step(1.0, 1.0)), (fmi2OK, fmi2OK));
-    assert_eq!(host.get("x[2000]").to_bits(), other.get("x[2000]").to_bits());
+    assert_eq!(host.get("x[500]").to_bits(), other.get("x[500]").to_bits());
     assert_eq!(host.get("E_residual").to_bits(), other.get("E_residual").to_bits());
 }
