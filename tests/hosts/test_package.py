@@ -72,6 +72,7 @@ def test_a_folder_with_a_name_of_fmi_2_0_4_is_found(fmu_path, tmp_path):
             assert run["x[1]"] == -0.1
 
 
+@pytest.mark.all
 def test_presets_are_those_of_the_command_line(producer, fmu_path, tmp_path):
     """The same names in its help, and in an FMU built with each the start values that Python reads."""
     listed = subprocess.run([producer, "build", "--help"], capture_output=True, text=True, check=True).stdout
