@@ -48,7 +48,7 @@ pub fn forge(host: &Host, picture: &Picture, changes: &[Change]) {
 /// All real parameters, bit by bit, where they can be read.
 fn parameters(host: &Host, picture: &Picture) -> Option<Vec<u64>> {
     let mut bits = Vec::new();
-    for array in FLOATS.iter().filter(|array| array.row().is_some_and(|row| row.name.contains('.'))) {
+    for array in FLOATS.iter().filter(|array| array.row.causality == Causality::Parameter) {
         let mut values = vec![f64::NAN; array.len(picture.balls)];
         let n = values.len();
         if !picture.allows(Call::Get)

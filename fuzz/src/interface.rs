@@ -90,9 +90,7 @@ impl Interface {
             let items = this.descendants().filter(|node| node.has_tag_name("Item"));
             items.map(|item| item.attribute("value").unwrap().parse().unwrap()).collect()
         };
-        Self {
-            variables: all("ScalarVariable").map(|node| variable(node, items)).collect(),
-        }
+        Self { variables: all("ScalarVariable").map(|node| variable(node, items)).collect() }
     }
 
     /// The variable with this value reference.
