@@ -225,7 +225,6 @@ mod tests {
             assert!((engine.x(0) + engine.x(1)) / (0.5 * speed * duration) - 1.0 < 1e-12);
             segments(&engine)
         });
-        println!("{counts:?}");
         assert!(counts.iter().all(|count| count.abs_diff(counts[0]) <= 2) && counts[0] < 500, "{counts:?}");
     }
 }
