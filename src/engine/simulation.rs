@@ -23,7 +23,6 @@ pub enum Simulation {
 }
 
 /// A run as plain data, by the method.
-#[expect(clippy::large_enum_variant, reason = "a saved state has one")]
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum SimulationSnapshot {
     /// `eventDriven`.

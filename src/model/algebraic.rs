@@ -3,10 +3,11 @@
 
 use super::contact::ContactLaw;
 use super::cradle::{BallModel, Cradle};
-use crate::solver::dual::Scalar;
+use super::results::Differential;
+use crate::solver::dual::{Dual, Scalar};
 
 /// A cradle in a state. Balls and contacts are counted from 0; contact `i` is that of balls `i` and `i + 1`.
-pub trait Chain<S: Scalar = f64> {
+pub(crate) trait Chain<S: Scalar = f64> {
     /// The coefficients of its equations.
     fn cradle(&self) -> &Cradle<S>;
     /// Position (m) and velocity (m/s) of ball `i`.
@@ -19,8 +20,18 @@ pub trait Chain<S: Scalar = f64> {
     fn forcing_of(&self, i: usize) -> S;
 }
 
+/// Position of ball `i`, m.
+pub(crate) fn x<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
+    chain.state_of(i).0
+}
+
+/// Velocity of ball `i`, m/s.
+pub(crate) fn v<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
+    chain.state_of(i).1
+}
+
 /// Acceleration of ball `i`, m/s2.
-pub(crate) fn a<S: Scalar>(chain: &(impl Chain<S> + ?Sized), i: usize) -> S {
+pub(crate) fn a<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
     let (ball, (x, v)) = (&chain.cradle().balls[i], chain.state_of(i));
     let from_left = if i > 0 { chain.force_of(i - 1) } else { S::default() };
     let from_right = if i < chain.cradle().contacts.len() { chain.force_of(i) } else { S::default() };
@@ -28,24 +39,24 @@ pub(crate) fn a<S: Scalar>(chain: &(impl Chain<S> + ?Sized), i: usize) -> S {
 }
 
 /// Kinetic energy of ball `i`, J.
-pub(crate) fn kinetic_energy<S: Scalar>(chain: &(impl Chain<S> + ?Sized), i: usize) -> S {
+pub(crate) fn kinetic_energy<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
     let (_, v) = chain.state_of(i);
     S::from(0.5) * chain.cradle().balls[i].mass * v * v
 }
 
 /// Energy of ball `i` in the field of gravity, J.
-pub(crate) fn gravity_energy<S: Scalar>(chain: &(impl Chain<S> + ?Sized), i: usize) -> S {
+pub(crate) fn gravity_energy<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
     let (ball, (x, _)) = (&chain.cradle().balls[i], chain.state_of(i));
     S::from(0.5) * ball.mass * ball.omega2 * x * x
 }
 
 /// Elastic energy of contact `i`, J.
-pub(crate) fn contact_energy<S: Scalar>(chain: &(impl Chain<S> + ?Sized), i: usize) -> S {
+pub(crate) fn contact_energy<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
     chain.cradle().contacts[i].elastic_energy(chain.overlap_of(i))
 }
 
 /// Kinetic, gravity and contact energy of all, J.
-pub(crate) fn total_energy<S: Scalar>(chain: &(impl Chain<S> + ?Sized)) -> S {
+pub(crate) fn total_energy<S: Scalar>(chain: &impl Chain<S>) -> S {
     let Cradle { balls, contacts, .. } = chain.cradle();
     let of_ball = |(i, ball): (usize, &BallModel<S>)| {
         let (x, v) = chain.state_of(i);
@@ -55,12 +66,12 @@ pub(crate) fn total_energy<S: Scalar>(chain: &(impl Chain<S> + ?Sized)) -> S {
 }
 
 /// Sum of `m v`, kg.m/s.
-pub(crate) fn momentum<S: Scalar>(chain: &(impl Chain<S> + ?Sized)) -> S {
+pub(crate) fn momentum<S: Scalar>(chain: &impl Chain<S>) -> S {
     chain.cradle().balls.iter().enumerate().map(|(i, ball)| ball.mass * chain.state_of(i).1).sum()
 }
 
 /// Horizontal force of all pendulums and of the drag on the support, N.
-pub(crate) fn support_force<S: Scalar>(chain: &(impl Chain<S> + ?Sized)) -> S {
+pub(crate) fn support_force<S: Scalar>(chain: &impl Chain<S>) -> S {
     let of_ball = |(i, ball): (usize, &BallModel<S>)| {
         let (x, v) = chain.state_of(i);
         ball.support_force(x, v)
@@ -69,12 +80,12 @@ pub(crate) fn support_force<S: Scalar>(chain: &(impl Chain<S> + ?Sized)) -> S {
 }
 
 /// Rate of the overlap of contact `i`, m/s.
-pub(crate) fn overlap_rate<S: Scalar>(chain: &(impl Chain<S> + ?Sized), i: usize) -> S {
+pub(crate) fn overlap_rate<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
     chain.state_of(i).1 - chain.state_of(i + 1).1
 }
 
 /// Power dissipated by drag and contacts, W.
-pub(crate) fn dissipation<S: Scalar>(chain: &(impl Chain<S> + ?Sized)) -> S {
+pub(crate) fn dissipation<S: Scalar>(chain: &impl Chain<S>) -> S {
     let Cradle { balls, contacts, .. } = chain.cradle();
     let of_ball = |(i, ball): (usize, &BallModel<S>)| {
         let (_, v) = chain.state_of(i);
@@ -88,7 +99,72 @@ pub(crate) fn dissipation<S: Scalar>(chain: &(impl Chain<S> + ?Sized)) -> S {
 }
 
 /// Power of the external forces and of the moving support, W.
-pub(crate) fn external_power<S: Scalar>(chain: &(impl Chain<S> + ?Sized)) -> S {
+pub(crate) fn external_power<S: Scalar>(chain: &impl Chain<S>) -> S {
     let of_ball = |(i, ball): (usize, &BallModel<S>)| ball.mass * chain.forcing_of(i) * chain.state_of(i).1;
     chain.cradle().balls.iter().enumerate().map(of_ball).sum()
 }
+
+impl Differential {
+    /// Derivatives of what follows from the state of `chain` and the inputs.
+    pub(crate) fn along(chain: &impl Chain<Dual>) -> Self {
+        let Cradle { balls, contacts, .. } = chain.cradle();
+        let of_balls = |value: &dyn Fn(usize) -> Dual| (0..balls.len()).map(|i| value(i).tangent()).collect();
+        let of_contacts = |value: &dyn Fn(usize) -> Dual| (0..contacts.len()).map(|i| value(i).tangent()).collect();
+        Self {
+            x: of_balls(&|i| chain.state_of(i).0),
+            v: of_balls(&|i| chain.state_of(i).1),
+            a: of_balls(&|i| a(chain, i)),
+            force: of_contacts(&|i| chain.force_of(i)),
+            overlap: of_contacts(&|i| chain.overlap_of(i)),
+            overlap_rate: of_contacts(&|i| overlap_rate(chain, i)),
+            energy: total_energy(chain).tangent(),
+            momentum: momentum(chain).tangent(),
+            support_force: support_force(chain).tangent(),
+            dissipation: dissipation(chain).tangent(),
+            external_power: external_power(chain).tangent(),
+            ..Self::zero(balls.len())
+        }
+    }
+}
+
+/// The functions of [`Results`](super::Results) that the state and the inputs determine, of a type that is a [`Chain`];
+/// with those over a step, if it knows the length of that, what was gathered in it, and the energy at the start.
+macro_rules! algebraic_results {
+    () => {
+        algebraic_results! {
+            x(i) v(i) a(i) overlap_rate(i) kinetic_energy(i) gravity_energy(i) contact_energy(i) total_energy() momentum()
+            support_force() dissipation() external_power()
+        }
+
+        fn force(&self, i: usize) -> f64 {
+            self.force_of(i)
+        }
+
+        fn overlap(&self, i: usize) -> f64 {
+            self.overlap_of(i)
+        }
+
+        fn in_contact(&self, i: usize) -> bool {
+            self.overlap_of(i) > 0.0
+        }
+
+        fn force_mean(&self, i: usize) -> f64 {
+            if self.step_length() == 0.0 { self.force(i) } else { self.impulse_of_step(i) / self.step_length() }
+        }
+
+        fn support_force_mean(&self) -> f64 {
+            let length = self.step_length();
+            if length == 0.0 { self.support_force() } else { self.support_impulse_of_step() / length }
+        }
+
+        fn energy_residual(&self) -> f64 {
+            (self.total_energy() - self.energy_at_start()) + (self.dissipated_energy() - self.external_work())
+        }
+    };
+    ($($name:ident($($i:ident)?))*) => {
+        $(fn $name(&self $(, $i: usize)?) -> f64 {
+            algebraic::$name(self $(, $i)?)
+        })*
+    };
+}
+pub(crate) use algebraic_results;

@@ -1,7 +1,7 @@
 //! The physics of the cradle in SI units. Knows neither FMI nor numerical methods; its formulas take doubles and dual
 //! numbers.
 
-#[cfg_attr(not(feature = "engine"), path = "no_runs.rs")]
+#[cfg(feature = "engine")]
 pub(crate) mod algebraic;
 #[cfg(feature = "engine")]
 mod contact;

@@ -2,7 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::algebraic::{self, Chain};
 use crate::next::Next;
 
 /// Periods of the first ball within which the next onset is looked for.
@@ -15,41 +14,25 @@ pub const MAX_INPUT_DERIVATIVE: usize = 3;
 pub const MAX_OUTPUT_DERIVATIVE: usize = 3;
 
 /// A run at its current time. Balls and contacts are counted from 0; contact `i` is that of balls `i` and `i + 1`.
-pub trait Results: Chain {
+pub trait Results {
     /// Position of ball `i` from its rest position, relative to the support, m.
-    fn x(&self, i: usize) -> f64 {
-        self.state_of(i).0
-    }
+    fn x(&self, i: usize) -> f64;
     /// Velocity of ball `i` relative to the support, m/s.
-    fn v(&self, i: usize) -> f64 {
-        self.state_of(i).1
-    }
+    fn v(&self, i: usize) -> f64;
     /// Acceleration of ball `i` relative to the support, m/s2.
-    fn a(&self, i: usize) -> f64 {
-        algebraic::a(self, i)
-    }
+    fn a(&self, i: usize) -> f64;
     /// Force of contact `i`, pushing its balls apart, N.
-    fn force(&self, i: usize) -> f64 {
-        self.force_of(i)
-    }
+    fn force(&self, i: usize) -> f64;
     /// Overlap of contact `i`, m; negative while apart.
-    fn overlap(&self, i: usize) -> f64 {
-        self.overlap_of(i)
-    }
+    fn overlap(&self, i: usize) -> f64;
     /// Rate of that overlap, m/s.
-    fn overlap_rate(&self, i: usize) -> f64 {
-        algebraic::overlap_rate(self, i)
-    }
+    fn overlap_rate(&self, i: usize) -> f64;
     /// Whether the balls of contact `i` overlap.
-    fn in_contact(&self, i: usize) -> bool {
-        self.overlap_of(i) > 0.0
-    }
+    fn in_contact(&self, i: usize) -> bool;
     /// Integral of the force of contact `i` since the start, N.s.
     fn impulse(&self, i: usize) -> f64;
     /// Mean force of contact `i` over the last step, N.
-    fn force_mean(&self, i: usize) -> f64 {
-        if self.step_length() == 0.0 { self.force(i) } else { self.impulse_of_step(i) / self.step_length() }
-    }
+    fn force_mean(&self, i: usize) -> f64;
     /// Largest force of contact `i` in the last step, N.
     fn force_peak(&self, i: usize) -> f64;
     /// Onsets of contact `i` so far.
@@ -59,61 +42,29 @@ pub trait Results: Chain {
     /// Last release of contact `i`, s; minus [`NEVER`](crate::next::NEVER) before the first.
     fn last_release(&self, i: usize) -> f64;
     /// Kinetic energy of ball `i`, J.
-    fn kinetic_energy(&self, i: usize) -> f64 {
-        algebraic::kinetic_energy(self, i)
-    }
+    fn kinetic_energy(&self, i: usize) -> f64;
     /// Energy of ball `i` in the field of gravity, J.
-    fn gravity_energy(&self, i: usize) -> f64 {
-        algebraic::gravity_energy(self, i)
-    }
+    fn gravity_energy(&self, i: usize) -> f64;
     /// Elastic energy of contact `i`, J.
-    fn contact_energy(&self, i: usize) -> f64 {
-        algebraic::contact_energy(self, i)
-    }
+    fn contact_energy(&self, i: usize) -> f64;
     /// Kinetic, gravity and contact energy of all balls, J.
-    fn total_energy(&self) -> f64 {
-        algebraic::total_energy(self)
-    }
+    fn total_energy(&self) -> f64;
     /// Energy dissipated by drag and contacts since the start, J.
     fn dissipated_energy(&self) -> f64;
     /// Power dissipated by drag and contacts at this instant, W.
-    fn dissipation(&self) -> f64 {
-        algebraic::dissipation(self)
-    }
+    fn dissipation(&self) -> f64;
     /// Work of the external forces and of the moving support since the start, J.
     fn external_work(&self) -> f64;
     /// Power of these at this instant, W.
-    fn external_power(&self) -> f64 {
-        algebraic::external_power(self)
-    }
+    fn external_power(&self) -> f64;
     /// The energy error since the start, J.
-    fn energy_residual(&self) -> f64 {
-        (self.total_energy() - self.energy_at_start()) + (self.dissipated_energy() - self.external_work())
-    }
-    /// Kinetic, gravity and contact energy of all balls at the start, J.
-    fn energy_at_start(&self) -> f64;
-    /// Length of the last step, s; 0 before the first, and where the host makes the steps.
-    fn step_length(&self) -> f64;
-    /// Integral of the force of contact `i` over the last step, N.s.
-    fn impulse_of_step(&self, i: usize) -> f64;
-    /// Integral of the force on the support over the last step, N.s.
-    fn support_impulse_of_step(&self) -> f64;
+    fn energy_residual(&self) -> f64;
     /// Sum of mass times velocity, N.s.
-    fn momentum(&self) -> f64 {
-        algebraic::momentum(self)
-    }
+    fn momentum(&self) -> f64;
     /// Horizontal force of the pendulums and the drag on the support, N.
-    fn support_force(&self) -> f64 {
-        algebraic::support_force(self)
-    }
+    fn support_force(&self) -> f64;
     /// Mean of that force over the last step, N.
-    fn support_force_mean(&self) -> f64 {
-        if self.step_length() == 0.0 {
-            self.support_force()
-        } else {
-            self.support_impulse_of_step() / self.step_length()
-        }
-    }
+    fn support_force_mean(&self) -> f64;
     /// First onset of any contact strictly after the current time, as far as a bounded amount of work shows it.
     fn next_onset(&self) -> Next;
     /// Work counters since the start.

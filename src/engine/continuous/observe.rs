@@ -3,8 +3,8 @@
 use super::run::Continuous;
 use super::trajectory::{Kind, Trajectory};
 use crate::engine::derivatives::{ChainState, LastStep, by_time};
-use crate::model::algebraic::Chain;
-use crate::model::{Cradle, Differential, Mode, ONSET_PERIODS, Results, WorkCounters};
+use crate::model::algebraic::{self, Chain, algebraic_results};
+use crate::model::{ContactLaw, Cradle, Differential, Mode, ONSET_PERIODS, Results, WorkCounters};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 
@@ -22,26 +22,30 @@ impl Continuous {
         self.trajectory.path().value(component, self.place())
     }
 
-    /// The whole chain at the current time.
-    pub(super) fn state(&self) -> ChainState {
-        let balls = 0..self.trajectory.dynamics.balls();
-        let contact = |i: usize| {
-            let (overlap, rate) = self.trajectory.overlap(i, self.place());
-            let law = &self.cradle().contacts[i];
-            (overlap, if overlap > 0.0 { law.mode_when_closed(overlap, rate) } else { Mode::Open })
+    /// The state of the equations at the current time.
+    pub(super) fn y(&self) -> Vec<f64> {
+        self.trajectory.path().state(self.place())
+    }
+
+    /// The whole chain in the state `y` of the equations.
+    fn chain(&self, y: &[f64]) -> ChainState {
+        let n = self.cradle().balls.len();
+        let (x, v, overlaps) = (y[..n].to_vec(), y[n..2 * n].to_vec(), y[2 * n..3 * n - 1].to_vec());
+        let mode = |(i, law): (usize, &ContactLaw)| match overlaps[i] > 0.0 {
+            true => law.mode_when_closed(overlaps[i], v[i] - v[i + 1]),
+            false => Mode::Open,
         };
-        let (x, v) = balls.map(|i| self.state_of(i)).unzip();
-        let (overlaps, modes) = (0..self.ledgers.len()).map(contact).unzip();
+        let modes = self.cradle().contacts.iter().enumerate().map(mode).collect();
         ChainState { x, v, overlaps, modes }
     }
 
     pub(crate) fn last_step(&self) -> LastStep<'_> {
         LastStep {
             cradle: self.cradle(),
-            start: self.state_at_step.clone(),
+            start: self.chain(&self.y_at_step),
             inputs: self.inputs.at(self.step_start),
             length: self.step_length(),
-            end: self.state(),
+            end: self.chain(&self.y()),
             onset_ahead: self.next_onset().found().is_some(),
         }
     }
@@ -49,7 +53,28 @@ impl Continuous {
     /// See [`by_time`]. The polynomials of the steps are of too low an order to give the overlaps: the second and third
     /// derivatives of a force at rest are rounding and solver error.
     pub(crate) fn time_derivative(&self, order: usize) -> Differential {
-        by_time(self.cradle(), &self.state(), &self.inputs.at(self.time), &[], order)
+        by_time(self.cradle(), &self.chain(&self.y()), &self.inputs.at(self.time), &[], order)
+    }
+
+    /// Total energy at the start, J.
+    fn energy_at_start(&self) -> f64 {
+        self.energy_at_start
+    }
+
+    /// Length of the last step, s; 0 before the first.
+    fn step_length(&self) -> f64 {
+        self.time - self.step_start
+    }
+
+    /// Integral of the force on the support over the last step, N.s.
+    fn support_impulse_of_step(&self) -> f64 {
+        let support = self.trajectory.dynamics.support();
+        self.value(support) - self.y_at_step[support]
+    }
+
+    /// Integral of the force of contact `i` over the last step, N.s.
+    fn impulse_of_step(&self, i: usize) -> f64 {
+        self.impulse(i) - self.y_at_step[self.trajectory.dynamics.impulse(i)]
     }
 
     /// When the next onset or release is due, s, as far as the solver's steps so far show it, and in flight as far as
@@ -118,13 +143,10 @@ impl Chain for Continuous {
 
 /// What can be read at the current time, see [`Results`].
 impl Results for Continuous {
+    algebraic_results!();
+
     fn impulse(&self, i: usize) -> f64 {
         self.value(self.trajectory.dynamics.impulse(i))
-    }
-
-    fn impulse_of_step(&self, i: usize) -> f64 {
-        let at_start = self.ledgers[i].impulse_at_start(self.step);
-        self.impulse(i) - at_start.unwrap_or_default().value()
     }
 
     fn force_peak(&self, i: usize) -> f64 {
@@ -149,18 +171,6 @@ impl Results for Continuous {
 
     fn external_work(&self) -> f64 {
         self.value(self.trajectory.dynamics.work())
-    }
-
-    fn energy_at_start(&self) -> f64 {
-        self.energy_at_start
-    }
-
-    fn step_length(&self) -> f64 {
-        self.time - self.step_start
-    }
-
-    fn support_impulse_of_step(&self) -> f64 {
-        self.value(self.trajectory.dynamics.support()) - self.support_at_step
     }
 
     fn next_onset(&self) -> Next {

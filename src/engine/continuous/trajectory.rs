@@ -7,7 +7,6 @@ use serde::{Deserialize, Serialize};
 use super::dynamics::{Dynamics, LARGEST};
 use crate::engine::error::EngineError;
 use crate::engine::flight::Forcing;
-use crate::engine::records::LARGEST_COUNT;
 use crate::model::{Cradle, Parameters, SolverMethod};
 use crate::solver::crossing;
 use crate::solver::double_double::DoubleDouble;
@@ -83,10 +82,8 @@ impl Trajectory {
         let contacts = self.dynamics.cradle.contacts.len();
         let finite = |event: &Event| event.time.is_sound() && event.force.is_finite();
         let event = |event: &Event| event.contact < contacts && (broken || finite(event));
-        let sound = self.closed.len() == contacts
-            && (broken || self.dynamics.is_sound())
-            && self.events.iter().all(event)
-            && self.solver.work.steps.max(self.solver.work.evaluations) < LARGEST_COUNT;
+        let sound =
+            self.closed.len() == contacts && (broken || self.dynamics.is_sound()) && self.events.iter().all(event);
         sound.then_some(self)
     }
 

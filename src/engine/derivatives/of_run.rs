@@ -6,7 +6,7 @@ use super::last_step::LastStep;
 use crate::engine::cluster::Series;
 use crate::engine::flight::{Regime, shifted};
 use crate::engine::run::Engine;
-use crate::model::{Differential, MAX_OUTPUT_DERIVATIVE, Mode, Results};
+use crate::model::{Differential, MAX_OUTPUT_DERIVATIVE, Mode};
 
 impl Engine {
     /// Derivatives of the outputs by time at the current time, of order 1 to [`MAX_OUTPUT_DERIVATIVE`], from the right.

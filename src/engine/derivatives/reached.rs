@@ -1,30 +1,20 @@
 //! What follows from the state that a motion in dual numbers has reached.
 
 use super::tangent::Run;
-use crate::model::algebraic::{self, Chain};
+use crate::model::algebraic::Chain;
 use crate::model::{Cradle, Differential, Mode};
 use crate::solver::dual::{Dual, Scalar};
 
 impl Run<'_> {
     /// Derivatives of what follows from the state alone, and of the impulses.
     pub fn outputs(&self) -> Differential {
-        let state = &self.state;
-        let tangents = |values: &[Dual]| values.iter().map(|value| value.tangent()).collect::<Vec<f64>>();
-        let mut outputs = Differential::zero(state.x.len());
-        (outputs.x, outputs.v, outputs.impulse) = (tangents(&state.x), tangents(&state.v), tangents(&self.impulse));
-        for j in 0..self.cradle.contacts.len() {
+        let mut outputs = Differential::along(self);
+        outputs.impulse = self.impulse.iter().map(|impulse| impulse.tangent()).collect();
+        if self.cradle.restitution.is_some() {
             // Of a constraint force there is none.
-            let rigid = self.cradle.restitution.is_some() && state.modes[j] == Mode::Pressing;
-            outputs.force[j] = if rigid { f64::NAN } else { self.force_of(j).tangent() };
+            let pressing = outputs.force.iter_mut().zip(&self.state.modes).filter(|(_, mode)| **mode == Mode::Pressing);
+            pressing.for_each(|(force, _)| *force = f64::NAN);
         }
-        outputs.overlap = tangents(&state.overlaps);
-        outputs.overlap_rate = (0..state.overlaps.len()).map(|j| self.overlap_rate(j).tangent()).collect();
-        outputs.a = (0..state.x.len()).map(|i| algebraic::a(self, i).tangent()).collect();
-        outputs.dissipation = algebraic::dissipation(self).tangent();
-        outputs.external_power = algebraic::external_power(self).tangent();
-        outputs.energy = algebraic::total_energy(self).tangent();
-        outputs.momentum = algebraic::momentum(self).tangent();
-        outputs.support_force = algebraic::support_force(self).tangent();
         outputs
     }
 }

@@ -1,9 +1,10 @@
-//! Flight from the current state, forwards and backwards: where the host's integration has gone past an onset, an event
-//! goes back.
+//! Flight from the current state, forwards and backwards: the next onset, with the inputs held, and where the host's
+//! integration has gone past one, to which an event goes back.
 
 use super::run::Exchange;
 use crate::engine::flight::{Ball, Flight, Separation};
-use crate::model::BallModel;
+use crate::engine::observer::Unrecorded;
+use crate::model::{BallModel, Mode, ONSET_PERIODS};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::root::{Smooth, rising_zero};
@@ -11,6 +12,10 @@ use crate::solver::root::{Smooth, rising_zero};
 /// How far back an onset is looked for, in radians of the pendulums' swing or decay times, or in s without gravity and
 /// drag: far beyond a step of any integration.
 const FARTHEST: f64 = 1.5;
+
+/// Effort, in units of about a tenth of a microsecond, that one look ahead may take; what comes then is left to the
+/// next event.
+const LOOK_AHEAD: u64 = 40_000;
 
 /// Part of the time within which two events count as one: 1e-13 of the larger of 1 s and the time.
 const SAME_TIME: f64 = 1e-13;
@@ -100,5 +105,27 @@ impl Exchange {
             [-overlap, -rate * way, -acceleration * way * way]
         };
         Some(from + way * rising_zero(gap, (0.0, -overlap), (1.0, gap(1.0)[0])))
+    }
+
+    /// Finds the next onset later than now by more than the same time; a time up to which there is none where the look
+    /// ends; never if there is none within 1000 periods of the first ball.
+    pub(super) fn foresee(&mut self) {
+        (self.next, self.next_contact) = self.next_onset();
+    }
+
+    fn next_onset(&self) -> (Next, Option<usize>) {
+        if !self.is_rigid() && self.modes.iter().any(|mode| *mode != Mode::Open) {
+            return (Next::not_before(self.time, self.time), None);
+        }
+        let mut engine = self.engine_at(&self.flights(), &(0..self.balls()), 0.0, &self.closed(), &mut Unrecorded);
+        let limit = DoubleDouble::from(ONSET_PERIODS * self.cradle.period());
+        let earliest = (self.time + self.margin()).max(self.time.next_up());
+        let later = |tau: DoubleDouble| (DoubleDouble::from(self.time) + tau).value_up().max(earliest);
+        // What is due now comes as soon as there is another time.
+        match engine.seek_onset(engine.onsets, f64::NEG_INFINITY, limit, LOOK_AHEAD) {
+            Next::At((tau, contact)) => (Next::At(later(tau)), contact.filter(|_| !self.is_rigid())),
+            Next::NotBefore((tau, _)) => (Next::NotBefore(later(tau)), None),
+            Next::Never => (Next::Never, None),
+        }
     }
 }

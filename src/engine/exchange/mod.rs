@@ -5,13 +5,12 @@
 //! between. With `exchange.contacts = mapped` an event follows a group of contacts to its end by the event-driven
 //! engine (`events/group`), and the host integrates nothing but flight; with `resolved` it integrates the pulses. What
 //! lasts is always resolved. Rigid contacts are impulses (`events/rigid`). The next onset is foretold with the inputs
-//! held (`forecast`).
+//! held (`flights`).
 
 mod contact;
 mod equations;
 mod events;
 mod flights;
-mod forecast;
 mod indicators;
 mod observe;
 mod run;

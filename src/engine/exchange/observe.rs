@@ -1,7 +1,7 @@
 //! What can be read at the current time.
 
 use super::run::Exchange;
-use crate::model::algebraic::Chain;
+use crate::model::algebraic::{self, Chain, algebraic_results};
 use crate::model::{Cradle, Mode, Results, WorkCounters};
 use crate::next::Next;
 
@@ -29,6 +29,15 @@ impl Chain for Exchange {
 
 /// See [`Results`]; what is of a step is of this instant, and what events change is as the last one left it.
 impl Results for Exchange {
+    algebraic_results! {
+        x(i) v(i) a(i) overlap_rate(i) kinetic_energy(i) gravity_energy(i) contact_energy(i) total_energy() momentum()
+        support_force() dissipation() external_power()
+    }
+
+    fn force(&self, i: usize) -> f64 {
+        self.state.forces[i]
+    }
+
     fn overlap(&self, i: usize) -> f64 {
         self.state.overlaps[i]
     }
@@ -41,8 +50,8 @@ impl Results for Exchange {
         self.y[self.impulse_place(i)]
     }
 
-    fn impulse_of_step(&self, _: usize) -> f64 {
-        0.0
+    fn force_mean(&self, i: usize) -> f64 {
+        self.force(i)
     }
 
     fn force_peak(&self, i: usize) -> f64 {
@@ -71,16 +80,12 @@ impl Results for Exchange {
         self.y[work]
     }
 
-    fn energy_at_start(&self) -> f64 {
-        self.energy_at_start
+    fn energy_residual(&self) -> f64 {
+        (self.total_energy() - self.energy_at_start) + (self.dissipated_energy() - self.external_work())
     }
 
-    fn step_length(&self) -> f64 {
-        0.0
-    }
-
-    fn support_impulse_of_step(&self) -> f64 {
-        0.0
+    fn support_force_mean(&self) -> f64 {
+        self.support_force()
     }
 
     fn next_onset(&self) -> Next {

@@ -47,15 +47,8 @@ impl Exchange {
         let engine = Engine::new(parameters, inputs, start_time)?;
         let cradle = Cradle::new(parameters);
         let (n, m) = (parameters.balls(), parameters.contacts());
-        let rigid = cradle.restitution.is_some();
-        let overlap = |j: usize| {
-            let [left, right] = [parameters.x_start[j], parameters.x_start[j + 1]];
-            let overlap = left - right - cradle.contacts[j].clearance;
-            // Rigid balls that overlap by rounding only touch.
-            if rigid && overlap.abs() <= 2.0 * f64::EPSILON * left.abs().max(right.abs()) { 0.0 } else { overlap }
-        };
         let mut y = vec![parameters.x_start[0]];
-        y.extend((0..m).map(overlap));
+        y.extend((0..m).map(|j| engine.overlap(j)));
         y.extend_from_slice(&parameters.v_start);
         y.resize(state_count(n), 0.0);
         let mode = |(law, j): (&crate::model::ContactLaw, usize)| match y[1 + j] > 0.0 {
@@ -228,31 +221,13 @@ impl Exchange {
         let forcings = self.forcings().into_iter().enumerate().map(forcing).collect();
         let state = State::new(&cradle, &self.modes, &y, forcings);
         let view = View { cradle: &cradle, modes: &self.modes, state: &state };
-        let tangents = |values: &[Dual]| values.iter().map(|value| value.tangent()).collect::<Vec<f64>>();
         let [loss, work] = self.sums_place();
-        let (n, m) = (self.balls(), self.modes.len());
-        let force = tangents(&state.forces);
-        let support_force = algebraic::support_force(&view).tangent();
-        Differential {
-            x: tangents(&state.x),
-            v: tangents(&state.v),
-            overlap: tangents(&state.overlaps),
-            overlap_rate: (0..m).map(|j| algebraic::overlap_rate(&view, j).tangent()).collect(),
-            a: (0..n).map(|i| algebraic::a(&view, i).tangent()).collect(),
-            energy: algebraic::total_energy(&view).tangent(),
-            momentum: algebraic::momentum(&view).tangent(),
-            impulse: states[self.impulse_place(0)..self.impulse_place(m)].to_vec(),
-            dissipated_energy: states[loss],
-            dissipation: algebraic::dissipation(&view).tangent(),
-            external_work: states[work],
-            external_power: algebraic::external_power(&view).tangent(),
-            force_mean: force.clone(),
-            support_force_mean: support_force,
-            force_peak: vec![0.0; m],
-            next_onset: 0.0,
-            period: 0.0,
-            force,
-            support_force,
-        }
+        let mut outputs = Differential::along(&view);
+        outputs.overlap = state.overlaps.iter().map(|overlap| overlap.tangent()).collect();
+        outputs.impulse = states[self.impulse_place(0)..self.impulse_place(self.modes.len())].to_vec();
+        (outputs.dissipated_energy, outputs.external_work) = (states[loss], states[work]);
+        outputs.force_mean.clone_from(&outputs.force);
+        outputs.support_force_mean = outputs.support_force;
+        outputs
     }
 }

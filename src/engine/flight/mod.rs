@@ -10,4 +10,4 @@ mod separation;
 
 pub(crate) use ball::{Ball, Regime, RunningIntegrals, places, start_by_centre};
 pub(crate) use free_motion::{Flight, Forcing, Rounding, degree, forcing_at, shifted};
-pub(crate) use separation::{EVALUATIONS, FAR, LEAST_PROGRESS, Separation, reach};
+pub(crate) use separation::{EVALUATIONS, Separation, forecast, reach};

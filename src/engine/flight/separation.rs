@@ -58,7 +58,7 @@ impl Pendulums {
 pub(crate) const EVALUATIONS: u32 = 4_000;
 
 /// Part of the time since the anchor that a forecast must have got on by then for its motion to be more than rounding.
-pub(crate) const LEAST_PROGRESS: f64 = 1e-6;
+const LEAST_PROGRESS: f64 = 1e-6;
 
 /// What several operations leave open, relative.
 const ROUNDINGS: f64 = 8.0 * f64::EPSILON;
@@ -174,13 +174,7 @@ impl Separation {
         }
         let horizon = start + reach;
         // Up to `clear` there is none.
-        match search_within(self, clear, horizon, allowed) {
-            Next::At(tau) => Next::At(self.anchor + self.polished(tau)),
-            Next::NotBefore(tau) if tau - clear > LEAST_PROGRESS * clear => Next::NotBefore(self.anchor + tau),
-            // One that hardly got on has followed nothing but rounding.
-            _ if horizon.is_finite() && horizon < FAR => Next::NotBefore(self.anchor + horizon),
-            _ => Next::Never,
-        }
+        forecast(self, self.anchor, [clear, horizon], allowed, |tau| self.polished(tau))
     }
 
     /// Overlap (m), rate (m/s) and acceleration (m/s2) at the anchor.
@@ -257,8 +251,26 @@ pub(crate) fn reach<'a>(oscillators: impl Iterator<Item = &'a Oscillator> + Clon
     }
 }
 
+/// Where `g`, a function of the time since `anchor`, becomes positive between two such times (s), with at most so many
+/// evaluations as are `allowed`; the place is `polished`.
+pub(crate) fn forecast(
+    g: &impl Smooth,
+    anchor: DoubleDouble,
+    [from, until]: [f64; 2],
+    allowed: &mut u32,
+    polished: impl Fn(f64) -> DoubleDouble,
+) -> Next<DoubleDouble> {
+    match search_within(g, from, until, allowed) {
+        Next::At(tau) => Next::At(anchor + polished(tau)),
+        Next::NotBefore(tau) if tau - from > LEAST_PROGRESS * from => Next::NotBefore(anchor + tau),
+        // One that hardly got on has followed nothing but rounding.
+        _ if until < FAR => Next::NotBefore(anchor + until),
+        _ => Next::Never,
+    }
+}
+
 /// Further than any simulation goes, s.
-pub(crate) const FAR: f64 = 1e15;
+const FAR: f64 = 1e15;
 
 impl Smooth for Separation {
     fn at(&self, t: f64) -> [f64; 3] {

@@ -1,5 +1,6 @@
-//! The next onset: read off the forecasts, or found by a copy of the run that goes ahead.
+//! The next onset, read off the forecasts, or found by a copy of the run that goes ahead; the next onset or release.
 
+use crate::engine::cluster::Switch;
 use crate::engine::observer::Unrecorded;
 use crate::engine::run::{Engine, NO_STEP, Phase};
 use crate::model::ONSET_PERIODS;
@@ -33,6 +34,24 @@ impl Engine {
         self.caches.ahead.copy.replace(copy);
         self.caches.ahead.found.set(Some((self.time, answer)));
         answer
+    }
+
+    /// When the next onset or release of any contact is due with the inputs continued, s, later than now, as far as it
+    /// can be told without going ahead: in flight always, while a contact is closed if the event that comes first is
+    /// known to be one.
+    pub fn next_event(&self) -> Option<f64> {
+        let (t, key) = self.queue.first()?;
+        let is_known = match &self.contacts[key].phase {
+            Phase::Window(id) => {
+                let switch = self.clusters[*id as usize].as_ref().and_then(|cluster| cluster.switch);
+                matches!(switch, Some((_, Switch::Onset | Switch::Release)))
+            }
+            Phase::Impact(_) | Phase::Open(_, Next::At(_)) | Phase::Constraint(_, Next::At(_)) => true,
+            _ => false,
+        };
+        let in_flight = || self.contacts.iter().all(|contact| matches!(contact.phase, Phase::Open(..)));
+        let next = if is_known { Some(t.value_up()) } else { self.find_next_onset().found().filter(|_| in_flight()) };
+        next.filter(|next| *next > self.time)
     }
 
     /// A copy that goes ahead.

@@ -3,11 +3,10 @@
 
 use crate::engine::cluster::{Cluster, OverlapSeries};
 use crate::engine::derivatives::ChainState;
-use crate::engine::flight::{Regime, RunningIntegrals, degree, forcing_at};
-use crate::engine::pair_impact::Interior;
+use crate::engine::flight::{Regime, RunningIntegrals, forcing_at};
 use crate::engine::records::BallStart;
 use crate::engine::run::{Engine, KnownState, NO_STEP, Phase};
-use crate::model::algebraic::Chain;
+use crate::model::algebraic::{self, Chain, algebraic_results};
 use crate::model::{Cradle, Mode, Results, WorkCounters};
 use crate::next::{NEVER, Next};
 use crate::solver::double_double::DoubleDouble;
@@ -40,19 +39,9 @@ impl Engine {
         }
     }
 
-    /// The segment of the impact under way in contact `i` that holds the time `t`, with what was before it.
-    fn interior(&self, i: usize, t: DoubleDouble) -> Option<&Interior> {
-        Some(self.impact(i)?.interior(&self.caches.interiors[i], t))
-    }
-
-    /// The same as a segment and the time since its start, s.
+    /// The segment of the impact under way in contact `i` that holds the time `t`, and the time since its start, s.
     fn interior_at(&self, i: usize, t: DoubleDouble) -> Option<(&Cluster, f64)> {
         self.interior(i, t).map(|interior| (&interior.segment, interior.since(t)))
-    }
-
-    /// Largest force of the impact under way in contact `i` between two times, N; 0 if there is none.
-    pub(crate) fn impact_peak(&self, i: usize, from: DoubleDouble, to: DoubleDouble) -> f64 {
-        self.impact(i).map_or(0.0, |impact| impact.peak(&self.caches.interiors[i], from, to))
     }
 
     /// Position (m) and velocity (m/s) of ball `i` at the time `t`, not before its anchor.
@@ -87,25 +76,9 @@ impl Engine {
         if known.time == self.time && known.anchor == ball.anchor {
             return known.state;
         }
-        let (state, basis) = if ball.regime == Regime::Flight && degree(&ball.flight.forcing) == 0 {
-            let (o, flight) = (&ball.oscillator, &ball.flight);
-            let basis = self.shared_basis(i).unwrap_or_else(|| o.basis(self.now() - ball.anchor));
-            ((flight.x + flight.displacement(o, &basis), flight.velocity(o, &basis)), Some(basis))
-        } else {
-            (self.state_at(i, self.now()), None)
-        };
-        self.caches.states[i].set(KnownState { time: self.time, anchor: ball.anchor, state, basis });
+        let state = self.state_at(i, self.now());
+        self.caches.states[i].set(KnownState { time: self.time, anchor: ball.anchor, state });
         state
-    }
-
-    /// The functions of the oscillator for ball `i` in flight, if its left neighbour, equal and anchored at the same
-    /// time, has them.
-    fn shared_basis(&self, i: usize) -> Option<[f64; 3]> {
-        let (left, ball) = (&self.balls[i.checked_sub(1)?], &self.balls[i]);
-        let known = self.caches.states[i - 1].get();
-        let now = known.time == self.time && known.anchor == ball.anchor;
-        let same = now && left.anchor == ball.anchor && left.oscillator == ball.oscillator;
-        known.basis.filter(|_| same)
     }
 
     /// Whether contact `i` is a rigid one that will be closed once the run begins.
@@ -168,6 +141,30 @@ impl Engine {
         let model = &self.cradle.balls[i];
         let drag = if model.gamma > 0.0 { 2.0 * model.gamma * self.state_at(i, t).0 } else { 0.0 };
         model.mass * (model.omega2 * self.integrals_at(i, t).x_integral + drag)
+    }
+
+    /// Total energy at the start, J.
+    fn energy_at_start(&self) -> f64 {
+        self.totals.energy_at_start
+    }
+
+    /// Length of the last step, s; 0 before the first.
+    pub(crate) fn step_length(&self) -> f64 {
+        self.time - self.step.time
+    }
+
+    /// Integral of the force on the support over the last step, N.s.
+    fn support_impulse_of_step(&self) -> f64 {
+        let balls = 0..self.balls.len();
+        let before: f64 = balls.clone().map(|i| self.support_impulse_at_start(i)).sum();
+        balls.map(|i| self.support_impulse_of(i, self.now())).sum::<f64>() - before
+    }
+
+    /// Integral of the force of contact `i` over the last step, N.s.
+    fn impulse_of_step(&self, i: usize) -> f64 {
+        let at_start = self.contacts[i].ledger.impulse_at_start(self.step.number);
+        let at_start = at_start.unwrap_or_else(|| self.impulse_at(i, self.step.time.into()));
+        (self.impulse_at(i, self.now()) - at_start).value()
     }
 
     /// To be called before an event at `t` moves ball `i` or what it touches off its closed form. An event at the very
@@ -258,14 +255,10 @@ impl Chain for Engine {
 
 /// What can be read at the current time, see [`Results`].
 impl Results for Engine {
+    algebraic_results!();
+
     fn impulse(&self, i: usize) -> f64 {
         self.impulse_at(i, self.now()).value()
-    }
-
-    fn impulse_of_step(&self, i: usize) -> f64 {
-        let at_start = self.contacts[i].ledger.impulse_at_start(self.step.number);
-        let at_start = at_start.unwrap_or_else(|| self.impulse_at(i, self.step.time.into()));
-        (self.impulse_at(i, self.now()) - at_start).value()
     }
 
     fn force_peak(&self, i: usize) -> f64 {
@@ -307,20 +300,6 @@ impl Results for Engine {
 
     fn external_work(&self) -> f64 {
         (0..self.balls.len()).map(|i| self.integrals_at(i, self.now()).work).sum()
-    }
-
-    fn energy_at_start(&self) -> f64 {
-        self.totals.energy_at_start
-    }
-
-    fn step_length(&self) -> f64 {
-        self.time - self.step.time
-    }
-
-    fn support_impulse_of_step(&self) -> f64 {
-        let balls = 0..self.balls.len();
-        let before: f64 = balls.clone().map(|i| self.support_impulse_at_start(i)).sum();
-        balls.map(|i| self.support_impulse_of(i, self.now())).sum::<f64>() - before
     }
 
     fn next_onset(&self) -> Next {

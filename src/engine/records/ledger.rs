@@ -6,9 +6,6 @@ use crate::engine::observer::Pulse;
 use crate::next::NEVER;
 use crate::solver::double_double::DoubleDouble;
 
-/// Counts stay far below this, 2^62: nothing happens so often.
-pub(crate) const LARGEST_COUNT: u64 = 1 << 62;
-
 /// Onsets closer together than this, s, belong to one chatter.
 pub(crate) const RAPID: f64 = 1e-5;
 
@@ -55,13 +52,10 @@ impl Default for Ledger {
 }
 
 impl Ledger {
-    /// Whether all sums are finite and the counts can go on.
+    /// Whether all sums are finite.
     pub fn is_sound(&self) -> bool {
         let values = [self.onset, self.release, self.pulse_impulse, self.pulse_peak, self.step_peak];
-        values.iter().all(|value| value.is_finite())
-            && self.impulse.is_sound()
-            && self.step_impulse.is_sound()
-            && self.pulses.max(self.step).max(self.rapid) < LARGEST_COUNT
+        values.iter().all(|value| value.is_finite()) && self.impulse.is_sound() && self.step_impulse.is_sound()
     }
 
     /// The contact has been followed into step number `step`, at whose start its impulse was `impulse`.
@@ -74,8 +68,8 @@ impl Ledger {
     /// The contact closes at `time`, in step number `step`.
     pub fn open_pulse(&mut self, time: DoubleDouble, step: u64) {
         self.begin_step(step, self.impulse);
-        self.pulses += 1;
-        self.rapid = if time.value() - self.onset < RAPID { self.rapid + 1 } else { 0 };
+        self.pulses = self.pulses.saturating_add(1);
+        self.rapid = if time.value() - self.onset < RAPID { self.rapid.saturating_add(1) } else { 0 };
         self.onset = time.value_up();
         (self.pulse_impulse, self.pulse_peak) = (0.0, 0.0);
     }

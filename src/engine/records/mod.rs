@@ -4,5 +4,5 @@
 mod ledger;
 mod step_start;
 
-pub(crate) use ledger::{LARGEST_COUNT, Ledger, RAPID};
+pub(crate) use ledger::{Ledger, RAPID};
 pub(crate) use step_start::{BallStart, StepStart};

@@ -40,7 +40,7 @@ impl StepStart {
 
     /// A new step begins at `time` (s).
     pub fn begin(&mut self, time: f64) {
-        self.number += 1;
+        self.number = self.number.saturating_add(1);
         self.time = time;
         for i in self.moved.drain(..).map(|i| i as usize) {
             self.balls[i] = None;

@@ -12,11 +12,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::engine::flight::{Ball, FAR, Flight, Forcing, LEAST_PROGRESS, degree, reach, shifted};
+use crate::engine::flight::{Ball, Flight, Forcing, degree, forecast, reach, shifted};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::oscillator::{BASIS, MAX_FORCE_ORDER, Oscillator, Steady};
-use crate::solver::root::{Smooth, falling_zero, search_within};
+use crate::solver::root::{Smooth, falling_zero};
 
 /// What is added to by several operations is known to so many roundings.
 const ROUNDINGS: f64 = 8.0;
@@ -265,14 +265,8 @@ impl Constraint {
         if self.is_constant() {
             return Next::Never;
         }
-        let reach = reach(std::iter::once(&self.oscillator), start);
-        let horizon = start + reach;
-        match search_within(self, start, horizon, allowed) {
-            Next::At(tau) => Next::At(self.anchor + tau),
-            Next::NotBefore(tau) if tau - start > LEAST_PROGRESS * start => Next::NotBefore(self.anchor + tau),
-            _ if horizon < FAR => Next::NotBefore(self.anchor + horizon),
-            _ => Next::Never,
-        }
+        let horizon = start + reach(std::iter::once(&self.oscillator), start);
+        forecast(self, self.anchor, [start, horizon], allowed, DoubleDouble::from)
     }
 
     /// The force reversed and its first two derivatives `tau` after the anchor, N, N/s, N/s2.

@@ -1,10 +1,9 @@
 //! What has been computed and could be computed again. None of it is state, except how far a look ahead has come: later
 //! looks go on from there.
 
-use std::cell::{Cell, OnceCell, RefCell};
+use std::cell::{Cell, RefCell};
 
 use crate::engine::cluster::Cluster;
-use crate::engine::pair_impact::Interior;
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 
@@ -14,8 +13,6 @@ use crate::solver::double_double::DoubleDouble;
 pub(crate) struct Caches<R> {
     /// A ball each: its state when it was last asked for.
     pub states: Vec<Cell<KnownState>>,
-    /// A contact each: the interior of the impact under way, once somebody looks inside.
-    pub interiors: Vec<OnceCell<Vec<Interior>>>,
     pub ahead: LookAhead<R>,
     /// The last cluster that is over, for its memory.
     pub spare: Option<Box<Cluster>>,
@@ -30,8 +27,6 @@ pub(crate) struct KnownState {
     pub anchor: DoubleDouble,
     /// Position, m, and velocity, m/s.
     pub state: (f64, f64),
-    /// The functions of the oscillator that they followed from.
-    pub basis: Option<[f64; 3]>,
 }
 
 /// What has been seen of the future. It is good until the inputs change. The copy stands at most at the first onset
@@ -45,12 +40,11 @@ pub(crate) struct LookAhead<R> {
 }
 
 impl<R> Caches<R> {
-    /// Empty ones for a run of so many balls and contacts.
-    pub fn new(balls: usize, contacts: usize) -> Self {
-        let unknown = KnownState { time: f64::NAN, anchor: DoubleDouble::default(), state: (0.0, 0.0), basis: None };
+    /// Empty ones for a run of so many balls.
+    pub fn new(balls: usize) -> Self {
+        let unknown = KnownState { time: f64::NAN, anchor: DoubleDouble::default(), state: (0.0, 0.0) };
         Self {
             states: vec![Cell::new(unknown); balls],
-            interiors: std::iter::repeat_with(OnceCell::new).take(contacts).collect(),
             ahead: LookAhead { copy: RefCell::default(), found: Cell::default() },
             spare: None,
         }
@@ -58,13 +52,13 @@ impl<R> Caches<R> {
 
     /// Empties all of them: other equations hold from now on.
     pub fn clear(&mut self) {
-        *self = Self::new(self.states.len(), self.interiors.len());
+        *self = Self::new(self.states.len());
     }
 }
 
 /// A copy goes on from the same look ahead; it computes for itself what else it is asked for.
 impl<R: Clone> Clone for Caches<R> {
     fn clone(&self) -> Self {
-        Self { ahead: self.ahead.clone(), ..Self::new(self.states.len(), self.interiors.len()) }
+        Self { ahead: self.ahead.clone(), ..Self::new(self.states.len()) }
     }
 }

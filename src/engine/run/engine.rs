@@ -86,7 +86,7 @@ impl Engine {
     /// All balls in flight from the start values, their contacts not looked at yet.
     pub(crate) fn apart(parameters: &Parameters, inputs: HeldInputs, start_time: f64) -> Self {
         let cradle = Cradle::new(parameters);
-        let mut caches = Caches::new(cradle.balls.len(), cradle.contacts.len());
+        let mut caches = Caches::new(cradle.balls.len());
         if cradle.contacts.iter().any(|law| !law.is_linear()) {
             Cluster::compute_tables();
             caches.spare = Some(Box::new(Cluster::with_capacity(cradle.contacts.len().min(ROOM))));
@@ -176,7 +176,7 @@ impl Engine {
     fn follow_events(&mut self, time: f64, effort: u64, observer: &mut dyn Observer) -> Result<(), EngineError> {
         let (mut until, enough) = (DoubleDouble::from(time), self.effort.saturating_add(effort));
         let mut reached = time;
-        let mut watchdog = Watchdog::new(until, self.contacts.len());
+        let mut watchdog = Watchdog::new(self.time, until, self.contacts.len(), self.effort);
         while let Some((t, key)) = self.queue.first()
             && t <= until
         {

@@ -31,7 +31,7 @@ impl Engine {
             return Err(EngineError::NotFinite { time: self.totals.last_event.value(), ball: key });
         }
         self.watch_progress(t, self.switching(key))?;
-        self.handled += 1;
+        self.handled = self.handled.saturating_add(1);
         self.effort = self.effort.saturating_add(EVENT);
         match &self.contacts[key].phase {
             Phase::Window(id) => return self.end_segment(*id as usize, observer),

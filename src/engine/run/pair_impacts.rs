@@ -7,7 +7,7 @@ use super::engine::Engine;
 use crate::engine::cluster::Method;
 use crate::engine::flight::Regime;
 use crate::engine::observer::Observer;
-use crate::engine::pair_impact::{Impact, PairImpact};
+use crate::engine::pair_impact::PairImpact;
 use crate::model::Mode;
 use crate::solver::double_double::DoubleDouble;
 
@@ -55,18 +55,11 @@ impl Engine {
         true
     }
 
-    /// The impact of known outcome that is under way in contact `i`, if there is one.
-    pub(crate) fn impact(&self, i: usize) -> Option<Impact<'_>> {
-        let outcome = self.contacts[i].impact()?;
-        Some(Impact { contact: i, outcome, balls: &self.balls, laws: &self.cradle.contacts, control: &self.control })
-    }
-
     /// The outcome of the impact in contact `i`, which is over or given up: the contact is unassigned, with this
     /// overlap (m) and mode.
     fn take_impact(&mut self, i: usize, overlap: f64, mode: Mode) -> Option<PairImpact> {
         let Phase::Impact(impact) = &mut self.contacts[i].phase else { return None };
         let impact = impact.take();
-        self.caches.interiors[i].take();
         self.contacts[i].unassign(overlap, mode);
         impact
     }
@@ -158,8 +151,8 @@ impl Engine {
         self.before_move(i, t);
         self.before_move(i + 1, t);
         self.begin_ledger(i, t);
-        let Some(impact) = self.impact(i) else { return };
-        let (mut cluster, control) = (impact.first_segment(), impact.control());
+        let Some(impact) = self.contacts[i].impact() else { return };
+        let (mut cluster, control) = (self.first_segment(i, impact), self.control_within(impact));
         self.queue.remove(i);
         self.take_impact(i, 0.0, Mode::Open);
         let mut moved = [0.0; 2];
@@ -190,41 +183,24 @@ mod tests {
     use crate::engine::observer::Unrecorded;
     use crate::model::{Inputs, Parameters, Results};
 
-    /// Segments of the impact in contact 0.
-    fn segments(engine: &Engine) -> usize {
-        engine.caches.interiors[0].get().map_or(0, Vec::len)
-    }
-
-    /// Two balls without gravity, the first of which hits the other one at `speed` (m/s).
-    fn collision(speed: f64, exponent: f64) -> Engine {
-        let (x_start, v_start) = (vec![0.0; 2], vec![speed, 0.0]);
-        let p = Parameters { gravity: 0.0, exponent, dead_band: 0.0, x_start, v_start, ..Parameters::default_for(2) };
-        Engine::new(&p, &Inputs::zero(2), 0.0).unwrap()
-    }
-
+    /// Two balls without gravity, the first of which hits the other one, at speeds whose squares doubles do not hold,
+    /// or with a contact that lasts for ever: they move, and as many segments cover an impact of known outcome.
     #[test]
-    fn an_impact_too_slow_for_its_square_still_moves() {
-        for (speed, exponent) in [(1e-165, 1.0), (1e-165, 10.0), (1e-250, 1.5)] {
-            let mut engine = collision(speed, exponent);
-            engine.advance(1e-3, &mut Unrecorded).unwrap();
-            let moved = (engine.x(0) + engine.x(1)) / (speed * 1e-3);
-            assert!((moved - 1.0).abs() < 1e-12, "{speed} {exponent}: {moved}");
-            assert!(engine.force(0).is_finite() && engine.next_onset().time() > 1e-3);
-        }
-    }
-
-    #[test]
-    fn an_impact_of_any_duration_has_as_many_segments() {
-        let counts = [1.0, 1e-8, 1e-20, 1e-30].map(|speed| {
-            let mut engine = collision(speed, 10.0);
+    fn impacts_of_any_speed() {
+        for (speed, exponent) in [(1.0, 10.0), (1e-30, 10.0), (1e-165, 1.0), (1e-165, 10.0), (1e-250, 1.5)] {
+            let (x_start, v_start) = (vec![0.0; 2], vec![speed, 0.0]);
+            let p =
+                Parameters { gravity: 0.0, exponent, dead_band: 0.0, x_start, v_start, ..Parameters::default_for(2) };
+            let mut engine = Engine::new(&p, &Inputs::zero(2), 0.0).unwrap();
             engine.advance(1e-12, &mut Unrecorded).unwrap();
-            let duration = engine.contacts[0].impact().unwrap().duration;
-            engine.advance(0.5 * duration, &mut Unrecorded).unwrap();
-            let energy = 0.25 * speed * speed;
-            assert!((engine.contact_energy(0) / energy - 1.0).abs() < 1e-12, "{speed}");
-            assert!((engine.x(0) + engine.x(1)) / (0.5 * speed * duration) - 1.0 < 1e-12);
-            segments(&engine)
-        });
-        assert!(counts.iter().all(|count| count.abs_diff(counts[0]) <= 2) && counts[0] < 500, "{counts:?}");
+            let time = engine.contacts[0].impact().map_or(1e-3, |impact| 0.5 * impact.duration);
+            engine.advance(time, &mut Unrecorded).unwrap();
+            let moved = (engine.x(0) + engine.x(1)) / (speed * time);
+            assert!((moved - 1.0).abs() < 1e-12, "{speed} {exponent}: {moved}");
+            assert!(engine.force(0).is_finite() && engine.next_onset().time() > time);
+            let segments = engine.contacts[0].impact().and_then(|impact| impact.interior.get()).map(Vec::len);
+            assert!(segments.is_none_or(|segments| segments <= 12), "{speed} {exponent}: {segments:?}");
+            assert!(segments.is_some() || speed < 1e-100, "{speed} {exponent}");
+        }
     }
 }

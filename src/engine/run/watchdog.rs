@@ -14,9 +14,9 @@ pub(super) struct Watchdog {
     /// Events so far.
     events: u64,
     /// Effort up to which nobody need be told of the progress.
-    quiet_until: Option<u64>,
+    quiet_until: u64,
     /// The last look at the clock, and how often in a row it was hopeless then.
-    last: Option<Look>,
+    last: Look,
     hopeless: u32,
 }
 
@@ -38,9 +38,11 @@ impl Watchdog {
     const HOPELESS: f64 = 1e12;
     const LOOKS: u32 = 8;
 
-    pub fn new(until: DoubleDouble, contacts: usize) -> Self {
+    /// For a call that goes from the time `from` (s), with this effort of all calls before, to `until`.
+    pub fn new(from: f64, until: DoubleDouble, contacts: usize, effort: u64) -> Self {
         let look = Self::LOOK + Self::LOOK_OF_A_CONTACT * contacts as u64;
-        Self { until, look, events: 0, quiet_until: None, last: None, hopeless: 0 }
+        let last = Look { time: from.into(), events: 0, effort };
+        Self { until, look, events: 0, quiet_until: effort.saturating_add(Self::REPORT), last, hopeless: 0 }
     }
 
     /// Counts the event of `contact` at `t`, before which the run had taken this `effort`.
@@ -53,20 +55,18 @@ impl Watchdog {
         observer: &mut dyn Observer,
     ) -> Result<(), EngineError> {
         self.events += 1;
-        let quiet_until = *self.quiet_until.get_or_insert(effort.saturating_add(Self::REPORT));
-        if effort > quiet_until {
-            self.quiet_until = None;
+        if effort > self.quiet_until {
+            self.quiet_until = effort.saturating_add(Self::REPORT);
             observer.progress(Progress { time: t.value(), events: self.events, contact: Some(contact) });
         }
-        let now = Look { time: t, events: self.events, effort };
-        let last = *self.last.get_or_insert(now);
+        let last = self.last;
         if effort - last.effort < self.look {
             return Ok(());
         }
         let per_second = |count: u64| count as f64 / (t - last.time).value();
         let to_the_end = per_second(effort - last.effort) * (self.until - t).value();
         self.hopeless = if to_the_end > Self::HOPELESS { self.hopeless + 1 } else { 0 };
-        self.last = Some(now);
+        self.last = Look { time: t, events: self.events, effort };
         if self.hopeless < Self::LOOKS {
             return Ok(());
         }

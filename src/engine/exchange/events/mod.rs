@@ -36,12 +36,10 @@ impl Exchange {
         if self.is_rigid() {
             self.rigid_event(observer)?;
         } else {
-            if at_start && self.is_mapped() {
-                self.follow_closed(observer)?;
-            }
             self.open_and_clip(observer);
             if self.is_mapped() {
-                self.follow_due(observer)?;
+                let closed = if at_start { self.closed() } else { Vec::new() };
+                self.follow_due(closed, observer)?;
             } else {
                 self.close_due();
             }
@@ -118,34 +116,25 @@ impl Exchange {
         }
     }
 
-    /// Follows what has been closed from the start to its end; what does not end before long stays closed.
-    fn follow_closed(&mut self, observer: &mut dyn Observer) -> Result<(), EngineError> {
-        let mut closed = self.closed();
-        while let Some(&first) = closed.first() {
-            let balls = self.flights();
-            let Some(group) = self.follow(&balls, first, 0.0, &closed)? else {
-                closed.remove(0);
-                continue;
-            };
-            for &j in closed.iter().filter(|j| group.contains(**j)) {
-                self.modes[j] = Mode::Open;
-                self.contacts[j] = Contact::default();
-            }
-            closed.retain(|j| !group.contains(*j));
-            self.apply(&balls, &group, |_| 0.0, observer);
-        }
-        Ok(())
-    }
-
-    /// Follows groups to their end as long as any is due, the earliest first; what does not end before long is closed
-    /// for the host to integrate.
-    fn follow_due(&mut self, observer: &mut dyn Observer) -> Result<(), EngineError> {
+    /// Follows groups to their end as long as any is due: those that have been `closed` from the start, then the earliest
+    /// first. What does not end before long is closed for the host to integrate.
+    fn follow_due(&mut self, mut closed: Vec<usize>, observer: &mut dyn Observer) -> Result<(), EngineError> {
         for _ in 0..GROUPS {
             let balls = self.flights();
-            let Some((onset, first)) = self.earliest_due(&balls, |j| self.modes[j] == Mode::Open) else { break };
-            let beside = self.is_beside_closed(first);
-            match if beside { None } else { self.follow(&balls, first, onset, &[])? } {
-                Some(group) => self.apply(&balls, &group, |_| 0.0, observer),
+            let due = closed.first().map(|&first| (0.0, first));
+            let open = |j: usize| self.modes[j] == Mode::Open;
+            let Some((onset, first)) = due.or_else(|| self.earliest_due(&balls, open)) else { break };
+            let follows = due.is_some() || !self.is_beside_closed(first);
+            match if follows { self.follow(&balls, first, onset, &closed)? } else { None } {
+                Some(group) => {
+                    for &j in closed.iter().filter(|j| group.contains(**j)) {
+                        self.modes[j] = Mode::Open;
+                        self.contacts[j] = Contact::default();
+                    }
+                    closed.retain(|j| !group.contains(*j));
+                    self.apply(&balls, &group, |_| 0.0, observer);
+                }
+                None if due.is_some() => closed.retain(|j| *j != first),
                 None => self.close(first),
             }
         }

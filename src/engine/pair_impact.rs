@@ -15,6 +15,9 @@
 //! sections 12 and 49), and from `integral q^m / sqrt(E - q^(p+1)) dq = E^(s - 1/2) B(s, 1/2) / (p+1)` with
 //! `s = (m+1) / (p+1)` and Euler's beta function B.
 
+use std::cell::OnceCell;
+
+use crate::engine::cluster::Cluster;
 use crate::engine::flight::{Ball, Flight, RunningIntegrals, degree};
 use crate::model::ContactLaw;
 use crate::solver::double_double::DoubleDouble;
@@ -98,6 +101,24 @@ pub(crate) struct PairImpact {
     pub peak: f64,
     /// What the left and the right ball gather.
     pub integrals: [RunningIntegrals; 2],
+    /// Its segments, once somebody looks inside.
+    pub interior: OnceCell<Vec<Interior>>,
+}
+
+/// A segment of an impact.
+#[derive(Clone, Debug)]
+pub(crate) struct Interior {
+    pub segment: Cluster,
+    /// Gathered in the segments before: the impulse of the contact, N.s, and by the left and the right ball.
+    pub impulse: f64,
+    pub integrals: [RunningIntegrals; 2],
+}
+
+impl Interior {
+    /// The time since the start of the segment.
+    pub fn since(&self, t: DoubleDouble) -> f64 {
+        (t - self.segment.start).value().max(0.0)
+    }
 }
 
 impl PairImpact {
@@ -148,6 +169,7 @@ impl PairImpact {
             impulse: reduced * (2.0 * rate - pull * t - o.omega2() * compression.overlap_integral),
             peak: law.elastic_force(compression.peak_overlap),
             integrals: [integrals(left, right_share), integrals(right, -left_share)],
+            interior: OnceCell::new(),
         })
     }
 
