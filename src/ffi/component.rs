@@ -35,7 +35,7 @@ pub(crate) struct Component<V> {
     /// A panic was caught; the instance can only be freed.
     poisoned: Cell<bool>,
     /// The host is being called in the middle of a step: it may make calls meanwhile, but not free the instance.
-    pausing: Cell<bool>,
+    calling_host: Cell<bool>,
     instance: UnsafeCell<Instance>,
 }
 
@@ -52,13 +52,13 @@ impl<V: Version> Component<V> {
             callbacks,
             busy: Cell::new(false),
             poisoned: Cell::new(false),
-            pausing: Cell::new(false),
+            calling_host: Cell::new(false),
             instance: UnsafeCell::new(instance),
         };
         Box::into_raw(Box::new(component)).cast()
     }
 
-    /// The component behind a pointer; nothing for null and, as far as it can be told, for what is no component.
+    /// The component behind a pointer; nothing for null and, as far as that can be known, for what is no component.
     ///
     /// # Safety
     /// `c` is null or points to readable memory of at least the size of a component that lives for `'a`.
@@ -83,7 +83,7 @@ impl<V: Version> Component<V> {
     pub(crate) unsafe fn free(c: *mut c_void) {
         // SAFETY: as the caller promises.
         let component = unsafe { Self::from_raw(c) };
-        if let Some(component) = component.filter(|component| !component.busy.get() && !component.pausing.get()) {
+        if let Some(component) = component.filter(|component| !component.busy.get() && !component.calling_host.get()) {
             component.magic.set(0);
             // SAFETY: it came out of `into_raw`, as the magic number says, and no reference to it is left.
             let owned = unsafe { Box::from_raw(c.cast::<Self>()) };
@@ -99,9 +99,9 @@ impl<V: Version> Component<V> {
         // SAFETY: as the caller promises.
         let component = unsafe { Self::from_raw(c) }?;
         // The host may call for the same again, meanwhile, and be refused.
-        let before = component.pausing.replace(true);
+        let before = component.calling_host.replace(true);
         let done = host(&component.callbacks);
-        component.pausing.set(before);
+        component.calling_host.set(before);
         Some(done)
     }
 }

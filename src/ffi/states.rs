@@ -16,7 +16,7 @@ struct Saved {
 }
 
 impl Saved {
-    /// The state behind a pointer; refused are null and, as far as it can be told, what is no state.
+    /// The state behind a pointer; refused are null and, as far as that can be known, what is no state.
     ///
     /// # Safety
     /// `pointer` is null or points to readable memory of at least the size of a state, which nobody else uses for `'a`.

@@ -94,7 +94,7 @@ pub struct fmi2EventInfo {
     pub nextEventTime: fmi2Real,
 }
 
-/// What the host lends to an instance. Memory is our own (`canNotUseMemoryManagementFunctions`) and steps are
+/// The callbacks of the host. Memory is our own (`canNotUseMemoryManagementFunctions`) and steps are
 /// synchronous, so only the logger and its environment are used.
 #[repr(C)]
 #[derive(Clone, Copy)]

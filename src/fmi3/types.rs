@@ -28,7 +28,7 @@ pub type fmi3Clock = u8;
 pub type fmi3String = *const c_char;
 /// A byte of a serialized state.
 pub type fmi3Byte = u8;
-/// Bytes of which another argument tells the number.
+/// Bytes; another argument is their number.
 pub type fmi3Binary = *const fmi3Byte;
 /// How a variable depends on another one. A plain integer, since a host may pass any.
 pub type fmi3DependencyKind = c_int;

@@ -11,7 +11,7 @@ pub enum Severity {
     Ok,
     /// Something is not quite right, the run can go on.
     Warning,
-    /// A refused call that changes nothing, where the standard tells it from an error.
+    /// A refused call that changes nothing, for which FMI 3.0 has an answer of its own.
     Discard,
     /// A refused call or a failed step.
     Error,

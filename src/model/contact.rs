@@ -143,7 +143,7 @@ impl<S: Scalar> ContactLaw<S> {
         }
     }
 
-    /// What tells whether the law would pull, if the force is the elastic one times something simple.
+    /// Whether the law would pull, by its sign, if the force is the elastic one times something simple.
     pub fn sign_of_force(&self) -> Option<SignOfForce<S>> {
         let (none, one) = (S::default(), S::from(1.0));
         match self.damping {

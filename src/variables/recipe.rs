@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn damage_is_told() {
+    fn damage_is_refused() {
         let bad = [
             ("", "not readable"),
             ("{\"format\":1,\"balls\":5", "not readable"),

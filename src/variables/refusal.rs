@@ -9,7 +9,7 @@ use super::text::Number;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Refusal {
     text: String,
-    /// Whether the value alone is at fault: the run can go on, which FMI 3.0 tells from other refusals.
+    /// Whether the value alone is at fault: the run can go on, and FMI 3.0 answers Discard.
     pub(crate) of_value: bool,
 }
 

@@ -26,30 +26,3 @@ impl Variable {
         Some(first + self.index)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn states_come_in_the_order_of_the_contract() {
-        let names: Vec<String> = states(3).map(|(state, rate)| format!("{state} {rate}")).collect();
-        let expected = [
-            "x[1] v[1]",
-            "overlap[1] der(overlap[1])",
-            "overlap[2] der(overlap[2])",
-            "v[1] a[1]",
-            "v[2] a[2]",
-            "v[3] a[3]",
-            "impulse[1] F[1]",
-            "impulse[2] F[2]",
-            "E_dissipated der(E_dissipated)",
-            "W_external der(W_external)",
-        ];
-        assert_eq!(names, expected);
-        for (place, (state, _)) in states(3).enumerate() {
-            assert_eq!(state.state_place(3), Some(place));
-        }
-        assert_eq!(states(1).count(), 4);
-    }
-}

@@ -151,27 +151,3 @@ impl Variable {
         before != (enumeration.get)(settings)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_settable_variable_can_be_set_and_read_back_alone() {
-        for variable in variables(3).filter(|variable| variable.row.settable()) {
-            let mut settings = Settings::default_for(3);
-            if variable.row.access.data_type() != Type::Real {
-                continue; // Enumerations are tested with their items.
-            }
-            // The upper limit where there is one, but not the default.
-            let max = variable.row.range.max.filter(|max| variable.real(&settings) != Some(*max));
-            let value = max.unwrap_or(0.123);
-            assert!(variable.set_real(&mut settings, value), "{variable}");
-            assert!(!variable.set_real(&mut settings, value), "{variable}");
-            assert_eq!(variable.real(&settings), Some(value));
-            let changed =
-                variables(3).filter(|v| v.row.settable() && v.real(&settings) != v.real(&Settings::default_for(3)));
-            assert_eq!(changed.count(), 1, "{variable}");
-        }
-    }
-}

@@ -3,7 +3,7 @@
 
 use fmi_schema::fmi2::{self, Causality, Fmi2ModelDescription, ScalarVariableElement};
 use fmi_schema::traits::FmiModelDescription;
-use newtons_cradle::variables::{Description, Settings, Type, states, variables};
+use newtons_cradle::variables::{Description, Settings, Type, Variable, states, variables};
 
 fn xml(balls: usize) -> String {
     Description::of(&Settings::default_for(balls)).xml("2000-01-01T00:00:00Z")
@@ -16,11 +16,15 @@ fn read(xml: &str) -> Fmi2ModelDescription {
 #[test]
 fn the_description_is_the_table() {
     for balls in [1, 2, 5, 13, 100] {
-        let description = read(&xml(balls));
+        let xml = xml(balls);
+        assert!(!xml.contains("{{") && !xml.contains("}}"));
+        let description = read(&xml);
         let described = &description.model_variables.variables;
         assert_eq!(described.len(), variables(balls).count());
         for (described, variable) in described.iter().zip(variables(balls)) {
             assert_eq!((&described.name, described.value_reference), (&variable.to_string(), variable.reference()));
+            assert_eq!(Variable::named(&described.name, balls).unwrap().reference(), variable.reference());
+            assert_eq!(Variable::at(variable.reference(), balls).unwrap().to_string(), described.name);
             assert_eq!(
                 described.causality.to_string().to_lowercase(),
                 format!("{:?}", variable.row.causality).to_lowercase()
