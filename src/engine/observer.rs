@@ -1,9 +1,11 @@
 //! Who is told what happens while a run moves on.
 
+use serde::{Deserialize, Serialize};
+
 use crate::solver::double_double::DoubleDouble;
 
 /// One finished contact pulse.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pulse {
     /// Index of the contact, from 0.
     pub contact: usize,
@@ -15,6 +17,13 @@ pub struct Pulse {
     pub peak: f64,
     /// Integral of the contact force, N.s.
     pub impulse: f64,
+}
+
+impl Pulse {
+    /// Whether it is one of so many contacts, and finite.
+    pub fn is_sound(&self, contacts: usize) -> bool {
+        self.contact < contacts && (self.onset + self.release + self.peak + self.impulse).is_finite()
+    }
 }
 
 /// How far a call of [`advance`](super::Simulation::advance) has come.

@@ -1,6 +1,6 @@
 //! Arrays and texts of the host.
 
-use std::ffi::{CStr, c_char};
+use std::ffi::{CStr, CString, c_char};
 use std::mem::MaybeUninit;
 
 use crate::variables::{LOG_CATEGORIES, LogCategory, Refusal};
@@ -91,6 +91,14 @@ pub(crate) unsafe fn text<'a>(text: *const c_char) -> &'a CStr {
     if text.is_null() { c"" } else { unsafe { CStr::from_ptr(text) } }
 }
 
+/// Category and message of a log line for the host. Some hosts expand `#r123#` to a variable's name, so that sign is
+/// doubled; that of conversions as well, where the message is a `format` of printf.
+pub(crate) fn log_line(category: LogCategory, text: &str, format: bool) -> [CString; 2] {
+    let text = text.replace('\0', "").replace('#', "##");
+    let text = if format { text.replace('%', "%%") } else { text };
+    [category.name(), &text].map(|text| CString::new(text).unwrap_or_default())
+}
+
 /// The log categories of these names.
 ///
 /// # Safety
@@ -121,5 +129,14 @@ mod tests {
             assert!(array::<f64>("value", 9 as *const f64, 1).is_err());
             assert!(array("value", values.as_ptr(), usize::MAX / 2).is_err());
         }
+    }
+
+    #[test]
+    fn nothing_in_a_message_is_expanded() {
+        let message = |format| log_line(LogCategory::Error, "100 %s of #r1#\0!", format)[1].clone();
+        assert_eq!(
+            (message(true).as_c_str(), message(false).as_c_str()),
+            (c"100 %%s of ##r1##!", c"100 %s of ##r1##!")
+        );
     }
 }

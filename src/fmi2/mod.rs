@@ -9,7 +9,6 @@
 #![allow(unsafe_code, non_camel_case_types, non_upper_case_globals, non_snake_case)]
 
 mod functions;
-mod logger;
 mod types;
 
 pub use functions::*;
@@ -34,5 +33,65 @@ impl Version for Fmi2 {
     fn refused(instance: &mut Instance, function: &str, refusal: &Refusal) -> fmi2Status {
         instance.log.error(format_args!("{function}: {refusal}"));
         Self::ERROR
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ffi::{Component, call};
+    use crate::instance::{Call, Kind, Log, Purpose, Severity};
+    use crate::variables::Settings;
+    use std::cell::RefCell;
+    use std::ffi::c_void;
+    use std::rc::Rc;
+
+    type Lines = Rc<RefCell<Vec<(Severity, String)>>>;
+
+    fn component() -> (*mut c_void, Lines) {
+        let lines = Lines::default();
+        let kept = lines.clone();
+        let sink = move |severity, _, text: &str| kept.borrow_mut().push((severity, text.to_owned()));
+        let log = Log::new(Some(Box::new(sink)), false);
+        (
+            Component::into_raw(
+                Instance::new(Purpose::fmi2(Kind::CoSimulation), Settings::default_for(5), String::new(), log),
+                Fmi2,
+            ),
+            lines,
+        )
+    }
+
+    /// Resets the component, and makes of that call whatever `body` does.
+    fn reset(c: *mut c_void, body: impl FnOnce(&mut Instance)) -> fmi2Status {
+        unsafe {
+            call::<Fmi2>(c, "fmi2Reset", Call::Reset, |instance| {
+                body(instance);
+                instance.reset()
+            })
+        }
+    }
+
+    #[test]
+    fn a_panic_is_fatal_and_the_instance_can_only_be_freed() {
+        let (c, lines) = component();
+        assert_eq!(reset(c, |_| panic!("by test")), fmi2Status::fmi2Fatal);
+        let (severity, text) = lines.borrow()[0].clone();
+        assert!(severity == Severity::Fatal && text.contains("fmi2Reset: internal error") && text.contains("by test"));
+        assert_eq!(reset(c, |_| {}), fmi2Status::fmi2Fatal);
+        unsafe { Component::<Fmi2>::free(c) };
+    }
+
+    #[test]
+    fn a_call_from_within_a_call_is_refused() {
+        let (c, _) = component();
+        let mut inner = fmi2Status::fmi2OK;
+        let outer = reset(c, |_| {
+            inner = reset(c, |_| {});
+            unsafe { Component::<Fmi2>::free(c) }; // Left alone.
+        });
+        assert_eq!((outer, inner), (fmi2Status::fmi2OK, fmi2Status::fmi2Error));
+        assert_eq!(reset(c, |_| {}), fmi2Status::fmi2OK);
+        unsafe { Component::<Fmi2>::free(c) };
     }
 }

@@ -17,9 +17,8 @@ impl Instance {
         for reference in references {
             let array = self.array(*reference, Type::Real)?;
             let known = match array.row.access {
-                Access::Slope { .. } => without_effect,
                 Access::Instance(_, extra) => matches!(extra, Extra::Joined(..)),
-                _ => true,
+                _ => without_effect || !array.is_slope(),
             };
             if !known {
                 return Err(no_derivative(array));

@@ -4,7 +4,7 @@ use super::legality::Phase;
 use super::lifecycle::Instance;
 use super::run::Run;
 use super::values::unknown_reference;
-use crate::engine::NEVER;
+use crate::engine::{NEVER, Pulse};
 use crate::variables::{Access, Array, Extra, Refusal, Settings, Shape, Type, Variable, padding};
 
 /// The value of an element.
@@ -128,16 +128,17 @@ impl Instance {
     }
 
     fn extra(&mut self, array: Array, extra: Extra, index: usize) -> Result<Value, Refusal> {
-        let (clocks, ended) = (&self.run.clocks, self.run.clocks.ended(index));
+        let clocks = &self.run.clocks;
+        let ended = |of: fn(Pulse) -> f64| Value::Float(clocks.ended(index).map_or(0.0, of));
         Ok(match extra {
             Extra::Time | Extra::Pulses => Value::Float(self.time()),
             Extra::Balls => Value::Count(self.balls() as u64),
             Extra::Clock(edge) => Value::Flag(self.run.phase == Phase::EventMode && clocks.is_active(edge)),
             Extra::TickTime(edge) => Value::Float(clocks.time(edge)),
             Extra::TickOf(edge) => Value::Flag(clocks.is_part(edge, index)),
-            Extra::EndedImpulse => Value::Float(ended.impulse),
-            Extra::EndedPeak => Value::Float(ended.peak),
-            Extra::EndedDuration => Value::Float(ended.duration),
+            Extra::EndedImpulse => ended(|pulse| pulse.impulse),
+            Extra::EndedPeak => ended(|pulse| pulse.peak),
+            Extra::EndedDuration => ended(|pulse| pulse.release - pulse.onset),
             Extra::Joined(..) => {
                 let variable = array.element(index, self.balls());
                 Value::Float(variable.map_or(Ok(0.0), |variable| self.real_of(variable))?)

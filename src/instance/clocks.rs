@@ -14,30 +14,14 @@ use crate::variables::Edge;
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 enum Transition {
     Onset(usize),
-    Release(usize, Ended),
-}
-
-/// A pulse that has ended.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-pub struct Ended {
-    /// N.s.
-    pub impulse: f64,
-    /// The largest force, N.
-    pub peak: f64,
-    /// s.
-    pub duration: f64,
+    Release(Pulse),
 }
 
 impl Transition {
-    /// The end of a pulse.
-    fn of(pulse: Pulse) -> Self {
-        let duration = pulse.release - pulse.onset;
-        Self::Release(pulse.contact, Ended { impulse: pulse.impulse, peak: pulse.peak, duration })
-    }
-
     fn contact(&self) -> usize {
         match self {
-            Self::Onset(contact) | Self::Release(contact, _) => *contact,
+            Self::Onset(contact) => *contact,
+            Self::Release(pulse) => pulse.contact,
         }
     }
 
@@ -60,12 +44,21 @@ impl Tick {
         let mut of_contact = self.transitions.iter().filter(|other| other.contact() == transition.contact());
         match transition {
             Transition::Onset(_) => of_contact.next().is_none(),
-            Transition::Release(..) => of_contact.all(|other| other.edge() == Edge::Onset),
+            Transition::Release(_) => of_contact.all(|other| other.edge() == Edge::Onset),
         }
     }
 
-    fn has(&self, edge: Edge) -> bool {
-        self.transitions.iter().any(|transition| transition.edge() == edge)
+    /// The transitions of this kind.
+    fn of(&self, edge: Edge) -> impl Iterator<Item = &Transition> {
+        self.transitions.iter().filter(move |transition| transition.edge() == edge)
+    }
+
+    fn is_sound(&self, contacts: usize) -> bool {
+        let known = |transition: &Transition| match transition {
+            Transition::Onset(contact) => *contact < contacts,
+            Transition::Release(pulse) => pulse.is_sound(contacts),
+        };
+        self.time.is_finite() && !self.transitions.is_empty() && self.transitions.iter().all(known)
     }
 }
 
@@ -84,13 +77,10 @@ pub(super) struct Discrete {
 pub(super) struct Clocks {
     /// Ticks to come, in order.
     pending: VecDeque<Tick>,
-    /// Whether the clocks of the last tick are active.
-    active: bool,
-    /// The last ticks of the two clocks; before the first there is none.
-    last_onset: Option<Tick>,
-    last_release: Option<Tick>,
-    /// Whether the last tick was one of each.
-    ticked: [bool; 2],
+    /// Whether the clocks of onsets and of releases are active.
+    active: [bool; 2],
+    /// Their last ticks; before the first there is none.
+    last: [Option<Tick>; 2],
     discrete: Vec<Discrete>,
     pub work: WorkCounters,
     /// The pulses that have ended by the last tick.
@@ -102,10 +92,8 @@ impl Clocks {
         let none = Discrete { pulses: 0, closed: false, onset: -NEVER, release: -NEVER };
         Self {
             pending: VecDeque::new(),
-            active: false,
-            last_onset: None,
-            last_release: None,
-            ticked: [false; 2],
+            active: [false; 2],
+            last: [None, None],
             discrete: vec![none; contacts],
             work: WorkCounters::default(),
             log: Pulses::default(),
@@ -113,20 +101,11 @@ impl Clocks {
     }
 
     pub fn are_sound(&self, contacts: usize) -> bool {
-        let tick = |tick: &Tick| {
-            let known = |transition: &Transition| match transition {
-                Transition::Onset(contact) => *contact < contacts,
-                Transition::Release(contact, Ended { impulse, peak, duration }) => {
-                    *contact < contacts && (impulse + peak + duration).is_finite()
-                }
-            };
-            tick.time.is_finite() && !tick.transitions.is_empty() && tick.transitions.iter().all(known)
-        };
         let discrete = |of: &Discrete| (of.onset + of.release).is_finite() && of.pulses < 1 << 62;
         self.discrete.len() == contacts
             && self.log.are_sound(contacts)
             && self.discrete.iter().all(discrete)
-            && self.pending.iter().chain(&self.last_onset).chain(&self.last_release).all(tick)
+            && self.pending.iter().chain(self.last.iter().flatten()).all(|tick| tick.is_sound(contacts))
     }
 
     /// Whether there are ticks to come.
@@ -143,7 +122,7 @@ impl Clocks {
 
     /// Makes the next tick the active one. Returns whether there was one.
     pub fn tick(&mut self) -> bool {
-        self.active = false;
+        self.rest();
         let Some(tick) = self.pending.pop_front() else { return false };
         for transition in &tick.transitions {
             let discrete = &mut self.discrete[transition.contact()];
@@ -152,42 +131,42 @@ impl Clocks {
                     discrete.pulses = discrete.pulses.saturating_add(1);
                     (discrete.closed, discrete.onset) = (true, tick.time);
                 }
-                Transition::Release(contact, Ended { impulse, peak, .. }) => {
+                Transition::Release(pulse) => {
                     (discrete.closed, discrete.release) = (false, tick.time);
-                    self.log.enter(Pulse {
-                        contact: *contact,
-                        onset: discrete.onset,
-                        release: tick.time,
-                        peak: *peak,
-                        impulse: *impulse,
-                    });
+                    self.log.enter(*pulse);
                 }
             }
         }
-        (self.active, self.ticked) = (true, [tick.has(Edge::Onset), tick.has(Edge::Release)]);
-        if self.ticked[0] {
-            self.last_onset = Some(tick.clone());
-        }
-        if self.ticked[1] {
-            self.last_release = Some(tick);
+        for edge in [Edge::Onset, Edge::Release] {
+            if tick.of(edge).next().is_some() {
+                self.active[edge as usize] = true;
+                self.last[edge as usize] = Some(tick.clone());
+            }
         }
         true
     }
 
     /// The clocks of the last tick are no longer active.
     pub fn rest(&mut self) {
-        self.active = false;
+        self.active = [false; 2];
+    }
+
+    /// How often each contact will have closed after all ticks to come, and whether it will be closed.
+    fn foreseen(&self) -> Vec<(u64, bool)> {
+        let mut known: Vec<_> = self.discrete.iter().map(|discrete| (discrete.pulses, discrete.closed)).collect();
+        for transition in self.pending.iter().flat_map(|tick| &tick.transitions) {
+            let (onsets, closed) = &mut known[transition.contact()];
+            *closed = transition.edge() == Edge::Onset;
+            *onsets += u64::from(*closed);
+        }
+        known
     }
 
     /// Adds the contacts that have closed at the time `now` (s) without a tick: at the start, or because inputs have
     /// changed.
     pub fn catch_up(&mut self, results: &dyn Results, now: f64) {
-        let mut known: Vec<u64> = self.discrete.iter().map(|discrete| discrete.pulses).collect();
-        for transition in self.pending.iter().flat_map(|tick| &tick.transitions) {
-            known[transition.contact()] += u64::from(transition.edge() == Edge::Onset);
-        }
-        for (contact, known) in known.into_iter().enumerate() {
-            if results.pulses(contact) > known {
+        for (contact, (onsets, _)) in self.foreseen().into_iter().enumerate() {
+            if results.pulses(contact) > onsets {
                 self.push(now, Transition::Onset(contact));
             }
         }
@@ -195,13 +174,7 @@ impl Clocks {
 
     /// Adds what an event of model exchange has done: these pulses have finished, and other contacts may have closed.
     pub fn enter(&mut self, pulses: &[Pulse], results: &dyn Results) {
-        let mut known: Vec<(u64, bool)> =
-            self.discrete.iter().map(|discrete| (discrete.pulses, discrete.closed)).collect();
-        for transition in self.pending.iter().flat_map(|tick| &tick.transitions) {
-            let (onsets, closed) = &mut known[transition.contact()];
-            *closed = transition.edge() == Edge::Onset;
-            *onsets += u64::from(*closed);
-        }
+        let mut known = self.foreseen();
         let mut new = Vec::new();
         for pulse in pulses {
             let (onsets, closed) = &mut known[pulse.contact];
@@ -209,7 +182,7 @@ impl Clocks {
                 *onsets += 1;
                 new.push((pulse.onset, Transition::Onset(pulse.contact)));
             }
-            new.push((pulse.release, Transition::of(*pulse)));
+            new.push((pulse.release, Transition::Release(*pulse)));
         }
         for (contact, (onsets, _)) in known.into_iter().enumerate() {
             if results.pulses(contact) > onsets {
@@ -224,32 +197,27 @@ impl Clocks {
 
     /// Whether a clock is active.
     pub fn is_active(&self, edge: Edge) -> bool {
-        self.active && self.ticked[edge as usize]
-    }
-
-    fn last(&self, edge: Edge) -> Option<&Tick> {
-        if edge == Edge::Onset { self.last_onset.as_ref() } else { self.last_release.as_ref() }
+        self.active[edge as usize]
     }
 
     /// The time of the last tick of a clock, s; before the first one minus [`NEVER`].
     pub fn time(&self, edge: Edge) -> f64 {
-        self.last(edge).map_or(-NEVER, |tick| tick.time)
+        self.last[edge as usize].as_ref().map_or(-NEVER, |tick| tick.time)
     }
 
     /// Whether a contact was part of it.
     pub fn is_part(&self, edge: Edge, contact: usize) -> bool {
-        let is_it = |transition: &Transition| transition.contact() == contact && transition.edge() == edge;
-        self.last(edge).is_some_and(|tick| tick.transitions.iter().any(is_it))
+        let last = self.last[edge as usize].as_ref();
+        last.is_some_and(|tick| tick.of(edge).any(|transition| transition.contact() == contact))
     }
 
-    /// The pulse of a contact that ended at the last tick; all zero if none did.
-    pub fn ended(&self, contact: usize) -> Ended {
-        let of_contact = |transition: &Transition| match transition {
-            Transition::Release(released, ended) if *released == contact => Some(*ended),
+    /// The pulse of a contact that ended at the last tick, if one did.
+    pub fn ended(&self, contact: usize) -> Option<Pulse> {
+        let transitions = self.last[Edge::Release as usize].iter().flat_map(|tick| &tick.transitions);
+        transitions.into_iter().find_map(|transition| match transition {
+            Transition::Release(pulse) if pulse.contact == contact => Some(*pulse),
             _ => None,
-        };
-        let ended = self.last(Edge::Release).and_then(|tick| tick.transitions.iter().find_map(of_contact));
-        ended.unwrap_or_default()
+        })
     }
 
     /// The discrete variables of a contact; nothing if there is no such contact.
@@ -286,7 +254,7 @@ impl Observer for Recorder<'_> {
         if self.purpose.arrays && !self.purpose.events {
             self.clocks.log.enter(pulse);
         }
-        self.enter(pulse.release, Transition::of(pulse));
+        self.enter(pulse.release, Transition::Release(pulse));
     }
 
     fn onset(&mut self, contact: usize, time: f64) {

@@ -14,12 +14,9 @@ const LINE: usize = 5 + 4 * 24 + 5;
 /// Number of pulses that are kept.
 const KEPT: usize = (MAX_LOG - HEADER.len()) / LINE;
 
-/// A pulse: contact from 0, onset and release (s), largest force (N), impulse (N.s).
-type Entry = (usize, f64, f64, f64, f64);
-
 /// The last pulses, in the order in which they ended.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(super) struct Pulses(VecDeque<Entry>);
+pub(super) struct Pulses(VecDeque<Pulse>);
 
 impl Pulses {
     /// A pulse has ended.
@@ -27,13 +24,13 @@ impl Pulses {
         if self.0.len() == KEPT {
             self.0.pop_front();
         }
-        self.0.push_back((pulse.contact, pulse.onset, pulse.release, pulse.peak, pulse.impulse));
+        self.0.push_back(pulse);
     }
 
     /// CSV with the units of the variables; contacts are counted from 1, and numbers read back as the same doubles.
     pub fn csv(&self) -> String {
         let mut text = HEADER.to_owned();
-        for (contact, onset, release, peak, impulse) in &self.0 {
+        for Pulse { contact, onset, release, peak, impulse } in &self.0 {
             // Writing to a string cannot fail.
             let _ = writeln!(text, "{},{onset:e},{release:e},{peak:e},{impulse:e}", contact + 1);
         }
@@ -41,10 +38,7 @@ impl Pulses {
     }
 
     pub fn are_sound(&self, contacts: usize) -> bool {
-        let sound = |(contact, onset, release, peak, impulse): &Entry| {
-            *contact < contacts && [onset, release, peak, impulse].iter().all(|value| value.is_finite())
-        };
-        self.0.len() <= KEPT && self.0.iter().all(sound)
+        self.0.len() <= KEPT && self.0.iter().all(|pulse| pulse.is_sound(contacts))
     }
 }
 

@@ -172,18 +172,9 @@ impl ContactLaw {
 
     /// Derivatives of the force by the overlap (N/m) and by its rate (N.s/m); 0 while open or clipped.
     pub fn force_slopes(&self, d: f64, rate: f64) -> (f64, f64) {
-        if d <= 0.0 || (self.clips() && self.unclipped_force(d, rate) < 0.0) {
-            return (0.0, 0.0);
-        }
-        let elastic = self.elastic_force(d);
-        let stiffness = self.exponent * elastic / d;
-        match self.damping {
-            Damping::None => (stiffness, 0.0),
-            Damping::KelvinVoigt { c, .. } => (stiffness, c),
-            Damping::HuntCrossley { alpha } => (stiffness * (1.0 + alpha * rate), alpha * elastic),
-            Damping::Viscoelastic { relaxation } => {
-                (stiffness * (1.0 + relaxation * ((self.exponent - 1.0) * rate / d)), relaxation * stiffness)
-            }
+        match self.continued(d, rate) {
+            Some((force, by_overlap, by_rate)) if d > 0.0 && !(self.clips() && force < 0.0) => (by_overlap, by_rate),
+            _ => (0.0, 0.0),
         }
     }
 

@@ -7,10 +7,11 @@ use std::slice::{from_mut, from_ref};
 
 use super::table::TABLE;
 use super::table::enumeration::DERIVATIVES_OF;
-use super::table::row::Causality::{Independent, Local, Output, StructuralParameter};
+use super::table::range::between;
+use super::table::row::Causality::{Independent, Input, Local, Output, StructuralParameter};
 use super::table::row::Shape::{Balls, Contacts, Scalar};
 use super::table::row::Type::{Binary, Boolean, Clock, Integer, Real};
-use super::table::row::{ANY, Access, Edge, Extra, Row, Variability, between, enumeration, extra, slope};
+use super::table::row::{Access, Edge, Extra, Row, Variability, enumeration, extra, slope};
 use super::table::unit::{FORCE, IMPULSE, LENGTH, TIME, VELOCITY};
 use super::variable::{MAX_BALLS, MIN_BALLS, Variable};
 
@@ -40,39 +41,39 @@ const RELEASE: &str = "release.clock";
 #[rustfmt::skip]
 static EXTRA: &[(u32, Row)] = &[
     (0, extra("time", Scalar, Independent, Real, Extra::Time,
-        "Time").of(&TIME, ANY).continuous()),
+        "Time").of(&TIME).continuous()),
     (1, extra("n", Scalar, StructuralParameter, Integer, Extra::Balls,
         "Number of balls; a new one sets all arrays to their defaults").within(between(MIN_BALLS as f64, MAX_BALLS as f64))),
     (2, enumeration("derivatives.of", &DERIVATIVES_OF,
         "What directional and adjoint derivatives are derivatives of, after initialization").tunable()),
-    (4, slope("der(F_ext)", Balls, Access::Slope { get: |u| &u.force, set: |u| &mut u.force },
+    (4, slope("der(F_ext)", Balls, Access::Setting { get: |s| &s.slopes.force, set: |s| &mut s.slopes.force },
         "Slope of F_ext over the next steps, from the value it is set to")),
-    (5, slope("der(a_support)", Scalar, Access::Slope {
-        get: |u| from_ref(&u.support_acceleration), set: |u| from_mut(&mut u.support_acceleration),
+    (5, slope("der(a_support)", Scalar, Access::Setting {
+        get: |s| from_ref(&s.slopes.support_acceleration), set: |s| from_mut(&mut s.slopes.support_acceleration),
     }, "Slope of a_support over the next steps, from the value it is set to")),
     (8, extra(ONSET, Scalar, Output, Clock, Extra::Clock(Edge::Onset),
         "Ticks when contacts close")),
     (9, extra(RELEASE, Scalar, Output, Clock, Extra::Clock(Edge::Release),
         "Ticks when contacts open")),
     (10, extra("onset.time", Scalar, Output, Real, Extra::TickTime(Edge::Onset),
-        "Time of the last tick").of(&TIME, ANY).clocked(ONSET)),
+        "Time of the last tick").of(&TIME).clocked(ONSET)),
     (11, extra("onset.closed", Contacts, Output, Boolean, Extra::TickOf(Edge::Onset),
         "Which contacts closed at the last tick").clocked(ONSET)),
     (12, extra("release.time", Scalar, Output, Real, Extra::TickTime(Edge::Release),
-        "Time of the last tick").of(&TIME, ANY).clocked(RELEASE)),
+        "Time of the last tick").of(&TIME).clocked(RELEASE)),
     (13, extra("release.opened", Contacts, Output, Boolean, Extra::TickOf(Edge::Release),
         "Which contacts opened at the last tick").clocked(RELEASE)),
     (14, extra("release.impulse", Contacts, Output, Real, Extra::EndedImpulse,
-        "Impulse of the pulses that ended at the last tick").of(&IMPULSE, ANY).clocked(RELEASE)),
+        "Impulse of the pulses that ended at the last tick").of(&IMPULSE).clocked(RELEASE)),
     (15, extra("release.peak", Contacts, Output, Real, Extra::EndedPeak,
-        "Largest force of the pulses that ended at the last tick").of(&FORCE, ANY).clocked(RELEASE)),
+        "Largest force of the pulses that ended at the last tick").of(&FORCE).clocked(RELEASE)),
     (16, extra("release.duration", Contacts, Output, Real, Extra::EndedDuration,
-        "Duration of the pulses that ended at the last tick").of(&TIME, ANY).clocked(RELEASE)),
+        "Duration of the pulses that ended at the last tick").of(&TIME).clocked(RELEASE)),
     (17, extra("q", Balls, Local, Real, Extra::Joined("x", "overlap"),
-        "Position of the first ball, then the overlaps").of(&LENGTH, ANY).continuous()
+        "Position of the first ball, then the overlaps").of(&LENGTH).continuous()
         .initially(&[&["contact.deadBand", "contact.gap", "x_start"]])),
     (18, extra("der(q)", Balls, Local, Real, Extra::Joined("v", "der(overlap)"),
-        "Velocity of the first ball, then the rates of the overlaps").of(&VELOCITY, ANY).continuous()
+        "Velocity of the first ball, then the rates of the overlaps").of(&VELOCITY).continuous()
         .initially(&[&["v_start"]]).follows(&[&["v"]])),
     (19, extra("z.contact", Contacts, Local, Real, Extra::ContactIndicator,
         "Event indicators of the contacts: negative while open").continuous()),
@@ -174,6 +175,11 @@ impl Array {
             (Output, Access::Real(_)) => Variability::Continuous,
             _ => self.row.variability,
         }
+    }
+
+    /// Whether it is the slope of an input.
+    pub fn is_slope(self) -> bool {
+        self.row.causality == Input && self.row.rate_of().is_some()
     }
 
     /// The clock that it belongs to.

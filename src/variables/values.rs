@@ -5,7 +5,8 @@ use std::fmt::Display;
 use super::arrays::Array;
 use super::refusal::Refusal;
 use super::settings::Settings;
-use super::table::row::{ANY, Access, Causality, Type, Variability};
+use super::table::range::ANY;
+use super::table::row::{Access, Causality, Shape, Type, Variability};
 use super::text::Number;
 use super::variable::{Variable, variables};
 use crate::model::{Inputs, MAX_INPUT_DERIVATIVE};
@@ -23,9 +24,7 @@ impl Settings {
     /// Whether they are settings of `balls` balls and every value is one that may be set.
     pub fn are_sound(&self, balls: usize) -> bool {
         let fits = |array: &Array| match array.row.access {
-            Access::Parameter { get, .. } => get(&self.parameters).len() == array.row.shape.len(balls),
-            Access::Input { get, .. } => get(&self.inputs).len() == array.row.shape.len(balls),
-            Access::Slope { get, .. } => get(&self.slopes).len() == array.row.shape.len(balls),
+            Access::Setting { get, .. } => get(self).len() == array.row.shape.len(balls),
             _ => true,
         };
         let allowed = |variable: Variable| variable.real(self).is_none_or(|value| variable.check_real(value).is_ok());
@@ -65,7 +64,7 @@ impl Variable {
 
     /// Whether it is an input, and its derivative by time of this order (1/s^order times its unit) may be `value`.
     pub fn check_input_derivative(&self, order: i32, value: f64) -> Result<(), Refusal> {
-        if !matches!(self.row.access, Access::Input { .. }) {
+        if self.row.causality != Causality::Input {
             return Err(Refusal::new(format_args!(
                 "no derivative of {self} can be set: only those of inputs can, and its causality is {:?}",
                 self.row.causality
@@ -107,9 +106,7 @@ impl Variable {
     #[inline]
     pub fn real(&self, settings: &Settings) -> Option<f64> {
         match self.row.access {
-            Access::Parameter { get, .. } => get(&settings.parameters).get(self.index).copied(),
-            Access::Input { get, .. } => get(&settings.inputs).get(self.index).copied(),
-            Access::Slope { get, .. } => get(&settings.slopes).get(self.index).copied(),
+            Access::Setting { get, .. } => get(settings).get(self.index).copied(),
             Access::Calculated(get) => Some(get(&settings.parameters)),
             _ => None,
         }
@@ -125,21 +122,15 @@ impl Variable {
 
     /// Sets a real parameter, input or slope to a value that was checked. Says whether that changed anything.
     pub fn set_real(&self, settings: &mut Settings, value: f64) -> bool {
-        let slot = match self.row.access {
-            Access::Parameter { set, .. } => set(&mut settings.parameters).get_mut(self.index),
-            Access::Input { set, .. } => set(&mut settings.inputs).get_mut(self.index),
-            Access::Slope { set, .. } => set(&mut settings.slopes).get_mut(self.index),
-            _ => None,
-        };
-        slot.is_some_and(|slot| std::mem::replace(slot, value) != value)
+        let Access::Setting { set, .. } = self.row.access else { return false };
+        set(settings).get_mut(self.index).is_some_and(|slot| std::mem::replace(slot, value) != value)
     }
 
-    /// Sets an input, or its derivative of the order that `inputs` holds, to a value that was checked.
+    /// Sets the derivative of an input, of the order that `inputs` holds, to a value that was checked.
     pub fn set_input(&self, inputs: &mut Inputs, value: f64) {
-        if let Access::Input { set, .. } = self.row.access
-            && let Some(slot) = set(inputs).get_mut(self.index)
-        {
-            *slot = value;
+        match self.row.shape {
+            Shape::Scalar => inputs.support_acceleration = value,
+            _ => inputs.force[self.index] = value,
         }
     }
 

@@ -1,12 +1,13 @@
 //! Functions common to all kinds of FMUs: versions, creating and freeing components, logging, and the way through the
 //! phases.
 
+use std::ffi::CStr;
 use std::ptr::null_mut;
 
-use crate::ffi::{self, Component, array, text};
+use crate::ffi::{self, Component, array, log_line, text};
+use crate::fmi2::Fmi2;
 use crate::fmi2::types::*;
-use crate::fmi2::{Fmi2, logger};
-use crate::instance::{Experiment, Instance, Kind, Log, Purpose};
+use crate::instance::{Experiment, Instance, Kind, Log, Purpose, Sink};
 use crate::variables::Description;
 
 /// Platform of the types: `default`.
@@ -45,7 +46,7 @@ pub unsafe extern "C" fn fmi2Instantiate(
     // SAFETY: the host promises texts closed by a null byte, or NULL.
     let [name, guid, location] = [instanceName, fmuGUID, fmuResourceLocation].map(|given| unsafe { text(given) });
     ffi::create(|| {
-        let log = Log::new(logger::sink(&functions, name), loggingOn != fmi2False);
+        let log = Log::new(sink(functions, name), loggingOn != fmi2False);
         let purpose = if name.is_empty() {
             Err("instanceName is missing or empty; allowed: any other text".to_owned())
         } else {
@@ -67,6 +68,26 @@ pub unsafe extern "C" fn fmi2Instantiate(
         }
     })
 }
+
+/// A way to the host's logger, if it has one. The name is copied: the host may free its own.
+fn sink(functions: fmi2CallbackFunctions, name: &CStr) -> Option<Sink> {
+    let (logger, environment, name) = (functions.logger?, functions.componentEnvironment, name.to_owned());
+    Some(Box::new(move |severity, category, text| {
+        let [category, message] = log_line(category, text, true);
+        let status = STATUS_OF_SEVERITY[severity as usize];
+        // SAFETY: the host promises that its logger can be called with its environment while the instance lives. The
+        // message is a format without conversions, so that no further argument is read.
+        unsafe { logger(environment, name.as_ptr(), status, category.as_ptr(), message.as_ptr()) }
+    }))
+}
+
+const STATUS_OF_SEVERITY: [fmi2Status; 5] = [
+    fmi2Status::fmi2OK,
+    fmi2Status::fmi2Warning,
+    fmi2Status::fmi2Discard,
+    fmi2Status::fmi2Error,
+    fmi2Status::fmi2Fatal,
+];
 
 /// What an instance of this type is for; or that there is no such type.
 fn purpose(of: fmi2Type) -> Result<Purpose, String> {

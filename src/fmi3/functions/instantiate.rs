@@ -1,12 +1,10 @@
 //! Creating and freeing instances.
 
-use std::ffi::CString;
-
-use crate::ffi::{self, Component, array, text};
+use crate::ffi::{self, Component, array, log_line, text};
 use crate::fmi3::Fmi3;
 use crate::fmi3::types::*;
-use crate::instance::{Instance, Kind, Log, Purpose, Severity, Sink};
-use crate::variables::{Array, Description, LogCategory, Settings};
+use crate::instance::{Instance, Kind, Log, Purpose, Sink};
+use crate::variables::{Array, Description, Settings};
 
 /// Version of the standard: `3.0`.
 #[unsafe(no_mangle)]
@@ -144,17 +142,18 @@ pub unsafe extern "C" fn fmi3FreeInstance(instance: fmi3Instance) {
 /// A way to the host's logger, if it has one.
 fn sink(logger: fmi3LogMessageCallback, environment: fmi3InstanceEnvironment) -> Option<Sink> {
     let logger = logger?;
-    Some(Box::new(move |severity: Severity, category: LogCategory, text: &str| {
-        let category = CString::new(category.name()).unwrap_or_default();
-        let message = CString::new(text.replace('\0', "").replace('#', "##")).unwrap_or_default();
-        let status = match severity {
-            Severity::Ok => fmi3Status::fmi3OK,
-            Severity::Warning => fmi3Status::fmi3Warning,
-            Severity::Discard => fmi3Status::fmi3Discard,
-            Severity::Error => fmi3Status::fmi3Error,
-            Severity::Fatal => fmi3Status::fmi3Fatal,
-        };
+    Some(Box::new(move |severity, category, text| {
+        let [category, message] = log_line(category, text, false);
+        let status = STATUS_OF_SEVERITY[severity as usize];
         // SAFETY: the host promises that its logger can be called with its environment while the instance lives.
         unsafe { logger(environment, status, category.as_ptr(), message.as_ptr()) }
     }))
 }
+
+const STATUS_OF_SEVERITY: [fmi3Status; 5] = [
+    fmi3Status::fmi3OK,
+    fmi3Status::fmi3Warning,
+    fmi3Status::fmi3Discard,
+    fmi3Status::fmi3Error,
+    fmi3Status::fmi3Fatal,
+];

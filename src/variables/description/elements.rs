@@ -198,12 +198,11 @@ fn start_value(variable: Variable, start: &Settings) -> String {
 
 /// The default of a parameter over contacts, for the element that belongs to none.
 pub fn padding(row: &Row) -> f64 {
-    let default = Settings::default_for(2);
-    if let Access::Parameter { get, .. } = row.access {
-        get(&default.parameters).first().copied().unwrap_or(0.0)
-    } else {
-        0.0
-    }
+    let first = |settings: &Settings| match row.access {
+        Access::Setting { get, .. } => get(settings).first().copied(),
+        _ => None,
+    };
+    first(&Settings::default_for(2)).unwrap_or(0.0)
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 //! Start values are those of [`Parameters::default_for`], read through the row's own accessor.
 
 pub(super) mod enumeration;
+pub(super) mod range;
 pub(super) mod row;
 pub(super) mod unit;
 
@@ -11,9 +12,10 @@ use std::slice::{from_mut, from_ref};
 use crate::model::{ContactModel, DampingLaw, Parameters, SolverMethod};
 use crate::next::NEVER;
 use enumeration::{CONTACT_MODEL, DAMPING_LAW, EXCHANGED_CONTACTS, SOLVER_METHOD};
+use range::{ANY, NOT_NEGATIVE, POSITIVE, between};
 use row::Causality::{Local, Output};
 use row::Shape::{Balls, Contacts, Scalar};
-use row::{ANY, Access, NOT_NEGATIVE, POSITIVE, Row, between};
+use row::{Access, Row};
 use row::{calculated, count, enumeration, flag, input, parameter, real};
 use unit::{
     ACCELERATION, DAMPING, DRAG, ELASTIC_MODULUS, ENERGY, FORCE, IMPULSE, LENGTH, MASS, MOMENTUM, POWER, RATIO,
@@ -23,44 +25,27 @@ use unit::{
 /// A parameter that is one number of [`Parameters`].
 macro_rules! one {
     ($field:ident) => {
-        Access::Parameter { get: |p| from_ref(&p.$field), set: |p| from_mut(&mut p.$field) }
+        Access::Setting { get: |s| from_ref(&s.parameters.$field), set: |s| from_mut(&mut s.parameters.$field) }
     };
 }
 
 /// A parameter that is a vector of [`Parameters`].
 macro_rules! each {
     ($field:ident) => {
-        Access::Parameter { get: |p| &p.$field, set: |p| &mut p.$field }
+        Access::Setting { get: |s| &s.parameters.$field, set: |s| &mut s.parameters.$field }
     };
 }
 
-fn power_law(parameters: &Parameters) -> bool {
-    parameters.contact_model == ContactModel::PowerLaw
-}
-
-fn hertz(parameters: &Parameters) -> bool {
-    parameters.contact_model == ContactModel::Hertz
-}
-
-fn rigid(parameters: &Parameters) -> bool {
-    parameters.contact_model == ContactModel::Rigid
-}
-
-fn compliant(parameters: &Parameters) -> bool {
-    !rigid(parameters)
-}
-
-fn hunt_crossley(parameters: &Parameters) -> bool {
-    compliant(parameters) && parameters.damping_law == DampingLaw::HuntCrossley
-}
-
-fn viscoelastic(parameters: &Parameters) -> bool {
-    compliant(parameters) && parameters.damping_law == DampingLaw::Viscoelastic
-}
-
-fn kelvin_voigt(parameters: &Parameters) -> bool {
-    compliant(parameters) && matches!(parameters.damping_law, DampingLaw::KelvinVoigt | DampingLaw::KelvinVoigtNoPull)
-}
+/// Whether a parameter of some law or model is in use.
+type Used = fn(&Parameters) -> bool;
+const POWER_LAW: Used = |p| p.contact_model == ContactModel::PowerLaw;
+const HERTZ: Used = |p| p.contact_model == ContactModel::Hertz;
+const RIGID: Used = |p| p.contact_model == ContactModel::Rigid;
+const COMPLIANT: Used = |p| !RIGID(p);
+const HUNT_CROSSLEY: Used = |p| COMPLIANT(p) && p.damping_law == DampingLaw::HuntCrossley;
+const VISCOELASTIC: Used = |p| COMPLIANT(p) && p.damping_law == DampingLaw::Viscoelastic;
+const KELVIN_VOIGT: Used =
+    |p| COMPLIANT(p) && matches!(p.damping_law, DampingLaw::KelvinVoigt | DampingLaw::KelvinVoigtNoPull);
 
 /// Period of ball 1, s; `NEVER` without gravity.
 fn period(parameters: &Parameters) -> f64 {
@@ -99,9 +84,9 @@ pub static TABLE: &[Row] = &[
     parameter("ball.radius", Scalar, &LENGTH, POSITIVE, one!(radius),
         "Radius of the balls, for hertz contacts and for animations").nominal(0.01),
     parameter("ball.youngModulus", Scalar, &ELASTIC_MODULUS, POSITIVE, one!(young_modulus),
-        "Young's modulus E of the balls, for hertz contacts").nominal(1e11).used_if(hertz),
+        "Young's modulus E of the balls, for hertz contacts").nominal(1e11).used_if(HERTZ),
     parameter("ball.poissonRatio", Scalar, &RATIO, between(0.0, 0.5), one!(poisson_ratio),
-        "Poisson's ratio of the balls, for hertz contacts").used_if(hertz),
+        "Poisson's ratio of the balls, for hertz contacts").used_if(HERTZ),
     parameter("pendulum.length", Scalar, &LENGTH, POSITIVE, one!(length),
         "Length L of a pendulum with length ratio 1"),
     parameter("pendulum.lengthRatio", Balls, &RATIO, POSITIVE, each!(length_ratio),
@@ -111,27 +96,27 @@ pub static TABLE: &[Row] = &[
     enumeration("contact.model", &CONTACT_MODEL,
         "Force law of the contacts"),
     parameter("contact.stiffness", Scalar, &STIFFNESS, POSITIVE, one!(stiffness),
-        "Secant stiffness k at the overlap contact.overlapRef, for powerLaw contacts").nominal(1e10).used_if(power_law),
+        "Secant stiffness k at the overlap contact.overlapRef, for powerLaw contacts").nominal(1e10).used_if(POWER_LAW),
     parameter("contact.stiffnessRatio", Contacts, &RATIO, POSITIVE, each!(stiffness_ratio),
-        "Stiffness ratio r of the contact between balls {i} and {j}: a factor on its elastic force").used_if(compliant),
+        "Stiffness ratio r of the contact between balls {i} and {j}: a factor on its elastic force").used_if(COMPLIANT),
     parameter("contact.overlapRef", Scalar, &LENGTH, POSITIVE, one!(overlap_ref),
-        "Overlap d_ref at which the secant stiffness is contact.stiffness").nominal(1e-6).used_if(power_law),
+        "Overlap d_ref at which the secant stiffness is contact.stiffness").nominal(1e-6).used_if(POWER_LAW),
     parameter("contact.exponent", Scalar, &RATIO, between(1.0, 10.0), one!(exponent),
-        "Exponent p of the powerLaw contacts").used_if(power_law),
+        "Exponent p of the powerLaw contacts").used_if(POWER_LAW),
     parameter("contact.deadBand", Scalar, &LENGTH, NOT_NEGATIVE, one!(dead_band),
         "Distance that neighbours travel beyond the gap before their contact acts").nominal(1e-6),
     parameter("contact.gap", Contacts, &LENGTH, ANY, each!(gap),
         "Gap between balls {i} and {j} at rest; negative if they are pre-compressed").nominal(1e-6),
     enumeration("contact.dampingLaw", &DAMPING_LAW,
-        "Damping law of the contacts").used_if(compliant),
+        "Damping law of the contacts").used_if(COMPLIANT),
     parameter("contact.damping", Scalar, &DAMPING, NOT_NEGATIVE, one!(damping),
-        "Damping c of the kelvinVoigt laws").tunable().used_if(kelvin_voigt),
+        "Damping c of the kelvinVoigt laws").tunable().used_if(KELVIN_VOIGT),
     parameter("contact.huntCrossley", Scalar, &SLOWNESS, NOT_NEGATIVE, one!(hunt_crossley),
-        "Damping factor alpha of the huntCrossley law").tunable().used_if(hunt_crossley),
+        "Damping factor alpha of the huntCrossley law").tunable().used_if(HUNT_CROSSLEY),
     parameter("contact.relaxationTime", Scalar, &TIME, NOT_NEGATIVE, one!(relaxation_time),
-        "Relaxation time A of the viscoelastic law").nominal(1e-6).tunable().used_if(viscoelastic),
+        "Relaxation time A of the viscoelastic law").nominal(1e-6).tunable().used_if(VISCOELASTIC),
     parameter("contact.restitution", Scalar, &RATIO, between(0.0, 1.0), one!(restitution),
-        "Coefficient of restitution of rigid contacts").tunable().used_if(rigid),
+        "Coefficient of restitution of rigid contacts").tunable().used_if(RIGID),
     parameter("x_start", Balls, &LENGTH, ANY, each!(x_start),
         "Position of ball {i} at the start time"),
     parameter("v_start", Balls, &VELOCITY, ANY, each!(v_start),
@@ -150,10 +135,10 @@ pub static TABLE: &[Row] = &[
         .initially(&[&["gravity", "pendulum.length", "pendulum.lengthRatio[1]"]])
         .derivative(|d, _| d.period),
 
-    input("F_ext", Balls, &FORCE, Access::Input { get: |u| &u.force, set: |u| &mut u.force },
+    input("F_ext", Balls, &FORCE, Access::Setting { get: |s| &s.inputs.force, set: |s| &mut s.inputs.force },
         "External force on ball {i}, to the right"),
-    input("a_support", Scalar, &ACCELERATION, Access::Input {
-        get: |u| from_ref(&u.support_acceleration), set: |u| from_mut(&mut u.support_acceleration),
+    input("a_support", Scalar, &ACCELERATION, Access::Setting {
+        get: |s| from_ref(&s.inputs.support_acceleration), set: |s| from_mut(&mut s.inputs.support_acceleration),
     }, "Acceleration of the support, to the right"),
 
     real("x", Balls, Output, &LENGTH, |s, i| s.x(i),

@@ -1,9 +1,11 @@
 //! What a row of the table says about a family of variables.
 
 use super::enumeration::Enumeration;
+use super::range::{ANY, NOT_NEGATIVE, Range};
 use super::unit::Quantity;
-use crate::model::{Differential, Inputs, Parameters, Results};
+use crate::model::{Differential, Parameters, Results};
 use crate::variables::refusal::Refusal;
+use crate::variables::settings::Settings;
 
 /// How many variables a row stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -100,26 +102,12 @@ pub type Get<T> = fn(&dyn Results, usize) -> T;
 /// compile.
 #[derive(Clone, Copy)]
 pub enum Access {
-    /// Real parameters; the slice has one element for each variable of the row.
-    Parameter {
+    /// Real parameters, inputs or slopes; the slice has one element for each variable of the row.
+    Setting {
         /// Reads them.
-        get: fn(&Parameters) -> &[f64],
+        get: fn(&Settings) -> &[f64],
         /// What a setter writes to.
-        set: fn(&mut Parameters) -> &mut [f64],
-    },
-    /// Real inputs, likewise.
-    Input {
-        /// Reads them.
-        get: fn(&Inputs) -> &[f64],
-        /// What a setter writes to.
-        set: fn(&mut Inputs) -> &mut [f64],
-    },
-    /// Slopes of real inputs, likewise, in FMI 3.0.
-    Slope {
-        /// Reads them.
-        get: fn(&Inputs) -> &[f64],
-        /// What a setter writes to.
-        set: fn(&mut Inputs) -> &mut [f64],
+        set: fn(&mut Settings) -> &mut [f64],
     },
     /// A parameter with named items.
     Enumeration(&'static Enumeration),
@@ -177,60 +165,11 @@ impl Access {
     /// Data type of the variables behind it.
     pub const fn data_type(&self) -> Type {
         match self {
-            Self::Parameter { .. } | Self::Input { .. } | Self::Slope { .. } => Type::Real,
-            Self::Calculated(_) | Self::Real(_) => Type::Real,
+            Self::Setting { .. } | Self::Calculated(_) | Self::Real(_) => Type::Real,
             Self::Enumeration(_) => Type::Enumeration,
             Self::Count(_) => Type::Integer,
             Self::Flag(_) => Type::Boolean,
             Self::Instance(of, _) => *of,
-        }
-    }
-}
-
-/// Values a real variable may take, all of them finite.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Range {
-    /// Smallest value, if there is one.
-    pub min: Option<f64>,
-    /// Largest value, if there is one.
-    pub max: Option<f64>,
-    /// Whether `min` itself is refused.
-    pub above_min: bool,
-}
-
-/// Any finite value.
-pub const ANY: Range = Range { min: None, max: None, above_min: false };
-/// Zero or more.
-pub const NOT_NEGATIVE: Range = Range { min: Some(0.0), max: None, above_min: false };
-/// More than zero. The description can only say `min="0"`; its text adds that 0 itself is refused.
-pub const POSITIVE: Range = Range { min: Some(0.0), max: None, above_min: true };
-
-/// `min` to `max`, both included.
-pub const fn between(min: f64, max: f64) -> Range {
-    Range { min: Some(min), max: Some(max), above_min: false }
-}
-
-impl Range {
-    /// Whether `value` is finite and inside.
-    pub fn contains(&self, value: f64) -> bool {
-        let above = match self.min {
-            Some(min) if self.above_min => value > min,
-            Some(min) => value >= min,
-            None => true,
-        };
-        value.is_finite() && above && self.max.is_none_or(|max| value <= max)
-    }
-}
-
-impl std::fmt::Display for Range {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        use crate::variables::text::Number;
-        match (self.min, self.max) {
-            (Some(min), Some(max)) => write!(f, "{} to {}", Number(min), Number(max)),
-            (Some(min), None) if self.above_min => write!(f, "finite and > {}", Number(min)),
-            (Some(min), None) => write!(f, "finite and >= {}", Number(min)),
-            (None, Some(max)) => write!(f, "finite and <= {}", Number(max)),
-            (None, None) => write!(f, "any finite value"),
         }
     }
 }
@@ -342,7 +281,7 @@ const fn row(name: Text, shape: Shape, causality: Causality, access: Access, des
 
 /// A real parameter.
 pub const fn parameter(name: Text, shape: Shape, quantity: Of, range: Range, access: Access, description: Text) -> Row {
-    row(name, shape, Causality::Parameter, access, description).of(quantity, range)
+    row(name, shape, Causality::Parameter, access, description).of(quantity).within(range)
 }
 
 /// A parameter with named items.
@@ -353,17 +292,17 @@ pub const fn enumeration(name: Text, enumeration: &'static Enumeration, descript
 /// A parameter that follows from others.
 pub const fn calculated(name: Text, quantity: Of, access: fn(&Parameters) -> f64, description: Text) -> Row {
     let access = Access::Calculated(access);
-    row(name, Shape::Scalar, Causality::CalculatedParameter, access, description).of(quantity, ANY)
+    row(name, Shape::Scalar, Causality::CalculatedParameter, access, description).of(quantity)
 }
 
 /// A real input.
 pub const fn input(name: Text, shape: Shape, quantity: Of, access: Access, description: Text) -> Row {
-    row(name, shape, Causality::Input, access, description).of(quantity, ANY)
+    row(name, shape, Causality::Input, access, description).of(quantity)
 }
 
 /// A real result of causality output or local.
 pub const fn real(name: Text, shape: Shape, to: Causality, quantity: Of, get: Get<f64>, description: Text) -> Row {
-    row(name, shape, to, Access::Real(get), description).of(quantity, ANY)
+    row(name, shape, to, Access::Real(get), description).of(quantity)
 }
 
 /// A count of causality output or local.
@@ -386,70 +325,39 @@ pub const fn slope(name: Text, shape: Shape, access: Access, description: Text) 
     row(name, shape, Causality::Input, access, description)
 }
 
-impl Row {
-    /// Is of this quantity and within this range.
-    pub const fn of(mut self, quantity: Of, range: Range) -> Self {
-        (self.quantity, self.range) = (Some(quantity), range);
-        self
-    }
+/// Says one thing more of a row.
+macro_rules! builders {
+    ($($(#[$doc:meta])* $name:ident($($value:ident: $type:ty)?) $field:ident = $to:expr;)*) => {
+        impl Row {
+            $($(#[$doc])* pub const fn $name(mut self $(, $value: $type)?) -> Self {
+                self.$field = $to;
+                self
+            })*
+        }
+    };
+}
 
-    /// May also be set between steps.
-    pub const fn tunable(mut self) -> Self {
-        self.variability = Variability::Tunable;
-        self
-    }
-
-    /// Changes only at communication points and events.
-    pub const fn discrete(mut self) -> Self {
-        self.variability = Variability::Discrete;
-        self
-    }
-
-    /// Changes at any time.
-    pub const fn continuous(mut self) -> Self {
-        self.variability = Variability::Continuous;
-        self
-    }
-
-    /// Is known while this clock ticks.
-    pub const fn clocked(mut self, clock: Text) -> Self {
-        self.clock = Some(clock);
-        self
-    }
-
+builders! {
+    /// Is of this quantity.
+    of(quantity: Of) quantity = Some(quantity);
     /// Takes values within this range only.
-    pub const fn within(mut self, range: Range) -> Self {
-        self.range = range;
-        self
-    }
-
-    /// Order of magnitude.
-    pub const fn nominal(mut self, nominal: f64) -> Self {
-        self.nominal = Some(nominal);
-        self
-    }
-
+    within(range: Range) range = range;
+    /// Has this order of magnitude.
+    nominal(nominal: f64) nominal = Some(nominal);
+    /// May also be set between steps.
+    tunable() variability = Variability::Tunable;
+    /// Changes only at communication points and events.
+    discrete() variability = Variability::Discrete;
+    /// Changes at any time.
+    continuous() variability = Variability::Continuous;
     /// Has an effect only where `used` holds.
-    pub const fn used_if(mut self, used: fn(&Parameters) -> bool) -> Self {
-        self.used = used;
-        self
-    }
-
+    used_if(used: fn(&Parameters) -> bool) used = used;
     /// Has this derivative, by time or along a direction.
-    pub const fn derivative(mut self, derivative: fn(&Differential, usize) -> f64) -> Self {
-        self.derivative = Some(derivative);
-        self
-    }
-
+    derivative(derivative: fn(&Differential, usize) -> f64) derivative = Some(derivative);
     /// Depends on these states and inputs.
-    pub const fn follows(mut self, on: Groups) -> Self {
-        self.follows = on;
-        self
-    }
-
+    follows(on: Groups) follows = on;
     /// Depends at initialization on these rows only.
-    pub const fn initially(mut self, on: Groups) -> Self {
-        self.initially = Some(on);
-        self
-    }
+    initially(on: Groups) initially = Some(on);
+    /// Is known while this clock ticks.
+    clocked(clock: Text) clock = Some(clock);
 }
