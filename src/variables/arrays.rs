@@ -215,21 +215,3 @@ impl std::fmt::Display for Array {
         f.write_str(self.row.name)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use std::collections::HashSet;
-
-    #[test]
-    fn names_and_references_are_unique_and_lead_back() {
-        let (mut names, mut references) = (HashSet::new(), HashSet::new());
-        for array in Array::all() {
-            let reference = array.reference();
-            assert_eq!(Array::at(reference).map(|array| array.position), Some(array.position));
-            assert!(names.insert(array.row.name) && references.insert(reference), "{array}");
-        }
-        assert_eq!(references.len(), (0..200).filter(|reference| Array::at(*reference).is_some()).count());
-        assert!(Array::named(LEFT_OUT).is_none() && Array::at(u32::MAX).is_none());
-    }
-}
