@@ -92,19 +92,6 @@ pub(crate) struct Cluster {
 }
 
 impl Cluster {
-    /// None yet, with the memory for so many contacts that are followed by Gauss collocation.
-    pub fn with_capacity(contacts: usize) -> Self {
-        Self {
-            flights: Vec::with_capacity(contacts + 1),
-            contacts: Vec::with_capacity(contacts),
-            description: Description {
-                gauss: Box::new(gauss::Motion::with_capacity(contacts)),
-                ..Description::default()
-            },
-            ..Self::default()
-        }
-    }
-
     /// Computes what Gauss collocation is made of, once in a process: the first impact is not to wait for it.
     pub fn compute_tables() {
         Stretching::compute_tables();

@@ -19,9 +19,6 @@ use crate::solver::queue::EventQueue;
 /// Where a step of a copy that goes ahead would have begun, s: after all events.
 pub(crate) const NO_STEP: f64 = f64::MAX;
 
-/// Contacts that the first cluster of contacts that are not linear has memory for from the start, if there are so many.
-const ROOM: usize = 16;
-
 /// A cradle and its trajectory up to the current time.
 #[derive(Clone, Debug)]
 pub struct Engine {
@@ -86,10 +83,9 @@ impl Engine {
     /// All balls in flight from the start values, their contacts not looked at yet.
     pub(crate) fn apart(parameters: &Parameters, inputs: HeldInputs, start_time: f64) -> Self {
         let cradle = Cradle::new(parameters);
-        let mut caches = Caches::new(cradle.balls.len());
+        let caches = Caches::new(cradle.balls.len());
         if cradle.contacts.iter().any(|law| !law.is_linear()) {
             Cluster::compute_tables();
-            caches.spare = Some(Box::new(Cluster::with_capacity(cradle.contacts.len().min(ROOM))));
         }
         let start = DoubleDouble::from(start_time);
         let state = parameters.x_start.iter().zip(&parameters.v_start).enumerate();

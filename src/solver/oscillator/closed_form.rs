@@ -17,23 +17,13 @@ use serde::{Deserialize, Serialize};
 use super::decays::Decays;
 use super::trigonometry::sin_cos;
 use crate::solver::double_double::DoubleDouble;
+use crate::solver::series::INVERSES;
 
 /// Highest derivative of the force that is taken into account.
 pub const MAX_FORCE_ORDER: usize = 3;
 
 /// Number of functions `U_0, U_1, ...` that the motion, its integrals and the work of the force need.
 pub const BASIS: usize = 2 * MAX_FORCE_ORDER + 4;
-
-/// `1 / k`: a product is cheaper than a division.
-const INVERSE: [f64; 64] = {
-    let mut inverse = [0.0; 64];
-    let mut k = 1;
-    while k < 64 {
-        inverse[k] = 1.0 / k as f64;
-        k += 1;
-    }
-    inverse
-};
 
 /// Natural frequency and decay of an oscillator; what follows from them is not serialized.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -126,7 +116,7 @@ impl Oscillator {
         let (damping, stiffness) = (2.0 * self.gamma * t, self.omega2 * t * t);
         let mut powers = [1.0; COUNT];
         for k in 1..COUNT {
-            powers[k] = powers[k - 1] * t * INVERSE[k];
+            powers[k] = powers[k - 1] * t * INVERSES[k];
         }
         let (top, below) = (COUNT - 1, COUNT - 2);
         let (mut falling_top, mut falling_below) = (1.0, 1.0);
@@ -144,8 +134,8 @@ impl Oscillator {
             };
             for _ in 0..terms {
                 m += 1;
-                falling_top *= INVERSE[top + m];
-                falling_below *= INVERSE[below + m];
+                falling_top *= INVERSES[top + m];
+                falling_below *= INVERSES[below + m];
             }
             sum_top += a * falling_top;
             sum_below += a * falling_below;
@@ -169,7 +159,7 @@ impl Oscillator {
         let mut power = 1.0;
         for k in 2..COUNT {
             u[k] = (power - u[k - 2] - 2.0 * self.gamma * u[k - 1]) * self.inverse.1;
-            power *= t * INVERSE[k - 1];
+            power *= t * INVERSES[k - 1];
         }
         u
     }
@@ -255,7 +245,7 @@ impl Oscillator {
         for _ in 0..doublings {
             let mut powers = [1.0; COUNT];
             for k in 1..COUNT {
-                powers[k] = powers[k - 1] * h * INVERSE[k];
+                powers[k] = powers[k - 1] * h * INVERSES[k];
             }
             let mut twice = [0.0; COUNT];
             twice[0] = u[0] * u[0] - self.omega2 * u[1] * u[1];
@@ -281,21 +271,21 @@ fn decay_integrals<const COUNT: usize>(rate: f64, t: f64) -> [f64; COUNT] {
         let mut power = 1.0;
         for k in 1..COUNT {
             h[k] = (power - h[k - 1]) / rate;
-            power *= t * INVERSE[k];
+            power *= t * INVERSES[k];
         }
     } else {
         let mut power = 1.0;
         for (k, h) in h.iter_mut().enumerate() {
             let (mut term, mut sum) = (1.0, 1.0);
             for m in 1..25 {
-                term *= -reach * INVERSE[k + m];
+                term *= -reach * INVERSES[k + m];
                 sum += term;
                 if term.abs() < 1e-18 {
                     break;
                 }
             }
             *h = power * sum;
-            power *= t * INVERSE[k + 1];
+            power *= t * INVERSES[k + 1];
         }
     }
     h

@@ -96,13 +96,6 @@ pub(super) struct Moment {
     pub contacts: Vec<[f64; 2]>,
 }
 
-impl Moment {
-    /// With room for so many contacts.
-    pub fn with_capacity(contacts: usize) -> Self {
-        Self { balls: Vec::with_capacity(contacts + 1), contacts: Vec::with_capacity(contacts), ..Self::default() }
-    }
-}
-
 /// The step up to some time, for integrals.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Part {
@@ -117,7 +110,7 @@ pub(super) struct Part {
 }
 
 /// The motion of a window on a step.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Motion {
     pub(super) stretching: Stretching,
     /// Length of the step, s.
@@ -150,47 +143,7 @@ pub(crate) struct Motion {
     pub(super) part: RefCell<Part>,
 }
 
-impl Default for Motion {
-    fn default() -> Self {
-        Self {
-            stretching: Stretching::None,
-            length: 0.0,
-            until: 0.0,
-            end: None,
-            oscillators: Vec::new(),
-            flights: Vec::new(),
-            unlike: false,
-            tracks: Vec::new(),
-            varies: false,
-            needs_rates: false,
-            overlaps: Vec::new(),
-            rates: Vec::new(),
-            accelerations: Vec::new(),
-            forces: Vec::new(),
-            states: Vec::new(),
-            moment: RefCell::default(),
-            part: RefCell::default(),
-        }
-    }
-}
-
 impl Motion {
-    /// With room for so many contacts.
-    pub fn with_capacity(contacts: usize) -> Self {
-        let nodes = || Vec::with_capacity(contacts);
-        Self {
-            flights: Vec::with_capacity(contacts + 1),
-            tracks: Vec::with_capacity(contacts),
-            overlaps: nodes(),
-            rates: nodes(),
-            accelerations: nodes(),
-            forces: Vec::with_capacity(contacts + 2),
-            moment: RefCell::new(Moment::with_capacity(contacts)),
-            oscillators: Vec::with_capacity(contacts + 1),
-            ..Self::default()
-        }
-    }
-
     /// The state of `window` at the start of a step.
     pub(super) fn start(&mut self, window: &Window) {
         let Window { flights, balls, contacts, laws } = window;
