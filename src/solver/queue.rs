@@ -37,8 +37,11 @@ impl EventQueue {
         let mut place = (self.time.len() + key) / 2;
         while place > 0 {
             let (left, right) = (self.earliest[2 * place], self.earliest[2 * place + 1]);
-            let swapped = self.time[right as usize] < self.time[left as usize];
-            self.earliest[place] = if swapped { right } else { left };
+            let earlier = if self.time[right as usize] < self.time[left as usize] { right } else { left };
+            if earlier == self.earliest[place] && earlier as usize != key {
+                break; // Nothing changes from here on.
+            }
+            self.earliest[place] = earlier;
             place /= 2;
         }
     }
