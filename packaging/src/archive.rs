@@ -6,7 +6,7 @@ use std::fs;
 use std::io::{Cursor, Write};
 use std::path::Path;
 
-use zip::result::ZipError;
+use zip::result::ZipResult;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
@@ -33,16 +33,13 @@ pub fn replace(path: &Path, contents: &[u8]) -> Result<(), Error> {
 }
 
 /// The zip file of `entries`.
-pub fn bytes(entries: Entries) -> Result<Vec<u8>, Error> {
-    let write = || {
-        let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
-        let options =
-            SimpleFileOptions::default().compression_method(CompressionMethod::Deflated).compression_level(Some(6));
-        for (name, contents) in entries {
-            zip.start_file(name, options)?;
-            zip.write_all(&contents)?;
-        }
-        Ok(zip.finish()?.into_inner())
-    };
-    write().map_err(|error: ZipError| Error::Failure(format!("cannot pack the FMU: {error}")))
+pub fn bytes(entries: Entries) -> ZipResult<Vec<u8>> {
+    let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+    let options =
+        SimpleFileOptions::default().compression_method(CompressionMethod::Deflated).compression_level(Some(6));
+    for (name, contents) in entries {
+        zip.start_file(name, options)?;
+        zip.write_all(&contents)?;
+    }
+    Ok(zip.finish()?.into_inner())
 }

@@ -64,8 +64,8 @@ pub fn python() -> Option<OsString> {
     } else {
         (["python3", "python"], ["python3", "python"])
     };
-    let folder = program_folder().unwrap_or_default();
-    let beside = beside.map(|name| folder.join(name)).into_iter().filter(|path| path.is_file());
+    let beside = program_folder().into_iter().flat_map(|folder| beside.map(|name| folder.join(name)));
+    let beside = beside.filter(|path| path.is_file());
     let all = beside.chain(on_path.map(PathBuf::from)).chain(above(IN_VENV)).map(PathBuf::into_os_string);
     let code = format!("import importlib.util as u, sys; sys.exit(u.find_spec('{PACKAGE}') is None)");
     all.into_iter().find(|python| succeeds(python, &code))

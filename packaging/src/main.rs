@@ -45,7 +45,7 @@ fn answer(request: Request) -> Result<ExitCode, Error> {
         Request::Page { python, arguments } => {
             return environment::hand_over("page", python, &arguments).map(ExitCode::from);
         }
-        Request::Record { folder, name } => print!("{}", reference::run(&folder, &name)?),
+        Request::Record { folder, name } => reference::run(&folder, &name)?,
     }
     Ok(ExitCode::SUCCESS)
 }

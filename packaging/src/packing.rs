@@ -19,7 +19,8 @@ impl Build {
         let recipe = choice.recipe()?;
         let (ready, folder) = self.ready()?;
         let out = self.out.clone().unwrap_or_else(|| folder.join(format!("{name}.fmu")));
-        let same = |from: &&PathBuf| fs::canonicalize(from).ok() == fs::canonicalize(&out).ok();
+        let real = |path: &Path| fs::canonicalize(path).ok();
+        let same = |from: &&PathBuf| real(from).is_some_and(|from| real(&out) == Some(from));
         if let Some(from) = self.from.as_ref().filter(same).map(|from| from.display()) {
             return Err(Error::Usage(format!(
                 "the new FMU would replace {from}, from which it is made; give another file with --out"
@@ -31,7 +32,8 @@ impl Build {
             eprintln!("warning: the FMU gets no reference results: {reason}");
         }
         let beside = self.reference.as_ref().map(|folder| reference::beside(&entries, &out, folder)).transpose()?;
-        let bytes = archive::bytes(entries)?;
+        let bytes = archive::bytes(entries)
+            .map_err(|error| Error::Failure(format!("cannot pack {}: {error}", out.display())))?;
         let replaced = build::replaced(&out, &bytes);
         archive::replace(&out, &bytes)?;
         let path = shown(&out).display().to_string();

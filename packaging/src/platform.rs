@@ -28,10 +28,6 @@ pub static PLATFORMS: &[Platform] = &[
 
 const ARM_LINUX: &str = "aarch64-linux";
 
-/// Those of them as targets of Rust.
-const TARGETS: &str = "x86_64-*-linux, i586-*-linux, i686-*-linux, x86_64-*-windows, i586-*-windows, i686-*-windows, \
-                       aarch64-*-linux, x86_64-*-darwin, aarch64-*-darwin";
-
 impl Platform {
     /// The platform with this folder.
     pub fn named(folder: &str) -> Option<&'static Self> {
@@ -55,7 +51,8 @@ impl Platform {
         let processor = if matches!(processor, "i586" | "i686") { "x86" } else { processor };
         let found = system.split('-').find_map(|os| Self::of_tuple(&format!("{processor}-{os}")));
         found.ok_or_else(|| {
-            Error::Usage(format!("--target {triple} is refused: FMI 2.0 has no name for it; allowed: {TARGETS}"))
+            let allowed = targets();
+            Error::Usage(format!("--target {triple} is refused: FMI 2.0 has no name for it; allowed: {allowed}"))
         })
     }
 
@@ -138,6 +135,16 @@ pub fn libraries<'a>(entries: &'a Entries, identifier: &str, fmi3: bool) -> Vec<
 pub fn folders() -> String {
     let folders: Vec<&str> = PLATFORMS.iter().map(|platform| platform.folder).collect();
     folders.join(", ")
+}
+
+/// The platforms as targets of Rust, for messages.
+fn targets() -> String {
+    let tuples = PLATFORMS.iter().flat_map(|platform| platform.tuples);
+    let targets = tuples.flat_map(|tuple| match tuple.strip_prefix("x86-") {
+        Some(os) => vec![format!("i586-*-{os}"), format!("i686-*-{os}")],
+        None => vec![tuple.replace('-', "-*-")],
+    });
+    targets.collect::<Vec<_>>().join(", ")
 }
 
 /// The platform tuple of this machine.

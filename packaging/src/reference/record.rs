@@ -2,7 +2,7 @@
 //! a binary that crashes or hangs takes nothing with it.
 
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio, abort};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use std::{env, fs, io, thread};
@@ -54,26 +54,36 @@ pub fn record(entries: &Entries, names: &[&str]) -> Result<Vec<String>, String> 
 }
 
 fn in_child(folder: &Path, name: &str) -> Result<String, String> {
-    let started = env::current_exe()
-        .and_then(|program| Command::new(program).arg("record").arg(folder).arg(name).stdin(Stdio::null()).output());
+    // What the binary itself prints goes nowhere.
+    let started = env::current_exe().and_then(|program| {
+        let mut child = Command::new(program);
+        child.arg("record").arg(folder).arg(name).stdin(Stdio::null()).stdout(Stdio::null()).output()
+    });
     let ended = started.map_err(|error| format!("cannot start this program again: {error}"))?;
     if ended.status.success() {
-        return String::from_utf8(ended.stdout).map_err(|error| error.to_string());
+        return fs::read_to_string(results(folder, name)).map_err(|error| error.to_string());
     }
     let problems = String::from_utf8_lossy(&ended.stderr);
     let problem = problems.lines().find_map(|line| line.strip_prefix("error: "));
     Err(problem.map_or_else(|| format!("its binary crashed ({})", ended.status), str::to_owned))
 }
 
-/// The child: runs the binary in `folder` for the case of this name; its results as CSV.
-pub fn run(folder: &Path, name: &str) -> Result<String, Error> {
+/// Where the child leaves its results.
+fn results(folder: &Path, name: &str) -> PathBuf {
+    folder.join(format!("{name}.csv"))
+}
+
+/// The child: runs the binary in `folder` for the case of this name, and leaves its results there as CSV.
+pub fn run(folder: &Path, name: &str) -> Result<(), Error> {
     thread::spawn(|| {
         thread::sleep(PATIENCE);
         // The exit code says the same.
         let _ = io::stderr().write_all(b"error: its run takes more than a minute\n");
         abort();
     });
-    csv(folder, name).map_err(|problem| Error::Failure(format!("{name}: {problem}")))
+    let written = csv(folder, name)
+        .and_then(|csv| fs::write(results(folder, name), csv).map_err(|error| format!("cannot write: {error}")));
+    written.map_err(|problem| Error::Failure(format!("{name}: {problem}")))
 }
 
 /// The results in the form that FMI's cross-check asks for: quoted names, commas, numbers as in C.

@@ -121,10 +121,10 @@ fn a_binary_with_other_results_or_that_crashes_is_found_out() {
     };
     let (code, output) = check("extra/org.fmi-standard.fmi-ls-ref/desk.csv", b"\"time\"\n".to_vec(), &[]);
     assert!(code == 1 && output.contains("desk.csv: the binary for this machine gives other results"), "{output}");
-    // A C compiler makes the binary: one that gets as far as being asked, and then aborts.
+    // A C compiler makes the binaries: one that gets as far as being asked, and then aborts; and one that prints.
     #[cfg(target_os = "linux")]
     {
-        let library = folder.compile("#include <stdlib.h>\nvoid *fmi2Instantiate(void) { abort(); }\n");
+        let library = folder.compile("#include <stdlib.h>\nvoid *fmi2Instantiate(void) { abort(); }\n", &[]);
         let (name, library) = ("binaries/linux64/NewtonsCradle.so", fs::read(library).unwrap());
         let (code, output) = check(name, library.clone(), &[]);
         assert_eq!(code, 1);
@@ -132,5 +132,10 @@ fn a_binary_with_other_results_or_that_crashes_is_found_out() {
             assert!(output.contains(expected), "{output}");
         }
         assert!(!check(name, library, &["--no-load"]).1.contains("crashed"));
+        let talk = "#include <stdio.h>\n__attribute__((constructor)) static void talk(void) { puts(\"Hello\"); }\n";
+        let whole = super::support::library_path();
+        let library = folder.compile(talk, &["-Wl,--no-as-needed", whole.to_str().unwrap()]);
+        let (_, output) = check(name, fs::read(library).unwrap(), &[]);
+        assert!(!output.contains("results") && !output.contains("nothing was run"), "{output}");
     }
 }

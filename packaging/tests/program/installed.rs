@@ -7,9 +7,7 @@ use std::process::Command;
 
 use cradle_packaging::build::Standard;
 
-#[cfg(unix)]
-use super::support::PROGRAM;
-use super::support::{Folder, build, ended, entries_of, fmu, library, run, run_in, sound, text};
+use super::support::{Folder, PROGRAM, build, ended, entries_of, fmu, library, run, run_in, sound, text};
 
 const REFERENCE: &str = "extra/org.fmi-standard.fmi-ls-ref";
 
@@ -93,6 +91,20 @@ fn an_installed_program_has_its_fmu_and_its_python() {
     assert_eq!(started(&["page", "NewtonsCradle3.fmu"]).output, "<-m><newtons_cradle><page><NewtonsCradle3.fmu>");
     assert_eq!(started(&["live"]).output, "cradle.html (1 kB): open it in a browser\n");
     assert_eq!(fs::read_to_string(folder.file("cradle.html")).unwrap(), "live");
+}
+
+#[test]
+fn a_live_page_of_the_sources_is_found_from_below() {
+    let folder = Folder::new("live");
+    let live = |below: &str| {
+        let place = Path::new(&folder.write(&format!("{below}/x"), "")).parent().unwrap().to_owned();
+        ended(Command::new(PROGRAM).arg("live").current_dir(place))
+    };
+    let missing = live("bare");
+    assert!(missing.code == 1 && missing.error.contains("the live page is missing: "), "{}", missing.error);
+    folder.write("target/web/cradle.html", "live");
+    assert_eq!(live("deep/down").code, 0);
+    assert_eq!(fs::read_to_string(folder.file("deep/down/cradle.html")).unwrap(), "live");
 }
 
 #[cfg(unix)]
@@ -197,7 +209,7 @@ fn an_fmu_of_fmi_3_has_the_parameter_sets_that_need_no_array() {
 #[test]
 fn results_that_cannot_be_recorded_are_missed_loudly() {
     let folder = Folder::new("missed");
-    let other = folder.compile("int nothing(void) { return 0; }\n");
+    let other = folder.compile("int nothing(void) { return 0; }\n", &[]);
     let out = folder.file("x.fmu");
     let binary = library().split_once('=').map(|(platform, _)| format!("{platform}={other}")).unwrap();
     let built = run(&["build", "--binary", &binary, "--out", &out]);
