@@ -87,9 +87,8 @@ def steel(lifted_balls: int = 1, *, amplitude: float = 0.05) -> Start:
     of_steel = ("ball.youngModulus", "ball.poissonRatio", "contact.model", "contact.deadBand")
     parts = ((of_paper, preset("figure5")), (of_steel, preset("desk")))
     start = {name: values[name] for names, values in parts for name in names}
-    return (
-        start | {"ball.radius": 0.0313} | lifted(lifted_balls, amplitude=amplitude)
-    )  # m, of a steel ball of 1 kg
+    start["ball.radius"] = 0.0313  # m, of a steel ball of 1 kg
+    return start | lifted(lifted_balls, amplitude=amplitude)
 
 
 def _vector(name: str, values: Sequence[float]) -> Start:
