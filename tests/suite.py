@@ -4,6 +4,7 @@ is said again."""
 import os
 import re
 import shutil
+import subprocess
 import sys
 import tempfile
 import threading
@@ -268,6 +269,9 @@ def has_libclang() -> bool:
     folders = [os.environ.get("LIBCLANG_PATH", "/usr/lib"), "/usr/lib", "/usr/lib64"]
     folders += [f"/usr/lib/{processor}-linux-gnu" for processor in ("x86_64", "aarch64")]
     folders += Path("/usr/lib").glob("llvm*/lib")
+    if shutil.which("llvm-config"):
+        answer = subprocess.run(["llvm-config", "--libdir"], capture_output=True, text=True)
+        folders.append(answer.stdout.strip() or "/usr/lib")
     names = ("libclang.so*", "libclang-[0-9]*.so*", "libclang.dylib", "libclang.dll")
     return any(any(Path(folder).glob(name)) for folder in folders for name in names)
 

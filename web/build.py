@@ -47,8 +47,9 @@ def toolchain() -> tuple[str, dict]:
         if not (usr / "bin/rustc").exists():
             raise Missing(f"CRADLE_DEBIAN_RUST={folder} holds no Rust: `.ci/debian-rust {folder}` unpacks it")
         # Debian's Rust comes without a linker for WebAssembly.
-        others = map(str, rustup.glob("lib/rustlib/*/bin/rust-lld") if rustup else ())
-        linker = shutil.which("wasm-ld") or shutil.which("rust-lld") or next(others, None)
+        others = [*usr.glob("**/wasm-ld"), *usr.glob("**/rust-lld")]
+        others += rustup.glob("lib/rustlib/*/bin/rust-lld") if rustup else ()
+        linker = shutil.which("wasm-ld") or shutil.which("rust-lld") or next(map(str, others), None)
         if linker is None:
             cure = "rust-lld of a Rust by rustup, or on Debian `apt install lld`"
             raise Missing(f"there is no linker for WebAssembly: {cure}")

@@ -119,11 +119,10 @@ def axe() -> str:
         quietly = ["--ignore-scripts", "--no-audit", "--no-fund", "--no-save"]
         command = [shutil.which("npm") or "npm", "install", "--prefix", folder, *quietly, f"axe-core@{AXE}"]
         try:
-            subprocess.run(command, check=True, capture_output=True)
+            subprocess.run(command, check=True, capture_output=True, text=True)
         except (OSError, subprocess.CalledProcessError) as problem:
-            pytest.skip(
-                f"npm cannot install axe-core, and nothing checks how accessible pages are: {problem}"
-            )
+            why = f"{problem} {getattr(problem, 'stderr', '')}"
+            pytest.skip(f"npm cannot install axe-core, and nothing checks how accessible pages are: {why}")
     return script.read_text(encoding="utf-8")
 
 

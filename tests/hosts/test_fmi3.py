@@ -67,12 +67,24 @@ def test_the_host_chooses_the_number_of_balls(make3, fmu_path, producer, tmp_pat
     assert cradle.get("n") == balls and len(cradle.get("x")) == balls
     cradle.step(0.0, 1.0)
     built = repacked(producer, fmu_path, tmp_path / "built.fmu", "--balls", str(balls))
+    assert validate_fmu(str(built)) == []
     with nc.Fmu(built) as fmu:
         run = fmu.simulate(stop=1.0, step=1.0, record=["x", "E_total"])
     assert cradle.get("x").tobytes() == run.stack("x")[-1].tobytes()
     assert cradle.get("E_total") == run["E_total"][-1]
     if balls == 1:
         assert cradle.get("overlap").tolist() == [-1e30] and cradle.get("inContact").tolist() == [False]
+
+
+def test_variables_are_those_of_fmi_2(fmu, fmu3_path):
+    with nc.Fmu(fmu3_path) as fmu3:
+        assert fmu.outputs == fmu3.outputs and fmu.balls == fmu3.balls
+        assert set(fmu.variables) - set(fmu3.variables) == {"t_next_isOnset"}
+        for name in set(fmu.variables) & set(fmu3.variables):
+            one, other = fmu.variables[name], fmu3.variables[name]
+            assert (fmu.unit(name), one.type, one.causality) == (fmu3.unit(name), other.type, other.causality)
+            assert one.start is None or fmu.built_with(name) == fmu3.built_with(name), name
+        assert fmu.items("contact.model") == fmu3.items("contact.model")
 
 
 def test_a_new_number_of_balls_keeps_the_scalars(make3):
@@ -99,6 +111,8 @@ def test_what_is_refused_is_named(make3):
     cradle.enterConfigurationMode()
     with refused(2, "n = 0", "1 to 10000"):
         cradle.set("n", 0)
+    with refused(2, "n = 10001"):
+        cradle.set("n", 10001)
     cradle.exitConfigurationMode()
     with refused(2, "ball.mass = -1 kg", "> 0 kg"):
         cradle.set("ball.mass", -1.0)

@@ -39,16 +39,6 @@ def test_data_frames_are_those_of_fmi_2(fmu, fmu3, values):
     assert one.pulses.tobytes() == other.pulses.tobytes() and len(one.pulses) > 0
 
 
-def test_variables_are_those_of_fmi_2(fmu, fmu3):
-    assert fmu.outputs == fmu3.outputs and fmu.balls == fmu3.balls
-    assert set(fmu.variables) - set(fmu3.variables) == {"t_next_isOnset"}
-    for name in set(fmu.variables) & set(fmu3.variables):
-        one, other = fmu.variables[name], fmu3.variables[name]
-        assert (fmu.unit(name), one.type, one.causality) == (fmu3.unit(name), other.type, other.causality)
-        assert one.start is None or fmu.built_with(name) == fmu3.built_with(name), name
-    assert fmu.items("contact.model") == fmu3.items("contact.model")
-
-
 @pytest.mark.parametrize("method", ["eventDriven", "adams"])
 def test_an_impact_in_nanoseconds_is_the_same(fmu, fmu3, method):
     """Without the variable that tells an onset from a time up to which there is none, as far as one look of `adams`

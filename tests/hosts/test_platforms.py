@@ -10,6 +10,7 @@ import hashlib
 import os
 import re
 import shutil
+import signal
 import struct
 import subprocess
 import sys
@@ -166,9 +167,14 @@ def host(tmp_path_factory):
             with said.open("w") as log:
                 alone = {"env": environment, "stdout": log, "stderr": log, "start_new_session": True}
                 try:
-                    subprocess.run([str(part) for part in (*runner, program)], timeout=180, **alone)
-                except (OSError, subprocess.TimeoutExpired) as problem:
+                    process = subprocess.Popen([str(part) for part in (*runner, program)], **alone)
+                    process.wait(timeout=180)
+                except OSError as problem:
                     print(problem, file=log)
+                except subprocess.TimeoutExpired as problem:  # what wine has started is to end with it
+                    print(problem, file=log)
+                    os.killpg(process.pid, signal.SIGKILL)
+                    process.wait()
             known[key] = [*runner, program], environment, said.read_text(errors="replace")
         command, environment, said = known[key]
         if "usage: outputs" not in said:

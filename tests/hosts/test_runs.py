@@ -8,6 +8,7 @@ import itertools
 import os
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import fmpy
 import newtons_cradle as nc
@@ -135,6 +136,23 @@ def test_an_fmu_is_unpacked_where_told(fmu_path, tmp_path):
         assert (folder / "binaries").is_dir()
         assert opened.simulate(stop=0.1, step=0.1)["x[1]"][-1] > -0.1
     assert not folder.exists()
+
+
+def test_instances_side_by_side_and_in_threads_keep_their_own_pulses(fmu):
+    """One is freed half-way."""
+    few = [nc.figure5(0.0), nc.figure5(), nc.figure6(), {}]
+    alone = [fmu.simulate(values, stop=3.0).pulses.tobytes() for values in few]
+    with fmu.start(few[0]) as one, fmu.start(few[2]) as other:
+        for time in np.linspace(0.1, 3.0, 30):
+            one.step_to(float(time))
+            other.step_to(float(time))
+            if time < 1.0:
+                with fmu.start(few[1]) as third:
+                    third.step_to(0.75)
+        assert [one.pulses.tobytes(), other.pulses.tobytes()] == alone[::2]
+    with ThreadPoolExecutor(4) as pool:
+        found = pool.map(lambda values: fmu.simulate(values, stop=3.0).pulses.tobytes(), 3 * few)
+        assert list(found) == 3 * alone
 
 
 @pytest.mark.parametrize(

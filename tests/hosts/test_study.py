@@ -53,6 +53,13 @@ def test_a_study_with_failures(fmu_path, tmp_path):
     }
 
 
+def test_a_study_in_which_everything_fails(fmu_path, tmp_path):
+    axes = ["--orders", "0.5", "--dead-bands", "0", "1", "--dampings", "0", "--lifted", "1"]
+    done = study(fmu_path, tmp_path, "--workers", "1", *axes)
+    assert done.returncode == 1 and "0 runs succeeded, 2 failed" in done.stdout
+    assert len(rows(tmp_path)) == 2
+
+
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
