@@ -307,7 +307,7 @@ def fuzz(results: Results) -> None:
     else:
         return results.fail("Fuzzing: the targets could not be built")
     if sanitizer:
-        ffi = ["cargo", "test", "--test", "ffi", *options, FUZZ, "--", "--include-ignored"]
+        ffi = ["cargo", "test", "--test", "ffi", "--test", "fmi3", *options, FUZZ, "--", "--include-ignored"]
         results.step("C interface with AddressSanitizer", ffi, env=environment)
     for name, runs in FUZZ_RUNS.items():
         corpus = FUZZ / "tests" / name

@@ -57,6 +57,7 @@ fuzz_target!(|sequence: Sequence| match sequence.kind {
 });
 
 fn run(host: &Host, sequence: &Sequence, picture: Picture, early: bool) {
+    host.log(); // Or it would grow over all sequences.
     assert_eq!(unsafe { fmi3Reset(host.c) }, fmi3OK);
     let mut driver =
         Driver { host, early, picture, states: [null_mut(); PLACES], saved: [const { None }; PLACES], ended: false };

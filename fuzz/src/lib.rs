@@ -1,5 +1,5 @@
-//! What the fuzz targets share: the host of the tests, the interface as the description tells it, and a model of what
-//! is legal.
+//! What the fuzz targets share: the host of the tests, the interface as the description tells it, and a picture
+//! of what is legal in FMI 3.0.
 
 pub mod forgery;
 pub mod hybrid;

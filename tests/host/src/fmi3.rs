@@ -131,17 +131,20 @@ impl Host {
 
     /// A step from `time` (s) of the length `step` (s): the answer, whether there is an event, and the time reached.
     pub fn step(&self, time: f64, step: f64) -> (fmi3Status, bool, f64) {
-        let ([mut events, mut terminate, mut early], mut reached) = ([0; 3], f64::NAN);
+        let ([mut events, mut terminate, mut early], mut reached) = ([9; 3], f64::NAN);
         let status =
             unsafe { fmi3DoStep(self.c, time, step, 1, &mut events, &mut terminate, &mut early, &mut reached) };
-        assert!(terminate == 0 && (status != fmi3OK || (early == 1) == (reached < time.max(time + step))));
+        assert_ne!(terminate, 1, "{status:?}");
+        if status == fmi3OK {
+            assert!(terminate == 0 && events <= 1 && early == u8::from(reached < time.max(time + step)));
+        }
         (status, events == 1, reached)
     }
 
     /// fmi3UpdateDiscreteStates: the answer, whether there is more at once, whether states have changed, and when the
     /// next event is due (s), if that is known.
     pub fn update(&self) -> (fmi3Status, bool, bool, Option<f64>) {
-        let ([mut again, mut terminate, mut nominals, mut values, mut defined], mut next) = ([0; 5], f64::NAN);
+        let ([mut again, mut terminate, mut nominals, mut values, mut defined], mut next) = ([9; 5], f64::NAN);
         let status = unsafe {
             fmi3UpdateDiscreteStates(
                 self.c,
@@ -153,6 +156,9 @@ impl Host {
                 &mut next,
             )
         };
+        if status == fmi3OK {
+            assert!(terminate == 0 && nominals == 0 && [again, values, defined].iter().all(|flag| *flag <= 1));
+        }
         (status, again == 1, values == 1, (defined == 1).then_some(next))
     }
 
@@ -172,6 +178,7 @@ impl Host {
     pub fn flags(&self, name: &str, length: usize) -> Vec<bool> {
         let mut values = vec![9; length];
         assert_eq!(unsafe { fmi3GetBoolean(self.c, &vr(name), 1, values.as_mut_ptr(), length) }, fmi3OK, "{name}");
+        assert!(values.iter().all(|value| *value <= 1), "{name}: {values:?}");
         values.into_iter().map(|value| value == 1).collect()
     }
 
@@ -179,6 +186,7 @@ impl Host {
     pub fn is_active(&self, clock: &str) -> bool {
         let mut active = 9;
         assert_eq!(unsafe { fmi3GetClock(self.c, &vr(clock), 1, &mut active) }, fmi3OK, "{clock}");
+        assert!(active <= 1, "{clock}");
         active == 1
     }
 

@@ -6,16 +6,16 @@
 
 pub mod exchange;
 pub mod fmi3;
+mod log;
 pub mod scenes;
 
-use std::cell::RefCell;
 use std::f64::consts::TAU;
-use std::ffi::{CStr, CString, c_char, c_void};
+use std::ffi::CString;
 use std::path::PathBuf;
 use std::ptr::{null, null_mut};
 use std::sync::LazyLock;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
-use std::{env, fs, mem, process};
+use std::{env, fs, process};
 
 use newtons_cradle::fmi2::*;
 use newtons_cradle::variables::{Description, FILE_NAME, MODEL_IDENTIFIER, Settings, Type, Variable, variables};
@@ -23,51 +23,7 @@ use newtons_cradle::variables::{Description, FILE_NAME, MODEL_IDENTIFIER, Settin
 /// The two answers that tests expect.
 pub use newtons_cradle::fmi2::fmi2Status::{fmi2Error, fmi2OK};
 
-/// A line of the log.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Line {
-    /// Name of the instance.
-    pub instance: String,
-    /// How grave it is.
-    pub status: fmi2Status,
-    /// One of the log categories of the description.
-    pub category: String,
-    /// The message, with its percent signs as printed.
-    pub text: String,
-}
-
-/// Where the logger writes; it is the component environment.
-pub type Lines = RefCell<Vec<Line>>;
-
-unsafe extern "C" fn logger(
-    environment: fmi2ComponentEnvironment,
-    instance: fmi2String,
-    status: fmi2Status,
-    category: fmi2String,
-    message: fmi2String,
-) {
-    let text = |text: *const c_char| unsafe { CStr::from_ptr(text) }.to_str().unwrap().to_owned();
-    // What printf makes of a format without conversions.
-    let message = text(message).replace("%%", "%");
-    let line = Line { instance: text(instance), status, category: text(category), text: message };
-    unsafe { &*environment.cast::<Lines>() }.borrow_mut().push(line);
-}
-
-/// The callbacks of a host that logs to `lines`.
-pub fn callbacks(lines: &Lines) -> fmi2CallbackFunctions {
-    type Fixed = unsafe extern "C" fn(fmi2ComponentEnvironment, fmi2String, fmi2Status, fmi2String, fmi2String);
-    type Variadic = unsafe extern "C" fn(fmi2ComponentEnvironment, fmi2String, fmi2Status, fmi2String, fmi2String, ...);
-    let fixed: Fixed = logger;
-    fmi2CallbackFunctions {
-        // Rust cannot define variadic functions yet. The FMU passes no variable arguments, and on the platforms the
-        // tests run on the fixed ones travel in the same places.
-        logger: Some(unsafe { mem::transmute::<Fixed, Variadic>(fixed) }),
-        allocateMemory: None,
-        freeMemory: None,
-        stepFinished: None,
-        componentEnvironment: (lines as *const Lines).cast_mut().cast::<c_void>(),
-    }
-}
+pub use log::{Line, Lines, callbacks};
 
 /// A component and its log.
 pub struct Host {
