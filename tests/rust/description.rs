@@ -31,8 +31,12 @@ fn the_description_is_the_table() {
             );
             let variability = described.variability.unwrap().to_string();
             assert_eq!(variability, format!("{:?}", variable.row.variability).to_lowercase());
-            let actual = match described.elem {
-                ScalarVariableElement::Real(_) => Type::Real,
+            let actual = match &described.elem {
+                ScalarVariableElement::Real(real) => {
+                    assert_eq!(real.start.is_some(), variable.row.settable(), "{variable}");
+                    assert!(real.start.is_none_or(|start| variable.check_real(start).is_ok()), "{variable}");
+                    Type::Real
+                }
                 ScalarVariableElement::Integer(_) => Type::Integer,
                 ScalarVariableElement::Boolean(_) => Type::Boolean,
                 ScalarVariableElement::Enumeration => Type::Enumeration,

@@ -4,11 +4,9 @@ use cradle_host::exchange::{Master, Method};
 use cradle_host::{FIGURE_6, Host, fmi2OK};
 
 /// Figure 6's set-up, with the first two of five balls lifted by 1 m.
-fn figure_6() -> Host {
-    let host = Host::exchanging(5);
-    for (name, value) in FIGURE_6.into_iter().chain([("x_start[1]", -1.0), ("x_start[2]", -1.0)]) {
-        assert_eq!(host.set(name, value), fmi2OK);
-    }
+fn figure_6(host: Host) -> Host {
+    host.give(&FIGURE_6);
+    host.give(&[("x_start[1]", -1.0), ("x_start[2]", -1.0)]);
     host
 }
 
@@ -19,11 +17,15 @@ fn pulses(host: &Host) -> Vec<i32> {
 #[test]
 fn rk4_at_a_millisecond_keeps_the_energy_of_figure_6() {
     for whole in [true, false] {
-        let host = figure_6();
+        let host = figure_6(Host::exchanging(5));
         let mut master = Master::start(&host, 0.0);
         match whole {
             true => master.whole_steps(240.0, 1e-3, Method::Rk4),
-            false => master.steps(240.0, 1e-3, Method::Rk4),
+            false => {
+                master.steps(20.0, 1e-3, Method::Rk4);
+                pulses_are_those_of_co_simulation(&host);
+                master.steps(240.0, 1e-3, Method::Rk4);
+            }
         }
         assert_eq!(pulses(&host), [171, 342, 342, 171]);
         let energy = host.get("E_total") / 5.0 - 1.0;
@@ -32,9 +34,26 @@ fn rk4_at_a_millisecond_keeps_the_energy_of_figure_6() {
     }
 }
 
+/// After 20 s.
+fn pulses_are_those_of_co_simulation(host: &Host) {
+    let steps = figure_6(Host::new());
+    steps.start();
+    assert_eq!(steps.step(0.0, 20.0), fmi2OK);
+    assert_eq!(pulses(host), pulses(&steps));
+    for i in 1..5 {
+        for (family, scale) in [("impulse", 1e2), ("t_onset", 20.0), ("t_release", 20.0), ("x", 1.0), ("v", 2.0)] {
+            let name = format!("{family}[{i}]");
+            let (own, other) = (host.get(&name), steps.get(&name));
+            assert!((own - other).abs() < 1e-9 * scale, "{name}: {own} {other}");
+        }
+        assert!(host.get(&format!("F_peak[{i}]")) > 1e7);
+    }
+    assert!(host.get("E_residual").abs() < 1e-11 && host.get_integer("solver.steps") == 0);
+}
+
 #[test]
 fn euler_leaves_exactly_what_euler_does() {
-    let host = figure_6();
+    let host = figure_6(Host::exchanging(5));
     let mut master = Master::start(&host, 0.0);
     let (h, steps) = (1e-3, 20_000);
     master.whole_steps(f64::from(steps) * h, h, Method::Euler);

@@ -143,6 +143,22 @@ proptest! {
     }
 }
 
+#[test]
+fn steps_by_powers_of_two_change_nothing() {
+    let case = Case { p: Parameters::default_for(5), inputs: Inputs::zero(5), time: 20.0 };
+    let run = |steps: u32| {
+        let (mut engine, mut pulses, mut states) = (case.start().unwrap(), Vec::new(), Vec::new());
+        for i in 1..=20 * steps {
+            engine.advance(f64::from(i) / f64::from(steps), &mut pulses).unwrap();
+            if i % (steps / 8) == 0 {
+                states.push(bits(&engine, &case));
+            }
+        }
+        (states, pulses.iter().map(pulse_bits).collect::<Vec<_>>())
+    };
+    assert!(run(1 << 12) == run(1 << 3));
+}
+
 /// The largest force of each contact over a click of touching Hertz balls, in so many `steps`: as the log tells
 /// it, as F_peak does, and as sampled.
 fn largest_forces(steps: u32) -> [Vec<f64>; 3] {
