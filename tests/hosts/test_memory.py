@@ -55,6 +55,12 @@ def test_instances_of_fmi_3_leave_no_memory_behind(fmu3_path, tmp_path):
     description = read_model_description(folder, validate=False)
 
     def once() -> None:
+        exchange = fmi3_host.Exchange(folder, description).start(balls=7)
+        exchange.updateDiscreteStates()
+        exchange.enterContinuousTimeMode()
+        exchange.setTime(0.1)
+        exchange.go_back(exchange.state())
+        exchange.freeInstance()
         cradle = fmi3_host.Cradle(folder, description).start(balls=7, eventModeUsed=True)
         cradle.events()
         cradle.walk(0.0, 1.0)
