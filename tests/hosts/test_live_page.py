@@ -75,6 +75,13 @@ def test_the_links_of_the_lesson(page):
         js(page, "cradle.stopAll()")
 
 
+@pytest.mark.parametrize("beside", ["nonsense", "stop"])
+def test_values_of_a_second_cradle_are_shown_whatever_its_name(page, beside):
+    js(page, "location.hash = arguments[0]", f"#beside={beside}&right.gravity=1.62")
+    wait(page, "cradle.stages[1]?.source.setup.get('gravity') === 1.62")
+    assert js(page, "return cradle.besideChoice") == "usual"
+
+
 def test_a_web_server_is_as_good(browser, live_path):
     server = ThreadingHTTPServer(
         ("127.0.0.1", 0), partial(SimpleHTTPRequestHandler, directory=live_path.parent)
@@ -95,8 +102,10 @@ def test_a_click_sounds_and_a_picture_is_kept(page):
     js(page, "cradle.setOther('sound', true); cradle.lift(1)")
     wait(page, "cradle.sound.played > 1")
     size = page.execute_async_script(
-        """const done = arguments[0]; URL.createObjectURL = (blob) => { createImageBitmap(blob).then(({width, height})
-        => done([blob.type, width, height])); return "#kept"; }; savePicture(cradle)"""
+        """const done = arguments[0];
+        URL.createObjectURL = (blob) => {
+          createImageBitmap(blob).then(({width, height}) => done([blob.type, width, height])); return "#kept"; };
+        savePicture(cradle)"""
     )
     width = js(page, "return cradle.stages[0].canvas.clientWidth")
     assert size[0] == "image/png" and size[1] == 2 * width and size[2] > 300

@@ -334,7 +334,8 @@ class App {
       for (const kind of Object.keys(this.shows)) this.shows[kind] = (options.show ?? "").split(",").includes(kind);
       this.begin(setup, options.preset ?? (hash.includes("balls=") ? null : "textbook"));
       if (options.lift) this.lift(Number(options.lift));
-      if (options.right || options.beside in TEXTS.besides) this.compare(options.beside ?? "usual", options.right);
+      const known = Object.keys(TEXTS.besides).find((name) => name === options.beside && name !== "stop");
+      if (options.right || known) this.compare(known ?? "usual", options.right);
       if (options.slow === "always") this.setOther("every", true);
       if (options.slow === "next") this.clock.slowAt("next");
     });

@@ -66,8 +66,8 @@ class Sliders {
   }
 
   add(ball) {
-    const who = `keys ${ball}`, ariaLabel = say("ball", ball + 1);
-    const input = element(this.box, "input", { type: "range", min: -120, max: 120, step: "any", ariaLabel });
+    const who = `keys ${ball}`, input = element(this.box, "input", { type: "range", min: -120, max: 120, step: "any" });
+    aria(input, { label: say("ball", ball + 1) });
     input.onkeydown = (event) => {
       const { source } = this.stage, step = 0.025 * source.drawing.length * (event.shiftKey ? 0.2 : 1);
       const direction = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1 }[event.key];
@@ -94,6 +94,6 @@ class Sliders {
     if (ball < 0) return;
     const hold = source.holds?.get(`keys ${ball}`), x = hold?.x ?? source.state.x[ball];
     this.inputs[ball].value = (100 * x) / source.drawing.length;
-    this.inputs[ball].ariaValueText = say("ballAt", 100 * x, Boolean(hold));
+    aria(this.inputs[ball], { valuetext: say("ballAt", 100 * x, Boolean(hold)) });
   }
 }

@@ -10,12 +10,18 @@ function element(parent, name, properties = {}) {
   return parent.appendChild(Object.assign(document.createElement(name), properties));
 }
 
+/** Tells assistive technology more of an element. Firefox has properties such as `ariaLabel` since version 119 only. */
+function aria(item, words) {
+  for (const [kind, word] of Object.entries(words)) item.setAttribute(`aria-${kind}`, word);
+  return item;
+}
+
 class Panels {
   constructor(app) {
     this.app = app;
     this.openers = ["change", "show", "beside", "lesson", "keep", "help"].map((kind) => {
-      const opener = element(app.controls.openers, "button", { type: "button", textContent: say(kind), ariaExpanded: "false" });
-      opener.setAttribute("aria-controls", "panel");
+      const opener = element(app.controls.openers, "button", { type: "button", textContent: say(kind) });
+      aria(opener, { controls: "panel", expanded: false });
       opener.dataset.opens = kind;
       opener.onclick = () => this.toggle(kind);
       return opener;
@@ -28,7 +34,7 @@ class Panels {
   toggle(kind) {
     const opener = this.openers.find(({ dataset }) => dataset.opens === (kind ?? this.kind)), { panel, paneltitle, close } = this.app.controls;
     this.kind = this.kind === kind ? null : kind;
-    for (const item of this.openers) item.ariaExpanded = String(item.dataset.opens === this.kind);
+    for (const item of this.openers) aria(item, { expanded: item.dataset.opens === this.kind });
     panel.hidden = !this.kind;
     if (!this.kind) return void opener?.focus();
     paneltitle.textContent = say(this.kind);
@@ -66,7 +72,7 @@ class Panels {
     const label = element(this.body, "label", { className: "field" });
     element(label, "span", { textContent: title });
     const output = element(label, "output"), input = element(label, "input", { type: "range", min, max, step, value });
-    const tell = (shown) => { output.textContent = show(shown); input.ariaValueText = output.textContent; };
+    const tell = (shown) => { output.textContent = show(shown); aria(input, { valuetext: output.textContent }); };
     input.dataset.key = title;
     tell(value);
     input.oninput = () => tell(Number(input.value));
@@ -132,9 +138,10 @@ class Panels {
   weight(setup, set) {
     const ratios = setup.get("ball.massRatio"), uneven = ratios.findIndex((ratio) => ratio !== 1), { balls } = setup;
     const ball = Math.min(balls - 1, this.ball ?? (uneven >= 0 ? uneven : Math.floor(balls / 2)));
-    const choose = (i) => { this.ball = i - 1; this.refresh(); };
-    this.slider(say("whose"), { min: 1, max: balls, value: ball + 1, show: (i) => say("ball", i), choose });
-    this.steps(say("weight"), WEIGHTS, ratios[ball], (ratio) => say("times", ratio), (ratio) => set({ "ball.massRatio": ratios.with(ball, ratio) }));
+    const turnTo = (i) => { this.ball = i - 1; this.refresh(); };
+    this.slider(say("whose"), { min: 1, max: balls, value: ball + 1, show: (i) => say("ball", i), choose: turnTo });
+    const choose = (ratio) => set({ "ball.massRatio": ratios.map((old, i) => (i === ball ? ratio : old)) });
+    this.steps(say("weight"), WEIGHTS, ratios[ball], (ratio) => say("times", ratio), choose);
   }
 
   show() {

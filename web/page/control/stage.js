@@ -9,7 +9,7 @@ class Stage {
     this.heading = element(this.figure, "figcaption", { className: "name" });
     this.canvas = element(this.figure, "canvas", { className: "cradle", role: "img" });
     const caption = element(this.figure, "div", { className: "caption" });
-    this.sentence = element(caption, "p", { className: "sentence", ariaLive: "polite" });
+    this.sentence = aria(element(caption, "p", { className: "sentence" }), { live: "polite" });
     this.detail = element(caption, "p", { className: "detail" });
     this.strips = element(this.figure, "div", { className: "strips", hidden: true });
     this.graphCanvas = element(this.strips, "canvas", { className: "graph", role: "img" });
@@ -84,7 +84,7 @@ class Stage {
     write(this.sentence, text);
     write(this.detail, detail);
     const name = say("stageName", this.named);
-    if (this.canvas.ariaLabel !== name) this.canvas.ariaLabel = name;
+    if (this.canvas.getAttribute("aria-label") !== name) aria(this.canvas, { label: name });
   }
 
   /** What a row shows, in words. */
@@ -114,7 +114,7 @@ class Stage {
     const titles = kinds.map((kind) => `<p>${this.title(kind, known)}</p>`).join("");
     if (this.shownTitles !== titles) this.titles.innerHTML = this.shownTitles = titles;
     if (performance.now() - (this.told ?? -Infinity) > 1000) {
-      this.graphCanvas.ariaLabel = this.titles.textContent;
+      aria(this.graphCanvas, { label: this.titles.textContent });
       this.told = performance.now();
     }
   }

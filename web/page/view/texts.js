@@ -112,7 +112,7 @@ function fillTexts(root = document) {
   document.documentElement.lang = TEXTS.language;
   document.title = say("title");
   for (const element of root.querySelectorAll("[data-text]")) element.textContent = say(element.dataset.text);
-  for (const element of root.querySelectorAll("[data-label]")) element.ariaLabel = say(element.dataset.label);
+  for (const element of root.querySelectorAll("[data-label]")) element.setAttribute("aria-label", say(element.dataset.label));
 }
 
 const FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif";
