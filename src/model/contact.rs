@@ -190,12 +190,9 @@ impl ContactLaw {
 
     /// The mode of a closed contact at this overlap (m) and rate (m/s).
     pub fn mode_when_closed(&self, overlap: f64, rate: f64) -> Mode {
-        let clipped = match self.damping {
-            Damping::HuntCrossley { .. } | Damping::Viscoelastic { .. } => {
-                self.sign_of_force().is_some_and(|sign| sign.at(overlap, rate) < 0.0)
-            }
-            Damping::KelvinVoigt { c, pull: false } => self.elastic_force(overlap) + c * rate < 0.0,
-            Damping::None | Damping::KelvinVoigt { pull: true, .. } => false,
+        let clipped = match self.sign_of_force() {
+            Some(sign) => sign.at(overlap, rate) < 0.0,
+            None => self.clips() && self.damped(self.elastic_force(overlap), overlap, rate) < 0.0,
         };
         if clipped { Mode::Clipped } else { Mode::Pressing }
     }
