@@ -4,7 +4,7 @@
 //! | room | what it does | needs |
 //! |---|---|---|
 //! | `flight` | balls that touch nothing: closed forms, the next onset of two | |
-//! | `records` | what a run takes down: ledgers, the start of the step | |
+//! | `records` | what a run records: ledgers, the start of the step | |
 //! | `cluster` | balls in contact: Taylor series, natural modes, collocation | `flight` |
 //! | `pair_impact` | elastic impacts of two balls: outcome in closed form | `flight`, `cluster` |
 //! | `rigid` | impacts without duration, balls that move as one body | `flight` |

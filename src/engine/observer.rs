@@ -1,4 +1,4 @@
-//! Who is told what happens while a run moves on.
+//! Who is notified of what happens while a run moves on.
 
 use serde::{Deserialize, Serialize};
 
@@ -37,7 +37,7 @@ pub struct Progress {
     pub contact: Option<usize>,
 }
 
-/// Is told what happens while a run moves on. It sees, and changes nothing but where a call ends.
+/// Is notified of what happens while a run moves on. It sees, and changes nothing but where a call ends.
 pub trait Observer {
     /// A pulse has finished.
     fn pulse(&mut self, pulse: Pulse);
@@ -45,12 +45,12 @@ pub trait Observer {
     /// Contact `contact`, counted from 0, has closed at `time` (s).
     fn onset(&mut self, _contact: usize, _time: f64) {}
 
-    /// Contact `contact` has closed, or else opened, at `time` (s), which is told to all its digits by event-driven
-    /// runs.
+    /// Contact `contact` has closed, or else opened, at `time` (s), which event-driven runs give to all its
+    /// digits.
     fn switching(&mut self, _contact: usize, _time: DoubleDouble, _closes: bool) {}
 
-    /// Where the call of `advance` is to end, s, if that is before its own end: not before the last event that was told
-    /// of.
+    /// Where the call of `advance` is to end, s, if that is before its own end: not before the last event that it was
+    /// notified of.
     fn stop(&self) -> Option<f64> {
         None
     }

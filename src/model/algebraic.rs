@@ -127,13 +127,14 @@ impl Differential {
     }
 }
 
-/// The functions of [`Results`](super::Results) that the state and the inputs determine, of a type that is a [`Chain`];
-/// with those over a step, if it knows the length of that, what was gathered in it, and the energy at the start.
+/// The functions of [`Results`](super::Results) that the state and the inputs determine, of a type that is a [`Chain`]
+/// and knows the energy at the start; with those over a step, if it knows the length of that and what was gathered in
+/// it.
 macro_rules! algebraic_results {
     () => {
         algebraic_results! {
-            x(i) v(i) a(i) overlap_rate(i) kinetic_energy(i) gravity_energy(i) contact_energy(i) total_energy() momentum()
-            support_force() dissipation() external_power()
+            x(i) v(i) a(i) overlap_rate(i) kinetic_energy(i) gravity_energy(i) contact_energy(i)
+            total_energy() momentum() support_force() dissipation() external_power()
         }
 
         fn force(&self, i: usize) -> f64 {
@@ -156,15 +157,15 @@ macro_rules! algebraic_results {
             let length = self.step_length();
             if length == 0.0 { self.support_force() } else { self.support_impulse_of_step() / length }
         }
-
-        fn energy_residual(&self) -> f64 {
-            (self.total_energy() - self.energy_at_start()) + (self.dissipated_energy() - self.external_work())
-        }
     };
     ($($name:ident($($i:ident)?))*) => {
         $(fn $name(&self $(, $i: usize)?) -> f64 {
             algebraic::$name(self $(, $i)?)
         })*
+
+        fn energy_residual(&self) -> f64 {
+            (self.total_energy() - self.energy_at_start()) + (self.dissipated_energy() - self.external_work())
+        }
     };
 }
 pub(crate) use algebraic_results;

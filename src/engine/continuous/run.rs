@@ -171,8 +171,8 @@ impl Continuous {
         self.time.into()
     }
 
-    /// Moves the current time to `time` (s, not before the current one); `observer` is told of the pulses that finish
-    /// on the way, in the order of their release. The values "over the last step" refer to this call.
+    /// Moves the current time to `time` (s, not before the current one); `observer` is notified of the pulses that
+    /// finish on the way, in the order of their release. The values "over the last step" refer to this call.
     pub fn advance(&mut self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
         self.begin_step();
         self.continue_step(time, observer)
@@ -210,7 +210,7 @@ impl Continuous {
         Ok(())
     }
 
-    /// Takes down what the values over the step need.
+    /// Records what the values over the step need.
     fn begin_step(&mut self) {
         self.step = self.step.saturating_add(1);
         self.step_start = self.time;

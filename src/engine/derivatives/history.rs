@@ -65,14 +65,14 @@ impl History {
         }
     }
 
-    /// The tape of the run up to the time `until` (s), which is only taken down if it was not asked for before.
-    pub fn tape(&mut self, until: f64, take_down: impl FnOnce(&Self) -> Option<Tape>) -> Option<Arc<Tape>> {
+    /// The tape of the run up to the time `until` (s), which is only recorded if it was not asked for before.
+    pub fn tape(&mut self, until: f64, record: impl FnOnce(&Self) -> Option<Tape>) -> Option<Arc<Tape>> {
         if let Some((_, tape)) = self.tape.as_ref().filter(|(end, _)| *end == until) {
             return tape.clone();
         }
         // The one before makes room first.
         self.tape = None;
-        let tape = take_down(self).map(Arc::new);
+        let tape = record(self).map(Arc::new);
         self.tape = Some((until, tape.clone()));
         tape
     }

@@ -9,7 +9,7 @@ use crate::solver::double_double::DoubleDouble;
 /// What is known of a contact at the last event.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Contact {
-    /// The impulse in it is that at the last onset.
+    /// The impulse in it is that of the states at the last onset, after a pulse at its release.
     pub ledger: Ledger,
     /// Largest force of the last pulse as the last event saw it, N.
     pub peak: f64,

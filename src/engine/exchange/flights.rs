@@ -86,7 +86,7 @@ impl Exchange {
     }
 
     /// When the balls of a contact, which overlap at the time `from`, touch without an overlap, from now (s): before
-    /// that if they approach each other, after it if they part. Nothing if that is too far away to be told.
+    /// that if they approach each other, after it if they part. Nothing if that is out of reach.
     fn place_of_touch(&self, flight: &Separation, from: f64) -> Option<f64> {
         let pace = |ball: &BallModel| ball.omega2.sqrt() + 2.0 * ball.gamma;
         let pace = self.cradle.balls.iter().map(pace).fold(0.0, f64::max);

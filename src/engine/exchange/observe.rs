@@ -27,6 +27,12 @@ impl Chain for Exchange {
     }
 }
 
+impl Exchange {
+    fn energy_at_start(&self) -> f64 {
+        self.energy_at_start
+    }
+}
+
 /// See [`Results`]; what is of a step is of this instant, and what events change is as the last one left it.
 impl Results for Exchange {
     algebraic_results! {
@@ -78,10 +84,6 @@ impl Results for Exchange {
     fn external_work(&self) -> f64 {
         let [_, work] = self.sums_place();
         self.y[work]
-    }
-
-    fn energy_residual(&self) -> f64 {
-        (self.total_energy() - self.energy_at_start) + (self.dissipated_energy() - self.external_work())
     }
 
     fn support_force_mean(&self) -> f64 {

@@ -20,7 +20,8 @@ pub(crate) struct Ledger {
     pub onset: f64,
     /// Time of the last release, s.
     pub release: f64,
-    /// Integral of the force up to the start of the current segment, N.s.
+    /// Integral of the force up to the start of the current segment, N.s. Where a state of the equations is that
+    /// integral (`continuous`, `exchange`): what it was at the last onset, after a pulse at its release.
     pub impulse: DoubleDouble,
     /// The part of it that belongs to the last pulse, N.s.
     pulse_impulse: f64,

@@ -1,4 +1,4 @@
-//! What a run takes down while it moves on: the ledger of each contact, and how the step under way began. Plain data,
+//! What a run records while it moves on: the ledger of each contact, and how the step under way began. Plain data,
 //! for every method.
 
 mod ledger;

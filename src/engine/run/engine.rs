@@ -151,8 +151,8 @@ impl Engine {
         self.check_finite(0..self.balls.len())
     }
 
-    /// Moves the current time to `time` (s, not before the current one); `observer` is told of the pulses that finish
-    /// on the way, in the order of their release. The values "over the last step" refer to this call.
+    /// Moves the current time to `time` (s, not before the current one); `observer` is notified of the pulses that
+    /// finish on the way, in the order of their release. The values "over the last step" refer to this call.
     pub fn advance(&mut self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
         self.advance_within(time, u64::MAX, observer)
     }

@@ -28,7 +28,7 @@ impl Engine {
     /// one for a time after the impact. All of them are computed for the first who asks.
     pub(crate) fn interior(&self, i: usize, t: DoubleDouble) -> Option<&Interior> {
         let impact = self.contacts[i].impact()?;
-        let segments = impact.interior.get_or_init(|| {
+        let segments = impact.interior.0.get_or_init(|| {
             let segment = self.first_segment(i, impact);
             let mut segments = vec![Interior { segment, impulse: 0.0, integrals: Default::default() }];
             while let Some(next) = segments.last().and_then(|last| self.after(last, i, impact)) {
@@ -42,10 +42,11 @@ impl Engine {
     /// The segment after another one, unless the impact is over, or its segments lead no further.
     fn after(&self, last: &Interior, i: usize, impact: &PairImpact) -> Option<Interior> {
         let over = matches!(last.segment.switch, Some((_, Switch::Release)));
-        if over || last.segment.end() >= impact.end() || last.segment.length <= 0.0 {
+        let length = last.segment.length;
+        let goes_on = last.segment.end() < impact.end() && length > 0.0; // Not where they are no numbers.
+        if over || !goes_on {
             return None;
         }
-        let length = last.segment.length;
         let mut integrals = last.integrals;
         for (integrals, ball) in integrals.iter_mut().zip(i..) {
             integrals.add(&last.segment.integrals(ball, &RunningIntegrals::default(), &self.balls[ball], length));

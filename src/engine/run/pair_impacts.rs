@@ -198,7 +198,7 @@ mod tests {
             let moved = (engine.x(0) + engine.x(1)) / (speed * time);
             assert!((moved - 1.0).abs() < 1e-12, "{speed} {exponent}: {moved}");
             assert!(engine.force(0).is_finite() && engine.next_onset().time() > time);
-            let segments = engine.contacts[0].impact().and_then(|impact| impact.interior.get()).map(Vec::len);
+            let segments = engine.contacts[0].impact().and_then(|impact| impact.interior.0.get()).map(Vec::len);
             assert!(segments.is_none_or(|segments| segments <= 12), "{speed} {exponent}: {segments:?}");
             assert!(segments.is_some() || speed < 1e-100, "{speed} {exponent}");
         }

@@ -4,7 +4,7 @@ use crate::engine::error::EngineError;
 use crate::engine::observer::{Observer, Progress};
 use crate::solver::double_double::DoubleDouble;
 
-/// Watches a call of [`advance`](super::Engine::advance): tells how far it has come, and gives up where events and
+/// Watches a call of [`advance`](super::Engine::advance): reports how far it has come, and gives up where events and
 /// searches follow each other so fast that at this rate the end of the step would not be reached in days: the values of
 /// a cradle may be any numbers above 0.
 pub(super) struct Watchdog {
@@ -13,7 +13,7 @@ pub(super) struct Watchdog {
     look: u64,
     /// Events so far.
     events: u64,
-    /// Effort up to which nobody need be told of the progress.
+    /// Effort up to which no progress is reported.
     quiet_until: u64,
     /// The last look at the clock, and how often in a row it was hopeless then.
     last: Look,

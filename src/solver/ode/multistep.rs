@@ -177,7 +177,7 @@ impl Solver {
                 }
             }
         }
-        if self.wait == 1 && order < self.method.max_order() {
+        if self.wait == 1 && order < self.method.max_degree() {
             self.kept.copy_from_slice(&self.correction);
             self.kept_spread = Some(c.spread);
         }

@@ -23,17 +23,18 @@ pub enum Method {
 }
 
 impl Method {
-    pub(super) fn max_order(self) -> usize {
+    /// Highest degree of the polynomials over a step, in multistep methods their highest order.
+    pub(super) fn max_degree(self) -> usize {
         match self {
             Self::Adams => MAX_ORDER,
             Self::Bdf => 5,
-            Self::RungeKutta(_) => 2,
+            Self::RungeKutta(_) => 3,
         }
     }
 
-    /// Highest degree of the polynomials over a step.
-    fn degree(self) -> usize {
-        self.max_order() + 1
+    /// Degree that there is room for: a multistep method also looks at the order above.
+    fn room(self) -> usize {
+        self.max_degree() + usize::from(!matches!(self, Self::RungeKutta(_)))
     }
 }
 
@@ -73,7 +74,7 @@ impl Solver {
     /// Starts at the state `y` at time `t`, after this `work`. The first step is one of order 1 that changes the state
     /// by no more than is tolerated, if the method leaves that open.
     pub fn new(method: Method, system: &impl System, t: DoubleDouble, y: &[f64], work: StepCounters) -> Self {
-        let path = Path::resting(t, y, method.degree());
+        let path = Path::resting(t, y, method.room());
         let mut solver = Self {
             method,
             trial: path.clone(),
@@ -109,10 +110,10 @@ impl Solver {
         let next = self.step > 0.0 && self.growth >= 1.0 && self.step.max(self.growth).is_finite();
         let kept = self.correction.iter().chain(&self.kept).chain(&self.kept_spread).all(|value| value.is_finite());
         let sound = self.method == method
-            && self.path.is_sound(size, method.degree(), broken)
+            && self.path.is_sound(size, method.room(), broken)
             && [self.correction.len(), self.kept.len()] == [size; 2]
-            && (1..=method.max_order()).contains(&self.order)
-            && (1..=method.degree()).contains(&self.path.degree)
+            && (1..=method.max_degree()).contains(&self.order)
+            && (1..=method.max_degree()).contains(&self.path.degree)
             && (1..=MAX_ORDER + 2).contains(&self.wait)
             && (broken || (self.path.step > 0.0 && lengths && next && kept));
         self.trial = self.path.clone();

@@ -100,7 +100,19 @@ impl Progress {
     }
 }
 
+/// The blocks beside the diagonal of the equations for the forces of so many contacts, and with them the whole band.
+fn band(contacts: usize) -> (usize, usize) {
+    let side = if contacts > 1 { NODES } else { 0 };
+    (side, NODES + 2 * side)
+}
+
 impl Group<'_> {
+    /// Numbers that it takes to linearise the motion of so many balls: the map, and the equations for the forces.
+    pub fn numbers_of(balls: usize) -> usize {
+        let contacts = balls - 1;
+        Map::numbers_of(balls) + contacts * NODES * (band(contacts).1 + numbers_of_state(balls))
+    }
+
     /// The linearised motion on the segment, and its end, displacement and velocity of each ball; nothing if that is
     /// too long.
     pub fn press(&self) -> Option<(Map, Vec<(f64, f64)>)> {
@@ -241,10 +253,10 @@ impl Group<'_> {
     /// The derivatives of all `numbers` of the state at the end by the forces of the contacts at the nodes: of each
     /// contact a row for each node, the solution of
     ///
-    /// `w_j = direct_j + z_(j+1) / m_(j+1) - z_j / m_j`, `z_i = direct_i + to_force_i (slope_i w_i - slope_(i-1) w_(i-1))`.
+    /// `w_j = direct_j + z_(j+1) / m_(j+1) - z_j / m_j`,
+    /// `z_i = direct_i + to_force_i (slope_i w_i - slope_(i-1) w_(i-1))`.
     fn by_forces(&self, contacts: &[ContactNodes], responses: &[Response], numbers: usize) -> Vec<Vec<f64>> {
-        let side = if contacts.len() > 1 { NODES } else { 0 };
-        let band = NODES + 2 * side;
+        let (side, band) = band(contacts.len());
         let mut rows = vec![vec![0.0; band + numbers]; contacts.len() * NODES];
         for (k, row) in rows.iter_mut().enumerate() {
             let (j, l) = (k / NODES, k % NODES);

@@ -83,13 +83,13 @@ pub(super) struct Map {
 
 impl Map {
     pub fn zero(first: usize, balls: usize, tuning: usize) -> Self {
-        let rows = numbers_of_state(balls);
-        Self { first, balls, tuning, by: vec![0.0; rows * (rows + numbers_of_coefficients(balls))] }
+        Self { first, balls, tuning, by: vec![0.0; Self::numbers_of(balls)] }
     }
 
-    /// Numbers that it holds.
-    pub fn numbers(&self) -> usize {
-        self.by.len()
+    /// Numbers that a map of so many balls holds.
+    pub fn numbers_of(balls: usize) -> usize {
+        let rows = numbers_of_state(balls);
+        rows * (rows + numbers_of_coefficients(balls))
     }
 
     fn columns(&self) -> usize {

@@ -2,9 +2,10 @@
 //!
 //! A [`Tape`] is the chain of the linear maps ([`Map`]) of the parts of a run of elastic contacts, each from the state
 //! at its start and the coefficients to the state at its end: flights of single balls (`flown`), equal pendulums in a
-//! linear contact (`pair`), and other neighbours that press on each other (`group`). Forwards, the maps take a direction
-//! along; transposed and backwards, they give the derivatives of one number by the start state and all coefficients,
-//! for the price of a few runs (reverse mode: Griewank and Walther, Evaluating Derivatives, 2008, chapter 3).
+//! linear contact (`pair`), and other neighbours that press on each other (`group`). Forwards, the maps take a
+//! direction along; transposed and backwards, they give the derivatives of one number by the start state and all
+//! coefficients, for the price of a few runs (reverse mode: Griewank and Walther, Evaluating Derivatives, 2008,
+//! chapter 3).
 //!
 //! Both directions use the same numbers, and what runs through them are double-doubles: they agree to rounding. Doubles
 //! would lose five digits, others in each direction: within a contact a change of a position makes one of velocities

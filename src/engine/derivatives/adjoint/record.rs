@@ -1,4 +1,4 @@
-//! Takes a run down in parts, from its switchings, as an observer of it.
+//! Records a run in parts, from its switchings, as an observer of it.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -29,7 +29,7 @@ const AGREEMENT: f64 = 1e-9;
 /// How often a segment that is too long is halved.
 const HALVINGS: u32 = 40;
 
-/// Takes down a run on its way.
+/// Records a run on its way.
 pub(crate) struct Recorder {
     tunings: Vec<Tuning>,
     /// The place of the tuning with these parameters, given by their bits.
@@ -133,7 +133,7 @@ impl Recorder {
         let near = |own: &[f64], values: &[f64], size: f64| {
             own.iter().zip(values).all(|(own, value)| (own - value).abs() <= AGREEMENT * size)
         };
-        // Where all balls pass the middle, or turn, the one that they have tells the size of the other.
+        // Where all balls pass the middle, or turn, the one that they have gives the size of the other.
         let omega = tunings[tuning].oscillators[0].omega();
         let (position, velocity) = (most(&end.x), most(&end.v));
         let swing = if omega > 0.0 { velocity / omega } else { 0.0 };
@@ -171,9 +171,11 @@ impl Recorder {
         let pieces = |fastest: &Oscillator| (fastest.pace() * length / REACH).ceil().max(1.0);
         if contacts.is_empty() {
             let pieces = pieces(&oscillators[ball]);
+            self.room(pieces, Map::numbers_of(1))?;
             (0..pieces as usize).try_for_each(|_| self.fly(ball, length / pieces))?;
         } else if let Some(pair) = pair {
             let pieces = pieces(&pair.oscillators[1]);
+            self.room(pieces, Map::numbers_of(2))?;
             (0..pieces as usize).try_for_each(|_| self.press_pair(&pair, first, length / pieces))?;
         } else {
             // The forces of contacts that close at the start or open at the end grow from there with any power of the
@@ -188,7 +190,7 @@ impl Recorder {
 
     /// Adds a part of this length (s), which takes its balls so far: displacements and velocities.
     fn enter(&mut self, first: usize, length: f64, part: Map, ends: &[(f64, f64)]) -> Option<()> {
-        self.hold(part.numbers())?;
+        self.hold(Map::numbers_of(ends.len()))?;
         self.parts.push(part);
         for (i, (moved, v)) in (first..).zip(ends) {
             self.x[i] += moved;
@@ -232,6 +234,7 @@ impl Recorder {
 
     /// Moves `balls`, which press on each other, on by `length` (s), in as many parts as that takes.
     fn press(&mut self, balls: Range<usize>, length: f64, stretching: Stretching, halvings: u32) -> Option<()> {
+        self.room(1.0, Group::numbers_of(balls.len()))?;
         let (tuning, contacts) = (self.tuning, balls.start..balls.end - 1);
         let cradle = &self.tunings[tuning].cradle;
         let pushes: Vec<Forcing> = balls.clone().map(|ball| self.seen_from(ball, &self.pushes[ball])).collect();
@@ -262,10 +265,15 @@ impl Recorder {
         self.press(balls, 0.5 * length, second, halvings)
     }
 
-    /// Makes room for so many numbers, if there is.
+    /// Holds so many numbers more, if there is room.
     fn hold(&mut self, numbers: usize) -> Option<()> {
         self.numbers = self.numbers.saturating_add(numbers);
-        (self.numbers <= MOST_NUMBERS).then_some(())
+        self.room(0.0, 0)
+    }
+
+    /// Whether there is room for so many parts of so many numbers, before time and memory go into them.
+    fn room(&self, parts: f64, numbers: usize) -> Option<()> {
+        (self.numbers as f64 + parts * numbers as f64 <= MOST_NUMBERS as f64).then_some(())
     }
 }
 
