@@ -177,6 +177,34 @@ fn a_chain_that_stays_pressed_is_resolved() {
 }
 
 #[test]
+fn a_short_impact_beside_a_pair_that_stays_pressed_is_mapped() {
+    // The pair is pressed from the start, or closes a microsecond after that, within the impact.
+    for (overlap, closed) in [(1e-7, true), (-1e-8, false)] {
+        let values: Values = &[
+            ("contact.deadBand", 0.0),
+            ("x_start[1]", -1e-3 + 2e-8),
+            ("x_start[2]", -1e-3),
+            ("x_start[4]", 1e-3 + overlap),
+            ("x_start[5]", 1e-3),
+            ("F_ext[4]", 1e3),
+            ("F_ext[5]", -1e3),
+        ];
+        let (host, other) = (with(values, 2), steps(values, 1e-4));
+        let mut master = Master::start(&host, 0.0);
+        assert_eq!((pulses(&host)[..3].to_vec(), host.get("F[1]")), (vec![1, 0, 0], 0.0));
+        let in_contact: Vec<bool> = (1..5).map(|i| host.get_boolean(&format!("inContact[{i}]"))).collect();
+        assert_eq!(in_contact, [false, false, false, closed]);
+        master.steps(1e-4, 1e-8, Method::Rk4);
+        assert_eq!(pulses(&host)[0], 1);
+        assert_close(&host, &other, &["overlap"], 1e-11);
+        for (i, tolerance) in [(1, 1e-12), (2, 1e-12), (4, 1e-4), (5, 1e-4)] {
+            let (own, other) = (host.get(&format!("v[{i}]")), other.get(&format!("v[{i}]")));
+            assert!((own - other).abs() < tolerance, "v[{i}]: {own:e} {other:e}");
+        }
+    }
+}
+
+#[test]
 fn a_late_event_goes_back_to_every_onset() {
     let host = with(BOTH_ENDS, 2);
     let mut master = Master::start(&host, 0.0);

@@ -45,23 +45,22 @@ impl Group {
 }
 
 /// Collects the pulses, and knows what is under way.
-#[derive(Default)]
 struct Followed {
     pulses: Vec<Pulse>,
-    /// Pulses that have begun and not ended.
-    open: usize,
+    /// Whether a pulse has begun and not ended, in each contact.
+    under_way: Vec<bool>,
     /// When the last one began or ended, s.
     last: f64,
 }
 
 impl Observer for Followed {
-    fn onset(&mut self, _: usize, time: f64) {
-        self.open += 1;
+    fn onset(&mut self, contact: usize, time: f64) {
+        self.under_way[contact] = true;
         self.last = self.last.max(time);
     }
 
     fn pulse(&mut self, pulse: Pulse) {
-        self.open = self.open.saturating_sub(1);
+        self.under_way[pulse.contact] = false;
         self.last = self.last.max(pulse.release);
         self.pulses.push(pulse);
     }
@@ -69,7 +68,7 @@ impl Observer for Followed {
 
 impl Exchange {
     /// An engine for the balls of `range`, which move as `balls` do, `onset` (s) from now; that is its time 0. The
-    /// contacts that are `closed` press.
+    /// contacts that are `closed`, in ascending order, press.
     pub(in crate::engine::exchange) fn engine_at(
         &self,
         balls: &[Ball],
@@ -97,9 +96,9 @@ impl Exchange {
         let inputs = Inputs { force: part(&self.inputs.force, range), ..self.inputs };
         let mut engine = Engine::apart(&parameters, HeldInputs::constant(inputs, 0.0), 0.0);
         let all = 0..engine.contacts.len();
-        let is_closed = |j: usize| closed.contains(&(contacts.start + j));
+        let is_closed = |j: usize| closed.binary_search(&(contacts.start + j)).is_ok();
         for (j, contact) in contacts.clone().zip(&mut engine.contacts) {
-            match closed.contains(&j) {
+            match closed.binary_search(&j).is_ok() {
                 true if self.is_rigid() => contact.unassign(0.0, Mode::Pressing),
                 true => contact.unassign(self.state.overlaps[j], Mode::Pressing),
                 false => {
@@ -150,8 +149,19 @@ impl Exchange {
         onset: f64,
         closed: &[usize],
     ) -> Result<Option<Group>, EngineError> {
-        let around = self.free_around(first, closed);
-        let mut followed = Followed::default();
+        self.follow_among(balls, self.free_around(first, closed), first, onset, closed)
+    }
+
+    /// The same, among the balls `around` it.
+    fn follow_among(
+        &self,
+        balls: &[Ball],
+        around: Range<usize>,
+        first: usize,
+        onset: f64,
+        closed: &[usize],
+    ) -> Result<Option<Group>, EngineError> {
+        let mut followed = Followed { pulses: Vec::new(), under_way: vec![false; around.len() - 1], last: 0.0 };
         let mut engine = self.engine_at(balls, &around, onset, closed, &mut followed);
         let j = first - around.start;
         if self.is_rigid() {
@@ -159,12 +169,12 @@ impl Exchange {
         } else if closed.is_empty() && !engine.begin_impact(j, START, &mut followed) {
             engine.close(j, START, j..j + 1, &mut followed);
         }
-        let Some(end) = self.to_the_end(&mut engine, &mut followed)? else { return Ok(None) };
-        let mut contacts = 0..engine.contacts.len();
-        if !self.is_rigid() {
-            let with_pulses = |j: &usize| engine.contacts[*j].ledger.pulses > 0;
-            let outermost = [contacts.clone().find(with_pulses), contacts.clone().rfind(with_pulses)];
-            contacts = outermost[0].unwrap_or(j)..outermost[1].unwrap_or(j) + 1;
+        let Some((contacts, end)) = self.to_the_end(&mut engine, j, &mut followed)? else { return Ok(None) };
+        let beyond = |j: usize| !contacts.contains(&j) && engine.contacts[j].ledger.pulses > 0;
+        if (0..engine.contacts.len()).any(beyond) {
+            // Others, which this group has not met, have had pulses as well: once more without them.
+            let members = around.start + contacts.start..around.start + contacts.end + 1;
+            return self.follow_among(balls, members, first, onset, closed);
         }
         // A ball at the edge that a closed contact acts on was not in flight.
         let closed_beside =
@@ -186,19 +196,36 @@ impl Exchange {
         start..end + 2
     }
 
-    /// Moves `engine` on until all contacts are open and have stayed so for as long as pulses were under way; of rigid
-    /// contacts until no impact follows rapidly on the last, or until that takes too long. Answers that time, if it
-    /// comes before long.
-    fn to_the_end(&self, engine: &mut Engine, followed: &mut Followed) -> Result<Option<DoubleDouble>, EngineError> {
+    /// Moves `engine` on until the group of contact `first` is open and has stayed so for as long as it lasted; of rigid
+    /// contacts until no impact follows rapidly on the last, or until that takes too long. Answers its contacts, of
+    /// rigid ones all, and that time, if it comes before long.
+    fn to_the_end(
+        &self,
+        engine: &mut Engine,
+        first: usize,
+        followed: &mut Followed,
+    ) -> Result<Option<(Range<usize>, DoubleDouble)>, EngineError> {
         let limit = DoubleDouble::from(LONGEST * std::f64::consts::TAU * self.cradle.balls[0].unit_of_time());
         let enough = engine.effort.saturating_add(EFFORT);
+        let rigid = self.is_rigid();
+        let mut group = if rigid { 0..engine.contacts.len() } else { first..first + 1 };
         loop {
-            let (last, rigid) = (DoubleDouble::from(followed.last), self.is_rigid());
-            let (quiet, end) = if rigid { (last + RAPID, last) } else { (last + followed.last, last + followed.last) };
-            let open = rigid || followed.open == 0;
+            let has_pulses = |j: usize| engine.contacts[j].ledger.pulses > 0;
+            group.start = (0..group.start).rev().take_while(|j| has_pulses(*j)).last().unwrap_or(group.start);
+            group.end = (group.end..engine.contacts.len()).find(|j| !has_pulses(*j)).unwrap_or(engine.contacts.len());
+            let (quiet, end) = if rigid {
+                (DoubleDouble::from(followed.last) + RAPID, followed.last)
+            } else {
+                let releases = engine.contacts[group.clone()].iter().map(|contact| contact.ledger.release);
+                let last = releases.fold(0.0, f64::max);
+                (DoubleDouble::from(2.0 * last), 2.0 * last)
+            };
+            let open = rigid || !followed.under_way[group.clone()].contains(&true);
             match engine.queue.first().filter(|(t, _)| !open || *t <= quiet) {
-                None => return Ok(open.then_some(end)),
-                Some((t, _)) if t > limit || engine.effort > enough => return Ok(rigid.then_some(end)),
+                None => return Ok(open.then_some((group, end.into()))),
+                Some((t, _)) if t > limit || engine.effort > enough => {
+                    return Ok(rigid.then_some((group, end.into())));
+                }
                 Some((t, key)) => engine.process(t, key, followed)?,
             }
         }
@@ -239,8 +266,16 @@ impl Exchange {
                     self.y[work] += part.work;
                 }
                 self.y[n + first + i] = v;
+                let x = ball.flight.x + displacement;
+                let change = x - self.state.x[first + i];
                 if first + i == 0 {
-                    self.y[0] = ball.flight.x + displacement;
+                    self.y[0] = x;
+                } else if i == 0 {
+                    // The ball beside is not among those of the engine: it goes on as it does.
+                    self.y[first] -= change;
+                }
+                if i + 1 == engine.balls.len() && first + i + 1 < n {
+                    self.y[1 + first + i] += change;
                 }
             }
         }

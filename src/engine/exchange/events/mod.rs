@@ -26,7 +26,7 @@ pub struct Update {
 const GROUPS: usize = 10_000;
 
 impl Exchange {
-    /// Handles what is due now; `observer` is told of the pulses that have finished. What is not due changes nothing.
+    /// Handles what is due now; `observer` is notified of the pulses that have finished. What is not due changes nothing.
     pub fn update(&mut self, observer: &mut dyn Observer) -> Result<Update, EngineError> {
         if let Some(i) = (0..self.balls()).find(|&i| !(self.state.x[i].is_finite() && self.state.v[i].is_finite())) {
             return Err(EngineError::NotFinite { time: self.time, ball: i });
@@ -116,8 +116,8 @@ impl Exchange {
         }
     }
 
-    /// Follows groups to their end as long as any is due: those that have been `closed` from the start, then the earliest
-    /// first. What does not end before long is closed for the host to integrate.
+    /// Follows groups to their end as long as any is due: those that have been `closed` from the start, then the
+    /// earliest first. What does not end before long is closed for the host to integrate.
     fn follow_due(&mut self, mut closed: Vec<usize>, observer: &mut dyn Observer) -> Result<(), EngineError> {
         for _ in 0..GROUPS {
             let balls = self.flights();
