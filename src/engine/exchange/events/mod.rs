@@ -26,7 +26,8 @@ pub struct Update {
 const GROUPS: usize = 10_000;
 
 impl Exchange {
-    /// Handles what is due now; `observer` is notified of the pulses that have finished. What is not due changes nothing.
+    /// Handles what is due now; `observer` is notified of the pulses that have finished. What is not due changes
+    /// nothing.
     pub fn update(&mut self, observer: &mut dyn Observer) -> Result<Update, EngineError> {
         if let Some(i) = (0..self.balls()).find(|&i| !(self.state.x[i].is_finite() && self.state.v[i].is_finite())) {
             return Err(EngineError::NotFinite { time: self.time, ball: i });
