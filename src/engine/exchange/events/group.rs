@@ -197,8 +197,8 @@ impl Exchange {
     }
 
     /// Moves `engine` on until the group of contact `first` is open and has stayed so for as long as it lasted; of
-    /// rigid contacts until no impact follows rapidly on the last, or until that takes too long. Answers its contacts, of
-    /// rigid ones all, and that time, if it comes before long.
+    /// rigid contacts until no impact follows rapidly on the last, or until that takes too long. Answers its contacts,
+    /// of rigid ones all, and that time, if it comes before long.
     fn to_the_end(
         &self,
         engine: &mut Engine,
