@@ -62,21 +62,23 @@ impl Instance {
         values: &[T],
     ) -> Result<Vec<(Array, usize, T)>, Refusal> {
         let balls = self.balls();
-        let mut places = Vec::with_capacity(values.len());
+        let mut arrays = Vec::with_capacity(references.len());
         for reference in references {
             let array = self.array(*reference, asked)?;
             if self.run.phase == Phase::IntermediateUpdate && !array.is_intermediate() {
                 return Err(refuse_reference(array, "in the middle of a step, inputs with intermediateUpdate"));
             }
-            places.extend((0..array.len(balls)).map(|index| (array, index)));
+            arrays.push(array);
         }
-        if places.len() != values.len() {
-            let first = places.first().map(|(array, _)| array.to_string()).unwrap_or_default();
+        let wanted: usize = arrays.iter().map(|array| array.len(balls)).sum();
+        if wanted != values.len() {
+            let first = arrays.first().map(Array::to_string).unwrap_or_default();
             let more = if references.len() > 1 { " and others" } else { "" };
-            let allowed = format_args!("{}, the elements of {first}{more} with n = {balls}", places.len());
+            let allowed = format_args!("{wanted}, the elements of {first}{more} with n = {balls}");
             return Err(Refusal::argument("nValues", values.len(), allowed));
         }
-        Ok(places.into_iter().zip(values).map(|((array, index), value)| (array, index, *value)).collect())
+        let places = arrays.into_iter().flat_map(|array| (0..array.len(balls)).map(move |index| (array, index)));
+        Ok(places.zip(values).map(|((array, index), value)| (array, index, *value)).collect())
     }
 
     /// To be called before values are read: makes them those of what has been set, where setters act at once.
@@ -98,7 +100,7 @@ impl Instance {
                 _ => Value::Float(self.of_no_contact(variable)),
             });
         }
-        if self.run.purpose.has_event_mode()
+        if self.run.purpose.events
             && self.run.phase > Phase::InitializationMode
             && let Some(value) = self.after_tick(variable)
         {
@@ -170,10 +172,13 @@ impl Instance {
     pub fn set_floats(&mut self, references: &[u32], values: &[f64]) -> Result<(), Refusal> {
         let balls = self.balls();
         let (mut set, mut unused) = (Vec::new(), Vec::new());
-        let mut states: Option<Vec<f64>> = None;
+        let (mut states, mut place): (Option<Vec<f64>>, _) = (None, None);
         for (array, index, value) in self.elements(references, Type::Real, values)? {
             let variable = array.variable(index);
-            if let Some(first) = self.place_of_state(array) {
+            if index == 0 {
+                place = self.place_of_state(array);
+            }
+            if let Some(first) = place {
                 variable.check_real(value)?;
                 if states.is_none() {
                     states = Some(self.continuous_states()?);

@@ -1,4 +1,4 @@
-//! One running instance of the FMU, independent of the version of the standard.
+//! One running instance of the FMU, for hosts of both versions of the standard.
 //!
 //! [`Instance`] takes what the host wants in Rust types; the folder of an FMI version translates. That folder asks
 //! [`Instance::require`] whether a call is legal in the current phase before it makes the call: once, in one place.

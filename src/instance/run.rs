@@ -161,7 +161,7 @@ impl Run {
         require(self.phase.exists(self.purpose), "its phase is not one of its kind")?;
         let times = self.last_event.is_none_or(f64::is_finite) && self.padding.values().all(|value| value.is_finite());
         let clocks = self.clocks.are_sound(Self::contacts_with_clocks(self.purpose, balls));
-        require(times && clocks, "an event or a value that is not used is out of range")?;
+        require(times && clocks, "a clock, a time or the last element of an array over contacts is out of range")?;
         let experiment = self.experiment.is_none_or(|experiment| experiment.check().is_ok());
         require(
             experiment && (self.experiment.is_some() || self.phase < Phase::InitializationMode),

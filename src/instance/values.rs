@@ -118,7 +118,8 @@ impl Instance {
         let before = self.run.settings.parameters.tunables();
         let mut any = false;
         for (variable, value) in values {
-            // Nothing is calculated yet with slopes and with `derivatives.of`, which the table does not have.
+            // The engine knows neither slopes nor `derivatives.of`, which only FMI 3.0 has: they are read when they are
+            // used.
             if set(&variable, &mut self.run.settings, value) && variable.position < TABLE.len() {
                 self.changed(variable, before);
                 any = true;

@@ -1,6 +1,6 @@
 //! Functions of model exchange: events, and what a host needs to integrate.
 
-use crate::ffi::{answer, array, require_count, write};
+use crate::ffi::{answer, array, array_mut, fill, require_count, write};
 use crate::fmi2::types::*;
 use crate::instance::Handled;
 
@@ -10,15 +10,17 @@ export! {
     /// Handles all that is due: contacts close and open, and are followed to their end, as `exchange.contacts` says. An
     /// event with nothing due changes nothing.
     fn fmi2NewDiscreteStates(eventInfo: *mut fmi2EventInfo) as NewDiscreteStates |instance| {
+        let places = array_mut("eventInfo", eventInfo, 1)?;
         let Handled { again, changed, next } = instance.update_discrete_states()?;
-        answer("eventInfo", eventInfo, fmi2EventInfo {
+        fill(places, [fmi2EventInfo {
             newDiscreteStatesNeeded: again.into(),
             terminateSimulation: fmi2False,
             nominalsOfContinuousStatesChanged: fmi2False,
             valuesOfContinuousStatesChanged: changed.into(),
             nextEventTimeDefined: next.is_some().into(),
             nextEventTime: next.unwrap_or_default(),
-        })
+        }]);
+        Ok(())
     };
     /// Enters Continuous-Time Mode.
     fn fmi2EnterContinuousTimeMode() as EnterContinuousTimeMode |instance| instance.enter_continuous_time_mode();
@@ -27,8 +29,10 @@ export! {
     fn fmi2CompletedIntegratorStep(
         _noSetFMUStatePriorToCurrentPoint: fmi2Boolean, enterEventMode: *mut fmi2Boolean, terminateSimulation: *mut fmi2Boolean
     ) as CompletedIntegratorStep |instance| {
-        answer("enterEventMode", enterEventMode, instance.completed_integrator_step()?.into())?;
-        answer("terminateSimulation", terminateSimulation, fmi2False)
+        let enter = array_mut("enterEventMode", enterEventMode, 1)?;
+        answer("terminateSimulation", terminateSimulation, fmi2False)?;
+        fill(enter, [instance.completed_integrator_step()?.into()]);
+        Ok(())
     };
     /// Sets the time, s.
     fn fmi2SetTime(time: fmi2Real) as SetTime |instance| instance.set_time(time);

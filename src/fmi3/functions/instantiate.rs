@@ -3,7 +3,7 @@
 use crate::ffi::{self, Component, array, log_line, text};
 use crate::fmi3::Fmi3;
 use crate::fmi3::types::*;
-use crate::instance::{Instance, Kind, Log, Purpose, Sink};
+use crate::instance::{Instance, Kind, Log, Purpose, Severity, Sink};
 use crate::variables::{Array, Description, Settings};
 
 /// Version of the standard: `3.0`.
@@ -144,16 +144,14 @@ fn sink(logger: fmi3LogMessageCallback, environment: fmi3InstanceEnvironment) ->
     let logger = logger?;
     Some(Box::new(move |severity, category, text| {
         let [category, message] = log_line(category, text, false);
-        let status = STATUS_OF_SEVERITY[severity as usize];
+        let status = match severity {
+            Severity::Ok => fmi3Status::fmi3OK,
+            Severity::Warning => fmi3Status::fmi3Warning,
+            Severity::Discard => fmi3Status::fmi3Discard,
+            Severity::Error => fmi3Status::fmi3Error,
+            Severity::Fatal => fmi3Status::fmi3Fatal,
+        };
         // SAFETY: the host promises that its logger can be called with its environment while the instance lives.
         unsafe { logger(environment, status, category.as_ptr(), message.as_ptr()) }
     }))
 }
-
-const STATUS_OF_SEVERITY: [fmi3Status; 5] = [
-    fmi3Status::fmi3OK,
-    fmi3Status::fmi3Warning,
-    fmi3Status::fmi3Discard,
-    fmi3Status::fmi3Error,
-    fmi3Status::fmi3Fatal,
-];

@@ -286,10 +286,10 @@ fn damaged_bytes_are_refused() {
             refused(&state[..length], if length < 28 { "not the bytes of a state" } else { "damaged" });
         }
         refused(&[state.as_slice(), &[0]].concat(), "damaged");
-        for (format, version) in [(1, "an earlier"), (10, "an earlier"), (12, "a later")] {
+        for (format, version) in [(1, "an earlier"), (11, "an earlier"), (13, "a later")] {
             let mut other = state.clone();
             other[8] = format;
-            refused(&other, &format!("format, {format}, is that of {version} version; allowed: 11"));
+            refused(&other, &format!("format, {format}, is that of {version} version; allowed: 12"));
         }
     }
     refused(b"{\"a\": 1}", "not the bytes of a state");

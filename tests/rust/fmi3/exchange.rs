@@ -12,6 +12,12 @@ fn vector(host: &Host, get: Getter, length: usize) -> Vec<f64> {
     values
 }
 
+fn pulses(host: &Host) -> [u64; 5] {
+    let mut pulses = [0; 5];
+    assert_eq!(unsafe { fmi3GetUInt64(host.c, &vr("pulses"), 1, pulses.as_mut_ptr(), 5) }, fmi3OK);
+    pulses
+}
+
 /// All ticks of an event: counts onsets and releases of each contact, and adds up the impulses.
 fn count_ticks(host: &Host, onsets: &mut [u64; 5], releases: &mut [u64; 5], impulses: &mut [f64; 5]) -> bool {
     let mut changed = false;
@@ -23,6 +29,7 @@ fn count_ticks(host: &Host, onsets: &mut [u64; 5], releases: &mut [u64; 5], impu
                 counts.iter_mut().zip(host.flags(flags, 5)).for_each(|(count, flag)| *count += u64::from(flag));
             }
         }
+        assert_eq!(pulses(host), *onsets, "they follow the ticks");
         if host.is_active("release.clock") {
             let released = host.floats("release.impulse", 5);
             impulses.iter_mut().zip(released).for_each(|(sum, impulse)| *sum += impulse);
@@ -91,8 +98,7 @@ fn the_bits_are_those_of_fmi_2_and_each_pulse_ticks() {
         }
         other.update();
         count_ticks(&exchange, &mut onsets, &mut releases, &mut impulses);
-        let mut pulses = [0; 5];
-        assert_eq!(unsafe { fmi3GetUInt64(c, &vr("pulses"), 1, pulses.as_mut_ptr(), 5) }, fmi3OK);
+        let pulses = pulses(&exchange);
         let expected: Vec<u64> = (1..5).map(|i| other.get_integer(&format!("pulses[{i}]")) as u64).collect();
         assert_eq!(pulses[..4], expected);
         assert_eq!(onsets, pulses);
