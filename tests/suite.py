@@ -33,7 +33,7 @@ PRODUCER = ROOT / "target/debug" / ("cradle-fmu.exe" if os.name == "nt" else "cr
 FMU3 = FMU.with_suffix(".fmi3.fmu")
 HOSTS, TOOLS, FUZZ = (ROOT / "target" / name for name in ("hosts", "tools", "fuzz"))
 # About half a minute each.
-FUZZ_RUNS = {"check": 1_500, "corners": 500, "events": 4_000, "states": 20_000}
+FUZZ_RUNS = {"check": 1_500, "corners": 1_000, "events": 10_000, "states": 20_000}
 FEW_CASES = "20"  # of each property in `test` without `--all`
 # Parts of the lines of skips that `--strict` accepts, because installing something does not help.
 EXPECTED_SKIPS = ("advisories: their database cannot be reached",)

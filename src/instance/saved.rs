@@ -98,24 +98,26 @@ impl Instance {
     /// Goes back to a state that was saved by this instance, or by another one of the same FMU.
     pub fn set_state(&mut self, state: &SavedState) -> Result<(), Refusal> {
         self.check_owner(state.owner())?;
-        self.check_kind(state.run.purpose.kind)?;
+        self.check_purpose(state.run.purpose)?;
         let own = self.run.purpose;
-        if state.run.purpose.events != own.events {
-            return Err(refused("it is one of an instance that was created with another eventModeUsed"));
-        }
         self.run.clone_from(&state.run);
         // Whether steps may end early is the host's say, not the state's.
         self.run.purpose = own;
         Ok(())
     }
 
-    fn check_kind(&self, kind: Kind) -> Result<(), Refusal> {
-        let own = self.run.purpose.kind;
-        if kind == own {
-            return Ok(());
+    fn check_purpose(&self, Purpose { kind, events, .. }: Purpose) -> Result<(), Refusal> {
+        let own = self.run.purpose;
+        if kind != own.kind {
+            let own = own.kind;
+            let text =
+                format_args!("it is one of {kind}; allowed: states of {own}, which the instance was created for");
+            return Err(refused(text));
         }
-        let text = format_args!("it is one of {kind}; allowed: states of {own}, which the instance was created for");
-        Err(refused(text))
+        if events != own.events {
+            return Err(refused("it is one of an instance that was created with another eventModeUsed"));
+        }
+        Ok(())
     }
 
     fn check_owner(&self, owner: Owner) -> Result<(), Refusal> {
@@ -141,7 +143,7 @@ impl Instance {
         let balls = if arrays { owner_balls } else { self.balls() };
         require(run.purpose.arrays == arrays, "it is one of another version of the standard").map_err(unsound)?;
         run.check(balls).map_err(unsound)?;
-        self.check_kind(run.purpose.kind)?;
+        self.check_purpose(run.purpose)?;
         let calculated = run.phase > Phase::InitializationMode;
         let exchanges = kind == Kind::ModelExchange;
         if (calculated && !exchanges) != snapshot.is_some() || (calculated && exchanges) != exchange.is_some() {

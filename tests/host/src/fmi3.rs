@@ -207,11 +207,11 @@ impl Host {
     pub fn set_bytes(&self, bytes: &[u8]) -> fmi3Status {
         let mut state = null_mut();
         unsafe {
-            let mut status = fmi3DeserializeFMUState(self.c, bytes.as_ptr(), bytes.len(), &mut state);
-            assert_eq!(state.is_null(), status != fmi3OK);
+            let status = fmi3DeserializeFMUState(self.c, bytes.as_ptr(), bytes.len(), &mut state);
             if status == fmi3OK {
-                status = fmi3SetFMUState(self.c, state);
+                assert_eq!(fmi3SetFMUState(self.c, state), fmi3OK);
             }
+            assert_eq!(state.is_null(), status != fmi3OK);
             fmi3FreeFMUState(self.c, &mut state);
             status
         }
