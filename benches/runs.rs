@@ -204,7 +204,8 @@ fn gradients(c: &mut Criterion) {
 
 criterion_group! {
     name = benches;
-    config = Criterion::default().sample_size(20).warm_up_time(Duration::from_millis(300)).measurement_time(Duration::from_secs(2));
+    config = Criterion::default().sample_size(20).warm_up_time(Duration::from_millis(300))
+        .measurement_time(Duration::from_secs(2));
     targets = paper, waves, damping, pulses, calls, onsets, versions, gradients
 }
 criterion_main!(benches);

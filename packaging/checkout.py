@@ -1,4 +1,5 @@
-"""What the commands of cradle.py need: the checkout's virtual environment, its FMUs, and a way to run programs and show progress."""
+"""What the commands of cradle.py need: the checkout's virtual environment and FMUs, programs run with progress
+shown."""
 
 import hashlib
 import os
@@ -114,12 +115,13 @@ def fmu_builds(*producer) -> tuple[list, dict]:
 
 
 def old_linux() -> tuple[list, dict]:
-    """Options and environment for a binary that runs on every Linux from glibc 2.17 on. This needs cargo-zigbuild, which
-    `test --all` puts into .venv."""
+    """Options and environment for a binary that runs on every Linux from glibc 2.17 on. This needs cargo-zigbuild,
+    which `test --all` puts into .venv."""
     programs, host = VENV / "bin", host_target()
     if not (programs / "cargo-zigbuild").exists() or not host.endswith("-unknown-linux-gnu"):
         say(
-            "  !! the binary will need this machine's glibc or a newer one: cargo-zigbuild is not in .venv, or not for this machine"
+            "  !! the binary will need this machine's glibc or a newer one: cargo-zigbuild is not in .venv, or "
+            "not for this machine"
         )
         return [], {}
     caches = {name: str(ROOT / "target/zig") for name in ("ZIG_GLOBAL_CACHE_DIR", "CARGO_ZIGBUILD_CACHE_DIR")}

@@ -3,8 +3,8 @@
 
     python3 packaging/deny.py
 
-It takes cargo-deny from the path or from target/tools. If it is in neither, it installs it in target/tools. Lines that begin
-with SKIPPED say what it skips, such as the advisories if their database cannot be reached.
+It takes cargo-deny from the path or from target/tools. If it is in neither, it installs it in target/tools. Lines that
+begin with SKIPPED say what it skips, such as the advisories if their database cannot be reached.
 """
 
 import os

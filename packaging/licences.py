@@ -3,7 +3,8 @@
 
     python3 packaging/licences.py
 
-They are those of what is linked in, packages within the standard library among it, which packaging/std/Cargo.toml lists.
+They are those of what is linked in, packages within the standard library among it, which packaging/std/Cargo.toml
+lists.
 """
 
 import json

@@ -1,4 +1,4 @@
-"""Builds the contents of the wheel. pyproject.toml says where they go, wheel_hook.py for which platform the wheel is."""
+"""Builds the contents of the wheel. pyproject.toml says where they go, wheel_hook.py the wheel's platform."""
 
 import shutil
 import subprocess
@@ -9,11 +9,15 @@ from checkout import FMU, LIVE, PYTHON, ROOT, SOME, Stop, host_target, make_venv
 
 PROGRAM = "cradle-fmu.exe" if sys.platform == "win32" else "cradle-fmu"
 FOLDER = ROOT / "target/wheel"
-THREE_JS = "import sys; from newtons_cradle.animation.page import three_js; sys.stdout.buffer.write(three_js().encode())"
+THREE_JS = (
+    "import sys; from newtons_cradle.animation.page import three_js; "
+    "sys.stdout.buffer.write(three_js().encode())"
+)
 
 
 def make_wheel(fmu: Path | None) -> int:
-    """Makes a wheel in target/wheel with cradle-fmu, the Python package and this FMU; if None, an FMU for this platform only."""
+    """Makes a wheel in target/wheel with cradle-fmu, the Python package and this FMU, by default one for this
+    platform."""
     if fmu is not None and not fmu.is_file():
         raise Stop(f"--fmu {fmu} is refused: there is no such file.")
     contents = None if fmu is None else fmu.read_bytes()

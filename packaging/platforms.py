@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""Makes target/fmu/platforms/NewtonsCradle.fmu: one FMU with a binary for each platform that this machine can compile for.
+"""Makes target/fmu/platforms/NewtonsCradle.fmu: one FMU with a binary for each platform that this machine
+can compile for.
 
     python3 packaging/platforms.py PRODUCER FMU
 
-PRODUCER is the program cradle-fmu. FMU is an FMU for this machine, whose binary is reused. For the other platforms it takes
-the Rust that .ci/debian-rust has put into the folder CRADLE_DEBIAN_RUST, or else the targets that rustup has. Lines that begin
-with SKIPPED say what it skips.
+PRODUCER is the program cradle-fmu. FMU is an FMU for this machine, whose binary is reused. For the other platforms it
+takes the Rust that .ci/debian-rust has put into the folder CRADLE_DEBIAN_RUST, or else the targets that rustup has.
+Lines that begin with SKIPPED say what it skips.
 """
 
 import os
@@ -61,8 +62,8 @@ SETTINGS = """
 strip = "none"
 """
 
-# What makes Cargo compile the standard library along. Its code is optimised less, which saves a third of the time: what is
-# inlined or generic is compiled with the FMU's own code. No backtraces, which nobody sees in a host.
+# What makes Cargo compile the standard library along. Its code is optimised less, which saves a third of the time: what
+# is inlined or generic is compiled with the FMU's own code. No backtraces, which nobody sees in a host.
 WITH_SOURCES = """
 [unstable]
 build-std = ["std", "panic_unwind"]

@@ -2,7 +2,7 @@
 """Makes the files of a release in target/dist. .github/workflows/release.yml calls it, and you can, too.
 
     python3 packaging/release.py fmus [FMU]     the FMU for all platforms, one for each preset, and the live page
-    python3 packaging/release.py programs FMU   for this machine: the wheel with this FMU and the page beside it, and cradle-fmu with licences
+    python3 packaging/release.py programs FMU   for this machine: wheel with this FMU, page, cradle-fmu with licences
     python3 packaging/release.py finish         when all files are in target/dist: bill of materials, SHA256SUMS
 
 FMU is the one for all platforms that packaging/platforms.py makes. `fmus` compiles it if it is not given.

@@ -37,7 +37,8 @@ def component(name: str, version: str, kind: str, place: str, licence: str, sha2
 
 
 def bill() -> dict:
-    """The bill of this version. The same sources give the same bytes; the time is `SOURCE_DATE_EPOCH`, or 1980-01-01 as in FMUs."""
+    """The bill of this version. The same sources give the same bytes; the time is `SOURCE_DATE_EPOCH`, or
+    1980-01-01."""
     locks = "".join((folder / "Cargo.lock").read_text() for folder in (ROOT, STD))
     archives = re.findall(r'name = "(.+)"\nversion = "(.+)"\nsource = ".+"\nchecksum = "(.+)"', locks)
     checksums = {(name, version): checksum for name, version, checksum in archives}

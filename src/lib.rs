@@ -11,10 +11,10 @@
 //! | module | what it does | knows of |
 //! |---|---|---|
 //! | [`model`] | the physics in SI units: parameters, masses, force laws, what a run shows | numbers in `solver` |
-//! | [`solver`] | numerics: closed-form oscillators, series, dual numbers, first crossings, an event queue, solvers of ODEs | `next` |
+//! | [`solver`] | numerics: oscillators, series, dual numbers, first crossings, event queue, solvers of ODEs | `next` |
 //! | [`next`] | one type that says when something happens next: at a time, not before one, or never | nothing |
-//! | [`engine`] | a run: flight, impacts, clusters and bodies of balls in contact, events, the ledger of pulses | `model`, `solver` |
-//! | [`variables`] | the interface as one table: names, types, units, ranges, description, access | `model`: [`model::Parameters`], [`model::Results`] |
+//! | [`engine`] | a run: flight, impacts, clusters and bodies of balls in contact, events, pulses | `model`, `solver` |
+//! | [`variables`] | the interface as one table | `model`: [`model::Parameters`], [`model::Results`] |
 //! | [`instance`] | one running instance: phases, legality of calls, steps, saved states, log | `variables`, `engine` |
 //! | `ffi` | what the C functions of all versions share | `instance` |
 //! | [`fmi2`], [`fmi3`] | the C functions of FMI 2.0 and 3.0; with `ffi`, the only unsafe code | `ffi`, `instance` |

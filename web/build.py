@@ -3,8 +3,8 @@
 
     python3 web/build.py [--out FILE] [--or-skip]
 
-The engine is compiled to WebAssembly: by the Rust in the folder CRADLE_DEBIAN_RUST if that is set (.ci/debian-rust unpacks it), else
-by rustup's with its target wasm32-unknown-unknown.
+The engine is compiled to WebAssembly: by the Rust in the folder CRADLE_DEBIAN_RUST if that is set (.ci/debian-rust
+unpacks it), else by rustup's with its target wasm32-unknown-unknown.
 With --or-skip, a line that begins with SKIPPED says what is missing, and that is no failure.
 """
 

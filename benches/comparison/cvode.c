@@ -1,6 +1,6 @@
 /* The same runs by SUNDIALS CVODE, for comparison.
  *
- *     cvode linear|cubic|hertz|hunt-crossley|viscoelastic adams|bdf <relative tolerance> <absolute tolerance> <end time in s>
+ *     cvode linear|cubic|hertz|hunt-crossley|viscoelastic adams|bdf <rtol> <atol> <end time in s>
  *
  * prints one line: seconds, steps, evaluations of the right-hand side, relative energy error, version of SUNDIALS.
  *

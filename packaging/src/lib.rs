@@ -3,10 +3,10 @@
 //!
 //! | module | what it does | needs |
 //! |---|---|---|
-//! | [`build`] | the files of an FMU: the cradle the user chooses, description, documentation, compiled binary | `archive`, `check`, `platform` |
+//! | [`build`] | the files of an FMU: chosen cradle, description, documentation, binary | `archive`, `check`, `platform` |
 //! | [`check`] | what is wrong with an FMU that this program has written | `archive`, `platform` |
 //! | [`info`] | what is in an FMU | `build`, `check` |
-//! | [`mod@reference`] | parameter sets and reference results, from runs of the FMU's own binary; whether it still gives them | `build`, `check` |
+//! | [`mod@reference`] | parameter sets and reference results, and their check | `build`, `check` |
 //! | [`environment`] | the Python package: what it brings along, and what is handed over to it | `archive` |
 //! | [`archive`] | the zip file, the same bytes for the same contents | nothing |
 //! | [`platform`] | folders of the standard, target triples, and what a binary is made for | `archive`, `universal` |

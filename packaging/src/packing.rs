@@ -115,7 +115,8 @@ impl Build {
 const NO_BINARY: &str = concat!(
     "there is no binary to pack: give an FMU of newtons-cradle ",
     env!("CARGO_PKG_VERSION"),
-    " with --from, or use the program that `pip install newtons-cradle` installs, or run this in the folder of the sources"
+    " with --from, or use the program that `pip install newtons-cradle` installs, or run this in the folder of the \
+     sources"
 );
 
 fn add(ready: &mut Ready, platform: &'static Platform, file: &Path, argument: &str) -> Result<(), Error> {

@@ -9,10 +9,10 @@
     result.pulses       # one row per contact pulse, however short
     result.plot("x")    # a picture, with the extra `plot`
 
-Modules: `fmu` (open and run an FMU), `run` (its instances, steps, log and results), `pulses` (the log of pulses as a table,
-impact sequences, pulse order), `views` (runs that resolve every pulse), `balances` (energy and momentum), `setups` (start
-values: presets, the paper's experiments), `calibration` (a real cradle's losses from a video), `progress` (a progress
-bar), `look` (colours and fonts of all pages).
+Modules: `fmu` (open and run an FMU), `run` (its instances, steps, log and results), `pulses` (the log of pulses as a
+table, impact sequences, pulse order), `views` (runs that resolve every pulse), `balances` (energy and momentum),
+`setups` (start values: presets, the paper's experiments), `calibration` (a real cradle's losses from a video),
+`progress` (a progress bar), `look` (colours and fonts of all pages).
 """
 
 from . import look

@@ -41,8 +41,8 @@ def arguments() -> argparse.ArgumentParser:
     page = commands.add_parser(
         "page",
         help=f"make {what}",
-        description=f"Makes {what}. FILE is an FMU, which this runs with samples in every pulse, or the CSV file of a result "
-        "as FMPy writes it, with time, x[i] and v[i] of every ball, and F[i] and F_peak[i] of every contact.",
+        description=f"Makes {what}. FILE is an FMU, which this runs with samples in every pulse, or the CSV file of "
+        "a result as FMPy writes it, with time, x[i] and v[i] of every ball, and F[i] and F_peak[i] of every contact.",
     )
     page.add_argument("file", type=Path, metavar="FILE", help="an .fmu or .csv file")
     page.add_argument("-o", "--out", type=Path, metavar="FILE.html", help="the page (default: beside FILE)")

@@ -1,9 +1,9 @@
 """A real cradle's losses, from a video of it.
 
-The pendulums are those of the FMU: x'' = -(g/L) x - (b/m) x'. One ball is lifted and let go; the others hang at rest. Its
-click passes through the chain ball by ball. Each hit passes on the share (1 + e)/2 of the speed (equal masses, e the
-coefficient of restitution), and the last ball rises. Between the lift and the highest point lies half a period of a
-damped pendulum. The deflection of the last ball, divided by the lift, is then
+The pendulums are those of the FMU: x'' = -(g/L) x - (b/m) x'. One ball is lifted and let go; the others hang at rest.
+Its click passes through the chain ball by ball. Each hit passes on the share (1 + e)/2 of the speed (equal
+masses, e the coefficient of restitution), and the last ball rises. Between the lift and the highest point lies half a period
+of a damped pendulum. The deflection of the last ball, divided by the lift, is then
 
     ((1 + e)/2)^(n - 1) exp(-pi delta/omega_d),   delta = b/(2 m),   omega_d^2 = g/L - delta^2.
 
@@ -26,7 +26,8 @@ SAMPLES = 201  # around the highest point
 
 @dataclass(frozen=True)
 class Calibration:
-    """Results. `restitution`: e, 0 to 1; `drag`: b of every ball, kg/s; `speed`: of the first click, m/s; `height`: as filmed, m."""
+    """Results. `restitution`: e, 0 to 1; `drag`: b of every ball, kg/s; `speed`: of the first click, m/s; `height`: as
+    filmed, m."""
 
     restitution: float
     drag: float
@@ -40,8 +41,9 @@ class Calibration:
     def compliant(self, fmu: Fmu, values: Values) -> dict[str, Any]:
         """Start values with which the last ball of this cradle rises as filmed, for power-law or Hertz contacts.
 
-        `values` describe the cradle and the lift, as `preset("desk")` does. Runs find the Hunt-Crossley damping factor, because
-        touching balls do not collide one after the other: no formula gives it from e. Raises ValueError, FmuError.
+        `values` describe the cradle and the lift, as `preset("desk")` does. Runs find the Hunt-Crossley damping factor,
+        because touching balls do not collide one after the other: no formula gives it from e. Raises ValueError,
+        FmuError.
         """
         base = {**values, "pendulum.drag": self.drag, "contact.dampingLaw": "huntCrossley"}
         low, high = 0.0, 3.0 / self.speed  # s/m; the law passes on hardly anything at the upper end
@@ -81,9 +83,9 @@ def calibrate(
 ) -> Calibration:
     """Restitution and drag of a real cradle, from a video of it.
 
-    `lift`: how far to the side the first ball is lifted, m; `height`: how high the last ball rises after the first click, m,
-    above where it hung; `amplitudes`: two swings to the side, m, once all balls swing together, `interval` (s) apart;
-    `length` of the pendulums, m; `mass` of a ball, kg; number of `balls`, at least 2; `gravity`, m/s2.
+    `lift`: how far to the side the first ball is lifted, m; `height`: how high the last ball rises after the first
+    click, m, above where it hung; `amplitudes`: two swings to the side, m, once all balls swing together, `interval`
+    (s) apart; `length` of the pendulums, m; `mass` of a ball, kg; number of `balls`, at least 2; `gravity`, m/s2.
     Raises ValueError where a number is impossible.
     """
     given = {"lift": lift, "height": height, "interval": interval, "length": length, "mass": mass}

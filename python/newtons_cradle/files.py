@@ -1,4 +1,4 @@
-"""Where to find the files that come with the package: beside it in a wheel, with the sources and builds in a checkout."""
+"""Where the files are that come with the package: beside it in a wheel, with the sources and builds in a checkout."""
 
 import tomllib
 from importlib import metadata

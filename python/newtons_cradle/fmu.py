@@ -84,7 +84,7 @@ class Fmu(Model):
         return self.written(name, value, "g") + ("" if unit in ("", "1") else f" {unit}")
 
     def provenance(self) -> dict[str, str]:
-        """What to store with results: file, GUID and checksum of the FMU, and the versions of the software that ran it."""
+        """What to store with results: file, GUID and checksum of the FMU, and versions of what ran it."""
         return {
             "fmu": self.path.name,
             "guid": self.description.guid,
@@ -116,9 +116,9 @@ class Fmu(Model):
     ) -> Result:
         """Runs from 0 to `stop` (s) in equal steps of about `step` (s) and records at each.
 
-        `values`: start values by name, see `Run.set`. `times`: the communication points (s, rising, from 0 on) instead of
-        equal steps. `record`: names of variables or arrays, all outputs and E_residual if None. `inputs(t)`: inputs for the
-        step that begins at t. `control(run)`: inputs from a controller, which may read the run, `run["v[1]"]`.
+        `values`: start values by name, see `Run.set`. `times`: the communication points (s, rising, from 0 on) instead
+        of equal steps. `record`: names of variables or arrays, all outputs and E_residual if None. `inputs(t)`: inputs
+        for the step that begins at t. `control(run)`: inputs from a controller, which may read the run, `run["v[1]"]`.
         `progress(fraction)`: called up to 200 times. Raises FmuError, UnknownName, and ValueError for times and steps.
         """
         points = equal_steps(stop, step) if times is None else rising(times)

@@ -46,7 +46,8 @@ def power_law(k: float, p: float = 1.0, dead_band: float = 0.0) -> Start:
 
 
 def lifted(left: int, right: int = 0, *, n: int = 5, amplitude: float = 1.0) -> Start:
-    """`left` of `n` balls lifted to the left and `right` to the right by `amplitude` (m), all at rest. Raises ValueError."""
+    """`left` of `n` balls lifted to the left and `right` to the right by `amplitude` (m), at rest. Raises
+    ValueError."""
     if left < 0 or right < 0 or left + right > n:
         allowed = f"together 0 to {n}, the number of balls n"
         raise ValueError(f"left = {left}, right = {right} is refused; allowed: {allowed}")

@@ -63,7 +63,8 @@ impl std::fmt::Display for EngineError {
             }
             Self::TooFast { time, contact, event_rate } => write!(
                 f,
-                "contact {} keeps the run too busy to reach the end of the step: {event_rate:.1e} events per second at t = {} s",
+                "contact {} keeps the run too busy to reach the end of the step: {event_rate:.1e} events per second at \
+                 t = {} s",
                 contact + 1,
                 Plain(time)
             ),
@@ -72,8 +73,8 @@ impl std::fmt::Display for EngineError {
             }
             Self::Overlap { ball, overlap } => write!(
                 f,
-                "rigid balls {left} and {right} overlap by {overlap:.4e} m; allowed: x_start[{left}] - x_start[{right}] up \
-                 to contact.gap[{left}] + contact.deadBand",
+                "rigid balls {left} and {right} overlap by {overlap:.4e} m; allowed: x_start[{left}] - \
+                 x_start[{right}] up to contact.gap[{left}] + contact.deadBand",
                 left = ball + 1,
                 right = ball + 2
             ),

@@ -60,7 +60,8 @@ pub enum fmi3Status {
 pub type fmi3LogMessageCallback =
     Option<unsafe extern "C" fn(fmi3InstanceEnvironment, fmi3Status, fmi3String, fmi3String)>;
 /// What the host does in the middle of a step:
-/// `(environment, time, set requested, get allowed, step finished, can return early, early return requested, early return time)`.
+/// `(environment, time, set requested, get allowed, step finished, can return early, early return requested, early
+/// return time)`.
 pub type fmi3IntermediateUpdateCallback = Option<
     unsafe extern "C" fn(
         fmi3InstanceEnvironment,

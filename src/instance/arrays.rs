@@ -49,7 +49,8 @@ impl Instance {
     fn log_read_within_step(&mut self, array: Array) {
         if !std::mem::replace(&mut self.run.read_logged, true) {
             self.log.solver(format_args!(
-                "{array} is read in the middle of a step, where the standard allows variables with intermediateUpdate only"
+                "{array} is read in the middle of a step, where the standard allows variables with intermediateUpdate \
+                 only"
             ));
         }
     }

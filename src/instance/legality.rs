@@ -144,9 +144,9 @@ macro_rules! calls {
     };
 }
 
-// Steps are synchronous, so "step in progress" and "canceled" do not occur and nothing can be cancelled. The letters are
-// those of: Instantiated, Configuration Mode, Abandoned, initializatioN Mode, Step mode, Event Mode, continuous-Time
-// Mode, intermediate Update, enDed, Failed.
+// Steps are synchronous, so "step in progress" and "canceled" do not occur and nothing can be cancelled. The letters
+// are those of: Instantiated, Configuration Mode, Abandoned, initializatioN Mode, Step mode, Event Mode,
+// continuous-Time Mode, intermediate Update, enDed, Failed.
 calls! {
     /// Switching log categories on and off.
     SetDebugLogging BOTH b"ICANSETUDF";

@@ -43,7 +43,8 @@ impl Observer for Reporter<'_> {
                 Severity::Ok,
                 LogCategory::Events,
                 format_args!(
-                    "contact={contact} onset={onset:.16e} release={release:.16e} peak={peak:.16e} impulse={impulse:.16e}"
+                    "contact={contact} onset={onset:.16e} release={release:.16e} peak={peak:.16e} \
+                     impulse={impulse:.16e}"
                 ),
             );
         }
@@ -99,8 +100,8 @@ mod tests {
         let lines = lines.borrow();
         let expected = |seconds: u64, contact: usize| {
             let text = format!(
-                "the step to t = 7 s has taken {seconds} s so far: it has reached t = 0.25 s after 1000 events, most of them in \
-                 contact {contact}"
+                "the step to t = 7 s has taken {seconds} s so far: it has reached t = 0.25 s after 1000 events, most \
+                 of them in contact {contact}"
             );
             (Severity::Warning, LogCategory::Warning, text)
         };

@@ -43,7 +43,8 @@ static EXTRA: &[(u32, Row)] = &[
     (0, extra("time", Scalar, Independent, Real, Extra::Time,
         "Time").of(&TIME).continuous()),
     (1, extra("n", Scalar, StructuralParameter, Integer, Extra::Balls,
-        "Number of balls; a new one sets all arrays to their defaults").within(between(MIN_BALLS as f64, MAX_BALLS as f64))),
+        "Number of balls; a new one sets all arrays to their defaults")
+        .within(between(MIN_BALLS as f64, MAX_BALLS as f64))),
     (2, enumeration("derivatives.of", &DERIVATIVES_OF,
         "What directional and adjoint derivatives are derivatives of, after initialization").tunable()),
     (4, slope("der(F_ext)", Balls, Access::Setting { get: |s| &s.slopes.force, set: |s| &mut s.slopes.force },

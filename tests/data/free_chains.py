@@ -1,11 +1,12 @@
-"""Results for free chains with contacts that are not linear, elastic or damped, by Taylor series in 40 digits: free_chains.json.
+"""Results for free chains with contacts that are not linear, elastic or damped, by Taylor series in 40
+digits: free_chains.json.
 
     pip install gmpy2
     python tests/data/free_chains.py > tests/data/free_chains.json
 
-Units are those of a stiffness, a mass and a speed of 1. A force law that is not analytic where a contact opens or closes has a series
-no further than to there, so steps shrink towards it and grow from it. Forces at overlaps below LEAST are left out: what they would
-do to a velocity is below 1e-26.
+Units are those of a stiffness, a mass and a speed of 1. A force law that is not analytic where a contact opens or
+closes has a series no further than to there, so steps shrink towards it and grow from it. Forces at overlaps below
+LEAST are left out: what they would do to a velocity is below 1e-26.
 """
 
 import json

@@ -1,4 +1,5 @@
-"""Results for cradles with linear contacts, damped or pressed, by matrix exponentials in 40 digits: strong_damping.json.
+"""Results for cradles with linear contacts, damped or pressed, by matrix exponentials in 40 digits:
+strong_damping.json.
 
     pip install mpmath
     python tests/data/strong_damping.py > tests/data/strong_damping.json
@@ -17,8 +18,9 @@ mp.dps = 40
 NOISE = mpf("1e-30")
 GRAVITY, LENGTH = mpf(9.81), mpf(1.962)
 
-# Balls, how many of them are lifted by 0.1 m, stiffness, times critical damping, dead band, may a contact pull, time; and where they
-# are not those of equal balls without forces: ratios of the masses and of the stiffnesses, the force that presses the ends (N).
+# Balls, how many of them are lifted by 0.1 m, stiffness, times critical damping, dead band, may a contact pull, time;
+# and where they are not those of equal balls without forces: ratios of the masses and of the stiffnesses, the force
+# that presses the ends (N).
 RATIOS = (1.0, 2.0, 1.0, 0.5, 1.0)
 SPRINGS = (1.0, 3.0, 0.7, 1.4)
 CASES = [

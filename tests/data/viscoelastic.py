@@ -3,8 +3,10 @@
     pip install mpmath
     python tests/data/viscoelastic.py > tests/data/viscoelastic.json
 
-Units as in reference.json: K = d_ref = 1, the striker's velocity 1, no gravity. Gauss collocation by Picard iteration, on steps that
-double from 1e-22 after each onset and stay away from where an overlap vanishes: the force is not analytic there. Switchings end steps.
+Units as in reference.json: K = d_ref = 1, the striker's velocity 1, no gravity. Gauss collocation by Picard
+iteration, on steps that double from 1e-22 after each onset and stay away from where an overlap vanishes: the force is
+not analytic there.
+Switchings end steps.
 """
 
 import json

@@ -1,6 +1,6 @@
-/* A host for Linux and Windows: runs an FMU and prints the values of variables at every communication point, doubles bit by bit, so
- * that platforms can be compared. Halfway it writes the state to the file OWN; at the end it goes back to the state in the file
- * GIVEN, be it this one or that of another platform, and runs the second half again. */
+/* A host for Linux and Windows: runs an FMU and prints the values of variables at every communication point, doubles
+ * bit by bit, so that platforms can be compared. Halfway it writes the state to the file OWN; at the end it goes back
+ * to the state in the file GIVEN, be it this one or that of another platform, and runs the second half again. */
 
 #include <inttypes.h>
 #include <stdarg.h>
@@ -72,12 +72,14 @@ static void read_state(Component c, const char *path) {
     if (!file) fail("there is no state");
     size_t size = fread(bytes, 1, sizeof bytes, file);
     if (!feof(file) || fclose(file)) fail("the state was not read");
-    if (deserialize(c, bytes, size, &state) || set_state(c, state) || free_state(c, &state)) fail("the state is refused");
+    if (deserialize(c, bytes, size, &state) || set_state(c, state) || free_state(c, &state))
+        fail("the state is refused");
 }
 
 int main(int count, char **arguments) {
     if (count < 8)
-        fail("usage: outputs LIBRARY RESOURCES GUID STEP STEPS OWN GIVEN [TYPE:REFERENCE=START]... [TYPE:REFERENCE]...");
+        fail("usage: outputs LIBRARY RESOURCES GUID STEP STEPS OWN GIVEN [TYPE:REFERENCE=START]... "
+             "[TYPE:REFERENCE]...");
     void *library = open_library(arguments[1]);
     if (!library) fail("the library cannot be loaded");
     Component (*instantiate)(const char *, int, const char *, const char *, const Callbacks *, int, int) =

@@ -22,7 +22,8 @@ fn one_binary_serves_every_number_of_balls() {
 #[test]
 fn start_values_go_into_description_and_resources() {
     let folder = Folder::new("start");
-    let parameters = "balls = 3\nx_start = [-0.2, 0, 0]\n[contact]\nmodel = \"hertz\"\n'gap[1]' = 1e-6\n[solver]\ntolerance = 1e-9\n";
+    let parameters = "balls = 3\nx_start = [-0.2, 0, 0]\n[contact]\nmodel = \"hertz\"\n'gap[1]' = 1e-6\n\
+                      [solver]\ntolerance = 1e-9\n";
     let parameters = folder.write("cradle.toml", parameters);
     let out = build(&folder, "x.fmu", &["--parameters", &parameters, "--set", "solver.tolerance=1e-8"]);
     let entries = entries_of(&out);

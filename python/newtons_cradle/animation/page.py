@@ -19,7 +19,8 @@ from ..pulses import Array, impact_sequences
 from .recording import Recording
 
 ASSETS = files(__package__) / "assets"
-#: three.js r140 as trimesh 5.2.0 carries it: what is made of another text would go into pages that nobody has looked at.
+#: three.js r140 as trimesh 5.2.0 carries it: what is made of another text would go into pages that nobody has looked
+#: at.
 THREE_JS_SHA256 = "1baf8525cd80caceabd6eb50da7961aa47f191ac7a68adb454c3a761b29244e2"
 SCRIPTS = ("run.js", "eye.js", "scene.js", "strips.js", "player.js", "controls.js")
 
@@ -48,7 +49,7 @@ def asset(name: str) -> str:
 
 
 def three_js() -> str:
-    """three.js (r140, MIT licence) as one classic script: that of the wheel, else from the viewer that trimesh carries."""
+    """three.js (r140, MIT licence) as one classic script: that of the wheel, else from the viewer in trimesh."""
     packaged = files(__package__) / "three.js"
     if packaged.is_file():
         return packaged.read_text(encoding="utf-8")

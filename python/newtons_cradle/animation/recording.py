@@ -39,8 +39,8 @@ class RecordingError(ValueError):
 class Recording:
     """A run, ready to be drawn. SI units; arrays of shape (samples,) or (samples, balls or contacts).
 
-    `energy`: by name, what is known of kinetic, gravity, contact and total energy. `parameters`: rows of name, value, unit
-    and meaning, as far as known. `length` and `radius`: of pendulum 1 and of a ball, for the drawing.
+    `energy`: by name, what is known of kinetic, gravity, contact and total energy. `parameters`: rows of name, value,
+    unit and meaning, as far as known. `length` and `radius`: of pendulum 1 and of a ball, for the drawing.
     """
 
     title: str
@@ -94,10 +94,12 @@ def from_csv(
     length: float = 1.962,
     radius: float = 0.0313,
 ) -> Recording:
-    """Reads a result in the layout that FMPy writes: time, x[i], v[i] of all balls, F[i] of all contacts; energies if there.
+    """Reads a result in the layout that FMPy writes: time, x[i], v[i] of all balls, F[i] of all contacts; energies if
+    there.
 
-    `pulses`: CSV file of the pulse table. Without it, pulses are taken from F_peak, else from F. `balls`: how many there
-    are, None for as many as the file names. `length` and `radius` (m): for the drawing. Raises RecordingError, OSError.
+    `pulses`: CSV file of the pulse table. Without it, pulses are taken from F_peak, else from F. `balls`: how many
+    there are, None for as many as the file names. `length` and `radius` (m): for the drawing. Raises RecordingError,
+    OSError.
     """
     path = Path(path)
     columns = _read_columns(path)
@@ -132,13 +134,13 @@ def _number_of_balls(path: Path, columns: Columns, wanted: int | None) -> int:
         shown = ", ".join(missing[:6]) + (", ..." if len(missing) > 6 else "")
         whose = f" of {n} balls" if n > 1 else ""
         raise RecordingError(
-            f"{path}: not a whole result{whose}; missing: {shown}. Needed: time, x[i] and v[i] of every ball and F[i] of every "
-            "contact; F_peak[i] as well, unless the samples resolve every pulse"
+            f"{path}: not a whole result{whose}; missing: {shown}. Needed: time, x[i] and v[i] of every ball and "
+            "F[i] of every contact; F_peak[i] as well, unless the samples resolve every pulse"
         )
     if n == 1 and wanted is None:
         raise RecordingError(
-            f"{path}: the file has only one ball. If the cradle has one, say `--balls 1`; else record x[i] and v[i] of every "
-            "ball and F[i] and F_peak[i] of every contact"
+            f"{path}: the file has only one ball. If the cradle has one, say `--balls 1`; else record x[i] and v[i] "
+            "of every ball and F[i] and F_peak[i] of every contact"
         )
     return n
 
@@ -153,8 +155,8 @@ def _refuse_coarse(path: Path, run: Recording) -> None:
         h = step[worst[0], 0]
         finer = float(f"{0.9 * h * COARSE * extent / away[worst]:.1g}")
         raise RecordingError(
-            f"{path}: too coarse. The samples at t = {time[worst[0]]:g} s are {h:g} s apart, and ball {worst[1] + 1} cannot be "
-            f"followed between them. Needed: samples at most about {finer:g} s apart"
+            f"{path}: too coarse. The samples at t = {time[worst[0]]:g} s are {h:g} s apart, and ball {worst[1] + 1} "
+            f"cannot be followed between them. Needed: samples at most about {finer:g} s apart"
         )
 
 
@@ -168,8 +170,8 @@ def _refuse_missed_clicks(path: Path, run: Recording) -> None:
     if v.shape[1] > 1 and len(missed):
         row, ball = missed[0]
         raise RecordingError(
-            f"{path}: too coarse for the clicks. Ball {ball + 1} is struck between t = {time[row]:g} s and {time[row + 1]:g} s, and "
-            "F is 0 at both. Needed: F_peak[i] of every contact, or the run's table of pulses (`--pulses FILE.csv`)"
+            f"{path}: too coarse for the clicks. Ball {ball + 1} is struck between t = {time[row]:g} s and "
+            f"{time[row + 1]:g} s, and F is 0 at both. Needed: F_peak[i] of every contact, or the run's table of pulses (`--pulses FILE.csv`)"
         )
 
 

@@ -15,10 +15,12 @@ function colour(name) {
 /** The colour `part` of the way from #rrggbb to another. */
 function mixed(from, to, part) {
   const channel = (text, i) => parseInt(text.slice(1 + 2 * i, 3 + 2 * i), 16);
-  return `#${[0, 1, 2].map((i) => Math.round(channel(from, i) + part * (channel(to, i) - channel(from, i))).toString(16).padStart(2, "0")).join("")}`;
+  const mixed = (i) => Math.round(channel(from, i) + part * (channel(to, i) - channel(from, i)));
+  return `#${[0, 1, 2].map((i) => mixed(i).toString(16).padStart(2, "0")).join("")}`;
 }
 
-/** Colour of ball or contact i (from 0) of `count`: its own where there are enough, else one from blue over green to red. */
+/** Colour of ball or contact i (from 0) of `count`: its own where there are enough, else one from blue over green to
+ *  red. */
 function seriesColour(i, count) {
   if (count <= 6) return colour(`--series-${i + 1}`);
   const stops = [1, 3, 5, 2].map((number) => colour(`--series-${number}`));

@@ -145,7 +145,8 @@ class Run:
         return onset
 
     def _is_onset(self, ahead: float) -> bool:
-        """Whether `t_next` is an onset, or says that there is none: FMI 3.0 has no variable for it, but a step there tells."""
+        """Whether `t_next` is an onset, or says that there is none: FMI 3.0 has no variable for it, a step there
+        tells."""
         if "t_next_isOnset" in self.fmu.variables:
             return bool(self.get("t_next_isOnset"))
         if ahead >= NEVER:

@@ -22,8 +22,8 @@ def line(status: int, *texts: bytes | None) -> LogLine:
 
 
 # FMPy's proxy formats C-style messages, but keeps one logger for the process: the last one registered gets the messages
-# of every instance. So all runs of FMI 2.0 share `_logger`, and the componentEnvironment, which the FMU hands back, tells
-# them apart. (A `simulate_fmu(..., logger=...)` that starts during a run takes over its later messages.)
+# of every instance. So all runs of FMI 2.0 share `_logger`, and the componentEnvironment, which the FMU hands back,
+# tells them apart. (A `simulate_fmu(..., logger=...)` that starts during a run takes over its later messages.)
 _logs: dict[int, list[LogLine]] = {}
 
 

@@ -31,7 +31,8 @@ class FmuError(RuntimeError):
 
 
 class Model:
-    """The description of an FMU, unpacked into `folder`. Arrays of FMI 3.0 have the elements, names and types of FMI 2.0."""
+    """The description of an FMU, unpacked into `folder`. Arrays of FMI 3.0 have elements with the names and types of
+    2.0."""
 
     def __init__(self, path: Path, description: ModelDescription, folder: str):
         self.path, self.description, self.folder = path, description, folder
@@ -85,7 +86,8 @@ class Model:
             raise FmuError(f"{name} = {value} is not a number{cure}") from None
 
     def built_with(self, name: str) -> float | int | bool:
-        """The start value in the description; the integer of an enumeration. Raises UnknownName, or FmuError if there is none."""
+        """The start value in the description; the integer of an enumeration. Raises UnknownName, FmuError if there is
+        none."""
         variable = self.variable(name)
         if variable.start is None:
             raise FmuError(f"{name} has no start value: the FMU computes it")
@@ -184,7 +186,8 @@ class Place:
 
 
 def variables(description: ModelDescription) -> dict[str, Any]:
-    """FMPy's descriptions of all variables that FMI 2.0 knows, by name. In FMI 3.0 each element gets one; its reference is a `Place`."""
+    """FMPy's descriptions of all variables that FMI 2.0 knows, by name. In FMI 3.0 each element gets one; its
+    reference is a `Place`."""
     if description.fmiVersion.startswith("2."):
         return {variable.name: variable for variable in description.modelVariables}
     kept = [v for v in description.modelVariables if v.type in TYPES and v.causality not in OTHERS]

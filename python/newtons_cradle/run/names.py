@@ -19,7 +19,7 @@ def split(name: str) -> tuple[str, int | None]:
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """`; did you mean a or b?`: up to three known names that are similar, as a whole or after their dot, the best first."""
+    """`; did you mean a or b?`: up to three known names that are similar, whole or after their dot, the best first."""
     by_form: dict[str, str] = {}
     for other in known:
         by_form.setdefault(other.lower().rpartition(".")[2], other)

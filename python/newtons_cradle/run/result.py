@@ -53,7 +53,8 @@ class Result:
         return found
 
     def to_dataframe(self) -> "pd.DataFrame":
-        """The samples as a pandas data frame: index `time` (s), a column for each variable, their units in `attrs["units"]`.
+        """The samples as a pandas data frame: index `time` (s), a column for each variable, units in
+        `attrs["units"]`.
 
         The pulses are a table of their own, `pandas.DataFrame(result.pulses)`. Raises ImportError without pandas.
         """
@@ -63,16 +64,18 @@ class Result:
         return frame
 
     def to_parquet(self, path: str | Path) -> None:
-        """Writes the data frame as a Parquet file, which pandas reads with its units. Raises ImportError without pyarrow."""
+        """Writes the data frame as a Parquet file, which pandas reads with units. Raises ImportError without
+        pyarrow."""
         frame = self.to_dataframe()
         _needed("pyarrow", "data")
         frame.to_parquet(path, engine="pyarrow")
 
     def plot(self, *signals: str, origin: float = 0.0) -> "Figure":
-        """A plot with a strip for each signal, over the time from `origin` (s) on: `plot("x", "F[2]").savefig("run.png")`.
+        """A plot with a strip for each signal, over the time from `origin` (s) on:
+        `plot("x", "F[2]").savefig("run.png")`.
 
-        A signal is a variable or an array, whose elements share a strip. Without signals, it shows the positions x or, if those
-        were not recorded, everything that was. Raises UnknownName, and ImportError without matplotlib.
+        A signal is a variable or an array, whose elements share a strip. Without signals, it shows the positions x or,
+        if those were not recorded, everything that was. Raises UnknownName, and ImportError without matplotlib.
         """
         _needed("matplotlib", "plot")
         from matplotlib import pyplot

@@ -1,4 +1,4 @@
-"""FMPy's slaves as runs use them, of FMI 2.0 and 3.0: their log goes to a list, and variables are read and set by type."""
+"""FMPy's slaves as runs use them, of FMI 2.0 and 3.0: their log goes to a list, variables are read and set by type."""
 
 from pathlib import Path
 from typing import Any

@@ -5,7 +5,8 @@
 //! at the stages; with the response of a pendulum to its contact forces, linear and known, the equations are
 //!
 //! ```text
-//! d_j - d_free,j = W_l (F_(j-1) - F_j) / m_l - W_r (F_j - F_(j+1)) / m_r,    W = (h A)^2 (1 + 2 gamma h A + omega^2 (h A)^2)^-1
+//! d_j - d_free,j = W_l (F_(j-1) - F_j) / m_l - W_r (F_j - F_(j+1)) / m_r,
+//! W = (h A)^2 (1 + 2 gamma h A + omega^2 (h A)^2)^-1
 //! ```
 //!
 //! solved by Newton's method: block-tridiagonal, a block a contact. Overlaps of 1e-9 m keep all their digits, for what

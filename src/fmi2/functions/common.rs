@@ -93,7 +93,8 @@ fn purpose(of: fmi2Type) -> Result<Purpose, String> {
         fmi2ModelExchange => Ok(Purpose::fmi2(Kind::ModelExchange)),
         fmi2CoSimulation => Ok(Purpose::fmi2(Kind::CoSimulation)),
         _ => Err(format!(
-            "fmuType = {of} is refused; allowed: fmi2ModelExchange ({fmi2ModelExchange}), fmi2CoSimulation ({fmi2CoSimulation})"
+            "fmuType = {of} is refused; allowed: fmi2ModelExchange ({fmi2ModelExchange}), \
+             fmi2CoSimulation ({fmi2CoSimulation})"
         )),
     }
 }
@@ -119,7 +120,8 @@ export! {
     };
     /// Takes start time, stop time and tolerance. A tolerance can only tighten `solver.tolerance`; nonsense is ignored.
     fn fmi2SetupExperiment(
-        toleranceDefined: fmi2Boolean, tolerance: fmi2Real, startTime: fmi2Real, stopTimeDefined: fmi2Boolean, stopTime: fmi2Real
+        toleranceDefined: fmi2Boolean, tolerance: fmi2Real, startTime: fmi2Real, stopTimeDefined: fmi2Boolean,
+        stopTime: fmi2Real
     ) as SetupExperiment |instance| {
         let stop = (stopTimeDefined != fmi2False).then_some(stopTime);
         let tolerance = (toleranceDefined != fmi2False).then_some(tolerance);

@@ -8,7 +8,8 @@ export! {
     /// Steps from `currentCommunicationPoint` by `communicationStepSize` > 0, in s. Never answers fmi2Discard or
     /// fmi2Warning, at which hosts loop or stop.
     fn fmi2DoStep(
-        currentCommunicationPoint: fmi2Real, communicationStepSize: fmi2Real, _noSetFMUStatePriorToCurrentPoint: fmi2Boolean
+        currentCommunicationPoint: fmi2Real, communicationStepSize: fmi2Real,
+        _noSetFMUStatePriorToCurrentPoint: fmi2Boolean
     ) as DoStep |instance| {
         instance.step(currentCommunicationPoint, communicationStepSize, false).map(|_| ())
     };

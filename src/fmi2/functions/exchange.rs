@@ -27,7 +27,8 @@ export! {
     /// The end of a step of the host's solver; asks for Event Mode where an indicator has changed its sign. Never ends
     /// a run.
     fn fmi2CompletedIntegratorStep(
-        _noSetFMUStatePriorToCurrentPoint: fmi2Boolean, enterEventMode: *mut fmi2Boolean, terminateSimulation: *mut fmi2Boolean
+        _noSetFMUStatePriorToCurrentPoint: fmi2Boolean, enterEventMode: *mut fmi2Boolean,
+        terminateSimulation: *mut fmi2Boolean
     ) as CompletedIntegratorStep |instance| {
         let enter = array_mut("enterEventMode", enterEventMode, 1)?;
         answer("terminateSimulation", terminateSimulation, fmi2False)?;

@@ -5,7 +5,10 @@
 /// standard, which is legal where [`Call`](crate::instance::Call) says so and answers what becomes of `body`. What
 /// `body` takes for granted are the host's promises, see the [module](crate::fmi2).
 macro_rules! export {
-    ($($(#[$doc:meta])* fn $name:ident($($argument:ident: $type:ty),*) as $call:ident |$instance:pat_param| $body:expr;)*) => {$(
+    ($(
+        $(#[$doc:meta])* fn $name:ident($($argument:ident: $type:ty),*)
+        as $call:ident |$instance:pat_param| $body:expr;
+    )*) => {$(
         $(#[$doc])*
         ///
         /// # Safety
@@ -13,7 +16,11 @@ macro_rules! export {
         #[unsafe(no_mangle)]
         pub unsafe extern "C" fn $name(c: fmi2Component, $($argument: $type),*) -> fmi2Status {
             // SAFETY: the host's promises, see the module.
-            unsafe { crate::ffi::call::<crate::fmi2::Fmi2>(c, stringify!($name), crate::instance::Call::$call, |$instance| $body) }
+            unsafe {
+                crate::ffi::call::<crate::fmi2::Fmi2>(
+                    c, stringify!($name), crate::instance::Call::$call, |$instance| $body
+                )
+            }
         }
     )*};
 }

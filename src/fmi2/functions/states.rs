@@ -21,7 +21,9 @@ export! {
     };
     /// Makes a state of the bytes that [`fmi2SerializeFMUstate`] wrote, also in another process. Damaged, foreign and
     /// newer bytes are refused, and `*FMUstate` is left as it is; where it is not NULL its memory is used again.
-    fn fmi2DeSerializeFMUstate(serializedState: *const fmi2Byte, size: usize, FMUstate: *mut fmi2FMUstate) as State |instance| {
+    fn fmi2DeSerializeFMUstate(
+        serializedState: *const fmi2Byte, size: usize, FMUstate: *mut fmi2FMUstate
+    ) as State |instance| {
         ffi::deserialize(instance, serializedState.cast(), size, FMUstate)
     };
 }

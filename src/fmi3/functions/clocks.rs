@@ -15,7 +15,9 @@ refuse! {
         resolutions: *mut fmi3UInt64, qualifiers: *mut fmi3IntervalQualifier,
     ) if nValueReferences > 0;
     /// There are no clocks with intervals.
-    fn fmi3GetShiftDecimal as Intervals(valueReferences: *const fmi3ValueReference, nValueReferences: usize, shifts: *mut fmi3Float64) if nValueReferences > 0;
+    fn fmi3GetShiftDecimal as Intervals(
+        valueReferences: *const fmi3ValueReference, nValueReferences: usize, shifts: *mut fmi3Float64,
+    ) if nValueReferences > 0;
     /// There are no clocks with intervals.
     fn fmi3GetShiftFraction as Intervals(
         valueReferences: *const fmi3ValueReference, nValueReferences: usize, counters: *mut fmi3UInt64,
@@ -31,7 +33,9 @@ refuse! {
         resolutions: *const fmi3UInt64,
     ) if nValueReferences > 0;
     /// There are no clocks with intervals.
-    fn fmi3SetShiftDecimal as Intervals(valueReferences: *const fmi3ValueReference, nValueReferences: usize, shifts: *const fmi3Float64) if nValueReferences > 0;
+    fn fmi3SetShiftDecimal as Intervals(
+        valueReferences: *const fmi3ValueReference, nValueReferences: usize, shifts: *const fmi3Float64,
+    ) if nValueReferences > 0;
     /// There are no clocks with intervals.
     fn fmi3SetShiftFraction as Intervals(
         valueReferences: *const fmi3ValueReference, nValueReferences: usize, counters: *const fmi3UInt64,

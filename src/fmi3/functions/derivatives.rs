@@ -14,7 +14,8 @@ macro_rules! weighted {
         export! {$(
             $(#[$doc])*
             fn $name(
-                unknowns: *const fmi3ValueReference, nUnknowns: usize, knowns: *const fmi3ValueReference, nKnowns: usize,
+                unknowns: *const fmi3ValueReference, nUnknowns: usize, knowns: *const fmi3ValueReference,
+                nKnowns: usize,
                 seed: *const fmi3Float64, nSeed: usize, sensitivity: *mut fmi3Float64, nSensitivity: usize,
             ) as DirectionalDerivative |instance| {
                 let (unknowns, knowns) = (array("unknowns", unknowns, nUnknowns)?, array("knowns", knowns, nKnowns)?);
@@ -39,7 +40,8 @@ export! {
     /// Derivatives of real outputs by time, of order 1 to 3: 0 for what changes only at events and communication
     /// points.
     fn fmi3GetOutputDerivatives(
-        valueReferences: *const fmi3ValueReference, nValueReferences: usize, orders: *const fmi3Int32, values: *mut fmi3Float64,
+        valueReferences: *const fmi3ValueReference, nValueReferences: usize, orders: *const fmi3Int32,
+        values: *mut fmi3Float64,
         nValues: usize,
     ) as GetOutputDerivatives |instance| {
         let references = array("valueReferences", valueReferences, nValueReferences)?;
@@ -51,7 +53,9 @@ export! {
 refuse! {
     "dependencies of single elements are not offered; those of variables are in the description":
     /// Not offered.
-    fn fmi3GetNumberOfVariableDependencies as SetDebugLogging(valueReference: fmi3ValueReference, nDependencies: *mut usize) if true;
+    fn fmi3GetNumberOfVariableDependencies as SetDebugLogging(
+        valueReference: fmi3ValueReference, nDependencies: *mut usize,
+    ) if true;
     /// Not offered.
     fn fmi3GetVariableDependencies as SetDebugLogging(
         dependent: fmi3ValueReference, elementIndicesOfDependent: *mut usize, independents: *mut fmi3ValueReference,

@@ -9,7 +9,8 @@ export! {
     /// The end of a step of the host's solver; asks for Event Mode where an indicator has changed its sign. Never ends
     /// a run.
     fn fmi3CompletedIntegratorStep(
-        _noSetFMUStatePriorToCurrentPoint: fmi3Boolean, enterEventMode: *mut fmi3Boolean, terminateSimulation: *mut fmi3Boolean,
+        _noSetFMUStatePriorToCurrentPoint: fmi3Boolean, enterEventMode: *mut fmi3Boolean,
+        terminateSimulation: *mut fmi3Boolean,
     ) as CompletedIntegratorStep |instance| {
         let enter = instance.completed_integrator_step()?;
         answer("enterEventMode", enterEventMode, enter.into())?;
@@ -19,7 +20,9 @@ export! {
     fn fmi3SetTime(time: fmi3Float64) as SetTimeOfExchange |instance| instance.set_time(time);
     /// Sets the continuous states, all of them finite: the elements of `q`, `v`, `impulse`, `E_dissipated` and
     /// `W_external`.
-    fn fmi3SetContinuousStates(continuousStates: *const fmi3Float64, nContinuousStates: usize) as SetContinuousStates |instance| {
+    fn fmi3SetContinuousStates(
+        continuousStates: *const fmi3Float64, nContinuousStates: usize,
+    ) as SetContinuousStates |instance| {
         require_count("nContinuousStates", nContinuousStates, instance.count_states())?;
         instance.set_continuous_states(array("continuousStates", continuousStates, nContinuousStates)?)
     };
@@ -34,11 +37,16 @@ export! {
         write("eventIndicators", eventIndicators, ("nEventIndicators", nEventIndicators), instance.event_indicators()?)
     };
     /// The continuous states.
-    fn fmi3GetContinuousStates(continuousStates: *mut fmi3Float64, nContinuousStates: usize) as GetContinuous |instance| {
-        write("continuousStates", continuousStates, ("nContinuousStates", nContinuousStates), instance.continuous_states()?)
+    fn fmi3GetContinuousStates(
+        continuousStates: *mut fmi3Float64, nContinuousStates: usize,
+    ) as GetContinuous |instance| {
+        let states = instance.continuous_states()?;
+        write("continuousStates", continuousStates, ("nContinuousStates", nContinuousStates), states)
     };
     /// Orders of magnitude of the continuous states, positive and constant from initialization on.
-    fn fmi3GetNominalsOfContinuousStates(nominals: *mut fmi3Float64, nContinuousStates: usize) as GetNominals |instance| {
+    fn fmi3GetNominalsOfContinuousStates(
+        nominals: *mut fmi3Float64, nContinuousStates: usize,
+    ) as GetNominals |instance| {
         write("nominals", nominals, ("nContinuousStates", nContinuousStates), instance.nominals()?)
     };
     /// Number of event indicators, 2 n.

@@ -5,7 +5,10 @@
 /// standard, which is legal where [`Call`](crate::instance::Call) says so and answers what becomes of `body`. What
 /// `body` takes for granted are the host's promises, see the [module](crate::fmi3).
 macro_rules! export {
-    ($($(#[$doc:meta])* fn $name:ident($($argument:ident: $type:ty),* $(,)?) as $call:ident |$instance:pat_param| $body:expr;)*) => {$(
+    ($(
+        $(#[$doc:meta])* fn $name:ident($($argument:ident: $type:ty),* $(,)?)
+        as $call:ident |$instance:pat_param| $body:expr;
+    )*) => {$(
         $(#[$doc])*
         ///
         /// # Safety
@@ -25,7 +28,9 @@ macro_rules! export {
 /// Exports functions that the FMU does not offer, with the reason. A call that asks for none, by the condition at its
 /// end, is fine.
 macro_rules! refuse {
-    ($reason:literal: $($(#[$doc:meta])* fn $name:ident as $call:ident($($argument:ident: $type:ty),* $(,)?) if $asked:expr;)*) => {
+    ($reason:literal: $(
+        $(#[$doc:meta])* fn $name:ident as $call:ident($($argument:ident: $type:ty),* $(,)?) if $asked:expr;
+    )*) => {
         export! {$(
             $(#[$doc])*
             fn $name($($argument: $type),*) as $call |_| {

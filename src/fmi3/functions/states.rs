@@ -19,7 +19,9 @@ export! {
         ffi::serialize(FMUState, serializedState, size, "fmi3SerializedFMUStateSize")
     };
     /// Makes a state of the bytes that [`fmi3SerializeFMUState`] wrote, also in another process.
-    fn fmi3DeserializeFMUState(serializedState: *const fmi3Byte, size: usize, FMUState: *mut fmi3FMUState) as State |instance| {
+    fn fmi3DeserializeFMUState(
+        serializedState: *const fmi3Byte, size: usize, FMUState: *mut fmi3FMUState,
+    ) as State |instance| {
         ffi::deserialize(instance, serializedState, size, FMUState)
     };
 }

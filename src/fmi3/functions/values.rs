@@ -57,15 +57,21 @@ fn refuse_type(asked: usize) -> Result<(), Refusal> {
 
 /// Exports getter and setter of a type that variables have.
 macro_rules! values {
-    ($($(#[$got:meta])* $get:ident $(#[$is_set:meta])* $set:ident($type:ty = $asked:expr, $convert:expr) as $call:ident $by:expr;)*) => {
+    ($(
+        $(#[$got:meta])* $get:ident
+        $(#[$is_set:meta])* $set:ident($type:ty = $asked:expr, $convert:expr) as $call:ident $by:expr;
+    )*) => {
         export! {$(
             $(#[$got])*
             fn $get(
                 valueReferences: *const fmi3ValueReference, nValueReferences: usize, values: *mut $type, nValues: usize,
-            ) as GetArrays |instance| get(instance, $asked, (valueReferences, nValueReferences), (values, nValues), $convert);
+            ) as GetArrays |instance| {
+                get(instance, $asked, (valueReferences, nValueReferences), (values, nValues), $convert)
+            };
             $(#[$is_set])*
             fn $set(
-                valueReferences: *const fmi3ValueReference, nValueReferences: usize, values: *const $type, nValues: usize,
+                valueReferences: *const fmi3ValueReference, nValueReferences: usize, values: *const $type,
+                nValues: usize,
             ) as $call |instance| {
                 let set: fn(&mut Instance, &[u32], &[$type]) -> Result<(), Refusal> = $by;
                 let references = array("valueReferences", valueReferences, nValueReferences)?;
@@ -111,7 +117,8 @@ export! {
     };
     /// Reads `log.pulses`. The bytes stay where they are until the next call.
     fn fmi3GetBinary(
-        valueReferences: *const fmi3ValueReference, nValueReferences: usize, valueSizes: *mut usize, values: *mut fmi3Binary,
+        valueReferences: *const fmi3ValueReference, nValueReferences: usize, valueSizes: *mut usize,
+        values: *mut fmi3Binary,
         nValues: usize,
     ) as GetArrays |instance| {
         let references = array("valueReferences", valueReferences, nValueReferences)?;
@@ -139,11 +146,13 @@ macro_rules! no_such_type {
         export! {$(
             /// There are no variables of this type.
             fn $get(
-                _valueReferences: *const fmi3ValueReference, nValueReferences: usize, _values: *mut $type, _nValues: usize,
+                _valueReferences: *const fmi3ValueReference, nValueReferences: usize, _values: *mut $type,
+                _nValues: usize,
             ) as GetArrays |_| refuse_type(nValueReferences);
             /// There are no variables of this type.
             fn $set(
-                _valueReferences: *const fmi3ValueReference, nValueReferences: usize, _values: *const $type, _nValues: usize,
+                _valueReferences: *const fmi3ValueReference, nValueReferences: usize, _values: *const $type,
+                _nValues: usize,
             ) as SetDiscrete |_| refuse_type(nValueReferences);
         )*}
     };

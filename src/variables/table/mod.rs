@@ -142,10 +142,12 @@ pub static TABLE: &[Row] = &[
     }, "Acceleration of the support, to the right"),
 
     real("x", Balls, Output, &LENGTH, |s, i| s.x(i),
-        "Position of ball {i}, to the right of its rest position, relative to the support").initially(&[&["x_start"]]).follows(&[&["position"]])
+        "Position of ball {i}, to the right of its rest position, relative to the support")
+        .initially(&[&["x_start"]]).follows(&[&["position"]])
         .derivative(|d, i| d.x[i]),
     real("F", Contacts, Output, &FORCE, |s, i| s.force(i),
-        "Contact force between balls {i} and {j} at this instant, pushing them apart").initially(FORCE_AT_START).follows(&[&["overlap", "v"]])
+        "Contact force between balls {i} and {j} at this instant, pushing them apart")
+        .initially(FORCE_AT_START).follows(&[&["overlap", "v"]])
         .derivative(|d, i| d.force[i]),
     real("v", Balls, Output, &VELOCITY, |s, i| s.v(i),
         "Velocity of ball {i} relative to the support").initially(&[&["v_start"]]).follows(&[&["v"]])
@@ -173,7 +175,8 @@ pub static TABLE: &[Row] = &[
         .follows(&[&["overlap", "v"]])
         .derivative(|d, i| d.force_mean[i]),
     real("F_peak", Contacts, Output, &FORCE, |s, i| s.force_peak(i),
-        "Largest F[{i}] in the last step, in model exchange in the last pulse; 0 if the contact stayed open").discrete().initially(FORCE_AT_START)
+        "Largest F[{i}] in the last step, in model exchange in the last pulse; 0 if the contact stayed open")
+        .discrete().initially(FORCE_AT_START)
         .derivative(|d, i| d.force_peak[i]),
     real("F_support_mean", Scalar, Output, &FORCE, |s, _| s.support_force_mean(),
         "Mean of F_support over the last step; F_support in model exchange")
@@ -195,7 +198,8 @@ pub static TABLE: &[Row] = &[
         .initially(&[OVERLAP]).derivative(|d, i| d.overlap[i]),
     real("a", Balls, Local, &ACCELERATION, |s, i| s.a(i),
         "Acceleration of ball {i} relative to the support")
-        .initially(&[MASSES, PENDULUMS, CLEARANCE, ELASTIC, DAMPED, &["pendulum.drag", "x_start*", "v_start*", "F_ext", "a_support"]])
+        .initially(&[MASSES, PENDULUMS, CLEARANCE, ELASTIC, DAMPED,
+            &["pendulum.drag", "x_start*", "v_start*", "F_ext", "a_support"]])
         .follows(&[&["position", "overlap", "v*", "F_ext", "a_support"]]).derivative(|d, i| d.a[i]),
     real("E_kinetic", Balls, Local, &ENERGY, |s, i| s.kinetic_energy(i),
         "Kinetic energy of ball {i}").within(NOT_NEGATIVE),

@@ -55,7 +55,8 @@ fn touching_balls_that_drag_presses_together_close_once() {
 prop_compose! {
     /// A row that touches but for next to nothing, as values of variables.
     fn touching()(
-        balls in 2..6_usize, model in 1..=2_i32, law in 1..=4_i32, contacts in 1..=2_i32, kinds in prop::array::uniform6(0..3_usize),
+        balls in 2..6_usize, model in 1..=2_i32, law in 1..=4_i32, contacts in 1..=2_i32,
+        kinds in prop::array::uniform6(0..3_usize),
     )(
         masses in prop::collection::vec(0.5..2.0_f64, balls), lengths in prop::collection::vec(0.8..1.2_f64, balls),
         nudges in prop::collection::vec(prop::sample::select(vec![0.0, 0.0, 1e-22, -1e-22, 1e-17, -1e-12]), balls),
@@ -68,7 +69,8 @@ prop_compose! {
             ("contact.deadBand", 0.0), ("contact.stiffness", 1e7), ("contact.exponent", [1.0, 1.5, 2.0][force]),
             ("gravity", [9.81, 9.81, 0.0][gravity]), ("pendulum.drag", [0.0, 0.02, 1.0][drag]),
             ("contact.damping", [0.0, 10.0, 1e3][drag]), ("contact.huntCrossley", [0.0, 0.1, 1.0][drag]),
-            ("contact.relaxationTime", [0.0, 1e-6, 1e-5][drag]), ("ball.youngModulus", 2e8), ("a_support", [0.0, 1.0, -3.0][shift]),
+            ("contact.relaxationTime", [0.0, 1e-6, 1e-5][drag]), ("ball.youngModulus", 2e8),
+            ("a_support", [0.0, 1.0, -3.0][shift]),
         ].map(|(name, value)| (name.to_owned(), value)).to_vec();
         for i in 0..balls {
             let ball = [

@@ -31,7 +31,8 @@ fn parameters_out_of_range_are_refused() {
         assert!(error.starts_with("fmi2SetReal: ") && error.contains(expected), "{error}");
     }
     assert_eq!(host.set_integer("contact.dampingLaw", 99), fmi2Error);
-    let expected = "contact.dampingLaw = 99 is refused; allowed: kelvinVoigt (1) or kelvinVoigtNoPull (2) or huntCrossley (3) or viscoelastic (4)";
+    let expected = "contact.dampingLaw = 99 is refused; allowed: kelvinVoigt (1) or kelvinVoigtNoPull (2) or \
+                    huntCrossley (3) or viscoelastic (4)";
     assert!(host.error().contains(expected));
     host.assert_usable();
 }

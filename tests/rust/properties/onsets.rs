@@ -26,7 +26,8 @@ proptest! {
     #[test]
     fn the_first_onset_is_the_first_overlap(case in cradles(Family { damped: false, drag: false, ..ANY })) {
         let n = case.p.balls();
-        let overlap = |i: usize, t: f64| flight(&case, i, t) - flight(&case, i + 1, t) - case.p.gap[i] - case.p.dead_band;
+        let apart = |i: usize| case.p.gap[i] + case.p.dead_band;
+        let overlap = |i: usize, t: f64| flight(&case, i, t) - flight(&case, i + 1, t) - apart(i);
         // Where nothing is in touch at the start, so that it is clear what comes first.
         prop_assume!((0..n - 1).all(|i| overlap(i, 0.0) < -1e-12));
         let mut engine = case.start()?;
@@ -51,7 +52,7 @@ proptest! {
             engine.advance(foretold, &mut Vec::new()).map_err(ended_early)?;
             let onsets: u64 = (0..n - 1).map(|i| engine.pulses(i)).sum();
             prop_assert!(onsets >= 1);
-            prop_assert!((0..n - 1).any(|i| engine.last_onset(i) == foretold || (foretold - engine.last_onset(i)).abs() < 1e-15 * foretold));
+            prop_assert!((0..n - 1).any(|i| (foretold - engine.last_onset(i)).abs() <= 1e-15 * foretold));
         }
     }
 

@@ -84,7 +84,9 @@ proptest! {
 
     /// Without gravity it flies.
     #[test]
-    fn without_gravity_it_is_thrown(mass in decades(-2.0, 2.0), start in (-1.0..1.0, -1.0..1.0), push in -1.0..1.0, t in 0.01..100.0) {
+    fn without_gravity_it_is_thrown(
+        mass in decades(-2.0, 2.0), start in (-1.0..1.0, -1.0..1.0), push in -1.0..1.0, t in 0.01..100.0,
+    ) {
         let mut inputs = Inputs::zero(1);
         inputs.force[0] = push * mass;
         let mut engine = Engine::new(&single(0.0, mass, 0.0, start), &inputs, 0.0).unwrap();

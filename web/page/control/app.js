@@ -7,7 +7,8 @@ class App {
   constructor(engine) {
     const asked = location.hash; // before the page writes there what it shows
     // `keys`: whether single keys do anything.
-    Object.assign(this, { engine, clock: new Clock(), sound: new Sound(), side: "right", keys: true, stages: [], preset: "textbook" });
+    Object.assign(this, { engine, clock: new Clock(), sound: new Sound(), side: "right", keys: true, stages: [],
+      preset: "textbook" });
     this.shows = Object.fromEntries(Object.keys(TEXTS.shows).map((kind) => [kind, false]));
     this.controls = Object.fromEntries([...document.querySelectorAll("[id]")].map((item) => [item.id, item]));
     this.setTheme(matchMedia("(prefers-color-scheme: light)").matches);
@@ -25,7 +26,8 @@ class App {
   get sources() { return this.stages.map(({ source }) => source); }
   get liveSources() { return this.sources.filter(({ live }) => live); }
   /** The source that changes go to. */
-  get changedSource() { return this.stages.length > 1 && this.side !== "left" ? this.stages[1].source : this.stages[0].source; }
+  get changedSource() { return this.stages.length > 1 && this.side !== "left" ? this.stages[1].source
+    : this.stages[0].source; }
 
   addStage(source) {
     this.stages.push(new Stage(source, this));
@@ -135,7 +137,8 @@ class App {
     const { setup } = this.stages[0].source;
     if (!setup || count > setup.balls) return;
     const x = -Math.round(LIFT * setup.get("pendulum.length") * 1e3) / 1e3;
-    this.letGo({ x_start: Array.from({ length: setup.balls }, (_, i) => (i < count ? x : 0)), v_start: Array(setup.balls).fill(0) });
+    this.letGo({ x_start: Array.from({ length: setup.balls }, (_, i) => (i < count ? x : 0)),
+      v_start: Array(setup.balls).fill(0) });
   }
 
   again() { if (this.lifted) this.letGo(this.lifted); else this.lift(1); }
@@ -152,9 +155,11 @@ class App {
     if (name !== "stop" && first.live) {
       const middle = Math.floor(first.setup.balls / 2);
       values ??= {
-        usual: PRESETS[this.preset]?.beside ?? TOUCHING, hertz: TOUCHING, noBand: { "contact.deadBand": 0 }, rigid: LAWS.rigid,
+        usual: PRESETS[this.preset]?.beside ?? TOUCHING, hertz: TOUCHING, noBand: { "contact.deadBand": 0 },
+        rigid: LAWS.rigid,
         lossy: { "contact.dampingLaw": "huntCrossley", "contact.huntCrossley": 0.3, "contact.restitution": 0.9 },
-        heavy: { "ball.massRatio": first.setup.get("ball.massRatio").map((ratio, i) => (i === middle ? 2 * ratio : ratio)) },
+        heavy: { "ball.massRatio": first.setup.get("ball.massRatio")
+        .map((ratio, i) => (i === middle ? 2 * ratio : ratio)) },
       }[name];
       // From the same release: both begin again.
       const again = first.setup.with(this.lifted ?? {});
@@ -229,7 +234,8 @@ class App {
   }
 
   showClock() {
-    const { clock } = this, { time, pace, inside } = this.controls, [{ source }] = this.stages, now = source.run?.time ?? source.now;
+    const { clock } = this, { time, pace, inside } = this.controls, [{ source }] = this.stages;
+    const now = source.run?.time ?? source.now;
     const digits = Math.max(2, Math.min(11, Math.ceil(-Math.log10(clock.rate)) + 2));
     time.textContent = `${now.toFixed(digits)} s`;
     pace.textContent = paceText(clock.rate * (clock.kept > 0.97 ? 1 : clock.kept));
@@ -262,7 +268,8 @@ class App {
     addEventListener("hashchange", () => this.open(location.hash));
     addEventListener("keydown", (event) => this.key(event));
     // A button that was clicked does not take the space bar, which pauses; one that the keyboard has come to does.
-    addEventListener("click", ({ detail }) => { if (detail && document.activeElement?.matches("button")) document.activeElement.blur(); });
+    addEventListener("click", ({ detail }) =>
+      { if (detail && document.activeElement?.matches("button")) document.activeElement.blur(); });
     matchMedia("(prefers-color-scheme: light)").addEventListener("change", ({ matches }) => this.setTheme(matches));
     this.setRunning(true);
   }
@@ -273,8 +280,10 @@ class App {
     const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
     if (typing || (key === " " && pressed) || !(this.keys || key === "Escape")) return;
     const acts = {
-      " ": () => this.setRunning(!this.clock.running), i: () => this.inside(), a: () => this.again(), 0: () => this.stopAll(),
-      e: () => this.setOther("every", this.clock.slow !== "always"), ",": () => this.stepInside(-1), ".": () => this.stepInside(1),
+      " ": () => this.setRunning(!this.clock.running), i: () => this.inside(), a: () => this.again(),
+      0: () => this.stopAll(),
+      e: () => this.setOther("every", this.clock.slow !== "always"), ",": () => this.stepInside(-1),
+      ".": () => this.stepInside(1),
       Escape: () => { if (this.panels.kind) this.panels.toggle(this.panels.kind); },
     };
     const panel = { c: "change", s: "show", b: "beside", k: "keep", l: "lesson", "?": "help", h: "help" }[key];

@@ -28,7 +28,8 @@ class Hand {
   }
 
   move(event) {
-    const { scene, source, canvas } = this.stage, point = { x: event.offsetX, y: event.offsetY }, hold = this.ways.get(event.pointerId);
+    const { scene, source, canvas } = this.stage, point = { x: event.offsetX, y: event.offsetY };
+    const hold = this.ways.get(event.pointerId);
     if (!hold) {
       if (source.live) canvas.style.cursor = scene.ballAt(point, source.state, 6) >= 0 ? "grab" : "";
       return;
@@ -45,9 +46,11 @@ class Hand {
     if (!hold) return;
     this.ways.delete(event.pointerId);
     this.stage.canvas.style.cursor = "";
-    const first = hold.way[0], last = hold.way.at(-1), still = event.timeStamp - last.time > STILL || last.time - first.time < 8;
+    const first = hold.way[0], last = hold.way.at(-1);
+    const still = event.timeStamp - last.time > STILL || last.time - first.time < 8;
     const speed = still ? 0 : (1000 * (last.x - first.x)) / (last.time - first.time);
-    this.app.drop(event.pointerId, Math.abs(speed) < 0.02 ? 0 : Math.max(-FASTEST_THROW, Math.min(FASTEST_THROW, speed)));
+    this.app.drop(event.pointerId, Math.abs(speed) < 0.02 ? 0
+      : Math.max(-FASTEST_THROW, Math.min(FASTEST_THROW, speed)));
   }
 }
 

@@ -58,14 +58,16 @@ const csv = (lines) => new Blob([lines.map((line) => line.join(",")).join("\n") 
 
 /** The pulses of the run so far, contacts and balls counted from 1. */
 function pulsesTable({ pulses }) {
-  return csv([["contact", "onset", "release", "peak", "impulse"], ...pulses.map((p) => [p.contact + 1, p.onset, p.release, p.peak, p.impulse])]);
+  return csv([["contact", "onset", "release", "peak", "impulse"],
+    ...pulses.map((p) => [p.contact + 1, p.onset, p.release, p.peak, p.impulse])]);
 }
 
 /** The run so far, computed once more at even times: what `cradle-fmu page` and this page show again. */
 function runTable(source) {
   const { balls } = source.setup, names = (name, count) => Array.from({ length: count }, (_, i) => `${name}[${i + 1}]`);
   const lines = [["time", ...names("x", balls), ...names("v", balls), ...names("F", balls - 1), "E_total", "p_total"]];
-  const run = source.engine.start(source.setup.recipe()), last = Math.min(RUN_ROWS, Math.floor(source.run.time / RUN_STEP));
+  const run = source.engine.start(source.setup.recipe());
+  const last = Math.min(RUN_ROWS, Math.floor(source.run.time / RUN_STEP));
   for (let k = 0; k <= Math.max(1, last); k++) {
     run.advance(k * RUN_STEP);
     const { time, x, v, F, energy, momentum } = run.look();

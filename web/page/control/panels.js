@@ -32,7 +32,8 @@ class Panels {
   }
 
   toggle(kind) {
-    const opener = this.openers.find(({ dataset }) => dataset.opens === (kind ?? this.kind)), { panel, paneltitle, close } = this.app.controls;
+    const opener = this.openers.find(({ dataset }) => dataset.opens === (kind ?? this.kind));
+    const { panel, paneltitle, close } = this.app.controls;
     this.kind = this.kind === kind ? null : kind;
     for (const item of this.openers) aria(item, { expanded: item.dataset.opens === this.kind });
     panel.hidden = !this.kind;
@@ -53,7 +54,8 @@ class Panels {
 
   // ---- pieces
 
-  /** One of several, by their names in the table of texts `texts`; or, with checkboxes, those for which `chosen` is true. */
+  /** One of several, by their names in the table of texts `texts`; or, with checkboxes, those for which `chosen` is
+   *  true. */
   chips(title, names, texts, chosen, choose) {
     const set = element(this.body, "fieldset"), several = typeof chosen === "function";
     element(set, "legend", { textContent: title });
@@ -81,8 +83,10 @@ class Panels {
 
   /** One of the values of a list, on a scale. */
   steps(title, list, value, show, choose) {
-    const nearest = list.reduce((best, item, i) => (Math.abs(item - value) < Math.abs(list[best] - value) ? i : best), 0);
-    this.slider(title, { max: list.length - 1, value: nearest, show: (i) => show(list[i]), choose: (i) => choose(list[i]) });
+    const nearest = list.reduce((best, item, i) => (Math.abs(item - value) < Math.abs(list[best] - value) ? i : best),
+      0);
+    this.slider(title, { max: list.length - 1, value: nearest, show: (i) => show(list[i]),
+      choose: (i) => choose(list[i]) });
   }
 
   // ---- panels
@@ -91,13 +95,15 @@ class Panels {
     const { app } = this, { setup } = app.changedSource;
     if (!setup) return void this.presets();
     if (app.stages.length < 2) this.presets();
-    else this.chips(say("side"), ["left", "right", "both"], "", app.side, (side) => { app.side = side; this.refresh(); });
+    else this.chips(say("side"), ["left", "right", "both"], "", app.side,
+      (side) => { app.side = side; this.refresh(); });
     const set = (values) => app.change(values), get = (name) => setup.get(name);
     const length = (m) => (m ? withPrefix(m, "m") : say("none"));
     this.chips(say("law"), Object.keys(LAWS), "laws", setup.law, (law) => set(LAWS[law]));
     this.steps(say("deadBand"), PLAY_BAND, get("contact.deadBand"), length, (m) => set({ "contact.deadBand": m }));
     if (get("contact.model") === "powerLaw") {
-      const hardness = Math.log10(get("contact.stiffness") * (get("contact.overlapRef") / 1e-6) ** (1 - get("contact.exponent")));
+      const hardness =
+        Math.log10(get("contact.stiffness") * (get("contact.overlapRef") / 1e-6) ** (1 - get("contact.exponent")));
       const [min, max] = HARDNESS;
       this.slider(say("stiffness"), {
         min, max, step: 0.5, value: Math.min(max, Math.max(min, hardness)), show: (p) => withPrefix(10 ** p, "N/m", 2),
@@ -118,16 +124,19 @@ class Panels {
     }
     const mass = get("ball.mass");
     this.slider(say("drag"), {
-      max: 0.5, step: 0.01, value: get("pendulum.drag") / mass, show: (b) => (b ? `${rounded(b * mass)} kg/s` : say("none")),
+      max: 0.5, step: 0.01, value: get("pendulum.drag") / mass,
+      show: (b) => (b ? `${rounded(b * mass)} kg/s` : say("none")),
       choose: (b) => set({ "pendulum.drag": b * mass }),
     });
     this.weight(setup, set);
     this.slider(say("length"), {
-      min: 0.05, max: 2, step: 0.05, value: get("pendulum.length"), show: length, choose: (m) => set({ "pendulum.length": m }),
+      min: 0.05, max: 2, step: 0.05, value: get("pendulum.length"), show: length,
+      choose: (m) => set({ "pendulum.length": m }),
     });
     const worlds = Object.keys(GRAVITIES), world = worlds.find((name) => GRAVITIES[name] === get("gravity"));
     this.chips(say("gravity"), worlds, "gravities", world ?? "", (name) => set({ gravity: GRAVITIES[name] }));
-    this.slider(say("balls"), { min: 1, max: MOST_BALLS, value: setup.balls, show: String, choose: (balls) => app.resize(balls) });
+    this.slider(say("balls"), { min: 1, max: MOST_BALLS, value: setup.balls, show: String,
+      choose: (balls) => app.resize(balls) });
   }
 
   presets() {
@@ -146,17 +155,20 @@ class Panels {
 
   show() {
     const { app } = this;
-    this.chips(say("show"), Object.keys(TEXTS.shows), "shows", (kind) => app.shows[kind], (kind, on) => app.setShow(kind, on));
+    this.chips(say("show"), Object.keys(TEXTS.shows), "shows", (kind) => app.shows[kind],
+      (kind, on) => app.setShow(kind, on));
     const on = { every: app.clock.slow === "always", sound: app.sound.on, light: !app.theme.dark, keys: app.keys };
     this.chips("", Object.keys(on), "others", (kind) => on[kind], (kind, checked) => app.setOther(kind, checked));
     this.slider(say("pace"), {
-      min: -6, max: 0, step: 0.25, value: Math.log10(app.clock.base), show: (p) => paceText(10 ** p), choose: (p) => app.setPace(10 ** p),
+      min: -6, max: 0, step: 0.25, value: Math.log10(app.clock.base), show: (p) => paceText(10 ** p),
+      choose: (p) => app.setPace(10 ** p),
     });
   }
 
   beside() {
     const { app } = this;
-    this.chips(say("besideWhat"), Object.keys(TEXTS.besides), "besides", app.besideChoice ?? "stop", (name) => app.compare(name));
+    this.chips(say("besideWhat"), Object.keys(TEXTS.besides), "besides", app.besideChoice ?? "stop",
+      (name) => app.compare(name));
   }
 
   keep() {
@@ -166,7 +178,8 @@ class Panels {
       buttons.pulsesFile = () => save("pulses.csv", pulsesTable(source));
       buttons.runFile = () => save("run.csv", runTable(source));
     }
-    for (const [name, onclick] of Object.entries(buttons)) element(column, "button", { type: "button", textContent: say(name), onclick });
+    for (const [name, onclick] of Object.entries(buttons))
+      element(column, "button", { type: "button", textContent: say(name), onclick });
     const label = element(column, "label", { className: "file", textContent: say("open") });
     const input = element(label, "input", { type: "file", accept: ".csv,text/csv" });
     input.addEventListener("change", () => app.openFile(input.files[0]));

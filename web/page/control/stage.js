@@ -18,8 +18,13 @@ class Stage {
     this.graph = new Graph(this.graphCanvas);
     this.hand = new Hand(this, app);
     this.sliders = new Sliders(this, app);
-    this.graphCanvas.onpointerdown = ({ pointerId, offsetX }) => { this.graphCanvas.setPointerCapture(pointerId); this.seek(offsetX); };
-    this.graphCanvas.onpointermove = ({ pointerId, offsetX }) => { if (this.graphCanvas.hasPointerCapture(pointerId)) this.seek(offsetX); };
+    this.graphCanvas.onpointerdown = ({ pointerId, offsetX }) => {
+      this.graphCanvas.setPointerCapture(pointerId);
+      this.seek(offsetX);
+    };
+    this.graphCanvas.onpointermove = ({ pointerId, offsetX }) => {
+      if (this.graphCanvas.hasPointerCapture(pointerId)) this.seek(offsetX);
+    };
     this.changed();
   }
 
@@ -64,7 +69,8 @@ class Stage {
 
   /** How close the viewer is: nearer as time slows at a click. */
   nearness() {
-    const { clock, still } = this.app, wanted = clock.slow === "no" ? 0 : Math.log10((0.02 * clock.base) / clock.rate) / 1.3;
+    const { clock, still } = this.app;
+    const wanted = clock.slow === "no" ? 0 : Math.log10((0.02 * clock.base) / clock.rate) / 1.3;
     const part = Math.min(1, Math.max(0, wanted)), eased = part * part * (3 - 2 * part), { near = 0 } = this;
     this.near = still ? Math.round(eased) : Math.abs(near - eased) < 1e-3 ? eased : near + 0.12 * (eased - near);
     return this.near;
@@ -80,7 +86,8 @@ class Stage {
 
   describe(click) {
     const { source, app } = this;
-    const { text, detail = "" } = click?.done ? captionOf(click, source.run.time, source.state) : { text: app.hintFor(this) };
+    const { text, detail = "" } = click?.done ? captionOf(click, source.run.time, source.state)
+      : { text: app.hintFor(this) };
     write(this.sentence, text);
     write(this.detail, detail);
     const name = say("stageName", this.named);
@@ -93,7 +100,8 @@ class Stage {
     if (kind === "force") return say("rows.force", withPrefix(force, "N"));
     if (kind === "velocity") return say("rows.velocity", withPrefix(velocity, "m/s"));
     if (kind === "momentum") {
-      return `${say("rows.momentum", `${rounded(state.momentum, 4)} kg m/s`)} · ${say("support", withPrefix(state.supportForce, "N"))}`;
+      const momentum = say("rows.momentum", `${rounded(state.momentum, 4)} kg m/s`);
+      return `${momentum} · ${say("support", withPrefix(state.supportForce, "N"))}`;
     }
     const parts = ENERGY_PARTS.map((part) => `<span class="${part}">${say(`energies.${part}`)}</span>`).join(" · ");
     if (!source.account) return `${say("rows.energy", say("inHand"))} ${parts}`;
@@ -103,12 +111,15 @@ class Stage {
 
   drawGraph(click, theme) {
     const { source, app } = this, { clock } = app;
-    const kinds = ["force", "velocity", "energy", "momentum"].filter((kind) => app.shows[kind] || (kind === "force" && click && !source.drawing.rigid));
+    const kinds = ["force", "velocity", "energy", "momentum"].filter((kind) => app.shows[kind]
+      || (kind === "force" && click && !source.drawing.rigid));
     this.strips.style.setProperty("--rows", kinds.length);
     this.strips.hidden = !kinds.length;
     if (!kinds.length) return;
-    const known = click?.sampled && click.length > 0 ? click : null, { origin, time: now } = source, margin = MARGIN * known?.length;
-    this.window = known ? { left: origin + known.begin - margin, right: origin + known.end + margin } : { left: now - SECONDS * clock.base, right: now };
+    const known = click?.sampled && click.length > 0 ? click : null, { origin, time: now } = source;
+    const margin = MARGIN * known?.length;
+    this.window = known ? { left: origin + known.begin - margin, right: origin + known.end + margin }
+      : { left: now - SECONDS * clock.base, right: now };
     this.graph.draw(kinds, { ...this.window, now, click: known, offset: origin, theme });
     this.graphCanvas.style.cursor = known ? "ew-resize" : "";
     const titles = kinds.map((kind) => `<p>${this.title(kind, known)}</p>`).join("");

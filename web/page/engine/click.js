@@ -1,4 +1,5 @@
-// A click: the contacts that follow each other so closely that they are one sound, from a few nanoseconds to milliseconds.
+// A click: the contacts that follow each other so closely that they are one sound, from a few nanoseconds to
+// milliseconds.
 
 const QUIET = 3;          // a click is over when nothing touches for this many times as long as it has lasted,
 const QUIET_LEAST = 2e-6; // and for so many seconds at least
@@ -15,7 +16,8 @@ class Click {
     Object.assign(this, { before, scout, sampler, samples: { time: [], F: [], v: [], overlap: [] } });
   }
 
-  /** Goes on until the clock shows `deadline` (ms); `done` says when all is known but the samples, `sampled` when these are. */
+  /** Goes on until the clock shows `deadline` (ms); `done` says when all is known but the samples, `sampled` when these
+   *  are. */
   work(deadline = performance.now() + CLICK_TIME) {
     while (!this.sampled) {
       if (this.done) this.sample();
@@ -69,8 +71,10 @@ class Click {
     if (time.length < SAMPLES) return;
     this.sampled = true;
     sampler.forget();
-    const most = (rows, least) => Math.max(least, ...rows.map((row) => Math.max(...row))), speeds = samples.v.map((row) => row.map(Math.abs));
-    Object.assign(this, { strongest: most(samples.F, 1e-12), widest: most(samples.overlap, 1e-9), fastest: most(speeds, 1e-9) });
+    const most = (rows, least) => Math.max(least, ...rows.map((row) => Math.max(...row)));
+    const speeds = samples.v.map((row) => row.map(Math.abs));
+    Object.assign(this, { strongest: most(samples.F, 1e-12), widest: most(samples.overlap, 1e-9),
+      fastest: most(speeds, 1e-9) });
   }
 
   forget() {

@@ -23,7 +23,8 @@ class Engine {
     try {
       return this.functions[name](...given);
     } catch (problem) {
-      if (problem instanceof WebAssembly.RuntimeError) throw new Error(`The engine stopped: ${this.text() || problem.message}`);
+      if (problem instanceof WebAssembly.RuntimeError)
+        throw new Error(`The engine stopped: ${this.text() || problem.message}`);
       throw problem;
     }
   }
@@ -58,9 +59,11 @@ class State {
     this.read();
   }
 
-  /** Of the whole: time (s), energies (J), with the work of external forces and the residual, momentum (N.s), force (N), events. */
+  /** Of the whole: time (s), energies (J), with the work of external forces and the residual, momentum (N.s), force
+   *  (N), events. */
   read() {
-    [this.time, this.energy, this.dissipated, this.work, this.residual, this.momentum, this.supportForce, this.events] = this.numbers;
+    [this.time, this.energy, this.dissipated, this.work, this.residual, this.momentum, this.supportForce, this.events] =
+      this.numbers;
     return this;
   }
 
@@ -89,7 +92,8 @@ class Run {
     return state.read();
   }
 
-  /** When the next onset is, or, where it is not `known` yet, before when there is none; infinite if there is none at all. */
+  /** When the next onset is, or, where it is not `known` yet, before when there is none; infinite if there is none at
+   *  all. */
   nextOnset() {
     const time = this.engine.call("next_onset", this.number), known = time > 0 || Object.is(time, 0);
     return { time: Math.abs(time), known };

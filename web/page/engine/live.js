@@ -17,9 +17,11 @@ class Live {
     const { setup } = this, length = setup.get("pendulum.length"), { x_start: x, v_start: v } = setup.values;
     const omega = Math.sqrt(Math.max(setup.get("gravity"), 0.1) / length);
     return {
-      balls: setup.balls, radius: setup.get("ball.radius"), mass: setup.get("ball.mass"), ratio: setup.get("ball.massRatio"),
+      balls: setup.balls, radius: setup.get("ball.radius"), mass: setup.get("ball.mass"),
+      ratio: setup.get("ball.massRatio"),
       length, rigid: setup.law === "rigid",
-      reach: x.reduce((most, place, i) => Math.max(most, Math.hypot(place, v[i] / omega) / length), 0), // rad, of the largest swing
+      // rad, of the largest swing
+      reach: x.reduce((most, place, i) => Math.max(most, Math.hypot(place, v[i] / omega) / length), 0),
     };
   }
 
@@ -76,7 +78,8 @@ class Live {
     done();
   }
 
-  /** A new run at these positions (m) and velocities (m/s). Balls that would overlap under its law are moved apart by that much. */
+  /** A new run at these positions (m) and velocities (m/s). Balls that would overlap under its law are moved apart by
+   *  that much. */
   restart(setup, x, v) {
     const band = setup.get("contact.deadBand"), gap = setup.values["contact.gap"] ?? [];
     const clearance = x.slice(1).map((_, i) => band + (gap[i] ?? 0));
@@ -121,7 +124,8 @@ class Live {
     this.restart(this.setup, x, x.map(() => 0));
   }
 
-  /** The others swing on while some are held: in runs of a frame each, in which held balls are heavy and move as the hand does. */
+  /** The others swing on while some are held: in runs of a frame each, in which held balls are heavy and move as the
+   *  hand does. */
   advanceHeld(time, effort) {
     const { held, setup, time: before } = this, passed = time - before;
     if (!(passed > 0)) return;
@@ -158,8 +162,8 @@ class Live {
     this.click = this.past = null;
   }
 
-  /** The next click, or the one that lasts: {distance, length, done}, s; null if none is in sight. It is explored until the
-   *  clock shows `deadline` (ms). */
+  /** The next click, or the one that lasts: {distance, length, done}, s; null if none is in sight. It is explored
+   *  until the clock shows `deadline` (ms). */
   ahead(deadline) {
     if (this.holds.size) return null;
     const now = this.run.time;

@@ -8,11 +8,14 @@ class Recording {
     const table = lines.map((line) => line.split(",").map(Number)), at = names.indexOf("time");
     this.times = table.map((row) => row[at]);
     const column = (kind) => names.filter((title) => new RegExp(`^${kind}\\[\\d+\\]$`).test(title))
-      .sort((a, b) => parseInt(a.slice(2)) - parseInt(b.slice(2))).map((title) => table.map((row) => row[names.indexOf(title)]));
+      .sort((a, b) => parseInt(a.slice(2)) - parseInt(b.slice(2)))
+        .map((title) => table.map((row) => row[names.indexOf(title)]));
     const x = column("x"), v = column("v"), F = column("F");
     const rising = this.times.length > 1 && this.times.every((time, k) => !k || time > this.times[k - 1]);
-    if (!x.length || !rising || !x.flat().every(Number.isFinite)) throw new Refusal(say("badFile", name, say("columns")));
-    Object.assign(this, { live: false, account: false, name, balls: x.length, table: { x, v, F }, state: new State(x.length), origin: 0 });
+    if (!x.length || !rising || !x.flat().every(Number.isFinite))
+      throw new Refusal(say("badFile", name, say("columns")));
+    Object.assign(this, { live: false, account: false, name, balls: x.length, table: { x, v, F },
+      state: new State(x.length), origin: 0 });
     this.go(this.times[0]);
   }
 
@@ -20,7 +23,8 @@ class Recording {
 
   get drawing() {
     const reach = Math.max(0.01, ...this.table.x.flat().map(Math.abs));
-    return { balls: this.balls, radius: 0.03, mass: 1, ratio: Array(this.balls).fill(1), length: Math.max(0.4, 2 * reach), rigid: false, reach: 0.5 };
+    return { balls: this.balls, radius: 0.03, mass: 1, ratio: Array(this.balls).fill(1),
+      length: Math.max(0.4, 2 * reach), rigid: false, reach: 0.5 };
   }
 
   /** Moves on to `time` on the clock of the page; after the end it begins again. */

@@ -1,4 +1,5 @@
-// A set-up: the number of balls, and start values by the names that the FMU gives them. Values of balls and contacts are arrays.
+// A set-up: the number of balls, and start values by the names that the FMU gives them. Values of balls and contacts
+// are arrays.
 
 const PER_BALL = ["ball.massRatio", "pendulum.lengthRatio", "x_start", "v_start"];
 const MOST_BALLS = 20;
@@ -55,9 +56,11 @@ class Setup {
     return { balls: this.balls, start };
   }
 
-  /** As the part of an address behind #. Values that are the defaults are left out, and those of the `preset` it is made from. */
+  /** As the part of an address behind #. Values that are the defaults are left out, and those of the `preset` it is
+   *  made from. */
   toLink(preset) {
-    const ready = PRESETS[preset]?.setup(), parts = this.parts(), alike = (one) => String([one.balls, ...one.atRest().parts()]);
+    const ready = PRESETS[preset]?.setup(), parts = this.parts();
+    const alike = (one) => String([one.balls, ...one.atRest().parts()]);
     if (!ready || alike(ready) !== alike(this)) return [`balls=${this.balls}`, ...parts].join("&");
     const given = ready.parts();
     return [`preset=${preset}`, ...parts.filter((part) => !given.includes(part))].join("&");
@@ -71,11 +74,14 @@ class Setup {
 
   /** What it has other than `first`, with the same balls, as parts of an address. */
   besides(first) {
-    const names = [...new Set([...Object.keys(this.values), ...Object.keys(first.values)])].filter((name) => !/_start$/.test(name));
-    return names.filter((name) => String(this.get(name)) !== String(first.get(name))).map((name) => `right.${name}=${this.get(name)}`);
+    const isNoStart = (name) => !/_start$/.test(name);
+    const names = [...new Set([...Object.keys(this.values), ...Object.keys(first.values)])].filter(isNoStart);
+    return names.filter((name) => String(this.get(name)) !== String(first.get(name)))
+      .map((name) => `right.${name}=${this.get(name)}`);
   }
 
-  /** From the part of an address behind #: {setup, options}; options are the names that are not the engine's. Throws Refusal. */
+  /** From the part of an address behind #: {setup, options}; options are the names that are not the engine's. Throws
+   *  Refusal. */
   static fromLink(text) {
     const values = {}, options = {};
     for (const part of text.replace(/^#/, "").split("&").filter(Boolean)) {
@@ -85,14 +91,16 @@ class Setup {
       else values[name] = parsed(name, raw);
     }
     const { preset = "textbook" } = options, { balls: asked, ...own } = values;
-    if (!PRESETS[preset]) throw new Refusal(`preset = ${preset} is refused; allowed: ${Object.keys(PRESETS).join(", ")}`);
+    if (!PRESETS[preset])
+      throw new Refusal(`preset = ${preset} is refused; allowed: ${Object.keys(PRESETS).join(", ")}`);
     const ready = asked === undefined ? PRESETS[preset].setup() : null, balls = ready?.balls ?? asked;
     if (!(Number.isInteger(balls) && balls >= 1 && balls <= MOST_BALLS)) {
       throw new Refusal(`balls = ${balls} is refused; allowed: 1 to ${MOST_BALLS}`);
     }
     for (const [name, given] of Object.entries(own)) {
       const most = name === "contact.gap" ? balls - 1 : balls;
-      if (Array.isArray(given) && given.length > most) throw new Refusal(`${name} has ${given.length} numbers; allowed: up to ${most}`);
+      if (Array.isArray(given) && given.length > most)
+        throw new Refusal(`${name} has ${given.length} numbers; allowed: up to ${most}`);
     }
     return { setup: new Setup(balls, { ...ready?.values, ...own }), options };
   }
@@ -114,8 +122,9 @@ function parsed(name, raw) {
 /** What a ball at rest has. */
 function rest(name) { return name.endsWith("Ratio") ? 1 : 0; }
 
-/** Positions near `x` at which no neighbours are nearer than `clearance[i]` allows (m): midway between those to which balls are only
- *  pushed to the right, and only to the left. Balls that touch nothing stay where they are, to the last bit. */
+/** Positions near `x` at which no neighbours are nearer than `clearance[i]` allows (m): midway between those to which
+ *  balls are only pushed to the right, and only to the left. Balls that touch nothing stay where they are, to the last
+ *  bit. */
 function apart(x, clearance) {
   const right = [...x], left = [...x], last = x.length - 1;
   for (let i = 0; i < last; i++) right[i + 1] = Math.max(x[i + 1], right[i] - clearance[i]);
@@ -126,14 +135,16 @@ function apart(x, clearance) {
   return places;
 }
 
-// ---- ready set-ups: those of the paper and the desk are the producer's, in packaging/presets; the build puts them here
+// ---- ready set-ups: those of the paper and the desk are the producer's, in packaging/presets; the build puts them
+// here
 
 const FILES = {{presets}};
 
 /** Values of the FMU where nothing else is said. */
 const DEFAULTS = {
   gravity: 9.81, "ball.mass": 1, "ball.radius": 0.0313, "ball.youngModulus": 2.1e11, "ball.poissonRatio": 0.3,
-  "pendulum.length": 1.962, "pendulum.drag": 0, "contact.model": "powerLaw", "contact.stiffness": 1e10, "contact.overlapRef": 1e-6,
+  "pendulum.length": 1.962, "pendulum.drag": 0, "contact.model": "powerLaw", "contact.stiffness": 1e10,
+  "contact.overlapRef": 1e-6,
   "contact.exponent": 1, "contact.deadBand": 2.6e-6, "contact.dampingLaw": "kelvinVoigt", "contact.damping": 0,
   "contact.huntCrossley": 0, "contact.relaxationTime": 0, "contact.restitution": 1,
 };
@@ -165,9 +176,11 @@ const PRESETS = {
   hertz: { setup: () => new Setup(5, { ...TABLE, ...TOUCHING }), beside: { "contact.model": "rigid" } },
   desk: { setup: () => fromFile("desk"), beside: { "contact.huntCrossley": 0 } },
   figure5: { setup: () => fromFile("figure5"), beside: { "contact.deadBand": 0 } },
-  figure5touching: { setup: () => fromFile("figure5", { "contact.deadBand": 0 }), beside: { "contact.deadBand": 2.6e-7 } },
+  figure5touching: { setup: () => fromFile("figure5", { "contact.deadBand": 0 }),
+    beside: { "contact.deadBand": 2.6e-7 } },
   thirteen: { setup: () => fromFile("figure3"), beside: { "contact.exponent": 1.5 } },
-  rigid: { setup: () => new Setup(5, { ...TABLE, "contact.model": "rigid", "contact.deadBand": 0 }), beside: { "contact.restitution": 0.95 } },
+  rigid: { setup: () => new Setup(5, { ...TABLE, "contact.model": "rigid", "contact.deadBand": 0 }),
+    beside: { "contact.restitution": 0.95 } },
   buzzing: {
     setup: () => new Setup(20, {
       "pendulum.length": 0.4, "contact.deadBand": 0, "contact.stiffness": 1e14, "contact.exponent": 1.5,

@@ -10,8 +10,10 @@ function captionOf(click, now, state) {
     const { contact } = fastest(first, click);
     return { text: say("approaching", contact + 1, contact + 2, withPrefix(click.begin - now, "s", 2)) };
   }
-  const { length, pulses } = click, strongest = Math.max(0, ...state.F), force = strongest > 0 ? withPrefix(strongest, "N") : "";
-  if (now < click.end) return { text: sentence(click, now, state), detail: say("sinceTouch", withPrefix(now - click.begin, "s"), force) };
+  const { length, pulses } = click, strongest = Math.max(0, ...state.F);
+  const force = strongest > 0 ? withPrefix(strongest, "N") : "";
+  if (now < click.end)
+    return { text: sentence(click, now, state), detail: say("sinceTouch", withPrefix(now - click.begin, "s"), force) };
   const text = length ? say("over", withPrefix(length, "s"), pulses.length) : say("overRigid", pulses.length);
   return { text, detail: outcome(click) };
 }
@@ -28,15 +30,18 @@ function sentence(click, now, state) {
     ...(release > onset ? [{ contact, time: release, text: "part" }] : []), { contact, time: onset, text: "touch" },
   ]).filter(({ time }) => time <= now);
   const last = events.reduce((a, b) => (b.time >= a.time ? b : a), { time: -Infinity }), begins = last.text === "touch";
-  const group = events.filter(({ time, text }) => text === last.text && last.time - time <= TOGETHER * click.length).sort((a, b) => a.contact - b.contact);
+  const group = events.filter(({ time, text }) => text === last.text && last.time - time <= TOGETHER * click.length)
+    .sort((a, b) => a.contact - b.contact);
   const others = [...state.closed.keys()].filter((i) => state.closed[i] && !group.some(({ contact }) => contact === i));
   if (group.length === 1 && others.length) {
-    const { contact } = last, nearest = others.reduce((a, b) => (Math.abs(b - contact) < Math.abs(a - contact) ? b : a));
+    const { contact } = last, nearest = others.reduce((a, b) => (Math.abs(b - contact) < Math.abs(a - contact) ? b
+      : a));
     if (!begins) return say("partWhile", nearest < contact ? contact + 2 : contact + 1, nearest + 1, nearest + 2);
     if (nearest === contact - 1) return say("touchWhile", contact, contact + 1, contact + 2);
     if (nearest === contact + 1) return say("touchWhileRight", contact + 1, contact + 2, contact + 3);
   }
-  const told = (group.length > 2 ? [fastest(group, click)] : group).map(({ contact }) => say(last.text, contact + 1, contact + 2));
+  const told = (group.length > 2 ? [fastest(group, click)] : group)
+    .map(({ contact }) => say(last.text, contact + 1, contact + 2));
   const pressed = others.length + (begins ? group.length : 0);
   if (!begins || pressed > told.length) told.push(say("pressed", pressed));
   return told.join(" ");
@@ -47,7 +52,8 @@ function outcome({ speeds, after }) {
   const fastest = Math.max(...speeds.map(Math.abs)) || 1;
   const list = after.flatMap((v, i) => {
     const percent = (100 * v) / fastest, size = Math.abs(percent);
-    return size < 0.5 ? [] : [say("leaver", i + 1, percent.toFixed(size > 99 && size < 99.95 ? 1 : 0).replace("-", "−"))];
+    return size < 0.5 ? [] : [say("leaver", i + 1, percent.toFixed(size > 99 && size < 99.95 ? 1 : 0)
+      .replace("-", "−"))];
   });
   return list.length ? say("leave", list.join(", ")) : say("all");
 }
@@ -56,8 +62,10 @@ function outcome({ speeds, after }) {
 function describeSetup(setup) {
   const band = setup.get("contact.deadBand"), uneven = setup.get("ball.massRatio").some((ratio) => ratio !== 1);
   const parts = [say(`laws.${setup.law}`)];
-  if (setup.law !== "rigid") parts.push(`${say("deadBand").toLowerCase()}: ${band ? withPrefix(band, "m") : say("none")}`);
-  const damping = { huntCrossley: "contact.huntCrossley", viscoelastic: "contact.relaxationTime" }[setup.get("contact.dampingLaw")];
+  if (setup.law !== "rigid")
+    parts.push(`${say("deadBand").toLowerCase()}: ${band ? withPrefix(band, "m") : say("none")}`);
+  const damping = { huntCrossley: "contact.huntCrossley",
+    viscoelastic: "contact.relaxationTime" }[setup.get("contact.dampingLaw")];
   if (damping && setup.get(damping)) parts.push(say("besides.lossy").toLowerCase());
   if (uneven) parts.push(setup.get("ball.massRatio").map((ratio) => rounded(ratio)).join(" : "));
   return parts.join(", ");

@@ -16,7 +16,8 @@ class Graph {
   record(time, state, pulses) {
     if (state.balls !== this.balls) this.clear(state.balls);
     const sum = (values) => values.reduce((a, b) => a + b, 0), peak = Math.max(0, ...pulses.map((pulse) => pulse.peak));
-    const [v, F] = [state.v, state.F].map((values) => Array.from(values)), energies = ENERGY_PARTS.map((part) => sum(state[part]));
+    const [v, F] = [state.v, state.F].map((values) => Array.from(values));
+    const energies = ENERGY_PARTS.map((part) => sum(state[part]));
     this.rows.push({ time, velocity: v, force: F, momentum: [state.momentum], peak, energies });
     if (this.rows.length > HISTORY) this.rows.shift();
     this.fastest = Math.max(this.fastest, ...v.map(Math.abs));
@@ -26,7 +27,8 @@ class Graph {
   }
 
   /** Where the scales of the rows end: at the most of a click, or of what was recorded. */
-  scales(click) { return { velocity: (click ?? this).fastest, force: (click ?? this).strongest, momentum: this.momentum }; }
+  scales(click) { return { velocity: (click ?? this).fastest, force: (click ?? this).strongest,
+    momentum: this.momentum }; }
 
   /** Draws these kinds of rows, from time `left` to `right`; inside a click with all that is known of it. */
   draw(kinds, { left, right, now, ...shown }) {
@@ -48,10 +50,12 @@ class Graph {
   }
 
   drawRow(kind, { place, tall, width, click, offset, theme }) {
-    const top = kind === "force" && click ? 34 : 22, foot = tall - 6, middle = 0.5 * (top + foot), half = 0.5 * (foot - top), { balls } = this;
+    const top = kind === "force" && click ? 34 : 22, foot = tall - 6, middle = 0.5 * (top + foot);
+    const half = 0.5 * (foot - top), { balls } = this;
     if (kind === "energy") return this.drawEnergy(place, top, foot, theme);
     const several = { velocity: balls, force: balls - 1, momentum: 1 }[kind], largest = this.scales(click)[kind];
-    const level = (value) => (kind === "force" ? foot - (value / largest) * (foot - top) : middle - (value / largest) * half);
+    const level = (value) => (kind === "force" ? foot - (value / largest) * (foot - top)
+      : middle - (value / largest) * half);
     this.line([[0, level(0)], [width, level(0)]], theme.grid);
     const known = kind === "momentum" ? null : click?.samples, values = known?.[kind === "force" ? "F" : "v"];
     for (let i = 0; i < several; i++) {
@@ -63,7 +67,8 @@ class Graph {
     if (kind !== "force") return;
     if (known) return this.drawPairs(click, { place, offset, level, theme });
     // Pulses that lasted less than from one picture to the next.
-    for (const { time, peak } of this.rows) if (peak > 0) this.line([[place(time), foot], [place(time), level(peak)]], theme.spike, 2);
+    for (const { time, peak } of this.rows)
+      if (peak > 0) this.line([[place(time), foot], [place(time), level(peak)]], theme.spike, 2);
   }
 
   /** Which balls each pulse is between, at its peak. */
@@ -78,7 +83,8 @@ class Graph {
       samples.time.forEach((time, k) => {
         if (time >= onset && time <= release && samples.F[k][contact] > (samples.F[top][contact] || 0)) top = k;
       });
-      return { x: place(samples.time[top] + offset), y: level(peak) - 2, text: `${contact + 1}–${contact + 2}`, contact };
+      return { x: place(samples.time[top] + offset), y: level(peak) - 2, text: `${contact + 1}–${contact + 2}`,
+        contact };
     });
     labels.sort((a, b) => a.x - b.x);
     for (let i = 0; i < labels.length; i++) {
@@ -95,7 +101,8 @@ class Graph {
 
   /** Energies on top of one another. */
   drawEnergy(place, top, foot, theme) {
-    const { context: c, rows } = this, level = (value) => foot - (value / this.largest) * (foot - top), sums = rows.map(() => 0);
+    const { context: c, rows } = this, level = (value) => foot - (value / this.largest) * (foot - top);
+    const sums = rows.map(() => 0);
     ENERGY_PARTS.forEach((_, part) => {
       const line = () => rows.map(({ time }, k) => [place(time), level(sums[k])]), below = line();
       rows.forEach(({ energies }, k) => { sums[k] += Math.max(0, energies[part]); });

@@ -13,19 +13,22 @@ class Scene {
     Object.assign(this, { canvas, glow: [], sprites: new Map() });
   }
 
-  /** Fits the picture into the canvas: where everything hangs. `near`: 0 for the whole cradle, 1 for the balls close by;
-   *  `swingAngle` (rad): how far balls swing. */
+  /** Fits the picture into the canvas: where everything hangs. `near`: 0 for the whole cradle, 1 for the balls
+   *  close by; `swingAngle` (rad): how far balls swing. */
   layout({ radius, ratio, length }, near = 0, swingAngle = 0.56) {
     // Never quite nothing, whatever is around it.
     const width = Math.max(60, this.canvas.clientWidth), height = Math.max(60, this.canvas.clientHeight);
     const sizes = ratio.map((mass) => Math.min(2.2, Math.max(0.35, Math.cbrt(mass)))); // of a radius
     const row = sizes.reduce((sum, size) => sum + 2 * size, 0), largest = Math.max(...sizes); // radii
     const drawn = Math.min(LONGEST_STRING, Math.max(SHORTEST_STRING, length / (2 * radius))); // diameters
-    // From afar: room for a swing to both sides, strings, balls and base. Close by: only for the balls and what is above them.
-    const swing = 2 * drawn * Math.sin(swingAngle), far = Math.min(width / (row + 2 * swing + 1), (height - 8) / (2 * drawn + 2.7 * largest + 1.2), 64);
+    // From afar: room for a swing to both sides, strings, balls and base. Close by: only for the balls and what is
+    // above them.
+    const swing = 2 * drawn * Math.sin(swingAngle);
+    const far = Math.min(width / (row + 2 * swing + 1), (height - 8) / (2 * drawn + 2.7 * largest + 1.2), 64);
     const close = Math.max(far, Math.min(width / (row + 2.4), height / (7 * largest), 110));
     const unit = far ** (1 - near) * close ** near, string = 2 * drawn * unit;
-    const hanging = (1 - near) * (8 + 0.5 * far + 2 * drawn * far + 0.45 * Math.max(0, height - far * (2 * drawn + 2.7 * largest + 1.7)))
+    const hanging = (1 - near) * (8 + 0.5 * far + 2 * drawn * far
+      + 0.45 * Math.max(0, height - far * (2 * drawn + 2.7 * largest + 1.7)))
       + near * (height - 2.1 * largest * close);
     let x = 0.5 * (width - row * unit);
     const positions = sizes.map((size) => (x += 2 * size * unit) - size * unit);
@@ -41,30 +44,35 @@ class Scene {
   }
 
   /** The displacement (m) of ball `i` that is nearest to a point on the canvas. */
-  displacement(i, { x, y }) { return this.length * Math.atan2(x - this.positions[i], Math.max(y - this.top, 0.15 * this.string)); }
+  displacement(i, { x, y }) { return this.length * Math.atan2(x - this.positions[i],
+    Math.max(y - this.top, 0.15 * this.string)); }
 
   /** The ball at a point on the canvas, with a margin for fingers (px); -1 for none. */
   ballAt(point, state, margin = 0) {
     let best = -1, least = Infinity;
     for (let i = 0; i < this.positions.length; i++) {
-      const { x, y } = this.place(i, state.x[i]), away = Math.hypot(x - point.x, y - point.y) - this.sizes[i] * this.unit;
+      const { x, y } = this.place(i, state.x[i]);
+      const away = Math.hypot(x - point.x, y - point.y) - this.sizes[i] * this.unit;
       if (away < Math.min(margin, least)) [best, least] = [i, away];
     }
     return best;
   }
 
-  /** Where the balls i and i + 1 at these places touch, and how far apart they are, in the distance at which they do. */
+  /** Where the balls i and i + 1 at these places touch, and how far apart they are, in the distance at which they
+   *  do. */
   contact(i, a, b) {
     const from = this.sizes[i], reach = from + this.sizes[i + 1], part = from / reach;
     const away = Math.hypot(b.x - a.x, b.y - a.y) / (reach * this.unit) - 1;
     return { x: a.x + part * (b.x - a.x), y: a.y + part * (b.y - a.y), away };
   }
 
-  /** Lets contacts shine: by their force now, or by what is left of their last pulses after `passed` s of the viewer's clock. */
+  /** Lets contacts shine: by their force now, or by what is left of their last pulses after `passed` s of the viewer's
+   *  clock. */
   shine(state, pulses, strongest, passed) {
     const fade = Math.exp((-3 * passed) / AFTERGLOW);
     this.glow = Array.from(state.F, (force, i) => Math.max((this.glow[i] ?? 0) * fade, Math.max(0, force) / strongest));
-    for (const { contact, peak } of pulses) this.glow[contact] = Math.max(this.glow[contact], Math.min(1, peak / strongest));
+    for (const { contact, peak } of pulses)
+      this.glow[contact] = Math.max(this.glow[contact], Math.min(1, peak / strongest));
   }
 
   draw(state, { theme, labels, held, selected, arrows }) {
@@ -117,14 +125,16 @@ class Scene {
     c.lineWidth = Math.max(1, 0.028 * unit);
     c.strokeStyle = theme.string;
     places.forEach(({ x, y }, i) => {
-      const rest = this.positions[i], size = this.sizes[i] * unit, angle = Math.atan2(x - rest, y - top), high = top - 0.04 * unit;
+      const rest = this.positions[i], size = this.sizes[i] * unit, angle = Math.atan2(x - rest, y - top);
+      const high = top - 0.04 * unit;
       const eye = [x - size * Math.sin(angle), y - size * Math.cos(angle)];
       through(c, [[rest - 0.16 * unit, high], eye, [rest + 0.16 * unit, high]]).stroke();
     });
   }
 
   drawBall(place, i, theme, held) {
-    const { context: c, ratio } = this, radius = this.sizes[i] * this.unit, key = `${theme.dark} ${radius.toFixed(2)} ${ratio}`;
+    const { context: c, ratio } = this, radius = this.sizes[i] * this.unit;
+    const key = `${theme.dark} ${radius.toFixed(2)} ${ratio}`;
     let sprite = this.sprites.get(key);
     if (!sprite) {
       if (this.sprites.size > 60) this.sprites.clear();
@@ -141,10 +151,12 @@ class Scene {
     this.glow.forEach((glow, i) => {
       if (glow < 0.004 || !places[i + 1]) return;
       // What has parted does not shine any more.
-      const { x, y, away } = this.contact(i, places[i], places[i + 1]), strength = Math.sqrt(glow) * Math.max(0, 1 - 4 * away);
+      const { x, y, away } = this.contact(i, places[i], places[i + 1]);
+      const strength = Math.sqrt(glow) * Math.max(0, 1 - 4 * away);
       if (strength <= 0.05) return;
       const radius = unit * (0.35 + 1.15 * strength), inner = [0, theme.glow(Math.min(1, 0.25 + strength))];
-      disc(c, x, y, radius, shaded(c.createRadialGradient(x, y, 0, x, y, radius), [inner, [0.25, theme.glow(0.55 * strength)], [1, theme.glow(0)]]));
+      disc(c, x, y, radius, shaded(c.createRadialGradient(x, y, 0, x, y, radius),
+        [inner, [0.25, theme.glow(0.55 * strength)], [1, theme.glow(0)]]));
     });
     c.restore();
   }
@@ -193,7 +205,8 @@ function ring(c, { x, y }, radius, colour, width) {
 
 /** A polished ball, drawn once for each size. */
 function ballSprite(r, ratio, theme) {
-  const size = Math.ceil((2 * r + 4) * ratio), canvas = Object.assign(document.createElement("canvas"), { width: size, height: size });
+  const size = Math.ceil((2 * r + 4) * ratio);
+  const canvas = Object.assign(document.createElement("canvas"), { width: size, height: size });
   const c = canvas.getContext("2d");
   c.scale(ratio, ratio);
   c.translate(r + 2, r + 2);
@@ -242,7 +255,8 @@ function drawLenses(scene, state, { reach, theme, opacity }) {
   c.restore();
 }
 
-/** One lens: `gap` in its half widths, drawn so that one half width is half of its radius. What is farther apart is out of its sight. */
+/** One lens: `gap` in its half widths, drawn so that one half width is half of its radius. What is farther apart is out
+ *  of its sight. */
 function drawLens(c, { x, y }, radius, gap, force, theme) {
   c.save();
   disc(c, x, y, radius, theme.lens);

@@ -29,7 +29,8 @@ class Sound {
     const strongest = pulses.reduce((a, b) => (b.impulse > a.impulse ? b : a));
     const loudness = Math.min(1, strongest.impulse / mass / FULL_SPEED) ** 0.8;
     if (loudness < 0.003) return;
-    const duration = strongest.release - strongest.onset, source = this.context.createBufferSource(), gain = this.context.createGain();
+    const duration = strongest.release - strongest.onset, source = this.context.createBufferSource();
+    const gain = this.context.createGain();
     source.buffer = this.buffer;
     source.playbackRate.value = Math.max(0.35, Math.min(1.6, (2.5e-5 / Math.max(duration, 1e-6)) ** 0.25));
     gain.gain.value = 0.6 * loudness;

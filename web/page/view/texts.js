@@ -11,24 +11,36 @@ const ENGLISH = {
   change: "Change", show: "Show", beside: "Compare", keep: "Keep", help: "Keys", close: "Close",
   pace: "Speed of time", realTime: "real time",
   slower: (amount) => `1 s shows ${amount}`,
-  late: (part) => `This takes more computing than there is time: the clock runs ${part} % slower, so that the page need not stop.`,
+  late: (part) =>
+  `This takes more computing than there is time: the clock runs ${part} % slower, so that the page need not stop.`,
   stageName: (name) => `The cradle: ${name}`,
   ball: (i) => `Ball ${i}`,
-  ballAt: (cm, held) => (Math.abs(cm) < 0.05 ? "hanging down" : `${Math.abs(cm).toFixed(1)} cm to the ${cm < 0 ? "left" : "right"}`) + (held ? ", held" : ""),
+  ballAt: (cm, held) => (Math.abs(cm) < 0.05 ? "hanging down"
+  : `${Math.abs(cm).toFixed(1)} cm to the ${cm < 0 ? "left" : "right"}`) + (held ? ", held" : ""),
   keys: [
     ["Tab", "choose a ball"], ["← →", "pull it aside, hold it there"], ["Enter", "let go"], ["Space", "pause or play"],
     ["1 to 9", "lift so many balls and let go"], ["I", "look inside the next click"], ["E", "slow down at every click"],
-    ["A", "let go again"], ["0", "stop all"], ["C", "change"], ["S", "show"], ["B", "compare"], ["L", "lesson"], ["K", "keep"], [", .", "back and on inside a click"],
+    ["A", "let go again"], ["0", "stop all"], ["C", "change"], ["S", "show"], ["B", "compare"], ["L", "lesson"],
+      ["K", "keep"], [", .", "back and on inside a click"],
   ],
 
   lesson: "Lesson",
   lessons: [
-    { title: "Two up, two out", text: "Lift two balls and let go: two fly out. Try one, three, four. How does the cradle know how many?" },
-    { title: "Why not one, twice as fast?", text: "That would keep the momentum. But it would need twice the energy: there the speed is squared. Watch both." },
-    { title: "Look inside the click", text: "Laws of conservation do not say how. Slowed down some 70 000 times: the balls meet in pairs, and each hands on all it has." },
-    { title: "Steel balls in touch", text: "Now they press all at once. Count what flies out: it is no longer only two." },
-    { title: "See the difference grow", text: "The same release, side by side: after ten clicks the neat pattern is gone where the balls touch." },
-    { title: "And one faster after all", text: "With a lighter ball at the end the hand-over does not fit: it leaves faster than any ball came in, and ball 4 follows it." },
+    { title: "Two up, two out",
+      text: "Lift two balls and let go: two fly out. Try one, three, four. How does the cradle know how many?" },
+    { title: "Why not one, twice as fast?",
+      text: "That would keep the momentum. But it would need twice the energy: there the speed is squared. "
+        + "Watch both." },
+    { title: "Look inside the click",
+      text: "Laws of conservation do not say how. Slowed down some 70 000 times: the balls meet in pairs, and each "
+        + "hands on all it has." },
+    { title: "Steel balls in touch",
+      text: "Now they press all at once. Count what flies out: it is no longer only two." },
+    { title: "See the difference grow",
+      text: "The same release, side by side: after ten clicks the neat pattern is gone where the balls touch." },
+    { title: "And one faster after all",
+      text: "With a lighter ball at the end the hand-over does not fit: it leaves faster than any ball came in, and "
+        + "ball 4 follows it." },
   ],
 
   preset: "A ready cradle",
@@ -50,7 +62,8 @@ const ENGLISH = {
   },
   law: "How the balls push",
   laws: { linear: "Linear", quadratic: "Quadratic", cubic: "Cubic", hertz: "Hertz (spheres)", rigid: "Rigid" },
-  deadBand: "Play between the balls", stiffness: "Hardness", loss: "Loss in contacts", restitution: "Speed kept in an impact", drag: "Drag of the air",
+  deadBand: "Play between the balls", stiffness: "Hardness", loss: "Loss in contacts",
+  restitution: "Speed kept in an impact", drag: "Drag of the air",
   balls: "Balls", length: "Strings", gravity: "Gravity",
   gravities: { earth: "Earth", moon: "Moon", mars: "Mars", jupiter: "Jupiter" },
   whose: "Ball", weight: "Its mass",
@@ -59,7 +72,8 @@ const ENGLISH = {
   side: "Change the", left: "left one", right: "right one", both: "both",
   waiting: "The change waits until no balls touch.",
 
-  shows: { velocity: "Velocities", force: "Forces", energy: "Energy", momentum: "Momentum", numbers: "Numbers on the balls" },
+  shows: { velocity: "Velocities", force: "Forces", energy: "Energy", momentum: "Momentum",
+  numbers: "Numbers on the balls" },
   others: { every: "Slow down at every click", sound: "Sound", light: "Dark or light", keys: "Single keys" },
   rows: {
     velocity: (fastest) => `Velocities, up to ${fastest}`,
@@ -73,10 +87,12 @@ const ENGLISH = {
   inHand: "in your hand",
 
   besideWhat: "Beside it, from the same release",
-  besides: { usual: "What differs most", hertz: "Steel balls in touch", noBand: "No play between the balls", rigid: "Rigid", lossy: "With loss", heavy: "Middle ball twice as heavy", stop: "Nothing" },
+  besides: { usual: "What differs most", hertz: "Steel balls in touch", noBand: "No play between the balls",
+  rigid: "Rigid", lossy: "With loss", heavy: "Middle ball twice as heavy", stop: "Nothing" },
 
   link: "Copy a link to this", copied: "The link is in the clipboard.", linkHere: "Here is the link:",
-  picture: "Picture (PNG)", pulsesFile: "Table of pulses (CSV)", runFile: "Run (CSV)", open: "Show a recorded run (CSV)",
+  picture: "Picture (PNG)", pulsesFile: "Table of pulses (CSV)", runFile: "Run (CSV)",
+  open: "Show a recorded run (CSV)",
   badFile: (name, reason) => `${name} cannot be shown: ${reason}`,
   columns: "it needs columns time, x[1], x[2], ... with times that rise",
 
@@ -90,7 +106,8 @@ const ENGLISH = {
   lensGap: "gap", lensPressed: "pressed",
   sinceTouch: (time, force) => `${time} after the first touch${force ? ` · ${force}` : ""}`,
   over: (length, count) => `It took ${length}: ${count} ${count === 1 ? "push" : "pushes"}.`,
-  overRigid: (count) => `Rigid balls: ${count} ${count === 1 ? "impact" : "impacts"} in no time at all. There is no inside to look at.`,
+  overRigid: (count) =>
+  `Rigid balls: ${count} ${count === 1 ? "impact" : "impacts"} in no time at all. There is no inside to look at.`,
   leave: (list) => `Now, of the speed that came in: ${list}.`,
   leaver: (ball, percent) => `ball ${ball} ${percent} %`,
   all: "Each ball hangs still.",
@@ -112,7 +129,8 @@ function fillTexts(root = document) {
   document.documentElement.lang = TEXTS.language;
   document.title = say("title");
   for (const element of root.querySelectorAll("[data-text]")) element.textContent = say(element.dataset.text);
-  for (const element of root.querySelectorAll("[data-label]")) element.setAttribute("aria-label", say(element.dataset.label));
+  for (const element of root.querySelectorAll("[data-label]"))
+    element.setAttribute("aria-label", say(element.dataset.label));
 }
 
 const FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif";
@@ -120,7 +138,8 @@ const FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif";
 /** With this many significant digits, without a power of ten where that can be avoided. */
 function rounded(value, digits = 3) {
   const short = Number(value.toPrecision(digits));
-  return String(Math.abs(short) >= 1e-4 || short === 0 ? short : value.toExponential(Math.max(0, digits - 1))).replace("-", "−");
+  return String(Math.abs(short) >= 1e-4 || short === 0 ? short : value.toExponential(Math.max(0, digits - 1)))
+    .replace("-", "−");
 }
 
 /** A tiny number as it is said of residuals: 3.1e-16 becomes 3.1 × 10⁻¹⁶. */

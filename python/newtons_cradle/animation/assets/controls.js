@@ -46,7 +46,8 @@ class Controls {
 
   /** Keys that the element in focus does not need itself. */
   key(event) {
-    const { player } = this, { eye } = player.scene, { target } = event, arrow = event.key.startsWith("Arrow"), step = 0.02 * SHOWN * player.speed();
+    const { player } = this, { eye } = player.scene, { target } = event, arrow = event.key.startsWith("Arrow");
+    const step = 0.02 * SHOWN * player.speed();
     if (this.details.open || event.ctrlKey || event.metaKey || event.altKey) return;
     if ((event.key === " " && target.matches("button")) || (arrow && target.matches("input"))) return;
     const turn = { ArrowLeft: [-0.08, 0], ArrowRight: [0.08, 0], ArrowUp: [0, 0.08], ArrowDown: [0, -0.08] }[event.key];
@@ -55,7 +56,8 @@ class Controls {
       "+": () => eye.approach(0.8), "=": () => eye.approach(0.8), "-": () => eye.approach(1.25), 0: () => eye.home(),
       ArrowRight: () => player.go(player.t + step), ArrowLeft: () => player.go(player.t - step),
     };
-    const act = turn && target === this.stage ? () => eye.turn(...turn) : keys[event.key.length === 1 ? event.key.toLowerCase() : event.key];
+    const act = turn && target === this.stage ? () => eye.turn(...turn)
+      : keys[event.key.length === 1 ? event.key.toLowerCase() : event.key];
     if (act) event.preventDefault();
     act?.();
   }
@@ -88,7 +90,8 @@ class Controls {
 
   /** Writes what changes with the time shown. */
   show(speed, span) {
-    const { player } = this, { inside, click } = player, digits = Math.min(12, Math.max(2, 2 - Math.floor(Math.log10(span))));
+    const { player } = this, { inside, click } = player;
+    const digits = Math.min(12, Math.max(2, 2 - Math.floor(Math.log10(span))));
     const pace = (rate) => (rate === 1 ? "real time" : `1 s shows ${withPrefix(rate, "s", 2)}`);
     write(this.time, `${player.t.toFixed(digits)} s`);
     write(this.pace, pace(speed));

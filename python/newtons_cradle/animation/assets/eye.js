@@ -39,10 +39,12 @@ class Eye {
     this.changed = true;
   }
 
-  /** Puts the camera where it belongs, given what must be seen: boxes {low, high} of all, of the balls' paths, and of the balls now. */
+  /** Puts the camera where it belongs, given what must be seen: boxes {low, high} of all, of the balls' paths, and of
+   *  the balls now. */
   place(whole, paths, now) {
     const { camera } = this, all = this.view(whole), near = this.view(paths), closest = this.view(now);
-    const further = Math.max(all.distance, near.distance), wanted = near.distance * (further / near.distance) ** this.zoom;
+    const further = Math.max(all.distance, near.distance);
+    const wanted = near.distance * (further / near.distance) ** this.zoom;
     // Views between two that show the balls show them as well, as centre and distance go the same part of the way.
     const part = Math.min(1, (wanted - near.distance) / (further - near.distance || 1));
     const eased = this.close * this.close * (3 - 2 * this.close);
@@ -57,10 +59,13 @@ class Eye {
 
   /** The centre of a box, and the distance from which all its corners are seen. */
   view({ low, high }) {
-    const { azimuth, camera } = this, centre = low.clone().add(high).multiplyScalar(0.5), up = Math.tan(OPENING / 2), across = up * camera.aspect;
-    const towards = this.towards, right = new THREE.Vector3(Math.cos(azimuth), 0, -Math.sin(azimuth)), top = towards.clone().cross(right);
+    const { azimuth, camera } = this, centre = low.clone().add(high).multiplyScalar(0.5), up = Math.tan(OPENING / 2);
+    const across = up * camera.aspect;
+    const towards = this.towards, right = new THREE.Vector3(Math.cos(azimuth), 0, -Math.sin(azimuth));
+    const top = towards.clone().cross(right);
     const distances = [0, 1, 2, 3, 4, 5, 6, 7].map((k) => {
-      const corner = new THREE.Vector3(k & 1 ? low.x : high.x, k & 2 ? low.y : high.y, k & 4 ? low.z : high.z).sub(centre);
+      const corner = new THREE.Vector3(k & 1 ? low.x : high.x, k & 2 ? low.y : high.y, k & 4 ? low.z : high.z)
+        .sub(centre);
       return corner.dot(towards) + AIR * Math.max(Math.abs(corner.dot(right)) / across, Math.abs(corner.dot(top)) / up);
     });
     return { centre, distance: Math.max(0, ...distances) };
@@ -69,7 +74,8 @@ class Eye {
   /** From what is seen to the eye. */
   get towards() {
     const { azimuth, height } = this;
-    return new THREE.Vector3(Math.sin(azimuth) * Math.cos(height), Math.sin(height), Math.cos(azimuth) * Math.cos(height));
+    return new THREE.Vector3(Math.sin(azimuth) * Math.cos(height), Math.sin(height),
+      Math.cos(azimuth) * Math.cos(height));
   }
 
   /** Dragging and arrow keys turn, two fingers, wheel, + and - come closer, 0 and double clicks go home. */

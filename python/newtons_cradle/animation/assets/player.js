@@ -10,7 +10,8 @@ class Player {
     this.scene = new Scene(document.getElementById("stage"), run);
     this.strips = new Strips(run);
     this.slowest = Number.isFinite(run.shortest) ? Math.min(1, 10 ** Math.floor(Math.log10(run.shortest / 2))) : 1e-3;
-    this.opened = run.clicks[0]?.closed === "" ? run.clicks[0] : null; // the click that is looked into, or that time slows down for
+    // the click that is looked into, or that time slows down for
+    this.opened = run.clicks[0]?.closed === "" ? run.clicks[0] : null;
     this.controls = new Controls(this);
     requestAnimationFrame((now) => this.frame(now));
     addEventListener("resize", () => { this.dirty = true; });
@@ -41,7 +42,8 @@ class Player {
   /** Moves as the viewer asks; a click that is left behind closes. */
   go(t) {
     this.seek(t);
-    if (this.opened && !this.inside && (this.opened !== this.run.clicks[0] || this.t > this.opened.end)) this.opened = null;
+    if (this.opened && !this.inside && (this.opened !== this.run.clicks[0] || this.t > this.opened.end))
+      this.opened = null;
   }
 
   /** Looks inside a click, from just before it; stays at its first stage where motion is to be reduced. */
@@ -68,14 +70,16 @@ class Player {
   /** The click after or before the time shown; inside a click, the middle of the stage after or before. */
   jump(direction) {
     if (this.inside) return this.stage(direction);
-    const { clicks } = this.run, click = direction > 0 ? clicks.find(({ begin }) => begin > this.t) : clicks.findLast(({ begin }) => begin < this.t);
+    const { clicks } = this.run, click = direction > 0 ? clicks.find(({ begin }) => begin > this.t)
+      : clicks.findLast(({ begin }) => begin < this.t);
     if (!click) return;
     this.opened = null;
     this.seek(click.begin);
   }
 
   stage(direction) {
-    const { stages, begin, end } = this.opened, place = Math.min(stages.length, Math.max(-1, this.opened.stageAt(this.t) + direction));
+    const { stages, begin, end } = this.opened;
+    const place = Math.min(stages.length, Math.max(-1, this.opened.stageAt(this.t) + direction));
     const pause = 0.2 * this.opened.speed(begin, 1);
     this.play(false);
     if (place < 0) this.seek(begin - pause);
@@ -119,9 +123,11 @@ class Player {
 
   /** Everything at the time shown: {time, speed, x, v, F, glow}, SI units. */
   state() {
-    const { run, t: time } = this, place = run.place(time), speed = this.speed(), fade = STILL.matches ? 1e-30 : AFTERGLOW * speed;
+    const { run, t: time } = this, place = run.place(time), speed = this.speed();
+    const fade = STILL.matches ? 1e-30 : AFTERGLOW * speed;
     const [v, F] = [run.v, run.F].map((columns) => columns.map((column) => linear(column, place)));
-    return { time, speed, x: run.x.map((x, i) => cubic(x, run.v[i], place)), v, F, glow: F.map((_, i) => run.glow(i, time, fade, place)) };
+    return { time, speed, x: run.x.map((x, i) => cubic(x, run.v[i], place)), v, F,
+      glow: F.map((_, i) => run.glow(i, time, fade, place)) };
   }
 
   /** What is to be seen, in words. */

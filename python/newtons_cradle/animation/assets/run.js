@@ -25,7 +25,8 @@ class Run {
     for (const [name, values] of Object.entries(json.pulses)) pulses[name] = await unpacked(values);
     run.sortPulses(pulses);
     const impacts = await unpacked(json.impacts);
-    run.clicks = Array.from({ length: impacts.length / 2 }, (_, i) => new Click(run, i, impacts[2 * i], impacts[2 * i + 1]));
+    run.clicks = Array.from({ length: impacts.length / 2 },
+      (_, i) => new Click(run, i, impacts[2 * i], impacts[2 * i + 1]));
     run.begins = run.clicks.map((click) => click.begin);
     return run;
   }
@@ -36,14 +37,16 @@ class Run {
     return Array.from({ length: values.length / samples }, (_, i) => values.subarray(i * samples, (i + 1) * samples));
   }
 
-  /** The table of pulses by contact; `largest`: the largest force of the run (N), of rigid impacts the impulse (N.s). */
+  /** The table of pulses by contact; `largest`: the largest force of the run (N), of rigid impacts the
+   *  impulse (N.s). */
   sortPulses({ contact, onset, release, peak }) {
     this.pulses = Array.from({ length: Math.max(0, this.balls - 1) }, (_, i) => {
       const part = (column) => column.subarray(countUpTo(contact, i + 0.5), countUpTo(contact, i + 1.5));
       return { onset: part(onset), release: part(release), peak: part(peak) };
     });
     this.largest = peak.reduce((a, b) => Math.max(a, b), 0) || 1;
-    this.shortest = onset.reduce((least, begin, i) => (release[i] > begin ? Math.min(least, release[i] - begin) : least), Infinity);
+    this.shortest = onset.reduce((least, begin, i) => (release[i] > begin ? Math.min(least, release[i] - begin)
+      : least), Infinity);
   }
 
   get start() { return this.time[0]; }
@@ -58,7 +61,8 @@ class Run {
   glow(contact, t, fade, place) {
     const { onset, release, peak } = this.pulses[contact], last = countUpTo(onset, t) - 1;
     if (last < 0) return 0;
-    if (t <= release[last] && onset[last] < release[last]) return Math.max(0, linear(this.F[contact], place)) / this.largest;
+    if (t <= release[last] && onset[last] < release[last])
+      return Math.max(0, linear(this.F[contact], place)) / this.largest;
     return (peak[last] / this.largest) * Math.exp(-3 * (t - release[last]) / fade);
   }
 }
@@ -90,7 +94,8 @@ class Click {
     Object.assign(this, { run, number, begin, end });
   }
 
-  /** Rising in time: {from, to, contacts, struck}, pulses of closed contacts and rigid impacts that begin it; none where the click takes no time. */
+  /** Rising in time: {from, to, contacts, struck}, pulses of closed contacts and rigid impacts that begin it; none
+   *  where the click takes no time. */
   get stages() {
     return (this.cut ??= this.end > this.begin ? this.stagesOf(this.pulses()) : []);
   }
@@ -105,7 +110,8 @@ class Click {
 
   /** Changes that follow each other within a small part of the shortest pulse count as one. */
   stagesOf(pulses) {
-    const near = 0.01 * (pulses.reduce((least, { onset, release }) => Math.min(least, release - onset), Infinity) || 0.1 * (this.end - this.begin)), cuts = [];
+    const near = 0.01 * (pulses.reduce((least, { onset, release }) => Math.min(least, release - onset), Infinity)
+      || 0.1 * (this.end - this.begin)), cuts = [];
     for (const t of pulses.flatMap(({ onset, release }) => [onset, release]).sort((a, b) => a - b)) {
       if (!cuts.length || t - cuts.at(-1) > near) cuts.push(t);
     }
@@ -113,7 +119,8 @@ class Click {
     cuts[cuts.length - 1] = this.end;
     return cuts.slice(1).map((to, i) => {
       const from = cuts[i], middle = 0.5 * (from + to);
-      return { from, to, contacts: pulses.filter(({ onset, release }) => onset <= middle && middle < release), struck: pulses.filter(({ onset, release }) => onset === release && onset >= from && onset <= from + near) };
+      return { from, to, contacts: pulses.filter(({ onset, release }) => onset <= middle && middle < release),
+        struck: pulses.filter(({ onset, release }) => onset === release && onset >= from && onset <= from + near) };
     });
   }
 
@@ -128,7 +135,8 @@ class Click {
   /** Seconds of the run per second of the viewer's at t, such that each stage takes as long; `base` far away. */
   speed(t, base) {
     const seconds = Math.min(STAGE, WITHIN / this.stages.length);
-    return this.stages.reduce((speed, { from, to }) => Math.min(speed, Math.max((to - from) / seconds, APPROACH * Math.max(from - t, t - to, 0))), base);
+    return this.stages.reduce((speed, { from, to }) =>
+      Math.min(speed, Math.max((to - from) / seconds, APPROACH * Math.max(from - t, t - to, 0))), base);
   }
 
   /** The stage at t: its place, -1 before the click and the number of stages after it. */
@@ -142,9 +150,15 @@ class Click {
   caption(t) {
     const { stages, run } = this, place = this.stageAt(t), name = `Click ${this.number + 1} of ${run.clicks.length}`;
     if (place < 0) return `${name}: ${this.movers(this.begin - 2e-9, "arrive")} at ${this.pace}.`;
-    if (place === stages.length) return `${name} took ${withPrefix(this.end - this.begin, "s")}: ${this.movers(this.end, "leave")} at ${this.pace}.`;
+    if (place === stages.length) {
+      const leaving = this.movers(this.end, "leave");
+      return `${name} took ${withPrefix(this.end - this.begin, "s")}: ${leaving} at ${this.pace}.`;
+    }
     const { from, to, contacts, struck } = stages[place], head = `${name}, stage ${place + 1} of ${stages.length}`;
-    if (!contacts.length) return `${head}: ${struck.length ? `${touching(struck)} have collided` : "no balls touch"}; ${this.movers(0.5 * (from + to), "move")}.`;
+    if (!contacts.length) {
+      const collided = struck.length ? `${touching(struck)} have collided` : "no balls touch";
+      return `${head}: ${collided}; ${this.movers(0.5 * (from + to), "move")}.`;
+    }
     const largest = Math.max(...contacts.map(({ peak }) => peak)), force = `up to ${withPrefix(largest, "N")}`;
     return `${head}: ${touching(contacts)} press each other, ${force}.`;
   }
@@ -155,7 +169,8 @@ class Click {
     const fastest = Math.max(...speeds), moving = speeds.flatMap((speed, i) => (speed > 0.05 * fastest ? [i + 1] : []));
     const alike = moving.every((i) => speeds[i - 1] > 0.98 * fastest);
     this.pace = `${alike ? "" : "up to "}${withPrefix(fastest, "m/s")}`;
-    if (moving.length > 5) return `${moving.length === speeds.length ? "all" : `${moving.length} of ${speeds.length}`} balls ${verb}`;
+    if (moving.length > 5)
+      return `${moving.length === speeds.length ? "all" : `${moving.length} of ${speeds.length}`} balls ${verb}`;
     return moving.length === 1 ? `ball ${moving[0]} ${verb}s` : `balls ${listed(moving)} ${verb}`;
   }
 }

@@ -25,7 +25,8 @@ function softDisc(inner) { return radial(64, [32, 32, 0, 32, 32, 32], [inner, in
 
 /** Whether WebGL has no GPU to draw with. Smoothing edges would then double the work. */
 function drawnByProcessor() {
-  const context = document.createElement("canvas").getContext("webgl"), names = context?.getExtension("WEBGL_debug_renderer_info");
+  const context = document.createElement("canvas").getContext("webgl");
+  const names = context?.getExtension("WEBGL_debug_renderer_info");
   const name = names ? context.getParameter(names.UNMASKED_RENDERER_WEBGL) : "";
   context?.getExtension("WEBGL_lose_context")?.loseContext();
   return /swiftshader|llvmpipe|software|basic render/i.test(name);
@@ -39,17 +40,20 @@ class Scene {
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: devicePixelRatio < 2 && !drawnByProcessor() });
     this.scene = new THREE.Scene();
     this.eye = new Eye(canvas);
-    this.shown = []; // of each ball: where it is drawn (m), its arrow's length (m), the glow of the contact to its right
+    // of each ball: where it is drawn (m), its arrow's length (m), the glow of the contact to its right
+    this.shown = [];
     this.numbers = new Map();
     this.build();
     this.paint();
     this.resolution = Math.min(devicePixelRatio, 2);
   }
 
-  /** Sizes of the drawing. Balls too small to see are drawn larger; strings so that they fit and no angle gets too large. */
+  /** Sizes of the drawing. Balls too small to see are drawn larger; strings so that they fit and no angle gets too
+   *  large. */
   measure() {
     const run = this.run;
-    const most = (columns) => columns.reduce((most, column) => column.reduce((a, b) => Math.max(a, Math.abs(b)), most), 0);
+    const most = (columns) => columns.reduce((most, column) => column.reduce((a, b) => Math.max(a, Math.abs(b)), most),
+      0);
     const extent = this.extent = most(run.x);
     this.fastest = most(run.v) || 1;
     this.hanging = extent <= 1.5 * run.length;
@@ -57,8 +61,10 @@ class Scene {
     this.width = 2 * this.radius * run.balls + 2 * extent;
     this.stringLength = Math.max(Math.min(run.length, 0.6 * this.width), extent / 1.1);
     this.notes = [];
-    if (this.radius > run.radius) this.notes.push(`balls drawn ${(this.radius / run.radius).toPrecision(2)} times as large`);
-    if (this.hanging && this.stringLength !== run.length) this.notes.push(`strings drawn at ${Math.round(100 * this.stringLength / run.length)} %`);
+    if (this.radius > run.radius)
+      this.notes.push(`balls drawn ${(this.radius / run.radius).toPrecision(2)} times as large`);
+    if (this.hanging && this.stringLength !== run.length)
+      this.notes.push(`strings drawn at ${Math.round(100 * this.stringLength / run.length)} %`);
     if (!this.hanging) this.notes.push("drawn on a rail: the balls move further than strings let them");
   }
 
@@ -72,18 +78,21 @@ class Scene {
       return mesh;
     };
     const steel = litSphere([[0, "#ffffff"], [0.12, "#e9eef5"], [0.45, "#8e9bab"], [0.75, "#3f4a58"], [1, "#1c242e"]]);
-    this.balls = instanced(new THREE.SphereGeometry(r, ...segments), new THREE.MeshMatcapMaterial({ matcap: steel }), balls);
+    this.balls = instanced(new THREE.SphereGeometry(r, ...segments), new THREE.MeshMatcapMaterial({ matcap: steel }),
+      balls);
     const glow = { map: softDisc("rgba(255,255,255,1)"), transparent: true, depthTest: false };
     this.sparks = instanced(new THREE.PlaneGeometry(1, 1), new THREE.MeshBasicMaterial(glow), balls - 1);
     const arrow = this.arrow = new THREE.MeshBasicMaterial();
     this.shafts = instanced(new THREE.BoxGeometry(1, 0.09 * r, 0.09 * r), arrow, balls);
     this.tips = instanced(new THREE.ConeGeometry(0.17 * r, 0.42 * r, 10).rotateZ(-Math.PI / 2), arrow, balls);
-    this.finishes = { dark: litSphere([[0, "#6e7d8f"], [0.5, "#36424f"], [1, "#171d25"]]), light: litSphere([[0, "#ffffff"], [0.5, "#cbd1d9"], [1, "#929dab"]]) };
+    this.finishes = { dark: litSphere([[0, "#6e7d8f"], [0.5, "#36424f"], [1, "#171d25"]]),
+      light: litSphere([[0, "#ffffff"], [0.5, "#cbd1d9"], [1, "#929dab"]]) };
     this.frame = new THREE.MeshMatcapMaterial({ matcap: this.finishes.dark });
     this.buildFrame(this.frame);
     if (this.hanging) {
       const shade = { map: softDisc("rgba(0,0,0,0.55)"), transparent: true, depthWrite: false };
-      this.shadows = instanced(new THREE.PlaneGeometry(3 * r, 3 * r).rotateX(-Math.PI / 2), new THREE.MeshBasicMaterial(shade), balls);
+      this.shadows = instanced(new THREE.PlaneGeometry(3 * r, 3 * r).rotateX(-Math.PI / 2),
+        new THREE.MeshBasicMaterial(shade), balls);
       this.stringPoints = new Float32Array(balls * 12);
       const geometry = new THREE.BufferGeometry();
       geometry.setAttribute("position", new THREE.BufferAttribute(this.stringPoints, 3));
@@ -110,7 +119,8 @@ class Scene {
   /** Bars, legs and base plate, or the rail. */
   buildFrame(material) {
     const r = this.radius, top = this.stringLength, depth = this.depth = Math.max(3.2 * r, 0.3 * top);
-    const half = this.half = this.run.balls * r + 0.35 * top, bar = 0.16 * r + 0.008 * top, floor = this.floor = -2.7 * r;
+    const half = this.half = this.run.balls * r + 0.35 * top, bar = 0.16 * r + 0.008 * top;
+    const floor = this.floor = -2.7 * r;
     const box = (width, height, breadth, x, y, z) => {
       const mesh = new THREE.Mesh(new THREE.BoxGeometry(width, height, breadth), material);
       mesh.position.set(x, y, z);
@@ -127,9 +137,11 @@ class Scene {
 
   /** Moves everything to the state at one instant: positions (m), velocities (m/s), glow of the contacts (0 to 1). */
   update({ x, v, glow }) {
-    const { balls } = this.run, r = this.radius, L = this.stringLength, matrix = new THREE.Matrix4(), tint = new THREE.Color();
+    const { balls } = this.run, r = this.radius, L = this.stringLength, matrix = new THREE.Matrix4();
+    const tint = new THREE.Color();
     this.shown = x.map((away, i) => {
-      const rest = 2 * r * (i - 0.5 * (balls - 1)), angle = away / L, place = { rest, arrow: 2.6 * r * v[i] / this.fastest, glow: glow[i] ?? 0 };
+      const rest = 2 * r * (i - 0.5 * (balls - 1)), angle = away / L;
+      const place = { rest, arrow: 2.6 * r * v[i] / this.fastest, glow: glow[i] ?? 0 };
       if (!this.hanging) return { x: rest + away, y: 0, ...place };
       return { x: rest + L * Math.sin(angle), y: L * (1 - Math.cos(angle)), ...place };
     });
@@ -145,7 +157,8 @@ class Scene {
       this.shadows.setMatrixAt(i, matrix.makeTranslation(px, this.floor + 0.01 * r, 0));
       this.stringPoints.set([px, py, 0, rest, L, this.depth / 2, px, py, 0, rest, L, -this.depth / 2], 12 * i);
     }
-    for (const mesh of [this.balls, this.shafts, this.tips, this.shadows]) if (mesh) mesh.instanceMatrix.needsUpdate = true;
+    for (const mesh of [this.balls, this.shafts, this.tips, this.shadows])
+      if (mesh) mesh.instanceMatrix.needsUpdate = true;
     this.balls.instanceColor.needsUpdate = true;
     if (this.strings) this.strings.geometry.attributes.position.needsUpdate = true;
   }
@@ -161,11 +174,15 @@ class Scene {
 
   /** What the eye must see: boxes of everything, of the balls' paths with their arrows, and of the balls now. */
   boxes() {
-    const { run, radius: r, stringLength: L, extent } = this, box = (left, right, low, high, z) => ({ low: new THREE.Vector3(left, low, -z), high: new THREE.Vector3(right, high, z) });
-    const rise = this.hanging ? L * (1 - Math.cos(extent / L)) : 0, reach = run.balls * r + (this.hanging ? Math.hypot(extent, 3 * r) : extent + 3 * r);
+    const { run, radius: r, stringLength: L, extent } = this;
+    const box = (left, right, low, high, z) =>
+      ({ low: new THREE.Vector3(left, low, -z), high: new THREE.Vector3(right, high, z) });
+    const rise = this.hanging ? L * (1 - Math.cos(extent / L)) : 0;
+    const reach = run.balls * r + (this.hanging ? Math.hypot(extent, 3 * r) : extent + 3 * r);
     const left = Math.min(...this.shown.map(({ x, arrow }) => Math.min(x - r, x + arrow - 0.3 * r)));
     const right = Math.max(...this.shown.map(({ x, arrow }) => Math.max(x + r, x + arrow + 0.3 * r)));
-    const paths = box(-reach, reach, -2 * r, rise + 1.2 * r, r), now = box(left, right, -2 * r, Math.max(...this.shown.map(({ y }) => y)) + 1.2 * r, r);
+    const paths = box(-reach, reach, -2 * r, rise + 1.2 * r, r);
+    const now = box(left, right, -2 * r, Math.max(...this.shown.map(({ y }) => y)) + 1.2 * r, r);
     const half = Math.max(reach, this.half);
     return [this.hanging ? box(-half, half, this.floor - 0.4 * r, L, this.depth / 2) : paths, paths, now];
   }
@@ -190,7 +207,8 @@ class Scene {
     const matrix = new THREE.Matrix4(), scale = new THREE.Vector3();
     for (let i = 0; i + 1 < this.run.balls; i++) {
       const a = this.shown[i], b = this.shown[i + 1];
-      matrix.makeRotationFromQuaternion(this.eye.camera.quaternion).scale(scale.setScalar(this.radius * 2.6 * Math.sqrt(a.glow)));
+      matrix.makeRotationFromQuaternion(this.eye.camera.quaternion)
+        .scale(scale.setScalar(this.radius * 2.6 * Math.sqrt(a.glow)));
       this.sparks.setMatrixAt(i, matrix.setPosition((a.x + b.x) / 2, (a.y + b.y) / 2, 0));
     }
     this.sparks.instanceMatrix.needsUpdate = true;
@@ -198,9 +216,12 @@ class Scene {
 
   /** Numbers on the balls; where these are small, above them, and where they are many, on some of them. */
   placeNumbers(height) {
-    const { radius: r, run, eye } = this, pixel = 2 * eye.distance * Math.tan(OPENING / 2) / height, small = r < 9 * pixel;
-    const size = Math.max(0.75 * r, 17 * pixel), towards = eye.camera.getWorldDirection(new THREE.Vector3()).multiplyScalar(-1.01 * r);
-    const every = [1, 2, 5, 10, 20, 50, 100, 200, 500].find((step) => 2 * r * step > size && run.balls / step <= 40) ?? 1000;
+    const { radius: r, run, eye } = this, pixel = 2 * eye.distance * Math.tan(OPENING / 2) / height;
+    const small = r < 9 * pixel;
+    const size = Math.max(0.75 * r, 17 * pixel), towards = eye.camera.getWorldDirection(new THREE.Vector3())
+      .multiplyScalar(-1.01 * r);
+    const every = [1, 2, 5, 10, 20, 50, 100, 200, 500].find((step) => 2 * r * step > size
+      && run.balls / step <= 40) ?? 1000;
     for (const label of this.numbers.values()) label.visible = false;
     for (let i = 1; i <= run.balls; i = i === 1 && every > 1 ? every : i + every) {
       if (!this.numbers.has(i)) this.numbers.set(i, this.number(i));

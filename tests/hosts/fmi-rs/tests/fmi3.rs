@@ -1,5 +1,5 @@
-//! FMI 3.0 with the `fmi` crate as the host: cradles of any size, their events and clocks. For FMI 2.0, fmi-sim is a host of
-//! that crate (`test_hosts.py`).
+//! FMI 3.0 with the `fmi` crate as the host: cradles of any size, their events and clocks. For FMI 2.0, fmi-sim is a
+//! host of that crate (`test_hosts.py`).
 
 use fmi::EventFlags;
 use fmi::fmi3::import::Fmi3Import;
