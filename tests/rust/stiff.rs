@@ -308,6 +308,23 @@ fn a_hopeless_step_ends_in_an_error() {
     assert!(error.to_string().contains("too busy to reach the end of the step"), "{error}");
 }
 
+/// Free balls whose drag ends every motion sooner than the clock can tell, under a force that grows, and a short
+/// pendulum that creeps back beside a long one: looking for onsets gets on.
+#[test]
+fn drag_beyond_all_measure_costs_little() {
+    let free = Parameters { gravity: 0.0, drag: f64::MAX, ..Parameters::default_for(3) };
+    let (length_ratio, x_start) = (vec![1.0, 1e-12], vec![-1e-3, 0.0]);
+    let short = Parameters { drag: 1e12, length_ratio, x_start, ..Parameters::default_for(2) };
+    for (parameters, time) in [(free, 1e-5), (short, 1e4)] {
+        let (inputs, mut rate) = (Inputs::zero(parameters.balls()), Inputs::zero(parameters.balls()));
+        let mut engine = advanced(&parameters, &inputs, 1e-5);
+        rate.force[0] = 1e-3 / time;
+        engine.hold(&inputs, &[rate]).unwrap();
+        engine.advance_within(2.0 * time, 1_000_000, &mut Vec::new()).unwrap();
+        assert!(engine.time() == 2.0 * time && engine.work().events == 0, "{}", engine.time());
+    }
+}
+
 /// Waves meet in touching balls with strong dashpots, some of which are off by rounding, or a little more; and one goes
 /// through balls that move together, but for rounding.
 #[test]

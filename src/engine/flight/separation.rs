@@ -70,11 +70,12 @@ const WORTH: f64 = 0.02;
 /// Decay times that a forecast of free balls with drag covers.
 const DECAY_TIMES: f64 = 100.0;
 
-/// Periods that one forecast looks ahead where the closing is not a closed form.
+/// Periods that one forecast looks ahead where the closing is not a closed form; of pendulums that creep back, slow
+/// decay times, times 2 pi.
 const PERIODS_AHEAD: f64 = 2.0;
 
 /// A forecast of free balls looks at least this far ahead, s, however strong their drag: a search of a window that the
-/// clock cannot resolve leads nowhere. Guarded by `drag_beyond_all_measure_costs_little`.
+/// clock cannot resolve leads nowhere.
 const SHORTEST_LOOK: f64 = 1e-12;
 
 impl Separation {
@@ -239,10 +240,10 @@ impl Separation {
 
 /// How far ahead a forecast of these motions looks that starts at `start` after their anchor, s.
 pub(crate) fn reach<'a>(oscillators: impl Iterator<Item = &'a Oscillator> + Clone, start: f64) -> f64 {
-    let slowest = oscillators.clone().map(|o| o.omega().max(o.gamma())).fold(f64::INFINITY, f64::min);
-    let fastest = oscillators.map(Oscillator::omega).fold(0.0, f64::max);
-    if fastest > 0.0 {
-        PERIODS_AHEAD * std::f64::consts::TAU / fastest
+    let slowest = oscillators.clone().map(Oscillator::gamma).fold(f64::INFINITY, f64::min);
+    let shortest = oscillators.map(Oscillator::time_scale).fold(f64::INFINITY, f64::min);
+    if shortest.is_finite() {
+        PERIODS_AHEAD * std::f64::consts::TAU * shortest
     } else if slowest > 0.0 {
         // Free balls with drag settle within some dozens of decay times; after that, further and further.
         (DECAY_TIMES / slowest).max(start).max(SHORTEST_LOOK)
