@@ -127,45 +127,47 @@ impl Differential {
     }
 }
 
-/// The functions of [`Results`](super::Results) that the state and the inputs determine, of a type that is a [`Chain`]
-/// and knows the energy at the start; with those over a step, if it knows the length of that and what was gathered in
-/// it.
+/// The functions of [`Results`](super::Results) that the state and the inputs of a [`Chain`] determine, of a type that
+/// knows the energy at the start; for one that is a chain, with those over a step.
 macro_rules! algebraic_results {
-    () => {
+    ($self:ident) => {
+        algebraic_results!($self, $self);
+
+        fn force(&$self, i: usize) -> f64 {
+            $self.force_of(i)
+        }
+
+        fn overlap(&$self, i: usize) -> f64 {
+            $self.overlap_of(i)
+        }
+
+        fn in_contact(&$self, i: usize) -> bool {
+            $self.overlap_of(i) > 0.0
+        }
+
+        fn force_mean(&$self, i: usize) -> f64 {
+            if $self.step_length() == 0.0 { $self.force(i) } else { $self.impulse_of_step(i) / $self.step_length() }
+        }
+
+        fn support_force_mean(&$self) -> f64 {
+            let length = $self.step_length();
+            if length == 0.0 { $self.support_force() } else { $self.support_impulse_of_step() / length }
+        }
+    };
+    ($self:ident, $chain:expr) => {
         algebraic_results! {
-            x(i) v(i) a(i) overlap_rate(i) kinetic_energy(i) gravity_energy(i) contact_energy(i)
+            $self, $chain; x(i) v(i) a(i) overlap_rate(i) kinetic_energy(i) gravity_energy(i) contact_energy(i)
             total_energy() momentum() support_force() dissipation() external_power()
         }
 
-        fn force(&self, i: usize) -> f64 {
-            self.force_of(i)
-        }
-
-        fn overlap(&self, i: usize) -> f64 {
-            self.overlap_of(i)
-        }
-
-        fn in_contact(&self, i: usize) -> bool {
-            self.overlap_of(i) > 0.0
-        }
-
-        fn force_mean(&self, i: usize) -> f64 {
-            if self.step_length() == 0.0 { self.force(i) } else { self.impulse_of_step(i) / self.step_length() }
-        }
-
-        fn support_force_mean(&self) -> f64 {
-            let length = self.step_length();
-            if length == 0.0 { self.support_force() } else { self.support_impulse_of_step() / length }
+        fn energy_residual(&$self) -> f64 {
+            ($self.total_energy() - $self.energy_at_start()) + ($self.dissipated_energy() - $self.external_work())
         }
     };
-    ($($name:ident($($i:ident)?))*) => {
-        $(fn $name(&self $(, $i: usize)?) -> f64 {
-            algebraic::$name(self $(, $i)?)
+    ($self:ident, $chain:expr; $($name:ident($($i:ident)?))*) => {
+        $(fn $name(&$self $(, $i: usize)?) -> f64 {
+            algebraic::$name($chain $(, $i)?)
         })*
-
-        fn energy_residual(&self) -> f64 {
-            (self.total_energy() - self.energy_at_start()) + (self.dissipated_energy() - self.external_work())
-        }
     };
 }
 pub(crate) use algebraic_results;

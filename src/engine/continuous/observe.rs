@@ -143,7 +143,7 @@ impl Chain for Continuous {
 
 /// What can be read at the current time, see [`Results`].
 impl Results for Continuous {
-    algebraic_results!();
+    algebraic_results!(self);
 
     fn impulse(&self, i: usize) -> f64 {
         self.value(self.trajectory.dynamics.impulse(i))

@@ -57,24 +57,19 @@ impl<S: Scalar> State<S> {
     fn constraint_forces(&self, cradle: &Cradle<S>, modes: &[Mode]) -> Vec<S> {
         let mut forces = vec![S::default(); modes.len()];
         let free = |i: usize| cradle.balls[i].acceleration(self.x[i], self.v[i], S::default(), self.forcings[i]);
-        let mut first = 0;
-        while first < modes.len() {
-            let last = (first..modes.len()).take_while(|&j| modes[j] != Mode::Open).last();
-            let Some(last) = last else {
-                first += 1;
-                continue;
-            };
-            let own: Vec<S> = (first..last + 2).map(free).collect();
-            let masses = || cradle.balls[first..last + 2].iter().map(|ball| ball.mass);
+        let closed: Vec<usize> = (0..modes.len()).filter(|&j| modes[j] != Mode::Open).collect();
+        for run in closed.chunk_by(|left, right| left + 1 == *right) {
+            let balls = run[0]..run[0] + run.len() + 1;
+            let own: Vec<S> = balls.clone().map(free).collect();
+            let masses = || cradle.balls[balls.clone()].iter().map(|ball| ball.mass);
             // Relative to the first ball, so that what is the same for all cancels.
             let moment: S = masses().zip(&own).map(|(mass, a)| mass * (*a - own[0])).sum();
             let mean = moment / masses().sum();
             let mut force = S::default();
-            for (j, (mass, a)) in (first..=last).zip(masses().zip(&own)) {
+            for (j, (mass, a)) in run.iter().zip(masses().zip(&own)) {
                 force += mass * ((*a - own[0]) - mean);
-                forces[j] = force;
+                forces[*j] = force;
             }
-            first = last + 1;
         }
         forces
     }

@@ -4,7 +4,7 @@
 //! open and close in events only (`events`), and forces follow these flags, so that the equations are smooth in
 //! between. With `exchange.contacts = mapped` an event follows a group of contacts to its end by the event-driven
 //! engine (`events/group`), and the host integrates nothing but flight; with `resolved` it integrates the pulses. What
-//! lasts is always resolved. Rigid contacts are impulses (`events/rigid`). The next onset is foretold with the inputs
+//! lasts is always resolved. Rigid contacts are impulses. The next onset is foretold with the inputs
 //! held (`flights`).
 
 mod contact;

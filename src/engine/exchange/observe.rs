@@ -1,31 +1,9 @@
 //! What can be read at the current time.
 
 use super::run::Exchange;
-use crate::model::algebraic::{self, Chain, algebraic_results};
-use crate::model::{Cradle, Mode, Results, WorkCounters};
+use crate::model::algebraic::{self, algebraic_results};
+use crate::model::{Mode, Results, WorkCounters};
 use crate::next::Next;
-
-impl Chain for Exchange {
-    fn cradle(&self) -> &Cradle {
-        &self.cradle
-    }
-
-    fn state_of(&self, i: usize) -> (f64, f64) {
-        self.view().state_of(i)
-    }
-
-    fn overlap_of(&self, i: usize) -> f64 {
-        self.view().overlap_of(i)
-    }
-
-    fn force_of(&self, i: usize) -> f64 {
-        self.view().force_of(i)
-    }
-
-    fn forcing_of(&self, i: usize) -> f64 {
-        self.view().forcing_of(i)
-    }
-}
 
 impl Exchange {
     fn energy_at_start(&self) -> f64 {
@@ -35,10 +13,7 @@ impl Exchange {
 
 /// See [`Results`]; what is of a step is of this instant, and what events change is as the last one left it.
 impl Results for Exchange {
-    algebraic_results! {
-        x(i) v(i) a(i) overlap_rate(i) kinetic_energy(i) gravity_energy(i) contact_energy(i) total_energy() momentum()
-        support_force() dissipation() external_power()
-    }
+    algebraic_results!(self, &self.view());
 
     fn force(&self, i: usize) -> f64 {
         self.state.forces[i]

@@ -48,14 +48,12 @@ impl Exchange {
         let cradle = Cradle::new(parameters);
         let (n, m) = (parameters.balls(), parameters.contacts());
         let mut y = vec![parameters.x_start[0]];
-        y.extend((0..m).map(|j| engine.overlap(j)));
+        let start = |j: usize| engine.overlap_at(j, start_time.into());
+        y.extend((0..m).map(|j| start(j).0));
         y.extend_from_slice(&parameters.v_start);
         y.resize(state_count(n), 0.0);
-        let mode = |(law, j): (&crate::model::ContactLaw, usize)| match y[1 + j] > 0.0 {
-            true => law.mode_when_closed(y[1 + j], y[n + j] - y[n + j + 1]),
-            false => Mode::Open,
-        };
-        let modes = cradle.contacts.iter().zip(0..).map(mode).collect();
+        // Rigid contacts close in the first event.
+        let modes = (0..m).map(|j| if cradle.restitution.is_some() { Mode::Open } else { start(j).1 }).collect();
         let mut run = Self {
             parameters: parameters.clone(),
             inputs: inputs.clone(),

@@ -271,7 +271,7 @@ impl Chain for Engine {
 
 /// What can be read at the current time, see [`Results`].
 impl Results for Engine {
-    algebraic_results!();
+    algebraic_results!(self);
 
     fn impulse(&self, i: usize) -> f64 {
         self.impulse_at(i, self.now()).value()

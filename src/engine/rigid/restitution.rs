@@ -71,7 +71,7 @@ pub(crate) fn collide<S: Scalar>(masses: &[S], v: &mut [S], e: S, unresolved: f6
 }
 
 /// For each ball with `e < 1`, and in all with elastic balls: far beyond what mass ratios of everyday take. More of
-/// them resolve longer sequences, fewer end inelastic collapse sooner (`inelastic_collapse_has_an_end`).
+/// them resolve longer sequences, fewer end inelastic collapse sooner.
 const INELASTIC_IMPACTS: usize = 1000;
 const ELASTIC_IMPACTS: usize = 1_000_000;
 
@@ -156,28 +156,5 @@ fn transmit<S: Scalar>(masses: &[S], before: &[S], after: &[S], mut through: imp
     for contact in 0..masses.len() - 1 {
         impulse += masses[contact] * (before[contact] - after[contact]);
         through(contact, impulse);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn energy(masses: &[f64], v: &[f64]) -> f64 {
-        masses.iter().zip(v).map(|(m, v)| 0.5 * m * v * v).sum()
-    }
-
-    #[test]
-    fn inelastic_collapse_has_an_end() {
-        for (n, e) in [(3, 0.05), (5, 0.1), (13, 0.5), (200, 0.9), (1000, 0.5)] {
-            let masses = vec![1.0; n];
-            let v: Vec<f64> = (0..n).map(|i| if i == 0 { 1.0 } else { 0.0 }).collect();
-            let mut after = v.clone();
-            let outcome = collide(&masses, &mut after, e, 1e-14, 1e-14);
-            assert!(after.windows(2).all(|v| v[0] <= v[1]), "{n} {e}");
-            let balance = energy(&masses, &after) + outcome.loss - energy(&masses, &v);
-            assert!(balance.abs() < 1e-13 && outcome.loss > 0.0, "{n} {e}: {balance:e}");
-            assert!((after.iter().sum::<f64>() - 1.0).abs() < 1e-13);
-        }
     }
 }

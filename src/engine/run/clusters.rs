@@ -17,6 +17,17 @@ const SEGMENT: u64 = 24;
 const EVALUATION: u64 = 2;
 
 impl Engine {
+    /// Whether a force law acts in contact `j`.
+    pub(crate) fn presses(&self, j: usize) -> bool {
+        match self.contacts[j].phase {
+            Phase::Window(id) => {
+                self.clusters[id as usize].as_ref().is_some_and(|cluster| cluster.mode(j) != Mode::Open)
+            }
+            Phase::Impact(_) => true,
+            Phase::Unassigned(_) | Phase::Open(..) | Phase::BesideImpact(_) | Phase::Constraint(..) => false,
+        }
+    }
+
     /// The segment of cluster `id` is over: go on, or switch what switches there.
     pub(crate) fn end_segment(&mut self, id: usize, observer: &mut dyn Observer) -> Result<(), EngineError> {
         let Some(t) = self.clusters[id].as_ref().map(|cluster| cluster.end()) else { return Ok(()) };

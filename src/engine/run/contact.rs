@@ -1,5 +1,7 @@
 //! A contact of the cradle: its ledger, and what it is part of.
 
+use std::ops::Range;
+
 use serde::{Deserialize, Serialize};
 
 use crate::engine::flight::Separation;
@@ -84,10 +86,7 @@ impl Contact {
     pub fn overlap(&self) -> f64 {
         match self.phase {
             Phase::Unassigned(Unassigned { overlap, .. }) | Phase::BesideImpact(overlap) => overlap,
-            Phase::Open(..) | Phase::Window(_) | Phase::Impact(_) | Phase::Constraint(..) => {
-                debug_assert!(false, "a contact that is part of something has its overlap there");
-                0.0
-            }
+            Phase::Open(..) | Phase::Window(_) | Phase::Impact(_) | Phase::Constraint(..) => 0.0,
         }
     }
 
@@ -107,4 +106,11 @@ pub(crate) enum Keep {
     Parting(usize),
     /// All that did so far.
     Closed,
+}
+
+/// Contact `i` of so many `contacts`, and those on either side as far as they `belong` without a gap.
+pub(crate) fn around(i: usize, contacts: usize, belong: impl Fn(usize) -> bool) -> Range<usize> {
+    let before = (0..i).rev().take_while(|j| belong(*j)).count();
+    let after = (i + 1..contacts).take_while(|j| belong(*j)).count();
+    i - before..i + 1 + after
 }

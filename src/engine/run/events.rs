@@ -137,21 +137,10 @@ impl Engine {
     /// Forms clusters of what is closed among the contacts of `range` and lets the others fly. None of them is in a
     /// cluster.
     pub(crate) fn form(&mut self, range: Range<usize>, t: DoubleDouble) {
-        let closed = |engine: &Self, i: usize| i < range.end && engine.contacts[i].is_closed();
-        let mut i = range.start;
-        while i < range.end {
-            if closed(self, i) {
-                let first = i;
-                let mut last = i;
-                // Groups whose outermost balls are neighbours act on one another before long: one cluster.
-                while let Some(next) = [last + 1, last + 2].into_iter().find(|&j| closed(self, j)) {
-                    last = next;
-                }
-                self.form_cluster(first..last + 2, t);
-                i = last + 1;
-            } else {
-                i += 1;
-            }
+        let closed: Vec<usize> = range.clone().filter(|&i| self.contacts[i].is_closed()).collect();
+        // Groups whose outermost balls are neighbours act on one another before long: one cluster.
+        for group in closed.chunk_by(|left, right| left + 2 >= *right) {
+            self.form_cluster(group[0]..group[group.len() - 1] + 2, t);
         }
         for i in range {
             if self.contacts[i].cluster().is_none() {
@@ -217,26 +206,5 @@ impl Engine {
         self.totals.standstill += 1;
         let stalled = self.totals.standstill > self.most_without_progress();
         if stalled { Err(EngineError::Stalled { time: t.value(), contact }) } else { Ok(()) }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::model::{Inputs, Parameters};
-
-    /// Free balls whose drag ends every motion sooner than the clock can tell, under a force that grows: forecasts
-    /// still get on.
-    #[test]
-    fn drag_beyond_all_measure_costs_little() {
-        let mut parameters = Parameters::default_for(3);
-        (parameters.gravity, parameters.drag) = (0.0, f64::MAX);
-        let (inputs, mut rate) = (Inputs::zero(3), Inputs::zero(3));
-        let mut engine = Engine::new(&parameters, &inputs, 0.0).unwrap();
-        engine.advance(1e-5, &mut Unrecorded).unwrap();
-        rate.force[0] = 1e4;
-        engine.hold(&inputs, &[rate]).unwrap();
-        engine.advance(2e-5, &mut Unrecorded).unwrap();
-        assert!(engine.totals.work.events == 0 && engine.effort < 10_000, "{}", engine.effort);
     }
 }

@@ -18,7 +18,7 @@ mod snapshot;
 mod watchdog;
 
 pub(crate) use caches::KnownState;
-pub(crate) use contact::{Keep, Phase};
+pub(crate) use contact::{Keep, Phase, around};
 pub use engine::Engine;
 pub(crate) use engine::NO_STEP;
 pub(crate) use snapshot::require;

@@ -12,7 +12,7 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use super::contact::{Contact, Keep, Phase};
+use super::contact::{Keep, Phase, around};
 use super::engine::Engine;
 use crate::engine::error::EngineError;
 use crate::engine::flight::{Forcing, Regime, Rounding, Separation, places, shifted, start_by_centre};
@@ -60,9 +60,9 @@ impl Engine {
         let Some(separation) = self.contacts[i].separation() else { return };
         let shortest = if self.contacts[i].ledger.rapid < MANY { 0.0 } else { RAPID };
         let (last_bounce, noise) = (separation.is_last_bounce(t, e, shortest), separation.noise);
-        let group = self.around(i, |contact| {
+        let group = around(i, self.contacts.len(), |j| {
             let touches = |separation: &Separation| separation.touches(t, noise);
-            contact.constraint().is_some() || contact.separation().is_some_and(touches)
+            self.contacts[j].constraint().is_some() || self.contacts[j].separation().is_some_and(touches)
         });
         let (first, balls) = (group.start, group.start..group.end + 1);
         // Also at the very start of a step: the velocities jump.
@@ -139,17 +139,9 @@ impl Engine {
 
     /// The constraint of contact `i` would have to pull from `t` on.
     pub(crate) fn part(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) {
-        let body = self.around(i, |contact| contact.constraint().is_some());
+        let body = around(i, self.contacts.len(), |j| self.contacts[j].constraint().is_some());
         self.separate(body.clone(), t);
         self.settle(body, t, Keep::Parting(i), observer);
-    }
-
-    /// Contact `i` and those on either side as far as they `belong` without a gap.
-    fn around(&self, i: usize, belong: impl Fn(&Contact) -> bool) -> Range<usize> {
-        let belong = |j: &usize| belong(&self.contacts[*j]);
-        let first = (0..i).rev().take_while(belong).last().unwrap_or(i);
-        let last = (i + 1..self.contacts.len()).take_while(belong).last().unwrap_or(i);
-        first..last + 1
     }
 
     /// The unassigned contact `i` begins to press at `t`.
@@ -234,17 +226,9 @@ impl Engine {
     /// contact that has one.
     fn join_where_pressed(&mut self, group: Range<usize>, t: DoubleDouble, keep: Keep) -> Vec<Option<Constraint>> {
         let mut constraints = vec![None; group.len()];
-        let mut first = group.start;
-        while first < group.end {
-            // Balls side by side without relative velocity.
-            let together = |j: &usize| self.rests(*j);
-            let last = (first..group.end).take_while(together).last();
-            let Some(last) = last else {
-                first += 1;
-                continue;
-            };
-            self.press(first..last + 1, t, keep, &mut constraints[first - group.start..]);
-            first = last + 1;
+        let resting: Vec<usize> = group.clone().filter(|&j| self.rests(j)).collect();
+        for run in resting.chunk_by(|left, right| left + 1 == *right) {
+            self.press(run[0]..run[0] + run.len(), t, keep, &mut constraints[run[0] - group.start..]);
         }
         constraints
     }

@@ -41,12 +41,8 @@ struct RunState {
     totals: Totals,
 }
 
-#[derive(Clone, Debug, Serialize, Deserialize)]
-struct BallState {
-    anchor: DoubleDouble,
-    flight: Flight,
-    integrals: RunningIntegrals,
-}
+/// The anchor of a ball, with its state and its integrals then.
+type BallState = (DoubleDouble, Flight, RunningIntegrals);
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct ClusterState {
@@ -84,7 +80,7 @@ impl Engine {
     }
 
     fn run_state(&self) -> RunState {
-        let ball = |ball: &Ball| BallState { anchor: ball.anchor, flight: ball.flight, integrals: ball.integrals };
+        let ball = |ball: &Ball| (ball.anchor, ball.flight, ball.integrals);
         let cluster = |cluster: &Cluster| ClusterState {
             members: cluster.members.clone(),
             start: cluster.start,
@@ -142,7 +138,7 @@ impl Engine {
         let mut engine = Self { contacts, step: step.restored(), totals, ..apart };
         require(totals.standstill <= engine.most_without_progress() + 1, "a count is too large")?;
         for (ball, state) in engine.balls.iter_mut().zip(balls) {
-            (ball.anchor, ball.flight, ball.integrals) = (state.anchor, state.flight, state.integrals);
+            (ball.anchor, ball.flight, ball.integrals) = state;
         }
         engine.onsets = engine.contacts.iter().fold(0, |sum, contact| sum.saturating_add(contact.ledger.pulses));
         for state in clusters {
@@ -266,7 +262,8 @@ impl RunState {
             times.into_iter().chain([self.totals.last_event]).all(past),
             "the time of a past event lies in the future",
         )?;
-        let ball = |ball: &BallState| past(ball.anchor) && ball.flight.is_finite() && ball.integrals.is_finite();
+        let ball =
+            |(anchor, flight, integrals): &BallState| past(*anchor) && flight.is_finite() && integrals.is_finite();
         require(self.balls.iter().all(ball), "the state of a ball is not finite, or lies in the future")?;
         require(self.contacts.iter().all(|contact| contact.ledger.is_sound()), "a ledger is not finite")?;
         for cluster in self.clusters.iter().flatten() {

@@ -10,7 +10,7 @@ use crate::engine::inputs::HeldInputs;
 use crate::engine::observer::{Observer, Pulse};
 use crate::engine::records::RAPID;
 use crate::engine::rigid::restitution;
-use crate::engine::run::{Engine, Keep, Phase};
+use crate::engine::run::{Engine, Keep, Phase, around};
 use crate::model::{Inputs, Mode, Parameters};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
@@ -41,28 +41,6 @@ impl Group {
     /// Whether contact `j` is one of it.
     pub fn contains(&self, j: usize) -> bool {
         (self.first + self.contacts.start..self.first + self.contacts.end).contains(&j)
-    }
-}
-
-/// Collects the pulses, and knows what is under way.
-struct Followed {
-    pulses: Vec<Pulse>,
-    /// Whether a pulse has begun and not ended, in each contact.
-    under_way: Vec<bool>,
-    /// When the last one began or ended, s.
-    last: f64,
-}
-
-impl Observer for Followed {
-    fn onset(&mut self, contact: usize, time: f64) {
-        self.under_way[contact] = true;
-        self.last = self.last.max(time);
-    }
-
-    fn pulse(&mut self, pulse: Pulse) {
-        self.under_way[pulse.contact] = false;
-        self.last = self.last.max(pulse.release);
-        self.pulses.push(pulse);
     }
 }
 
@@ -149,51 +127,33 @@ impl Exchange {
         onset: f64,
         closed: &[usize],
     ) -> Result<Option<Group>, EngineError> {
-        self.follow_among(balls, self.free_around(first, closed), first, onset, closed)
-    }
-
-    /// The same, among the balls `around` it.
-    fn follow_among(
-        &self,
-        balls: &[Ball],
-        around: Range<usize>,
-        first: usize,
-        onset: f64,
-        closed: &[usize],
-    ) -> Result<Option<Group>, EngineError> {
-        let mut followed = Followed { pulses: Vec::new(), under_way: vec![false; around.len() - 1], last: 0.0 };
-        let mut engine = self.engine_at(balls, &around, onset, closed, &mut followed);
-        let j = first - around.start;
-        if self.is_rigid() {
-            engine.meet(j, START, &mut followed);
-        } else if closed.is_empty() && !engine.begin_impact(j, START, &mut followed) {
-            engine.close(j, START, j..j + 1, &mut followed);
+        let is_closed = |j: usize| self.modes[j] != Mode::Open;
+        let free = around(first, self.modes.len(), |j| !is_closed(j) || closed.binary_search(&j).is_ok());
+        let mut members = free.start..free.end + 1;
+        loop {
+            let mut pulses = Vec::new();
+            let mut engine = self.engine_at(balls, &members, onset, closed, &mut pulses);
+            let j = first - members.start;
+            if self.is_rigid() {
+                engine.meet(j, START, &mut pulses);
+            } else if closed.is_empty() && !engine.begin_impact(j, START, &mut pulses) {
+                engine.close(j, START, j..j + 1, &mut pulses);
+            }
+            let Some((contacts, end)) = self.to_the_end(&mut engine, j, &mut pulses)? else { return Ok(None) };
+            let beyond = |j: usize| !contacts.contains(&j) && engine.contacts[j].ledger.pulses > 0;
+            if (0..engine.contacts.len()).any(beyond) {
+                // Others, which this group has not met, have had pulses as well: once more without them.
+                members = members.start + contacts.start..members.start + contacts.end + 1;
+                continue;
+            }
+            // A ball at the edge that a closed contact acts on was not in flight.
+            let at_left = contacts.start == 0 && members.start > 0 && is_closed(members.start - 1);
+            let at_end = contacts.end == engine.contacts.len() && members.end < self.balls();
+            if at_left || at_end && is_closed(members.end - 1) {
+                return Ok(None);
+            }
+            return Ok(Some(Group { engine, first: members.start, contacts, onset, end, pulses }));
         }
-        let Some((contacts, end)) = self.to_the_end(&mut engine, j, &mut followed)? else { return Ok(None) };
-        let beyond = |j: usize| !contacts.contains(&j) && engine.contacts[j].ledger.pulses > 0;
-        if (0..engine.contacts.len()).any(beyond) {
-            // Others, which this group has not met, have had pulses as well: once more without them.
-            let members = around.start + contacts.start..around.start + contacts.end + 1;
-            return self.follow_among(balls, members, first, onset, closed);
-        }
-        // A ball at the edge that a closed contact acts on was not in flight.
-        let closed_beside =
-            |j: Option<usize>| j.and_then(|j| self.modes.get(j)).is_some_and(|mode| *mode != Mode::Open);
-        let at_edge = [contacts.start == 0, contacts.end == engine.contacts.len()];
-        if at_edge[0] && closed_beside(around.start.checked_sub(1)) || at_edge[1] && closed_beside(Some(around.end - 1))
-        {
-            return Ok(None);
-        }
-        Ok(Some(Group { engine, first: around.start, contacts, onset, end, pulses: followed.pulses }))
-    }
-
-    /// The balls about contact `first` between contacts that are closed for the host, with those of `open`, which are
-    /// not.
-    fn free_around(&self, first: usize, open: &[usize]) -> Range<usize> {
-        let free = |j: &usize| self.modes[*j] == Mode::Open || open.contains(j);
-        let start = (0..first).rev().take_while(free).last().unwrap_or(first);
-        let end = (first + 1..self.modes.len()).take_while(free).last().unwrap_or(first);
-        start..end + 2
     }
 
     /// Moves `engine` on until the group of contact `first` is open and has stayed so for as long as it lasted; of
@@ -203,30 +163,23 @@ impl Exchange {
         &self,
         engine: &mut Engine,
         first: usize,
-        followed: &mut Followed,
+        observer: &mut dyn Observer,
     ) -> Result<Option<(Range<usize>, DoubleDouble)>, EngineError> {
         let limit = DoubleDouble::from(LONGEST * std::f64::consts::TAU * self.cradle.balls[0].unit_of_time());
         let enough = engine.effort.saturating_add(EFFORT);
         let rigid = self.is_rigid();
-        let mut group = if rigid { 0..engine.contacts.len() } else { first..first + 1 };
         loop {
-            let has_pulses = |j: usize| engine.contacts[j].ledger.pulses > 0;
-            group.start = (0..group.start).rev().take_while(|j| has_pulses(*j)).last().unwrap_or(group.start);
-            group.end = (group.end..engine.contacts.len()).find(|j| !has_pulses(*j)).unwrap_or(engine.contacts.len());
-            let (quiet, end) = if rigid {
-                (DoubleDouble::from(followed.last) + RAPID, followed.last)
-            } else {
-                let releases = engine.contacts[group.clone()].iter().map(|contact| contact.ledger.release);
-                let last = releases.fold(0.0, f64::max);
-                (DoubleDouble::from(2.0 * last), 2.0 * last)
-            };
-            let open = rigid || !followed.under_way[group.clone()].contains(&true);
+            let has_pulses = |j: usize| rigid || engine.contacts[j].ledger.pulses > 0;
+            let group = around(first, engine.contacts.len(), has_pulses);
+            let ledgers = engine.contacts[group.clone()].iter().map(|contact| &contact.ledger);
+            let last = ledgers.fold(0.0, |last: f64, ledger| last.max(ledger.onset).max(ledger.release));
+            let end = DoubleDouble::from(if rigid { last } else { 2.0 * last });
+            let quiet = end + if rigid { RAPID } else { 0.0 };
+            let open = rigid || !group.clone().any(|j| engine.presses(j));
             match engine.queue.first().filter(|(t, _)| !open || *t <= quiet) {
-                None => return Ok(open.then_some((group, end.into()))),
-                Some((t, _)) if t > limit || engine.effort > enough => {
-                    return Ok(rigid.then_some((group, end.into())));
-                }
-                Some((t, key)) => engine.process(t, key, followed)?,
+                None => return Ok(open.then_some((group, end))),
+                Some((t, _)) if t > limit || engine.effort > enough => return Ok(rigid.then_some((group, end))),
+                Some((t, key)) => engine.process(t, key, observer)?,
             }
         }
     }

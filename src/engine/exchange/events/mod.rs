@@ -1,17 +1,19 @@
-//! Events: contacts open and close, laws begin and end to clip, groups are followed to their end.
+//! Events: contacts open and close, laws begin and end to clip, groups are followed to their end; of rigid contacts
+//! impacts, chatter to its end, balls that stay in contact, and their parting.
 
 mod group;
-mod rigid;
 
 use super::contact::Contact;
 use super::run::Exchange;
 use crate::engine::error::EngineError;
 use crate::engine::flight::Ball;
-use crate::engine::observer::Observer;
+use crate::engine::observer::{Observer, Unrecorded};
+use crate::engine::run::{Engine, Phase};
 use crate::model::Mode;
 use crate::model::algebraic;
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
+use group::START;
 
 /// What an event has done, and when the next one is due.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -153,5 +155,54 @@ impl Exchange {
         let open = (0..self.modes.len()).filter(|&j| open(j));
         let due = open.filter_map(|j| self.due_onset(balls, j).map(|onset| (onset, j)));
         due.reduce(|first, other| if other.0 < first.0 { other } else { first })
+    }
+
+    /// What is due between rigid balls: all of them go from the earliest onset to the end of what comes about there.
+    fn rigid_event(&mut self, observer: &mut dyn Observer) -> Result<(), EngineError> {
+        for _ in 0..GROUPS {
+            // Balls that are pressed together move as bodies.
+            let closed = self.closed();
+            let mut engine = self.engine_at(&self.flights(), &(0..self.balls()), 0.0, &closed, &mut Unrecorded);
+            let balls = engine.balls.clone();
+            let open = |j: usize| engine.contacts[j].constraint().is_none();
+            let Some((onset, first)) = self.earliest_due(&balls, open) else {
+                return self.rest(&mut engine, observer);
+            };
+            let before = |j: usize| engine.impulse_at(j, onset.into()).value();
+            if let Some(group) = self.follow(&balls, first, onset, &closed)? {
+                self.apply(&balls, &group, before, observer);
+            }
+        }
+        Ok(())
+    }
+
+    /// Nothing meets now: balls at rest against each other stay so if they are pressed, and part if they are not.
+    fn rest(&mut self, engine: &mut Engine, observer: &mut dyn Observer) -> Result<(), EngineError> {
+        while let Some((t, key)) = engine.queue.first()
+            && t <= START
+            && matches!(engine.contacts[key].phase, Phase::Constraint(..))
+        {
+            engine.process(t, key, &mut Unrecorded)?;
+        }
+        let n = self.balls();
+        for j in 0..self.modes.len() {
+            let (closed, was_closed) = (engine.contacts[j].constraint().is_some(), self.modes[j] != Mode::Open);
+            let impulse = self.y[self.impulse_place(j)];
+            match (closed, was_closed) {
+                (true, false) => {
+                    self.modes[j] = Mode::Pressing;
+                    self.contacts[j].open_pulse(self.time.into(), impulse);
+                    (self.y[1 + j], self.y[n + j]) = (0.0, engine.balls[j].flight.v);
+                    self.y[n + j + 1] = engine.balls[j + 1].flight.v;
+                }
+                (false, true) => {
+                    self.modes[j] = Mode::Open;
+                    self.contacts[j].close_pulse(j, self.time.into(), impulse, observer);
+                }
+                _ => {}
+            }
+        }
+        self.refresh();
+        Ok(())
     }
 }

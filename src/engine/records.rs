@@ -1,0 +1,173 @@
+//! What a run records while it moves on, by every method: of each contact its pulses, their impulse and peak, and its
+//! share in the step under way ([`Ledger`]), and the start of that step, which the values over a step refer to
+//! ([`StepStart`]).
+//!
+//! What no event has moved within the step is still on the closed form that it was on when the step began, and is
+//! evaluated there. Only what an event is about to move is recorded before, so that a step costs what happens in it,
+//! not the number of balls.
+
+use serde::{Deserialize, Serialize};
+
+use super::observer::Pulse;
+use crate::model::Mode;
+use crate::next::NEVER;
+use crate::solver::double_double::DoubleDouble;
+
+/// Onsets closer together than this, s, belong to one chatter.
+pub(crate) const RAPID: f64 = 1e-5;
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Ledger {
+    /// Onsets so far.
+    pub pulses: u64,
+    /// How many of the last ones came within [`RAPID`] of the one before.
+    pub rapid: u64,
+    /// Time of the last onset, s.
+    pub onset: f64,
+    /// Time of the last release, s.
+    pub release: f64,
+    /// Integral of the force up to the start of the current segment, N.s. Where a state of the equations is that
+    /// integral (`continuous`, `exchange`): what it was at the last onset, after a pulse at its release.
+    pub impulse: DoubleDouble,
+    /// The part of it that belongs to the last pulse, N.s.
+    pulse_impulse: f64,
+    /// Largest force of the last pulse up to the start of the current segment, N.
+    pub pulse_peak: f64,
+    /// Number of the step that the two fields below belong to.
+    step: u64,
+    /// `impulse` at the start of that step, N.s.
+    step_impulse: DoubleDouble,
+    /// Largest force in that step up to the start of the current segment, N.
+    step_peak: f64,
+}
+
+impl Default for Ledger {
+    fn default() -> Self {
+        Self {
+            pulses: 0,
+            rapid: 0,
+            onset: -NEVER,
+            release: -NEVER,
+            impulse: DoubleDouble::default(),
+            pulse_impulse: 0.0,
+            pulse_peak: 0.0,
+            step: 0,
+            step_impulse: DoubleDouble::default(),
+            step_peak: 0.0,
+        }
+    }
+}
+
+impl Ledger {
+    /// Whether all sums are finite.
+    pub fn is_sound(&self) -> bool {
+        let values = [self.onset, self.release, self.pulse_impulse, self.pulse_peak, self.step_peak];
+        values.iter().all(|value| value.is_finite()) && self.impulse.is_sound() && self.step_impulse.is_sound()
+    }
+
+    /// The contact has been followed into step number `step`, at whose start its impulse was `impulse`.
+    pub fn begin_step(&mut self, step: u64, impulse: DoubleDouble) {
+        if self.step != step {
+            (self.step, self.step_impulse, self.step_peak) = (step, impulse, 0.0);
+        }
+    }
+
+    /// The contact closes at `time`, in step number `step`.
+    pub fn open_pulse(&mut self, time: DoubleDouble, step: u64) {
+        self.begin_step(step, self.impulse);
+        self.pulses = self.pulses.saturating_add(1);
+        self.rapid = if time.value() - self.onset < RAPID { self.rapid.saturating_add(1) } else { 0 };
+        self.onset = time.value_up();
+        (self.pulse_impulse, self.pulse_peak) = (0.0, 0.0);
+    }
+
+    /// A stretch of a pulse is done: its impulse (N.s), its largest force and the largest within the current step (N).
+    pub fn add(&mut self, impulse: f64, peak: f64, step_peak: f64) {
+        self.impulse += impulse;
+        self.pulse_impulse += impulse;
+        self.pulse_peak = self.pulse_peak.max(peak);
+        self.step_peak = self.step_peak.max(step_peak);
+    }
+
+    /// An impulse (N.s) by rounding, in step number `step`, which is no pulse.
+    pub fn trace(&mut self, impulse: f64, step: u64) {
+        self.begin_step(step, self.impulse);
+        self.impulse += impulse;
+    }
+
+    /// The contact opens at `time`.
+    pub fn close_pulse(&mut self, contact: usize, time: DoubleDouble) -> Pulse {
+        self.release = time.value_up();
+        Pulse { contact, onset: self.onset, release: self.release, peak: self.pulse_peak, impulse: self.pulse_impulse }
+    }
+
+    /// What the impulse was when step number `step` began, N.s, if anything has been entered since.
+    pub fn impulse_at_start(&self, step: u64) -> Option<DoubleDouble> {
+        (self.step == step).then_some(self.step_impulse)
+    }
+
+    /// Largest force in step number `step` up to the start of the current segment, N.
+    pub fn peak_in_step(&self, step: u64) -> f64 {
+        if self.step == step { self.step_peak } else { 0.0 }
+    }
+}
+
+/// How a ball stood at the start of the step.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub(crate) struct BallStart {
+    /// Position, m, and velocity, m/s.
+    pub state: (f64, f64),
+    /// Integral of its part of the force on the support since the start of the run up to a constant, N.s.
+    pub support_impulse: f64,
+}
+
+/// The start of the step under way.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct StepStart {
+    /// Number of the step; 0 before the first.
+    pub number: u64,
+    /// When it began, s.
+    pub time: f64,
+    /// Balls that have moved off their closed forms since.
+    #[serde(skip)]
+    pub moved: Vec<u32>,
+    /// How these stood, and the contacts on either side of them: overlap (m) and mode.
+    pub balls: Vec<Option<BallStart>>,
+    pub contacts: Vec<Option<(f64, Mode)>>,
+}
+
+impl StepStart {
+    /// Before the first step of so many balls and contacts, at `time` (s).
+    pub fn new(balls: usize, contacts: usize, time: f64) -> Self {
+        Self { number: 0, time, moved: Vec::new(), balls: vec![None; balls], contacts: vec![None; contacts] }
+    }
+
+    /// A new step begins at `time` (s).
+    pub fn begin(&mut self, time: f64) {
+        self.number = self.number.saturating_add(1);
+        self.time = time;
+        for i in self.moved.drain(..).map(|i| i as usize) {
+            self.balls[i] = None;
+            let beside = i.saturating_sub(1)..(i + 1).min(self.contacts.len());
+            self.contacts[beside].fill(None);
+        }
+    }
+
+    /// Whether all values are finite, and contacts recorded with their balls.
+    pub fn is_sound(&self) -> bool {
+        let finite = |start: &BallStart| {
+            let BallStart { state: (x, v), support_impulse } = start;
+            x.is_finite() && v.is_finite() && support_impulse.is_finite()
+        };
+        let contact = |(contact, balls): (&Option<(f64, Mode)>, &[Option<BallStart>])| {
+            contact.is_none_or(|(overlap, _)| overlap.is_finite() && balls.iter().any(Option::is_some))
+        };
+        self.balls.iter().flatten().all(finite) && self.contacts.iter().zip(self.balls.windows(2)).all(contact)
+    }
+
+    /// What was put down as plain data, taken up again.
+    pub fn restored(self) -> Self {
+        let moved = (0..self.balls.len()).filter(|&i| self.balls[i].is_some()).map(|i| i as u32).collect();
+        Self { moved, ..self }
+    }
+}
