@@ -120,18 +120,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn arrays_are_checked() {
-        let values = [1.0, 2.0];
-        unsafe {
-            assert_eq!(array("value", values.as_ptr(), 2).unwrap(), &values);
-            assert!(array::<f64>("value", std::ptr::null(), 0).unwrap().is_empty());
-            assert!(array::<f64>("value", std::ptr::null(), 1).is_err());
-            assert!(array::<f64>("value", 9 as *const f64, 1).is_err());
-            assert!(array("value", values.as_ptr(), usize::MAX / 2).is_err());
-        }
-    }
-
-    #[test]
     fn nothing_in_a_message_is_expanded() {
         let message = |format| log_line(LogCategory::Error, "100 %s of #r1#\0!", format)[1].clone();
         assert_eq!(

@@ -67,7 +67,8 @@ mod tests {
         unsafe {
             call::<Fmi2>(c, "fmi2Reset", Call::Reset, |instance| {
                 body(instance);
-                instance.reset()
+                instance.reset();
+                Ok(())
             })
         }
     }

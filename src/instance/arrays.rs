@@ -202,7 +202,7 @@ impl Instance {
         if let Some(states) = states {
             self.set_continuous_states(&states)?;
         }
-        self.set(set.into_iter(), Variable::set_real);
+        self.set(set, Variable::set_real);
         self.run.padding.extend(unused);
         Ok(())
     }
@@ -216,7 +216,7 @@ impl Instance {
             variable.check_item(value)?;
             set.push((variable, value as i32));
         }
-        self.set(set.into_iter(), Variable::set_item);
+        self.set(set, Variable::set_item);
         Ok(())
     }
 

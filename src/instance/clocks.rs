@@ -122,7 +122,7 @@ impl Clocks {
 
     /// Makes the next tick the active one. Returns whether there was one.
     pub fn tick(&mut self) -> bool {
-        self.rest();
+        self.active = [false; 2];
         let Some(tick) = self.pending.pop_front() else { return false };
         for transition in &tick.transitions {
             let discrete = &mut self.discrete[transition.contact()];
@@ -144,11 +144,6 @@ impl Clocks {
             }
         }
         true
-    }
-
-    /// The clocks of the last tick are no longer active.
-    pub fn rest(&mut self) {
-        self.active = [false; 2];
     }
 
     /// How often each contact will have closed after all ticks to come, and whether it will be closed.

@@ -8,7 +8,7 @@ use super::lifecycle::Instance;
 use super::report::Reporter;
 use super::step::Handled;
 use crate::engine::{Observer, Progress, Pulse, state_count};
-use crate::variables::{Array, Causality, Extra, Refusal};
+use crate::variables::{Array, Extra, Refusal};
 
 impl Instance {
     /// Number of continuous states.
@@ -28,23 +28,11 @@ impl Instance {
 
     /// Where the states have the elements of a variable that can be set now as one of them.
     pub(super) fn place_of_state(&self, array: Array) -> Option<usize> {
-        if self.run.phase != Phase::ContinuousTimeMode || array.row.causality == Causality::Input {
+        if self.run.phase != Phase::ContinuousTimeMode {
             return None;
         }
-        let mut place = 0;
-        for (state, _) in Array::states() {
-            if state == array {
-                return Some(place);
-            }
-            place += state.len(self.balls());
-        }
-        None
-    }
-
-    /// Enters Continuous-Time Mode.
-    pub fn enter_continuous_time_mode(&mut self) -> Result<(), Refusal> {
-        self.run.phase = Phase::ContinuousTimeMode;
-        Ok(())
+        let before = Array::states().position(|(state, _)| state == array)?;
+        Some(Array::states().take(before).map(|(state, _)| state.len(self.balls())).sum())
     }
 
     /// The end of a step of the host's solver: whether an event is due.

@@ -67,16 +67,9 @@ impl Instance {
         self.run.ended_by.get_or_insert_with(|| function.to_owned());
     }
 
-    /// Enters Configuration Mode.
-    pub fn enter_configuration(&mut self) -> Result<(), Refusal> {
-        self.run.phase = Phase::ConfigurationMode;
-        Ok(())
-    }
-
-    /// Leaves it.
-    pub fn exit_configuration(&mut self) -> Result<(), Refusal> {
-        self.run.phase = Phase::Instantiated;
-        Ok(())
+    /// Goes to a phase for which there is nothing else to do.
+    pub fn enter(&mut self, phase: Phase) {
+        self.run.phase = phase;
     }
 
     /// Takes start time, stop time and tolerance; the last call before initialization counts.
@@ -119,16 +112,9 @@ impl Instance {
         Ok(())
     }
 
-    /// Ends the run; its last values can still be read.
-    pub fn terminate(&mut self) -> Result<(), Refusal> {
-        self.run.phase = Phase::Terminated;
-        Ok(())
-    }
-
     /// Back to where it was after it was created; which log categories are on is kept.
-    pub fn reset(&mut self) -> Result<(), Refusal> {
+    pub fn reset(&mut self) {
         self.run = Run::new(self.run.purpose, &self.start);
-        Ok(())
     }
 
     /// The simulation, built first where that has not happened yet.

@@ -65,7 +65,7 @@ impl Instance {
         if end <= own {
             // A step below the resolution of the clock, from a host whose clock lags by some ulps: it is there already.
             self.keep_inputs(reached);
-            return Ok(StepEnd { time: own, early: false, events: self.run.clocks.are_due(), interrupted: false });
+            return Ok(self.reached(own, false));
         }
         self.update_simulation()?;
         self.run.history.forget_tape();
@@ -95,7 +95,7 @@ impl Instance {
             step.end = step.end.min(end.max(now));
         }
         if step.end == now || self.may_end_early() && self.run.clocks.are_due() {
-            return self.end_step(step, now);
+            return self.end_step(step);
         }
         self.advance(step, true, false)
     }
@@ -113,21 +113,26 @@ impl Instance {
         };
         let interrupted = interruptible && recorder.stopped.is_some_and(|stopped| stopped <= end);
         moved.map_err(|error| self.fail(error))?;
-        let time = self.time();
         if !interrupted {
-            return self.end_step(step, time);
+            return self.end_step(step);
         }
         self.run.phase = Phase::IntermediateUpdate;
         self.run.under_way = Some(step);
-        Ok(StepEnd { time, early: time < step.asked, events: self.run.clocks.are_due(), interrupted })
+        Ok(self.reached(step.asked, interrupted))
     }
 
-    /// The step is over at `time` (s); the inputs stay at what they have reached.
-    fn end_step(&mut self, step: StepUnderWay, time: f64) -> Result<StepEnd, Refusal> {
+    /// How a step to the time `asked` (s), or a part of it, has ended now.
+    fn reached(&self, asked: f64, interrupted: bool) -> StepEnd {
+        let time = self.time();
+        StepEnd { time, early: time < asked, events: self.run.clocks.are_due(), interrupted }
+    }
+
+    /// The step is over; the inputs stay at what they have reached.
+    fn end_step(&mut self, step: StepUnderWay) -> Result<StepEnd, Refusal> {
         self.run.under_way = None;
-        let reached = self.inputs_reached((time - step.since).max(0.0))?;
+        let reached = self.inputs_reached((self.time() - step.since).max(0.0))?;
         self.keep_inputs(reached);
-        Ok(StepEnd { time, early: time < step.asked, events: self.run.clocks.are_due(), interrupted: false })
+        Ok(self.reached(step.asked, false))
     }
 
     /// Before inputs are set in the middle of a step: those with slopes are what they have reached by now.
@@ -256,13 +261,6 @@ impl Instance {
         let again = self.tick();
         let next = if again { None } else { self.simulation()?.next_event() };
         Ok(Handled { again, changed: false, next })
-    }
-
-    /// From events to steps.
-    pub fn enter_step_mode(&mut self) -> Result<(), Refusal> {
-        self.run.phase = Phase::StepMode;
-        self.run.clocks.rest();
-        Ok(())
     }
 
     /// Inputs that press rigid balls together close contacts at once: the clocks tick where they take effect.

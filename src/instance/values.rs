@@ -50,23 +50,22 @@ impl Instance {
     /// A value takes effect with the next step (in Initialization Mode and in model exchange: at once). Setting what is
     /// set already is no change.
     pub fn set_reals(&mut self, references: &[u32], values: &[f64]) -> Result<(), Refusal> {
-        let check = |variable: Variable, value: f64| variable.check_real(value);
-        self.check(references, values, Type::Real, check)?;
-        let balls = self.balls();
-        self.set(behind(references, balls).zip(values.iter().copied()), Variable::set_real);
+        let checked = self.checked(references, values, Type::Real, |variable, value| variable.check_real(value))?;
+        self.set(checked, Variable::set_real);
         Ok(())
     }
 
     /// Gives derivatives of inputs by time, `orders` from the first on, for the next step: all of them, or none if any
     /// of it is refused. After that step the inputs stay at the value they reached.
     pub fn set_input_derivatives(&mut self, references: &[u32], orders: &[i32], values: &[f64]) -> Result<(), Refusal> {
-        for ((reference, order), value) in references.iter().zip(orders).zip(values) {
+        let given = || references.iter().zip(orders).zip(values);
+        for ((reference, order), value) in given() {
             self.variable(*reference)?.check_input_derivative(*order, *value)?;
         }
         let run = &mut self.run;
         let balls = run.settings.balls();
         let mut derivatives = std::mem::take(&mut run.input_derivatives);
-        for ((reference, order), value) in references.iter().zip(orders).zip(values) {
+        for ((reference, order), value) in given() {
             let order = usize::try_from(*order).unwrap_or_default();
             if derivatives.len() < order {
                 derivatives.resize(order, Inputs::zero(balls));
@@ -82,39 +81,33 @@ impl Instance {
     }
 
     /// Sets enumerations: all of them, or none if any of it is refused.
-    pub fn set_integers<T: Copy + Into<i64>>(&mut self, references: &[u32], values: &[T]) -> Result<(), Refusal> {
-        let check = |variable: Variable, item: T| variable.check_item(item.into());
-        self.check(references, values, Type::Integer, check)?;
-        let balls = self.balls();
-        self.set(behind(references, balls).zip(values.iter().copied()), |variable, settings, item| {
-            i32::try_from(item.into()).is_ok_and(|item| variable.set_item(settings, item))
-        });
+    pub fn set_integers(&mut self, references: &[u32], values: &[i32]) -> Result<(), Refusal> {
+        let check = |variable: &Variable, item: i32| variable.check_item(item.into());
+        let checked = self.checked(references, values, Type::Integer, check)?;
+        self.set(checked, Variable::set_item);
         Ok(())
     }
 
-    /// Whether the variables behind `references` can all be set as values of type `asked`, to values that pass the
-    /// `check`.
-    fn check<T: Copy>(
+    /// The variables behind `references` with the values for them, if all of these can be set as values of type `asked`
+    /// and pass the `check`.
+    fn checked<T: Copy>(
         &self,
         references: &[u32],
         values: &[T],
         asked: Type,
-        check: impl Fn(Variable, T) -> Result<(), Refusal>,
-    ) -> Result<(), Refusal> {
-        for (reference, value) in references.iter().zip(values) {
+        check: impl Fn(&Variable, T) -> Result<(), Refusal>,
+    ) -> Result<Vec<(Variable, T)>, Refusal> {
+        let each = |(reference, value): (&u32, &T)| {
             let variable = self.variable(*reference)?;
             self.check_settable(variable, asked)?;
-            check(variable, *value)?;
-        }
-        Ok(())
+            check(&variable, *value)?;
+            Ok((variable, *value))
+        };
+        references.iter().zip(values).map(each).collect()
     }
 
     /// Sets variables to values that were checked.
-    pub(super) fn set<T>(
-        &mut self,
-        values: impl Iterator<Item = (Variable, T)>,
-        set: impl Fn(&Variable, &mut Settings, T) -> bool,
-    ) {
+    pub(super) fn set<T>(&mut self, values: Vec<(Variable, T)>, set: impl Fn(&Variable, &mut Settings, T) -> bool) {
         let before = self.run.settings.parameters.tunables();
         let mut any = false;
         for (variable, value) in values {
@@ -174,11 +167,6 @@ impl Instance {
             self.run.inputs_changed = true;
         }
     }
-}
-
-/// The variables behind references that were checked.
-fn behind(references: &[u32], balls: usize) -> impl Iterator<Item = Variable> {
-    references.iter().filter_map(move |reference| Variable::at(*reference, balls))
 }
 
 #[cold]

@@ -204,6 +204,28 @@ impl Array {
     }
 }
 
+/// Each state with its derivative: of `q` the first position and the overlaps, from which other positions follow.
+pub fn states(balls: usize) -> impl Iterator<Item = (Variable, Variable)> {
+    Array::states().flat_map(move |(state, derivative)| {
+        let element = move |i| Some((state.element(i, balls)?, derivative.element(i, balls)?));
+        (0..balls).filter_map(element)
+    })
+}
+
+impl Variable {
+    /// Its place among the states of a cradle of `balls` balls, if it is one.
+    pub fn state_place(&self, balls: usize) -> Option<usize> {
+        let mut before = 0;
+        Array::states().find_map(|(state, _)| {
+            // In a state that joins two rows, elements of the second come one place later.
+            let is_at = |i: &usize| state.element(*i, balls).is_some_and(|own| own.reference() == self.reference());
+            let place = (self.index..self.index + 2).find(is_at).map(|i| before + i);
+            before += state.row.shape.len(balls);
+            place
+        })
+    }
+}
+
 impl PartialEq for Array {
     fn eq(&self, other: &Self) -> bool {
         self.position == other.position

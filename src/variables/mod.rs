@@ -10,20 +10,18 @@ mod description;
 mod recipe;
 mod refusal;
 mod settings;
-mod states;
 mod table;
 mod text;
 mod values;
 mod variable;
 
-pub use arrays::{Array, MAX_LOG};
+pub use arrays::{Array, MAX_LOG, states};
 pub use description::{
     Description, LOG_CATEGORIES, LogCategory, MODEL_IDENTIFIER, START_TIME, STEP_SIZE, STOP_TIME, padding,
 };
 pub use recipe::{FILE_NAME, Recipe, StartValue};
 pub use refusal::Refusal;
 pub use settings::{DerivativesOf, Settings};
-pub use states::states;
 pub use table::TABLE;
 pub use table::enumeration::{ENUMERATIONS, Enumeration, Item};
 pub use table::range::Range;

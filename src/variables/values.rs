@@ -85,8 +85,7 @@ impl Variable {
     }
 
     /// Whether `value` is the integer of an item.
-    pub fn check_item(&self, value: impl Into<i64>) -> Result<(), Refusal> {
-        let value: i64 = value.into();
+    pub fn check_item(&self, value: i64) -> Result<(), Refusal> {
         let item = i32::try_from(value).ok();
         match self.row.access {
             Access::Enumeration(enumeration) if item.and_then(|item| enumeration.item(item)).is_none() => {

@@ -7,7 +7,7 @@ use std::ptr::null_mut;
 use crate::ffi::{self, Component, array, log_line, text};
 use crate::fmi2::Fmi2;
 use crate::fmi2::types::*;
-use crate::instance::{Experiment, Instance, Kind, Log, Purpose, Severity, Sink};
+use crate::instance::{Experiment, Instance, Kind, Log, Phase, Purpose, Severity, Sink};
 use crate::variables::Description;
 
 /// Platform of the types: `default`.
@@ -132,7 +132,7 @@ export! {
     /// Starts the run.
     fn fmi2ExitInitializationMode() as ExitInitializationMode |instance| instance.exit_initialization();
     /// Ends the run; its last values can still be read.
-    fn fmi2Terminate() as Terminate |instance| instance.terminate();
+    fn fmi2Terminate() as Terminate |instance| { instance.enter(Phase::Terminated); Ok(()) };
     /// Back to where fmi2Instantiate left it.
-    fn fmi2Reset() as Reset |instance| instance.reset();
+    fn fmi2Reset() as Reset |instance| { instance.reset(); Ok(()) };
 }

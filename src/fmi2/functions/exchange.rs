@@ -2,7 +2,7 @@
 
 use crate::ffi::{answer, array, array_mut, fill, require_count, write};
 use crate::fmi2::types::*;
-use crate::instance::Handled;
+use crate::instance::{Handled, Phase};
 
 export! {
     /// Enters Event Mode.
@@ -23,7 +23,7 @@ export! {
         Ok(())
     };
     /// Enters Continuous-Time Mode.
-    fn fmi2EnterContinuousTimeMode() as EnterContinuousTimeMode |instance| instance.enter_continuous_time_mode();
+    fn fmi2EnterContinuousTimeMode() as EnterContinuousTimeMode |instance| { instance.enter(Phase::ContinuousTimeMode); Ok(()) };
     /// The end of a step of the host's solver; asks for Event Mode where an indicator has changed its sign. Never ends
     /// a run.
     fn fmi2CompletedIntegratorStep(

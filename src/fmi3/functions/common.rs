@@ -2,7 +2,7 @@
 
 use crate::ffi::{answer, array, categories as known_categories};
 use crate::fmi3::types::*;
-use crate::instance::{Experiment, Handled};
+use crate::instance::{Experiment, Handled, Phase};
 
 export! {
     /// Switches logging on or off for the categories listed, for all if none is listed.
@@ -13,9 +13,9 @@ export! {
         Ok(())
     };
     /// Enters Configuration Mode, in which the number of balls can be set.
-    fn fmi3EnterConfigurationMode() as EnterConfigurationMode |instance| instance.enter_configuration();
+    fn fmi3EnterConfigurationMode() as EnterConfigurationMode |instance| { instance.enter(Phase::ConfigurationMode); Ok(()) };
     /// Leaves it.
-    fn fmi3ExitConfigurationMode() as ExitConfigurationMode |instance| instance.exit_configuration();
+    fn fmi3ExitConfigurationMode() as ExitConfigurationMode |instance| { instance.enter(Phase::Instantiated); Ok(()) };
     /// Enters Initialization Mode. A tolerance can only tighten `solver.tolerance`; nonsense is ignored.
     fn fmi3EnterInitializationMode(
         toleranceDefined: fmi3Boolean, tolerance: fmi3Float64, startTime: fmi3Float64, stopTimeDefined: fmi3Boolean,
@@ -46,7 +46,7 @@ export! {
         answer("nextEventTime", nextEventTime, next.unwrap_or_default())
     };
     /// Ends the run; its last values can still be read.
-    fn fmi3Terminate() as Terminate |instance| instance.terminate();
+    fn fmi3Terminate() as Terminate |instance| { instance.enter(Phase::Terminated); Ok(()) };
     /// Back to where it was instantiated.
-    fn fmi3Reset() as Reset |instance| instance.reset();
+    fn fmi3Reset() as Reset |instance| { instance.reset(); Ok(()) };
 }

@@ -3,12 +3,12 @@
 use crate::ffi::{Component, answer, call_small};
 use crate::fmi3::Fmi3;
 use crate::fmi3::types::*;
-use crate::instance::{Call, Instance, StepEnd};
+use crate::instance::{Call, Instance, Phase, StepEnd};
 use crate::variables::Refusal;
 
 export! {
     /// From events to steps.
-    fn fmi3EnterStepMode() as EnterStepMode |instance| instance.enter_step_mode();
+    fn fmi3EnterStepMode() as EnterStepMode |instance| { instance.enter(Phase::StepMode); Ok(()) };
 }
 
 /// Steps from `currentCommunicationPoint` by `communicationStepSize` > 0, in s. Where the host takes part in events and

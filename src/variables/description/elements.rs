@@ -1,12 +1,11 @@
 //! Units, types and variables of the description.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::fmt::{self, Display, Write};
 
 use super::structure::first_indices;
-use crate::variables::arrays::{Array, MAX_LOG};
+use crate::variables::arrays::{Array, MAX_LOG, states};
 use crate::variables::settings::Settings;
-use crate::variables::states::states;
 use crate::variables::table::TABLE;
 use crate::variables::table::enumeration::{DERIVATIVES_OF, ENUMERATIONS, Item};
 use crate::variables::table::row::{Access, Causality, Row, Shape, Type, Variability};
@@ -57,6 +56,7 @@ pub(super) fn write_variables(out: &mut String, start: &Settings) -> fmt::Result
     let index = |state: Variable| firsts[state.position] + state.index;
     let states: Vec<(Variable, Variable)> = states(balls).collect();
     let state_of: HashMap<u32, usize> = states.iter().map(|(state, rate)| (rate.reference(), index(*state))).collect();
+    let is_state: HashSet<u32> = states.iter().map(|(state, _)| state.reference()).collect();
     let rows: Vec<[String; 2]> =
         TABLE.iter().map(|row| [common_attributes(row, row.variability), typed(row)]).collect();
     for variable in variables(balls) {
@@ -74,7 +74,7 @@ pub(super) fn write_variables(out: &mut String, start: &Settings) -> fmt::Result
         if let Some(state) = state_of.get(&reference) {
             write!(out, " derivative=\"{state}\"")?;
         }
-        if variable.state_place(balls).is_some() {
+        if is_state.contains(&reference) {
             out.write_str(" reinit=\"true\"")?;
         }
         if variable.row.settable() {

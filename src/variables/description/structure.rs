@@ -5,9 +5,8 @@ use std::fmt::{self, Display, Write};
 use std::ops::Range;
 
 use crate::model::ContactModel;
-use crate::variables::arrays::Array;
+use crate::variables::arrays::{Array, states};
 use crate::variables::settings::Settings;
-use crate::variables::states::states;
 use crate::variables::table::TABLE;
 use crate::variables::table::row::{Access, Causality, Extra, Groups, Row, Shape, Type};
 use crate::variables::variable::{Variable, variables};

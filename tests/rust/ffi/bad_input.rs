@@ -200,6 +200,8 @@ fn null_pointers_are_refused_unless_nothing_is_asked_for() {
         assert!(host.error().contains("vr = NULL is refused; allowed: an array of 1"));
         assert_eq!(fmi2GetReal(host.c, &x, 1, null_mut()), fmi2Error);
         assert!(host.error().contains("value = NULL"));
+        assert_eq!(fmi2GetReal(host.c, &x, 1, 9 as *mut f64), fmi2Error);
+        assert!(host.error().contains("value = 0x9 is refused"));
         assert_eq!(fmi2SetReal(host.c, &x, usize::MAX, &value), fmi2Error);
         assert!(host.error().contains("an array of"));
         assert_eq!(fmi2SetDebugLogging(host.c, 1, 1, null()), fmi2Error);
