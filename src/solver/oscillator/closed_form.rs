@@ -15,7 +15,6 @@
 use serde::{Deserialize, Serialize};
 
 use super::decays::Decays;
-use super::trigonometry::sin_cos;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::series::INVERSES;
 
@@ -260,6 +259,13 @@ impl Oscillator {
         }
         u
     }
+}
+
+/// Sine and cosine of an angle (rad) that is known to more digits than a double holds: the phase of a pendulum after an
+/// hour is 1e4 rad.
+fn sin_cos(angle: DoubleDouble) -> (f64, f64) {
+    let (sine, cosine) = libm::sincos(angle.value());
+    (sine + angle.rest() * cosine, cosine - angle.rest() * sine)
 }
 
 /// `exp(-rate t)` and its repeated integrals from 0.

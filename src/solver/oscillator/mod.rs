@@ -8,7 +8,6 @@ mod closed_form;
 mod decays;
 mod response;
 mod steady;
-mod trigonometry;
 
 pub use closed_form::{BASIS, MAX_FORCE_ORDER, Oscillator};
 pub use response::{ForcedOscillator, Response};
