@@ -1,30 +1,27 @@
 //! Where truncated power series cross a level for the first time, and where they are largest.
 
-use super::root::{self, Smooth};
+use super::root;
 use super::series::{
-    NUMBERS, SAMPLES, bound, bound_of_change_of_derivative, derivative_by_lanes, sample, sample_derivative,
-    sample_terms, shifted, sum_by_lanes, value_and_derivatives, value_by_lanes,
+    MOST, NUMBERS, about, bound, bound_of_change_of_derivative, derivative_by_lanes, sample, sample_derivative,
+    sample_terms, value_and_derivatives, value_by_lanes,
 };
 
-/// How often the distance of two places is halved where a series comes near 0: some times suffice unless it almost
-/// touches.
+/// Places at which a series is sampled side by side, in equal distances.
+const SAMPLES: usize = 8;
+
+/// How often the distance of two places is halved where a series comes near 0 before it is expanded anew there, and
+/// how often it is: some times suffice unless it almost touches.
 const HALVINGS: usize = 4;
+const EXPANSIONS: usize = 50;
 
-/// The largest value on `[from, to]`.
-pub fn maximum(c: &[f64], from: f64, to: f64) -> f64 {
-    place_and_maximum(c, from, to).1
-}
+/// Roundings of a series that are taken for noise.
+const NOISE: f64 = 4.0 * f64::EPSILON;
 
-/// Where on `[from, to]` the value is largest.
-pub fn place_of_maximum(c: &[f64], from: f64, to: f64) -> f64 {
-    place_and_maximum(c, from, to).0
-}
-
-/// Both.
+/// Where on `[from, to]` the value is largest, and that value.
 ///
 /// The interval is scanned in eighths for changes of sign of the derivative, each refined to a maximum; a series that a
 /// step controller has cut to its range of fast convergence does not turn more often.
-fn place_and_maximum(c: &[f64], from: f64, to: f64) -> (f64, f64) {
+pub fn maximum(c: &[f64], from: f64, to: f64) -> (f64, f64) {
     let higher = |best: (f64, f64), t: f64| {
         let value = value_by_lanes(c, t);
         if value > best.1 { (t, value) } else { best }
@@ -34,11 +31,10 @@ fn place_and_maximum(c: &[f64], from: f64, to: f64) -> (f64, f64) {
     if c.len() > 1 && c[1].abs() > bound_of_change_of_derivative(c, to) {
         return best;
     }
-    let places: [f64; SAMPLES] = std::array::from_fn(|p| from + (to - from) * (p + 1) as f64 / SAMPLES as f64);
-    let sampled = sample_derivative(c, &places);
+    let places = eighths(from, to);
     let slope_at_start = if from == 0.0 && c.len() > 1 { c[1] } else { derivative_by_lanes(c, from) };
     let (mut left, mut slope_left) = (from, slope_at_start);
-    for (right, slope_right) in places.into_iter().zip(sampled) {
+    for (right, slope_right) in places.into_iter().zip(sample_derivative(c, &places)) {
         if slope_left > 0.0 && slope_right <= 0.0 {
             // Newton's steps: half the digits of the place give all digits of the maximum.
             let falling = |t: f64| {
@@ -52,117 +48,112 @@ fn place_and_maximum(c: &[f64], from: f64, to: f64) -> (f64, f64) {
     best
 }
 
-/// The first `t` in `[0, until]` from which on `sign` (1 or -1) times the series less `level` is positive; see
-/// [`root::first_positive`].
+/// The ends of the eighths of an interval.
+fn eighths(from: f64, to: f64) -> [f64; SAMPLES] {
+    std::array::from_fn(|p| from + (to - from) * (p + 1) as f64 / SAMPLES as f64)
+}
+
+/// The first `t` in `[0, until]` from which on `sign` (1 or -1) times the series less `level` is positive.
+///
+/// At 0 it should not be positive; a value that is counts as 0. If it is 0 there the derivatives decide: rising, the
+/// answer is 0 itself; falling, the search goes on behind it. A maximum that touches 0 within rounding is not a
+/// crossing. None is stepped over: between two places a function is above its chord by no more than its curvature
+/// allows.
 pub fn first_positive(c: &[f64], sign: f64, level: f64, until: f64) -> Option<f64> {
+    first_within(c, sign, level, until, EXPANSIONS)
+}
+
+/// The same with at most so many expansions about later places.
+fn first_within(c: &[f64], sign: f64, level: f64, until: f64, expansions: usize) -> Option<f64> {
+    let (value, slope, curvature) = (sign * (c[0] - level), sign * c[1], sign * c[2]);
     // Most searches find nothing and need not be made.
-    let linear = (sign * (c[0] - level)).max(sign * (c[0] - level + until * c[1]));
-    if linear < -until * until * bound(&c[2..], until) {
+    if value.max(value + until * slope) < -until * until * bound(&c[2..], until) {
         return None;
     }
-    let mut from = 0.0;
+    if value >= 0.0 && (slope > 0.0 || (slope == 0.0 && curvature > 0.0)) {
+        return Some(0.0);
+    }
+    let level = if value > 0.0 { c[0] } else { level };
+    // About a later place the coefficients tell more of what comes behind it.
+    let beyond = |clear: f64| {
+        let about: [f64; MOST] = about(c, clear);
+        let found = first_within(&about[..c.len()], sign, level, until - clear, expansions.checked_sub(1)?);
+        found.map(|t| clear + t)
+    };
     // At a start with vanishing value, slope and curvature the first coefficient that is not zero decides.
-    if c[0] == level && c[1] == 0.0 && c[2] == 0.0 {
-        let lead = 3 + c.iter().skip(3).position(|&c| c != 0.0)?;
+    if [value, slope, curvature] == [0.0; 3] {
+        let lead = 3 + c[3..].iter().position(|&c| c != 0.0)?;
         if sign * c[lead] > 0.0 {
             return Some(0.0);
         }
-        let rest: f64 = c[lead + 1..].iter().rev().fold(0.0, |sum, c| sum * until + c.abs());
         // On this stretch the leading term outweighs all others.
-        let half = 0.5 * c[lead].abs();
-        from = if rest * until <= half { until } else { half / rest };
+        let (half, rest) = (0.5 * c[lead].abs(), bound(&c[lead + 1..], until));
+        return if rest * until <= half { None } else { beyond(half / rest) };
     }
-    let g = Above { c, sign, level };
-    let found = if from == 0.0 { scan(&g, until) } else { Err(from) };
-    found.unwrap_or_else(|clear| match clear {
-        0.0 => root::first_positive(&g, 0.0, until),
-        // About a later place the coefficients tell more of what comes behind it.
-        _ => {
-            let about = shifted(c, clear);
-            let g = Above { c: &about[..c.len()], sign, level };
-            root::first_positive(&g, 0.0, until - clear).map(|t| clear + t)
-        }
-    })
-}
-
-/// The answer of [`first_positive`], if it can be had from values at some places: between two of them a function is
-/// above its chord by no more than its curvature allows. Else, how far it is surely not positive.
-fn scan(g: &Above, until: f64) -> Result<Option<f64>, f64> {
-    let Above { c, sign, level } = *g;
-    let places: [f64; SAMPLES] = std::array::from_fn(|p| until * (p + 1) as f64 / SAMPLES as f64);
+    let places = eighths(0.0, until);
     let values = sample(c, &places).map(|value| sign * (value - level));
     // Of two intervals at a time.
-    let curvatures: [f64; SAMPLES / 2] = std::array::from_fn(|p| places[2 * p + 1]);
-    let bend = |c: f64, k: f64| k * (k - 1.0) * c.abs();
-    let curvatures = sample_terms(&c[2.min(c.len())..], &NUMBERS[2..], &curvatures, bend).map(|c| (1.0 + 1e-9) * c);
-    let mut from = (0.0, sign * (c[0] - level));
-    for (p, to) in places.into_iter().zip(values).enumerate() {
-        // Most are far below.
-        if highest(from, to, curvatures[p / 2]) < 0.0 {
-            from = to;
-            continue;
-        }
-        match g.between(from, to, curvatures[p / 2], HALVINGS) {
-            Ok(None) => from = to,
-            found => return found,
+    let curvatures = largest_curvatures(c, &std::array::from_fn::<_, { SAMPLES / 2 }, _>(|p| places[2 * p + 1]));
+    let search = Search { c, sign, level };
+    let mut left = (0.0, value.min(0.0));
+    for (p, right) in places.into_iter().zip(values).enumerate() {
+        match search.between(left, right, curvatures[p / 2], HALVINGS) {
+            Ok(None) => left = right,
+            Ok(found) => return found,
+            Err(clear) => return beyond(clear),
         }
     }
-    Ok(None)
+    None
 }
 
-/// The most that a function may be between two places, each with the value there, where nothing bends more than by
-/// `curvature`.
-fn highest(from: (f64, f64), to: (f64, f64), curvature: f64) -> f64 {
-    let distance = to.0 - from.0;
-    from.1.max(to.1) + 0.125 * distance * distance * curvature
+/// Bounds of the absolute second derivative from 0 to each place.
+fn largest_curvatures<const PLACES: usize>(c: &[f64], places: &[f64; PLACES]) -> [f64; PLACES] {
+    let bend = |c: f64, k: f64| k * (k - 1.0) * c.abs();
+    sample_terms(&c[2..], &NUMBERS[2..], places, bend).map(|c| (1.0 + 1e-9) * c)
 }
 
-/// `sign (c - level)` for a series c.
-struct Above<'a> {
+/// The search for where `sign (c - level)` becomes positive for a series c.
+struct Search<'a> {
     c: &'a [f64],
     sign: f64,
     level: f64,
 }
 
-impl Above<'_> {
-    /// The answer of [`scan`] between two places, each with the value there, where nothing bends more than by
-    /// `curvature`.
+impl Search<'_> {
+    /// Where it does between two places, each with the value there, where nothing bends more than by `curvature`; or,
+    /// where halves do not tell, how far it surely does not.
     fn between(&self, from: (f64, f64), to: (f64, f64), curvature: f64, halvings: usize) -> Result<Option<f64>, f64> {
-        let bend = (to.0 - from.0) * curvature;
+        let &Self { c, sign, level } = self;
+        let distance = to.0 - from.0;
+        let bend = distance * curvature;
+        let highest = from.1.max(to.1) + 0.125 * distance * bend;
         // Where it starts from 0, or so near that it counts as 0, the slope leads away from there.
-        let falls = || from.0 == 0.0 && self.sign * self.c[1] + 0.5 * bend < 0.0;
-        if highest(from, to, curvature) < 0.0 || falls() {
+        let falls = || from.0 == 0.0 && sign * c[1] + 0.5 * bend < 0.0;
+        let rounding = || NOISE * (level.abs() + c[0].abs() + to.0 * (c[1].abs() + 0.5 * to.0 * curvature));
+        if to.1 <= 0.0 && (highest < 0.0 || falls() || highest <= rounding()) {
             return Ok(None);
         }
         // No slope differs from that of the chord by more than half of what it bends.
-        if from.1 < 0.0 && to.1 > 0.0 && to.1 - from.1 > 0.5 * (to.0 - from.0) * bend {
-            return Ok(Some(root::rising_zero(|t| self.at(t), from, to)));
+        if from.1 < 0.0 && to.1 > 0.0 && to.1 - from.1 > 0.5 * distance * bend {
+            let g = |t: f64| {
+                let [value, slope, curvature] = value_and_derivatives(c, t);
+                [sign * (value - level), sign * slope, sign * curvature]
+            };
+            return Ok(Some(root::rising_zero(g, from, to)));
         }
-        if halvings == 0 {
+        if halvings == 0 && from.0 > 0.0 {
             return Err(from.0);
         }
         let middle = 0.5 * (from.0 + to.0);
-        let middle = (middle, self.sign * (value_by_lanes(self.c, middle) - self.level));
-        match self.between(from, middle, curvature, halvings - 1) {
-            Ok(None) => self.between(middle, to, curvature, halvings - 1),
+        if middle <= from.0 || middle >= to.0 {
+            return Ok((to.1 > 0.0).then_some(to.0));
+        }
+        let [of_left] = largest_curvatures(c, &[middle]);
+        let middle = (middle, sign * (value_by_lanes(c, middle) - level));
+        match self.between(from, middle, of_left, halvings.saturating_sub(1)) {
+            Ok(None) => self.between(middle, to, curvature, halvings.saturating_sub(1)),
             found => found,
         }
-    }
-}
-
-impl Smooth for Above<'_> {
-    fn at(&self, t: f64) -> [f64; 3] {
-        let [value, slope, curvature] = value_and_derivatives(self.c, t);
-        [value - self.level, slope, curvature].map(|d| self.sign * d)
-    }
-
-    fn third_derivative_bound(&self, t: f64, span: f64) -> f64 {
-        let start = 3.min(self.c.len());
-        sum_by_lanes(&self.c[start..], &NUMBERS[3..], t + span, |c, k| k * (k - 1.0) * (k - 2.0) * c.abs())
-    }
-
-    fn bound_depends_on_span(&self) -> bool {
-        true
     }
 }
 
@@ -174,8 +165,8 @@ mod tests {
     fn maximum_of_a_hump() {
         // t (1 - t) peaks at 1/4; on [0.6, 1] the left end is the largest.
         let c = [0.0, 1.0, -1.0];
-        assert!((maximum(&c, 0.0, 1.0) - 0.25).abs() < 1e-15);
-        assert!((maximum(&c, 0.6, 1.0) - 0.24).abs() < 1e-15);
+        assert!((maximum(&c, 0.0, 1.0).1 - 0.25).abs() < 1e-15);
+        assert!((maximum(&c, 0.6, 1.0).1 - 0.24).abs() < 1e-15);
     }
 
     #[test]

@@ -17,38 +17,17 @@ pub trait Smooth {
     fn time_scale(&self) -> f64 {
         f64::INFINITY
     }
-    /// Whether that bound is the tighter the shorter the span.
-    fn bound_depends_on_span(&self) -> bool {
-        false
-    }
 }
 
-/// Steps after which a search gives up: far beyond what any smooth motion takes.
-const MAX_STEPS: u32 = 100_000;
+/// How much longer than the last step the next one may be: trying one that is too long costs little.
+const GROWTH: f64 = 1000.0;
 
-/// The crossing that [`search`] finds, if it does.
-pub fn first_positive(g: &impl Smooth, from: f64, until: f64) -> Option<f64> {
-    match search(g, from, until) {
-        Next::At(t) => Some(t),
-        Next::Never | Next::NotBefore(_) => None,
-    }
-}
-
-/// The first `t` in `[from, until]` from which on `g` is positive.
+/// The first `t` in `[from, until]` from which on `g` is positive, with at most so many evaluations as are `allowed`,
+/// which counts them down.
 ///
 /// `g(from)` should not be positive; a value that is counts as 0. If `g(from)` is 0 the derivatives decide: rising, the
 /// answer is `from` itself; falling, the search goes on behind it. A maximum that touches 0 within rounding is not a
 /// crossing.
-pub fn search(g: &impl Smooth, from: f64, until: f64) -> Next {
-    let mut allowed = MAX_STEPS;
-    match search_within(g, from, until, &mut allowed) {
-        // A search that hardly got on has followed nothing but rounding.
-        Next::NotBefore(t) if t - from <= 1e-3 * (until - from) => Next::Never,
-        found => found,
-    }
-}
-
-/// The same with at most so many evaluations as are `allowed`, which counts them down.
 pub fn search_within(g: &impl Smooth, from: f64, until: f64, allowed: &mut u32) -> Next {
     let mut t = from;
     let mut window = (until - from).min(g.time_scale());
@@ -56,8 +35,6 @@ pub fn search_within(g: &impl Smooth, from: f64, until: f64, allowed: &mut u32) 
     // unit of time).
     let least = 1e-17 * window.min(1.0);
     let mut blind = least;
-    // How much longer the next step may be: trying one that is too long costs little where the bound is had only once.
-    let growth = if g.bound_depends_on_span() { 8.0 } else { 1000.0 };
     while *allowed > 0 {
         *allowed -= 1;
         let [value, slope, curvature] = g.at(t);
@@ -79,7 +56,7 @@ pub fn search_within(g: &impl Smooth, from: f64, until: f64, allowed: &mut u32) 
         }
         if step > resolution || (slope > 0.0 && t + step > t) {
             t += step;
-            window = growth * step;
+            window = GROWTH * step;
             blind = least;
         } else {
             t = t.next_up().max(t + blind);
@@ -94,7 +71,7 @@ pub fn safe_step(g: &impl Smooth, t: f64, [value, slope, curvature]: [f64; 3], w
     // Were the third derivative zero, the step would be longest.
     let mut span = window.min(first_root_of_parabola(value, slope, curvature));
     let mut best = 0.0_f64;
-    let mut bound = g.third_derivative_bound(t, span);
+    let bound = g.third_derivative_bound(t, span);
     for _ in 0..8 {
         // On the span, g <= value + slope s + (curvature + bound span / 3) s^2 / 2.
         let bent = curvature + bound * span / 3.0;
@@ -104,9 +81,6 @@ pub fn safe_step(g: &impl Smooth, t: f64, [value, slope, curvature]: [f64; 3], w
             break;
         }
         span = (3.0 * best).max(0.05 * span);
-        if g.bound_depends_on_span() {
-            bound = g.third_derivative_bound(t, span);
-        }
     }
     best
 }
@@ -184,6 +158,10 @@ pub fn rising_zero(g: impl Fn(f64) -> [f64; 3], (mut low, at_low): (f64, f64), (
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn first_positive(g: &impl Smooth, from: f64, until: f64) -> Option<f64> {
+        search_within(g, from, until, &mut 1000).found()
+    }
 
     struct Wave {
         offset: f64,

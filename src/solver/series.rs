@@ -32,18 +32,6 @@ pub fn about<const N: usize>(c: &[f64], t: f64) -> [f64; N] {
     about
 }
 
-/// All coefficients of the same function about `t`, with zeros behind them.
-pub fn shifted(c: &[f64], t: f64) -> [f64; MOST] {
-    let mut row = [0.0; MOST];
-    for (done, &c) in c.iter().rev().enumerate() {
-        let mut before = c;
-        for term in &mut row[..(done + 1).min(MOST)] {
-            (before, *term) = (*term, *term * t + before);
-        }
-    }
-    row
-}
-
 /// Value and first two derivatives at `t`, in [`LANES`] side by side.
 pub fn value_and_derivatives(c: &[f64], t: f64) -> [f64; 3] {
     let (first, groups) = c.as_rchunks::<LANES>();
@@ -92,7 +80,7 @@ pub fn power_term<S: Scalar>(c: &[S], power: &[S], p: S, k: usize) -> S {
 }
 
 /// The most coefficients of a series that is summed by lanes.
-const MOST: usize = 64;
+pub const MOST: usize = 64;
 
 /// The numbers from 0 on, or their inverses.
 const fn table(inverse: bool) -> [f64; MOST] {
@@ -168,9 +156,6 @@ pub fn bound_of_change_of_derivative(c: &[f64], t: f64) -> f64 {
     (1.0 + 1e-9) * t * sum_by_lanes(&c[2.min(c.len())..], &NUMBERS[2..], t, |c, k| k * c.abs())
 }
 
-/// Places at which a series is sampled side by side, in equal distances.
-pub const SAMPLES: usize = 8;
-
 /// Values of a series at each place.
 pub fn sample<const PLACES: usize>(c: &[f64], places: &[f64; PLACES]) -> [f64; PLACES] {
     sample_terms(c, &NUMBERS, places, |c, _| c)
@@ -242,7 +227,6 @@ mod tests {
             }
             let about: [f64; 3] = about(c, t);
             close(curvature, 2.0 * about[2]);
-            shifted(c, t).iter().zip(about).for_each(|(a, b)| close(*a, b));
             close(sample(c, &[0.0, t])[1], value(c, t));
         }
     }

@@ -264,9 +264,8 @@ impl System for Dynamics {
             if end > 0.0 {
                 series.iter_mut().for_each(|c| *c = -*c);
             }
-            let place = crossing::place_of_maximum(&series, 0.0, 1.0);
-            (series::value(&series, place) > self.tolerance * self.scales[2] && place > 0.0 && place < 1.0)
-                .then_some(place)
+            let (place, highest) = crossing::maximum(&series, 0.0, 1.0);
+            (highest > self.tolerance * self.scales[2] && place > 0.0 && place < 1.0).then_some(place)
         };
         (0..self.cradle.contacts.len()).filter_map(shown).reduce(f64::min)
     }

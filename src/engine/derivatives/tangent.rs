@@ -293,7 +293,7 @@ impl<'a> Run<'a> {
             let force = series.force_row(j);
             self.impulse[j] += Dual::from(series.unit) * series::integral(force, s);
             let values: Vec<f64> = force.iter().map(|c| c.value()).collect();
-            let top = crossing::place_of_maximum(&values, 0.0, s.value());
+            let (top, _) = crossing::maximum(&values, 0.0, s.value());
             // At the end of the segment its time counts, within it the force does not change with the place.
             let peak = series::value(force, if top == s.value() { s } else { Dual::from(top) });
             if peak.value() > self.peak[j].value() {

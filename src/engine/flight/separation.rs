@@ -286,8 +286,4 @@ impl Smooth for Separation {
     fn time_scale(&self) -> f64 {
         self.pendulums.parts().iter().map(|(_, flight)| time_of_change(&flight.forcing)).fold(f64::INFINITY, f64::min)
     }
-
-    fn bound_depends_on_span(&self) -> bool {
-        self.pendulums.parts().iter().any(|(_, flight)| degree(&flight.forcing) > 0)
-    }
 }

@@ -12,7 +12,7 @@ use crate::solver::crossing;
 use crate::solver::dual::Scalar;
 use crate::solver::oscillator::MAX_FORCE_ORDER;
 use crate::solver::quadrature::{self, POINTS};
-use crate::solver::series;
+use crate::solver::series::{self, MOST};
 
 /// Parts of a segment after which a contact that has closed from rest is looked at.
 const PARTS: [f64; 3] = [1.0 / 64.0, 1.0 / 8.0, 1.0];
@@ -162,7 +162,7 @@ impl Series {
             return self.switching(parted, until);
         }
         let Some(pressed) = pressed else { return Next::Never };
-        let about = series::shifted(row, pressed);
+        let about: [f64; MOST] = series::about(row, pressed);
         let fall = crossing::first_positive(&about[..row.len()], -1.0, level, end - pressed);
         self.switching(fall.map(|s| pressed + s), until)
     }
@@ -246,7 +246,7 @@ impl DenseOutput for Series {
         let ((row, factor), to) = (self.force(j), to / self.unit);
         match factor * series::bound(row, to) < known {
             true => known,
-            false => known.max(factor * crossing::maximum(row, from / self.unit, to)),
+            false => known.max(factor * crossing::maximum(row, from / self.unit, to).1),
         }
     }
 
