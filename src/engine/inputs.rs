@@ -40,13 +40,16 @@ impl HeldInputs {
         self.orders().all(Inputs::is_finite)
     }
 
+    /// One of them, or what follows from them, with its derivatives.
+    pub fn derivatives(&self, input: impl Fn(&Inputs) -> f64) -> Forcing {
+        let mut derivatives = Forcing::default();
+        derivatives.iter_mut().zip(self.orders()).for_each(|(to, inputs)| *to = input(inputs));
+        derivatives
+    }
+
     /// Acceleration of ball `i` by them, with its derivatives.
     pub fn forcing(&self, i: usize, mass: f64) -> Forcing {
-        let mut forcing = Forcing::default();
-        for (forcing, inputs) in forcing.iter_mut().zip(self.orders()) {
-            *forcing = inputs.force[i] / mass - inputs.support_acceleration;
-        }
-        forcing
+        self.derivatives(|inputs| inputs.force[i] / mass - inputs.support_acceleration)
     }
 
     /// Accelerations of all balls by them.

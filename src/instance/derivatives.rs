@@ -44,7 +44,7 @@ impl Direction {
 }
 
 /// What the run has been given, if all of it was kept.
-fn complete(history: &mut History) -> Result<&mut History, Refusal> {
+fn complete(history: &History) -> Result<&History, Refusal> {
     if history.is_complete() { Ok(history) } else { Err(Refusal::no_value(NO_HISTORY)) }
 }
 
@@ -193,7 +193,7 @@ impl Instance {
 
     /// Derivatives over the run as `taken` from its tape or, where that has none, by following the run.
     fn of_tape_or_run(
-        &mut self,
+        &self,
         unknowns: &[Variable],
         taken: Option<&Differential>,
         along: &Settings,
@@ -215,22 +215,22 @@ impl Instance {
     }
 
     /// The tape of the run, if it has one.
-    fn tape(&mut self) -> Result<Option<Arc<Tape>>, Refusal> {
+    fn tape(&self) -> Result<Option<Arc<Tape>>, Refusal> {
         let parameters = self.run.effective_parameters();
         let start = self.run.start_time();
         let simulation = self.run.simulation.as_ref().ok_or_else(|| Refusal::new("nothing is calculated yet"))?;
-        let history = complete(&mut self.run.history)?;
-        Ok(history.tape(simulation.time(), |history| simulation.tape(&parameters, start, history)))
+        let history = complete(&self.run.history)?;
+        Ok(history.tape(|history| simulation.tape(&parameters, start, history)))
     }
 
     /// Derivatives of the outputs along a direction of parameters and inputs over the whole run, if it can be followed.
     fn sensitivity_of_run(
-        &mut self,
+        &self,
         parameters: &Parameters,
         along: &Settings,
     ) -> Result<Result<Differential, NotFollowed>, Refusal> {
         let start = self.run.start_time();
-        let history = complete(&mut self.run.history)?;
+        let history = complete(&self.run.history)?;
         let simulation = self.run.simulation.as_ref().ok_or_else(|| Refusal::new("nothing is calculated yet"))?;
         Ok(simulation.sensitivity_of_run(parameters, start, history, &along.parameters, &along.inputs))
     }

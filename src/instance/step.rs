@@ -68,7 +68,6 @@ impl Instance {
             return Ok(self.reached(own, false));
         }
         self.update_simulation()?;
-        self.run.history.forget_tape();
         if let Some(stop) = self.run.experiment.and_then(|experiment| experiment.stop)
             && end > stop
             && !self.run.past_stop_logged
@@ -102,6 +101,7 @@ impl Instance {
 
     /// Moves on to the end of the step, which it may have to begin, or to the first onset or release.
     fn advance(&mut self, step: StepUnderWay, interruptible: bool, begins: bool) -> Result<StepEnd, Refusal> {
+        self.run.history.forget_tape();
         let (end, purpose) = (step.end, self.run.purpose);
         let stops = interruptible || self.may_end_early();
         let clocks = &mut self.run.clocks;

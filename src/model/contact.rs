@@ -4,7 +4,7 @@
 //! here.
 
 use super::damping::{Damping, SignOfForce};
-use crate::solver::dual::Scalar;
+use crate::solver::dual::{Dual, Scalar};
 use crate::solver::series::{power_term, product_term};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -49,19 +49,33 @@ impl<S: Scalar> ContactLaw<S> {
         }
     }
 
-    /// Elastic force at the overlap `d`, N; 0 for `d <= 0`.
-    pub fn elastic_force(&self, d: S) -> S {
-        if d.value() <= 0.0 {
-            return S::default();
+    /// The same law in other numbers.
+    pub fn map<T>(&self, number: impl Fn(S) -> T) -> ContactLaw<T> {
+        ContactLaw {
+            stiffness: number(self.stiffness),
+            overlap_ref: number(self.overlap_ref),
+            exponent: number(self.exponent),
+            clearance: number(self.clearance),
+            damping: self.damping.map(number),
         }
+    }
+
+    /// `(d / d_ref)^(p-1)` at the overlap `d` (m). The formula is continued to `d <= 0`; `None` where it cannot be,
+    /// because the exponent is not whole.
+    fn power(&self, d: S) -> Option<S> {
         let ratio = d / self.overlap_ref;
-        let power = match self.whole_exponent() {
-            Some(1) => S::from(1.0),
+        Some(match self.whole_exponent() {
             Some(p) => (1..p).fold(S::from(1.0), |power, _| power * ratio),
+            None if d.value() <= 0.0 => return None,
             None if self.exponent.value() == 1.5 && self.exponent.tangent() == 0.0 => ratio.sqrt(),
             None => ratio.pow(self.exponent - S::from(1.0)),
-        };
-        self.stiffness * power * d
+        })
+    }
+
+    /// Elastic force at the overlap `d`, N; 0 for `d <= 0`.
+    pub fn elastic_force(&self, d: S) -> S {
+        let power = if d.value() <= 0.0 { None } else { self.power(d) };
+        power.map_or(S::default(), |power| self.stiffness * power * d)
     }
 
     /// Elastic energy at the overlap `d`, J; 0 for `d <= 0`.
@@ -69,20 +83,23 @@ impl<S: Scalar> ContactLaw<S> {
         self.elastic_force(d) * d / (self.exponent + S::from(1.0))
     }
 
-    /// Total force at the overlap `d` (m) and its rate (m/s) by the formula of the law, not clipped, N; 0 for `d <= 0`.
-    pub fn unclipped_force(&self, d: S, rate: S) -> S {
-        if d.value() <= 0.0 { S::default() } else { self.damped(self.elastic_force(d), d, rate) }
+    /// The elastic force at the overlap `d` (m), N, and what the rate of the overlap is multiplied by in the formula of
+    /// the law, N.s/m; continued as [`Self::power`].
+    fn parts(&self, d: S) -> Option<(S, S)> {
+        let secant = self.stiffness * self.power(d)?;
+        let by_rate = match self.damping {
+            Damping::None => S::default(),
+            Damping::KelvinVoigt { c, .. } => c,
+            Damping::HuntCrossley { alpha } => alpha * secant * d,
+            Damping::Viscoelastic { relaxation } => self.exponent * relaxation * secant,
+        };
+        Some((secant * d, by_rate))
     }
 
-    /// The formula of the law from the elastic force (N), the overlap (m, > 0) and its rate (m/s), N.
-    #[inline]
-    fn damped(&self, elastic: S, d: S, rate: S) -> S {
-        match self.damping {
-            Damping::None => elastic,
-            Damping::KelvinVoigt { c, .. } => elastic + c * rate,
-            Damping::HuntCrossley { alpha } => elastic * (S::from(1.0) + alpha * rate),
-            Damping::Viscoelastic { relaxation } => elastic + relaxation * (self.exponent * elastic / d * rate),
-        }
+    /// Total force at the overlap `d` (m) and its rate (m/s) by the formula of the law, not clipped, N; 0 for `d <= 0`.
+    pub fn unclipped_force(&self, d: S, rate: S) -> S {
+        let parts = if d.value() <= 0.0 { None } else { self.parts(d) };
+        parts.map_or(S::default(), |(elastic, by_rate)| elastic + by_rate * rate)
     }
 
     /// Coefficient `k` of the power series of the elastic force, from the first `k + 1` of the overlap; `powers` keeps
@@ -192,7 +209,7 @@ impl ContactLaw {
     pub fn mode_when_closed(&self, overlap: f64, rate: f64) -> Mode {
         let clipped = match self.sign_of_force() {
             Some(sign) => sign.at(overlap, rate) < 0.0,
-            None => self.clips() && self.damped(self.elastic_force(overlap), overlap, rate) < 0.0,
+            None => self.clips() && self.unclipped_force(overlap.max(f64::MIN_POSITIVE), rate) < 0.0,
         };
         if clipped { Mode::Clipped } else { Mode::Pressing }
     }
@@ -227,87 +244,15 @@ impl ContactLaw {
     /// Elastic force at the overlap `d` (N) and its derivative (N/m), the formula of the law continued to `d <= 0`;
     /// `None` where it cannot be, because the exponent is not whole.
     pub fn elastic_continued(&self, d: f64) -> Option<(f64, f64)> {
-        let ratio = d / self.overlap_ref;
-        let power = match self.whole_exponent() {
-            Some(p) => (1..p).fold(1.0, |power, _| power * ratio),
-            None if d > 0.0 => self.elastic_force(d) / (self.stiffness * d),
-            None => return None,
-        };
-        Some((self.stiffness * power * d, self.exponent * self.stiffness * power))
+        self.power(d).map(|power| (self.stiffness * power * d, self.exponent * self.stiffness * power))
     }
 
     /// Force at the overlap `d` (m) and its rate (m/s), not clipped (N), with its derivatives by them (N/m, N.s/m), the
     /// formula of the law continued to `d <= 0` as in [`Self::elastic_continued`].
     pub fn continued(&self, d: f64, rate: f64) -> Option<(f64, f64, f64)> {
-        let (elastic, stiffness) = self.elastic_continued(d)?;
-        Some(match self.damping {
-            Damping::None => (elastic, stiffness, 0.0),
-            Damping::KelvinVoigt { c, .. } => (elastic + c * rate, stiffness, c),
-            Damping::HuntCrossley { alpha } => {
-                let factor = 1.0 + alpha * rate;
-                (elastic * factor, stiffness * factor, elastic * alpha)
-            }
-            Damping::Viscoelastic { relaxation } => {
-                let curvature = self.curvature_continued(d)?;
-                (
-                    elastic + relaxation * stiffness * rate,
-                    stiffness + relaxation * curvature * rate,
-                    relaxation * stiffness,
-                )
-            }
-        })
-    }
-
-    /// Second derivative of the elastic force, N/m2, as in [`Self::elastic_continued`].
-    fn curvature_continued(&self, d: f64) -> Option<f64> {
-        let factor = self.exponent * (self.exponent - 1.0);
-        match self.whole_exponent() {
-            Some(p) => {
-                let ratio = d / self.overlap_ref;
-                Some((2..p).fold(factor * self.stiffness / self.overlap_ref, |curvature, _| curvature * ratio))
-            }
-            None if d > 0.0 => Some(factor * self.elastic_force(d) / (d * d)),
-            None => None,
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn law(exponent: f64) -> ContactLaw {
-        ContactLaw { stiffness: 1e10, overlap_ref: 1e-6, exponent, clearance: 0.0, damping: Damping::None }
-    }
-
-    #[test]
-    fn slopes_are_differences() {
-        let dampings = [
-            Damping::None,
-            Damping::KelvinVoigt { c: 1e3, pull: true },
-            Damping::KelvinVoigt { c: 1e6, pull: false },
-            Damping::HuntCrossley { alpha: 0.4 },
-            Damping::Viscoelastic { relaxation: 1e-6 },
-        ];
-        for (damping, p) in dampings.into_iter().flat_map(|damping| [1.0, 1.5, 3.0].map(|p| (damping, p))) {
-            let law = ContactLaw { damping, ..law(p) };
-            for (d, rate) in [(1e-6, 0.5), (2e-6, -0.1), (1e-6, -3.0), (-1e-6, 1.0)] {
-                let (by_overlap, by_rate) = law.force_slopes(d, rate);
-                let overlap_step = (law.force(d + 1e-10, rate) - law.force(d - 1e-10, rate)) / 2e-10;
-                let rate_step = (law.force(d, rate + 1e-5) - law.force(d, rate - 1e-5)) / 2e-5;
-                assert!((by_overlap - overlap_step).abs() <= 1e-7 * overlap_step.abs(), "{law:?} {d} {rate}");
-                assert!((by_rate - rate_step).abs() <= 1e-5 * rate_step.abs(), "{law:?} {d} {rate}");
-                if d > 0.0 {
-                    // The formula goes on where the force is clipped.
-                    let (force, by_overlap, by_rate) = law.continued(d, rate).unwrap();
-                    let formula = |d: f64, rate: f64| law.unclipped_force(d, rate);
-                    let overlap_step = (formula(d + 1e-10, rate) - formula(d - 1e-10, rate)) / 2e-10;
-                    let rate_step = (formula(d, rate + 1e-5) - formula(d, rate - 1e-5)) / 2e-5;
-                    assert!((force - formula(d, rate)).abs() <= 1e-12 * force.abs(), "{law:?} {d} {rate}");
-                    assert!((by_overlap - overlap_step).abs() <= 1e-7 * overlap_step.abs(), "{law:?} {d} {rate}");
-                    assert!((by_rate - rate_step).abs() <= 1e-5 * rate_step.abs(), "{law:?} {d} {rate}");
-                }
-            }
-        }
+        let (elastic, slope) = self.elastic_continued(d)?;
+        let (_, by_rate) = self.map(Dual::from).parts(Dual::with_tangent(d, 1.0))?;
+        let force = Dual::with_tangent(elastic, slope) + by_rate * Dual::from(rate);
+        Some((force.value(), force.tangent(), by_rate.value()))
     }
 }

@@ -89,16 +89,9 @@ impl<S: Scalar> Cradle<S> {
             omega2: S::from(ball.omega2),
             gamma: S::from(ball.gamma),
         };
-        let contact = |law: &ContactLaw| ContactLaw {
-            stiffness: S::from(law.stiffness),
-            overlap_ref: S::from(law.overlap_ref),
-            exponent: S::from(law.exponent),
-            clearance: S::from(law.clearance),
-            damping: law.damping.map(S::from),
-        };
         Self {
             balls: cradle.balls.iter().map(ball).collect(),
-            contacts: cradle.contacts.iter().map(contact).collect(),
+            contacts: cradle.contacts.iter().map(|law| law.map(S::from)).collect(),
             restitution: cradle.restitution.map(S::from),
         }
     }

@@ -11,8 +11,9 @@
 //! linear equations, `A g = known`, with a block for each ball and its neighbours. What a number of the state at the
 //! end, `c g`, changes by with everything that is known follows from one solution of `A^T z = c^T`.
 
-use super::map::{CLEARANCE, COEFFICIENTS, IMPULSE, Map, OF_BALL, OF_CONTACT, Row, STATE, V, X, numbers_of_state};
-use super::pair::law_derivatives;
+use super::map::{
+    CLEARANCE, COEFFICIENTS, IMPULSE, Map, OF_BALL, OF_CONTACT, Row, STATE, V, X, law_derivatives, numbers_of_state,
+};
 use crate::engine::flight::{Forcing, forcing_at};
 use crate::model::{BallModel, ContactLaw};
 use crate::solver::gauss::{NODES, Nodes, Table, combine, weighted};
@@ -173,8 +174,8 @@ impl Group<'_> {
         let (law, mut by_coefficients) = (&self.laws[j], [[0.0; NODES]; OF_CONTACT]);
         let slope = std::array::from_fn(|m| {
             let (overlap, rate) = (self.overlaps[j] + (left.moved[m] - right.moved[m]), left.v[m] - right.v[m]);
-            let slope = law.force_slopes(overlap, rate).0;
-            let at_node = law_derivatives(law, overlap, rate, law.elastic_force(overlap), slope);
+            let (force, slope) = law.elastic_continued(overlap).filter(|_| overlap > 0.0).unwrap_or_default();
+            let at_node = law_derivatives(law, overlap, rate, force, slope);
             by_coefficients.iter_mut().zip(at_node).for_each(|(by, at_node)| by[m] = at_node);
             slope
         });

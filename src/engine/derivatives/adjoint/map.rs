@@ -4,9 +4,9 @@
 //! the coefficients of the equations are another: [`COEFFICIENTS`] for each ball, and one for the support. The last
 //! ball has no contact at its right.
 
-use std::ops::Range;
+use std::ops::{Add, Range};
 
-use crate::model::{Cradle, Damping, Inputs};
+use crate::model::{ContactLaw, Cradle, Damping, Inputs};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::dual::{Dual, Scalar};
 
@@ -70,8 +70,19 @@ pub(super) struct Row<'a> {
     pub support: &'a mut f64,
 }
 
-/// The linearised motion of some neighbours on a part of a run: what their state grows by with its value before, and
-/// with the coefficients.
+/// Derivatives of the force of a contact by the coefficients with the overlap held, at this overlap and rate, where the
+/// force and its derivative by the overlap are the given ones.
+pub(super) fn law_derivatives(law: &ContactLaw, overlap: f64, rate: f64, force: f64, slope: f64) -> [f64; OF_CONTACT] {
+    if overlap <= 0.0 {
+        return [0.0; OF_CONTACT];
+    }
+    let by_exponent = force * libm::log(overlap / law.overlap_ref);
+    let by_reference = (1.0 - law.exponent) * force / law.overlap_ref;
+    [force / law.stiffness, by_reference, by_exponent, 0.0, rate, force * rate, slope * rate]
+}
+
+/// Linear functions of the state of some neighbours and of the coefficients. Of a part of a run: what the numbers of
+/// the state grow by with their values before, and with the coefficients.
 #[derive(Clone, Debug)]
 pub(super) struct Map {
     first: usize,
@@ -82,25 +93,32 @@ pub(super) struct Map {
 }
 
 impl Map {
+    /// Of a part of a run.
     pub fn zero(first: usize, balls: usize, tuning: usize) -> Self {
-        Self { first, balls, tuning, by: vec![0.0; Self::numbers_of(balls)] }
+        Self::of_rows(numbers_of_state(balls), first, balls, tuning)
     }
 
-    /// Numbers that a map of so many balls holds.
+    pub fn of_rows(rows: usize, first: usize, balls: usize, tuning: usize) -> Self {
+        let columns = numbers_of_state(balls) + numbers_of_coefficients(balls);
+        Self { first, balls, tuning, by: vec![0.0; rows * columns] }
+    }
+
+    /// Numbers that the map of a part with so many balls holds.
     pub fn numbers_of(balls: usize) -> usize {
         let rows = numbers_of_state(balls);
         rows * (rows + numbers_of_coefficients(balls))
     }
 
-    fn columns(&self) -> usize {
-        numbers_of_state(self.balls) + numbers_of_coefficients(self.balls)
+    /// What each row is made of: the numbers of the state, the coefficients, and the last one.
+    fn rows(&self) -> std::slice::ChunksExact<'_, f64> {
+        self.by.chunks_exact(numbers_of_state(self.balls) + numbers_of_coefficients(self.balls))
     }
 
-    /// The row of a number of the state after it.
     pub fn row(&mut self, number: usize) -> Row<'_> {
-        let (columns, states) = (self.columns(), numbers_of_state(self.balls));
+        let (states, coefficients) = (numbers_of_state(self.balls), numbers_of_coefficients(self.balls));
+        let columns = states + coefficients;
         let (state, rest) = self.by[number * columns..][..columns].split_at_mut(states);
-        let (coefficients, support) = rest.split_at_mut(rest.len() - 1);
+        let (coefficients, support) = rest.split_at_mut(coefficients - 1);
         Row { state, coefficients, support: &mut support[0] }
     }
 
@@ -111,29 +129,46 @@ impl Map {
         [state..state + states, coefficient..coefficient + coefficients]
     }
 
-    /// Changes of the state after it from those before it and those of the coefficients.
-    pub fn forward(&self, changes: &[f64], state: &mut [DoubleDouble]) {
+    /// The changes of its functions from those of the state and of the coefficients.
+    pub fn apply(&self, changes: &[f64], state: &[DoubleDouble]) -> Vec<DoubleDouble> {
         let [own, coefficients] = self.places();
-        let before = state[own.clone()].to_vec();
-        let changes = changes[coefficients].iter().chain(changes.last());
-        for (row, after) in self.by.chunks_exact(self.columns()).zip(&mut state[own]) {
-            let (of_state, of_coefficients) = row.split_at(before.len());
-            *after += dot(&before, of_state);
-            for (of, change) in of_coefficients.iter().zip(changes.clone()).filter(|(_, change)| **change != 0.0) {
-                *after += DoubleDouble::product(*of, *change);
-            }
+        let changes = changes[coefficients].iter().chain(changes.last()).copied().enumerate();
+        let changes: Vec<(usize, f64)> = changes.filter(|(_, change)| *change != 0.0).collect();
+        let state = &state[own];
+        let of_row = |row: &[f64]| {
+            let (of_state, of_coefficients) = row.split_at(state.len());
+            let product = |(k, change): &(usize, f64)| DoubleDouble::product(of_coefficients[*k], *change);
+            changes.iter().map(product).fold(dot(state, of_state), Add::add)
+        };
+        self.rows().map(of_row).collect()
+    }
+
+    /// Adds the derivatives by the state and by the coefficients of something with these derivatives by its functions.
+    pub fn apply_transposed(
+        &self,
+        by: &[DoubleDouble],
+        by_coefficients: &mut [DoubleDouble],
+        by_state: &mut [DoubleDouble],
+    ) {
+        let [own, coefficients] = self.places();
+        let (by_balls, by_support) = by_coefficients.split_at_mut(by_coefficients.len() - 1);
+        let (by_state, by_balls) = (&mut by_state[own], &mut by_balls[coefficients]);
+        for (row, by) in self.rows().zip(by) {
+            let sums = by_state.iter_mut().chain(&mut *by_balls).chain(&mut *by_support);
+            sums.zip(row).for_each(|(sum, of)| *sum += *by * *of);
         }
     }
 
-    /// Derivatives by the state before it, and by the coefficients, from those by the state after it.
+    /// Takes changes of the state before this part of a run to those after it.
+    pub fn forward(&self, changes: &[f64], state: &mut [DoubleDouble]) {
+        let growth = self.apply(changes, state);
+        state[self.first * STATE..].iter_mut().zip(growth).for_each(|(to, growth)| *to += growth);
+    }
+
+    /// Takes derivatives by the state after this part of a run to those by the state before it and by the coefficients.
     pub fn backward(&self, by_coefficients: &mut [DoubleDouble], by_state: &mut [DoubleDouble]) {
-        let [own, coefficients] = self.places();
-        let after = by_state[own.clone()].to_vec();
-        let (by_balls, by_support) = by_coefficients.split_at_mut(by_coefficients.len() - 1);
-        let (by_state, by_balls) = (&mut by_state[own], &mut by_balls[coefficients]);
-        for (row, after) in self.by.chunks_exact(self.columns()).zip(after) {
-            let sums = by_state.iter_mut().chain(&mut *by_balls).chain(&mut *by_support);
-            sums.zip(row).for_each(|(sum, by)| *sum += after * *by);
-        }
+        let [own, _] = self.places();
+        let by_after = by_state[own].to_vec();
+        self.apply_transposed(&by_after, by_coefficients, by_state);
     }
 }

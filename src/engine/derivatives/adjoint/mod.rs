@@ -1,8 +1,8 @@
 //! Derivatives of a whole run in both directions: along one direction, or of one number by everything at once.
 //!
 //! A [`Tape`] is the chain of the linear maps ([`Map`]) of the parts of a run of elastic contacts, each from the state
-//! at its start and the coefficients to the state at its end: flights of single balls (`flown`), equal pendulums in a
-//! linear contact (`pair`), and other neighbours that press on each other (`group`). Forwards, the maps take a
+//! at its start and the coefficients to the state at its end: flights of single balls and equal pendulums in a linear
+//! contact (`oscillation`), and other neighbours that press on each other (`group`). Forwards, the maps take a
 //! direction along; transposed and backwards, they give the derivatives of one number by the start state and all
 //! coefficients, for the price of a few runs (reverse mode: Griewank and Walther, Evaluating Derivatives, 2008,
 //! chapter 3).
@@ -14,14 +14,15 @@
 //! Elastic forces are continuous where a contact closes and opens: the shifts of these times count by their second
 //! order only. They are taken as the run has had them.
 
-mod flown;
 mod group;
 mod map;
-mod pair;
+mod oscillation;
 mod readout;
 mod record;
 
-use self::map::{Map, STATE, V, X, changes, dot, numbers_of_coefficients, numbers_of_state};
+use std::sync::Arc;
+
+use self::map::{IMPULSE, Map, STATE, V, X, changes, dot, numbers_of_coefficients, numbers_of_state};
 use crate::model::{Cradle, Differential, Inputs, Parameters};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::dual::Dual;
@@ -40,11 +41,10 @@ struct Tuning {
 /// A run in parts.
 #[derive(Clone, Debug)]
 pub struct Tape {
-    tunings: Vec<Tuning>,
+    tunings: Vec<Arc<Tuning>>,
     parts: Vec<Map>,
-    /// What acts at its end.
-    last: usize,
-    end: readout::End,
+    /// Energy, momentum and force on the support at its end.
+    sums: Map,
 }
 
 /// The derivatives of one number by everything that a run depends on.
@@ -67,12 +67,12 @@ fn change_of_start(tangent: &Parameters) -> Vec<f64> {
 
 impl Tape {
     fn balls(&self) -> usize {
-        self.tunings[self.last].cradle.balls.len()
+        self.tunings[self.sums.tuning].cradle.balls.len()
     }
 
     /// How the coefficients change along a direction, for each tuning.
     fn changes(&self, tangent: &Parameters, inputs: &Inputs) -> Vec<Vec<f64>> {
-        let change = |tuning: &Tuning| changes(&Cradle::<Dual>::along(&tuning.parameters, tangent), inputs);
+        let change = |tuning: &Arc<Tuning>| changes(&Cradle::<Dual>::along(&tuning.parameters, tangent), inputs);
         self.tunings.iter().map(change).collect()
     }
 
@@ -82,7 +82,17 @@ impl Tape {
         let changes = self.changes(tangent, inputs);
         let mut state: Vec<DoubleDouble> = change_of_start(tangent).into_iter().map(DoubleDouble::from).collect();
         self.parts.iter().for_each(|part| part.forward(&changes[part.tuning], &mut state));
-        self.end.read(&state, &changes[self.last])
+        let sums = self.sums.apply(&changes[self.sums.tuning], &state);
+        let of_balls = |number: usize| state.iter().skip(number).step_by(STATE).map(|change| change.value()).collect();
+        Differential {
+            x: of_balls(X),
+            v: of_balls(V),
+            impulse: of_balls(IMPULSE),
+            energy: sums[0].value(),
+            momentum: sums[1].value(),
+            support_force: sums[2].value(),
+            ..self.lacks()
+        }
     }
 
     /// The derivatives of the sum of the outputs at its end times these weights.
@@ -90,7 +100,12 @@ impl Tape {
         let zero = |numbers: usize| vec![DoubleDouble::ZERO; numbers];
         let mut by_coefficients = vec![zero(numbers_of_coefficients(self.balls())); self.tunings.len()];
         let mut by_state = zero(numbers_of_state(self.balls()));
-        self.end.weigh(weights, &mut by_state, &mut by_coefficients[self.last]);
+        for (number, weights) in [(X, &weights.x), (V, &weights.v), (IMPULSE, &weights.impulse)] {
+            let numbers = by_state.iter_mut().skip(number).step_by(STATE);
+            numbers.zip(weights).for_each(|(to, weight)| *to = (*weight).into());
+        }
+        let sums = [weights.energy, weights.momentum, weights.support_force].map(DoubleDouble::from);
+        self.sums.apply_transposed(&sums, &mut by_coefficients[self.sums.tuning], &mut by_state);
         for part in self.parts.iter().rev() {
             part.backward(&mut by_coefficients[part.tuning], &mut by_state);
         }

@@ -1,25 +1,27 @@
 //! Records a run in parts, from its switchings, as an observer of it.
 
-use std::collections::BTreeMap;
 use std::ops::Range;
+use std::sync::Arc;
 
-use super::flown::{REACH, flown};
 use super::group::Group;
-use super::map::Map;
-use super::pair::Pair;
-use super::readout::End;
-use super::{Tape, Tuning};
+use super::map::{Map, numbers_of_coefficients};
+use super::oscillation::Oscillation;
+use super::{Tape, Tuning, readout};
 use crate::engine::derivatives::chain_state::ChainState;
 use crate::engine::flight::{Flight, Forcing, shifted};
 use crate::engine::inputs::HeldInputs;
 use crate::engine::observer::{Observer, Pulse};
-use crate::model::{ContactLaw, Cradle, Inputs, Mode, Parameters};
+use crate::model::{ContactLaw, Cradle, Mode, Parameters};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::gauss::{Power, Stretching};
 use crate::solver::oscillator::Oscillator;
 
 /// Numbers that a tape may hold: 128 MiB.
 const MOST_NUMBERS: usize = 1 << 24;
+
+/// Numbers that a tuning holds, for each coefficient of the equations: about as many parameters, and their shares in a
+/// gradient.
+const NUMBERS_OF_TUNING: usize = 4;
 
 /// Part of the amplitude of the motion, and of the velocities that go with it, by which a tape may end elsewhere than
 /// the run. Up to 3e-12 were found in moving chains, also where ten balls amplify small changes by 1e37; some runs that
@@ -31,11 +33,7 @@ const HALVINGS: u32 = 40;
 
 /// Records a run on its way.
 pub(crate) struct Recorder {
-    tunings: Vec<Tuning>,
-    /// The place of the tuning with these parameters, given by their bits.
-    places: BTreeMap<[u64; 5], usize>,
-    /// The tuning that acts.
-    tuning: usize,
+    tunings: Vec<Arc<Tuning>>,
     /// Whether there is no tape: it would have too many parts.
     failed: bool,
     parts: Vec<Map>,
@@ -83,8 +81,6 @@ impl Recorder {
         let overlap = |(overlap, mode): (&f64, &Mode)| (*mode != Mode::Open).then_some(*overlap);
         Self {
             tunings: Vec::new(),
-            places: BTreeMap::new(),
-            tuning: 0,
             failed: false,
             parts: Vec::new(),
             numbers: 0,
@@ -101,22 +97,15 @@ impl Recorder {
 
     /// These parameters and inputs act from now on.
     pub fn begin(&mut self, parameters: &Parameters, inputs: &HeldInputs) -> Option<()> {
-        let next = self.tunings.len();
-        self.tuning = *self.places.entry(parameters.tunables().map(f64::to_bits)).or_insert(next);
-        if self.tuning == next {
+        if self.tunings.last().is_none_or(|last| last.parameters.tunables() != parameters.tunables()) {
             let cradle = Cradle::new(parameters);
-            let oscillators: Vec<Oscillator> =
-                cradle.balls.iter().map(|ball| Oscillator::new(ball.omega2, ball.gamma)).collect();
-            let sizes =
-                [size_of_val(&cradle.balls[..]), size_of_val(&cradle.contacts[..]), size_of_val(&oscillators[..])];
-            self.tunings.push(Tuning { parameters: parameters.clone(), cradle, oscillators });
-            // Parameters have about as many numbers as the coefficients that follow from them.
-            self.hold(2 * sizes.iter().sum::<usize>() / size_of::<f64>())?;
+            let oscillators = cradle.balls.iter().map(|ball| Oscillator::new(ball.omega2, ball.gamma)).collect();
+            self.tunings.push(Arc::new(Tuning { parameters: parameters.clone(), cradle, oscillators }));
+            self.hold(NUMBERS_OF_TUNING * numbers_of_coefficients(self.x.len()))?;
         }
         self.since = inputs.since;
-        let polynomial = |of: &dyn Fn(&Inputs) -> f64| derivatives(inputs, of);
-        self.pushes = (0..self.x.len()).map(|i| polynomial(&|inputs| inputs.force[i])).collect();
-        self.support = polynomial(&|inputs| inputs.support_acceleration);
+        self.pushes = (0..self.x.len()).map(|i| inputs.derivatives(|inputs| inputs.force[i])).collect();
+        self.support = inputs.derivatives(|inputs| inputs.support_acceleration);
         Some(())
     }
 
@@ -128,20 +117,21 @@ impl Recorder {
 
     /// The tape, if there is one that ends where the run did.
     pub fn tape(self, end: &ChainState) -> Option<Tape> {
-        let Self { tunings, tuning, parts, x, v, overlaps, .. } = self;
+        let Self { tunings, parts, x, v, overlaps, .. } = self;
+        let (tuning, acting) = (tunings.len() - 1, Arc::clone(tunings.last()?));
         let most = |values: &[f64]| values.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
         let near = |own: &[f64], values: &[f64], size: f64| {
             own.iter().zip(values).all(|(own, value)| (own - value).abs() <= AGREEMENT * size)
         };
         // Where all balls pass the middle, or turn, the one that they have gives the size of the other.
-        let omega = tunings[tuning].oscillators[0].omega();
+        let omega = acting.oscillators[0].omega();
         let (position, velocity) = (most(&end.x), most(&end.v));
         let swing = if omega > 0.0 { velocity / omega } else { 0.0 };
         let near = near(&x, &end.x, position.max(swing)) && near(&v, &end.v, velocity.max(omega * position));
         let closed = overlaps.iter().zip(&end.modes).all(|(overlap, mode)| overlap.is_some() == (*mode != Mode::Open));
         (!self.failed && closed && near).then(|| {
-            let end = End::new(&tunings[tuning].cradle, &x, &v, &overlaps);
-            Tape { tunings, parts, last: tuning, end }
+            let sums = readout::sums(&acting.cradle, tuning, &x, &v, &overlaps);
+            Tape { tunings, parts, sums }
         })
     }
 
@@ -166,17 +156,12 @@ impl Recorder {
         let end =
             (ball..self.overlaps.len()).take_while(|j| self.overlaps[*j].is_some()).last().map_or(ball, |j| j + 1) + 1;
         let contacts = first..end - 1;
-        let Tuning { cradle, oscillators, .. } = &self.tunings[self.tuning];
-        let pair = contacts.clone().next().and_then(|j| Pair::of(&cradle.balls[first..end], &cradle.contacts[j]));
-        let pieces = |fastest: &Oscillator| (fastest.pace() * length / REACH).ceil().max(1.0);
-        if contacts.is_empty() {
-            let pieces = pieces(&oscillators[ball]);
-            self.room(pieces, Map::numbers_of(1))?;
-            (0..pieces as usize).try_for_each(|_| self.fly(ball, length / pieces))?;
-        } else if let Some(pair) = pair {
-            let pieces = pieces(&pair.oscillators[1]);
-            self.room(pieces, Map::numbers_of(2))?;
-            (0..pieces as usize).try_for_each(|_| self.press_pair(&pair, first, length / pieces))?;
+        let tuning = Arc::clone(self.tunings.last()?);
+        let (models, laws) = (&tuning.cradle.balls[first..end], &tuning.cradle.contacts[contacts]);
+        if let Some(oscillation) = Oscillation::of(models, laws, tuning.oscillators[first]) {
+            let pieces = oscillation.pieces(length);
+            self.room(pieces, Map::numbers_of(models.len()))?;
+            (0..pieces as usize).try_for_each(|_| self.oscillate(&oscillation, first..end, length / pieces))?;
         } else {
             // The forces of contacts that close at the start or open at the end grow from there with any power of the
             // time.
@@ -203,39 +188,30 @@ impl Recorder {
         Some(())
     }
 
-    fn fly(&mut self, ball: usize, length: f64) -> Option<()> {
-        let (flight, push) = self.flight(ball);
-        let Tuning { cradle, oscillators, .. } = &self.tunings[self.tuning];
-        let (model, oscillator) = (&cradle.balls[ball], &oscillators[ball]);
-        let (part, end) = flown((ball, self.tuning), model, oscillator, (&flight, &push), length);
-        self.enter(ball, length, part, &[end])
-    }
-
     /// Inputs, which are these polynomials, as they act on this ball from now on.
     fn seen_from(&self, ball: usize, input: &Forcing) -> Forcing {
         shifted(input, (self.time[ball] - self.since.into()).value())
     }
 
-    /// The flight of a ball from now on, and the external force (N).
-    fn flight(&self, ball: usize) -> (Flight, Forcing) {
-        let mass = self.tunings[self.tuning].cradle.balls[ball].mass;
-        let [push, support] = [&self.pushes[ball], &self.support].map(|input| self.seen_from(ball, input));
-        let forcing = std::array::from_fn(|k| push[k] / mass - support[k]);
-        (Flight { x: self.x[ball], v: self.v[ball], forcing }, push)
-    }
-
-    fn press_pair(&mut self, pair: &Pair, first: usize, length: f64) -> Option<()> {
-        let [left, right] = [first, first + 1].map(|ball| self.flight(ball));
-        let overlap = self.overlaps[first].unwrap_or_default();
-        let (flights, pushes) = ([left.0, right.0], [left.1, right.1]);
-        let (part, ends) = pair.press((first, self.tuning), &flights, &pushes, overlap, length);
-        self.enter(first, length, part, &ends)
+    fn oscillate(&mut self, oscillation: &Oscillation, balls: Range<usize>, length: f64) -> Option<()> {
+        let flight = |ball: usize| {
+            let [push, support] = [&self.pushes[ball], &self.support].map(|input| self.seen_from(ball, input));
+            let mass = oscillation.models[ball - balls.start].mass;
+            let forcing = std::array::from_fn(|k| push[k] / mass - support[k]);
+            (Flight { x: self.x[ball], v: self.v[ball], forcing }, push)
+        };
+        let overlap = self.overlaps.get(balls.start).copied().flatten().unwrap_or_default();
+        let place = (balls.start, self.tunings.len() - 1);
+        let left = flight(balls.start);
+        let right = if balls.len() == 1 { left } else { flight(balls.start + 1) };
+        let (part, ends) = oscillation.follow(place, [left, right], overlap, length);
+        self.enter(balls.start, length, part, &ends[..balls.len()])
     }
 
     /// Moves `balls`, which press on each other, on by `length` (s), in as many parts as that takes.
     fn press(&mut self, balls: Range<usize>, length: f64, stretching: Stretching, halvings: u32) -> Option<()> {
         self.room(1.0, Group::numbers_of(balls.len()))?;
-        let (tuning, contacts) = (self.tuning, balls.start..balls.end - 1);
+        let (tuning, contacts) = (self.tunings.len() - 1, balls.start..balls.end - 1);
         let cradle = &self.tunings[tuning].cradle;
         let pushes: Vec<Forcing> = balls.clone().map(|ball| self.seen_from(ball, &self.pushes[ball])).collect();
         let overlaps = self.overlaps[contacts.clone()].iter().map(|overlap| overlap.unwrap_or_default());
@@ -274,52 +250,5 @@ impl Recorder {
     /// Whether there is room for so many parts of so many numbers, before time and memory go into them.
     fn room(&self, parts: f64, numbers: usize) -> Option<()> {
         (self.numbers as f64 + parts * numbers as f64 <= MOST_NUMBERS as f64).then_some(())
-    }
-}
-
-/// An input with its derivatives by time.
-fn derivatives(inputs: &HeldInputs, of: &dyn Fn(&Inputs) -> f64) -> Forcing {
-    let mut found = Forcing::default();
-    found.iter_mut().zip(inputs.orders()).for_each(|(to, inputs)| *to = of(inputs));
-    found
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::engine::run::Engine;
-
-    /// The start of a run, and a recorder of it.
-    fn begun(parameters: &Parameters) -> (Engine, Recorder) {
-        let run = Engine::new(parameters, &Inputs::zero(parameters.balls()), 0.0).unwrap();
-        let mut recorder = Recorder::new(0.0, run.last_step().end);
-        recorder.begin(parameters, &run.inputs).unwrap();
-        (run, recorder)
-    }
-
-    #[test]
-    fn parameters_that_come_back_take_no_room() {
-        let p = Parameters::default_for(5);
-        let (run, mut recorder) = begun(&p);
-        let one = recorder.numbers;
-        assert!(one > 0);
-        for _ in 0..100 {
-            for drag in [0.01, p.drag] {
-                recorder.begin(&Parameters { drag, ..p.clone() }, &run.inputs).unwrap();
-            }
-        }
-        assert_eq!((recorder.tunings.len(), recorder.tuning, recorder.numbers), (2, 0, 2 * one));
-        recorder.numbers = MOST_NUMBERS;
-        assert!(recorder.begin(&p, &run.inputs).is_some());
-        assert!(recorder.begin(&Parameters { drag: 0.02, ..p }, &run.inputs).is_none());
-    }
-
-    #[test]
-    fn a_run_that_is_too_long_is_not_followed_to_its_end() {
-        let (mut run, mut recorder) = begun(&Parameters::default_for(3));
-        recorder.numbers = MOST_NUMBERS;
-        run.advance(100.0, &mut recorder).unwrap();
-        assert!((0.1..2.0).contains(&run.time), "{}", run.time);
-        assert!(recorder.end(100.0).is_none() && recorder.tape(&run.last_step().end).is_none());
     }
 }
