@@ -143,14 +143,6 @@ impl Flight {
         self.response(o, u, 0)
     }
 
-    /// Change of the velocity since the anchor, m/s.
-    pub fn change_of_velocity<const N: usize>(&self, o: &Oscillator, u: &[f64; N]) -> f64 {
-        // U_0 = 1 - 2 gamma U_1 - omega^2 U_2.
-        let lost = self.v * (2.0 * o.gamma() * u[1] + o.omega2() * u[2]);
-        let varying: f64 = (1..=degree(&self.forcing)).map(|j| self.forcing[j] * u[1 + j]).sum();
-        (self.forcing[0] - o.omega2() * self.x) * u[1] - lost + varying
-    }
-
     /// The displacement integrated `level - 1` times: `v U_level + A U_(level+1) + f_1 U_(level+2) + ...`. Fewer
     /// functions than [`BASIS`] do where the forcing is constant.
     #[inline]

@@ -103,12 +103,11 @@ impl Stretching {
         (phi.value(), slope.value())
     }
 
-    /// For integrals from the start to c = `end`: nodes on the way, what `phi` grows by there, and their weights.
-    pub fn nodes_up_to(self, end: f64) -> [Nodes; 3] {
+    /// For integrals from the start to c = `end`: `phi` at nodes on the way, and their weights.
+    pub fn nodes_up_to(self, end: f64) -> [Nodes; 2] {
         let rule = Rule::get();
         let along = PLAIN.times.map(|c| self.at_rounded(end * c));
-        let paces = along.map(|(_, slope)| end * slope);
-        [along.map(|(phi, _)| phi), paces, std::array::from_fn(|m| rule.weights[m].value() * paces[m])]
+        [along.map(|(phi, _)| phi), std::array::from_fn(|m| rule.weights[m].value() * end * along[m].1)]
     }
 
     /// The c at which `phi` is `part`.
@@ -204,7 +203,11 @@ impl Table {
     /// `sum_l Q1_ml values_l` at the nodes.
     #[inline(always)]
     pub fn integrate(&self, values: &Nodes) -> Nodes {
-        Rule::get().integrate(&std::array::from_fn(|l| self.paces[l] * values[l]))
+        let mut paced = [0.0; NODES];
+        for m in 0..NODES {
+            paced[m] = self.paces[m] * values[m];
+        }
+        Rule::get().integrate(&paced)
     }
 
     /// Both `sum_l Q1_ml values_l` and `sum_l Q2_ml values_l` at the nodes.

@@ -2,7 +2,6 @@
 //! step may be.
 
 use super::motion::{Motion, Track};
-use super::output;
 use super::switching::fall;
 use crate::engine::cluster::window::Window;
 use crate::engine::flight::Rounding;
@@ -16,6 +15,9 @@ const NEGLIGIBLE: f64 = 1e-6;
 /// What the rate at the release counts for in the mean rate up to there: from rest on that takes half the duration of
 /// an impact.
 const LAST_IN_MEAN: f64 = 0.68;
+
+/// Longest step, over the time scale of the pendulums: the error of their part is not looked at.
+const LONGEST: f64 = 0.25;
 
 /// See [`Motion::smoothness`]; guarded by `awkward_starts_keep_their_energy`.
 const ROUGH: f64 = 0.01;
@@ -91,10 +93,10 @@ impl Motion {
         fastest
     }
 
-    /// The longest step for which the functions of the pendulum are at hand, s.
+    /// The longest step on which the pendulums hardly act, s.
     pub(super) fn longest(&self) -> f64 {
         let pace = self.pace();
-        if pace > 0.0 { output::LONGEST / pace } else { f64::INFINITY }
+        if pace > 0.0 { LONGEST / pace } else { f64::INFINITY }
     }
 
     /// How long a step may be for the branch points that lie shortly before it (s): those of contacts that have closed

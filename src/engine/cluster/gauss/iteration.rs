@@ -5,10 +5,10 @@
 //! loops run over the nodes of one contact, without branches, so that compilers turn them into instructions for several
 //! numbers.
 
-use super::motion::{Motion, Track};
+use super::motion::{Motion, Samples, Track};
 use crate::engine::flight::forcing_at;
 use crate::model::Mode;
-use crate::solver::gauss::{NODES, Nodes, Table};
+use crate::solver::gauss::{NODES, Table};
 
 /// The last nodes, and some from all over the step.
 const LAST: [usize; 4] = [NODES - 4, NODES - 3, NODES - 2, NODES - 1];
@@ -17,6 +17,9 @@ const SOME: [usize; 4] = [0, NODES / 3, 2 * NODES / 3, NODES - 1];
 /// Where the end of the step moves by more than this part of its length, the nodes move there with the rates of this
 /// iteration; else with those of an earlier one or those it starts from, as good as they need be.
 const FAR: f64 = 1e-3;
+
+/// What may be left out of the motion of the pendulums, over that by the forces.
+const LEFT_OUT: f64 = 1e-17;
 
 impl Motion {
     /// Where the iteration starts: overlaps and rates by the first derivatives at the start of the step.
@@ -27,18 +30,14 @@ impl Motion {
             // Viscoelastic forces have no derivative at an onset; right after it that is large, but not for long.
             let farthest = overlap.abs() + (rate.abs() + half.abs() * length) * length;
             let sixth = if sixth.abs() * length * length * length <= farthest { sixth } else { 0.0 };
-            for (value, part) in self.overlaps[j].iter_mut().zip(&table.times) {
+            for (value, part) in self.at_nodes.overlaps[j].iter_mut().zip(&table.times) {
                 let t = length * part;
                 *value = overlap + (rate + (half + sixth * t) * t) * t;
             }
-            for (value, part) in self.rates[j].iter_mut().zip(&table.times) {
+            for (value, part) in self.at_nodes.rates[j].iter_mut().zip(&table.times) {
                 let t = length * part;
                 *value = rate + (acceleration + 3.0 * sixth * t) * t;
             }
-        }
-        for ([positions, velocities], flight) in self.states.iter_mut().zip(&self.flights) {
-            *positions = table.times.map(|part| flight.x + flight.v * (length * part));
-            *velocities = [flight.v; NODES];
         }
     }
 
@@ -46,11 +45,12 @@ impl Motion {
     pub(super) fn push(&mut self) {
         for (j, track) in self.tracks.iter().enumerate() {
             if track.mode == Mode::Pressing {
-                self.forces[j + 1] = track.law.unclipped_forces(&self.overlaps[j], &self.rates[j]);
+                self.at_nodes.forces[j + 1] =
+                    track.law.unclipped_forces(&self.at_nodes.overlaps[j], &self.at_nodes.rates[j]);
             }
         }
-        for i in 0..self.states.len() {
-            self.move_ball(i);
+        if self.unlike {
+            self.move_balls();
         }
         for j in 0..self.tracks.len() {
             if self.tracks[j].mode == Mode::Pressing {
@@ -59,42 +59,92 @@ impl Motion {
         }
     }
 
-    /// Relative accelerations of the balls of contact `j` at the nodes.
+    /// Relative accelerations of the balls of contact `j` at the nodes: what the forces of three neighbouring contacts, a
+    /// constant pull and the pendulums accelerate its overlap by.
     pub(super) fn accelerate(&mut self, j: usize) {
-        let track = &self.tracks[j];
-        let [left, own, right] = [&self.forces[j], &self.forces[j + 1], &self.forces[j + 2]];
-        let sums = &mut self.accelerations[j];
-        accelerations(track, [left, own, right], &self.overlaps[j], sums);
-        if track.mean[1] > 0.0 {
-            sums.iter_mut().zip(&self.rates[j]).for_each(|(sum, rate)| *sum -= track.mean[1] * rate);
+        let (track, Samples { overlaps, rates, forces, balls, .. }) = (&self.tracks[j], &self.at_nodes);
+        let ([a, b], [omega2, drag], [left, own, right]) =
+            (track.inverse_masses, track.mean, [&forces[j], &forces[j + 1], &forces[j + 2]]);
+        let mut sums = [0.0; NODES];
+        for m in 0..NODES {
+            let pushed = (left[m] - own[m]) * a - (own[m] - right[m]) * b;
+            sums[m] = pushed + (track.pull - omega2 * overlaps[j][m]);
+        }
+        if drag > 0.0 {
+            (0..NODES).for_each(|m| sums[m] -= drag * rates[j][m]);
         }
         if track.unlike != [0.0; 2] {
-            let ([of_position, of_velocity], [left, right]) = (track.unlike, [&self.states[j], &self.states[j + 1]]);
-            for (m, sum) in sums.iter_mut().enumerate() {
-                let [position, velocity] = [0, 1].map(|k| 0.5 * (left[k][m] + right[k][m]));
-                *sum -= of_position * position + of_velocity * velocity;
+            let ([of_place, of_velocity], [left, right]) = (track.unlike, [&balls[j], &balls[j + 1]]);
+            for m in 0..NODES {
+                let [place, velocity] = [0, 1].map(|k| 0.5 * (left[k][m] + right[k][m]));
+                sums[m] -= of_place * place + of_velocity * velocity;
             }
         }
         if self.varies {
-            let times = self.stretching.table().times;
-            sums.iter_mut().zip(times).for_each(|(sum, t)| *sum += track.varying(self.length * t));
+            let times = &self.stretching.table().times;
+            (0..NODES).for_each(|m| sums[m] += track.varying(self.length * times[m]));
+        }
+        self.accelerations[j] = sums;
+    }
+
+    /// The motion of the balls at the nodes: that of the first one of neighbours that press by what accelerates it, round
+    /// by round until its pendulum has had its say, that of the others by the overlaps.
+    pub(super) fn move_balls(&mut self) {
+        let (table, length, reach) = (self.stretching.table(), self.length, self.pace() * self.length);
+        let gain = if self.drags { 2.0 * reach } else { reach * reach };
+        // What is left out of displacements matters only by their pendulums, unless velocities are asked for.
+        let enough = if self.drags || self.varies { LEFT_OUT } else { LEFT_OUT / gain };
+        for i in 0..self.flights.len() {
+            let flight = &self.flights[i];
+            let (mut displacements, mut velocities) = ([0.0; NODES], [0.0; NODES]);
+            if i > 0 && self.tracks[i - 1].mode == Mode::Pressing {
+                let (track, Samples { overlaps, rates, balls, .. }) = (&self.tracks[i - 1], &self.at_nodes);
+                for m in 0..NODES {
+                    displacements[m] = balls[i - 1][0][m] - (overlaps[i - 1][m] - track.overlap);
+                    velocities[m] = balls[i - 1][1][m] - rates[i - 1][m];
+                }
+                self.at_nodes.balls[i] = [displacements, velocities];
+            } else {
+                let pull = flight.forcing[0] - self.oscillators[i].omega2() * flight.x;
+                for m in 0..NODES {
+                    let t = length * table.times[m];
+                    (displacements[m], velocities[m]) = ((flight.v + 0.5 * pull * t) * t, flight.v + pull * t);
+                }
+                let pressed = self.tracks.get(i).is_some_and(|track| track.mode == Mode::Pressing);
+                let (mut left_out, mut round) = (if pressed || self.varies { 1.0 } else { gain }, 1.0);
+                self.at_nodes.balls[i] = [displacements, velocities];
+                while left_out > enough {
+                    self.accelerate_ball(i);
+                    let ([once, twice], v) = (table.integrate_both(&self.ball_accelerations[i]), self.flights[i].v);
+                    for m in 0..NODES {
+                        displacements[m] = length * (v * table.times[m] + length * twice[m]);
+                        velocities[m] = v + length * once[m];
+                    }
+                    self.at_nodes.balls[i] = [displacements, velocities];
+                    (left_out, round) = (left_out * gain / round, round + 1.0);
+                }
+            }
+            self.accelerate_ball(i);
         }
     }
 
-    /// Position and velocity of ball `i` at the nodes, from what accelerates it there.
-    fn move_ball(&mut self, i: usize) {
-        let (table, length, flight) = (self.stretching.table(), self.length, &self.flights[i]);
-        let (inverse_mass, o, [positions, velocities]) =
-            (self.inverse_mass(i), &self.oscillators[i], &mut self.states[i]);
-        let accelerations = std::array::from_fn(|m| {
-            (self.forces[i][m] - self.forces[i + 1][m]) * inverse_mass
-                + (forcing_at(&flight.forcing, length * table.times[m])
-                    - o.omega2() * positions[m]
-                    - 2.0 * o.gamma() * velocities[m])
-        });
-        let [once, twice] = table.integrate_both(&accelerations);
-        *velocities = once.map(|sum| flight.v + length * sum);
-        *positions = std::array::from_fn(|m| flight.x + length * (flight.v * table.times[m] + length * twice[m]));
+    /// What accelerates ball `i` at the nodes, as far as its motion is known.
+    fn accelerate_ball(&mut self, i: usize) {
+        let (flight, o, inverse_mass) = (&self.flights[i], &self.oscillators[i], self.inverse_mass(i));
+        let Samples { forces, balls, .. } = &self.at_nodes;
+        let ([left, right], [displacements, velocities]) = ([&forces[i], &forces[i + 1]], &balls[i]);
+        let (mut sums, omega2, pull) = ([0.0; NODES], o.omega2(), flight.forcing[0] - o.omega2() * flight.x);
+        for m in 0..NODES {
+            sums[m] = (left[m] - right[m]) * inverse_mass + (pull - omega2 * displacements[m]);
+        }
+        if o.gamma() > 0.0 {
+            sums.iter_mut().zip(velocities).for_each(|(sum, v)| *sum -= 2.0 * o.gamma() * v);
+        }
+        if self.varies {
+            let times = self.stretching.table().times.map(|part| self.length * part);
+            sums.iter_mut().zip(times).for_each(|(sum, t)| *sum += forcing_at(&flight.forcing, t) - flight.forcing[0]);
+        }
+        self.ball_accelerations[i] = sums;
     }
 
     /// Overlaps and rates of the closed contacts from their accelerations, and the end of the step `later` (s) than it
@@ -105,15 +155,15 @@ impl Motion {
         let (mut change, mut size, mut of_rate) = (0.0, f64::MIN_POSITIVE, 0.0);
         for j in 0..self.tracks.len() {
             if self.tracks[j].mode == Mode::Pressing {
-                let (before, rate) = (LAST.map(|m| self.overlaps[j][m]), self.rates[j][NODES - 1]);
+                let (before, rate) = (LAST.map(|m| self.at_nodes.overlaps[j][m]), self.at_nodes.rates[j][NODES - 1]);
                 self.move_contact(j, table, later);
-                let after = &self.overlaps[j];
+                let after = &self.at_nodes.overlaps[j];
                 for (m, before) in LAST.into_iter().zip(before) {
                     change = larger(change, (after[m] - before).abs());
                 }
                 size = SOME.into_iter().fold(size, |size, m| larger(size, after[m]));
                 if self.needs_rates {
-                    of_rate = larger(of_rate, (self.rates[j][NODES - 1] - rate).abs());
+                    of_rate = larger(of_rate, (self.at_nodes.rates[j][NODES - 1] - rate).abs());
                 }
             }
         }
@@ -127,33 +177,28 @@ impl Motion {
         let (length, square) = (self.length, self.length * self.length);
         let Track { overlap, rate, .. } = self.tracks[j];
         let (accelerations, closing) = (&self.accelerations[j], rate * length);
+        // In local arrays, of which compilers know that they are apart from what they are computed from.
+        let (mut overlaps, mut rates) = ([0.0; NODES], self.at_nodes.rates[j]);
         let twice = if self.needs_rates || later.abs() > FAR * length {
             let [once, twice] = table.integrate_both(accelerations);
-            self.rates[j] = once.map(|sum| rate + length * sum);
+            for m in 0..NODES {
+                rates[m] = rate + length * once[m];
+            }
             twice
         } else {
             table.integrate_twice(accelerations)
         };
-        let mut overlaps: Nodes = std::array::from_fn(|m| overlap + (closing * table.times[m] + square * twice[m]));
+        for m in 0..NODES {
+            overlaps[m] = overlap + (closing * table.times[m] + square * twice[m]);
+        }
         if later != 0.0 {
-            let mut rates = self.rates[j];
             for m in 0..NODES {
                 let after = later * table.times[m];
                 overlaps[m] += (rates[m] + 0.5 * accelerations[m] * after) * after;
                 rates[m] += accelerations[m] * after;
             }
-            self.rates[j] = rates;
         }
-        self.overlaps[j] = overlaps;
-    }
-}
-
-/// What the `forces` of three neighbouring contacts, a constant pull and the pendulums accelerate an overlap by.
-#[inline(always)]
-fn accelerations(track: &Track, forces: [&Nodes; 3], overlaps: &Nodes, sums: &mut Nodes) {
-    let ([a, b], pull, omega2, [left, own, right]) = (track.inverse_masses, track.pull, track.mean[0], forces);
-    for m in 0..NODES {
-        sums[m] = (left[m] - own[m]) * a - (own[m] - right[m]) * b + (pull - omega2 * overlaps[m]);
+        (self.at_nodes.overlaps[j], self.at_nodes.rates[j]) = (overlaps, rates);
     }
 }
 

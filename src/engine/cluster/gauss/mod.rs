@@ -98,7 +98,7 @@ impl Motion {
     /// A step of no length, at whose end contact `j` switches.
     fn ends_at_once(&mut self, j: usize, switch: Switch, next: f64) -> Followed {
         (self.length, self.until, self.end) = (0.0, 0.0, Some((j, switch)));
-        self.forces.iter_mut().for_each(|forces| *forces = [0.0; NODES]);
+        self.at_nodes.forces.iter_mut().for_each(|forces| *forces = [0.0; NODES]);
         self.forget();
         Followed { length: 0.0, next }
     }

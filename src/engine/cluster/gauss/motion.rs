@@ -24,7 +24,7 @@ pub(super) struct Track {
     pub mean: [f64; 2],
     /// How much more that on the left has of both: what acts on the mean of their positions and velocities.
     pub unlike: [f64; 2],
-    /// What forcing and gravity accelerate an overlap of 0 by at the start, m/s2, but for unlike pendulums.
+    /// What forcing and gravity accelerate an overlap of 0 by at the start, m/s2.
     pub pull: f64,
     /// Relative acceleration of the two at the start, m/s2, and what the contact forces change it by, m/s3.
     pub acceleration: f64,
@@ -83,13 +83,25 @@ pub(super) struct Tolerance {
     pub rounding: Rounding,
 }
 
+/// Values at the nodes of a step, or at those of a part of it.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Samples {
+    /// The nodes, s.
+    pub times: Nodes,
+    /// A contact each: overlap (m) and its rate (m/s; rough unless the iteration takes them).
+    pub overlaps: Vec<Nodes>,
+    pub rates: Vec<Nodes>,
+    /// Forces (N), with one of 0 at either end.
+    pub forces: Vec<Nodes>,
+    /// A ball each: displacement (m) and velocity (m/s; rough unless the iteration takes rates).
+    pub balls: Vec<[Nodes; 2]>,
+}
+
 /// What is known at a time.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Moment {
     /// The time (s); none before the first.
     pub tau: Option<f64>,
-    /// The weights of the integral from the start, s.
-    pub weights: Nodes,
     /// A ball each: displacement (m), the change of its velocity (m/s), and the integral of the displacement (m.s).
     pub balls: Vec<[f64; 3]>,
     /// A contact each: overlap (m) and the change of its rate (m/s).
@@ -101,12 +113,10 @@ pub(super) struct Moment {
 pub(super) struct Part {
     /// The time (s); none before the first.
     pub tau: Option<f64>,
-    /// The nodes, how fast the time grows there, and the weights of the integral up to the time, s.
-    pub times: Nodes,
-    pub paces: Nodes,
+    /// The weights of the integral up to there, s.
     pub weights: Nodes,
-    /// A contact each, unless the nodes are those of the step: overlaps (m), rates (m/s) and forces (N) there.
-    pub contacts: Option<Vec<[Nodes; 3]>>,
+    /// Values at nodes on the way there, unless those of the step serve.
+    pub early: Option<Samples>,
 }
 
 /// The motion of a window on a step.
@@ -125,18 +135,15 @@ pub(crate) struct Motion {
     /// Whether some pendulums differ.
     pub(super) unlike: bool,
     pub(super) tracks: Vec<Track>,
-    /// Whether a forcing varies, and whether the iteration takes the rates.
+    /// Whether a forcing varies, whether there is drag, and whether the iteration takes the rates.
     pub(super) varies: bool,
+    pub(super) drags: bool,
     pub(super) needs_rates: bool,
-    /// Values at the nodes, a contact each: overlap (m), its rate (m/s; rough unless the iteration takes them), its
-    /// acceleration (m/s2).
-    pub(super) overlaps: Vec<Nodes>,
-    pub(super) rates: Vec<Nodes>,
+    /// Values at the nodes.
+    pub(super) at_nodes: Samples,
+    /// What accelerates each contact and each ball there, m/s2.
     pub(super) accelerations: Vec<Nodes>,
-    /// Forces (N), with one of 0 at either end.
-    pub(super) forces: Vec<Nodes>,
-    /// Positions (m) and velocities (m/s) of the balls at the nodes, where pendulums differ.
-    pub(super) states: Vec<[Nodes; 2]>,
+    pub(super) ball_accelerations: Vec<Nodes>,
     /// What is known at the time that was asked for last.
     pub(super) moment: RefCell<Moment>,
     /// The same of its integrals.
@@ -160,6 +167,7 @@ impl Motion {
             let rate = left.v - right.v;
             let pendulums = [&self.oscillators[j], &self.oscillators[j + 1]].map(|o| [o.omega2(), 2.0 * o.gamma()]);
             let mean = [0, 1].map(|k| 0.5 * (pendulums[0][k] + pendulums[1][k]));
+            let unlike = [0, 1].map(|k| pendulums[0][k] - pendulums[1][k]);
             self.tracks.push(Track {
                 law: *law,
                 mode: contact.mode,
@@ -168,8 +176,8 @@ impl Motion {
                 inverse_masses: [1.0 / balls[j].mass, 1.0 / balls[j + 1].mass],
                 forcing,
                 mean,
-                unlike: [0, 1].map(|k| pendulums[0][k] - pendulums[1][k]),
-                pull: forcing[0] - mean[0] * law.clearance,
+                unlike,
+                pull: forcing[0] - mean[0] * law.clearance - 0.5 * unlike[0] * (left.x + right.x),
                 acceleration: 0.0,
                 jerk: 0.0,
             });
@@ -177,13 +185,9 @@ impl Motion {
         let force = |track: &Track| track.law.unclipped_force(track.overlap, track.rate);
         let mut beside = flights.iter().zip(&flights[1..]);
         self.for_each_under(force, |track, forces| {
-            track.acceleration = track.pushed(forces) + (track.pull + track.swing(track.overlap, track.rate));
-            if let Some((left, right)) = beside.next()
-                && track.unlike != [0.0; 2]
-            {
-                let [of_position, of_velocity] = track.unlike;
-                track.acceleration -= 0.5 * (of_position * (left.x + right.x) + of_velocity * (left.v + right.v));
-            }
+            let both = beside.next().map_or(0.0, |(left, right)| left.v + right.v);
+            let swing = track.swing(track.overlap, track.rate) - 0.5 * track.unlike[1] * both;
+            track.acceleration = track.pushed(forces) + (track.pull + swing);
         });
         let change = |track: &Track| {
             let (by_overlap, by_rate) = track.law.force_slopes(track.overlap, track.rate);
@@ -191,15 +195,18 @@ impl Motion {
         };
         self.for_each_under(change, |track, changes| track.jerk = track.pushed(changes));
         self.varies = flights.iter().any(|flight| degree(&flight.forcing) > 0);
-        self.needs_rates =
-            self.oscillators.iter().any(|o| o.gamma() > 0.0) || self.tracks.iter().any(|track| !track.law.is_elastic());
+        self.drags = self.oscillators.iter().any(|o| o.gamma() > 0.0);
+        let lossy = self.tracks.iter().any(|track| !track.law.is_elastic());
+        self.needs_rates = self.drags || self.varies || lossy;
         let contacts = self.tracks.len();
-        for values in [&mut self.overlaps, &mut self.rates, &mut self.accelerations] {
+        let Samples { overlaps, rates, forces, balls, .. } = &mut self.at_nodes;
+        for values in [overlaps, rates, &mut self.accelerations] {
             values.resize(contacts, [0.0; NODES]);
         }
-        self.forces.clear();
-        self.forces.resize(contacts + 2, [0.0; NODES]);
-        self.states.resize(if self.unlike { flights.len() } else { 0 }, [[0.0; NODES]; 2]);
+        forces.clear();
+        forces.resize(contacts + 2, [0.0; NODES]);
+        balls.resize(flights.len(), [[0.0; NODES]; 2]);
+        self.ball_accelerations.resize(flights.len(), [0.0; NODES]);
     }
 
     /// The fastest rate of a pendulum, 1/s.

@@ -1,34 +1,25 @@
 //! What is read off a step of Gauss collocation, at any time of it.
 //!
-//! The forces at the nodes are all that is kept. A pendulum answers them linearly: with `U_k` the functions of the
-//! oscillator (`solver::oscillator`) and `w_l(tau)` the weights of the integral from the start to tau,
+//! The accelerations at the nodes tell the motion: with `w_l(tau)` the weights of the integral from the start to tau,
 //!
 //! ```text
-//! x(tau) = x_free(tau) + sum_l w_l(tau) U_1(tau - t_l) f_l,     x' with U_0, the integral of x with U_2
+//! v(tau) = v + sum_l w_l(tau) a_l,     x(tau) = x + v tau + sum_l w_l(tau) (tau - t_l) a_l
 //! ```
 //!
-//! At the end of the step these are the sums of the method itself. So is the overlap, as a difference of two such
-//! motions.
-//!
-//! Integrals up to a time early in the step are sums at nodes on the way there: by the nodes of the step, they would be
-//! known to the rounding of what comes later.
+//! At the end of the step these are the sums of the method itself. So is the overlap. What is an integral of these is
+//! a sum of values at nodes: those of the step or, up to a time early in it, nodes on the way there, as by the nodes of
+//! the step it would be known to the rounding of what comes later.
 
 use std::cell::Ref;
 
-use super::motion::{Moment, Motion, Part, Track};
+use super::motion::{Moment, Motion, Part, Samples};
 use crate::engine::cluster::dense_output::DenseOutput;
 use crate::engine::cluster::window::{OverlapSeries, Switch, Window, clipping};
-use crate::engine::flight::{Forcing, Rounding, degree, forcing_at};
+use crate::engine::flight::{Flight, Forcing, Rounding, degree, forcing_at};
 use crate::model::Mode;
 use crate::next::Next;
-use crate::solver::double_double::DoubleDouble;
 use crate::solver::gauss::{NODES, Nodes, Rule, weighted};
-use crate::solver::oscillator::{BASIS, Oscillator};
 use crate::solver::{root, series};
-
-/// Terms of the power series of the oscillator's functions, and what the first term left out may be.
-const TERMS: usize = 14;
-const LEFT_OUT: f64 = 1e-18;
 
 /// How far a peak may exceed the largest force at the nodes and at the ends.
 const MARGIN: f64 = 1.25;
@@ -36,70 +27,6 @@ const MARGIN: f64 = 1.25;
 /// Up to this part of the step, as it is stretched, integrals have nodes of their own: where steps end early, those of
 /// the step serve.
 const EARLY: f64 = 0.5;
-
-/// Longest step, over the time scale of the pendulum, that those terms serve.
-pub(super) const LONGEST: f64 = 0.25;
-
-/// `U_0`, `U_1` and `U_2` by power series about 0, for negative times as well.
-pub(super) struct Responses {
-    /// Coefficients of `U_1`, from the first power on.
-    terms: [f64; TERMS],
-    count: usize,
-}
-
-impl Responses {
-    /// For times up to `longest` (s).
-    pub fn new(o: &Oscillator, longest: f64) -> Self {
-        let mut terms = [0.0; TERMS];
-        terms[0] = 1.0;
-        terms[1] = -o.gamma();
-        let reach = o.pace() * longest;
-        let (mut count, mut left_out) = (1, 0.5 * reach);
-        for k in 2..TERMS {
-            if left_out <= LEFT_OUT {
-                break;
-            }
-            // Coefficient k + 1 of a function with U'' = -2 gamma U' - omega^2 U.
-            let n = (k + 1) as f64;
-            terms[k] = -(2.0 * o.gamma() * (n - 1.0) * terms[k - 1] + o.omega2() * terms[k - 2]) / (n * (n - 1.0));
-            left_out *= reach / n;
-            count = k + 1;
-        }
-        Self { terms, count: count.max(2) }
-    }
-
-    /// `U_0`, `U_1`, `U_2` at `s`.
-    #[inline]
-    pub fn at(&self, s: f64) -> [f64; 3] {
-        let mut sums = [0.0; 3];
-        for (k, term) in self.terms[..self.count].iter().enumerate().rev() {
-            let n = (k + 1) as f64;
-            sums = [sums[0] * s + n * term, sums[1] * s + term, sums[2] * s + term / (n + 1.0)];
-        }
-        [sums[0], sums[1] * s, sums[2] * s * s]
-    }
-
-    /// These `weights`, and their products with [`Self::at`] `s`.
-    #[inline(always)]
-    fn weights(&self, weights: &Nodes, s: &Nodes) -> [Nodes; 3] {
-        let [mut u0, mut u1, mut u2] = [[0.0; NODES]; 3];
-        for (k, term) in self.terms[..self.count].iter().enumerate().rev() {
-            let n = (k + 1) as f64;
-            let terms = [n * term, *term, term / (n + 1.0)];
-            for m in 0..NODES {
-                u0[m] = u0[m] * s[m] + terms[0];
-                u1[m] = u1[m] * s[m] + terms[1];
-                u2[m] = u2[m] * s[m] + terms[2];
-            }
-        }
-        for m in 0..NODES {
-            u0[m] *= weights[m];
-            u1[m] *= weights[m] * s[m];
-            u2[m] *= weights[m] * s[m] * s[m];
-        }
-        [u0, u1, u2]
-    }
-}
 
 impl Motion {
     /// The motion is another one.
@@ -116,66 +43,46 @@ impl Motion {
     }
 
     fn compute_moment(&self, moment: &mut Moment, tau: f64) {
+        let [once, twice, thrice] = self.weights(tau);
+        let ball = |(flight, a): (&Flight, &Nodes)| {
+            let [velocity, displacement, integral] = [&once, &twice, &thrice].map(|weights| weighted(weights, a));
+            [flight.v * tau + displacement, velocity, 0.5 * flight.v * tau * tau + integral]
+        };
         moment.tau = Some(tau);
-        moment.weights = self.weights(tau);
-        let ago = self.ago(tau);
-        let (mut basis, mut responses, mut left) = ([0.0; BASIS], [[0.0; NODES]; 3], [0.0; 3]);
-        let sums = |responses: &[Nodes; 3], i: usize| responses.each_ref().map(|r| weighted(r, &self.forces[i]));
         moment.balls.clear();
-        for (i, (o, flight)) in self.oscillators.iter().zip(&self.flights).enumerate() {
-            if i == 0 || *o != self.oscillators[i - 1] {
-                basis = self.basis(o, tau);
-                responses = Responses::new(o, self.length).weights(&moment.weights, &ago);
-                left = sums(&responses, i);
-            }
-            let (right, inverse_mass) = (sums(&responses, i + 1), self.inverse_mass(i));
-            let pushed: [f64; 3] = std::array::from_fn(|k| (left[k] - right[k]) * inverse_mass);
-            moment.balls.push([
-                flight.displacement(o, &basis) + pushed[1],
-                flight.change_of_velocity(o, &basis) + pushed[0],
-                flight.displacement_integral(o, &basis) + pushed[2],
-            ]);
-            left = right;
-        }
+        moment.balls.extend(self.flights.iter().zip(&self.ball_accelerations).map(ball));
         moment.contacts.clear();
         for (j, track) in self.tracks.iter().enumerate() {
-            let (overlap, change) = if track.mode == Mode::Pressing {
-                self.overlap_by(&moment.weights, &ago, j, tau)
+            moment.contacts.push(if track.mode == Mode::Pressing {
+                self.overlap_by(&once, &twice, j, tau)
             } else {
                 let [left, right] = [&moment.balls[j], &moment.balls[j + 1]];
-                (track.overlap + (left[0] - right[0]), left[1] - right[1])
-            };
-            moment.contacts.push([overlap, change]);
+                [track.overlap + (left[0] - right[0]), left[1] - right[1]]
+            });
         }
     }
 
-    /// The functions of the oscillator `o`, as many as inputs call for.
-    fn basis(&self, o: &Oscillator, tau: f64) -> [f64; BASIS] {
-        if self.varies {
-            return o.basis(DoubleDouble::from(tau));
-        }
-        let mut basis = [0.0; BASIS];
-        basis[..4].copy_from_slice(&o.basis::<4>(DoubleDouble::from(tau)));
-        basis
-    }
-
-    /// Overlap of the pressing contact `j` (m) and the change of its rate (m/s), by its accelerations with these
-    /// `weights` (s) so long `ago` (s).
-    fn overlap_by(&self, weights: &Nodes, ago: &Nodes, j: usize, tau: f64) -> (f64, f64) {
+    /// Overlap of the pressing contact `j` (m) at `tau` and the change of its rate (m/s), by these weights.
+    fn overlap_by(&self, once: &Nodes, twice: &Nodes, j: usize, tau: f64) -> [f64; 2] {
         let (track, accelerations) = (&self.tracks[j], &self.accelerations[j]);
-        let moved = weighted(&std::array::from_fn(|m| weights[m] * ago[m]), accelerations);
-        (track.overlap + (track.rate * tau + moved), weighted(weights, accelerations))
+        [track.overlap + (track.rate * tau + weighted(twice, accelerations)), weighted(once, accelerations)]
     }
 
-    /// The weights of the integral from the start to `tau` (s).
-    fn weights(&self, tau: f64) -> Nodes {
-        let table = self.stretching.table();
-        if tau == self.length {
-            return table.of_rate.map(|weight| self.length * weight);
+    /// The weights of the integral from the start to `tau` (s), s, of the double one, s2, and of the triple one, s3.
+    fn weights(&self, tau: f64) -> [Nodes; 3] {
+        let (table, length) = (self.stretching.table(), self.length);
+        let (mut once, paces) = match tau == length {
+            true => (table.of_rate, &[1.0; NODES]),
+            false => (Rule::get().integrals(self.stretching.inverse(tau / length)), &table.paces),
+        };
+        let (mut twice, mut thrice) = ([0.0; NODES], [0.0; NODES]);
+        for m in 0..NODES {
+            let ago = tau - length * table.times[m];
+            once[m] *= length * paces[m];
+            twice[m] = once[m] * ago;
+            thrice[m] = 0.5 * twice[m] * ago;
         }
-        let mut weights = Rule::get().integrals(self.stretching.inverse(tau / self.length));
-        weights.iter_mut().zip(table.paces).for_each(|(weight, pace)| *weight *= self.length * pace);
-        weights
+        [once, twice, thrice]
     }
 
     /// Of ball `i`, 1/kg. A window has a contact at every ball, on the right of all but the last one.
@@ -189,93 +96,68 @@ impl Motion {
     /// The step up to `tau` (s).
     fn part(&self, tau: f64) -> Ref<'_, Part> {
         if self.part.borrow().tau != Some(tau) {
-            let scaled = |nodes: Nodes| nodes.map(|value| self.length * value);
-            let (table, end) = (self.stretching.table(), self.stretching.inverse(tau / self.length));
-            let part = if end > EARLY {
-                let [times, paces] = [table.times, table.paces].map(scaled);
-                Part { tau: Some(tau), times, paces, weights: self.weights(tau), contacts: None }
+            let end = self.stretching.inverse(tau / self.length);
+            let (weights, early) = if end > EARLY {
+                (self.weights(tau)[0], None)
             } else {
-                let [times, paces, weights] = self.stretching.nodes_up_to(end).map(scaled);
-                Part { tau: Some(tau), times, paces, weights, contacts: Some(self.contacts_at(&times)) }
+                let [times, weights] = self.stretching.nodes_up_to(end).map(|nodes| nodes.map(|t| self.length * t));
+                (weights, Some(self.samples(times)))
             };
-            *self.part.borrow_mut() = part;
+            *self.part.borrow_mut() = Part { tau: Some(tau), weights, early };
         }
         self.part.borrow()
     }
 
-    /// Overlaps (m), rates (m/s) and forces (N) of the contacts at these times (s); 0 for those that do not press.
-    fn contacts_at(&self, times: &Nodes) -> Vec<[Nodes; 3]> {
-        let within = times.map(|time| (time, self.weights(time), self.ago(time)));
-        let values = |(j, track): (usize, &Track)| {
-            let (mut overlaps, mut rates) = ([0.0; NODES], [0.0; NODES]);
-            if track.mode != Mode::Pressing {
-                return [[0.0; NODES]; 3];
+    /// Values at these times (s).
+    fn samples(&self, times: Nodes) -> Samples {
+        let mut samples = Samples { times, ..self.at_nodes.clone() };
+        let mut moment = Moment::default();
+        for (m, tau) in times.into_iter().enumerate() {
+            self.compute_moment(&mut moment, tau);
+            for (i, [displacement, change, _]) in moment.balls.iter().enumerate() {
+                (samples.balls[i][0][m], samples.balls[i][1][m]) = (*displacement, self.flights[i].v + change);
             }
-            for (m, (time, weights, ago)) in within.iter().enumerate() {
-                let (overlap, change) = self.overlap_by(weights, ago, j, *time);
-                (overlaps[m], rates[m]) = (overlap, track.rate + change);
-            }
-            [overlaps, rates, track.law.unclipped_forces(&overlaps, &rates)]
-        };
-        self.tracks.iter().enumerate().map(values).collect()
-    }
-
-    /// Forces at the nodes of this part of the step of the contacts beside ball `i`, N; 0 where there is none.
-    fn forces_on<'a>(&'a self, i: usize, part: &'a Part) -> [&'a Nodes; 2] {
-        const NONE: Nodes = [0.0; NODES];
-        match &part.contacts {
-            None => [&self.forces[i], &self.forces[i + 1]],
-            Some(contacts) => {
-                let force = |j: usize| contacts.get(j).map_or(&NONE, |[.., forces]| forces);
-                [i.checked_sub(1).map_or(&NONE, force), force(i)]
+            for (j, [overlap, change]) in moment.contacts.iter().enumerate() {
+                (samples.overlaps[j][m], samples.rates[j][m]) = (*overlap, self.tracks[j].rate + change);
             }
         }
+        for (j, track) in self.tracks.iter().enumerate().filter(|(_, track)| track.mode == Mode::Pressing) {
+            samples.forces[j + 1] = track.law.unclipped_forces(&samples.overlaps[j], &samples.rates[j]);
+        }
+        samples
     }
 
-    /// What the forces of the contacts add up to `tau` (s) to the velocity (m/s) and the position (m) of ball `i`, and
-    /// to the integral of its position (m.s).
-    fn pushed_up_to(&self, i: usize, tau: f64) -> [f64; 3] {
+    /// The integral up to `tau` (s) of what these values make at the nodes.
+    fn integral(&self, tau: f64, values: impl Fn(&Samples) -> Nodes) -> f64 {
         let part = self.part(tau);
-        let [left, right] = self.forces_on(i, &part);
-        let responses = Responses::new(&self.oscillators[i], self.length);
-        let weights = responses.weights(&part.weights, &part.times.map(|time| tau - time));
-        weights.map(|weights| (weighted(&weights, left) - weighted(&weights, right)) * self.inverse_mass(i))
-    }
-
-    /// How long before `tau` (s) the nodes are, s.
-    fn ago(&self, tau: f64) -> Nodes {
-        self.stretching.table().times.map(|time| tau - self.length * time)
-    }
-
-    /// What the forces of the contacts add to the velocity of ball `i` at the nodes of this part of the step, m/s.
-    fn pushed_velocities(&self, i: usize, part: &Part) -> Nodes {
-        let (o, inverse_mass) = (&self.oscillators[i], self.inverse_mass(i));
-        let [left, right] = self.forces_on(i, part);
-        let responses = Responses::new(o, self.length);
-        // The motion that starts with what the pushes so far would have had to be at the start.
-        let back = part.times.map(|time| responses.at(-time));
-        let push = |m: usize| part.paces[m] * (left[m] - right[m]) * inverse_mass;
-        let [velocities, displacements] =
-            [0, 1].map(|k| Rule::get().integrate(&std::array::from_fn(|m| push(m) * back[m][k])));
-        std::array::from_fn(|m| {
-            let [velocity, displacement, _] = responses.at(part.times[m]);
-            velocity * velocities[m] - o.omega2() * displacement * displacements[m]
-        })
+        weighted(&part.weights, &values(part.early.as_ref().unwrap_or(&self.at_nodes)))
     }
 
     /// The force of contact `j` by its law, N, and the rate of its overlap, m/s, at the start, at the end or within the
     /// step.
     fn force(&self, j: usize, tau: f64) -> (f64, f64) {
         let track = &self.tracks[j];
-        let (overlap, change) = match tau {
-            0.0 => (track.overlap, 0.0),
-            tau if tau == self.length => self.overlap(j, tau),
-            _ => self.overlap_by(&self.weights(tau), &self.ago(tau), j, tau),
+        let [overlap, change] = match tau {
+            0.0 => [track.overlap, 0.0],
+            tau if tau == self.length => self.moment(tau).contacts[j],
+            _ => {
+                let [once, twice, _] = self.weights(tau);
+                self.overlap_by(&once, &twice, j, tau)
+            }
         };
         // Where the overlap is 0, a dashpot acts all the same.
         let rate = track.rate + change;
         let [force] = track.law.unclipped_forces(&[overlap], &[rate]);
         (force, rate)
+    }
+
+    /// When, between these times (s), the polynomial in powers of `2 c - 1` with these coefficients rises through 0, s.
+    pub(super) fn rising_zero(&self, coefficients: &Nodes, start: f64, end: f64) -> Option<f64> {
+        let x = |time: f64| 2.0 * self.stretching.inverse(time / self.length) - 1.0;
+        let at = |x: f64| series::value_and_derivatives(coefficients, x);
+        let [low, high] = [x(start), x(end)].map(|x| (x, at(x)[0]));
+        let c = || 0.5 + 0.5 * root::rising_zero(at, low, high);
+        (low.1 < 0.0 && high.1 >= 0.0).then(|| (self.length * self.stretching.part(c())).clamp(start, end))
     }
 
     /// The switching of contact `j`, if it is this one.
@@ -291,39 +173,25 @@ impl DenseOutput for Motion {
     }
 
     fn displacement_integral(&self, i: usize, tau: f64) -> f64 {
-        if self.part(tau).contacts.is_none() {
+        if self.part(tau).early.is_none() {
             return self.moment(tau).balls[i][2];
         }
-        let (o, [_, _, pushed]) = (&self.oscillators[i], self.pushed_up_to(i, tau));
-        self.flights[i].displacement_integral(o, &self.basis(o, tau)) + pushed
+        self.integral(tau, |at| at.balls[i][0])
     }
 
     fn squared_velocity_integral(&self, i: usize, tau: f64) -> f64 {
-        let part = self.part(tau);
-        let pushed = self.pushed_velocities(i, &part);
-        let free = |m: usize| self.flights[i].at(&self.oscillators[i], DoubleDouble::from(part.times[m])).1;
-        weighted(&part.weights, &std::array::from_fn(|m| (free(m) + pushed[m]).powi(2)))
+        self.integral(tau, |at| at.balls[i][1].map(|v| v * v))
     }
 
     fn work(&self, i: usize, forcing: &Forcing, tau: f64) -> f64 {
-        let o = &self.oscillators[i];
-        if degree(forcing) == 0 && self.part(tau).contacts.is_none() {
+        if degree(forcing) == 0 && self.part(tau).early.is_none() {
             return forcing[0] * self.moved(i, tau).0;
         }
-        if degree(forcing) == 0 {
-            let [_, pushed, _] = self.pushed_up_to(i, tau);
-            return forcing[0] * (self.flights[i].displacement(o, &self.basis(o, tau)) + pushed);
-        }
-        let free = self.flights[i].work(forcing, o, tau, &o.basis::<BASIS>(DoubleDouble::from(tau)));
-        let part = self.part(tau);
-        let pushed = self.pushed_velocities(i, &part);
-        let power = std::array::from_fn(|m| pushed[m] * forcing_at(forcing, part.times[m]));
-        free + weighted(&part.weights, &power)
+        self.integral(tau, |at| std::array::from_fn(|m| forcing_at(forcing, at.times[m]) * at.balls[i][1][m]))
     }
 
     fn overlap(&self, j: usize, tau: f64) -> (f64, f64) {
-        let [overlap, change] = self.moment(tau).contacts[j];
-        (overlap, change)
+        self.moment(tau).contacts[j].into()
     }
 
     fn overlap_series(&self, _: usize, _: f64) -> Option<OverlapSeries> {
@@ -331,13 +199,12 @@ impl DenseOutput for Motion {
     }
 
     fn impulse(&self, j: usize, tau: f64) -> f64 {
-        let part = self.part(tau);
-        weighted(&part.weights, self.forces_on(j, &part)[1])
+        self.integral(tau, |at| at.forces[j + 1])
     }
 
     /// Looked for between the nodes as the polynomial through the forces there; its value is that of the law.
     fn peak(&self, j: usize, from: f64, to: f64, known: f64) -> f64 {
-        let (forces, table) = (&self.forces[j + 1], self.stretching.table());
+        let (forces, table) = (&self.at_nodes.forces[j + 1], self.stretching.table());
         let time = |m: usize| self.length * table.times[m];
         let nodes_before = |tau: f64| (0..NODES).take_while(|m| time(*m) < tau).count();
         let is_whole = from == 0.0 && to == self.length;
@@ -367,28 +234,17 @@ impl DenseOutput for Motion {
         }
         let start = node.filter(|m| *m > first).map_or(from, |m| time(m - 1));
         let end = node.filter(|m| m + 1 < end).map_or(to, |m| time(m + 1));
-        let x = |tau: f64| 2.0 * self.stretching.inverse(tau / self.length) - 1.0;
         let coefficients = Rule::get().powers.map(|row| weighted(&row, forces));
-        let falls: Nodes = std::array::from_fn(|k| -((k + 1) as f64) * coefficients.get(k + 1).unwrap_or(&0.0));
-        let fall = |x: f64| series::value_and_derivatives(&falls, x);
-        let (low, high) = (x(start), x(end));
-        let (at_low, at_high) = (fall(low)[0], fall(high)[0]);
-        if at_low < 0.0 && at_high >= 0.0 {
-            let c = 0.5 + 0.5 * root::rising_zero(fall, (low, at_low), (high, at_high));
-            let place = (self.length * self.stretching.part(c)).clamp(from, to);
-            return largest.max(self.force(j, place).0).max(known);
-        }
-        largest.max(known)
+        let falls = std::array::from_fn(|k| -((k + 1) as f64) * coefficients.get(k + 1).unwrap_or(&0.0));
+        let place = self.rising_zero(&falls, start, end).map(|place| place.clamp(from, to));
+        place.map_or(largest, |place| largest.max(self.force(j, place).0)).max(known)
     }
 
     fn contact_loss(&self, j: usize, tau: f64) -> f64 {
-        let part = self.part(tau);
-        let [overlaps, rates] = match &part.contacts {
-            Some(contacts) => [&contacts[j][0], &contacts[j][1]],
-            None => [&self.overlaps[j], &self.rates[j]],
-        };
-        let forces = self.tracks[j].law.damping_forces(overlaps, rates);
-        weighted(&part.weights, &std::array::from_fn(|m| forces[m] * rates[m]))
+        self.integral(tau, |at| {
+            let forces = self.tracks[j].law.damping_forces(&at.overlaps[j], &at.rates[j]);
+            std::array::from_fn(|m| forces[m] * at.rates[j][m])
+        })
     }
 
     fn onset(&self, j: usize, _: &Window, _: f64, _: &Rounding) -> Next {

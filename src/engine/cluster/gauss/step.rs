@@ -221,11 +221,13 @@ impl Motion {
             }
         }
         if error > 1.0 {
-            Outcome::TooLong(error)
-        } else if self.may_have_passed_over(self.until, table, tolerance) {
-            Outcome::Failed
-        } else {
-            Outcome::Stands(error)
+            return Outcome::TooLong(error);
         }
+        if self.may_have_passed_over(self.until, table, tolerance) {
+            return Outcome::Failed;
+        }
+        self.at_nodes.times = table.times.map(|part| self.length * part);
+        self.move_balls();
+        Outcome::Stands(error)
     }
 }

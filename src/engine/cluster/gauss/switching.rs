@@ -8,7 +8,6 @@ use super::motion::{Motion, Tolerance, Track};
 use crate::engine::cluster::window::{Switch, clipping};
 use crate::model::{Mode, SignOfForce};
 use crate::solver::gauss::{NODES, Nodes, Rule, Table, weighted};
-use crate::solver::{root, series};
 
 /// How far the overlaps at the nodes are known, over speed and length.
 const UNKNOWN: f64 = 1e-15;
@@ -62,7 +61,8 @@ impl Motion {
 
     /// How much the contact that presses least does so, over the one that presses most.
     pub(super) fn evenness(&self) -> f64 {
-        let pressing = self.tracks.iter().zip(&self.overlaps).filter(|(track, _)| track.mode == Mode::Pressing);
+        let pressing =
+            self.tracks.iter().zip(&self.at_nodes.overlaps).filter(|(track, _)| track.mode == Mode::Pressing);
         let largest = pressing.map(|(_, overlaps)| range(overlaps)[1]);
         let [least, most] = largest.fold([f64::INFINITY, 0.0], |[least, most], d| [d.min(least), d.max(most)]);
         least / most
@@ -88,7 +88,7 @@ impl Motion {
     /// same: by its mean acceleration a contact that comes to rest opens.
     fn stays_closed(&self, j: usize, table: &Table) -> bool {
         self.tracks[j].mode == Mode::Pressing
-            && range(&self.overlaps[j])[0] > 0.0
+            && range(&self.at_nodes.overlaps[j])[0] > 0.0
             && self.overlap_at_end(j, self.curvature(j, table)) > 0.0
     }
 
@@ -125,7 +125,7 @@ impl Motion {
 
     /// When the overlap of contact `j` vanishes between two nodes (s), if it does.
     fn fall_at_nodes(&self, j: usize, table: &Table) -> Option<f64> {
-        let overlaps = &self.overlaps[j];
+        let overlaps = &self.at_nodes.overlaps[j];
         let after = overlaps.iter().position(|overlap| *overlap <= 0.0).filter(|m| *m > 0)?;
         let [from, to] = [after - 1, after].map(|m| self.time_of(m, table));
         let before = overlaps[after - 1];
@@ -186,7 +186,7 @@ impl Motion {
             let side = clipping(track.mode).0;
             let overlap_at_end = self.overlap_at_end(j, self.curvature(j, table));
             let rate_at_end = self.rate_at_end(j, table);
-            let within = std::array::from_fn(|m| sign.at(self.overlaps[j][m], self.rates[j][m]));
+            let within = std::array::from_fn(|m| sign.at(self.at_nodes.overlaps[j][m], self.at_nodes.rates[j][m]));
             let ends = [sign.at(track.overlap, track.rate), sign.at(overlap_at_end, rate_at_end)];
             let noise = self.noise_of_sign(&sign, tolerance);
             match first_excess(side, ends, &within, noise) {
@@ -217,18 +217,12 @@ impl Motion {
         if at_start <= 0.0 {
             return start;
         }
-        let coefficients = Rule::get().powers.map(|row| -side * weighted(&row, within));
-        let x = |time: f64| 2.0 * self.stretching.inverse(time / self.length) - 1.0;
-        let fall = |x: f64| series::value_and_derivatives(&coefficients, x);
-        let (low, high) = (x(start), x(end));
-        let (at_low, at_high) = (fall(low)[0], fall(high)[0]);
-        if at_low >= 0.0 || at_high < 0.0 {
+        let falls = Rule::get().powers.map(|row| -side * weighted(&row, within));
+        self.rising_zero(&falls, start, end).unwrap_or_else(|| {
             // Beyond the outermost nodes the polynomial may have another sign than what it stands for.
             let at_end = side * within.get(m).unwrap_or(&ends[1]);
-            return start + (end - start) * at_start / (at_start - at_end.min(0.0));
-        }
-        let c = 0.5 + 0.5 * root::rising_zero(fall, (low, at_low), (high, at_high));
-        (self.length * self.stretching.part(c)).clamp(start, end)
+            start + (end - start) * at_start / (at_start - at_end.min(0.0))
+        })
     }
 
     /// Whether the overlap of a contact has or may have the sign of another mode before the time `until` (s).
@@ -241,7 +235,7 @@ impl Motion {
             }
             let side = if track.mode == Mode::Open { 1.0 } else { -1.0 };
             let ends = [track.overlap, self.overlap_at_end(j, self.curvature(j, table))];
-            match first_excess(side, ends, &self.overlaps[j], noise) {
+            match first_excess(side, ends, &self.at_nodes.overlaps[j], noise) {
                 Excess::Never => false,
                 Excess::At(m) | Excess::Near(m) => m == 0 || self.time_of(m - 1, table) < until,
             }
