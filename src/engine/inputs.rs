@@ -9,7 +9,6 @@ use crate::solver::oscillator::MAX_FORCE_ORDER;
 // The inputs are polynomials of the degree that the closed forms take.
 const _: () = assert!(MAX_INPUT_DERIVATIVE == MAX_FORCE_ORDER);
 
-/// The inputs that act: polynomials of the time.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct HeldInputs {
     /// Time that the values and derivatives refer to, s.
@@ -35,7 +34,6 @@ impl HeldInputs {
         self.derivatives.len() <= MAX_INPUT_DERIVATIVE && self.orders().all(|inputs| inputs.force.len() == balls)
     }
 
-    /// Whether all of them are finite.
     pub fn are_finite(&self) -> bool {
         self.orders().all(Inputs::is_finite)
     }

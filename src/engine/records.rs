@@ -18,13 +18,10 @@ pub(crate) const RAPID: f64 = 1e-5;
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Ledger {
-    /// Onsets so far.
     pub pulses: u64,
     /// How many of the last ones came within [`RAPID`] of the one before.
     pub rapid: u64,
-    /// Time of the last onset, s.
     pub onset: f64,
-    /// Time of the last release, s.
     pub release: f64,
     /// Integral of the force up to the start of the current segment, N.s. Where a state of the equations is that
     /// integral (`continuous`, `exchange`): what it was at the last onset, after a pulse at its release.
@@ -59,7 +56,6 @@ impl Default for Ledger {
 }
 
 impl Ledger {
-    /// Whether all sums are finite.
     pub fn is_sound(&self) -> bool {
         let values = [self.onset, self.release, self.pulse_impulse, self.pulse_peak, self.step_peak];
         values.iter().all(|value| value.is_finite()) && self.impulse.is_sound() && self.step_impulse.is_sound()
@@ -95,7 +91,6 @@ impl Ledger {
         self.impulse += impulse;
     }
 
-    /// The contact opens at `time`.
     pub fn close_pulse(&mut self, contact: usize, time: DoubleDouble) -> Pulse {
         self.release = time.value_up();
         Pulse { contact, onset: self.onset, release: self.release, peak: self.pulse_peak, impulse: self.pulse_impulse }
@@ -112,7 +107,6 @@ impl Ledger {
     }
 }
 
-/// How a ball stood at the start of the step.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct BallStart {
     /// Position, m, and velocity, m/s.
@@ -121,7 +115,6 @@ pub(crate) struct BallStart {
     pub support_impulse: f64,
 }
 
-/// The start of the step under way.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct StepStart {
     /// Number of the step; 0 before the first.

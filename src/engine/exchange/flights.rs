@@ -107,13 +107,9 @@ impl Exchange {
         Some(from + way * rising_zero(gap, (0.0, -overlap), (1.0, gap(1.0)[0])))
     }
 
-    /// Finds the next onset later than now by more than the same time; a time up to which there is none where the look
-    /// ends; never if there is none within 1000 periods of the first ball.
-    pub(super) fn foresee(&mut self) {
-        (self.next, self.next_contact) = self.next_onset();
-    }
-
-    fn next_onset(&self) -> (Next, Option<usize>) {
+    /// The next onset later than now by more than the same time, and its contact; a time up to which there is none where
+    /// the look ends; never if there is none within 1000 periods of the first ball.
+    pub(super) fn find_next_onset(&self) -> (Next, Option<usize>) {
         if !self.is_rigid() && self.modes.iter().any(|mode| *mode != Mode::Open) {
             return (Next::not_before(self.time, self.time), None);
         }

@@ -1,7 +1,7 @@
 //! Event indicators: where a contact opens, closes, or where its law begins or ends to clip.
 
 use super::run::Exchange;
-use super::scales::Scales;
+use super::scales::SHIFT;
 use crate::model::Mode;
 
 impl Exchange {
@@ -50,8 +50,8 @@ impl Exchange {
         let law = &self.cradle.contacts[j];
         let shift = match self.modes[j] {
             Mode::Open => return 1.0,
-            Mode::Pressing => Scales::CLIP_SHIFT,
-            Mode::Clipped => -Scales::CLIP_SHIFT,
+            Mode::Pressing => SHIFT,
+            Mode::Clipped => -SHIFT,
         };
         let (overlap, rate) = self.overlap_and_rate(j);
         if self.is_rigid() {

@@ -12,7 +12,6 @@ mod equations;
 mod events;
 mod flights;
 mod indicators;
-mod observe;
 mod run;
 mod scales;
 

@@ -1,4 +1,4 @@
-//! The state of a run that its host integrates, and what the host moves it by.
+//! The state of a run that its host integrates, what the host moves it by, and what it can read.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,8 +7,8 @@ use super::equations::{State, View, state_count};
 use super::scales::Scales;
 use crate::engine::error::EngineError;
 use crate::engine::run::{Engine, Unsound, require};
-use crate::model::algebraic;
-use crate::model::{Cradle, Differential, ExchangedContacts, Inputs, Mode, Parameters, Results};
+use crate::model::algebraic::{self, algebraic_results};
+use crate::model::{Cradle, Differential, ExchangedContacts, Inputs, Mode, Parameters, Results, WorkCounters};
 use crate::next::Next;
 use crate::solver::dual::{Dual, Scalar};
 
@@ -106,6 +106,10 @@ impl Exchange {
         self.state = State::new(&self.cradle, &self.modes, &self.y, self.forcings());
     }
 
+    fn energy_at_start(&self) -> f64 {
+        self.energy_at_start
+    }
+
     fn forcings(&self) -> Vec<f64> {
         let forces = self.cradle.balls.iter().zip(&self.inputs.force);
         forces.map(|(ball, force)| force / ball.mass - self.inputs.support_acceleration).collect()
@@ -124,7 +128,6 @@ impl Exchange {
         self.is_rigid() || self.parameters.exchanged == ExchangedContacts::Mapped
     }
 
-    /// The contacts that are closed.
     pub(super) fn closed(&self) -> Vec<usize> {
         (0..self.modes.len()).filter(|&j| self.modes[j] != Mode::Open).collect()
     }
@@ -227,5 +230,69 @@ impl Exchange {
         outputs.force_mean.clone_from(&outputs.force);
         outputs.support_force_mean = outputs.support_force;
         outputs
+    }
+}
+
+/// See [`Results`]; what is of a step is of this instant, and what events change is as the last one left it.
+impl Results for Exchange {
+    algebraic_results!(self, &self.view());
+
+    fn force(&self, i: usize) -> f64 {
+        self.state.forces[i]
+    }
+
+    fn overlap(&self, i: usize) -> f64 {
+        self.state.overlaps[i]
+    }
+
+    fn in_contact(&self, i: usize) -> bool {
+        self.modes[i] != Mode::Open
+    }
+
+    fn impulse(&self, i: usize) -> f64 {
+        self.y[self.impulse_place(i)]
+    }
+
+    fn force_mean(&self, i: usize) -> f64 {
+        self.force(i)
+    }
+
+    fn force_peak(&self, i: usize) -> f64 {
+        if self.at_start { self.force(i) } else { self.contacts[i].peak }
+    }
+
+    fn pulses(&self, i: usize) -> u64 {
+        self.contacts[i].ledger.pulses
+    }
+
+    fn last_onset(&self, i: usize) -> f64 {
+        self.contacts[i].ledger.onset
+    }
+
+    fn last_release(&self, i: usize) -> f64 {
+        self.contacts[i].ledger.release
+    }
+
+    fn dissipated_energy(&self) -> f64 {
+        let [loss, _] = self.sums_place();
+        self.y[loss]
+    }
+
+    fn external_work(&self) -> f64 {
+        let [_, work] = self.sums_place();
+        self.y[work]
+    }
+
+    fn support_force_mean(&self) -> f64 {
+        self.support_force()
+    }
+
+    fn next_onset(&self) -> Next {
+        self.next
+    }
+
+    /// The host does the work.
+    fn work(&self) -> WorkCounters {
+        WorkCounters::default()
     }
 }

@@ -10,7 +10,7 @@ const LEAST_SPEED: f64 = 1e-9;
 const SPEED_AT_REST: f64 = 1e-3;
 
 /// Part of the nominal overlap, and of the nominal force, that an indicator is shifted by.
-const SHIFT: f64 = 1e-6;
+pub(super) const SHIFT: f64 = 1e-6;
 
 /// Orders of magnitude at the energy of the start. All are positive.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -73,7 +73,4 @@ impl Scales {
     pub fn shift(&self, j: usize) -> f64 {
         SHIFT * self.overlap(j)
     }
-
-    /// The same for where a law clips, relative.
-    pub const CLIP_SHIFT: f64 = SHIFT;
 }

@@ -8,7 +8,6 @@ use crate::solver::double_double::DoubleDouble;
 use crate::solver::oscillator::{BASIS, Oscillator, Steady};
 use crate::solver::quadrature::gauss_legendre;
 
-/// Sums over time that a ball carries along.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct RunningIntegrals {
     /// Integral of the position, m.s.
@@ -62,15 +61,8 @@ pub(crate) struct Ball {
 
 impl Ball {
     pub fn new(model: &BallModel, anchor: DoubleDouble, flight: Flight) -> Self {
-        let oscillator = Oscillator::new(model.omega2, model.gamma);
-        Self {
-            mass: model.mass,
-            oscillator,
-            anchor,
-            flight,
-            integrals: RunningIntegrals::default(),
-            regime: Regime::Flight,
-        }
+        let (oscillator, integrals) = (Oscillator::new(model.omega2, model.gamma), RunningIntegrals::default());
+        Self { mass: model.mass, oscillator, anchor, flight, integrals, regime: Regime::Flight }
     }
 
     /// Displacement since the anchor (m) and velocity (m/s) at the time `t`, in flight.

@@ -34,7 +34,6 @@ enum Pendulums {
 }
 
 impl Pendulums {
-    /// Those that there are.
     fn parts(&self) -> &[(Oscillator, Flight)] {
         match self {
             Self::Relative(part) => std::slice::from_ref(part),

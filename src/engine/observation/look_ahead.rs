@@ -54,7 +54,6 @@ impl Engine {
         next.filter(|next| *next > self.time)
     }
 
-    /// A copy that goes ahead.
     fn copy_ahead(&self) -> Box<Self> {
         let mut copy = Box::new(self.clone());
         copy.step.time = NO_STEP;

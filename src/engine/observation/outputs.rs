@@ -159,7 +159,6 @@ impl Engine {
         model.mass * (model.omega2 * self.integrals_at(i, t).x_integral + drag)
     }
 
-    /// Total energy at the start, J.
     fn energy_at_start(&self) -> f64 {
         self.totals.energy_at_start
     }
@@ -169,14 +168,12 @@ impl Engine {
         self.time - self.step.time
     }
 
-    /// Integral of the force on the support over the last step, N.s.
     fn support_impulse_of_step(&self) -> f64 {
         let balls = 0..self.balls.len();
         let before: f64 = balls.clone().map(|i| self.support_impulse_at_start(i)).sum();
         balls.map(|i| self.support_impulse_of(i, self.now())).sum::<f64>() - before
     }
 
-    /// Integral of the force of contact `i` over the last step, N.s.
     fn impulse_of_step(&self, i: usize) -> f64 {
         let at_start = self.contacts[i].ledger.impulse_at_start(self.step.number);
         let at_start = at_start.unwrap_or_else(|| self.impulse_at(i, self.step.time.into()));
@@ -223,7 +220,6 @@ impl Engine {
         self.step.balls[i].map_or_else(|| self.support_impulse_of(i, at), |start| start.support_impulse)
     }
 
-    /// The whole chain at the start of the step.
     pub(crate) fn state_at_start(&self) -> ChainState {
         let at = self.step.time.into();
         let ball = |i: usize| self.step.balls[i].map_or_else(|| self.state_at(i, at), |start| start.state);
@@ -269,7 +265,6 @@ impl Chain for Engine {
     }
 }
 
-/// What can be read at the current time, see [`Results`].
 impl Results for Engine {
     algebraic_results!(self);
 

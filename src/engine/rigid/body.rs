@@ -41,13 +41,9 @@ pub(crate) struct Constraint {
     rounding: f64,
 }
 
-/// Balls that move as one.
 pub(crate) struct Body {
-    /// The oscillator of all of them.
     pub oscillator: Oscillator,
-    /// How each of them moves.
     pub flights: Vec<Flight>,
-    /// The contacts between them.
     pub constraints: Vec<Constraint>,
 }
 
@@ -250,7 +246,6 @@ impl Constraint {
         Some((steady, size * response))
     }
 
-    /// Whether the force stays as it is.
     fn is_constant(&self) -> bool {
         self.stiffness == 0.0 && self.drag == 0.0 && degree(&self.load) == 0
     }

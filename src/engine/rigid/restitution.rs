@@ -25,7 +25,6 @@ pub(crate) struct Impact<S> {
 /// What an instant of impacts has done besides changing the velocities.
 #[derive(Clone, Debug)]
 pub(crate) struct Outcome<S> {
-    /// In their order.
     pub impacts: Vec<Impact<S>>,
     /// Energy lost, J.
     pub loss: S,
@@ -123,7 +122,6 @@ fn impact_of_two<S: Scalar>(masses: &[S], v: &mut [S], e: S, j: usize, outcome: 
     outcome.impacts.push(Impact { contact: j, impulse });
 }
 
-/// The joint impact of the contacts `run`.
 fn joint_impact<S: Scalar>(masses: &[S], v: &mut [S], e: S, run: std::ops::Range<usize>, outcome: &mut Outcome<S>) {
     let balls = run.start..run.end + 1;
     let before = v[balls.clone()].to_vec();

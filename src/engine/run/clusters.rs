@@ -33,7 +33,7 @@ impl Engine {
         let Some(t) = self.clusters[id].as_ref().map(|cluster| cluster.end()) else { return Ok(()) };
         let Some(mut cluster) = self.take_cluster(id, t) else { return Ok(()) };
         self.account_until(&mut cluster, t);
-        if let Some(ball) = cluster.flights.iter().position(|f| !(f.x.is_finite() && f.v.is_finite())) {
+        if let Some(ball) = cluster.flights.iter().position(|flight| !flight.is_finite()) {
             let error = EngineError::NotFinite { time: t.value(), ball: cluster.window.start + ball };
             self.follow(id, cluster); // What is left can still be looked at.
             return Err(error);
@@ -47,23 +47,21 @@ impl Engine {
                 self.count_event();
                 self.follow(id, cluster);
             }
-            Some((i, Switch::Release)) => {
+            Some((i, Switch::Release | Switch::Onset)) => {
                 let range = cluster.window_contacts();
                 self.release_members(cluster);
-                self.contacts[i].unassign(0.0, Mode::Open);
-                self.end_pulse(i, t, observer);
-                self.form(range, t);
-            }
-            Some((i, Switch::Onset)) => {
-                let range = cluster.window_contacts();
-                self.release_members(cluster);
-                self.close(i, t, range, observer);
+                if switch == Some((i, Switch::Onset)) {
+                    self.close(i, t, range, observer);
+                } else {
+                    self.contacts[i].unassign(0.0, Mode::Open);
+                    self.end_pulse(i, t, observer);
+                    self.form(range, t);
+                }
             }
         }
         Ok(())
     }
 
-    /// A new cluster of the balls `members` at time `t`.
     pub(crate) fn form_cluster(&mut self, members: Range<usize>, t: DoubleDouble) {
         let window = members.start.saturating_sub(1)..(members.end + 1).min(self.balls.len());
         let id = self.clusters.iter().position(Option::is_none).unwrap_or_else(|| {

@@ -12,7 +12,6 @@ use crate::model::Mode;
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 
-/// A contact of the cradle.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Contact {
     pub ledger: Ledger,
@@ -77,7 +76,6 @@ impl Contact {
         if let Phase::Unassigned(unassigned) = self.phase { unassigned } else { Unassigned::default() }
     }
 
-    /// Makes it unassigned, with this overlap (m) and mode.
     pub fn unassign(&mut self, overlap: f64, mode: Mode) {
         self.phase = Phase::Unassigned(Unassigned { overlap, mode });
     }
@@ -90,7 +88,6 @@ impl Contact {
         }
     }
 
-    /// Whether it is unassigned and closed.
     pub fn is_closed(&self) -> bool {
         self.unassigned().mode != Mode::Open
     }
@@ -102,8 +99,6 @@ pub(crate) enum Keep {
     Nothing,
     /// This one, where the balls part by no more than rounding.
     Contact(usize),
-    /// None; this one only where it is pressed by more than rounding.
-    Parting(usize),
     /// All that did so far.
     Closed,
 }

@@ -46,7 +46,6 @@ pub struct Engine {
     pub(crate) initializing: bool,
 }
 
-/// The sums of an event-driven run so far.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Totals {
     /// Energy lost in the contacts up to the start of their current segments, J.
@@ -88,11 +87,11 @@ impl Engine {
             Cluster::compute_tables();
         }
         let start = DoubleDouble::from(start_time);
-        let state = parameters.x_start.iter().zip(&parameters.v_start).enumerate();
-        let balls = state.zip(&cradle.balls).map(|((i, (&x, &v)), model)| {
-            Ball::new(model, start, Flight { x, v, forcing: inputs.forcing(i, model.mass) })
+        let balls = cradle.balls.iter().enumerate().map(|(i, model)| {
+            let (x, v, forcing) = (parameters.x_start[i], parameters.v_start[i], inputs.forcing(i, model.mass));
+            Ball::new(model, start, Flight { x, v, forcing })
         });
-        let balls: Vec<Ball> = balls.collect();
+        let balls = balls.collect();
         let contacts = vec![Contact::default(); cradle.contacts.len()];
         Self {
             queue: EventQueue::new(contacts.len()),
@@ -205,13 +204,9 @@ impl Engine {
         }
         for i in 0..self.contacts.len() {
             self.break_impact(i, now);
-        }
-        for i in 0..self.contacts.len() {
             self.stop_separation(i, now);
         }
-        for i in 0..self.balls.len() {
-            self.reanchor(i, now);
-        }
+        self.reanchor_free(0..self.balls.len(), now);
         self.unassign(0..self.contacts.len());
     }
 
@@ -234,7 +229,6 @@ impl Engine {
         self.form(0..self.contacts.len(), now);
     }
 
-    /// Refuses states of `balls` that are none.
     fn check_finite(&self, mut balls: impl Iterator<Item = usize>) -> Result<(), EngineError> {
         let infinite = |ball: &usize| !self.balls[*ball].flight.is_finite();
         balls.find(infinite).map_or(Ok(()), |ball| Err(EngineError::NotFinite { time: self.time, ball }))

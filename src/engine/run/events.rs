@@ -20,7 +20,6 @@ const EVENTS_AT_ONCE: usize = 100;
 const EVENTS_AT_ONCE_OF_A_BALL: usize = 20;
 
 impl Engine {
-    /// Handles the event of queue entry `key` at time `t`.
     pub(crate) fn process(
         &mut self,
         t: DoubleDouble,
@@ -117,7 +116,6 @@ impl Engine {
         }
     }
 
-    /// A pulse of contact `i` begins at `t`.
     pub(crate) fn begin_pulse(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) {
         let ledger = &mut self.contacts[i].ledger;
         ledger.open_pulse(t, self.step.number);
@@ -127,7 +125,6 @@ impl Engine {
         self.count_event();
     }
 
-    /// The pulse of contact `i` that is under way ends at `t`.
     pub(crate) fn end_pulse(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) {
         observer.pulse(self.contacts[i].ledger.close_pulse(i, t));
         observer.switching(i, t, false);
@@ -160,10 +157,14 @@ impl Engine {
 
     /// Contact `i` is open and both its balls are in flight from `t` on.
     pub(crate) fn fly(&mut self, i: usize, t: DoubleDouble) {
-        let (overlap, clearance) = (self.contacts[i].overlap().min(0.0), self.cradle.contacts[i].clearance);
-        let separation = Separation::new(&self.balls[i], &self.balls[i + 1], t, overlap, clearance);
+        let separation = self.separation(i, t, self.contacts[i].overlap().min(0.0));
         self.contacts[i].phase = Phase::Open(separation, Next::Never);
         self.forecast(i, t);
+    }
+
+    /// The motion of the balls of contact `i`, in flight, relative to each other, from `overlap` (m) at `t` on.
+    pub(crate) fn separation(&self, i: usize, t: DoubleDouble, overlap: f64) -> Separation {
+        Separation::new(&self.balls[i], &self.balls[i + 1], t, overlap, self.cradle.contacts[i].clearance)
     }
 
     /// Looks from `t` on for the next onset of contact `i`, whose balls are in flight, or for the end of its

@@ -34,7 +34,6 @@ const RESOLVED: f64 = 16.0;
 const MANY: u64 = 1 << 16;
 
 impl Engine {
-    /// Whether the contacts are rigid.
     pub(crate) fn is_rigid(&self) -> bool {
         self.cradle.restitution.is_some()
     }
@@ -53,7 +52,6 @@ impl Engine {
         Ok(())
     }
 
-    /// The balls of contact `i` meet at `t`.
     pub(crate) fn meet(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) {
         let clock_stands = self.totals.standstill > self.most_without_progress() / 2;
         let e = if clock_stands { 0.0 } else { self.cradle.restitution.unwrap_or_default() };
@@ -128,12 +126,10 @@ impl Engine {
         let is_last: Vec<bool> = impacts.iter().rev().map(|impact| seen.insert(impact.contact)).collect();
         for (impact, is_last) in impacts.iter().zip(is_last.into_iter().rev()) {
             let i = first + impact.contact;
-            self.end_rigid_pulse(i, t, observer);
-            self.begin_rigid_pulse(i, t, observer);
+            self.set_closed(i, false, t, observer);
+            self.set_closed(i, true, t, observer);
             self.contacts[i].ledger.add(impact.impulse, 0.0, 0.0);
-            if !is_last || constraints[impact.contact].is_none() {
-                self.end_rigid_pulse(i, t, observer);
-            }
+            self.set_closed(i, is_last && constraints[impact.contact].is_some(), t, observer);
         }
     }
 
@@ -141,22 +137,22 @@ impl Engine {
     pub(crate) fn part(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) {
         let body = around(i, self.contacts.len(), |j| self.contacts[j].constraint().is_some());
         self.separate(body.clone(), t);
-        self.settle(body, t, Keep::Parting(i), observer);
+        self.settle(body, t, Keep::Nothing, observer);
     }
 
-    /// The unassigned contact `i` begins to press at `t`.
-    fn begin_rigid_pulse(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) {
+    /// The unassigned contact `i` begins or ends a pulse at `t`, unless it has.
+    fn set_closed(&mut self, i: usize, closed: bool, t: DoubleDouble, observer: &mut dyn Observer) {
         let overlap = self.contacts[i].overlap();
-        self.contacts[i].unassign(overlap, Mode::Pressing);
-        self.begin_pulse(i, t, observer);
-    }
-
-    /// The unassigned contact `i` presses no longer at `t`, if it has.
-    fn end_rigid_pulse(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) {
-        if self.contacts[i].is_closed() {
-            let overlap = self.contacts[i].overlap();
-            self.contacts[i].unassign(overlap, Mode::Open);
-            self.end_pulse(i, t, observer);
+        match (self.contacts[i].is_closed(), closed) {
+            (false, true) => {
+                self.contacts[i].unassign(overlap, Mode::Pressing);
+                self.begin_pulse(i, t, observer);
+            }
+            (true, false) => {
+                self.contacts[i].unassign(overlap, Mode::Open);
+                self.end_pulse(i, t, observer);
+            }
+            _ => {}
         }
     }
 
@@ -246,24 +242,16 @@ impl Engine {
         let beside = group.start - before..(group.end + 1).min(self.contacts.len());
         let constraints = std::iter::repeat_n(None, before).chain(constraints).chain([None]);
         for (j, constraint) in beside.zip(constraints) {
+            self.set_closed(j, constraint.is_some(), t, observer);
             if let Some(constraint) = constraint {
-                if !self.contacts[j].is_closed() {
-                    self.begin_rigid_pulse(j, t, observer);
-                }
                 self.contacts[j].phase = Phase::Constraint(constraint, Next::Never);
             } else {
-                self.end_rigid_pulse(j, t, observer);
                 let separation = self.separation(j, t, self.contacts[j].overlap().min(0.0));
                 let separation = separation.rigid(noise, self.input_age(t));
                 self.contacts[j].phase = Phase::Open(separation, Next::Never);
             }
             self.forecast(j, t);
         }
-    }
-
-    /// The motion of the balls of contact `j`, in flight, relative to each other, from `overlap` (m) at `t` on.
-    fn separation(&self, j: usize, t: DoubleDouble, overlap: f64) -> Separation {
-        Separation::new(&self.balls[j], &self.balls[j + 1], t, overlap, self.cradle.contacts[j].clearance)
     }
 
     /// Whether the balls of contact `j`, both in flight, touch without relative velocity.
@@ -290,9 +278,8 @@ impl Engine {
             let pressed = approach > 0.0;
             match keep {
                 Keep::Contact(this) if contact == this => approach >= -rounding,
-                Keep::Parting(this) if contact == this => approach > rounding,
                 Keep::Closed => pressed || self.contacts[contact].is_closed(),
-                Keep::Nothing | Keep::Contact(_) | Keep::Parting(_) => pressed,
+                Keep::Nothing | Keep::Contact(_) => pressed,
             }
         };
         for block in restitution::pool(&masses, &accelerations, meet) {

@@ -57,7 +57,6 @@ struct ClusterState {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unsound(pub &'static str);
 
-/// Refuses what does not hold.
 pub(crate) fn require(holds: bool, reason: &'static str) -> Result<(), Unsound> {
     if holds { Ok(()) } else { Err(Unsound(reason)) }
 }
@@ -212,24 +211,25 @@ impl Engine {
         let flies = |ball: &Ball| matches!(ball.regime, Regime::Flight | Regime::Body);
         let in_flight = flies(left) && flies(right);
         let in_cluster = |regime: Regime| matches!(regime, Regime::Cluster(_));
-        let forecast = match &self.contacts[i].phase {
+        let now = DoubleDouble::from(self.time);
+        let (sound, reason, forecast) = match &self.contacts[i].phase {
             Phase::Window(_) | Phase::Impact(_) => return Ok(()),
-            Phase::Unassigned(_) => return require(false, "a contact belongs to nothing"),
+            Phase::Unassigned(_) => (false, "a contact belongs to nothing", Next::Never),
             Phase::BesideImpact(overlap) => {
                 let beside_impact = !in_flight && !in_cluster(left.regime) && !in_cluster(right.regime);
-                return require(beside_impact && (failed || overlap.is_finite()), "a contact has no impact beside it");
+                let sound = beside_impact && (failed || overlap.is_finite());
+                (sound, "a contact has no impact beside it", Next::Never)
             }
             Phase::Constraint(constraint, forecast) => {
-                let sound = constraint.is_sound(left, right, self.time.into());
-                require(failed || sound, "a sustained contact does not fit its balls")?;
-                *forecast
+                let sound = failed || constraint.is_sound(left, right, now);
+                (sound, "a sustained contact does not fit its balls", *forecast)
             }
             Phase::Open(separation, forecast) => {
-                let sound = separation.is_sound(left, right, self.time.into());
-                require(in_flight && (failed || sound), "an open contact does not fit its balls")?;
-                *forecast
+                let sound = in_flight && (failed || separation.is_sound(left, right, now));
+                (sound, "an open contact does not fit its balls", *forecast)
             }
         };
+        require(sound, reason)?;
         if let Next::At(time) | Next::NotBefore(time) = forecast {
             require(failed || time.is_sound(), "the time of an event is invalid")?;
             self.queue.set(i, time);

@@ -11,21 +11,12 @@ pub(super) struct Watchdog {
     until: DoubleDouble,
     /// Effort from one look at the clock to the next.
     look: u64,
-    /// Events so far.
     events: u64,
     /// Effort up to which no progress is reported.
     quiet_until: u64,
-    /// The last look at the clock, and how often in a row it was hopeless then.
-    last: Look,
+    /// Time, events and effort at the last look at the clock, and how often in a row it was hopeless then.
+    last: (DoubleDouble, u64, u64),
     hopeless: u32,
-}
-
-/// How far a step has come.
-#[derive(Clone, Copy)]
-struct Look {
-    time: DoubleDouble,
-    events: u64,
-    effort: u64,
 }
 
 impl Watchdog {
@@ -41,7 +32,7 @@ impl Watchdog {
     /// For a call that goes from the time `from` (s), with this effort of all calls before, to `until`.
     pub fn new(from: f64, until: DoubleDouble, contacts: usize, effort: u64) -> Self {
         let look = Self::LOOK + Self::LOOK_OF_A_CONTACT * contacts as u64;
-        let last = Look { time: from.into(), events: 0, effort };
+        let last = (from.into(), 0, effort);
         Self { until, look, events: 0, quiet_until: effort.saturating_add(Self::REPORT), last, hopeless: 0 }
     }
 
@@ -59,17 +50,17 @@ impl Watchdog {
             self.quiet_until = effort.saturating_add(Self::REPORT);
             observer.progress(Progress { time: t.value(), events: self.events, contact: Some(contact) });
         }
-        let last = self.last;
-        if effort - last.effort < self.look {
+        let (last, events_then, effort_then) = self.last;
+        if effort - effort_then < self.look {
             return Ok(());
         }
-        let per_second = |count: u64| count as f64 / (t - last.time).value();
-        let to_the_end = per_second(effort - last.effort) * (self.until - t).value();
+        let per_second = |count: u64| count as f64 / (t - last).value();
+        let to_the_end = per_second(effort - effort_then) * (self.until - t).value();
         self.hopeless = if to_the_end > Self::HOPELESS { self.hopeless + 1 } else { 0 };
-        self.last = Look { time: t, events: self.events, effort };
+        self.last = (t, self.events, effort);
         if self.hopeless < Self::LOOKS {
             return Ok(());
         }
-        Err(EngineError::TooFast { time: t.value(), contact, event_rate: per_second(self.events - last.events) })
+        Err(EngineError::TooFast { time: t.value(), contact, event_rate: per_second(self.events - events_then) })
     }
 }

@@ -52,7 +52,7 @@ impl Exchange {
             contact.ledger.add(0.0, self.state.forces[j], 0.0);
             contact.peak = contact.ledger.pulse_peak;
         }
-        self.foresee();
+        (self.next, self.next_contact) = self.find_next_onset();
         let resolved = !self.is_rigid() && self.modes.iter().any(|mode| *mode != Mode::Open);
         let next = Some(self.next).filter(|next| !resolved && *next != Next::Never).map(Next::time);
         Ok(Update { changed: (&self.y, &self.modes) != (&before.0, &before.1), next })
@@ -97,7 +97,6 @@ impl Exchange {
         self.refresh();
     }
 
-    /// Closes contact `j`, for the host to integrate.
     fn close(&mut self, j: usize) {
         let (overlap, rate) = self.overlap_and_rate(j);
         self.modes[j] = self.cradle.contacts[j].mode_when_closed(overlap.max(0.0), rate);
