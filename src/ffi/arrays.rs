@@ -46,7 +46,6 @@ fn no_array(name: &'static str, pointer: *const (), count: usize) -> Refusal {
     Refusal::argument(name, value, format_args!("an array of {count}"))
 }
 
-/// Writes `values` to their places.
 pub(crate) fn fill<T>(places: &mut [MaybeUninit<T>], values: impl IntoIterator<Item = T>) {
     places.iter_mut().zip(values).for_each(|(place, value)| *place = MaybeUninit::new(value));
 }

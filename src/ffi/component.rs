@@ -4,16 +4,14 @@ use std::cell::{Cell, UnsafeCell};
 use std::ffi::c_void;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use crate::instance::{Call, Instance};
-use crate::variables::Refusal;
+use crate::instance::{Call, Instance, Severity};
+use crate::variables::{LogCategory, Refusal};
 
 /// What a version of the standard has of its own.
 pub(crate) trait Version {
     /// Marks memory as a component of this version.
     const MAGIC: u64;
-    /// What its functions answer.
     type Status;
-    /// All went well.
     const OK: Self::Status;
     /// There is no component to ask, or it is in the middle of another call.
     const ERROR: Self::Status;
@@ -169,6 +167,7 @@ fn poison<V>(component: &Component<V>, function: &str, panic: &(dyn std::any::An
         // SAFETY: `busy` is still set, so that this is the only reference; the log is never changed in the middle of
         // something that panics.
         let instance = unsafe { &*component.instance.get() };
-        instance.log.fatal(format_args!("{function}: internal error, the instance can only be freed: {reason}"));
+        let text = format_args!("{function}: internal error, the instance can only be freed: {reason}");
+        instance.log.write(Severity::Fatal, LogCategory::Error, text);
     }));
 }

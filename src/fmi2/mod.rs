@@ -46,20 +46,9 @@ mod tests {
     use std::ffi::c_void;
     use std::rc::Rc;
 
-    type Lines = Rc<RefCell<Vec<(Severity, String)>>>;
-
-    fn component() -> (*mut c_void, Lines) {
-        let lines = Lines::default();
-        let kept = lines.clone();
-        let sink = move |severity, _, text: &str| kept.borrow_mut().push((severity, text.to_owned()));
-        let log = Log::new(Some(Box::new(sink)), false);
-        (
-            Component::into_raw(
-                Instance::new(Purpose::fmi2(Kind::CoSimulation), Settings::default_for(5), String::new(), log),
-                Fmi2,
-            ),
-            lines,
-        )
+    fn component(log: Log) -> *mut c_void {
+        let purpose = Purpose::fmi2(Kind::CoSimulation);
+        Component::into_raw(Instance::new(purpose, Settings::default_for(5), String::new(), log), Fmi2)
     }
 
     /// Resets the component, and makes of that call whatever `body` does.
@@ -75,7 +64,10 @@ mod tests {
 
     #[test]
     fn a_panic_is_fatal_and_the_instance_can_only_be_freed() {
-        let (c, lines) = component();
+        let lines = Rc::new(RefCell::new(Vec::new()));
+        let kept = lines.clone();
+        let sink = move |severity, _, text: &str| kept.borrow_mut().push((severity, text.to_owned()));
+        let c = component(Log::new(Some(Box::new(sink)), false));
         assert_eq!(reset(c, |_| panic!("by test")), fmi2Status::fmi2Fatal);
         let (severity, text) = lines.borrow()[0].clone();
         assert!(severity == Severity::Fatal && text.contains("fmi2Reset: internal error") && text.contains("by test"));
@@ -85,7 +77,7 @@ mod tests {
 
     #[test]
     fn a_call_from_within_a_call_is_refused() {
-        let (c, _) = component();
+        let c = component(Log::new(None, false));
         let mut inner = fmi2Status::fmi2OK;
         let outer = reset(c, |_| {
             inner = reset(c, |_| {});

@@ -17,8 +17,8 @@ pub use functions::*;
 pub use types::*;
 
 use crate::ffi::Version;
-use crate::instance::Instance;
-use crate::variables::Refusal;
+use crate::instance::{Instance, Severity};
+use crate::variables::{LogCategory, Refusal};
 
 /// FMI 3.0, and the callbacks of the host.
 #[derive(Clone, Copy)]
@@ -40,7 +40,7 @@ impl Version for Fmi3 {
     /// A value that is out of range or does not exist changes nothing; everything else ends the run.
     fn refused(instance: &mut Instance, function: &str, refusal: &Refusal) -> fmi3Status {
         if refusal.of_value {
-            instance.log.discard(format_args!("{function}: {refusal}"));
+            instance.log.write(Severity::Discard, LogCategory::Discard, format_args!("{function}: {refusal}"));
             return fmi3Status::fmi3Discard;
         }
         instance.log.error(format_args!("{function}: {refusal}"));

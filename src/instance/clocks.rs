@@ -48,7 +48,6 @@ impl Tick {
         }
     }
 
-    /// The transitions of this kind.
     fn of(&self, edge: Edge) -> impl Iterator<Item = &Transition> {
         self.transitions.iter().filter(move |transition| transition.edge() == edge)
     }
@@ -72,7 +71,6 @@ pub(super) struct Discrete {
     pub release: f64,
 }
 
-/// The clocks of an instance.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Clocks {
     /// Ticks to come, in order.
@@ -108,7 +106,6 @@ impl Clocks {
             && self.pending.iter().chain(self.last.iter().flatten()).all(|tick| tick.is_sound(contacts))
     }
 
-    /// Whether there are ticks to come.
     pub fn are_due(&self) -> bool {
         !self.pending.is_empty()
     }
@@ -190,7 +187,6 @@ impl Clocks {
         }
     }
 
-    /// Whether a clock is active.
     pub fn is_active(&self, edge: Edge) -> bool {
         self.active[edge as usize]
     }

@@ -153,7 +153,6 @@ impl Instance {
     }
 }
 
-/// Logs pulses and keeps them.
 struct Both<'a> {
     reporter: Reporter<'a>,
     pulses: Vec<Pulse>,

@@ -46,75 +46,55 @@ impl Purpose {
     }
 }
 
-/// Phases of an instance.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub enum Phase {
-    /// Start values can be set, nothing is calculated.
-    Instantiated,
-    /// The number of balls can be set.
-    ConfigurationMode,
-    /// A refused call has ended the run before it began; it can be reset.
-    Abandoned,
-    /// Start values can be set and calculated values be read.
-    InitializationMode,
-    /// The host steps: co-simulation only.
-    StepMode,
-    /// Discrete variables and states may jump: model exchange, and co-simulation whose host takes part in events.
-    EventMode,
-    /// The host integrates: model exchange only.
-    ContinuousTimeMode,
-    /// The host has been called in the middle of a step.
-    IntermediateUpdate,
-    /// The run is over, its last values can be read.
-    Terminated,
-    /// A step failed numerically.
-    Error,
-}
-
-/// Every phase, in the order of the enumeration.
-const PHASES: [Phase; 10] = [
-    Phase::Instantiated,
-    Phase::ConfigurationMode,
-    Phase::Abandoned,
-    Phase::InitializationMode,
-    Phase::StepMode,
-    Phase::EventMode,
-    Phase::ContinuousTimeMode,
-    Phase::IntermediateUpdate,
-    Phase::Terminated,
-    Phase::Error,
-];
-
-impl std::fmt::Display for Phase {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Instantiated => "the instantiated state",
-            Self::ConfigurationMode => "Configuration Mode",
-            Self::Abandoned => "the terminated state, before any calculation",
-            Self::InitializationMode => "Initialization Mode",
-            Self::StepMode => "step mode",
-            Self::EventMode => "Event Mode",
-            Self::ContinuousTimeMode => "Continuous-Time Mode",
-            Self::IntermediateUpdate => "Intermediate Update Mode",
-            Self::Terminated => "the terminated state",
-            Self::Error => "the error state",
-        })
-    }
-}
-
-impl Phase {
-    /// Whether an instance created for this can be in it.
-    pub(super) fn exists(self, purpose: Purpose) -> bool {
-        let exchange = purpose.kind == Kind::ModelExchange;
-        match self {
-            Self::ConfigurationMode | Self::Abandoned => purpose.arrays,
-            Self::StepMode => !exchange,
-            Self::EventMode => exchange || purpose.events,
-            Self::ContinuousTimeMode => exchange,
-            Self::IntermediateUpdate => purpose.arrays && !exchange,
-            Self::Instantiated | Self::InitializationMode | Self::Terminated | Self::Error => true,
+macro_rules! phases {
+    ($($(#[$doc:meta])* $phase:ident $name:literal $exists:expr;)*) => {
+        /// Phases of an instance.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+        pub enum Phase {
+            $($(#[$doc])* $phase),*
         }
-    }
+
+        /// Every phase, in the order of the enumeration.
+        const PHASES: [Phase; 10] = [$(Phase::$phase),*];
+
+        impl std::fmt::Display for Phase {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str(match self { $(Self::$phase => $name),* })
+            }
+        }
+
+        impl Phase {
+            /// Whether an instance created for this can be in it.
+            pub(super) fn exists(self, purpose: Purpose) -> bool {
+                let exists: fn(Purpose) -> bool = match self { $(Self::$phase => $exists),* };
+                exists(purpose)
+            }
+        }
+    };
+}
+
+// Each with its name in messages, and the instances that know it.
+phases! {
+    /// Start values can be set, nothing is calculated.
+    Instantiated "the instantiated state" |_| true;
+    /// The number of balls can be set.
+    ConfigurationMode "Configuration Mode" |of| of.arrays;
+    /// A refused call has ended the run before it began; it can be reset.
+    Abandoned "the terminated state, before any calculation" |of| of.arrays;
+    /// Start values can be set and calculated values be read.
+    InitializationMode "Initialization Mode" |_| true;
+    /// The host steps: co-simulation only.
+    StepMode "step mode" |of| of.kind == Kind::CoSimulation;
+    /// Discrete variables and states may jump: model exchange, and co-simulation whose host takes part in events.
+    EventMode "Event Mode" |of| of.events || of.kind == Kind::ModelExchange;
+    /// The host integrates: model exchange only.
+    ContinuousTimeMode "Continuous-Time Mode" |of| of.kind == Kind::ModelExchange;
+    /// The host has been called in the middle of a step.
+    IntermediateUpdate "Intermediate Update Mode" |of| of.arrays && of.kind == Kind::CoSimulation;
+    /// The run is over, its last values can be read.
+    Terminated "the terminated state" |_| true;
+    /// A step failed numerically.
+    Error "the error state" |_| true;
 }
 
 const BOTH: Option<Kind> = None;

@@ -75,20 +75,9 @@ impl Log {
         self.write(Severity::Ok, LogCategory::Solver, text);
     }
 
-    /// A refused call that changes nothing.
-    #[cold]
-    pub fn discard(&self, text: Arguments<'_>) {
-        self.write(Severity::Discard, LogCategory::Discard, text);
-    }
-
     /// A refused call or a failed step.
     #[cold]
     pub fn error(&self, text: Arguments<'_>) {
         self.write(Severity::Error, LogCategory::Error, text);
-    }
-
-    /// The end of an instance.
-    pub fn fatal(&self, text: Arguments<'_>) {
-        self.write(Severity::Fatal, LogCategory::Error, text);
     }
 }

@@ -11,7 +11,6 @@ use crate::variables::MAX_LOG;
 const HEADER: &str = "contact,onset,release,peak,impulse\n";
 /// A line has at most as many bytes: five digits, four numbers of up to 24 bytes, separators.
 const LINE: usize = 5 + 4 * 24 + 5;
-/// Number of pulses that are kept.
 const KEPT: usize = (MAX_LOG - HEADER.len()) / LINE;
 
 /// The last pulses, in the order in which they ended.
@@ -19,7 +18,6 @@ const KEPT: usize = (MAX_LOG - HEADER.len()) / LINE;
 pub(super) struct Pulses(VecDeque<Pulse>);
 
 impl Pulses {
-    /// A pulse has ended.
     pub fn enter(&mut self, pulse: Pulse) {
         if self.0.len() == KEPT {
             self.0.pop_front();

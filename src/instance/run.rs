@@ -25,7 +25,6 @@ pub struct Experiment {
 }
 
 impl Experiment {
-    /// Refuses invalid times.
     pub(super) fn check(&self) -> Result<(), Refusal> {
         if !self.start.is_finite() {
             return Err(Refusal::number("startTime", self.start, "s", "any finite value"));
@@ -131,7 +130,6 @@ impl Run {
         if purpose.arrays { balls.saturating_sub(1) } else { 0 }
     }
 
-    /// Start of the run, s.
     pub(super) fn start_time(&self) -> f64 {
         self.experiment.unwrap_or_default().start
     }
@@ -150,7 +148,6 @@ impl Run {
         parameters
     }
 
-    /// Whether derivatives are those of the whole run.
     pub(super) fn derives_over_run(&self) -> bool {
         self.settings.derivatives_of == DerivativesOf::Run
     }

@@ -106,7 +106,6 @@ impl Instance {
         references.iter().zip(values).map(each).collect()
     }
 
-    /// Sets variables to values that were checked.
     pub(super) fn set<T>(&mut self, values: Vec<(Variable, T)>, set: impl Fn(&Variable, &mut Settings, T) -> bool) {
         let before = self.run.settings.parameters.tunables();
         let mut any = false;

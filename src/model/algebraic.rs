@@ -20,17 +20,16 @@ pub(crate) trait Chain<S: Scalar = f64> {
     fn forcing_of(&self, i: usize) -> S;
 }
 
-/// Position of ball `i`, m.
+// The functions of `Results`, which has their units.
+
 pub(crate) fn x<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
     chain.state_of(i).0
 }
 
-/// Velocity of ball `i`, m/s.
 pub(crate) fn v<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
     chain.state_of(i).1
 }
 
-/// Acceleration of ball `i`, m/s2.
 pub(crate) fn a<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
     let (ball, (x, v)) = (&chain.cradle().balls[i], chain.state_of(i));
     let from_left = if i > 0 { chain.force_of(i - 1) } else { S::default() };
@@ -38,24 +37,20 @@ pub(crate) fn a<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
     ball.acceleration(x, v, from_left - from_right, chain.forcing_of(i))
 }
 
-/// Kinetic energy of ball `i`, J.
 pub(crate) fn kinetic_energy<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
     let (_, v) = chain.state_of(i);
     S::from(0.5) * chain.cradle().balls[i].mass * v * v
 }
 
-/// Energy of ball `i` in the field of gravity, J.
 pub(crate) fn gravity_energy<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
     let (ball, (x, _)) = (&chain.cradle().balls[i], chain.state_of(i));
     S::from(0.5) * ball.mass * ball.omega2 * x * x
 }
 
-/// Elastic energy of contact `i`, J.
 pub(crate) fn contact_energy<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
     chain.cradle().contacts[i].elastic_energy(chain.overlap_of(i))
 }
 
-/// Kinetic, gravity and contact energy of all, J.
 pub(crate) fn total_energy<S: Scalar>(chain: &impl Chain<S>) -> S {
     let Cradle { balls, contacts, .. } = chain.cradle();
     let of_ball = |(i, ball): (usize, &BallModel<S>)| {
@@ -65,12 +60,10 @@ pub(crate) fn total_energy<S: Scalar>(chain: &impl Chain<S>) -> S {
     balls.iter().enumerate().map(of_ball).sum::<S>() + (0..contacts.len()).map(|i| contact_energy(chain, i)).sum()
 }
 
-/// Sum of `m v`, kg.m/s.
 pub(crate) fn momentum<S: Scalar>(chain: &impl Chain<S>) -> S {
     chain.cradle().balls.iter().enumerate().map(|(i, ball)| ball.mass * chain.state_of(i).1).sum()
 }
 
-/// Horizontal force of all pendulums and of the drag on the support, N.
 pub(crate) fn support_force<S: Scalar>(chain: &impl Chain<S>) -> S {
     let of_ball = |(i, ball): (usize, &BallModel<S>)| {
         let (x, v) = chain.state_of(i);
@@ -79,12 +72,10 @@ pub(crate) fn support_force<S: Scalar>(chain: &impl Chain<S>) -> S {
     chain.cradle().balls.iter().enumerate().map(of_ball).sum()
 }
 
-/// Rate of the overlap of contact `i`, m/s.
 pub(crate) fn overlap_rate<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
     chain.state_of(i).1 - chain.state_of(i + 1).1
 }
 
-/// Power dissipated by drag and contacts, W.
 pub(crate) fn dissipation<S: Scalar>(chain: &impl Chain<S>) -> S {
     let Cradle { balls, contacts, .. } = chain.cradle();
     let of_ball = |(i, ball): (usize, &BallModel<S>)| {
@@ -98,7 +89,6 @@ pub(crate) fn dissipation<S: Scalar>(chain: &impl Chain<S>) -> S {
     balls.iter().enumerate().map(of_ball).sum::<S>() + contacts.iter().enumerate().map(of_contact).sum()
 }
 
-/// Power of the external forces and of the moving support, W.
 pub(crate) fn external_power<S: Scalar>(chain: &impl Chain<S>) -> S {
     let of_ball = |(i, ball): (usize, &BallModel<S>)| ball.mass * chain.forcing_of(i) * chain.state_of(i).1;
     chain.cradle().balls.iter().enumerate().map(of_ball).sum()

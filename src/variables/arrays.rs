@@ -11,7 +11,7 @@ use super::table::range::between;
 use super::table::row::Causality::{Independent, Input, Local, Output, StructuralParameter};
 use super::table::row::Shape::{Balls, Contacts, Scalar};
 use super::table::row::Type::{Binary, Boolean, Clock, Integer, Real};
-use super::table::row::{Access, Edge, Extra, Row, Variability, enumeration, extra, slope};
+use super::table::row::{Access, Edge, Extra, Row, Variability, enumeration, extra, row};
 use super::table::unit::{FORCE, IMPULSE, LENGTH, TIME, VELOCITY};
 use super::variable::{MAX_BALLS, MIN_BALLS, Variable};
 
@@ -47,9 +47,9 @@ static EXTRA: &[(u32, Row)] = &[
         .within(between(MIN_BALLS as f64, MAX_BALLS as f64))),
     (2, enumeration("derivatives.of", &DERIVATIVES_OF,
         "What directional and adjoint derivatives are derivatives of, after initialization").tunable()),
-    (4, slope("der(F_ext)", Balls, Access::Setting { get: |s| &s.slopes.force, set: |s| &mut s.slopes.force },
+    (4, row("der(F_ext)", Balls, Input, Access::Setting { get: |s| &s.slopes.force, set: |s| &mut s.slopes.force },
         "Slope of F_ext over the next steps, from the value it is set to")),
-    (5, slope("der(a_support)", Scalar, Access::Setting {
+    (5, row("der(a_support)", Scalar, Input, Access::Setting {
         get: |s| from_ref(&s.slopes.support_acceleration), set: |s| from_mut(&mut s.slopes.support_acceleration),
     }, "Slope of a_support over the next steps, from the value it is set to")),
     (8, extra(ONSET, Scalar, Output, Clock, Extra::Clock(Edge::Onset),

@@ -34,22 +34,6 @@ unsafe fn get<T>(
     require_count("nValues", places.len(), found)
 }
 
-fn float(value: Value) -> f64 {
-    if let Value::Float(value) = value { value } else { 0.0 }
-}
-
-fn count(value: Value) -> u64 {
-    if let Value::Count(value) = value { value } else { 0 }
-}
-
-fn item(value: Value) -> i64 {
-    if let Value::Item(value) = value { value } else { 0 }
-}
-
-fn flag(value: Value) -> u8 {
-    (value == Value::Flag(true)).into()
-}
-
 /// Says that there are no variables of this type, if any is asked for.
 fn refuse_type(asked: usize) -> Result<(), Refusal> {
     if asked == 0 { Ok(()) } else { Err(Refusal::new("no variable is of this type")) }
@@ -59,14 +43,15 @@ fn refuse_type(asked: usize) -> Result<(), Refusal> {
 macro_rules! values {
     ($(
         $(#[$got:meta])* $get:ident
-        $(#[$is_set:meta])* $set:ident($type:ty = $asked:expr, $convert:expr) as $call:ident $by:expr;
+        $(#[$is_set:meta])* $set:ident($type:ty = $asked:ident, $value:ident) as $call:ident $by:expr;
     )*) => {
         export! {$(
             $(#[$got])*
             fn $get(
                 valueReferences: *const fmi3ValueReference, nValueReferences: usize, values: *mut $type, nValues: usize,
             ) as GetArrays |instance| {
-                get(instance, $asked, (valueReferences, nValueReferences), (values, nValues), $convert)
+                let convert = |value| if let Value::$value(value) = value { value.into() } else { Default::default() };
+                get(instance, Type::$asked, (valueReferences, nValueReferences), (values, nValues), convert)
             };
             $(#[$is_set])*
             fn $set(
@@ -85,19 +70,19 @@ values! {
     /// Reads real variables.
     fmi3GetFloat64
     /// Sets real parameters, inputs and slopes: all of them, or none if any is refused.
-    fmi3SetFloat64(fmi3Float64 = Type::Real, float) as Set Instance::set_floats;
+    fmi3SetFloat64(fmi3Float64 = Real, Float) as Set Instance::set_floats;
     /// Reads counts, and `n`.
     fmi3GetUInt64
     /// Sets `n`, in Configuration Mode.
-    fmi3SetUInt64(fmi3UInt64 = Type::Integer, count) as SetCounts Instance::set_counts;
+    fmi3SetUInt64(fmi3UInt64 = Integer, Count) as SetCounts Instance::set_counts;
     /// Reads enumerations.
     fmi3GetInt64
     /// Sets enumerations: all of them, or none if any is refused.
-    fmi3SetInt64(fmi3Int64 = Type::Enumeration, item) as SetDiscrete Instance::set_items;
+    fmi3SetInt64(fmi3Int64 = Enumeration, Item) as SetDiscrete Instance::set_items;
     /// Reads truth values.
     fmi3GetBoolean
     /// No truth value can be set.
-    fmi3SetBoolean(fmi3Boolean = Type::Boolean, flag) as SetDiscrete |instance, references, _| {
+    fmi3SetBoolean(fmi3Boolean = Boolean, Flag) as SetDiscrete |instance, references, _| {
         instance.refuse_to_set_arrays(references, Type::Boolean)
     };
 }
@@ -107,6 +92,7 @@ export! {
     fn fmi3GetClock(
         valueReferences: *const fmi3ValueReference, nValueReferences: usize, values: *mut fmi3Clock,
     ) as GetArrays |instance| {
+        let flag = |value| (value == Value::Flag(true)).into();
         get(instance, Type::Clock, (valueReferences, nValueReferences), (values, nValueReferences), flag)
     };
     /// No clock can be set: those that there are tick by themselves.

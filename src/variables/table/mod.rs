@@ -13,10 +13,10 @@ use crate::model::{ContactModel, DampingLaw, Parameters, SolverMethod};
 use crate::next::NEVER;
 use enumeration::{CONTACT_MODEL, DAMPING_LAW, EXCHANGED_CONTACTS, SOLVER_METHOD};
 use range::{ANY, NOT_NEGATIVE, POSITIVE, between};
-use row::Causality::{Local, Output};
+use row::Causality::{CalculatedParameter, Input, Local, Output};
 use row::Shape::{Balls, Contacts, Scalar};
 use row::{Access, Row};
-use row::{calculated, count, enumeration, flag, input, parameter, real};
+use row::{count, enumeration, parameter, real, row};
 use unit::{
     ACCELERATION, DAMPING, DRAG, ELASTIC_MODULUS, ENERGY, FORCE, IMPULSE, LENGTH, MASS, MOMENTUM, POWER, RATIO,
     SLOWNESS, STIFFNESS, TIME, VELOCITY,
@@ -130,16 +130,16 @@ pub static TABLE: &[Row] = &[
         "Step of the rk4 method").nominal(1e-6).used_if(|p| p.method == SolverMethod::Rk4),
     enumeration("exchange.contacts", &EXCHANGED_CONTACTS,
         "What the host sees of contacts in model exchange; resolved needs a tolerance of 1e-8 or tighter"),
-    calculated("pendulum.period", &TIME, period,
-        "Period of ball 1; 1e30 without gravity")
+    row("pendulum.period", Scalar, CalculatedParameter, Access::Calculated(period),
+        "Period of ball 1; 1e30 without gravity").of(&TIME)
         .initially(&[&["gravity", "pendulum.length", "pendulum.lengthRatio[1]"]])
         .derivative(|d, _| d.period),
 
-    input("F_ext", Balls, &FORCE, Access::Setting { get: |s| &s.inputs.force, set: |s| &mut s.inputs.force },
-        "External force on ball {i}, to the right"),
-    input("a_support", Scalar, &ACCELERATION, Access::Setting {
+    row("F_ext", Balls, Input, Access::Setting { get: |s| &s.inputs.force, set: |s| &mut s.inputs.force },
+        "External force on ball {i}, to the right").of(&FORCE),
+    row("a_support", Scalar, Input, Access::Setting {
         get: |s| from_ref(&s.inputs.support_acceleration), set: |s| from_mut(&mut s.inputs.support_acceleration),
-    }, "Acceleration of the support, to the right"),
+    }, "Acceleration of the support, to the right").of(&ACCELERATION),
 
     real("x", Balls, Output, &LENGTH, |s, i| s.x(i),
         "Position of ball {i}, to the right of its rest position, relative to the support")
@@ -184,10 +184,10 @@ pub static TABLE: &[Row] = &[
         .derivative(|d, _| d.support_force_mean),
     count("pulses", Contacts, Output, |s, i| s.pulses(i),
         "Number of onsets so far of the contact between balls {i} and {j}").initially(&[OVERLAP]),
-    flag("inContact", Contacts, Output, |s, i| s.in_contact(i),
+    row("inContact", Contacts, Output, Access::Flag(|s, i| s.in_contact(i)),
         "Whether balls {i} and {j} overlap").initially(&[OVERLAP]),
 
-    flag("t_next_isOnset", Scalar, Local, |s, _| s.next_onset().is_settled(),
+    row("t_next_isOnset", Scalar, Local, Access::Flag(|s, _| s.next_onset().is_settled()),
         "True if t_next is an onset, or 1e30 because there is none; false if the look ahead ended before an onset"),
     real("t_onset", Contacts, Local, &TIME, |s, i| s.last_onset(i),
         "Last onset of the contact between balls {i} and {j}; -1e30 before the first").discrete(),

@@ -253,7 +253,8 @@ impl Row {
     }
 }
 
-const fn row(name: Text, shape: Shape, causality: Causality, access: Access, description: Text) -> Row {
+/// Any row, of which the functions below are special ones.
+pub const fn row(name: Text, shape: Shape, causality: Causality, access: Access, description: Text) -> Row {
     let variability = match (&causality, &access) {
         (Causality::Parameter | Causality::CalculatedParameter | Causality::StructuralParameter, _) => {
             Variability::Fixed
@@ -289,17 +290,6 @@ pub const fn enumeration(name: Text, enumeration: &'static Enumeration, descript
     row(name, Shape::Scalar, Causality::Parameter, Access::Enumeration(enumeration), description)
 }
 
-/// A parameter that follows from others.
-pub const fn calculated(name: Text, quantity: Of, access: fn(&Parameters) -> f64, description: Text) -> Row {
-    let access = Access::Calculated(access);
-    row(name, Shape::Scalar, Causality::CalculatedParameter, access, description).of(quantity)
-}
-
-/// A real input.
-pub const fn input(name: Text, shape: Shape, quantity: Of, access: Access, description: Text) -> Row {
-    row(name, shape, Causality::Input, access, description).of(quantity)
-}
-
 /// A real result of causality output or local.
 pub const fn real(name: Text, shape: Shape, to: Causality, quantity: Of, get: Get<f64>, description: Text) -> Row {
     row(name, shape, to, Access::Real(get), description).of(quantity)
@@ -310,19 +300,9 @@ pub const fn count(name: Text, shape: Shape, to: Causality, get: Get<u64>, descr
     row(name, shape, to, Access::Count(get), description).within(NOT_NEGATIVE)
 }
 
-/// A truth value of causality output or local.
-pub const fn flag(name: Text, shape: Shape, to: Causality, get: Get<bool>, description: Text) -> Row {
-    row(name, shape, to, Access::Flag(get), description)
-}
-
 /// What an instance knows for FMI 3.0.
 pub const fn extra(name: Text, shape: Shape, to: Causality, is: Type, what: Extra, description: Text) -> Row {
     row(name, shape, to, Access::Instance(is, what), description)
-}
-
-/// The slope of a real input over a step, in FMI 3.0.
-pub const fn slope(name: Text, shape: Shape, access: Access, description: Text) -> Row {
-    row(name, shape, Causality::Input, access, description)
 }
 
 /// Says one thing more of a row.
