@@ -5,7 +5,7 @@ use std::ops::Deref;
 use serde::{Deserialize, Serialize};
 
 use super::continuous::{Continuous, method};
-use super::derivatives::{History, NotFollowed, Recorder, Tape, WholeRun};
+use super::derivatives::{History, NotFollowed, Recorder, Tape};
 use super::error::EngineError;
 use super::inputs::HeldInputs;
 use super::observer::Observer;
@@ -126,7 +126,7 @@ impl Simulation {
         }
         let start_state = of_method!(&begun, last_step()).end;
         let last = of_method!(self, last_step());
-        WholeRun { parameters, start_time: start, start: start_state, stretches, last }.along(tangent, inputs)
+        last.along_run(parameters, (start, &start_state), &stretches, (tangent, inputs))
     }
 
     /// The run from `start` (s) to the current time in parts, for derivatives in both directions. Only event-driven

@@ -82,17 +82,17 @@ impl Cradle {
 }
 
 impl<S: Scalar> Cradle<S> {
-    /// The same coefficients, which do not change along any direction.
-    pub fn constant(cradle: &Cradle) -> Self {
-        let ball = |ball: &BallModel| BallModel {
-            mass: S::from(ball.mass),
-            omega2: S::from(ball.omega2),
-            gamma: S::from(ball.gamma),
+    /// The same cradle in other numbers.
+    pub fn map<T>(&self, number: impl Fn(S) -> T + Copy) -> Cradle<T> {
+        let ball = |ball: &BallModel<S>| BallModel {
+            mass: number(ball.mass),
+            omega2: number(ball.omega2),
+            gamma: number(ball.gamma),
         };
-        Self {
-            balls: cradle.balls.iter().map(ball).collect(),
-            contacts: cradle.contacts.iter().map(|law| law.map(S::from)).collect(),
-            restitution: cradle.restitution.map(S::from),
+        Cradle {
+            balls: self.balls.iter().map(ball).collect(),
+            contacts: self.contacts.iter().map(|law| law.map(number)).collect(),
+            restitution: self.restitution.map(number),
         }
     }
 

@@ -298,7 +298,7 @@ impl<'a> Step<'a> {
         rounding: &Rounding,
         local_error: f64,
     ) -> f64 {
-        let (window, tolerance) = (self.window, control.tolerance());
+        let (window, tolerance) = (self.window, control.tolerance);
         series.begin(window, STAGES, length);
         let speed = window.flights.iter().map(|flight| flight.v.abs()).fold(0.0, f64::max);
         let lightest = window.balls.iter().map(|ball| ball.mass).fold(f64::INFINITY, f64::min);

@@ -23,4 +23,24 @@ pub(crate) trait Equations<S: Scalar> {
     fn overlap(&self, j: usize) -> S;
     /// Its mode.
     fn mode(&self, j: usize) -> Mode;
+
+    /// Rate of its overlap, m/s.
+    fn overlap_rate(&self, j: usize) -> S {
+        self.velocity(j) - self.velocity(j + 1)
+    }
+
+    /// Reduced mass of its balls, kg.
+    fn reduced_mass(&self, j: usize) -> f64 {
+        let [left, right] = [j, j + 1].map(|i| self.ball(i).mass.value());
+        left * right / (left + right)
+    }
+
+    /// Whether its force by the law matters: it presses, or only the force tells when it will press again.
+    fn needs_force(&self, j: usize) -> bool {
+        match self.mode(j) {
+            Mode::Open => false,
+            Mode::Pressing => true,
+            Mode::Clipped => self.law(j).sign_of_force().is_none(),
+        }
+    }
 }

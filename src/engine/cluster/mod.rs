@@ -24,5 +24,5 @@ mod window;
 pub(crate) use equations::Equations;
 pub(crate) use segment::Cluster;
 pub(crate) use step_control::{Control, Method, StepHistory};
-pub(crate) use taylor::Series;
+pub(crate) use taylor::{Series, velocity_scale};
 pub(crate) use window::{OverlapSeries, Switch, WindowContact, clipping};

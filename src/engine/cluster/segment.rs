@@ -330,7 +330,7 @@ impl Cluster {
             series.expand_linear(workspace, window, control, scale, rounding.position);
             described.method = Method::LinearSeries;
         } else {
-            series.expand(window, control, scale);
+            series.expand_window(window, control, scale);
             described.method = Method::Series;
         }
         (self.length, history.explicit_length) = (series.converges_for(), series.converges_for());

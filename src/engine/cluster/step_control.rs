@@ -43,7 +43,7 @@ pub(crate) struct Control {
     /// Order of the series of the velocities.
     pub order: usize,
     /// Relative tolerance of a whole run.
-    tolerance: f64,
+    pub tolerance: f64,
     /// Longest segment, s, where nothing varies.
     pub longest: f64,
 }
@@ -68,11 +68,6 @@ impl Control {
     /// Whether this method may be used.
     pub fn allows(&self, method: Method) -> bool {
         self.forbidden != Some(method)
-    }
-
-    /// Relative tolerance of a whole run.
-    pub fn tolerance(&self) -> f64 {
-        self.tolerance
     }
 }
 

@@ -35,16 +35,6 @@ impl Window<'_> {
         self.contacts.get(j).is_some_and(|contact| contact.mode == Mode::Pressing)
     }
 
-    /// Whether the force of contact `j` by its law matters: it presses, or only the force tells when it will press
-    /// again.
-    pub fn needs_force(&self, j: usize) -> bool {
-        match self.contacts[j].mode {
-            Mode::Open => false,
-            Mode::Pressing => true,
-            Mode::Clipped => self.laws[j].sign_of_force().is_none(),
-        }
-    }
-
     /// Number of closed contacts.
     pub fn closed(&self) -> usize {
         self.contacts.iter().filter(|contact| contact.mode != Mode::Open).count()

@@ -2,6 +2,7 @@
 
 use crate::engine::cluster::{Equations, OverlapSeries, Series};
 use crate::engine::flight::Forcing;
+use crate::model::algebraic::Chain;
 use crate::model::{BallModel, ContactLaw, Cradle, Mode};
 use crate::solver::dual::Scalar;
 
@@ -54,6 +55,31 @@ impl<S: Scalar> Equations<S> for ChainEquations<'_, S> {
 
     fn mode(&self, j: usize) -> Mode {
         self.state.modes[j]
+    }
+}
+
+impl<S: Scalar> Chain<S> for ChainEquations<'_, S> {
+    fn cradle(&self) -> &Cradle<S> {
+        self.cradle
+    }
+
+    fn state_of(&self, i: usize) -> (S, S) {
+        (self.state.x[i], self.state.v[i])
+    }
+
+    fn overlap_of(&self, j: usize) -> S {
+        self.state.overlaps[j]
+    }
+
+    fn force_of(&self, j: usize) -> S {
+        match self.state.modes[j] {
+            Mode::Pressing => self.cradle.contacts[j].unclipped_force(self.state.overlaps[j], self.overlap_rate(j)),
+            Mode::Open | Mode::Clipped => S::default(),
+        }
+    }
+
+    fn forcing_of(&self, i: usize) -> S {
+        self.forcings[i][0]
     }
 }
 

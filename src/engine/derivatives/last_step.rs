@@ -1,7 +1,8 @@
-//! How the outputs at the end of the last step depend on the inputs held over it, and those at the start on the
-//! parameters.
+//! How the outputs at the end of the last step depend on the inputs held over it or on all that has acted since the
+//! start of the run, and those at the start on the parameters.
 
 use super::chain_state::ChainState;
+use super::history::Stretch;
 use super::tangent::{NotFollowed, Run};
 use crate::engine::flight::Forcing;
 use crate::engine::inputs::HeldInputs;
@@ -30,34 +31,59 @@ impl LastStep<'_> {
         if self.length == 0.0 {
             return Ok(Differential::zero(self.cradle.balls.len()));
         }
-        let along = Cradle::constant(self.cradle);
+        let along = self.cradle.map(Dual::from);
         let forcings = forcings_along(&along, &self.inputs, inputs);
-        let mut run = Run::new(self.cradle, along, lifted(&self.start), forcings);
+        let mut run = Run::new(along, lifted(&self.start), forcings);
         run.follow(Some(self.length))?;
         self.outputs_of(run)
     }
 
+    /// Derivatives of the outputs at its end along a direction of parameters and inputs of the whole run, which has begun
+    /// at `start_time` (s) in the state `start`. The inputs change by the same over all `stretches`, tunable parameters
+    /// too; `parameters` are those that act now.
+    pub fn along_run(
+        &self,
+        parameters: &Parameters,
+        (start_time, start): (f64, &ChainState),
+        stretches: &[Stretch],
+        (tangent, inputs): (&Parameters, &Inputs),
+    ) -> Result<Differential, NotFollowed> {
+        let (mut acting, mut run, mut since): (Parameters, Option<Run>, f64) = (parameters.clone(), None, start_time);
+        for stretch in stretches {
+            acting.tune(stretch.tunables);
+            let along = Cradle::along(&acting, tangent);
+            let forcings = forcings_along(&along, &stretch.inputs.at(since), inputs);
+            let begun = match run.take() {
+                Some(run) => run.under(along, forcings),
+                None => Run::new(along.clone(), start_along(start, &along, tangent), forcings),
+            };
+            let run = run.insert(begun);
+            if (since..stretch.until).contains(&self.inputs.since) {
+                run.follow(Some(self.inputs.since - since))?;
+                run.begin_step();
+            }
+            run.follow(Some(stretch.until - since))?;
+            since = stretch.until;
+        }
+        self.outputs_of(run.ok_or(NotFollowed)?)
+    }
+
     /// Derivatives of the outputs at its end, which `run` has reached.
-    pub(super) fn outputs_of(&self, mut run: Run) -> Result<Differential, NotFollowed> {
+    fn outputs_of(&self, mut run: Run) -> Result<Differential, NotFollowed> {
         run.agree_with(&self.end)?;
-        let mut outputs = run.outputs();
-        outputs.force_mean = run.impulse_of_step().map(|impulse| impulse.tangent() / self.length).collect();
-        outputs.force_peak = run.peak.iter().map(|peak| peak.tangent()).collect();
-        outputs.support_force_mean = run.support_impulse.tangent() / self.length;
-        outputs.next_onset = self.next_onset(run);
-        Ok(outputs)
+        let outputs = run.outputs_of_step(self.length);
+        Ok(Differential { next_onset: self.next_onset(run), ..outputs })
     }
 
     /// Derivatives of the outputs at its end along `inputs` that act from then on: what changes is the accelerations,
     /// the power and the next onset. What rigid balls in contact transmit is not followed.
     pub fn at_end_along_inputs(&self, inputs: &Inputs) -> Differential {
-        let along = Cradle::constant(self.cradle);
+        let along = self.cradle.map(Dual::from);
         let held = self.inputs.at(self.inputs.since + self.length);
         let forcings = forcings_along(&along, &held, inputs);
-        let run = Run::new(self.cradle, along, lifted(&self.end), forcings);
-        let mut outputs = run.outputs();
-        outputs.next_onset = self.next_onset(run);
-        outputs
+        let run = Run::new(along, lifted(&self.end), forcings);
+        let outputs = run.outputs();
+        Differential { next_onset: self.next_onset(run), ..outputs }
     }
 
     /// Derivatives of the outputs at the start of a run, of which there was no step yet, along a direction of
@@ -72,7 +98,7 @@ impl LastStep<'_> {
         let forcings = forcings_along(&along, &self.inputs, inputs);
         let state = start_along(&self.end, &along, tangent);
         let first = along.balls[0].omega2;
-        let run = Run::new(self.cradle, along, state, forcings);
+        let run = Run::new(along, state, forcings);
         let mut outputs = run.outputs();
         if self.cradle.restitution.is_some() {
             // Rigid contacts transmit nothing yet.
@@ -99,7 +125,7 @@ impl LastStep<'_> {
 
 /// Accelerations by the inputs `held`, with the derivatives that they have where the inputs have the derivatives
 /// `tangent`, all of them constant over the step, and the masses theirs.
-pub(super) fn forcings_along(cradle: &Cradle<Dual>, held: &HeldInputs, tangent: &Inputs) -> Vec<Forcing<Dual>> {
+fn forcings_along(cradle: &Cradle<Dual>, held: &HeldInputs, tangent: &Inputs) -> Vec<Forcing<Dual>> {
     let forcing = |(i, ball): (usize, &BallModel<Dual>)| {
         let along = |k: usize, value: f64, tangent: f64| Dual::with_tangent(value, if k == 0 { tangent } else { 0.0 });
         let mut forcing = Forcing::default();
@@ -119,7 +145,7 @@ fn lifted(state: &ChainState) -> ChainState<Dual> {
 }
 
 /// The start state with the derivatives that it has where the parameters have the derivatives `tangent`.
-pub(super) fn start_along(state: &ChainState, cradle: &Cradle<Dual>, tangent: &Parameters) -> ChainState<Dual> {
+fn start_along(state: &ChainState, cradle: &Cradle<Dual>, tangent: &Parameters) -> ChainState<Dual> {
     let pair = |values: &[f64], tangents: &[f64]| -> Vec<Dual> {
         values.iter().zip(tangents).map(|(value, tangent)| Dual::with_tangent(*value, *tangent)).collect()
     };

@@ -1,8 +1,8 @@
 //! Derivatives of the outputs: by time, and along inputs or parameters.
 //!
 //! Those by time are read off the Taylor series of the whole chain about its state ([`by_time()`]). Those along a
-//! direction follow the last step once more in dual numbers ([`LastStep`]), or the whole run ([`WholeRun`]), of which a
-//! [`History`] is kept then. Both need only a state of the chain ([`ChainState`]) and the inputs held: they serve every
+//! direction follow the last step, or the whole run, once more in dual numbers ([`LastStep`]); of a run a [`History`] is
+//! kept then. Both need only a state of the chain ([`ChainState`]) and the inputs held: they serve every
 //! method. Runs of elastic contacts have a [`Tape`], which takes directions along and gives gradients, too. No
 //! differences are taken.
 
@@ -12,9 +12,7 @@ mod chain_state;
 mod history;
 mod last_step;
 mod of_run;
-mod reached;
 mod tangent;
-mod whole_run;
 
 pub(crate) use adjoint::Recorder;
 pub use adjoint::{Gradient, Tape};
@@ -23,4 +21,3 @@ pub(crate) use chain_state::ChainState;
 pub use history::History;
 pub(crate) use last_step::LastStep;
 pub use tangent::NotFollowed;
-pub(crate) use whole_run::WholeRun;

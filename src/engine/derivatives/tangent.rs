@@ -9,28 +9,22 @@
 //! are no derivatives, nor where more balls touch that the direction would bring apart.
 
 use super::chain_state::{ChainEquations, ChainState};
-use crate::engine::cluster::{Series, Switch, clipping};
+use crate::engine::cluster::{Control, Equations, Series, Switch, clipping, velocity_scale};
 use crate::engine::flight::{Forcing, shifted};
 use crate::engine::rigid::restitution;
-use crate::model::algebraic;
-use crate::model::{BallModel, Cradle, Mode};
+use crate::model::{Cradle, Differential, Mode};
 use crate::solver::crossing;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::dual::{Dual, Scalar};
 use crate::solver::series;
 
-/// Order of the series of the forces, and the local error of the velocities over their scale.
+/// Order of the series of the forces, and the tolerance of a run for which the local errors of the velocities are 1e-16
+/// of their scale.
 const ORDER: usize = 24;
-const LOCAL_ERROR: f64 = 1e-16;
+const TOLERANCE: f64 = 1e-11;
 
 /// Segments after which a step counts as too long to be followed.
 const MAX_SEGMENTS: usize = 100_000;
-
-/// How much of the largest derivative of a velocity on the way may be left at the end: less is its rounding.
-const CANCELLATION: f64 = 1e-10;
-
-/// An overlap about to vanish shortens the unit of time of the series by no more than this factor.
-const SHORTEST_UNIT: f64 = 1e-20;
 
 /// Approach speeds of rigid balls up to so many roundings of the fastest come to rest, as in the run itself.
 const UNRESOLVED: f64 = 32.0;
@@ -39,42 +33,38 @@ const UNRESOLVED: f64 = 32.0;
 /// balls.
 const SAME_VELOCITIES: f64 = 1e-6;
 
-/// A step that cannot be followed again: it takes too many segments, leaves the range of numbers, passes through so
-/// many bounces that the derivatives drown in rounding, or has rigid balls stay in contact.
+/// A step that cannot be followed again: it takes too many segments, leaves the range of numbers, or has rigid balls stay
+/// in contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NotFollowed;
 
 /// A motion followed in dual numbers.
-pub(super) struct Run<'a> {
-    pub(super) cradle: &'a Cradle,
-    pub(super) along: Cradle<Dual>,
-    pub(super) state: ChainState<Dual>,
-    pub(super) forcings: Vec<Forcing<Dual>>,
+pub(super) struct Run {
+    /// The coefficients that act, in doubles and with their derivatives.
+    cradle: Cradle,
+    along: Cradle<Dual>,
+    state: ChainState<Dual>,
+    forcings: Vec<Forcing<Dual>>,
     /// Time since these inputs act (s), and its derivative.
     elapsed: DoubleDouble,
     pub delay: f64,
-    /// Largest derivative of any velocity so far, and how much of it must be left.
-    largest: f64,
-    pub cancellation: f64,
-    pub(super) impulse: Vec<Dual>,
+    impulse: Vec<Dual>,
     /// At the start of the step.
     impulse_before: Vec<Dual>,
-    pub peak: Vec<Dual>,
-    pub support_impulse: Dual,
+    peak: Vec<Dual>,
+    support_impulse: Dual,
 }
 
-impl<'a> Run<'a> {
-    pub fn new(cradle: &'a Cradle, along: Cradle<Dual>, state: ChainState<Dual>, forcings: Vec<Forcing<Dual>>) -> Self {
-        let none = vec![Dual::default(); cradle.contacts.len()];
+impl Run {
+    pub fn new(along: Cradle<Dual>, state: ChainState<Dual>, forcings: Vec<Forcing<Dual>>) -> Self {
+        let none = vec![Dual::default(); along.contacts.len()];
         Self {
-            cradle,
+            cradle: along.map(Dual::value),
             along,
             state,
             forcings,
             elapsed: DoubleDouble::default(),
             delay: 0.0,
-            largest: 0.0,
-            cancellation: CANCELLATION,
             impulse: none.clone(),
             impulse_before: none.clone(),
             peak: none,
@@ -83,14 +73,43 @@ impl<'a> Run<'a> {
     }
 
     /// The same motion from now on, under other coefficients and inputs.
-    pub fn under(mut self, cradle: &'a Cradle, along: Cradle<Dual>, forcings: Vec<Forcing<Dual>>) -> Self {
-        for (j, law) in cradle.contacts.iter().enumerate().filter(|_| cradle.restitution.is_none()) {
-            if self.state.modes[j] != Mode::Open {
-                let (overlap, rate) = (self.state.overlaps[j].value(), self.overlap_rate(j).value());
-                self.state.modes[j] = law.mode_when_closed(overlap, rate);
+    pub fn under(self, along: Cradle<Dual>, forcings: Vec<Forcing<Dual>>) -> Self {
+        let cradle = along.map(Dual::value);
+        let mut next = Self { cradle, along, forcings, elapsed: DoubleDouble::default(), ..self };
+        for (j, law) in next.cradle.contacts.iter().enumerate().filter(|_| next.cradle.restitution.is_none()) {
+            if next.state.modes[j] != Mode::Open {
+                let rate = next.equations().overlap_rate(j).value();
+                next.state.modes[j] = law.mode_when_closed(next.state.overlaps[j].value(), rate);
             }
         }
-        Self { cradle, along, forcings, elapsed: DoubleDouble::default(), ..self }
+        next
+    }
+
+    fn equations(&self) -> ChainEquations<'_, Dual> {
+        ChainEquations { cradle: &self.along, state: &self.state, forcings: &self.forcings }
+    }
+
+    /// Derivatives of what follows from the state alone, and of the impulses.
+    pub fn outputs(&self) -> Differential {
+        let mut outputs = Differential::along(&self.equations());
+        outputs.impulse = self.impulse.iter().map(|impulse| impulse.tangent()).collect();
+        if self.cradle.restitution.is_some() {
+            // Of a constraint force there is none.
+            let pressing = outputs.force.iter_mut().zip(&self.state.modes).filter(|(_, mode)| **mode == Mode::Pressing);
+            pressing.for_each(|(force, _)| *force = f64::NAN);
+        }
+        outputs
+    }
+
+    /// The same, with what is of the last step, whose length (s) this is.
+    pub fn outputs_of_step(&self, length: f64) -> Differential {
+        let impulses = self.impulse.iter().zip(&self.impulse_before);
+        Differential {
+            force_mean: impulses.map(|(now, before)| (*now - *before).tangent() / length).collect(),
+            force_peak: self.peak.iter().map(|peak| peak.tangent()).collect(),
+            support_force_mean: self.support_impulse.tangent() / length,
+            ..self.outputs()
+        }
     }
 
     /// The last step begins here.
@@ -100,11 +119,6 @@ impl<'a> Run<'a> {
         self.support_impulse = Dual::default();
     }
 
-    /// Impulses since the last step began.
-    pub fn impulse_of_step(&self) -> impl Iterator<Item = Dual> {
-        self.impulse.iter().zip(&self.impulse_before).map(|(now, before)| *now - *before)
-    }
-
     /// Follows the motion to the time `until` after these inputs began to act (s), or just beyond the next onset.
     pub fn follow(&mut self, until: Option<f64>) -> Result<(), NotFollowed> {
         if self.cradle.restitution.is_some() && self.state.modes.iter().any(|mode| *mode != Mode::Open) {
@@ -112,8 +126,8 @@ impl<'a> Run<'a> {
         }
         for _ in 0..MAX_SEGMENTS {
             let rest = until.map_or(f64::INFINITY, |until| (DoubleDouble::from(until) - self.elapsed).value());
-            let (series, converges_for) = self.expand();
-            let length = converges_for.min(rest);
+            let series = self.expand();
+            let length = series.converges_for.min(rest);
             let switch = self.first_switch(&series, length);
             let tau = match &switch {
                 Some((tau, ..)) => *tau,
@@ -122,10 +136,7 @@ impl<'a> Run<'a> {
                 None => Dual::from(length),
             };
             self.move_by(&series, tau);
-            let reached = self.state.v.iter().map(|v| v.tangent().abs()).fold(0.0, f64::max);
-            self.largest = self.largest.max(reached);
-            let finite = self.state.v.iter().all(|v| v.value().is_finite() && v.tangent().is_finite());
-            if !finite || reached < self.cancellation * self.largest {
+            if !self.state.v.iter().all(|v| v.value().is_finite() && v.tangent().is_finite()) {
                 return Err(NotFollowed);
             }
             match switch {
@@ -139,91 +150,22 @@ impl<'a> Run<'a> {
         Err(NotFollowed)
     }
 
-    /// The series from now on and how long they converge, s.
-    fn expand(&self) -> (Series<Dual>, f64) {
-        let scale = self.velocity_scale();
-        let negligible: Vec<f64> = (0..self.cradle.contacts.len()).map(|j| self.negligible(j, scale)).collect();
-        let unit = self.unit_of_time(scale, |j| negligible[j] > 0.0);
-        let Self { along, state, forcings, .. } = self;
-        let equations = ChainEquations { cradle: along, state, forcings };
-        let series = equations.series(ORDER, unit, |j| negligible[j] > 0.0, &[]);
-        let converges_for = self.convergence(&series, Dual::value).min(self.convergence(&series, Dual::tangent));
-        let mut length = converges_for * unit;
-        for (j, negligible) in negligible.into_iter().enumerate().filter(|(_, negligible)| *negligible > 0.0) {
-            // Up to where the elastic force begins to matter.
-            let overlap: Vec<f64> = series.overlap_row(j).iter().map(|c| c.value()).collect();
-            if let Some(s) = crossing::first_positive(&overlap, 1.0, negligible, length / unit) {
-                length = s * unit;
-            }
-        }
-        (series, length)
-    }
-
-    /// Scale of the velocities, m/s.
-    fn velocity_scale(&self) -> f64 {
-        let (state, contacts) = (&self.state, &self.cradle.contacts);
-        let mut scale = state.v.iter().map(|v| v.value().abs()).fold(f64::MIN_POSITIVE, f64::max);
-        for j in (0..contacts.len()).filter(|&j| state.modes[j] != Mode::Open) {
-            let energy = contacts[j].elastic_energy(state.overlaps[j].value());
-            let mass = self.cradle.reduced_mass(j);
-            // From rest it is what the other forces bring about until the contact balances them.
-            let pull = (algebraic::a(self, j) - algebraic::a(self, j + 1)).value().abs();
-            let from_rest = pull * contacts[j].static_overlap(mass * pull);
-            scale = scale.max((2.0 * energy / mass).max(from_rest).sqrt());
-        }
-        scale
-    }
-
-    /// A time (s) within a few powers of ten of the one that the series will converge for, contacts whose overlap is
-    /// `negligible` left out.
-    fn unit_of_time(&self, scale: f64, negligible: impl Fn(usize) -> bool) -> f64 {
-        let (state, contacts) = (&self.state, &self.cradle.contacts);
-        let swing = |ball: &BallModel| ball.omega2.sqrt() + 2.0 * ball.gamma;
-        let fastest = self.cradle.balls.iter().map(swing).fold(0.0, f64::max);
-        let mut unit = if fastest > 0.0 { 1.0 / fastest } else { 1.0 };
-        for j in (0..contacts.len()).filter(|&j| state.modes[j] != Mode::Open) {
-            let (law, mass) = (&contacts[j], self.cradle.reduced_mass(j));
-            unit = unit.min(law.time_scale(mass, scale)).min(law.relaxation_time(mass, scale));
-            let (overlap, rate) = (state.overlaps[j].value(), self.overlap_rate(j).value().abs());
-            if self.along.contacts[j].whole_exponent().is_none() && !negligible(j) && overlap < unit * rate {
-                unit = (overlap / rate).max(SHORTEST_UNIT * unit);
-            }
-        }
-        unit
-    }
-
-    pub(super) fn overlap_rate(&self, j: usize) -> Dual {
-        self.state.v[j] - self.state.v[j + 1]
-    }
-
-    /// The overlap (m) up to which the elastic force of contact `j` is left out, 0 if it is not: next to none, a power
-    /// that is not whole has no series to speak of, and no effect.
-    fn negligible(&self, j: usize, scale: f64) -> f64 {
-        let law = &self.cradle.contacts[j];
-        if self.state.modes[j] == Mode::Open || self.along.contacts[j].whole_exponent().is_some() {
-            return 0.0;
-        }
-        let (mass, rate) = (self.cradle.reduced_mass(j), self.overlap_rate(j).value());
-        let bound = law.largest_negligible_overlap(mass, rate, LOCAL_ERROR * scale, law.time_scale(mass, scale));
-        if self.state.overlaps[j].value() < bound { 2.0 * bound } else { 0.0 }
-    }
-
-    /// How long the values or the tangents of the series converge, in its unit: after an onset, series have gaps, so
-    /// that more of the last terms are looked at than a gap is long.
-    fn convergence(&self, series: &Series<Dual>, part: fn(Dual) -> f64) -> f64 {
-        let exponent = self.cradle.contacts.first().map_or(1.0, |law| law.exponent);
-        let gap = libm::ceil(exponent) as usize + 2;
-        let balls = 0..self.cradle.balls.len();
-        let term = |i: usize, k: usize| k as f64 * part(series.displacement(i)[k]).abs();
-        let largest = |k: usize| balls.clone().map(|i| term(i, k.min(ORDER + 1))).fold(0.0, f64::max);
-        // Where nothing changes yet, a derivative may begin with a higher power.
-        let first = (1..=ORDER).find(|k| largest(*k) > 0.0).unwrap_or(1);
-        let scale = (first..first + 3).map(largest).fold(0.0, f64::max);
-        let reach = |k: usize| {
-            let term = largest(k + 1);
-            if term > 0.0 { libm::pow(LOCAL_ERROR * scale / term, 1.0 / k as f64) } else { f64::INFINITY }
+    /// The series from now on, as far as their values and derivatives converge.
+    fn expand(&self) -> Series<Dual> {
+        let (equations, mut series) = (self.equations(), Series::default());
+        let control = Control { order: ORDER, ..Control::new(TOLERANCE) };
+        let negligible = series.expand(&equations, &control, velocity_scale(&equations));
+        let convergence = |part: fn(Dual) -> f64| {
+            let term = |i: usize, k: usize| k as f64 * part(series.displacement(i)[k]).abs() / series.unit;
+            let largest = |k: usize| (0..self.cradle.balls.len()).map(|i| term(i, k)).fold(0.0, f64::max);
+            // Where nothing changes yet, a derivative may begin with a higher power.
+            let first = (1..ORDER).find(|k| largest(*k) > 0.0).unwrap_or(1);
+            let scale = (first..(first + 3).min(ORDER + 2)).map(largest).fold(0.0, f64::max);
+            series.convergence(control.local_error(scale), part)
         };
-        (ORDER - gap..=ORDER).filter(|k| *k > first + 1).map(reach).fold(f64::INFINITY, f64::min)
+        series.converges_for = convergence(Dual::value).min(convergence(Dual::tangent));
+        series.shorten_where_above(&negligible);
+        series
     }
 
     /// The first switching within `length` (s): when, in which contact, and what.
@@ -318,7 +260,7 @@ impl<'a> Run<'a> {
             self.state.overlaps[j] = Dual::default();
         }
         self.state.modes[j] = match switch {
-            Switch::Onset => self.cradle.contacts[j].mode_when_closed(0.0, self.overlap_rate(j).value()),
+            Switch::Onset => self.cradle.contacts[j].mode_when_closed(0.0, self.equations().overlap_rate(j).value()),
             Switch::Release => Mode::Open,
             Switch::Clip => Mode::Clipped,
             Switch::Unclip => Mode::Pressing,
@@ -344,7 +286,7 @@ impl<'a> Run<'a> {
             self.state.overlaps[first + impact.contact] = Dual::default();
         }
         // Without relative velocity they may stay in contact.
-        if self.overlap_rate(j).value() < 0.0 { Ok(()) } else { Err(NotFollowed) }
+        if self.equations().overlap_rate(j).value() < 0.0 { Ok(()) } else { Err(NotFollowed) }
     }
 
     /// Takes the modes from `end`: where the step ends at a switching, rounding decides on which side. Refuses a step

@@ -213,7 +213,7 @@ impl Exchange {
 
     /// Derivatives of all results along a direction of the states and the inputs.
     pub fn along(&self, states: &[f64], inputs: &Inputs) -> Differential {
-        let cradle = Cradle::constant(&self.cradle);
+        let cradle = self.cradle.map(Dual::from);
         let dual = |(value, tangent): (&f64, &f64)| Dual::with_tangent(*value, *tangent);
         let y: Vec<Dual> = self.y.iter().zip(states).map(dual).collect();
         let forcing = |(i, value): (usize, f64)| {

@@ -9,5 +9,5 @@ mod recurrences;
 mod series;
 
 pub(super) use linear::Workspace;
-pub(super) use recurrences::velocity_scale;
+pub(crate) use recurrences::velocity_scale;
 pub(crate) use series::Series;

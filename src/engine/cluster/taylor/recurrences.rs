@@ -107,46 +107,63 @@ impl<S: Scalar> Series<S> {
     }
 }
 
-impl Series {
-    /// Computes all coefficients from the state at the start of a segment with velocities of this `scale` (m/s). The
-    /// segment ends where the last terms, or what is left out, would change them by more than `control` allows.
-    pub fn expand(&mut self, window: &Window, control: &Control, scale: f64) {
-        let (laws, dv) = (window.laws, control.epsilon * scale);
-        let negligible: Vec<f64> = (0..laws.len()).map(|j| negligible_overlap(j, window, dv, scale)).collect();
-        self.begin(window, control.order, unit_of_time(window, scale, |j| negligible[j] > 0.0));
+impl<S: Scalar> Series<S> {
+    /// Computes all coefficients from the state at the start of a segment with velocities of this `scale` (m/s), where
+    /// they may change by what `control` says. The elastic force of a contact is left out up to the overlap (m) that it returns; 0
+    /// if it is not.
+    pub fn expand(&mut self, equations: &impl Equations<S>, control: &Control, scale: f64) -> Vec<f64> {
+        let (contacts, dv) = (0..equations.balls() - 1, control.local_error(scale));
+        let negligible: Vec<f64> = contacts.clone().map(|j| negligible_overlap(j, equations, dv, scale)).collect();
+        self.begin(equations, control.order, unit_of_time(equations, scale, |j| negligible[j] > 0.0));
         self.fill(
-            window,
-            &mut vec![Vec::new(); laws.len()],
-            |j| negligible[j] > 0.0 || !window.needs_force(j),
+            equations,
+            &mut vec![Vec::new(); contacts.len()],
+            |j| negligible[j] > 0.0 || !equations.needs_force(j),
             |_| false,
         );
         // After an onset, series have gaps: the overlap is `d = u t + c t^(p+2) + ...`, with nothing in between. So
         // many terms are looked at that they cannot all fall into a gap.
-        let gap = laws.iter().map(|law| libm::ceil(law.exponent) as usize).fold(1, usize::max);
-        self.converges_for = self.convergence(dv, gap + TERMS_AT_LEAST).min(control.longest);
-        for (j, law) in laws.iter().enumerate() {
-            if negligible[j] > 0.0 {
-                self.shorten_where_above(j, negligible[j]);
-            } else if window.needs_force(j) && law.exponent > 1.0 {
-                self.shorten_where_wrong(j, law, window.reduced_mass(j), scale);
-            }
-        }
+        let gap = contacts.map(|j| libm::ceil(equations.law(j).exponent.value()) as usize).fold(1, usize::max);
+        self.terms = gap + TERMS_AT_LEAST;
+        negligible
     }
 
-    /// The time on which the last `terms` of the velocities stay below `dv` (m/s).
-    fn convergence(&self, dv: f64, terms: usize) -> f64 {
+    /// The time on which this `part` of the last terms of the velocities stays below `dv` (m/s).
+    pub fn convergence(&self, dv: f64, part: impl Fn(S) -> f64) -> f64 {
         let mut shortest = f64::INFINITY;
-        for k in (self.order + 1).saturating_sub(terms).max(2)..=self.order {
-            let largest = self
-                .displacements
-                .chunks_exact(self.stride())
-                .map(|d| ((k + 1) as f64 * d[k + 1]).abs())
-                .fold(0.0, f64::max);
+        for k in (self.order + 1).saturating_sub(self.terms).max(2)..=self.order {
+            let rows = self.displacements.chunks_exact(self.stride());
+            let largest = rows.map(|d| ((k + 1) as f64 * part(d[k + 1])).abs()).fold(0.0, f64::max);
             if largest > 0.0 {
                 shortest = shortest.min(libm::pow(dv * self.unit / largest, 1.0 / k as f64));
             }
         }
         shortest * self.unit
+    }
+
+    /// Ends the segment where an overlap rises above what is `negligible`.
+    pub fn shorten_where_above(&mut self, negligible: &[f64]) {
+        for (j, level) in negligible.iter().enumerate().filter(|(_, level)| **level > 0.0) {
+            let row: Vec<f64> = self.overlap_row(j).iter().map(|c| c.value()).collect();
+            if let Some(s) = crossing::first_positive(&row, 1.0, *level, self.converges_for / self.unit) {
+                self.converges_for = s * self.unit;
+            }
+        }
+    }
+}
+
+impl Series {
+    /// The same of a window. The segment ends where the last terms, or what is left out, would change the velocities by
+    /// more than `control` allows.
+    pub fn expand_window(&mut self, window: &Window, control: &Control, scale: f64) {
+        let negligible = self.expand(window, control, scale);
+        self.converges_for = self.convergence(control.local_error(scale), |c| c).min(control.longest);
+        self.shorten_where_above(&negligible);
+        for (j, law) in window.laws.iter().enumerate() {
+            if window.needs_force(j) && negligible[j] == 0.0 && law.exponent > 1.0 {
+                self.shorten_where_wrong(j, law, window.reduced_mass(j), scale);
+            }
+        }
     }
 
     /// Ends the segment where the series of the elastic force of contact `j` is still the force of the law. From rest
@@ -169,40 +186,35 @@ impl Series {
             self.converges_for *= 0.5;
         }
     }
-
-    /// Ends the segment where the overlap of contact `j` rises above this `level` (m).
-    fn shorten_where_above(&mut self, j: usize, level: f64) {
-        let until = self.converges_for / self.unit;
-        if let Some(s) = crossing::first_positive(self.overlap_row(j), 1.0, level, until) {
-            self.converges_for = s * self.unit;
-        }
-    }
 }
 
 /// Scale of the velocities (m/s) that local errors are measured by: the largest velocity, and the largest closing rate
 /// that the elastic energies amount to, or, from rest, what the other accelerations lead to until a contact balances
 /// them.
-pub(crate) fn velocity_scale(window: &Window) -> f64 {
-    let Window { flights, contacts, laws, .. } = window;
-    let moving = flights.iter().map(|f| f.v.abs()).fold(f64::MIN_POSITIVE, f64::max);
-    let stored = laws.iter().zip(*contacts).enumerate().map(|(j, (law, contact))| {
-        let from_energy = (2.0 * law.elastic_energy(contact.overlap) / window.reduced_mass(j)).sqrt();
-        if moving > AT_REST { from_energy } else { from_energy.max(speed_from_rest(window, j)) }
+pub(crate) fn velocity_scale<S: Scalar>(equations: &impl Equations<S>) -> f64 {
+    let balls = equations.balls();
+    let moving = (0..balls).map(|i| equations.velocity(i).value().abs()).fold(f64::MIN_POSITIVE, f64::max);
+    // Rigid contacts store nothing.
+    let stores = |j: &usize| equations.law(*j).stiffness.value() > 0.0;
+    let stored = (0..balls - 1).filter(stores).map(|j| {
+        let energy = equations.law(j).elastic_energy(equations.overlap(j)).value();
+        let from_energy = (2.0 * energy / equations.reduced_mass(j)).sqrt();
+        if moving > AT_REST { from_energy } else { from_energy.max(speed_from_rest(equations, j)) }
     });
     stored.fold(moving, f64::max)
 }
 
 /// What the other accelerations of the balls of contact `j` lead to from rest until it balances them, m/s. Where these
 /// only grow from 0, it is the time to then that decides how far: found by iteration, to within a power of ten.
-fn speed_from_rest(window: &Window, j: usize) -> f64 {
-    let Window { flights, balls, laws, .. } = window;
+fn speed_from_rest<S: Scalar>(equations: &impl Equations<S>, j: usize) -> f64 {
     let pulls = [j, j + 1].map(|i| {
-        let mut sizes = flights[i].forcing;
-        sizes[0] -= balls[i].oscillator.omega2() * flights[i].x;
+        let mut sizes = equations.forcing(i).map(S::value);
+        sizes[0] -= (equations.ball(i).omega2 * equations.position(i)).value();
         sizes.map(f64::abs)
     });
+    let (law, mass) = (equations.law(j).map(S::value), equations.reduced_mass(j));
     let acceleration = |time: f64| pulls.iter().map(|sizes| forcing_at(sizes, time)).fold(0.0, f64::max);
-    let speed = |acceleration: f64| laws[j].speed_from_rest(window.reduced_mass(j), acceleration);
+    let speed = |acceleration: f64| law.speed_from_rest(mass, acceleration);
     if pulls.iter().all(|sizes| degree(sizes) == 0) {
         return speed(acceleration(0.0));
     }
@@ -217,12 +229,12 @@ fn speed_from_rest(window: &Window, j: usize) -> f64 {
 /// Where a power that is not whole starts from almost no overlap its series hardly converges, and its force does not
 /// matter: it is left out up to an overlap (m) where it would change the velocities by the local error `dv` (m/s); 0 if
 /// it is not.
-fn negligible_overlap(j: usize, window: &Window, dv: f64, scale: f64) -> f64 {
-    let (contact, law) = (&window.contacts[j], &window.laws[j]);
-    if window.needs_force(j) && law.whole_exponent().is_none() {
-        let (mass, rate) = (window.reduced_mass(j), window.flights[j].v - window.flights[j + 1].v);
+fn negligible_overlap<S: Scalar>(j: usize, equations: &impl Equations<S>, dv: f64, scale: f64) -> f64 {
+    if equations.needs_force(j) && equations.law(j).whole_exponent().is_none() {
+        let (law, mass, rate) =
+            (equations.law(j).map(S::value), equations.reduced_mass(j), equations.overlap_rate(j).value());
         let bound = law.largest_negligible_overlap(mass, rate, dv, law.time_scale(mass, scale));
-        if contact.overlap < bound {
+        if equations.overlap(j).value() < bound {
             return 2.0 * bound;
         }
     }
@@ -232,16 +244,16 @@ fn negligible_overlap(j: usize, window: &Window, dv: f64, scale: f64) -> f64 {
 /// A time (s) within a few powers of ten of the one that the series will converge for: that of the fastest contact, or
 /// of an overlap about to vanish, whose power is singular there, unless it is `negligible`; without contact that of the
 /// pendulums.
-fn unit_of_time(window: &Window, scale: f64, negligible: impl Fn(usize) -> bool) -> f64 {
-    let Window { flights, contacts, laws, .. } = window;
-    let swing = window.balls.iter().map(|ball| ball.oscillator.pace()).fold(0.0, f64::max);
+fn unit_of_time<S: Scalar>(equations: &impl Equations<S>, scale: f64, negligible: impl Fn(usize) -> bool) -> f64 {
+    let swing = |ball: BallModel<S>| ball.omega2.value().sqrt() + 2.0 * ball.gamma.value();
+    let swing = (0..equations.balls()).map(|i| swing(equations.ball(i))).fold(0.0, f64::max);
     let mut unit = if swing > 0.0 { 1.0 / swing } else { 1.0 };
-    for (j, (contact, law)) in contacts.iter().zip(*laws).enumerate().filter(|(j, _)| window.needs_force(*j)) {
-        let mass = window.reduced_mass(j);
+    for j in (0..equations.balls() - 1).filter(|j| equations.needs_force(*j)) {
+        let (law, mass) = (equations.law(j).map(S::value), equations.reduced_mass(j));
         unit = unit.min(law.time_scale(mass, scale)).min(law.relaxation_time(mass, scale));
-        let rate = (flights[j].v - flights[j + 1].v).abs();
-        if law.whole_exponent().is_none() && !negligible(j) && contact.overlap < unit * rate {
-            unit = (contact.overlap / rate).max(SHORTEST_UNIT * unit);
+        let (overlap, rate) = (equations.overlap(j).value(), equations.overlap_rate(j).value().abs());
+        if equations.law(j).whole_exponent().is_none() && !negligible(j) && overlap < unit * rate {
+            unit = (overlap / rate).max(SHORTEST_UNIT * unit);
         }
     }
     unit

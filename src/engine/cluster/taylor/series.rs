@@ -38,6 +38,8 @@ pub(crate) struct Series<S = f64> {
     /// A contact each: stiffness, N/m, and damping, N.s/m, of a linear one, whose overlap tells the rest; zeros of an
     /// open one beside it.
     pub(crate) linear: Vec<Option<[S; 2]>>,
+    /// Last terms that are looked at to tell how far the series converge.
+    pub(super) terms: usize,
     /// How long the series converge to the tolerance, s.
     pub(crate) converges_for: f64,
     /// The contact that seems to switch first, if one does.
