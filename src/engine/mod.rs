@@ -36,7 +36,7 @@ mod simulation;
 pub use crate::model::{Differential, MAX_INPUT_DERIVATIVE, MAX_OUTPUT_DERIVATIVE, Results, WorkCounters};
 pub use crate::next::{NEVER, Next};
 pub use continuous::Continuous;
-pub use derivatives::{Gradient, History, NotFollowed, Tape};
+pub use derivatives::{Gradient, History, LastStep, Tape};
 pub use error::EngineError;
 pub use exchange::{Exchange, Update, state_count};
 pub use observer::{Observer, Progress, Pulse, Unrecorded};

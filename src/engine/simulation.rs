@@ -5,7 +5,7 @@ use std::ops::Deref;
 use serde::{Deserialize, Serialize};
 
 use super::continuous::{Continuous, method};
-use super::derivatives::{History, NotFollowed, Recorder, Tape};
+use super::derivatives::{History, LastStep, Recorder, Stretch, Tape};
 use super::error::EngineError;
 use super::inputs::HeldInputs;
 use super::observer::Observer;
@@ -85,29 +85,23 @@ impl Simulation {
         of_method!(self, time_derivative(order))
     }
 
-    /// Derivatives of the outputs at the end of the last step along `inputs`, held over that step. Before the first
-    /// step nothing depends on the inputs.
-    pub fn sensitivity_of_step(&self, inputs: &Inputs) -> Result<Differential, NotFollowed> {
-        of_method!(self, last_step()).along_inputs(inputs)
+    /// The last step, or the start before the first: what derivatives along directions follow from.
+    pub fn last_step(&self) -> LastStep<'_> {
+        of_method!(self, last_step())
     }
 
-    /// Derivatives of the outputs at the current time along `inputs` that act from now on.
-    pub fn sensitivity_at_point(&self, inputs: &Inputs) -> Differential {
-        of_method!(self, last_step()).at_end_along_inputs(inputs)
-    }
-
-    /// Derivatives of the outputs at the start, before the first step, along a direction of parameters and inputs.
-    pub fn sensitivity_of_start(
-        &self,
-        parameters: &Parameters,
-        tangent: &Parameters,
-        inputs: &Inputs,
-    ) -> Result<Differential, NotFollowed> {
-        of_method!(self, last_step()).along_parameters(parameters, tangent, inputs)
+    /// What acted from `start` (s) to the current time, and the same run at its start; `parameters` are those that act
+    /// now.
+    fn from_start(&self, parameters: &Parameters, start: f64, history: &History) -> Option<(Vec<Stretch>, Self)> {
+        let stretches = history.stretches(self.time(), self.inputs(), parameters.tunables());
+        let (first, mut at_start) = (stretches.first()?, parameters.clone());
+        at_start.tune(first.tunables);
+        let begun = Self::new(&at_start, &first.inputs.at(start).values, start).ok()?;
+        Some((stretches, begun))
     }
 
     /// Derivatives of the outputs at the current time along a direction of parameters and inputs over the whole run,
-    /// which has begun at `start` (s) and has this history. `parameters` are those that act now.
+    /// which has begun at `start` (s) and has this history, if it can be followed. `parameters` are those that act now.
     pub fn sensitivity_of_run(
         &self,
         parameters: &Parameters,
@@ -115,40 +109,23 @@ impl Simulation {
         history: &History,
         tangent: &Parameters,
         inputs: &Inputs,
-    ) -> Result<Differential, NotFollowed> {
-        let stretches = history.stretches(self.time(), self.inputs(), parameters.tunables());
-        let mut at_start = parameters.clone();
-        let first = stretches.first().ok_or(NotFollowed)?;
-        at_start.tune(first.tunables);
-        let begun = Self::new(&at_start, &first.inputs.at(start).values, start).map_err(|_| NotFollowed)?;
+    ) -> Option<Differential> {
         if self.time() == start {
-            return self.sensitivity_of_start(parameters, tangent, inputs);
+            return Some(self.last_step().along_parameters(parameters, tangent, inputs));
         }
-        let start_state = of_method!(&begun, last_step()).end;
-        let last = of_method!(self, last_step());
-        last.along_run(parameters, (start, &start_state), &stretches, (tangent, inputs))
+        let (stretches, begun) = self.from_start(parameters, start, history)?;
+        self.last_step().along_run(parameters, (start, &begun.last_step().end), &stretches, (tangent, inputs))
     }
 
     /// The run from `start` (s) to the current time in parts, for derivatives in both directions. Only event-driven
     /// runs with elastic contacts have one.
     pub fn tape(&self, parameters: &Parameters, start: f64, history: &History) -> Option<Tape> {
-        let Self::EventDriven(now) = self else { return None };
-        let stretches = history.stretches(now.time, &now.inputs, parameters.tunables());
-        let (first, mut then) = (stretches.first()?, parameters.clone());
-        let mut known = None;
-        let taken = stretches.iter().all(|stretch| {
-            known.replace(stretch.tunables) == Some(stretch.tunables) || {
-                then.tune(stretch.tunables);
-                Tape::takes(&then)
-            }
-        });
-        if now.time <= start || !taken {
+        if self.time() <= start || !Tape::takes(parameters) {
             return None;
         }
-        then.tune(first.tunables);
-        let mut run = Engine::new(&then, &first.inputs.at(start).values, start).ok()?;
         // The same run once more: where its steps end makes no difference.
-        let mut recorder = Recorder::new(start, run.last_step().end);
+        let (stretches, Self::EventDriven(mut run)) = self.from_start(parameters, start, history)? else { return None };
+        let (mut then, mut recorder) = (parameters.clone(), Recorder::new(start, run.last_step().end));
         for stretch in &stretches {
             then.tune(stretch.tunables);
             let inputs = stretch.inputs.at(run.time);
@@ -157,7 +134,7 @@ impl Simulation {
             run.advance(stretch.until, &mut recorder).ok()?;
             recorder.end(stretch.until)?;
         }
-        recorder.tape(&now.last_step().end)
+        recorder.tape(&self.last_step().end)
     }
 
     /// Inputs or tunable parameters, now `tunables`, are about to change: what acted so far is kept if that is

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use super::legality::{Kind, Phase};
 use super::lifecycle::Instance;
-use crate::engine::{Differential, History, MAX_OUTPUT_DERIVATIVE, NotFollowed, Tape, state_count};
-use crate::model::Parameters;
+use super::run::Run;
+use crate::engine::{Differential, History, MAX_OUTPUT_DERIVATIVE, Simulation, Tape, state_count};
 use crate::variables::{Causality, DerivativesOf, Refusal, Settings, Type, Variable};
 
 /// What has derivatives by time, and along a direction.
@@ -43,11 +43,6 @@ impl Direction {
     }
 }
 
-/// What the run has been given, if all of it was kept.
-fn complete(history: &History) -> Result<&History, Refusal> {
-    if history.is_complete() { Ok(history) } else { Err(Refusal::no_value(NO_HISTORY)) }
-}
-
 impl Instance {
     /// Derivatives of outputs by time at the current time, each of its order, from 1 on. What changes only at events
     /// and communication points has derivative 0.
@@ -62,7 +57,7 @@ impl Instance {
             if slot.is_none() {
                 *slot = Some(self.simulation()?.time_derivative(wanted));
             }
-            self.derivative(variable, slot.as_ref())
+            self.finite(variable, value(slot.as_ref(), &variable))
         };
         references.iter().zip(orders).map(&mut derivative).collect()
     }
@@ -81,26 +76,7 @@ impl Instance {
             self.turn(&mut along, *known, *change)?;
         }
         let unknowns = self.unknowns(unknowns)?;
-        if self.derives(Derived::Exchanged) {
-            let differential = self.exchange()?.along(&along.states, &along.settings.inputs);
-            return unknowns.into_iter().map(|unknown| self.derivative(unknown, Some(&differential))).collect();
-        }
-        let Settings { parameters: tangent, inputs, .. } = &along.settings;
-        if self.derives(Derived::Run) {
-            let taken = self.tape()?.map(|tape| tape.along(tangent, inputs));
-            return self.of_tape_or_run(&unknowns, taken.as_ref(), &along.settings);
-        }
-        let parameters = self.run.effective_parameters();
-        let at_point = self.run.settings.derivatives_of == DerivativesOf::Point;
-        let initial = self.derives(Derived::Start);
-        let simulation = self.simulation()?;
-        let differential = match initial {
-            false if at_point => Ok(simulation.sensitivity_at_point(inputs)),
-            true => simulation.sensitivity_of_start(&parameters, tangent, inputs),
-            false => simulation.sensitivity_of_step(inputs),
-        };
-        let differential = differential.ok();
-        unknowns.into_iter().map(|unknown| self.derivative(unknown, differential.as_ref())).collect()
+        self.derivatives_along(&unknowns, &along, true)
     }
 
     /// The sums of the derivatives of `unknowns`, times the weights `seed`, by each of the `knowns`. Those over a run
@@ -109,63 +85,81 @@ impl Instance {
         if let Some(weight) = seed.iter().find(|weight| !weight.is_finite()) {
             return Err(Refusal::argument("seed", weight, "any finite value"));
         }
-        let tape = if self.derives(Derived::Run) { self.tape()? } else { None };
+        let tape = if self.derived() == Derived::Run { self.tape()? } else { None };
         let lacks = tape.as_ref().map(|tape| tape.lacks());
-        let unknowns = self.unknowns(unknowns)?;
-        let value = |of: &Differential, unknown: &Variable| {
-            unknown.row.derivative.map_or(f64::NAN, |get| get(of, unknown.index))
-        };
-        let is_taped = |unknown: &Variable| lacks.as_ref().is_some_and(|lacks| value(lacks, unknown) == 0.0);
-        let weighted = unknowns.iter().copied().zip(seed.iter().copied());
-        let (taped, others): (Vec<_>, Vec<_>) = weighted.clone().partition(|(unknown, _)| is_taped(unknown));
-        let sum = |of: &Differential| taped.iter().map(|(unknown, weight)| weight * value(of, unknown)).sum();
-        let gradient = tape.as_ref().map(|tape| tape.gradient(&tape.weights(sum)));
-        let all: Vec<(Variable, f64)> = weighted.collect();
+        let all: Vec<(Variable, f64)> = self.unknowns(unknowns)?.into_iter().zip(seed.iter().copied()).collect();
+        let is_taped = |(unknown, _): &(Variable, f64)| value(lacks.as_ref(), unknown) == 0.0;
+        let (taped, others): (Vec<_>, Vec<_>) = all.iter().copied().partition(is_taped);
+        let sum = |of: &Differential| taped.iter().map(|(unknown, weight)| weight * value(Some(of), unknown)).sum();
+        let gradient = tape.as_ref().map(|tape| tape.gradient(sum));
         let mut along = Direction::none(self);
-        let mut sensitivity = Vec::with_capacity(knowns.len());
-        for known in knowns {
+        let derivative = |known: &u32| {
             self.turn(&mut along, *known, 1.0)?;
             let Settings { parameters, inputs, .. } = &along.settings;
             let found = gradient.as_ref().map(|gradient| gradient.along(parameters, inputs));
             let found = found.filter(|found| found.is_finite());
             // Without a finite sum from the tape each unknown is followed by itself.
-            let (followed, weights): (Vec<Variable>, Vec<f64>) =
-                if found.is_some() { &others } else { &all }.iter().copied().unzip();
-            let references: Vec<u32> = followed.iter().map(Variable::reference).collect();
-            let derivatives = match (followed.is_empty(), self.derives(Derived::Run)) {
-                (true, _) => Vec::new(),
-                (false, true) => self.of_tape_or_run(&followed, None, &along.settings)?,
-                (false, false) => self.directional_derivatives(&references, &[*known], &[1.0])?,
-            };
+            let followed = if found.is_some() { &others } else { &all };
+            let (unknowns, weights): (Vec<Variable>, Vec<f64>) = followed.iter().copied().unzip();
+            let derivatives = self.derivatives_along(&unknowns, &along, false)?;
             let of_followed = derivatives.iter().zip(&weights).map(|(derivative, weight)| derivative * weight);
             let found = found.unwrap_or(0.0) + of_followed.sum::<f64>();
             if !found.is_finite() && self.run.phase != Phase::Error {
                 return Err(no_derivative(format_args!("the sum of the unknowns by {}", self.variable(*known)?)));
             }
             self.turn(&mut along, *known, 0.0)?;
-            sensitivity.push(found);
-        }
-        Ok(sensitivity)
+            Ok(found)
+        };
+        knowns.iter().map(derivative).collect()
     }
 
-    /// Whether directional and adjoint derivatives are now of this kind.
-    fn derives(&self, kind: Derived) -> bool {
-        let now = match (self.run.phase, self.run.purpose.kind) {
+    /// Derivatives of `unknowns` along a direction. Those over a run are taken from its tape if that is `taped` and has
+    /// them, else by following the run.
+    fn derivatives_along(
+        &mut self,
+        unknowns: &[Variable],
+        along: &Direction,
+        taped: bool,
+    ) -> Result<Vec<f64>, Refusal> {
+        let Settings { parameters: tangent, inputs, .. } = &along.settings;
+        let (derived, parameters) = (self.derived(), self.run.effective_parameters());
+        let at_point = self.run.settings.derivatives_of == DerivativesOf::Point;
+        let found = match derived {
+            Derived::Exchanged => Some(self.exchange()?.along(&along.states, inputs)),
+            Derived::Start => Some(self.simulation()?.last_step().along_parameters(&parameters, tangent, inputs)),
+            Derived::Step if at_point => Some(self.simulation()?.last_step().at_end_along_inputs(inputs)),
+            Derived::Step => self.simulation()?.last_step().along_inputs(inputs),
+            Derived::Run if taped => self.tape()?.map(|tape| tape.along(tangent, inputs)),
+            Derived::Run => None,
+        };
+        let mut values: Vec<f64> = unknowns.iter().map(|unknown| value(found.as_ref(), unknown)).collect();
+        if derived == Derived::Run && values.iter().any(|value| !value.is_finite()) {
+            let (simulation, history, start) = self.so_far()?;
+            let followed = simulation.sensitivity_of_run(&parameters, start, history, tangent, inputs);
+            for (derivative, unknown) in values.iter_mut().zip(unknowns).filter(|(value, _)| !value.is_finite()) {
+                *derivative = value(followed.as_ref(), unknown);
+            }
+        }
+        unknowns.iter().zip(values).map(|(unknown, derivative)| self.finite(*unknown, derivative)).collect()
+    }
+
+    /// Which directional and adjoint derivatives there are now.
+    fn derived(&self) -> Derived {
+        match (self.run.phase, self.run.purpose.kind) {
             (Phase::InitializationMode, _) => Derived::Start,
             (_, Kind::ModelExchange) => Derived::Exchanged,
             _ if self.run.derives_over_run() => Derived::Run,
             _ => Derived::Step,
-        };
-        now == kind
+        }
     }
 
     /// Has a direction change a known by `change`, if that can be one.
     fn turn(&self, along: &mut Direction, known: u32, change: f64) -> Result<(), Refusal> {
         let variable = self.variable(known)?;
-        let state = variable.state_place(self.balls()).filter(|_| self.derives(Derived::Exchanged));
+        let state = variable.state_place(self.balls()).filter(|_| self.derived() == Derived::Exchanged);
         let input = variable.row.causality == Causality::Input;
         let parameter = variable.row.settable() && variable.row.access.data_type() == Type::Real;
-        let by_parameters = self.derives(Derived::Start) || self.derives(Derived::Run);
+        let by_parameters = matches!(self.derived(), Derived::Start | Derived::Run);
         if !(input || by_parameters && parameter || state.is_some()) {
             return Err(not_differentiable(format_args!("a direction along {variable}"), INPUTS));
         }
@@ -181,58 +175,30 @@ impl Instance {
 
     /// The variables behind value references, if there are derivatives of them now.
     fn unknowns(&self, unknowns: &[u32]) -> Result<Vec<Variable>, Refusal> {
-        let (causalities, allowed): (&[Causality], _) = if self.derives(Derived::Start) {
-            (&[Causality::Output, Causality::Local, Causality::CalculatedParameter], INITIAL_UNKNOWNS)
-        } else if self.derives(Derived::Exchanged) {
-            (&[Causality::Output, Causality::Local], EXCHANGED)
-        } else {
-            (&[Causality::Output], OUTPUTS)
+        let (causalities, allowed): (&[Causality], _) = match self.derived() {
+            Derived::Start => {
+                (&[Causality::Output, Causality::Local, Causality::CalculatedParameter], INITIAL_UNKNOWNS)
+            }
+            Derived::Exchanged => (&[Causality::Output, Causality::Local], EXCHANGED),
+            Derived::Step | Derived::Run => (&[Causality::Output], OUTPUTS),
         };
         unknowns.iter().map(|unknown| self.differentiable(*unknown, causalities, allowed)).collect()
     }
 
-    /// Derivatives over the run as `taken` from its tape or, where that has none, by following the run.
-    fn of_tape_or_run(
-        &self,
-        unknowns: &[Variable],
-        taken: Option<&Differential>,
-        along: &Settings,
-    ) -> Result<Vec<f64>, Refusal> {
-        let from_tape = |unknown: &Variable| {
-            let derivative = unknown.row.derivative.zip(taken).map(|(get, taken)| get(taken, unknown.index));
-            derivative.filter(|derivative| derivative.is_finite())
-        };
-        let known: Vec<Option<f64>> = unknowns.iter().map(from_tape).collect();
-        let mut followed = None;
-        if known.iter().any(Option::is_none) {
-            let parameters = self.run.effective_parameters();
-            followed = self.sensitivity_of_run(&parameters, along)?.ok();
+    /// The run so far, what it has been given, if all of it was kept, and the time of its start (s).
+    fn so_far(&self) -> Result<(&Simulation, &History, f64), Refusal> {
+        let Run { history, simulation, .. } = &self.run;
+        if !history.is_complete() {
+            return Err(Refusal::no_value(NO_HISTORY));
         }
-        let either = |(unknown, known): (&Variable, Option<f64>)| {
-            known.map_or_else(|| self.derivative(*unknown, followed.as_ref()), Ok)
-        };
-        unknowns.iter().zip(known).map(either).collect()
+        let simulation = simulation.as_ref().ok_or_else(|| Refusal::new("nothing is calculated yet"))?;
+        Ok((simulation, history, self.run.start_time()))
     }
 
     /// The tape of the run, if it has one.
     fn tape(&self) -> Result<Option<Arc<Tape>>, Refusal> {
-        let parameters = self.run.effective_parameters();
-        let start = self.run.start_time();
-        let simulation = self.run.simulation.as_ref().ok_or_else(|| Refusal::new("nothing is calculated yet"))?;
-        let history = complete(&self.run.history)?;
-        Ok(history.tape(|history| simulation.tape(&parameters, start, history)))
-    }
-
-    /// Derivatives of the outputs along a direction of parameters and inputs over the whole run, if it can be followed.
-    fn sensitivity_of_run(
-        &self,
-        parameters: &Parameters,
-        along: &Settings,
-    ) -> Result<Result<Differential, NotFollowed>, Refusal> {
-        let start = self.run.start_time();
-        let history = complete(&self.run.history)?;
-        let simulation = self.run.simulation.as_ref().ok_or_else(|| Refusal::new("nothing is calculated yet"))?;
-        Ok(simulation.sensitivity_of_run(parameters, start, history, &along.parameters, &along.inputs))
+        let (simulation, history, start) = self.so_far()?;
+        Ok(history.tape(|history| simulation.tape(&self.run.effective_parameters(), start, history)))
     }
 
     /// The real variable behind a value reference, if it has derivatives and one of these causalities.
@@ -252,17 +218,16 @@ impl Instance {
         Ok(variable)
     }
 
-    /// The derivative of `variable`, if there is one and it is finite; after a failed step it may be anything, like the
-    /// values.
-    fn derivative(&self, variable: Variable, differential: Option<&Differential>) -> Result<f64, Refusal> {
-        let derivative = variable.row.derivative.zip(differential);
-        let derivative = derivative.map_or(f64::NAN, |(get, differential)| get(differential, variable.index));
-        if derivative.is_finite() || self.run.phase == Phase::Error {
-            Ok(derivative)
-        } else {
-            Err(no_derivative(variable))
-        }
+    /// The derivative of `variable`, if it is finite; after a failed step it may be anything, like the values.
+    fn finite(&self, variable: Variable, derivative: f64) -> Result<f64, Refusal> {
+        let given = derivative.is_finite() || self.run.phase == Phase::Error;
+        given.then_some(derivative).ok_or_else(|| no_derivative(variable))
     }
+}
+
+/// The derivative of `variable`; NaN if there is none.
+fn value(of: Option<&Differential>, variable: &Variable) -> f64 {
+    variable.row.derivative.zip(of).map_or(f64::NAN, |(get, of)| get(of, variable.index))
 }
 
 #[cold]

@@ -125,7 +125,7 @@ fn derivatives_are_those_of_the_engine() {
         let mut all = Vec::new();
         for i in 1..=10 {
             run.advance(0.05 * f64::from(i), &mut Vec::new()).unwrap();
-            let along = run.sensitivity_of_step(&pushed).unwrap();
+            let along = run.last_step().along_inputs(&pushed).unwrap();
             for rates in [run.time_derivative(1), along] {
                 all.push([rates.x, rates.v, rates.impulse, vec![rates.momentum, rates.support_force]].concat());
             }

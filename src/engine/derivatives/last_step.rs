@@ -3,33 +3,33 @@
 
 use super::chain_state::ChainState;
 use super::history::Stretch;
-use super::tangent::{NotFollowed, Run};
+use super::tangent::Run;
 use crate::engine::flight::Forcing;
 use crate::engine::inputs::HeldInputs;
 use crate::model::{BallModel, Cradle, Differential, Inputs, Parameters};
 use crate::solver::dual::{Dual, Scalar};
 
 /// The last step of a run, by whichever method: all that its derivatives follow from.
-pub(crate) struct LastStep<'a> {
+pub struct LastStep<'a> {
     /// Coefficients of the equations.
-    pub cradle: &'a Cradle,
+    pub(crate) cradle: &'a Cradle,
     /// State and inputs at its start.
-    pub start: ChainState,
-    pub inputs: HeldInputs,
+    pub(crate) start: ChainState,
+    pub(crate) inputs: HeldInputs,
     /// Its length, s; 0 before the first.
-    pub length: f64,
+    pub(crate) length: f64,
     /// State at its end.
-    pub end: ChainState,
+    pub(crate) end: ChainState,
     /// Whether an onset ahead is known.
-    pub onset_ahead: bool,
+    pub(crate) onset_ahead: bool,
 }
 
 impl LastStep<'_> {
     /// Derivatives of the outputs at its end along `inputs`, which were held over it. Before the first step nothing
     /// depends on them.
-    pub fn along_inputs(&self, inputs: &Inputs) -> Result<Differential, NotFollowed> {
+    pub fn along_inputs(&self, inputs: &Inputs) -> Option<Differential> {
         if self.length == 0.0 {
-            return Ok(Differential::zero(self.cradle.balls.len()));
+            return Some(Differential::zero(self.cradle.balls.len()));
         }
         let along = self.cradle.map(Dual::from);
         let forcings = forcings_along(&along, &self.inputs, inputs);
@@ -41,13 +41,13 @@ impl LastStep<'_> {
     /// Derivatives of the outputs at its end along a direction of parameters and inputs of the whole run, which has begun
     /// at `start_time` (s) in the state `start`. The inputs change by the same over all `stretches`, tunable parameters
     /// too; `parameters` are those that act now.
-    pub fn along_run(
+    pub(crate) fn along_run(
         &self,
         parameters: &Parameters,
         (start_time, start): (f64, &ChainState),
         stretches: &[Stretch],
         (tangent, inputs): (&Parameters, &Inputs),
-    ) -> Result<Differential, NotFollowed> {
+    ) -> Option<Differential> {
         let (mut acting, mut run, mut since): (Parameters, Option<Run>, f64) = (parameters.clone(), None, start_time);
         for stretch in stretches {
             acting.tune(stretch.tunables);
@@ -65,14 +65,14 @@ impl LastStep<'_> {
             run.follow(Some(stretch.until - since))?;
             since = stretch.until;
         }
-        self.outputs_of(run.ok_or(NotFollowed)?)
+        self.outputs_of(run?)
     }
 
     /// Derivatives of the outputs at its end, which `run` has reached.
-    fn outputs_of(&self, mut run: Run) -> Result<Differential, NotFollowed> {
+    fn outputs_of(&self, mut run: Run) -> Option<Differential> {
         run.agree_with(&self.end)?;
         let outputs = run.outputs_of_step(self.length);
-        Ok(Differential { next_onset: self.next_onset(run), ..outputs })
+        Some(Differential { next_onset: self.next_onset(run), ..outputs })
     }
 
     /// Derivatives of the outputs at its end along `inputs` that act from then on: what changes is the accelerations,
@@ -88,12 +88,7 @@ impl LastStep<'_> {
 
     /// Derivatives of the outputs at the start of a run, of which there was no step yet, along a direction of
     /// parameters and inputs.
-    pub fn along_parameters(
-        &self,
-        parameters: &Parameters,
-        tangent: &Parameters,
-        inputs: &Inputs,
-    ) -> Result<Differential, NotFollowed> {
+    pub fn along_parameters(&self, parameters: &Parameters, tangent: &Parameters, inputs: &Inputs) -> Differential {
         let along = Cradle::along(parameters, tangent);
         let forcings = forcings_along(&along, &self.inputs, inputs);
         let state = start_along(&self.end, &along, tangent);
@@ -111,7 +106,7 @@ impl LastStep<'_> {
             outputs.period = (Dual::from(std::f64::consts::TAU) / first.sqrt()).tangent();
         }
         outputs.next_onset = self.next_onset(run);
-        Ok(outputs)
+        outputs
     }
 
     /// Derivative of the time of the next onset from where `run` is; NaN if it cannot be followed so far.

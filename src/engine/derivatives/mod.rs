@@ -19,5 +19,5 @@ pub use adjoint::{Gradient, Tape};
 pub(crate) use by_time::by_time;
 pub(crate) use chain_state::ChainState;
 pub use history::History;
-pub(crate) use last_step::LastStep;
-pub use tangent::NotFollowed;
+pub(crate) use history::Stretch;
+pub use last_step::LastStep;

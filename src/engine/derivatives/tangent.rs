@@ -33,11 +33,6 @@ const UNRESOLVED: f64 = 32.0;
 /// balls.
 const SAME_VELOCITIES: f64 = 1e-6;
 
-/// A step that cannot be followed again: it takes too many segments, leaves the range of numbers, or has rigid balls stay
-/// in contact.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct NotFollowed;
-
 /// A motion followed in dual numbers.
 pub(super) struct Run {
     /// The coefficients that act, in doubles and with their derivatives.
@@ -119,10 +114,11 @@ impl Run {
         self.support_impulse = Dual::default();
     }
 
-    /// Follows the motion to the time `until` after these inputs began to act (s), or just beyond the next onset.
-    pub fn follow(&mut self, until: Option<f64>) -> Result<(), NotFollowed> {
+    /// Follows the motion to the time `until` after these inputs began to act (s), or just beyond the next onset; `None`
+    /// if that takes too many segments, leaves the range of numbers, or has rigid balls stay in contact.
+    pub fn follow(&mut self, until: Option<f64>) -> Option<()> {
         if self.cradle.restitution.is_some() && self.state.modes.iter().any(|mode| *mode != Mode::Open) {
-            return Err(NotFollowed);
+            return None;
         }
         for _ in 0..MAX_SEGMENTS {
             let rest = until.map_or(f64::INFINITY, |until| (DoubleDouble::from(until) - self.elapsed).value());
@@ -137,17 +133,17 @@ impl Run {
             };
             self.move_by(&series, tau);
             if !self.state.v.iter().all(|v| v.value().is_finite() && v.tangent().is_finite()) {
-                return Err(NotFollowed);
+                return None;
             }
             match switch {
-                None if length == rest => return Ok(()),
+                None if length == rest => return Some(()),
                 None => {}
-                Some((_, _, Switch::Onset)) if until.is_none() => return Ok(()),
+                Some((_, _, Switch::Onset)) if until.is_none() => return Some(()),
                 Some((_, j, Switch::Onset)) if self.cradle.restitution.is_some() => self.collide(j)?,
                 Some((_, j, switch)) => self.switch(j, switch),
             }
         }
-        Err(NotFollowed)
+        None
     }
 
     /// The series from now on, as far as their values and derivatives converge.
@@ -268,14 +264,14 @@ impl Run {
     }
 
     /// The rigid balls of contact `j` meet, and those that touch there.
-    fn collide(&mut self, j: usize) -> Result<(), NotFollowed> {
-        let e = self.along.restitution.ok_or(NotFollowed)?;
+    fn collide(&mut self, j: usize) -> Option<()> {
+        let e = self.along.restitution?;
         let touch = |j: &usize| self.state.overlaps[*j].value() >= -self.rounding(*j);
         let first = (0..j).rev().take_while(touch).last().unwrap_or(j);
         let last = (j + 1..self.cradle.contacts.len()).take_while(touch).last().unwrap_or(j);
         self.state.overlaps[j] = Dual::default();
         if self.state.overlaps[first..=last].iter().any(|overlap| overlap.tangent() != 0.0) {
-            return Err(NotFollowed);
+            return None;
         }
         let masses: Vec<Dual> = self.along.balls[first..last + 2].iter().map(|ball| ball.mass).collect();
         let v = &mut self.state.v[first..last + 2];
@@ -286,16 +282,16 @@ impl Run {
             self.state.overlaps[first + impact.contact] = Dual::default();
         }
         // Without relative velocity they may stay in contact.
-        if self.equations().overlap_rate(j).value() < 0.0 { Ok(()) } else { Err(NotFollowed) }
+        if self.equations().overlap_rate(j).value() < 0.0 { Some(()) } else { None }
     }
 
     /// Takes the modes from `end`: where the step ends at a switching, rounding decides on which side. Refuses a step
     /// that ends with an impact of rigid balls.
-    pub fn agree_with(&mut self, end: &ChainState) -> Result<(), NotFollowed> {
+    pub fn agree_with(&mut self, end: &ChainState) -> Option<()> {
         let scale = end.v.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
         let differs = |(v, own): (&f64, &Dual)| (v - own.value()).abs() > SAME_VELOCITIES * scale;
         if self.cradle.restitution.is_some() && end.v.iter().zip(&self.state.v).any(differs) {
-            return Err(NotFollowed);
+            return None;
         }
         for (j, mode) in end.modes.iter().enumerate() {
             if self.state.modes[j] != *mode {
@@ -303,6 +299,6 @@ impl Run {
                 self.state.overlaps[j] = Dual::with_tangent(end.overlaps[j], self.state.overlaps[j].tangent());
             }
         }
-        Ok(())
+        Some(())
     }
 }

@@ -95,41 +95,30 @@ impl Tape {
         }
     }
 
-    /// The derivatives of the sum of the outputs at its end times these weights.
-    pub fn gradient(&self, weights: &Differential) -> Gradient<'_> {
+    /// The derivatives of a weighted `sum` of the outputs whose derivatives it has.
+    pub fn gradient(&self, sum: impl Fn(&Differential) -> f64) -> Gradient<'_> {
         let zero = |numbers: usize| vec![DoubleDouble::ZERO; numbers];
         let mut by_coefficients = vec![zero(numbers_of_coefficients(self.balls())); self.tunings.len()];
         let mut by_state = zero(numbers_of_state(self.balls()));
-        for (number, weights) in [(X, &weights.x), (V, &weights.v), (IMPULSE, &weights.impulse)] {
-            let numbers = by_state.iter_mut().skip(number).step_by(STATE);
-            numbers.zip(weights).for_each(|(to, weight)| *to = (*weight).into());
+        let mut unit = Differential::zero(self.balls());
+        let mut weight = |output: &dyn Fn(&mut Differential) -> &mut f64| {
+            *output(&mut unit) = 1.0;
+            let weight = sum(&unit);
+            *output(&mut unit) = 0.0;
+            DoubleDouble::from(weight)
+        };
+        for (i, by_ball) in by_state.chunks_mut(STATE).enumerate() {
+            (by_ball[X], by_ball[V]) = (weight(&|of| &mut of.x[i]), weight(&|of| &mut of.v[i]));
+            if let Some(by_impulse) = by_ball.get_mut(IMPULSE) {
+                *by_impulse = weight(&|of| &mut of.impulse[i]);
+            }
         }
-        let sums = [weights.energy, weights.momentum, weights.support_force].map(DoubleDouble::from);
+        let sums = [weight(&|of| &mut of.energy), weight(&|of| &mut of.momentum), weight(&|of| &mut of.support_force)];
         self.sums.apply_transposed(&sums, &mut by_coefficients[self.sums.tuning], &mut by_state);
         for part in self.parts.iter().rev() {
             part.backward(&mut by_coefficients[part.tuning], &mut by_state);
         }
         Gradient { tape: self, by_start: by_state, by_coefficients }
-    }
-
-    /// The weights in a weighted `sum` of the outputs whose derivatives it has.
-    pub fn weights(&self, sum: impl Fn(&Differential) -> f64) -> Differential {
-        let mut weights = Differential::zero(self.balls());
-        let mut unit = Differential::zero(self.balls());
-        let mut of = |field: fn(&mut Differential) -> &mut [f64]| {
-            for i in 0..field(&mut unit).len() {
-                field(&mut unit)[i] = 1.0;
-                field(&mut weights)[i] = sum(&unit);
-                field(&mut unit)[i] = 0.0;
-            }
-        };
-        of(|d| &mut d.x);
-        of(|d| &mut d.v);
-        of(|d| &mut d.impulse);
-        of(|d| std::slice::from_mut(&mut d.energy));
-        of(|d| std::slice::from_mut(&mut d.momentum));
-        of(|d| std::slice::from_mut(&mut d.support_force));
-        weights
     }
 
     /// Zero for each output whose derivatives it has, NaN for the others.

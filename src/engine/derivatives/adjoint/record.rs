@@ -98,6 +98,9 @@ impl Recorder {
     /// These parameters and inputs act from now on.
     pub fn begin(&mut self, parameters: &Parameters, inputs: &HeldInputs) -> Option<()> {
         if self.tunings.last().is_none_or(|last| last.parameters.tunables() != parameters.tunables()) {
+            if !Tape::takes(parameters) {
+                return None;
+            }
             let cradle = Cradle::new(parameters);
             let oscillators = cradle.balls.iter().map(|ball| Oscillator::new(ball.omega2, ball.gamma)).collect();
             self.tunings.push(Arc::new(Tuning { parameters: parameters.clone(), cradle, oscillators }));
