@@ -97,15 +97,14 @@ mod tests {
             reporter.since = Instant::now().checked_sub(Duration::from_secs(seconds));
             reporter.progress(progress(2));
         }
-        let lines = lines.borrow();
-        let expected = |seconds: u64, contact: usize| {
+        // At first both contacts have been seen once.
+        let expected = [(3, 4), (14, 3)].map(|(seconds, contact)| {
             let text = format!(
-                "the step to t = 7 s has taken {seconds} s so far: it has reached t = 0.25 s after 1000 events, most \
-                 of them in contact {contact}"
+                "the step to t = 7 s has taken {seconds} s so far: it has reached t = 0.25 s after 1000 events, most of \
+                 them in contact {contact}"
             );
             (Severity::Warning, LogCategory::Warning, text)
-        };
-        // At first both contacts have been seen once.
-        assert_eq!(*lines, [expected(3, 4), expected(14, 3)]);
+        });
+        assert_eq!(*lines.borrow(), expected);
     }
 }

@@ -27,14 +27,10 @@ macro_rules! export {
 
 mod common;
 mod cosimulation;
-mod derivatives;
 mod exchange;
-mod states;
 mod values;
 
 pub use common::*;
 pub use cosimulation::*;
-pub use derivatives::*;
 pub use exchange::*;
-pub use states::*;
 pub use values::*;

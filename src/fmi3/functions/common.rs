@@ -1,6 +1,6 @@
-//! Logging, and the way through the phases.
+//! Logging, the way through the phases, and saved states.
 
-use crate::ffi::{answer, array, categories as known_categories};
+use crate::ffi::{self, answer, array, categories as known_categories};
 use crate::fmi3::types::*;
 use crate::instance::{Experiment, Handled, Phase};
 
@@ -49,4 +49,24 @@ export! {
     fn fmi3Terminate() as Terminate |instance| { instance.enter(Phase::Terminated); Ok(()) };
     /// Back to where it was instantiated.
     fn fmi3Reset() as Reset |instance| { instance.reset(); Ok(()) };
+    /// Saves the state. Where `*FMUState` is not NULL it is a state saved before, whose memory is used again.
+    fn fmi3GetFMUState(FMUState: *mut fmi3FMUState) as State |instance| ffi::get(instance, FMUState);
+    /// Goes back to a state saved by an instance of the same FMU. The state stays as it is and can be set again.
+    fn fmi3SetFMUState(FMUState: fmi3FMUState) as State |instance| ffi::set(instance, FMUState);
+    /// Frees a state and sets the host's pointer to NULL; no state is ignored.
+    fn fmi3FreeFMUState(FMUState: *mut fmi3FMUState) as State |_| ffi::free(FMUState);
+    /// Number of bytes that [`fmi3SerializeFMUState`] writes for this state.
+    fn fmi3SerializedFMUStateSize(FMUState: fmi3FMUState, size: *mut usize) as State |_| {
+        ffi::serialized_size(FMUState, size)
+    };
+    /// Writes a state as bytes that any process with this FMU can read.
+    fn fmi3SerializeFMUState(FMUState: fmi3FMUState, serializedState: *mut fmi3Byte, size: usize) as State |_| {
+        ffi::serialize(FMUState, serializedState, size, "fmi3SerializedFMUStateSize")
+    };
+    /// Makes a state of the bytes that [`fmi3SerializeFMUState`] wrote, also in another process.
+    fn fmi3DeserializeFMUState(
+        serializedState: *const fmi3Byte, size: usize, FMUState: *mut fmi3FMUState,
+    ) as State |instance| {
+        ffi::deserialize(instance, serializedState, size, FMUState)
+    };
 }

@@ -47,7 +47,6 @@ mod cosimulation;
 mod derivatives;
 mod exchange;
 mod instantiate;
-mod states;
 mod values;
 
 pub use clocks::*;
@@ -56,5 +55,4 @@ pub use cosimulation::*;
 pub use derivatives::*;
 pub use exchange::*;
 pub use instantiate::*;
-pub use states::*;
 pub use values::*;
