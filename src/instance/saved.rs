@@ -19,7 +19,7 @@ pub struct SavedState {
 
 /// What the bytes begin with, and the format that follows.
 const MAGIC: [u8; 8] = *b"cradleFS";
-const FORMAT: u32 = 12;
+const FORMAT: u32 = 13;
 const HEADER: usize = MAGIC.len() + size_of::<u32>();
 
 /// Length of the digest that the bytes end with.

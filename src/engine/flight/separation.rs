@@ -17,7 +17,10 @@ use crate::solver::root::{Smooth, safe_step, search_within};
 pub(crate) struct Separation {
     anchor: DoubleDouble,
     overlap: f64,
-    pendulums: Pendulums,
+    /// The motion of the left ball; of equal pendulums the difference of the two, which is a motion of the same kind.
+    motion: Motion,
+    /// That of the right ball, on another pendulum.
+    other: Option<Motion>,
     /// Rounding of the positions that the swing of the two entails, m: a contact that closes no deeper is none.
     pub noise: f64,
     /// Rounding of the rate (m/s) and of the acceleration (m/s2) right after the anchor, where an overlap by rounding
@@ -25,33 +28,8 @@ pub(crate) struct Separation {
     resolution: [f64; 2],
 }
 
-#[derive(Clone, Debug, Serialize, Deserialize)]
-enum Pendulums {
-    /// Equal pendulums: the difference of the two motions is a motion of the same kind.
-    Relative((Oscillator, Flight)),
-    /// Unequal pendulums: left and right.
-    Both([(Oscillator, Flight); 2]),
-}
-
-impl Pendulums {
-    fn parts(&self) -> &[(Oscillator, Flight)] {
-        match self {
-            Self::Relative(part) => std::slice::from_ref(part),
-            Self::Both(parts) => parts,
-        }
-    }
-
-    /// What these three `values` of a motion are for the difference of the two.
-    fn difference(&self, values: impl Fn(&Oscillator, &Flight) -> [f64; 3]) -> [f64; 3] {
-        match self {
-            Self::Relative((o, flight)) => values(o, flight),
-            Self::Both([(ol, left), (or, right)]) => {
-                let (left, right) = (values(ol, left), values(or, right));
-                std::array::from_fn(|k| left[k] - right[k])
-            }
-        }
-    }
-}
+/// A motion, and the pendulum that it is one of.
+type Motion = (Oscillator, Flight);
 
 /// Evaluations that one forecast may take, far beyond what most motions take; what comes then is left to the next one.
 pub(crate) const EVALUATIONS: u32 = 4_000;
@@ -82,16 +60,16 @@ impl Separation {
     /// (m) and its clearance (m).
     pub fn new(left: &Ball, right: &Ball, anchor: DoubleDouble, overlap: f64, clearance: f64) -> Self {
         let (l, r) = (left.flight_at(anchor), right.flight_at(anchor));
-        let pendulums = if left.oscillator == right.oscillator {
+        let (motion, other) = if left.oscillator == right.oscillator {
             let mut forcing = l.forcing;
             forcing.iter_mut().zip(&r.forcing).for_each(|(p, r)| *p -= r);
             // The difference of the positions, which gravity pulls on, without their rounding.
-            Pendulums::Relative((left.oscillator, Flight { x: overlap + clearance, v: l.v - r.v, forcing }))
+            ((left.oscillator, Flight { x: overlap + clearance, v: l.v - r.v, forcing }), None)
         } else {
-            Pendulums::Both([(left.oscillator, l), (right.oscillator, r)])
+            ((left.oscillator, l), Some((right.oscillator, r)))
         };
         let noise = l.rounding(&left.oscillator).max(r.rounding(&right.oscillator)).position;
-        Self { anchor, overlap, pendulums, noise, resolution: [0.0; 2] }
+        Self { anchor, overlap, motion, other, noise, resolution: [0.0; 2] }
     }
 
     /// The same between rigid balls, which may be side by side for long: overlaps up to `noise` (m) are none, and none
@@ -100,14 +78,10 @@ impl Separation {
     pub fn rigid(self, noise: f64, age: f64) -> Self {
         let noise = self.noise.max(noise);
         let of_time = |flight: &Flight| flight.forcing[1].abs() * age;
-        let resolution = match &self.pendulums {
-            Pendulums::Relative((_, flight)) => [0.0, of_time(flight)],
-            Pendulums::Both(parts) => {
-                let acceleration = |(o, flight): &(Oscillator, Flight)| {
-                    flight.acceleration(o, 0.0, 0.0, flight.v).abs() + of_time(flight)
-                };
-                [parts.iter().map(|(_, flight)| flight.v.abs()).sum(), parts.iter().map(acceleration).sum()]
-            }
+        let acceleration = |(o, flight): &Motion| flight.acceleration(o, 0.0, 0.0, flight.v).abs() + of_time(flight);
+        let resolution = match self.other {
+            None => [0.0, of_time(&self.motion.1)],
+            Some(_) => [self.motions().map(|(_, flight)| flight.v.abs()).sum(), self.motions().map(acceleration).sum()],
         };
         let resolution = resolution.map(|size: f64| ROUNDINGS * size);
         Self { noise, resolution, ..self }
@@ -115,11 +89,10 @@ impl Separation {
 
     /// Whether it is one between `left` and `right` at the time `now`, with finite values.
     pub fn is_sound(&self, left: &Ball, right: &Ball, now: DoubleDouble) -> bool {
-        let pendulums = match &self.pendulums {
-            Pendulums::Relative((o, _)) => *o == left.oscillator && *o == right.oscillator,
-            Pendulums::Both([(ol, _), (or, _)]) => *ol == left.oscillator && *or == right.oscillator && ol != or,
-        };
-        let finite = self.pendulums.parts().iter().all(|(_, flight)| flight.is_finite());
+        let right_oscillator = self.other.as_ref().map_or(self.motion.0, |(o, _)| *o);
+        let differ = self.other.is_none() || left.oscillator != right.oscillator;
+        let pendulums = self.motion.0 == left.oscillator && right_oscillator == right.oscillator && differ;
+        let finite = self.motions().all(|(_, flight)| flight.is_finite());
         let numbers =
             [self.overlap, self.noise, self.resolution[0], self.resolution[1]].iter().all(|value| value.is_finite());
         pendulums && finite && numbers && self.anchor.is_sound() && self.anchor <= now
@@ -144,9 +117,21 @@ impl Separation {
         rebound * rebound <= 2.0 * acceleration * self.noise || 2.0 * rebound < acceleration * shortest
     }
 
+    fn motions(&self) -> impl Iterator<Item = &Motion> + Clone {
+        std::iter::once(&self.motion).chain(&self.other)
+    }
+
+    /// What these three `values` of a motion are for the difference of the two.
+    fn difference(&self, values: impl Fn(&Oscillator, &Flight) -> [f64; 3]) -> [f64; 3] {
+        let own = values(&self.motion.0, &self.motion.1);
+        let Some((o, flight)) = &self.other else { return own };
+        let other = values(o, flight);
+        std::array::from_fn(|k| own[k] - other[k])
+    }
+
     /// Overlap (m), rate (m/s) and acceleration (m/s2) `tau` after the anchor.
     fn evaluate(&self, tau: DoubleDouble) -> [f64; 3] {
-        let [d, v, a] = self.pendulums.difference(|o, flight| {
+        let [d, v, a] = self.difference(|o, flight| {
             let (d, v) = flight.at(o, tau);
             [d, v, flight.acceleration(o, tau.value(), d, v)]
         });
@@ -160,7 +145,7 @@ impl Separation {
             return Next::Never;
         }
         let start = (from - self.anchor).value();
-        let reach = reach(self.pendulums.parts().iter().map(|(o, _)| o), start);
+        let reach = reach(self.motions().map(|(o, _)| o), start);
         let mut clear = start;
         if start == 0.0 {
             // Most forecasts are overtaken by events: a bound that costs little comes first. It is the tighter the
@@ -180,15 +165,15 @@ impl Separation {
     /// Overlap (m), rate (m/s) and acceleration (m/s2) at the anchor.
     pub fn at_anchor(&self) -> [f64; 3] {
         let at_anchor = |o: &Oscillator, flight: &Flight| [0.0, flight.v, flight.acceleration(o, 0.0, 0.0, flight.v)];
-        let [_, v, a] = self.pendulums.difference(at_anchor);
+        let [_, v, a] = self.difference(at_anchor);
         [self.overlap, v, a]
     }
 
     /// The next rise through zero of a plain wave, `start` being known not to lie behind it; `None` where the motion is
     /// no plain wave or only grazes.
     fn next_wave(&self, start: f64) -> Option<DoubleDouble> {
-        let Pendulums::Relative((o, flight)) = &self.pendulums else { return None };
-        if o.gamma() > 0.0 || o.omega2() == 0.0 || degree(&flight.forcing) > 0 {
+        let (o, flight) = &self.motion;
+        if self.other.is_some() || o.gamma() > 0.0 || o.omega2() == 0.0 || degree(&flight.forcing) > 0 {
             return None;
         }
         // overlap + equilibrium + sine sin(omega t) - equilibrium cos(omega t)
@@ -225,14 +210,14 @@ impl Separation {
     /// Whether the amplitudes alone rule a contact out.
     fn stays_apart(&self) -> bool {
         // Highest value of the displacement, signed by `side`: equilibrium plus amplitude, which drag only shrinks.
-        let highest = |((o, flight), side): (&(Oscillator, Flight), f64)| {
+        let highest = |((o, flight), side): (&Motion, f64)| {
             if degree(&flight.forcing) > 0 || o.omega2() == 0.0 {
                 return f64::INFINITY;
             }
             let equilibrium = flight.forcing[0] / o.omega2() - flight.x;
             side * equilibrium + (equilibrium * equilibrium + flight.v * flight.v / o.omega2()).sqrt()
         };
-        let reach: f64 = self.pendulums.parts().iter().zip([1.0, -1.0]).map(highest).sum();
+        let reach: f64 = self.motions().zip([1.0, -1.0]).map(highest).sum();
         self.overlap + reach <= self.noise
     }
 }
@@ -279,10 +264,10 @@ impl Smooth for Separation {
     }
 
     fn third_derivative_bound(&self, t: f64, span: f64) -> f64 {
-        self.pendulums.parts().iter().map(|(o, flight)| flight.derivative_bound(o, t, span, 3)).sum()
+        self.motions().map(|(o, flight)| flight.derivative_bound(o, t, span, 3)).sum()
     }
 
     fn time_scale(&self) -> f64 {
-        self.pendulums.parts().iter().map(|(_, flight)| time_of_change(&flight.forcing)).fold(f64::INFINITY, f64::min)
+        self.motions().map(|(_, flight)| time_of_change(&flight.forcing)).fold(f64::INFINITY, f64::min)
     }
 }
