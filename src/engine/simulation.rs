@@ -92,7 +92,7 @@ impl Simulation {
 
     /// What acted from `start` (s) to the current time, and the same run at its start; `parameters` are those that act
     /// now.
-    fn from_start(&self, parameters: &Parameters, start: f64, history: &History) -> Option<(Vec<Stretch>, Self)> {
+    fn begun_again(&self, parameters: &Parameters, start: f64, history: &History) -> Option<(Vec<Stretch>, Self)> {
         let stretches = history.stretches(self.time(), self.inputs(), parameters.tunables());
         let (first, mut at_start) = (stretches.first()?, parameters.clone());
         at_start.tune(first.tunables);
@@ -113,7 +113,7 @@ impl Simulation {
         if self.time() == start {
             return Some(self.last_step().along_parameters(parameters, tangent, inputs));
         }
-        let (stretches, begun) = self.from_start(parameters, start, history)?;
+        let (stretches, begun) = self.begun_again(parameters, start, history)?;
         self.last_step().along_run(parameters, (start, &begun.last_step().end), &stretches, (tangent, inputs))
     }
 
@@ -124,7 +124,9 @@ impl Simulation {
             return None;
         }
         // The same run once more: where its steps end makes no difference.
-        let (stretches, Self::EventDriven(mut run)) = self.from_start(parameters, start, history)? else { return None };
+        let (stretches, Self::EventDriven(mut run)) = self.begun_again(parameters, start, history)? else {
+            return None;
+        };
         let (mut then, mut recorder) = (parameters.clone(), Recorder::new(start, run.last_step().end));
         for stretch in &stretches {
             then.tune(stretch.tunables);
