@@ -9,7 +9,7 @@
 use std::cell::Cell;
 
 use super::dense_output::DenseOutput;
-use super::natural::{Group, NaturalMode, Sum};
+use super::natural::{Group, Sum};
 use super::window::{OverlapSeries, Window, clipping};
 use crate::engine::flight::{Forcing, Rounding};
 use crate::model::Mode;
@@ -62,7 +62,7 @@ struct Joint {
     impedance: f64,
     /// Between two groups of equal pendulums: how their centres approach each other. Taken as one motion, for two
     /// groups that swing together differ by far less than they swing.
-    approach: Option<NaturalMode>,
+    approach: Option<ForcedOscillator>,
 }
 
 impl Modes {
@@ -81,7 +81,7 @@ impl Modes {
                 first = i + 1;
             }
         }
-        let rate = |mode: &NaturalMode| mode.oscillator().omega().max(mode.oscillator().gamma());
+        let rate = |mode: &ForcedOscillator| mode.oscillator.omega().max(mode.oscillator.gamma());
         modes.fastest_rate = modes.groups.iter().flat_map(|group| &group.modes).map(rate).fold(0.0, f64::max);
         for (j, (contact, law)) in contacts.iter().zip(*laws).enumerate() {
             let approach = modes.approach(j, window);
@@ -94,11 +94,11 @@ impl Modes {
     }
 
     /// How the centres of the two groups beside contact `j` approach each other, if their pendulums are equal.
-    fn approach(&self, j: usize, window: &Window) -> Option<NaturalMode> {
+    fn approach(&self, j: usize, window: &Window) -> Option<ForcedOscillator> {
         let Window { flights, contacts, laws, .. } = window;
         let (left, right) = (&self.groups[self.group_of[j]], &self.groups[self.group_of[j + 1]]);
-        let oscillator = *left.modes[0].oscillator();
-        if std::ptr::eq(left, right) || oscillator != *right.modes[0].oscillator() {
+        let oscillator = left.modes[0].oscillator;
+        if std::ptr::eq(left, right) || oscillator != right.modes[0].oscillator {
             return None;
         }
         // The centres are as far apart as the balls between them are, each by its share.
@@ -113,7 +113,7 @@ impl Modes {
             v += share * (flights[c].v - flights[c + 1].v);
             force += share * (forcing - oscillator.omega2() * (contacts[c].overlap + laws[c].clearance));
         }
-        Some(NaturalMode::new(ForcedOscillator::new(oscillator, v, force), 0.0))
+        Some(ForcedOscillator::new(oscillator, v, force))
     }
 
     /// Overlap of contact `j` and its derivatives, up to four of them.
@@ -138,7 +138,7 @@ impl Modes {
     }
 
     /// The modes that move contact `j`, each with the change of overlap that a unit of its coordinate makes.
-    fn movers(&self, j: usize) -> impl Iterator<Item = (&NaturalMode, f64)> {
+    fn movers(&self, j: usize) -> impl Iterator<Item = (&ForcedOscillator, f64)> {
         let (left, right) = (&self.groups[self.group_of[j]], &self.groups[self.group_of[j + 1]]);
         let joined = std::ptr::eq(left, right);
         let approach = self.contacts[j].approach.as_ref();
@@ -179,7 +179,7 @@ impl Modes {
     /// mode.
     pub fn shortest_time(&self) -> f64 {
         let modes = self.groups.iter().flat_map(|group| &group.modes);
-        modes.map(|mode| mode.oscillator().time_scale()).fold(f64::INFINITY, f64::min)
+        modes.map(|mode| mode.oscillator.time_scale()).fold(f64::INFINITY, f64::min)
     }
 }
 
@@ -189,15 +189,15 @@ impl DenseOutput for Modes {
         let mut sum = (0.0, 0.0);
         for (m, mode) in group.modes.iter().enumerate() {
             let (shape, response) = (group.shape(m, i), mode.at(tau));
-            sum.0 += shape * response.derivatives[0].0;
-            sum.1 += shape * response.change_of_rate.0;
+            sum.0 += shape * response.derivatives[0];
+            sum.1 += shape * response.change_of_rate;
         }
         sum
     }
 
     fn displacement_integral(&self, i: usize, tau: f64) -> f64 {
         let group = &self.groups[self.group_of[i]];
-        let term = |(m, mode): (usize, &NaturalMode)| group.shape(m, i) * mode.motion.displacement_integral(tau);
+        let term = |(m, mode): (usize, &ForcedOscillator)| group.shape(m, i) * mode.displacement_integral(tau);
         group.modes.iter().enumerate().map(term).sum()
     }
 
@@ -218,7 +218,7 @@ impl DenseOutput for Modes {
 
     fn impulse(&self, j: usize, tau: f64) -> f64 {
         let &Joint { overlap, stiffness, damping, .. } = &self.contacts[j];
-        let change: f64 = self.movers(j).map(|(mode, stretch)| stretch * mode.motion.displacement_integral(tau)).sum();
+        let change: f64 = self.movers(j).map(|(mode, stretch)| stretch * mode.displacement_integral(tau)).sum();
         stiffness * (overlap * tau + change) + damping * (self.overlap(j, tau).0 - overlap)
     }
 
@@ -251,8 +251,8 @@ impl DenseOutput for Modes {
         match self.joining(j) {
             // The shapes are orthogonal also to the contacts: no loss is shared between modes.
             Some(group) if j == group.first && group.damping > 0.0 => {
-                let loss = |mode: &NaturalMode| group.damping * mode.lambda * mode.squared_velocity_integral(tau);
-                group.modes[1..].iter().map(loss).sum()
+                let modes = group.modes[1..].iter().zip(&group.shapes.lambda[1..]);
+                modes.map(|(mode, lambda)| group.damping * lambda * mode.squared_velocity_integral(tau)).sum()
             }
             _ => 0.0,
         }
@@ -374,8 +374,9 @@ impl Smooth for Watch<'_> {
             Watched::Force => (3, stiffness, damping),
             Watched::ForceRate => (4, stiffness, damping),
         };
-        let bound =
-            |(mode, stretch): (&NaturalMode, f64)| stretch.abs() * mode.derivative_bound(t, order, by_overlap, by_rate);
+        let bound = |(mode, stretch): (&ForcedOscillator, f64)| {
+            stretch.abs() * mode.derivative_bound(t, order, by_overlap, by_rate)
+        };
         let of_level = self.level_at(t).abs() * self.fading * self.fading * self.fading;
         self.modes.movers(self.contact).map(bound).sum::<f64>() + of_level
     }

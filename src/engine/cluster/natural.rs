@@ -9,56 +9,11 @@
 //! with stiffness, damping and mass of its first contact and ball (Meirovitch, Fundamentals of Vibrations, 2001,
 //! chapter 7: damping proportional to the stiffness leaves the modes uncoupled).
 
-use std::cell::Cell;
-
 use super::shapes::Shapes;
 use super::window::Window;
 use crate::engine::flight::degree;
 use crate::model::{ContactLaw, Mode};
-use crate::solver::oscillator::{ForcedOscillator, Oscillator, Response};
-
-/// One natural mode of a group: its coordinate, which starts at 0.
-#[derive(Clone, Debug)]
-pub(crate) struct NaturalMode {
-    pub motion: ForcedOscillator,
-    pub lambda: f64,
-    /// When it was asked for last, and the answer: all balls and contacts of a group ask for the same time.
-    last: Cell<Option<(f64, Response)>>,
-}
-
-impl NaturalMode {
-    pub fn new(motion: ForcedOscillator, lambda: f64) -> Self {
-        Self { motion, lambda, last: Cell::new(None) }
-    }
-
-    /// The oscillator of the coordinate.
-    pub fn oscillator(&self) -> &Oscillator {
-        self.motion.oscillator()
-    }
-
-    /// The coordinate `tau` (s) after the start.
-    pub fn at(&self, tau: f64) -> Response {
-        match self.last.get() {
-            Some((time, response)) if time == tau => response,
-            _ => {
-                let response = self.motion.at(tau);
-                self.last.set(Some((tau, response)));
-                response
-            }
-        }
-    }
-
-    /// A bound of the absolute derivative of order `k` >= 2 of `a` times the coordinate and `b` times its rate from
-    /// `tau` (s) on.
-    pub fn derivative_bound(&self, tau: f64, k: i32, a: f64, b: f64) -> f64 {
-        self.motion.derivative_bound(&self.at(tau), tau, k, a, b)
-    }
-
-    /// `integral q'^2` from the start to `tau`.
-    pub fn squared_velocity_integral(&self, tau: f64) -> f64 {
-        self.motion.squared_velocity_integral(&self.at(tau))
-    }
-}
+use crate::solver::oscillator::{ForcedOscillator, Oscillator};
 
 /// Largest uniform chain that is decomposed into modes: the table of their shapes grows with the square. Largest other
 /// group: to find its shapes grows with the cube.
@@ -116,8 +71,9 @@ pub(crate) struct Group {
     pub size: usize,
     /// Damping c of the first contact, N.s/m.
     pub damping: f64,
-    pub modes: Vec<NaturalMode>,
-    shapes: Shapes,
+    /// The coordinates of the modes, which start at 0.
+    pub modes: Vec<ForcedOscillator>,
+    pub shapes: Shapes,
     /// The masses in units of that of the first ball.
     masses: Vec<f64>,
 }
@@ -161,14 +117,14 @@ impl Group {
                 v += all * last.v;
                 force -= o.omega2() * all * last.x;
             }
-            modes.push(NaturalMode::new(ForcedOscillator::new(oscillator, v, force), lambda));
+            modes.push(ForcedOscillator::new(oscillator, v, force));
         }
         Some(Self { first, size, damping, modes, shapes, masses })
     }
 
     /// The least rate at which what the dashpots act on decays right after the start, 1/s.
     pub fn least_decay(&self) -> f64 {
-        self.modes[1..].iter().map(|mode| mode.oscillator().fast_decay()).fold(f64::INFINITY, f64::min)
+        self.modes[1..].iter().map(|mode| mode.oscillator.fast_decay()).fold(f64::INFINITY, f64::min)
     }
 
     /// Displacement of ball `i` for a unit of the coordinate of mode `m`.
@@ -210,10 +166,10 @@ impl<const COUNT: usize> Sum<COUNT> {
         Self { values, magnitudes: values.map(f64::abs) }
     }
 
-    pub fn add(&mut self, factor: f64, terms: &[(f64, f64); 5]) {
-        for (k, (term, magnitude)) in terms.iter().take(COUNT).enumerate() {
+    pub fn add(&mut self, factor: f64, terms: &[f64; 5]) {
+        for (k, term) in terms.iter().take(COUNT).enumerate() {
             self.values[k] += factor * term;
-            self.magnitudes[k] += factor.abs() * magnitude;
+            self.magnitudes[k] += (factor * term).abs();
         }
     }
 

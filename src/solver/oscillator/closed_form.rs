@@ -14,7 +14,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::decays::Decays;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::series::INVERSES;
 
@@ -98,11 +97,24 @@ impl Oscillator {
         }
     }
 
-    /// `U_-3` to `U_2` at `tau` >= 0 (s): the functions go on downwards as derivatives, `U_(k-1) = U_k'`. Of an
-    /// overdamped oscillator its two decays have more digits.
+    /// `U_-3` to `U_2` at `tau` >= 0 (s): the functions go on downwards as derivatives, `U_(k-1) = U_k'`.
     pub fn derivatives(&self, tau: DoubleDouble) -> [f64; 6] {
-        let basis: [f64; 3] = self.basis(tau);
-        let mut u = [0.0, 0.0, 0.0, basis[0], basis[1], basis[2]];
+        let t = tau.value();
+        let mut u = [0.0; 6];
+        if self.is_overdamped() && self.pace() * t > 0.5 {
+            // Where the fast decay is over, the equation would cancel.
+            let (fast, slow) = self.decay_rates();
+            let [of_fast, of_slow] =
+                [fast, slow].map(|rate| decay_integrals::<2>(rate, t).map(|integral| integral / (fast - slow)));
+            u[5] = of_slow[1] - of_fast[1];
+            let (mut of_fast, mut of_slow) = (of_fast[0], of_slow[0]);
+            for u in u[..5].iter_mut().rev() {
+                *u = of_slow - of_fast;
+                (of_fast, of_slow) = (-fast * of_fast, -slow * of_slow);
+            }
+            return u;
+        }
+        u[3..].copy_from_slice(&self.basis::<3>(tau));
         for k in (0..3).rev() {
             u[k] = -2.0 * self.gamma * u[k + 1] - self.omega2 * u[k + 2];
         }
@@ -193,10 +205,12 @@ impl Oscillator {
         (fast, self.omega2 / fast)
     }
 
-    /// What the velocity is the sum of under a constant force if this is overdamped: for the velocity `v` (m/s) and the
-    /// acceleration but for that by the velocity, `force` (m/s2), at time 0.
-    pub(super) fn decays(&self, v: f64, force: f64) -> Option<Decays> {
-        self.is_overdamped().then(|| Decays::new(self.decay_rates(), v, force))
+    /// Rates (1/s) and velocities at time 0 (m/s) of the two decays, fast and slow, that the velocity is the sum of
+    /// under a constant force if this is overdamped: for the velocity `v` (m/s) and the acceleration but for that by
+    /// the velocity, `force` (m/s2), at time 0.
+    pub(super) fn decays(&self, v: f64, force: f64) -> Option<[[f64; 2]; 2]> {
+        let (fast, slow) = self.is_overdamped().then(|| self.decay_rates())?;
+        Some([[fast, (fast * v - force) / (fast - slow)], [slow, (force - slow * v) / (fast - slow)]])
     }
 
     /// `U_k` as differences of the repeated integrals of two exponentials.
@@ -221,17 +235,18 @@ impl Oscillator {
         if gamma == 0.0 {
             return (2..k).fold((a * a + self.omega2 * v * v).sqrt(), |bound, _| bound * omega);
         }
-        let power = |rate: f64| (1..k).fold(1.0, |power, _| power * rate);
         let turned = a + gamma * v;
         if let Some(decays) = self.decays(v, a + 2.0 * gamma * v) {
-            decays.derivative_bound(t, k)
+            decays.into_iter().map(|[rate, v]| v.abs() * libm::exp(-rate * t) * power(rate, k - 1)).sum()
         } else if gamma <= 0.8 * omega {
             let sine = turned / self.omega_damped.value();
-            (v * v + sine * sine).sqrt() * libm::exp(-gamma * t) * power(omega)
+            (v * v + sine * sine).sqrt() * libm::exp(-gamma * t) * power(omega, k - 1)
         } else {
             // Beyond critical damping the slower of two decays lasts.
             let rate = gamma - (gamma * gamma - omega * omega).max(0.0).sqrt();
-            (v.abs() + turned.abs() * (t.max(1.0 / rate) + 1.0 / omega)) * libm::exp(-rate * t) * power(2.0 * omega)
+            (v.abs() + turned.abs() * (t.max(1.0 / rate) + 1.0 / omega))
+                * libm::exp(-rate * t)
+                * power(2.0 * omega, k - 1)
         }
     }
 
@@ -266,6 +281,11 @@ impl Oscillator {
 fn sin_cos(angle: DoubleDouble) -> (f64, f64) {
     let (sine, cosine) = libm::sincos(angle.value());
     (sine + angle.rest() * cosine, cosine - angle.rest() * sine)
+}
+
+/// `rate^k`.
+pub(super) fn power(rate: f64, k: i32) -> f64 {
+    (0..k).fold(1.0, |power, _| power * rate)
 }
 
 /// `exp(-rate t)` and its repeated integrals from 0.
