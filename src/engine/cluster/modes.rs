@@ -1,7 +1,7 @@
 //! The motion of a window whose contacts are linear springs and dashpots, in closed form: by natural modes.
 //!
 //! Balls joined by pressing contacts are groups; a ball that presses on none is a group of its own. Each has natural
-//! modes (`natural`), those of equal balls with equal contacts in closed form.
+//! modes (`natural`).
 //!
 //! Each coordinate is an oscillator in closed form, so strong damping and contacts that stay closed for minutes cost
 //! nothing: the only work is to find the next switching.
@@ -21,11 +21,6 @@ use crate::solver::root::{Smooth, search_within};
 /// is left to the next segment.
 const SEARCH: usize = 40_000;
 const LEAST_EVALUATIONS: usize = 200;
-
-/// Time scales of the fastest mode that a search must have come by then; if not, it may take so many evaluations for
-/// them.
-const SWINGS: f64 = 32.0;
-const MORE_EVALUATIONS: u32 = 10_000;
 
 /// What several operations leave open of a force, relative.
 const ROUNDINGS: f64 = 8.0 * f64::EPSILON;
@@ -308,31 +303,17 @@ struct Watch<'a> {
 }
 
 impl Watch<'_> {
-    /// Where it becomes positive before `until` (s).
+    /// Where it becomes positive before `until` (s); the evaluations that it takes are counted.
     fn crossing(&self, until: f64) -> Next {
-        let (allowed, near) = (self.modes.allowed(self.contact), SWINGS * self.modes.shortest_time());
-        let found = match self.search(until, allowed) {
-            // It hardly got on: more evaluations for less of a way.
-            Next::NotBefore(tau) if tau <= near && near < until => match self.search(near, MORE_EVALUATIONS) {
-                // What is left has followed nothing but rounding.
-                Next::Never | Next::NotBefore(_) => Next::NotBefore(near),
-                found => found,
-            },
-            found => found,
-        };
-        match found {
-            Next::At(tau) | Next::NotBefore(tau) if tau < until => found,
-            _ => Next::Never,
-        }
-    }
-
-    /// A search with at most so many evaluations, which are counted.
-    fn search(&self, until: f64, most: u32) -> Next {
+        let most = self.modes.allowed(self.contact);
         let mut allowed = most;
         let found = search_within(self, 0.0, until, &mut allowed);
         let taken = u64::from(most - allowed) * self.modes.movers(self.contact).count() as u64;
         self.modes.searched.set(self.modes.searched.get() + taken);
-        found
+        match found {
+            Next::At(tau) | Next::NotBefore(tau) if tau < until => found,
+            _ => Next::Never,
+        }
     }
 
     /// The level at `t` (s).

@@ -15,9 +15,7 @@ use crate::engine::flight::degree;
 use crate::model::{ContactLaw, Mode};
 use crate::solver::oscillator::{ForcedOscillator, Oscillator};
 
-/// Largest uniform chain that is decomposed into modes: the table of their shapes grows with the square. Largest other
-/// group: to find its shapes grows with the cube.
-const LARGEST_UNIFORM: usize = 128;
+/// Largest group that is decomposed into modes: to find its shapes grows with the cube.
 const LARGEST_GROUP: usize = 40;
 
 /// Segments after a switching that series have before natural modes take over: where balls oscillate, and while a front
@@ -43,20 +41,18 @@ pub(super) fn series_before_modes(window: &Window, quiet: u32) -> Option<u32> {
 /// proportion to their stiffness, under constant inputs. (Drag makes pendulums of unequal masses unequal.)
 fn apply_to(window: &Window) -> bool {
     let Window { flights, balls, contacts, laws } = window;
-    let (mut first, mut uniform) = (0, true);
+    let mut first = 0;
     for (j, (contact, law)) in contacts.iter().zip(*laws).enumerate() {
         if contact.mode != Mode::Open && !law.is_linear() {
             return false;
         }
         if contact.mode != Mode::Pressing {
-            (first, uniform) = (j + 1, true);
+            first = j + 1;
             continue;
         }
         let (other, [left, right]) = (&laws[first], [&balls[first], &balls[j + 1]]);
-        uniform &= left.mass == right.mass && other.stiffness == law.stiffness;
-        let most = if uniform { LARGEST_UNIFORM } else { LARGEST_GROUP };
         let proportional = law.damping_coefficient() * other.stiffness == other.damping_coefficient() * law.stiffness;
-        if !(left.oscillator == right.oscillator && proportional) || j + 2 - first > most {
+        if !(left.oscillator == right.oscillator && proportional) || j + 2 - first > LARGEST_GROUP {
             return false;
         }
     }

@@ -2,16 +2,10 @@
 //! mass and the first stiffness.
 //!
 //! The coordinate of mode j is `q_j = sum_i m_i phi_j(i) x_i`, the shapes are orthogonal:
-//! `sum_i m_i phi_a(i) phi_b(i) = 0` for a other than b, 1 for a = b. Mode 0 is the motion of the centre of mass. With
-//! equal balls and springs, for j = 0 to m - 1,
+//! `sum_i m_i phi_a(i) phi_b(i) = 0` for a other than b, 1 for a = b. Mode 0 is the motion of the centre of mass.
 //!
-//! ```text
-//! phi_j(i) = sqrt(2 / m) cos(pi j (i + 1/2) / m)    (1 / sqrt(m) for j = 0)
-//! lambda_j = 4 sin^2(pi j / (2 m))
-//! ```
-//!
-//! (Meirovitch, Fundamentals of Vibrations, 2001, chapter 7). Else they come from the eigenvectors u of a matrix of one
-//! row a contact,
+//! They come from the eigenvectors u of a matrix of one row a contact (Meirovitch, Fundamentals of Vibrations, 2001,
+//! chapter 7),
 //!
 //! ```text
 //! T = K^(1/2) D M^-1 D' K^(1/2),    T u = lambda u,    phi = M^-1 D' K^(1/2) u / sqrt(lambda),    D phi = sqrt(lambda) K^(-1/2) u
@@ -40,27 +34,6 @@ pub(super) struct Shapes {
 impl Shapes {
     /// For these `masses` and, one less, `stiffnesses`; `None` if they are too far apart.
     pub fn new(masses: &[f64], stiffnesses: &[f64]) -> Option<Self> {
-        match masses.iter().chain(stiffnesses).all(|&value| value == 1.0) {
-            true => Some(Self::uniform(masses.len())),
-            false => Self::decomposed(masses, stiffnesses),
-        }
-    }
-
-    fn uniform(size: usize) -> Self {
-        let angle = std::f64::consts::PI / size as f64;
-        let mut shapes = Self::with_capacity(size);
-        for j in 0..size {
-            let norm = (if j == 0 { 1.0 } else { 2.0 } / size as f64).sqrt();
-            let half = libm::sin(0.5 * angle * j as f64);
-            shapes.lambda.push(4.0 * half * half);
-            shapes.balls.extend((0..size).map(|i| norm * libm::cos(angle * j as f64 * (i as f64 + 0.5))));
-            let balls = &shapes.balls[j * size..];
-            shapes.contacts.extend(balls.windows(2).map(|pair| pair[0] - pair[1]));
-        }
-        shapes
-    }
-
-    fn decomposed(masses: &[f64], stiffnesses: &[f64]) -> Option<Self> {
         let (size, contacts) = (masses.len(), stiffnesses.len());
         let roots: Vec<f64> = stiffnesses.iter().map(|k| k.sqrt()).collect();
         let matrix = DMatrix::from_fn(contacts, contacts, |r, c| match r.abs_diff(c) {
@@ -71,13 +44,16 @@ impl Shapes {
         if !matrix.iter().all(|entry| entry.is_finite()) {
             return None;
         }
-        // It takes some two iterations an eigenvalue.
-        let vectors = SymmetricEigen::try_new(matrix, f64::EPSILON, 30 * size)?.eigenvectors;
-        let mut shapes = Self::with_capacity(size);
+        let mut shapes = Self { size, lambda: Vec::new(), balls: Vec::new(), contacts: Vec::new() };
         let total: f64 = masses.iter().sum();
         shapes.lambda.push(0.0);
         shapes.balls.extend(masses.iter().map(|_| 1.0 / total.sqrt()));
         shapes.contacts.extend(stiffnesses.iter().map(|_| 0.0));
+        if contacts == 0 {
+            return Some(shapes);
+        }
+        // It takes some two iterations an eigenvalue.
+        let vectors = SymmetricEigen::try_new(matrix, f64::EPSILON, 30 * size)?.eigenvectors;
         for u in vectors.column_iter() {
             let force = |i: usize| roots.get(i).map_or(0.0, |root| root * u[i]);
             let pushed = |i: usize| (force(i) - force(i.wrapping_sub(1))) / masses[i];
@@ -95,11 +71,6 @@ impl Shapes {
         Some(shapes)
     }
 
-    fn with_capacity(size: usize) -> Self {
-        let lambda = Vec::with_capacity(size);
-        Self { size, lambda, balls: Vec::with_capacity(size * size), contacts: Vec::with_capacity(size * size) }
-    }
-
     /// Displacement of ball `i` for a unit of the coordinate of mode `j`.
     pub fn ball(&self, j: usize, i: usize) -> f64 {
         self.balls[j * self.size + i]
@@ -114,24 +85,6 @@ impl Shapes {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_decomposition_finds_the_closed_form() {
-        for size in [2, 3, 5, 12, 40] {
-            let (closed, found) =
-                (Shapes::uniform(size), Shapes::decomposed(&vec![1.0; size], &vec![1.0; size - 1]).unwrap());
-            for j in 0..size {
-                let other = |m: &usize| (found.lambda[*m] - closed.lambda[j]).abs();
-                let m = (0..size).min_by(|a, b| other(a).total_cmp(&other(b))).unwrap();
-                assert!(other(&m) <= 1e-14 * closed.lambda[j], "{size} balls, mode {j}: {:e}", other(&m));
-                let sign = found.ball(m, 0).signum();
-                for i in 0..size {
-                    let off = (sign * found.ball(m, i) - closed.ball(j, i)).abs();
-                    assert!(off < 1e-13, "{size} balls, mode {j}: ball {i} is off by {off:e}");
-                }
-            }
-        }
-    }
 
     #[test]
     fn what_is_too_unequal_has_no_modes_here() {
