@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::flight::Forcing;
 use crate::model::{Cradle, Inputs, MAX_INPUT_DERIVATIVE};
+use crate::solver::dual::Scalar;
 use crate::solver::oscillator::MAX_FORCE_ORDER;
 
 // The inputs are polynomials of the degree that the closed forms take.
@@ -39,15 +40,15 @@ impl HeldInputs {
     }
 
     /// One of them, or what follows from them, with its derivatives.
-    pub fn derivatives(&self, input: impl Fn(&Inputs) -> f64) -> Forcing {
+    pub fn derivatives<S: Scalar>(&self, input: impl Fn(&Inputs) -> S) -> Forcing<S> {
         let mut derivatives = Forcing::default();
         derivatives.iter_mut().zip(self.orders()).for_each(|(to, inputs)| *to = input(inputs));
         derivatives
     }
 
     /// Acceleration of ball `i` by them, with its derivatives.
-    pub fn forcing(&self, i: usize, mass: f64) -> Forcing {
-        self.derivatives(|inputs| inputs.force[i] / mass - inputs.support_acceleration)
+    pub fn forcing<S: Scalar>(&self, i: usize, mass: S) -> Forcing<S> {
+        self.derivatives(|inputs| S::from(inputs.force[i]) / mass - S::from(inputs.support_acceleration))
     }
 
     /// Accelerations of all balls by them.
@@ -64,12 +65,11 @@ impl HeldInputs {
     }
 
     /// Coefficients of the power series of one of them.
-    pub fn series(&self, input: impl Fn(&Inputs) -> f64) -> [f64; MAX_FORCE_ORDER + 1] {
-        let mut series = [0.0; MAX_FORCE_ORDER + 1];
-        let mut factorial = 1.0;
-        for (k, (c, inputs)) in series.iter_mut().zip(self.orders()).enumerate() {
+    pub fn series(&self, input: impl Fn(&Inputs) -> f64) -> Forcing {
+        let (mut series, mut factorial) = (self.derivatives(input), 1.0);
+        for (k, c) in series.iter_mut().enumerate() {
             factorial *= k.max(1) as f64;
-            *c = input(inputs) / factorial;
+            *c /= factorial;
         }
         series
     }

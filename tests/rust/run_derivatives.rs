@@ -178,12 +178,12 @@ fn contacts_that_close_from_rest() {
         let along = Parameters { mass: 1.0, ..Settings::zero(2).parameters };
         let found = run(1.0).sensitivity_of_run(&p, 0.0, &History::default(), &along, &Inputs::zero(2));
         let found = found.unwrap_or_else(|| panic!("{damping_law:?} is not followed"));
-        let [more, less] = [1e-6, -1e-6].map(|h| run(1.0 + h));
-        for (output, found, difference) in [
-            ("v[1]", found.v[0], more.v(0) - less.v(0)),
-            ("impulse[1]", found.impulse[0], more.impulse(0) - less.impulse(0)),
-        ] {
-            let difference = difference / 2e-6;
+        let (differences, _) = by_differences(1e-6, false, |change| {
+            let changed = run(1.0 + change);
+            vec![changed.v(0), changed.impulse(0)]
+        });
+        let found = [("v[1]", found.v[0]), ("impulse[1]", found.impulse[0])];
+        for ((output, found), difference) in found.into_iter().zip(differences) {
             assert!(
                 (found - difference).abs() < 1e-6 * difference.abs(),
                 "{damping_law:?} {output}: {found} {difference}"

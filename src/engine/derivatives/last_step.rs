@@ -122,12 +122,9 @@ impl LastStep<'_> {
 /// `tangent`, all of them constant over the step, and the masses theirs.
 fn forcings_along(cradle: &Cradle<Dual>, held: &HeldInputs, tangent: &Inputs) -> Vec<Forcing<Dual>> {
     let forcing = |(i, ball): (usize, &BallModel<Dual>)| {
-        let along = |k: usize, value: f64, tangent: f64| Dual::with_tangent(value, if k == 0 { tangent } else { 0.0 });
-        let mut forcing = Forcing::default();
-        for (k, (forcing, inputs)) in forcing.iter_mut().zip(held.orders()).enumerate() {
-            let support = along(k, inputs.support_acceleration, tangent.support_acceleration);
-            *forcing = along(k, inputs.force[i], tangent.force[i]) / ball.mass - support;
-        }
+        let mut forcing = held.forcing(i, ball.mass);
+        let [force, support] = [tangent.force[i], tangent.support_acceleration].map(|t| Dual::with_tangent(0.0, t));
+        forcing[0] += force / ball.mass - support;
         forcing
     };
     cradle.balls.iter().enumerate().map(forcing).collect()

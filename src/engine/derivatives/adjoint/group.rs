@@ -72,17 +72,14 @@ fn along(columns: &[Nodes; NODES], values: &Nodes, factor: f64, start: f64, slop
     std::array::from_fn(|m| start + slope * times[m] + factor * sums[m])
 }
 
-/// The blocks beside the diagonal of the equations for the forces of so many contacts, and with them the whole band.
-fn band(contacts: usize) -> (usize, usize) {
-    let side = if contacts > 1 { NODES } else { 0 };
-    (side, NODES + 2 * side)
-}
+/// Unknowns in the equations for the forces of a contact: its own, and those of its neighbours before and behind them.
+const BAND: usize = 3 * NODES;
 
 impl Group<'_> {
     /// Numbers that it takes to linearise the motion of so many balls: the map, and the equations for the forces.
     pub fn numbers_of(balls: usize) -> usize {
         let contacts = balls - 1;
-        Map::numbers_of(balls) + contacts * NODES * (band(contacts).1 + numbers_of_state(balls))
+        Map::numbers_of(balls) + contacts * NODES * (BAND + numbers_of_state(balls))
     }
 
     /// The linearised motion on the segment, and its end, displacement and velocity of each ball; nothing if that is
@@ -238,29 +235,28 @@ impl Group<'_> {
     /// `w_j = direct_j + z_(j+1) / m_(j+1) - z_j / m_j`,
     /// `z_i = direct_i + to_force_i (slope_i w_i - slope_(i-1) w_(i-1))`.
     fn by_forces(&self, contacts: &[ContactNodes], responses: &[Response], numbers: usize) -> Vec<Vec<f64>> {
-        let (side, band) = band(contacts.len());
-        let mut rows = vec![vec![0.0; band + numbers]; contacts.len() * NODES];
+        let mut rows = vec![vec![0.0; BAND + numbers]; contacts.len() * NODES];
         for (k, row) in rows.iter_mut().enumerate() {
             let (j, l) = (k / NODES, k % NODES);
-            row[side + l] = 1.0;
-            row[band + STATE * j + IMPULSE] = self.length * self.table.of_rate[l];
+            row[NODES + l] = 1.0;
+            row[BAND + STATE * j + IMPULSE] = self.length * self.table.of_rate[l];
             for (i, sign) in [(j, 1.0), (j + 1, -1.0)] {
                 let (response, lightness) = (&responses[i], sign / self.models[i].mass);
                 for number in [X, V] {
-                    row[band + STATE * i + number] = -lightness * response.at_end[number][l];
+                    row[BAND + STATE * i + number] = -lightness * response.at_end[number][l];
                 }
                 // The contacts at the left and at the right of this ball, as far as there are any.
                 for (other, sign) in [(i.wrapping_sub(1), -1.0), (i, 1.0)] {
                     let Some(contact) = contacts.get(other) else { continue };
-                    let block = row[side + other * NODES - j * NODES..].iter_mut();
+                    let block = row[(1 + other - j) * NODES..].iter_mut();
                     for ((to, to_force), slope) in block.zip(&response.to_force).zip(contact.slope) {
                         *to += sign * lightness * to_force[l] * slope;
                     }
                 }
             }
         }
-        eliminate(&mut rows, side);
-        rows.iter_mut().for_each(|row| _ = row.drain(..band));
+        eliminate(&mut rows);
+        rows.iter_mut().for_each(|row| _ = row.drain(..BAND));
         rows
     }
 }
@@ -308,32 +304,32 @@ impl Response {
 }
 
 /// Solves linear equations by Gaussian elimination: rows, each with a band of the matrix and then the right-hand sides,
-/// which become the solutions. The band is a block beside the diagonal and the `side`s of it. Without pivoting: where
-/// the motion has converged the matrix is near one with 1 on the diagonal.
-fn eliminate(rows: &mut [Vec<f64>], side: usize) {
-    let (count, band) = (rows.len(), NODES + 2 * side);
+/// which become the solutions. The band is the block on the diagonal and those beside it. Without pivoting: where the
+/// motion has converged the matrix is near one with 1 on the diagonal.
+fn eliminate(rows: &mut [Vec<f64>]) {
+    let count = rows.len();
     for k in 0..count {
         // Column `k` in its own row; in a row of the next contact it is one block before that.
-        let (at, next) = (side + k % NODES, (k / NODES + 1) * NODES);
-        let end = if next < count { band } else { band - side };
+        let (at, next) = (NODES + k % NODES, (k / NODES + 1) * NODES);
+        let end = if next < count { BAND } else { BAND - NODES };
         let (done, later) = rows.split_at_mut(k + 1);
         let pivot = &mut done[k];
         let inverse = 1.0 / pivot[at];
         pivot[at + 1..].iter_mut().for_each(|number| *number *= inverse);
         for (i, row) in (k + 1..next + NODES).zip(later) {
-            let before = if i < next { 0 } else { side };
+            let before = if i < next { 0 } else { NODES };
             let factor = row[at - before];
             let subtract = |(to, from): (&mut f64, &f64)| *to -= factor * from;
             row[at + 1 - before..end - before].iter_mut().zip(&pivot[at + 1..end]).for_each(subtract);
-            row[band..].iter_mut().zip(&pivot[band..]).for_each(subtract);
+            row[BAND..].iter_mut().zip(&pivot[BAND..]).for_each(subtract);
         }
     }
     for k in (1..count).rev() {
         let (before, solved) = rows.split_at_mut(k);
         let first = (k / NODES).saturating_sub(1) * NODES;
         for (i, row) in (first..).zip(&mut before[first..]) {
-            let factor = row[side + k % NODES + (k / NODES - i / NODES) * side];
-            row[band..].iter_mut().zip(&solved[0][band..]).for_each(|(to, from)| *to -= factor * from);
+            let factor = row[NODES + k - i / NODES * NODES];
+            row[BAND..].iter_mut().zip(&solved[0][BAND..]).for_each(|(to, from)| *to -= factor * from);
         }
     }
 }
