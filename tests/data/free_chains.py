@@ -1,5 +1,5 @@
-"""Results for free chains with contacts that are not linear, elastic or damped, by Taylor series in 40
-digits: free_chains.json.
+"""Results for free chains with contacts that are not linear, elastic or damped, by Taylor series in 40 digits:
+free_chains.json.
 
     pip install gmpy2
     python tests/data/free_chains.py > tests/data/free_chains.json
@@ -136,19 +136,24 @@ def run(masses, v, contacts):
                     released = t
 
 
-def case(rng, law, p):
-    """A random chain: unequal masses, gaps, one or two balls that strike."""
-    n = rng.randint(2, 5)
-    coefficient = {
-        "none": 0.0,
-        "huntCrossley": rng.uniform(0.05, 0.6),
-        "viscoelastic": rng.uniform(0.02, 0.4),
-    }[law]
-    masses = [round(rng.uniform(0.4, 2.5), 3) for _ in range(n)]
-    gaps = [round(rng.uniform(0.01, 1.5), 3) for _ in range(n - 1)]
-    v = [round(rng.uniform(0.5, 1.5), 3)] + [0.0] * (n - 1)
-    if n > 3:
-        v[-1] = -round(rng.uniform(0.0, 1.0), 3)
+# Viscoelastic chains in touch, struck by the first ball at a speed of 1: masses, exponent, coefficient.
+IN_TOUCH = [
+    ([1, 1], 1.5, 1e-3),
+    ([1, 1], 1.5, 0.25),
+    ([1, 3], 1.5, 4.0),
+    ([1, 1], 2.0, 0.25),
+    ([2, 1], 2.5, 0.5),
+    ([1, 1], 3.7, 0.125),
+    ([1, 1, 1], 1.5, 0.125),
+    ([1, 1, 1, 1, 1], 1.5, 0.03125),
+    ([1, 2, 0.5], 1.5, 0.25),
+    ([1, 0.7, 1.3, 1], 2.5, 0.125),
+    ([1, 1, 1], 3.0, 0.25),
+]
+
+
+def case(law, p, coefficient, masses, gaps, v):
+    """A chain and what becomes of it."""
     contacts = [Contact(law, p, coefficient, gap) for gap in gaps]
     final, released = run([mpfr(m) for m in masses], [mpfr(u) for u in v], contacts)
     return {
@@ -163,6 +168,26 @@ def case(rng, law, p):
     }
 
 
+def random_case(rng, law, p):
+    """A random chain: unequal masses, gaps, one or two balls that strike."""
+    n = rng.randint(2, 5)
+    coefficient = {
+        "none": 0.0,
+        "huntCrossley": rng.uniform(0.05, 0.6),
+        "viscoelastic": rng.uniform(0.02, 0.4),
+    }[law]
+    masses = [round(rng.uniform(0.4, 2.5), 3) for _ in range(n)]
+    gaps = [round(rng.uniform(0.01, 1.5), 3) for _ in range(n - 1)]
+    v = [round(rng.uniform(0.5, 1.5), 3)] + [0.0] * (n - 1)
+    if n > 3:
+        v[-1] = -round(rng.uniform(0.0, 1.0), 3)
+    return case(law, p, coefficient, masses, gaps, v)
+
+
 if __name__ == "__main__":
     rng = random.Random(2002)
-    print(json.dumps([case(rng, law, p) for law in LAWS for p in EXPONENTS for _ in range(4)], indent=1))
+    cases = [random_case(rng, law, p) for law in LAWS for p in EXPONENTS for _ in range(4)]
+    for masses, p, coefficient in IN_TOUCH:
+        rest = [0.0] * (len(masses) - 1)
+        cases.append(case("viscoelastic", p, coefficient, masses, rest, [1.0, *rest]))
+    print(json.dumps(cases, indent=1))

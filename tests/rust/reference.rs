@@ -1,7 +1,6 @@
 //! The engine and the other methods against results computed independently, in quadruple precision
 //! (`tests/data/reference.json`) and in 35 digits and more: damped or pressed linear contacts by matrix exponentials
-//! (`tests/data/strong_damping.py`), viscoelastic ones in touch by collocation (`tests/data/viscoelastic.py`), unequal
-//! balls that meet at speed by series (`tests/data/free_chains.py`).
+//! (`tests/data/strong_damping.py`), chains whose contacts are not linear by series (`tests/data/free_chains.py`).
 
 use newtons_cradle::engine::{Engine, Results, Simulation};
 use newtons_cradle::model::{DampingLaw, Inputs, Parameters, SolverMethod};
@@ -35,8 +34,6 @@ fn chain(case: &Value) -> Parameters {
     p.v_start = (0..n).map(|i| if i < strikers { 1.0 } else { 0.0 }).collect();
     if case["alpha"].is_number() {
         (p.damping_law, p.hunt_crossley) = (DampingLaw::HuntCrossley, number(&case["alpha"]));
-    } else if case["A"].is_number() {
-        (p.damping_law, p.relaxation_time) = (DampingLaw::Viscoelastic, number(&case["A"]));
     } else if case["c"].is_number() {
         p.damping = number(&case["c"]);
         let clamped = case["clamped"].as_bool().unwrap();
@@ -75,25 +72,6 @@ fn free_chains() {
 }
 
 #[test]
-fn viscoelastic_chains() {
-    let cases: Value = serde_json::from_str(include_str!("../data/viscoelastic.json")).unwrap();
-    for case in cases.as_array().unwrap() {
-        let id = format!("masses {}, p = {}, A = {}", case["masses"], case["p"], case["A"]);
-        let p = chain(case);
-        let expected = (numbers(&case["v_final"]), [number(&case["duration"])]);
-        // Of the engine, and of a method that knows nothing of where the force is not smooth.
-        for (method, tolerance, within) in
-            [(SolverMethod::EventDriven, 1e-12, 2e-15), (SolverMethod::Adams, 1e-13, 1e-11)]
-        {
-            let (velocities, last, run) = run_chain(&Parameters { method, tolerance, ..p.clone() });
-            assert_close(&format!("{method:?}, {id}"), &velocities, &expected.0, within);
-            assert_close(&format!("{method:?}, {id}"), &[last], &expected.1, 10.0 * within);
-            assert!(run.energy_residual().abs() < within, "{method:?}, {id}: {:e}", run.energy_residual());
-        }
-    }
-}
-
-#[test]
 fn damped_chains() {
     for case in reference()["damped_chain"].as_array().unwrap() {
         let id = format!("{} N={} p={}", case["model"], case["N"], case["p"]);
@@ -106,7 +84,8 @@ fn damped_chains() {
     }
 }
 
-/// Unequal balls that meet at speed, elastic or damped, in contacts that are not linear.
+/// Unequal balls that meet at speed, and viscoelastic ones in touch, in contacts that are not linear: by the engine, and
+/// by a method that knows nothing of where the force is not smooth.
 #[test]
 fn unequal_free_chains() {
     let cases: Value = serde_json::from_str(include_str!("../data/free_chains.json")).unwrap();
@@ -123,11 +102,16 @@ fn unequal_free_chains() {
             "viscoelastic" => (p.damping_law, p.relaxation_time) = (DampingLaw::Viscoelastic, coefficient),
             law => panic!("{law}"),
         }
-        let (velocities, last, run) = run_chain(&p);
-        let id = case.to_string();
-        assert_close(&id, &velocities, &numbers(&case["v_final"]), 1e-11);
-        assert_close(&id, &[last], &[number(&case["duration"])], 1e-9);
-        assert!(run.energy_residual().abs() < 1e-13, "{id}: {:e}", run.energy_residual());
+        let expected = (numbers(&case["v_final"]), [number(&case["duration"])]);
+        for (method, tolerance, within) in
+            [(SolverMethod::EventDriven, 1e-12, 1e-14), (SolverMethod::Adams, 1e-13, 1e-11)]
+        {
+            let (velocities, last, run) = run_chain(&Parameters { method, tolerance, ..p.clone() });
+            let id = format!("{method:?}, {case}");
+            assert_close(&id, &velocities, &expected.0, within);
+            assert_close(&id, &[last], &expected.1, 100.0 * within);
+            assert!(run.energy_residual().abs() < within, "{id}: {:e}", run.energy_residual());
+        }
     }
 }
 
