@@ -52,35 +52,3 @@ impl BlockTridiagonal {
         Some(self.rows.iter().map(|row| row.known))
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::solver::radau::STAGES;
-
-    #[test]
-    fn solves_what_it_was_multiplied_from() {
-        let mut state = 1u64;
-        let mut random = move || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
-        };
-        let mut matrix = || Matrix::from_fn(|_, _| random());
-        let blocks: Vec<[Matrix; 3]> = (0..4).map(|_| [matrix(), matrix(), matrix()]).collect();
-        let wanted: Vec<Stages> = (0..4).map(|i| Stages::from_fn(|k, _| (i * STAGES + k) as f64)).collect();
-        let mut system = BlockTridiagonal::default();
-        for (i, &[lower, diagonal, upper]) in blocks.iter().enumerate() {
-            let mut right = diagonal * wanted[i];
-            if i > 0 {
-                right += lower * wanted[i - 1];
-            }
-            if i < 3 {
-                right += upper * wanted[i + 1];
-            }
-            system.push(lower, diagonal, upper, right);
-        }
-        for (found, wanted) in system.solve().unwrap().zip(&wanted) {
-            assert!((found - wanted).amax() < 1e-10, "{found} {wanted}");
-        }
-    }
-}

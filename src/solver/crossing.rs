@@ -161,22 +161,6 @@ impl Search<'_> {
 mod tests {
     use super::*;
 
-    #[test]
-    fn maximum_of_a_hump() {
-        // t (1 - t) peaks at 1/4; on [0.6, 1] the left end is the largest.
-        let c = [0.0, 1.0, -1.0];
-        assert!((maximum(&c, 0.0, 1.0).1 - 0.25).abs() < 1e-15);
-        assert!((maximum(&c, 0.6, 1.0).1 - 0.24).abs() < 1e-15);
-    }
-
-    #[test]
-    fn crossing_decided_by_the_leading_term() {
-        assert_eq!(first_positive(&[0.0, 0.0, 0.0, 0.0, 1e-30], 1.0, 0.0, 1.0), Some(0.0));
-        assert_eq!(first_positive(&[0.0; 6], 1.0, 0.0, 1.0), None);
-        let t = first_positive(&[0.0, 0.0, 0.0, 1.0, -2.0], -1.0, 0.0, 1.0).unwrap();
-        assert!((t - 0.5).abs() < 1e-15);
-    }
-
     /// Coefficients of `offset + sin(omega t + phase)`.
     fn wave(offset: f64, omega: f64, phase: f64) -> Vec<f64> {
         let (s, c) = libm::sincos(phase);

@@ -185,29 +185,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn power_recursion_matches_the_binomial_series() {
-        let c = [2.0, 1.0, 0.0, 0.0, 0.0, 0.0];
-        let mut power = vec![libm::pow(2.0, 1.5)];
-        for k in 1..6 {
-            let term = power_term(&c, &power, 1.5, k);
-            power.push(term);
-        }
-        assert!((value(&power, 0.01) - libm::pow(2.01, 1.5)).abs() < 1e-15);
-    }
-
-    #[test]
-    fn integral_of_a_polynomial() {
-        assert!((integral(&[1.0, 2.0, 3.0], 2.0) - 14.0).abs() < 1e-15);
-    }
-
-    #[test]
-    fn a_polynomial_about_another_place() {
-        // (1 + s)^3 about s = 1 is (2 + s)^3.
-        assert_eq!(about(&[1.0, 3.0, 3.0, 1.0], 1.0), [8.0, 12.0, 6.0]);
-        assert_eq!(about(&[1.0, 3.0, 3.0, 1.0], 1.0), [8.0, 12.0, 6.0, 1.0, 0.0]);
-    }
-
-    #[test]
     fn lanes_sum_what_horner_sums() {
         let c: Vec<f64> = (0..31).map(|k| libm::sin(1.0 + k as f64)).collect();
         for count in 0..c.len() {
