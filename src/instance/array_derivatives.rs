@@ -44,9 +44,7 @@ impl Instance {
         require_seed(seed, knowns.len())?;
         self.recompute()?;
         let (references, direction) = existing(&knowns, seed);
-        let wanted: Vec<u32> = unknowns.iter().flatten().copied().collect();
-        let found = self.directional_derivatives(&wanted, &references, &direction)?;
-        Ok(placed(&unknowns, found))
+        in_places(&unknowns, |wanted| self.directional_derivatives(wanted, &references, &direction))
     }
 
     /// The sums of the derivatives of the unknowns by each element of the knowns, weighted by `seed`.
@@ -55,9 +53,7 @@ impl Instance {
         require_seed(seed, unknowns.len())?;
         self.recompute()?;
         let (references, weights) = existing(&unknowns, seed);
-        let wanted: Vec<u32> = knowns.iter().flatten().copied().collect();
-        let found = self.adjoint_derivatives(&references, &weights, &wanted)?;
-        Ok(placed(&knowns, found))
+        in_places(&knowns, |wanted| self.adjoint_derivatives(&references, &weights, wanted))
     }
 
     /// Derivatives by time of the elements of real outputs, each of its order.
@@ -67,9 +63,8 @@ impl Instance {
             elements.extend(self.parts(&[*reference], false)?);
             element_orders.resize(elements.len(), *order);
         }
-        let (wanted, orders) = existing(&elements, &element_orders);
-        let found = self.output_derivatives(&wanted, &orders)?;
-        Ok(placed(&elements, found))
+        let (_, orders) = existing(&elements, &element_orders);
+        in_places(&elements, |wanted| self.output_derivatives(wanted, &orders))
     }
 }
 
@@ -78,10 +73,14 @@ fn existing<T: Copy>(elements: &[Element], with: &[T]) -> (Vec<u32>, Vec<T>) {
     elements.iter().zip(with).filter_map(|(element, with)| Some(((*element)?, *with))).unzip()
 }
 
-/// What was found of the elements that belong to something, in their places; the others are 0.
-fn placed(elements: &[Element], found: Vec<f64>) -> Vec<f64> {
-    let mut found = found.into_iter();
-    elements.iter().map(|element| element.and_then(|_| found.next()).unwrap_or_default()).collect()
+/// What is found of the elements that belong to something, in their places; the others are 0.
+fn in_places(
+    elements: &[Element],
+    find: impl FnOnce(&[u32]) -> Result<Vec<f64>, Refusal>,
+) -> Result<Vec<f64>, Refusal> {
+    let wanted: Vec<u32> = elements.iter().flatten().copied().collect();
+    let mut found = find(&wanted)?.into_iter();
+    Ok(elements.iter().map(|element| element.and_then(|_| found.next()).unwrap_or_default()).collect())
 }
 
 fn require_seed(seed: &[f64], wanted: usize) -> Result<(), Refusal> {

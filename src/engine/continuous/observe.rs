@@ -53,7 +53,7 @@ impl Continuous {
     /// See [`by_time`]. The polynomials of the steps are of too low an order to give the overlaps: the second and third
     /// derivatives of a force at rest are rounding and solver error.
     pub(crate) fn time_derivative(&self, order: usize) -> Differential {
-        by_time(self.cradle(), &self.chain(&self.y()), &self.inputs.at(self.time), &[], order)
+        by_time(self.cradle(), &self.chain(&self.y()), &self.inputs.at(self.time), order)
     }
 
     /// Total energy at the start, J.

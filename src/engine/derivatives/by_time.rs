@@ -1,41 +1,82 @@
 //! Derivatives of the outputs by time.
 
 use super::chain_state::{ChainEquations, ChainState};
-use crate::engine::cluster::{OverlapSeries, Series};
+use crate::engine::cluster::Series;
+use crate::engine::flight::{Regime, shifted};
 use crate::engine::inputs::HeldInputs;
+use crate::engine::run::Engine;
 use crate::model::{Cradle, Differential, MAX_OUTPUT_DERIVATIVE, Mode};
 use crate::solver::series::product_term;
 
-/// Derivatives of order 1 to [`MAX_OUTPUT_DERIVATIVE`] by time, from the right, at a state under these inputs. What
-/// changes only at events and communication points has derivative 0.
-///
-/// The overlaps of contacts that press may be `given` as the run describes them. The equations would have the
-/// acceleration of an overlap as what is left of force over mass once the load is taken off: of a contact at rest that
-/// is rounding, which each further derivative multiplies by the angular frequency of the contact, 1e5 1/s.
+impl Engine {
+    /// Derivatives of the outputs by time at the current time, of order 1 to [`MAX_OUTPUT_DERIVATIVE`], from the right.
+    /// What changes only at events and communication points has derivative 0.
+    ///
+    /// They are those of the motion as it is followed. Of the forces of contacts that have come to rest, the second
+    /// keep 7 digits and the third 4 or 5. A contact that rings, by 1e-12 of its force from rounding alone where it has
+    /// just closed or the inputs have just changed, rings in its derivatives, too, times the angular frequency for each
+    /// order.
+    pub fn time_derivative(&self, order: usize) -> Differential {
+        let (state, inputs) = (self.state_of_all(self.time.into()), self.inputs.at(self.time));
+        let chain = ChainEquations { cradle: &self.cradle, state: &state, forcings: &inputs.forcings(&self.cradle) };
+        let series = if self.contacts.iter().any(|contact| contact.constraint().is_some()) {
+            self.series_of_bodies(&chain)
+        } else {
+            let pressed: Vec<_> = (0..self.contacts.len()).map(|i| self.pressed_series(i)).collect();
+            chain.series(&pressed)
+        };
+        of_series(&chain, &inputs, &series, order)
+    }
+
+    /// The series of rigid balls from `state` on, some of which move as one body: as such, and with the forces that
+    /// this takes.
+    fn series_of_bodies(&self, chain: &ChainEquations<f64>) -> Series {
+        let (mut bodies, mut apart, mut common) = (self.cradle.clone(), chain.state.clone(), chain.forcings.to_vec());
+        apart.modes.fill(Mode::Open);
+        for (i, ball) in self.balls.iter().enumerate().filter(|(_, ball)| ball.regime == Regime::Body) {
+            (bodies.balls[i].omega2, bodies.balls[i].gamma) = (ball.oscillator.omega2(), ball.oscillator.gamma());
+            common[i] = shifted(&ball.flight.forcing, self.time - ball.anchor.value());
+        }
+        let equations = ChainEquations { cradle: &bodies, state: &apart, forcings: &common };
+        let mut series = equations.series(&[]);
+        // The motions as they are, and as forces in the contacts that press what they need beside gravity, drag and
+        // inputs.
+        let ChainEquations { state, forcings, .. } = chain;
+        for (j, mode) in state.modes.iter().enumerate() {
+            if *mode != Mode::Pressing {
+                continue;
+            }
+            let (ball, mut x, mut factorial) = (&self.cradle.balls[j], series.displacement(j).to_vec(), 1.0);
+            let v = series.rate(&x);
+            let a = series.rate(&v);
+            x[0] = state.x[j];
+            let left = (j > 0 && state.modes[j - 1] == Mode::Pressing).then(|| series.force_row(j - 1));
+            let force = |k: usize| {
+                factorial *= k.max(1) as f64;
+                let forcing = forcings[j].get(k).map_or(0.0, |forcing| forcing / factorial);
+                let free = forcing - ball.omega2 * x[k] - 2.0 * ball.gamma * v[k];
+                left.map_or(0.0, |left| left[k]) + ball.mass * (free - a[k])
+            };
+            let forces: Vec<f64> = (0..series.order).map(force).collect();
+            series.set_forces(j, &[], &forces);
+        }
+        series
+    }
+}
+
+/// The same at a state under these inputs.
+pub(crate) fn by_time(cradle: &Cradle, state: &ChainState, inputs: &HeldInputs, order: usize) -> Differential {
+    let chain = ChainEquations { cradle, state, forcings: &inputs.forcings(cradle) };
+    of_series(&chain, inputs, &chain.series(&[]), order)
+}
+
+/// The same from the series of all motions and forces.
 ///
 /// Energy and momentum are taken from their balances, `E' = sum F_ext v - a_support p - P_dissipated` and
 /// `p' = sum F_ext - a_support sum m - F_support`: as sums of derivatives, large terms would cancel in a contact. Where
 /// an overlap vanishes under a law with an exponent that is not whole, its elastic force counts as 0 with all its
 /// derivatives.
-pub(crate) fn by_time(
-    cradle: &Cradle,
-    state: &ChainState,
-    inputs: &HeldInputs,
-    given: &[Option<OverlapSeries>],
-    order: usize,
-) -> Differential {
-    let equations = ChainEquations { cradle, state, forcings: &inputs.forcings(cradle) };
-    let series = equations.series(MAX_OUTPUT_DERIVATIVE + 1, 1.0, |_| false, given);
-    of_series(&equations, inputs, &series, order)
-}
-
-/// The same from the series of all motions and forces.
-pub(super) fn of_series(
-    chain: &ChainEquations<f64>,
-    inputs: &HeldInputs,
-    series: &Series,
-    order: usize,
-) -> Differential {
+fn of_series(chain: &ChainEquations<f64>, inputs: &HeldInputs, series: &Series, order: usize) -> Differential {
     let ChainEquations { cradle, state, forcings } = chain;
     let factorial = |k: usize| (1..=k).map(|i| i as f64).product::<f64>();
     let (of_order, of_rate, last) = (factorial(order), factorial(order - 1), order - 1);

@@ -3,7 +3,7 @@
 use crate::engine::cluster::{Equations, OverlapSeries, Series};
 use crate::engine::flight::Forcing;
 use crate::model::algebraic::Chain;
-use crate::model::{BallModel, ContactLaw, Cradle, Mode};
+use crate::model::{BallModel, ContactLaw, Cradle, MAX_OUTPUT_DERIVATIVE, Mode};
 use crate::solver::dual::Scalar;
 
 /// Positions (m), velocities (m/s), overlaps (m) and modes of a chain at one time: all that its motion depends on but
@@ -83,27 +83,23 @@ impl<S: Scalar> Chain<S> for ChainEquations<'_, S> {
     }
 }
 
-impl<S: Scalar> ChainEquations<'_, S> {
-    /// The series of all motions and forces with `order` coefficients of the forces, in this unit of time (s). Contacts
-    /// marked as `negligible` have no elastic force. Overlaps that are `given`, in that unit, are taken as they are;
-    /// the forces follow from them.
-    pub fn series(
-        &self,
-        order: usize,
-        unit: f64,
-        negligible: impl Fn(usize) -> bool,
-        given: &[Option<OverlapSeries<S>>],
-    ) -> Series<S> {
+impl ChainEquations<'_, f64> {
+    /// The series of all motions and forces, in seconds, for derivatives by time up to the highest order.
+    ///
+    /// The overlaps of contacts that press may be `given` as the run describes them. The equations would have the
+    /// acceleration of an overlap as what is left of force over mass once the load is taken off: of a contact at rest
+    /// that is rounding, which each further derivative multiplies by the angular frequency of the contact, 1e5 1/s.
+    pub fn series(&self, given: &[Option<OverlapSeries>]) -> Series {
         let mut series = Series::default();
-        series.begin(self, order, unit);
-        let given = |j: usize| given.get(j).and_then(Option::as_ref);
-        for j in 0..self.cradle.contacts.len() {
-            if let Some(given) = given(j) {
+        series.begin(self, MAX_OUTPUT_DERIVATIVE + 1, 1.0);
+        for (j, given) in given.iter().enumerate() {
+            if let Some(given) = given {
                 let at = j * series.stride();
                 series.overlaps[at..at + given.len()].copy_from_slice(given);
             }
         }
-        series.fill(self, &mut vec![Vec::new(); self.cradle.contacts.len()], negligible, |j| given(j).is_some());
+        let is_given = |j: usize| given.get(j).is_some_and(Option::is_some);
+        series.fill(self, &mut vec![Vec::new(); self.cradle.contacts.len()], |_| false, is_given);
         series
     }
 }

@@ -6,6 +6,7 @@ use super::history::Stretch;
 use super::tangent::Run;
 use crate::engine::flight::Forcing;
 use crate::engine::inputs::HeldInputs;
+use crate::engine::run::Engine;
 use crate::model::{BallModel, Cradle, Differential, Inputs, Parameters};
 use crate::solver::dual::{Dual, Scalar};
 
@@ -22,6 +23,20 @@ pub struct LastStep<'a> {
     pub(crate) end: ChainState,
     /// Whether an onset ahead is known.
     pub(crate) onset_ahead: bool,
+}
+
+impl Engine {
+    /// The last step.
+    pub(crate) fn last_step(&self) -> LastStep<'_> {
+        LastStep {
+            cradle: &self.cradle,
+            start: self.state_at_start(),
+            inputs: self.inputs.at(self.step.time),
+            length: self.step_length(),
+            end: self.state_of_all(self.time.into()),
+            onset_ahead: self.find_next_onset().found().is_some(),
+        }
+    }
 }
 
 impl LastStep<'_> {

@@ -11,7 +11,6 @@ mod by_time;
 mod chain_state;
 mod history;
 mod last_step;
-mod of_run;
 mod tangent;
 
 pub(crate) use adjoint::Recorder;

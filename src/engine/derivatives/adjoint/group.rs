@@ -12,7 +12,7 @@
 //! end, `c g`, changes by with everything that is known follows from one solution of `A^T z = c^T`.
 
 use super::map::{
-    CLEARANCE, COEFFICIENTS, IMPULSE, Map, OF_BALL, OF_CONTACT, Row, STATE, V, X, law_derivatives, numbers_of_state,
+    CLEARANCE, COEFFICIENTS, IMPULSE, Map, OF_BALL, OF_CONTACT, STATE, V, X, law_derivatives, numbers_of_state,
 };
 use crate::engine::flight::{Forcing, forcing_at};
 use crate::model::{BallModel, ContactLaw};
@@ -180,9 +180,9 @@ impl Group<'_> {
         for number in 0..numbers {
             let by_force = |j: usize| std::array::from_fn(|m| by_forces[j * NODES + m][number]);
             let by_forces: Vec<Nodes> = (0..contacts.len()).map(by_force).collect();
-            let mut row = map.row(number);
+            let [state, coefficients] = map.row(number);
             if number % STATE == X {
-                row.state[number + V] += self.length;
+                state[number + V] += self.length;
             }
             let by_places: Vec<Nodes> = self.by_places(&contacts, &by_forces);
             for (i, (ball, by_place)) in balls.iter().zip(&by_places).enumerate() {
@@ -191,10 +191,10 @@ impl Group<'_> {
                     let direct = &responses[i].at_end[number % STATE];
                     z.iter_mut().zip(direct).for_each(|(z, direct)| *z += direct);
                 }
-                self.enter(&mut row, i, ball, by_place, &z);
+                self.enter([&mut *state, &mut *coefficients], i, ball, by_place, &z);
             }
             for (j, by_force) in by_forces.iter().enumerate() {
-                let sums = row.coefficients[COEFFICIENTS * j + OF_BALL..].iter_mut();
+                let sums = coefficients[COEFFICIENTS * j + OF_BALL..].iter_mut();
                 sums.zip(&contacts[j].by_coefficients).for_each(|(sum, by)| *sum = weighted(by, by_force));
             }
         }
@@ -216,17 +216,17 @@ impl Group<'_> {
 
     /// Enters what a number at the end changes by with state and coefficients of ball `i`, from its derivatives by the
     /// displacements through the forces of contacts, and `z` by the accelerations at the nodes.
-    fn enter(&self, row: &mut Row, i: usize, ball: &BallNodes, by_place: &Nodes, z: &Nodes) {
+    fn enter(&self, [state, coefficients]: [&mut [f64]; 2], i: usize, ball: &BallNodes, by_place: &Nodes, z: &Nodes) {
         let BallModel { mass, omega2, gamma } = self.models[i];
         let by_place: Nodes = std::array::from_fn(|m| by_place[m] - omega2 * z[m]);
         let total = z.iter().sum::<f64>();
-        row.state[STATE * i + X] += by_place.iter().sum::<f64>();
-        row.state[STATE * i + V] += self.length * weighted(&self.table.times, &by_place) - 2.0 * gamma * total;
+        state[STATE * i + X] += by_place.iter().sum::<f64>();
+        state[STATE * i + V] += self.length * weighted(&self.table.times, &by_place) - 2.0 * gamma * total;
         let by_omega2 = self.x[i] * total + weighted(&ball.moved, z);
         let by_mass = -weighted(&ball.force, z) / (mass * mass);
         let by_ball = [by_mass, -by_omega2, -2.0 * weighted(&ball.v, z), total / mass];
-        row.coefficients[COEFFICIENTS * i..][..OF_BALL].copy_from_slice(&by_ball);
-        *row.support -= total;
+        coefficients[COEFFICIENTS * i..][..OF_BALL].copy_from_slice(&by_ball);
+        coefficients[coefficients.len() - 1] -= total;
     }
 
     /// The derivatives of all `numbers` of the state at the end by the forces of the contacts at the nodes: of each

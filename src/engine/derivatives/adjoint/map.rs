@@ -62,14 +62,6 @@ pub(super) fn dot(by: &[DoubleDouble], changes: &[f64]) -> DoubleDouble {
     products.fold(DoubleDouble::ZERO, |sum, (by, change)| sum + *by * *change)
 }
 
-/// What one number changes by with a state, with coefficients and with the acceleration of the support.
-#[derive(Debug)]
-pub(super) struct Row<'a> {
-    pub state: &'a mut [f64],
-    pub coefficients: &'a mut [f64],
-    pub support: &'a mut f64,
-}
-
 /// Derivatives of the force of a contact by the coefficients with the overlap held, at this overlap and rate, where the
 /// force and its derivative by the overlap are the given ones.
 pub(super) fn law_derivatives(law: &ContactLaw, overlap: f64, rate: f64, force: f64, slope: f64) -> [f64; OF_CONTACT] {
@@ -114,12 +106,11 @@ impl Map {
         self.by.chunks_exact(numbers_of_state(self.balls) + numbers_of_coefficients(self.balls))
     }
 
-    pub fn row(&mut self, number: usize) -> Row<'_> {
-        let (states, coefficients) = (numbers_of_state(self.balls), numbers_of_coefficients(self.balls));
-        let columns = states + coefficients;
-        let (state, rest) = self.by[number * columns..][..columns].split_at_mut(states);
-        let (coefficients, support) = rest.split_at_mut(coefficients - 1);
-        Row { state, coefficients, support: &mut support[0] }
+    /// What a row has of the numbers of the state, and of the coefficients, the last one that of the support.
+    pub fn row(&mut self, number: usize) -> [&mut [f64]; 2] {
+        let states = numbers_of_state(self.balls);
+        let columns = states + numbers_of_coefficients(self.balls);
+        self.by[number * columns..][..columns].split_at_mut(states).into()
     }
 
     /// The places of its balls among the numbers of the state and among the coefficients.

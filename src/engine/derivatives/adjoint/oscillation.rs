@@ -5,7 +5,7 @@
 //! responses are closed forms. What the coefficients change is the integral of the response to it, by Gauss's rule: for
 //! two balls in a time `3 c^2 - 2 c^3`, which takes the logarithm of the overlap.
 
-use super::map::{CLEARANCE, COEFFICIENTS, Map, OF_BALL, OF_CONTACT, STATE, V, X, law_derivatives};
+use super::map::{CLEARANCE, COEFFICIENTS, Map, OF_BALL, OF_CONTACT, STATE, V, X, law_derivatives, numbers_of_state};
 use crate::engine::flight::{Flight, Forcing, degree, forcing_at};
 use crate::model::{BallModel, ContactLaw};
 use crate::solver::gauss::{NODES, Nodes, Stretching, Table, weighted};
@@ -20,6 +20,10 @@ const SHORT: f64 = 1e-3;
 
 /// The places of the two-point rule on [0, 1], whose weights are 1/2.
 const EARLY_AND_LATE: [f64; 2] = [0.211_324_865_405_187_13, 0.788_675_134_594_812_9];
+
+/// What the numbers of the state of two balls change by.
+const NUMBERS: usize = 2 * STATE - 1;
+type Change = [f64; NUMBERS];
 
 /// One ball, or two equal pendulums in a linear contact.
 pub(super) struct Oscillation<'a> {
@@ -63,33 +67,21 @@ impl<'a> Oscillation<'a> {
         (fastest.pace() * length / REACH).ceil().max(1.0)
     }
 
+    /// A change of the state from one of the centre, position and velocity, and one of the distance, its rate and the
+    /// impulse; of one ball, the first two numbers.
+    fn state(&self, [x, v]: [f64; 2], [apart, rate, impulse]: [f64; 3]) -> Change {
+        let [left, right] = self.shares;
+        [x + right * apart, v + right * rate, impulse, x - left * apart, v - left * rate]
+    }
+
     /// The linearised motion from these flights on, each with its external force (N), from the overlap (m) for the
     /// time `length` (s), and its end: displacements and velocities. One ball is given twice.
     pub fn follow(
-        &self,
-        place: (usize, usize),
-        balls: [(Flight, Forcing); 2],
-        overlap: f64,
-        length: f64,
-    ) -> (Map, [(f64, f64); 2]) {
-        let [left, right] = self.shares;
-        match &self.contact {
-            None => self.follow_by(place, balls, overlap, length, |centre, _| centre),
-            Some(_) => self.follow_by(place, balls, overlap, length, |[x, v], [apart, rate, impulse]| {
-                [x + right * apart, v + right * rate, impulse, x - left * apart, v - left * rate]
-            }),
-        }
-    }
-
-    /// The same, where a change of the `state` is one of the centre, position and velocity, and one of the distance,
-    /// its rate and the impulse.
-    fn follow_by<const N: usize>(
         &self,
         (first, tuning): (usize, usize),
         [(left, push_left), (right, push_right)]: [(Flight, Forcing); 2],
         overlap: f64,
         length: f64,
-        state: impl Fn([f64; 2], [f64; 3]) -> [f64; N],
     ) -> (Map, [(f64, f64); 2]) {
         let mean = |left: f64, right: f64| self.shares[0] * left + self.shares[1] * right;
         let centre = Flight {
@@ -113,35 +105,34 @@ impl<'a> Oscillation<'a> {
             let swing = swing(oscillator, &basis);
             by_distance = [X, V].map(|k| [swing[k][0], swing[k][1], impulse[k]]);
         }
-        let (by_coefficients, by_support) =
-            self.by_coefficients(&[centre, overlap], &[push_left, push_right], length, &state);
-        let mut by_start = [[0.0; N]; 2 * STATE];
+        let (by_coefficients, by_support) = self.by_coefficients(&[centre, overlap], &[push_left, push_right], length);
+        let mut by_start = [Change::default(); 2 * STATE];
         for (side, (share, sign)) in self.shares.into_iter().zip([1.0, -1.0]).enumerate() {
             for k in [X, V] {
                 by_start[STATE * side + k] =
-                    state(by_centre[k].map(|of| share * of), by_distance[k].map(|of| sign * of));
+                    self.state(by_centre[k].map(|of| share * of), by_distance[k].map(|of| sign * of));
             }
         }
         let mut map = Map::zero(first, self.models.len(), tuning);
-        for number in 0..N {
-            let row = map.row(number);
-            row.state.iter_mut().zip(&by_start).for_each(|(to, by)| *to = by[number]);
-            row.coefficients.iter_mut().zip(&by_coefficients).for_each(|(to, by)| *to = by[number]);
-            *row.support = by_support[number];
+        for number in 0..numbers_of_state(self.models.len()) {
+            let [state, coefficients] = map.row(number);
+            state.iter_mut().zip(&by_start).for_each(|(to, by)| *to = by[number]);
+            let support = coefficients.len() - 1;
+            coefficients[..support].iter_mut().zip(&by_coefficients).for_each(|(to, by)| *to = by[number]);
+            coefficients[support] = by_support[number];
         }
-        let ends = state([x, v], apart);
-        (map, [0, N - 2].map(|side| (ends[side + X], ends[side + V])))
+        let ends = self.state([x, v], apart);
+        (map, [0, STATE].map(|side| (ends[side + X], ends[side + V])))
     }
 
     /// What the state changes by with the coefficients and with the acceleration of the support along these motions of the centre and of the overlap: the
     /// integrals of what a coefficient does times what that does till the end.
-    fn by_coefficients<const N: usize>(
+    fn by_coefficients(
         &self,
         [centre, overlap]: &[Flight; 2],
         pushes: &[Forcing; 2],
         length: f64,
-        state: impl Fn([f64; 2], [f64; 3]) -> [f64; N],
-    ) -> ([[f64; N]; COEFFICIENTS + OF_BALL], [f64; N]) {
+    ) -> ([Change; COEFFICIENTS + OF_BALL], Change) {
         let constant = degree(&centre.forcing) == 0 && pushes.iter().all(|push| degree(push) == 0);
         let short = self.contact.is_none() && constant && self.own.pace() * length <= SHORT;
         let Table { times: mut places, of_rate: mut weights, .. } = *Stretching::None.table();
@@ -161,8 +152,8 @@ impl<'a> Oscillation<'a> {
             (bases(&self.own), self.contact.as_ref().map(|contact| bases(&contact.oscillator)));
         // Of the acceleration of each ball, and of the force of the contact: what it changes the state by, and what
         // changes it.
-        let (mut to_balls, mut of_balls) = ([[[0.0; NODES]; N]; 2], [[[0.0; NODES]; OF_BALL]; 2]);
-        let (mut to_force, mut of_force) = ([[0.0; NODES]; N], [[0.0; NODES]; OF_CONTACT]);
+        let (mut to_balls, mut of_balls) = ([[[0.0; NODES]; NUMBERS]; 2], [[[0.0; NODES]; OF_BALL]; 2]);
+        let (mut to_force, mut of_force) = ([[0.0; NODES]; NUMBERS], [[0.0; NODES]; OF_CONTACT]);
         let mut to_centre = [0.0; 2];
         for m in 0..count {
             let enter =
@@ -183,7 +174,7 @@ impl<'a> Oscillation<'a> {
                 let [faster, farther, twice] = basis[left].map(|response| weight * response);
                 apart = [farther, faster, law.stiffness * twice];
                 let [r, faster, impulse] = apart.map(|apart| -inverse_mass * apart);
-                enter(&mut to_force, &state([0.0; 2], [r, faster, weight + impulse]));
+                enter(&mut to_force, &self.state([0.0; 2], [r, faster, weight + impulse]));
                 enter(&mut of_force, &law_derivatives(law, now, rate, force, law.stiffness));
             }
             for (side, (model, sign)) in self.models.iter().zip([1.0, -1.0]).enumerate() {
@@ -191,14 +182,16 @@ impl<'a> Oscillation<'a> {
                 let total = forcing_at(&pushes[side], s) - sign * force;
                 let x_ball = centre.x + moved_centre + sign * other * distance;
                 let v_ball = v_centre + sign * other * rate;
-                enter(&mut to_balls[side], &state([share * x, share * v], apart.map(|apart| sign * apart)));
+                enter(&mut to_balls[side], &self.state([share * x, share * v], apart.map(|apart| sign * apart)));
                 enter(&mut of_balls[side], &[-total / (mass * mass), -x_ball, -2.0 * v_ball, 1.0 / mass]);
             }
         }
-        let mut by = [[0.0; N]; COEFFICIENTS + OF_BALL];
-        let mut integrate = |first: usize, sources: &[Nodes], responses: &[Nodes; N]| {
+        let mut by = [Change::default(); COEFFICIENTS + OF_BALL];
+        let mut integrate = |first: usize, sources: &[Nodes], responses: &[Nodes; NUMBERS]| {
             for (by, source) in by[first..].iter_mut().zip(sources) {
-                *by = std::array::from_fn(|n| weighted(source, &responses[n]));
+                for (by, response) in by.iter_mut().zip(responses).take(numbers_of_state(self.models.len())) {
+                    *by = weighted(source, response);
+                }
             }
         };
         (0..self.models.len()).for_each(|side| integrate(COEFFICIENTS * side, &of_balls[side], &to_balls[side]));
@@ -206,7 +199,7 @@ impl<'a> Oscillation<'a> {
             of_force[CLEARANCE].fill(-law.stiffness);
             integrate(OF_BALL, &of_force, &to_force);
         }
-        (by, state(to_centre.map(|to| -to), [0.0; 3]))
+        (by, self.state(to_centre.map(|to| -to), [0.0; 3]))
     }
 }
 

@@ -38,22 +38,22 @@ pub(super) fn sums(cradle: &Cradle, tuning: usize, x: &[f64], v: &[f64], overlap
             (1, 0.0, mass, [v, 0.0, 0.0]),
             (2, mass * ball.omega2, 2.0 * mass * ball.gamma, of_force),
         ] {
-            let row = map.row(number);
-            (row.state[STATE * i + X], row.state[STATE * i + V]) = (by_x, by_v);
-            row.coefficients[COEFFICIENTS * i..][..by_ball.len()].copy_from_slice(&by_ball);
+            let [state, coefficients] = map.row(number);
+            (state[STATE * i + X], state[STATE * i + V]) = (by_x, by_v);
+            coefficients[COEFFICIENTS * i..][..by_ball.len()].copy_from_slice(&by_ball);
         }
     }
-    let energy = map.row(0);
+    let [state, coefficients] = map.row(0);
     for (j, law) in cradle.contacts.iter().enumerate() {
         let Some(overlap) = overlaps[j].filter(|overlap| *overlap > 0.0) else { continue };
         // F d / (p + 1).
         let (force, stored) = (law.elastic_force(overlap), law.elastic_energy(overlap));
-        energy.state[STATE * j + X] += force;
-        energy.state[STATE * (j + 1) + X] -= force;
+        state[STATE * j + X] += force;
+        state[STATE * (j + 1) + X] -= force;
         let by_reference = (1.0 - law.exponent) * stored / law.overlap_ref;
         let by_exponent = stored * (libm::log(overlap / law.overlap_ref) - 1.0 / (law.exponent + 1.0));
         let by_law = [stored / law.stiffness, by_reference, by_exponent, -force];
-        energy.coefficients[COEFFICIENTS * j + OF_BALL..][..by_law.len()].copy_from_slice(&by_law);
+        coefficients[COEFFICIENTS * j + OF_BALL..][..by_law.len()].copy_from_slice(&by_law);
     }
     map
 }
