@@ -41,7 +41,8 @@ impl Engine {
 
 impl LastStep<'_> {
     /// Derivatives of the outputs at its end along `inputs`, which were held over it. Before the first step nothing
-    /// depends on them.
+    /// depends on them. `None` if the step cannot be followed again: it takes too many segments, leaves the range of
+    /// numbers, or has rigid balls stay in contact.
     pub fn along_inputs(&self, inputs: &Inputs) -> Option<Differential> {
         if self.length == 0.0 {
             return Some(Differential::zero(self.cradle.balls.len()));
