@@ -64,14 +64,8 @@ struct Block {
 impl Block {
     /// The next coefficients of balls and contacts, where the contact at their left has pushed so, and the ball at
     /// their right is driven so and has this next coefficient of its velocity. Returns how the first ball is driven.
-    /// The pendulums are all `ALIKE`, or some are not.
     #[inline(always)]
-    fn advance<const ALIKE: bool>(
-        &mut self,
-        push_left: f64,
-        [driven_right, velocity_right]: [f64; 2],
-        inverse: f64,
-    ) -> f64 {
+    fn advance(&mut self, push_left: f64, [driven_right, velocity_right]: [f64; 2], inverse: f64) -> f64 {
         let from_left: Lanes = std::array::from_fn(|i| if i > 0 { self.push[i - 1] } else { push_left });
         let driven: Lanes =
             std::array::from_fn(|i| (from_left[i] - self.push[i]) * self.inverse_mass[i] + self.input[i]);
@@ -86,10 +80,8 @@ impl Block {
             self.position[i] = self.velocity[i] * inverse;
             self.velocity[i] = (driven - by_pendulum) * inverse;
         }
-        if !ALIKE {
-            for i in (0..LANES).filter(|i| self.unlike[*i]) {
-                self.rate[i] = self.velocity[i] - self.velocity.get(i + 1).unwrap_or(&velocity_right);
-            }
+        for i in (0..LANES).filter(|i| self.unlike[*i]) {
+            self.rate[i] = self.velocity[i] - self.velocity.get(i + 1).unwrap_or(&velocity_right);
         }
         for i in 0..LANES {
             self.push[i] = self.stiffness[i] * self.apart[i] + self.damping[i] * self.rate[i];
@@ -102,8 +94,6 @@ impl Block {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Workspace {
     blocks: Vec<Block>,
-    /// Whether all pendulums are alike.
-    alike: bool,
     /// The largest coefficients of a velocity, m.
     largest: [f64; TERMS_AT_LEAST + 1],
 }
@@ -113,7 +103,6 @@ impl Workspace {
         let Window { flights, balls, contacts, laws } = window;
         self.blocks.clear();
         self.blocks.resize(balls.len().div_ceil(LANES), Block::default());
-        self.alike = true;
         for (i, (flight, ball)) in flights.iter().zip(*balls).enumerate() {
             let (block, lane) = (&mut self.blocks[i / LANES], i % LANES);
             let o = &ball.oscillator;
@@ -130,16 +119,26 @@ impl Workspace {
             block.push[lane] = block.stiffness[lane] * contact.overlap + block.damping[lane] * rate;
             (block.apart[lane], block.rate[lane]) = (contact.overlap + law.clearance, rate);
             block.unlike[lane] = ball.oscillator != right.oscillator;
-            self.alike &= !block.unlike[lane];
         }
     }
 
     /// The coefficients of these numbers, which follow from the last ones, and those of the displacements and overlaps
     /// two orders higher.
     fn advance(&mut self, numbers: Range<usize>, displacements: &mut [Rows], overlaps: &mut [Rows]) {
-        match self.alike {
-            true => advance::<true>(&mut self.blocks, numbers, displacements, overlaps),
-            false => advance::<false>(&mut self.blocks, numbers, displacements, overlaps),
+        let blocks = &mut self.blocks[..];
+        let count = blocks.len().min(displacements.len()).min(overlaps.len());
+        for k in numbers.start..numbers.end.min(MOST) {
+            let (inverse, inverse_of_next) = (INVERSES[k + 1], INVERSES[k + 2]);
+            let mut right = [0.0; 2];
+            for b in (0..count).rev() {
+                let push_left = if b > 0 { blocks[b - 1].push[LANES - 1] } else { 0.0 };
+                let block = &mut blocks[b];
+                right = [block.advance(push_left, right, inverse), block.velocity[0]];
+                for i in 0..LANES {
+                    displacements[b][i][k + 2] = block.velocity[i] * inverse_of_next;
+                    overlaps[b][i][k + 2] = block.rate[i] * inverse_of_next;
+                }
+            }
         }
     }
 
@@ -206,38 +205,14 @@ impl Workspace {
         }
     }
 
-    /// The time, in units, on which the last terms up to this order stay below `allowed` (m), less a few thousandths:
-    /// with logarithms as coarse as that.
+    /// The time, in units, on which the last terms up to this order stay below `allowed` (m).
     fn convergence(&self, order: usize, allowed: f64) -> f64 {
         let orders = order - TERMS_AT_LEAST..=order;
         let logarithm = |(k, largest): (usize, &f64)| match *largest > 0.0 {
-            true => logarithm_below(allowed / largest) * INVERSES[k],
+            true => libm::log2(allowed / largest) * INVERSES[k],
             false => f64::INFINITY,
         };
         libm::exp2(orders.zip(&self.largest).map(logarithm).fold(f64::INFINITY, f64::min))
-    }
-}
-
-/// See [`Workspace::advance`]; the pendulums are all `ALIKE`, or some are not.
-fn advance<const ALIKE: bool>(
-    blocks: &mut [Block],
-    numbers: Range<usize>,
-    displacements: &mut [Rows],
-    overlaps: &mut [Rows],
-) {
-    let count = blocks.len().min(displacements.len()).min(overlaps.len());
-    for k in numbers.start..numbers.end.min(MOST) {
-        let (inverse, inverse_of_next) = (INVERSES[k + 1], INVERSES[k + 2]);
-        let mut right = [0.0; 2];
-        for b in (0..count).rev() {
-            let push_left = if b > 0 { blocks[b - 1].push[LANES - 1] } else { 0.0 };
-            let block = &mut blocks[b];
-            right = [block.advance::<ALIKE>(push_left, right, inverse), block.velocity[0]];
-            for i in 0..LANES {
-                displacements[b][i][k + 2] = block.velocity[i] * inverse_of_next;
-                overlaps[b][i][k + 2] = block.rate[i] * inverse_of_next;
-            }
-        }
     }
 }
 
@@ -294,14 +269,6 @@ impl Series {
             }
         }
     }
-}
-
-/// Logarithm of `x > 0` to base 2, or up to 0.09 less: linear between powers of 2.
-fn logarithm_below(x: f64) -> f64 {
-    const FRACTION: u32 = f64::MANTISSA_DIGITS - 1;
-    let bits = x.to_bits();
-    let fraction = (bits & ((1 << FRACTION) - 1)) as f64 / (1_u64 << FRACTION) as f64;
-    (bits >> FRACTION) as f64 - (f64::MAX_EXP - 1) as f64 + fraction
 }
 
 /// A time (s) near the inverse of the fastest rate of a window: that of a spring, a dashpot or a pendulum.
