@@ -101,18 +101,8 @@ pub(crate) struct PairImpact {
     pub peak: f64,
     /// What the left and the right ball gather.
     pub integrals: [RunningIntegrals; 2],
-    pub interior: Segments,
-}
-
-/// The segments of an impact, once somebody looks inside. Copies of a run seldom do: a copy is empty, and computes the
-/// same ones if it is asked.
-#[derive(Debug, Default)]
-pub(crate) struct Segments(pub OnceCell<Vec<Interior>>);
-
-impl Clone for Segments {
-    fn clone(&self) -> Self {
-        Self::default()
-    }
+    /// Its segments, once somebody looks inside.
+    pub interior: OnceCell<Vec<Interior>>,
 }
 
 /// A segment of an impact.
@@ -179,7 +169,7 @@ impl PairImpact {
             impulse: reduced * (2.0 * rate - pull * t - o.omega2() * compression.overlap_integral),
             peak: law.elastic_force(compression.peak_overlap),
             integrals: [integrals(left, right_share), integrals(right, -left_share)],
-            interior: Segments::default(),
+            interior: OnceCell::new(),
         })
     }
 

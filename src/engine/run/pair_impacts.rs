@@ -197,7 +197,7 @@ impl Engine {
     /// one for a time after the impact. All of them are computed for the first who asks.
     pub(crate) fn interior(&self, i: usize, t: DoubleDouble) -> Option<&Interior> {
         let impact = self.contacts[i].impact()?;
-        let segments = impact.interior.0.get_or_init(|| {
+        let segments = impact.interior.get_or_init(|| {
             let segment = self.first_segment(i, impact);
             let mut segments = vec![Interior { segment, impulse: 0.0, integrals: Default::default() }];
             while let Some(next) = segments.last().and_then(|last| self.after(last, i, impact)) {
@@ -267,7 +267,7 @@ mod tests {
             let moved = (engine.x(0) + engine.x(1)) / (speed * time);
             assert!((moved - 1.0).abs() < 1e-12, "{speed} {exponent}: {moved}");
             assert!(engine.force(0).is_finite() && engine.next_onset().time() > time);
-            let segments = engine.contacts[0].impact().and_then(|impact| impact.interior.0.get()).map(Vec::len);
+            let segments = engine.contacts[0].impact().and_then(|impact| impact.interior.get()).map(Vec::len);
             assert!(segments.is_none_or(|segments| segments <= 12), "{speed} {exponent}: {segments:?}");
             assert!(segments.is_some() || speed < 1e-100, "{speed} {exponent}");
         }

@@ -52,31 +52,28 @@ pub enum Stretching {
 }
 
 impl Stretching {
-    /// All of them.
-    pub const ALL: [Self; 5] = [
+    /// All of them, as [`Self::table`] counts them.
+    const ALL: [Self; 5] = [
         Self::None,
         Self::AtStart(Power::Square),
-        Self::AtEnd(Power::Square),
         Self::AtStart(Power::Cube),
+        Self::AtEnd(Power::Square),
         Self::AtEnd(Power::Cube),
     ];
 
-    /// Computes all tables, once in a process: else the first step that takes one waits for it.
+    /// Computes all tables, once in a process: else the first step waits for them.
     pub fn compute_tables() {
-        for stretching in Self::ALL {
-            stretching.table();
-        }
+        LazyLock::force(&TABLES);
     }
 
     /// The coefficients for this stretching.
     pub fn table(self) -> &'static Table {
-        match self {
-            Self::None => &PLAIN,
-            Self::AtStart(Power::Square) => &START,
-            Self::AtStart(Power::Cube) => &CUBED_START,
-            Self::AtEnd(Power::Square) => &END,
-            Self::AtEnd(Power::Cube) => &CUBED_END,
-        }
+        let k = match self {
+            Self::None => 0,
+            Self::AtStart(power) => 1 + power as usize,
+            Self::AtEnd(power) => 3 + power as usize,
+        };
+        &TABLES[k]
     }
 
     /// `phi` and `phi'` at c, `1 - c` being `rest`.
@@ -106,7 +103,7 @@ impl Stretching {
     /// For integrals from the start to c = `end`: `phi` at nodes on the way, and their weights.
     pub fn nodes_up_to(self, end: f64) -> [Nodes; 2] {
         let rule = Rule::get();
-        let along = PLAIN.times.map(|c| self.at_rounded(end * c));
+        let along = Self::None.table().times.map(|c| self.at_rounded(end * c));
         [along.map(|(phi, _)| phi), std::array::from_fn(|m| rule.weights[m].value() * end * along[m].1)]
     }
 
@@ -168,11 +165,7 @@ pub struct Table {
     pub tail: [Nodes; 2],
 }
 
-static PLAIN: LazyLock<Table> = LazyLock::new(|| Table::new(Stretching::None));
-static START: LazyLock<Table> = LazyLock::new(|| Table::new(Stretching::AtStart(Power::Square)));
-static END: LazyLock<Table> = LazyLock::new(|| Table::new(Stretching::AtEnd(Power::Square)));
-static CUBED_START: LazyLock<Table> = LazyLock::new(|| Table::new(Stretching::AtStart(Power::Cube)));
-static CUBED_END: LazyLock<Table> = LazyLock::new(|| Table::new(Stretching::AtEnd(Power::Cube)));
+static TABLES: LazyLock<[Table; 5]> = LazyLock::new(|| Stretching::ALL.map(Table::new));
 
 impl Table {
     fn new(stretching: Stretching) -> Self {
@@ -221,79 +214,5 @@ impl Table {
     #[inline(always)]
     pub fn integrate_twice(&self, values: &Nodes) -> Nodes {
         if self.stretched { combine(&self.positions, values) } else { Rule::get().integrate_twice(values) }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A force that grows with a power of the time since the start of the step, or falls with one till its end.
-    fn force(stretching: Stretching, power: f64) -> (Nodes, f64, f64) {
-        let table = stretching.table();
-        let at_end = matches!(stretching, Stretching::AtEnd(_));
-        let values = table.times.map(|t| libm::pow(if at_end { 1.0 - t } else { t }, power));
-        let once = 1.0 / (power + 1.0);
-        let twice = if at_end { 1.0 / (power + 2.0) } else { once / (power + 2.0) };
-        (values, once, twice)
-    }
-
-    #[test]
-    fn integrates_what_the_stretching_makes_smooth() {
-        for stretching in Stretching::ALL {
-            let powers: &[f64] = match stretching {
-                Stretching::None => &[0.0, 1.0, 9.0, 28.0],
-                Stretching::AtStart(Power::Square) | Stretching::AtEnd(Power::Square) => {
-                    &[0.0, 1.0, 1.5, 2.5, 3.3, 4.4]
-                }
-                Stretching::AtStart(Power::Cube) | Stretching::AtEnd(Power::Cube) => &[0.0, 1.0, 1.7, 1.9, 2.3],
-            };
-            for &power in powers {
-                let (values, once, twice) = force(stretching, power);
-                let table = stretching.table();
-                let (rate, position) = (weighted(&table.of_rate, &values), weighted(&table.of_position, &values));
-                assert!((rate - once).abs() < 2e-16, "{stretching:?}, {power}: {rate}");
-                assert!((position - twice).abs() < 2e-16, "{stretching:?}, {power}: {position}");
-            }
-        }
-    }
-
-    #[test]
-    fn positions_and_rates_at_the_nodes() {
-        for stretching in Stretching::ALL {
-            let table = stretching.table();
-            let rates = table.integrate(&table.times);
-            let positions = table.integrate_twice(&table.times);
-            for (sums, columns) in [(rates, &table.rates), (positions, &table.positions)] {
-                let products = combine(columns, &table.times);
-                assert!(sums.iter().zip(products).all(|(a, b)| (a - b).abs() < 2e-16), "{stretching:?}");
-            }
-            for (m, t) in table.times.iter().enumerate() {
-                assert!((rates[m] - t * t / 2.0).abs() < 2e-16, "{stretching:?}, node {m}");
-                assert!((positions[m] - t * t * t / 6.0).abs() < 2e-16, "{stretching:?}, node {m}");
-            }
-        }
-    }
-
-    #[test]
-    fn integrals_up_to_any_time() {
-        for stretching in Stretching::ALL {
-            let table = stretching.table();
-            let values: Nodes = std::array::from_fn(|m| table.times[m] * table.times[m] * table.paces[m]);
-            for part in [0.0, 1e-3, 0.4, 0.99, 1.0] {
-                let integral = weighted(&Rule::get().integrals(stretching.inverse(part)), &values);
-                assert!((integral - part * part * part / 3.0).abs() < 1e-15, "{stretching:?}, {part}: {integral}");
-            }
-        }
-    }
-
-    #[test]
-    fn a_polynomial_in_powers() {
-        let values = Stretching::None.table().times.map(|c| 1.0 - c * c * c);
-        let coefficients = Rule::get().powers.map(|row| weighted(&row, &values));
-        for c in [0.0, 0.1, 0.5, 1.0] {
-            let value = crate::solver::series::value(&coefficients, 2.0 * c - 1.0);
-            assert!((value - (1.0 - c * c * c)).abs() < 1e-10, "{value} at {c}");
-        }
     }
 }

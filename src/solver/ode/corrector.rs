@@ -110,28 +110,3 @@ pub(super) fn bdf(order: usize, xi: &[f64]) -> Coefficients {
         spread: (a2 * moved / (highest * last)).abs(),
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const EQUAL: [f64; 13] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0];
-
-    #[test]
-    fn equal_steps_have_the_coefficients_of_the_textbooks() {
-        assert_eq!(distances(0.5, &[0.5; 12], 0.5), EQUAL);
-        // Adams-Moulton of order 4: 9/24 of the new rate, and errors of 19/720 and, for the predictor, -251/720 of h^5
-        // y^(5).
-        let c = adams(4, &EQUAL);
-        assert!((c.corrector[1] - 24.0 / 9.0).abs() < 1e-14 && (c.error - 19.0 / 270.0).abs() < 1e-14);
-        assert!(c.corrector.iter().enumerate().map(|(j, c)| c * (-1f64).powi(j as i32)).sum::<f64>().abs() < 1e-14);
-        // Order 3 errs by 1/24 of h^4 y^(4), which is 4! times the highest coefficient.
-        assert!((c.lower - 1.0).abs() < 1e-13);
-        for order in 1..=5 {
-            let leading: f64 = (1..=order).map(|j| 1.0 / j as f64).sum();
-            let c = bdf(order, &EQUAL);
-            assert!((c.corrector[1] - leading).abs() < 1e-14);
-            assert!((c.error * (order + 1) as f64 * leading - 1.0).abs() < 1e-14, "order {order}");
-        }
-    }
-}
