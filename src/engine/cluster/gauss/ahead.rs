@@ -35,12 +35,11 @@ impl Motion {
         })
     }
 
-    /// The stretching for contacts that have just closed, if there are any: in a wave at any rate, else at one that
-    /// counts at this `speed` (m/s).
+    /// The stretching for contacts that have just closed, if there are any, at a rate that counts at this `speed`
+    /// (m/s).
     pub(super) fn onset_stretching(&self, rounding: &Rounding, speed: f64) -> Option<Stretching> {
-        let rate = if self.is_wave(rounding) { 0.0 } else { NEGLIGIBLE * speed };
         let fresh = |track: &Track| {
-            track.mode == Mode::Pressing && track.overlap <= rounding.no_overlap() && track.rate >= rate
+            track.mode == Mode::Pressing && track.overlap <= rounding.no_overlap() && track.rate >= NEGLIGIBLE * speed
         };
         let fresh = self.tracks.iter().any(fresh);
         fresh.then(|| self.stretching_power().map_or(Stretching::None, Stretching::AtStart))
@@ -49,23 +48,6 @@ impl Motion {
     /// The power by which time is stretched where a contact opens or closes, if forces have a branch point there.
     pub(super) fn stretching_power(&self) -> Option<Power> {
         self.tracks.iter().find_map(|track| power_of_stretching(&track.law))
-    }
-
-    /// Whether all closed contacts have just closed, and some of their balls have yet to move.
-    pub(super) fn is_wave(&self, rounding: &Rounding) -> bool {
-        let mut closed = self.tracks.iter().filter(|track| track.mode == Mode::Pressing);
-        let at_rest = |track: &Track| track.is_resting(rounding);
-        closed.clone().all(|track| track.overlap <= rounding.no_overlap()) && closed.any(at_rest)
-    }
-
-    /// What the other accelerations lead to from rest until a contact balances them, m/s.
-    pub(super) fn speed_from_rest(&self, window: &Window) -> f64 {
-        let mut speed = 0.0_f64;
-        for (j, track) in self.tracks.iter().enumerate().filter(|(_, track)| track.mode == Mode::Pressing) {
-            let acceleration = (track.pull - track.mean[0] * track.overlap).abs();
-            speed = speed.max(track.law.speed_from_rest(window.reduced_mass(j), acceleration));
-        }
-        speed
     }
 
     /// What the highest Legendre coefficients may be over those of smooth forces. A damping force that grows with a

@@ -72,9 +72,6 @@ impl Motion {
             return Some(self.ends_at_once(j, Switch::Release, before));
         }
         let (mut planner, mut plan, tolerance) = Planner::new(self, window, control, rounding, speed, before);
-        if let Some(j) = self.closes_from_rest(plan.length, &tolerance) {
-            return Some(self.ends_at_once(j, Switch::Onset, before));
-        }
         for _ in 0..ATTEMPTS {
             if plan.length.is_nan() || plan.length < f64::MIN_POSITIVE {
                 return None;

@@ -61,7 +61,6 @@ impl Planner {
         before: f64,
     ) -> (Self, Plan, Tolerance) {
         let onset = motion.onset_stretching(rounding, speed);
-        let speed = if onset.is_some() { speed.max(motion.speed_from_rest(window)) } else { speed };
         let longest = motion.longest().min(control.longest).min(motion.reach_of_branch_points(speed));
         let tolerance = Tolerance {
             speed,
@@ -114,11 +113,8 @@ impl Planner {
         let least = LEAST * plan.length;
         let (reached, tried) = (motion.length, motion.length.clamp(least, plan.length));
         let plan = match (outcome, plan.switching) {
-            (Outcome::Stands(error), switching) => {
-                let proposed = reached * change_for(error);
-                // A step that ended early says nothing against long ones.
-                let next = if switching.is_some() { self.length.max(reached) } else { proposed };
-                return Decision::Take(next.min(tolerance.longest));
+            (Outcome::Stands(error), _) => {
+                return Decision::Take((reached * change_for(error)).min(tolerance.longest));
             }
             // Which way a force, or an overlap at rest, goes from 0 its mean slope over a step does not tell; a series
             // does.

@@ -29,15 +29,9 @@ const NOISE: f64 = 2e-15;
 /// `deep_overlaps_at_the_start_of_lossy_contacts`.
 const CONVERGED_RATE: f64 = 1e-15;
 
-/// An iteration that changes overlaps by no less than this part of the last change diverges, after as many iterations.
-const DIVERGING: f64 = 0.9;
-const BY_THEN: usize = 20;
-
-/// Switchings are looked for as soon as the iteration changes overlaps by no more than this part of those of the
-/// contact that presses least; at the ends of a wave, which hardly press, by no more than the other part of the
-/// largest.
-const ROUGH: f64 = 0.1;
-const FINE: f64 = 1e-5;
+/// Switchings are looked for as soon as the iteration changes overlaps by no more than this part of the largest: at the
+/// ends of a wave they hardly press.
+const KNOWN: f64 = 1e-5;
 
 /// What the error counts for, as a factor, where the step is left before its end, because a force changes its sign:
 /// within it is less exact than at the end.
@@ -48,9 +42,6 @@ const LEAST_PART: f64 = 0.1;
 
 /// How far the end of the step may move within the iteration, as a factor.
 const FARTHEST: f64 = 4.0;
-
-/// Time (s) over that of the pendulums up to which an overlap hardly acts on itself.
-const BRIEF: f64 = 1e-4;
 
 /// What a step is to be.
 #[derive(Clone, Copy, Debug)]
@@ -92,7 +83,7 @@ impl Motion {
         for count in 0..MOST {
             *evaluations = evaluations.saturating_add(closed);
             self.push();
-            if !looked && last_change < ROUGH && last_change < FINE.max(ROUGH * self.evenness()) {
+            if !looked && last_change < KNOWN {
                 looked = true;
                 match self.first_switching(table, tolerance) {
                     Some((j, switch, 0.0)) => return Outcome::AtOnce(j, switch),
@@ -137,9 +128,6 @@ impl Motion {
                 let converged = converged && self.end.is_none_or(ended);
                 if converged && of_rate * rate.min(1.0) <= CONVERGED_RATE * tolerance.speed {
                     return self.conclude(table, tolerance);
-                }
-                if rate > DIVERGING && count > BY_THEN {
-                    return Outcome::Failed;
                 }
             }
             (last_change, last_rate) = (change, change / last_change);
@@ -186,7 +174,6 @@ impl Motion {
         if error > 1.0 {
             return Outcome::TooLong(error);
         }
-        let brief = self.pace() * self.length < BRIEF;
         for j in 0..self.tracks.len() {
             if self.tracks[j].mode == Mode::Pressing {
                 continue;
@@ -194,7 +181,7 @@ impl Motion {
             self.accelerate(j);
             if self.may_close(j) {
                 self.move_contact(j, table, 0.0);
-                for _ in 0..if brief { 0 } else { 2 } {
+                for _ in 0..2 {
                     self.accelerate(j);
                     self.move_contact(j, table, 0.0);
                 }

@@ -59,15 +59,6 @@ impl Motion {
         self.tracks[j].rate + self.length * weighted(&table.of_rate, &self.accelerations[j])
     }
 
-    /// How much the contact that presses least does so, over the one that presses most.
-    pub(super) fn evenness(&self) -> f64 {
-        let pressing =
-            self.tracks.iter().zip(&self.at_nodes.overlaps).filter(|(track, _)| track.mode == Mode::Pressing);
-        let largest = pressing.map(|(_, overlaps)| range(overlaps)[1]);
-        let [least, most] = largest.fold([f64::INFINITY, 0.0], |[least, most], d| [d.min(least), d.max(most)]);
-        least / most
-    }
-
     /// The earliest onset or release, as far as the iteration has got: contact, what it is, and the time (s).
     pub(super) fn first_switching(&mut self, table: &Table, tolerance: &Tolerance) -> Option<(usize, Switch, f64)> {
         let mut first: Option<(usize, Switch, f64)> = None;
@@ -146,16 +137,6 @@ impl Motion {
         };
         let time = self.length + later;
         (0.5 * self.length..2.0 * self.length).contains(&time).then_some(time)
-    }
-
-    /// The open contact at rest that closes at the start of a step of this length (s), as far as its start tells.
-    pub(super) fn closes_from_rest(&self, length: f64, tolerance: &Tolerance) -> Option<usize> {
-        let closes = |track: &Track| {
-            let overlap = (0.5 * track.acceleration + track.jerk / 6.0 * length) * length * length;
-            let rests = track.mode == Mode::Open && track.is_resting(&tolerance.rounding);
-            rests && track.first_change() >= 0.0 && self.matters(track, overlap, tolerance)
-        };
-        self.tracks.iter().position(closes)
     }
 
     /// When the open contact `j`, at rest, closes (s), if it does so as far as this step tells: at once, unless its

@@ -10,9 +10,8 @@ use crate::model::Mode;
 use crate::next::Next;
 use crate::solver::crossing;
 use crate::solver::dual::Scalar;
-use crate::solver::gauss::Nodes;
 use crate::solver::oscillator::MAX_FORCE_ORDER;
-use crate::solver::quadrature;
+use crate::solver::quadrature::{self, POINTS};
 use crate::solver::series::{self, MOST};
 
 /// Parts of a segment after which a contact that has closed from rest is looked at.
@@ -186,7 +185,12 @@ impl Series {
 
     /// `integral a b` over the first `tau` (s) of a segment, of the rate b of what a row holds and a function a, given
     /// at some scaled times and with the rates there over the unit of time.
-    fn integral_by_rate(&self, row: &[f64], tau: f64, a: impl Fn(&Nodes, &Nodes) -> Nodes) -> f64 {
+    fn integral_by_rate(
+        &self,
+        row: &[f64],
+        tau: f64,
+        a: impl Fn(&[f64; POINTS], &[f64; POINTS]) -> [f64; POINTS],
+    ) -> f64 {
         quadrature::of_samples(tau / self.unit, |places| {
             let rates = series::sample_derivative(row, places);
             let a = a(places, &rates);
