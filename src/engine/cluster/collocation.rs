@@ -86,14 +86,6 @@ impl Response {
     }
 }
 
-/// What came of a step.
-struct Outcome {
-    /// Estimated error in units of the one allowed; infinite if the equations could not be solved.
-    pub error: f64,
-    /// Evaluations of contact forces.
-    pub evaluations: u64,
-}
-
 /// Describes the motion by a step of implicit collocation, if the `history` says that one is due and it is worth its
 /// cost: with a `gain` over explicit steps. Returns whether it does; adds the `evaluations` of forces.
 #[expect(clippy::too_many_arguments, reason = "what a method is given, with its memory and counter")]
@@ -115,11 +107,13 @@ pub(super) fn follow(
         length = gain * history.explicit_length;
     }
     while length > 0.0 && length >= WORTH * gain * history.explicit_length {
-        let step = collocate(series, window, length, control, rounding, local_error);
+        let mut step = Step::new(window, length);
+        let solved = step.solve().is_some();
         *evaluations = evaluations.saturating_add(step.evaluations);
+        let error = if solved { step.describe(series, length, control, rounding, local_error) } else { f64::INFINITY };
         // The error falls with the power of the number of stages; a step that went wrong altogether says nothing.
-        let change = SAFETY * libm::pow(step.error, -1.0 / STAGES as f64);
-        if step.error <= 1.0 {
+        let change = SAFETY * libm::pow(error, -1.0 / STAGES as f64);
+        if error <= 1.0 {
             history.implicit_length = (length * change.min(GROWTH)).min(control.longest);
             return true;
         }
@@ -127,27 +121,6 @@ pub(super) fn follow(
     }
     history.patience = history.quiet.saturating_mul(2);
     false
-}
-
-/// Describes the motion on a step of `length` (s) from the start of a segment by `series`, with the error that
-/// `control`, `rounding` and the `local_error` (m/s) of a Taylor series allow.
-fn collocate(
-    series: &mut Series,
-    window: &Window,
-    length: f64,
-    control: &Control,
-    rounding: &Rounding,
-    local_error: f64,
-) -> Outcome {
-    let mut step = Step::new(window, length);
-    let mut first = 0;
-    let mut solved = true;
-    for end in (0..=window.contacts.len()).filter(|&j| !window.presses(j)) {
-        solved &= step.solve(first, end).is_some();
-        first = end + 1;
-    }
-    let error = if solved { step.describe(series, length, control, rounding, local_error) } else { f64::INFINITY };
-    Outcome { error, evaluations: step.evaluations }
 }
 
 impl<'a> Step<'a> {
@@ -202,8 +175,18 @@ impl<'a> Step<'a> {
         }
     }
 
+    /// Solves for all pressing contacts.
+    fn solve(&mut self) -> Option<()> {
+        let mut first = 0;
+        for end in (0..=self.window.contacts.len()).filter(|&j| !self.window.presses(j)) {
+            self.solve_group(first, end)?;
+            first = end + 1;
+        }
+        Some(())
+    }
+
     /// Solves for the pressing contacts `first..end`, which stand side by side.
-    fn solve(&mut self, first: usize, end: usize) -> Option<()> {
+    fn solve_group(&mut self, first: usize, end: usize) -> Option<()> {
         let mut system = BlockTridiagonal::default();
         for _ in 0..ITERATIONS {
             // How far the two balls of each contact give way to what its overlaps are changed by.

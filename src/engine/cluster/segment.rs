@@ -315,7 +315,7 @@ impl Cluster {
             && control.allows(Method::Radau)
             && collocation::follow(series, history, window, control, rounding, error, gain, evaluations)
         {
-            (self.length, described.method) = (series.converges_for(), Method::Radau);
+            (self.length, described.method) = (series.converges_for, Method::Radau);
             return error;
         }
         // Contacts that are not linear: explicit steps from one branch point of their forces to the next.
@@ -333,7 +333,7 @@ impl Cluster {
             series.expand_window(window, control, scale);
             described.method = Method::Series;
         }
-        (self.length, history.explicit_length) = (series.converges_for(), series.converges_for());
+        (self.length, history.explicit_length) = (series.converges_for, series.converges_for);
         error
     }
 }

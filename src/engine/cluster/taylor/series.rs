@@ -136,11 +136,6 @@ impl Series {
         (value, change / self.unit)
     }
 
-    /// How long the series converge to the tolerance, s.
-    pub fn converges_for(&self) -> f64 {
-        self.converges_for
-    }
-
     /// The crossing of `row`, signed, above `level` before `until` (s).
     fn crossing(&self, row: &[f64], sign: f64, level: f64, until: f64) -> Next {
         self.switching(crossing::first_positive(row, sign, level, until / self.unit), until)
