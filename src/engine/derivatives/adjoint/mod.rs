@@ -123,7 +123,24 @@ impl Tape {
 
     /// Zero for each output whose derivatives it has, NaN for the others.
     pub fn lacks(&self) -> Differential {
-        readout::lacking(self.balls())
+        let balls = self.balls();
+        let (ball, contact) = (vec![f64::NAN; balls], vec![f64::NAN; balls.saturating_sub(1)]);
+        Differential {
+            force: contact.clone(),
+            force_mean: contact.clone(),
+            force_peak: contact.clone(),
+            overlap: contact.clone(),
+            overlap_rate: contact,
+            a: ball,
+            next_onset: f64::NAN,
+            support_force_mean: f64::NAN,
+            period: f64::NAN,
+            dissipated_energy: f64::NAN,
+            dissipation: f64::NAN,
+            external_work: f64::NAN,
+            external_power: f64::NAN,
+            ..Differential::zero(balls)
+        }
     }
 }
 

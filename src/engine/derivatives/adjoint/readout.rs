@@ -1,28 +1,7 @@
 //! The outputs that follow from the end of a tape, and their derivatives.
 
 use super::map::{COEFFICIENTS, Map, OF_BALL, STATE, V, X};
-use crate::model::{Cradle, Differential};
-
-/// Zero for the outputs that are read here, NaN for the others.
-pub(super) fn lacking(balls: usize) -> Differential {
-    let (ball, contact) = (vec![f64::NAN; balls], vec![f64::NAN; balls.saturating_sub(1)]);
-    Differential {
-        force: contact.clone(),
-        force_mean: contact.clone(),
-        force_peak: contact.clone(),
-        overlap: contact.clone(),
-        overlap_rate: contact,
-        a: ball,
-        next_onset: f64::NAN,
-        support_force_mean: f64::NAN,
-        period: f64::NAN,
-        dissipated_energy: f64::NAN,
-        dissipation: f64::NAN,
-        external_work: f64::NAN,
-        external_power: f64::NAN,
-        ..Differential::zero(balls)
-    }
-}
+use crate::model::Cradle;
 
 /// The derivatives of energy, momentum and force on the support at positions (m), velocities (m/s) and the overlaps (m)
 /// of the contacts that are closed.
