@@ -27,8 +27,6 @@ pub(crate) struct KnownState {
     pub anchor: DoubleDouble,
     /// Position, m, and velocity, m/s.
     pub state: (f64, f64),
-    /// The functions of the oscillator that they followed from.
-    pub basis: Option<[f64; 3]>,
 }
 
 /// What has been seen of the future. It is good until the inputs change. The copy stands at most at the first onset
@@ -44,7 +42,7 @@ pub(crate) struct LookAhead<R> {
 impl<R> Caches<R> {
     /// Empty ones for a run of so many balls.
     pub fn new(balls: usize) -> Self {
-        let unknown = KnownState { time: f64::NAN, anchor: DoubleDouble::default(), state: (0.0, 0.0), basis: None };
+        let unknown = KnownState { time: f64::NAN, anchor: DoubleDouble::default(), state: (0.0, 0.0) };
         Self {
             states: vec![Cell::new(unknown); balls],
             ahead: LookAhead { copy: RefCell::default(), found: Cell::default() },
