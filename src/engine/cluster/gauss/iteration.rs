@@ -93,7 +93,8 @@ impl Motion {
         let (table, length, reach) = (self.stretching.table(), self.length, self.pace() * self.length);
         let gain = if self.drags { 2.0 * reach } else { reach * reach };
         // What is left out of displacements matters only by their pendulums, unless velocities are asked for.
-        let enough = if self.drags || self.varies { LEFT_OUT } else { LEFT_OUT / gain };
+        let needs_velocities = self.drags || self.varies;
+        let enough = if needs_velocities { LEFT_OUT } else { LEFT_OUT / gain };
         for i in 0..self.flights.len() {
             let flight = &self.flights[i];
             let (mut displacements, mut velocities) = ([0.0; NODES], [0.0; NODES]);
@@ -101,24 +102,32 @@ impl Motion {
                 let (track, Samples { overlaps, rates, balls, .. }) = (&self.tracks[i - 1], &self.at_nodes);
                 for m in 0..NODES {
                     displacements[m] = balls[i - 1][0][m] - (overlaps[i - 1][m] - track.overlap);
-                    velocities[m] = balls[i - 1][1][m] - rates[i - 1][m];
+                }
+                if needs_velocities {
+                    (0..NODES).for_each(|m| velocities[m] = balls[i - 1][1][m] - rates[i - 1][m]);
                 }
                 self.at_nodes.balls[i] = [displacements, velocities];
             } else {
-                let pull = flight.forcing[0] - self.oscillators[i].omega2() * flight.x;
+                let (v, pull) = (flight.v, flight.forcing[0] - self.oscillators[i].omega2() * flight.x);
                 for m in 0..NODES {
                     let t = length * table.times[m];
-                    (displacements[m], velocities[m]) = ((flight.v + 0.5 * pull * t) * t, flight.v + pull * t);
+                    (displacements[m], velocities[m]) = ((v + 0.5 * pull * t) * t, v + pull * t);
                 }
                 let pressed = self.tracks.get(i).is_some_and(|track| track.mode == Mode::Pressing);
                 let (mut left_out, mut round) = (if pressed || self.varies { 1.0 } else { gain }, 1.0);
                 self.at_nodes.balls[i] = [displacements, velocities];
                 while left_out > enough {
                     self.accelerate_ball(i);
-                    let ([once, twice], v) = (table.integrate_both(&self.ball_accelerations[i]), self.flights[i].v);
+                    let accelerations = &self.ball_accelerations[i];
+                    let twice = if needs_velocities {
+                        let [once, twice] = table.integrate_both(accelerations);
+                        (0..NODES).for_each(|m| velocities[m] = v + length * once[m]);
+                        twice
+                    } else {
+                        table.integrate_twice(accelerations)
+                    };
                     for m in 0..NODES {
                         displacements[m] = length * (v * table.times[m] + length * twice[m]);
-                        velocities[m] = v + length * once[m];
                     }
                     self.at_nodes.balls[i] = [displacements, velocities];
                     (left_out, round) = (left_out * gain / round, round + 1.0);
@@ -179,7 +188,8 @@ impl Motion {
         let (accelerations, closing) = (&self.accelerations[j], rate * length);
         // In local arrays, of which compilers know that they are apart from what they are computed from.
         let (mut overlaps, mut rates) = ([0.0; NODES], self.at_nodes.rates[j]);
-        let twice = if self.needs_rates || later.abs() > FAR * length {
+        let integrates = self.needs_rates || later.abs() > FAR * length;
+        let twice = if integrates {
             let [once, twice] = table.integrate_both(accelerations);
             for m in 0..NODES {
                 rates[m] = rate + length * once[m];
@@ -198,7 +208,10 @@ impl Motion {
                 rates[m] += accelerations[m] * after;
             }
         }
-        (self.at_nodes.overlaps[j], self.at_nodes.rates[j]) = (overlaps, rates);
+        self.at_nodes.overlaps[j] = overlaps;
+        if integrates {
+            self.at_nodes.rates[j] = rates;
+        }
     }
 }
 

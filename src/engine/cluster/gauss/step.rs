@@ -20,18 +20,20 @@ const STILL_CHANGING: f64 = 1e5;
 /// rate the next change would be less, or the one after the next, so many times over: the forces are once more those of
 /// the last overlaps, but the velocities at the end feel what is late in the step that much more. Rounding keeps it
 /// from getting there if it still changes them by less than the other one.
-const CONVERGED: f64 = 4e-16;
+const CONVERGED: f64 = 8e-16;
 const FELT: f64 = 64.0;
 const NOISE: f64 = 2e-15;
 
 /// Where forces depend on rates, these have converged when their next change is less than this part of the scale of
 /// velocities. Under strong damping that comes long after the overlaps. Guarded by
 /// `deep_overlaps_at_the_start_of_lossy_contacts`.
-const CONVERGED_RATE: f64 = 1e-15;
+const CONVERGED_RATE: f64 = 4e-15;
 
-/// Switchings are looked for as soon as the iteration changes overlaps by no more than this part of the largest: at the
-/// ends of a wave they hardly press.
-const KNOWN: f64 = 1e-5;
+/// Switchings are looked for as soon as the iteration changes overlaps by no more than this part of those of the
+/// contact that presses least; at the ends of a wave, which hardly press, by no more than the other part of the
+/// largest.
+const ROUGH: f64 = 0.1;
+const FINE: f64 = 1e-5;
 
 /// What the error counts for, as a factor, where the step is left before its end, because a force changes its sign:
 /// within it is less exact than at the end.
@@ -83,7 +85,7 @@ impl Motion {
         for count in 0..MOST {
             *evaluations = evaluations.saturating_add(closed);
             self.push();
-            if !looked && last_change < KNOWN {
+            if !looked && last_change < ROUGH && last_change < FINE.max(ROUGH * self.evenness()) {
                 looked = true;
                 match self.first_switching(table, tolerance) {
                     Some((j, switch, 0.0)) => return Outcome::AtOnce(j, switch),

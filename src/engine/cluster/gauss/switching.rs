@@ -59,6 +59,15 @@ impl Motion {
         self.tracks[j].rate + self.length * weighted(&table.of_rate, &self.accelerations[j])
     }
 
+    /// How much the contact that presses least does so, over the one that presses most.
+    pub(super) fn evenness(&self) -> f64 {
+        let pressing =
+            self.tracks.iter().zip(&self.at_nodes.overlaps).filter(|(track, _)| track.mode == Mode::Pressing);
+        let largest = pressing.map(|(_, overlaps)| range(overlaps)[1]);
+        let [least, most] = largest.fold([f64::INFINITY, 0.0], |[least, most], d| [d.min(least), d.max(most)]);
+        least / most
+    }
+
     /// The earliest onset or release, as far as the iteration has got: contact, what it is, and the time (s).
     pub(super) fn first_switching(&mut self, table: &Table, tolerance: &Tolerance) -> Option<(usize, Switch, f64)> {
         let mut first: Option<(usize, Switch, f64)> = None;
