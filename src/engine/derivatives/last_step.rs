@@ -42,7 +42,7 @@ impl Engine {
 impl LastStep<'_> {
     /// Derivatives of the outputs at its end along `inputs`, which were held over it. Before the first step nothing
     /// depends on them. `None` if the step cannot be followed again: it takes too many segments, leaves the range of
-    /// numbers, or has rigid balls stay in contact.
+    /// numbers, has rigid balls stay in contact, or leaves but rounding of the derivatives.
     pub fn along_inputs(&self, inputs: &Inputs) -> Option<Differential> {
         if self.length == 0.0 {
             return Some(Differential::zero(self.cradle.balls.len()));
@@ -51,7 +51,7 @@ impl LastStep<'_> {
         let forcings = forcings_along(&along, &self.inputs, inputs);
         let mut run = Run::new(along, lifted(&self.start), forcings);
         run.follow(Some(self.length))?;
-        self.outputs_of(run)
+        if run.is_cancelled() { None } else { self.outputs_of(run) }
     }
 
     /// Derivatives of the outputs at its end along a direction of parameters and inputs of the whole run, which has begun

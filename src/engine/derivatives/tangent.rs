@@ -26,6 +26,9 @@ const TOLERANCE: f64 = 1e-11;
 /// Segments after which a step counts as too long to be followed.
 const MAX_SEGMENTS: usize = 100_000;
 
+/// How much of the largest derivative of a velocity on the way may be left at the end: less is its rounding.
+const CANCELLATION: f64 = 1e-10;
+
 /// Approach speeds of rigid balls up to so many roundings of the fastest come to rest, as in the run itself.
 const UNRESOLVED: f64 = 32.0;
 
@@ -43,6 +46,8 @@ pub(super) struct Run {
     /// Time since these inputs act (s), and its derivative.
     elapsed: DoubleDouble,
     pub delay: f64,
+    /// Largest derivative of a velocity so far.
+    largest: f64,
     impulse: Vec<Dual>,
     /// At the start of the step.
     impulse_before: Vec<Dual>,
@@ -60,6 +65,7 @@ impl Run {
             forcings,
             elapsed: DoubleDouble::default(),
             delay: 0.0,
+            largest: 0.0,
             impulse: none.clone(),
             impulse_before: none.clone(),
             peak: none,
@@ -132,6 +138,7 @@ impl Run {
                 None => Dual::from(length),
             };
             self.move_by(&series, tau);
+            self.largest = self.largest.max(self.fastest_change());
             if !self.state.v.iter().all(|v| v.value().is_finite() && v.tangent().is_finite()) {
                 return None;
             }
@@ -144,6 +151,16 @@ impl Run {
             }
         }
         None
+    }
+
+    /// Largest derivative of a velocity.
+    fn fastest_change(&self) -> f64 {
+        self.state.v.iter().map(|v| v.tangent().abs()).fold(0.0, f64::max)
+    }
+
+    /// Whether what is left of the derivatives is but rounding.
+    pub fn is_cancelled(&self) -> bool {
+        self.fastest_change() < CANCELLATION * self.largest
     }
 
     /// The series from now on, as far as their values and derivatives converge.
