@@ -1,15 +1,13 @@
 //! Clusters: neighbouring balls held together by closed contacts, followed from switching to switching.
 //!
 //! A [`Cluster`] describes the motion of its window on one segment after the other. A method enters by one door,
-//! `Cluster::describe` in `segment`, which chooses among them, and tells of the motion what a `dense_output` has to:
+//! `Cluster::describe` in `segment`, which chooses among them, and tells of the motion what a `DenseOutput` has to:
 //! Taylor series (`taylor`), implicit collocation (`collocation`), which fills in such a series, explicit collocation
 //! (`gauss`) where contacts follow Hertz or another power, and natural modes (`modes`, `natural`). `step_control` holds
 //! the tolerances and what the segments so far say about the next one. Needs the balls in flight and the contact laws;
 //! knows no run, no events and no ledgers.
 
 mod collocation;
-mod dense_output;
-mod equations;
 mod gauss;
 mod modes;
 mod natural;
@@ -21,8 +19,7 @@ mod step_control;
 mod taylor;
 mod window;
 
-pub(crate) use equations::Equations;
 pub(crate) use segment::Cluster;
 pub(crate) use step_control::{Control, Method, StepHistory};
 pub(crate) use taylor::{Series, velocity_scale};
-pub(crate) use window::{OverlapSeries, Switch, WindowContact, clipping};
+pub(crate) use window::{Equations, OverlapSeries, Switch, WindowContact, clipping};

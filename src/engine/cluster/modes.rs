@@ -8,8 +8,8 @@
 
 use std::cell::Cell;
 
-use super::dense_output::DenseOutput;
 use super::natural::{Group, Sum};
+use super::window::{DenseOutput, Equations};
 use super::window::{OverlapSeries, Window, clipping};
 use crate::engine::flight::{Forcing, Rounding};
 use crate::model::Mode;

@@ -9,12 +9,12 @@
 use std::ops::Range;
 
 use super::collocation;
-use super::dense_output::DenseOutput;
 use super::gauss;
 use super::modes::Modes;
 use super::natural;
 use super::step_control::{Control, Method, StepHistory};
 use super::taylor::{Series, Workspace, velocity_scale};
+use super::window::DenseOutput;
 use super::window::{OverlapSeries, Switch, Window, WindowContact, clipping};
 use crate::engine::flight::{Ball, Flight, Rounding, RunningIntegrals, places, shifted, start_by_centre};
 use crate::model::{ContactLaw, Mode};

@@ -55,11 +55,6 @@ impl Control {
         Self { epsilon, order: (1.0 - 0.5 * libm::log(epsilon)) as usize, tolerance, longest: LONGEST, forbidden: None }
     }
 
-    /// The same for a motion that is known to take as long as this (s): as many segments cover it, however slow it is.
-    pub fn taking(&self, duration: f64) -> Self {
-        Self { longest: self.longest.max(duration), ..*self }
-    }
-
     /// Error that a step may make in velocities of this scale, m/s.
     pub fn local_error(&self, scale: f64) -> f64 {
         self.epsilon * scale

@@ -1,11 +1,12 @@
 //! A window: a stretch of neighbouring balls and the contacts between them, at the start of a segment that is followed
-//! as a whole.
+//! as a whole; and what a method is told of it ([`Equations`]) and has to tell of its motion ([`DenseOutput`]).
 
 use serde::{Deserialize, Serialize};
 
-use super::equations::Equations;
-use crate::engine::flight::{Ball, Flight, Forcing};
+use crate::engine::flight::{Ball, Flight, Forcing, Rounding};
 use crate::model::{BallModel, ContactLaw, MAX_OUTPUT_DERIVATIVE, Mode};
+use crate::next::Next;
+use crate::solver::dual::Scalar;
 
 /// The load of a contact that a wave has yet to reach is less than this part of the largest.
 const NEGLIGIBLE: f64 = 1e-4;
@@ -64,12 +65,6 @@ impl Window<'_> {
         };
         self.contacts.iter().enumerate().any(|(j, contact)| contact.mode != Mode::Open && rings(j))
     }
-
-    /// Reduced mass of the balls of contact `j`, kg.
-    pub fn reduced_mass(&self, j: usize) -> f64 {
-        let (left, right) = (self.balls[j].mass, self.balls[j + 1].mass);
-        left * right / (left + right)
-    }
 }
 
 impl Equations<f64> for Window<'_> {
@@ -126,4 +121,91 @@ pub(crate) enum Switch {
 /// and what it is.
 pub(crate) fn clipping(mode: Mode) -> (f64, Switch) {
     if mode == Mode::Pressing { (-1.0, Switch::Clip) } else { (1.0, Switch::Unclip) }
+}
+
+/// A chain in a state, as the recurrences of power series need it: a window of a run in doubles, or a whole chain in
+/// dual numbers. Contact `j` is that of balls `j` and `j + 1`.
+pub(crate) trait Equations<S: Scalar> {
+    /// Number of balls.
+    fn balls(&self) -> usize;
+    /// Mass and pendulum of ball `i`.
+    fn ball(&self, i: usize) -> BallModel<S>;
+    /// Its position, m.
+    fn position(&self, i: usize) -> S;
+    /// Its velocity, m/s.
+    fn velocity(&self, i: usize) -> S;
+    /// Its acceleration by the inputs.
+    fn forcing(&self, i: usize) -> &Forcing<S>;
+    /// Law of contact `j`.
+    fn law(&self, j: usize) -> &ContactLaw<S>;
+    /// Its overlap, m.
+    fn overlap(&self, j: usize) -> S;
+    /// Its mode.
+    fn mode(&self, j: usize) -> Mode;
+
+    /// Rate of its overlap, m/s.
+    fn overlap_rate(&self, j: usize) -> S {
+        self.velocity(j) - self.velocity(j + 1)
+    }
+
+    /// Reduced mass of its balls, kg.
+    fn reduced_mass(&self, j: usize) -> f64 {
+        let [left, right] = [j, j + 1].map(|i| self.ball(i).mass.value());
+        left * right / (left + right)
+    }
+
+    /// Whether its force by the law matters: it presses, or only the force tells when it will press again.
+    fn needs_force(&self, j: usize) -> bool {
+        match self.mode(j) {
+            Mode::Open => false,
+            Mode::Pressing => true,
+            Mode::Clipped => self.law(j).sign_of_force().is_none(),
+        }
+    }
+}
+
+/// The motion of a window on a segment as a method tells it: the door by which methods enter. Balls and contacts are counted within the window, times (s) from the start of
+/// the segment. Forces are those of the law without clipping.
+pub(crate) trait DenseOutput {
+    /// Displacement of ball `i` (m) and the change of its velocity (m/s) till `tau`. The change: at the start, where
+    /// many switchings may come at once, it must be exactly 0.
+    fn moved(&self, i: usize, tau: f64) -> (f64, f64);
+    /// Integral of that displacement, m.s.
+    fn displacement_integral(&self, i: usize, tau: f64) -> f64;
+    /// Integral of the squared velocity of ball `i`, m2/s. A method may enter the sum over a group, weighted with the
+    /// masses over that of the group's first ball, at that ball.
+    fn squared_velocity_integral(&self, i: usize, tau: f64) -> f64;
+    /// Work per unit of mass of the acceleration `forcing` on ball `i`, m2/s2.
+    fn work(&self, i: usize, forcing: &Forcing, tau: f64) -> f64;
+    /// Overlap of contact `j` (m) at `tau` and the change of its rate (m/s) till then.
+    fn overlap(&self, j: usize, tau: f64) -> (f64, f64);
+    /// Coefficients of that overlap as a power series of the time from `tau` on; `None` if the equations tell them as
+    /// well.
+    fn overlap_series(&self, j: usize, tau: f64) -> Option<OverlapSeries>;
+    /// Impulse of the pressing contact `j`, N.s.
+    fn impulse(&self, j: usize, tau: f64) -> f64;
+    /// The larger of `known` and the largest force of the pressing contact `j` between two times, N.
+    fn peak(&self, j: usize, from: f64, to: f64, known: f64) -> f64;
+    /// Energy that the pressing contact `j` dissipates, J. A method may enter that of a group of contacts at the first
+    /// one.
+    fn contact_loss(&self, j: usize, tau: f64) -> f64;
+
+    /// The onset of the open contact `j` of the `window` described, before `until`. Balls that swing side by side
+    /// approach each other by `rounding`: that is no onset.
+    fn onset(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Next;
+    /// The release of the closed contact `j`, before `until`.
+    fn release(&self, j: usize, until: f64, rounding: &Rounding) -> Next;
+    /// The beginning or, in mode `Clipped`, the end of the clipping of contact `j`, before `until`, by more than
+    /// `rounding`.
+    fn clip(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Next;
+
+    /// The contact that seems to switch first: looked at first, it leaves the others less time to switch in.
+    fn next_to_switch(&self) -> usize {
+        0
+    }
+
+    /// Evaluations of closed forms that the searches for switchings have taken so far.
+    fn searched(&self) -> u64 {
+        0
+    }
 }

@@ -154,7 +154,11 @@ impl Engine {
 
     fn support_impulse_of_step(&self) -> f64 {
         let balls = 0..self.balls.len();
-        let before: f64 = balls.clone().map(|i| self.support_impulse_at_start(i)).sum();
+        let at_start = |i: usize| match &self.step.balls[i] {
+            Some(start) => start.support_impulse,
+            None => self.support_impulse_of(i, self.step.time.into()),
+        };
+        let before: f64 = balls.clone().map(at_start).sum();
         balls.map(|i| self.support_impulse_of(i, self.now())).sum::<f64>() - before
     }
 
@@ -196,12 +200,6 @@ impl Engine {
             let impulse = self.impulse_at(i, self.step.time.into());
             self.contacts[i].ledger.begin_step(self.step.number, impulse);
         }
-    }
-
-    /// The part of ball `i` in the integral of the force on the support up to the start of the step, N.s.
-    pub(crate) fn support_impulse_at_start(&self, i: usize) -> f64 {
-        let at = self.step.time.into();
-        self.step.balls[i].map_or_else(|| self.support_impulse_of(i, at), |start| start.support_impulse)
     }
 
     pub(crate) fn state_at_start(&self) -> ChainState {

@@ -179,7 +179,7 @@ impl Engine {
 
     /// What governs the segments of an impact: as many cover it, however slow it is.
     pub(crate) fn control_within(&self, impact: &PairImpact) -> Control {
-        self.control.taking(impact.duration)
+        Control { longest: self.control.longest.max(impact.duration), ..self.control }
     }
 
     /// The balls of the `impact` in contact `i` as a cluster without spectators, from the onset on.

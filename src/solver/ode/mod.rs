@@ -6,7 +6,6 @@
 
 mod corrector;
 mod multistep;
-mod runge_kutta;
 mod solver;
 mod system;
 mod tridiagonal;

@@ -198,10 +198,10 @@ impl Solver {
     fn lower_order(&mut self) {
         let order = self.path.degree;
         let through = roots(&self.points()[..order.saturating_sub(2)]);
+        let highest = self.path.column(order).to_vec();
         for j in 2..order {
             let factor = if self.method == Method::Bdf { 1.0 } else { order as f64 / j as f64 };
-            let (column, highest) = self.path.two_columns(j, order);
-            column.iter_mut().zip(highest).for_each(|(c, h)| *c -= factor * through[j - 2] * h);
+            self.path.add(j, -factor * through[j - 2], &highest);
         }
         (self.path.degree, self.order) = (order - 1, order - 1);
         self.wait = order;

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::corrector::MAX_ORDER;
-use super::system::{Path, StepCounters, Stuck, System};
+use super::system::{Path, StepCounters, Stuck, System, resolved};
 use crate::solver::double_double::DoubleDouble;
 
 /// Longest step, s.
@@ -143,5 +143,36 @@ impl Solver {
     /// The path, with steps of this length (s), has the rates found last at its end.
     pub(super) fn set_slope(&mut self, step: f64) {
         self.path.column_mut(1).iter_mut().zip(&self.rates).for_each(|(c, rate)| *c = step * rate);
+    }
+
+    /// Makes a step of the classical method of order 4, of length `h` (s). Within it the solution is the cubic polynomial with the states and rates at both
+    /// ends (Hermite's).
+    fn runge_kutta(&mut self, system: &impl System, h: f64) -> Result<(), Stuck> {
+        let (from, to) = (self.path.end, self.path.end + h);
+        if !resolved(from, h) {
+            return Err(Stuck { step: h });
+        }
+        // Rates times the step: those at the last stage, and the sum of all.
+        self.kept.copy_from_slice(self.path.column(1));
+        self.correction.copy_from_slice(self.path.column(1));
+        for (share, weight) in [(0.5, 2.0), (0.5, 2.0), (1.0, 1.0)] {
+            let y = self.path.last().iter().zip(&self.kept);
+            self.state.iter_mut().zip(y).for_each(|(state, (y, k))| *state = y + share * k);
+            self.evaluate(system, from + share * h);
+            self.kept.iter_mut().zip(&self.rates).for_each(|(k, rate)| *k = h * rate);
+            self.correction.iter_mut().zip(&self.kept).for_each(|(sum, k)| *sum += weight * k);
+        }
+        let y = self.path.last().iter().zip(&self.correction);
+        self.state.iter_mut().zip(y).for_each(|(state, (y, sum))| *state = y + sum / 6.0);
+        self.evaluate(system, to);
+        for i in 0..self.state.len() {
+            let (y0, y1, r0, r1) = (self.path.last()[i], self.state[i], self.path.column(1)[i], h * self.rates[i]);
+            let (a, b) = (y0 - y1 + r1, r0 - r1);
+            for (j, c) in [y1, r1, 3.0 * a + b, 2.0 * a + b].into_iter().enumerate() {
+                self.path.column_mut(j)[i] = c;
+            }
+        }
+        (self.path.end, self.path.degree) = (to, 3);
+        Ok(())
     }
 }

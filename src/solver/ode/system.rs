@@ -100,13 +100,6 @@ impl Path {
         &mut self.columns[j * self.size..(j + 1) * self.size]
     }
 
-    /// Columns `j` and `k > j`, the first to be changed.
-    #[inline]
-    pub fn two_columns(&mut self, j: usize, k: usize) -> (&mut [f64], &[f64]) {
-        let (low, high) = self.columns.split_at_mut(k * self.size);
-        (&mut low[j * self.size..(j + 1) * self.size], &high[..self.size])
-    }
-
     /// The state at the end of the step.
     pub fn last(&self) -> &[f64] {
         self.column(0)
@@ -169,8 +162,8 @@ impl Path {
     pub fn extrapolate(&mut self) {
         for k in 1..=self.degree {
             for j in (k..=self.degree).rev() {
-                let (lower, upper) = self.two_columns(j - 1, j);
-                lower.iter_mut().zip(upper).for_each(|(a, b)| *a += b);
+                let (lower, upper) = self.columns.split_at_mut(j * self.size);
+                lower[(j - 1) * self.size..].iter_mut().zip(upper).for_each(|(a, b)| *a += *b);
             }
         }
         self.end += self.step;

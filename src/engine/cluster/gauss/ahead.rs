@@ -3,7 +3,7 @@
 
 use super::motion::{Motion, Track};
 use super::switching::fall;
-use crate::engine::cluster::window::Window;
+use crate::engine::cluster::window::{Equations, Window};
 use crate::engine::flight::Rounding;
 use crate::model::{ContactLaw, Damping, Mode};
 use crate::solver::gauss::{Power, Stretching};

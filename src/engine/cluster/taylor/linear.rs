@@ -8,7 +8,7 @@ use std::ops::Range;
 use super::recurrences::TERMS_AT_LEAST;
 use super::series::{INVERSE_FACTORIAL, Series};
 use crate::engine::cluster::step_control::Control;
-use crate::engine::cluster::window::{Window, WindowContact};
+use crate::engine::cluster::window::{Equations, Window, WindowContact};
 use crate::model::Mode;
 use crate::solver::oscillator::MAX_FORCE_ORDER;
 use crate::solver::series::{self, INVERSES, NUMBERS};

@@ -7,8 +7,8 @@
 //! below epsilon times the scale of the velocities.
 
 use super::series::{INVERSE_FACTORIAL, Series};
-use crate::engine::cluster::equations::Equations;
 use crate::engine::cluster::step_control::Control;
+use crate::engine::cluster::window::Equations;
 use crate::engine::cluster::window::Window;
 use crate::engine::flight::{degree, forcing_at};
 use crate::model::{BallModel, ContactLaw, Mode};
