@@ -209,6 +209,11 @@ impl Motion {
         self.ball_accelerations.resize(flights.len(), [0.0; NODES]);
     }
 
+    /// Whether balls have to be followed at the nodes: else their centres fly.
+    pub(super) fn needs_balls(&self) -> bool {
+        self.unlike || self.drags || self.varies
+    }
+
     /// The fastest rate of a pendulum, 1/s.
     pub(super) fn pace(&self) -> f64 {
         self.oscillators.iter().map(Oscillator::pace).fold(0.0, f64::max)

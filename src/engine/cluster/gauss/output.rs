@@ -43,14 +43,16 @@ impl Motion {
     }
 
     fn compute_moment(&self, moment: &mut Moment, tau: f64) {
-        let [once, twice, thrice] = self.weights(tau);
-        let ball = |(flight, a): (&Flight, &Nodes)| {
-            let [velocity, displacement, integral] = [&once, &twice, &thrice].map(|weights| weighted(weights, a));
-            [flight.v * tau + displacement, velocity, 0.5 * flight.v * tau * tau + integral]
-        };
+        let weights = self.weights(tau);
+        let [once, twice, _] = weights;
         moment.tau = Some(tau);
         moment.balls.clear();
-        moment.balls.extend(self.flights.iter().zip(&self.ball_accelerations).map(ball));
+        if self.needs_balls() {
+            let balls = self.flights.iter().zip(&self.ball_accelerations);
+            moment.balls.extend(balls.map(|(flight, a)| moved_by(&weights, flight.v, a, tau)));
+        } else {
+            self.move_about_centres(&mut moment.balls, &weights, tau);
+        }
         moment.contacts.clear();
         for (j, track) in self.tracks.iter().enumerate() {
             moment.contacts.push(if track.mode == Mode::Pressing {
@@ -59,6 +61,40 @@ impl Motion {
                 let [left, right] = [&moment.balls[j], &moment.balls[j + 1]];
                 [track.overlap + (left[0] - right[0]), left[1] - right[1]]
             });
+        }
+    }
+
+    /// The balls of equal pendulums without drag at `tau` (s): the centre of those that press on each other flies, and
+    /// by how much the overlaps between them have changed tells where they are about it.
+    fn move_about_centres(&self, balls: &mut Vec<[f64; 3]>, weights: &[Nodes; 3], tau: f64) {
+        let (o, mut first) = (&self.oscillators[0], 0);
+        let [_, u1, u2, u3]: [f64; 4] = o.basis(tau.into());
+        for last in 0..self.flights.len() {
+            if self.tracks.get(last).is_some_and(|track| track.mode == Mode::Pressing) {
+                continue;
+            }
+            let mass = |i: usize| 1.0 / self.inverse_mass(i);
+            let (mut all, mut sums) = (0.0, [0.0; 3]);
+            for i in first..last + 1 {
+                let Flight { x, v, forcing } = self.flights[i];
+                all += mass(i);
+                sums.iter_mut().zip([x, v, forcing[0]]).for_each(|(sum, value)| *sum += mass(i) * value);
+            }
+            let [x, v, forcing] = sums.map(|sum| sum / all);
+            let pull = forcing - o.omega2() * x;
+            let mut place = [v * u1 + pull * u2, pull * u1 - v * o.omega2() * u2, v * u2 + pull * u3];
+            let changes = (first..last).map(|j| moved_by(weights, self.tracks[j].rate, &self.accelerations[j], tau));
+            let (begin, mut right) = (balls.len(), all);
+            balls.push(place);
+            for (j, change) in (first..).zip(changes) {
+                right -= mass(j);
+                // All balls so far are farther on the left, by the share of those beyond.
+                let share = right / all;
+                balls[begin..].iter_mut().for_each(|ball| (0..3).for_each(|k| ball[k] += share * change[k]));
+                (0..3).for_each(|k| place[k] -= (1.0 - share) * change[k]);
+                balls.push(place);
+            }
+            first = last + 1;
         }
     }
 
@@ -164,6 +200,13 @@ impl Motion {
     fn ends_with(&self, j: usize, switch: Switch) -> Next {
         if self.end == Some((j, switch)) { Next::At(self.until) } else { Next::Never }
     }
+}
+
+/// What accelerations at the nodes make of a velocity, by these weights: displacement, change of the velocity, and
+/// integral of the displacement.
+fn moved_by([once, twice, thrice]: &[Nodes; 3], v: f64, accelerations: &Nodes, tau: f64) -> [f64; 3] {
+    let [velocity, displacement, integral] = [once, twice, thrice].map(|weights| weighted(weights, accelerations));
+    [v * tau + displacement, velocity, 0.5 * v * tau * tau + integral]
 }
 
 impl DenseOutput for Motion {

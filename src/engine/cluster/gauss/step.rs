@@ -216,7 +216,9 @@ impl Motion {
             return Outcome::Failed;
         }
         self.at_nodes.times = table.times.map(|part| self.length * part);
-        self.move_balls();
+        if self.needs_balls() {
+            self.move_balls();
+        }
         Outcome::Stands(error)
     }
 }
