@@ -141,12 +141,12 @@ fn build_help() -> String {
     let presets: Vec<String> = PRESETS.iter().map(|preset| format!("  {:8} {}", preset.name, preset.title())).collect();
     format!(
         "Presets:\n{}\n\n--parameters overrides the preset; --set overrides both.\n\n\
-         Binaries come from --from, --binary and --target. Without any of them, one is compiled for this machine if you are \
-         in the folder of the sources; elsewhere they come from the FMU that was installed with this program.\n\n\
+         Binaries come from --from, --binary and --target. Without any of them, one is compiled for this machine if \
+         you are in the folder of the sources; elsewhere they come from the FMU that was installed with this program.\n\n\
          An FMU gets parameter sets and reference results with which a host can check itself. Its binary is run to \
          make them.\n\n\
-         The same sources and arguments give the same bytes. The date in the FMU is SOURCE_DATE_EPOCH, or 1980-01-01 if \
-         it is not set.\
+         The same sources and arguments give the same bytes. The date in the FMU is SOURCE_DATE_EPOCH, or 1980-01-01 \
+         if it is not set.\
          \n\n{EXIT_CODES}",
         presets.join("\n")
     )

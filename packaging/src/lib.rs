@@ -3,7 +3,7 @@
 //!
 //! | module | what it does | needs |
 //! |---|---|---|
-//! | [`build`] | the files of an FMU: chosen cradle, description, documentation, binary | `archive`, `check`, `platform` |
+//! | [`build`] | the files of an FMU: chosen cradle, description, pages, binary | `archive`, `check`, `platform` |
 //! | [`check`] | what is wrong with an FMU that this program has written | `archive`, `platform` |
 //! | [`info`] | what is in an FMU | `build`, `check` |
 //! | [`mod@reference`] | parameter sets and reference results, and their check | `build`, `check` |

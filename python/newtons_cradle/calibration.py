@@ -2,8 +2,8 @@
 
 The pendulums are those of the FMU: x'' = -(g/L) x - (b/m) x'. One ball is lifted and let go; the others hang at rest.
 Its click passes through the chain ball by ball. Each hit passes on the share (1 + e)/2 of the speed (equal
-masses, e the coefficient of restitution), and the last ball rises. Between the lift and the highest point lies half a period
-of a damped pendulum. The deflection of the last ball, divided by the lift, is then
+masses, e the coefficient of restitution), and the last ball rises. Between the lift and the highest point lies half a
+period of a damped pendulum. The deflection of the last ball, divided by the lift, is then
 
     ((1 + e)/2)^(n - 1) exp(-pi delta/omega_d),   delta = b/(2 m),   omega_d^2 = g/L - delta^2.
 

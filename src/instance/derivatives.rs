@@ -14,11 +14,11 @@ const OUTPUTS: &str = "real outputs";
 const INITIAL_UNKNOWNS: &str = "real outputs, states, their derivatives and calculated parameters";
 const EXCHANGED: &str = "real outputs and derivatives of states";
 /// Along what.
-const INPUTS: &str = "inputs and, in Initialization Mode or with derivatives.of = run, real parameters; in model exchange, \
-                      after it, continuous states";
+const INPUTS: &str = "inputs and, in Initialization Mode or with derivatives.of = run, real parameters; in model \
+                      exchange, after it, continuous states";
 /// What derivatives of the run cannot do without.
-const NO_HISTORY: &str = "derivatives.of = run must be set before an input or a tunable parameter changes, or the host has \
-                          changed them too often (16 million values)";
+const NO_HISTORY: &str = "derivatives.of = run must be set before an input or a tunable parameter changes, or the host \
+                          has changed them too often (16 million values)";
 
 /// Which derivatives the host has asked for.
 #[derive(Clone, Copy, PartialEq, Eq)]

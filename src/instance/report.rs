@@ -100,8 +100,8 @@ mod tests {
         // At first both contacts have been seen once.
         let expected = [(3, 4), (14, 3)].map(|(seconds, contact)| {
             let text = format!(
-                "the step to t = 7 s has taken {seconds} s so far: it has reached t = 0.25 s after 1000 events, most of \
-                 them in contact {contact}"
+                "the step to t = 7 s has taken {seconds} s so far: it has reached t = 0.25 s after 1000 events, most \
+                 of them in contact {contact}"
             );
             (Severity::Warning, LogCategory::Warning, text)
         });

@@ -84,8 +84,8 @@ fn damped_chains() {
     }
 }
 
-/// Unequal balls that meet at speed, and viscoelastic ones in touch, in contacts that are not linear: by the engine, and
-/// by a method that knows nothing of where the force is not smooth.
+/// Unequal balls that meet at speed, and viscoelastic ones in touch, in contacts that are not linear: by the engine,
+/// and by a method that knows nothing of where the force is not smooth.
 #[test]
 fn unequal_free_chains() {
     let cases: Value = serde_json::from_str(include_str!("../data/free_chains.json")).unwrap();

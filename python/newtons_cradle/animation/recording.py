@@ -171,7 +171,8 @@ def _refuse_missed_clicks(path: Path, run: Recording) -> None:
         row, ball = missed[0]
         raise RecordingError(
             f"{path}: too coarse for the clicks. Ball {ball + 1} is struck between t = {time[row]:g} s and "
-            f"{time[row + 1]:g} s, and F is 0 at both. Needed: F_peak[i] of every contact, or the run's table of pulses (`--pulses FILE.csv`)"
+            f"{time[row + 1]:g} s, and F is 0 at both. Needed: F_peak[i] of every contact, or the run's "
+            "table of pulses (`--pulses FILE.csv`)"
         )
 
 

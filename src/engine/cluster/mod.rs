@@ -11,8 +11,6 @@ mod collocation;
 mod gauss;
 mod modes;
 mod natural;
-#[cfg(test)]
-mod readings;
 mod segment;
 mod shapes;
 mod step_control;

@@ -132,12 +132,6 @@ impl Cluster {
         self.start + self.length
     }
 
-    /// What describes the motion on the current segment.
-    #[cfg(test)]
-    pub fn method(&self) -> Method {
-        self.description.method
-    }
-
     /// Evaluations of closed forms that the search for the end of the segment has taken.
     pub fn searched(&self) -> u64 {
         self.description.output().searched()

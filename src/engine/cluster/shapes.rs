@@ -8,7 +8,8 @@
 //! chapter 7),
 //!
 //! ```text
-//! T = K^(1/2) D M^-1 D' K^(1/2),    T u = lambda u,    phi = M^-1 D' K^(1/2) u / sqrt(lambda),    D phi = sqrt(lambda) K^(-1/2) u
+//! T = K^(1/2) D M^-1 D' K^(1/2),    T u = lambda u,    phi = M^-1 D' K^(1/2) u / sqrt(lambda),
+//! D phi = sqrt(lambda) K^(-1/2) u
 //! ```
 //!
 //! with `D x` the differences of neighbours. T is tridiagonal and, other than the matrix of the balls, has no

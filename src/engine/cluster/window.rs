@@ -164,8 +164,8 @@ pub(crate) trait Equations<S: Scalar> {
     }
 }
 
-/// The motion of a window on a segment as a method tells it: the door by which methods enter. Balls and contacts are counted within the window, times (s) from the start of
-/// the segment. Forces are those of the law without clipping.
+/// The motion of a window on a segment as a method tells it: the door by which methods enter. Balls and contacts are
+/// counted within the window, times (s) from the start of the segment. Forces are those of the law without clipping.
 pub(crate) trait DenseOutput {
     /// Displacement of ball `i` (m) and the change of its velocity (m/s) till `tau`. The change: at the start, where
     /// many switchings may come at once, it must be exactly 0.

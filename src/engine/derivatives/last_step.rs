@@ -54,9 +54,9 @@ impl LastStep<'_> {
         if run.is_cancelled() { None } else { self.outputs_of(run) }
     }
 
-    /// Derivatives of the outputs at its end along a direction of parameters and inputs of the whole run, which has begun
-    /// at `start_time` (s) in the state `start`. The inputs change by the same over all `stretches`, tunable parameters
-    /// too; `parameters` are those that act now.
+    /// Derivatives of the outputs at its end along a direction of parameters and inputs of the whole run, which has
+    /// begun at `start_time` (s) in the state `start`. The inputs change by the same over all `stretches`, tunable
+    /// parameters too; `parameters` are those that act now.
     pub(crate) fn along_run(
         &self,
         parameters: &Parameters,

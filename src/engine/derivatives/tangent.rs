@@ -120,8 +120,8 @@ impl Run {
         self.support_impulse = Dual::default();
     }
 
-    /// Follows the motion to the time `until` after these inputs began to act (s), or just beyond the next onset; `None`
-    /// if that takes too many segments, leaves the range of numbers, or has rigid balls stay in contact.
+    /// Follows the motion to the time `until` after these inputs began to act (s), or just beyond the next onset;
+    /// `None` if that takes too many segments, leaves the range of numbers, or has rigid balls stay in contact.
     pub fn follow(&mut self, until: Option<f64>) -> Option<()> {
         if self.cradle.restitution.is_some() && self.state.modes.iter().any(|mode| *mode != Mode::Open) {
             return None;

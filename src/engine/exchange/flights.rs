@@ -107,8 +107,8 @@ impl Exchange {
         Some(from + way * rising_zero(gap, (0.0, -overlap), (1.0, gap(1.0)[0])))
     }
 
-    /// The next onset later than now by more than the same time, and its contact; a time up to which there is none where
-    /// the look ends; never if there is none within 1000 periods of the first ball.
+    /// The next onset later than now by more than the same time, and its contact; a time up to which there is none
+    /// where the look ends; never if there is none within 1000 periods of the first ball.
     pub(super) fn find_next_onset(&self) -> (Next, Option<usize>) {
         if !self.is_rigid() && self.modes.iter().any(|mode| *mode != Mode::Open) {
             return (Next::not_before(self.time, self.time), None);

@@ -23,7 +23,10 @@ export! {
         Ok(())
     };
     /// Enters Continuous-Time Mode.
-    fn fmi2EnterContinuousTimeMode() as EnterContinuousTimeMode |instance| { instance.enter(Phase::ContinuousTimeMode); Ok(()) };
+    fn fmi2EnterContinuousTimeMode() as EnterContinuousTimeMode |instance| {
+        instance.enter(Phase::ContinuousTimeMode);
+        Ok(())
+    };
     /// The end of a step of the host's solver; asks for Event Mode where an indicator has changed its sign. Never ends
     /// a run.
     fn fmi2CompletedIntegratorStep(

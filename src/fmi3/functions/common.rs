@@ -13,7 +13,10 @@ export! {
         Ok(())
     };
     /// Enters Configuration Mode, in which the number of balls can be set.
-    fn fmi3EnterConfigurationMode() as EnterConfigurationMode |instance| { instance.enter(Phase::ConfigurationMode); Ok(()) };
+    fn fmi3EnterConfigurationMode() as EnterConfigurationMode |instance| {
+        instance.enter(Phase::ConfigurationMode);
+        Ok(())
+    };
     /// Leaves it.
     fn fmi3ExitConfigurationMode() as ExitConfigurationMode |instance| { instance.enter(Phase::Instantiated); Ok(()) };
     /// Enters Initialization Mode. A tolerance can only tighten `solver.tolerance`; nonsense is ignored.

@@ -6,7 +6,10 @@ use crate::instance::Phase;
 
 export! {
     /// From events to integration.
-    fn fmi3EnterContinuousTimeMode() as EnterContinuousTimeMode |instance| { instance.enter(Phase::ContinuousTimeMode); Ok(()) };
+    fn fmi3EnterContinuousTimeMode() as EnterContinuousTimeMode |instance| {
+        instance.enter(Phase::ContinuousTimeMode);
+        Ok(())
+    };
     /// The end of a step of the host's solver; asks for Event Mode where an indicator has changed its sign. Never ends
     /// a run.
     fn fmi3CompletedIntegratorStep(

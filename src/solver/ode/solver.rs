@@ -145,8 +145,8 @@ impl Solver {
         self.path.column_mut(1).iter_mut().zip(&self.rates).for_each(|(c, rate)| *c = step * rate);
     }
 
-    /// Makes a step of the classical method of order 4, of length `h` (s). Within it the solution is the cubic polynomial with the states and rates at both
-    /// ends (Hermite's).
+    /// Makes a step of the classical method of order 4, of length `h` (s). Within it the solution is the cubic
+    /// polynomial with the states and rates at both ends (Hermite's).
     fn runge_kutta(&mut self, system: &impl System, h: f64) -> Result<(), Stuck> {
         let (from, to) = (self.path.end, self.path.end + h);
         if !resolved(from, h) {

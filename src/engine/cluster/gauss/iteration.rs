@@ -59,8 +59,8 @@ impl Motion {
         }
     }
 
-    /// Relative accelerations of the balls of contact `j` at the nodes: what the forces of three neighbouring contacts, a
-    /// constant pull and the pendulums accelerate its overlap by.
+    /// Relative accelerations of the balls of contact `j` at the nodes: what the forces of three neighbouring contacts,
+    /// a constant pull and the pendulums accelerate its overlap by.
     pub(super) fn accelerate(&mut self, j: usize) {
         let (track, Samples { overlaps, rates, forces, balls, .. }) = (&self.tracks[j], &self.at_nodes);
         let ([a, b], [omega2, drag], [left, own, right]) =
@@ -87,8 +87,8 @@ impl Motion {
         self.accelerations[j] = sums;
     }
 
-    /// The motion of the balls at the nodes: that of the first one of neighbours that press by what accelerates it, round
-    /// by round until its pendulum has had its say, that of the others by the overlaps.
+    /// The motion of the balls at the nodes: that of the first one of neighbours that press by what accelerates it,
+    /// round by round until its pendulum has had its say, that of the others by the overlaps.
     pub(super) fn move_balls(&mut self) {
         let (table, length, reach) = (self.stretching.table(), self.length, self.pace() * self.length);
         let gain = if self.drags { 2.0 * reach } else { reach * reach };

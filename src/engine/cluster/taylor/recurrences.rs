@@ -109,8 +109,8 @@ impl<S: Scalar> Series<S> {
 
 impl<S: Scalar> Series<S> {
     /// Computes all coefficients from the state at the start of a segment with velocities of this `scale` (m/s), where
-    /// they may change by what `control` says. The elastic force of a contact is left out up to the overlap (m) that it returns; 0
-    /// if it is not.
+    /// they may change by what `control` says. The elastic force of a contact is left out up to the overlap (m) that it
+    /// returns; 0 if it is not.
     pub fn expand(&mut self, equations: &impl Equations<S>, control: &Control, scale: f64) -> Vec<f64> {
         let (contacts, dv) = (0..equations.balls() - 1, control.local_error(scale));
         let negligible: Vec<f64> = contacts.clone().map(|j| negligible_overlap(j, equations, dv, scale)).collect();

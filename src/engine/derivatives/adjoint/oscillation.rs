@@ -125,8 +125,8 @@ impl<'a> Oscillation<'a> {
         (map, [0, STATE].map(|side| (ends[side + X], ends[side + V])))
     }
 
-    /// What the state changes by with the coefficients and with the acceleration of the support along these motions of the centre and of the overlap: the
-    /// integrals of what a coefficient does times what that does till the end.
+    /// What the state changes by with the coefficients and with the acceleration of the support along these motions of
+    /// the centre and of the overlap: the integrals of what a coefficient does times what that does till the end.
     fn by_coefficients(
         &self,
         [centre, overlap]: &[Flight; 2],
