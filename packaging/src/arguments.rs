@@ -142,7 +142,8 @@ fn build_help() -> String {
     format!(
         "Presets:\n{}\n\n--parameters overrides the preset; --set overrides both.\n\n\
          Binaries come from --from, --binary and --target. Without any of them, one is compiled for this machine if \
-         you are in the folder of the sources; elsewhere they come from the FMU that was installed with this program.\n\n\
+         you are in the folder of the sources; elsewhere they come from the FMU that was installed with this \
+         program.\n\n\
          An FMU gets parameter sets and reference results with which a host can check itself. Its binary is run to \
          make them.\n\n\
          The same sources and arguments give the same bytes. The date in the FMU is SOURCE_DATE_EPOCH, or 1980-01-01 \

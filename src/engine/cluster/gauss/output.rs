@@ -13,8 +13,7 @@
 use std::cell::Ref;
 
 use super::motion::{Moment, Motion, Part, Samples};
-use crate::engine::cluster::window::DenseOutput;
-use crate::engine::cluster::window::{OverlapSeries, Switch, Window, clipping};
+use crate::engine::cluster::window::{DenseOutput, OverlapSeries, Switch, Window, clipping};
 use crate::engine::flight::{Flight, Forcing, Rounding, degree, forcing_at};
 use crate::model::Mode;
 use crate::next::Next;

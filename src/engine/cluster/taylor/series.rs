@@ -2,9 +2,7 @@
 //! dense output. How the coefficients follow from the state at the start of a segment: `recurrences`, `linear` where
 //! contacts are, or `collocation`.
 
-use crate::engine::cluster::window::DenseOutput;
-use crate::engine::cluster::window::Equations;
-use crate::engine::cluster::window::{OverlapSeries, Window, clipping};
+use crate::engine::cluster::window::{DenseOutput, Equations, OverlapSeries, Window, clipping};
 use crate::engine::flight::{Forcing, Rounding, degree};
 use crate::model::Mode;
 use crate::next::Next;
