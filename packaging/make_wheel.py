@@ -5,7 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from checkout import FMU, LIVE, PYTHON, ROOT, SOME, Stop, host_target, make_venv, old_linux, run, say, stage
+from checkout import ENGINE, FMU, PYTHON, ROOT, SOME, Stop, host_target, make_venv, old_linux, run, say, stage
 
 PROGRAM = "cradle-fmu.exe" if sys.platform == "win32" else "cradle-fmu"
 FOLDER = ROOT / "target/wheel"
@@ -39,12 +39,12 @@ def make_wheel(fmu: Path | None) -> int:
         else:
             (FOLDER / FMU.name).write_bytes(contents)
     with stage("3/3 wheel"):
-        if not LIVE.exists():
+        if not ENGINE.exists():
             run([sys.executable, "web/build.py", "--or-skip"])
-        if LIVE.exists():
-            shutil.copyfile(LIVE, FOLDER / "live.html")
+        if ENGINE.exists():
+            shutil.copyfile(ENGINE, FOLDER / ENGINE.name)
         else:
-            say("  !! without the live page, so that `cradle-fmu live` will not work: see above")
+            say("  !! without the engine for browsers, so that `cradle-fmu live` will not work: see above")
         (FOLDER / "three.js").write_bytes(subprocess.check_output([PYTHON, "-c", THREE_JS]))
         # zig has linked for glibc 2.17, whichever version this machine has.
         processor = host_target().split("-")[0]

@@ -19,7 +19,7 @@ import tomllib
 import zipfile
 from pathlib import Path
 
-from checkout import ALL, FMU, LIVE, PYTHON, ROOT, Stop, fmu_builds, host_target, make_venv, run, say
+from checkout import ALL, ENGINE, FMU, LIVE, PYTHON, ROOT, Stop, fmu_builds, host_target, make_venv, run, say
 from make_wheel import PROGRAM
 from platforms import PLATFORMS
 
@@ -58,8 +58,9 @@ def programs(options) -> None:
     page = options.fmu.with_name(LIVE.name)
     if not page.is_file():
         raise Stop(f"{page} is missing: `release.py fmus` makes it beside the FMU.")
-    LIVE.parent.mkdir(parents=True, exist_ok=True)
-    shutil.copyfile(page, LIVE)
+    ENGINE.parent.mkdir(parents=True, exist_ok=True)
+    parts = re.findall(r'<script type="text/plain".*?</script>', page.read_text(encoding="utf-8"), re.DOTALL)
+    ENGINE.write_text("\n".join(parts), encoding="utf-8")
     run([sys.executable, "cradle.py", "wheel", "--fmu", options.fmu.resolve()])
     (wheel,) = (ROOT / "target/wheel").glob("*.whl")
     shutil.copy2(wheel, DIST)

@@ -24,8 +24,8 @@ class CustomBuildHook(BuildHookInterface):
                 )
         build_data["shared_scripts"] = {str(built / PROGRAM): PROGRAM}
         # Made by web/build.py, for which not everybody has what it takes.
-        if (built / "live.html").exists():
-            build_data["force_include"][str(built / "live.html")] = "newtons_cradle/live.html"
+        if (built / "engine.html").exists():
+            build_data["force_include"][str(built / "engine.html")] = "newtons_cradle/engine.html"
         build_data["pure_python"] = False
         build_data["tag"] = f"py3-none-{os.environ.get('CRADLE_WHEEL_PLATFORM') or this_platform()}"
 

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Makes target/web/cradle.html: the cradle live in a browser, one file that needs no network.
+"""Makes target/web/engine.html, the engine for the page, and target/web/cradle.html: the cradle live in a browser,
+one file that needs no network.
 
     python3 web/build.py [--out FILE] [--or-skip]
 
@@ -11,22 +12,19 @@ With --or-skip, a line that begins with SKIPPED says what is missing, and that i
 import argparse
 import base64
 import gzip
-import json
 import os
-import re
 import shutil
 import subprocess
 import sys
-import tomllib
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "packaging"))
+from checkout import LIVE, PYTHON, ROOT, SOME, make_venv, run
+
 WEB = Path(__file__).resolve().parent
-ROOT = WEB.parent
 TARGET = "wasm32-unknown-unknown"
 FOLDER = ROOT / "target/web"
 ENGINE = FOLDER / TARGET / "release/cradle_web.wasm"
-DEFAULT = FOLDER / "cradle.html"
-
 LICENCES = ("LICENSE-MIT", "LICENSE-APACHE", "packaging/assets/third-party.txt")
 
 
@@ -80,28 +78,13 @@ def compile_engine() -> None:
         sys.exit(code)
 
 
-def page() -> str:
-    """The finished page."""
-    # A script may need those of its room that come before it, and all rooms before its own.
-    scripts = [ROOT / "python/newtons_cradle/look/common.js"]
-    for room in ("engine", "view", "control"):
-        scripts += sorted((WEB / "page" / room).glob("*.js"))
-    parts = {
-        "presets": json.dumps(presets()),
-        "style": text("style.css"),
-        "engine": packed(ENGINE.read_bytes()),
-        "licences": packed(b"\n\n".join((ROOT / name).read_bytes() for name in LICENCES)),
-        "script": "\n".join(map(text, scripts)),
-    }
-    finished = text("template.html")
-    for _ in range(2):  # the scripts have slots, too
-        finished = re.sub(r"{{(\w+)}}", lambda slot: parts[slot[1]], finished)
-    return finished
-
-
-def text(name: str | Path) -> str:
-    """A file of the page."""
-    return (WEB / "page" / name).read_text(encoding="utf-8")
+def part() -> str:
+    """The engine with the licences that go with it, as a part of the page."""
+    licences = b"\n\n".join((ROOT / name).read_bytes() for name in LICENCES)
+    parts = {"engine": ENGINE.read_bytes(), "licences": licences}
+    return "\n".join(
+        f'<script type="text/plain" id="{id}">{packed(data)}</script>' for id, data in parts.items()
+    )
 
 
 def packed(data: bytes) -> str:
@@ -109,38 +92,23 @@ def packed(data: bytes) -> str:
     return base64.b64encode(gzip.compress(data, 9, mtime=0)).decode()
 
 
-def presets() -> dict:
-    """The producer's ready cradles, by name."""
-    files = sorted((ROOT / "packaging/presets").glob("*.toml"))
-    return {file.stem: flat(tomllib.loads(file.read_text(encoding="utf-8"))) for file in files}
-
-
-def flat(table: dict, before: str = "") -> dict:
-    """A table of tables as one, its names with dots: `pendulum.length`."""
-    names = {}
-    for name, value in table.items():
-        names |= flat(value, f"{before}{name}.") if isinstance(value, dict) else {before + name: value}
-    return names
-
-
 def main() -> int:
     """Compiles the engine and writes the page."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--out", type=Path, default=DEFAULT, help="where to write it [default: %(default)s]")
+    parser.add_argument("--out", type=Path, default=LIVE, help="where to write it [default: %(default)s]")
     parser.add_argument("--or-skip", action="store_true", help="no failure if something is missing")
     options = parser.parse_args()
     try:
         compile_engine()
-        finished = page()
     except Missing as missing:
         print(f"{'SKIPPED live page' if options.or_skip else 'error'}: {missing}", file=sys.stderr)
         return 0 if options.or_skip else 1
+    (FOLDER / "engine.html").write_text(part(), encoding="utf-8")
+    make_venv(SOME)
     options.out.parent.mkdir(parents=True, exist_ok=True)
-    options.out.write_text(finished, encoding="utf-8")
-    print(f"{options.out} ({len(finished.encode()) / 1000:.0f} kB)")
-    return 0
+    return run([PYTHON, "-m", "newtons_cradle", "live", "--out", options.out])
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests/hosts"))
 
 import browser  # noqa: E402
+import live_page  # noqa: E402
 
 PAGE = ROOT / "target/web/cradle.html"
 FOLDER = ROOT / "docs/lesson"
@@ -32,7 +33,7 @@ def main() -> int:
         for step, (name, seconds, part) in enumerate(STEPS):
             screen = {"width": SIZE[0], "height": SIZE[1], "deviceScaleFactor": 1.5, "mobile": False}
             page.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen)
-            browser.visit(page, PAGE)
+            live_page.open_page(page, PAGE)
             page.execute_script("cradle.setTheme(false); location.hash = LESSON[arguments[0]]", step)
             swung = f"cradle.clock.base === 1 && cradle.sources[0].run.time > {seconds}"
             until = f"return {INSIDE if seconds is None else swung}"

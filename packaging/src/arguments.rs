@@ -7,6 +7,10 @@ use clap::{Args, Parser, Subcommand};
 use cradle_packaging::Error;
 use cradle_packaging::build::{PRESETS, Standard};
 
+const PYTHON: &str = "This runs `python -m newtons_cradle` with this command and all arguments except --python. \
+                      `pip install newtons-cradle` installs what is needed. So does `python3 cradle.py paper` in the \
+                      folder of the sources.\n\nExit codes: those of Python; 1 if Python cannot be run.";
+
 const EXIT_CODES: &str = "\
 Exit codes: 0 success; 1 failure, or `check` found problems; 2 the arguments are refused, or the file cannot be read.";
 
@@ -47,36 +51,26 @@ pub enum Request {
     #[command(after_help = EXIT_CODES)]
     Presets,
     /// Write the page in which the cradle runs live: one HTML file for a browser, no network needed
-    #[command(after_help = EXIT_CODES)]
-    Live {
-        /// Where to write it
-        #[arg(long, value_name = "FILE", default_value = "cradle.html")]
-        out: PathBuf,
-    },
+    #[command(after_help = PYTHON)]
+    Live(Python),
     /// Make a 3D animation of an FMU's run, or of a result in CSV: one HTML file that needs no network
-    ///
-    /// This runs `python -m newtons_cradle page`, with all arguments except --python. `cradle-fmu page x.fmu --help`
-    /// lists them. `pip install newtons-cradle` installs what is needed. So does `python3 cradle.py paper` in the
-    /// folder of the sources.
-    #[command(after_help = "Exit codes: those of Python; 1 if Python cannot be run.")]
-    Page {
-        /// The Python to run [default: the first that has the package: beside this program, on the PATH, or in .venv in
-        /// this folder or one above]
-        #[arg(long, value_name = "PROGRAM")]
-        python: Option<OsString>,
-        /// An .fmu or .csv file, then options such as --out cradle.html, --stop 5, --set contact.model=hertz
-        #[arg(
-            required = true,
-            num_args = 1..,
-            value_names = ["FILE", "ARGUMENT"],
-            trailing_var_arg = true,
-            allow_hyphen_values = true
-        )]
-        arguments: Vec<OsString>,
-    },
+    #[command(after_help = PYTHON)]
+    Page(Python),
     /// Run the binary in a folder for the reference results of this name; `build` and `check` run this
     #[command(hide = true)]
     Record { folder: PathBuf, name: String },
+}
+
+/// A command of the Python package.
+#[derive(Args)]
+pub struct Python {
+    /// The Python to run [default: the first that has the package: beside this program, on the PATH, or in .venv in
+    /// this folder or one above]
+    #[arg(long, value_name = "PROGRAM")]
+    pub python: Option<OsString>,
+    /// What the package's command takes: --help after a `--` lists it
+    #[arg(num_args = 0.., value_name = "ARGUMENT", trailing_var_arg = true, allow_hyphen_values = true)]
+    pub arguments: Vec<OsString>,
 }
 
 #[derive(Args)]

@@ -1,12 +1,11 @@
 //! The Python package: the environment that this program is installed in, and other Pythons that have it. It brings an
-//! FMU and the live page along, and makes animations, because it runs FMUs through FMPy and has three.js.
+//! FMU along, and makes pages, because it runs FMUs through FMPy and has the engine for browsers.
 
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::{env, fs};
 
-use crate::archive;
 use crate::error::Error;
 
 const PACKAGE: &str = "newtons_cradle";
@@ -14,28 +13,12 @@ const PACKAGE: &str = "newtons_cradle";
 /// Where a virtual environment has its Python.
 const IN_VENV: &str = if cfg!(windows) { ".venv/Scripts/python.exe" } else { ".venv/bin/python" };
 
-/// Where a checkout has the live page.
-const LIVE: &str = "target/web/cradle.html";
-
-const NO_LIVE: &str = "the live page is missing: the wheels of a release have it; in the folder of the sources, \
-                       `rustup target add wasm32-unknown-unknown` and `python3 web/build.py` make it, for \
-                       `cradle.py wheel` as well";
-
 const ADVICE: &str = "install it with `pip install newtons-cradle` or, in the folder of the sources, \
                       `python3 cradle.py paper`; --python selects another Python";
 
 /// The FMU that the installed package brings along, if this program lies in an environment that has it.
 pub fn fmu() -> Option<PathBuf> {
     file("NewtonsCradle.fmu")
-}
-
-/// Writes the page in which the engine runs live to `out`: its size in bytes. It is that of the environment this
-/// program is installed in, else that of the checkout of this folder or one above.
-pub fn live(out: &Path) -> Result<usize, Error> {
-    let page = file("live.html").or_else(|| above(LIVE)).ok_or_else(|| Error::Failure(NO_LIVE.to_owned()))?;
-    let bytes = fs::read(&page).map_err(|error| Error::Failure(format!("cannot read {}: {error}", page.display())))?;
-    archive::replace(out, &bytes)?;
-    Ok(bytes.len())
 }
 
 /// Runs `python -m newtons_cradle` with a command and its arguments; its exit code. Without a `python` to run it takes

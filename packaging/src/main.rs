@@ -38,13 +38,8 @@ fn answer(request: Request) -> Result<ExitCode, Error> {
         }
         Request::Info { file } => print!("{}", info::of(&file)?),
         Request::Presets => PRESETS.iter().for_each(|preset| println!("{:8} {}", preset.name, preset.title())),
-        Request::Live { out } => {
-            let kilobytes = environment::live(&out)?.div_ceil(1000);
-            println!("{} ({kilobytes} kB): open it in a browser", out.display());
-        }
-        Request::Page { python, arguments } => {
-            return environment::hand_over("page", python, &arguments).map(ExitCode::from);
-        }
+        Request::Live(of) => return environment::hand_over("live", of.python, &of.arguments).map(ExitCode::from),
+        Request::Page(of) => return environment::hand_over("page", of.python, &of.arguments).map(ExitCode::from),
         Request::Record { folder, name } => reference::run(&folder, &name)?,
     }
     Ok(ExitCode::SUCCESS)

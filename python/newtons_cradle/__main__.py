@@ -1,4 +1,4 @@
-"""Command line: `python -m newtons_cradle page FILE`."""
+"""Command line: `python -m newtons_cradle page FILE` and `live`."""
 
 import argparse
 import sys
@@ -6,6 +6,8 @@ import zipfile
 from pathlib import Path
 
 from .animation import PageError, RecordingError, from_csv, from_fmu, save_page
+from .page import PageError as NoEngine
+from .page import save_page as save_live
 from .progress import Progress
 from .run import FmuError
 
@@ -36,7 +38,7 @@ def arguments() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m newtons_cradle", description="Looks at runs of the cradle FMU."
     )
-    commands = parser.add_subparsers(dest="command", required=True, metavar="page")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="{page,live}")
     what = "a 3D animation of a run: one HTML file that needs no network"
     page = commands.add_parser(
         "page",
@@ -46,6 +48,7 @@ def arguments() -> argparse.ArgumentParser:
     )
     page.add_argument("file", type=Path, metavar="FILE", help="an .fmu or .csv file")
     page.add_argument("-o", "--out", type=Path, metavar="FILE.html", help="the page (default: beside FILE)")
+    page.set_defaults(function=make_page)
     run = page.add_argument_group("for an FMU").add_argument
     run("--stop", type=positive, default=10.0, metavar="SECONDS", help="how long to run (default 10)")
     help = "a start value, such as contact.model=hertz; may be repeated"
@@ -57,10 +60,14 @@ def arguments() -> argparse.ArgumentParser:
     for name, default, meaning in (("length", 1.962, "pendulum length"), ("radius", 0.0313, "ball radius")):
         help = f"{meaning} in m, for the drawing (default {default})"
         result(f"--{name}", type=positive, default=default, help=help)
+    what = "the page in which the cradle runs live: one HTML file for a browser, no network needed"
+    live = commands.add_parser("live", help=f"write {what}", description=f"Writes {what}.")
+    live.add_argument("-o", "--out", type=Path, default=Path("cradle.html"), metavar="FILE.html")
+    live.set_defaults(function=make_live)
     return parser
 
 
-def page(options: argparse.Namespace) -> None:
+def make_page(options: argparse.Namespace) -> None:
     """Makes the page that the command line asks for."""
     kind = options.file.suffix.lower()
     if kind == ".fmu":
@@ -73,7 +80,15 @@ def page(options: argparse.Namespace) -> None:
     else:
         raise RecordingError(f"{options.file}: only .fmu and .csv files can be shown")
     out = options.out or options.file.with_suffix(".html")
-    size = save_page(out, recording)
+    written(out, save_page(out, recording))
+
+
+def make_live(options: argparse.Namespace) -> None:
+    """Makes the page without a recording."""
+    written(options.out, save_live(options.out))
+
+
+def written(out: Path, size: int) -> None:
     print(f"{out} ({size / 1e6:.1f} MB): open it in a browser")
 
 
@@ -81,8 +96,8 @@ def main() -> int:
     """Returns 0, or 1 after saying what is wrong."""
     options = arguments().parse_args()
     try:
-        page(options)
-    except (RecordingError, PageError, FmuError, KeyError, OSError, zipfile.BadZipFile) as problem:
+        options.function(options)
+    except (RecordingError, PageError, NoEngine, FmuError, KeyError, OSError, zipfile.BadZipFile) as problem:
         text = problem.args[0] if isinstance(problem, KeyError) else problem
         print(f"error: {text}", file=sys.stderr)
         return 1

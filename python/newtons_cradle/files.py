@@ -29,6 +29,16 @@ def preset_files() -> dict[str, Path]:
     return {path.stem: path for path in sorted(folder.glob("*.toml"))}
 
 
+def page_folder() -> Path:
+    """The page's template, style and scripts."""
+    return CHECKOUT / "web/page" if in_checkout() else HERE / "web"
+
+
+def engine_file() -> Path:
+    """The engine for browsers, as a part of a page, if it has been built; see web/build.py."""
+    return CHECKOUT / "target/web/engine.html" if in_checkout() else HERE / "engine.html"
+
+
 def version() -> str:
     """The version of the package: that of the installation or, in a checkout, of the sources."""
     if in_checkout():

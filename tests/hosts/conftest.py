@@ -138,11 +138,12 @@ def live_path() -> Path:
 @pytest.fixture
 def page(browser, live_path):
     """The live page, opened anew from disk."""
-    from browser import assert_quiet, set_screen, visit
+    from browser import assert_quiet, set_screen
+    from live_page import open_page
 
     browser.get("about:blank")
     set_screen(browser, dark=True)
-    visit(browser, live_path)
+    open_page(browser, live_path)
     yield browser
     assert_quiet(browser)
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from browser import visit
 from conftest import ROOT
 from selenium.webdriver.common.actions.action_builder import ActionBuilder
 from selenium.webdriver.common.actions.pointer_input import PointerInput
@@ -29,14 +30,30 @@ FOLLOW = """(engine, recipe, times) => {
 ITEMS = {"powerLaw": 1, "hertz": 2, "rigid": 3}
 
 
-def node(path: Path, script: str):
-    """What a script returns that runs in node with the page's classes and `engine`; see web/node.mjs."""
+ENGINE = "target/web/wasm32-unknown-unknown/release/cradle_web.wasm"
+
+
+def node(script: str):
+    """What the body of an async function returns that runs in node with the `engine` and some of the page's modules."""
     if shutil.which("node") is None:
         pytest.skip("node is missing")
-    command = ["node", ROOT / "web/node.mjs", path]
-    done = subprocess.run(command, input=script, capture_output=True, text=True)
+    names = {"readFileSync": "node:fs", "Engine": "#engine/engine.js", "Live": "#engine/live.js"}
+    names |= {"PRESETS": "#engine/setup.js", "captionOf": "#view/captions.js"}
+    lines = [f'import {{ {name} }} from "{module}";' for name, module in names.items()]
+    lines.append(f"const engine = await Engine.load(readFileSync({json.dumps(str(ROOT / ENGINE))}));")
+    lines.append(f"console.log(JSON.stringify(await (async () => {{ {script} }})()));")
+    command = ["node", "--input-type=module"]
+    done = subprocess.run(command, cwd=ROOT / "web", input="\n".join(lines), capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
+
+
+def open_page(browser, path: Path) -> None:
+    """Opens the page; names that its modules export become those of its window."""
+    visit(browser, path)
+    script = """const done = arguments[0], rooms = ["engine/setup", "view/captions", "control/keep"];
+      Promise.all(rooms.map((room) => import(`#${room}.js`))).then((all) => done(Object.assign(window, ...all) && 0))"""
+    browser.execute_async_script(script)
 
 
 def native(fmu, recipe: dict, times) -> tuple[np.ndarray, np.ndarray]:

@@ -32,7 +32,7 @@ SET_UPS = {
 def test_the_engine_gives_the_native_bits_in_node(fmu, live_path, name):
     """A minute of each, sampled at 3841 instants: sums, positions, velocities, pulses."""
     recipe = {"balls": 5, "start": SET_UPS[name]}
-    rows, pulses = node(live_path, f"return ({FOLLOW})(engine, {json.dumps(recipe)}, {GRID})")
+    rows, pulses = node(f"return ({FOLLOW})(engine, {json.dumps(recipe)}, {GRID})")
     assert len(pulses) > 10
     assert same_run(fmu, recipe, rows, pulses)
 
@@ -83,7 +83,7 @@ CAPTIONS = {
 @pytest.mark.parametrize("preset, lifted", CAPTIONS)
 def test_captions_tell_what_happens(live_path, preset, lifted):
     given = f"const preset = {json.dumps(preset)}, x_start = {[-0.1] * lifted};"
-    assert node(live_path, given + SAID) == CAPTIONS[preset, lifted]
+    assert node(given + SAID) == CAPTIONS[preset, lifted]
 
 
 @pytest.mark.parametrize("kind", ["mouse", "touch"])

@@ -76,7 +76,6 @@ fn an_installed_program_has_its_fmu_and_its_python() {
     let folder = Folder::new("environment");
     let package = "venv/lib/python3.11/site-packages/newtons_cradle";
     folder.write(&format!("{package}/NewtonsCradle.fmu"), fmu(Standard::Fmi2));
-    folder.write(&format!("{package}/live.html"), "live");
     folder.script("venv/bin/python3", "[ \"$1\" = -c ] && exit 0\nprintf '<%s>' \"$@\"");
     let program = folder.file("venv/bin/cradle-fmu");
     fs::copy(PROGRAM, &program).unwrap();
@@ -89,22 +88,7 @@ fn an_installed_program_has_its_fmu_and_its_python() {
     assert!(built.output.starts_with("NewtonsCradle3.fmu ("), "{}", built.output);
     assert!(built.output.contains(" page NewtonsCradle3.fmu\n"), "{}", built.output);
     assert_eq!(started(&["page", "NewtonsCradle3.fmu"]).output, "<-m><newtons_cradle><page><NewtonsCradle3.fmu>");
-    assert_eq!(started(&["live"]).output, "cradle.html (1 kB): open it in a browser\n");
-    assert_eq!(fs::read_to_string(folder.file("cradle.html")).unwrap(), "live");
-}
-
-#[test]
-fn a_live_page_of_the_sources_is_found_from_below() {
-    let folder = Folder::new("live");
-    let live = |below: &str| {
-        let place = Path::new(&folder.write(&format!("{below}/x"), "")).parent().unwrap().to_owned();
-        ended(Command::new(PROGRAM).arg("live").current_dir(place))
-    };
-    let missing = live("bare");
-    assert!(missing.code == 1 && missing.error.contains("the live page is missing: "), "{}", missing.error);
-    folder.write("target/web/cradle.html", "live");
-    assert_eq!(live("deep/down").code, 0);
-    assert_eq!(fs::read_to_string(folder.file("deep/down/cradle.html")).unwrap(), "live");
+    assert_eq!(started(&["live", "--out", "x.html"]).output, "<-m><newtons_cradle><live><--out><x.html>");
 }
 
 #[cfg(unix)]
@@ -129,8 +113,6 @@ fn arguments_and_exit_code_of_python_are_passed_on() {
             assert!(failed.error.contains(part), "{}", failed.error);
         }
     }
-    let refused = run(&["page"]);
-    assert!(refused.code == 2 && refused.error.contains("<FILE>"), "{}", refused.error);
 }
 
 #[test]

@@ -1,6 +1,7 @@
-"""What all pages share: fonts, colours and what they mean (look.css, look.js); numbers and drawing (common.js).
+"""What all pages share: fonts, colours and what they mean (look.css, look.js); numbers and drawing (common.js
+of the live page).
 
-The producer puts look.css into the FMU's page, too; the live page takes common.js.
+The producer puts look.css into the FMU's page, too.
 """
 
 import re
@@ -8,10 +9,13 @@ from importlib.resources import files
 
 import numpy as np
 
-STYLE, *_scripts = (
-    (files(__package__) / name).read_text(encoding="utf-8") for name in ("look.css", "common.js", "look.js")
+from ..files import page_folder
+
+STYLE, _colours = (
+    (files(__package__) / name).read_text(encoding="utf-8") for name in ("look.css", "look.js")
 )
-SCRIPT = "\n".join(_scripts)
+#: Of a module; that common.js exports its functions does no harm there.
+SCRIPT = (page_folder() / "view/common.js").read_text(encoding="utf-8") + _colours
 
 #: Colours by name, `COLOURS["series-1"]`, as "#rrggbb", where pages are light.
 COLOURS = dict(re.findall(r"--([\w-]+): (#[0-9a-f]{6});", STYLE.partition("@media")[0]))

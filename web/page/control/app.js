@@ -1,5 +1,20 @@
 // The page: what is on it, and what its buttons and keys do.
 
+import { Clock } from "#control/clock.js";
+import { linkTo, showLink } from "#control/keep.js";
+import { paceText, Panels } from "#control/panels.js";
+import { Stage } from "#control/stage.js";
+import { Engine, Refusal } from "#engine/engine.js";
+import { Live } from "#engine/live.js";
+import { Recording } from "#engine/recording.js";
+import { FILES, LAWS, PRESETS, Setup, TOUCHING } from "#engine/setup.js";
+import { write } from "#view/common.js";
+import { describeSetup } from "#view/captions.js";
+import { unpacked } from "#view/elements.js";
+import { Sound } from "#view/sound.js";
+import { fillTexts, say, TEXTS } from "#view/texts.js";
+import { DAY, NIGHT } from "#view/themes.js";
+
 const LIFT = 0.25; // of the strings' length, by the button and the keys
 const INSIDE_STEP = 0.01; // of a click's length, by the keys
 
@@ -362,16 +377,11 @@ class App {
   }
 }
 
-/** What lies in an element of the page, unpacked. */
-function unpacked(id) {
-  const bytes = Uint8Array.from(atob(document.getElementById(id).textContent), (letter) => letter.charCodeAt(0));
-  return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip")));
-}
-
-/** Starts the page, once it is there; elsewhere than in a browser nothing starts by itself. */
-globalThis.addEventListener?.("DOMContentLoaded", async () => {
+/** Starts the page. */
+export async function start() {
   fillTexts();
   try {
+    Object.assign(FILES, JSON.parse(document.getElementById("presets").textContent));
     const engine = await Engine.load(await unpacked("engine").arrayBuffer());
     document.getElementById("engine").remove();
     window.cradle = new App(engine);
@@ -379,4 +389,4 @@ globalThis.addEventListener?.("DOMContentLoaded", async () => {
     document.getElementById("status").textContent = `${say("problem")}: ${problem.message}`;
     throw problem;
   }
-});
+}

@@ -1,12 +1,14 @@
 // Time: how fast it runs, and how it slows down at a click by itself.
 
+import { EFFORT } from "#engine/engine.js";
+
 const CLICK_SHOWN = 12; // s on the viewer's clock that a click takes
 const APPROACH = 2.6;   // 1/s: nearing a click, the time to it shrinks at this rate; leaving it, it grows
 const SLOWEST = 1e-9;   // seconds of the run per second of the viewer's
 const LONGEST_FRAME = 0.05; // s: what passes at most from one picture to the next
 const BUDGET = 4;       // ms after which the engine begins nothing more for a picture
 
-class Clock {
+export class Clock {
   constructor() {
     this.base = this.rate = 1; // seconds of the run per second of the viewer's: away from clicks, and now
     this.slow = "no";   // "next": slow down at the next click; "always": at each; "leaving": one is over

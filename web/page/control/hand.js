@@ -1,11 +1,14 @@
 // Hands: pointers that take balls, several at once, and the keyboard's sliders that do the same.
 
+import { aria, element } from "#view/elements.js";
+import { say } from "#view/texts.js";
+
 const REACH = 22;         // px beside a ball that still take it, for fingers
 const STILL = 70;         // ms without a move after which a hand is at rest
 const MEMORY = 90;        // ms of a hand's way that say how fast it throws
 const FASTEST_THROW = 4;  // m/s
 
-class Hand {
+export class Hand {
   /** `stage`: where; `app`: who is told: `take`, `move`, `drop`. */
   constructor(stage, app) {
     Object.assign(this, { stage, app, ways: new Map() });
@@ -55,7 +58,7 @@ class Hand {
 }
 
 /** A slider for each ball, for the keyboard and for screen readers; seen are only the balls. */
-class Sliders {
+export class Sliders {
   constructor(stage, app) {
     Object.assign(this, { stage, app, inputs: [], box: element(stage.figure, "div", { className: "sliders" }) });
   }

@@ -1,10 +1,12 @@
 // What can be kept: a link, a picture, tables.
 
+import { FONT } from "#view/texts.js";
+
 const RUN_STEP = 0.01; // s between the rows of a run in CSV
 const RUN_ROWS = 6000;
 
 /** The address of this page with everything that is set. */
-function linkTo(app) {
+export function linkTo(app) {
   const [{ source }, other] = app.stages, shown = Object.keys(app.shows).filter((kind) => app.shows[kind]).join(",");
   const parts = [
     source.live ? source.setup.toLink(app.preset) : "preset=textbook", app.besideChoice && `beside=${app.besideChoice}`,
@@ -15,7 +17,7 @@ function linkTo(app) {
 }
 
 /** Keeps the address of the page up to date, so that it can be copied and marked. */
-function showLink(app) {
+export function showLink(app) {
   try {
     history.replaceState(null, "", linkTo(app));
   } catch {
@@ -24,7 +26,7 @@ function showLink(app) {
 }
 
 /** Hands a file to the viewer. */
-function save(name, content) {
+export function save(name, content) {
   const url = URL.createObjectURL(content), link = document.createElement("a");
   Object.assign(link, { href: url, download: name });
   link.click();
@@ -32,7 +34,7 @@ function save(name, content) {
 }
 
 /** All stages as they are, on the page's background, with what is said below. */
-function savePicture(app) {
+export function savePicture(app) {
   const theme = app.theme, scale = 2, boxes = app.stages.map(({ canvas }) => canvas.getBoundingClientRect());
   const width = boxes.reduce((sum, box) => sum + box.width, 0), height = boxes[0].height + 70;
   const canvas = Object.assign(document.createElement("canvas"), { width: scale * width, height: scale * height });
@@ -54,16 +56,16 @@ function savePicture(app) {
   canvas.toBlob((blob) => save("cradle.png", blob));
 }
 
-const csv = (lines) => new Blob([lines.map((line) => line.join(",")).join("\n") + "\n"], { type: "text/csv" });
+export const csv = (lines) => new Blob([lines.map((line) => line.join(",")).join("\n") + "\n"], { type: "text/csv" });
 
 /** The pulses of the run so far, contacts and balls counted from 1. */
-function pulsesTable({ pulses }) {
+export function pulsesTable({ pulses }) {
   return csv([["contact", "onset", "release", "peak", "impulse"],
     ...pulses.map((p) => [p.contact + 1, p.onset, p.release, p.peak, p.impulse])]);
 }
 
 /** The run so far, computed once more at even times: what `cradle-fmu page` and this page show again. */
-function runTable(source) {
+export function runTable(source) {
   const { balls } = source.setup, names = (name, count) => Array.from({ length: count }, (_, i) => `${name}[${i + 1}]`);
   const lines = [["time", ...names("x", balls), ...names("v", balls), ...names("F", balls - 1), "E_total", "p_total"]];
   const run = source.engine.start(source.setup.recipe());

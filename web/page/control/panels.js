@@ -1,22 +1,17 @@
 // What opens when it is asked for: a panel with the choices of one kind.
 
+import { pulsesTable, runTable, save, savePicture } from "#control/keep.js";
+import { LAWS, LESSON, MOST_BALLS, PRESETS } from "#engine/setup.js";
+import { withPrefix } from "#view/common.js";
+import { aria, element, unpacked } from "#view/elements.js";
+import { rounded, say, TEXTS } from "#view/texts.js";
+
 const PLAY_BAND = [0, 1e-7, 2.6e-7, 5e-7, 1e-6, 2.6e-6, 5e-6, 1e-5, 2e-5, 5e-5, 1e-4]; // m
 const HARDNESS = [4, 14]; // powers of ten, N/m
 const GRAVITIES = { earth: 9.81, moon: 1.62, mars: 3.71, jupiter: 24.8 };
 const WEIGHTS = [0.125, 0.25, 0.5, 0.75, 1, 1.5, 2, 4, 8];
 
-/** A new element with these properties, at the end of another one. */
-function element(parent, name, properties = {}) {
-  return parent.appendChild(Object.assign(document.createElement(name), properties));
-}
-
-/** Tells assistive technology more of an element. Firefox has properties such as `ariaLabel` since version 119 only. */
-function aria(item, words) {
-  for (const [kind, word] of Object.entries(words)) item.setAttribute(`aria-${kind}`, word);
-  return item;
-}
-
-class Panels {
+export class Panels {
   constructor(app) {
     this.app = app;
     this.openers = ["change", "show", "beside", "lesson", "keep", "help"].map((kind) => {
@@ -210,4 +205,4 @@ class Panels {
   }
 }
 
-function paceText(rate) { return rate >= 0.999 ? say("realTime") : say("slower", withPrefix(rate, "s", 2)); }
+export function paceText(rate) { return rate >= 0.999 ? say("realTime") : say("slower", withPrefix(rate, "s", 2)); }

@@ -1,8 +1,16 @@
 // One cradle on the page: its picture, what is said about it, and what runs along.
 
+import { Hand, Sliders } from "#control/hand.js";
+import { withPrefix, write } from "#view/common.js";
+import { captionOf } from "#view/captions.js";
+import { aria, element } from "#view/elements.js";
+import { ENERGY_PARTS, Graph, SECONDS } from "#view/graph.js";
+import { drawLenses, Scene } from "#view/scene.js";
+import { power, rounded, say } from "#view/texts.js";
+
 const MARGIN = 0.06; // of a click's length, before and after it in the graph
 
-class Stage {
+export class Stage {
   constructor(source, app) {
     Object.assign(this, { source, app, named: "" });
     this.figure = element(app.controls.stages, "figure", { className: "stage" });

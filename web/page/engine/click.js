@@ -1,6 +1,8 @@
 // A click: the contacts that follow each other so closely that they are one sound, from a few nanoseconds to
 // milliseconds.
 
+import { EFFORT } from "#engine/engine.js";
+
 const QUIET = 3;          // a click is over when nothing touches for this many times as long as it has lasted,
 const QUIET_LEAST = 2e-6; // and for so many seconds at least
 const LONGEST = 0.2;      // s, of a click that never ends
@@ -8,7 +10,7 @@ const SAMPLES = 360;      // instants at which its forces are sampled
 const CLICK_TIME = 2;      // ms for one picture, if nothing else is said
 
 /** Follows a run through its next click ahead of time, in copies, some work at a time. */
-class Click {
+export class Click {
   /** `run` is before the onset at `begin` (s). */
   constructor(run, begin) {
     Object.assign(this, { begin, end: begin, pulses: [], reach: 1e-8, done: false });

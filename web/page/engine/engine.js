@@ -1,12 +1,12 @@
 // The engine: WebAssembly behind plain objects. SI units throughout.
 
-const EFFORT = 1500; // of one call, about 0.15 ms
+export const EFFORT = 1500; // of one call, about 0.15 ms
 
 /** What the engine refuses or cannot go on with, in its own words. */
-class Refusal extends Error {}
+export class Refusal extends Error {}
 
 /** The compiled engine. Its functions are those of web/src/lib.rs. */
-class Engine {
+export class Engine {
   /** From the bytes of the .wasm file. */
   static async load(bytes) {
     const { instance } = await WebAssembly.instantiate(bytes, {});
@@ -49,7 +49,7 @@ class Engine {
 }
 
 /** What a run shows at one time: sums, and a part of `numbers` for each quantity of the balls and contacts. */
-class State {
+export class State {
   constructor(balls) {
     const counts = [...Array(4).fill(balls), ...Array(4).fill(balls - 1)], numbers = new Float64Array(8 * balls + 4);
     let at = 8;

@@ -2,11 +2,14 @@
 //
 // What the page needs of a source, live or recorded: `drawing`, `state`, `account`, `advance`, `takePulses`, `ahead`.
 
+import { Click } from "#engine/click.js";
+import { apart } from "#engine/setup.js";
+
 const HAND_MASS = 1e9;  // a held ball, in its own masses: the others bounce off it as off a wall
 const NEVER_OPEN = 0.5; // s after which a change is made although balls are still in contact
 const KEPT = 20000;     // pulses that are kept for the CSV file
 
-class Live {
+export class Live {
   constructor(engine, setup) {
     Object.assign(this, { live: true, engine, holds: new Map() }); // who holds: {ball, x}
     this.begin(setup);

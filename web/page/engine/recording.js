@@ -1,6 +1,10 @@
 // A recorded source: a run from a file, for the same player and scene as a live one.
 
-class Recording {
+import { Refusal, State } from "#engine/engine.js";
+import { cubic, linear, placeIn } from "#view/common.js";
+import { say } from "#view/texts.js";
+
+export class Recording {
   /** From the text of a CSV file: columns time, x[1], x[2], ..., and v, F if there are. Throws Refusal. */
   constructor(name, text) {
     const [header, ...lines] = text.trim().split(/\r?\n/).filter((line) => !line.startsWith("#"));

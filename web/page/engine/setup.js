@@ -1,10 +1,12 @@
 // A set-up: the number of balls, and start values by the names that the FMU gives them. Values of balls and contacts
 // are arrays.
 
-const PER_BALL = ["ball.massRatio", "pendulum.lengthRatio", "x_start", "v_start"];
-const MOST_BALLS = 20;
+import { Refusal } from "#engine/engine.js";
 
-const LAWS = {
+const PER_BALL = ["ball.massRatio", "pendulum.lengthRatio", "x_start", "v_start"];
+export const MOST_BALLS = 20;
+
+export const LAWS = {
   linear: { "contact.model": "powerLaw", "contact.exponent": 1 },
   quadratic: { "contact.model": "powerLaw", "contact.exponent": 2 },
   cubic: { "contact.model": "powerLaw", "contact.exponent": 3 },
@@ -12,7 +14,7 @@ const LAWS = {
   rigid: { "contact.model": "rigid" },
 };
 
-class Setup {
+export class Setup {
   /** `values`: start values by name; those of balls as arrays, filled up with what a ball at rest has. */
   constructor(balls, values) {
     this.balls = balls;
@@ -125,7 +127,7 @@ function rest(name) { return name.endsWith("Ratio") ? 1 : 0; }
 /** Positions near `x` at which no neighbours are nearer than `clearance[i]` allows (m): midway between those to which
  *  balls are only pushed to the right, and only to the left. Balls that touch nothing stay where they are, to the last
  *  bit. */
-function apart(x, clearance) {
+export function apart(x, clearance) {
   const right = [...x], left = [...x], last = x.length - 1;
   for (let i = 0; i < last; i++) right[i + 1] = Math.max(x[i + 1], right[i] - clearance[i]);
   for (let i = last - 1; i >= 0; i--) left[i] = Math.min(x[i], left[i + 1] + clearance[i]);
@@ -135,13 +137,13 @@ function apart(x, clearance) {
   return places;
 }
 
-// ---- ready set-ups: those of the paper and the desk are the producer's, in packaging/presets; the build puts them
-// here
+// ---- ready set-ups
 
-const FILES = {{presets}};
+/** Those of the paper and the desk, by name: the producer's, which the page carries along. */
+export const FILES = {};
 
 /** Values of the FMU where nothing else is said. */
-const DEFAULTS = {
+export const DEFAULTS = {
   gravity: 9.81, "ball.mass": 1, "ball.radius": 0.0313, "ball.youngModulus": 2.1e11, "ball.poissonRatio": 0.3,
   "pendulum.length": 1.962, "pendulum.drag": 0, "contact.model": "powerLaw", "contact.stiffness": 1e10,
   "contact.overlapRef": 1e-6,
@@ -150,7 +152,7 @@ const DEFAULTS = {
 };
 
 /** The lesson's steps, see docs/lesson.md, as parts of the address. */
-const LESSON = [
+export const LESSON = [
   "preset=textbook&lift=2",
   "preset=textbook&lift=2&show=energy,momentum",
   "preset=textbook&lift=2&slow=next",
@@ -168,10 +170,10 @@ function fromFile(name, changes = {}) {
 const TABLE = { "pendulum.length": 0.4 };
 
 /** Steel balls that touch each other. */
-const TOUCHING = { "contact.model": "hertz", "contact.deadBand": 0 };
+export const TOUCHING = { "contact.model": "hertz", "contact.deadBand": 0 };
 
 /** `beside`: what it is compared with, as changes of its values. */
-const PRESETS = {
+export const PRESETS = {
   textbook: { setup: () => new Setup(5, { ...TABLE, "contact.deadBand": 2e-5 }), beside: TOUCHING },
   hertz: { setup: () => new Setup(5, { ...TABLE, ...TOUCHING }), beside: { "contact.model": "rigid" } },
   desk: { setup: () => fromFile("desk"), beside: { "contact.huntCrossley": 0 } },

@@ -1,9 +1,12 @@
 // What happens inside a click, in sentences made from its pulses.
 
+import { withPrefix } from "#view/common.js";
+import { rounded, say } from "#view/texts.js";
+
 const TOGETHER = 1e-3; // of a click's length, within which events are told as one
 
 /** What has happened last at `now` (s of the run): {text, detail}. */
-function captionOf(click, now, state) {
+export function captionOf(click, now, state) {
   if (now < click.begin) {
     const first = click.pulses.filter(({ onset }) => onset - click.begin <= TOGETHER * click.length);
     if (!first.length) return { text: "" };
@@ -59,7 +62,7 @@ function outcome({ speeds, after }) {
 }
 
 /** A set-up in a few words. */
-function describeSetup(setup) {
+export function describeSetup(setup) {
   const band = setup.get("contact.deadBand"), uneven = setup.get("ball.massRatio").some((ratio) => ratio !== 1);
   const parts = [say(`laws.${setup.law}`)];
   if (setup.law !== "rigid")

@@ -1,10 +1,14 @@
 // What runs along: velocities, forces, energy and momentum by time, over some seconds or over one click.
 
-const HISTORY = 900;  // samples that are kept
-const SECONDS = 7;    // s on the viewer's clock that are shown
-const ENERGY_PARTS = ["kinetic", "gravity", "elastic"];
+import { prepared, through } from "#view/common.js";
+import { ballColour } from "#view/scene.js";
+import { FONT } from "#view/texts.js";
 
-class Graph {
+const HISTORY = 900;  // samples that are kept
+export const SECONDS = 7;    // s on the viewer's clock that are shown
+export const ENERGY_PARTS = ["kinetic", "gravity", "elastic"];
+
+export class Graph {
   constructor(canvas) { this.canvas = canvas; }
 
   /** Forgets what was recorded. */

@@ -1,14 +1,17 @@
 // The cradle, drawn: frame, strings, balls, and the glow of the forces between them.
 
+import { prepared, shaded, through, withPrefix } from "#view/common.js";
+import { FONT, say } from "#view/texts.js";
+
 const LONGEST_STRING = 4.7, SHORTEST_STRING = 3.2; // lengths as drawn, in diameters of a ball
 const AFTERGLOW = 0.5; // s on the viewer's clock that a contact shines after its pulse
 
 /** Distinct colours for up to 20 balls: around the circle, the same lightness. */
-function ballColour(i, balls, dark) {
+export function ballColour(i, balls, dark) {
   return `oklch(${dark ? 0.78 : 0.52} 0.13 ${(25 + (330 * i) / Math.max(balls, 5)) % 360})`;
 }
 
-class Scene {
+export class Scene {
   constructor(canvas) {
     Object.assign(this, { canvas, glow: [], sprites: new Map() });
   }
@@ -229,7 +232,7 @@ function ballSprite(r, ratio, theme) {
 // ---- microscopes above the contacts: the gap between two balls, or how far they are pressed together, in micrometres
 
 /** Draws a lens for each contact; `reach` (m) is half of what it shows. */
-function drawLenses(scene, state, { reach, theme, opacity }) {
+export function drawLenses(scene, state, { reach, theme, opacity }) {
   const { context: c, unit } = scene, radius = Math.min(0.9 * unit, 84);
   if (radius < 15 || opacity <= 0) return;
   c.save();

@@ -4,7 +4,7 @@ const FULL_SPEED = 1.2;   // m/s: the change of a ball's speed that is as loud a
 const LENGTH = 0.09;      // s
 const PITCH = 2400;       // Hz, of the sound that is kept
 
-class Sound {
+export class Sound {
   constructor() { this.on = false; this.played = 0; }
 
   /** Browsers let a page sound after it was touched only. */

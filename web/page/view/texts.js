@@ -116,16 +116,16 @@ const ENGLISH = {
   reload: "Load the page again to go on.",
 };
 
-const TEXTS = ENGLISH;
+export const TEXTS = ENGLISH;
 
 /** The text with this name, such as `presets.desk`; if it takes arguments, with these. */
-function say(name, ...given) {
+export function say(name, ...given) {
   const text = name.split(".").reduce((table, part) => table[part], TEXTS);
   return typeof text === "function" ? text(...given) : text;
 }
 
 /** Fills in what elements of the page ask for: data-text their text, data-label their accessible name. */
-function fillTexts(root = document) {
+export function fillTexts(root = document) {
   document.documentElement.lang = TEXTS.language;
   document.title = say("title");
   for (const element of root.querySelectorAll("[data-text]")) element.textContent = say(element.dataset.text);
@@ -133,17 +133,17 @@ function fillTexts(root = document) {
     element.setAttribute("aria-label", say(element.dataset.label));
 }
 
-const FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif";
+export const FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif";
 
 /** With this many significant digits, without a power of ten where that can be avoided. */
-function rounded(value, digits = 3) {
+export function rounded(value, digits = 3) {
   const short = Number(value.toPrecision(digits));
   return String(Math.abs(short) >= 1e-4 || short === 0 ? short : value.toExponential(Math.max(0, digits - 1)))
     .replace("-", "−");
 }
 
 /** A tiny number as it is said of residuals: 3.1e-16 becomes 3.1 × 10⁻¹⁶. */
-function power(value, digits = 2) {
+export function power(value, digits = 2) {
   if (value === 0) return "0";
   const [mantissa, exponent] = value.toExponential(digits - 1).split("e");
   const raised = [...String(Number(exponent))].map((letter) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[letter] ?? "⁻").join("");

@@ -8,7 +8,7 @@ function powerFor(size) {
 }
 
 /** A number with an SI prefix: 1.5e-7, "s" gives "150 ns". */
-function withPrefix(value, unit, digits = 3) {
+export function withPrefix(value, unit, digits = 3) {
   if (value === 0 || !Number.isFinite(value)) return `${value === 0 ? 0 : "–"} ${unit}`;
   const power = powerFor(Math.abs(value)), number = Number((value / 10 ** power).toPrecision(digits));
   return `${String(number).replace("-", "−")} ${PREFIXES[power]}${unit}`;
@@ -24,26 +24,26 @@ function countUpTo(array, value, low = 0, high = array.length) {
 }
 
 /** Where `t` lies among rising times: the sample before it, and the part of the way to the next one. */
-function placeIn(times, t) {
+export function placeIn(times, t) {
   const i = Math.min(Math.max(countUpTo(times, t) - 1, 0), times.length - 2), h = times[i + 1] - times[i];
   return { i, h, part: Math.min(Math.max((t - times[i]) / h, 0), 1) };
 }
 
 /** A sampled quantity at a place between its samples. */
-function linear(column, { i, part }) { return column[i] + part * (column[i + 1] - column[i]); }
+export function linear(column, { i, part }) { return column[i] + part * (column[i + 1] - column[i]); }
 
 /** A position: the cubic through both samples' positions and velocities (Hermite). */
-function cubic(x, v, { i, h, part }) {
+export function cubic(x, v, { i, h, part }) {
   const rest = 1 - part;
   return x[i] * (1 + 2 * part) * rest * rest + x[i + 1] * (3 - 2 * part) * part * part
     + h * part * rest * (v[i] * rest - v[i + 1] * part);
 }
 
 /** Writes a text where it is not there yet. */
-function write(item, text) { if (item && item.textContent !== text) item.textContent = text; }
+export function write(item, text) { if (item && item.textContent !== text) item.textContent = text; }
 
 /** A canvas's 2D context, cleared, scaled so that one unit is one CSS pixel: {context, width, height, ratio}. */
-function prepared(canvas, most = Infinity) {
+export function prepared(canvas, most = Infinity) {
   const ratio = Math.min(devicePixelRatio || 1, most), width = canvas.clientWidth, height = canvas.clientHeight;
   if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
     canvas.width = Math.round(width * ratio);
@@ -57,14 +57,14 @@ function prepared(canvas, most = Infinity) {
 }
 
 /** A context whose path leads through these points [x, y]. */
-function through(context, points) {
+export function through(context, points) {
   context.beginPath();
   for (const [x, y] of points) context.lineTo(x, y);
   return context;
 }
 
 /** The gradient with these stops: [place, colour], or colours at even distances. */
-function shaded(gradient, stops) {
+export function shaded(gradient, stops) {
   stops.forEach((stop, i) => gradient.addColorStop(...(Array.isArray(stop) ? stop : [i / (stops.length - 1), stop])));
   return gradient;
 }

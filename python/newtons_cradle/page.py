@@ -1,0 +1,59 @@
+"""The page: the cradle in a browser, as one HTML file that needs no network."""
+
+import base64
+import json
+import re
+import tomllib
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from .files import engine_file, page_folder, preset_files
+
+
+class PageError(RuntimeError):
+    """The page cannot be made; the message says what is missing."""
+
+
+def save_page(path: str | Path) -> int:
+    """Writes the page in which the engine runs live; returns its size in bytes. Raises PageError, OSError."""
+    engine = engine_file()
+    if not engine.is_file():
+        raise PageError(
+            "the engine for browsers is missing: the wheels of a release have it; in the folder of the sources, "
+            "`rustup target add wasm32-unknown-unknown` and `python3 web/build.py` make it, for `cradle.py wheel` too"
+        )
+    folder = page_folder()
+    parts = {
+        "style": (folder / "style.css").read_text(encoding="utf-8"),
+        "modules": json.dumps({"imports": dict(modules(folder))}),
+        "presets": json.dumps(presets()),
+        "engine": engine.read_text(encoding="utf-8"),
+    }
+    # One pass, so that nothing in a part is taken for a slot.
+    template = (folder / "template.html").read_text(encoding="utf-8")
+    finished = re.sub(r"{{(\w+)}}", lambda slot: parts[slot[1]], template)
+    return Path(path).write_bytes(finished.encode("utf-8"))
+
+
+def modules(folder: Path) -> Iterable[tuple[str, str]]:
+    """The scripts by the names that they import each other by, as an import map's addresses."""
+    scripts = {
+        f"#{path.parent.name}/{path.name}": path.read_bytes() for path in sorted(folder.glob("*/*.js"))
+    }
+    for name, script in scripts.items():
+        yield name, f"data:text/javascript;base64,{base64.b64encode(script).decode()}"
+
+
+def presets() -> dict[str, dict[str, Any]]:
+    """The producer's ready cradles, by name."""
+    texts = {name: file.read_text(encoding="utf-8") for name, file in preset_files().items()}
+    return {name: flat(tomllib.loads(text)) for name, text in texts.items()}
+
+
+def flat(table: dict[str, Any], before: str = "") -> dict[str, Any]:
+    """A table of tables as one, its names with dots: `pendulum.length`."""
+    names: dict[str, Any] = {}
+    for name, value in table.items():
+        names |= flat(value, f"{before}{name}.") if isinstance(value, dict) else {before + name: value}
+    return names
