@@ -27,6 +27,9 @@ def save_page(path: str | Path) -> int:
     parts = {
         "style": (folder / "style.css").read_text(encoding="utf-8"),
         "modules": json.dumps({"imports": dict(modules(folder))}),
+        "texts": json.dumps(
+            {path.stem: json.loads(path.read_bytes()) for path in folder.glob("texts/*.json")}
+        ),
         "presets": json.dumps(presets()),
         "engine": engine.read_text(encoding="utf-8"),
     }

@@ -38,8 +38,9 @@ def node(script: str):
     if shutil.which("node") is None:
         pytest.skip("node is missing")
     names = {"readFileSync": "node:fs", "Engine": "#engine/engine.js", "Live": "#engine/live.js"}
-    names |= {"PRESETS": "#engine/setup.js", "captionOf": "#view/captions.js"}
+    names |= {"PRESETS": "#engine/setup.js", "captionOf": "#view/captions.js", "learn": "#view/texts.js"}
     lines = [f'import {{ {name} }} from "{module}";' for name, module in names.items()]
+    lines.append('learn({ en: JSON.parse(readFileSync("page/texts/en.json")) });')
     lines.append(f"const engine = await Engine.load(readFileSync({json.dumps(str(ROOT / ENGINE))}));")
     lines.append(f"console.log(JSON.stringify(await (async () => {{ {script} }})()));")
     command = ["node", "--input-type=module"]

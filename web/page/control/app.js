@@ -12,7 +12,7 @@ import { write } from "#view/common.js";
 import { describeSetup } from "#view/captions.js";
 import { unpacked } from "#view/elements.js";
 import { Sound } from "#view/sound.js";
-import { fillTexts, say, TEXTS } from "#view/texts.js";
+import { fillTexts, learn, say, textsOf } from "#view/texts.js";
 import { DAY, NIGHT } from "#view/themes.js";
 
 const LIFT = 0.25; // of the strings' length, by the button and the keys
@@ -24,7 +24,7 @@ class App {
     // `keys`: whether single keys do anything.
     Object.assign(this, { engine, clock: new Clock(), sound: new Sound(), side: "right", keys: true, stages: [],
       preset: "textbook" });
-    this.shows = Object.fromEntries(Object.keys(TEXTS.shows).map((kind) => [kind, false]));
+    this.shows = Object.fromEntries(Object.keys(textsOf("shows")).map((kind) => [kind, false]));
     this.controls = Object.fromEntries([...document.querySelectorAll("[id]")].map((item) => [item.id, item]));
     this.setTheme(matchMedia("(prefers-color-scheme: light)").matches);
     this.still = matchMedia("(prefers-reduced-motion: reduce)").matches;
@@ -258,7 +258,7 @@ class App {
     write(inside, say(clock.slow === "next" || clock.inside ? "insideNow" : "inside"));
     if (clock.late > 0.25 && clock.running) {
       const part = String(Math.min(90, Math.round(10 * clock.late) * 10));
-      if (this.lateTold !== part) this.tell(say("late", part), 4);
+      if (this.lateTold !== part) this.tell(say("late", { percent: part }), 4);
       this.lateTold = part;
     } else this.lateTold = null;
   }
@@ -358,7 +358,7 @@ class App {
       for (const kind of Object.keys(this.shows)) this.shows[kind] = (options.show ?? "").split(",").includes(kind);
       this.begin(setup, options.preset ?? (hash.includes("balls=") ? null : "textbook"));
       if (options.lift) this.lift(Number(options.lift));
-      const known = Object.keys(TEXTS.besides).find((name) => name === options.beside && name !== "stop");
+      const known = Object.keys(textsOf("besides")).find((name) => name === options.beside && name !== "stop");
       if (options.right || known) this.compare(known ?? "usual", options.right);
       if (options.slow === "always") this.setOther("every", true);
       if (options.slow === "next") this.clock.slowAt("next");
@@ -379,9 +379,11 @@ class App {
 
 /** Starts the page. */
 export async function start() {
+  const data = (id) => JSON.parse(document.getElementById(id).textContent);
+  learn(data("texts"), navigator.languages);
   fillTexts();
   try {
-    Object.assign(FILES, JSON.parse(document.getElementById("presets").textContent));
+    Object.assign(FILES, data("presets"));
     const engine = await Engine.load(await unpacked("engine").arrayBuffer());
     document.getElementById("engine").remove();
     window.cradle = new App(engine);

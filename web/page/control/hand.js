@@ -73,7 +73,7 @@ export class Sliders {
 
   add(ball) {
     const who = `keys ${ball}`, input = element(this.box, "input", { type: "range", min: -120, max: 120, step: "any" });
-    aria(input, { label: say("ball", ball + 1) });
+    aria(input, { label: say("ball", { ball: ball + 1 }) });
     input.onkeydown = (event) => {
       const { source } = this.stage, step = 0.025 * source.drawing.length * (event.shiftKey ? 0.2 : 1);
       const direction = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1 }[event.key];
@@ -100,6 +100,8 @@ export class Sliders {
     if (ball < 0) return;
     const hold = source.holds?.get(`keys ${ball}`), x = hold?.x ?? source.state.x[ball];
     this.inputs[ball].value = (100 * x) / source.drawing.length;
-    aria(this.inputs[ball], { valuetext: say("ballAt", 100 * x, Boolean(hold)) });
+    const distance = `${Math.abs(100 * x).toFixed(1)} cm`, way = x < 0 ? "toTheLeft" : "toTheRight";
+    const place = distance === "0.0 cm" ? say("hangs") : say(way, { distance });
+    aria(this.inputs[ball], { valuetext: hold ? say("held", { place }) : place });
   }
 }

@@ -4,7 +4,7 @@ import { pulsesTable, runTable, save, savePicture } from "#control/keep.js";
 import { LAWS, LESSON, MOST_BALLS, PRESETS } from "#engine/setup.js";
 import { withPrefix } from "#view/common.js";
 import { aria, element, unpacked } from "#view/elements.js";
-import { rounded, say, TEXTS } from "#view/texts.js";
+import { rounded, say, textsOf } from "#view/texts.js";
 
 const PLAY_BAND = [0, 1e-7, 2.6e-7, 5e-7, 1e-6, 2.6e-6, 5e-6, 1e-5, 2e-5, 5e-5, 1e-4]; // m
 const HARDNESS = [4, 14]; // powers of ten, N/m
@@ -143,14 +143,15 @@ export class Panels {
     const ratios = setup.get("ball.massRatio"), uneven = ratios.findIndex((ratio) => ratio !== 1), { balls } = setup;
     const ball = Math.min(balls - 1, this.ball ?? (uneven >= 0 ? uneven : Math.floor(balls / 2)));
     const turnTo = (i) => { this.ball = i - 1; this.refresh(); };
-    this.slider(say("whose"), { min: 1, max: balls, value: ball + 1, show: (i) => say("ball", i), choose: turnTo });
+    const nameOf = (i) => say("ball", { ball: i });
+    this.slider(say("whose"), { min: 1, max: balls, value: ball + 1, show: nameOf, choose: turnTo });
     const choose = (ratio) => set({ "ball.massRatio": ratios.map((old, i) => (i === ball ? ratio : old)) });
-    this.steps(say("weight"), WEIGHTS, ratios[ball], (ratio) => say("times", ratio), choose);
+    this.steps(say("weight"), WEIGHTS, ratios[ball], (ratio) => say("times", { ratio: rounded(ratio) }), choose);
   }
 
   show() {
     const { app } = this;
-    this.chips(say("show"), Object.keys(TEXTS.shows), "shows", (kind) => app.shows[kind],
+    this.chips(say("show"), Object.keys(textsOf("shows")), "shows", (kind) => app.shows[kind],
       (kind, on) => app.setShow(kind, on));
     const on = { every: app.clock.slow === "always", sound: app.sound.on, light: !app.theme.dark, keys: app.keys };
     this.chips("", Object.keys(on), "others", (kind) => on[kind], (kind, checked) => app.setOther(kind, checked));
@@ -162,7 +163,7 @@ export class Panels {
 
   beside() {
     const { app } = this;
-    this.chips(say("besideWhat"), Object.keys(TEXTS.besides), "besides", app.besideChoice ?? "stop",
+    this.chips(say("besideWhat"), Object.keys(textsOf("besides")), "besides", app.besideChoice ?? "stop",
       (name) => app.compare(name));
   }
 
@@ -183,7 +184,7 @@ export class Panels {
   /** Six steps, each a link into this page. */
   lesson() {
     const list = element(this.body, "ol", { className: "lesson" });
-    TEXTS.lessons.forEach(({ title, text }, i) => {
+    textsOf("lessons").forEach(({ title, text }, i) => {
       const item = element(list, "li");
       element(item, "a", { href: `#${LESSON[i]}`, textContent: title });
       element(item, "p", { textContent: text });
@@ -192,7 +193,7 @@ export class Panels {
 
   help() {
     const list = element(this.body, "dl", { className: "keys" });
-    for (const [key, meaning] of TEXTS.keys) {
+    for (const [key, meaning] of textsOf("keys")) {
       element(list, "dt", { textContent: key });
       element(list, "dd", { textContent: meaning });
     }
@@ -205,4 +206,6 @@ export class Panels {
   }
 }
 
-export function paceText(rate) { return rate >= 0.999 ? say("realTime") : say("slower", withPrefix(rate, "s", 2)); }
+export function paceText(rate) {
+  return rate >= 0.999 ? say("realTime") : say("slower", { amount: withPrefix(rate, "s", 2) });
+}

@@ -98,23 +98,23 @@ export class Stage {
       : { text: app.hintFor(this) };
     write(this.sentence, text);
     write(this.detail, detail);
-    const name = say("stageName", this.named);
+    const name = say("stageName", { name: this.named });
     if (this.canvas.getAttribute("aria-label") !== name) aria(this.canvas, { label: name });
   }
 
   /** What a row shows, in words. */
   title(kind, click) {
     const { source, graph } = this, { state } = source, { force, velocity } = graph.scales(click);
-    if (kind === "force") return say("rows.force", withPrefix(force, "N"));
-    if (kind === "velocity") return say("rows.velocity", withPrefix(velocity, "m/s"));
+    if (kind === "force") return say("rows.force", { most: withPrefix(force, "N") });
+    if (kind === "velocity") return say("rows.velocity", { most: withPrefix(velocity, "m/s") });
     if (kind === "momentum") {
-      const momentum = say("rows.momentum", `${rounded(state.momentum, 4)} kg m/s`);
-      return `${momentum} · ${say("support", withPrefix(state.supportForce, "N"))}`;
+      const momentum = say("rows.momentum", { now: `${rounded(state.momentum, 4)} kg m/s` });
+      return `${momentum} · ${say("support", { force: withPrefix(state.supportForce, "N") })}`;
     }
     const parts = ENERGY_PARTS.map((part) => `<span class="${part}">${say(`energies.${part}`)}</span>`).join(" · ");
-    if (!source.account) return `${say("rows.energy", say("inHand"))} ${parts}`;
-    const exact = say("exact", withPrefix(state.dissipated, "J"), power(state.residual));
-    return `${say("rows.energy", withPrefix(state.energy, "J", 6))} · ${exact} ${parts}`;
+    if (!source.account) return `${say("rows.energy", { now: say("inHand") })} ${parts}`;
+    const exact = say("exact", { lost: withPrefix(state.dissipated, "J"), residual: power(state.residual) });
+    return `${say("rows.energy", { now: withPrefix(state.energy, "J", 6) })} · ${exact} ${parts}`;
   }
 
   drawGraph(click, theme) {

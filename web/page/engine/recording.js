@@ -17,7 +17,7 @@ export class Recording {
     const x = column("x"), v = column("v"), F = column("F");
     const rising = this.times.length > 1 && this.times.every((time, k) => !k || time > this.times[k - 1]);
     if (!x.length || !rising || !x.flat().every(Number.isFinite))
-      throw new Refusal(say("badFile", name, say("columns")));
+      throw new Refusal(say("badFile", { file: name, reason: say("columns") }));
     Object.assign(this, { live: false, account: false, name, balls: x.length, table: { x, v, F },
       state: new State(x.length), origin: 0 });
     this.go(this.times[0]);

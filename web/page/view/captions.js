@@ -11,15 +11,19 @@ export function captionOf(click, now, state) {
     const first = click.pulses.filter(({ onset }) => onset - click.begin <= TOGETHER * click.length);
     if (!first.length) return { text: "" };
     const { contact } = fastest(first, click);
-    return { text: say("approaching", contact + 1, contact + 2, withPrefix(click.begin - now, "s", 2)) };
+    return { text: say("approaching", { ...pair(contact), time: withPrefix(click.begin - now, "s", 2) }) };
   }
   const { length, pulses } = click, strongest = Math.max(0, ...state.F);
   const force = strongest > 0 ? withPrefix(strongest, "N") : "";
+  const since = say("sinceTouch", { time: withPrefix(now - click.begin, "s") });
   if (now < click.end)
-    return { text: sentence(click, now, state), detail: say("sinceTouch", withPrefix(now - click.begin, "s"), force) };
-  const text = length ? say("over", withPrefix(length, "s"), pulses.length) : say("overRigid", pulses.length);
+    return { text: sentence(click, now, state), detail: [since, force].filter(Boolean).join(" · ") };
+  const text = say(length ? "over" : "overRigid", { time: withPrefix(length, "s"), count: pulses.length });
   return { text, detail: outcome(click) };
 }
+
+/** The balls of a contact, counted from 1. */
+const pair = (contact) => ({ a: contact + 1, b: contact + 2 });
 
 /** Of pulses or events, that whose balls came in fastest towards each other. */
 function fastest(events, { speeds }) {
@@ -39,14 +43,14 @@ function sentence(click, now, state) {
   if (group.length === 1 && others.length) {
     const { contact } = last, nearest = others.reduce((a, b) => (Math.abs(b - contact) < Math.abs(a - contact) ? b
       : a));
-    if (!begins) return say("partWhile", nearest < contact ? contact + 2 : contact + 1, nearest + 1, nearest + 2);
-    if (nearest === contact - 1) return say("touchWhile", contact, contact + 1, contact + 2);
-    if (nearest === contact + 1) return say("touchWhileRight", contact + 1, contact + 2, contact + 3);
+    if (!begins) return say("partWhile", { leaver: nearest < contact ? contact + 2 : contact + 1, ...pair(nearest) });
+    if (nearest === contact - 1) return say("touchWhile", { a: contact, b: contact + 1, c: contact + 2 });
+    if (nearest === contact + 1) return say("touchWhileRight", { a: contact + 1, b: contact + 2, c: contact + 3 });
   }
   const told = (group.length > 2 ? [fastest(group, click)] : group)
-    .map(({ contact }) => say(last.text, contact + 1, contact + 2));
+    .map(({ contact }) => say(last.text, pair(contact)));
   const pressed = others.length + (begins ? group.length : 0);
-  if (!begins || pressed > told.length) told.push(say("pressed", pressed));
+  if (!begins || pressed > told.length) told.push(pressed ? say("pressed", { count: pressed }) : say("apart"));
   return told.join(" ");
 }
 
@@ -55,10 +59,10 @@ function outcome({ speeds, after }) {
   const fastest = Math.max(...speeds.map(Math.abs)) || 1;
   const list = after.flatMap((v, i) => {
     const percent = (100 * v) / fastest, size = Math.abs(percent);
-    return size < 0.5 ? [] : [say("leaver", i + 1, percent.toFixed(size > 99 && size < 99.95 ? 1 : 0)
-      .replace("-", "−"))];
+    const shown = percent.toFixed(size > 99 && size < 99.95 ? 1 : 0).replace("-", "−");
+    return size < 0.5 ? [] : [say("leaver", { ball: i + 1, percent: shown })];
   });
-  return list.length ? say("leave", list.join(", ")) : say("all");
+  return list.length ? say("leave", { list: list.join(", ") }) : say("all");
 }
 
 /** A set-up in a few words. */
