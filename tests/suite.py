@@ -33,7 +33,7 @@ PRODUCER = ROOT / "target/debug" / ("cradle-fmu.exe" if os.name == "nt" else "cr
 FMU3 = FMU.with_suffix(".fmi3.fmu")
 HOSTS, TOOLS, FUZZ = (ROOT / "target" / name for name in ("hosts", "tools", "fuzz"))
 # Up to half a minute of processor time each: a smoke test, not a search.
-FUZZ_RUNS = {"check": 200, "corners": 400, "events": 6_000, "states": 5_000}
+FUZZ_RUNS = {"corners": 400, "events": 6_000, "states": 5_000}
 FEW_CASES = "20"  # of each property in `test` without `--all`
 # Parts of the lines of skips that `--strict` accepts, because installing something does not help.
 EXPECTED_SKIPS = ("advisories: their database cannot be reached",)
