@@ -64,6 +64,15 @@ def test_what_is_closed_says_so(fmu_path):
         fmu.start()
 
 
+def test_another_guid_is_refused_with_both(fmu):
+    other = "{00000000-0000-0000-0000-000000000000}"
+    with nc.Fmu(fmu.path) as copy:
+        own, copy.description.guid = copy.description.guid, other
+        with pytest.raises(nc.FmuError) as caught:
+            copy.start()
+    assert other in str(caught.value) and own in str(caught.value)
+
+
 def test_a_folder_with_a_name_of_fmi_2_0_4_is_found(fmu_path, tmp_path):
     """As Linux on ARM needs it: FMPy knows the older names only."""
     with nc.Fmu(fmu_path, tmp_path) as fmu:

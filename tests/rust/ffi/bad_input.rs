@@ -183,6 +183,14 @@ fn experiments_that_are_none_are_refused() {
     }
     assert!(host.log().is_empty());
     host.assert_usable();
+    // So are others: the run has its own.
+    let run = |tolerance: f64| {
+        let host = Host::new();
+        assert_eq!(unsafe { fmi2SetupExperiment(host.c, 1, tolerance, 0.0, 1, 10.0) }, fmi2OK);
+        assert_eq!((host.enter(), host.exit(), host.step(0.0, 1.0)), (fmi2OK, fmi2OK, fmi2OK));
+        host.everything()
+    };
+    assert_eq!(run(1e-3), run(1e-9));
 }
 
 #[test]
@@ -285,7 +293,8 @@ fn resources_decide_what_is_instantiated() {
     recipe.start.insert("x_start[1]".into(), StartValue::Number(-0.25));
     let (folder, location) = resources("decide", recipe.to_json().as_bytes());
     let own = newtons_cradle::variables::Description::of(&recipe.settings().unwrap()).guid();
-    for location in [format!("{location}/"), location.replace("file:///", "file:/"), folder.display().to_string()] {
+    let [short, long] = ["file:/", "file:////"].map(|scheme| location.replace("file:///", scheme));
+    for location in [format!("{location}/"), short, long, folder.display().to_string()] {
         let host = Instantiate { guid: Some(own.clone()), location: Some(location), balls: 3, ..Default::default() };
         let host = host.host().unwrap();
         host.start();
