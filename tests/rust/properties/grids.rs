@@ -1,7 +1,6 @@
 //! Communication points are where one looks, nothing else.
 
 use newtons_cradle::engine::{Engine, Pulse, Results, Unsound};
-use newtons_cradle::model::{ContactModel, Inputs, Parameters};
 use proptest::collection::vec;
 use proptest::prelude::*;
 
@@ -64,6 +63,17 @@ fn points() -> impl Strategy<Value = (Vec<f64>, Vec<f64>)> {
     (vec(0.0..1.0, 1..5), vec(0.0..1.0, 1..100))
 }
 
+/// Points within the first pulses, rising; as shares of the time, as `shares` of each pulse.
+fn within(pulses: &[Pulse], shares: &[f64], time: f64) -> Vec<f64> {
+    let of_pulse = |pulse: &Pulse| {
+        let (onset, length) = (pulse.onset, pulse.release - pulse.onset);
+        shares.iter().map(|share| (onset + share * length) / time).collect::<Vec<_>>()
+    };
+    let mut points: Vec<f64> = pulses.iter().take(20).flat_map(of_pulse).filter(|point| *point < 1.0).collect();
+    points.sort_by(f64::total_cmp);
+    points
+}
+
 /// At random points, at some within the first contacts, and in pieces that end whenever they have spent some effort.
 fn looks_change_nothing(
     case: &Case,
@@ -78,13 +88,7 @@ fn looks_change_nothing(
     compare(case, &common, &between)?;
 
     let (whole, pulses) = case.run()?;
-    let within = |pulse: &Pulse| {
-        let (onset, length) = (pulse.onset, pulse.release - pulse.onset);
-        shares.iter().map(|share| (onset + share * length) / case.time).collect::<Vec<_>>()
-    };
-    let mut points: Vec<f64> = pulses.iter().take(20).flat_map(within).filter(|point| *point < 1.0).collect();
-    points.sort_by(f64::total_cmp);
-    compare(case, &[case.time], &points)?;
+    compare(case, &[case.time], &within(&pulses, shares, case.time))?;
 
     let (mut pieces, mut of_pieces) = (case.start()?, Vec::new());
     while pieces.time() < case.time {
@@ -113,11 +117,12 @@ proptest! {
         looks_change_nothing(&case, points, &[], effort)?;
     }
 
-    /// Means and peaks of the steps add up to the impulses and the peaks of the pulses.
+    /// Means and peaks of the steps add up to the impulses and the peaks of the pulses, wherever those are cut.
     #[test]
-    fn steps_add_up(case in cradles(ANY), mut points in vec(0.0..1.0, 1..50)) {
+    fn steps_add_up(case in cradles(ANY), mut points in vec(0.0..1.0, 1..50), shares in vec(0.0..1.0, 5)) {
         let n = case.p.balls();
         let (mut engine, mut pulses) = (case.start()?, Vec::new());
+        points.extend(within(&case.run()?.1, &shares, case.time));
         points.push(1.0);
         points.sort_by(f64::total_cmp);
         let (mut sums, mut peaks) = (vec![0.0; n - 1], vec![0.0f64; n - 1]);
@@ -139,59 +144,6 @@ proptest! {
                 prop_assert!((peaks[i] - highest).abs() <= 1e-12 * highest, "{} {highest}", peaks[i]);
                 prop_assert!((finished - total).abs() <= 1e-12 * total.abs(), "{finished} {total}");
             }
-        }
-    }
-}
-
-#[test]
-fn steps_by_powers_of_two_change_nothing() {
-    let case = Case { p: Parameters::default_for(5), inputs: Inputs::zero(5), time: 20.0 };
-    let run = |steps: u32| {
-        let (mut engine, mut pulses, mut states) = (case.start().unwrap(), Vec::new(), Vec::new());
-        for i in 1..=20 * steps {
-            engine.advance(f64::from(i) / f64::from(steps), &mut pulses).unwrap();
-            if i % (steps / 8) == 0 {
-                states.push(bits(&engine, &case));
-            }
-        }
-        (states, pulses.iter().map(pulse_bits).collect::<Vec<_>>())
-    };
-    assert!(run(1 << 12) == run(1 << 3));
-}
-
-/// The largest force of each contact over a click of touching Hertz balls, in so many `steps`: as the log tells
-/// it, as F_peak does, and as sampled.
-fn largest_forces(steps: u32) -> [Vec<f64>; 3] {
-    let mut p = Parameters::default_for(6);
-    (p.contact_model, p.dead_band, p.gravity, p.x_start) = (ContactModel::Hertz, 0.0, 0.0, vec![0.0; 6]);
-    (p.v_start, p.mass_ratio) = (vec![1.0, 0.0, 0.0, 0.0, 0.0, 0.0], vec![1.0, 0.8, 1.3, 1.0, 0.6, 1.0]);
-    let mut engine = Engine::new(&p, &Inputs::zero(6), 0.0).unwrap();
-    let (mut pulses, mut stepped, mut sampled) = (Vec::new(), vec![0.0_f64; 5], vec![0.0_f64; 5]);
-    for k in 1..=steps {
-        engine.advance(CLICK * f64::from(k) / f64::from(steps), &mut pulses).unwrap();
-        for i in 0..5 {
-            stepped[i] = stepped[i].max(engine.force_peak(i));
-            sampled[i] = sampled[i].max(engine.force(i));
-        }
-    }
-    let mut logged = vec![0.0_f64; 5];
-    pulses.iter().for_each(|pulse: &Pulse| logged[pulse.contact] = logged[pulse.contact].max(pulse.peak));
-    [logged, stepped, sampled]
-}
-
-/// Time within which those balls collide and part, s.
-const CLICK: f64 = 1e-3;
-
-#[test]
-fn a_peak_is_found_wherever_its_pulse_is_cut() {
-    let [whole, ..] = largest_forces(1);
-    for steps in [7, 100, 1000, 20_000] {
-        let [logged, stepped, sampled] = largest_forces(steps);
-        for i in 0..5 {
-            assert_eq!(logged[i].to_bits(), whole[i].to_bits());
-            let (off, below) = (stepped[i] / whole[i] - 1.0, 1.0 - sampled[i] / whole[i]);
-            assert!(off.abs() < 1e-12, "{steps} steps, contact {}: off by {off:e}", i + 1);
-            assert!(below > -1e-14 && (steps < 20_000 || below < 1e-4), "contact {}: {below:e} above", i + 1);
         }
     }
 }
