@@ -4,45 +4,24 @@
 use cradle_host::exchange::{Master, Method};
 use cradle_host::{Host, fmi2OK};
 
+use super::{assert_close, each, pulses};
+
 type Values<'a> = &'a [(&'a str, f64)];
 
 fn with(values: Values, contacts: i32) -> Host {
     let host = Host::exchanging(5);
-    apply(&host, values);
-    assert_eq!(host.set_integer("exchange.contacts", contacts), fmi2OK);
+    host.give(values);
+    host.give(&[("exchange.contacts", contacts.into())]);
     host
-}
-
-fn apply(host: &Host, values: Values) {
-    for (name, value) in values {
-        assert_eq!(host.set(name, *value), fmi2OK, "{name}");
-    }
 }
 
 /// Co-simulation of the same to the time `until` (s).
 fn steps(values: Values, until: f64) -> Host {
     let host = Host::new();
-    apply(&host, values);
+    host.give(values);
     host.start();
     assert_eq!(host.step(0.0, until), fmi2OK);
     host
-}
-
-fn each(host: &Host, family: &str) -> Vec<f64> {
-    let count = if ["x", "v", "a"].contains(&family) { 5 } else { 4 };
-    (1..=count).map(|i| host.get(&format!("{family}[{i}]"))).collect()
-}
-
-fn pulses(host: &Host) -> Vec<i32> {
-    (1..5).map(|i| host.get_integer(&format!("pulses[{i}]"))).collect()
-}
-
-fn assert_close(own: &Host, other: &Host, families: &[&str], tolerance: f64) {
-    for family in families {
-        for (i, (own, other)) in each(own, family).into_iter().zip(each(other, family)).enumerate() {
-            assert!((own - other).abs() <= tolerance, "{family}[{}]: {own:e} {other:e}", i + 1);
-        }
-    }
 }
 
 const AT_REST: Values = &[("contact.deadBand", 0.0), ("x_start[1]", 0.0), ("x_start[2]", 0.0)];
@@ -104,8 +83,8 @@ fn what_is_closed_from_the_start_is_followed_from_there() {
         assert_eq!((pulses(&host), host.get("t_onset[1]")), (vec![1, 0, 1, 0], 0.0));
         assert!(host.get("F[1]") > 0.0 && host.get_boolean("inContact[1]"));
         assert_eq!(host.reset(), fmi2OK);
-        apply(&host, values);
-        assert_eq!(host.set_integer("exchange.contacts", contacts), fmi2OK);
+        host.give(values);
+        host.give(&[("exchange.contacts", contacts.into())]);
         let mut master = Master::start(&host, 0.0);
         if contacts == 2 {
             assert_eq!((host.get("F[1]"), host.get_boolean("inContact[1]")), (0.0, false));

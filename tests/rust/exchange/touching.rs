@@ -3,8 +3,9 @@
 
 use cradle_host::Host;
 use cradle_host::exchange::{Master, Method};
-use cradle_host::fmi2OK;
 use proptest::prelude::*;
+
+use super::pulses;
 
 /// Events that may follow each other without an onset.
 const MOST: usize = 12;
@@ -15,7 +16,7 @@ const TOTAL: usize = 300;
 /// Integrates a component up to `time` (s); returns the onsets, the most events that followed each other without any,
 /// and all events.
 fn events(host: &Host, time: f64) -> (usize, usize, usize) {
-    let onsets = || (1..host.balls).map(|j| host.get_integer(&format!("pulses[{j}]")) as usize).sum::<usize>();
+    let onsets = || pulses(host).into_iter().sum::<i32>() as usize;
     let mut master = Master::start(host, 0.0);
     let (mut before, mut at, mut most) = (onsets(), master.events, 0);
     while master.time < time && most <= MOST && master.events < TOTAL {
@@ -27,24 +28,15 @@ fn events(host: &Host, time: f64) -> (usize, usize, usize) {
     (before, most, master.events)
 }
 
-fn set(host: &Host, name: &str, value: f64) {
-    assert_eq!(host.set(name, value), fmi2OK, "{name} = {value}: {:?}", host.log());
-}
-
 #[test]
 fn touching_balls_that_drag_presses_together_close_once() {
-    for (heavy, model, contacts) in [(1, 1, 1), (1, 1, 2), (1, 2, 1), (1, 2, 2), (2, 1, 1), (2, 1, 2)] {
+    for (heavy, model, contacts) in
+        [(1, 1.0, 1.0), (1, 1.0, 2.0), (1, 2.0, 1.0), (1, 2.0, 2.0), (2, 1.0, 1.0), (2, 1.0, 2.0)]
+    {
         let host = Host::exchanging(2);
-        set(&host, &format!("ball.massRatio[{heavy}]"), 2.0);
-        for (name, value) in [("x_start[1]", -0.03), ("x_start[2]", -0.03)] {
-            set(&host, name, value);
-        }
-        for (name, value) in [("contact.deadBand", 0.0), ("pendulum.drag", 0.02), ("contact.stiffness", 1e7)] {
-            set(&host, name, value);
-        }
-        for (name, value) in [("contact.model", model), ("exchange.contacts", contacts)] {
-            assert_eq!(host.set_integer(name, value), fmi2OK);
-        }
+        host.give(&[(&format!("ball.massRatio[{heavy}]"), 2.0), ("x_start[1]", -0.03), ("x_start[2]", -0.03)]);
+        host.give(&[("contact.deadBand", 0.0), ("pendulum.drag", 0.02), ("contact.stiffness", 1e7)]);
+        host.give(&[("contact.model", model), ("exchange.contacts", contacts)]);
         // The lighter ball is braked more: it is pressed if it goes ahead.
         let (onsets, most, total) = events(&host, 5e-4);
         assert_eq!(onsets, usize::from(heavy == 1), "{model}, {contacts}");
@@ -55,7 +47,7 @@ fn touching_balls_that_drag_presses_together_close_once() {
 prop_compose! {
     /// A row that touches but for next to nothing, as values of variables.
     fn touching()(
-        balls in 2..6_usize, model in 1..=2_i32, law in 1..=4_i32, contacts in 1..=2_i32,
+        balls in 2..6_usize, model in 1..=2_u8, law in 1..=4_u8, contacts in 1..=2_u8,
         kinds in prop::array::uniform6(0..3_usize),
     )(
         masses in prop::collection::vec(0.5..2.0_f64, balls), lengths in prop::collection::vec(0.8..1.2_f64, balls),
@@ -63,14 +55,15 @@ prop_compose! {
         rates in prop::collection::vec(prop::sample::select(vec![0.0, 0.0, 1e-17, -1e-17, 1e-9]), balls),
         forces in prop::collection::vec(-20.0..20.0_f64, balls),
         balls in Just(balls), model in Just(model), law in Just(law), contacts in Just(contacts), kinds in Just(kinds),
-    ) -> (usize, [i32; 3], Vec<(String, f64)>) {
+    ) -> (usize, Vec<(String, f64)>) {
         let [mass, length, gravity, drag, force, shift] = kinds;
         let mut values: Vec<(String, f64)> = [
             ("contact.deadBand", 0.0), ("contact.stiffness", 1e7), ("contact.exponent", [1.0, 1.5, 2.0][force]),
             ("gravity", [9.81, 9.81, 0.0][gravity]), ("pendulum.drag", [0.0, 0.02, 1.0][drag]),
             ("contact.damping", [0.0, 10.0, 1e3][drag]), ("contact.huntCrossley", [0.0, 0.1, 1.0][drag]),
             ("contact.relaxationTime", [0.0, 1e-6, 1e-5][drag]), ("ball.youngModulus", 2e8),
-            ("a_support", [0.0, 1.0, -3.0][shift]),
+            ("a_support", [0.0, 1.0, -3.0][shift]), ("contact.model", model.into()),
+            ("contact.dampingLaw", law.into()), ("exchange.contacts", contacts.into()),
         ].map(|(name, value)| (name.to_owned(), value)).to_vec();
         for i in 0..balls {
             let ball = [
@@ -82,18 +75,15 @@ prop_compose! {
             ];
             values.extend(ball.map(|(name, value)| (format!("{name}[{}]", i + 1), value)));
         }
-        (balls, [model, law, contacts], values)
+        (balls, values)
     }
 }
 
 proptest! {
     #[test]
-    fn events_without_onsets_come_to_an_end((balls, [model, law, contacts], values) in touching()) {
+    fn events_without_onsets_come_to_an_end((balls, values) in touching()) {
         let host = Host::exchanging(balls);
-        values.iter().for_each(|(name, value)| set(&host, name, *value));
-        for (name, value) in [("contact.model", model), ("contact.dampingLaw", law), ("exchange.contacts", contacts)] {
-            assert_eq!(host.set_integer(name, value), fmi2OK);
-        }
+        values.iter().for_each(|(name, value)| host.give(&[(name, *value)]));
         let (_, most, total) = events(&host, 3e-4);
         prop_assert!(most <= MOST && total < TOTAL, "{most} events without an onset, {total} in all");
     }
