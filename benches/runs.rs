@@ -13,9 +13,6 @@ use newtons_cradle::fmi3::{fmi3EnterEventMode, fmi3EnterStepMode, fmi3SetDebugLo
 use newtons_cradle::model::{ContactModel, Inputs, Parameters};
 use newtons_cradle::variables::{Settings, Type, Variable, variables};
 
-/// The default method.
-const DEFAULT: &str = "eventDriven";
-
 /// One step of a fresh instance, from `from` (s), where it has got before, to `to`.
 fn one_step(c: &mut Criterion, group: &str, name: &str, scene: impl Fn() -> Host, (from, to): (f64, f64)) {
     let ready = || {
@@ -31,8 +28,8 @@ fn one_step(c: &mut Criterion, group: &str, name: &str, scene: impl Fn() -> Host
 }
 
 fn paper(c: &mut Criterion) {
-    one_step(c, "paper", "ten minutes", || scenes::ten_minutes(DEFAULT, &[]), (0.0, 600.0));
-    one_step(c, "paper", "cubic, 600 s", || scenes::cubic(DEFAULT, &[]), (0.0, 600.0));
+    one_step(c, "paper", "ten minutes", || scenes::ten_minutes(&[]), (0.0, 600.0));
+    one_step(c, "paper", "cubic, 600 s", || scenes::cubic(&[]), (0.0, 600.0));
     one_step(c, "paper", "figure 3, 10 s", scenes::figure3, (0.0, 10.0));
 }
 
