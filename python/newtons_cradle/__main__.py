@@ -8,6 +8,7 @@ from pathlib import Path
 from .animation import PageError, RecordingError, from_csv, from_fmu, save_page
 from .page import PageError as NoEngine
 from .page import save_page as save_live
+from .page import save_site
 from .progress import Progress
 from .run import FmuError
 
@@ -62,7 +63,19 @@ def arguments() -> argparse.ArgumentParser:
         result(f"--{name}", type=positive, default=default, help=help)
     what = "the page in which the cradle runs live: one HTML file for a browser, no network needed"
     live = commands.add_parser("live", help=f"write {what}", description=f"Writes {what}.")
-    live.add_argument("-o", "--out", type=Path, default=Path("cradle.html"), metavar="FILE.html")
+    place = live.add_mutually_exclusive_group().add_argument
+    place(
+        "-o",
+        "--out",
+        type=Path,
+        default=Path("cradle.html"),
+        metavar="FILE.html",
+        help="default: cradle.html",
+    )
+    help = (
+        "as index.html in a folder for a web server: browsers can install it, and keep it without a network"
+    )
+    place("--site", type=Path, metavar="FOLDER", help=help)
     live.set_defaults(function=make_live)
     return parser
 
@@ -85,7 +98,10 @@ def make_page(options: argparse.Namespace) -> None:
 
 def make_live(options: argparse.Namespace) -> None:
     """Makes the page without a recording."""
-    written(options.out, save_live(options.out))
+    if options.site:
+        written(options.site / "index.html", save_site(options.site))
+    else:
+        written(options.out, save_live(options.out))
 
 
 def written(out: Path, size: int) -> None:

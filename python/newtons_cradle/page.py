@@ -15,8 +15,11 @@ class PageError(RuntimeError):
     """The page cannot be made; the message says what is missing."""
 
 
-def save_page(path: str | Path) -> int:
-    """Writes the page in which the engine runs live; returns its size in bytes. Raises PageError, OSError."""
+def save_page(path: str | Path, head: str = '<link rel="icon" href="data:,">') -> int:
+    """Writes the page in which the engine runs live; returns its size in bytes. Raises PageError, OSError.
+
+    `head`: what else its head has.
+    """
     engine = engine_file()
     if not engine.is_file():
         raise PageError(
@@ -25,6 +28,7 @@ def save_page(path: str | Path) -> int:
         )
     folder = page_folder()
     parts = {
+        "head": head,
         "style": (folder / "style.css").read_text(encoding="utf-8"),
         "modules": json.dumps({"imports": dict(modules(folder))}),
         "texts": json.dumps(
@@ -39,13 +43,24 @@ def save_page(path: str | Path) -> int:
     return Path(path).write_bytes(finished.encode("utf-8"))
 
 
+def save_site(folder: str | Path) -> int:
+    """Writes the page as index.html into a folder for a web server; returns its size in bytes. Raises as `save_page`.
+
+    Browsers can install what is served from there, and keep it for when there is no network.
+    """
+    source, folder = page_folder() / "site", Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in ("cradle.webmanifest", "icon.svg", "worker.js"):
+        (folder / name).write_bytes((source / name).read_bytes())
+    return save_page(folder / "index.html", (source / "head.html").read_text(encoding="utf-8"))
+
+
 def modules(folder: Path) -> Iterable[tuple[str, str]]:
     """The scripts by the names that they import each other by, as an import map's addresses."""
-    scripts = {
-        f"#{path.parent.name}/{path.name}": path.read_bytes() for path in sorted(folder.glob("*/*.js"))
-    }
-    for name, script in scripts.items():
-        yield name, f"data:text/javascript;base64,{base64.b64encode(script).decode()}"
+    for room in ("engine", "view", "control"):
+        for path in sorted((folder / room).glob("*.js")):
+            script = base64.b64encode(path.read_bytes()).decode()
+            yield f"#{room}/{path.name}", f"data:text/javascript;base64,{script}"
 
 
 def presets() -> dict[str, dict[str, Any]]:

@@ -1,5 +1,6 @@
 """The page in which the engine runs live: keyboard, links, tables, accessibility, in a headless Chromium."""
 
+import json
 import re
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
@@ -10,6 +11,7 @@ import pytest
 from browser import serious, set_screen
 from conftest import ROOT
 from live_page import js, wait
+from newtons_cradle.page import save_site
 from selenium.webdriver import Keys
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.wait import WebDriverWait
@@ -82,18 +84,26 @@ def test_values_of_a_second_cradle_are_shown_whatever_its_name(page, beside):
     assert js(page, "return cradle.besideChoice") == "usual"
 
 
-def test_a_web_server_is_as_good(browser, live_path):
-    server = ThreadingHTTPServer(
-        ("127.0.0.1", 0), partial(SimpleHTTPRequestHandler, directory=live_path.parent)
-    )
+def test_a_web_server_is_as_good(browser, live_path, tmp_path):
+    """Its site can be installed, and is there when the server no longer is."""
+    save_site(tmp_path)
+    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(SimpleHTTPRequestHandler, directory=tmp_path))
     Thread(target=server.serve_forever, daemon=True).start()
+    address, ready = f"http://127.0.0.1:{server.server_port}/", "return Boolean(window.cradle)"
     try:
-        browser.get(f"http://127.0.0.1:{server.server_port}/{live_path.name}#preset=desk&lift=1")
-        WebDriverWait(browser, 20).until(lambda _: browser.execute_script("return Boolean(window.cradle)"))
-        wait(browser, "source.run.time > 0.1")
-        assert js(browser, "return cradle.preset") == "desk"
+        browser.get(address)
+        browser.execute_async_script("navigator.serviceWorker.ready.then(arguments[0])")
+        manifest = browser.execute_cdp_cmd("Page.getAppManifest", {})
+        assert json.loads(manifest["data"])["icons"] and manifest["errors"] == []
+        assert browser.execute_cdp_cmd("Page.getInstallabilityErrors", {})["installabilityErrors"] == []
     finally:
         server.shutdown()
+        server.server_close()
+    browser.get("about:blank")
+    browser.get(address + "#preset=desk&lift=1")
+    WebDriverWait(browser, 20).until(lambda _: browser.execute_script(ready))
+    wait(browser, "source.run.time > 0.1")
+    assert js(browser, "return cradle.preset") == "desk"
 
 
 def test_a_click_sounds_and_a_picture_is_kept(page):

@@ -1,0 +1,19 @@
+// Keeps the page where there is no network: what the server answered last is the answer then.
+
+const FILES = ["./", "cradle.webmanifest", "icon.svg"], kept = caches.open("cradle");
+
+addEventListener("install", (event) => event.waitUntil(kept.then((cache) => cache.addAll(FILES))));
+addEventListener("fetch", (event) => event.respondWith(answer(event.request)));
+
+async function answer(request) {
+  const cache = await kept;
+  try {
+    const fresh = await fetch(request);
+    if (fresh.ok && request.method === "GET") await cache.put(request, fresh.clone());
+    return fresh;
+  } catch (problem) {
+    const found = await cache.match(request, { ignoreSearch: true });
+    if (!found) throw problem;
+    return found;
+  }
+}
