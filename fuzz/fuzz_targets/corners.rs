@@ -9,18 +9,17 @@
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
-use std::sync::LazyLock;
+use std::fmt::Display;
 use std::time::{Duration, Instant};
 
 use arbitrary::Arbitrary;
-use cradle_fuzz::interface::{Interface, Kind, Variable};
 use cradle_host::{Host, fmi2Error, fmi2OK};
 use libfuzzer_sys::fuzz_target;
 use newtons_cradle::fmi2::{fmi2GetRealStatus, fmi2LastSuccessfulTime};
+use newtons_cradle::variables::{Access, Causality, Settings, Variability, Variable, variables};
 
-/// Numbers of balls, each with its interface.
-static INTERFACES: LazyLock<Vec<(usize, Interface)>> =
-    LazyLock::new(|| [1, 2, 3, 5, 13].map(|balls| (balls, Interface::of(balls))).into());
+/// Numbers of balls.
+const BALLS: [usize; 5] = [1, 2, 3, 5, 13];
 
 /// What any call but a step may take here, where it is instrumented and others may be at work: a thousand times what it
 /// should.
@@ -92,10 +91,11 @@ thread_local! {
 }
 
 fuzz_target!(|run: Run| HOSTS.with_borrow_mut(|hosts| {
-    let (balls, interface) = &INTERFACES[usize::from(run.balls) % INTERFACES.len()];
-    let host = hosts.entry(*balls).or_insert_with(|| Host::with_balls(*balls));
+    let balls = BALLS[usize::from(run.balls) % BALLS.len()];
+    let host = hosts.entry(balls).or_insert_with(|| Host::with_balls(balls));
     let extreme = ["Least", "Largest"].iter().any(|corner| format!("{run:?}").contains(corner));
-    Driver { host, interface, run: &run, extreme }.make();
+    let (variables, defaults) = (variables(balls).collect(), Settings::default_for(balls));
+    Driver { host, variables, defaults, run: &run, extreme }.make();
 }));
 
 impl Corner {
@@ -111,28 +111,29 @@ impl Corner {
     }
 
     /// An allowed value of a real variable.
-    fn value(self, variable: &Variable) -> f64 {
-        let start = variable.start.unwrap_or_default();
+    fn value(self, variable: &Variable, defaults: &Settings) -> f64 {
+        let (start, range) = (variable.real(defaults).unwrap_or_default(), variable.row.range);
         let scale = if start == 0.0 { 1.0 } else { start.abs() };
         let value = match self {
-            Self::Least if variable.above_min => f64::MIN_POSITIVE,
-            Self::Least => variable.min.max(-f64::MAX),
+            Self::Least if range.above_min => f64::MIN_POSITIVE,
+            Self::Least => range.min.unwrap_or(-f64::MAX),
             Self::Tiny => 1e-12 * scale,
             Self::Small => 1e-6 * scale,
             Self::Default => start,
             Self::Large => 1e4 * scale,
             Self::Huge => 1e12 * scale,
-            Self::Largest => variable.max.min(f64::MAX),
+            Self::Largest => range.max.unwrap_or(f64::MAX),
             Self::Negative => -scale,
             Self::Ordinary(thirds) => f64::from(thirds) / 3.0 * scale,
         };
-        if variable.admits(value) { value } else { start }
+        if range.contains(value) { value } else { start }
     }
 }
 
 struct Driver<'a> {
     host: &'a Host,
-    interface: &'a Interface,
+    variables: Vec<Variable>,
+    defaults: Settings,
     run: &'a Run,
     /// It has values whose squares are beyond the range of doubles.
     extreme: bool,
@@ -145,7 +146,7 @@ impl Driver<'_> {
         host.log();
         self.arrange();
         assert_eq!((host.set_up(0.0), host.enter()), (fmi2OK, fmi2OK));
-        if self.timed("fmi2ExitInitializationMode", || host.exit()) != fmi2OK {
+        if self.timed(&"fmi2ExitInitializationMode", || host.exit()) != fmi2OK {
             return self.refused();
         }
         self.read();
@@ -158,8 +159,7 @@ impl Driver<'_> {
             let mut length = 1e-9;
             while length <= longest {
                 let (before, begin) = (self.work(), Instant::now());
-                let status = self.timed("fmi2DoStep", || host.step(time, length));
-                let taken = begin.elapsed();
+                let (status, taken) = (host.step(time, length), begin.elapsed());
                 if status != fmi2OK {
                     return self.refused();
                 }
@@ -175,14 +175,16 @@ impl Driver<'_> {
 
     /// Sets what the run says, all of it legal.
     fn arrange(&self) {
-        let settable: Vec<&Variable> = self.interface.variables.iter().filter(|v| v.settable()).collect();
+        let settable: Vec<&Variable> = self.variables.iter().filter(|variable| variable.row.settable()).collect();
         for Setting { variable, corner } in self.run.settings.iter().take(6) {
             let variable = settable[usize::from(*variable) % settable.len()];
             self.set(variable, *corner);
         }
         let each = |family: &str, value: &dyn Fn(&Variable) -> f64| {
-            for variable in settable.iter().filter(|variable| variable.name.starts_with(family)) {
-                self.host.set(&variable.name, value(variable));
+            for (name, variable) in settable.iter().map(|variable| (variable.to_string(), variable)) {
+                if name.starts_with(family) {
+                    self.host.set(&name, value(variable));
+                }
             }
         };
         match &self.run.start {
@@ -190,26 +192,25 @@ impl Driver<'_> {
             Start::Touching => each("x_start", &|_| 0.0),
             Start::Pressed(corner) => {
                 each("x_start", &|_| 0.0);
-                each("contact.gap", &|variable| -corner.value(variable).abs());
+                each("contact.gap", &|variable| -corner.value(variable, &self.defaults).abs());
             }
             Start::Hit(corner) => {
                 each("x_start", &|_| 0.0);
-                each("v_start[1]", &|variable| corner.value(variable).abs());
+                each("v_start[1]", &|variable| corner.value(variable, &self.defaults).abs());
             }
         }
         self.host.log();
     }
 
     fn set(&self, variable: &Variable, corner: Corner) {
-        let name = &variable.name;
-        let status = match &variable.kind {
-            Kind::Real => self.host.set(name, corner.value(variable)),
-            Kind::Enumeration(items) => {
+        let name = &variable.to_string();
+        let status = match variable.row.access {
+            Access::Enumeration(enumeration) => {
                 // The general-purpose methods have steps of their own choice: they are not what is looked at here.
-                let items = if name == "solver.method" { &items[..1] } else { items };
-                self.host.set_integer(name, items[corner.index() % items.len()])
+                let items = if name == "solver.method" { &enumeration.items[..1] } else { enumeration.items };
+                self.host.set_integer(name, items[corner.index() % items.len()].value)
             }
-            _ => fmi2OK,
+            _ => self.host.set(name, corner.value(variable, &self.defaults)),
         };
         assert_eq!(status, fmi2OK, "{name}: {:?}", self.host.log());
     }
@@ -217,37 +218,36 @@ impl Driver<'_> {
     /// Changes an input or a tunable parameter before a step; `false` if it was refused.
     fn change(&self, step: &Step) -> bool {
         let of = |kind: fn(&&Variable) -> bool, index: u8| {
-            let all: Vec<&Variable> = self.interface.variables.iter().filter(kind).collect();
+            let all: Vec<&Variable> = self.variables.iter().filter(kind).collect();
             all[usize::from(index) % all.len()]
         };
         let mut accepted = true;
         if let Some((index, order, corner)) = &step.input {
-            let input = of(|variable| variable.is("input"), *index);
-            let value = corner.value(input);
+            let input = of(|variable| variable.row.causality == Causality::Input, *index);
+            let (name, value) = (input.to_string(), corner.value(input, &self.defaults));
             let status = match i32::from(order % 4) {
-                0 => self.host.set(&input.name, value),
-                order => self.host.set_derivative(&input.name, order, value),
+                0 => self.host.set(&name, value),
+                order => self.host.set_derivative(&name, order, value),
             };
             accepted &= status == fmi2OK;
         }
         if let Some((index, corner)) = &step.tuned {
-            let tunable = of(|variable| variable.variability == "tunable" && variable.is("parameter"), *index);
-            accepted &= self.host.set(&tunable.name, corner.value(tunable)) == fmi2OK;
+            let tunable = of(|variable| variable.row.variability == Variability::Tunable, *index);
+            accepted &= self.host.set(&tunable.to_string(), corner.value(tunable, &self.defaults)) == fmi2OK;
         }
         accepted
     }
 
     /// Reads every variable: none is a NaN, and where values are no extremes, all of them exist.
     fn read(&self) {
-        for variable in &self.interface.variables {
-            let value = self.timed(&variable.name, || variable.try_read(self.host));
+        for variable in &self.variables {
+            let value = self.timed(variable, || self.host.read(*variable));
             let log = self.host.log();
             let lacks = log.iter().any(|line| line.text.contains("beyond the range of doubles"));
-            assert!(!value.is_some_and(f64::is_nan), "{} is NaN: {:?}", variable.name, self.run);
-            assert!(value.is_some() || lacks && self.extreme, "{}: {log:?}: {:?}", variable.name, self.run);
+            assert!(!value.is_some_and(f64::is_nan), "{variable} is NaN: {:?}", self.run);
+            assert!(value.is_some() || lacks && self.extreme, "{variable}: {log:?}: {:?}", self.run);
         }
-        let (time, next) =
-            (self.time(), self.interface.at(self.interface.named("t_next")).and_then(|next| next.try_read(self.host)));
+        let (time, next) = (self.time(), self.host.try_get("t_next"));
         assert!(next.is_some_and(|next| next > time), "t_next = {next:?} at {time}");
         // A step may have told that it took long.
         self.host.log();
@@ -272,11 +272,11 @@ impl Driver<'_> {
     }
 
     /// Makes a call, which ends before long.
-    fn timed<T>(&self, what: &str, call: impl FnOnce() -> T) -> T {
+    fn timed<T>(&self, what: &dyn Display, call: impl FnOnce() -> T) -> T {
         let begin = Instant::now();
         let answer = call();
         let taken = begin.elapsed();
-        assert!(what == "fmi2DoStep" || taken < LONGEST, "{what} took {taken:?}: {:?}", self.run);
+        assert!(taken < LONGEST, "{what} took {taken:?}: {:?}", self.run);
         answer
     }
 }

@@ -8,9 +8,8 @@ use std::ptr::null_mut;
 use std::sync::LazyLock;
 
 use arbitrary::Arbitrary;
-use cradle_fuzz::hybrid::{Call, Operation, Phase, Picture, Vector, Within, element, few, of_type};
+use cradle_fuzz::hybrid::{Call, Operation, Phase, Picture, Vector, Within, few, of_type};
 use cradle_fuzz::inspection::{FLOATS, forge, look};
-use cradle_fuzz::interface::{Interface, Variable};
 use cradle_fuzz::values::{Current, LONGEST_STEP, Step, Value};
 use cradle_host::fmi3::{Host, vr};
 use libfuzzer_sys::fuzz_target;
@@ -18,7 +17,6 @@ use newtons_cradle::fmi3::fmi3Status::{self, fmi3Discard, fmi3Error, fmi3OK};
 use newtons_cradle::fmi3::*;
 use newtons_cradle::variables::{Array, Type};
 
-static INTERFACE: LazyLock<Interface> = LazyLock::new(Interface::default);
 /// Everything that has an item of an enumeration.
 static ITEMS: LazyLock<Vec<Array>> = LazyLock::new(|| of_type(Type::Enumeration));
 
@@ -26,7 +24,7 @@ static ITEMS: LazyLock<Vec<Array>> = LazyLock::new(|| of_type(Type::Enumeration)
 const LONGEST: usize = 60;
 const PLACES: usize = 2;
 /// The most balls: those whose values have everyday ranges.
-const BALLS: u64 = 5;
+const BALLS: usize = 5;
 
 #[derive(Debug, Arbitrary)]
 struct Sequence {
@@ -159,7 +157,7 @@ impl Driver<'_> {
                 }
                 Operation::DoStep { current, step, within } => self.step(operation, current, step, within),
                 Operation::SetBalls(balls) => {
-                    let balls = u64::from(*balls) % (BALLS + 1);
+                    let balls = u64::from(*balls) % (BALLS as u64 + 1);
                     let status = fmi3SetUInt64(c, &vr("n"), 1, &balls, 1);
                     let allowed = self.picture.phase == Phase::Configuration;
                     let expected = match (allowed, balls) {
@@ -177,11 +175,7 @@ impl Driver<'_> {
                     let array = ITEMS[usize::from(*which) % ITEMS.len()];
                     let value = i64::from(*value);
                     let status = fmi3SetInt64(c, &array.reference(), 1, &value, 1);
-                    let allowed = match element(&INTERFACE, array, 0) {
-                        Some(variable) => variable.admits(value as f64),
-                        None => (1..=2).contains(&value),
-                    };
-                    let expected = match (self.picture.may_set(array), allowed) {
+                    let expected = match (self.picture.may_set(array), array.variable(0).check_item(value).is_ok()) {
                         (false, _) => fmi3Error,
                         (true, false) => fmi3Discard,
                         (true, true) => fmi3OK,
@@ -370,15 +364,14 @@ impl Driver<'_> {
         let n = array.len(self.picture.balls);
         let value = |index: usize| {
             let value = values.get(index % values.len().max(1)).unwrap_or(&Value::Everyday(0));
-            value.number(element(&INTERFACE, array, index))
+            value.number(array.element(index, BALLS))
         };
         let set: Vec<f64> = (0..few(n, excess)).map(value).collect();
         let before = self.host.to_bytes();
         let status = self.host.set(&array.to_string(), &set);
         let admitted = |(index, value): (usize, &f64)| {
-            element(&INTERFACE, array, index)
-                .or(element(&INTERFACE, array, 0))
-                .is_none_or(|variable| variable.admits(*value))
+            let element = array.element(index, BALLS).or(array.element(0, BALLS));
+            element.is_none_or(|variable| variable.row.range.contains(*value))
         };
         if set.len() != n || !self.picture.may_set(array) {
             assert_eq!(status, fmi3Error, "{operation:?} of {array} in {:?}", self.picture);
@@ -386,7 +379,7 @@ impl Driver<'_> {
             assert_eq!(status, fmi3Discard, "{operation:?} of {array} to {set:?} in {:?}", self.picture);
         } else {
             assert_eq!(status, fmi3OK, "{operation:?} of {array} to {set:?} in {:?}", self.picture);
-            if self.picture.may_get(array) && element(&INTERFACE, array, 0).is_some_and(Variable::settable) {
+            if self.picture.may_get(array) && array.element(0, BALLS).is_some_and(|own| own.row.settable()) {
                 assert_eq!(self.host.floats(&array.to_string(), n), set, "{array}");
             }
         }

@@ -8,12 +8,10 @@ use std::sync::LazyLock;
 
 use arbitrary::Arbitrary;
 use cradle_fuzz::forgery::{Change, forged};
-use cradle_fuzz::interface::{Interface, Variable};
 use cradle_host::{Host, fmi2Error, fmi2OK};
 use libfuzzer_sys::fuzz_target;
 use newtons_cradle::fmi2::*;
-
-static INTERFACE: LazyLock<Interface> = LazyLock::new(Interface::default);
+use newtons_cradle::variables::{Type, Variable, variables};
 
 /// The states that changes are made to.
 static STATES: LazyLock<Vec<Vec<u8>>> = LazyLock::new(states);
@@ -69,15 +67,14 @@ fn look(host: &Host, before: Option<Vec<u64>>) {
     if after.is_none() || after != before {
         return;
     }
-    let everyday = |(variable, value): &(&Variable, f64)| {
-        let moves = variable.name.starts_with("x[") || variable.name.starts_with("v[");
-        !moves || value.abs() < 10.0
-    };
     // What a forged state amounts to may be beyond the range of doubles.
-    let values: Option<Vec<_>> =
-        INTERFACE.variables.iter().map(|variable| variable.try_read(host).map(|value| (variable, value))).collect();
+    let everyday = |variable: Variable| {
+        let moves = ["x", "v"].contains(&variable.row.name);
+        host.read(variable).is_some_and(|value| !moves || value.abs() < 10.0)
+    };
+    let all_everyday = variables(host.balls).map(everyday).fold(true, |all, own| all && own);
     host.log();
-    if !values.is_some_and(|values| values.iter().all(everyday)) {
+    if !all_everyday {
         return;
     }
     let mut time = 0.0;
@@ -96,13 +93,14 @@ fn settings(host: &Host) -> Option<Vec<u64>> {
         host.log();
         return None;
     }
-    let settable = INTERFACE.variables.iter().filter(|variable| variable.settable());
-    let value = |variable: &Variable| {
-        let value = variable.read(host);
-        assert!(variable.admits(value), "{} = {value} was accepted", variable.name);
+    let value = |variable: Variable| {
+        let value = host.read(variable).unwrap_or_else(|| panic!("{variable}: {:?}", host.log()));
+        let real = variable.row.access.data_type() == Type::Real;
+        let allowed = if real { variable.check_real(value) } else { variable.check_item(value as i64) };
+        assert!(allowed.is_ok(), "{variable} = {value} was accepted");
         value.to_bits()
     };
-    Some(settable.map(value).collect())
+    Some(variables(host.balls).filter(|variable| variable.row.settable()).map(value).collect())
 }
 
 /// States of every kind: of each phase, in flight, within an impact of known outcome, within a cluster, pressed

@@ -1,10 +1,9 @@
 //! What is legal in FMI 3.0 (FMI 3.0.2, sections 2.3, 3.2 and 4.2), and an instance as its host pictures it.
 
 use arbitrary::Arbitrary;
-use newtons_cradle::variables::{Array, Causality, TABLE, Type, Variability};
+use newtons_cradle::variables::{Array, Causality, Type, Variability};
 
 use crate::forgery::Change;
-use crate::interface::{Interface, Variable};
 use crate::values::{Current, Step as Length, Value};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -205,12 +204,6 @@ impl Picture {
             Event | Step | ContinuousTime | Terminated => Terminated,
         };
     }
-}
-
-/// Element `index` of an array as the interface of FMI 2.0 has it; nothing for what only FMI 3.0 has.
-pub fn element(interface: &Interface, array: Array, index: usize) -> Option<&Variable> {
-    let name = TABLE.iter().find(|row| row.name == array.row.name)?.name_of(index + 1);
-    interface.variables.iter().find(|variable| variable.name == name)
 }
 
 /// All variables of a type.

@@ -3,7 +3,7 @@
 
 use arbitrary::Arbitrary;
 
-use crate::interface::{Kind, Variable};
+use newtons_cradle::variables::Variable;
 
 /// A number: within the everyday range of what it is for, at the limits of what is allowed, or beyond.
 #[derive(Clone, Debug, Arbitrary)]
@@ -81,27 +81,15 @@ const EVERYDAY: &[(&str, f64, f64, bool)] = &[
 
 impl Value {
     /// For `variable`, or for a number that has no range.
-    pub fn number(&self, variable: Option<&Variable>) -> f64 {
-        let (min, max) = variable.map_or((f64::NEG_INFINITY, f64::INFINITY), |variable| (variable.min, variable.max));
+    pub fn number(&self, variable: Option<Variable>) -> f64 {
+        let (min, max) = variable.map_or((None, None), |variable| (variable.row.range.min, variable.row.range.max));
         match self {
             Self::Everyday(code) => everyday(*code, variable),
             // Without a limit there is nothing at it.
-            Self::Min => {
-                if min.is_finite() {
-                    min
-                } else {
-                    0.0
-                }
-            }
-            Self::Max => {
-                if max.is_finite() {
-                    max
-                } else {
-                    everyday(u16::MAX, variable)
-                }
-            }
-            Self::BelowMin => min.next_down(),
-            Self::AboveMax => max.next_up(),
+            Self::Min => min.unwrap_or(0.0),
+            Self::Max => max.unwrap_or_else(|| everyday(u16::MAX, variable)),
+            Self::BelowMin => min.map_or(f64::NEG_INFINITY, f64::next_down),
+            Self::AboveMax => max.map_or(f64::INFINITY, f64::next_up),
             Self::Nan => f64::NAN,
             Self::Infinite => f64::INFINITY,
             Self::MinusInfinite => f64::NEG_INFINITY,
@@ -109,15 +97,11 @@ impl Value {
     }
 }
 
-fn everyday(code: u16, variable: Option<&Variable>) -> f64 {
+fn everyday(code: u16, variable: Option<Variable>) -> f64 {
     let part = f64::from(code) / f64::from(u16::MAX);
     let Some(variable) = variable else { return 2.0 * part - 1.0 };
-    if let Kind::Enumeration(items) = &variable.kind {
-        // From one below the first to one above the last.
-        return f64::from(i32::from(code) % (items.len() as i32 + 2));
-    }
-    let family = variable.name.split('[').next();
-    let range = EVERYDAY.iter().find(|(name, ..)| *name == variable.name || family == Some(*name));
+    let (family, own) = (variable.row.name, variable.to_string());
+    let range = EVERYDAY.iter().find(|(name, ..)| *name == own || *name == family);
     let (_, low, high, magnitudes) = range.copied().unwrap_or(("", -1.0, 1.0, false));
     if magnitudes { low * (high / low).powf(part) } else { low + part * (high - low) }
 }

@@ -49,6 +49,19 @@ fn the_description_is_the_table() {
 }
 
 #[test]
+fn ranges_are_those_that_setters_allow() {
+    let text = xml(5);
+    for variable in variables(5).filter(|variable| variable.row.settable()) {
+        let (_, rest) = text.split_once(&format!(" name=\"{variable}\"")).unwrap();
+        let (own, _) = rest.split_once("</ScalarVariable>").unwrap();
+        let limit = |name: &str| Some(own.split_once(name)?.1.split_once('"').unwrap().0.parse::<f64>().unwrap());
+        let range = variable.row.range;
+        assert_eq!([limit(" min=\""), limit(" max=\"")], [range.min, range.max], "{variable}");
+        assert_eq!(own.contains("0 itself is refused"), range.above_min, "{variable}");
+    }
+}
+
+#[test]
 fn quantities_have_their_units_and_these_the_right_base_units() {
     let text = xml(5);
     let units = read(&text).unit_definitions.unwrap().units;

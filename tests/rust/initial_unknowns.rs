@@ -3,7 +3,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use cradle_host::{Host, fmi2OK};
-use newtons_cradle::fmi2::*;
 use newtons_cradle::variables::{Description, Settings, Type, Variable, variables};
 
 use crate::differences::Values;
@@ -31,17 +30,7 @@ fn described() -> BTreeMap<String, Option<BTreeSet<String>>> {
 
 /// The unknowns in Initialization Mode, bit by bit; none if no run can start like this.
 fn values(host: &Host, unknowns: &[Variable]) -> Option<Vec<u64>> {
-    let value = |unknown: &Variable| {
-        let (c, reference) = (host.c, unknown.reference());
-        let (mut real, mut integer, mut boolean) = (0.0, 0, 0);
-        let (status, bits) = match unknown.row.access.data_type() {
-            Type::Real => (unsafe { fmi2GetReal(c, &reference, 1, &mut real) }, real.to_bits()),
-            Type::Boolean => (unsafe { fmi2GetBoolean(c, &reference, 1, &mut boolean) }, boolean as u64),
-            _ => (unsafe { fmi2GetInteger(c, &reference, 1, &mut integer) }, integer as u64),
-        };
-        (status == fmi2OK).then_some(bits)
-    };
-    unknowns.iter().map(value).collect()
+    unknowns.iter().map(|unknown| host.read(*unknown).map(f64::to_bits)).collect()
 }
 
 /// A host in Initialization Mode.

@@ -273,14 +273,24 @@ impl Host {
         status
     }
 
+    /// The value of a variable of any type, unless that is refused.
+    pub fn read(&self, variable: Variable) -> Option<f64> {
+        let (c, reference, mut real, mut integer) = (self.c, variable.reference(), f64::NAN, 0);
+        let real_one = variable.row.access.data_type() == Type::Real;
+        let status = unsafe {
+            match variable.row.access.data_type() {
+                Type::Real => fmi2GetReal(c, &reference, 1, &mut real),
+                Type::Boolean => fmi2GetBoolean(c, &reference, 1, &mut integer),
+                _ => fmi2GetInteger(c, &reference, 1, &mut integer),
+            }
+        };
+        (status == fmi2OK).then_some(if real_one { real } else { integer.into() })
+    }
+
     /// Every variable, bit by bit.
     pub fn everything(&self) -> Vec<u64> {
-        let value = |variable: Variable| match variable.row.access.data_type() {
-            Type::Real => self.get(&variable.to_string()).to_bits(),
-            Type::Boolean => self.get_boolean(&variable.to_string()).into(),
-            _ => self.get_integer(&variable.to_string()) as u64,
-        };
-        variables(self.balls).map(value).collect()
+        let value = |variable| self.read(variable).unwrap_or_else(|| panic!("{variable}: {:?}", self.log()));
+        variables(self.balls).map(|variable| value(variable).to_bits()).collect()
     }
 
     /// A real variable, in its unit.
