@@ -266,7 +266,7 @@ class App {
   /** What is said below the balls away from clicks. */
   hintFor({ source }) {
     const { running, inside } = this.clock;
-    if (!source.live) return "";
+    if (!source.live || this.stages.length > 1) return "";
     if (source.holds.size) return say(running ? "hintHeld" : "hintPaused");
     if (!running) return inside ? "" : say("hintPaused");
     return source.state.v.every((v) => v === 0) ? say("hint") : "";

@@ -32,6 +32,7 @@ export class Panels {
     this.kind = this.kind === kind ? null : kind;
     for (const item of this.openers) aria(item, { expanded: item.dataset.opens === this.kind });
     panel.hidden = !this.kind;
+    document.body.classList.toggle("open", Boolean(this.kind));
     if (!this.kind) return void opener?.focus();
     paneltitle.textContent = say(this.kind);
     this.refresh();

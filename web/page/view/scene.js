@@ -4,6 +4,8 @@ import { prepared, shaded, through, withPrefix } from "#view/common.js";
 import { FONT, say } from "#view/texts.js";
 
 const LONGEST_STRING = 4.7, SHORTEST_STRING = 3.2; // lengths as drawn, in diameters of a ball
+const SHORTER = 0.68; // the part of that which is left in a wide room
+const LARGEST = 110;  // px, the radius of a ball
 const AFTERGLOW = 0.5; // s on the viewer's clock that a contact shines after its pulse
 
 /** Distinct colours for up to 20 balls: around the circle, the same lightness. */
@@ -23,16 +25,17 @@ export class Scene {
     const width = Math.max(60, this.canvas.clientWidth), height = Math.max(60, this.canvas.clientHeight);
     const sizes = ratio.map((mass) => Math.min(2.2, Math.max(0.35, Math.cbrt(mass)))); // of a radius
     const row = sizes.reduce((sum, size) => sum + 2 * size, 0), largest = Math.max(...sizes); // radii
-    const drawn = Math.min(LONGEST_STRING, Math.max(SHORTEST_STRING, length / (2 * radius))); // diameters
+    // Diameters. In a wide room strings are drawn shorter, so that the balls are larger.
+    const drawn = Math.min(LONGEST_STRING, Math.max(SHORTEST_STRING, length / (2 * radius)))
+      * Math.min(1, Math.max(SHORTER, height / width));
     // From afar: room for a swing to both sides, strings, balls and base. Close by: only for the balls and what is
     // above them.
-    const swing = 2 * drawn * Math.sin(swingAngle);
-    const far = Math.min(width / (row + 2 * swing + 1), (height - 8) / (2 * drawn + 2.7 * largest + 1.2), 64);
-    const close = Math.max(far, Math.min(width / (row + 2.4), height / (7 * largest), 110));
+    const swing = 2 * drawn * Math.sin(swingAngle), tall = 2 * drawn + 1.75 * largest + 0.9; // radii
+    const far = Math.min(width / (row + 2 * swing + 1), (height - 8) / tall, LARGEST);
+    const close = Math.max(far, Math.min(width / (row + 2.4), height / (7 * largest), LARGEST));
     const unit = far ** (1 - near) * close ** near, string = 2 * drawn * unit;
-    const hanging = (1 - near) * (8 + 0.5 * far + 2 * drawn * far
-      + 0.45 * Math.max(0, height - far * (2 * drawn + 2.7 * largest + 1.7)))
-      + near * (height - 2.1 * largest * close);
+    const hanging = (1 - near) * (4 + (0.3 + 2 * drawn) * far + 0.45 * Math.max(0, height - 8 - far * tall))
+      + near * (height - 2.3 * largest * close);
     let x = 0.5 * (width - row * unit);
     const positions = sizes.map((size) => (x += 2 * size * unit) - size * unit);
     const floor = hanging + 1.75 * largest * unit;

@@ -1,0 +1,81 @@
+"""Where things are on the page in which the engine runs live, in windows of all sizes: no panel and no strip covers the
+balls, which can be dragged beside them; nothing is cut off."""
+
+import pytest
+from browser import SIZES, set_screen
+from live_page import drag, js, wait
+
+pytestmark = pytest.mark.all
+
+# The boxes of canvases and of what must not cover them, and how far anything that is seen sticks out of the window.
+BOXES = """
+const box = (item) => { const {left, top, right, bottom} = item.getBoundingClientRect();
+  return {left, top, right, bottom}; };
+const seen = (names) => [...document.querySelectorAll(names)].filter((item) => item.checkVisibility());
+const out = (item) => { const {left, top, right, bottom} = box(item);
+  return left < -1 || top < -1 || right > innerWidth + 1 || bottom > innerHeight + 1 ? [item.id || item.className] : []; };
+const wide = (item) => item.scrollWidth > item.clientWidth + 1 ? [item.id || item.className || item.tagName] : [];
+return {canvases: seen(".cradle").map(box), others: seen("#panel, nav, .strips, .caption").map(box),
+  out: seen("nav button, #panel, .cradle, .caption, .strips, header").flatMap(out),
+  wide: seen("html, body, main, nav, nav button, #panel, #panelbody, .strips, .caption").flatMap(wide)}"""
+
+
+def boxes(page) -> list:
+    """The canvases' boxes; asserts that nothing lies over one, and that nothing is cut off."""
+    found = js(page, BOXES)
+    assert (found["out"], found["wide"]) == ([], [])
+    for a in found["canvases"]:
+        for b in found["others"]:
+            apart = (
+                a["right"] <= b["left"] + 1
+                or b["right"] <= a["left"] + 1
+                or a["bottom"] <= b["top"] + 1
+                or b["bottom"] <= a["top"] + 1
+            )
+            assert apart, (a, b)
+    return found["canvases"]
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_balls_are_beside_each_panel(page, size):
+    """They are as large as can be told apart, and a hand takes one of them."""
+    set_screen(page, size)
+    for beside, least in (("stop", 140), ("hertz", 120)):
+        js(page, "cradle.compare(arguments[0])", beside)
+        boxes(page)
+        for panel in ("change", "show", "beside", "lesson", "keep", "help"):
+            js(page, "cradle.panels.toggle(arguments[0])", panel)
+            assert all(box["bottom"] - box["top"] > least for box in boxes(page)), panel
+            js(page, "cradle.panels.toggle(arguments[0])", panel)
+        js(page, "cradle.panels.toggle('change')")
+        drag(page, 0, -30)
+        lifted = page.execute_script("return cradle.sources.map(({setup}) => setup.values.x_start[0])")
+        assert max(lifted) < -0.01
+        js(page, "cradle.panels.toggle('change'); cradle.stopAll()")
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_strips_leave_the_cradle_its_height(page, size):
+    """All of them together take no more room than two and a bit; the rest is scrolled to."""
+    set_screen(page, size)
+    js(page, "cradle.lift(1)")
+    [alone] = boxes(page)
+    js(page, "for (const kind of ['velocity', 'force', 'energy', 'momentum']) cradle.setShow(kind, true)")
+    wait(page, "cradle.stages[0].strips.scrollHeight > 1.5 * cradle.stages[0].strips.clientHeight")
+    [beside] = boxes(page)
+    assert beside["bottom"] - beside["top"] > 0.6 * (alone["bottom"] - alone["top"])
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_the_cradle_fills_its_room(page, size):
+    """Swinging, it comes close to two sides of its canvas at least, and sticks out at none."""
+    set_screen(page, size)
+    js(page, "cradle.lift(2)")
+    wait(page, "source.run.time > 1.5")
+    across, up = js(
+        page,
+        """const {scene, canvas} = cradle.stages[0], {unit, floor, top} = scene;
+        const {x} = scene.place(0, -0.1), {x: last} = scene.place(4, 0.1);
+        return [(last - x + 2 * unit) / canvas.clientWidth, (floor + 0.42 * unit - top) / canvas.clientHeight]""",
+    )
+    assert 0.85 < max(across, up) < 1
