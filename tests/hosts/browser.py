@@ -41,14 +41,14 @@ def set_screen(browser, size: str = "desktop", *, dark: bool = False, still: boo
     browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
 
 
-def visit(browser, path) -> None:
+def visit(browser, path, link: str = "") -> None:
     """Opens a page and asserts that it asks for nothing but itself and says nothing on the console.
 
     Those with scripts are ready once they have left `cradle` or `report` in the window.
     """
     for kind in ("browser", "performance"):
         browser.get_log(kind)  # what earlier pages left
-    browser.get(path.as_uri())
+    browser.get(path.as_uri() + link)
     WebDriverWait(browser, 60).until(
         lambda _: browser.execute_script(
             "return !document.scripts.length || Boolean(window.cradle ?? window.report)"

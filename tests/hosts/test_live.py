@@ -59,8 +59,8 @@ CAPTIONS = {
         "Ball 2 touches ball 3. Ball 4 touches ball 5.",
         "Balls 2 and 3 part. Balls 4 and 5 part. Nothing touches.",
         "Ball 3 touches ball 4.",
-        "It took 177 µs: 6 pushes.",
-        "Now, of the speed that came in: ball 4 100 %, ball 5 100 %.",
+        "The click took 177 µs: 6 pushes.",
+        "Now, as parts of the incoming speed: ball 4 100 %, ball 5 100 %.",
     ],
     ("hertz", 2): [
         "Ball 2 is 21 µs from ball 3.",
@@ -68,14 +68,14 @@ CAPTIONS = {
         "Ball 2 still touches ball 3 when ball 1 leaves.",
         "Ball 3 still touches ball 4 when ball 5 leaves.",
         "Ball 3 still touches ball 4 when ball 2 leaves.",
-        "It took 587 µs: 4 pushes.",
-        "Now, of the speed that came in: "
+        "The click took 587 µs: 4 pushes.",
+        "Now, as parts of the incoming speed: "
         "ball 1 \N{MINUS SIGN}11 %, ball 2 \N{MINUS SIGN}4 %, ball 3 21 %, ball 4 80 %, ball 5 114 %.",
     ],
     ("rigid", 1): [
         "Ball 1 is 21 µs from ball 2.",
         "Rigid balls: 4 impacts in no time at all. There is no inside to look at.",
-        "Now, of the speed that came in: ball 5 100 %.",
+        "Now, as parts of the incoming speed: ball 5 100 %.",
     ],
 }
 

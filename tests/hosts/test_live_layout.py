@@ -22,6 +22,7 @@ return {canvases: seen(".cradle").map(box), others: seen("#panel, nav, .strips, 
 
 def boxes(page) -> list:
     """The canvases' boxes; asserts that nothing lies over one, and that nothing is cut off."""
+    page.execute_async_script("requestAnimationFrame(() => requestAnimationFrame(arguments[0]))")
     found = js(page, BOXES)
     assert (found["out"], found["wide"]) == ([], [])
     for a in found["canvases"]:
@@ -48,6 +49,7 @@ def test_balls_are_beside_each_panel(page, size):
             assert all(box["bottom"] - box["top"] > least for box in boxes(page)), panel
             js(page, "cradle.panels.toggle(arguments[0])", panel)
         js(page, "cradle.panels.toggle('change')")
+        boxes(page)
         drag(page, 0, -30)
         lifted = page.execute_script("return cradle.sources.map(({setup}) => setup.values.x_start[0])")
         assert max(lifted) < -0.01

@@ -8,11 +8,12 @@ from threading import Thread
 
 import numpy as np
 import pytest
-from browser import serious, set_screen
+from browser import serious, set_screen, visit
 from conftest import ROOT
 from live_page import js, wait
 from newtons_cradle.page import save_site
 from selenium.webdriver import Keys
+from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.wait import WebDriverWait
 
@@ -30,7 +31,13 @@ def test_the_keyboard_does_everything(page):
     assert slider.get_attribute("aria-valuetext") == "4.0 cm to the left, held"
     slider.send_keys(Keys.ENTER)
     assert js(page, "return source.setup.values.x_start") == pytest.approx([-0.04, -0.04, 0, 0, 0])
-    for key, title in {"c": "Change", "s": "Show", "b": "Compare", "k": "Keep", "h": "Keys"}.items():
+    for key, title in {
+        "c": "Change",
+        "s": "Show",
+        "b": "Compare",
+        "k": "Save and share",
+        "h": "Keys",
+    }.items():
         body.send_keys(key)
         assert page.find_element(By.ID, "paneltitle").text == title
         page.switch_to.active_element.send_keys(Keys.ESCAPE)
@@ -39,6 +46,31 @@ def test_the_keyboard_does_everything(page):
     assert js(page, "return cradle.clock.slow") == "next"
     body.send_keys(" ")
     assert js(page, "return cradle.clock.running") is False
+
+
+@pytest.mark.parametrize("still", [False, True])
+def test_a_drawn_hand_begins_where_nobody_does(page, live_path, still):
+    """It pulls the first ball aside and lets it go, unless motion is to be reduced; who touches the page ends it."""
+    page.get("about:blank")
+    set_screen(page, still=still)
+    visit(page, live_path)
+    hint = "Pull a ball aside and let it go."
+    wait(page, "cradle.guide.seconds > 1.8")
+    x, shown = js(page, "return [source.state.x[0], Number(getComputedStyle(cradle.controls.hand).opacity)]")
+    assert (x == 0 and shown == 0) if still else (x < -0.005 and shown > 0)
+    wait(
+        page,
+        "cradle.guide.seconds > 4"
+        if still
+        else "cradle.guide.phase === 'has shown' && source.pulses.length > 0",
+    )
+    moved = js(page, "return [source.setup.values.x_start[0], cradle.stages[0].sentence.textContent]")
+    assert moved == [0 if still else pytest.approx(-0.12), hint]
+    ActionChains(page).move_by_offset(200, 60).click().perform()
+    wait(
+        page,
+        f"cradle.guide.phase === null && cradle.stages[0].sentence.textContent === '{hint if still else ''}'",
+    )
 
 
 def test_the_defaults_are_those_of_the_fmu(page, fmu):

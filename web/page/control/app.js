@@ -1,8 +1,9 @@
 // The page: what is on it, and what its buttons and keys do.
 
 import { Clock } from "#control/clock.js";
+import { Guide } from "#control/guide.js";
 import { linkTo, showLink } from "#control/keep.js";
-import { paceText, Panels } from "#control/panels.js";
+import { Panels } from "#control/panels.js";
 import { Stage } from "#control/stage.js";
 import { Engine, Refusal } from "#engine/engine.js";
 import { Live } from "#engine/live.js";
@@ -12,7 +13,7 @@ import { write } from "#view/common.js";
 import { describeSetup } from "#view/captions.js";
 import { unpacked } from "#view/elements.js";
 import { Sound } from "#view/sound.js";
-import { fillTexts, learn, say, textsOf } from "#view/texts.js";
+import { fillTexts, learn, paceText, say, textsOf } from "#view/texts.js";
 import { DAY, NIGHT } from "#view/themes.js";
 
 const LIFT = 0.25; // of the strings' length, by the button and the keys
@@ -30,6 +31,7 @@ class App {
     this.still = matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.addStage(new Live(engine, PRESETS.textbook.setup()));
     this.panels = new Panels(this);
+    this.guide = new Guide(this);
     this.attempt(() => this.begin(PRESETS.textbook.setup(), "textbook"));
     this.listen();
     if (asked) this.open(asked);
@@ -46,7 +48,7 @@ class App {
 
   addStage(source) {
     this.stages.push(new Stage(source, this));
-    this.controls.stages.classList.toggle("two", this.stages.length > 1);
+    document.body.classList.toggle("two", this.stages.length > 1);
   }
 
   /** Only the first one stays. */
@@ -56,7 +58,7 @@ class App {
     const stage = this.stages.pop();
     stage.source.forget();
     stage.figure.remove();
-    this.controls.stages.classList.remove("two");
+    document.body.classList.remove("two");
   }
 
   /** Shows another source in the first stage. */
@@ -240,6 +242,7 @@ class App {
       this.setRunning(false);
       this.tell(`${say("problem")}: ${problem.message}. ${say("reload")}`, 600);
     }
+    this.guide.follow(passed);
     for (const stage of this.stages) {
       const pulses = stage.follow(this.clock.running ? passed : 0);
       if (stage === this.stages[0]) this.sound.click(pulses, stage.source.drawing.mass);
@@ -267,9 +270,9 @@ class App {
   hintFor({ source }) {
     const { running, inside } = this.clock;
     if (!source.live || this.stages.length > 1) return "";
-    if (source.holds.size) return say(running ? "hintHeld" : "hintPaused");
+    if (source.holds.size && !this.guide.phase) return say(running ? "hintHeld" : "hintPaused");
     if (!running) return inside ? "" : say("hintPaused");
-    return source.state.v.every((v) => v === 0) ? say("hint") : "";
+    return this.guide.phase || source.state.v.every((v) => v === 0) ? say("hint") : "";
   }
 
   // ---- wishes that are no physics: keys, the address, what is shown, day and night

@@ -4,7 +4,7 @@ import { pulsesTable, runTable, save, savePicture } from "#control/keep.js";
 import { LAWS, LESSON, MOST_BALLS, PRESETS } from "#engine/setup.js";
 import { withPrefix } from "#view/common.js";
 import { aria, element, unpacked } from "#view/elements.js";
-import { rounded, say, textsOf } from "#view/texts.js";
+import { paceText, rounded, say, textsOf } from "#view/texts.js";
 
 const PLAY_BAND = [0, 1e-7, 2.6e-7, 5e-7, 1e-6, 2.6e-6, 5e-6, 1e-5, 2e-5, 5e-5, 1e-4]; // m
 const HARDNESS = [4, 14]; // powers of ten, N/m
@@ -205,8 +205,4 @@ export class Panels {
       element(column, "pre", { tabIndex: 0, textContent: await unpacked("licences").text() });
     });
   }
-}
-
-export function paceText(rate) {
-  return rate >= 0.999 ? say("realTime") : say("slower", { amount: withPrefix(rate, "s", 2) });
 }

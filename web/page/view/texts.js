@@ -1,6 +1,6 @@
 // What the page says: the tables of web/page/texts, one for each language.
 
-let tables = {}, table = {}, plurals = new Intl.PluralRules("en");
+let tables = {}, table = {}, plurals = new Intl.PluralRules("en"), roughly = new Intl.NumberFormat("en");
 
 /** Takes the tables by their languages' codes, and speaks that of these `languages` which is there, else English. */
 export function learn(all, languages = []) {
@@ -12,6 +12,7 @@ export function learn(all, languages = []) {
 export function speak(code) {
   table = tables[code];
   plurals = new Intl.PluralRules(code);
+  roughly = new Intl.NumberFormat(code, { maximumSignificantDigits: 2 });
   globalThis.document?.documentElement.setAttribute("lang", code);
 }
 
@@ -30,6 +31,11 @@ export function fillTexts(root = document) {
   for (const element of root.querySelectorAll("[data-text]")) element.textContent = say(element.dataset.text);
   for (const element of root.querySelectorAll("[data-label]"))
     element.setAttribute("aria-label", say(element.dataset.label));
+}
+
+/** How fast time runs, at this rate. */
+export function paceText(rate) {
+  return rate > 0.95 ? say("realTime") : say("slower", { times: roughly.format(1 / rate) });
 }
 
 export const FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif";
