@@ -1,9 +1,9 @@
 //! The description for any number of balls, read by somebody else's code, against the table. What is in it by name is
 //! for tests/hosts/test_description.py, the rules of the standard are for FMPy's validation there.
 
-use fmi_schema::fmi2::{self, Causality, Fmi2ModelDescription, ScalarVariableElement};
+use fmi_schema::fmi2::{self, Fmi2ModelDescription, ScalarVariableElement};
 use fmi_schema::traits::FmiModelDescription;
-use newtons_cradle::variables::{Description, Settings, Type, Variable, states, variables};
+use newtons_cradle::variables::{Description, Settings, Type, Variable, variables};
 
 fn xml(balls: usize) -> String {
     Description::of(&Settings::default_for(balls)).xml("2000-01-01T00:00:00Z")
@@ -94,38 +94,4 @@ fn quantities_have_their_units_and_these_the_right_base_units() {
         assert!(text.contains(&declared), "{declared}");
     }
     assert_eq!(units.len(), 16);
-}
-
-#[test]
-fn the_structure_lists_what_the_standard_asks_for() {
-    for balls in [1, 2, 5, 13] {
-        let description = read(&xml(balls));
-        let all = &description.model_variables.variables;
-        let indices = |wanted: &[Causality]| -> Vec<u32> {
-            let matching = all.iter().enumerate().filter(|(_, variable)| wanted.contains(&variable.causality));
-            matching.map(|(position, _)| position as u32 + 1).collect()
-        };
-        let position = |name: &str| all.iter().position(|variable| variable.name == name).unwrap() as u32 + 1;
-        let structure = &description.model_structure;
-        let outputs: Vec<u32> = structure.outputs.unknowns.iter().map(|unknown| unknown.index).collect();
-        assert_eq!(outputs, indices(&[Causality::Output]));
-        // In co-simulation nothing feeds through: outputs depend on states, not on inputs.
-        let states: Vec<u32> = states(balls).map(|(state, _)| position(&state.to_string())).collect();
-        let of_states =
-            |unknown: &fmi2::Fmi2VariableDependency| unknown.dependencies.iter().all(|one| states.contains(one));
-        assert!(structure.outputs.unknowns.iter().all(of_states));
-        let initial: Vec<u32> = structure.initial_unknowns.unknowns.iter().map(|unknown| unknown.index).collect();
-        let exchanged = newtons_cradle::variables::states(balls).flat_map(|(state, rate)| [state, rate]);
-        let mut expected = indices(&[Causality::Output, Causality::CalculatedParameter]);
-        expected.extend(exchanged.map(|variable| position(&variable.to_string())));
-        expected.sort_unstable();
-        expected.dedup();
-        assert_eq!(initial, expected);
-        for unknown in &structure.initial_unknowns.unknowns {
-            assert!(unknown.dependencies.is_sorted());
-            let settable =
-                |index: &u32| matches!(all[*index as usize - 1].causality, Causality::Parameter | Causality::Input);
-            assert!(unknown.dependencies.iter().all(settable), "{}", all[unknown.index as usize - 1].name);
-        }
-    }
 }

@@ -9,23 +9,27 @@ use crate::differences::Values;
 
 const BALLS: usize = 5;
 
-/// What each initial unknown depends on; nothing is said of those that depend on all knowns.
+/// What each initial unknown depends on, in rising order; nothing is said of those that depend on all knowns.
 fn described() -> BTreeMap<String, Option<BTreeSet<String>>> {
     let xml = Description::of(&Settings::default_for(BALLS)).xml("2000-01-01T00:00:00Z");
-    let name = |index: &str| variables(BALLS).nth(index.parse::<usize>().unwrap() - 1).unwrap().to_string();
+    let names = |indices: &str| -> Vec<String> {
+        let indices: Vec<usize> = indices.split_whitespace().map(|index| index.parse().unwrap()).collect();
+        assert!(indices.windows(2).all(|pair| pair[0] < pair[1]), "{indices:?}");
+        indices.iter().map(|index| variables(BALLS).nth(index - 1).unwrap().to_string()).collect()
+    };
     let unknowns = xml.split_once("<InitialUnknowns>").unwrap().1.split_once("</InitialUnknowns>").unwrap().0;
     let attribute = |line: &str, key: &str| {
         let (_, rest) = line.split_once(&format!(" {key}=\""))?;
         Some(rest.split_once('"').unwrap().0.to_owned())
     };
     let lines = unknowns.lines().filter(|line| line.contains("<Unknown "));
-    lines
+    let (indices, dependencies): (Vec<String>, Vec<_>) = lines
         .map(|line| {
             let dependencies = attribute(line, "dependencies");
-            let names = dependencies.map(|indices| indices.split_whitespace().map(name).collect());
-            (name(&attribute(line, "index").unwrap()), names)
+            (attribute(line, "index").unwrap(), dependencies.map(|indices| names(&indices).into_iter().collect()))
         })
-        .collect()
+        .unzip();
+    names(&indices.join(" ")).into_iter().zip(dependencies).collect()
 }
 
 /// The unknowns in Initialization Mode, bit by bit; none if no run can start like this.
