@@ -182,30 +182,11 @@ fn errors_of_chain(case: &Value, p: &Parameters) -> (f64, f64) {
     (errors.into_iter().fold(0.0, f64::max), (last - number(&case["duration"])).abs())
 }
 
-fn all_chains(reference: &Value) -> impl Iterator<Item = &Value> {
-    ["free_chain", "damped_chain"].into_iter().flat_map(|kind| reference[kind].as_array().unwrap())
-}
-
-#[test]
-fn multistep_methods_are_as_good_as_their_tolerance() {
-    for case in all_chains(&reference()) {
-        for method in [SolverMethod::Adams, SolverMethod::Bdf] {
-            for tolerance in [1e-5, 1e-8, 1e-11] {
-                let p = Parameters { method, tolerance, ..chain(case) };
-                let (error, of_duration) = errors_of_chain(case, &p);
-                // Errors of a hundred steps and more add up.
-                assert!(
-                    error <= 1000.0 * tolerance && of_duration <= 1000.0 * tolerance,
-                    "{method:?} {tolerance:e} {case}: {error:e} {of_duration:e}"
-                );
-            }
-        }
-    }
-}
-
 #[test]
 fn runge_kutta_converges_as_fast_as_the_forces_are_smooth() {
-    for case in all_chains(&reference()) {
+    let reference = reference();
+    let chains = ["free_chain", "damped_chain"].map(|kind| reference[kind].as_array().unwrap());
+    for case in chains.into_iter().flatten() {
         let errors = [1e-2, 2.5e-3].map(|fixed_step| {
             errors_of_chain(case, &Parameters { method: SolverMethod::Rk4, fixed_step, ..chain(case) })
         });

@@ -276,15 +276,15 @@ impl Host {
     /// The value of a variable of any type, unless that is refused.
     pub fn read(&self, variable: Variable) -> Option<f64> {
         let (c, reference, mut real, mut integer) = (self.c, variable.reference(), f64::NAN, 0);
-        let real_one = variable.row.access.data_type() == Type::Real;
+        let of_type = variable.row.access.data_type();
         let status = unsafe {
-            match variable.row.access.data_type() {
+            match of_type {
                 Type::Real => fmi2GetReal(c, &reference, 1, &mut real),
                 Type::Boolean => fmi2GetBoolean(c, &reference, 1, &mut integer),
                 _ => fmi2GetInteger(c, &reference, 1, &mut integer),
             }
         };
-        (status == fmi2OK).then_some(if real_one { real } else { integer.into() })
+        (status == fmi2OK).then_some(if of_type == Type::Real { real } else { integer.into() })
     }
 
     /// Every variable, bit by bit.
@@ -298,35 +298,19 @@ impl Host {
         self.try_get(name).unwrap_or_else(|| panic!("{name}: {:?}", self.log()))
     }
 
-    /// A real variable, unless that is refused.
+    /// A variable, unless that is refused.
     pub fn try_get(&self, name: &str) -> Option<f64> {
-        let mut value = f64::NAN;
-        let status = unsafe { fmi2GetReal(self.c, &self.vr(name), 1, &mut value) };
-        (status == fmi2OK).then_some(value)
+        self.read(Variable::named(name, self.balls).unwrap_or_else(|| panic!("no {name}")))
     }
 
     /// An integer or an enumeration.
     pub fn get_integer(&self, name: &str) -> i32 {
-        let mut value = -1;
-        assert_eq!(
-            unsafe { fmi2GetInteger(self.c, &self.vr(name), 1, &mut value) },
-            fmi2OK,
-            "{name}: {:?}",
-            self.log()
-        );
-        value
+        self.get(name) as i32
     }
 
     /// A boolean variable.
     pub fn get_boolean(&self, name: &str) -> bool {
-        let mut value = -1;
-        assert_eq!(
-            unsafe { fmi2GetBoolean(self.c, &self.vr(name), 1, &mut value) },
-            fmi2OK,
-            "{name}: {:?}",
-            self.log()
-        );
-        value != 0
+        self.get(name) != 0.0
     }
 
     /// The log so far, which starts anew.
