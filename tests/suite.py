@@ -190,7 +190,9 @@ def compiled(results: Results) -> None:
     """What compiles the root package: lints, its tests and benches, the FMU for this and other platforms."""
     style(results)
     rust_tests(results, "--", "--include-ignored")
-    results.step("Benches, each once", ["cargo", "bench", "--profile", "dev", "--", "--test"])
+    # Of the workspace, whose packages the tests have compiled: the root package alone needs fewer of their features.
+    benches = ["cargo", "bench", "--workspace", "--bench", "*", "--profile", "dev", "--", "--test"]
+    results.step("Benches, each once", benches)
     commands, environment = fmu_builds(PRODUCER)
     commands.append([PRODUCER, "build", "--from", FMU, "--fmi", "3", "--out", FMU3])
     if all(results.step("FMU", command, env=environment) for command in commands):
@@ -203,7 +205,7 @@ def apart(results: Results) -> None:
     """What is compiled in folders of its own: a host, the live page, and what looks at the packages of others."""
     install_fmi_sim(results)
     results.step("Live page", [sys.executable, "web/build.py", "--or-skip"])
-    results.step("Licences, bans and sources", [sys.executable, "packaging/deny.py"])
+    results.step("Licences, bans and sources", [PYTHON, "packaging/deny.py"])
     results.step("Bill of materials", [PYTHON, "packaging/sbom.py", ROOT / "target/newtons-cradle.cdx.json"])
 
 
@@ -292,23 +294,24 @@ def fuzz(results: Results) -> None:
     if not any(shutil.which(name) for name in ("c++", "g++", "clang++")):
         return results.skip("Fuzzing", "a C++ compiler is missing: on Debian, `apt install g++`")
     target = host_target()  # a sanitizer needs one that is named
-    options = f"--manifest-path fuzz/Cargo.toml --release --target {target} --target-dir".split()
+    options = f"--test ffi --test fmi3 --manifest-path fuzz/Cargo.toml --release --target {target}".split()
+    # Builds the fuzz targets as well. For them alone, packages with fewer features would be compiled, and then anew.
+    build = ["cargo", "test", *options, "--target-dir", FUZZ]
     for sanitizer in ("-Zsanitizer=address", ""):
         # Stable compilers know the sanitizer and its coverage, but only take their flags when told so.
         environment = {"RUSTC_BOOTSTRAP": "1", "RUSTFLAGS": f"{COVERAGE} {sanitizer}"}
         # Rust gives a constant that several crates use a symbol in each.
         environment["ASAN_OPTIONS"] = "detect_odr_violation=0"
         with stage(f"Fuzz targets {sanitizer or 'without sanitizer'}", results.show):
-            build = ["cargo", "build", "--bins", *options, FUZZ]
-            built = run(build, check=False, watch=results.show, env=environment) == 0
+            built = run([*build, "--no-run"], check=False, watch=results.show, env=environment) == 0
         if built:
             break
         results.skip("AddressSanitizer", "the fuzz targets could not be built with it; the reason is above")
     else:
         return results.fail("Fuzzing: the targets could not be built")
     if sanitizer:
-        ffi = ["cargo", "test", "--test", "ffi", "--test", "fmi3", *options, FUZZ, "--", "--include-ignored"]
-        results.step("C interface with AddressSanitizer", ffi, env=environment)
+        command = [*build, "--", "--include-ignored"]
+        results.step("C interface with AddressSanitizer", command, env=environment)
     for name, runs in FUZZ_RUNS.items():
         corpus = FUZZ / "tests" / name
         shutil.rmtree(corpus, ignore_errors=True)  # so that each run begins with the seeds
