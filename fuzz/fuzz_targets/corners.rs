@@ -204,15 +204,15 @@ impl Driver<'_> {
 
     fn set(&self, variable: &Variable, corner: Corner) {
         let name = &variable.to_string();
-        let status = match variable.row.access {
+        let value = match variable.row.access {
             Access::Enumeration(enumeration) => {
                 // The general-purpose methods have steps of their own choice: they are not what is looked at here.
                 let items = if name == "solver.method" { &enumeration.items[..1] } else { enumeration.items };
-                self.host.set_integer(name, items[corner.index() % items.len()].value)
+                items[corner.index() % items.len()].value.into()
             }
-            _ => self.host.set(name, corner.value(variable, &self.defaults)),
+            _ => corner.value(variable, &self.defaults),
         };
-        assert_eq!(status, fmi2OK, "{name}: {:?}", self.host.log());
+        self.host.give(&[(name, value)]);
     }
 
     /// Changes an input or a tunable parameter before a step; `false` if it was refused.

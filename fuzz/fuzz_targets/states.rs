@@ -119,9 +119,7 @@ fn states() -> Vec<Vec<u8>> {
     ];
     for setup in setups {
         let host = Host::new();
-        for (name, value) in setup {
-            assert_eq!(host.set(name, *value), fmi2OK);
-        }
+        host.give(setup);
         host.start();
         states.push(host.to_bytes());
         assert_eq!(host.step(0.0, 0.5), fmi2OK);

@@ -172,7 +172,7 @@ fn rigid_balls_in_contact_are_refused() {
     assert_eq!(host.step(0.0, 0.1), fmi2OK);
     refused(&host, "F_ext[1]");
     let host = Host::new();
-    assert_eq!(host.set_integer("contact.model", 3), fmi2OK);
+    host.give(&[("contact.model", 3.0)]);
     host.start();
     let onset = host.get("t_next");
     assert_eq!(host.step(0.0, onset), fmi2OK);

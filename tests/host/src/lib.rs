@@ -174,28 +174,28 @@ impl Host {
         unsafe { fmi2Terminate(self.c) }
     }
 
+    fn variable(&self, name: &str) -> Variable {
+        Variable::named(name, self.balls).unwrap_or_else(|| panic!("no {name}"))
+    }
+
     /// Value reference of a variable.
     pub fn vr(&self, name: &str) -> u32 {
-        Variable::named(name, self.balls).unwrap_or_else(|| panic!("no {name}")).reference()
+        self.variable(name).reference()
     }
 
-    /// Sets a real variable, in its unit.
+    /// Sets a real variable, in its unit, or an enumeration, by the integer of an item.
     pub fn set(&self, name: &str, value: f64) -> fmi2Status {
-        unsafe { fmi2SetReal(self.c, &self.vr(name), 1, &value) }
+        let (variable, item) = (self.variable(name), value as i32);
+        match variable.row.access.data_type() {
+            Type::Enumeration => unsafe { fmi2SetInteger(self.c, &variable.reference(), 1, &item) },
+            _ => unsafe { fmi2SetReal(self.c, &variable.reference(), 1, &value) },
+        }
     }
 
-    /// Sets an integer or an enumeration.
-    pub fn set_integer(&self, name: &str, value: i32) -> fmi2Status {
-        unsafe { fmi2SetInteger(self.c, &self.vr(name), 1, &value) }
-    }
-
-    /// Sets these variables, real ones, integers or enumerations, which must be accepted.
+    /// Sets these variables, which must be accepted.
     pub fn give(&self, values: &[(&str, f64)]) {
         for (name, value) in values {
-            let variable = Variable::named(name, self.balls).unwrap_or_else(|| panic!("no {name}"));
-            let real = variable.row.access.data_type() == Type::Real;
-            let status = if real { self.set(name, *value) } else { self.set_integer(name, *value as i32) };
-            assert_eq!(status, fmi2OK, "{name} = {value}: {:?}", self.log());
+            assert_eq!(self.set(name, *value), fmi2OK, "{name} = {value}: {:?}", self.log());
         }
     }
 
@@ -300,7 +300,7 @@ impl Host {
 
     /// A variable, unless that is refused.
     pub fn try_get(&self, name: &str) -> Option<f64> {
-        self.read(Variable::named(name, self.balls).unwrap_or_else(|| panic!("no {name}")))
+        self.read(self.variable(name))
     }
 
     /// An integer or an enumeration.

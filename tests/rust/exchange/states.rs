@@ -11,10 +11,9 @@ fn bits(host: &Host) -> Vec<u64> {
 
 #[test]
 fn a_restored_run_goes_on_with_the_same_bits() {
-    for (model, contacts, until) in [(1, 2, 1.0), (1, 1, 0.7025), (3, 2, 1.0)] {
+    for (model, contacts, until) in [(1.0, 2.0, 1.0), (1.0, 1.0, 0.7025), (3.0, 2.0, 1.0)] {
         let host = Host::exchanging(5);
-        assert_eq!(host.set_integer("contact.model", model), fmi2OK);
-        assert_eq!(host.set_integer("exchange.contacts", contacts), fmi2OK);
+        host.give(&[("contact.model", model), ("exchange.contacts", contacts)]);
         let mut master = Master::start(&host, 0.0);
         master.steps(until, 1e-3, Method::Rk4);
         let (time, next, bytes, state) = (master.time, master.next, host.to_bytes(), host.save());

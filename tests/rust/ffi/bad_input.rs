@@ -30,7 +30,7 @@ fn parameters_out_of_range_are_refused() {
         let error = host.error();
         assert!(error.starts_with("fmi2SetReal: ") && error.contains(expected), "{error}");
     }
-    assert_eq!(host.set_integer("contact.dampingLaw", 99), fmi2Error);
+    assert_eq!(host.set("contact.dampingLaw", 99.0), fmi2Error);
     let expected = "contact.dampingLaw = 99 is refused; allowed: kelvinVoigt (1) or kelvinVoigtNoPull (2) or \
                     huntCrossley (3) or viscoelastic (4)";
     assert!(host.error().contains(expected));
@@ -54,7 +54,7 @@ fn rigid_balls_that_cannot_start_are_refused() {
     assert_eq!(host.exit(), fmi2Error);
     let error = host.error();
     assert!(error.contains("contact.model = rigid") && error.contains("eventDriven (1)"), "{error}");
-    assert_eq!((host.set_integer("solver.method", 1), host.exit(), host.step(0.0, 1.0)), (fmi2OK, fmi2OK, fmi2OK));
+    assert_eq!((host.set("solver.method", 1.0), host.exit(), host.step(0.0, 1.0)), (fmi2OK, fmi2OK, fmi2OK));
     host.assert_usable();
 }
 
@@ -183,14 +183,6 @@ fn experiments_that_are_none_are_refused() {
     }
     assert!(host.log().is_empty());
     host.assert_usable();
-    // So are others: the run has its own.
-    let run = |tolerance: f64| {
-        let host = Host::new();
-        assert_eq!(unsafe { fmi2SetupExperiment(host.c, 1, tolerance, 0.0, 1, 10.0) }, fmi2OK);
-        assert_eq!((host.enter(), host.exit(), host.step(0.0, 1.0)), (fmi2OK, fmi2OK, fmi2OK));
-        host.everything()
-    };
-    assert_eq!(run(1e-3), run(1e-9));
 }
 
 #[test]
@@ -293,8 +285,7 @@ fn resources_decide_what_is_instantiated() {
     recipe.start.insert("x_start[1]".into(), StartValue::Number(-0.25));
     let (folder, location) = resources("decide", recipe.to_json().as_bytes());
     let own = newtons_cradle::variables::Description::of(&recipe.settings().unwrap()).guid();
-    let [short, long] = ["file:/", "file:////"].map(|scheme| location.replace("file:///", scheme));
-    for location in [format!("{location}/"), short, long, folder.display().to_string()] {
+    for location in [format!("{location}/"), location.replace("file:///", "file:/"), folder.display().to_string()] {
         let host = Instantiate { guid: Some(own.clone()), location: Some(location), balls: 3, ..Default::default() };
         let host = host.host().unwrap();
         host.start();
