@@ -8,7 +8,6 @@ import os
 import shutil
 import subprocess
 import sys
-import zipfile
 from pathlib import Path
 
 import newtons_cradle as nc
@@ -18,15 +17,17 @@ ROOT = Path(__file__).resolve().parents[2]
 AXE = "4.14.1"  # version of axe-core, which the tests install below target
 
 
-def repacked(producer: Path, fmu: Path, out: Path, *arguments: str) -> Path:
+def ended(*command, code: int = 0, **options) -> subprocess.CompletedProcess:
+    """A program run to its end, with this exit code, and what it said."""
+    command = [str(part) for part in command]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=1800, **options)
+    assert done.returncode == code, (done.stdout + done.stderr)[-3000:]
+    return done
+
+
+def repacked(producer: Path, fmu: Path, out: Path, *arguments) -> Path:
     """An FMU with the binaries of another one, packed anew with these arguments of `cradle-fmu build`."""
-    folder = out.with_suffix("")
-    with zipfile.ZipFile(fmu) as archive:
-        binaries = [name for name in archive.namelist() if name.startswith("binaries/") and name[-1] != "/"]
-        archive.extractall(folder, binaries)
-    ready = [f"--binary={Path(name).parts[1]}={folder / name}" for name in binaries]
-    command = [producer, "build", *ready, "--out", out, *arguments]
-    subprocess.run(command, check=True, capture_output=True)
+    ended(producer, "build", "--from", fmu, "--out", out, *arguments)
     return out
 
 
@@ -73,10 +74,7 @@ def producer() -> Path:
 def fmu3_path(fmu_path, producer, tmp_path_factory):
     """The FMU under test as one of FMI 3.0, with the same binaries."""
     out = tmp_path_factory.mktemp("fmi3") / "NewtonsCradle.fmi3.fmu"
-    subprocess.run(
-        [producer, "build", "--from", fmu_path, "--fmi", "3", "--out", out], check=True, capture_output=True
-    )
-    return out
+    return repacked(producer, fmu_path, out, "--fmi", "3")
 
 
 @pytest.fixture
@@ -163,5 +161,4 @@ def paper(fmu_path, fmu13_path, tmp_path_factory) -> tuple[Path, subprocess.Comp
     """The paper's experiments, run as the main command runs them: their folder, and the finished process."""
     out = tmp_path_factory.mktemp("paper")
     script = ROOT / "examples/paper/run_all.py"
-    command = [sys.executable, script, "--fmu", fmu_path, "--fmu13", fmu13_path, "--out", out]
-    return out, subprocess.run(command, capture_output=True, text=True)
+    return out, ended(sys.executable, script, "--fmu", fmu_path, "--fmu13", fmu13_path, "--out", out)

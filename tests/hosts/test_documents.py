@@ -7,14 +7,13 @@ A block that cannot be run here has a comment before it with the reason: `<!-- n
 import os
 import re
 import shutil
-import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 from checkout import VENV
-from conftest import ROOT
+from conftest import ROOT, ended
 from markdown_it import MarkdownIt
 
 pytestmark = pytest.mark.all
@@ -97,10 +96,8 @@ def test_everything_in_a_document_runs(checkout, ran, producer, fmu_path, docume
             file.write_text(block.code, encoding="utf-8")
         else:
             command = [*command, block.code]
-        environment = os.environ | {"PATH": path}
-        done = subprocess.run(command, cwd=checkout, env=environment, capture_output=True, text=True)
-        said = f"{done.stdout[-2000:]}\n{done.stderr[-2000:]}"
-        assert done.returncode == 0, f"{document}:{block.line}\n{block.code}\n{said}"
+        print(f"{document}:{block.line}\n{block.code}")  # shown if it fails
+        ended(*command, cwd=checkout, env=os.environ | {"PATH": path})
 
 
 @pytest.mark.parametrize("document", DOCUMENTS)

@@ -1,12 +1,11 @@
 """The paper's figures, a master that takes part in events, and a fit with derivatives of the run."""
 
 import csv
-import subprocess
 import sys
 
 import numpy as np
 import pytest
-from conftest import ROOT
+from conftest import ROOT, ended, repacked
 from fmpy.fmi3 import FMU3Slave
 
 pytestmark = pytest.mark.all
@@ -15,7 +14,6 @@ pytestmark = pytest.mark.all
 def test_the_papers_experiments(paper):
     """All figures; every number of their table holds."""
     out, done = paper
-    assert done.returncode == 0, done.stdout + done.stderr
     assert "DIFFERS" not in done.stdout
     figures = [f"figure{i}" for i in (3, 4, 5, 6)]
     for name in [*figures, "overlap_order", "stiffness", "dead_band", "hertz"]:
@@ -28,18 +26,15 @@ def test_the_papers_experiments(paper):
 def test_figures_refuse_the_wrong_fmu(fmu_path, tmp_path):
     """Five balls where 13 are needed: a sentence, not a traceback."""
     script = ROOT / "examples/paper/run_all.py"
-    command = [sys.executable, script, "--fmu", fmu_path, "--fmu13", fmu_path, "--out", tmp_path]
-    done = subprocess.run(command, capture_output=True, text=True)
-    assert done.returncode == 1
+    fmus = ["--fmu", fmu_path, "--fmu13", fmu_path]
+    done = ended(sys.executable, script, *fmus, "--out", tmp_path, code=1)
     assert done.stderr.strip().endswith("has 5 balls where 13 are needed")
 
 
 def test_a_controller_acts_at_the_very_onset(fmu3_path, tmp_path):
     """With event mode it keeps the exact energy and tempo; on a grid the errors shrink with the step only."""
     script = ROOT / "examples/events/metronome.py"
-    command = [sys.executable, script, "--fmu", fmu3_path, "--out", tmp_path, "--stop", "4.5"]
-    done = subprocess.run(command, capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout + done.stderr
+    ended(sys.executable, script, "--fmu", fmu3_path, "--out", tmp_path, "--stop", "4.5")
     assert (tmp_path / "metronome.png").read_bytes().startswith(b"\x89PNG")
     events, *grids = csv.DictReader((tmp_path / "metronome.csv").open())
     assert events["clicks"] == "4" and float(events["energy_error"]) < 1e-13
@@ -58,9 +53,7 @@ FIT = ROOT / "examples/fit/contacts.py"
 
 def test_a_fit_finds_stiffness_and_damping(fmu3_path, tmp_path):
     """Within the statistical error, which is small, and in no more runs than iterations need."""
-    command = [sys.executable, FIT, "--fmu", fmu3_path, "--out", tmp_path]
-    done = subprocess.run(command, capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout + done.stderr
+    done = ended(sys.executable, FIT, "--fmu", fmu3_path, "--out", tmp_path)
     assert (tmp_path / "contacts.png").read_bytes().startswith(b"\x89PNG")
     for row in csv.reader((tmp_path / "contacts.csv").read_text().splitlines()[1:]):
         true, guess, fitted, error = map(float, row[2:])
@@ -96,9 +89,7 @@ def test_a_fit_uses_the_derivatives_of_the_run(fmu3_path, monkeypatch):
 
 def test_a_fit_refuses_the_wrong_fmu(fmu_path, producer, tmp_path):
     """FMI 2.0, one ball, no file, no FMU: a sentence, not a traceback."""
-    one = tmp_path / "one.fmu"
-    command = [producer, "build", "--from", fmu_path, "--fmi", "3", "--balls", "1", "--out", one]
-    subprocess.run(command, check=True, capture_output=True)
+    one = repacked(producer, fmu_path, tmp_path / "one.fmu", "--fmi", "3", "--balls", "1")
     refused = {
         fmu_path: "is the model NewtonsCradle of FMI 2.0; needed: NewtonsCradle of FMI 3.0 for co-simulation",
         one: "has one ball, which touches no other; needed: two or more",
@@ -106,7 +97,6 @@ def test_a_fit_refuses_the_wrong_fmu(fmu_path, producer, tmp_path):
         FIT: "is not an FMU that FMPy can read",
     }
     for path, reason in refused.items():
-        command = [sys.executable, FIT, "--fmu", path, "--out", tmp_path]
-        done = subprocess.run(command, capture_output=True, text=True)
-        assert done.returncode == 1 and len(done.stderr.splitlines()) == 1
+        done = ended(sys.executable, FIT, "--fmu", path, "--out", tmp_path, code=1)
+        assert len(done.stderr.splitlines()) == 1
         assert str(path) in done.stderr and reason in done.stderr

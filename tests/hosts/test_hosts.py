@@ -7,14 +7,13 @@ import csv
 import json
 import re
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
 import fmpy
 import numpy as np
 import pytest
-from conftest import ROOT
+from conftest import ROOT, ended
 from fmpy.simulation import instantiate_fmu
 from newtons_cradle.pulses import pulse_table
 
@@ -61,14 +60,6 @@ def same(theirs, plain) -> None:
         assert column.tobytes() == plain[name].tobytes(), name
 
 
-def program(command, folder) -> str:
-    """Runs a program in a folder; what it said."""
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300)
-    said = done.stdout + done.stderr
-    assert done.returncode == 0, said
-    return said
-
-
 def test_fmpy_with_every_call_logged(fmu_path, plain):
     """FMPy's debug logging and call logger: the same run, every call answered with OK, and a line for each pulse."""
     calls, lines = [], []
@@ -93,7 +84,7 @@ def fmi_sim(kind, fmu_path, step, folder) -> list[dict]:
     if not simulator:
         pytest.skip("fmi-sim is missing: `cargo install --locked --root target/tools fmi-sim@0.7.0`")
     options = ["--model", fmu_path, "-o", "out.csv", kind, "-f", STOP, "--output-interval", step]
-    program([simulator, *map(str, options)], folder)
+    ended(simulator, *options, cwd=folder)
     with (folder / "out.csv").open(newline="") as file:
         return list(csv.DictReader(file))
 
@@ -114,7 +105,8 @@ def test_fmi_sim_integrates(fmu_path, tmp_path):
 
 def test_fmutool_finds_nothing(fmu_path, tmp_path):
     """The checks of the FMU Manipulation Toolbox."""
-    said = program([SCRIPTS / "fmutool", "-input", fmu_path, "-check"], tmp_path)
+    done = ended(SCRIPTS / "fmutool", "-input", fmu_path, "-check", cwd=tmp_path)
+    said = done.stdout + done.stderr
     assert "compliant with FMI-2.0" in said and "No semantic error" in said, said
     assert "ERROR" not in said and "WARNING" not in said, said
 
@@ -135,6 +127,6 @@ def test_inside_a_container(fmu, fmu_path, plain, tmp_path):
         "auto_output": False,
     }
     (tmp_path / "outer.json").write_text(json.dumps(container))
-    said = program([SCRIPTS / "fmucontainer", "-container", "outer.json"], tmp_path)
-    assert "ERROR" not in said, said
+    done = ended(SCRIPTS / "fmucontainer", "-container", "outer.json", cwd=tmp_path)
+    assert "ERROR" not in done.stdout + done.stderr, done
     same(in_fmpy(tmp_path / "outer.fmu"), plain)

@@ -1,12 +1,12 @@
 """The licences that travel in every FMU, and with the program, are those of what is linked into them."""
 
 import re
-import subprocess
 from pathlib import Path
 
 import licences
 import pytest
 from checkout import ROOT
+from conftest import ended
 from licences import FILES, STD, of_std, texts
 
 RUST = re.search(r'^version = "(.+)"', (STD / "Cargo.toml").read_text(), re.MULTILINE)[1]
@@ -23,7 +23,7 @@ def test_packages_within_the_standard_library_are_listed(fmu):
     libraries = (path.read_bytes() for path in (Path(fmu.folder) / "binaries").glob("*/NewtonsCradle.*"))
     paths = re.findall(rb"/rust/deps/([\w.-]+)", b"".join(libraries).replace(b"\\", b"/"))
     found = {path.decode() for path in paths}
-    rustc = subprocess.run(["rustc", "--version"], capture_output=True, text=True, check=True).stdout
+    rustc = ended("rustc", "--version").stdout
     listed = {"-".join(key) for key in of_std()}
     if RUST not in rustc:
         found, listed = ({name.rsplit("-", 1)[0] for name in names} for names in (found, listed))

@@ -10,13 +10,14 @@ import zipfile
 import newtons_cradle as nc
 import numpy as np
 import pytest
-from conftest import ROOT, repacked
+from conftest import ROOT, ended, repacked
 from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import read_ssv, validate_tree
 from lxml import etree
 
 pytestmark = pytest.mark.all
 
+SCRIPT = ROOT / "examples/mechatronics/couple.py"
 # Those that numbers alone tell an FMU of five balls.
 PRESETS = {name: nc.preset(name) for name in nc.presets() if name not in ("desk", "figure3")}
 PRESETS |= {"default": {}, "figure5_overlapping": nc.figure5(0.0)}
@@ -26,15 +27,12 @@ PRESETS |= {"default": {}, "figure5_overlapping": nc.figure5(0.0)}
 def coupled(fmu_path, tmp_path_factory):
     """The example as typed, with two of its communication steps: its folder, and the finished process."""
     out = tmp_path_factory.mktemp("mechatronics")
-    script = ROOT / "examples/mechatronics/couple.py"
-    command = [sys.executable, script, "--fmu", fmu_path, "--out", out, "--steps", "2"]
-    return out, subprocess.run(command, capture_output=True, text=True)
+    return out, ended(sys.executable, SCRIPT, "--fmu", fmu_path, "--out", out, "--steps", "2")
 
 
 def test_every_number_holds(coupled):
     """Orders of the masters, momentum, the force sensor, directional derivatives, energy."""
     out, done = coupled
-    assert done.returncode == 0, done.stdout + done.stderr
     assert done.stdout.count("agrees") == 17 and "DIFFERS" not in done.stdout
     for name in ("coupling", "machine"):
         assert (out / f"{name}.png").read_bytes().startswith(b"\x89PNG")
@@ -139,9 +137,7 @@ def test_other_hosts_couple_the_machine(coupled, host, h):
 def test_another_cradle_is_refused(producer, fmu_path, tmp_path, arguments, complaint):
     """A sentence, no table of checks that fail."""
     other = repacked(producer, fmu_path, tmp_path / "other.fmu", *arguments)
-    command = [sys.executable, ROOT / "examples/mechatronics/couple.py", "--fmu", other, "--out", tmp_path]
-    done = subprocess.run(command, capture_output=True, text=True)
-    assert done.returncode == 1
+    done = ended(sys.executable, SCRIPT, "--fmu", other, "--out", tmp_path, code=1)
     assert complaint in done.stderr and "DIFFERS" not in done.stdout
 
 

@@ -1,6 +1,5 @@
 """The Python package as its users meet it: presets, wrong input, results, one's own controller, types."""
 
-import subprocess
 import sys
 import tomllib
 
@@ -8,7 +7,7 @@ import fmpy
 import newtons_cradle as nc
 import numpy as np
 import pytest
-from conftest import ROOT, repacked
+from conftest import ROOT, ended, repacked
 from newtons_cradle.run import result as of_run
 
 
@@ -82,7 +81,7 @@ def test_a_folder_with_a_name_of_fmi_2_0_4_is_found(fmu_path, tmp_path):
 
 
 def test_presets_are_those_of_the_command_line(producer):
-    listed = subprocess.run([producer, "build", "--help"], capture_output=True, text=True, check=True).stdout
+    listed = ended(producer, "build", "--help").stdout
     assert nc.presets()
     for name in nc.presets():
         assert f"\n  {name} " in listed
@@ -215,5 +214,4 @@ def test_an_impossible_film_is_refused(wrong, complaint):
 @pytest.mark.all
 def test_types():
     """mypy --strict finds nothing in the package."""
-    done = subprocess.run([sys.executable, "-m", "mypy"], cwd=ROOT, capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout + done.stderr
+    ended(sys.executable, "-m", "mypy", cwd=ROOT)

@@ -19,7 +19,7 @@ from pathlib import Path
 
 import fmpy
 import pytest
-from conftest import ROOT, repacked
+from conftest import ROOT, ended, repacked
 from fmpy.validation import validate_fmu
 
 pytestmark = pytest.mark.all
@@ -31,15 +31,6 @@ ZIG = [sys.executable, "-m", "ziglang", "cc", "-target"]
 # A C library for ARM lies where Debian's cross compilers have it.
 QEMU = [[name, "-L", "/usr/aarch64-linux-gnu"] for name in ("qemu-aarch64-static", "qemu-aarch64")]
 WINE32 = ROOT / os.environ.get("CRADLE_WINE32", "target/wine32") / "wine"  # unpacked by .ci/wine32
-
-
-def run(command, **options) -> str:
-    """Runs a program; what it printed."""
-    done = subprocess.run(
-        [str(part) for part in command], capture_output=True, text=True, timeout=300, **options
-    )
-    assert done.returncode == 0, (done.stdout + done.stderr)[-3000:]
-    return done.stdout
 
 
 def test_start_values_count_whether_or_not_the_host_writes_them(producer, fmu_path, tmp_path):
@@ -69,7 +60,7 @@ def platforms(tmp_path_factory) -> Path:
 
 
 def test_the_fmu_for_all_platforms_is_small_and_sound(producer, platforms):
-    assert "0 problem(s), 0 remark(s)" in run([producer, "check", PATH])
+    assert "0 problem(s), 0 remark(s)" in ended(producer, "check", PATH).stdout
     assert validate_fmu(str(PATH)) == []
     assert PATH.stat().st_size < 7_500_000
     others = ("linux32", "win32", "aarch64-linux", "darwin64")
@@ -90,7 +81,7 @@ def test_linux_needs_glibc_2_17_and_nothing_else(producer, platforms, folder):
     if not (SCRIPTS / "cargo-zigbuild").exists():
         pytest.skip("the binary is for this machine: cargo-zigbuild is missing in .venv")
     skip_without(platforms, folder)
-    info = run([producer, "info", PATH])
+    info = ended(producer, "info", PATH).stdout
     needed = re.search(rf"(?m)^{folder} .* for glibc (\d+)\.(\d+) or newer, linked with (.*)$", info)
     assert (int(needed[1]), int(needed[2])) <= (2, 17)
     libraries = {library.split(".so.")[0] for library in needed[3].split(", ")}
@@ -163,7 +154,7 @@ def host(tmp_path_factory):
                 libraries = []
             program, said = place / "outputs.exe", place / "said"
             flags = ["-O1", "-Wall", "-Wextra", "-o", program]
-            run([*compiler, *flags, ROOT / "tests/hosts/outputs.c", *libraries], env=environment)
+            ended(*compiler, *flags, ROOT / "tests/hosts/outputs.c", *libraries, env=environment)
             with said.open("w") as log:
                 alone = {"env": environment, "stdout": log, "stderr": log, "start_new_session": True}
                 try:
@@ -204,7 +195,7 @@ def outputs(platforms, host, experiment, tmp_path_factory):
         if folder.startswith("win"):
             arguments[:2] = library.with_suffix(".dll"), f"file:///Z:{platforms}/resources"
             arguments = [f"Z:{a}".replace("/", "\\") if isinstance(a, Path) else a for a in arguments]
-        lines = run([*command, *arguments], env=environment).splitlines()
+        lines = ended(*command, *arguments, env=environment).stdout.splitlines()
         assert len(lines) == STEPS + 1 + STEPS - STEPS // 2
         assert lines[STEPS // 2 + 1 : STEPS + 1] == lines[STEPS + 1 :]
         return lines, own

@@ -3,8 +3,6 @@ documentation."""
 
 import os
 import re
-import shutil
-import subprocess
 import sys
 import zipfile
 from html import unescape
@@ -15,7 +13,7 @@ import fmpy
 import newtons_cradle as nc
 import numpy as np
 import pytest
-from conftest import ROOT
+from conftest import ROOT, ended, repacked
 from fmpy.ssp.ssd import read_ssv
 from fmpy.validation import validate_fmu
 
@@ -29,29 +27,10 @@ ENVIRONMENT = os.environ | {
 }
 
 
-def run(command, **options) -> str:
-    """Runs a program; what it printed."""
-    done = subprocess.run(command, capture_output=True, text=True, timeout=300, env=ENVIRONMENT, **options)
-    assert done.returncode == 0, (done.stdout + done.stderr)[-3000:]
-    return done.stdout
-
-
-@pytest.fixture(scope="module")
-def packed(producer, fmu_path, tmp_path_factory):
-    """Packs an FMU with the binaries of the FMU under test: its path, and what the producer printed."""
-
-    def pack(*arguments) -> tuple[Path, str]:
-        out = tmp_path_factory.mktemp("packed") / "NewtonsCradle.fmu"
-        command = [producer, "build", "--from", fmu_path, "--out", out, *arguments]
-        return out, run([str(part) for part in command], cwd=out.parent)
-
-    return pack
-
-
 @pytest.mark.parametrize("balls", [1, 5, 13])
-def test_parameter_sets_give_the_reference_results(packed, balls, tmp_path):
+def test_parameter_sets_give_the_reference_results(producer, fmu_path, balls, tmp_path):
     """Each parameter set of the manifest, applied by FMPy, gives the results with the same label."""
-    path, _ = packed("--balls", balls)
+    path = repacked(producer, fmu_path, tmp_path / "some.fmu", "--balls", balls)
     assert validate_fmu(str(path)) == []
     with zipfile.ZipFile(path) as archive:
         archive.extractall(tmp_path)
@@ -76,34 +55,24 @@ def test_parameter_sets_give_the_reference_results(packed, balls, tmp_path):
                 assert error <= 1e-9 * np.abs(expected[column]).max(), (name, column, error)
 
 
-def test_a_desk_cradle_comes_to_rest(packed):
+def test_a_desk_cradle_comes_to_rest(producer, fmu_path, tmp_path):
     """Below 1 mm after about a minute."""
-    with nc.Fmu(packed("--preset", "desk")[0]) as fmu:
+    with nc.Fmu(repacked(producer, fmu_path, tmp_path / "desk.fmu", "--preset", "desk")) as fmu:
         result = fmu.simulate(stop=70.0, record=["x"])
     assert 50.0 < result["time"][np.abs(result["x"]).max(axis=1) > 1e-3][-1] < 65.0
 
 
-def test_the_lines_of_the_documentation_run(packed, tmp_path):
+def test_the_lines_of_the_documentation_run(producer, fmu_path, tmp_path):
     """The Python program and the command of the page, as they stand."""
-    path, _ = packed("--balls", "2")
-    shutil.copy(path, tmp_path / "NewtonsCradle.fmu")
+    path = repacked(producer, fmu_path, tmp_path / "NewtonsCradle.fmu", "--balls", 2)
     with zipfile.ZipFile(path) as archive:
         page = archive.read("documentation/index.html").decode()
     program, command = (
         unescape(re.search(rf'id="{name}"[^>]*>(.*?)</', page, re.DOTALL)[1])
         for name in ("python", "command")
     )
-    printed = run([sys.executable, "-c", program], cwd=tmp_path).splitlines()
+    printed = ended(sys.executable, "-c", program, cwd=tmp_path, env=ENVIRONMENT).stdout.splitlines()
     assert len(printed) == 21 and "ball 1 at -0.1000 m" in printed[0]
-    run(command, shell=True, cwd=tmp_path)
+    ended("sh", "-c", command, cwd=tmp_path, env=ENVIRONMENT)
     header, *rows = (tmp_path / "result.csv").read_text().splitlines()
     assert '"x[2]"' in header and len(rows) == 1001
-
-
-def test_the_hint_after_a_build_runs(packed):
-    """With a Python that has the package, it is the animation."""
-    path, printed = packed("--preset", "desk")
-    hint = re.search(r"^Try it: (.*)$", printed, re.MULTILINE)[1]
-    assert " page " in hint
-    run(hint, shell=True, cwd=path.parent)
-    assert path.with_suffix(".html").stat().st_size > 100_000

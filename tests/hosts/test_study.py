@@ -7,7 +7,7 @@ import subprocess
 import sys
 
 import pytest
-from conftest import ROOT, repacked
+from conftest import ROOT, ended, repacked
 from distributed import Client
 from pythonfmu.builder import FmuBuilder
 
@@ -17,10 +17,10 @@ FOLDER = ROOT / "examples/study"
 sys.path.insert(0, str(FOLDER))
 
 
-def study(fmu_path, out, *arguments) -> subprocess.CompletedProcess:
+def study(fmu_path, out, *arguments, code: int = 0) -> subprocess.CompletedProcess:
     """The study as typed, with these axes."""
-    command = [sys.executable, FOLDER / "study.py", "--fmu", fmu_path, "--out", out, *arguments]
-    return subprocess.run(command, capture_output=True, text=True)
+    command = [sys.executable, FOLDER / "study.py", "--fmu", fmu_path, "--out", out]
+    return ended(*command, *arguments, code=code)
 
 
 def rows(out) -> list[dict]:
@@ -33,7 +33,6 @@ def test_a_study_with_failures(fmu_path, tmp_path):
     """The FMU refuses order 20, and five balls lifted together never touch: the other runs are there."""
     axes = ["--orders", "1", "3", "20", "--dead-bands", "0", "1.6", "--dampings", "0", "--lifted", "1", "5"]
     done = study(fmu_path, tmp_path, "--workers", "2", *axes)
-    assert done.returncode == 0, done.stderr
     assert "4 runs succeeded, 8 failed" in done.stdout
     assert "order 20, dead_band 0, damping 0, lifted 1: FmuError: " in done.stdout
     assert "contact.exponent = 20" in done.stdout
@@ -55,8 +54,8 @@ def test_a_study_with_failures(fmu_path, tmp_path):
 
 def test_a_study_in_which_everything_fails(fmu_path, tmp_path):
     axes = ["--orders", "0.5", "--dead-bands", "0", "1", "--dampings", "0", "--lifted", "1"]
-    done = study(fmu_path, tmp_path, "--workers", "1", *axes)
-    assert done.returncode == 1 and "0 runs succeeded, 2 failed" in done.stdout
+    done = study(fmu_path, tmp_path, "--workers", "1", *axes, code=1)
+    assert "0 runs succeeded, 2 failed" in done.stdout
     assert len(rows(tmp_path)) == 2
 
 
@@ -68,15 +67,14 @@ def test_a_study_in_which_everything_fails(fmu_path, tmp_path):
     ],
 )
 def test_a_study_that_cannot_start_says_why(fmu_path, tmp_path, arguments, complaint):
-    done = study(fmu_path, tmp_path, *arguments)
-    assert done.returncode == 2
+    done = study(fmu_path, tmp_path, *arguments, code=2)
     assert done.stderr.splitlines()[-1].startswith("error: ") and complaint in done.stderr
 
 
 def refused(path, out) -> str:
     """What the study says of an FMU that it refuses, before any run."""
-    done = study(path, out, "--workers", "1", "--orders", "1", "2")
-    assert done.returncode == 2 and "runs" not in done.stdout
+    done = study(path, out, "--workers", "1", "--orders", "1", "2", code=2)
+    assert "runs" not in done.stdout
     assert not out.exists() or not list(out.iterdir())
     return done.stderr.splitlines()[-1]
 
@@ -110,8 +108,7 @@ def test_an_axis_without_effect_is_an_error(fmu, fmu_path, tmp_path):
 
     They say what they are of."""
     axes = ["--orders", "1", "--dead-bands", "0", "1", "--dampings", "0", "1e-300", "--lifted", "1", "2"]
-    done = study(fmu_path, tmp_path, "--workers", "1", *axes)
-    assert done.returncode == 1
+    done = study(fmu_path, tmp_path, "--workers", "1", *axes, code=1)
     about = json.loads((tmp_path / "about.json").read_text(encoding="utf-8"))
     assert about["guid"] == fmu.description.guid
     assert about["given"]["contact.model"] == "powerLaw" and about["axes"]["order"] == [1.0]

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import newtons_cradle as nc
 import pytest
-from conftest import ROOT
+from conftest import ROOT, ended
 
 pytestmark = pytest.mark.all
 
@@ -35,10 +35,7 @@ class Bare:
         environment = {"PATH": str(self.programs), "HOME": str(self.folder), "LANG": "C.UTF-8"}
         if "SYSTEMROOT" in os.environ:
             environment["SYSTEMROOT"] = os.environ["SYSTEMROOT"]
-        program = self.programs / command[0]
-        return subprocess.run(
-            [program, *command[1:]], cwd=self.folder, env=environment, capture_output=True, text=True
-        )
+        return ended(self.programs / command[0], *command[1:], cwd=self.folder, env=environment)
 
 
 @pytest.fixture(scope="module")
@@ -70,10 +67,8 @@ def bare(wheel, tmp_path_factory) -> Bare:
 
 
 def test_from_install_to_figure_5(bare):
-    built = bare.run("cradle-fmu", "build", "--balls", "13", "--out", "thirteen.fmu")
-    assert built.returncode == 0, built.stderr
+    bare.run("cradle-fmu", "build", "--balls", "13", "--out", "thirteen.fmu")
     drawn = bare.run("python", "-c", FIGURE_5)
-    assert drawn.returncode == 0, drawn.stderr
     assert (bare.folder / "figure5.png").read_bytes().startswith(b"\x89PNG")
     order, path = drawn.stdout.split("]] ")[0], drawn.stdout.split("]] ")[1].split()[0]
     assert order == "[[2], [1, 3], [2, 4], [3"
@@ -86,10 +81,8 @@ def test_from_install_to_figure_5(bare):
 
 def test_a_page_needs_nothing_else(bare):
     """three.js and the templates come along."""
-    done = bare.run("cradle-fmu", "build", "--preset", "desk", "--out", "desk.fmu")
-    assert done.returncode == 0, done.stderr
-    done = bare.run("cradle-fmu", "page", "desk.fmu", "--stop", "1")
-    assert done.returncode == 0, done.stderr
+    bare.run("cradle-fmu", "build", "--preset", "desk", "--out", "desk.fmu")
+    bare.run("cradle-fmu", "page", "desk.fmu", "--stop", "1")
     assert "Three.js Authors" in (bare.folder / "desk.html").read_text(encoding="utf-8")
 
 
