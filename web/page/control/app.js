@@ -12,6 +12,7 @@ import { FILES, LAWS, PRESETS, Setup, TOUCHING } from "#engine/setup.js";
 import { write } from "#view/common.js";
 import { describeSetup } from "#view/captions.js";
 import { unpacked } from "#view/elements.js";
+import { Eye } from "#view/eye.js";
 import { Sound } from "#view/sound.js";
 import { fillTexts, learn, paceText, say, textsOf } from "#view/texts.js";
 import { DAY, NIGHT } from "#view/themes.js";
@@ -22,9 +23,9 @@ const INSIDE_STEP = 0.01; // of a click's length, by the keys
 class App {
   constructor(engine) {
     const asked = location.hash; // before the page writes there what it shows
-    // `keys`: whether single keys do anything.
-    Object.assign(this, { engine, clock: new Clock(), sound: new Sound(), side: "right", keys: true, stages: [],
-      preset: "textbook" });
+    // `keys`: whether single keys do anything; `space`: whether all is shown in 3D.
+    Object.assign(this, { engine, clock: new Clock(), sound: new Sound(), eye: new Eye(), side: "right", keys: true,
+      space: false, stages: [], preset: "textbook" });
     this.shows = Object.fromEntries(Object.keys(textsOf("shows")).map((kind) => [kind, false]));
     this.controls = Object.fromEntries([...document.querySelectorAll("[id]")].map((item) => [item.id, item]));
     this.setTheme(matchMedia("(prefers-color-scheme: light)").matches);
@@ -49,6 +50,7 @@ class App {
   addStage(source) {
     this.stages.push(new Stage(source, this));
     document.body.classList.toggle("two", this.stages.length > 1);
+    if (this.space) this.setSpace(true);
   }
 
   /** Only the first one stays. */
@@ -57,6 +59,7 @@ class App {
     if (this.stages.length < 2) return;
     const stage = this.stages.pop();
     stage.source.forget();
+    stage.scene.close();
     stage.figure.remove();
     document.body.classList.remove("two");
   }
@@ -243,6 +246,7 @@ class App {
       this.tell(`${say("problem")}: ${problem.message}. ${say("reload")}`, 600);
     }
     this.guide.follow(passed);
+    this.eye.glide(this.still);
     for (const stage of this.stages) {
       const pulses = stage.follow(this.clock.running ? passed : 0);
       if (stage === this.stages[0]) this.sound.click(pulses, stage.source.drawing.mass);
@@ -252,12 +256,13 @@ class App {
   }
 
   showClock() {
-    const { clock } = this, { time, pace, inside } = this.controls, [{ source }] = this.stages;
+    const { clock } = this, { time, pace, inside, view } = this.controls, [{ source }] = this.stages;
     const now = source.run?.time ?? source.now;
     const digits = Math.max(2, Math.min(11, Math.ceil(-Math.log10(clock.rate)) + 2));
     time.textContent = `${now.toFixed(digits)} s`;
     pace.textContent = paceText(clock.rate * (clock.kept > 0.97 ? 1 : clock.kept));
     pace.classList.toggle("slow", clock.rate < 0.5);
+    write(view, say(`views.${this.eye.view}`));
     write(inside, say(clock.slow === "next" || clock.inside ? "insideNow" : "inside"));
     if (clock.late > 0.25 && clock.running) {
       const part = String(Math.min(90, Math.round(10 * clock.late) * 10));
@@ -278,11 +283,12 @@ class App {
   // ---- wishes that are no physics: keys, the address, what is shown, day and night
 
   listen() {
-    const { play, again, rest, inside } = this.controls;
+    const { play, again, rest, inside, view } = this.controls;
     play.onclick = () => this.setRunning(!this.clock.running);
     again.onclick = () => this.again();
     rest.onclick = () => this.stopAll();
     inside.onclick = () => this.inside();
+    view.onclick = () => this.eye.lookOn();
     addEventListener("hashchange", () => this.open(location.hash));
     addEventListener("keydown", (event) => this.key(event));
     // A button that was clicked does not take the space bar, which pauses; one that the keyboard has come to does.
@@ -302,6 +308,7 @@ class App {
       0: () => this.stopAll(),
       e: () => this.setOther("every", this.clock.slow !== "always"), ",": () => this.stepInside(-1),
       ".": () => this.stepInside(1),
+      d: () => this.setOther("space", !this.space), v: () => { if (this.space) this.eye.lookOn(); },
       Escape: () => { if (this.panels.kind) this.panels.toggle(this.panels.kind); },
     };
     const panel = { c: "change", s: "show", b: "beside", k: "keep", l: "lesson", "?": "help", h: "help" }[key];
@@ -324,10 +331,28 @@ class App {
 
   setOther(kind, on) {
     if (kind === "every") this.clock.slowAt(on ? "always" : "no");
+    if (kind === "space") this.setSpace(on);
     if (kind === "sound") this.sound.switchOn(on);
     if (kind === "light") this.setTheme(on);
     if (kind === "keys") this.keys = on;
     showLink(this);
+  }
+
+  /** Shows all in 3D, or flat. */
+  setSpace(on) {
+    const told = on && !this.space;
+    this.space = on && this.stages.every((stage) => stage.setSpace(true));
+    if (!this.space) for (const stage of this.stages) stage.setSpace(false);
+    this.controls.view.hidden = !this.space;
+    if (told) this.tell(say(this.space ? "turn" : "noSpace"));
+    this.panels?.refresh();
+    showLink(this);
+  }
+
+  /** The browser has taken WebGL away. */
+  loseSpace() {
+    this.setSpace(false);
+    this.tell(say("noSpace"));
   }
 
   setPace(rate) {
@@ -363,6 +388,7 @@ class App {
       if (options.lift) this.lift(Number(options.lift));
       const known = Object.keys(textsOf("besides")).find((name) => name === options.beside && name !== "stop");
       if (options.right || known) this.compare(known ?? "usual", options.right);
+      if (options.view === "3d") this.setSpace(true);
       if (options.slow === "always") this.setOther("every", true);
       if (options.slow === "next") this.clock.slowAt("next");
     });

@@ -4,6 +4,7 @@ import { aria, element } from "#view/elements.js";
 import { say } from "#view/texts.js";
 
 const REACH = 22;         // px beside a ball that still take it, for fingers
+const TURN = 0.006;       // rad by which the view turns for a px
 const STILL = 70;         // ms without a move after which a hand is at rest
 const MEMORY = 90;        // ms of a hand's way that say how fast it throws
 const FASTEST_THROW = 4;  // m/s
@@ -11,20 +12,22 @@ const FASTEST_THROW = 4;  // m/s
 export class Hand {
   /** `stage`: where; `app`: who is told: `take`, `move`, `drop`. */
   constructor(stage, app) {
-    Object.assign(this, { stage, app, ways: new Map() });
+    Object.assign(this, { stage, app, ways: new Map(), turns: new Map() });
     const { canvas } = stage;
     canvas.onpointerdown = (event) => this.down(event);
     canvas.onpointermove = (event) => this.move(event);
+    canvas.oncontextmenu = (event) => { if (app.space) event.preventDefault(); };
     canvas.onpointerup = canvas.onpointercancel = (event) => this.up(event);
   }
 
   down(event) {
     const { scene, source, canvas } = this.stage, point = { x: event.offsetX, y: event.offsetY };
-    if (!source.live || event.button > 0) return;
-    const ball = scene.ballAt(point, source.state, event.pointerType === "mouse" ? 6 : REACH);
-    if (ball < 0) return;
+    const reach = event.pointerType === "mouse" ? 6 : REACH, other = event.button > 0 || event.shiftKey;
+    const ball = source.live && !other ? scene.ballAt(point, source.state, reach) : -1;
+    if (ball < 0 && !this.app.space) return;
     event.preventDefault();
     canvas.setPointerCapture(event.pointerId);
+    if (ball < 0) return void this.turns.set(event.pointerId, point);
     const x = source.state.x[ball], grip = x - scene.displacement(ball, point);
     this.ways.set(event.pointerId, { ball, grip, way: [{ time: event.timeStamp, x }] });
     this.app.take(event.pointerId, ball, x);
@@ -32,7 +35,12 @@ export class Hand {
 
   move(event) {
     const { scene, source, canvas } = this.stage, point = { x: event.offsetX, y: event.offsetY };
-    const hold = this.ways.get(event.pointerId);
+    const hold = this.ways.get(event.pointerId), before = this.turns.get(event.pointerId);
+    if (before) {
+      const part = TURN / this.turns.size; // several fingers turn it together
+      this.app.eye.turn(part * (point.x - before.x), part * (point.y - before.y));
+      return void this.turns.set(event.pointerId, point);
+    }
     if (!hold) {
       if (source.live) canvas.style.cursor = scene.ballAt(point, source.state, 6) >= 0 ? "grab" : "";
       return;
@@ -45,6 +53,7 @@ export class Hand {
   }
 
   up(event) {
+    this.turns.delete(event.pointerId);
     const hold = this.ways.get(event.pointerId);
     if (!hold) return;
     this.ways.delete(event.pointerId);

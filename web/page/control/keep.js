@@ -10,7 +10,7 @@ export function linkTo(app) {
   const [{ source }, other] = app.stages, shown = Object.keys(app.shows).filter((kind) => app.shows[kind]).join(",");
   const parts = [
     source.live ? source.setup.toLink(app.preset) : "preset=textbook", app.besideChoice && `beside=${app.besideChoice}`,
-    app.clock.slow === "always" && "slow=always", shown && `show=${shown}`,
+    app.clock.slow === "always" && "slow=always", shown && `show=${shown}`, app.space && "view=3d",
     ...(other?.source.live ? other.source.setup.besides(source.setup) : []),
   ];
   return `${location.href.replace(/#.*/, "")}#${parts.filter(Boolean).join("&")}`;
@@ -46,7 +46,7 @@ export function savePicture(app) {
   c.fillStyle = theme.ink;
   app.stages.forEach((stage, i) => {
     const { width: wide, height: tall } = boxes[i], details = [stage.heading.textContent, stage.detail.textContent];
-    c.drawImage(stage.canvas, 0, 0, wide, tall);
+    for (const layer of stage.scene.layers) c.drawImage(layer, 0, 0, wide, tall);
     c.font = `17px ${FONT}`;
     c.fillText(stage.sentence.textContent, wide / 2, height - 42, wide - 20);
     c.font = `14px ${FONT}`;

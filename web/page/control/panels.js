@@ -154,7 +154,8 @@ export class Panels {
     const { app } = this;
     this.chips(say("show"), Object.keys(textsOf("shows")), "shows", (kind) => app.shows[kind],
       (kind, on) => app.setShow(kind, on));
-    const on = { every: app.clock.slow === "always", sound: app.sound.on, light: !app.theme.dark, keys: app.keys };
+    const { space, clock, sound, theme, keys } = app;
+    const on = { space, every: clock.slow === "always", sound: sound.on, light: !theme.dark, keys };
     this.chips("", Object.keys(on), "others", (kind) => on[kind], (kind, checked) => app.setOther(kind, checked));
     this.slider(say("pace"), {
       min: -6, max: 0, step: 0.25, value: Math.log10(app.clock.base), show: (p) => paceText(10 ** p),

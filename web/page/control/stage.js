@@ -6,6 +6,7 @@ import { captionOf } from "#view/captions.js";
 import { aria, element } from "#view/elements.js";
 import { ENERGY_PARTS, Graph, SECONDS } from "#view/graph.js";
 import { drawLenses, Scene } from "#view/scene.js";
+import { Scene3D } from "#view/scene3d.js";
 import { power, rounded, say } from "#view/texts.js";
 
 const MARGIN = 0.06; // of a click's length, before and after it in the graph
@@ -40,6 +41,17 @@ export class Stage {
   changed() {
     this.sliders.fit();
     this.graph.clear(this.source.drawing.balls);
+  }
+
+  /** Shows the cradle in 3D, or flat; false where that cannot be. */
+  setSpace(on) {
+    if (on === this.scene instanceof Scene3D) return true;
+    const { app, canvas } = this;
+    const scene = on ? Scene3D.open(canvas, app.eye, () => app.loseSpace()) : new Scene(canvas);
+    if (!scene) return false;
+    this.scene.close();
+    this.scene = scene;
+    return true;
   }
 
   /** A click can be gone through by hand, along the graph. */

@@ -108,7 +108,7 @@ export class Setup {
   }
 }
 
-const LINK_OPTIONS = ["preset", "beside", "slow", "show", "lift", "look"];
+const LINK_OPTIONS = ["preset", "beside", "slow", "show", "lift", "look", "view"];
 
 /** A value from an address: a word, a number, or numbers of balls or contacts. */
 function parsed(name, raw) {

@@ -5,7 +5,7 @@ import { FONT, say } from "#view/texts.js";
 
 const LONGEST_STRING = 4.7, SHORTEST_STRING = 3.2; // lengths as drawn, in diameters of a ball
 const SHORTER = 0.68; // the part of that which is left in a wide room
-const LARGEST = 110;  // px, the radius of a ball
+export const LARGEST = 110; // px, the radius of a ball
 const AFTERGLOW = 0.5; // s on the viewer's clock that a contact shines after its pulse
 
 /** Distinct colours for up to 20 balls: around the circle, the same lightness. */
@@ -17,6 +17,11 @@ export class Scene {
   constructor(canvas) {
     Object.assign(this, { canvas, glow: [], sprites: new Map() });
   }
+
+  /** The canvases that it draws on, from the one behind. */
+  get layers() { return [this.canvas]; }
+
+  close() {}
 
   /** Fits the picture into the canvas: where everything hangs. `near`: 0 for the whole cradle, 1 for the balls
    *  close by; `swingAngle` (rad): how far balls swing. */
@@ -39,30 +44,33 @@ export class Scene {
     let x = 0.5 * (width - row * unit);
     const positions = sizes.map((size) => (x += 2 * size * unit) - size * unit);
     const floor = hanging + 1.75 * largest * unit;
-    Object.assign(this, { near, unit, string, top: hanging - string, floor, sizes, positions, length });
+    Object.assign(this, { width, height, near, unit, string, top: hanging - string, floor, sizes, positions, length });
     return this;
   }
 
-  /** Where ball `i` is on the canvas when its displacement is x (m). */
+  /** Where ball `i` is on the canvas when its displacement is x (m), and how large `unit` is there (px). */
   place(i, x) {
-    const angle = x / this.length;
-    return { x: this.positions[i] + this.string * Math.sin(angle), y: this.top + this.string * Math.cos(angle) };
+    const { string, unit } = this, angle = x / this.length;
+    return { x: this.positions[i] + string * Math.sin(angle), y: this.top + string * Math.cos(angle), unit };
   }
 
   /** The displacement (m) of ball `i` that is nearest to a point on the canvas. */
   displacement(i, { x, y }) { return this.length * Math.atan2(x - this.positions[i],
     Math.max(y - this.top, 0.15 * this.string)); }
 
-  /** The ball at a point on the canvas, with a margin for fingers (px); -1 for none. */
+  /** The ball at a point on the canvas, in front of others there, with a margin for fingers (px); -1 for none. */
   ballAt(point, state, margin = 0) {
     let best = -1, least = Infinity;
     for (let i = 0; i < this.positions.length; i++) {
-      const { x, y } = this.place(i, state.x[i]);
-      const away = Math.hypot(x - point.x, y - point.y) - this.sizes[i] * this.unit;
-      if (away < Math.min(margin, least)) [best, least] = [i, away];
+      const { x, y, unit } = this.place(i, state.x[i]);
+      const away = Math.hypot(x - point.x, y - point.y) - this.sizes[i] * unit, rank = away < 0 ? -unit : away;
+      if (away < margin && rank < least) [best, least] = [i, rank];
     }
     return best;
   }
+
+  /** The way on the canvas (px) from a place to one `radii` to the right. */
+  ahead({ unit }, radii) { return { x: radii * unit, y: 0 }; }
 
   /** Where the balls i and i + 1 at these places touch, and how far apart they are, in the distance at which they
    *  do. */
@@ -81,17 +89,29 @@ export class Scene {
       this.glow[contact] = Math.max(this.glow[contact], Math.min(1, peak / strongest));
   }
 
-  draw(state, { theme, labels, held, selected, arrows }) {
+  draw(state, options) {
     Object.assign(this, prepared(this.canvas, 2));
     const places = Array.from(state.x, (x, i) => this.place(i, x));
+    this.drawCradle(places, options.theme);
+    this.drawMarks(places, state, options);
+  }
+
+  drawCradle(places, theme) {
     this.drawFrame(theme);
     this.drawShadows(places, theme);
     this.drawStrings(places, theme);
-    places.forEach((place, i) => this.drawBall(place, i, theme, held.has(i)));
+    places.forEach((place, i) => this.drawBall(place, i, theme));
     this.drawGlow(places, theme);
+  }
+
+  /** What is no part of the cradle: rings around balls that are held or chosen, arrows, numbers. */
+  drawMarks(places, state, { theme, labels, held, selected, arrows }) {
+    const around = (i, gap, colour, width) =>
+      ring(this.context, places[i], this.sizes[i] * places[i].unit + gap, colour, width);
+    for (const i of held.keys()) around(i, 2.5, theme.accent, 2);
     if (arrows) this.drawArrows(places, state, arrows, theme);
     if (labels) this.drawLabels(places, theme);
-    if (places[selected]) ring(this.context, places[selected], this.sizes[selected] * this.unit + 5, theme.focus, 3);
+    if (places[selected]) around(selected, 5, theme.focus, 3);
   }
 
   /** The rail, on posts that stand on a base. */
@@ -138,7 +158,7 @@ export class Scene {
     });
   }
 
-  drawBall(place, i, theme, held) {
+  drawBall(place, i, theme) {
     const { context: c, ratio } = this, radius = this.sizes[i] * this.unit;
     const key = `${theme.dark} ${radius.toFixed(2)} ${ratio}`;
     let sprite = this.sprites.get(key);
@@ -147,7 +167,6 @@ export class Scene {
       this.sprites.set(key, (sprite = ballSprite(radius, ratio, theme)));
     }
     c.drawImage(sprite, place.x - radius - 2, place.y - radius - 2, 2 * radius + 4, 2 * radius + 4);
-    if (held) ring(c, place, radius + 2.5, theme.accent, 2);
   }
 
   drawGlow(places, theme) {
@@ -169,26 +188,31 @@ export class Scene {
 
   /** Velocities as arrows below the balls; the longest is `arrows` m/s. */
   drawArrows(places, state, fastest, theme) {
-    const { context: c, unit } = this, longest = 1.75 * unit;
-    places.forEach(({ x, y }, i) => {
-      const length = (longest * state.v[i]) / fastest, under = y + this.sizes[i] * unit + 0.32 * unit;
-      if (Math.abs(length) < 1.5) return;
-      const head = Math.sign(length) * Math.min(Math.abs(length), 0.24 * unit);
+    const { context: c } = this;
+    places.forEach((place, i) => {
+      const { unit } = place, way = this.ahead(place, (1.75 * state.v[i]) / fastest), long = Math.hypot(way.x, way.y);
+      if (long < 1.5) return;
+      c.save();
+      c.translate(place.x, place.y + (this.sizes[i] + 0.32) * unit);
+      c.rotate(Math.atan2(way.y, way.x));
       c.strokeStyle = c.fillStyle = ballColour(i, places.length, theme.dark);
       c.lineWidth = Math.max(2, 0.085 * unit);
-      through(c, [[x, under], [x + length - 0.7 * head, under]]).stroke();
-      const back = x + length - head, half = 0.13 * unit;
-      through(c, [[x + length, under], [back, under - half], [back, under + half]]).fill();
+      const head = Math.min(long, 0.24 * unit), half = 0.13 * unit;
+      through(c, [[0, 0], [long - 0.7 * head, 0]]).stroke();
+      through(c, [[long, 0], [long - head, -half], [long - head, half]]).fill();
+      c.restore();
     });
   }
 
   drawLabels(places, theme) {
-    const { context: c, unit } = this, size = Math.max(10, 0.42 * unit);
-    c.font = `600 ${size}px ${FONT}`;
+    const { context: c } = this;
     c.textAlign = "center";
     c.textBaseline = "middle";
     c.fillStyle = theme.label;
-    places.forEach(({ x, y }, i) => c.fillText(String(i + 1), x, y + 0.02 * unit));
+    places.forEach(({ x, y, unit }, i) => {
+      c.font = `600 ${Math.max(10, 0.42 * unit)}px ${FONT}`;
+      c.fillText(String(i + 1), x, y + 0.02 * unit);
+    });
   }
 }
 
@@ -236,14 +260,17 @@ function ballSprite(r, ratio, theme) {
 
 /** Draws a lens for each contact; `reach` (m) is half of what it shows. */
 export function drawLenses(scene, state, { reach, theme, opacity }) {
-  const { context: c, unit } = scene, radius = Math.min(0.9 * unit, 84);
+  const { context: c, unit } = scene;
+  const touches = Array.from(state.F, (_, i) =>
+    scene.contact(i, scene.place(i, state.x[i]), scene.place(i + 1, state.x[i + 1])));
+  const apart = touches.slice(1).map(({ x, y }, i) => Math.hypot(x - touches[i].x, y - touches[i].y));
+  const radius = Math.min(0.9 * unit, 84, 0.48 * Math.min(...apart));
   if (radius < 15 || opacity <= 0) return;
   c.save();
   c.globalAlpha = opacity;
-  for (let i = 0; i < state.F.length; i++) {
-    const touch = scene.contact(i, scene.place(i, state.x[i]), scene.place(i + 1, state.x[i + 1]));
+  touches.forEach((touch, i) => {
     const gap = -state.overlap[i]; // m until the law acts; negative while it does
-    if (touch.away > 0.25) continue;
+    if (touch.away > 0.25) return;
     const centre = { x: touch.x, y: touch.y - Math.max(...scene.sizes) * unit - radius - 0.55 * unit };
     c.strokeStyle = theme.lensLine;
     c.lineWidth = 1;
@@ -254,10 +281,10 @@ export function drawLenses(scene, state, { reach, theme, opacity }) {
     c.font = `600 ${size}px ${FONT}`;
     c.textAlign = "center";
     c.textBaseline = "alphabetic";
-    if (radius < 22) continue;
+    if (radius < 22) return;
     c.fillText(say(gap < 0 ? "lensPressed" : "lensGap"), centre.x, centre.y - radius - 6 - 1.2 * size);
     c.fillText(withPrefix(Math.abs(gap), "m", 2), centre.x, centre.y - radius - 6);
-  }
+  });
   c.restore();
 }
 

@@ -11,6 +11,12 @@ export const NIGHT = {
   `rgba(255, ${Math.round(140 + 90 * strength)}, ${Math.round(40 + 120 * strength)}, ${strength})`,
   lens: "#131b24", lensLine: "rgba(210,224,238,.75)", lensBall: ["#dfe8f1", "#56636f"], patch: "#fff3d6",
   energies: ["#6fb6f2", "#8d9db0", "#ffb54a"],
+  // Of steel.js, as light: zenith, horizon, lamp, windows, table and its shadow; top of the base and its grain, its
+  // side; strings; glow, and how much it covers.
+  halo: "#e8f0f8",
+  space: [[0.04, 0.06, 0.085, 0], [0.32, 0.4, 0.5, 0], [2.2, 2.35, 2.6, 0], [1, 1.1, 1.25, 0],
+    [0.04, 0.055, 0.075, 0.6], [0.035, 0.055, 0.08, 0], [0.02, 0.03, 0.045, 0], [0.45, 0.5, 0.56, 0],
+    [1, 0.5, 0.12, 1]],
 };
 
 export const DAY = {
@@ -23,4 +29,8 @@ export const DAY = {
   glowMode: "source-over", glow: (strength) => `rgba(240, ${Math.round(95 + 60 * strength)}, 20, ${0.85 * strength})`,
   lens: "#ffffff", lensLine: "rgba(50,62,74,.75)", lensBall: ["#76838f", "#b4bec8"], patch: "#ff9d2e",
   energies: ["#4d97d6", "#9aa6b3", "#e08a1e"],
+  halo: "#ffffff",
+  space: [[0.36, 0.42, 0.48, 0], [0.8, 0.83, 0.86, 0], [1.3, 1.3, 1.3, 0], [0.9, 0.9, 0.9, 0],
+    [0.6, 0.58, 0.55, 0.38], [0.3, 0.16, 0.075, 0.18], [0.13, 0.065, 0.03, 0], [0.1, 0.12, 0.15, 0],
+    [0.95, 0.25, 0.02, 0.35]],
 };

@@ -1,0 +1,100 @@
+// Where the viewer's eye is, and what it sees of the space around the cradle: x to the right, y up, z towards the
+// viewer, in radii of a ball; the origin is the middle of the balls at rest.
+
+/** Ready views, by how far the eye is to the right and how high (rad). */
+export const VIEWS = { front: { azimuth: -0.24, height: 0.17 }, side: { azimuth: -1.2, height: 0.17 },
+  top: { azimuth: 0, height: 1.45 } };
+const LOWEST = 0.03, HIGHEST = 1.5; // rad; the floor is never seen from below
+const NARROWEST = 0.4; // of a path's length, how long it must at least appear to be drawn along
+
+const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+
+export class Eye {
+  constructor() {
+    Object.assign(this, VIEWS.front);
+    this.look("front");
+  }
+
+  /** To one of the ready views, the short way round. */
+  look(view) {
+    const turns = Math.round((this.azimuth - VIEWS[view].azimuth) / (2 * Math.PI));
+    this.wanted = { ...VIEWS[view], azimuth: VIEWS[view].azimuth + 2 * Math.PI * turns };
+    this.view = view;
+  }
+
+  /** To the next one of the ready views. */
+  lookOn() {
+    const views = Object.keys(VIEWS);
+    this.look(views[(views.indexOf(this.view) + 1) % views.length]);
+  }
+
+  /** Turned by hand (rad). */
+  turn(right, up) {
+    this.azimuth -= right;
+    this.height = Math.min(HIGHEST, Math.max(LOWEST, this.height + up));
+    this.wanted = { azimuth: this.azimuth, height: this.height };
+    this.view = "free";
+  }
+
+  /** A part of the way to where it shall be; `still`: there at once. */
+  glide(still) {
+    for (const angle of ["azimuth", "height"]) {
+      const away = this.wanted[angle] - this[angle];
+      this[angle] += still || Math.abs(away) < 1e-3 ? away : 0.12 * away;
+    }
+  }
+
+  /** What is to the right, up and towards the eye, as unit vectors. */
+  get axes() { return axesFrom(this.azimuth, this.height); }
+
+  /** The same; but paths of balls that would be seen end on are seen somewhat from aside. */
+  get axesAside() {
+    const { azimuth, height } = this, across = Math.cos(azimuth);
+    if (Math.abs(across) > NARROWEST || Math.sin(height) > NARROWEST) return this.axes;
+    const aside = Math.acos(across < 0 ? -NARROWEST : NARROWEST);
+    return axesFrom(Math.sin(azimuth) < 0 ? -aside : aside, height);
+  }
+}
+
+function axesFrom(azimuth, height) {
+  const [s, c, high, flat] = [Math.sin(azimuth), Math.cos(azimuth), Math.sin(height), Math.cos(height)];
+  return [[c, 0, -s], [-s * high, flat, -c * high], [s * flat, high, c * flat]];
+}
+
+/** How the eye's picture lies on a canvas: `focal` length and `x`, `y` of the origin (px), `distance` of the eye. */
+export class Lens {
+  constructor(axes, distance) { Object.assign(this, { axes, distance }); }
+
+  /** Shows all these points, as large as they fit onto a canvas of this size with a margin, but no larger than `most`
+   *  px for a radius. */
+  fit(points, width, height, margin, most) {
+    const { distance } = this, [right, up, towards] = this.axes;
+    const seen = points.map((point) => {
+      const depth = distance - dot(point, towards);
+      return [dot(point, right) / depth, dot(point, up) / depth];
+    });
+    const range = (axis) => [Math.min(...seen.map((p) => p[axis])), Math.max(...seen.map((p) => p[axis]))];
+    const [[west, east], [south, north]] = [range(0), range(1)];
+    const fitting = Math.min((width - 2 * margin) / (east - west), (height - 2 * margin) / (north - south));
+    this.focal = Math.min(fitting, most * distance);
+    this.x = 0.5 * (width - this.focal * (west + east));
+    this.y = 0.5 * (height + this.focal * (south + north));
+    return this;
+  }
+
+  /** A part of the way towards another lens of the same eye. */
+  towards(other, part) {
+    const between = (a, b) => a + part * (b - a);
+    return Object.assign(new Lens(this.axes, this.distance), { x: between(this.x, other.x),
+      y: between(this.y, other.y), focal: this.focal ** (1 - part) * other.focal ** part });
+  }
+
+  /** Where a point is on the canvas, and how many pixels a radius is there. */
+  place(point, axes = this.axes) {
+    const [right, up, towards] = axes, unit = this.focal / (this.distance - dot(point, towards));
+    return { x: this.x + unit * dot(point, right), y: this.y - unit * dot(point, up), unit };
+  }
+
+  /** Where the eye is. */
+  get eye() { return this.axes[2].map((part) => part * this.distance); }
+}
