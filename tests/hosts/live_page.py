@@ -52,7 +52,7 @@ def node(script: str):
 def open_page(browser, path: Path) -> None:
     """Opens the page by a link, so that nothing moves by itself; names that its modules export become its window's."""
     visit(browser, path, "#preset=textbook")
-    script = """const done = arguments[0], rooms = ["engine/setup", "view/captions", "control/keep"];
+    script = """const done = arguments[0], rooms = ["engine/setup", "view/captions", "control/keep", "control/link"];
       Promise.all(rooms.map((room) => import(`#${room}.js`))).then((all) => done(Object.assign(window, ...all) && 0))"""
     browser.execute_async_script(script)
 

@@ -60,7 +60,7 @@ CAPTIONS = {
         "Balls 2 and 3 part. Balls 4 and 5 part. Nothing touches.",
         "Ball 3 touches ball 4.",
         "The click took 177 µs: 6 pushes.",
-        "Now, as parts of the incoming speed: ball 4 100 %, ball 5 100 %.",
+        "Compared with the incoming speed: ball 4 100 %, ball 5 100 %.",
     ],
     ("hertz", 2): [
         "Ball 2 is 21 µs from ball 3.",
@@ -69,13 +69,13 @@ CAPTIONS = {
         "Ball 3 still touches ball 4 when ball 5 leaves.",
         "Ball 3 still touches ball 4 when ball 2 leaves.",
         "The click took 587 µs: 4 pushes.",
-        "Now, as parts of the incoming speed: "
+        "Compared with the incoming speed: "
         "ball 1 \N{MINUS SIGN}11 %, ball 2 \N{MINUS SIGN}4 %, ball 3 21 %, ball 4 80 %, ball 5 114 %.",
     ],
     ("rigid", 1): [
         "Ball 1 is 21 µs from ball 2.",
         "Rigid balls: 4 impacts in no time at all. There is no inside to look at.",
-        "Now, as parts of the incoming speed: ball 5 100 %.",
+        "Compared with the incoming speed: ball 5 100 %.",
     ],
 }
 

@@ -57,6 +57,15 @@ def test_balls_are_beside_each_panel(page, size):
 
 
 @pytest.mark.parametrize("size", SIZES)
+def test_a_class_sees_all_of_the_lesson(page, size):
+    """Each step in large letters, with its question where there is one."""
+    set_screen(page, size)
+    for step in range(1, 7):
+        js(page, "cradle.open(`present=${arguments[0]}`)", step)
+        assert all(box["bottom"] - box["top"] > 120 for box in boxes(page)), step
+
+
+@pytest.mark.parametrize("size", SIZES)
 def test_strips_leave_the_cradle_its_height(page, size):
     """All of them together take no more room than two and a bit; the rest is scrolled to."""
     set_screen(page, size)

@@ -99,11 +99,10 @@ def test_the_links_of_the_lesson(page):
     assert set(page.execute_script("return LESSON")) <= set(links)
     for link in links:
         js(page, "location.hash = arguments[0]", link)
-        lifted = int(re.search(r"lift=(\d)", link)[1])
-        wait(
-            page,
-            f"source.setup.values.x_start.filter((x) => x < 0).length === {lifted} && source.run.time > 0.05",
-        )
+        lifted = int(re.search(r"lift=(\d)|present", link)[1] or 2)
+        wait(page, f"source.setup.values.x_start.filter((x) => x < 0).length === {lifted}")
+        assert js(page, "return cradle.lesson.answer(1)") == ("lift" not in link or "ask" in link), link
+        wait(page, "source.run.time > 0.05")
         shown = js(page, "return [cradle.controls.status.textContent, cradle.stages.length]")
         assert shown == ["", 2 if "beside" in link else 1], link
         js(page, "cradle.stopAll()")
@@ -182,6 +181,9 @@ def test_axe_finds_nothing_serious(page, axe):
             js(page, "cradle.panels.toggle(arguments[0])", panel)
             assert serious(page) == [], (light, panel)
             js(page, "cradle.panels.toggle(arguments[0])", panel)
+        js(page, "cradle.open('present')")
+        assert serious(page) == [], light
+        js(page, "cradle.open('preset=hertz&lift=2&show=energy')")
     set_screen(page, "phone")
     js(page, "cradle.inside()")
     wait(page, "cradle.clock.inside && source.shownClick?.sampled", 40)

@@ -2,13 +2,15 @@
 
 import { Clock } from "#control/clock.js";
 import { Guide } from "#control/guide.js";
-import { linkTo, showLink } from "#control/keep.js";
+import { press } from "#control/keys.js";
+import { Lesson } from "#control/lesson.js";
+import { linkTo, openLink, showLink } from "#control/link.js";
 import { Panels } from "#control/panels.js";
 import { Stage } from "#control/stage.js";
 import { Engine, Refusal } from "#engine/engine.js";
 import { Live } from "#engine/live.js";
 import { Recording } from "#engine/recording.js";
-import { FILES, LAWS, PRESETS, Setup, TOUCHING } from "#engine/setup.js";
+import { FILES, LAWS, PRESETS, TOUCHING } from "#engine/setup.js";
 import { write } from "#view/common.js";
 import { describeSetup } from "#view/captions.js";
 import { unpacked } from "#view/elements.js";
@@ -18,7 +20,6 @@ import { fillTexts, learn, paceText, say, textsOf } from "#view/texts.js";
 import { DAY, NIGHT } from "#view/themes.js";
 
 const LIFT = 0.25; // of the strings' length, by the button and the keys
-const INSIDE_STEP = 0.01; // of a click's length, by the keys
 
 class App {
   constructor(engine) {
@@ -30,8 +31,9 @@ class App {
     this.controls = Object.fromEntries([...document.querySelectorAll("[id]")].map((item) => [item.id, item]));
     this.setTheme(matchMedia("(prefers-color-scheme: light)").matches);
     this.still = matchMedia("(prefers-reduced-motion: reduce)").matches;
-    this.addStage(new Live(engine, PRESETS.textbook.setup()));
     this.panels = new Panels(this);
+    this.lesson = new Lesson(this);
+    this.addStage(new Live(engine, PRESETS.textbook.setup()));
     this.guide = new Guide(this);
     this.attempt(() => this.begin(PRESETS.textbook.setup(), "textbook"));
     this.listen();
@@ -75,13 +77,15 @@ class App {
     this.clock.reset();
     for (const stage of this.stages) stage.changed();
     this.name();
-    this.panels?.refresh();
+    this.panels.refresh();
     showLink(this);
   }
 
   /** What is said about the stages. */
   name() {
-    this.controls.about.textContent = say(`about.${this.stages[0].source.live ? this.preset ?? "own" : "recorded"}`);
+    const { title, text } = this.lesson.heading ?? {}, { live } = this.stages[0].source;
+    this.controls.title.textContent = title ?? say("title");
+    this.controls.about.textContent = text ?? say(`about.${live ? this.preset ?? "own" : "recorded"}`);
     for (const stage of this.stages) {
       const { source } = stage;
       stage.named = source.live ? describeSetup(source.setup) : source.name;
@@ -126,6 +130,7 @@ class App {
     this.clock.calm();
     this.setRunning(true);
     this.changed();
+    this.lesson.ask();
   }
 
   /** Other values from the next instant at which no balls touch. */
@@ -151,6 +156,7 @@ class App {
     this.lifted = { x_start, v_start };
     this.setRunning(true);
     this.changed();
+    this.lesson.ask();
   }
 
   lift(count) {
@@ -230,6 +236,7 @@ class App {
     const { x_start, v_start } = this.stages[0].source.setup.values;
     this.lifted = { x_start, v_start };
     this.changed();
+    this.lesson.ask();
   }
 
   // ---- each picture
@@ -247,6 +254,7 @@ class App {
     }
     this.guide.follow(passed);
     this.eye.glide(this.still);
+    this.lesson.follow();
     for (const stage of this.stages) {
       const pulses = stage.follow(this.clock.running ? passed : 0);
       if (stage === this.stages[0]) this.sound.click(pulses, stage.source.drawing.mass);
@@ -271,13 +279,15 @@ class App {
     } else this.lateTold = null;
   }
 
-  /** What is said below the balls away from clicks. */
+  /** What is said below the balls away from clicks: {text, detail}. */
   hintFor({ source }) {
-    const { running, inside } = this.clock;
-    if (!source.live || this.stages.length > 1) return "";
-    if (source.holds.size && !this.guide.phase) return say(running ? "hintHeld" : "hintPaused");
-    if (!running) return inside ? "" : say("hintPaused");
-    return this.guide.phase || source.state.v.every((v) => v === 0) ? say("hint") : "";
+    const { running, inside } = this.clock, { lesson, guide, stages } = this;
+    if (!source.live || source !== stages[0].source) return {};
+    if (lesson.said) return lesson.said;
+    if (stages.length > 1) return {};
+    const rests = guide.phase || source.state.v.every((v) => v === 0);
+    const hint = source.holds.size && !guide.phase ? "hintHeld" : rests ? "hint" : "";
+    return running ? { text: hint && say(hint) } : { text: inside ? "" : say("hintPaused") };
   }
 
   // ---- wishes that are no physics: keys, the address, what is shown, day and night
@@ -290,38 +300,12 @@ class App {
     inside.onclick = () => this.inside();
     view.onclick = () => this.eye.lookOn();
     addEventListener("hashchange", () => this.open(location.hash));
-    addEventListener("keydown", (event) => this.key(event));
+    addEventListener("keydown", (event) => press(this, event));
     // A button that was clicked does not take the space bar, which pauses; one that the keyboard has come to does.
     addEventListener("click", ({ detail }) =>
       { if (detail && document.activeElement?.matches("button")) document.activeElement.blur(); });
     matchMedia("(prefers-color-scheme: light)").addEventListener("change", ({ matches }) => this.setTheme(matches));
     this.setRunning(true);
-  }
-
-  key(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const typing = event.target.matches?.("#panel input, select, textarea"), pressed = event.target.matches?.("button");
-    const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
-    if (typing || (key === " " && pressed) || !(this.keys || key === "Escape")) return;
-    const acts = {
-      " ": () => this.setRunning(!this.clock.running), i: () => this.inside(), a: () => this.again(),
-      0: () => this.stopAll(),
-      e: () => this.setOther("every", this.clock.slow !== "always"), ",": () => this.stepInside(-1),
-      ".": () => this.stepInside(1),
-      d: () => this.setOther("space", !this.space), v: () => { if (this.space) this.eye.lookOn(); },
-      Escape: () => { if (this.panels.kind) this.panels.toggle(this.panels.kind); },
-    };
-    const panel = { c: "change", s: "show", b: "beside", k: "keep", l: "lesson", "?": "help", h: "help" }[key];
-    if (panel) acts[key] = () => this.panels.toggle(panel);
-    const act = /^[1-9]$/.test(key) ? () => this.lift(Number(key)) : acts[key];
-    if (act) event.preventDefault();
-    act?.();
-  }
-
-  /** By the keys through a click. */
-  stepInside(direction) {
-    const { source } = this.stages[0], click = source.shownClick;
-    if (click?.length && this.stages.length === 1) this.seek(source.run.time + direction * INSIDE_STEP * click.length);
   }
 
   setShow(kind, on) {
@@ -335,6 +319,7 @@ class App {
     if (kind === "sound") this.sound.switchOn(on);
     if (kind === "light") this.setTheme(on);
     if (kind === "keys") this.keys = on;
+    if (kind === "ask") this.lesson.asks = on;
     showLink(this);
   }
 
@@ -377,22 +362,7 @@ class App {
   }
 
   /** What an address asks for. */
-  open(hash) {
-    this.attempt(() => {
-      const { setup, options } = Setup.fromLink(hash);
-      this.engine.start(setup.recipe()).forget();
-      this.dropStage();
-      this.clock.slowAt("no");
-      for (const kind of Object.keys(this.shows)) this.shows[kind] = (options.show ?? "").split(",").includes(kind);
-      this.begin(setup, options.preset ?? (hash.includes("balls=") ? null : "textbook"));
-      if (options.lift) this.lift(Number(options.lift));
-      const known = Object.keys(textsOf("besides")).find((name) => name === options.beside && name !== "stop");
-      if (options.right || known) this.compare(known ?? "usual", options.right);
-      if (options.view === "3d") this.setSpace(true);
-      if (options.slow === "always") this.setOther("every", true);
-      if (options.slow === "next") this.clock.slowAt("next");
-    });
-  }
+  open(hash) { this.attempt(() => openLink(this, hash)); }
 
   async openFile(file) {
     if (!file) return;

@@ -1,29 +1,9 @@
-// What can be kept: a link, a picture, tables.
+// What can be kept: a picture, tables.
 
 import { FONT } from "#view/texts.js";
 
 const RUN_STEP = 0.01; // s between the rows of a run in CSV
 const RUN_ROWS = 6000;
-
-/** The address of this page with everything that is set. */
-export function linkTo(app) {
-  const [{ source }, other] = app.stages, shown = Object.keys(app.shows).filter((kind) => app.shows[kind]).join(",");
-  const parts = [
-    source.live ? source.setup.toLink(app.preset) : "preset=textbook", app.besideChoice && `beside=${app.besideChoice}`,
-    app.clock.slow === "always" && "slow=always", shown && `show=${shown}`, app.space && "view=3d",
-    ...(other?.source.live ? other.source.setup.besides(source.setup) : []),
-  ];
-  return `${location.href.replace(/#.*/, "")}#${parts.filter(Boolean).join("&")}`;
-}
-
-/** Keeps the address of the page up to date, so that it can be copied and marked. */
-export function showLink(app) {
-  try {
-    history.replaceState(null, "", linkTo(app));
-  } catch {
-    // Some browsers forbid it for files; the button that copies the link still works.
-  }
-}
 
 /** Hands a file to the viewer. */
 export function save(name, content) {

@@ -39,6 +39,8 @@ export class Panels {
     (this.body.querySelector("input:checked, input, button") ?? close).focus();
   }
 
+  close() { if (this.kind) this.toggle(this.kind); }
+
   /** Fills it anew, with what is the case now. */
   refresh() {
     if (!this.kind) return;
@@ -154,8 +156,8 @@ export class Panels {
     const { app } = this;
     this.chips(say("show"), Object.keys(textsOf("shows")), "shows", (kind) => app.shows[kind],
       (kind, on) => app.setShow(kind, on));
-    const { space, clock, sound, theme, keys } = app;
-    const on = { space, every: clock.slow === "always", sound: sound.on, light: !theme.dark, keys };
+    const { space, clock, sound, theme, keys, lesson } = app;
+    const on = { space, every: clock.slow === "always", sound: sound.on, light: !theme.dark, keys, ask: lesson.asks };
     this.chips("", Object.keys(on), "others", (kind) => on[kind], (kind, checked) => app.setOther(kind, checked));
     this.slider(say("pace"), {
       min: -6, max: 0, step: 0.25, value: Math.log10(app.clock.base), show: (p) => paceText(10 ** p),
@@ -185,7 +187,9 @@ export class Panels {
 
   /** Six steps, each a link into this page. */
   lesson() {
+    const column = element(this.body, "div", { className: "column" });
     const list = element(this.body, "ol", { className: "lesson" });
+    element(column, "button", { type: "button", textContent: say("present"), onclick: () => this.app.open("present") });
     textsOf("lessons").forEach(({ title, text }, i) => {
       const item = element(list, "li");
       element(item, "a", { href: `#${LESSON[i]}`, textContent: title });

@@ -106,8 +106,8 @@ export class Stage {
 
   describe(click) {
     const { source, app } = this;
-    const { text, detail = "" } = click?.done ? captionOf(click, source.run.time, source.state)
-      : { text: app.hintFor(this) };
+    const { text = "", detail = "" } = click?.done ? captionOf(click, source.run.time, source.state)
+      : app.hintFor(this);
     write(this.sentence, text);
     write(this.detail, detail);
     const name = say("stageName", { name: this.named });

@@ -55,14 +55,14 @@ function sentence(click, now, state) {
 }
 
 /** Which balls move after a click, and how fast, in percent of the fastest that came in. */
-function outcome({ speeds, after }) {
+export function outcome({ speeds, after }) {
   const fastest = Math.max(...speeds.map(Math.abs)) || 1;
   const list = after.flatMap((v, i) => {
     const percent = (100 * v) / fastest, size = Math.abs(percent);
     const shown = percent.toFixed(size > 99 && size < 99.95 ? 1 : 0).replace("-", "−");
     return size < 0.5 ? [] : [say("leaver", { ball: i + 1, percent: shown })];
   });
-  return list.length ? say("leave", { list: list.join(", ") }) : say("all");
+  return list.length ? say("outcome", { list: list.join(", ") }) : say("all");
 }
 
 /** A set-up in a few words. */

@@ -1,0 +1,30 @@
+// What single keys do.
+
+const INSIDE_STEP = 0.01; // of a click's length
+const PANELS = { c: "change", s: "show", b: "beside", k: "keep", l: "lesson", "?": "help", h: "help" };
+const ACTS = {
+  " ": (app) => app.setRunning(!app.clock.running), i: (app) => app.inside(), a: (app) => app.again(),
+  0: (app) => app.stopAll(), e: (app) => app.setOther("every", app.clock.slow !== "always"),
+  d: (app) => app.setOther("space", !app.space), v: (app) => { if (app.space) app.eye.lookOn(); },
+  p: (app) => app.open("present"), n: (app) => app.lesson.next(),
+  ",": (app) => stepInside(app, -1), ".": (app) => stepInside(app, 1),
+  Escape: (app) => (app.panels.kind ? app.panels.toggle(app.panels.kind) : app.lesson.step !== null && app.lesson.leave()),
+};
+
+/** Does what a key that was pressed stands for, unless something of the page takes it itself. */
+export function press(app, event) {
+  if (event.ctrlKey || event.metaKey || event.altKey) return;
+  const typing = event.target.matches?.("#panel input, select, textarea"), pressed = event.target.matches?.("button");
+  const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
+  if (typing || (key === " " && pressed) || !(app.keys || key === "Escape")) return;
+  const act = /^[1-9]$/.test(key) ? () => app.lesson.answer(Number(key)) || app.lift(Number(key))
+    : PANELS[key] ? () => app.panels.toggle(PANELS[key]) : ACTS[key];
+  if (act) event.preventDefault();
+  act?.(app);
+}
+
+/** Back or on within a click. */
+function stepInside(app, direction) {
+  const { source } = app.stages[0], click = source.shownClick;
+  if (click?.length && app.stages.length === 1) app.seek(source.run.time + direction * INSIDE_STEP * click.length);
+}

@@ -1,0 +1,101 @@
+// For classes: the lesson in large letters, and the question what will fly out before balls are let go.
+
+import { showLink } from "#control/link.js";
+import { LESSON } from "#engine/setup.js";
+import { outcome } from "#view/captions.js";
+import { element } from "#view/elements.js";
+import { say, textsOf } from "#view/texts.js";
+
+const ASKING = [0, 3, 5]; // steps of the lesson in which the class is asked
+const FLIES = 0.1;        // of the incoming speed: a ball that is faster has flown out
+const LATER = 0.15;       // s after a click at which it is said what flew out
+
+export class Lesson {
+  /** `step`: of the lesson that is presented, from 0, or null; `asks`: whether there is a question; `phase`: "asks",
+   *  "waits" for the click, "knows", or null. */
+  constructor(app) {
+    Object.assign(this, { app, step: null, asks: false, phase: null });
+    app.controls.next.onclick = () => this.next();
+    app.controls.leave.onclick = () => this.leave();
+  }
+
+  /** Presents the step with this number, from 1; the step, from 0. */
+  turnTo(number) {
+    this.step = Math.min(LESSON.length, Math.max(1, Math.round(number) || 1)) - 1;
+    this.asks = ASKING.includes(this.step);
+    this.app.panels.close();
+    this.dress();
+    return this.step;
+  }
+
+  /** To the next step; from the last one back to the page as it is otherwise. */
+  next() {
+    if (this.step === LESSON.length - 1) this.leave();
+    else if (this.step !== null) this.app.open(`present=${this.step + 2}`);
+  }
+
+  leave(asks = false) {
+    Object.assign(this, { step: null, asks });
+    this.dress();
+    this.enter(null);
+    showLink(this.app);
+  }
+
+  dress() { document.body.classList.toggle("present", this.step !== null); }
+
+  /** Title and text at the head of the page while the lesson is presented: no answer before it is seen. */
+  get heading() {
+    if (this.step === null) return null;
+    return ["asks", "waits"].includes(this.phase) ? { title: say("ask"), text: "" } : textsOf("lessons")[this.step];
+  }
+
+  // ---- the question
+
+  enter(phase) {
+    const { guesses } = this.app.controls;
+    this.phase = phase;
+    guesses.hidden = phase !== "asks";
+    this.app.name();
+  }
+
+  /** Balls have been let go: if the class is to be asked, time stands still until it has answered. */
+  ask() {
+    const { app } = this, { live, setup } = app.stages[0].source, { guesses } = app.controls;
+    const moves = live && [...setup.values.x_start, ...setup.values.v_start].some((value) => value !== 0);
+    this.enter(this.asks && moves ? "asks" : null);
+    if (!this.phase) return;
+    app.setRunning(false);
+    guesses.replaceChildren();
+    for (let count = 1; count <= setup.balls; count++)
+      element(guesses, "button", { type: "button", textContent: count, onclick: () => this.answer(count) });
+  }
+
+  /** What the class expects; whether it was asked. */
+  answer(guess) {
+    if (this.phase !== "asks" || guess > this.app.stages[0].source.setup.balls) return false;
+    Object.assign(this, { guess, click: null });
+    this.enter("waits");
+    this.app.setRunning(true);
+    return true;
+  }
+
+  /** Watches the first click, until it is known and seen. A hand, or time that runs unasked, end the question. */
+  follow() {
+    const { app, phase } = this, [{ source }] = app.stages;
+    if (phase && (source.holds?.size || (phase === "asks" && app.clock.running))) this.enter(null);
+    if (this.phase !== "waits") return;
+    source.ahead(performance.now() + 2);
+    if (source.click?.done) this.click ??= source.click;
+    if (source.run.time > this.click?.end + LATER && !app.clock.inside) this.enter("knows");
+  }
+
+  /** What is said below the balls: the question, or whether the class was right: {text, detail}. */
+  get said() {
+    const { phase, guess, click } = this;
+    if (phase === "asks") return { text: say("askCount") };
+    if (phase !== "knows") return null;
+    const incoming = click.speeds.reduce((a, b) => (Math.abs(b) > Math.abs(a) ? b : a));
+    const count = click.after.filter((v) => v / incoming > FLIES).length;
+    return { text: say(count === guess ? "askedRight" : "askedWrong", { count, guess }), detail: outcome(click) };
+  }
+}

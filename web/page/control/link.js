@@ -1,0 +1,43 @@
+// Addresses: what they ask for, and that of what is shown.
+
+import { LESSON, Setup } from "#engine/setup.js";
+import { textsOf } from "#view/texts.js";
+
+/** The address of this page with everything that is set. */
+export function linkTo(app) {
+  const [{ source }, other] = app.stages, shown = Object.keys(app.shows).filter((kind) => app.shows[kind]).join(",");
+  const parts = app.lesson.step === null ? [
+    source.live ? source.setup.toLink(app.preset) : "preset=textbook", app.besideChoice && `beside=${app.besideChoice}`,
+    app.clock.slow === "always" && "slow=always", shown && `show=${shown}`, app.space && "view=3d",
+    app.lesson.asks && "ask",
+    ...(other?.source.live ? other.source.setup.besides(source.setup) : []),
+  ] : [`present=${app.lesson.step + 1}`];
+  return `${location.href.replace(/#.*/, "")}#${parts.filter(Boolean).join("&")}`;
+}
+
+/** Keeps the address of the page up to date, so that it can be copied and marked. */
+export function showLink(app) {
+  try {
+    history.replaceState(null, "", linkTo(app));
+  } catch {
+    // Some browsers forbid it for files; the button that copies the link still works.
+  }
+}
+
+/** Shows what the part of an address behind # asks for. Throws Refusal. */
+export function openLink(app, hash) {
+  const asked = Setup.fromLink(hash).options, link = "present" in asked ? LESSON[app.lesson.turnTo(asked.present)] : hash;
+  const { setup, options } = Setup.fromLink(link);
+  app.engine.start(setup.recipe()).forget();
+  if (link === hash) app.lesson.leave("ask" in options);
+  app.dropStage();
+  app.clock.slowAt("no");
+  for (const kind of Object.keys(app.shows)) app.shows[kind] = (options.show ?? "").split(",").includes(kind);
+  app.begin(setup, options.preset ?? (link.includes("balls=") ? null : "textbook"));
+  if (options.lift) app.lift(Number(options.lift));
+  const known = Object.keys(textsOf("besides")).find((name) => name === options.beside && name !== "stop");
+  if (options.right || known) app.compare(known ?? "usual", options.right);
+  if (options.view === "3d") app.setSpace(true);
+  if (options.slow === "always") app.setOther("every", true);
+  if (options.slow === "next") app.clock.slowAt("next");
+}
