@@ -4,10 +4,6 @@ click looks like.
 The laws themselves are checked in tests/rust, without a host.
 """
 
-import itertools
-import os
-import subprocess
-import sys
 from concurrent.futures import ThreadPoolExecutor
 
 import fmpy
@@ -52,53 +48,6 @@ def test_the_package_and_simulate_fmu_read_the_same_numbers(fmu, fmu_path, setup
     for name in ("x[1]", "v[3]", "E_total", "impulse[2]", "F_peak[4]"):
         assert ours[name] == pytest.approx(theirs[name], rel=1e-10, abs=1e-10)
     assert nc.energy_error(ours) <= (1e-6 if "solver.method" in setup else 1e-10)
-
-
-# How far behind the first onset the state is saved, s; None: in flight before it.
-PLACES = {"in flight": None, "at the onset": 0.0, "within a pulse": 1e-7, "between pulses": 2.5e-7}
-RAMP = [["F_ext[2]", 1, 0.3], ["a_support", 2, -0.1]]  # input derivatives: name, order, value
-STEPS = [1e-7, 2e-7, 1e-6, 0.3, 0.25, 0.4]  # s
-
-
-def continued(run, steps, derivatives) -> list:
-    """Makes the steps; after each every variable, and the log lines."""
-    recorder, seen = run.recorder(run.fmu.variables), []
-    for size in steps:
-        for name, order, value in derivatives:
-            run.slave.setRealInputDerivatives([run.fmu.variables[name].valueReference], [order], [value])
-        before = len(run.log)
-        run.step(size)
-        seen.append(([float(value).hex() for value in recorder.row()], run.log[before:]))
-    return seen
-
-
-def test_a_new_process_goes_on_with_the_same_bits(fmu, setup, tmp_path):
-    """From states at each place, with held inputs and with input derivatives, in instances only instantiated."""
-    states, expected = [], []
-    for place, derivatives in itertools.product(PLACES.values(), ([], RAMP)):
-        with fmu.start(setup) as run:
-            continued(run, [0.25], derivatives)
-            if place is not None:
-                run.step_to_onset()
-                run.step(place) if place else None
-            states.append((run.save(), derivatives))
-            expected.append(continued(run, STEPS, derivatives))
-    code = f"""
-import newtons_cradle as nc
-from newtons_cradle import *
-from test_runs import STEPS, continued
-
-with nc.Fmu({str(fmu.path)!r}) as fmu:
-    for saved, derivatives in {states!r}:
-        with fmu.start(initialize=False) as run:
-            run.load(saved)
-            print(continued(run, STEPS, derivatives))
-"""
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    command = [sys.executable, "-"]
-    done = subprocess.run(command, input=code, env=environment, capture_output=True, text=True)
-    assert done.stdout.splitlines() == list(map(repr, expected)), done.stderr
-    assert any(lines for steps in expected for _, lines in steps)
 
 
 def test_a_saved_state_can_be_loaded_again_and_again(fmu):

@@ -16,7 +16,7 @@ fn instantiated(setup: Setup) -> Host {
 
 /// Cradles whose runs differ in kind: separate and overlapping impacts, all laws, drag, contacts that stay closed, free
 /// balls.
-const SETUPS: [(&str, Setup); 12] = [
+const SETUPS: [(&str, Setup); 13] = [
     ("separate impacts", &[]),
     ("overlapping impacts", &[("contact.deadBand", 0.0)]),
     ("cubic", &[("contact.exponent", 3.0), ("contact.deadBand", 1e-8)]),
@@ -46,6 +46,16 @@ const SETUPS: [(&str, Setup); 12] = [
     ("bdf", &[("solver.method", 2.0), ("solver.tolerance", 1e-6), ("contact.deadBand", 0.0), ("contact.damping", 1e4)]),
     ("adams", &[("solver.method", 3.0), ("solver.tolerance", 1e-8)]),
     ("rk4", &[("solver.method", 4.0), ("solver.fixedStep", 2e-4), ("contact.stiffness", 1e5), ("pendulum.drag", 0.3)]),
+    (
+        "rigid, lasting contacts",
+        &[
+            ("contact.model", 3.0),
+            ("contact.restitution", 0.5),
+            ("contact.deadBand", 0.0),
+            ("pendulum.lengthRatio[3]", 1.1),
+            ("F_ext[5]", -3.0),
+        ],
+    ),
 ];
 
 /// Communication points: coarse ones, the next onset itself, and fine ones through the impacts that follow it.
