@@ -82,7 +82,7 @@ def test_the_lesson_is_presented_step_by_step(page, live_path):
             wait(page, "cradle.lesson.phase === 'knows'")
         titles.append(page.find_element(By.TAG_NAME, "h1").text)
         assert not page.find_element(By.ID, "openers").is_displayed()
-        page.find_element(By.ID, "next").click()
+        page.find_element(By.ID, "nextStep").click()
     assert len(set(titles)) == 6 and titles[1] == "Why not one, twice as fast?"
     assert page.find_element(By.ID, "openers").is_displayed()
     page.get("about:blank")

@@ -82,6 +82,35 @@ def test_the_defaults_are_those_of_the_fmu(page, fmu):
             assert float(start) == value, name
 
 
+SLIDERS = {
+    "Gap between the balls": (10, "100 µm", "contact.deadBand", 1e-4),
+    "Stiffness": (8, "100 MN/m", "contact.stiffness", 1e8),
+    "Loss in contacts": (0.3, "0.3 s/m", "contact.huntCrossley", 0.3),
+    "Air drag": (0.1, "0.1 kg/s", "pendulum.drag", 0.1),
+    "Strings": (0.2, "200 mm", "pendulum.length", 0.2),
+    "Its mass": (7, "\N{MULTIPLICATION SIGN} 4", "ball.massRatio", [1, 1, 4, 1, 1]),
+    "Speed kept in an impact": (90, "90 %", "contact.restitution", 0.9),
+}
+
+
+def test_sliders_change_what_they_say(page):
+    js(page, "cradle.panels.toggle('change')")
+    for title, (place, said, name, value) in SLIDERS.items():
+        js(page, "cradle.choose(arguments[0])", "rigid" if name == "contact.restitution" else "textbook")
+        shown = js(
+            page,
+            """const fields = [...document.querySelectorAll(".field")], find = (field) => field.innerText.includes(title);
+            const title = arguments[0], field = fields.find(find), input = field.querySelector("input");
+            input.value = arguments[1];
+            for (const kind of ["input", "change"]) input.dispatchEvent(new Event(kind));
+            return [field.querySelector("output").textContent, input.ariaValueText]""",
+            title,
+            place,
+        )
+        assert shown == [said, said], title
+        assert js(page, "return source.setup.get(arguments[0])", name) == pytest.approx(value), title
+
+
 def test_a_link_carries_the_set_up(page, live_path):
     js(page, "cradle.choose('desk'); cradle.change({gravity: 1.62}); cradle.lift(2)")
     wanted = js(page, "return source.setup.recipe()")

@@ -15,16 +15,16 @@ export class Lesson {
    *  "waits" for the click, "knows", or null. */
   constructor(app) {
     Object.assign(this, { app, step: null, asks: false, phase: null });
-    app.controls.next.onclick = () => this.next();
-    app.controls.leave.onclick = () => this.leave();
+    app.controls.nextStep.onclick = () => this.next();
+    app.controls.endLesson.onclick = () => this.leave();
   }
 
   /** Presents the step with this number, from 1; the step, from 0. */
   turnTo(number) {
     this.step = Math.min(LESSON.length, Math.max(1, Math.round(number) || 1)) - 1;
     this.asks = ASKING.includes(this.step);
+    document.body.classList.add("present");
     this.app.panels.close();
-    this.dress();
     return this.step;
   }
 
@@ -36,12 +36,10 @@ export class Lesson {
 
   leave(asks = false) {
     Object.assign(this, { step: null, asks });
-    this.dress();
+    document.body.classList.remove("present");
     this.enter(null);
     showLink(this.app);
   }
-
-  dress() { document.body.classList.toggle("present", this.step !== null); }
 
   /** Title and text at the head of the page while the lesson is presented: no answer before it is seen. */
   get heading() {

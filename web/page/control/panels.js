@@ -1,15 +1,10 @@
 // What opens when it is asked for: a panel with the choices of one kind.
 
+import { fillChange } from "#control/change.js";
 import { pulsesTable, runTable, save, savePicture } from "#control/keep.js";
-import { LAWS, LESSON, MOST_BALLS, PRESETS } from "#engine/setup.js";
-import { withPrefix } from "#view/common.js";
+import { LESSON, PRESETS } from "#engine/setup.js";
 import { aria, element, unpacked } from "#view/elements.js";
-import { paceText, rounded, say, textsOf } from "#view/texts.js";
-
-const PLAY_BAND = [0, 1e-7, 2.6e-7, 5e-7, 1e-6, 2.6e-6, 5e-6, 1e-5, 2e-5, 5e-5, 1e-4]; // m
-const HARDNESS = [4, 14]; // powers of ten, N/m
-const GRAVITIES = { earth: 9.81, moon: 1.62, mars: 3.71, jupiter: 24.8 };
-const WEIGHTS = [0.125, 0.25, 0.5, 0.75, 1, 1.5, 2, 4, 8];
+import { paceText, say, textsOf } from "#view/texts.js";
 
 export class Panels {
   constructor(app) {
@@ -52,11 +47,11 @@ export class Panels {
 
   // ---- pieces
 
-  /** One of several, by their names in the table of texts `texts`; or, with checkboxes, those for which `chosen` is
-   *  true. */
+  /** Under the title of this name, one of several, by their names in the table of texts `texts`; or, with checkboxes,
+   *  those for which `chosen` is true. */
   chips(title, names, texts, chosen, choose) {
     const set = element(this.body, "fieldset"), several = typeof chosen === "function";
-    element(set, "legend", { textContent: title });
+    element(set, "legend", { textContent: title && say(title) });
     const row = element(set, "div", { className: "chips" });
     for (const key of names) {
       const label = element(row, "label"), checked = several ? chosen(key) : key === chosen;
@@ -67,99 +62,37 @@ export class Panels {
     }
   }
 
-  /** A number on a scale; `show` says it in words. */
-  slider(title, { min = 0, max, step = 1, value, show, choose }) {
-    const label = element(this.body, "label", { className: "field" });
-    element(label, "span", { textContent: title });
-    const output = element(label, "output"), input = element(label, "input", { type: "range", min, max, step, value });
+  /** A number on a scale, or one of a list; `show` says it in words. */
+  slider(title, { list, min = 0, max = list?.length - 1, step = 1, value, show, choose }) {
+    const label = element(this.body, "label", { className: "field" }), range = { type: "range", min, max, step };
+    element(label, "span", { textContent: say(title) });
+    const output = element(label, "output"), input = element(label, "input", range);
     const tell = (shown) => { output.textContent = show(shown); aria(input, { valuetext: output.textContent }); };
+    const nearest = list?.reduce((a, b) => (Math.abs(b - value) < Math.abs(a - value) ? b : a));
+    const chosen = () => list?.[input.value] ?? Number(input.value);
     input.dataset.key = title;
-    tell(value);
-    input.oninput = () => tell(Number(input.value));
-    input.onchange = () => choose(Number(input.value));
-  }
-
-  /** One of the values of a list, on a scale. */
-  steps(title, list, value, show, choose) {
-    const nearest = list.reduce((best, item, i) => (Math.abs(item - value) < Math.abs(list[best] - value) ? i : best),
-      0);
-    this.slider(title, { max: list.length - 1, value: nearest, show: (i) => show(list[i]),
-      choose: (i) => choose(list[i]) });
+    input.value = list?.indexOf(nearest) ?? value;
+    tell(nearest ?? value);
+    input.oninput = () => tell(chosen());
+    input.onchange = () => choose(chosen());
   }
 
   // ---- panels
 
-  change() {
-    const { app } = this, { setup } = app.changedSource;
-    if (!setup) return void this.presets();
-    if (app.stages.length < 2) this.presets();
-    else this.chips(say("side"), ["left", "right", "both"], "", app.side,
-      (side) => { app.side = side; this.refresh(); });
-    const set = (values) => app.change(values), get = (name) => setup.get(name);
-    const length = (m) => (m ? withPrefix(m, "m") : say("none"));
-    this.chips(say("law"), Object.keys(LAWS), "laws", setup.law, (law) => set(LAWS[law]));
-    this.steps(say("deadBand"), PLAY_BAND, get("contact.deadBand"), length, (m) => set({ "contact.deadBand": m }));
-    if (get("contact.model") === "powerLaw") {
-      const hardness =
-        Math.log10(get("contact.stiffness") * (get("contact.overlapRef") / 1e-6) ** (1 - get("contact.exponent")));
-      const [min, max] = HARDNESS;
-      this.slider(say("stiffness"), {
-        min, max, step: 0.5, value: Math.min(max, Math.max(min, hardness)), show: (p) => withPrefix(10 ** p, "N/m", 2),
-        choose: (p) => set({ "contact.stiffness": 10 ** p, "contact.overlapRef": 1e-6 }),
-      });
-    }
-    if (setup.law === "rigid") {
-      this.slider(say("restitution"), {
-        max: 100, value: 100 * get("contact.restitution"), show: (percent) => `${percent} %`,
-        choose: (percent) => set({ "contact.restitution": percent / 100 }),
-      });
-    } else {
-      this.slider(say("loss"), {
-        max: 1, step: 0.05, value: get("contact.dampingLaw") === "huntCrossley" ? get("contact.huntCrossley") : 0,
-        show: (alpha) => (alpha ? `${rounded(alpha)} s/m` : say("none")),
-        choose: (alpha) => set({ "contact.dampingLaw": "huntCrossley", "contact.huntCrossley": alpha }),
-      });
-    }
-    const mass = get("ball.mass");
-    this.slider(say("drag"), {
-      max: 0.5, step: 0.01, value: get("pendulum.drag") / mass,
-      show: (b) => (b ? `${rounded(b * mass)} kg/s` : say("none")),
-      choose: (b) => set({ "pendulum.drag": b * mass }),
-    });
-    this.weight(setup, set);
-    this.slider(say("length"), {
-      min: 0.05, max: 2, step: 0.05, value: get("pendulum.length"), show: length,
-      choose: (m) => set({ "pendulum.length": m }),
-    });
-    const worlds = Object.keys(GRAVITIES), world = worlds.find((name) => GRAVITIES[name] === get("gravity"));
-    this.chips(say("gravity"), worlds, "gravities", world ?? "", (name) => set({ gravity: GRAVITIES[name] }));
-    this.slider(say("balls"), { min: 1, max: MOST_BALLS, value: setup.balls, show: String,
-      choose: (balls) => app.resize(balls) });
-  }
+  change() { fillChange(this); }
 
   presets() {
-    this.chips(say("preset"), Object.keys(PRESETS), "presets", this.app.preset, (name) => this.app.choose(name));
-  }
-
-  /** A heavier or a lighter ball. */
-  weight(setup, set) {
-    const ratios = setup.get("ball.massRatio"), uneven = ratios.findIndex((ratio) => ratio !== 1), { balls } = setup;
-    const ball = Math.min(balls - 1, this.ball ?? (uneven >= 0 ? uneven : Math.floor(balls / 2)));
-    const turnTo = (i) => { this.ball = i - 1; this.refresh(); };
-    const nameOf = (i) => say("ball", { ball: i });
-    this.slider(say("whose"), { min: 1, max: balls, value: ball + 1, show: nameOf, choose: turnTo });
-    const choose = (ratio) => set({ "ball.massRatio": ratios.map((old, i) => (i === ball ? ratio : old)) });
-    this.steps(say("weight"), WEIGHTS, ratios[ball], (ratio) => say("times", { ratio: rounded(ratio) }), choose);
+    this.chips("preset", Object.keys(PRESETS), "presets", this.app.preset, (name) => this.app.choose(name));
   }
 
   show() {
     const { app } = this;
-    this.chips(say("show"), Object.keys(textsOf("shows")), "shows", (kind) => app.shows[kind],
+    this.chips("show", Object.keys(textsOf("shows")), "shows", (kind) => app.shows[kind],
       (kind, on) => app.setShow(kind, on));
     const { space, clock, sound, theme, keys, lesson } = app;
     const on = { space, every: clock.slow === "always", sound: sound.on, light: !theme.dark, keys, ask: lesson.asks };
     this.chips("", Object.keys(on), "others", (kind) => on[kind], (kind, checked) => app.setOther(kind, checked));
-    this.slider(say("pace"), {
+    this.slider("pace", {
       min: -6, max: 0, step: 0.25, value: Math.log10(app.clock.base), show: (p) => paceText(10 ** p),
       choose: (p) => app.setPace(10 ** p),
     });
@@ -167,7 +100,7 @@ export class Panels {
 
   beside() {
     const { app } = this;
-    this.chips(say("besideWhat"), Object.keys(textsOf("besides")), "besides", app.besideChoice ?? "stop",
+    this.chips("besideWhat", Object.keys(textsOf("besides")), "besides", app.besideChoice ?? "stop",
       (name) => app.compare(name));
   }
 
