@@ -221,3 +221,43 @@ def test_axe_finds_nothing_serious(page, axe):
 
 def test_size(live_path):
     assert live_path.stat().st_size < 2e6
+
+
+TEXTS = {path.stem: json.loads(path.read_bytes()) for path in (ROOT / "web/page/texts").glob("*.json")}
+# What does not fit into its button, or sticks out of the page sideways.
+TOO_WIDE = """
+  const all = [...document.querySelectorAll("button, label, legend, h1, h2, p, dt, dd, li")];
+  const wide = all.filter((item) => item.checkVisibility() && item.clientWidth
+    && (item.scrollWidth > item.clientWidth + 1 || item.getBoundingClientRect().right > innerWidth + 1));
+  return [...wide.map((item) => item.textContent), ...(document.body.scrollWidth > innerWidth ? ["page"] : [])]"""
+
+
+def places(text) -> object:
+    """The shape of a table of texts: its names, and the places in each text."""
+    if isinstance(text, dict):
+        return {name: places(part) for name, part in text.items()}
+    if isinstance(text, list):
+        return [places(part) for part in text]
+    return set(re.findall(r"{\w+}", text))
+
+
+@pytest.mark.parametrize("language", sorted(set(TEXTS) - {"en"}))
+def test_a_language_has_all_texts_and_they_fit(page, language):
+    """Chosen under Show; on a phone, with each panel open, side by side, inside a click."""
+    shape, other = places(TEXTS["en"]), places(TEXTS[language])
+    for forms in ("pressed", "over", "overRigid"):  # "one" may name no number
+        shape[forms], other[forms] = shape[forms]["other"], other[forms]["other"]
+    assert other == shape
+    set_screen(page, "phone")
+    js(page, "cradle.panels.toggle('show')")
+    page.find_element(By.CSS_SELECTOR, f"input[data-key$=' {language}']").click()
+    assert page.find_element(By.ID, "paneltitle").text == TEXTS[language]["show"]
+    assert page.execute_script("return document.documentElement.lang") == language
+    js(page, "cradle.panels.toggle('show'); cradle.compare('heavy')")
+    for panel in (None, "change", "show", "beside", "lesson", "keep", "help"):
+        js(page, "if (arguments[0]) cradle.panels.toggle(arguments[0])", panel)
+        assert page.execute_script(TOO_WIDE) == [], panel
+    js(page, "cradle.panels.toggle('help'); cradle.compare('stop'); cradle.lift(2); cradle.inside()")
+    wait(page, "cradle.clock.inside", 40)
+    assert page.execute_script(TOO_WIDE) == []
+    assert f"lang={language}" in js(page, "return linkTo(cradle)")

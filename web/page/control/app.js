@@ -16,7 +16,7 @@ import { describeSetup } from "#view/captions.js";
 import { unpacked } from "#view/elements.js";
 import { Eye } from "#view/eye.js";
 import { Sound } from "#view/sound.js";
-import { fillTexts, learn, paceText, say, textsOf } from "#view/texts.js";
+import { fillTexts, learn, paceText, say, speak, textsOf } from "#view/texts.js";
 import { DAY, NIGHT } from "#view/themes.js";
 
 const LIFT = 0.25; // of the strings' length, by the button and the keys
@@ -349,6 +349,16 @@ class App {
     this.theme = light ? DAY : NIGHT;
     document.documentElement.classList.toggle("light", light);
     this.theme.energies.forEach((colour, i) => document.documentElement.style.setProperty(`--e${i}`, colour));
+  }
+
+  setLanguage(code) {
+    speak(code);
+    fillTexts();
+    this.language = code;
+    this.setRunning(this.clock.running);
+    this.name();
+    this.panels.refresh();
+    showLink(this);
   }
 
   async copyLink() {

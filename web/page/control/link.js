@@ -1,7 +1,7 @@
 // Addresses: what they ask for, and that of what is shown.
 
 import { LESSON, Setup } from "#engine/setup.js";
-import { textsOf } from "#view/texts.js";
+import { languages, textsOf } from "#view/texts.js";
 
 /** The address of this page with everything that is set. */
 export function linkTo(app) {
@@ -9,7 +9,7 @@ export function linkTo(app) {
   const parts = app.lesson.step === null ? [
     source.live ? source.setup.toLink(app.preset) : "preset=textbook", app.besideChoice && `beside=${app.besideChoice}`,
     app.clock.slow === "always" && "slow=always", shown && `show=${shown}`, app.space && "view=3d",
-    app.lesson.asks && "ask",
+    app.lesson.asks && "ask", app.language && `lang=${app.language}`,
     ...(other?.source.live ? other.source.setup.besides(source.setup) : []),
   ] : [`present=${app.lesson.step + 1}`];
   return `${location.href.replace(/#.*/, "")}#${parts.filter(Boolean).join("&")}`;
@@ -34,6 +34,7 @@ export function openLink(app, hash) {
   app.clock.slowAt("no");
   for (const kind of Object.keys(app.shows)) app.shows[kind] = (options.show ?? "").split(",").includes(kind);
   app.begin(setup, options.preset ?? (link.includes("balls=") ? null : "textbook"));
+  if (languages()[0][options.lang]) app.setLanguage(options.lang);
   if (options.lift) app.lift(Number(options.lift));
   const known = Object.keys(textsOf("besides")).find((name) => name === options.beside && name !== "stop");
   if (options.right || known) app.compare(known ?? "usual", options.right);

@@ -4,19 +4,20 @@ import { fillChange } from "#control/change.js";
 import { pulsesTable, runTable, save, savePicture } from "#control/keep.js";
 import { LESSON, PRESETS } from "#engine/setup.js";
 import { aria, element, unpacked } from "#view/elements.js";
-import { paceText, say, textsOf } from "#view/texts.js";
+import { fillTexts, languages, paceText, say, textsOf } from "#view/texts.js";
 
 export class Panels {
   constructor(app) {
     this.app = app;
     this.openers = ["change", "show", "beside", "lesson", "keep", "help"].map((kind) => {
-      const opener = element(app.controls.openers, "button", { type: "button", textContent: say(kind) });
+      const opener = element(app.controls.openers, "button", { type: "button" });
       aria(opener, { controls: "panel", expanded: false });
-      opener.dataset.opens = kind;
+      opener.dataset.opens = opener.dataset.text = kind;
       opener.onclick = () => this.toggle(kind);
       return opener;
     });
     this.body = app.controls.panelbody;
+    fillTexts();
     app.controls.close.onclick = () => this.toggle(this.kind);
     app.controls.panel.onkeydown = ({ key }) => { if (key === "Escape") this.toggle(this.kind); };
   }
@@ -29,7 +30,8 @@ export class Panels {
     panel.hidden = !this.kind;
     document.body.classList.toggle("open", Boolean(this.kind));
     if (!this.kind) return void opener?.focus();
-    paneltitle.textContent = say(this.kind);
+    paneltitle.dataset.text = this.kind;
+    fillTexts();
     this.refresh();
     (this.body.querySelector("input:checked, input, button") ?? close).focus();
   }
@@ -47,8 +49,8 @@ export class Panels {
 
   // ---- pieces
 
-  /** Under the title of this name, one of several, by their names in the table of texts `texts`; or, with checkboxes,
-   *  those for which `chosen` is true. */
+  /** Under the title of this name, one of several, by their names in the table of texts `texts`, or as this function
+   *  says; or, with checkboxes, those for which `chosen` is true. */
   chips(title, names, texts, chosen, choose) {
     const set = element(this.body, "fieldset"), several = typeof chosen === "function";
     element(set, "legend", { textContent: title && say(title) });
@@ -57,7 +59,8 @@ export class Panels {
       const label = element(row, "label"), checked = several ? chosen(key) : key === chosen;
       const input = element(label, "input", { type: several ? "checkbox" : "radio", name: `chips ${title}`, checked });
       input.dataset.key = `${title} ${key}`;
-      element(label, "span", { textContent: say(texts ? `${texts}.${key}` : key) });
+      const text = typeof texts === "function" ? texts(key) : say(texts ? `${texts}.${key}` : key);
+      element(label, "span", { textContent: text });
       input.addEventListener("change", () => choose(key, input.checked));
     }
   }
@@ -96,6 +99,8 @@ export class Panels {
       min: -6, max: 0, step: 0.25, value: Math.log10(app.clock.base), show: (p) => paceText(10 ** p),
       choose: (p) => app.setPace(10 ** p),
     });
+    const [names, spoken] = languages();
+    this.chips("languages", Object.keys(names), (code) => names[code], spoken, (code) => app.setLanguage(code));
   }
 
   beside() {

@@ -108,7 +108,7 @@ export class Setup {
   }
 }
 
-const LINK_OPTIONS = ["preset", "beside", "slow", "show", "lift", "look", "view", "present", "ask"];
+const LINK_OPTIONS = ["preset", "beside", "slow", "show", "lift", "lang", "view", "present", "ask"];
 
 /** A value from an address: a word, a number, or numbers of balls or contacts. */
 function parsed(name, raw) {

@@ -70,10 +70,10 @@ export function describeSetup(setup) {
   const band = setup.get("contact.deadBand"), uneven = setup.get("ball.massRatio").some((ratio) => ratio !== 1);
   const parts = [say(`laws.${setup.law}`)];
   if (setup.law !== "rigid")
-    parts.push(`${say("deadBand").toLowerCase()}: ${band ? withPrefix(band, "m") : say("none")}`);
+    parts.push(`${say("deadBand")}: ${band ? withPrefix(band, "m") : say("none")}`);
   const damping = { huntCrossley: "contact.huntCrossley",
     viscoelastic: "contact.relaxationTime" }[setup.get("contact.dampingLaw")];
-  if (damping && setup.get(damping)) parts.push(say("besides.lossy").toLowerCase());
+  if (damping && setup.get(damping)) parts.push(say("besides.lossy"));
   if (uneven) parts.push(setup.get("ball.massRatio").map((ratio) => rounded(ratio)).join(" : "));
-  return parts.join(", ");
+  return parts.join(" · ");
 }

@@ -1,6 +1,7 @@
 // What the page says: the tables of web/page/texts, one for each language.
 
-let tables = {}, table = {}, plurals = new Intl.PluralRules("en"), roughly = new Intl.NumberFormat("en");
+let tables = {}, language = "en", table = {};
+let plurals = new Intl.PluralRules("en"), roughly = new Intl.NumberFormat("en");
 
 /** Takes the tables by their languages' codes, and speaks that of these `languages` which is there, else English. */
 export function learn(all, languages = []) {
@@ -10,10 +11,15 @@ export function learn(all, languages = []) {
 
 /** From now on the page speaks the language with this code. */
 export function speak(code) {
-  table = tables[code];
+  [language, table] = [code, tables[code]];
   plurals = new Intl.PluralRules(code);
   roughly = new Intl.NumberFormat(code, { maximumSignificantDigits: 2 });
   globalThis.document?.documentElement.setAttribute("lang", code);
+}
+
+/** The languages that there are, {code: name}, and the code of the one that is spoken. */
+export function languages() {
+  return [Object.fromEntries(Object.entries(tables).map(([code, { language: name }]) => [code, name])), language];
 }
 
 /** What a table has by this name, such as `presets.desk`: a text, or a list or table of them. */
