@@ -15,7 +15,7 @@ export class Scene3D extends Scene {
   static open(canvas, eye, lost) {
     const back = document.createElement("canvas"), painter = Painter.open(back);
     if (!painter) return null;
-    back.className = "space";
+    Object.assign(back, { className: "space", ariaHidden: "true" });
     canvas.before(back);
     back.addEventListener("webglcontextlost", () => { if (back.isConnected) lost(); });
     return Object.assign(new Scene3D(canvas), { back, painter, eye, sharp: 1, pace: 0 });

@@ -38,7 +38,7 @@ void main() {
 #if STAND
   at = mix(a.xy, a.zw, 0.5 + 0.5 * corner);
 #elif SHADOW
-  vec2 wide = corner * 2. * (a.y - frame.z);
+  vec2 wide = corner * 1.7 * (a.y - frame.z);
   at = seen(vec3(a.x + wide.x, frame.z, a.z + wide.y)).xy;
 #elif ROD
   vec3 from = seen(a.xyz), to = seen(b.xyz), near = corner.x < 0. ? from : to;
@@ -75,8 +75,8 @@ vec3 sky(vec3 p, vec3 ray, float blur) { // blur: how far rays of one pixel part
 }
 
 vec3 wood(vec2 p, float grain) {
-  float broad = sin(9. * p.y + 2. * sin(0.7 * p.x) + sin(2.3 * p.x + 5. * p.y));
-  return top.rgb * (1. + grain * broad * sin(31. * p.y + 3. * sin(1.1 * p.x))) * (1.15 - 0.0035 * dot(p, p));
+  float wave = sin(0.7 * p.x + 0.3 * p.y);
+  return top.rgb * (1. + grain * sin(9. * p.y + 2.5 * wave) * sin(31. * p.y + 3. * wave)) * (1.15 - 0.0035 * dot(p, p));
 }
 
 float shade(vec3 p, vec3 ball, float r) { // how much of the light from above a ball keeps from a point of the base
@@ -162,16 +162,15 @@ const STAND = `
 vec4 thing(vec3 o, vec3 ray, float pixel) {
   float down = min(ray.y, -1e-3);
   vec2 p = o.xz + ray.xz * (frame.z - o.y) / down, q = o.xz + ray.xz * (frame.z - base.y - o.y) / down;
-  // Where, on its way through the base's thickness, the ray comes closest to it.
-  float near = 0., far = 1.;
-  for (int k = 0; k < 5; k++) {
+  float upper = edge(p), sharp = 1. / fwidth(upper), near = 0., far = 1.;
+  // Where, on its way through the base's thickness, the ray comes closest to it, if it can meet its side.
+  for (int k = 0; k < 5 && upper * sharp > -1. && (upper - distance(p, q)) * sharp < 1.; k++) {
     float third = (far - near) / 3.;
     if (edge(mix(p, q, near + third)) < edge(mix(p, q, far - third))) far -= third; else near += third;
   }
-  float upper = edge(p), least = edge(mix(p, q, 0.5 * (near + far)));
-  float cover = clamp(0.5 - least / fwidth(least), 0., 1.), level = clamp(0.5 - upper / fwidth(upper), 0., 1.);
-  vec3 above = wood(p, top.a), sheen = sky(vec3(p.x, frame.z, p.y), vec3(ray.x, -ray.y, ray.z), 0.);
-  above += sheen * mix(0.03, 0.5, pow(1. + ray.y, 5.));
+  float least = min(edge(mix(p, q, 0.5 * (near + far))), upper);
+  float cover = clamp(0.5 - least * sharp, 0., 1.), level = clamp(0.5 - upper * sharp, 0., 1.);
+  vec3 above = wood(p, top.a) + horizon.rgb * mix(0.03, 0.5, pow(1. + ray.y, 5.));
   above += 0.5 * top.rgb * lamp.rgb * (1. - smoothstep(0., 0.12, abs(upper + 0.08)));
   float dark = table.a * pow(max(1. - max(edge(q), 0.) / 2.5, 0.), 3.);
   vec4 solid = vec4(mix(side.rgb * mix(1., 0.5, near), above, level), 1);
@@ -181,7 +180,7 @@ vec4 thing(vec3 o, vec3 ray, float pixel) {
 const SHADOW = `
 vec4 thing(vec3 o, vec3 ray, float pixel) {
   vec3 p = o + ray * (frame.z - o.y) / ray.y;
-  vec2 from = (p.xz - A.xz) / (2. * (A.y - frame.z));
+  vec2 from = (p.xz - A.xz) / (1.7 * (A.y - frame.z));
   return vec4(0, 0, 0, edge(p.xz) < 0. ? shade(p, A.xyz, A.w) * max(1. - dot(from, from), 0.) : 0.);
 }`;
 
