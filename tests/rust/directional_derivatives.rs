@@ -290,7 +290,9 @@ fn what_has_no_derivative_is_refused() {
     refused("overlap[1]", "F_ext[1]", 1.0, "overlap[1] has no such derivative; allowed: real outputs");
     refused("pendulum.period", "F_ext[1]", 1.0, "pendulum.period");
     refused("x[1]", "F_ext[1]", f64::NAN, "dvKnown = NaN");
-    assert_eq!(unsafe { fmi2GetDirectionalDerivative(host.c, &u32::MAX, 1, &0, 0, &0.0, &mut 0.0) }, fmi2Error);
-    assert!(host.error().contains("value reference 4294967295"));
+    host.refused(
+        unsafe { fmi2GetDirectionalDerivative(host.c, &u32::MAX, 1, &0, 0, &0.0, &mut 0.0) },
+        "value reference 4294967295",
+    );
     host.assert_usable();
 }

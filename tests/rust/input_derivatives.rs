@@ -141,8 +141,7 @@ fn what_is_no_derivative_is_refused() {
     refused("x[1]", 1, 1.0, "no derivative of x[1] can be set: only those of inputs can, and its causality is Output");
     refused("ball.mass", 1, 1.0, "its causality is Parameter");
     refused("contact.model", 1, 1.0, "its causality is Parameter");
-    assert_eq!(unsafe { fmi2SetRealInputDerivatives(host.c, &u32::MAX, 1, &1, &1.0) }, fmi2Error);
-    assert!(host.error().contains("value reference 4294967295"));
+    host.refused(unsafe { fmi2SetRealInputDerivatives(host.c, &u32::MAX, 1, &1, &1.0) }, "value reference 4294967295");
 
     let untouched = Host::started();
     assert_eq!((host.step(0.0, 0.5), untouched.step(0.0, 0.5)), (fmi2OK, fmi2OK));
@@ -150,8 +149,7 @@ fn what_is_no_derivative_is_refused() {
 
     // A step on which an input would leave the range of numbers is refused, a shorter one is made.
     assert_eq!(host.set_derivative("F_ext[1]", 3, 1e300), fmi2OK);
-    assert_eq!(host.step(0.5, 1e9), fmi2Error);
-    assert!(host.error().contains("stay finite"));
+    host.refused(host.step(0.5, 1e9), "stay finite");
     assert_eq!(host.step(0.5, 1e-200), fmi2OK);
     host.assert_usable();
 }

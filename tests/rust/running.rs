@@ -169,8 +169,7 @@ fn categories_can_be_switched() {
     assert!(events(6.0) > 0);
     assert_eq!(switch(false, &[]), fmi2OK);
     // Errors are told whatever is switched on.
-    assert_eq!(host.step(7.5, -1.0), fmi2Error);
-    assert!(host.error().contains("communicationStepSize = -1 s"));
+    host.refused(host.step(7.5, -1.0), "communicationStepSize = -1 s");
 }
 
 #[test]
@@ -269,8 +268,7 @@ fn questions_about_the_last_step_are_answered() {
         assert_eq!((status, boolean, std::ffi::CStr::from_ptr(string)), (fmi2OK, 0, c""));
         assert_eq!(fmi2GetBooleanStatus(host.c, fmi2DoStepStatus, &mut boolean), fmi2Error);
         assert!(host.error().contains("fmi2StatusKind = 0 is refused; allowed: fmi2Terminated (3)"));
-        assert_eq!(fmi2GetStatus(host.c, 99, &mut status), fmi2Error);
-        assert!(host.error().contains("fmi2StatusKind = 99"));
+        host.refused(fmi2GetStatus(host.c, 99, &mut status), "fmi2StatusKind = 99");
     }
 }
 

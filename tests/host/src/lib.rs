@@ -326,6 +326,13 @@ impl Host {
         line.text.clone()
     }
 
+    /// Checks that a call was refused, in a message with these words.
+    #[track_caller]
+    pub fn refused(&self, status: fmi2Status, words: &str) {
+        let error = self.error();
+        assert!(status == fmi2Error && error.contains(words), "{status:?}, {error}, not {words}");
+    }
+
     /// Still usable: runs from the reset to a step.
     pub fn assert_usable(&self) {
         assert_eq!(self.reset(), fmi2OK);
