@@ -39,8 +39,9 @@ def boxes(page) -> list:
 
 @pytest.mark.parametrize("size", SIZES)
 def test_balls_are_beside_each_panel(page, size):
-    """They are as large as can be told apart, and a hand takes one of them."""
+    """They are as large as can be told apart, and a hand takes one of them; in German, whose words are long."""
     set_screen(page, size)
+    js(page, "cradle.setLanguage('de')")
     for beside, least in (("stop", 140), ("hertz", 120)):
         js(page, "cradle.compare(arguments[0])", beside)
         boxes(page)

@@ -70,6 +70,7 @@ function weigh(panels, setup, set) {
   const ball = Math.min(balls - 1, panels.ball ?? (uneven >= 0 ? uneven : Math.floor(balls / 2)));
   panels.slider("whose", { min: 1, max: balls, value: ball + 1, show: (i) => say("ball", { ball: i }),
     choose: (i) => { panels.ball = i - 1; panels.refresh(); } });
-  panels.slider("weight", { list: WEIGHTS, value: ratios[ball], show: (ratio) => say("times", { ratio: rounded(ratio) }),
+  panels.slider("weight", { list: WEIGHTS, value: ratios[ball],
+    show: (ratio) => say("times", { ratio: rounded(ratio) }),
     choose: (ratio) => set({ "ball.massRatio": ratios.map((old, i) => (i === ball ? ratio : old)) }) });
 }

@@ -8,10 +8,7 @@ const ACTS = {
   d: (app) => app.setOther("space", !app.space), v: (app) => { if (app.space) app.eye.lookOn(); },
   p: (app) => app.open("present"), n: (app) => app.lesson.next(),
   ",": (app) => stepInside(app, -1), ".": (app) => stepInside(app, 1),
-  Escape: (app) => {
-    if (app.panels.kind) app.panels.toggle(app.panels.kind);
-    else if (app.lesson.step !== null) app.lesson.leave();
-  },
+  Escape: ({ panels, lesson }) => { if (panels.kind) panels.close(); else if (lesson.step !== null) lesson.leave(); },
 };
 
 /** Does what a key that was pressed stands for, unless something of the page takes it itself. */

@@ -26,8 +26,8 @@ export function showLink(app) {
 
 /** Shows what the part of an address behind # asks for. Throws Refusal. */
 export function openLink(app, hash) {
-  const asked = Setup.fromLink(hash).options;
-  const link = "present" in asked ? LESSON[app.lesson.turnTo(asked.present)] : hash;
+  const { present } = Setup.fromLink(hash).options;
+  const link = present === undefined ? hash : LESSON[app.lesson.turnTo(present)];
   const { setup, options } = Setup.fromLink(link);
   app.engine.start(setup.recipe()).forget();
   if (link === hash) app.lesson.leave("ask" in options);

@@ -33,7 +33,8 @@ export class Panels {
     paneltitle.dataset.text = this.kind;
     fillTexts();
     this.refresh();
-    (this.body.querySelector("input:checked, input, button") ?? close).focus();
+    const first = ["fieldset:first-child [type=radio]:checked", "input, .column:first-child button"];
+    (first.map((kind) => this.body.querySelector(kind)).find(Boolean) ?? close).focus();
   }
 
   close() { if (this.kind) this.toggle(this.kind); }
@@ -53,7 +54,7 @@ export class Panels {
    *  says; or, with checkboxes, those for which `chosen` is true. */
   chips(title, names, texts, chosen, choose) {
     const set = element(this.body, "fieldset"), several = typeof chosen === "function";
-    element(set, "legend", { textContent: title && say(title) });
+    element(set, "legend", { textContent: say(title) });
     const row = element(set, "div", { className: "chips" });
     for (const key of names) {
       const label = element(row, "label"), checked = several ? chosen(key) : key === chosen;
@@ -90,11 +91,12 @@ export class Panels {
 
   show() {
     const { app } = this;
-    this.chips("show", Object.keys(textsOf("shows")), "shows", (kind) => app.shows[kind],
+    this.chips("showWhat", Object.keys(textsOf("shows")), "shows", (kind) => app.shows[kind],
       (kind, on) => app.setShow(kind, on));
     const { space, clock, sound, theme, keys, lesson } = app;
     const on = { space, every: clock.slow === "always", sound: sound.on, light: !theme.dark, keys, ask: lesson.asks };
-    this.chips("", Object.keys(on), "others", (kind) => on[kind], (kind, checked) => app.setOther(kind, checked));
+    this.chips("othersWhat", Object.keys(on), "others", (kind) => on[kind],
+      (kind, checked) => app.setOther(kind, checked));
     this.slider("pace", {
       min: -6, max: 0, step: 0.25, value: Math.log10(app.clock.base), show: (p) => paceText(10 ** p),
       choose: (p) => app.setPace(10 ** p),

@@ -41,7 +41,7 @@ export function fillTexts(root = document) {
 
 /** How fast time runs, at this rate. */
 export function paceText(rate) {
-  return rate > 0.95 ? say("realTime") : say("slower", { times: roughly.format(1 / rate) });
+  return rate > 0.87 ? say("realTime") : say("slower", { times: roughly.format(1 / rate) });
 }
 
 export const FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif";
