@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from browser import set_screen
+from browser import serious, set_screen
 from live_page import GRID, Pointer, drag, js, place, same_run, wait
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
@@ -177,3 +177,10 @@ def test_when_webgl_is_lost_it_becomes_flat(space):
     assert js(space, "return document.querySelectorAll('.space').length") == 0
     js(space, "cradle.setOther('space', true)")
     assert js(space, "return document.querySelectorAll('.space').length") == 2
+
+
+def test_axe_finds_nothing_serious(space, axe):
+    space.execute_script(axe)
+    for light in (False, True):
+        js(space, "cradle.setTheme(arguments[0])", light)
+        assert serious(space) == [], light

@@ -2,7 +2,7 @@
 // viewer, in radii of a ball; the origin is the middle of the balls at rest.
 
 /** Ready views, by how far the eye is to the right and how high (rad). */
-export const VIEWS = { front: { azimuth: -0.24, height: 0.17 }, side: { azimuth: -1.2, height: 0.17 },
+export const VIEWS = { front: { azimuth: -0.24, height: 0.17 }, side: { azimuth: -1.42, height: 0.34 },
   top: { azimuth: 0, height: 1.45 } };
 const LOWEST = 0.03, HIGHEST = 1.5; // rad; the floor is never seen from below
 const NARROWEST = 0.4; // of a path's length, how long it must at least appear to be drawn along

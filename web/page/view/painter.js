@@ -2,7 +2,8 @@
 
 import { PROGRAMS } from "#view/steel.js";
 
-const FLOATS = 13; // of a thing: three vectors, and whether it is mirrored
+const FLOATS = 13;   // of a thing: three vectors, and whether it is mirrored
+const UNSEEN = 3e-5; // part by which what is drawn may change without being seen
 
 export class Painter {
   /** Draws on a canvas; null where there is no WebGL 2. */
@@ -54,13 +55,14 @@ export class Painter {
     things.push(mirrored);
   }
 
-  /** Ends it; whether the last one was of other things, or seen otherwise. `space`: what shaders want to know, as
-   *  vectors. */
+  /** Ends it; whether it looks otherwise than the last one. `space`: what shaders want to know, as vectors. */
   finish(space) {
-    const last = this.drawn, now = { things: new Float32Array(this.things), space: new Float32Array(space.flat()) };
-    const same = (a, b) => a?.length === b.length && a.every((value, k) => value === b[k]);
+    const { drawn: last, things } = this, now = { things, space: space.flat() };
+    const same = (a, b) =>
+      a.length === b.length && a.every((value, k) => Math.abs(value - b[k]) <= UNSEEN * Math.max(1, Math.abs(value)));
+    if (last && same(last.things, now.things) && same(last.space, now.space)) return false;
     this.drawn = now;
-    return !(last && same(last.things, now.things) && same(last.space, now.space));
+    return true;
   }
 
   /** Draws all things on a canvas of this size (px), with `ratio` pixels in one. */
@@ -72,7 +74,7 @@ export class Painter {
     gl.clear(gl.COLOR_BUFFER_BIT);
     const known = new Float32Array([...space, clientWidth, clientHeight, ratio, 0]);
     gl.bufferData(gl.UNIFORM_BUFFER, known, gl.DYNAMIC_DRAW);
-    gl.bufferData(gl.ARRAY_BUFFER, things, gl.DYNAMIC_DRAW);
+    gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(things), gl.DYNAMIC_DRAW);
     for (const { kind, first, count } of runs) {
       gl.useProgram(this.programs[kind]);
       for (let k = 0; k < 4; k++)
