@@ -191,8 +191,8 @@ def compiled(results: Results) -> None:
     style(results)
     rust_tests(results, "--", "--include-ignored")
     # Of the workspace, whose packages the tests have compiled: the root package alone needs fewer of their features.
-    benches = ["cargo", "bench", "--workspace", "--bench", "*", "--profile", "dev", "--", "--test"]
-    results.step("Benches, each once", benches)
+    options = ["--workspace", "--bench=*", "--profile=dev", "--", "--test"]
+    results.step("Benches, each once", ["cargo", "bench", *options])
     commands, environment = fmu_builds(PRODUCER)
     commands.append([PRODUCER, "build", "--from", FMU, "--fmi", "3", "--out", FMU3])
     if all(results.step("FMU", command, env=environment) for command in commands):
@@ -252,9 +252,9 @@ def same_bytes(results: Results) -> None:
 
 
 def install_fmi_sim(results: Results) -> None:
-    """fmi-sim, a host that tests/hosts/test_hosts.py runs if it is there.
-
-    Compiled unoptimised, which takes half the time, and in the folder of the Rust host, which shares some crates."""
+    """fmi-sim, a host that tests/hosts/test_hosts.py runs if it is there. Compiled unoptimised, which takes half the
+    time, in the folder of the Rust host, whose Cargo.lock has its versions, so that most packages are compiled once:
+    it is that of fmi-sim, which `cargo metadata` has completed."""
     if not has_libclang():
         return results.skip("fmi-sim", LIBCLANG)
     # Its part for FMI 2 alone does not compile.
@@ -294,9 +294,9 @@ def fuzz(results: Results) -> None:
     if not any(shutil.which(name) for name in ("c++", "g++", "clang++")):
         return results.skip("Fuzzing", "a C++ compiler is missing: on Debian, `apt install g++`")
     target = host_target()  # a sanitizer needs one that is named
-    options = f"--test ffi --test fmi3 --manifest-path fuzz/Cargo.toml --release --target {target}".split()
     # Builds the fuzz targets as well. For them alone, packages with fewer features would be compiled, and then anew.
-    build = ["cargo", "test", *options, "--target-dir", FUZZ]
+    options = f"--test ffi --test fmi3 --manifest-path fuzz/Cargo.toml --release --target {target}"
+    build = ["cargo", "test", *options.split(), "--target-dir", FUZZ]
     for sanitizer in ("-Zsanitizer=address", ""):
         # Stable compilers know the sanitizer and its coverage, but only take their flags when told so.
         environment = {"RUSTC_BOOTSTRAP": "1", "RUSTFLAGS": f"{COVERAGE} {sanitizer}"}
