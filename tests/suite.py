@@ -191,12 +191,8 @@ def compiled(results: Results) -> None:
     style(results)
     rust_tests(results, "--", "--include-ignored")
     # Of the workspace, whose packages the tests have compiled: the root package alone needs fewer of their features.
-<<<<<<< Updated upstream
     options = ["--workspace", "--bench=*", "--profile=dev", "--", "--test"]
     results.step("Benches, each once", ["cargo", "bench", *options])
-=======
-    results.step("Benches, each once", "cargo bench --workspace --bench=* --profile=dev -- --test".split())
->>>>>>> Stashed changes
     commands, environment = fmu_builds(PRODUCER)
     commands.append([PRODUCER, "build", "--from", FMU, "--fmi", "3", "--out", FMU3])
     if all(results.step("FMU", command, env=environment) for command in commands):
