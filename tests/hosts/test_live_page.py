@@ -116,6 +116,8 @@ def test_a_link_carries_the_set_up(page, live_path):
     wanted = js(page, "return source.setup.recipe()")
     link = js(page, "return linkTo(cradle)")
     assert link.startswith(live_path.as_uri() + "#balls=5&")
+    js(page, "cradle.panels.toggle('keep'); document.querySelector('#panelbody button').click()")
+    wait(page, "/The link is in the clipboard|Here is the link:/.test(cradle.controls.status.textContent)")
     page.get("about:blank")
     page.get(link)
     WebDriverWait(page, 20).until(lambda _: page.execute_script("return Boolean(window.cradle)"))

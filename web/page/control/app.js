@@ -2,15 +2,15 @@
 
 import { Clock } from "#control/clock.js";
 import { Guide } from "#control/guide.js";
-import { press } from "#control/keys.js";
+import { listenToUser } from "#control/keys.js";
 import { Lesson } from "#control/lesson.js";
-import { linkTo, openLink, showLink } from "#control/link.js";
+import { openLink, showLink } from "#control/link.js";
 import { Panels } from "#control/panels.js";
 import { Stage } from "#control/stage.js";
 import { Engine, Refusal } from "#engine/engine.js";
 import { Live } from "#engine/live.js";
 import { Recording } from "#engine/recording.js";
-import { FILES, LAWS, PRESETS, TOUCHING } from "#engine/setup.js";
+import { FILES, PRESETS } from "#engine/setup.js";
 import { write } from "#view/common.js";
 import { describeSetup } from "#view/captions.js";
 import { unpacked } from "#view/elements.js";
@@ -179,18 +179,10 @@ class App {
     const first = this.stages[0].source;
     this.dropStage();
     if (name !== "stop" && first.live) {
-      const middle = Math.floor(first.setup.balls / 2);
-      values ??= {
-        usual: PRESETS[this.preset]?.beside ?? TOUCHING, hertz: TOUCHING, noBand: { "contact.deadBand": 0 },
-        rigid: LAWS.rigid,
-        lossy: { "contact.dampingLaw": "huntCrossley", "contact.huntCrossley": 0.3, "contact.restitution": 0.9 },
-        heavy: { "ball.massRatio": first.setup.get("ball.massRatio")
-        .map((ratio, i) => (i === middle ? 2 * ratio : ratio)) },
-      }[name];
       // From the same release: both begin again.
       const again = first.setup.with(this.lifted ?? {});
       this.attempt(() => {
-        const second = new Live(this.engine, again.with(values));
+        const second = new Live(this.engine, again.with(values ?? first.setup.compared(name, this.preset)));
         first.begin(again);
         second.origin = first.origin;
         this.addStage(second);
@@ -293,17 +285,8 @@ class App {
   // ---- wishes that are no physics: keys, the address, what is shown, day and night
 
   listen() {
-    const { play, again, rest, inside, view } = this.controls;
-    play.onclick = () => this.setRunning(!this.clock.running);
-    again.onclick = () => this.again();
-    rest.onclick = () => this.stopAll();
-    inside.onclick = () => this.inside();
-    view.onclick = () => this.eye.lookOn();
+    listenToUser(this);
     addEventListener("hashchange", () => this.open(location.hash));
-    addEventListener("keydown", (event) => press(this, event));
-    // A button that was clicked does not take the space bar, which pauses; one that the keyboard has come to does.
-    addEventListener("click", ({ detail }) =>
-      { if (detail && document.activeElement?.matches("button")) document.activeElement.blur(); });
     matchMedia("(prefers-color-scheme: light)").addEventListener("change", ({ matches }) => this.setTheme(matches));
     this.setRunning(true);
   }
@@ -359,16 +342,6 @@ class App {
     this.name();
     this.panels.refresh();
     showLink(this);
-  }
-
-  async copyLink() {
-    const link = linkTo(this);
-    try {
-      await navigator.clipboard.writeText(link);
-      this.tell(say("copied"));
-    } catch {
-      this.tell(`${say("linkHere")} ${link}`, 60);
-    }
   }
 
   /** What an address asks for. */

@@ -1,4 +1,4 @@
-// What single keys do.
+// What buttons and single keys do.
 
 const INSIDE_STEP = 0.01; // of a click's length
 const PANELS = { c: "change", s: "show", b: "beside", k: "keep", l: "lesson", "?": "help", h: "help" };
@@ -11,8 +11,18 @@ const ACTS = {
   Escape: ({ panels, lesson }) => { if (panels.kind) panels.close(); else if (lesson.step !== null) lesson.leave(); },
 };
 
+const BUTTONS = { play: " ", again: "a", rest: 0, inside: "i", view: "v" };
+
+export function listenToUser(app) {
+  for (const [name, key] of Object.entries(BUTTONS)) app.controls[name].onclick = () => ACTS[key](app);
+  addEventListener("keydown", (event) => press(app, event));
+  // A button that was clicked does not take the space bar, which pauses; one that the keyboard has come to does.
+  addEventListener("click", ({ detail }) =>
+    { if (detail && document.activeElement?.matches("button")) document.activeElement.blur(); });
+}
+
 /** Does what a key that was pressed stands for, unless something of the page takes it itself. */
-export function press(app, event) {
+function press(app, event) {
   if (event.ctrlKey || event.metaKey || event.altKey) return;
   const typing = event.target.matches?.("#panel input, select, textarea"), pressed = event.target.matches?.("button");
   const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;

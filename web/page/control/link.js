@@ -1,7 +1,7 @@
 // Addresses: what they ask for, and that of what is shown.
 
 import { LESSON, Setup } from "#engine/setup.js";
-import { languages, textsOf } from "#view/texts.js";
+import { languages, say, textsOf } from "#view/texts.js";
 
 /** The address of this page with everything that is set. */
 export function linkTo(app) {
@@ -21,6 +21,16 @@ export function showLink(app) {
     history.replaceState(null, "", linkTo(app));
   } catch {
     // Some browsers forbid it for files; the button that copies the link still works.
+  }
+}
+
+export async function copyLink(app) {
+  const link = linkTo(app);
+  try {
+    await navigator.clipboard.writeText(link);
+    app.tell(say("copied"));
+  } catch {
+    app.tell(`${say("linkHere")} ${link}`, 60);
   }
 }
 

@@ -2,6 +2,7 @@
 
 import { fillChange } from "#control/change.js";
 import { pulsesTable, runTable, save, savePicture } from "#control/keep.js";
+import { copyLink } from "#control/link.js";
 import { LESSON, PRESETS } from "#engine/setup.js";
 import { aria, element, unpacked } from "#view/elements.js";
 import { fillTexts, languages, paceText, say, textsOf } from "#view/texts.js";
@@ -113,7 +114,7 @@ export class Panels {
 
   keep() {
     const { app } = this, column = element(this.body, "div", { className: "column" }), { source } = app.stages[0];
-    const buttons = { link: () => app.copyLink(), picture: () => savePicture(app) };
+    const buttons = { link: () => copyLink(app), picture: () => savePicture(app) };
     if (source.live) {
       buttons.pulsesFile = () => save("pulses.csv", pulsesTable(source));
       buttons.runFile = () => save("run.csv", runTable(source));

@@ -58,6 +58,17 @@ export class Setup {
     return { balls: this.balls, start };
   }
 
+  /** What a cradle beside it has by this name, as values that differ; `preset`: that it is made from. */
+  compared(name, preset) {
+    const middle = Math.floor(this.balls / 2), double = (ratio, i) => (i === middle ? 2 * ratio : ratio);
+    return {
+      usual: PRESETS[preset]?.beside ?? TOUCHING, hertz: TOUCHING, noBand: { "contact.deadBand": 0 },
+      rigid: LAWS.rigid,
+      lossy: { "contact.dampingLaw": "huntCrossley", "contact.huntCrossley": 0.3, "contact.restitution": 0.9 },
+      heavy: { "ball.massRatio": this.get("ball.massRatio").map(double) },
+    }[name];
+  }
+
   /** As the part of an address behind #. Values that are the defaults are left out, and those of the `preset` it is
    *  made from. */
   toLink(preset) {
@@ -170,7 +181,7 @@ function fromFile(name, changes = {}) {
 const TABLE = { "pendulum.length": 0.4 };
 
 /** Steel balls that touch each other. */
-export const TOUCHING = { "contact.model": "hertz", "contact.deadBand": 0 };
+const TOUCHING = { "contact.model": "hertz", "contact.deadBand": 0 };
 
 /** `beside`: what it is compared with, as changes of its values. */
 export const PRESETS = {
