@@ -7,7 +7,9 @@ export const VIEWS = { front: { azimuth: -0.24, height: 0.17 }, side: { azimuth:
 const LOWEST = 0.03, HIGHEST = 1.5; // rad; the floor is never seen from below
 const NARROWEST = 0.4; // of a path's length, how long it must at least appear to be drawn along
 
-const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+export const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+export const plus = (a, b, times = 1) => a.map((part, axis) => part + times * b[axis]);
+export const minus = (a, b) => plus(a, b, -1);
 
 export class Eye {
   constructor() {

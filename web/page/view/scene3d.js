@@ -1,6 +1,6 @@
 // The cradle in space: the scene of scene.js, seen by an eye that goes around it.
 
-import { Lens } from "#view/eye.js";
+import { dot, Lens, minus, plus } from "#view/eye.js";
 import { LARGEST, Scene } from "#view/scene.js";
 import { Painter } from "#view/painter.js";
 
@@ -8,6 +8,7 @@ const BAR = 0.13, BEND = 0.8, BEND_PIECES = 7; // of the frame's round bars: rad
 const EYELET = 0.16, STRING = 0.016;           // radii
 const BASE = 0.42, BEYOND = 1.1;               // how thick the base is, and how far it reaches beyond the bars
 const STEEPEST = 1.4;                          // rad by which a hand can lift a ball
+const STEEP = 0.75;                            // sine of the angle from above which the base mirrors nothing to be seen
 const SLOW = 26;                               // ms between pictures after which they get fewer pixels
 
 export class Scene3D extends Scene {
@@ -75,9 +76,8 @@ export class Scene3D extends Scene {
 
   contact(i, a, b) {
     const from = this.sizes[i], reach = from + this.sizes[i + 1], part = from / reach;
-    const at = a.at.map((from, axis) => from + part * (b.at[axis] - from));
-    const away = Math.hypot(...a.at.map((from, axis) => b.at[axis] - from)) / reach - 1;
-    return { at, away, ...this.lens.place(at) };
+    const way = minus(b.at, a.at), at = plus(a.at, way, part);
+    return { at, away: Math.hypot(...way) / reach - 1, ...this.lens.place(at) };
   }
 
   /** Numbers only of balls of which others do not hide the middle. */
@@ -98,7 +98,8 @@ export class Scene3D extends Scene {
     painter.begin();
     this.addStand(clientHeight);
     this.addShadows(places);
-    for (const mirrored of [1, 0]) this.addAll(places, mirrored);
+    if (lens.axes[2][1] < STEEP) this.addAll(places, 1);
+    this.addAll(places, 0);
     const moving = painter.finish([...lens.axes.map((axis) => [...axis, 0]), [...lens.eye, 0],
       [lens.focal, lens.x, clientHeight - lens.y, 0], [wide, deep, floor, top], [BEYOND, BASE, 0, 0], ...space]);
     const wanted = moving ? ratio * this.sharpness() : ratio, size = [clientWidth, clientHeight, wanted].join();
@@ -165,7 +166,7 @@ export class Scene3D extends Scene {
     const middle = wide - BEND, high = top - BEND, straight = [0, BEND_PIECES + 1, 2 * BEND_PIECES + 2];
     const pieces = points.slice(1).map((to, k) => ({ from: points[k], to,
       bend: straight.includes(k) ? [] : [0, k <= BEND_PIECES ? -middle : middle, high, BEND] }));
-    const away = ({ from, to }) => Math.hypot(...from.map((part, axis) => 0.5 * (part + to[axis]) - eye[axis]));
+    const away = ({ from, to }) => Math.hypot(...minus(plus(from, minus(to, from), 0.5), eye));
     pieces.sort((a, b) => away(b) - away(a));
     for (const { from, to, bend } of pieces)
       this.painter.add("ROD", [...from, BAR], to, bend, mirrored);
@@ -177,14 +178,14 @@ export class Scene3D extends Scene {
     const beside = (k, contact) =>
       (places[k] ? [places[k].at[0], places[k].at[1], sizes[k], this.shining(contact, places)] : [0, 0, 0, 0]);
     const up = [(rests[i] - at[0]) / long, (long - at[1]) / long, 0];
-    const hook = at.map((part, axis) => part + (size + EYELET) * up[axis]);
+    const hook = plus(at, up, size + EYELET);
     const string = () => {
       if (mirrored) return;
-      painter.add("ROD", [...at.map((part, axis) => part + 0.96 * size * up[axis]), 0.055], hook);
+      painter.add("ROD", [...plus(at, up, 0.96 * size), 0.055], hook);
       for (const z of [-deep, deep])
         painter.add("ROD", [...hook, STRING], [rests[i], long - 0.9 * BAR, z], [1]);
     };
-    const behind = up.reduce((sum, part, axis) => sum + part * (eye[axis] - hook[axis]), 0) < 0;
+    const behind = dot(up, minus(eye, hook)) < 0;
     if (behind) string();
     painter.add("BALL", [...at, size], beside(i - 1, i - 1), beside(i + 1, i), mirrored);
     if (!behind) string();
@@ -201,10 +202,11 @@ export class Scene3D extends Scene {
   addGlow(i, places, eye, mirrored) {
     const strength = this.shining(i, places);
     if (strength <= 0.05) return;
-    const { at } = this.contact(i, places[i], places[i + 1]), view = eye.map((part, axis) => part - at[axis]);
-    const axis = places[i + 1].at.map((part, k) => part - places[i].at[k]);
-    const along = view.reduce((sum, part, k) => sum + part * axis[k], 0) / (Math.hypot(...view) * Math.hypot(...axis));
-    this.painter.add("GLOW", [...at, 0.4 + 1.3 * strength], [], [strength * Math.sqrt(1 - along * along)], mirrored);
+    const { at } = this.contact(i, places[i], places[i + 1]), view = minus(eye, at);
+    const row = minus(places[i + 1].at, places[i].at);
+    const along = dot(view, row) / (Math.hypot(...view) * Math.hypot(...row));
+    const seen = strength * Math.sqrt(Math.max(0, 1 - along * along));
+    this.painter.add("GLOW", [...at, 0.4 + 1.3 * strength], [], [seen], mirrored);
   }
 }
 

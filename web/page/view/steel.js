@@ -203,7 +203,7 @@ void main() {
   float part = 1.;
   if (image > 0.) { // seen in the base
     vec3 p = o + ray * (frame.z - o.y) / min(ray.y, -1e-3);
-    part = edge(p.xz) < 0. ? mix(0.05, 0.6, pow(1. + ray.y, 5.)) : 0.;
+    part = edge(p.xz) < 0. ? 0.65 * pow(1. + ray.y, 5.) : 0.;
     o.y = 2. * frame.z - o.y;
     ray.y = -ray.y;
   }
