@@ -46,6 +46,7 @@ def visit(browser, path, link: str = "") -> None:
 
     Those with scripts are ready once they have left `cradle` or `report` in the window.
     """
+    browser.get("about:blank")  # even if it is the same page that is open
     for kind in ("browser", "performance"):
         browser.get_log(kind)  # what earlier pages left
     browser.get(path.as_uri() + link)

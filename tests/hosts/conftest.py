@@ -139,7 +139,6 @@ def page(browser, live_path):
     from browser import assert_quiet, set_screen
     from live_page import open_page
 
-    browser.get("about:blank")
     set_screen(browser, dark=True)
     open_page(browser, live_path)
     yield browser

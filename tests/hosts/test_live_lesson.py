@@ -62,12 +62,15 @@ def test_a_hand_is_asked_as_well_and_may_go_on_without_an_answer(page):
     ActionChains(page).send_keys(Keys.SPACE).perform()
     wait(page, "cradle.lesson.phase === null && source.pulses.length > 0")
     assert not page.find_element(By.ID, "guesses").is_displayed()
+    js(page, "cradle.lift(2)")
+    assert page.find_element(By.ID, "guesses").is_displayed()
+    js(page, "cradle.stopAll()")
+    assert not page.find_element(By.ID, "guesses").is_displayed()
     assert "&ask" in js(page, "return linkTo(cradle)")
 
 
 def test_the_lesson_is_presented_step_by_step(page, live_path):
     """The head of the page does not give the answer away; each step has its link, and Escape leaves."""
-    page.get("about:blank")
     visit(page, live_path, "#present")
     titles = []
     for step in range(1, 7):
@@ -85,7 +88,6 @@ def test_the_lesson_is_presented_step_by_step(page, live_path):
         page.find_element(By.ID, "nextStep").click()
     assert len(set(titles)) == 6 and titles[1] == "Why not one, twice as fast?"
     assert page.find_element(By.ID, "openers").is_displayed()
-    page.get("about:blank")
     visit(page, live_path, "#present=5")
     assert page.find_element(By.TAG_NAME, "h1").text == "See the difference grow"
     ActionChains(page).send_keys(Keys.ESCAPE).perform()

@@ -51,7 +51,6 @@ def test_the_keyboard_does_everything(page):
 @pytest.mark.parametrize("still", [False, True])
 def test_a_drawn_hand_begins_where_nobody_does(page, live_path, still):
     """It pulls the first ball aside and lets it go, unless motion is to be reduced; who touches the page ends it."""
-    page.get("about:blank")
     set_screen(page, still=still)
     visit(page, live_path)
     hint = "Pull a ball aside and let it go."

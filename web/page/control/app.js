@@ -72,10 +72,11 @@ class App {
     this.stages[0].source = source;
   }
 
-  /** All stages show other runs, or other drawings. */
-  changed() {
+  /** All stages show other runs, or other drawings; balls are let go unless it is only a change of what moves. */
+  changed(released = true) {
     this.clock.reset();
     for (const stage of this.stages) stage.changed();
+    if (released) this.lesson.ask();
     this.name();
     this.panels.refresh();
     showLink(this);
@@ -130,13 +131,12 @@ class App {
     this.clock.calm();
     this.setRunning(true);
     this.changed();
-    this.lesson.ask();
   }
 
   /** Other values from the next instant at which no balls touch. */
   change(values) {
     const sources = this.stages.length < 2 || this.side === "both" ? this.sources : [this.changedSource];
-    const made = this.attempt(() => sources.forEach((source) => source.change(values, () => this.changed())));
+    const made = this.attempt(() => sources.forEach((source) => source.change(values, () => this.changed(false))));
     if (!made) return void this.panels.refresh();
     this.preset = null;
     this.name();
@@ -156,7 +156,6 @@ class App {
     this.lifted = { x_start, v_start };
     this.setRunning(true);
     this.changed();
-    this.lesson.ask();
   }
 
   lift(count) {
@@ -228,7 +227,6 @@ class App {
     const { x_start, v_start } = this.stages[0].source.setup.values;
     this.lifted = { x_start, v_start };
     this.changed();
-    this.lesson.ask();
   }
 
   // ---- each picture
