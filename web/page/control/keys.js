@@ -24,7 +24,7 @@ export function listenToUser(app) {
 /** Does what a key that was pressed stands for, unless something of the page takes it itself. */
 function press(app, event) {
   if (event.ctrlKey || event.metaKey || event.altKey) return;
-  const typing = event.target.matches?.("#panel input, select, textarea"), pressed = event.target.matches?.("button");
+  const typing = event.target.matches?.("#panel input"), pressed = event.target.matches?.("button");
   const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
   if (typing || (key === " " && pressed) || !(app.keys || key === "Escape")) return;
   const act = /^[1-9]$/.test(key) ? () => app.lesson.answer(Number(key)) || app.lift(Number(key))
