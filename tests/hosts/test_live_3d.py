@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from browser import serious, set_screen
 from live_page import GRID, Pointer, drag, js, place, same_run, wait
+from selenium.webdriver.common.actions.action_builder import ActionBuilder
+from selenium.webdriver.common.actions.pointer_input import PointerInput
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
@@ -109,6 +111,19 @@ def test_the_view_turns(space):
     down.move_to_location(80, 100).pointer_up().perform()
     assert js(space, "return cradle.stages[0].scene.lens.eye[1] > cradle.stages[0].scene.frame.floor")
     assert js(space, angles)[1] < 0.1
+
+
+def test_two_fingers_turn_the_view_as_one_does(space):
+    azimuth = js(space, "return cradle.eye.azimuth")
+    builder = ActionBuilder(space, mouse=PointerInput("touch", "first"), duration=20)
+    for k, finger in enumerate([builder.pointer_action.source, builder.add_pointer_input("touch", "second")]):
+        finger.create_pointer_move(duration=0, x=60, y=300 + 150 * k)
+        finger.create_pointer_down(button=0)
+        finger.create_pointer_move(duration=30, x=160, y=300 + 150 * k)
+        finger.create_pointer_up(button=0)
+    builder.perform()
+    assert js(space, "return cradle.eye.azimuth") == pytest.approx(azimuth - 0.6, abs=0.01)
+    assert js(space, "return source.holds.size") == 0
 
 
 def test_what_stands_still_is_drawn_once(space):
