@@ -60,15 +60,10 @@ pub(crate) unsafe fn write<T>(
     (count, given): (&str, usize),
     values: Vec<T>,
 ) -> Result<(), Refusal> {
-    require_count(count, given, values.len())?;
+    Refusal::unless_count(count, given, values.len())?;
     // SAFETY: as the caller promises.
     fill(unsafe { array_mut(name, places, given) }?, values);
     Ok(())
-}
-
-/// Refuses another number of values, the argument `count`, than there are.
-pub(crate) fn require_count(count: &str, given: usize, wanted: usize) -> Result<(), Refusal> {
-    if given == wanted { Ok(()) } else { Err(Refusal::argument(count, given, wanted)) }
 }
 
 /// Writes an answer to the place that the host has for it.

@@ -11,12 +11,13 @@ use crate::variables::{LogCategory, Refusal};
 pub(crate) trait Version {
     /// Marks memory as a component of this version.
     const MAGIC: u64;
-    type Status;
-    const OK: Self::Status;
-    /// There is no component to ask, or it is in the middle of another call.
-    const ERROR: Self::Status;
-    /// The component can only be freed.
-    const FATAL: Self::Status;
+    type Status: Copy + 'static;
+    /// One for each [`Severity`], in its order.
+    const STATUSES: [Self::Status; 5];
+
+    fn status(of: Severity) -> Self::Status {
+        Self::STATUSES[of as usize]
+    }
 
     /// What the call of `function` answers that was refused, and what becomes of the instance; the log has the reason.
     fn refused(instance: &mut Instance, function: &str, refusal: &Refusal) -> Self::Status;
@@ -117,24 +118,24 @@ pub(crate) unsafe fn call<V: Version>(
     body: impl FnOnce(&mut Instance) -> Result<(), Refusal>,
 ) -> V::Status {
     // SAFETY: as the caller promises.
-    let Some(component) = (unsafe { Component::<V>::from_raw(c) }) else { return V::ERROR };
+    let Some(component) = (unsafe { Component::<V>::from_raw(c) }) else { return V::status(Severity::Error) };
     if component.poisoned.get() {
-        return V::FATAL;
+        return V::status(Severity::Fatal);
     }
     if component.busy.replace(true) {
-        return V::ERROR;
+        return V::status(Severity::Error);
     }
     let outcome = catch_unwind(AssertUnwindSafe(|| {
         // SAFETY: `busy` makes this the only reference while the call lasts.
         let instance = unsafe { &mut *component.instance.get() };
         match instance.require(call).and_then(|()| body(instance)) {
-            Ok(()) => V::OK,
+            Ok(()) => V::status(Severity::Ok),
             Err(refusal) => V::refused(instance, function, &refusal),
         }
     }));
     let status = outcome.unwrap_or_else(|panic| {
         poison(component, function, panic.as_ref());
-        V::FATAL
+        V::status(Severity::Fatal)
     });
     component.busy.set(false);
     status

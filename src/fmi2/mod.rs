@@ -25,14 +25,18 @@ impl Version for Fmi2 {
     // "cradleF2" in ASCII.
     const MAGIC: u64 = 0x6372_6164_6c65_4632;
     type Status = fmi2Status;
-    const OK: fmi2Status = fmi2Status::fmi2OK;
-    const ERROR: fmi2Status = fmi2Status::fmi2Error;
-    const FATAL: fmi2Status = fmi2Status::fmi2Fatal;
+    const STATUSES: [fmi2Status; 5] = [
+        fmi2Status::fmi2OK,
+        fmi2Status::fmi2Warning,
+        fmi2Status::fmi2Discard,
+        fmi2Status::fmi2Error,
+        fmi2Status::fmi2Fatal,
+    ];
 
     /// The instance goes on as it was.
     fn refused(instance: &mut Instance, function: &str, refusal: &Refusal) -> fmi2Status {
         instance.log.error(format_args!("{function}: {refusal}"));
-        Self::ERROR
+        fmi2Status::fmi2Error
     }
 }
 

@@ -41,7 +41,7 @@ impl Instance {
     /// by `seed`.
     pub fn directional(&mut self, unknowns: &[u32], knowns: &[u32], seed: &[f64]) -> Result<Vec<f64>, Refusal> {
         let (unknowns, knowns) = (self.parts(unknowns, false)?, self.knowns(knowns)?);
-        require_seed(seed, knowns.len())?;
+        Refusal::unless_count("nSeed", seed.len(), knowns.len())?;
         self.recompute()?;
         let (references, direction) = existing(&knowns, seed);
         in_places(&unknowns, |wanted| self.directional_derivatives(wanted, &references, &direction))
@@ -50,7 +50,7 @@ impl Instance {
     /// The sums of the derivatives of the unknowns by each element of the knowns, weighted by `seed`.
     pub fn adjoint(&mut self, unknowns: &[u32], knowns: &[u32], seed: &[f64]) -> Result<Vec<f64>, Refusal> {
         let (unknowns, knowns) = (self.parts(unknowns, false)?, self.knowns(knowns)?);
-        require_seed(seed, unknowns.len())?;
+        Refusal::unless_count("nSeed", seed.len(), unknowns.len())?;
         self.recompute()?;
         let (references, weights) = existing(&unknowns, seed);
         in_places(&knowns, |wanted| self.adjoint_derivatives(&references, &weights, wanted))
@@ -81,8 +81,4 @@ fn in_places(
     let wanted: Vec<u32> = elements.iter().flatten().copied().collect();
     let mut found = find(&wanted)?.into_iter();
     Ok(elements.iter().map(|element| element.and_then(|_| found.next()).unwrap_or_default()).collect())
-}
-
-fn require_seed(seed: &[f64], wanted: usize) -> Result<(), Refusal> {
-    if seed.len() == wanted { Ok(()) } else { Err(Refusal::argument("nSeed", seed.len(), wanted)) }
 }

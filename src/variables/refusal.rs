@@ -26,6 +26,11 @@ impl Refusal {
         Self::new(format_args!("{name} = {value} is refused; allowed: {allowed}"))
     }
 
+    /// Refuses another number of values, the argument `name`, than there are.
+    pub(crate) fn unless_count(name: &str, given: usize, wanted: usize) -> Result<(), Self> {
+        if given == wanted { Ok(()) } else { Err(Self::argument(name, given, wanted)) }
+    }
+
     /// An argument that is a number.
     #[cold]
     pub fn number(name: &str, value: f64, unit: &str, allowed: impl Display) -> Self {

@@ -4,10 +4,10 @@
 use std::ffi::CStr;
 use std::ptr::null_mut;
 
-use crate::ffi::{self, Component, array, log_line, text};
+use crate::ffi::{self, Component, Version, array, log_line, text};
 use crate::fmi2::Fmi2;
 use crate::fmi2::types::*;
-use crate::instance::{Experiment, Instance, Kind, Log, Phase, Purpose, Severity, Sink};
+use crate::instance::{Experiment, Instance, Kind, Log, Phase, Purpose, Sink};
 use crate::variables::Description;
 
 /// Platform of the types: `default`.
@@ -74,16 +74,9 @@ fn sink(functions: fmi2CallbackFunctions, name: &CStr) -> Option<Sink> {
     let (logger, environment, name) = (functions.logger?, functions.componentEnvironment, name.to_owned());
     Some(Box::new(move |severity, category, text| {
         let [category, message] = log_line(category, text, true);
-        let status = match severity {
-            Severity::Ok => fmi2Status::fmi2OK,
-            Severity::Warning => fmi2Status::fmi2Warning,
-            Severity::Discard => fmi2Status::fmi2Discard,
-            Severity::Error => fmi2Status::fmi2Error,
-            Severity::Fatal => fmi2Status::fmi2Fatal,
-        };
         // SAFETY: the host promises that its logger can be called with its environment while the instance lives. The
         // message is a format without conversions, so that no further argument is read.
-        unsafe { logger(environment, name.as_ptr(), status, category.as_ptr(), message.as_ptr()) }
+        unsafe { logger(environment, name.as_ptr(), Fmi2::status(severity), category.as_ptr(), message.as_ptr()) }
     }))
 }
 

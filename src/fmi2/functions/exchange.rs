@@ -1,8 +1,9 @@
 //! Functions of model exchange: events, and what a host needs to integrate.
 
-use crate::ffi::{answer, array, array_mut, fill, require_count, write};
+use crate::ffi::{answer, array, array_mut, fill, write};
 use crate::fmi2::types::*;
 use crate::instance::{Handled, Phase};
+use crate::variables::Refusal;
 
 export! {
     /// Enters Event Mode.
@@ -42,7 +43,7 @@ export! {
     fn fmi2SetTime(time: fmi2Real) as SetTime |instance| instance.set_time(time);
     /// Sets the continuous states, all of them finite.
     fn fmi2SetContinuousStates(x: *const fmi2Real, nx: usize) as SetContinuousStates |instance| {
-        require_count("nx", nx, instance.count_states())?;
+        Refusal::unless_count("nx", nx, instance.count_states())?;
         instance.set_continuous_states(array("x", x, nx)?)
     };
     /// Derivatives of the continuous states by time.

@@ -25,20 +25,6 @@ unsafe fn get<T>(
     Ok(())
 }
 
-/// Hands the `count` elements of `vr` and `value` to `set`, which applies all of them or none.
-///
-/// # Safety
-/// As for [`array()`].
-unsafe fn set<T>(
-    vr: *const fmi2ValueReference,
-    count: usize,
-    value: *const T,
-    set: impl FnOnce(&[fmi2ValueReference], &[T]) -> Result<(), Refusal>,
-) -> Result<(), Refusal> {
-    // SAFETY: as the caller promises.
-    unsafe { set(array("vr", vr, count)?, array("value", value, count)?) }
-}
-
 export! {
     /// Reads real variables.
     fn fmi2GetReal(vr: *const fmi2ValueReference, nvr: usize, value: *mut fmi2Real) as Get |instance| {
@@ -58,19 +44,19 @@ export! {
     };
     /// Sets real parameters and inputs: all of them, or none if any is refused.
     fn fmi2SetReal(vr: *const fmi2ValueReference, nvr: usize, value: *const fmi2Real) as Set |instance| {
-        set(vr, nvr, value, |references, values| instance.set_reals(references, values))
+        instance.set_reals(array("vr", vr, nvr)?, array("value", value, nvr)?)
     };
     /// Sets enumerations: all of them, or none if any is refused.
     fn fmi2SetInteger(vr: *const fmi2ValueReference, nvr: usize, value: *const fmi2Integer) as SetDiscrete |instance| {
-        set(vr, nvr, value, |references, values| instance.set_integers(references, values))
+        instance.set_integers(array("vr", vr, nvr)?, array("value", value, nvr)?)
     };
     /// No boolean can be set: an error unless nothing is set.
-    fn fmi2SetBoolean(vr: *const fmi2ValueReference, nvr: usize, value: *const fmi2Boolean) as SetDiscrete |instance| {
-        set(vr, nvr, value, |references, _| instance.refuse_to_set(references, Type::Boolean))
+    fn fmi2SetBoolean(vr: *const fmi2ValueReference, nvr: usize, _value: *const fmi2Boolean) as SetDiscrete |instance| {
+        instance.refuse_to_set(array("vr", vr, nvr)?, Type::Boolean)
     };
     /// There are no strings: an error unless nothing is set.
-    fn fmi2SetString(vr: *const fmi2ValueReference, nvr: usize, value: *const fmi2String) as SetDiscrete |instance| {
-        set(vr, nvr, value, |references, _| instance.refuse_to_set(references, Type::String))
+    fn fmi2SetString(vr: *const fmi2ValueReference, nvr: usize, _value: *const fmi2String) as SetDiscrete |instance| {
+        instance.refuse_to_set(array("vr", vr, nvr)?, Type::String)
     };
     /// Gives derivatives of real inputs by time, of order 1 to 3, for the next fmi2DoStep: all of them, or none if any
     /// is refused. After that step the inputs keep the values they reached.

@@ -1,57 +1,42 @@
 //! Functions of clocks with intervals, of which there are none, and of scheduled execution.
 
 use crate::fmi3::types::*;
+use crate::variables::Refusal;
 
-refuse! {
-    "the clocks have no intervals: they tick when contacts close and open":
-    /// There are no clocks with intervals.
-    fn fmi3GetIntervalDecimal as Intervals(
-        valueReferences: *const fmi3ValueReference, nValueReferences: usize, intervals: *mut fmi3Float64,
-        qualifiers: *mut fmi3IntervalQualifier,
-    ) if nValueReferences > 0;
-    /// There are no clocks with intervals.
-    fn fmi3GetIntervalFraction as Intervals(
-        valueReferences: *const fmi3ValueReference, nValueReferences: usize, counters: *mut fmi3UInt64,
-        resolutions: *mut fmi3UInt64, qualifiers: *mut fmi3IntervalQualifier,
-    ) if nValueReferences > 0;
-    /// There are no clocks with intervals.
-    fn fmi3GetShiftDecimal as Intervals(
-        valueReferences: *const fmi3ValueReference, nValueReferences: usize, shifts: *mut fmi3Float64,
-    ) if nValueReferences > 0;
-    /// There are no clocks with intervals.
-    fn fmi3GetShiftFraction as Intervals(
-        valueReferences: *const fmi3ValueReference, nValueReferences: usize, counters: *mut fmi3UInt64,
-        resolutions: *mut fmi3UInt64,
-    ) if nValueReferences > 0;
-    /// There are no clocks with intervals.
-    fn fmi3SetIntervalDecimal as Intervals(
-        valueReferences: *const fmi3ValueReference, nValueReferences: usize, intervals: *const fmi3Float64,
-    ) if nValueReferences > 0;
-    /// There are no clocks with intervals.
-    fn fmi3SetIntervalFraction as Intervals(
-        valueReferences: *const fmi3ValueReference, nValueReferences: usize, counters: *const fmi3UInt64,
-        resolutions: *const fmi3UInt64,
-    ) if nValueReferences > 0;
-    /// There are no clocks with intervals.
-    fn fmi3SetShiftDecimal as Intervals(
-        valueReferences: *const fmi3ValueReference, nValueReferences: usize, shifts: *const fmi3Float64,
-    ) if nValueReferences > 0;
-    /// There are no clocks with intervals.
-    fn fmi3SetShiftFraction as Intervals(
-        valueReferences: *const fmi3ValueReference, nValueReferences: usize, counters: *const fmi3UInt64,
-        resolutions: *const fmi3UInt64,
-    ) if nValueReferences > 0;
+/// Exports functions of clocks with intervals: a call that asks about none is fine.
+macro_rules! intervals {
+    ($(fn $name:ident($($argument:ident: $type:ty),*);)*) => {
+        export! {$(
+            /// There are no clocks with intervals.
+            fn $name(
+                _valueReferences: *const fmi3ValueReference, nValueReferences: usize, $($argument: $type),*
+            ) as Intervals |_| match nValueReferences {
+                0 => Ok(()),
+                _ => Err(Refusal::new("the clocks have no intervals: they tick when contacts close and open")),
+            };
+        )*}
+    };
 }
 
-refuse! {
-    "scheduled execution is not offered; allowed: co-simulation or model exchange":
-    /// Not offered.
-    fn fmi3ActivateModelPartition as SetDebugLogging(
-        clockReference: fmi3ValueReference, activationTime: fmi3Float64,
-    ) if true;
+intervals! {
+    fn fmi3GetIntervalDecimal(_intervals: *mut fmi3Float64, _qualifiers: *mut fmi3IntervalQualifier);
+    fn fmi3GetIntervalFraction(
+        _counters: *mut fmi3UInt64, _resolutions: *mut fmi3UInt64, _qualifiers: *mut fmi3IntervalQualifier
+    );
+    fn fmi3GetShiftDecimal(_shifts: *mut fmi3Float64);
+    fn fmi3GetShiftFraction(_counters: *mut fmi3UInt64, _resolutions: *mut fmi3UInt64);
+    fn fmi3SetIntervalDecimal(_intervals: *const fmi3Float64);
+    fn fmi3SetIntervalFraction(_counters: *const fmi3UInt64, _resolutions: *const fmi3UInt64);
+    fn fmi3SetShiftDecimal(_shifts: *const fmi3Float64);
+    fn fmi3SetShiftFraction(_counters: *const fmi3UInt64, _resolutions: *const fmi3UInt64);
 }
 
 export! {
+    /// Not offered.
+    fn fmi3ActivateModelPartition(_clockReference: fmi3ValueReference, _activationTime: fmi3Float64)
+    as SetDebugLogging |_| {
+        Err(Refusal::new("scheduled execution is not offered; allowed: co-simulation or model exchange"))
+    };
     /// Ignored, as the standard has it where `providesEvaluateDiscreteStates` is false.
     fn fmi3EvaluateDiscreteStates() as NextEvent |_| Ok(());
 }

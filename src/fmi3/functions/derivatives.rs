@@ -8,7 +8,7 @@ use crate::variables::Refusal;
 /// Derivatives of unknowns by knowns, weighted by a seed.
 type Weighted = fn(&mut Instance, &[u32], &[u32], &[f64]) -> Result<Vec<f64>, Refusal>;
 
-/// Exports a function of weighted derivatives.
+/// Exports functions of weighted derivatives.
 macro_rules! weighted {
     ($($(#[$doc:meta])* fn $name:ident = $of:expr;)*) => {
         export! {$(
@@ -48,17 +48,17 @@ export! {
         let found = instance.output_derivatives_of_arrays(references, array("orders", orders, nValueReferences)?)?;
         write("values", values, ("nValues", nValues), found)
     };
+    /// Not offered.
+    fn fmi3GetNumberOfVariableDependencies(_valueReference: fmi3ValueReference, _nDependencies: *mut usize)
+    as SetDebugLogging |_| no_dependencies();
+    /// Not offered.
+    fn fmi3GetVariableDependencies(
+        _dependent: fmi3ValueReference, _elementIndicesOfDependent: *mut usize,
+        _independents: *mut fmi3ValueReference, _elementIndicesOfIndependents: *mut usize,
+        _dependencyKinds: *mut fmi3DependencyKind, _nDependencies: usize,
+    ) as SetDebugLogging |_| no_dependencies();
 }
 
-refuse! {
-    "dependencies of single elements are not offered; those of variables are in the description":
-    /// Not offered.
-    fn fmi3GetNumberOfVariableDependencies as SetDebugLogging(
-        valueReference: fmi3ValueReference, nDependencies: *mut usize,
-    ) if true;
-    /// Not offered.
-    fn fmi3GetVariableDependencies as SetDebugLogging(
-        dependent: fmi3ValueReference, elementIndicesOfDependent: *mut usize, independents: *mut fmi3ValueReference,
-        elementIndicesOfIndependents: *mut usize, dependencyKinds: *mut fmi3DependencyKind, nDependencies: usize,
-    ) if true;
+fn no_dependencies() -> Result<(), Refusal> {
+    Err(Refusal::new("dependencies of single elements are not offered; those of variables are in the description"))
 }

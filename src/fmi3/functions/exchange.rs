@@ -1,8 +1,9 @@
 //! Functions of model exchange: what a host needs to integrate. Events are those of co-simulation with event mode.
 
-use crate::ffi::{answer, array, require_count, write};
+use crate::ffi::{answer, array, write};
 use crate::fmi3::types::*;
 use crate::instance::Phase;
+use crate::variables::Refusal;
 
 export! {
     /// From events to integration.
@@ -27,7 +28,7 @@ export! {
     fn fmi3SetContinuousStates(
         continuousStates: *const fmi3Float64, nContinuousStates: usize,
     ) as SetContinuousStates |instance| {
-        require_count("nContinuousStates", nContinuousStates, instance.count_states())?;
+        Refusal::unless_count("nContinuousStates", nContinuousStates, instance.count_states())?;
         instance.set_continuous_states(array("continuousStates", continuousStates, nContinuousStates)?)
     };
     /// Derivatives of the continuous states by time.

@@ -1,9 +1,9 @@
 //! Creating and freeing instances.
 
-use crate::ffi::{self, Component, array, log_line, text};
+use crate::ffi::{self, Component, Version, array, log_line, text};
 use crate::fmi3::Fmi3;
 use crate::fmi3::types::*;
-use crate::instance::{Instance, Kind, Log, Purpose, Severity, Sink};
+use crate::instance::{Instance, Kind, Log, Purpose, Sink};
 use crate::variables::{Array, Description, Settings};
 
 /// Version of the standard: `3.0`.
@@ -144,14 +144,7 @@ fn sink(logger: fmi3LogMessageCallback, environment: fmi3InstanceEnvironment) ->
     let logger = logger?;
     Some(Box::new(move |severity, category, text| {
         let [category, message] = log_line(category, text, false);
-        let status = match severity {
-            Severity::Ok => fmi3Status::fmi3OK,
-            Severity::Warning => fmi3Status::fmi3Warning,
-            Severity::Discard => fmi3Status::fmi3Discard,
-            Severity::Error => fmi3Status::fmi3Error,
-            Severity::Fatal => fmi3Status::fmi3Fatal,
-        };
         // SAFETY: the host promises that its logger can be called with its environment while the instance lives.
-        unsafe { logger(environment, status, category.as_ptr(), message.as_ptr()) }
+        unsafe { logger(environment, Fmi3::status(severity), category.as_ptr(), message.as_ptr()) }
     }))
 }

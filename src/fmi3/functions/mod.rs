@@ -25,22 +25,6 @@ macro_rules! export {
     )*};
 }
 
-/// Exports functions that the FMU does not offer, with the reason. A call that asks for none, by the condition at its
-/// end, is fine.
-macro_rules! refuse {
-    ($reason:literal: $(
-        $(#[$doc:meta])* fn $name:ident as $call:ident($($argument:ident: $type:ty),* $(,)?) if $asked:expr;
-    )*) => {
-        export! {$(
-            $(#[$doc])*
-            fn $name($($argument: $type),*) as $call |_| {
-                $(let _ = $argument;)*
-                if $asked { Err(crate::variables::Refusal::new($reason)) } else { Ok(()) }
-            };
-        )*}
-    };
-}
-
 mod clocks;
 mod common;
 mod cosimulation;

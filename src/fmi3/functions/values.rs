@@ -1,6 +1,6 @@
 //! Getting and setting values: all elements of the arrays asked for, one after the other.
 
-use crate::ffi::{array, array_mut, require_count};
+use crate::ffi::{array, array_mut};
 use crate::fmi3::types::*;
 use crate::instance::{Instance, Value};
 use crate::variables::{Refusal, Type};
@@ -31,7 +31,7 @@ unsafe fn get<T>(
             found += 1;
         }
     }
-    require_count("nValues", places.len(), found)
+    Refusal::unless_count("nValues", places.len(), found)
 }
 
 /// Says that there are no variables of this type, if any is asked for.
@@ -109,7 +109,7 @@ export! {
     ) as GetArrays |instance| {
         let references = array("valueReferences", valueReferences, nValueReferences)?;
         let (sizes, places) = (array_mut("valueSizes", valueSizes, nValues)?, array_mut("values", values, nValues)?);
-        require_count("nValues", nValues, references.len())?;
+        Refusal::unless_count("nValues", nValues, references.len())?;
         let bytes = instance.binary(references)?.as_bytes();
         for (size, place) in sizes.iter_mut().zip(places) {
             size.write(bytes.len());
