@@ -1,7 +1,6 @@
 """Builds the contents of the wheel. pyproject.toml says where they go, wheel_hook.py the wheel's platform."""
 
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
@@ -9,10 +8,6 @@ from checkout import ENGINE, FMU, PYTHON, ROOT, SOME, Stop, host_target, make_ve
 
 PROGRAM = "cradle-fmu.exe" if sys.platform == "win32" else "cradle-fmu"
 FOLDER = ROOT / "target/wheel"
-THREE_JS = (
-    "import sys; from newtons_cradle.animation.page import three_js; "
-    "sys.stdout.buffer.write(three_js().encode())"
-)
 
 
 def make_wheel(fmu: Path | None) -> int:
@@ -45,7 +40,6 @@ def make_wheel(fmu: Path | None) -> int:
             shutil.copyfile(ENGINE, FOLDER / ENGINE.name)
         else:
             say("  !! without the engine for browsers, so that `cradle-fmu live` will not work: see above")
-        (FOLDER / "three.js").write_bytes(subprocess.check_output([PYTHON, "-c", THREE_JS]))
         # zig has linked for glibc 2.17, whichever version this machine has.
         processor = host_target().split("-")[0]
         platform = {"CRADLE_WHEEL_PLATFORM": f"manylinux_2_17_{processor}"} if target else {}

@@ -3,8 +3,8 @@
 
     .venv/bin/python packaging/sbom.py FILE.json
 
-Three components contain third-party code: the FMU's library, the program cradle-fmu and the pages. Cargo says what is
-linked into the first two; three.js comes from the package trimesh. The file is checked against the schema.
+Two components contain third-party code: the FMU's library, which the page's engine is as well, and the program
+cradle-fmu. Cargo says what is linked into them. The file is checked against the schema.
 """
 
 import json
@@ -20,7 +20,6 @@ from checkout import ROOT
 from cyclonedx.schema import SchemaVersion
 from cyclonedx.validation.json import JsonStrictValidator
 from licences import STD, linked_into
-from newtons_cradle.animation.page import THREE_JS_SHA256, three_js
 
 # This project's packages that become binaries, and their types.
 PROGRAMS = {"newtons-cradle": "library", "cradle-packaging": "application"}
@@ -52,10 +51,7 @@ def bill() -> dict:
     for program, packages in used.items():
         own = next(key for key in packages if key[0] == program)
         depends[parts[own]["bom-ref"]] = [parts[key]["bom-ref"] for key in packages if key != own]
-    revision = re.search(r'REVISION="?(\d+)|const \w="(1\d\d)"', three_js())
-    number = f"0.{next(filter(None, revision.groups()))}.0"
-    three = component("three", number, "library", "npm/three", "MIT", THREE_JS_SHA256)
-    components = [*parts.values(), three]
+    components = list(parts.values())
     whole = {
         "type": "application",
         "name": "newtons-cradle release",
@@ -65,7 +61,7 @@ def bill() -> dict:
     }
     epoch = datetime.fromtimestamp(int(environ.get("SOURCE_DATE_EPOCH", 315532800)), UTC)
     serial = uuid.uuid5(uuid.NAMESPACE_URL, "\n".join(sorted(part["purl"] for part in components)))
-    depends["release"] = [*depends, three["bom-ref"]]
+    depends["release"] = list(depends)
     return {
         "$schema": "http://cyclonedx.org/schema/bom-1.6.schema.json",
         "bomFormat": "CycloneDX",

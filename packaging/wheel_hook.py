@@ -17,7 +17,7 @@ class CustomBuildHook(BuildHookInterface):
     def initialize(self, _version: str, build_data: dict[str, Any]) -> None:
         """Called before the files are gathered. Raises FileNotFoundError."""
         built = Path(self.root, "target/wheel")
-        for name in (PROGRAM, "NewtonsCradle.fmu", "three.js"):
+        for name in (PROGRAM, "NewtonsCradle.fmu"):
             if not (built / name).exists():
                 raise FileNotFoundError(
                     f"{built / name} is missing: `python3 cradle.py wheel` makes it and the wheel"

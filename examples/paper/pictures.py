@@ -2,7 +2,7 @@
 
     .venv/bin/python examples/paper/pictures.py
 
-writes docs/*.png, docs/animation.jpg and packaging/assets/run.svg. The pictures of the animation and the report need
+writes docs/*.png, docs/cradle.jpg and packaging/assets/run.svg. The pictures of the cradle and the report need
 Chromium and its driver. Run the other examples first, because it takes their pictures: `python3 cradle.py paper`,
 examples/study/study.py, examples/mechatronics/couple.py, examples/events/metronome.py and examples/fit/contacts.py.
 """
@@ -16,7 +16,8 @@ import time
 from pathlib import Path
 
 import matplotlib.pyplot as plt
-from newtons_cradle.animation import from_fmu, save_page
+from newtons_cradle.page import save_page
+from newtons_cradle.views import from_fmu
 from PIL import Image
 from plots import Column, Plot, Strip, Trace, family, forces, save_picture
 from selenium import webdriver
@@ -78,7 +79,7 @@ def svg(plot: Plot, path: Path) -> None:
 
 
 def photographs(fmus, report: Path, docs: Path) -> None:
-    """The animation in a click and between two, and the top of the report."""
+    """The cradle in a click, and the top of the report."""
     options = webdriver.ChromeOptions()
     window = "headless=new no-sandbox hide-scrollbars window-size=1280,860 use-angle=swiftshader"
     for argument in window.split():
@@ -91,11 +92,11 @@ def photographs(fmus, report: Path, docs: Path) -> None:
             browser.get(page.as_uri())
             time.sleep(3)
             browser.execute_script(
-                "cradle.open(); cradle.play(false);"
-                "const stage = cradle.opened.stages[2]; cradle.seek((stage.from + stage.to) / 2);"
-                "cradle.scene.eye.close = 1"
+                "cradle.setRunning(false); cradle.clock.slowAt('always');"
+                "const [click] = cradle.sources[0].clicks; cradle.seek(click.begin + 0.37 * click.length)"
             )
-            photograph(browser, docs / "animation.jpg")
+            time.sleep(3)
+            photograph(browser, docs / "cradle.jpg")
         browser.get(report.as_uri())
         browser.execute_script("document.getElementById('figure5').scrollIntoView({behavior: 'instant'})")
         photograph(browser, docs / "report.png")

@@ -13,14 +13,14 @@ ASSETS = Path(__file__).parent / "report"
 SCRIPTS = ("axes.js", "charts.js")
 
 
-def save_report(path: Path, plots: list[Plot], checks: list[Check], animation: Path) -> None:
-    """Writes the report; `animation`: the page beside it that it links."""
+def save_report(path: Path, plots: list[Plot], checks: list[Check], cradle: Path) -> None:
+    """Writes the report; `cradle`: the page beside it that it links."""
     data = Arrays()
     figures = [figure(plot, data) for plot in plots]
     parts = {
         "{{style}}": nc.look.STYLE + asset("report.css"),
         "{{script}}": "\n".join([nc.look.SCRIPT, *map(asset, SCRIPTS)]),
-        "{{animation}}": escape(animation.name),
+        "{{cradle}}": escape(cradle.name),
         "{{holding}}": str(sum(check.holds for check in checks)),
         "{{checks}}": str(len(checks)),
         "{{contents}}": "\n".join(map(entry, plots)),

@@ -1,4 +1,4 @@
-"""All experiments of the paper in one go: pictures, CSV, an interactive report, a 3D animation, a table of checks."""
+"""All experiments of the paper in one go: pictures, CSV, an interactive report, a page that plays a run, a table of checks."""
 
 import sys
 
@@ -11,7 +11,8 @@ import hertz
 import overlap_order
 import stiffness
 import ten_minutes
-from newtons_cradle.animation import from_fmu, save_page
+from newtons_cradle.page import save_page
+from newtons_cradle.views import from_fmu
 from report import save_report
 from support import Found, command_line, nc, opened, shorter
 
@@ -29,14 +30,14 @@ def main() -> int:
         for number, name in enumerate(options.only, start=1):
             print(f"[{number}/{len(options.only)}] {known[name].__doc__}")
             known[name].run(fmus, found)
-        animation = options.out / "animation.html"
-        save_page(animation, from_fmu(fmus.five.path, nc.figure5()))
-    save_report(options.out / "report.html", found.plots, found.checks, animation)
+        page = options.out / "cradle.html"
+        save_page(page, from_fmu(fmus.five.path, nc.figure5()))
+    save_report(options.out / "report.html", found.plots, found.checks, page)
     print("\nMeasured on this machine, through FMPy:\n")
     holds = found.conclude()
     print(f"\n{sum(c.holds for c in found.checks)} of {len(found.checks)} numbers agree.")
     print(f"Pictures and CSV files: {shorter(options.out)}")
-    print(f"Open in a browser: {shorter(options.out / 'report.html')} and {shorter(animation)}")
+    print(f"Open in a browser: {shorter(options.out / 'report.html')} and {shorter(page)}")
     return 0 if holds else 1
 
 

@@ -53,7 +53,7 @@ pub enum Request {
     /// Write the page in which the cradle runs live: one HTML file for a browser, no network needed
     #[command(after_help = PYTHON)]
     Live(Python),
-    /// Make a 3D animation of an FMU's run, or of a result in CSV: one HTML file that needs no network
+    /// Make the page of an FMU's run, or of a result in CSV: one HTML file for a browser that needs no network
     #[command(after_help = PYTHON)]
     Page(Python),
     /// Run the binary in a folder for the reference results of this name; `build` and `check` run this

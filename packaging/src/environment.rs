@@ -32,7 +32,7 @@ pub fn hand_over(command: &str, python: Option<OsString>, arguments: &[OsString]
         .status()
         .map_err(|error| Error::Failure(format!("cannot run {}: {error}; {ADVICE}", python.display())))?;
     // A package that is missing, or misses another one, has ended Python with its own words.
-    if !status.success() && !succeeds(&python, &format!("import {PACKAGE}.animation")) {
+    if !status.success() && !succeeds(&python, &format!("import {PACKAGE}.page")) {
         let python = python.display();
         return Err(Error::Failure(format!("{python} cannot import {PACKAGE}; {ADVICE}")));
     }

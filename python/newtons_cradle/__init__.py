@@ -12,7 +12,7 @@
 Modules: `fmu` (open and run an FMU), `run` (its instances, steps, log and results), `pulses` (the log of pulses as a
 table, impact sequences, pulse order), `views` (runs that resolve every pulse), `balances` (energy and momentum),
 `setups` (start values: presets, the paper's experiments), `calibration` (a real cradle's losses from a video),
-`progress` (a progress bar), `look` (colours and fonts of all pages).
+`progress` (a progress bar), `recording` and `page` (a run as a page for a browser), `look` (colours and fonts).
 """
 
 from . import look

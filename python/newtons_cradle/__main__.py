@@ -5,12 +5,11 @@ import sys
 import zipfile
 from pathlib import Path
 
-from .animation import PageError, RecordingError, from_csv, from_fmu, save_page
-from .page import PageError as NoEngine
-from .page import save_page as save_live
-from .page import save_site
+from .page import PageError, save_page, save_site
 from .progress import Progress
+from .recording import LENGTH, RADIUS, RecordingError, from_csv
 from .run import FmuError
+from .views import from_fmu
 
 
 def setting(text: str) -> tuple[str, str]:
@@ -40,7 +39,7 @@ def arguments() -> argparse.ArgumentParser:
         prog="python -m newtons_cradle", description="Looks at runs of the cradle FMU."
     )
     commands = parser.add_subparsers(dest="command", required=True, metavar="{page,live}")
-    what = "a 3D animation of a run: one HTML file that needs no network"
+    what = "the page of a run: one HTML file for a browser that needs no network"
     page = commands.add_parser(
         "page",
         help=f"make {what}",
@@ -58,7 +57,7 @@ def arguments() -> argparse.ArgumentParser:
     result("--pulses", type=Path, metavar="FILE.csv", help="the run's table of pulses")
     help = "number of balls; needed if it is 1 (default: as in the file)"
     result("--balls", type=whole, metavar="N", help=help)
-    for name, default, meaning in (("length", 1.962, "pendulum length"), ("radius", 0.0313, "ball radius")):
+    for name, default, meaning in (("length", LENGTH, "pendulum length"), ("radius", RADIUS, "ball radius")):
         help = f"{meaning} in m, for the drawing (default {default})"
         result(f"--{name}", type=positive, default=default, help=help)
     what = "the page in which the cradle runs live: one HTML file for a browser, no network needed"
@@ -101,7 +100,7 @@ def make_live(options: argparse.Namespace) -> None:
     if options.site:
         written(options.site / "index.html", save_site(options.site))
     else:
-        written(options.out, save_live(options.out))
+        written(options.out, save_page(options.out))
 
 
 def written(out: Path, size: int) -> None:
@@ -113,7 +112,7 @@ def main() -> int:
     options = arguments().parse_args()
     try:
         options.function(options)
-    except (RecordingError, PageError, NoEngine, FmuError, KeyError, OSError, zipfile.BadZipFile) as problem:
+    except (RecordingError, PageError, FmuError, KeyError, OSError, zipfile.BadZipFile) as problem:
         text = problem.args[0] if isinstance(problem, KeyError) else problem
         print(f"error: {text}", file=sys.stderr)
         return 1

@@ -1,27 +1,35 @@
-"""The page: the cradle in a browser, as one HTML file that needs no network."""
+"""The page: the cradle in a browser, live or as it was recorded, as one HTML file that needs no network."""
 
 import base64
 import json
 import re
 import tomllib
+import zlib
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from .files import engine_file, page_folder, preset_files
+from .pulses import Array
+from .recording import Recording
 
 
 class PageError(RuntimeError):
     """The page cannot be made; the message says what is missing."""
 
 
-def save_page(path: str | Path, head: str = '<link rel="icon" href="data:,">') -> int:
-    """Writes the page in which the engine runs live; returns its size in bytes. Raises PageError, OSError.
+def save_page(
+    path: str | Path, recording: Recording | None = None, head: str = '<link rel="icon" href="data:,">'
+) -> int:
+    """Writes the page; returns its size in bytes. Raises PageError, OSError.
 
-    `head`: what else its head has.
+    It plays the `recording`; where the engine for browsers is there, the cradle runs live as well. `head`: what else its
+    head has.
     """
     engine = engine_file()
-    if not engine.is_file():
+    if recording is None and not engine.is_file():
         raise PageError(
             "the engine for browsers is missing: the wheels of a release have it; in the folder of the sources, "
             "`rustup target add wasm32-unknown-unknown` and `python3 web/build.py` make it, for `cradle.py wheel` too"
@@ -35,7 +43,9 @@ def save_page(path: str | Path, head: str = '<link rel="icon" href="data:,">') -
             {path.stem: json.loads(path.read_bytes()) for path in folder.glob("texts/*.json")}
         ),
         "presets": json.dumps(presets()),
-        "engine": engine.read_text(encoding="utf-8"),
+        "engine": engine.read_text(encoding="utf-8") if engine.is_file() else "",
+        # Nothing in it ends the element that it is in.
+        "recording": json.dumps(recording and numbers(recording)).replace("<", "\\u003c"),
     }
     # One pass, so that nothing in a part is taken for a slot.
     template = (folder / "template.html").read_text(encoding="utf-8")
@@ -52,7 +62,34 @@ def save_site(folder: str | Path) -> int:
     folder.mkdir(parents=True, exist_ok=True)
     for name in ("cradle.webmanifest", "icon.svg", "worker.js"):
         (folder / name).write_bytes((source / name).read_bytes())
-    return save_page(folder / "index.html", (source / "head.html").read_text(encoding="utf-8"))
+    return save_page(folder / "index.html", head=(source / "head.html").read_text(encoding="utf-8"))
+
+
+def numbers(recording: Recording) -> dict[str, Any]:
+    """The recording as web/page/engine/recording.js reads it."""
+    pulses = recording.pulses
+    # Rigid impacts have no force: their impulse shows how hard they are.
+    strength = "peak" if np.any(pulses["peak"] > 0) else "impulse"
+    return {
+        **{name: getattr(recording, name) for name in ("title", "parameters", "length", "radius", "start")},
+        "balls": recording.x.shape[1],
+        "time": packed(recording.time, "f8"),
+        **{name: packed(getattr(recording, name).T, "f4") for name in "xvF"},
+        "energy": {name: packed(values, "f4") for name, values in recording.energy.items()},
+        "pulses": {
+            "contact": packed(pulses["contact"], "f4"),
+            **{name: packed(pulses[name], "f8") for name in ("onset", "release")},
+            "peak": packed(pulses[strength], "f4"),
+        },
+    }
+
+
+def packed(array: Array, kind: str) -> dict[str, str]:
+    """An array as bytes, the first ones of all numbers, then the second ones, ...: so they deflate better."""
+    values = np.ascontiguousarray(array, dtype=f"<{kind}").ravel()
+    planes = values.view(np.uint8).reshape(len(values), values.itemsize).T
+    data = base64.b64encode(zlib.compress(planes.tobytes(), 9)).decode("ascii")
+    return {"kind": kind, "data": data}
 
 
 def modules(folder: Path) -> Iterable[tuple[str, str]]:

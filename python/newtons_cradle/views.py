@@ -1,13 +1,18 @@
 """Views that show a run at two time scales at once, and how much pulses overlap in them."""
 
 from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from .fmu import Fmu
+from .fmu import MODEL, Fmu
 from .pulses import Array
-from .run import Result
+from .recording import LARGEST, Recording, of_columns
+from .run import Result, Run
 from .run.model import Values
+
+DERIVATIVES = "derivatives.of"  # a parameter of FMI 3.0 that changes no run
 
 
 def sample_times(pulses: Array, stop: float, step: float, per_pulse: int = 32) -> Array:
@@ -56,3 +61,62 @@ def overlaps(result: Result) -> Array:
     smaller = np.minimum(impulse[:-1], impulse[1:])
     shares: Array = np.divide(shared, smaller, out=np.zeros_like(shared), where=smaller > 0)
     return shares
+
+
+def from_fmu(
+    path: str | Path | None,
+    values: Values | None = None,
+    *,
+    stop: float = 10.0,
+    step: float = 0.02,
+    progress: Callable[[float], None] | None = None,
+) -> Recording:
+    """Runs an FMU with these start values for `stop` (s); samples every `step` (s) and within every pulse.
+
+    The run is made twice, as in `resolved`. Raises FileNotFoundError, FmuError or KeyError.
+    """
+    with Fmu(path) as fmu:
+        pulses = fmu.simulate(values, times=[0.0, stop], record=[]).pulses
+        n = fmu.balls
+        names = [f"{name}[{i}]" for name in ("x", "v", "E_kinetic", "E_gravity") for i in range(1, n + 1)]
+        names += [f"{name}[{i}]" for name in ("F", "E_contact") for i in range(1, n)]
+        steps = max(1, round(stop / step))
+        # As many samples in each pulse as fit; where not even four do, the later pulses go without.
+        room = max(4, LARGEST // (3 * n + 3) - steps)
+        per_pulse = int(np.clip(room // max(1, len(pulses)), 4, 48))
+        times = sample_times(pulses[: room // per_pulse], stop, step, per_pulse)
+        result = fmu.simulate(values, times=times, record=names, progress=progress)
+        with fmu.start(values) as run:
+            length, radius = run.get("pendulum.length"), run.get("ball.radius")
+            parameters, start = _parameters(fmu, run)
+    columns = {name: result[name] for name in ("time", *names)}
+    title = f"{n} ball{'s' if n > 1 else ''}, {stop:g} s"
+    return of_columns(title, columns, n, pulses, parameters, length, radius, start)
+
+
+def _parameters(fmu: Fmu, run: Run) -> tuple[list[tuple[str, str, str, str]], dict[str, Any] | None]:
+    """Name, value, unit and meaning of each parameter; a vector whose elements are equal takes one row. And what a live
+    run goes on with: their values by name; None with inputs, or of another model."""
+    names = [v.name for v in fmu.variables.values() if v.causality == "parameter"]
+    values: dict[str, list[str]] = {}
+    start: dict[str, Any] = {}
+    for name, value in zip(names, run.recorder(names).row(), strict=True):
+        base, bracket, _ = name.partition("[")
+        values.setdefault(base, []).append(fmu.written(name, value))
+        exact = values[base][-1] if fmu.variables[name].type == "Enumeration" else value
+        if bracket:
+            start.setdefault(base, []).append(exact)
+        elif base != DERIVATIVES:
+            start[base] = exact
+    inputs = [v.name for v in fmu.variables.values() if v.causality == "input"]
+    known = fmu.description.modelName == MODEL and not any(run.recorder(inputs).row())
+    rows = []
+    for name, texts in values.items():
+        vector = name in fmu.arrays
+        first = fmu.variables[f"{name}[1]" if vector else name]
+        value = texts[0] if len(set(texts)) == 1 else ", ".join(texts)
+        unit = "" if first.unit in (None, "1") else first.unit
+        rows.append(
+            (f"{name}[i]", value, unit, "") if vector else (name, value, unit, first.description or "")
+        )
+    return rows, start if known else None

@@ -146,11 +146,12 @@ def page(browser, live_path):
 
 
 @pytest.fixture(scope="session")
-def animation(fmu_path, tmp_path_factory) -> Path:
-    """The default experiment as a page."""
-    from newtons_cradle.animation import from_fmu, save_page
+def recorded_path(fmu_path, tmp_path_factory) -> Path:
+    """The page of the default experiment."""
+    from newtons_cradle.page import save_page
+    from newtons_cradle.views import from_fmu
 
-    path = tmp_path_factory.mktemp("animation") / "cradle.html"
+    path = tmp_path_factory.mktemp("recorded") / "cradle.html"
     save_page(path, from_fmu(fmu_path))
     return path
 

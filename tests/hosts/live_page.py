@@ -49,9 +49,10 @@ def node(script: str):
     return json.loads(done.stdout)
 
 
-def open_page(browser, path: Path) -> None:
-    """Opens the page by a link, so that nothing moves by itself; names that its modules export become its window's."""
-    visit(browser, path, "#preset=textbook")
+def open_page(browser, path: Path, link: str = "#preset=textbook") -> None:
+    """Opens the page by a link, so that nothing moves by itself, or "" for what is recorded in it; names that its
+    modules export become its window's."""
+    visit(browser, path, link)
     script = """const done = arguments[0], rooms = ["engine/setup", "view/captions", "control/keep", "control/link"];
       Promise.all(rooms.map((room) => import(`#${room}.js`))).then((all) => done(Object.assign(window, ...all) && 0))"""
     browser.execute_async_script(script)

@@ -7,7 +7,7 @@ import numpy as np
 import pandas
 import pytest
 from fmi3_host import redescribed
-from newtons_cradle.animation import from_fmu
+from newtons_cradle.views import from_fmu
 
 pytestmark = pytest.mark.all
 
@@ -85,7 +85,7 @@ def test_another_model_of_fmi_3_is_refused(fmu3_path, tmp_path):
         nc.Fmu(path)
 
 
-def test_the_animation_is_the_same(fmu_path, fmu3_path):
+def test_the_recording_is_the_same(fmu_path, fmu3_path):
     setup = {"contact.deadBand": 1e-6}
     one, other = (dict(vars(from_fmu(path, setup, stop=2.0))) for path in (fmu_path, fmu3_path))
     ours, theirs = one.pop("parameters"), other.pop("parameters")

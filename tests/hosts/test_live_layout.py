@@ -73,7 +73,7 @@ def test_strips_leave_the_cradle_its_height(page, size):
     js(page, "cradle.lift(1)")
     [alone] = boxes(page)
     js(page, "for (const kind of ['velocity', 'force', 'energy', 'momentum']) cradle.setShow(kind, true)")
-    wait(page, "cradle.stages[0].strips.scrollHeight > 1.5 * cradle.stages[0].strips.clientHeight")
+    wait(page, "cradle.stages[0].strips.box.scrollHeight > 1.5 * cradle.stages[0].strips.box.clientHeight")
     [beside] = boxes(page)
     assert beside["bottom"] - beside["top"] > 0.6 * (alone["bottom"] - alone["top"])
 

@@ -13,7 +13,6 @@ from conftest import ROOT
 from live_page import js, wait
 from newtons_cradle.page import save_site
 from selenium.webdriver import Keys
-from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.wait import WebDriverWait
 
@@ -65,7 +64,7 @@ def test_a_drawn_hand_begins_where_nobody_does(page, live_path, still):
     )
     moved = js(page, "return [source.setup.values.x_start[0], cradle.stages[0].sentence.textContent]")
     assert moved == [0 if still else pytest.approx(-0.12), hint]
-    ActionChains(page).move_by_offset(200, 60).click().perform()
+    page.find_element(By.TAG_NAME, "h1").click()
     wait(
         page,
         f"cradle.guide.phase === null && cradle.stages[0].sentence.textContent === '{hint if still else ''}'",
@@ -193,11 +192,14 @@ def test_tables_and_a_recorded_run(page):
     assert pulses.splitlines()[0] == "contact,onset,release,peak,impulse" and len(pulses.splitlines()) > 5
     rows = np.genfromtxt(run.splitlines(), delimiter=",", names=True, deletechars="", replace_space="")
     page.execute_async_script("cradle.openFile(new File([arguments[0]], 'run.csv')).then(arguments[1])", run)
-    shown = js(page, "source.go(arguments[0]); return [source.live, Array.from(source.state.x)]", 1.234)
+    shown = js(page, "source.seek(arguments[0]); return [source.live, Array.from(source.state.x)]", 1.234)
     assert shown[0] is False
     assert shown[1][0] == pytest.approx(np.interp(1.234, rows["time"], rows["x[1]"]), abs=1e-4)
     page.execute_async_script("cradle.openFile(new File(['a,b'], 'bad.csv')).then(arguments[0])")
-    assert "bad.csv cannot be shown: it needs columns time" in page.find_element(By.ID, "status").text
+    assert (
+        "bad.csv cannot be shown: it is not a whole result; missing: time"
+        in page.find_element(By.ID, "status").text
+    )
 
 
 def test_axe_finds_nothing_serious(page, axe):

@@ -80,10 +80,11 @@ def test_from_install_to_figure_5(bare):
 
 
 def test_a_page_needs_nothing_else(bare):
-    """three.js and the templates come along."""
+    """The template, the scripts and, where it has been built, the engine come along."""
     bare.run("cradle-fmu", "build", "--preset", "desk", "--out", "desk.fmu")
     bare.run("cradle-fmu", "page", "desk.fmu", "--stop", "1")
-    assert "Three.js Authors" in (bare.folder / "desk.html").read_text(encoding="utf-8")
+    text = (bare.folder / "desk.html").read_text(encoding="utf-8")
+    assert '"title": "5 balls, 1 s"' in text and "#engine/recording.js" in text
 
 
 def test_the_licences_come_along(wheel):

@@ -1,5 +1,5 @@
-"""What all pages share: fonts, colours and what they mean (look.css, look.js); numbers and drawing (common.js
-of the live page).
+"""What report, plots and the FMU's page share: fonts, colours and what they mean (look.css, look.js); numbers and
+drawing (common.js of the cradle's page).
 
 The producer puts look.css into the FMU's page, too.
 """

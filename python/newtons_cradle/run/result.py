@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..page import save_page
 from ..pulses import Array
+from ..recording import LENGTH, RADIUS, from_result
 from .names import UnknownName, did_you_mean
 
 if TYPE_CHECKING:
@@ -99,6 +101,16 @@ class Result:
         axes[-1, 0].set_xlabel(f"time after {origin:.9g} s" if origin else "time")
         axes[-1, 0].xaxis.set_major_formatter(EngFormatter("s"))
         return figure
+
+    def page(self, path: str | Path, *, length: float = LENGTH, radius: float = RADIUS) -> int:
+        """Writes the run as a page for a browser, one HTML file; returns its size in bytes.
+
+        It takes x, v and F of all balls and contacts, samples that follow the balls, and energies if they were recorded;
+        `resolved` samples within the pulses as well. `length` of the strings and `radius` of the balls (m): for the
+        drawing. Raises RecordingError, which says what is missing, or OSError.
+        """
+        columns = {name: self.samples[name] for name in self.names}
+        return save_page(path, from_result(columns, self.pulses, length, radius))
 
 
 def _needed(package: str, extra: str) -> Any:

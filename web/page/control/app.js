@@ -7,6 +7,7 @@ import { Lesson } from "#control/lesson.js";
 import { openLink, showLink } from "#control/link.js";
 import { Panels } from "#control/panels.js";
 import { Stage } from "#control/stage.js";
+import { Timeline } from "#control/timeline.js";
 import { Engine, Refusal } from "#engine/engine.js";
 import { Live } from "#engine/live.js";
 import { Recording } from "#engine/recording.js";
@@ -22,7 +23,8 @@ import { DAY, NIGHT } from "#view/themes.js";
 const LIFT = 0.25; // of the strings' length, by the button and the keys
 
 class App {
-  constructor(engine) {
+  /** `engine` and `recording`: null where the page has none, but it has one of them. */
+  constructor(engine, recording) {
     const asked = location.hash; // before the page writes there what it shows
     // `keys`: whether single keys do anything; `space`: whether all is shown in 3D.
     Object.assign(this, { engine, clock: new Clock(), sound: new Sound(), eye: new Eye(), side: "right", keys: true,
@@ -33,11 +35,13 @@ class App {
     this.still = matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.panels = new Panels(this);
     this.lesson = new Lesson(this);
-    this.addStage(new Live(engine, PRESETS.textbook.setup()));
+    this.addStage(recording ?? new Live(engine, PRESETS.textbook.setup()));
+    this.timeline = new Timeline(this);
     this.guide = new Guide(this);
-    this.attempt(() => this.begin(PRESETS.textbook.setup(), "textbook"));
     this.listen();
-    if (asked) this.open(asked);
+    if (recording) this.timeline.present(recording);
+    else this.attempt(() => this.begin(PRESETS.textbook.setup(), "textbook"));
+    if (asked && engine) this.open(asked);
     this.frame(performance.now());
   }
 
@@ -68,7 +72,7 @@ class App {
 
   /** Shows another source in the first stage. */
   replace(source) {
-    this.stages[0].source.forget();
+    if (source !== this.stages[0].source) this.stages[0].source.forget();
     this.stages[0].source = source;
   }
 
@@ -78,6 +82,9 @@ class App {
     for (const stage of this.stages) stage.changed();
     if (released) this.lesson.ask();
     this.name();
+    const [source] = this.sources;
+    this.timeline.changed(source);
+    this.panels.offer(source, Boolean(this.engine));
     this.panels.refresh();
     showLink(this);
   }
@@ -192,21 +199,26 @@ class App {
   }
 
   setRunning(on) {
+    if (on && !this.clock.running && this.stages[0].source.time >= this.stages[0].source.end) this.seek(0);
     this.clock.running = on;
     this.controls.play.textContent = say(on ? "pause" : "play");
   }
 
   /** Slows down at the next click, or leaves the one that is shown. */
   inside() {
-    const leave = this.clock.slow === "next" || (this.clock.slow !== "no" && this.clock.inside);
+    const leave = this.clock.slow === "next" || (this.clock.slow !== "no" && this.clock.inside), [{ live }] = this.sources;
+    if (!leave && !live) return this.timeline.inside();
     this.clock.slowAt(leave ? "no" : "next");
     if (!leave) this.setRunning(true);
   }
 
+  /** To any time of a recording's run, or of a live run within a click, which then stands still. */
   seek(time) {
-    this.setRunning(false);
+    const [source] = this.sources;
+    if (source.live) this.setRunning(false);
     this.clock.reset();
-    this.stages[0].source.seek(time);
+    source.seek(time);
+    if (!source.live) this.clock.land([source.ahead()].filter(Boolean));
   }
 
   // ---- hands
@@ -237,7 +249,8 @@ class App {
     this.last = now;
     try {
       if (this.clock.running) this.attempt(() => this.clock.frame(seconds, this.sources)) || this.setRunning(false);
-      else for (const source of this.sources) source.shownClick?.work();
+      else for (const source of this.liveSources) source.shownClick?.work();
+      if (this.sources[0].time >= this.sources[0].end) this.setRunning(false);
     } catch (problem) {
       this.setRunning(false);
       this.tell(`${say("problem")}: ${problem.message}. ${say("reload")}`, 600);
@@ -255,7 +268,8 @@ class App {
 
   showClock() {
     const { clock } = this, { time, pace, inside, view } = this.controls, [{ source }] = this.stages;
-    const now = source.run?.time ?? source.now;
+    const { now } = source;
+    this.timeline.show(source);
     const digits = Math.max(2, Math.min(11, Math.ceil(-Math.log10(clock.rate)) + 2));
     time.textContent = `${now.toFixed(digits)} s`;
     pace.textContent = paceText(clock.rate * (clock.kept > 0.97 ? 1 : clock.kept));
@@ -272,7 +286,8 @@ class App {
   /** What is said below the balls away from clicks: {text, detail}. */
   hintFor({ source }) {
     const { running, inside } = this.clock, { lesson, guide, stages } = this;
-    if (!source.live || source !== stages[0].source) return {};
+    if (!source.live) return { text: inside ? "" : this.timeline.clickOf(source) };
+    if (source !== stages[0].source) return {};
     if (lesson.said) return lesson.said;
     if (stages.length > 1) return {};
     const rests = guide.phase || source.state.v.every((v) => v === 0);
@@ -286,6 +301,11 @@ class App {
     listenToUser(this);
     addEventListener("hashchange", () => this.open(location.hash));
     matchMedia("(prefers-color-scheme: light)").addEventListener("change", ({ matches }) => this.setTheme(matches));
+    addEventListener("dragover", (event) => event.preventDefault());
+    addEventListener("drop", (event) => {
+      event.preventDefault();
+      this.openFile(event.dataTransfer.files[0]);
+    });
     this.setRunning(true);
   }
 
@@ -343,17 +363,12 @@ class App {
   }
 
   /** What an address asks for. */
-  open(hash) { this.attempt(() => openLink(this, hash)); }
+  open(hash) { if (this.engine) this.attempt(() => openLink(this, hash)); }
 
+  /** Shows a recorded run from a file. */
   async openFile(file) {
-    if (!file) return;
-    const text = await file.text();
-    this.attempt(() => {
-      const recording = new Recording(file.name, text);
-      this.dropStage();
-      this.replace(recording);
-      this.changed();
-    });
+    const text = await file?.text();
+    if (file) this.attempt(() => this.timeline.present(Recording.read(file.name, text)));
   }
 }
 
@@ -364,9 +379,11 @@ export async function start() {
   fillTexts();
   try {
     Object.assign(FILES, data("presets"));
-    const engine = await Engine.load(await unpacked("engine").arrayBuffer());
-    document.getElementById("engine").remove();
-    window.cradle = new App(engine);
+    const packed = document.getElementById("engine"), recorded = data("recording");
+    const engine = packed && await Engine.load(await unpacked("engine").arrayBuffer());
+    const recording = recorded && await Recording.load(recorded);
+    for (const id of ["engine", "recording"]) document.getElementById(id)?.remove();
+    window.cradle = new App(engine, recording);
   } catch (problem) {
     document.getElementById("status").textContent = `${say("problem")}: ${problem.message}`;
     throw problem;

@@ -43,7 +43,7 @@ export class Clock {
       let step = (asked / pieces) * this.rate;
       // Not past an onset before it is known what follows it.
       for (const { distance, done } of clicks) if (!done && distance < step) step = distance;
-      for (const source of sources) this.targets.set(source, source.time + step);
+      for (const source of sources) this.targets.set(source, Math.min(source.time + step, source.end ?? Infinity));
       this.notice(clicks, step);
       passed += asked / pieces;
     }
@@ -66,6 +66,12 @@ export class Clock {
   slowAt(which) {
     Object.assign(this, { slow: which, met: false, sinceClick: Infinity, lastLength: 0 });
     if (which === "no") this.rate = this.base;
+  }
+
+  /** As slow as it has to be where a source is now, with these clicks ahead. */
+  land(clicks) {
+    this.slowAt(this.slow === "leaving" ? "no" : this.slow);
+    this.rate = this.rateFor(clicks);
   }
 
   /** Ends what was slowed down, unless it is for each click. */

@@ -47,13 +47,17 @@ export function pulsesTable({ pulses }) {
 /** The run so far, computed once more at even times: what `cradle-fmu page` and this page show again. */
 export function runTable(source) {
   const { balls } = source.setup, names = (name, count) => Array.from({ length: count }, (_, i) => `${name}[${i + 1}]`);
-  const lines = [["time", ...names("x", balls), ...names("v", balls), ...names("F", balls - 1), "E_total", "p_total"]];
+  const lines = [["time", ...names("x", balls), ...names("v", balls), ...names("F", balls - 1), ...names("F_peak", balls - 1),
+    "E_total", "p_total"]];
   const run = source.engine.start(source.setup.recipe());
   const last = Math.min(RUN_ROWS, Math.floor(source.run.time / RUN_STEP));
   for (let k = 0; k <= Math.max(1, last); k++) {
     run.advance(k * RUN_STEP);
     const { time, x, v, F, energy, momentum } = run.look();
-    lines.push([time, ...x, ...v, ...F, energy, momentum]);
+    const peaks = Array.from(F);
+    for (const { contact, peak, impulse } of run.takePulses())
+      peaks[contact] = Math.max(peaks[contact], peak || impulse); // of rigid balls, only that is known
+    lines.push([time, ...x, ...v, ...F, ...peaks, energy, momentum]);
   }
   run.forget();
   return csv(lines);

@@ -7,7 +7,7 @@ import { languages, say, textsOf } from "#view/texts.js";
 export function linkTo(app) {
   const [{ source }, other] = app.stages, shown = Object.keys(app.shows).filter((kind) => app.shows[kind]).join(",");
   const parts = app.lesson.step === null ? [
-    source.live ? source.setup.toLink(app.preset) : "preset=textbook", app.besideChoice && `beside=${app.besideChoice}`,
+    source.setup.toLink(app.preset), app.besideChoice && `beside=${app.besideChoice}`,
     app.clock.slow === "always" && "slow=always", shown && `show=${shown}`, app.space && "view=3d",
     app.lesson.asks && "ask", app.language && `lang=${app.language}`,
     ...(other?.source.live ? other.source.setup.besides(source.setup) : []),
@@ -17,6 +17,7 @@ export function linkTo(app) {
 
 /** Keeps the address of the page up to date, so that it can be copied and marked. */
 export function showLink(app) {
+  if (!app.stages[0].source.live) return;
   try {
     history.replaceState(null, "", linkTo(app));
   } catch {

@@ -4,13 +4,14 @@ import { fillChange } from "#control/change.js";
 import { pulsesTable, runTable, save, savePicture } from "#control/keep.js";
 import { copyLink } from "#control/link.js";
 import { LESSON, PRESETS } from "#engine/setup.js";
+import { withPrefix } from "#view/common.js";
 import { aria, element, unpacked } from "#view/elements.js";
-import { fillTexts, languages, paceText, say, textsOf } from "#view/texts.js";
+import { fillTexts, languages, paceText, rounded, say, textsOf } from "#view/texts.js";
 
 export class Panels {
   constructor(app) {
     this.app = app;
-    this.openers = ["change", "show", "beside", "lesson", "keep", "help"].map((kind) => {
+    this.openers = ["details", "change", "show", "beside", "lesson", "keep", "help"].map((kind) => {
       const opener = element(app.controls.openers, "button", { type: "button" });
       aria(opener, { controls: "panel", expanded: false });
       opener.dataset.opens = opener.dataset.text = kind;
@@ -23,7 +24,15 @@ export class Panels {
     app.controls.panel.onkeydown = ({ key }) => { if (key === "Escape") this.toggle(this.kind); };
   }
 
+  /** Only what there is to be done with this source, and with an engine or without one. */
+  offer({ live }, engine) {
+    const needs = { details: !live, change: engine, beside: engine && live, lesson: engine };
+    for (const opener of this.openers) opener.hidden = !(needs[opener.dataset.opens] ?? true);
+    if (this.openers.find(({ dataset }) => dataset.opens === this.kind)?.hidden) this.toggle(this.kind);
+  }
+
   toggle(kind) {
+    if (kind !== this.kind && this.openers.find(({ dataset }) => dataset.opens === kind).hidden) return;
     const opener = this.openers.find(({ dataset }) => dataset.opens === (kind ?? this.kind));
     const { panel, paneltitle, close } = this.app.controls;
     this.kind = this.kind === kind ? null : kind;
@@ -114,7 +123,7 @@ export class Panels {
 
   keep() {
     const { app } = this, column = element(this.body, "div", { className: "column" }), { source } = app.stages[0];
-    const buttons = { link: () => copyLink(app), picture: () => savePicture(app) };
+    const buttons = { ...(source.live && { link: () => copyLink(app) }), picture: () => savePicture(app) };
     if (source.live) {
       buttons.pulsesFile = () => save("pulses.csv", pulsesTable(source));
       buttons.runFile = () => save("run.csv", runTable(source));
@@ -136,6 +145,23 @@ export class Panels {
       element(item, "a", { href: `#${LESSON[i]}`, textContent: title });
       element(item, "p", { textContent: text });
     });
+  }
+
+  /** What a recording was run with, and how the drawing departs from it. */
+  details() {
+    const { source, scene } = this.app.stages[0], { length, radius } = source.drawing, { parameters } = source;
+    const known = Boolean(parameters.length), larger = length / (2 * radius * scene.drawn);
+    const sizes = { length: withPrefix(length, "m", 4), radius: withPrefix(radius, "m") };
+    const notes = [say("recordedRun", { name: source.name, seconds: rounded(source.end - source.begin, 6) }),
+      say(known ? "sizes" : "sizesAssumed", sizes), ...(larger > 1.01 ? [say("enlarged", { times: rounded(larger, 2) })] : [])];
+    for (const note of notes) element(this.body, "p", { textContent: note });
+    if (!known) return;
+    const list = element(this.body, "dl", { className: "parameters", tabIndex: 0 });
+    for (const [name, value, unit, meaning] of parameters) {
+      element(list, "dt", { textContent: name });
+      element(list, "dd", { textContent: `${value} ${unit}`.trim() });
+      if (meaning) element(list, "dd", { textContent: meaning, className: "meaning" });
+    }
   }
 
   help() {

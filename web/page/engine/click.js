@@ -2,10 +2,11 @@
 // milliseconds.
 
 import { EFFORT } from "#engine/engine.js";
+import { History } from "#engine/history.js";
 
-const QUIET = 3;          // a click is over when nothing touches for this many times as long as it has lasted,
-const QUIET_LEAST = 2e-6; // and for so many seconds at least
-const LONGEST = 0.2;      // s, of a click that never ends
+export const QUIET = 3;          // a click is over when nothing touches for this many times as long as it has lasted,
+export const QUIET_LEAST = 2e-6; // and for so many seconds at least
+export const LONGEST = 0.2;      // s, of a click that never ends
 const SAMPLES = 360;      // instants at which its forces are sampled
 const CLICK_TIME = 2;      // ms for one picture, if nothing else is said
 
@@ -15,7 +16,7 @@ export class Click {
   constructor(run, begin) {
     Object.assign(this, { begin, end: begin, pulses: [], reach: 1e-8, done: false });
     const [before, scout, sampler] = [run.copy(), run.copy(), run.copy()]; // `before` stays, to look at it again
-    Object.assign(this, { before, scout, sampler, samples: { time: [], F: [], v: [], overlap: [] } });
+    Object.assign(this, { before, scout, sampler, samples: new History(run.balls), widest: 1e-9 });
   }
 
   /** Goes on until the clock shows `deadline` (ms); `done` says when all is known but the samples, `sampled` when these
@@ -55,29 +56,29 @@ export class Click {
     this.scout.forget();
     this.done = true;
     this.pulses.sort((a, b) => a.onset - b.onset || a.release - b.release);
+    this.samples.pulses = this.pulses;
     this.length = this.end - this.begin;
     if (this.length === 0) this.sampled = true; // rigid: at one instant
   }
 
-  /** Some more forces, velocities and overlaps, at instants from a little before it to a little after. */
+  /** Some more of what it shows, at instants from a little before it to a little after. */
   sample() {
-    const { samples, sampler } = this, { time } = samples, margin = 0.06 * this.length;
+    const { samples, sampler } = this, { times } = samples, margin = 0.06 * this.length;
     const from = Math.max(this.begin - margin, this.before.time), step = (this.length + 2 * margin) / (SAMPLES - 1);
-    for (let left = 8; left > 0 && time.length < SAMPLES; left--) {
-      const t = from + time.length * step;
+    for (let left = 8; left > 0 && times.length < SAMPLES; left--) {
+      const t = from + times.length * step;
       if (sampler.advance(t, EFFORT) < t) return;
       const state = sampler.look();
-      time.push(t);
-      for (const name of ["F", "v", "overlap"]) samples[name].push(Float32Array.from(state[name]));
+      samples.record(t, state);
+      this.widest = Math.max(this.widest, ...state.overlap);
     }
-    if (time.length < SAMPLES) return;
+    if (times.length < SAMPLES) return;
     this.sampled = true;
     sampler.forget();
-    const most = (rows, least) => Math.max(least, ...rows.map((row) => Math.max(...row)));
-    const speeds = samples.v.map((row) => row.map(Math.abs));
-    Object.assign(this, { strongest: most(samples.F, 1e-12), widest: most(samples.overlap, 1e-9),
-      fastest: most(speeds, 1e-9) });
   }
+
+  get fastest() { return this.samples.most.velocity; }
+  get strongest() { return this.samples.most.force; }
 
   forget() {
     for (const run of [this.before, this.scout, this.sampler]) run.forget();

@@ -39,8 +39,11 @@ export class Live {
   /** Whether its sums are those of one undisturbed run. */
   get account() { return this.holds.size === 0; }
 
-  /** Time on the clock of the page (s): it goes on when a new run begins. That of the run is `run.time`. */
+  /** Time on the clock of the page (s): it goes on when a new run begins. */
   get time() { return this.origin + this.run.time; }
+
+  /** Time of the run (s). */
+  get now() { return this.run.time; }
 
   /** Moves on to `time` on the clock of the page (s), as far as `effort` goes. */
   advance(time, effort) {

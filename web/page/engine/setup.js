@@ -4,6 +4,7 @@
 import { Refusal } from "#engine/engine.js";
 
 const PER_BALL = ["ball.massRatio", "pendulum.lengthRatio", "x_start", "v_start"];
+const PER_CONTACT = ["contact.gap", "contact.stiffnessRatio"];
 export const MOST_BALLS = 20;
 
 export const LAWS = {
@@ -37,7 +38,7 @@ export class Setup {
   /** Another number of balls, at rest. */
   resized(balls) {
     const values = { ...this.values };
-    delete values["contact.gap"];
+    for (const name of PER_CONTACT) delete values[name];
     return new Setup(balls, values).atRest();
   }
 
@@ -111,7 +112,7 @@ export class Setup {
       throw new Refusal(`balls = ${balls} is refused; allowed: 1 to ${MOST_BALLS}`);
     }
     for (const [name, given] of Object.entries(own)) {
-      const most = name === "contact.gap" ? balls - 1 : balls;
+      const most = PER_CONTACT.includes(name) ? balls - 1 : balls;
       if (Array.isArray(given) && given.length > most)
         throw new Refusal(`${name} has ${given.length} numbers; allowed: up to ${most}`);
     }
@@ -123,7 +124,7 @@ const LINK_OPTIONS = ["preset", "beside", "slow", "show", "lift", "lang", "view"
 
 /** A value from an address: a word, a number, or numbers of balls or contacts. */
 function parsed(name, raw) {
-  const several = PER_BALL.includes(name) || name === "contact.gap";
+  const several = [...PER_BALL, ...PER_CONTACT].includes(name);
   if (!several && /^[a-z]/i.test(raw) && Number.isNaN(Number(raw))) return raw;
   const values = (several ? raw.split(",") : [raw]).map((text) => {
     if (text.trim() === "" || Number.isNaN(Number(text))) throw new Refusal(`${name} = ${text} is not a number`);

@@ -3,7 +3,7 @@
 import { withPrefix } from "#view/common.js";
 import { rounded, say } from "#view/texts.js";
 
-const TOGETHER = 1e-3; // of a click's length, within which events are told as one
+export const TOGETHER = 1e-3; // of a click's length, within which events are told as one
 
 /** What has happened last at `now` (s of the run): {text, detail}. */
 export function captionOf(click, now, state) {

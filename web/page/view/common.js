@@ -15,7 +15,7 @@ export function withPrefix(value, unit, digits = 3) {
 }
 
 /** Number of elements of the rising `array` that are not above `value`. */
-function countUpTo(array, value, low = 0, high = array.length) {
+export function countUpTo(array, value, low = 0, high = array.length) {
   while (low < high) {
     const middle = (low + high) >> 1;
     if (array[middle] <= value) low = middle + 1; else high = middle;

@@ -1,94 +1,145 @@
-// What runs along: velocities, forces, energy and momentum by time, over some seconds or over one click.
+// Strips: velocities, forces, energy and momentum by time, with axes, as far as a track knows them; see history.js.
 
-import { prepared, through } from "#view/common.js";
+import { countUpTo, linear, placeIn, prepared, through, withPrefix } from "#view/common.js";
 import { ballColour } from "#view/scene.js";
 import { FONT } from "#view/texts.js";
 
-const HISTORY = 900;  // samples that are kept
-export const SECONDS = 7;    // s on the viewer's clock that are shown
-export const ENERGY_PARTS = ["kinetic", "gravity", "elastic"];
+export const SECONDS = 7; // s on the viewer's clock that are shown
+export const UNITS = { velocity: "m/s", force: "N", energy: "J", momentum: "kg m/s" };
+const GUTTER = 56;     // px for the values on the axis, left of the curves
+const TITLE = 22, FOOT = 17; // px above and below the curves of a row
+const NARROW = 4;      // px: a pulse that is not wider is a line as high as its peak
 
 export class Graph {
   constructor(canvas) { this.canvas = canvas; }
 
-  /** Forgets what was recorded. */
-  clear(balls) {
-    Object.assign(this, { balls, rows: [], fastest: 1e-9, strongest: 1e-9, largest: 1e-12, momentum: 1e-12 });
+  /** The time at this pixel between these sides. */
+  timeAt(pixel, { left, right }) {
+    return left + (right - left) * Math.min(1, Math.max(0, (pixel - GUTTER) / (this.canvas.clientWidth - GUTTER)));
   }
 
-  /** Notes what a source shows at the time of the page's clock. */
-  record(time, state, pulses) {
-    if (state.balls !== this.balls) this.clear(state.balls);
-    const sum = (values) => values.reduce((a, b) => a + b, 0), peak = Math.max(0, ...pulses.map((pulse) => pulse.peak));
-    const [v, F] = [state.v, state.F].map((values) => Array.from(values));
-    const energies = ENERGY_PARTS.map((part) => sum(state[part]));
-    this.rows.push({ time, velocity: v, force: F, momentum: [state.momentum], peak, energies });
-    if (this.rows.length > HISTORY) this.rows.shift();
-    this.fastest = Math.max(this.fastest, ...v.map(Math.abs));
-    this.strongest = Math.max(this.strongest, peak, ...F);
-    this.largest = Math.max(this.largest, state.energy);
-    this.momentum = Math.max(this.momentum, Math.abs(state.momentum));
-  }
-
-  /** Where the scales of the rows end: at the most of a click, or of what was recorded. */
-  scales(click) { return { velocity: (click ?? this).fastest, force: (click ?? this).strongest,
-    momentum: this.momentum }; }
-
-  /** Draws these kinds of rows, from time `left` to `right`; inside a click with all that is known of it. */
-  draw(kinds, { left, right, now, ...shown }) {
+  /** Draws these kinds of rows of `track`, from time `left` to `right`, with marks at `now` and, if it is not null, at
+   *  `pointer`. Times are written from `origin` on. Inside a `click`, its scales and names of its pulses. */
+  draw(kinds, track, { left, right, now, pointer, ...shown }) {
     const { context: c, width, height } = prepared(this.canvas, 2), tall = height / kinds.length;
-    if (!width || !height) return;
-    this.context = c;
-    const place = (time) => ((time - left) / (right - left)) * width;
+    if (width <= GUTTER || !height) return;
+    const { times } = track, scale = (width - GUTTER) / (right - left), place = (time) => GUTTER + (time - left) * scale;
+    const view = { left, right, width, place, from: Math.max(0, countUpTo(times, left) - 1),
+      to: Math.min(times.length, countUpTo(times, right) + 1), ...this.pulses(track, left, right, scale), ...shown };
+    Object.assign(this, { context: c, track });
     kinds.forEach((kind, i) => {
       c.save();
       c.translate(0, i * tall);
-      c.beginPath();
-      c.rect(0, 0, width, tall);
-      c.clip();
-      if (i) this.line([[0, 0.5], [width, 0.5]], shown.theme.grid);
-      this.drawRow(kind, { place, tall, width, ...shown });
+      this.drawRow(kind, { ...view, top: TITLE + (kind === "force" && shown.click ? 16 : 0), foot: tall - FOOT });
+      for (const [time, colour] of [[pointer, shown.theme.grid], [now, shown.theme.accent]])
+        if (time !== null) this.line([[place(time), TITLE], [place(time), tall - FOOT]], colour, 1.5);
       c.restore();
     });
-    this.line([[place(now), 0], [place(now), height]], shown.theme.accent, 1.5);
   }
 
-  drawRow(kind, { place, tall, width, click, offset, theme }) {
-    const top = kind === "force" && click ? 34 : 22, foot = tall - 6, middle = 0.5 * (top + foot);
-    const half = 0.5 * (foot - top), { balls } = this;
-    if (kind === "energy") return this.drawEnergy(place, top, foot, theme);
-    const several = { velocity: balls, force: balls - 1, momentum: 1 }[kind], largest = this.scales(click)[kind];
-    const level = (value) => (kind === "force" ? foot - (value / largest) * (foot - top)
-      : middle - (value / largest) * half);
-    this.line([[0, level(0)], [width, level(0)]], theme.grid);
-    const known = kind === "momentum" ? null : click?.samples, values = known?.[kind === "force" ? "F" : "v"];
-    for (let i = 0; i < several; i++) {
-      const points = known ? known.time.map((time, k) => [place(time + offset), level(values[k][i])])
-        : this.rows.map((row) => [place(row.time), level(row[kind][i])]);
-      const colour = kind === "momentum" ? theme.ink : ballColour(i, balls, theme.dark);
-      this.line(points, colour, 1.6, known && kind === "force" ? foot : null);
+  /** Pulses between the sides; by contact, the samples after which one lies before the next, and its time; and the
+   *  samples within narrow ones. */
+  pulses(track, left, right, scale) {
+    const pulses = track.pulsesIn(left, right), jumps = new Map(), within = new Set(), { times, counts } = track;
+    for (const { contact, onset, release } of pulses) {
+      const before = countUpTo(times, onset) - 1;
+      if (release <= times[before + 1]) jumps.set(before * counts.force + contact, 0.5 * (onset + release));
+      if ((release - onset) * scale >= NARROW) continue;
+      for (let k = before + 1; times[k] <= release; k++) within.add(k * counts.force + contact);
+    }
+    return { pulses, jumps, within };
+  }
+
+  /** What a scale ends at. */
+  most(kind, click) {
+    return click && kind === "velocity" ? click.fastest : click && kind === "force" ? click.strongest
+      : this.track.most[kind];
+  }
+
+  drawRow(kind, view) {
+    const { context: c, track } = this, { width, top, foot, click, theme } = view, most = roundUp(this.most(kind, click));
+    const least = ["velocity", "momentum"].includes(kind) ? -most : 0;
+    const level = (value) => foot - ((value - least) / (most - least)) * (foot - top);
+    this.drawAxes(kind, { ...view, level, least, most });
+    c.beginPath();
+    c.rect(GUTTER, 0, width - GUTTER, foot + 1);
+    c.clip();
+    if (kind === "energy") return this.drawEnergy({ ...view, level });
+    for (let i = 0; i < track.counts[kind]; i++) {
+      const colour = kind === "momentum" ? theme.ink : ballColour(i, track.balls, theme.dark);
+      this.line(this.points(kind, i, { ...view, level }), colour, 1.6, click && kind === "force" ? foot : null);
     }
     if (kind !== "force") return;
-    if (known) return this.drawPairs(click, { place, offset, level, theme });
-    // Pulses that lasted less than from one picture to the next.
-    for (const { time, peak } of this.rows)
-      if (peak > 0) this.line([[place(time), foot], [place(time), level(peak)]], theme.spike, 2);
+    for (const { onset, release, peak } of view.pulses) {
+      const x = view.place(0.5 * (onset + release));
+      if (view.place(release) - view.place(onset) < NARROW) this.line([[x, foot], [x, level(peak)]], theme.spike, 2);
+    }
+    if (click) this.drawPairs({ ...view, level });
+  }
+
+  /** Grid lines with their values, and times below. */
+  drawAxes(kind, { left, right, place, top, foot, width, level, least, most, origin, theme }) {
+    const { context: c } = this;
+    c.font = `11px ${FONT}`;
+    c.fillStyle = theme.soft;
+    c.textBaseline = "middle";
+    c.textAlign = "right";
+    const parts = (foot - top) / (most - least) * most >= 44 ? [-1, -0.5, 0, 0.5, 1] : [-1, 0, 1];
+    for (const value of parts.map((part) => part * most).filter((value) => value >= least)) {
+      this.line([[GUTTER, level(value)], [width, level(value)]], theme.grid);
+      c.fillText(withPrefix(value, UNITS[kind]).replace(" kg", "\u2009kg"), GUTTER - 4, Math.max(top + 2, level(value)));
+    }
+    c.textAlign = "center";
+    const step = (right - left) * 90 / (width - GUTTER);
+    for (const time of ticks(left - origin, right - origin, step)) {
+      const x = place(time + origin);
+      this.line([[x, foot], [x, foot + 3]], theme.soft);
+      if (x > GUTTER + 12 && x < width - 22) c.fillText(withPrefix(time, "s", 4), x, foot + 10);
+    }
+  }
+
+  /** A curve's points, at most four for each pixel: of many samples the ends, the least and the largest. A velocity
+   *  jumps where a pulse lies between two samples; a force leaves out what narrow pulses are drawn for. */
+  points(kind, i, { from, to, place, level, jumps, within }) {
+    const { track } = this, { times, counts: { force: contacts } } = track, points = [];
+    let column = NaN, x, y, low, high;
+    const flush = () => { if (low !== high) points.push([x, low], [x, high], [x, y]); };
+    const add = (time, value) => {
+      const at = place(time);
+      y = level(value);
+      if (Math.floor(at) === column) [low, high] = [Math.min(low, y), Math.max(high, y)];
+      else {
+        if (points.length) flush();
+        points.push([at, y]);
+        [column, low, high] = [Math.floor(at), y, y];
+      }
+      x = at;
+    };
+    for (let k = from; k < to; k++) {
+      const value = track.value(kind, i, k);
+      add(times[k], kind === "force" && within.has(k * contacts + i) ? 0 : value);
+      if (kind !== "velocity" || k + 1 >= to) continue;
+      const jump = (i ? jumps.get(k * contacts + i - 1) : undefined) ?? (i < contacts ? jumps.get(k * contacts + i) : undefined);
+      if (!jump) continue;
+      add(jump, value);
+      add(jump, track.value(kind, i, k + 1));
+    }
+    if (points.length) flush();
+    return points;
   }
 
   /** Which balls each pulse is between, at its peak. */
-  drawPairs({ pulses, samples }, { place, offset, level, theme }) {
+  drawPairs({ pulses, place, level, width, theme }) {
     if (pulses.length > 16) return;
-    const { context: c } = this;
+    const { context: c, track } = this, { times } = track;
     c.font = `600 11px ${FONT}`;
     c.textAlign = "center";
     c.textBaseline = "bottom";
     const labels = pulses.map(({ contact, onset, release, peak }) => {
-      let top = 0;
-      samples.time.forEach((time, k) => {
-        if (time >= onset && time <= release && samples.F[k][contact] > (samples.F[top][contact] || 0)) top = k;
-      });
-      return { x: place(samples.time[top] + offset), y: level(peak) - 2, text: `${contact + 1}–${contact + 2}`,
-        contact };
+      let top = countUpTo(times, onset);
+      for (let k = top; times[k] <= release; k++)
+        if (track.value("force", contact, k) > track.value("force", contact, top)) top = k;
+      return { x: place(times[top] ?? onset), y: level(peak) - 2, text: `${contact + 1}–${contact + 2}`, contact };
     });
     labels.sort((a, b) => a.x - b.x);
     for (let i = 0; i < labels.length; i++) {
@@ -98,18 +149,22 @@ export class Graph {
         Object.assign(next, { x: 0.5 * (x + next.x), y: Math.min(y, next.y), text: `${text}, ${next.text}` });
         continue;
       }
-      c.fillStyle = text.includes(",") ? theme.ink : ballColour(contact, this.balls, theme.dark);
-      c.fillText(text, Math.max(16, Math.min(this.canvas.clientWidth - 20, x)), y);
+      c.fillStyle = text.includes(",") ? theme.ink : ballColour(contact, track.balls, theme.dark);
+      c.fillText(text, Math.max(GUTTER + 16, Math.min(width - 20, x)), y);
     }
   }
 
-  /** Energies on top of one another. */
-  drawEnergy(place, top, foot, theme) {
-    const { context: c, rows } = this, level = (value) => foot - (value / this.largest) * (foot - top);
-    const sums = rows.map(() => 0);
-    ENERGY_PARTS.forEach((_, part) => {
-      const line = () => rows.map(({ time }, k) => [place(time), level(sums[k])]), below = line();
-      rows.forEach(({ energies }, k) => { sums[k] += Math.max(0, energies[part]); });
+  /** Energies on top of one another, at every second pixel. */
+  drawEnergy({ left, right, place, width, level, theme }) {
+    const { context: c, track } = this, { times } = track, step = 2 * (right - left) / (width - GUTTER);
+    const last = Math.min(right, times.at(-1)), at = [];
+    for (let time = Math.max(left, times[0]); time < last; time += step) at.push(time);
+    if (times.length < 2) return;
+    at.push(last);
+    const places = at.map((time) => placeIn(times, time)), sums = at.map(() => 0);
+    track.parts.forEach((_, part) => {
+      const line = () => at.map((time, j) => [place(time), level(sums[j])]), below = line();
+      places.forEach((found, j) => { sums[j] += Math.max(0, valueAt(track, "energy", part, found)); });
       c.fillStyle = theme.energies[part];
       through(c, [...below, ...line().reverse()]).fill();
     });
@@ -129,4 +184,23 @@ export class Graph {
     c.fill();
     c.globalAlpha = 1;
   }
+}
+
+/** What a track's curve is at a place between its samples. */
+export function valueAt(track, kind, i, place) {
+  const pair = [track.value(kind, i, place.i), track.value(kind, i, place.i + 1)];
+  return linear(pair, { i: 0, part: place.part });
+}
+
+/** The next round number that is not below `value`. */
+function roundUp(value) {
+  const power = 10 ** Math.floor(Math.log10(value));
+  return power * [1, 1.2, 1.6, 2, 2.4, 3, 4, 5, 6, 8, 10].find((round) => round * power >= value * (1 - 1e-9));
+}
+
+/** Round numbers from `low` to `high`, at least `least` apart. */
+function ticks(low, high, least) {
+  const power = 10 ** Math.floor(Math.log10(least)), step = power * [1, 2, 5, 10].find((f) => f * power >= least);
+  const first = Math.ceil(low / step - 1e-9), count = Math.floor(high / step + 1e-9) - first + 1;
+  return Array.from({ length: Math.max(0, count) }, (_, k) => (first + k) * step);
 }

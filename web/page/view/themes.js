@@ -1,7 +1,7 @@
 // Colours of night and day that are drawn with; those of the page are in style.css.
 
 export const NIGHT = {
-  dark: true, back: "#0f141a", ink: "#eaf0f6", accent: "#ffb54a", focus: "#7cc4ff", grid: "rgba(255,255,255,.14)",
+  dark: true, back: "#0f141a", ink: "#eaf0f6", soft: "#a9b6c4", accent: "#ffb54a", focus: "#7cc4ff", grid: "rgba(255,255,255,.14)",
   spike: "#ffb54a",
   string: "rgba(214,226,238,.62)", rail: ["#69747f", "#b9c3cd", "#4b555f"], base: ["#3a4653", "#1d262f"],
   label: "#10161d", shadow: "rgba(0,0,0,.62)",
@@ -20,7 +20,7 @@ export const NIGHT = {
 };
 
 export const DAY = {
-  dark: false, back: "#f6f4ef", ink: "#17202a", accent: "#a85a00", focus: "#0b5c9e", grid: "rgba(0,0,0,.16)",
+  dark: false, back: "#f6f4ef", ink: "#17202a", soft: "#4a5866", accent: "#9e5300", focus: "#0b5c9e", grid: "rgba(0,0,0,.16)",
   spike: "#c05a00",
   string: "rgba(60,72,84,.6)", rail: ["#8b96a1", "#d5dce3", "#66717c"], base: ["#8a6a4c", "#5f452e"], label: "#10161d",
   shadow: "rgba(40,50,60,.34)",

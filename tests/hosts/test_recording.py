@@ -1,18 +1,16 @@
-"""The command that makes animations: what it takes, and what it refuses in words."""
+"""Recordings: what the command and `Result.page` take, and what they refuse in words."""
 
 import subprocess
 import sys
-import zipfile
 from dataclasses import replace
-from types import SimpleNamespace
 
 import newtons_cradle as nc
 import numpy as np
 import pytest
 from fmpy import simulate_fmu
 from fmpy.util import write_csv
-from newtons_cradle.animation import RecordingError, from_csv, save_page
-from newtons_cradle.animation.page import PageError, three_js
+from newtons_cradle.page import save_page
+from newtons_cradle.recording import RecordingError, from_csv
 
 pytestmark = pytest.mark.all
 
@@ -40,23 +38,23 @@ def test_the_producer_makes_the_same_page(producer, fmu_path, tmp_path):
 ONE, TWO = "time,x[1],v[1]\n", "time,x[1],x[2],v[1],v[2],F[1]\n"
 
 
-@pytest.mark.parametrize(
-    ("text", "complaint"),
-    [
-        ("", "missing: time, x[1], v[1]. Needed: time, x[i] and v[i] of every ball"),
-        ("time,y\n0,1\n1,2\n", "missing: x[1], v[1]"),
-        (ONE + "0,1,0\n1,1,0\n", "has only one ball. If the cradle has one, say `--balls 1`"),
-        ("time,x[1],x[3],v[1],v[2],v[3],F[1],F[2]\n0,1,1,0,0,0,0,0\n", "of 3 balls; missing: x[2]"),
-        ("time,x[1],F_peak[4]\n0,1,1\n", "of 5 balls; missing: x[2], x[3], x[4], x[5], v[1], v[2], ..."),
-        (TWO.replace(",F[1]", "") + "0,1,2,3,4\n", "not a whole result of 2 balls; missing: F[1]"),
-        (TWO.replace("F[1]", "F[1],F[2]") + "0,1,2,3,4,0,0\n", "of 3 balls; missing: x[3], v[3]"),
-        (TWO + "0,1,2,3,4,0\n", "at least two rows are needed, with times that rise"),
-        (TWO + "0,1,2,3,4,0\n0,1,2,3,4,0\n", "at least two rows are needed, with times that rise"),
-        ("time,x[1]\n0,1\n1,red\n", "line 3: could not convert string to float: 'red'"),
-        ("time,x[1]\n0,1\n1,2,3\n", "line 3: 3 numbers for 2 names"),
-        ("time,x[1]\n0,1\n1,nan\n", "NaN or infinite numbers cannot be drawn"),
-    ],
-)
+REFUSED = [
+    ("", "missing: time, x[1], v[1]. Needed: time, x[i] and v[i] of every ball"),
+    ("time,y\n0,1\n1,2\n", "missing: x[1], v[1]"),
+    (ONE + "0,1,0\n1,1,0\n", "has only one ball. If the cradle has one, say `--balls 1`"),
+    ("time,x[1],x[3],v[1],v[2],v[3],F[1],F[2]\n0,1,1,0,0,0,0,0\n", "of 3 balls; missing: x[2]"),
+    ("time,x[1],F_peak[4]\n0,1,1\n", "of 5 balls; missing: x[2], x[3], x[4], x[5], v[1], v[2], ..."),
+    (TWO.replace(",F[1]", "") + "0,1,2,3,4\n", "not a whole result of 2 balls; missing: F[1]"),
+    (TWO.replace("F[1]", "F[1],F[2]") + "0,1,2,3,4,0,0\n", "of 3 balls; missing: x[3], v[3]"),
+    (TWO + "0,1,2,3,4,0\n", "at least two rows are needed, with times that rise"),
+    (TWO + "0,1,2,3,4,0\n0,1,2,3,4,0\n", "at least two rows are needed, with times that rise"),
+    ("time,x[1]\n0,1\n1,red\n", "line 3: could not convert string to float: 'red'"),
+    ("time,x[1]\n0,1\n1,2,3\n", "line 3: 3 numbers for 2 names"),
+    ("time,x[1]\n0,1\n1,nan\n", "NaN or infinite numbers cannot be drawn"),
+]
+
+
+@pytest.mark.parametrize(("text", "complaint"), REFUSED)
 def test_a_bad_result_is_refused_in_words(tmp_path, text, complaint):
     path = tmp_path / "bad.csv"
     path.write_text(text)
@@ -157,17 +155,16 @@ def test_a_bad_command_is_refused_in_words(fmu_path, arguments, complaint):
     assert done.stderr.startswith("error: ") and complaint in done.stderr
 
 
-def test_only_the_known_three_js_is_taken(monkeypatch, tmp_path):
-    known = three_js()
-    archive = tmp_path / "resources/templates/viewer.zip"
-    archive.parent.mkdir(parents=True)
-    package = SimpleNamespace(origin=str(tmp_path / "__init__.py"))
-    monkeypatch.setattr("newtons_cradle.animation.page.find_spec", lambda _: package)
-    for text in (known, known.replace("!function(t,e)", "alert(1);!function(t,e)", 1)):
-        with zipfile.ZipFile(archive, "w") as viewer:
-            viewer.writestr("viewer.html.template", f"<script>{text}</script>")
-        if text == known:
-            assert three_js() == known
-        else:
-            with pytest.raises(PageError, match=r"another three\.js"):
-                three_js()
+def test_a_result_has_a_page(fmu, tmp_path):
+    """What is missing or too coarse is said."""
+    path = tmp_path / "result.html"
+    with pytest.raises(
+        RecordingError, match=r"the result: not a whole result of 5 balls; missing: v\[1\], v\[2\]"
+    ):
+        fmu.simulate(stop=1.0, record=["x"]).page(path)
+    with pytest.raises(
+        RecordingError, match=r"the result: too coarse. The samples at t = 0.5 s are 0.5 s apart"
+    ):
+        fmu.simulate(stop=1.0, step=0.5).page(path)
+    assert not path.exists()
+    assert fmu.simulate(stop=1.0).page(path) == path.stat().st_size > 100_000

@@ -1,22 +1,20 @@
-"""What an animation shows: motion, forces, energies and pulses of a run, from an FMU or from a CSV file."""
+"""What a page shows of a finished run: motion, forces, energies and pulses."""
 
 import csv
 import re
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ..fmu import Fmu
-from ..pulses import FIELDS, PULSE, Array
-from ..run import Run
-from ..run.model import Values
-from ..views import sample_times
+from .pulses import FIELDS, PULSE, Array
 
-#: As many numbers as an animation may hold, so that its page stays below 5 MB.
+#: As many numbers as a recording may hold, so that its page stays below 5 MB.
 LARGEST = 1_200_000
+
+#: For the drawing (m), where nothing else is said.
+LENGTH, RADIUS = 1.962, 0.0313
 
 #: How FMPy writes Booleans.
 TRUTH = {"True": "1", "False": "0"}
@@ -39,8 +37,9 @@ class RecordingError(ValueError):
 class Recording:
     """A run, ready to be drawn. SI units; arrays of shape (samples,) or (samples, balls or contacts).
 
-    `energy`: by name, what is known of kinetic, gravity, contact and total energy. `parameters`: rows of name, value,
-    unit and meaning, as far as known. `length` and `radius`: of pendulum 1 and of a ball, for the drawing.
+    `energy`: by name, what is known of kinetic, gravity, elastic and total energy. `parameters`: rows of name, value,
+    unit and meaning, as far as known. `length` and `radius`: of pendulum 1 and of a ball, for the drawing. `start`: the
+    parameters by name, vectors as lists, if a live run can go on with them.
     """
 
     title: str
@@ -51,39 +50,9 @@ class Recording:
     pulses: Array
     energy: Columns = field(default_factory=dict)
     parameters: list[tuple[str, str, str, str]] = field(default_factory=list)
-    length: float = 1.962
-    radius: float = 0.0313
-
-
-def from_fmu(
-    path: str | Path | None,
-    values: Values | None = None,
-    *,
-    stop: float = 10.0,
-    step: float = 0.02,
-    progress: Callable[[float], None] | None = None,
-) -> Recording:
-    """Runs an FMU with these start values for `stop` (s); samples every `step` (s) and within every pulse.
-
-    The run is made twice, as in `views.resolved`. Raises FileNotFoundError, FmuError or KeyError.
-    """
-    with Fmu(path) as fmu:
-        pulses = fmu.simulate(values, times=[0.0, stop], record=[]).pulses
-        n = fmu.balls
-        names = [f"{name}[{i}]" for name in ("x", "v", "E_kinetic", "E_gravity") for i in range(1, n + 1)]
-        names += [f"{name}[{i}]" for name in ("F", "E_contact") for i in range(1, n)]
-        steps = max(1, round(stop / step))
-        # As many samples in each pulse as fit; where not even four do, the later pulses go without.
-        room = max(4, LARGEST // (3 * n + 3) - steps)
-        per_pulse = int(np.clip(room // max(1, len(pulses)), 4, 48))
-        times = sample_times(pulses[: room // per_pulse], stop, step, per_pulse)
-        result = fmu.simulate(values, times=times, record=names, progress=progress)
-        with fmu.start(values) as run:
-            length, radius = run.get("pendulum.length"), run.get("ball.radius")
-            parameters = _parameters(fmu, run)
-    columns = {name: result[name] for name in ("time", *names)}
-    title = f"{n} ball{'s' if n > 1 else ''}, {stop:g} s"
-    return of_columns(title, columns, n, pulses, parameters, length, radius)
+    length: float = LENGTH
+    radius: float = RADIUS
+    start: dict[str, Any] | None = None
 
 
 def from_csv(
@@ -91,8 +60,8 @@ def from_csv(
     pulses: str | Path | None = None,
     *,
     balls: int | None = None,
-    length: float = 1.962,
-    radius: float = 0.0313,
+    length: float = LENGTH,
+    radius: float = RADIUS,
 ) -> Recording:
     """Reads a result in the layout that FMPy writes: time, x[i], v[i] of all balls, F[i] of all contacts; energies if
     there.
@@ -104,21 +73,43 @@ def from_csv(
     path = Path(path)
     columns = _read_columns(path)
     n = _number_of_balls(path, columns, balls)
-    run = of_columns(path.stem, columns, n, np.zeros(0, PULSE), [], length, radius)
+    table = None if pulses is None else _pulse_table(Path(pulses), n)
+    return from_columns(path, columns, n, table, length, radius)
+
+
+def from_columns(
+    source: object,
+    columns: Columns,
+    n: int,
+    pulses: Array | None,
+    length: float = LENGTH,
+    radius: float = RADIUS,
+) -> Recording:
+    """The recording of n balls from these columns, where samples are fine enough. Raises RecordingError, which begins
+    with `source`."""
+    title = source.stem if isinstance(source, Path) else str(source)
+    run = of_columns(title, columns, n, np.zeros(0, PULSE), [], length, radius)
     if len(run.time) < 2 or np.any(np.diff(run.time) <= 0):
-        raise RecordingError(f"{path}: at least two rows are needed, with times that rise")
-    _refuse_coarse(path, run)
+        raise RecordingError(f"{source}: at least two rows are needed, with times that rise")
+    _refuse_coarse(source, run)
     if pulses is not None:
-        table = _pulse_table(Path(pulses), n)
+        table = pulses
     elif all(f"F_peak[{i}]" in columns for i in range(1, n)):
         table = _guessed_pulses(run.time, vector(columns, "F_peak", n - 1))
     else:
-        _refuse_missed_clicks(path, run)
+        _refuse_missed_clicks(source, run)
         table = _guessed_pulses(run.time, run.F)
     return replace(run, pulses=table)
 
 
-def _number_of_balls(path: Path, columns: Columns, wanted: int | None) -> int:
+def from_result(columns: Columns, pulses: Array, length: float, radius: float) -> Recording:
+    """The recording of a run whose samples are these columns. Raises RecordingError."""
+    what = "the result"
+    n = _number_of_balls(what, columns, 1 if "x[2]" not in columns else None)
+    return from_columns(what, columns, n, pulses, length, radius)
+
+
+def _number_of_balls(source: object, columns: Columns, wanted: int | None) -> int:
     """The number of balls in the file, once all their columns are there."""
 
     def highest(names: str) -> int:
@@ -134,18 +125,18 @@ def _number_of_balls(path: Path, columns: Columns, wanted: int | None) -> int:
         shown = ", ".join(missing[:6]) + (", ..." if len(missing) > 6 else "")
         whose = f" of {n} balls" if n > 1 else ""
         raise RecordingError(
-            f"{path}: not a whole result{whose}; missing: {shown}. Needed: time, x[i] and v[i] of every ball and "
+            f"{source}: not a whole result{whose}; missing: {shown}. Needed: time, x[i] and v[i] of every ball and "
             "F[i] of every contact; F_peak[i] as well, unless the samples resolve every pulse"
         )
     if n == 1 and wanted is None:
         raise RecordingError(
-            f"{path}: the file has only one ball. If the cradle has one, say `--balls 1`; else record x[i] and v[i] "
+            f"{source}: the file has only one ball. If the cradle has one, say `--balls 1`; else record x[i] and v[i] "
             "of every ball and F[i] and F_peak[i] of every contact"
         )
     return n
 
 
-def _refuse_coarse(path: Path, run: Recording) -> None:
+def _refuse_coarse(source: object, run: Recording) -> None:
     """Raises RecordingError where the motion between samples cannot be told from them."""
     time, x, v = run.time, run.x, run.v
     step, extent = np.diff(time)[:, None], np.ptp(x)
@@ -155,12 +146,12 @@ def _refuse_coarse(path: Path, run: Recording) -> None:
         h = step[worst[0], 0]
         finer = float(f"{0.9 * h * COARSE * extent / away[worst]:.1g}")
         raise RecordingError(
-            f"{path}: too coarse. The samples at t = {time[worst[0]]:g} s are {h:g} s apart, and ball {worst[1] + 1} "
+            f"{source}: too coarse. The samples at t = {time[worst[0]]:g} s are {h:g} s apart, and ball {worst[1] + 1} "
             f"cannot be followed between them. Needed: samples at most about {finer:g} s apart"
         )
 
 
-def _refuse_missed_clicks(path: Path, run: Recording) -> None:
+def _refuse_missed_clicks(source: object, run: Recording) -> None:
     """Raises RecordingError where a ball was struck between samples and neither of them shows a force."""
     time, v = run.time, run.v
     struck = np.abs(np.diff(v, axis=0)) > STRUCK * np.abs(v).max(initial=0.0)
@@ -170,7 +161,7 @@ def _refuse_missed_clicks(path: Path, run: Recording) -> None:
     if v.shape[1] > 1 and len(missed):
         row, ball = missed[0]
         raise RecordingError(
-            f"{path}: too coarse for the clicks. Ball {ball + 1} is struck between t = {time[row]:g} s and "
+            f"{source}: too coarse for the clicks. Ball {ball + 1} is struck between t = {time[row]:g} s and "
             f"{time[row + 1]:g} s, and F is 0 at both. Needed: F_peak[i] of every contact, or the run's "
             "table of pulses (`--pulses FILE.csv`)"
         )
@@ -234,26 +225,8 @@ def vector(columns: Columns, name: str, count: int) -> Array:
 def energies(columns: Columns) -> Columns:
     """The sums of what is stored where, else the total (J)."""
     sums = {}
-    for name in ("kinetic", "gravity", "contact"):
-        parts = [column for key, column in columns.items() if key.startswith(f"E_{name}[")]
+    for name, kind in (("kinetic", "kinetic"), ("gravity", "gravity"), ("elastic", "contact")):
+        parts = [column for key, column in columns.items() if key.startswith(f"E_{kind}[")]
         if parts:
             sums[name] = np.sum(parts, axis=0)
     return sums or ({"total": columns["E_total"]} if "E_total" in columns else {})
-
-
-def _parameters(fmu: Fmu, run: Run) -> list[tuple[str, str, str, str]]:
-    """Name, value, unit and meaning of each parameter; a vector whose elements are equal takes one row."""
-    names = [v.name for v in fmu.variables.values() if v.causality == "parameter"]
-    values: dict[str, list[str]] = {}
-    for name, value in zip(names, run.recorder(names).row(), strict=True):
-        values.setdefault(name.partition("[")[0], []).append(fmu.written(name, value))
-    rows = []
-    for name, texts in values.items():
-        vector = name in fmu.arrays
-        first = fmu.variables[f"{name}[1]" if vector else name]
-        value = texts[0] if len(set(texts)) == 1 else ", ".join(texts)
-        unit = "" if first.unit in (None, "1") else first.unit
-        rows.append(
-            (f"{name}[i]", value, unit, "") if vector else (name, value, unit, first.description or "")
-        )
-    return rows

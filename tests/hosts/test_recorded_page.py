@@ -1,0 +1,381 @@
+"""The page of a recorded run, opened from disk in a headless Chromium; runs of CSV files that are dropped on it."""
+
+import itertools
+import re
+
+import newtons_cradle as nc
+import numpy as np
+import pytest
+from browser import colours, set_screen, visit
+from fmpy import simulate_fmu
+from fmpy.util import write_csv
+from live_page import FOLLOW, GRID, js, open_page, same_run, wait
+from newtons_cradle import page as pages
+from newtons_cradle.page import save_page
+from newtons_cradle.recording import from_csv
+from newtons_cradle.views import from_fmu
+from selenium.webdriver import ActionChains
+from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
+from test_recording import REFUSED
+
+pytestmark = pytest.mark.all
+
+SPEED = np.sqrt(5.0) * 0.1  # m/s, of the two balls that the default parameters lift by 0.1 m
+ONSET = 0.702493100658  # s, of the first contact
+STATE = (
+    "const {now, state: {x, v, F}} = source; return [now, ...[x, v, F].map((values) => Array.from(values))]"
+)
+
+
+@pytest.fixture
+def player(browser, recorded_path):
+    """The browser with the recording of the default experiment, which stands still."""
+    set_screen(browser)
+    open_page(browser, recorded_path, "")
+    stop(browser)
+    return browser
+
+
+def stop(page) -> None:
+    """At ordinary speed, at the beginning, and not running."""
+    js(page, "cradle.setRunning(false); cradle.clock.slowAt('no'); cradle.seek(0)")
+
+
+def state(page, t: float | None = None) -> tuple[float, list, list, list]:
+    """Time, positions, velocities and forces that are shown, at time t (s) if given."""
+    return js(page, "if (arguments[0] !== null) cradle.seek(arguments[0]);" + STATE, t)
+
+
+def text(page, selector: str) -> str:
+    """What an element says once all is drawn."""
+    page.execute_async_script("requestAnimationFrame(() => requestAnimationFrame(arguments[0]))")
+    return page.find_element(By.CSS_SELECTOR, selector).text
+
+
+def press(page, name: str) -> None:
+    page.find_element(By.ID, name).click()
+
+
+def test_the_right_balls_move(player):
+    """From rest, through the pulses of the first click in their order, to the other side; they shine as they push."""
+    _, x, v, _ = state(player, 0.0)
+    assert v == [0] * 5 and x == pytest.approx([-0.1, -0.1, 0, 0, 0])
+    press(player, "next")
+    time, _, v, _ = state(player)
+    assert time == pytest.approx(ONSET, abs=1e-12)
+    assert np.divide(v, SPEED) == pytest.approx([1, 1, 0, 0, 0], abs=1e-6)
+    begin, end = js(player, "const [click] = source.clicks; return [click.begin, click.end]")
+    assert 5e-5 < end - begin < 1.5e-4
+    pulses = js(player, "return source.clicks[0].pulses.map(({contact, release}) => [contact, release])")
+    ends = dict(reversed(pulses))
+    moving = [(1, 0, 1, 0, 0), (0, 1, 0, 1, 0), (0, 0, 1, 0, 1), (0, 0, 0, 1, 1)]
+    for t, wanted in zip([ends[1], ends[0], ends[3], end], moving, strict=True):
+        assert np.divide(state(player, t)[2], SPEED) == pytest.approx(wanted, abs=1e-4)
+    assert state(player, 0.5 * (begin + ends[1]))[3][1] > 1e4
+    glow = "return Array.from(cradle.stages[0].scene.glow)"
+    player.execute_async_script("requestAnimationFrame(() => requestAnimationFrame(arguments[0]))")
+    assert np.argmax(js(player, glow)) == 1
+
+
+def test_it_is_drawn(player):
+    """Picture, strips and slider: not blank, other after scrubbing, and playing moves on."""
+    js(player, "for (const kind of ['force', 'energy']) cradle.setShow(kind, true); cradle.setPace(1)")
+    cradle, strips = (player.find_element(By.CSS_SELECTOR, name) for name in (".cradle", ".graph"))
+    assert colours(player, cradle) > 500 and colours(player, strips) > 20
+    before = cradle.screenshot_as_png
+    whole = player.find_element(By.ID, "whole")
+    ActionChains(player).move_to_element_with_offset(whole, whole.size["width"] // 4, 0).click().perform()
+    assert state(player)[0] == pytest.approx(7.5, abs=0.15)
+    assert cradle.screenshot_as_png != before
+    ActionChains(player).move_to_element_with_offset(strips, -100, -20).click().perform()
+    assert state(player)[0] < 7.3
+    state(player, 0.0)
+    press(player, "play")
+    wait(player, "source.now > 0.3")
+    state(player, 9.9)
+    wait(player, "!cradle.clock.running && source.now === source.end")
+    press(player, "play")
+    wait(player, "source.now > 0 && source.now < 5")
+
+
+#: Seconds of the viewer's that playing up to a time takes, in frames of 20 ms.
+PLAYED = """let seconds = 0;
+for (; source.now < arguments[0]; seconds += 0.02) cradle.clock.frame(0.02, cradle.sources);
+return seconds;"""
+
+
+def test_only_the_first_click_is_slow(browser, recorded_path):
+    set_screen(browser)
+    open_page(browser, recorded_path, "")
+    js(browser, "cradle.setRunning(false); source.seek(0); cradle.clock.reset()")
+    assert 12 < js(browser, PLAYED, 1.5) < 40
+    assert js(browser, PLAYED, 6.5) == pytest.approx(5.0, abs=0.1)
+    state(browser, 0)
+    assert js(browser, PLAYED, 1.5) == pytest.approx(1.5, abs=0.1)
+
+
+CAPTIONS = {
+    "Ball 2 touches ball 3.": "0 s after the first touch",
+    "Balls 2 and 3 part. Nothing touches.": "22.2 µs after the first touch",
+    "Ball 1 touches ball 2. Ball 3 touches ball 4.": "22.7 µs after the first touch",
+    "Balls 1 and 2 part. Balls 3 and 4 part. Nothing touches.": "44.9 µs after the first touch",
+    "Ball 2 touches ball 3. Ball 4 touches ball 5.": "45.5 µs after the first touch",
+    "Balls 2 and 3 part. Balls 4 and 5 part. Nothing touches.": "67.7 µs after the first touch",
+    "Ball 3 touches ball 4.": "68.2 µs after the first touch",
+    "The click took 90.4 µs: 6 pushes.": "Compared with the incoming speed: ball 4 100 %, ball 5 100 %.",
+}
+
+
+def test_a_click_is_gone_through_by_buttons(player):
+    """The third one; what is said is said of live clicks, too."""
+    state(player, 3.4)
+    assert text(player, ".sentence") == "Click 2 of 7."
+    press(player, "inside")
+    wait(player, "cradle.clock.inside")
+    js(player, "cradle.setRunning(false); cradle.seek(source.shownClick.begin - 1e-7)")
+    assert text(player, ".sentence") == "Ball 2 is 100 ns from ball 3."
+    assert "Slowed" in text(player, "#pace")
+    for sentence, detail in CAPTIONS.items():
+        press(player, "next")
+        assert text(player, ".sentence") == sentence
+        assert text(player, ".detail").startswith(detail)
+    press(player, "inside")
+    assert text(player, "#pace") == "real time"
+    assert text(player, "#inside") == "Look inside a click"
+
+
+def test_what_has_no_inside_says_so(browser, fmu_path, tmp_path):
+    """Rigid impacts that take no time."""
+    path = tmp_path / "rigid.html"
+    save_page(path, from_fmu(fmu_path, {"contact.model": "rigid", "contact.deadBand": 0.0}, stop=3.0))
+    open_page(browser, path, "")
+    press(browser, "inside")
+    assert text(browser, "#status").endswith("Rigid impacts take no time: there is nothing to look into.")
+    stop(browser)
+    assert js(browser, PLAYED, 2.9) == pytest.approx(2.9, abs=0.1)
+
+
+def test_the_values_at_the_pointer(player):
+    """Of forces and energies at the time shown, or below the pointer."""
+    js(player, "cradle.setShow('energy', true); cradle.setShow('force', true)")
+    js(
+        player,
+        "const [click] = source.clicks; cradle.clock.slowAt('always'); cradle.seek(click.pulses[0].onset)",
+    )
+    js(player, "const [pulse] = source.pulses; cradle.seek(0.5 * (pulse.onset + pulse.release))")
+    assert (
+        " ".join(text(player, ".titles p").split())
+        == "Forces 1\u20132 0 N 2\u20133 15.8 kN 3\u20134 0 N 4\u20135 0 N"
+    )
+    assert "in contacts 12.5 mJ" in text(player, ".titles p:nth-child(2)")
+    strips = player.find_element(By.CSS_SELECTOR, ".graph")
+    away = strips.size["width"] // 5
+    ActionChains(player).move_to_element_with_offset(strips, away, -30).perform()
+    wait(player, "cradle.stages[0].strips.pointer !== null")
+    at = js(
+        player, "const {strips} = cradle.stages[0]; return strips.graph.timeAt(strips.pointer, strips.window)"
+    )
+    _, _, _, forces = state(player, at)
+    shown = re.findall(r"\u2013\d ([\d.]+) (k?)N", text(player, ".titles p"))
+    numbers = [float(number) * (1000 if kilo else 1) for number, kilo in shown]
+    assert numbers == pytest.approx(forces, rel=5e-3) and max(forces) > 1000 and forces[2] != forces[3]
+
+
+#: The points of ball 1's curve, and the texts beside it.
+CURVE = """cradle.setShow("velocity", true);
+const {graph} = cradle.stages[0].strips, {fillText} = CanvasRenderingContext2D.prototype, texts = [];
+const curve = graph.points.bind(graph);
+let drawn;
+CanvasRenderingContext2D.prototype.fillText = (text) => texts.push(text);
+graph.points = (kind, i, view) => {
+  const points = curve(kind, i, view);
+  if (kind === "velocity" && i === 0) drawn = points;
+  return points;
+};
+cradle.stages[0].draw(cradle.theme);
+CanvasRenderingContext2D.prototype.fillText = fillText;
+delete graph.points;
+return [drawn, texts]"""
+
+
+def assert_jumps(page) -> None:
+    """Ball 1's velocity has two values at one time where it is struck, and no steep slopes; its axes have units."""
+    curve, texts = js(page, CURVE)
+    steps = [(b[0] - a[0], abs(b[1] - a[1])) for a, b in itertools.pairwise(curve)]
+    assert sum(wide < 0.01 and high > 20 for wide, high in steps) >= 1
+    assert max(high for wide, high in steps if wide >= 0.01) < 15
+    assert {"0 m/s", "2 s"} <= set(texts) and any(re.fullmatch(r"\d+ mm/s", text) for text in texts)
+
+
+def test_velocities_jump_where_balls_are_struck(player, live_path):
+    """In a run with samples within each pulse; and in a live one, between two pictures."""
+    assert_jumps(player)
+    open_page(player, live_path)
+    js(player, "cradle.lift(1)")
+    wait(player, "source.run.time > 3")
+    assert_jumps(player)
+
+
+def test_the_keyboard_does_all(player):
+    body = player.find_element(By.TAG_NAME, "body")
+    body.send_keys("]")
+    assert state(player)[0] == pytest.approx(ONSET, abs=1e-12)
+    body.send_keys("]")
+    assert state(player)[0] == pytest.approx(2.1075697, abs=1e-6)
+    body.send_keys("[")
+    body.send_keys(Keys.ARROW_RIGHT)
+    assert state(player)[0] == pytest.approx(ONSET + 0.14, abs=1e-9)
+    body.send_keys("i")
+    wait(player, "cradle.clock.inside && cradle.clock.running")
+    body.send_keys(" ")
+    assert not js(player, "return cradle.clock.running")
+    body.send_keys("i")
+    assert text(player, "#pace") == "real time"
+    order = []
+    for _ in range(20):
+        player.switch_to.active_element.send_keys(Keys.TAB)
+        focus = player.switch_to.active_element
+        order.append(focus.get_attribute("id") or focus.get_attribute("data-opens"))
+    wanted = ["previous", "whole", "next", "speed", "play", "inside", "details", "show", "keep"]
+    assert [name for name in order if name in wanted][: len(wanted)] == wanted
+    body.send_keys("r")
+    assert text(player, "#paneltitle") == "Details"
+    player.switch_to.active_element.send_keys(Keys.ESCAPE)
+    assert not player.find_element(By.ID, "panel").is_displayed()
+
+
+def test_parameters_are_shown_with_their_units(player, fmu):
+    js(player, "cradle.panels.toggle('details')")
+    rows = js(player, "return source.parameters")
+    shown = {name: (value, unit) for name, value, unit, _ in rows}
+    assert shown["contact.stiffness"] == ("1e+10", "N/m")
+    assert shown["contact.model"] == ("powerLaw", "")
+    assert shown["x_start[i]"] == ("-0.1, -0.1, 0, 0, 0", "m")
+    names = {v.name.partition("[")[0] for v in fmu.description.modelVariables if v.causality == "parameter"}
+    assert {name.partition("[")[0] for name in shown} == names
+    panel = text(player, "#panelbody")
+    assert all(f"{name}\n{value} {unit}".strip() in panel for name, (value, unit) in shown.items())
+    assert "Strings of 1.962 m, balls with a radius of 31.3 mm." in panel
+    assert re.search(r"Balls are drawn (\d+|\d\.\d) times as large as strings and swings.", panel)
+
+
+def test_motion_is_reduced_where_that_is_wanted(browser, recorded_path):
+    """It stands still until asked; a click opens at its beginning and stays there."""
+    set_screen(browser, still=True)
+    open_page(browser, recorded_path, "")
+    assert js(browser, "return [cradle.clock.running, source.now]") == [False, 0]
+    press(browser, "inside")
+    assert text(browser, ".sentence") == "Ball 2 touches ball 3."
+    assert js(browser, "return [cradle.clock.running, cradle.stages[0].near]") == [False, 1]
+    press(browser, "next")
+    assert text(browser, ".sentence") == "Balls 2 and 3 part. Nothing touches."
+
+
+def test_thirteen_balls_for_a_minute_stay_small(browser, fmu13_path, tmp_path):
+    path = tmp_path / "thirteen.html"
+    assert save_page(path, from_fmu(fmu13_path, nc.figure3(), stop=60.0)) < 5e6
+    open_page(browser, path, "")
+    _, x, v, F = state(browser, 0.5)
+    assert len(x) == 13 and len(F) == 12
+    assert np.divide(v, np.sqrt(9.81)) == pytest.approx([1] * 3 + [0] * 8 + [-1] * 2, abs=1e-4)
+    assert colours(browser, browser.find_element(By.CSS_SELECTOR, ".cradle")) > 500
+
+
+def drop(page, name: str, content: str) -> str:
+    """Drops a file on the page; what the page says."""
+    page.execute_async_script(
+        """const [name, content, done] = arguments, dataTransfer = new DataTransfer();
+        dataTransfer.items.add(new File([content], name));
+        window.dispatchEvent(new DragEvent("drop", {dataTransfer, cancelable: true}));
+        setTimeout(done, 300)""",
+        name,
+        content,
+    )
+    return text(page, "#status")
+
+
+def test_a_result_of_fmpy_is_the_same_dropped_or_made_into_a_page(player, browser, fmu_path, tmp_path):
+    """Impacts come from F_peak; its samples are too far apart to look inside a click."""
+    result = simulate_fmu(fmu_path, stop_time=3.0, output_interval=0.01)
+    write_csv(tmp_path / "result.csv", result)
+    save_page(tmp_path / "result.html", from_csv(tmp_path / "result.csv"))
+    content = (tmp_path / "result.csv").read_text()
+    for made in (
+        lambda: drop(browser, "result.csv", content),
+        lambda: visit(browser, tmp_path / "result.html"),
+    ):
+        made()
+        wait(browser, "!source.live && source.end === 3")
+        _, x, *_ = state(browser, result["time"][123])
+        assert x == pytest.approx([result[f"x[{i}]"][123] for i in range(1, 6)], abs=1e-7)
+        assert_jumps(browser)
+        assert js(browser, "return source.clicks.map(({end}) => end)") == pytest.approx([0.71, 2.11])
+        press(browser, "inside")
+        assert text(browser, "#status") == "Click 1 of 2. The samples do not resolve the clicks."
+        assert not browser.find_element(By.ID, "goon").is_displayed()
+
+
+@pytest.mark.parametrize(("content", "complaint"), REFUSED)
+def test_a_bad_file_is_refused_in_the_same_words(player, content, complaint):
+    """Nothing is changed. What only a command can say, or only a script would count, is told otherwise."""
+    said = drop(player, "bad.csv", content)
+    if "one ball" in complaint:
+        assert js(player, "return source.balls") == 1
+        return
+    assert said.startswith("bad.csv cannot be shown: ")
+    others = {
+        "could not convert": "in line 3, “red” is not a number",
+        "numbers for": "line 3 has 3 numbers for 2 names",
+        "NaN": "in line 3, “nan” is not a number",
+    }
+    words = next(
+        (own for start, own in others.items() if start in complaint), complaint.split("missing: ")[-1]
+    )
+    assert words in said.replace("…", "...")
+    assert js(player, "return source.balls") == 5
+
+
+@pytest.mark.parametrize("at", [1.3, ONSET + 2e-5])
+def test_a_recording_goes_on_live(player, fmu, live_path, at):
+    """From where it stands, between clicks or within one: what follows is the native run."""
+    state(player, at)
+    press(player, "goon")
+    assert js(player, "return source.live && cradle.clock.running")
+    run = f"const recipe = source.setup.recipe(); return [recipe, ...({FOLLOW})(source.engine, recipe, arguments[0])]"
+    recipe, rows, pulses = js(player, run, GRID[:640])
+    assert recipe["start"]["x_start[1]"] != -0.1
+    assert same_run(fmu, recipe, rows, pulses, GRID[:640]) and len(pulses) > 10
+
+
+def test_without_an_engine_it_plays(browser, recorded_path, monkeypatch, tmp_path):
+    """What needs one is not offered."""
+    monkeypatch.setattr(pages, "engine_file", lambda: tmp_path / "none")
+    path = tmp_path / "run.html"
+    with nc.Fmu() as fmu:
+        result = nc.resolved(fmu, stop=3.0, record=["x", "v", "F", "E_kinetic", "E_gravity", "E_contact"])
+    assert result.page(path) < 1e6
+    open_page(browser, path, "")
+    wait(browser, "source.now > 0.5")
+    shown = "return [...document.querySelectorAll('nav button')].filter((b) => b.checkVisibility()).map((b) => b.dataset.opens ?? b.id)"
+    assert js(browser, shown) == ["previous", "next", "play", "inside", "details", "show", "keep", "help"]
+    with pytest.raises(pages.PageError, match="the engine for browsers is missing"):
+        save_page(path)
+
+
+def test_hours_are_gone_through(browser, tmp_path):
+    """Four hours of clicks: from one to the next, and to the last; what is drawn is what there is around now."""
+    time = np.arange(0, 4 * 3600, 0.1)
+    x = np.column_stack([np.cos(2 * time), np.zeros_like(time)])
+    v = np.column_stack([-2 * np.sin(2 * time), np.zeros_like(time)])
+    pulses = np.zeros(20_000, nc.PULSE)
+    pulses["onset"] = np.linspace(1, time[-1] - 1, len(pulses))
+    pulses["release"], pulses["contact"], pulses["peak"] = pulses["onset"] + 1e-4, 1, 1
+    path = tmp_path / "hours.html"
+    save_page(path, nc.recording.Recording("hours", time, x, v, 0 * x[:, :1], pulses))
+    open_page(browser, path, "")
+    js(browser, "cradle.setShow('force', true); cradle.setShow('velocity', true); cradle.seek(source.end)")
+    press(browser, "previous")
+    assert state(browser)[0] == pytest.approx(time[-1] - 1)
+    assert text(browser, ".sentence").startswith("Click 20000 of 20000.")
+    assert js(browser, "return source.pulsesIn(100, 107).length") < 20

@@ -1,0 +1,124 @@
+// What runs along below a cradle: rows of curves, what they are at the time shown or at the pointer, and dragging in
+// time.
+
+import { History } from "#engine/history.js";
+import { placeIn, withPrefix } from "#view/common.js";
+import { aria, element } from "#view/elements.js";
+import { Graph, SECONDS, UNITS, valueAt } from "#view/graph.js";
+import { ballColour } from "#view/scene.js";
+import { power, say } from "#view/texts.js";
+
+const MARGIN = 0.06; // of a click's length, before and after it
+const MOST_VALUES = 6; // of one row; of more curves the value that is furthest from 0 is told
+const TIDY = 1e-9;   // of the largest: what is less is nothing but rounding
+
+export class Strips {
+  constructor(stage, app) {
+    Object.assign(this, { stage, app, pointer: null });
+    // What scrolls can be reached by the keyboard.
+    this.box = element(stage.figure, "div", { className: "strips", hidden: true, role: "group", tabIndex: 0 });
+    const canvas = this.canvas = element(this.box, "canvas", { className: "graph", role: "img" });
+    this.titles = element(this.box, "div", { className: "titles" });
+    this.graph = new Graph(canvas);
+    canvas.onpointerdown = ({ pointerId, offsetX }) => {
+      if (!this.canSeek) return;
+      canvas.setPointerCapture(pointerId);
+      this.frozen = this.window;
+      this.seek(offsetX);
+    };
+    canvas.onpointermove = ({ pointerId, offsetX }) => {
+      this.pointer = offsetX;
+      if (canvas.hasPointerCapture(pointerId)) this.seek(offsetX);
+    };
+    canvas.onpointerup = canvas.onpointercancel = () => { this.frozen = null; };
+    canvas.onpointerleave = () => { this.pointer = null; };
+  }
+
+  /** Forgets what a live run has shown. */
+  clear() { this.history = new History(this.stage.source.drawing.balls); }
+
+  /** Takes note of what a live run shows. */
+  record(pulses, passed) {
+    const { source } = this.stage, { state } = source;
+    if (state.balls !== this.history.balls) this.clear();
+    if (passed > 0 || !this.history.times.length) this.history.record(source.time, state, pulses, source.origin);
+  }
+
+  get track() { return this.stage.source.live ? this.history : this.stage.source; }
+
+  /** A recording can be gone through by hand, and a live run within a click that is known. */
+  get canSeek() {
+    const { source } = this.stage;
+    return this.window && this.app.stages.length === 1 && Boolean(!source.live || source.shownClick);
+  }
+
+  seek(pixel) {
+    this.app.setRunning(false);
+    this.app.seek(this.graph.timeAt(pixel, this.window));
+  }
+
+  draw(click, theme) {
+    const { stage: { source }, app } = this, known = click?.sampled && click.length > 0 ? click : null;
+    // Within a click, time is that of its run.
+    const track = known?.samples ?? this.track, { origin, [known ? "now" : "time"]: now } = source;
+    const kinds = ["force", "velocity", "energy", "momentum"].filter((kind) => track.counts[kind] && (app.shows[kind]
+      || (kind === "force" && click && !source.drawing.rigid)));
+    this.box.style.setProperty("--rows", kinds.length);
+    this.box.hidden = !kinds.length;
+    aria(this.box, { label: say("showWhat") });
+    if (!kinds.length) return;
+    this.window = this.frozen ?? this.around(known);
+    const pointer = this.pointer === null ? null : this.graph.timeAt(this.pointer, this.window);
+    this.graph.draw(kinds, track, { ...this.window, now, pointer, click: known, origin: known?.begin ?? origin, theme });
+    this.canvas.style.cursor = this.canSeek ? "ew-resize" : "";
+    const at = pointer ?? now;
+    const titles = kinds.map((kind) => `<p>${this.title(kind, track, at, theme)}</p>`).join("");
+    if (this.shownTitles !== titles) this.titles.innerHTML = this.shownTitles = titles;
+    if (performance.now() - (this.told ?? -Infinity) > 1000) {
+      aria(this.canvas, { label: this.titles.textContent });
+      this.told = performance.now();
+    }
+  }
+
+  /** The time between the sides: that of a click, of a recording around now, of a live run up to now. */
+  around(click) {
+    const { stage: { source }, app: { clock } } = this, { time: now } = source, span = SECONDS * clock.base;
+    if (click) {
+      const margin = MARGIN * click.length;
+      return { left: click.begin - margin, right: click.end + margin };
+    }
+    if (source.live) {
+      const left = Math.max(now - span, this.history.times[0] ?? now);
+      return { left, right: Math.max(now, left + span / SECONDS) };
+    }
+    const left = Math.max(source.begin, Math.min(now - span / 2, source.end - span));
+    return { left, right: Math.min(left + span, Math.max(source.end, left + 1e-9)) };
+  }
+
+  /** What a row shows, in words, with its values at this time. */
+  title(kind, track, at, theme) {
+    const { source } = this.stage, { times } = track;
+    const place = placeIn(times, at), several = times.length > 1 ? Array.from({ length: track.counts[kind] }, (_, i) => {
+      const value = valueAt(track, kind, i, place);
+      return Math.abs(value) < TIDY * track.most[kind] ? 0 : value;
+    }) : [];
+    const text = (value) => withPrefix(value, UNITS[kind]);
+    const names = { velocity: (i) => `${i + 1}`, force: (i) => `${i + 1}–${i + 2}`, momentum: () => "",
+      energy: (i) => say(`energies.${track.parts[i]}`) }[kind];
+    const colours = (i) => ({ energy: theme.energies[i], momentum: "transparent" }[kind]
+      ?? ballColour(i, track.balls, theme.dark));
+    const largest = several.reduce((best, value, i) => (Math.abs(value) > Math.abs(several[best]) ? i : best), 0);
+    const told = several.length > MOST_VALUES ? [largest] : [...several.keys()];
+    const values = told.map((i) => `<span style="border-color: ${colours(i)}">${names(i)} <b>${text(several[i])}</b></span>`);
+    return [say(`rows.${kind}`), ...values, ...this.sums(kind, source)].join(" ");
+  }
+
+  /** What a live run says besides of its energy and momentum. */
+  sums(kind, { live, account, state }) {
+    if (!live) return [];
+    if (kind === "momentum") return [`· ${say("support", { force: withPrefix(state.supportForce, "N") })}`];
+    if (kind !== "energy") return [];
+    const sums = { lost: withPrefix(state.dissipated, "J"), residual: power(state.residual) };
+    return [account ? `${withPrefix(state.energy, "J", 6)} · ${say("exact", sums)}` : say("inHand")];
+  }
+}
