@@ -2,11 +2,12 @@
 
     .venv/bin/python examples/paper/pictures.py
 
-writes docs/*.png, docs/cradle.jpg and packaging/assets/run.svg. The pictures of the cradle and the report need
+writes docs/*.png, docs/cradle.jpg, packaging/assets/run.svg and scene.svg. The pictures of the cradle and the report need
 Chromium and its driver. Run the other examples first, because it takes their pictures: `python3 cradle.py paper`,
 examples/study/study.py, examples/mechatronics/couple.py, examples/events/metronome.py and examples/fit/contacts.py.
 """
 
+import base64
 import io
 import re
 import shutil
@@ -31,7 +32,7 @@ def main() -> int:
     docs, assets = ROOT / "docs", ROOT / "packaging/assets"
     with opened(options) as fmus:
         svg(default_run(fmus.five), assets / "run.svg")
-        photographs(fmus, options.out / "report.html", docs)
+        photographs(fmus, options.out / "report.html", docs, assets / "scene.svg")
     for name in ("figure3", "figure5"):
         small(Image.open(options.out / f"{name}.png"), docs / f"{name}.png")
     of_others = [
@@ -78,8 +79,8 @@ def svg(plot: Plot, path: Path) -> None:
     print(f"  wrote {shorter(path)}")
 
 
-def photographs(fmus, report: Path, docs: Path) -> None:
-    """The cradle in a click, and the top of the report."""
+def photographs(fmus, report: Path, docs: Path, scene: Path) -> None:
+    """The cradle in a click, for `docs` and, without what is around it, as `scene`; and the top of the report."""
     options = webdriver.ChromeOptions()
     window = "headless=new no-sandbox hide-scrollbars window-size=1280,860 use-angle=swiftshader"
     for argument in window.split():
@@ -97,11 +98,27 @@ def photographs(fmus, report: Path, docs: Path) -> None:
             )
             time.sleep(3)
             photograph(browser, docs / "cradle.jpg")
+            save_scene(browser, scene)
         browser.get(report.as_uri())
         browser.execute_script("document.getElementById('figure5').scrollIntoView({behavior: 'instant'})")
         photograph(browser, docs / "report.png")
     finally:
         browser.quit()
+
+
+def save_scene(browser, path: Path, width: int = 960) -> None:
+    """The balls alone, as SVG to be put into a page: that needs no other file then."""
+    picture = Image.open(io.BytesIO(browser.find_element("class name", "cradle").screenshot_as_png)).convert(
+        "RGB"
+    )
+    picture.thumbnail((width, width))
+    (width, height), file = picture.size, io.BytesIO()
+    picture.save(file, "JPEG", optimize=True, quality=72)
+    data = base64.b64encode(file.getvalue()).decode()
+    named = 'role="img" aria-label="Five balls inside a click: two pairs press each other"'
+    image = f'<image width="{width}" height="{height}" href="data:image/jpeg;base64,{data}"/>'
+    path.write_text(f'<svg viewBox="0 0 {width} {height}" {named}>{image}</svg>\n')
+    print(f"  wrote {shorter(path)}, {path.stat().st_size / 1000:.0f} kB")
 
 
 def photograph(browser, path: Path) -> None:

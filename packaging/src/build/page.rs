@@ -11,6 +11,8 @@ const TEMPLATE: &str = include_str!("../../assets/index.html");
 const LOOK: &str = include_str!("../../../python/newtons_cradle/look/look.css");
 /// A run with the default parameters, drawn by `examples/paper/pictures.py`.
 const PICTURE: &str = include_str!("../../assets/run.svg");
+/// The same run inside its first click, as the cradle's page shows it.
+const SCENE: &str = include_str!("../../assets/scene.svg");
 
 /// The template with what is for this version of the standard, between `<!--2-->`, `<!--3-->` or `<!--clocks-->` and
 /// `<!--end-->`.
@@ -35,6 +37,7 @@ pub fn html(start: &Settings, standard: Standard) -> String {
     template(standard)
         .replace("{{look}}", LOOK)
         .replace("{{picture}}", PICTURE)
+        .replace("{{scene}}", SCENE)
         .replace("{{model}}", MODEL_IDENTIFIER)
         .replace("{{version}}", env!("CARGO_PKG_VERSION"))
         .replace("{{balls}}", &format!("{balls} ball{}", if balls == 1 { "" } else { "s" }))

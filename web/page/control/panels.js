@@ -152,8 +152,7 @@ export class Panels {
     const { source, scene } = this.app.stages[0], { length, radius } = source.drawing, { parameters } = source;
     const known = Boolean(parameters.length), larger = length / (2 * radius * scene.drawn);
     const sizes = { length: withPrefix(length, "m", 4), radius: withPrefix(radius, "m") };
-    const notes = [say("recordedRun", { name: source.name, seconds: rounded(source.end - source.begin, 6) }),
-      say(known ? "sizes" : "sizesAssumed", sizes), ...(larger > 1.01 ? [say("enlarged", { times: rounded(larger, 2) })] : [])];
+    const notes = [source.name, say(known ? "sizes" : "sizesAssumed", sizes), ...(larger > 1.01 ? [say("enlarged", { times: rounded(larger, 2) })] : [])];
     for (const note of notes) element(this.body, "p", { textContent: note });
     if (!known) return;
     const list = element(this.body, "dl", { className: "parameters", tabIndex: 0 });

@@ -6,7 +6,7 @@ import { FONT } from "#view/texts.js";
 
 export const SECONDS = 7; // s on the viewer's clock that are shown
 export const UNITS = { velocity: "m/s", force: "N", energy: "J", momentum: "kg m/s" };
-const GUTTER = 56;     // px for the values on the axis, left of the curves
+const GUTTER = 66;     // px for the values on the axis, left of the curves
 const TITLE = 22, FOOT = 17; // px above and below the curves of a row
 const NARROW = 4;      // px: a pulse that is not wider is a line as high as its peak
 
@@ -98,21 +98,21 @@ export class Graph {
     }
   }
 
-  /** A curve's points, at most four for each pixel: of many samples the ends, the least and the largest. A velocity
-   *  jumps where a pulse lies between two samples; a force leaves out what narrow pulses are drawn for. */
+  /** A curve's points, at most six for each pixel: of many samples the first ones, the least, the largest and the last.
+   *  A velocity jumps where a pulse lies between two samples; a force leaves out what narrow pulses are drawn for. */
   points(kind, i, { from, to, place, level, jumps, within }) {
     const { track } = this, { times, counts: { force: contacts } } = track, points = [];
-    let column = NaN, x, y, low, high;
-    const flush = () => { if (low !== high) points.push([x, low], [x, high], [x, y]); };
+    let column = NaN, count = 0, x, y, low, high;
+    const flush = () => { if (count > 3) points.push([x, low], [x, high], [x, y]); };
     const add = (time, value) => {
       const at = place(time);
       y = level(value);
-      if (Math.floor(at) === column) [low, high] = [Math.min(low, y), Math.max(high, y)];
+      if (Math.floor(at) === column) [low, high, count] = [Math.min(low, y), Math.max(high, y), count + 1];
       else {
-        if (points.length) flush();
-        points.push([at, y]);
-        [column, low, high] = [Math.floor(at), y, y];
+        flush();
+        [column, low, high, count] = [Math.floor(at), y, y, 1];
       }
+      if (count <= 3) points.push([at, y]);
       x = at;
     };
     for (let k = from; k < to; k++) {
@@ -124,7 +124,7 @@ export class Graph {
       add(jump, value);
       add(jump, track.value(kind, i, k + 1));
     }
-    if (points.length) flush();
+    flush();
     return points;
   }
 
