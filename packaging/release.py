@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Makes the files of a release in target/dist. .github/workflows/release.yml calls it, and you can, too.
 
-    python3 packaging/release.py fmus [FMU]     the FMU for all platforms, one for each preset, and the live page
+    python3 packaging/release.py fmus [FMU]     the FMU for all platforms, one for each preset, and the page without a recording
     python3 packaging/release.py programs FMU   for this machine: wheel with this FMU, page, cradle-fmu with licences
     python3 packaging/release.py finish         when all files are in target/dist: bill of materials, SHA256SUMS
 
@@ -31,7 +31,7 @@ TEXTS = ("LICENSE-APACHE", "LICENSE-MIT", "packaging/assets/third-party-program.
 
 
 def fmus(options) -> None:
-    """An FMU of the default cradle and one for each preset, all checked; the live page."""
+    """An FMU of the default cradle and one for each preset, all checked; the page without a recording."""
     make_venv(ALL)
     run([sys.executable, "web/build.py", "--out", DIST / LIVE.name])
     run(["cargo", "build", "--package", "cradle-packaging"])
