@@ -1,10 +1,11 @@
-"""The pictures of the README and of the FMU's documentation, from real runs.
+"""The pictures of the README, of the lesson and of the FMU's documentation, from real runs.
 
     .venv/bin/python examples/paper/pictures.py
 
-writes docs/*.png, docs/cradle.jpg, packaging/assets/run.svg and scene.svg. The pictures of the cradle and the report need
-Chromium and its driver. Run the other examples first, because it takes their pictures: `python3 cradle.py paper`,
-examples/study/study.py, examples/mechatronics/couple.py, examples/events/metronome.py and examples/fit/contacts.py.
+writes docs/*.png, docs/cradle.jpg, docs/lesson/*.jpg, packaging/assets/run.svg and scene.svg. The pictures of the
+cradle, the lesson and the report need Chromium and its driver. Run the other examples first, because it takes their
+pictures: `python3 cradle.py paper`, examples/study/study.py, examples/mechatronics/couple.py,
+examples/events/metronome.py and examples/fit/contacts.py.
 """
 
 import base64
@@ -23,7 +24,20 @@ from PIL import Image
 from plots import Column, Plot, Strip, Trace, family, forces, save_picture
 from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
+from selenium.webdriver.support.wait import WebDriverWait
 from support import ROOT, command_line, nc, opened, shorter
+
+# Of each step of the lesson: a name, and when, in seconds after the release or as a part of the click.
+LESSON = (("two", 0.52, None), ("energy", 3.4, None), ("inside", None, 0.115), ("steel", None, 0.36))
+LESSON += (("beside", 10.05, None), ("faster", None, 1.04))
+OPEN = """const [step, opened] = arguments;
+import("#engine/setup.js").then(({LESSON}) => {
+  cradle.setTheme(false);
+  location.hash = LESSON[step];
+  opened();
+});"""
+INSIDE = "cradle.sources[0].shownClick?.sampled && cradle.clock.rate < 1e-3 && cradle.stages[0].near > 0.99"
+SEEK = "const click = cradle.sources[0].shownClick; cradle.seek(click.begin + arguments[0] * click.length)"
 
 
 def main() -> int:
@@ -80,7 +94,7 @@ def svg(plot: Plot, path: Path) -> None:
 
 
 def photographs(fmus, report: Path, docs: Path, scene: Path) -> None:
-    """The cradle in a click, for `docs` and, without what is around it, as `scene`; and the top of the report."""
+    """The cradle in a click, for `docs` and, without what is around it, as `scene`; the lesson; the top of the report."""
     options = webdriver.ChromeOptions()
     window = "headless=new no-sandbox hide-scrollbars window-size=1280,860 use-angle=swiftshader"
     for argument in window.split():
@@ -99,6 +113,7 @@ def photographs(fmus, report: Path, docs: Path, scene: Path) -> None:
             time.sleep(3)
             photograph(browser, docs / "cradle.jpg")
             save_scene(browser, scene)
+            lesson(browser, page, docs / "lesson")
         browser.get(report.as_uri())
         browser.execute_script("document.getElementById('figure5').scrollIntoView({behavior: 'instant'})")
         photograph(browser, docs / "report.png")
@@ -121,9 +136,26 @@ def save_scene(browser, path: Path, width: int = 960) -> None:
     print(f"  wrote {shorter(path)}, {path.stat().st_size / 1000:.0f} kB")
 
 
-def photograph(browser, path: Path) -> None:
-    time.sleep(1)
-    small(Image.open(io.BytesIO(browser.get_screenshot_as_png())), path)
+def lesson(browser, page: Path, folder: Path) -> None:
+    """Opens each step of the lesson, and waits for its moment."""
+    screen = {"width": 960, "height": 600, "deviceScaleFactor": 1.5, "mobile": False}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen)
+    for step, (name, seconds, part) in enumerate(LESSON):
+        browser.get("about:blank")
+        browser.get(page.as_uri() + "#preset=textbook")
+        browser.execute_async_script(OPEN, step)
+        swung = f"cradle.clock.base === 1 && cradle.sources[0].run?.time > {seconds}"
+        until = f"return {INSIDE if seconds is None else swung}"
+        WebDriverWait(browser, 60, 0.005).until(lambda _, until=until: browser.execute_script(until))
+        if part is not None:
+            browser.execute_script(SEEK, part)
+        photograph(browser, folder / f"{name}.jpg", wait=0.0 if part is None else 1.0, width=1440)
+    browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def photograph(browser, path: Path, wait: float = 1.0, width: int = 1000) -> None:
+    time.sleep(wait)
+    small(Image.open(io.BytesIO(browser.get_screenshot_as_png())), path, width)
 
 
 def small(picture: Image.Image, path: Path, width: int = 1000) -> None:

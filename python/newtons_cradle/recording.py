@@ -47,7 +47,7 @@ class Recording:
     x: Array
     v: Array
     F: Array
-    pulses: Array
+    pulses: Array = field(default_factory=lambda: np.zeros(0, PULSE))
     energy: Columns = field(default_factory=dict)
     parameters: list[tuple[str, str, str, str]] = field(default_factory=list)
     length: float = LENGTH
@@ -73,31 +73,14 @@ def from_csv(
     path = Path(path)
     columns = _read_columns(path)
     n = _number_of_balls(path, columns, balls)
-    table = None if pulses is None else _pulse_table(Path(pulses), n)
-    return from_columns(path, columns, n, table, length, radius)
-
-
-def from_columns(
-    source: object,
-    columns: Columns,
-    n: int,
-    pulses: Array | None,
-    length: float = LENGTH,
-    radius: float = RADIUS,
-) -> Recording:
-    """The recording of n balls from these columns, where samples are fine enough. Raises RecordingError, which begins
-    with `source`."""
-    title = source.stem if isinstance(source, Path) else str(source)
-    run = of_columns(title, columns, n, np.zeros(0, PULSE), [], length, radius)
-    if len(run.time) < 2 or np.any(np.diff(run.time) <= 0):
-        raise RecordingError(f"{source}: at least two rows are needed, with times that rise")
-    _refuse_coarse(source, run)
+    run = of_columns(path.stem, columns, n, length=length, radius=radius)
+    _refuse_coarse(path, run)
     if pulses is not None:
-        table = pulses
+        table = _pulse_table(Path(pulses), n)
     elif all(f"F_peak[{i}]" in columns for i in range(1, n)):
         table = _guessed_pulses(run.time, vector(columns, "F_peak", n - 1))
     else:
-        _refuse_missed_clicks(source, run)
+        _refuse_missed_clicks(path, run)
         table = _guessed_pulses(run.time, run.F)
     return replace(run, pulses=table)
 
@@ -106,7 +89,9 @@ def from_result(columns: Columns, pulses: Array, length: float, radius: float) -
     """The recording of a run whose samples are these columns. Raises RecordingError."""
     what = "the result"
     n = _number_of_balls(what, columns, 1 if "x[2]" not in columns else None)
-    return from_columns(what, columns, n, pulses, length, radius)
+    run = of_columns(what, columns, n, pulses=pulses, length=length, radius=radius)
+    _refuse_coarse(what, run)
+    return run
 
 
 def _number_of_balls(source: object, columns: Columns, wanted: int | None) -> int:
@@ -139,6 +124,8 @@ def _number_of_balls(source: object, columns: Columns, wanted: int | None) -> in
 def _refuse_coarse(source: object, run: Recording) -> None:
     """Raises RecordingError where the motion between samples cannot be told from them."""
     time, x, v = run.time, run.x, run.v
+    if len(time) < 2 or np.any(np.diff(time) <= 0):
+        raise RecordingError(f"{source}: at least two rows are needed, with times that rise")
     step, extent = np.diff(time)[:, None], np.ptp(x)
     away = np.abs(np.diff(x, axis=0) - 0.5 * step * (v[1:] + v[:-1]))
     worst = np.unravel_index(np.argmax(away), away.shape)
@@ -210,10 +197,10 @@ def _pulse_table(path: Path, balls: int) -> Array:
     return np.sort(table, order=["onset", "contact"])
 
 
-def of_columns(title: str, columns: Columns, n: int, pulses: Array, *others: Any) -> Recording:
-    """The recording of n balls whose variables are in these columns."""
-    x, v, force = vector(columns, "x", n), vector(columns, "v", n), vector(columns, "F", n - 1)
-    return Recording(title, columns["time"], x, v, force, pulses, energies(columns), *others)
+def of_columns(title: str, columns: Columns, n: int, **others: Any) -> Recording:
+    """The recording of n balls whose variables are in these columns; `others` of its fields."""
+    motion = vector(columns, "x", n), vector(columns, "v", n), vector(columns, "F", n - 1)
+    return Recording(title, columns["time"], *motion, energy=energies(columns), **others)
 
 
 def vector(columns: Columns, name: str, count: int) -> Array:

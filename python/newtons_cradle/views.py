@@ -87,11 +87,11 @@ def from_fmu(
         times = sample_times(pulses[: room // per_pulse], stop, step, per_pulse)
         result = fmu.simulate(values, times=times, record=names, progress=progress)
         with fmu.start(values) as run:
-            length, radius = run.get("pendulum.length"), run.get("ball.radius")
+            drawing = {"length": run.get("pendulum.length"), "radius": run.get("ball.radius")}
             parameters, start = _parameters(fmu, run)
     columns = {name: result[name] for name in ("time", *names)}
     title = f"{n} ball{'s' if n > 1 else ''}, {stop:g} s"
-    return of_columns(title, columns, n, pulses, parameters, length, radius, start)
+    return of_columns(title, columns, n, pulses=pulses, parameters=parameters, start=start, **drawing)
 
 
 def _parameters(fmu: Fmu, run: Run) -> tuple[list[tuple[str, str, str, str]], dict[str, Any] | None]:

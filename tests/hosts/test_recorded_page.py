@@ -97,6 +97,8 @@ def test_it_is_drawn(player):
     wait(player, "!cradle.clock.running && source.now === source.end")
     press(player, "play")
     wait(player, "source.now > 0 && source.now < 5")
+    js(player, "cradle.setOther('sound', true); cradle.seek(0.6)")
+    wait(player, "cradle.sound.played > 0")
 
 
 #: Seconds of the viewer's that playing up to a time takes, in frames of 20 ms.
@@ -307,6 +309,7 @@ def test_a_result_of_fmpy_is_the_same_dropped_or_made_into_a_page(player, browse
     ):
         made()
         wait(browser, "!source.live && source.end === 3")
+        js(browser, "cradle.setRunning(false)")
         _, x, *_ = state(browser, result["time"][123])
         assert x == pytest.approx([result[f"x[{i}]"][123] for i in range(1, 6)], abs=1e-7)
         assert_jumps(browser)

@@ -206,8 +206,8 @@ class App {
 
   /** Slows down at the next click, or leaves the one that is shown. */
   inside() {
-    const leave = this.clock.slow === "next" || (this.clock.slow !== "no" && this.clock.inside), [{ live }] = this.sources;
-    if (!leave && !live) return this.timeline.inside();
+    const { slow, inside } = this.clock, leave = slow === "next" || (slow !== "no" && inside);
+    if (!leave && !this.sources[0].live) return this.timeline.inside();
     this.clock.slowAt(leave ? "no" : "next");
     if (!leave) this.setRunning(true);
   }
@@ -331,7 +331,7 @@ class App {
     if (!this.space) for (const stage of this.stages) stage.setSpace(false);
     this.controls.view.hidden = !this.space;
     if (told) this.tell(say(this.space ? "turn" : "noSpace"));
-    this.panels?.refresh();
+    this.panels.refresh();
     showLink(this);
   }
 
@@ -349,7 +349,6 @@ class App {
   setTheme(light) {
     this.theme = light ? DAY : NIGHT;
     document.documentElement.classList.toggle("light", light);
-    this.theme.energies.forEach((colour, i) => document.documentElement.style.setProperty(`--e${i}`, colour));
   }
 
   setLanguage(code) {

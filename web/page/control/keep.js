@@ -1,5 +1,6 @@
 // What can be kept: a picture, tables.
 
+import { numbered } from "#engine/table.js";
 import { FONT } from "#view/texts.js";
 
 const RUN_STEP = 0.01; // s between the rows of a run in CSV
@@ -46,9 +47,9 @@ export function pulsesTable({ pulses }) {
 
 /** The run so far, computed once more at even times: what `cradle-fmu page` and this page show again. */
 export function runTable(source) {
-  const { balls } = source.setup, names = (name, count) => Array.from({ length: count }, (_, i) => `${name}[${i + 1}]`);
-  const lines = [["time", ...names("x", balls), ...names("v", balls), ...names("F", balls - 1), ...names("F_peak", balls - 1),
-    "E_total", "p_total"]];
+  const { balls } = source.setup, counts = { x: balls, v: balls, F: balls - 1, F_peak: balls - 1 };
+  const names = Object.entries(counts).flatMap(([name, count]) => numbered(name, count));
+  const lines = [["time", ...names, "E_total", "p_total"]];
   const run = source.engine.start(source.setup.recipe());
   const last = Math.min(RUN_ROWS, Math.floor(source.run.time / RUN_STEP));
   for (let k = 0; k <= Math.max(1, last); k++) {

@@ -8,38 +8,37 @@ import { withPrefix } from "#view/common.js";
 import { aria, element, unpacked } from "#view/elements.js";
 import { fillTexts, languages, paceText, rounded, say, textsOf } from "#view/texts.js";
 
+const KINDS = ["details", "change", "show", "beside", "lesson", "keep", "help"];
+
 export class Panels {
   constructor(app) {
     this.app = app;
-    this.openers = ["details", "change", "show", "beside", "lesson", "keep", "help"].map((kind) => {
-      const opener = element(app.controls.openers, "button", { type: "button" });
-      aria(opener, { controls: "panel", expanded: false });
+    this.openers = Object.fromEntries(KINDS.map((kind) => {
+      const opener = element(app.controls.openers, "button", { type: "button", onclick: () => this.toggle(kind) });
       opener.dataset.opens = opener.dataset.text = kind;
-      opener.onclick = () => this.toggle(kind);
-      return opener;
-    });
+      return [kind, aria(opener, { controls: "panel", expanded: false })];
+    }));
     this.body = app.controls.panelbody;
     fillTexts();
-    app.controls.close.onclick = () => this.toggle(this.kind);
-    app.controls.panel.onkeydown = ({ key }) => { if (key === "Escape") this.toggle(this.kind); };
+    app.controls.close.onclick = () => this.close();
+    app.controls.panel.onkeydown = ({ key }) => { if (key === "Escape") this.close(); };
   }
 
   /** Only what there is to be done with this source, and with an engine or without one. */
   offer({ live }, engine) {
     const needs = { details: !live, change: engine, beside: engine && live, lesson: engine };
-    for (const opener of this.openers) opener.hidden = !(needs[opener.dataset.opens] ?? true);
-    if (this.openers.find(({ dataset }) => dataset.opens === this.kind)?.hidden) this.toggle(this.kind);
+    for (const kind of KINDS) this.openers[kind].hidden = !(needs[kind] ?? true);
+    if (this.openers[this.kind]?.hidden) this.close();
   }
 
   toggle(kind) {
-    if (kind !== this.kind && this.openers.find(({ dataset }) => dataset.opens === kind).hidden) return;
-    const opener = this.openers.find(({ dataset }) => dataset.opens === (kind ?? this.kind));
-    const { panel, paneltitle, close } = this.app.controls;
+    const { panel, paneltitle, close } = this.app.controls, opener = this.openers[kind];
+    if (kind !== this.kind && opener.hidden) return;
     this.kind = this.kind === kind ? null : kind;
-    for (const item of this.openers) aria(item, { expanded: item.dataset.opens === this.kind });
+    for (const each of KINDS) aria(this.openers[each], { expanded: each === this.kind });
     panel.hidden = !this.kind;
     document.body.classList.toggle("open", Boolean(this.kind));
-    if (!this.kind) return void opener?.focus();
+    if (!this.kind) return void opener.focus();
     paneltitle.dataset.text = this.kind;
     fillTexts();
     this.refresh();
@@ -123,16 +122,14 @@ export class Panels {
 
   keep() {
     const { app } = this, column = element(this.body, "div", { className: "column" }), { source } = app.stages[0];
-    const buttons = { ...(source.live && { link: () => copyLink(app) }), picture: () => savePicture(app) };
-    if (source.live) {
-      buttons.pulsesFile = () => save("pulses.csv", pulsesTable(source));
-      buttons.runFile = () => save("run.csv", runTable(source));
-    }
+    const buttons = { link: () => copyLink(app), picture: () => savePicture(app),
+      pulsesFile: () => save("pulses.csv", pulsesTable(source)), runFile: () => save("run.csv", runTable(source)) };
     for (const [name, onclick] of Object.entries(buttons))
-      element(column, "button", { type: "button", textContent: say(name), onclick });
+      if (source.live || name === "picture")
+        element(column, "button", { type: "button", textContent: say(name), onclick });
     const label = element(column, "label", { className: "file", textContent: say("open") });
-    const input = element(label, "input", { type: "file", accept: ".csv,text/csv" });
-    input.addEventListener("change", () => app.openFile(input.files[0]));
+    element(label, "input", { type: "file", accept: ".csv,text/csv",
+      onchange: ({ target }) => app.openFile(target.files[0]) });
   }
 
   /** Six steps, each a link into this page. */
@@ -150,10 +147,12 @@ export class Panels {
   /** What a recording was run with, and how the drawing departs from it. */
   details() {
     const { source, scene } = this.app.stages[0], { length, radius } = source.drawing, { parameters } = source;
-    const known = Boolean(parameters.length), larger = length / (2 * radius * scene.drawn);
-    const sizes = { length: withPrefix(length, "m", 4), radius: withPrefix(radius, "m") };
-    const notes = [source.name, say(known ? "sizes" : "sizesAssumed", sizes), ...(larger > 1.01 ? [say("enlarged", { times: rounded(larger, 2) })] : [])];
-    for (const note of notes) element(this.body, "p", { textContent: note });
+    const known = parameters.length > 0, larger = length / (2 * radius * scene.drawn);
+    const note = (textContent) => element(this.body, "p", { textContent });
+    note(source.name);
+    note(say(known ? "sizes" : "sizesAssumed",
+      { length: withPrefix(length, "m", 4), radius: withPrefix(radius, "m") }));
+    if (larger > 1.01) note(say("enlarged", { times: rounded(larger, 2) }));
     if (!known) return;
     const list = element(this.body, "dl", { className: "parameters", tabIndex: 0 });
     for (const [name, value, unit, meaning] of parameters) {
@@ -170,10 +169,9 @@ export class Panels {
       element(list, "dd", { textContent: meaning });
     }
     const column = element(this.body, "div", { className: "column" });
-    const button = element(column, "button", { type: "button", textContent: say("licences") });
-    button.addEventListener("click", async () => {
-      button.remove();
+    element(column, "button", { type: "button", textContent: say("licences"), onclick: async ({ target }) => {
+      target.remove();
       element(column, "pre", { tabIndex: 0, textContent: await unpacked("licences").text() });
-    });
+    } });
   }
 }

@@ -46,7 +46,7 @@ export class Stage {
   follow(passed) {
     const { source, strips } = this, { state } = source, pulses = source.takePulses();
     if (source.live) strips.record(pulses, passed);
-    const inside = this.app.clock.inside && source.shownClick?.strongest;
+    const inside = this.app.clock.inside && source.shownClick?.most.force;
     this.scene.shine(state, pulses, Math.max(strips.track.most.force, inside || 0), passed);
     return pulses;
   }
@@ -57,11 +57,11 @@ export class Stage {
     const held = source.held ?? new Map(), click = clock.inside ? source.shownClick : null;
     scene.layout(drawing, this.nearness(), this.room(drawing)).draw(state, {
       theme, held, labels: shows.numbers || Boolean(click) || this.sliders.chosen >= 0, selected: this.sliders.chosen,
-      arrows: shows.velocity || click ? Math.max(click?.fastest ?? this.strips.track.most.velocity, 1e-3) : 0,
+      arrows: shows.velocity || click ? Math.max(click?.most.velocity ?? this.strips.track.most.velocity, 1e-3) : 0,
     });
-    if (click?.widest) {
+    if (click?.most.overlap) {
       // Half of what a lens shows (m): the play, or the deepest overlap.
-      const reach = 1.3 * Math.max(click.widest, (source.setup ?? source.made).get("contact.deadBand"));
+      const reach = 1.3 * Math.max(click.most.overlap, (source.setup ?? source.made).get("contact.deadBand"));
       drawLenses(scene, state, { reach, theme, opacity: drawing.rigid ? 0 : Math.min(1, 2 * this.near - 1) });
     }
     this.describe(click);
@@ -87,11 +87,9 @@ export class Stage {
 
   describe(click) {
     const { source, app } = this;
-    const { text = "", detail = "" } = click?.done ? captionOf(click, source.now, source.state)
-      : app.hintFor(this);
+    const { text = "", detail = "" } = click?.done ? captionOf(click, source.now, source.state) : app.hintFor(this);
     write(this.sentence, text);
     write(this.detail, detail);
-    const name = say("stageName", { name: this.named });
-    if (this.canvas.getAttribute("aria-label") !== name) aria(this.canvas, { label: name });
+    aria(this.canvas, { label: say("stageName", { name: this.named }) });
   }
 }

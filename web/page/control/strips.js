@@ -1,5 +1,4 @@
-// What runs along below a cradle: rows of curves, what they are at the time shown or at the pointer, and dragging in
-// time.
+// What runs along below a cradle: rows of curves, their values at the time shown or at the pointer, and dragging in time.
 
 import { History } from "#engine/history.js";
 import { placeIn, withPrefix } from "#view/common.js";
@@ -40,7 +39,6 @@ export class Strips {
   /** Takes note of what a live run shows. */
   record(pulses, passed) {
     const { source } = this.stage, { state } = source;
-    if (state.balls !== this.history.balls) this.clear();
     if (passed > 0 || !this.history.times.length) this.history.record(source.time, state, pulses, source.origin);
   }
 
@@ -69,7 +67,8 @@ export class Strips {
     if (!kinds.length) return;
     this.window = this.frozen ?? this.around(known);
     const pointer = this.pointer === null ? null : this.graph.timeAt(this.pointer, this.window);
-    this.graph.draw(kinds, track, { ...this.window, now, pointer, click: known, origin: known?.begin ?? origin, theme });
+    this.graph.draw(kinds, track,
+      { ...this.window, now, pointer, click: known, origin: known?.begin ?? origin, theme });
     this.canvas.style.cursor = this.canSeek ? "ew-resize" : "";
     const at = pointer ?? now;
     const titles = kinds.map((kind) => `<p>${this.title(kind, track, at, theme)}</p>`).join("");
@@ -97,24 +96,25 @@ export class Strips {
 
   /** What a row shows, in words, with its values at this time. */
   title(kind, track, at, theme) {
-    const { source } = this.stage, { times } = track;
-    const place = placeIn(times, at), several = times.length > 1 ? Array.from({ length: track.counts[kind] }, (_, i) => {
+    const count = track.times.length > 1 ? track.counts[kind] : 0, place = placeIn(track.times, at);
+    const several = Array.from({ length: count }, (_, i) => {
       const value = valueAt(track, kind, i, place);
       return Math.abs(value) < TIDY * track.most[kind] ? 0 : value;
-    }) : [];
-    const text = (value) => withPrefix(value, UNITS[kind]);
+    });
     const names = { velocity: (i) => `${i + 1}`, force: (i) => `${i + 1}–${i + 2}`, momentum: () => "",
       energy: (i) => say(`energies.${track.parts[i]}`) }[kind];
     const colours = (i) => ({ energy: theme.energies[i], momentum: "transparent" }[kind]
       ?? ballColour(i, track.balls, theme.dark));
     const largest = several.reduce((best, value, i) => (Math.abs(value) > Math.abs(several[best]) ? i : best), 0);
     const told = several.length > MOST_VALUES ? [largest] : [...several.keys()];
-    const values = told.map((i) => `<span style="border-color: ${colours(i)}">${names(i)} <b>${text(several[i])}</b></span>`);
-    return [say(`rows.${kind}`), ...values, ...this.sums(kind, source)].join(" ");
+    const values = told.map((i) => `<span style="border-color: ${colours(i)}">${names(i)}
+      <b>${withPrefix(several[i], UNITS[kind])}</b></span>`);
+    return [say(`shows.${kind}`), ...values, ...this.sums(kind)].join(" ");
   }
 
   /** What a live run says besides of its energy and momentum. */
-  sums(kind, { live, account, state }) {
+  sums(kind) {
+    const { live, account, state } = this.stage.source;
     if (!live) return [];
     if (kind === "momentum") return [`· ${say("support", { force: withPrefix(state.supportForce, "N") })}`];
     if (kind !== "energy") return [];

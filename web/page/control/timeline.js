@@ -1,5 +1,5 @@
-// What a recording has besides: a slider over the whole of it with a mark for each click, the way from click to click, how
-// fast time runs, and the way into a live run.
+// What a recording has besides: a slider over the whole of it with a mark for each click, the way from click to click,
+// how fast time runs, and the way into a live run.
 
 import { Live } from "#engine/live.js";
 import { TOGETHER } from "#view/captions.js";
@@ -57,21 +57,21 @@ export class Timeline {
 
   /** To the next click, or the one before; inside a click, to where balls touch or part. */
   jump(direction) {
-    const { app } = this, [{ shownClick: click, now, clicks = [] }] = app.sources, inside = app.clock.inside && click?.done;
-    const times = inside ? [...click.pulses.flatMap(({ onset, release }) => [onset, release])].sort((a, b) => a - b)
+    const { app } = this, [{ shownClick: click, now, clicks = [] }] = app.sources;
+    const inside = app.clock.inside && click?.done, away = inside ? TOGETHER * click.length : 0;
+    const all = inside ? click.pulses.flatMap(({ onset, release }) => [onset, release]).sort((a, b) => a - b)
       : clicks.map(({ begin }) => begin);
-    const away = inside ? TOGETHER * click.length : 0;
-    const last = times.filter((time, k) => !(inside && times[k + 1] - time <= away)); // of those that are told as one
-    const time = direction > 0 ? last.find((time) => time > now) : last.findLast((time) => time < now - away);
+    const times = all.filter((time, k) => !(all[k + 1] - time <= away)); // the last of those that are told as one
+    const time = direction > 0 ? times.find((time) => time > now) : times.findLast((time) => time < now - away);
     if (time === undefined) return;
     if (inside) app.setRunning(false);
     app.seek(time);
   }
 
   /** Which click is shown, or was last, and why one cannot look inside. */
-  clickOf({ clicks, lastClick, openable, rigid }) {
+  clickOf({ clicks, lastClick, openable, drawing }) {
     if (!clicks.length) return say("noClicks");
-    const why = openable.length ? "" : say(rigid ? "noInside" : "notResolved");
+    const why = openable.length ? "" : say(drawing.rigid ? "noInside" : "notResolved");
     const which = lastClick ? say("clickOf", { click: lastClick.number + 1, clicks: clicks.length }) : "";
     return `${which} ${why}`.trim();
   }
@@ -84,8 +84,7 @@ export class Timeline {
     controls.goon.hidden = live || !made || !engine;
     if (live) return;
     Object.assign(whole, { min: begin, max: end });
-    const shortest = pulses.reduce((least, { onset, release }) => (release > onset ? Math.min(least, release - onset)
-      : least), 2e-3);
+    const shortest = pulses.reduce((least, { onset, release }) => Math.min(least, release - onset || least), 2e-3);
     this.slowest = 10 ** Math.floor(Math.log10(shortest / 2));
     this.drawn = null;
   }
@@ -94,12 +93,11 @@ export class Timeline {
   show({ live, now }) {
     const { clock, controls: { whole, speed, factor, previous, next } } = this.app;
     if (live) return;
-    if (Number(whole.value) !== now) whole.value = now;
-    const text = `${now.toFixed(2)} s`, pace = paceText(clock.base);
-    if (whole.ariaValueText !== text) aria(whole, { valuetext: text });
-    write(factor, pace);
+    whole.value = now;
     speed.value = 1 - Math.log(clock.base) / Math.log(this.slowest);
-    if (speed.ariaValueText !== pace) aria(speed, { valuetext: pace });
+    write(factor, paceText(clock.base));
+    aria(whole, { valuetext: `${now.toFixed(2)} s` });
+    aria(speed, { valuetext: factor.textContent });
     write(previous, say(clock.inside ? "previousEvent" : "previousClick"));
     write(next, say(clock.inside ? "nextEvent" : "nextClick"));
     this.drawMarks();

@@ -16,7 +16,7 @@ export class Click {
   constructor(run, begin) {
     Object.assign(this, { begin, end: begin, pulses: [], reach: 1e-8, done: false });
     const [before, scout, sampler] = [run.copy(), run.copy(), run.copy()]; // `before` stays, to look at it again
-    Object.assign(this, { before, scout, sampler, samples: new History(run.balls), widest: 1e-9 });
+    Object.assign(this, { before, scout, sampler, samples: new History(run.balls) });
   }
 
   /** Goes on until the clock shows `deadline` (ms); `done` says when all is known but the samples, `sampled` when these
@@ -68,17 +68,15 @@ export class Click {
     for (let left = 8; left > 0 && times.length < SAMPLES; left--) {
       const t = from + times.length * step;
       if (sampler.advance(t, EFFORT) < t) return;
-      const state = sampler.look();
-      samples.record(t, state);
-      this.widest = Math.max(this.widest, ...state.overlap);
+      samples.record(t, sampler.look());
     }
     if (times.length < SAMPLES) return;
     this.sampled = true;
     sampler.forget();
   }
 
-  get fastest() { return this.samples.most.velocity; }
-  get strongest() { return this.samples.most.force; }
+  /** The largest velocity, force and overlap in it (SI). */
+  get most() { return this.samples.most; }
 
   forget() {
     for (const run of [this.before, this.scout, this.sampler]) run.forget();

@@ -1,14 +1,15 @@
 // A recorded source: a run from the page's data or from a file, for the same player and scene as a live one.
 
 import { LONGEST, QUIET, QUIET_LEAST } from "#engine/click.js";
-import { fromCsv } from "#engine/table.js";
+import { LEAST } from "#engine/history.js";
 import { Setup } from "#engine/setup.js";
-import { countUpTo, cubic, linear, placeIn } from "#view/common.js";
+import { fromCsv } from "#engine/table.js";
+import { countUpTo, cubic, inflated, largest, linear, placeIn } from "#view/common.js";
 
 const LEAST_SAMPLES = 2; // of each pulse of a click that can be looked into
 
 export class Recording {
-  /** From what recording.py has packed into the page. */
+  /** From what page.py has packed into the page. */
   static async load(json) {
     const data = { ...json, time: await unpacked(json.time) }, { length: samples } = data.time;
     for (const name of ["x", "v", "F"]) {
@@ -19,66 +20,67 @@ export class Recording {
       const columns = Object.entries(json[name]).map(async ([key, packed]) => [key, await unpacked(packed)]);
       data[name] = Object.fromEntries(await Promise.all(columns));
     }
+    const { contact, onset, release, peak } = data.pulses;
+    data.pulses = Array.from(onset, (begin, i) =>
+      ({ contact: contact[i] - 1, onset: begin, release: release[i], peak: peak[i] }));
     return new Recording(data);
   }
 
   /** From the text of a CSV file. Throws Refusal. */
   static read(file, text) { return new Recording(fromCsv(file, text)); }
 
-  constructor({ title, balls, time, x, v, F, energy, pulses, parameters, length, radius, start }) {
-    const made = start ? new Setup(balls, start) : null; // what it was run with, if that is known
-    Object.assign(this, { live: false, account: false, origin: 0, name: title, balls, times: time, columns: { x, v, F },
-      energy, parameters, length, radius, made, begin: time[0], end: time.at(-1) });
-    this.masses = made?.get("ball.massRatio").map((ratio) => ratio * made.get("ball.mass"));
-    this.measure(pulses);
-    this.sortPulses(pulses);
+  /** `pulses`: {contact, from 0, onset, release, peak}. `start`: what it was run with, if that is known. */
+  constructor({ title, balls, time, x, v, F, energy, pulses, parameters = [], length, radius, start }) {
+    const made = start ? new Setup(balls, start) : null, [begin, end] = [time[0], time.at(-1)], extent = largest(x);
+    const get = (name, otherwise) => made?.get(name) ?? otherwise;
+    const strings = Math.max(get("pendulum.length", length ?? Math.max(0.4, 2 * extent)), extent / 1.1);
+    const rigid = pulses.length > 0 && largest(F) === 0 && pulses.every(({ onset, release }) => onset === release);
+    this.drawing = { balls, mass: get("ball.mass", 1), ratio: get("ball.massRatio", Array(balls).fill(1)),
+      radius: get("ball.radius", radius ?? 0.03), length: strings, rigid, reach: extent / strings };
+    Object.assign(this, { live: false, account: false, origin: 0, name: title, balls, times: time, x, parameters, made,
+      begin, end });
+    this.follow({ velocity: v, force: F, energy: Object.values(energy) }, Object.keys(energy), pulses);
+    this.findClicks(pulses);
     const numbers = (count) => new Float64Array(count);
     this.state = { balls, x: numbers(balls), v: numbers(balls), F: numbers(balls - 1), overlap: numbers(balls - 1),
       closed: numbers(balls - 1) };
-    this.seek(this.begin);
+    this.seek(begin);
   }
 
-  measure(pulses) {
-    const { columns: { x, v, F }, energy, masses } = this, parts = Object.values(energy);
-    const most = (columns) => columns.reduce((most, column) => column.reduce((a, b) => Math.max(a, Math.abs(b)), most), 0);
-    const sum = (k) => parts.reduce((total, part) => total + part[k], 0);
-    this.extent = most(x);
-    this.rigid = F.length > 0 && pulses.onset.length > 0 && most(F) === 0 && pulses.onset.every((t, i) => t === pulses.release[i]);
-    this.parts = Object.keys(energy);
-    this.counts = { velocity: v.length, force: F.length, energy: parts.length, momentum: masses ? 1 : 0 };
-    const momentum = masses ? this.times.reduce((most, _, k) => Math.max(most, Math.abs(this.value("momentum", 0, k))), 0) : 0;
-    this.most = { velocity: most(v) || 1e-9, force: Math.max(most(F), most([pulses.peak])) || 1e-9,
-      energy: parts.length ? this.times.reduce((most, _, k) => Math.max(most, sum(k)), 0) || 1e-12 : 1,
-      momentum: momentum || 1e-12 };
+  /** Makes a track of these curves, see history.js. */
+  follow(curves, parts, pulses) {
+    const { made, times, drawing: { mass, ratio } } = this, { velocity, energy } = curves;
+    const sum = (columns, weight = () => 1) => times.map((_, k) =>
+      columns.reduce((sum, column, i) => sum + weight(i) * column[k], 0));
+    curves.momentum = made ? [sum(velocity, (i) => ratio[i] * mass)] : [];
+    const seen = { ...curves, force: [...curves.force, pulses.map(({ peak }) => peak)], energy: [sum(energy)] };
+    const kinds = Object.keys(curves), by = (of) => Object.fromEntries(kinds.map((kind) => [kind, of(kind)]));
+    Object.assign(this, { curves, parts, counts: by((kind) => curves[kind].length),
+      most: by((kind) => largest(seen[kind]) || LEAST[kind]) });
   }
 
-  /** Pulses by onset, the order of their releases, and where the clicks are. */
-  sortPulses({ contact, onset, release, peak }) {
-    this.pulses = Array.from(onset, (begin, i) => ({ contact: contact[i] - 1, onset: begin, release: release[i],
-      peak: peak[i] })).sort((a, b) => a.onset - b.onset || a.release - b.release);
-    this.onsets = Float64Array.from(this.pulses, (pulse) => pulse.onset);
-    this.finished = [...this.pulses].sort((a, b) => a.release - b.release);
-    this.releases = Float64Array.from(this.finished, (pulse) => pulse.release);
-    this.longest = this.pulses.reduce((most, pulse) => Math.max(most, pulse.release - pulse.onset), 0);
+  /** Where the clicks are, and pulses by their releases. */
+  findClicks(pulses) {
+    const column = (items, name) => Float64Array.from(items, (item) => item[name]);
+    // A half-sine's impulse, as the peak is what is known; of rigid impacts, it is the impulse.
+    for (const pulse of pulses) pulse.impulse = (2 / Math.PI) * pulse.peak * (pulse.release - pulse.onset) || pulse.peak;
+    this.pulses = pulses.sort((a, b) => a.onset - b.onset || a.release - b.release);
+    this.onsets = column(pulses, "onset");
+    this.finished = [...pulses].sort((a, b) => a.release - b.release);
+    this.releases = column(this.finished, "release");
+    this.longest = pulses.reduce((most, pulse) => Math.max(most, pulse.release - pulse.onset), 0);
     this.clicks = [];
-    this.pulses.forEach((pulse, i) => {
+    for (const pulse of pulses) {
       const click = this.clicks.at(-1), quiet = click && Math.max(QUIET * click.length, QUIET_LEAST);
       if (click && pulse.onset - click.end <= quiet && pulse.onset - click.begin <= LONGEST) click.take(pulse);
-      else this.clicks.push(new RecordedClick(this, pulse, i, this.clicks.length));
-    });
+      else this.clicks.push(new RecordedClick(this, pulse, this.clicks.length));
+    }
     this.openable = this.clicks.filter((click) => click.resolved);
-    this.begins = Float64Array.from(this.clicks, (click) => click.begin);
-    this.openableBegins = Float64Array.from(this.openable, (click) => click.begin);
+    this.begins = column(this.clicks, "begin");
+    this.openableBegins = column(this.openable, "begin");
   }
 
   get time() { return this.now; }
-
-  get drawing() {
-    const { made, extent, balls } = this, length = made?.get("pendulum.length") ?? this.length ?? Math.max(0.4, 2 * extent);
-    return { balls, mass: made?.get("ball.mass") ?? 1, ratio: made?.get("ball.massRatio") ?? Array(balls).fill(1),
-      radius: made?.get("ball.radius") ?? this.radius ?? 0.03, length: Math.max(length, extent / 1.1), rigid: this.rigid,
-      reach: extent / Math.max(length, extent / 1.1) };
-  }
 
   /** Moves on to `time` (s), at most to the end. */
   advance(time) { this.go(Math.min(time, this.end)); }
@@ -90,7 +92,7 @@ export class Recording {
   }
 
   go(now) {
-    const { times, columns: { x, v, F }, state, made } = this, place = this.place = placeIn(times, now);
+    const { times, x, curves: { velocity: v, force: F }, state, made } = this, place = placeIn(times, now);
     x.forEach((column, i) => {
       state.x[i] = cubic(column, v[i], place);
       state.v[i] = linear(v[i], place);
@@ -118,31 +120,30 @@ export class Recording {
 
   // ---- as a track, see history.js
 
-  value(kind, i, k) {
-    const { columns: { v, F }, masses } = this;
-    if (kind === "velocity") return v[i][k];
-    if (kind === "force") return F[i][k];
-    if (kind === "energy") return this.energy[this.parts[i]][k];
-    return masses.reduce((sum, mass, ball) => sum + mass * v[ball][k], 0);
-  }
+  value(kind, i, k) { return this.curves[kind][i][k]; }
 
   pulsesIn(left, right) {
     return this.pulses.slice(countUpTo(this.onsets, left - this.longest), countUpTo(this.onsets, right))
       .filter(({ release }) => release >= left);
   }
 
-  // ---- clicks
+  // ---- clicks that can be looked into
 
-  /** The next click that can be looked into, or the one that lasts; null if there is none. */
+  /** The last that has begun, and the next one. */
+  get around() {
+    const i = countUpTo(this.openableBegins, this.now);
+    return [this.openable[i - 1], this.openable[i]];
+  }
+
+  /** The next click, or the one that lasts; null if there is none. */
   ahead() {
-    const i = countUpTo(this.openableBegins, this.now), last = this.openable[i - 1];
-    const click = last && this.now <= last.end + 0.05 * last.length ? last : this.openable[i];
+    const [last, next] = this.around, click = last && this.now <= last.end + 0.05 * last.length ? last : next;
     return click ? { distance: Math.max(click.begin - this.now, 0), length: click.length, done: true } : null;
   }
 
   /** The click that the time shown is in, or is nearest to. */
   get shownClick() {
-    const i = countUpTo(this.openableBegins, this.now), past = this.openable[i - 1], next = this.openable[i];
+    const [past, next] = this.around;
     return past && !(next && next.begin - this.now < this.now - past.end) ? past : next ?? null;
   }
 
@@ -154,69 +155,53 @@ export class Recording {
 
 /** A click of a recording, told as that of a live run in click.js. */
 class RecordedClick {
-  constructor(recording, pulse, first, number) {
-    Object.assign(this, { recording, first, number, count: 0, begin: pulse.onset, end: pulse.onset, done: true,
-      sampled: true });
-    this.take(pulse);
+  constructor(recording, first, number) {
+    Object.assign(this, { samples: recording, number, begin: first.onset, end: first.release, pulses: [first],
+      done: true, sampled: true });
   }
 
   take(pulse) {
-    this.count += 1;
+    this.pulses.push(pulse);
     this.end = Math.max(this.end, pulse.release);
   }
 
   get length() { return this.end - this.begin; }
 
-  get pulses() { return (this.own ??= this.recording.pulses.slice(this.first, this.first + this.count)); }
-
-  get samples() { return this.recording; }
-
   /** From the last sample before it to the first one after it. */
   get range() {
-    const { times } = this.recording;
+    const { times } = this.samples;
     return [Math.max(0, countUpTo(times, this.begin) - 2), Math.min(times.length, countUpTo(times, this.end) + 1)];
   }
 
   /** Whether it can be looked into. */
   get resolved() {
     const [from, to] = this.range;
-    return this.length > 0 && to - from - 2 >= LEAST_SAMPLES * this.count;
+    return this.length > 0 && to - from - 2 >= LEAST_SAMPLES * this.pulses.length;
   }
 
   get speeds() { return this.velocities(this.begin); }
   get after() { return this.velocities(this.end); }
 
   velocities(time) {
-    const place = placeIn(this.recording.times, time);
-    return this.recording.columns.v.map((column) => linear(column, place));
+    const place = placeIn(this.samples.times, time);
+    return this.samples.curves.velocity.map((column) => linear(column, place));
   }
 
-  get fastest() { return this.most.velocity; }
-  get strongest() { return this.most.force; }
-  /** The deepest overlap (m); 0 where that is not known. */
-  get widest() { return this.most.overlap; }
+  /** The largest velocity, force and overlap in it (SI), looked for once; an overlap of 0 where that is not known. */
+  get most() { return (this.found ??= this.measure()); }
 
-  /** Looked for once. */
-  get most() {
-    const { columns: { x, v, F }, made } = this.recording, [from, to] = this.range;
-    if (this.known) return this.known;
-    const known = this.known = { velocity: 1e-9, force: 1e-9, overlap: made ? 1e-9 : 0 };
-    for (let k = from; k < to; k++) {
-      for (const column of v) known.velocity = Math.max(known.velocity, Math.abs(column[k]));
-      F.forEach((column, i) => {
-        known.force = Math.max(known.force, column[k]);
-        if (made) known.overlap = Math.max(known.overlap, this.recording.overlap(i, x[i][k] - x[i + 1][k]));
-      });
-    }
-    return known;
+  measure() {
+    const { samples, range: [from, to] } = this, { x, curves: { velocity, force }, made } = samples;
+    const most = (columns) => Math.max(1e-9, largest(columns.map((column) => column.subarray(from, to))));
+    const pressed = force.map((column, i) =>
+      column.map((_, k) => Math.max(0, samples.overlap(i, x[i][k] - x[i + 1][k]))));
+    return { velocity: most(velocity), force: most(force), overlap: made ? most(pressed) : 0 };
   }
 }
 
-/** Undoes `packed` of recording.py: base64, deflate, planes of bytes. */
+/** Undoes `packed` of page.py: base64, deflate, planes of bytes. */
 async function unpacked({ kind, data }) {
-  const bytes = Uint8Array.from(atob(data), (letter) => letter.charCodeAt(0));
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
-  const planes = new Uint8Array(await new Response(stream).arrayBuffer());
+  const planes = new Uint8Array(await inflated(data, "deflate").arrayBuffer());
   const size = kind === "f8" ? 8 : 4, count = planes.length / size, mixed = new Uint8Array(planes.length);
   for (let plane = 0; plane < size; plane++) {
     for (let i = 0; i < count; i++) mixed[i * size + plane] = planes[plane * count + i];

@@ -1,7 +1,8 @@
-// A recorded run from a CSV file as FMPy writes it, with the checks of python/newtons_cradle/recording.py, in its words.
+// A recorded run from a CSV file as FMPy writes it, with the checks and the words of
+// python/newtons_cradle/recording.py.
 
 import { Refusal } from "#engine/engine.js";
-import { withPrefix } from "#view/common.js";
+import { largest, withPrefix } from "#view/common.js";
 import { say } from "#view/texts.js";
 
 const COARSE = 0.05; // of the largest excursion: how far a ball may be from where its velocities take it
@@ -26,33 +27,38 @@ export function fromCsv(file, text) {
       if (!Number.isFinite(places[i][row])) refuse("number", { line: line.number, cell });
     });
   });
-  const list = (name, count) => Array.from({ length: count }, (_, i) => `${name}[${i + 1}]`);
-  const missing = ["time", ...list("x", balls), ...list("v", balls), ...list("F", balls - 1)]
+  const missing = ["time", ...numbered("x", balls), ...numbered("v", balls), ...numbered("F", balls - 1)]
     .filter((name) => !names.includes(name));
   if (missing.length) refuse("missing", { names: missing.slice(0, 6).join(", ") + (missing.length > 6 ? ", …" : "") });
-  const time = columns.get("time"), vector = (name, count) => list(name, count).map((column) => columns.get(column));
+  const time = columns.get("time");
+  const vector = (name, count) => numbered(name, count).map((column) => columns.get(column));
   const [x, v, F] = [vector("x", balls), vector("v", balls), vector("F", balls - 1)];
   if (time.length < 2 || time.some((t, k) => k && t <= time[k - 1])) refuse("rising");
   refuseCoarse(refuse, time, x, v);
   const peaks = vector("F_peak", balls - 1), known = peaks.every(Boolean);
   if (!known) refuseMissed(refuse, time, v, F);
-  return { title: file, balls, time, x, v, F, energy: energies(columns), pulses: guessedPulses(time, known ? peaks : F),
-    parameters: [], length: null, radius: null, start: null };
+  return { title: file, balls, time, x, v, F, energy: energies(columns),
+    pulses: guessedPulses(time, known ? peaks : F) };
 }
+
+/** The names of a vector's elements, from `name[1]` on. */
+export const numbered = (name, count) => Array.from({ length: count }, (_, i) => `${name}[${i + 1}]`);
 
 /** As many balls as the file names, at least one. */
 function ballsOf(names) {
+  const ofContacts = /^(F|F_peak|F_mean|impulse|E_contact|gap)$/;
   const numbers = names.map((name) => /^(\w+)\[(\d+)\]$/.exec(name)).filter(Boolean);
-  return Math.max(1, ...numbers.map(([, name, i]) => Number(i) + (/^(F|F_peak|F_mean|impulse|E_contact|gap)$/.test(name))));
+  return Math.max(1, ...numbers.map(([, name, i]) => Number(i) + ofContacts.test(name)));
 }
 
 /** Refuses where the motion between samples cannot be told from them. */
 function refuseCoarse(refuse, time, x, v) {
-  const flat = x.flatMap((column) => [column.reduce((a, b) => Math.min(a, b)), column.reduce((a, b) => Math.max(a, b))]);
-  const extent = Math.max(...flat) - Math.min(...flat), worst = { away: COARSE * extent };
-  x.forEach((column, ball) => {
+  const edge = (of) => of(...x.map((column) => column.reduce((a, b) => of(a, b))));
+  const extent = edge(Math.max) - edge(Math.min), worst = { away: COARSE * extent };
+  x.forEach((place, ball) => {
     for (let k = 0; k + 1 < time.length; k++) {
-      const h = time[k + 1] - time[k], away = Math.abs(column[k + 1] - column[k] - 0.5 * h * (v[ball][k + 1] + v[ball][k]));
+      const h = time[k + 1] - time[k], way = 0.5 * h * (v[ball][k + 1] + v[ball][k]);
+      const away = Math.abs(place[k + 1] - place[k] - way);
       if (away > worst.away) Object.assign(worst, { away, ball, k, h });
     }
   });
@@ -64,7 +70,7 @@ function refuseCoarse(refuse, time, x, v) {
 
 /** Refuses where a ball was struck between samples and neither of them shows a force. */
 function refuseMissed(refuse, time, v, F) {
-  const fastest = v.reduce((most, column) => column.reduce((a, b) => Math.max(a, Math.abs(b)), most), 0);
+  const fastest = largest(v);
   for (let k = 0; v.length > 1 && k + 1 < time.length; k++) {
     const ball = v.findIndex((column, i) => Math.abs(column[k + 1] - column[k]) > STRUCK * fastest
       && ![F[i - 1], F[i]].some((force) => force && (force[k] || force[k + 1])));
@@ -74,28 +80,25 @@ function refuseMissed(refuse, time, v, F) {
 
 /** Pulses as far as samples of the forces show them: as long as a contact's samples are not 0. */
 function guessedPulses(time, forces) {
-  const found = forces.flatMap((force, contact) => {
-    const pulses = [];
+  const pulses = [];
+  forces.forEach((force, contact) => {
     for (let k = 0; k < time.length; k++) {
       if (!(force[k] > 0)) continue;
-      const onset = time[Math.max(0, k - 1)];
-      let peak = 0;
-      for (; k < time.length && force[k] > 0; k++) peak = Math.max(peak, force[k]);
-      pulses.push({ contact: contact + 1, onset, release: time[k - 1], peak });
+      const pulse = { contact, onset: time[Math.max(0, k - 1)], peak: 0 };
+      for (; k < time.length && force[k] > 0; k++) pulse.peak = Math.max(pulse.peak, force[k]);
+      pulses.push({ ...pulse, release: time[k - 1] });
     }
-    return pulses;
-  }).sort((a, b) => a.onset - b.onset || a.contact - b.contact);
-  return Object.fromEntries(["contact", "onset", "release", "peak"].map((name) =>
-    [name, Float64Array.from(found, (pulse) => pulse[name])]));
+  });
+  return pulses;
 }
 
 /** The sums of what is stored where, else the total. */
 function energies(columns) {
   const sums = {};
   for (const [name, part] of Object.entries({ kinetic: "kinetic", gravity: "gravity", contact: "elastic" })) {
-    for (const [key, column] of columns) {
+    for (const [key, column] of columns)
       if (key.startsWith(`E_${name}[`)) sums[part] = column.map((value, k) => value + (sums[part]?.[k] ?? 0));
-    }
   }
-  return Object.keys(sums).length ? sums : columns.has("E_total") ? { total: columns.get("E_total") } : {};
+  const total = columns.get("E_total");
+  return Object.keys(sums).length || !total ? sums : { total };
 }

@@ -23,6 +23,11 @@ export function countUpTo(array, value, low = 0, high = array.length) {
   return low;
 }
 
+/** The largest absolute value in some columns; 0 where there is none. */
+export function largest(columns) {
+  return columns.reduce((most, column) => column.reduce((a, b) => Math.max(a, Math.abs(b)), most), 0);
+}
+
 /** Where `t` lies among rising times: the sample before it, and the part of the way to the next one. */
 export function placeIn(times, t) {
   const i = Math.min(Math.max(countUpTo(times, t) - 1, 0), times.length - 2), h = times[i + 1] - times[i];
@@ -37,6 +42,12 @@ export function cubic(x, v, { i, h, part }) {
   const rest = 1 - part;
   return x[i] * (1 + 2 * part) * rest * rest + x[i + 1] * (3 - 2 * part) * part * part
     + h * part * rest * (v[i] * rest - v[i + 1] * part);
+}
+
+/** What was compressed in this format and written in base64. */
+export function inflated(text, format) {
+  const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream(format)));
 }
 
 /** Writes a text where it is not there yet. */

@@ -50,14 +50,9 @@ export class Graph {
     return { pulses, jumps, within };
   }
 
-  /** What a scale ends at. */
-  most(kind, click) {
-    return click && kind === "velocity" ? click.fastest : click && kind === "force" ? click.strongest
-      : this.track.most[kind];
-  }
-
   drawRow(kind, view) {
-    const { context: c, track } = this, { width, top, foot, click, theme } = view, most = roundUp(this.most(kind, click));
+    const { context: c, track } = this, { width, top, foot, click, theme } = view;
+    const most = roundUp(click?.most[kind] ?? track.most[kind]);
     const least = ["velocity", "momentum"].includes(kind) ? -most : 0;
     const level = (value) => foot - ((value - least) / (most - least)) * (foot - top);
     this.drawAxes(kind, { ...view, level, least, most });
