@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Makes the files of a release in target/dist. .github/workflows/release.yml calls it, and you can, too.
 
-    python3 packaging/release.py fmus [FMU]     the FMU for all platforms, one for each preset, and the page without a recording
+    python3 packaging/release.py fmus [FMU]     the FMU for all platforms, one for each preset, and the page
     python3 packaging/release.py programs FMU   for this machine: wheel with this FMU, page, cradle-fmu with licences
     python3 packaging/release.py finish         when all files are in target/dist: bill of materials, SHA256SUMS
 

@@ -50,15 +50,17 @@ def visit(browser, path, link: str = "") -> None:
     for kind in ("browser", "performance"):
         browser.get_log(kind)  # what earlier pages left
     browser.get(path.as_uri() + link)
-    WebDriverWait(browser, 60).until(
-        lambda _: browser.execute_script(
-            "return !document.scripts.length || Boolean(window.cradle ?? window.report)"
-        )
-    )
+    ready(browser)
     assert_quiet(browser)
     messages = [json.loads(entry["message"])["message"] for entry in browser.get_log("performance")]
     requests = [m["params"]["request"]["url"] for m in messages if m["method"] == "Network.requestWillBeSent"]
     assert [url for url in requests if not url.startswith(("data:", "blob:"))] == [path.as_uri()]
+
+
+def ready(browser) -> None:
+    """Waits for the scripts of a page."""
+    done = "return !document.scripts.length || Boolean(window.cradle ?? window.report)"
+    WebDriverWait(browser, 60).until(lambda _: browser.execute_script(done))
 
 
 def assert_quiet(browser) -> None:
@@ -69,15 +71,8 @@ def assert_quiet(browser) -> None:
 
 def colours(browser, element) -> int:
     """How many colours an element shows: a blank one has a single one."""
-    picture = Image.open(io.BytesIO(element.screenshot_as_png)).convert("RGB")
-    return len(np.unique(np.asarray(picture).reshape(-1, 3), axis=0))
-
-
-def state(browser, t: float | None = None) -> dict:
-    """What the player shows, at time t (s) if given."""
-    if t is not None:
-        browser.execute_script("cradle.seek(arguments[0])", t)
-    return browser.execute_script("return cradle.state()")
+    picture = Image.open(io.BytesIO(element.screenshot_as_png)).convert("RGBA")
+    return np.unique(np.frombuffer(picture.tobytes(), np.uint32)).size
 
 
 def serious(browser) -> list:

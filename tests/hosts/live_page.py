@@ -1,4 +1,4 @@
-"""What the tests of the live page share: the page in Chromium, pointers, and the native run to compare with."""
+"""What the tests of the page share: the page in Chromium, pointers, and the native run to compare with."""
 
 import json
 import shutil
@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 from browser import visit
 from conftest import ROOT
+from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.actions.action_builder import ActionBuilder
 from selenium.webdriver.common.actions.pointer_input import PointerInput
+from selenium.webdriver.common.by import By
 from selenium.webdriver.support.wait import WebDriverWait
 
 GRID = [k / 64 for k in range(60 * 64 + 1)]  # s; doubles without rounding error
@@ -28,8 +30,7 @@ FOLLOW = """(engine, recipe, times) => {
   return [rows, pulses];
 }"""
 ITEMS = {"powerLaw": 1, "hertz": 2, "rigid": 3}
-
-
+DRAWN = "requestAnimationFrame(() => requestAnimationFrame(arguments[0]))"
 ENGINE = "target/web/wasm32-unknown-unknown/release/cradle_web.wasm"
 
 
@@ -103,31 +104,61 @@ def place(page, ball: int) -> tuple[int, int]:
 def drag(page, ball: int, by: int, kind="mouse", hold: float = 0.3, release: bool = True) -> None:
     """Takes a ball with a pointer, moves it aside by so many px, keeps still, and lets go."""
     x, y = place(page, ball)
-    chain = Pointer(page, kind)
-    chain.move_to_location(x, y).pointer_down()
-    for k in range(1, 6):
-        chain.move_to_location(x + by * k // 5, y - abs(by) * k // 40)
-    chain.pause(hold)
-    if release:
-        chain.pointer_up()
-    chain.perform()
+    path = [(x + by * k // 5, y - abs(by) * k // 40) for k in range(6)]
+    gesture(page, path, kind=kind, hold=hold, release=release)
 
 
-class Pointer:
-    """One pointer's actions."""
+def gesture(page, *paths, kind="mouse", button=0, hold: float = 0.0, release: bool = True) -> None:
+    """Pointers that are pressed where their paths begin, follow them together, keep still for `hold` (s) and let go."""
+    builder = ActionBuilder(page, mouse=PointerInput(kind, f"{kind}0"), duration=20)
+    others = (builder.add_pointer_input(kind, f"{kind}{k}") for k in range(1, len(paths)))
+    for pointer, path in zip([builder.pointer_action.source, *others], paths, strict=True):
+        for k, (x, y) in enumerate(path):
+            pointer.create_pointer_move(duration=20 if k else 0, x=x, y=y)
+            if k == 0:
+                pointer.create_pointer_down(button=button)
+        pointer.create_pause(hold)
+        if release:
+            pointer.create_pointer_up(button=button)
+    builder.perform()
 
-    def __init__(self, page, kind):
-        self.builder = ActionBuilder(page, mouse=PointerInput(kind, kind), duration=20)
 
-    def __getattr__(self, name):
-        def act(*given):
-            getattr(self.builder.pointer_action, name)(*given)
-            return self
+def let_go(page) -> None:
+    """The mouse that a gesture has left pressed."""
+    builder = ActionBuilder(page, mouse=PointerInput("mouse", "mouse0"))
+    builder.pointer_action.pointer_up()
+    builder.perform()
 
-        return act
 
-    def perform(self):
-        self.builder.perform()
+def press(page, name: str) -> None:
+    page.find_element(By.ID, name).click()
+
+
+def keys(page, *given: str) -> None:
+    """Keys to whatever has the focus."""
+    ActionChains(page).send_keys(*given).perform()
+
+
+def text(page, selector: str) -> str:
+    """What an element says once all is drawn."""
+    page.execute_async_script(DRAWN)
+    return page.find_element(By.CSS_SELECTOR, selector).text
+
+
+def each_panel(page):
+    """Opens and closes one panel after the other; their names."""
+    for panel in ("change", "show", "beside", "lesson", "keep", "help"):
+        js(page, "cradle.panels.toggle(arguments[0])", panel)
+        yield panel
+        js(page, "cradle.panels.toggle(arguments[0])", panel)
+
+
+def assert_native(page, fmu) -> None:
+    """Ten seconds of what runs in the page, from its start, are the native run."""
+    js(page, "cradle.setRunning(false)")
+    run = f"const recipe = source.setup.recipe(); return [recipe, ...({FOLLOW})(source.engine, recipe, arguments[0])]"
+    recipe, rows, pulses = js(page, run, GRID[:640])
+    assert same_run(fmu, recipe, rows, pulses, GRID[:640]) and len(pulses) > 10
 
 
 def wait(page, condition: str, seconds=20):

@@ -8,13 +8,8 @@ import newtons_cradle as nc
 import numpy as np
 import pytest
 from browser import colours
-from live_page import FOLLOW, GRID, Pointer, drag, js, node, place, same_run, wait
-from selenium.webdriver.common.action_chains import ActionChains
-from selenium.webdriver.common.actions.action_builder import ActionBuilder
-from selenium.webdriver.common.actions.pointer_input import PointerInput
+from live_page import FOLLOW, GRID, assert_native, drag, gesture, js, let_go, node, place, same_run, wait
 from selenium.webdriver.common.by import By
-from selenium.webdriver.common.keys import Keys
-from selenium.webdriver.support.wait import WebDriverWait
 
 pytestmark = pytest.mark.all
 
@@ -115,10 +110,7 @@ def test_a_ball_is_thrown_stopped_and_pushed_while_the_run_goes_on(page):
     js(page, "cradle.lift(1)")
     wait(page, "source.run.time > 0.1")
     x, y = place(page, 4)
-    hand = Pointer(page, "mouse").move_to_location(x, y).pointer_down()
-    for moved in (30, 90, 170):
-        hand.move_to_location(x + moved, y)
-    hand.pointer_up().perform()
+    gesture(page, [(x + moved, y) for moved in (0, 30, 90, 170)])
     speed = js(page, "return source.setup.values.v_start[4]")
     assert speed > 0.3  # m/s, to the right
     wait(page, "source.pulses.length > 3")
@@ -129,7 +121,7 @@ def test_a_ball_is_thrown_stopped_and_pushed_while_the_run_goes_on(page):
     assert count == 1
     time.sleep(0.5)
     assert js(page, "return source.state.x[4]") == pytest.approx(held, abs=1e-3)
-    Pointer(page, "mouse").pointer_up().perform()
+    let_go(page)
     assert js(page, "return source.holds.size") == 0
     # Pushed into the row, a ball takes the others along.
     js(page, "cradle.stopAll()")
@@ -140,29 +132,23 @@ def test_a_ball_is_thrown_stopped_and_pushed_while_the_run_goes_on(page):
 
 def test_two_fingers_hold_two_balls(page):
     """Both are lifted at once, to either side, and let go in the same instant."""
-    builder = ActionBuilder(page, mouse=PointerInput("touch", "first"), duration=20)
-    fingers = {0: builder.pointer_action.source, 4: builder.add_pointer_input("touch", "second")}
-    for ball, finger in fingers.items():
+    paths = []
+    for ball, by in ((0, -50), (4, 50)):
         x, y = place(page, ball)
-        finger.create_pointer_move(duration=0, x=x, y=y)
-        finger.create_pointer_down(button=0)
-        for part in (0.5, 1):
-            finger.create_pointer_move(duration=30, x=round(x + part * (100 if ball else -100)), y=y)
-        finger.create_pause(0.3)
-        finger.create_pointer_up(button=0)
-    builder.perform()
+        paths.append([(x, y), (x + by, y), (x + 2 * by, y)])
+    gesture(page, *paths, kind="touch", hold=0.3)
     x = js(page, "return source.setup.values.x_start")
     assert x[0] < -0.03 < 0.03 < x[4] and x[1:4] == pytest.approx([0, 0, 0], abs=1e-4)
     assert js(page, "return source.holds.size") == 0
 
 
-@pytest.mark.parametrize("balls", [1, 2, 20])
-def test_any_number_of_balls(page, balls):
-    js(page, "cradle.resize(arguments[0]); cradle.lift(1)", balls)
-    wait(page, "source.run.time > 1")
-    shown = js(page, "return [source.state.balls, source.state.residual / source.state.energy]")
-    assert shown[0] == balls and abs(shown[1]) < 1e-12
-    assert len(page.find_elements(By.CSS_SELECTOR, ".sliders input")) == balls
+def test_any_number_of_balls(page):
+    for balls in (1, 2, 20):
+        js(page, "cradle.resize(arguments[0]); cradle.lift(1)", balls)
+        wait(page, "source.run.time > 1")
+        shown = js(page, "return [source.state.balls, source.state.residual / source.state.energy]")
+        assert shown[0] == balls and abs(shown[1]) < 1e-12
+        assert len(page.find_elements(By.CSS_SELECTOR, ".sliders input")) == balls
 
 
 CHANGES = {
@@ -193,9 +179,7 @@ def test_the_contact_changes_while_it_swings(page, fmu):
         kept = js(page, "return source.state.energy") / before
         if name not in ("heavy", "short", "moon"):
             assert kept == pytest.approx(1.0, abs=0.03), name
-    js(page, "cradle.setRunning(false)")
-    run = f"const recipe = source.setup.recipe(); return [recipe, ...({FOLLOW})(source.engine, recipe, arguments[0])]"
-    assert same_run(fmu, *js(page, run, GRID[:640]), GRID[:640])
+    assert_native(page, fmu)
 
 
 def test_what_the_engine_refuses_changes_nothing(page):
@@ -203,24 +187,21 @@ def test_what_the_engine_refuses_changes_nothing(page):
     status = page.find_element(By.ID, "status").text
     assert status == "ball.mass = -1 kg is refused; allowed: finite and > 0 kg"
     assert js(page, "return source.setup.get('ball.mass')") == 1
-    page.get(page.current_url.split("#")[0] + "#balls=50")
-    WebDriverWait(page, 20).until(
-        lambda _: "balls = 50 is refused; allowed: 1 to 20" in page.find_element(By.ID, "status").text
-    )
+    js(page, "location.hash = '#balls=50'")
+    wait(page, "cradle.controls.status.textContent.includes('balls = 50 is refused; allowed: 1 to 20')")
 
 
 def test_inside_a_click(page):
     """Time slows down by itself; the captions are those of the pulses; then it is ordinary time again."""
-    js(page, "cradle.choose('hertz'); cradle.lift(2); cradle.inside(); window.said = new Set()")
+    js(page, "cradle.choose('hertz'); cradle.lift(2); cradle.inside()")
     wait(page, "cradle.clock.inside && source.shownClick?.sampled && cradle.clock.rate < 1e-4", 40)
     assert colours(page, page.find_element(By.CSS_SELECTOR, "canvas.cradle")) > 500
-    caption = """cradle.setRunning(false);
-    cradle.seek(source.shownClick.begin + 1e-5);
+    caption = """cradle.seek(source.shownClick.begin + 1e-5);
     return captionOf(source.shownClick, source.run.time, source.state)"""
     assert js(page, caption)["text"] == "Ball 2 touches ball 3. 4 contacts press at once."
     pulses = js(page, "return source.shownClick.pulses")
     assert len(pulses) >= 4
-    js(page, "cradle.setRunning(true)")
+    js(page, "cradle.seek(source.shownClick.end); cradle.setRunning(true)")
     wait(page, "cradle.clock.slow === 'no'", 60)
     assert page.find_element(By.ID, "pace").text == "real time"
 
@@ -228,10 +209,8 @@ def test_inside_a_click(page):
 def test_two_side_by_side(page):
     js(page, "cradle.choose('textbook'); cradle.lift(2); cradle.compare('hertz')")
     wait(page, "cradle.stages.length === 2 && source.run.time > 1.5")
-    first, second = page.execute_script(
-        "return cradle.stages.map(({source}) => [source.setup.recipe().start, source.run.time, "
-        "Array.from(source.state.x)])"
-    )
+    shown = "({source}) => [source.setup.recipe().start, source.run.time, Array.from(source.state.x)]"
+    first, second = page.execute_script(f"return cradle.stages.map({shown})")
     different = {key for key in second[0] if second[0][key] != first[0].get(key)}
     assert different == {"contact.model", "contact.deadBand"}
     assert first[1] == pytest.approx(second[1], abs=1e-12)
@@ -245,40 +224,8 @@ def test_two_side_by_side(page):
 def test_more_contacts_than_time_slow_the_clock_and_not_the_page(page):
     # Swings that take 0.4 ms: a second of them is work for several, whatever the machine.
     js(page, "cradle.begin(PRESETS.buzzing.setup().with({gravity: 1e8}), null); window.spent = []")
-    note = (
-        "const note = () => { window.spent.push(cradle.clock.spent); requestAnimationFrame(note); }; note()"
-    )
-    js(page, note)
-    wait(page, "document.getElementById('status').textContent.includes('the clock runs')", 30)
-    shown = js(page, "return [source.run.time, window.spent]")
-    assert np.median(shown[1]) < 20
+    js(page, "(function note() { spent.push(cradle.clock.spent); requestAnimationFrame(note); })()")
+    wait(page, "cradle.controls.status.textContent.includes('the clock runs')", 30)
+    assert np.median(js(page, "return spent")) < 20
     page.find_element(By.ID, "rest").click()
     wait(page, "source.run.time > 0")
-
-
-def test_a_link_keeps_what_was_changed_on_the_right(page):
-    js(page, "cradle.compare('hertz'); cradle.change({ 'contact.model': 'powerLaw', 'contact.exponent': 3 })")
-    exponents = "return cradle.stages.map(({ source }) => source.setup.get('contact.exponent'))"
-    WebDriverWait(page, 30).until(lambda page: js(page, exponents) == [1, 3])
-    link = js(page, "return linkTo(cradle)")
-    js(
-        page,
-        "cradle.compare('stop'); cradle.choose('figure5'); cradle.open(new URL(arguments[0]).hash)",
-        link,
-    )
-    assert js(page, exponents) == [1, 3]
-    assert js(page, "return cradle.stages[1].source.setup.law") == "cubic"
-
-
-def test_keys_after_a_click_and_switched_off(page):
-    """The space bar pauses, whatever was clicked before; single keys can be switched off."""
-    page.find_element(By.ID, "again").click()
-    js(page, "cradle.setRunning(true)")
-    ActionChains(page).send_keys(Keys.SPACE).perform()
-    assert js(page, "return [cradle.clock.running, cradle.panels.kind]") == [False, None]
-    js(page, "cradle.setOther('keys', false)")
-    ActionChains(page).send_keys("s").send_keys(Keys.SPACE).perform()
-    assert js(page, "return [cradle.clock.running, cradle.panels.kind]") == [False, None]
-    js(page, "cradle.setOther('keys', true)")
-    ActionChains(page).send_keys("s").perform()
-    assert js(page, "return cradle.panels.kind") == "show"

@@ -2,10 +2,8 @@
 
 import numpy as np
 import pytest
-from browser import serious, set_screen
-from live_page import GRID, Pointer, drag, js, place, same_run, wait
-from selenium.webdriver.common.actions.action_builder import ActionBuilder
-from selenium.webdriver.common.actions.pointer_input import PointerInput
+from browser import set_screen
+from live_page import assert_native, drag, gesture, js, let_go, place, wait
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
@@ -64,24 +62,12 @@ def test_a_ball_goes_with_the_pointer(space, fmu, view, ball):
     assert lifted < -0.02
     if view != "side":
         assert place(space, ball) == pytest.approx((x - 90, y), abs=14)
-    Pointer(space, "mouse").pointer_up().perform()
+    let_go(space)
     recipe = js(space, "return source.setup.recipe()")
     for i in range(1, 6):
         assert recipe["start"][f"x_start[{i}]"] == pytest.approx(lifted if i <= ball + 1 else 0, abs=1e-4)
     wait(space, "source.run.time > 0.5")
-    rows = js(
-        space,
-        """cradle.setRunning(false);
-        const run = source.engine.start(arguments[0]), pulses = [];
-        return [arguments[1].map((time) => {
-          run.advance(time);
-          pulses.push(...run.takePulses());
-          return Array.from(run.look().numbers);
-        }), pulses]""",
-        recipe,
-        GRID[:320],
-    )
-    assert same_run(fmu, recipe, *rows, GRID[:320])
+    assert_native(space, fmu)
 
 
 def test_the_view_turns(space):
@@ -96,32 +82,22 @@ def test_the_view_turns(space):
     look(space, "front")
     azimuth, height = js(space, angles)
     x, y = place(space, 0)
-    Pointer(space, "mouse").move_to_location(80, y).pointer_down().move_to_location(
-        130, y + 20
-    ).pointer_up().perform()
+    gesture(space, [(80, y), (130, y + 20)])
     turned = js(space, angles)
     assert turned[0] < azimuth - 0.1 and turned[1] > height + 0.05
     wait(space, "cradle.controls.view.textContent === 'View: turned'")
     x, y = place(space, 0)
-    hand = Pointer(space, "mouse").move_to_location(x, y).pointer_down(2)
-    hand.move_to_location(x, 100).pointer_up(2).perform()
+    gesture(space, [(x, y), (x, 100)], button=2)
     assert js(space, "return source.holds.size") == 0
     assert js(space, "return source.state.x[0]") == 0
-    down = Pointer(space, "touch").move_to_location(80, 600).pointer_down()
-    down.move_to_location(80, 100).pointer_up().perform()
+    gesture(space, [(80, 600), (80, 100)], kind="touch")
     assert js(space, "return cradle.stages[0].scene.lens.eye[1] > cradle.stages[0].scene.frame.floor")
     assert js(space, angles)[1] < 0.1
 
 
 def test_two_fingers_turn_the_view_as_one_does(space):
     azimuth = js(space, "return cradle.eye.azimuth")
-    builder = ActionBuilder(space, mouse=PointerInput("touch", "first"), duration=20)
-    for k, finger in enumerate([builder.pointer_action.source, builder.add_pointer_input("touch", "second")]):
-        finger.create_pointer_move(duration=0, x=60, y=300 + 150 * k)
-        finger.create_pointer_down(button=0)
-        finger.create_pointer_move(duration=30, x=160, y=300 + 150 * k)
-        finger.create_pointer_up(button=0)
-    builder.perform()
+    gesture(space, [(60, 300), (160, 300)], [(60, 450), (160, 450)], kind="touch")
     assert js(space, "return cradle.eye.azimuth") == pytest.approx(azimuth - 0.6, abs=0.01)
     assert js(space, "return source.holds.size") == 0
 
@@ -142,28 +118,6 @@ def test_what_stands_still_is_drawn_once(space):
     assert space.execute_async_script(drawn) >= 8
 
 
-def test_a_link_and_a_picture_keep_it(space):
-    link = js(space, "return linkTo(cradle)")
-    assert link.endswith("&view=3d")
-    js(space, "cradle.setOther('space', false); cradle.open(new URL(arguments[0]).hash)", link)
-    assert js(space, "return cradle.space")
-    wait(space, "cradle.stages[0].scene.painter.drawn")
-    colours = space.execute_async_script(
-        """const done = arguments[0], {scene, source} = cradle.stages[0];
-        URL.createObjectURL = (blob) => {
-          createImageBitmap(blob).then((picture) => {
-            const copy = new OffscreenCanvas(picture.width, picture.height).getContext("2d");
-            copy.drawImage(picture, 0, 0);
-            const {x, y, unit} = scene.place(2, source.state.x[2]);
-            const {data} = copy.getImageData(2 * (x - unit / 2), 2 * y, 2 * unit, unit);
-            done(new Set(new Uint32Array(data.buffer)).size);
-          });
-          return "#kept"; };
-        savePicture(cradle)"""
-    )
-    assert colours > 300
-
-
 def test_without_webgl_it_stays_flat(page):
     js(page, """const {getContext} = HTMLCanvasElement.prototype;
       HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
@@ -173,13 +127,8 @@ def test_without_webgl_it_stays_flat(page):
     choice.send_keys(Keys.SPACE)
     assert "WebGL" in page.find_element(By.ID, "status").text
     assert not page.find_element(By.CSS_SELECTOR, "[data-key$=space]").is_selected()
-    assert js(
-        page, "return [cradle.space, cradle.controls.view.hidden, document.querySelector('.space')]"
-    ) == [
-        False,
-        True,
-        None,
-    ]
+    shown = js(page, "return [cradle.space, cradle.controls.view.hidden, document.querySelector('.space')]")
+    assert shown == [False, True, None]
     drag(page, 0, -60)
     assert js(page, "return source.setup.values.x_start[0]") < -0.02
 
@@ -192,10 +141,3 @@ def test_when_webgl_is_lost_it_becomes_flat(space):
     assert js(space, "return document.querySelectorAll('.space').length") == 0
     js(space, "cradle.setOther('space', true)")
     assert js(space, "return document.querySelectorAll('.space').length") == 2
-
-
-def test_axe_finds_nothing_serious(space, axe):
-    space.execute_script(axe)
-    for light in (False, True):
-        js(space, "cradle.setTheme(arguments[0])", light)
-        assert serious(space) == [], light

@@ -2,8 +2,7 @@
 
 import pytest
 from browser import visit
-from live_page import drag, js, wait
-from selenium.webdriver.common.action_chains import ActionChains
+from live_page import drag, js, keys, press, wait
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
@@ -28,38 +27,28 @@ def guess(page, count: int) -> None:
 )
 def test_a_class_says_what_will_fly_out(page, preset, lifted, guessed, said):
     """Time stands still until it has; then it is told what did."""
-    js(
-        page,
-        "cradle.choose(arguments[0]); cradle.setOther('ask', true); cradle.lift(arguments[1])",
-        preset,
-        lifted,
-    )
+    js(page, f"cradle.choose('{preset}'); cradle.setOther('ask', true); cradle.lift({lifted})")
     wait(page, f"{SENTENCE} === 'How many balls will fly out on the other side?'")
     assert len(page.find_elements(By.CSS_SELECTOR, "#guesses button")) == 5
     assert js(page, "return [cradle.clock.running, source.run.time]") == [False, 0]
     guess(page, guessed)
     assert not page.find_element(By.ID, "guesses").is_displayed()
     wait(page, f"{SENTENCE}.startsWith('You said')")
-    assert js(page, f"return {SENTENCE}") == said
-    assert js(page, "return cradle.stages[0].detail.textContent").startswith(
-        "Compared with the incoming speed: ball"
-    )
+    shown, detail = js(page, f"return [{SENTENCE}, cradle.stages[0].detail.textContent]")
+    assert shown == said and detail.startswith("Compared with the incoming speed: ball")
 
 
 def test_a_hand_is_asked_as_well_and_may_go_on_without_an_answer(page):
     js(page, "cradle.setOther('ask', true)")
     drag(page, 1, -80)
-    assert js(page, "return [cradle.lesson.phase, cradle.clock.running, source.holds.size]") == [
-        "asks",
-        False,
-        0,
-    ]
+    shown = js(page, "return [cradle.lesson.phase, cradle.clock.running, source.holds.size]")
+    assert shown == ["asks", False, 0]
     lifted = js(page, "return source.setup.values.x_start[0]")
     assert js(page, "return source.state.x[0]") == lifted < -0.01
-    ActionChains(page).send_keys("2").perform()  # a guess, not two balls to be lifted
+    keys(page, "2")  # a guess, not two balls to be lifted
     assert js(page, "return [cradle.lesson.phase, source.setup.values.x_start[0]]") == ["waits", lifted]
     js(page, "cradle.lift(1)")
-    ActionChains(page).send_keys(Keys.SPACE).perform()
+    keys(page, Keys.SPACE)
     wait(page, "cradle.lesson.phase === null && source.pulses.length > 0")
     assert not page.find_element(By.ID, "guesses").is_displayed()
     js(page, "cradle.lift(2)")
@@ -85,11 +74,11 @@ def test_the_lesson_is_presented_step_by_step(page, live_path):
             wait(page, "cradle.lesson.phase === 'knows'")
         titles.append(page.find_element(By.TAG_NAME, "h1").text)
         assert not page.find_element(By.ID, "openers").is_displayed()
-        page.find_element(By.ID, "nextStep").click()
+        press(page, "nextStep")
     assert len(set(titles)) == 6 and titles[1] == "Why not one, twice as fast?"
     assert page.find_element(By.ID, "openers").is_displayed()
     visit(page, live_path, "#present=5")
     assert page.find_element(By.TAG_NAME, "h1").text == "See the difference grow"
-    ActionChains(page).send_keys(Keys.ESCAPE).perform()
+    keys(page, Keys.ESCAPE)
     assert page.find_element(By.TAG_NAME, "h1").text == "Newton's cradle"
     assert page.execute_script("return location.hash").startswith("#preset=textbook")

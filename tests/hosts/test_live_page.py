@@ -8,15 +8,18 @@ from threading import Thread
 
 import numpy as np
 import pytest
-from browser import serious, set_screen, visit
+from browser import ready, serious, set_screen, visit
 from conftest import ROOT
-from live_page import js, wait
+from live_page import each_panel, js, keys, press, wait
 from newtons_cradle.page import save_site
 from selenium.webdriver import Keys
 from selenium.webdriver.common.by import By
-from selenium.webdriver.support.wait import WebDriverWait
+from test_live_layout import boxes
 
 pytestmark = pytest.mark.all
+
+
+PANELS = {"c": "Change", "s": "Show", "b": "Compare", "k": "Save and share", "h": "Keys"}
 
 
 def test_the_keyboard_does_everything(page):
@@ -30,21 +33,23 @@ def test_the_keyboard_does_everything(page):
     assert slider.get_attribute("aria-valuetext") == "4.0 cm to the left, held"
     slider.send_keys(Keys.ENTER)
     assert js(page, "return source.setup.values.x_start") == pytest.approx([-0.04, -0.04, 0, 0, 0])
-    for key, title in {
-        "c": "Change",
-        "s": "Show",
-        "b": "Compare",
-        "k": "Save and share",
-        "h": "Keys",
-    }.items():
+    for key, title in PANELS.items():
         body.send_keys(key)
         assert page.find_element(By.ID, "paneltitle").text == title
-        page.switch_to.active_element.send_keys(Keys.ESCAPE)
+        keys(page, Keys.ESCAPE)
         assert not page.find_element(By.ID, "panel").is_displayed()
     body.send_keys("i")
     assert js(page, "return cradle.clock.slow") == "next"
-    body.send_keys(" ")
-    assert js(page, "return cradle.clock.running") is False
+    shown = "return [cradle.clock.running, cradle.panels.kind]"
+    press(page, "again")
+    keys(page, Keys.SPACE)  # pauses, whatever was clicked before
+    assert js(page, shown) == [False, None]
+    js(page, "cradle.setOther('keys', false)")
+    keys(page, "s", Keys.SPACE)
+    assert js(page, shown) == [False, None]
+    js(page, "cradle.setOther('keys', true)")
+    keys(page, "s")
+    assert js(page, shown) == [False, "show"]
 
 
 @pytest.mark.parametrize("still", [False, True])
@@ -56,19 +61,13 @@ def test_a_drawn_hand_begins_where_nobody_does(page, live_path, still):
     wait(page, "cradle.guide.seconds > 1.8")
     x, shown = js(page, "return [source.state.x[0], Number(getComputedStyle(cradle.controls.hand).opacity)]")
     assert (x == 0 and shown == 0) if still else (x < -0.005 and shown > 0)
-    wait(
-        page,
-        "cradle.guide.seconds > 4"
-        if still
-        else "cradle.guide.phase === 'has shown' && source.pulses.length > 0",
-    )
+    shown = "cradle.guide.phase === 'has shown' && source.pulses.length > 0"
+    wait(page, "cradle.guide.seconds > 4" if still else shown)
     moved = js(page, "return [source.setup.values.x_start[0], cradle.stages[0].sentence.textContent]")
     assert moved == [0 if still else pytest.approx(-0.12), hint]
     page.find_element(By.TAG_NAME, "h1").click()
-    wait(
-        page,
-        f"cradle.guide.phase === null && cradle.stages[0].sentence.textContent === '{hint if still else ''}'",
-    )
+    said = hint if still else ""
+    wait(page, f"cradle.guide.phase === null && cradle.stages[0].sentence.textContent === '{said}'")
 
 
 def test_the_defaults_are_those_of_the_fmu(page, fmu):
@@ -109,17 +108,27 @@ def test_sliders_change_what_they_say(page):
         assert js(page, "return source.setup.get(arguments[0])", name) == pytest.approx(value), title
 
 
-def test_a_link_carries_the_set_up(page, live_path):
-    js(page, "cradle.choose('desk'); cradle.change({gravity: 1.62}); cradle.lift(2)")
-    wanted = js(page, "return source.setup.recipe()")
-    link = js(page, "return linkTo(cradle)")
-    assert link.startswith(live_path.as_uri() + "#balls=5&")
+#: What is done, and what the page then shows.
+KEPT = (
+    "cradle.choose('desk'); cradle.change({gravity: 1.62}); cradle.lift(2)",
+    "cradle.compare('hertz'); cradle.change({'contact.model': 'powerLaw', 'contact.exponent': 3})",
+    "cradle.setOther('space', true)",
+)
+SHOWN = "return [cradle.space, cradle.side, cradle.sources.map(({setup}) => setup.recipe())]"
+
+
+@pytest.mark.parametrize("done", KEPT)
+def test_a_link_carries_the_set_up(page, live_path, done):
+    js(page, done)
+    wait(page, "cradle.sources.every(({pending}) => !pending)")
+    wanted, link = js(page, SHOWN), js(page, "return linkTo(cradle)")
+    assert link.startswith(live_path.as_uri() + "#")
     js(page, "cradle.panels.toggle('keep'); document.querySelector('#panelbody button').click()")
     wait(page, "/The link is in the clipboard|Here is the link:/.test(cradle.controls.status.textContent)")
     page.get("about:blank")
     page.get(link)
-    WebDriverWait(page, 20).until(lambda _: page.execute_script("return Boolean(window.cradle)"))
-    assert js(page, "return source.setup.recipe()") == wanted
+    ready(page)
+    assert js(page, SHOWN) == wanted
 
 
 def test_the_links_of_the_lesson(page):
@@ -137,19 +146,23 @@ def test_the_links_of_the_lesson(page):
         js(page, "cradle.stopAll()")
 
 
-@pytest.mark.parametrize("beside", ["nonsense", "stop"])
-def test_values_of_a_second_cradle_are_shown_whatever_its_name(page, beside):
-    js(page, "location.hash = arguments[0]", f"#beside={beside}&right.gravity=1.62")
-    wait(page, "cradle.stages[1]?.source.setup.get('gravity') === 1.62")
-    assert js(page, "return cradle.besideChoice") == "usual"
+def test_values_of_a_second_cradle_are_shown_whatever_its_name(page):
+    for beside in ("nonsense", "stop"):
+        js(
+            page,
+            "cradle.compare('stop'); location.hash = arguments[0]",
+            f"#beside={beside}&right.gravity=1.62",
+        )
+        wait(page, "cradle.stages[1]?.source.setup.get('gravity') === 1.62")
+        assert js(page, "return cradle.besideChoice") == "usual"
 
 
 def test_a_web_server_is_as_good(browser, live_path, tmp_path):
     """Its site can be installed, and is there when the server no longer is."""
-    save_site(tmp_path)
+    assert save_site(tmp_path) < 2e6
     server = ThreadingHTTPServer(("127.0.0.1", 0), partial(SimpleHTTPRequestHandler, directory=tmp_path))
     Thread(target=server.serve_forever, daemon=True).start()
-    address, ready = f"http://127.0.0.1:{server.server_port}/", "return Boolean(window.cradle)"
+    address = f"http://127.0.0.1:{server.server_port}/"
     try:
         browser.get(address)
         browser.execute_async_script("navigator.serviceWorker.ready.then(arguments[0])")
@@ -161,24 +174,38 @@ def test_a_web_server_is_as_good(browser, live_path, tmp_path):
         server.server_close()
     browser.get("about:blank")
     browser.get(address + "#preset=desk&lift=1")
-    WebDriverWait(browser, 20).until(lambda _: browser.execute_script(ready))
+    ready(browser)
     wait(browser, "source.run.time > 0.1")
     assert js(browser, "return cradle.preset") == "desk"
 
 
-def test_a_click_sounds_and_a_picture_is_kept(page):
-    """Sounds are counted, as nobody listens; the picture has the size of the stage, twice over."""
-    page.find_element(By.ID, "rest").click()  # browsers let a page sound after it was touched
+def test_a_click_sounds(page):
+    """Sounds are counted, as nobody listens."""
+    press(page, "rest")  # browsers let a page sound after it was touched
     js(page, "cradle.setOther('sound', true); cradle.lift(1)")
     wait(page, "cradle.sound.played > 1")
-    size = page.execute_async_script(
-        """const done = arguments[0];
-        URL.createObjectURL = (blob) => {
-          createImageBitmap(blob).then(({width, height}) => done([blob.type, width, height])); return "#kept"; };
-        savePicture(cradle)"""
-    )
-    width = js(page, "return cradle.stages[0].canvas.clientWidth")
-    assert size[0] == "image/png" and size[1] == 2 * width and size[2] > 300
+
+
+PICTURE = """const done = arguments[0], {scene, source, canvas} = cradle.stages[0];
+URL.createObjectURL = (blob) => {
+  createImageBitmap(blob).then((picture) => {
+    const copy = new OffscreenCanvas(picture.width, picture.height).getContext("2d");
+    copy.drawImage(picture, 0, 0);
+    const {x, y, unit} = scene.place(2, source.state.x[2]);
+    const {data} = copy.getImageData(2 * (x - unit / 2), 2 * y, 2 * unit, unit);
+    done([blob.type, picture.width / canvas.clientWidth, new Set(new Uint32Array(data.buffer)).size]);
+  });
+  return "#kept"; };
+savePicture(cradle)"""
+
+
+def test_a_picture_is_kept(page):
+    """Twice as large as the stage, flat and in 3D, with the balls."""
+    for space in (False, True):
+        js(page, "cradle.setOther('space', arguments[0])", space)
+        wait(page, "cradle.stages[0].scene.painter?.drawn ?? true")
+        kind, large, colours = page.execute_async_script(PICTURE)
+        assert (kind, large) == ("image/png", 2) and colours > 300, space
 
 
 def test_tables_and_a_recorded_run(page):
@@ -195,26 +222,20 @@ def test_tables_and_a_recorded_run(page):
     shown = js(page, "source.seek(arguments[0]); return [source.live, Array.from(source.state.x)]", 1.234)
     assert shown[0] is False
     assert shown[1][0] == pytest.approx(np.interp(1.234, rows["time"], rows["x[1]"]), abs=1e-4)
-    page.execute_async_script("cradle.openFile(new File(['a,b'], 'bad.csv')).then(arguments[0])")
-    assert (
-        "bad.csv cannot be shown: it is not a whole result; missing: time"
-        in page.find_element(By.ID, "status").text
-    )
 
 
 def test_axe_finds_nothing_serious(page, axe):
-    """The page and each of its panels, dark and light; and inside a click, on a phone."""
+    """The page and each of its panels, dark and light; in 3D; and inside a click, on a phone."""
     page.execute_script(axe)
     js(page, "cradle.choose('hertz'); cradle.lift(2); cradle.setShow('energy', true)")
     for light in (False, True):
         js(page, "cradle.setTheme(arguments[0])", light)
         assert serious(page) == [], light
-        for panel in ("change", "show", "beside", "lesson", "keep", "help"):
-            js(page, "cradle.panels.toggle(arguments[0])", panel)
+        for panel in each_panel(page):
             assert serious(page) == [], (light, panel)
-            js(page, "cradle.panels.toggle(arguments[0])", panel)
-        js(page, "cradle.open('present')")
-        assert serious(page) == [], light
+        for other in ("view=3d", "present"):
+            js(page, "cradle.open(arguments[0])", other)
+            assert serious(page) == [], (light, other)
         js(page, "cradle.open('preset=hertz&lift=2&show=energy')")
     set_screen(page, "phone")
     js(page, "cradle.inside()")
@@ -222,17 +243,7 @@ def test_axe_finds_nothing_serious(page, axe):
     assert serious(page) == []
 
 
-def test_size(live_path):
-    assert live_path.stat().st_size < 2e6
-
-
 TEXTS = {path.stem: json.loads(path.read_bytes()) for path in (ROOT / "web/page/texts").glob("*.json")}
-# What does not fit into its button, or sticks out of the page sideways.
-TOO_WIDE = """
-  const all = [...document.querySelectorAll("button, label, legend, h1, h2, p, dt, dd, li")];
-  const wide = all.filter((item) => item.checkVisibility() && item.clientWidth
-    && (item.scrollWidth > item.clientWidth + 1 || item.getBoundingClientRect().right > innerWidth + 1));
-  return [...wide.map((item) => item.textContent), ...(document.body.scrollWidth > innerWidth ? ["page"] : [])]"""
 
 
 def places(text) -> object:
@@ -257,10 +268,10 @@ def test_a_language_has_all_texts_and_they_fit(page, language):
     assert page.find_element(By.ID, "paneltitle").text == TEXTS[language]["show"]
     assert page.execute_script("return document.documentElement.lang") == language
     js(page, "cradle.panels.toggle('show'); cradle.compare('heavy')")
-    for panel in (None, "change", "show", "beside", "lesson", "keep", "help"):
-        js(page, "if (arguments[0]) cradle.panels.toggle(arguments[0])", panel)
-        assert page.execute_script(TOO_WIDE) == [], panel
-    js(page, "cradle.panels.toggle('help'); cradle.compare('stop'); cradle.lift(2); cradle.inside()")
+    boxes(page)
+    for _ in each_panel(page):
+        boxes(page)
+    js(page, "cradle.compare('stop'); cradle.lift(2); cradle.inside()")
     wait(page, "cradle.clock.inside", 40)
-    assert page.execute_script(TOO_WIDE) == []
+    boxes(page)
     assert f"lang={language}" in js(page, "return linkTo(cradle)")

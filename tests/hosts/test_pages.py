@@ -27,6 +27,11 @@ def test_the_fmus_documentation(browser, fmu):
         assert units[re.sub(r"\[\d+\]", "[i]", variable.name)] == (variable.unit or "")
 
 
+def show(report, item) -> None:
+    """Scrolls to an element."""
+    report.execute_script("arguments[0].scrollIntoView({behavior: 'instant', block: 'center'})", item)
+
+
 @pytest.fixture
 def report(browser, paper):
     """The browser with the report open."""
@@ -39,7 +44,7 @@ def test_the_report_shows_all_figures(report):
     charts = report.find_elements(By.CSS_SELECTOR, ".chart canvas")
     assert len(charts) >= 12
     for chart in charts:
-        report.execute_script("arguments[0].scrollIntoView({behavior: 'instant', block: 'center'})", chart)
+        show(report, chart)
         assert colours(report, chart) > 20, chart.accessible_name
     assert len(report.find_elements(By.CSS_SELECTOR, "td.holds")) >= 50
     assert report.find_elements(By.CSS_SELECTOR, "td.fails") == []
@@ -47,10 +52,8 @@ def test_the_report_shows_all_figures(report):
 
 def test_the_report_links_its_numbers_and_the_cradle(report, paper):
     out, _ = paper
-    links = report.execute_script(
-        "return [...document.links].map((link) => link.getAttribute('href')).filter((href) => !href.startsWith('#'))"
-    )
-    names = {unquote(link) for link in links}
+    links = report.execute_script("return [...document.links].map((link) => link.getAttribute('href'))")
+    names = {unquote(link) for link in links if not link.startswith("#")}
     assert {path.name for path in out.glob("*.csv")} | {"cradle.html"} == names
     visit(report, out / "cradle.html")
     assert report.execute_script("return cradle.sources[0].clicks.length") >= 7
@@ -59,7 +62,7 @@ def test_the_report_links_its_numbers_and_the_cradle(report, paper):
 def test_the_report_zooms_from_seconds_to_nanoseconds(report):
     """A button of Figure 4 ends at 10 ns, where its first contact's force rises from 0; keys zoom on."""
     buttons = report.find_elements(By.CSS_SELECTOR, "#figure4 button")
-    report.execute_script("arguments[0].scrollIntoView({behavior: 'instant'})", buttons[3])
+    show(report, buttons[3])
     buttons[3].click()
     width = "const [chart] = report.charts.figure4; return chart.right - chart.left"
     WebDriverWait(report, 30).until(lambda _: report.execute_script(width) < 1.01e-8)
@@ -75,15 +78,13 @@ def test_the_report_zooms_from_seconds_to_nanoseconds(report):
 
 def ranges(browser, figure: str) -> list:
     """What each chart of a figure shows: [left, right]."""
-    return browser.execute_script(
-        "return report.charts[arguments[0]].map(({left, right}) => [left, right])", figure
-    )
+    return browser.execute_script(f"return report.charts.{figure}.map(({{left, right}}) => [left, right])")
 
 
 def test_charts_side_by_side_move_together(report):
     """Those of the same range; by buttons, dragging and keys."""
     left, right = report.find_elements(By.CSS_SELECTOR, "#figure5 canvas")
-    report.execute_script("arguments[0].scrollIntoView({behavior: 'instant', block: 'center'})", left)
+    show(report, left)
     onset = report.find_elements(By.CSS_SELECTOR, "#figure5 button")[1]
     assert onset.text == "onset"
     onset.click()
@@ -104,7 +105,7 @@ def test_charts_side_by_side_move_together(report):
 
 def test_the_pointer_reads_time_and_values_in_the_axes_units(report):
     chart = report.find_element(By.CSS_SELECTOR, "#figure5 canvas")
-    report.execute_script("arguments[0].scrollIntoView({behavior: 'instant', block: 'center'})", chart)
+    show(report, chart)
     before = chart.screenshot_as_png
     ActionChains(report).move_to_element_with_offset(chart, -100, 0).perform()
     read = "({...chart.readings(), seconds: chart.reading})"
@@ -127,7 +128,7 @@ def test_the_keyboard_reads_values(report):
     """Where the axis is far from 0, from the round value that is written below it."""
     chart = report.find_element(By.CSS_SELECTOR, "#figure4 canvas")
     report.execute_script(
-        "const [chart] = report.charts.figure4; chart.set(chart.views[3].left, chart.views[3].right)"
+        "const [chart] = report.charts.figure4, {left, right} = chart.views[3]; chart.set(left, right)"
     )
     chart.send_keys(Keys.SHIFT + Keys.ARROW_RIGHT)
     said = report.find_element(By.CSS_SELECTOR, "#figure4 .spoken").get_attribute("textContent")

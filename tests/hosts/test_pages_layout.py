@@ -16,7 +16,6 @@ ACTIONS = (
     "for (const kind of ['force', 'energy']) cradle.setShow(kind, true)",
     "for (const kind of ['force', 'energy']) cradle.setShow(kind, false); cradle.panels.toggle('details')",
 )
-NEXT_PICTURE = "setTimeout(arguments[0], 1500)"
 
 #: Each text of the page as [text, left, top, right, bottom, whether it may scroll away sideways], CSS pixels.
 TEXTS = """
@@ -70,62 +69,43 @@ def assert_fits(browser) -> None:
     assert browser.execute_script("return document.documentElement.scrollWidth") <= width
 
 
-@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
-@pytest.mark.parametrize("size", SIZES)
 @pytest.mark.parametrize("page", ["recorded", "report", "fmu"])
-def test_nothing_overprints(browser, pages, page, size, dark):
-    set_screen(browser, size, dark=dark)
-    visit(browser, pages[page])
-    assert_fits(browser)
-    for action in ACTIONS if page == "recorded" else ():
-        browser.execute_script(action)
-        browser.execute_async_script(NEXT_PICTURE)
-        assert_fits(browser)
-        boxes(browser)
-    assert_quiet(browser)
-
-
-@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
-@pytest.mark.parametrize("page", ["recorded", "report", "fmu"])
-def test_axe_finds_nothing_serious(browser, axe, pages, page, dark):
-    set_screen(browser, dark=dark)
+def test_nothing_overprints_and_axe_finds_nothing_serious(browser, axe, pages, page):
+    """In windows of all sizes, light and dark; a recording also in a click, with strips, and with its parameters."""
+    set_screen(browser)
     visit(browser, pages[page])
     browser.execute_script(axe)
     for action in ["", *(ACTIONS if page == "recorded" else ())]:
         browser.execute_script(action)
         for size in SIZES:
-            set_screen(browser, size, dark=dark)
-            assert serious(browser) == []
+            set_screen(browser, size)
+            browser.execute_async_script("setTimeout(arguments[0], 1000)")  # views glide
+            assert_fits(browser)
+            if page == "recorded":
+                boxes(browser)
+            for dark in (False, True):
+                set_screen(browser, size, dark=dark)
+                assert serious(browser) == [], (action, size, dark)
+    assert_quiet(browser)
 
 
-#: Of each page: colours of texts, of curves, and of what they are drawn on.
-ON_ACCENT = {"recorded": "onaccent", "report": "on-accent"}
-COLOURS = {
-    "recorded": (["ink", "soft", "accent", "strong"], ["strong"], ["back", "back2", "card"]),
-    "report": (
-        ["ink", "soft", "accent", "good", "bad"],
-        ["edge", *(f"series-{i}" for i in range(1, 7))],
-        ["paper", "card"],
-    ),
-}
+#: Of the report: colours of texts, of curves, and of what they are drawn on.
+TEXT_COLOURS, GROUNDS = ("ink", "soft", "accent", "good", "bad"), ("paper", "card")
+CURVES = ("edge", *(f"series-{i}" for i in range(1, 7)))
 
 
 @pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
-@pytest.mark.parametrize("page", COLOURS)
-def test_colours_are_told_from_what_they_are_on(browser, pages, page, dark):
+def test_colours_are_told_from_what_they_are_on(browser, pages, dark):
     """Texts, also those drawn on canvases, which axe-core does not see: 4.5 to 1; curves: 3 to 1."""
     set_screen(browser, dark=dark)
-    visit(browser, pages[page])
-    texts, curves, grounds = COLOURS[page]
-    look = "const style = getComputedStyle(document.documentElement); return style.getPropertyValue(`--${arguments[0]}`)"
-    shown = {
-        name: browser.execute_script(look, name).strip()
-        for name in {*texts, *curves, *grounds, ON_ACCENT[page]}
-    }
-    for name in texts + curves:
-        least = min(contrast(shown[name], shown[ground]) for ground in grounds)
-        assert least >= (4.5 if name in texts else 3), name
-    assert contrast(shown[ON_ACCENT[page]], shown["accent"]) >= 4.5
+    visit(browser, pages["report"])
+    look = "return getComputedStyle(document.documentElement).getPropertyValue(`--${arguments[0]}`)"
+    names = (*TEXT_COLOURS, *CURVES, *GROUNDS, "on-accent")
+    shown = {name: browser.execute_script(look, name).strip() for name in names}
+    for name in TEXT_COLOURS + CURVES:
+        least = min(contrast(shown[name], shown[ground]) for ground in GROUNDS)
+        assert least >= (4.5 if name in TEXT_COLOURS else 3), name
+    assert contrast(shown["on-accent"], shown["accent"]) >= 4.5
 
 
 def contrast(one: str, other: str) -> float:

@@ -1,38 +1,44 @@
 """Recordings: what the command and `Result.page` take, and what they refuse in words."""
 
-import subprocess
 import sys
 from dataclasses import replace
 
 import newtons_cradle as nc
 import numpy as np
 import pytest
+from conftest import ended
 from fmpy import simulate_fmu
 from fmpy.util import write_csv
+from newtons_cradle import __main__
 from newtons_cradle.page import save_page
 from newtons_cradle.recording import RecordingError, from_csv
 
 pytestmark = pytest.mark.all
 
 
-def page(*arguments) -> subprocess.CompletedProcess:
-    """The command that makes a page."""
-    return subprocess.run(
-        [sys.executable, "-m", "newtons_cradle", "page", *map(str, arguments)], capture_output=True, text=True
-    )
+@pytest.fixture
+def page(monkeypatch, capsys):
+    """The command that makes a page; asserts that it does, or what it is refused for."""
+
+    def make(*arguments, refused="") -> None:
+        monkeypatch.setattr(sys, "argv", ["newtons_cradle", "page", *map(str, arguments)])
+        assert __main__.main() == bool(refused)
+        said = capsys.readouterr().err
+        assert said.startswith("error: " if refused else "") and refused in said
+
+    return make
 
 
 def test_the_producer_makes_the_same_page(producer, fmu_path, tmp_path):
     """`cradle-fmu page` is the same command."""
-    pages = [tmp_path / "one.html", tmp_path / "two.html"]
+    one, two = tmp_path / "one.html", tmp_path / "two.html"
     options = [fmu_path, "--stop", "1", "--set", "contact.model=hertz", "--out"]
-    assert page(*options, pages[0]).returncode == 0
+    ended(sys.executable, "-m", "newtons_cradle", "page", *options, one)
     command = [producer, "page", "--python", sys.executable]
-    done = subprocess.run([*command, *map(str, options), pages[1]], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    assert pages[0].read_bytes() == pages[1].read_bytes()
-    failed = subprocess.run([*command, "missing.fmu"], capture_output=True, text=True)
-    assert failed.returncode == 1 and failed.stderr.startswith("error: ") and "import" not in failed.stderr
+    ended(*command, *options, two)
+    assert one.read_bytes() == two.read_bytes()
+    failed = ended(*command, "missing.fmu", code=1)
+    assert failed.stderr.startswith("error: ") and "import" not in failed.stderr
 
 
 ONE, TWO = "time,x[1],v[1]\n", "time,x[1],x[2],v[1],v[2],F[1]\n"
@@ -55,12 +61,10 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("text", "complaint"), REFUSED)
-def test_a_bad_result_is_refused_in_words(tmp_path, text, complaint):
+def test_a_bad_result_is_refused_in_words(page, tmp_path, text, complaint):
     path = tmp_path / "bad.csv"
     path.write_text(text)
-    done = page(path)
-    assert done.returncode == 1
-    assert done.stderr.startswith("error: ") and complaint in done.stderr
+    page(path, refused=complaint)
     assert not path.with_suffix(".html").exists()
 
 
@@ -116,17 +120,18 @@ def test_pulses_of_another_cradle_are_refused(fine, tmp_path):
         from_csv(saved(tmp_path, fine), pulses)
 
 
-def test_one_ball_is_drawn_if_said_so(tmp_path):
+def test_one_ball_is_drawn_if_said_so(page, tmp_path, capsys):
     time = np.linspace(0.0, 3.0, 301)
     path = tmp_path / "one.csv"
     table = np.column_stack([time, np.cos(2 * time), -2 * np.sin(2 * time)])
     np.savetxt(path, table, delimiter=",", header="time,x[1],v[1]", comments="")
-    assert page(path).returncode == 1
-    done = page(path, "--balls", 1)
-    assert done.returncode == 0, done.stderr
+    page(path, refused="has only one ball")
+    page(path, "--balls", 1)
     assert from_csv(path, balls=1).F.shape == (301, 0)
-    assert "missing: x[2], v[2], F[1]" in page(path, "--balls", 2).stderr
-    assert "is not a number of balls" in page(path, "--balls", 0).stderr
+    page(path, "--balls", 2, refused="missing: x[2], v[2], F[1]")
+    with pytest.raises(SystemExit):
+        page(path, "--balls", 0)
+    assert "is not a number of balls" in capsys.readouterr().err
 
 
 def test_names_do_not_become_markup(fine, tmp_path):
@@ -149,22 +154,19 @@ def test_names_do_not_become_markup(fine, tmp_path):
         (["FMU", "--set", "contact.model=glue"], "contact.model = glue is refused; allowed: powerLaw, hertz"),
     ],
 )
-def test_a_bad_command_is_refused_in_words(fmu_path, arguments, complaint):
-    done = page(*(fmu_path if argument == "FMU" else argument for argument in arguments))
-    assert done.returncode == 1
-    assert done.stderr.startswith("error: ") and complaint in done.stderr
+def test_a_bad_command_is_refused_in_words(page, fmu_path, arguments, complaint):
+    page(*(fmu_path if argument == "FMU" else argument for argument in arguments), refused=complaint)
 
 
 def test_a_result_has_a_page(fmu, tmp_path):
     """What is missing or too coarse is said."""
     path = tmp_path / "result.html"
+    coarse = r"the result: too coarse. The samples at t = 0.5 s are 0.5 s apart"
     with pytest.raises(
         RecordingError, match=r"the result: not a whole result of 5 balls; missing: v\[1\], v\[2\]"
     ):
         fmu.simulate(stop=1.0, record=["x"]).page(path)
-    with pytest.raises(
-        RecordingError, match=r"the result: too coarse. The samples at t = 0.5 s are 0.5 s apart"
-    ):
+    with pytest.raises(RecordingError, match=coarse):
         fmu.simulate(stop=1.0, step=0.5).page(path)
     assert not path.exists()
     assert fmu.simulate(stop=1.0).page(path) == path.stat().st_size > 100_000
