@@ -126,9 +126,9 @@ def test_a_click_is_gone_through_by_buttons(player):
         assert text(player, ".detail").startswith(f"{begin} after the first touch")
     press(player, "next")
     assert text(player, ".sentence") == "The click took 90.4 µs: 6 pushes."
-    assert text(player, ".detail") == CAPTIONS["textbook", 2][-1]
+    assert text(player, ".detail").startswith(CAPTIONS["textbook", 2][-1])
     press(player, "inside")
-    assert text(player, "#pace") == "real time"
+    assert js(player, "return cradle.clock.rate") == 1
     assert text(player, "#inside") == "Look inside a click"
 
 
