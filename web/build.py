@@ -79,17 +79,13 @@ def compile_engine() -> None:
 
 
 def part() -> str:
-    """The engine with the licences that go with it, as a part of the page."""
+    """The engine with the licences that go with it, compressed, as a part of the page."""
     licences = b"\n\n".join((ROOT / name).read_bytes() for name in LICENCES)
-    parts = {"engine": ENGINE.read_bytes(), "licences": licences}
-    return "\n".join(
-        f'<script type="text/plain" id="{id}">{packed(data)}</script>' for id, data in parts.items()
-    )
-
-
-def packed(data: bytes) -> str:
-    """Compressed, as text."""
-    return base64.b64encode(gzip.compress(data, 9, mtime=0)).decode()
+    text = ""
+    for id, data in {"engine": ENGINE.read_bytes(), "licences": licences}.items():
+        packed = base64.b64encode(gzip.compress(data, 9, mtime=0)).decode()
+        text += f'<script type="text/plain" id="{id}">{packed}</script>\n'
+    return text
 
 
 def main() -> int:

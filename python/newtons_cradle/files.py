@@ -3,6 +3,7 @@
 import tomllib
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 HERE = Path(__file__).resolve().parent
 CHECKOUT = HERE.parents[1]  # if this is one
@@ -23,10 +24,19 @@ def own_fmu() -> Path:
     return path
 
 
-def preset_files() -> dict[str, Path]:
-    """The parameter files of the presets that `cradle-fmu build --preset` knows, by name."""
+def presets() -> dict[str, dict[str, Any]]:
+    """The parameters in the files of the presets that `cradle-fmu build --preset` knows, by name."""
     folder = CHECKOUT / "packaging/presets" if in_checkout() else HERE / "presets"
-    return {path.stem: path for path in sorted(folder.glob("*.toml"))}
+    texts = {path.stem: path.read_text(encoding="utf-8") for path in sorted(folder.glob("*.toml"))}
+    return {name: _dotted(tomllib.loads(text)) for name, text in texts.items()}
+
+
+def _dotted(table: dict[str, Any], before: str = "") -> dict[str, Any]:
+    """A table of tables as one, its names with dots: `pendulum.length`."""
+    names: dict[str, Any] = {}
+    for name, value in table.items():
+        names |= _dotted(value, f"{before}{name}.") if isinstance(value, dict) else {before + name: value}
+    return names
 
 
 def page_folder() -> Path:

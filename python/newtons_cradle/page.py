@@ -3,7 +3,6 @@
 import base64
 import json
 import re
-import tomllib
 import zlib
 from collections.abc import Iterable
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from .files import engine_file, page_folder, preset_files
+from .files import engine_file, page_folder, presets
 from .pulses import Array
 from .recording import Recording
 
@@ -98,17 +97,3 @@ def modules(folder: Path) -> Iterable[tuple[str, str]]:
         for path in sorted((folder / room).glob("*.js")):
             script = base64.b64encode(path.read_bytes()).decode()
             yield f"#{room}/{path.name}", f"data:text/javascript;base64,{script}"
-
-
-def presets() -> dict[str, dict[str, Any]]:
-    """The producer's ready cradles, by name."""
-    texts = {name: file.read_text(encoding="utf-8") for name, file in preset_files().items()}
-    return {name: flat(tomllib.loads(text)) for name, text in texts.items()}
-
-
-def flat(table: dict[str, Any], before: str = "") -> dict[str, Any]:
-    """A table of tables as one, its names with dots: `pendulum.length`."""
-    names: dict[str, Any] = {}
-    for name, value in table.items():
-        names |= flat(value, f"{before}{name}.") if isinstance(value, dict) else {before + name: value}
-    return names

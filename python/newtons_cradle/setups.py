@@ -4,7 +4,6 @@ Each function returns a dict of start values by variable name, in SI units. Merg
 `figure5(dead_band=0) | {"pendulum.drag": 0.01}`. The numbers of the presets are in their parameter files.
 """
 
-import tomllib
 from collections.abc import Sequence
 from typing import Any
 
@@ -16,7 +15,7 @@ Start = dict[str, Any]
 
 def presets() -> list[str]:
     """Names of the presets, as `cradle-fmu build --preset` takes them."""
-    return list(files.preset_files())
+    return list(files.presets())
 
 
 def preset(name: str) -> Start:
@@ -25,13 +24,15 @@ def preset(name: str) -> Start:
     The number of balls belongs to the FMU; the number of elements of `x_start` is the one that the preset needs. FMPy's
     `simulate_fmu` takes numbers only: give it `fmu.settings(preset("desk"))`.
     """
-    known = files.preset_files()
+    known = files.presets()
     if name not in known:
         hint = did_you_mean(name, known)
         raise ValueError(f"there is no preset {name!r}; allowed: {', '.join(known)}{hint}")
-    table = tomllib.loads(known[name].read_text(encoding="utf-8"))
-    del table["balls"]
-    return _flat("", table)
+    values: Start = {}
+    for variable, value in known[name].items():
+        values |= _vector(variable, value) if isinstance(value, list) else {variable: value}
+    del values["balls"]
+    return values
 
 
 def power_law(k: float, p: float = 1.0, dead_band: float = 0.0) -> Start:
@@ -94,15 +95,3 @@ def steel(lifted_balls: int = 1, *, amplitude: float = 0.05) -> Start:
 
 def _vector(name: str, values: Sequence[float]) -> Start:
     return {f"{name}[{i}]": value for i, value in enumerate(values, start=1)}
-
-
-def _flat(prefix: str, table: dict[str, Any]) -> Start:
-    """The tables of a TOML file as dotted names, its lists by element."""
-    values: Start = {}
-    for key, value in table.items():
-        name = f"{prefix}{key}"
-        if isinstance(value, dict):
-            values |= _flat(f"{name}.", value)
-        else:
-            values |= _vector(name, value) if isinstance(value, list) else {name: value}
-    return values

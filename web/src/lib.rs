@@ -6,6 +6,7 @@
 //! and gets the same words when one is refused. Nothing here needs unsafe code: buffers and runs belong to this side.
 
 use std::cell::RefCell;
+use std::collections::BTreeMap;
 
 use newtons_cradle::engine::{Engine, Pulse, Results};
 use newtons_cradle::model::SolverMethod;
@@ -20,7 +21,7 @@ struct Run {
 }
 
 thread_local! {
-    static RUNS: RefCell<Vec<Option<Run>>> = RefCell::default();
+    static RUNS: RefCell<BTreeMap<i32, Run>> = RefCell::default();
     static TEXT: RefCell<Vec<u8>> = RefCell::default();
     static NUMBERS: RefCell<Vec<f64>> = RefCell::default();
 }
@@ -30,18 +31,15 @@ const REFUSED: i32 = -1;
 
 /// Calls `act` on a run of the page's. It knows only numbers that [`start`] and [`copy`] gave.
 fn with<R>(run: i32, act: impl FnOnce(&mut Run) -> R) -> R {
-    RUNS.with_borrow_mut(|runs| act(runs[run as usize].as_mut().expect("the page asks for runs that it was given")))
+    RUNS.with_borrow_mut(|runs| act(runs.get_mut(&run).expect("the page asks for runs that it was given")))
 }
 
 /// Keeps a run: its number, which may be that of a forgotten one.
 fn keep(engine: Engine, balls: usize) -> i32 {
     RUNS.with_borrow_mut(|runs| {
-        let number = runs.iter().position(Option::is_none).unwrap_or(runs.len());
-        if number == runs.len() {
-            runs.push(None);
-        }
-        runs[number] = Some(Run { engine, balls, pulses: Vec::new() });
-        number as i32
+        let number = runs.last_key_value().map_or(0, |(last, _)| last + 1);
+        runs.insert(number, Run { engine, balls, pulses: Vec::new() });
+        number
     })
 }
 
@@ -116,7 +114,7 @@ pub extern "C" fn copy(run: i32) -> i32 {
 /// Forgets a run.
 #[unsafe(no_mangle)]
 pub extern "C" fn forget(run: i32) {
-    RUNS.with_borrow_mut(|runs| runs[run as usize] = None);
+    RUNS.with_borrow_mut(|runs| runs.remove(&run));
 }
 
 /// Moves a run on to `time` (s), or to where `effort` (units of about a tenth of a microsecond) is spent: the time

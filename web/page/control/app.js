@@ -40,7 +40,7 @@ class App {
     this.guide = new Guide(this);
     this.listen();
     if (recording) this.timeline.present(recording);
-    else this.attempt(() => this.begin(PRESETS.textbook.setup(), "textbook"));
+    else this.choose("textbook");
     if (asked && engine) this.open(asked);
     this.frame(performance.now());
   }
@@ -50,8 +50,7 @@ class App {
   get sources() { return this.stages.map(({ source }) => source); }
   get liveSources() { return this.sources.filter(({ live }) => live); }
   /** The source that changes go to. */
-  get changedSource() { return this.stages.length > 1 && this.side !== "left" ? this.stages[1].source
-    : this.stages[0].source; }
+  get changedSource() { return this.sources.at(this.side === "left" ? 0 : -1); }
 
   addStage(source) {
     this.stages.push(new Stage(source, this));
@@ -133,8 +132,7 @@ class App {
     if (this.stages[0].source.live) this.stages[0].source.begin(setup);
     else this.replace(new Live(this.engine, setup));
     if (this.besideChoice) this.compare(this.besideChoice);
-    const { x_start, v_start } = setup.values;
-    this.lifted = [...x_start, ...v_start].some((value) => value !== 0) ? { x_start, v_start } : null;
+    this.lifted = setup.release;
     this.clock.calm();
     this.setRunning(true);
     this.changed();
@@ -142,7 +140,7 @@ class App {
 
   /** Other values from the next instant at which no balls touch. */
   change(values) {
-    const sources = this.stages.length < 2 || this.side === "both" ? this.sources : [this.changedSource];
+    const sources = this.side === "both" ? this.sources : [this.changedSource];
     const made = this.attempt(() => sources.forEach((source) => source.change(values, () => this.changed(false))));
     if (!made) return void this.panels.refresh();
     this.preset = null;
@@ -236,8 +234,7 @@ class App {
 
   drop(who, speed) {
     this.attempt(() => this.sources.forEach((source) => source.release(who, this.clock.running ? speed : 0)));
-    const { x_start, v_start } = this.stages[0].source.setup.values;
-    this.lifted = { x_start, v_start };
+    this.lifted = this.sources[0].setup.release;
     this.changed();
   }
 

@@ -59,8 +59,7 @@ export class Lesson {
   /** Balls have been let go: if the class is to be asked, time stands still until it has answered. */
   ask() {
     const { app } = this, { live, setup } = app.stages[0].source, { guesses } = app.controls;
-    const moves = live && [...setup.values.x_start, ...setup.values.v_start].some((value) => value !== 0);
-    this.enter(this.asks && moves ? "asks" : null);
+    this.enter(this.asks && live && setup.release ? "asks" : null);
     if (!this.phase) return;
     app.setRunning(false);
     guesses.replaceChildren();

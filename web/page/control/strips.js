@@ -1,10 +1,9 @@
-// What runs along below a cradle: rows of curves, their values at the time shown or at the pointer, and dragging in time.
+// What runs along below a cradle: rows of curves, their values at the time shown or at the pointer, dragging in time.
 
 import { History } from "#engine/history.js";
 import { placeIn, withPrefix } from "#view/common.js";
 import { aria, element } from "#view/elements.js";
-import { Graph, SECONDS, UNITS, valueAt } from "#view/graph.js";
-import { ballColour } from "#view/scene.js";
+import { colourOf, Graph, SECONDS, UNITS, valueAt } from "#view/graph.js";
 import { power, say } from "#view/texts.js";
 
 const MARGIN = 0.06; // of a click's length, before and after it
@@ -82,10 +81,8 @@ export class Strips {
   /** The time between the sides: that of a click, of a recording around now, of a live run up to now. */
   around(click) {
     const { stage: { source }, app: { clock } } = this, { time: now } = source, span = SECONDS * clock.base;
-    if (click) {
-      const margin = MARGIN * click.length;
-      return { left: click.begin - margin, right: click.end + margin };
-    }
+    const margin = MARGIN * click?.length;
+    if (click) return { left: click.begin - margin, right: click.end + margin };
     if (source.live) {
       const left = Math.max(now - span, this.history.times[0] ?? now);
       return { left, right: Math.max(now, left + span / SECONDS) };
@@ -103,8 +100,7 @@ export class Strips {
     });
     const names = { velocity: (i) => `${i + 1}`, force: (i) => `${i + 1}–${i + 2}`, momentum: () => "",
       energy: (i) => say(`energies.${track.parts[i]}`) }[kind];
-    const colours = (i) => ({ energy: theme.energies[i], momentum: "transparent" }[kind]
-      ?? ballColour(i, track.balls, theme.dark));
+    const colours = (i) => (kind === "momentum" ? "transparent" : colourOf(kind, i, track, theme));
     const largest = several.reduce((best, value, i) => (Math.abs(value) > Math.abs(several[best]) ? i : best), 0);
     const told = several.length > MOST_VALUES ? [largest] : [...several.keys()];
     const values = told.map((i) => `<span style="border-color: ${colours(i)}">${names(i)}

@@ -38,8 +38,7 @@ export class Timeline {
     const { app } = this, [{ made, state }] = app.sources, live = new Live(app.engine, made.atRest());
     live.restart(made, Array.from(state.x), Array.from(state.v));
     app.replace(live);
-    const { x_start, v_start } = live.setup.values;
-    Object.assign(app, { preset: null, lifted: { x_start, v_start } });
+    Object.assign(app, { preset: null, lifted: live.setup.release });
     app.clock.slowAt("no");
     app.setRunning(true);
     app.changed();

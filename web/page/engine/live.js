@@ -4,6 +4,7 @@
 
 import { Click } from "#engine/click.js";
 import { apart } from "#engine/setup.js";
+import { largest } from "#view/common.js";
 
 const HAND_MASS = 1e9;  // a held ball, in its own masses: the others bounce off it as off a wall
 const NEVER_OPEN = 0.5; // s after which a change is made although balls are still in contact
@@ -15,17 +16,11 @@ export class Live {
     this.begin(setup);
   }
 
-  /** What does not change while balls move. */
+  /** What does not change while balls move; `reach` (rad) of the largest swing. */
   get drawing() {
-    const { setup } = this, length = setup.get("pendulum.length"), { x_start: x, v_start: v } = setup.values;
-    const omega = Math.sqrt(Math.max(setup.get("gravity"), 0.1) / length);
-    return {
-      balls: setup.balls, radius: setup.get("ball.radius"), mass: setup.get("ball.mass"),
-      ratio: setup.get("ball.massRatio"),
-      length, rigid: setup.law === "rigid",
-      // rad, of the largest swing
-      reach: x.reduce((most, place, i) => Math.max(most, Math.hypot(place, v[i] / omega) / length), 0),
-    };
+    const { drawing, drawing: { length }, values: { x_start: x, v_start: v } } = this.setup;
+    const omega = Math.sqrt(Math.max(this.setup.get("gravity"), 0.1) / length);
+    return { ...drawing, reach: largest([x.map((place, i) => Math.hypot(place, v[i] / omega) / length)]) };
   }
 
   /** Starts a run. If the engine refuses, nothing has changed. Throws Refusal. */

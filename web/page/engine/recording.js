@@ -1,10 +1,12 @@
 // A recorded source: a run from the page's data or from a file, for the same player and scene as a live one.
 
 import { LONGEST, QUIET, QUIET_LEAST } from "#engine/click.js";
+import { State } from "#engine/engine.js";
 import { LEAST } from "#engine/history.js";
 import { Setup } from "#engine/setup.js";
 import { fromCsv } from "#engine/table.js";
-import { countUpTo, cubic, inflated, largest, linear, placeIn } from "#view/common.js";
+import { countUpTo, cubic, largest, linear, placeIn } from "#view/common.js";
+import { inflated } from "#view/elements.js";
 
 const LEAST_SAMPLES = 2; // of each pulse of a click that can be looked into
 
@@ -32,18 +34,15 @@ export class Recording {
   /** `pulses`: {contact, from 0, onset, release, peak}. `start`: what it was run with, if that is known. */
   constructor({ title, balls, time, x, v, F, energy, pulses, parameters = [], length, radius, start }) {
     const made = start ? new Setup(balls, start) : null, [begin, end] = [time[0], time.at(-1)], extent = largest(x);
-    const get = (name, otherwise) => made?.get(name) ?? otherwise;
-    const strings = Math.max(get("pendulum.length", length ?? Math.max(0.4, 2 * extent)), extent / 1.1);
+    const sizes = { "pendulum.length": length ?? Math.max(0.4, 2 * extent), "ball.radius": radius ?? 0.03 };
+    const { drawing } = made ?? new Setup(balls, sizes), strings = Math.max(drawing.length, extent / 1.1);
     const rigid = pulses.length > 0 && largest(F) === 0 && pulses.every(({ onset, release }) => onset === release);
-    this.drawing = { balls, mass: get("ball.mass", 1), ratio: get("ball.massRatio", Array(balls).fill(1)),
-      radius: get("ball.radius", radius ?? 0.03), length: strings, rigid, reach: extent / strings };
+    this.drawing = { ...drawing, length: strings, rigid, reach: extent / strings };
     Object.assign(this, { live: false, account: false, origin: 0, name: title, balls, times: time, x, parameters, made,
       begin, end });
     this.follow({ velocity: v, force: F, energy: Object.values(energy) }, Object.keys(energy), pulses);
     this.findClicks(pulses);
-    const numbers = (count) => new Float64Array(count);
-    this.state = { balls, x: numbers(balls), v: numbers(balls), F: numbers(balls - 1), overlap: numbers(balls - 1),
-      closed: numbers(balls - 1) };
+    this.state = new State(balls);
     this.seek(begin);
   }
 
@@ -63,7 +62,8 @@ export class Recording {
   findClicks(pulses) {
     const column = (items, name) => Float64Array.from(items, (item) => item[name]);
     // A half-sine's impulse, as the peak is what is known; of rigid impacts, it is the impulse.
-    for (const pulse of pulses) pulse.impulse = (2 / Math.PI) * pulse.peak * (pulse.release - pulse.onset) || pulse.peak;
+    for (const pulse of pulses)
+      pulse.impulse = (2 / Math.PI) * pulse.peak * (pulse.release - pulse.onset) || pulse.peak;
     this.pulses = pulses.sort((a, b) => a.onset - b.onset || a.release - b.release);
     this.onsets = column(pulses, "onset");
     this.finished = [...pulses].sort((a, b) => a.release - b.release);

@@ -32,6 +32,12 @@ export class Setup {
   /** The same with other values. */
   with(values) { return new Setup(this.balls, { ...this.values, ...values }); }
 
+  /** What balls are let go with, {x_start, v_start}; null where they rest. */
+  get release() {
+    const { x_start, v_start } = this.values;
+    return [...x_start, ...v_start].some((value) => value !== 0) ? { x_start, v_start } : null;
+  }
+
   /** All balls at rest, hanging down. */
   atRest() { return this.with({ x_start: [], v_start: [] }); }
 
@@ -40,6 +46,12 @@ export class Setup {
     const values = { ...this.values };
     for (const name of PER_CONTACT) delete values[name];
     return new Setup(balls, values).atRest();
+  }
+
+  /** What does not change while balls move. */
+  get drawing() {
+    return { balls: this.balls, radius: this.get("ball.radius"), mass: this.get("ball.mass"),
+      ratio: this.get("ball.massRatio"), length: this.get("pendulum.length"), rigid: this.law === "rigid" };
   }
 
   /** Which of the laws of contact it has. */
@@ -88,9 +100,8 @@ export class Setup {
 
   /** What it has other than `first`, with the same balls, as parts of an address. */
   besides(first) {
-    const isNoStart = (name) => !/_start$/.test(name);
-    const names = [...new Set([...Object.keys(this.values), ...Object.keys(first.values)])].filter(isNoStart);
-    return names.filter((name) => String(this.get(name)) !== String(first.get(name)))
+    return Object.keys({ ...this.values, ...first.values })
+      .filter((name) => !name.endsWith("_start") && String(this.get(name)) !== String(first.get(name)))
       .map((name) => `right.${name}=${this.get(name)}`);
   }
 
@@ -108,9 +119,8 @@ export class Setup {
     if (!PRESETS[preset])
       throw new Refusal(`preset = ${preset} is refused; allowed: ${Object.keys(PRESETS).join(", ")}`);
     const ready = asked === undefined ? PRESETS[preset].setup() : null, balls = ready?.balls ?? asked;
-    if (!(Number.isInteger(balls) && balls >= 1 && balls <= MOST_BALLS)) {
+    if (!(Number.isInteger(balls) && balls >= 1 && balls <= MOST_BALLS))
       throw new Refusal(`balls = ${balls} is refused; allowed: 1 to ${MOST_BALLS}`);
-    }
     for (const [name, given] of Object.entries(own)) {
       const most = PER_CONTACT.includes(name) ? balls - 1 : balls;
       if (Array.isArray(given) && given.length > most)
@@ -184,22 +194,21 @@ const TABLE = { "pendulum.length": 0.4 };
 /** Steel balls that touch each other. */
 const TOUCHING = { "contact.model": "hertz", "contact.deadBand": 0 };
 
+/** Hard balls that press on each other at rest. */
+const PRESSED = { "contact.deadBand": 0, "contact.stiffness": 1e14, "contact.exponent": 1.5,
+  "contact.gap": Array(19).fill(-2e-8), x_start: [-0.1] };
+
 /** `beside`: what it is compared with, as changes of its values. */
 export const PRESETS = {
   textbook: { setup: () => new Setup(5, { ...TABLE, "contact.deadBand": 2e-5 }), beside: TOUCHING },
-  hertz: { setup: () => new Setup(5, { ...TABLE, ...TOUCHING }), beside: { "contact.model": "rigid" } },
+  hertz: { setup: () => new Setup(5, { ...TABLE, ...TOUCHING }), beside: LAWS.rigid },
   desk: { setup: () => fromFile("desk"), beside: { "contact.huntCrossley": 0 } },
   figure5: { setup: () => fromFile("figure5"), beside: { "contact.deadBand": 0 } },
   figure5touching: { setup: () => fromFile("figure5", { "contact.deadBand": 0 }),
     beside: { "contact.deadBand": 2.6e-7 } },
   thirteen: { setup: () => fromFile("figure3"), beside: { "contact.exponent": 1.5 } },
-  rigid: { setup: () => new Setup(5, { ...TABLE, "contact.model": "rigid", "contact.deadBand": 0 }),
+  rigid: { setup: () => new Setup(5, { ...TABLE, ...LAWS.rigid, "contact.deadBand": 0 }),
     beside: { "contact.restitution": 0.95 } },
-  buzzing: {
-    setup: () => new Setup(20, {
-      "pendulum.length": 0.4, "contact.deadBand": 0, "contact.stiffness": 1e14, "contact.exponent": 1.5,
-      "contact.gap": Array(19).fill(-2e-8), x_start: [-0.1],
-    }),
-    beside: { "contact.dampingLaw": "huntCrossley", "contact.huntCrossley": 0.3 },
-  },
+  buzzing: { setup: () => new Setup(20, { ...TABLE, ...PRESSED }),
+    beside: { "contact.dampingLaw": "huntCrossley", "contact.huntCrossley": 0.3 } },
 };

@@ -29,7 +29,8 @@ export function fromCsv(file, text) {
   });
   const missing = ["time", ...numbered("x", balls), ...numbered("v", balls), ...numbered("F", balls - 1)]
     .filter((name) => !names.includes(name));
-  if (missing.length) refuse("missing", { names: missing.slice(0, 6).join(", ") + (missing.length > 6 ? ", …" : "") });
+  const told = [...missing.slice(0, 6), ...(missing.length > 6 ? ["…"] : [])].join(", ");
+  if (told) refuse("missing", { names: told });
   const time = columns.get("time");
   const vector = (name, count) => numbered(name, count).map((column) => columns.get(column));
   const [x, v, F] = [vector("x", balls), vector("v", balls), vector("F", balls - 1)];

@@ -44,12 +44,6 @@ export function cubic(x, v, { i, h, part }) {
     + h * part * rest * (v[i] * rest - v[i + 1] * part);
 }
 
-/** What was compressed in this format and written in base64. */
-export function inflated(text, format) {
-  const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
-  return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream(format)));
-}
-
 /** Writes a text where it is not there yet. */
 export function write(item, text) { if (item && item.textContent !== text) item.textContent = text; }
 

@@ -23,7 +23,8 @@ export class Graph {
   draw(kinds, track, { left, right, now, pointer, ...shown }) {
     const { context: c, width, height } = prepared(this.canvas, 2), tall = height / kinds.length;
     if (width <= GUTTER || !height) return;
-    const { times } = track, scale = (width - GUTTER) / (right - left), place = (time) => GUTTER + (time - left) * scale;
+    const { times } = track, scale = (width - GUTTER) / (right - left);
+    const place = (time) => GUTTER + (time - left) * scale;
     const view = { left, right, width, place, from: Math.max(0, countUpTo(times, left) - 1),
       to: Math.min(times.length, countUpTo(times, right) + 1), ...this.pulses(track, left, right, scale), ...shown };
     Object.assign(this, { context: c, track });
@@ -61,8 +62,8 @@ export class Graph {
     c.clip();
     if (kind === "energy") return this.drawEnergy({ ...view, level });
     for (let i = 0; i < track.counts[kind]; i++) {
-      const colour = kind === "momentum" ? theme.ink : ballColour(i, track.balls, theme.dark);
-      this.line(this.points(kind, i, { ...view, level }), colour, 1.6, click && kind === "force" ? foot : null);
+      const points = this.points(kind, i, { ...view, level });
+      this.line(points, colourOf(kind, i, track, theme), 1.6, click && kind === "force" ? foot : null);
     }
     if (kind !== "force") return;
     for (const { onset, release, peak } of view.pulses) {
@@ -82,7 +83,8 @@ export class Graph {
     const parts = (foot - top) / (most - least) * most >= 44 ? [-1, -0.5, 0, 0.5, 1] : [-1, 0, 1];
     for (const value of parts.map((part) => part * most).filter((value) => value >= least)) {
       this.line([[GUTTER, level(value)], [width, level(value)]], theme.grid);
-      c.fillText(withPrefix(value, UNITS[kind]).replace(" kg", "\u2009kg"), GUTTER - 4, Math.max(top + 2, level(value)));
+      const text = withPrefix(value, UNITS[kind]).replace(" kg", "\u2009kg");
+      c.fillText(text, GUTTER - 4, Math.max(top + 2, level(value)));
     }
     c.textAlign = "center";
     const step = (right - left) * 90 / (width - GUTTER);
@@ -114,7 +116,7 @@ export class Graph {
       const value = track.value(kind, i, k);
       add(times[k], kind === "force" && within.has(k * contacts + i) ? 0 : value);
       if (kind !== "velocity" || k + 1 >= to) continue;
-      const jump = (i ? jumps.get(k * contacts + i - 1) : undefined) ?? (i < contacts ? jumps.get(k * contacts + i) : undefined);
+      const jump = (i ? jumps.get(k * contacts + i - 1) : null) ?? (i < contacts ? jumps.get(k * contacts + i) : null);
       if (!jump) continue;
       add(jump, value);
       add(jump, track.value(kind, i, k + 1));
@@ -144,7 +146,7 @@ export class Graph {
         Object.assign(next, { x: 0.5 * (x + next.x), y: Math.min(y, next.y), text: `${text}, ${next.text}` });
         continue;
       }
-      c.fillStyle = text.includes(",") ? theme.ink : ballColour(contact, track.balls, theme.dark);
+      c.fillStyle = text.includes(",") ? theme.ink : colourOf("force", contact, track, theme);
       c.fillText(text, Math.max(GUTTER + 16, Math.min(width - 20, x)), y);
     }
   }
@@ -160,7 +162,7 @@ export class Graph {
     track.parts.forEach((_, part) => {
       const line = () => at.map((time, j) => [place(time), level(sums[j])]), below = line();
       places.forEach((found, j) => { sums[j] += Math.max(0, valueAt(track, "energy", part, found)); });
-      c.fillStyle = theme.energies[part];
+      c.fillStyle = colourOf("energy", part, track, theme);
       through(c, [...below, ...line().reverse()]).fill();
     });
   }
@@ -179,6 +181,11 @@ export class Graph {
     c.fill();
     c.globalAlpha = 1;
   }
+}
+
+/** The colour of curve `i` of this kind. */
+export function colourOf(kind, i, { balls }, theme) {
+  return kind === "momentum" ? theme.ink : kind === "energy" ? theme.energies[i] : ballColour(i, balls, theme.dark);
 }
 
 /** What a track's curve is at a place between its samples. */

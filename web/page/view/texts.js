@@ -32,10 +32,10 @@ export function say(name, values = {}) {
 }
 
 /** Fills in what elements of the page ask for: data-text their text, data-label their accessible name. */
-export function fillTexts(root = document) {
+export function fillTexts() {
   document.title = say("title");
-  for (const element of root.querySelectorAll("[data-text]")) element.textContent = say(element.dataset.text);
-  for (const element of root.querySelectorAll("[data-label]"))
+  for (const element of document.querySelectorAll("[data-text]")) element.textContent = say(element.dataset.text);
+  for (const element of document.querySelectorAll("[data-label]"))
     element.setAttribute("aria-label", say(element.dataset.label));
 }
 
