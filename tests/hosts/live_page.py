@@ -161,5 +161,32 @@ def assert_native(page, fmu) -> None:
     assert same_run(fmu, recipe, rows, pulses, GRID[:640]) and len(pulses) > 10
 
 
+# The boxes of canvases and of what must not cover them, and how far anything that is seen sticks out of the window.
+BOXES = """
+const box = (item) => { const {left, top, right, bottom} = item.getBoundingClientRect();
+  return {left, top, right, bottom}; };
+const seen = (names) => [...document.querySelectorAll(names)].filter((item) => item.checkVisibility());
+const out = (item) => { const {left, top, right, bottom} = box(item);
+  const inside = left >= -1 && top >= -1 && right <= innerWidth + 1 && bottom <= innerHeight + 1;
+  return inside ? [] : [item.id || item.className]; };
+const wide = (item) => item.scrollWidth > item.clientWidth + 1 ? [item.id || item.className || item.tagName] : [];
+return {canvases: seen(".cradle").map(box), others: seen("#panel, nav, .strips, .caption").map(box),
+  out: seen("nav button, #panel, .cradle, .caption, .strips, header").flatMap(out),
+  wide: seen(`html, body, main, nav, button, #panel, #panelbody, .strips, .caption, label, legend, h1, h2, p, dt, dd,
+    li`).flatMap(wide)}"""
+
+
+def boxes(page) -> list:
+    """The canvases' boxes; asserts that nothing lies over one, and that nothing is cut off."""
+    page.execute_async_script(DRAWN)
+    found = js(page, BOXES)
+    assert (found["out"], found["wide"]) == ([], [])
+    for a in found["canvases"]:
+        for b in found["others"]:
+            across = min(a["right"], b["right"]) - max(a["left"], b["left"])
+            assert min(across, min(a["bottom"], b["bottom"]) - max(a["top"], b["top"])) <= 1, (a, b)
+    return found["canvases"]
+
+
 def wait(page, condition: str, seconds=20):
     WebDriverWait(page, seconds).until(lambda _: js(page, f"return {condition}"), condition)

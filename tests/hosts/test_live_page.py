@@ -1,4 +1,5 @@
-"""The page in which the engine runs live: keyboard, links, tables, accessibility, in a headless Chromium."""
+"""The page in which the engine runs live, in a headless Chromium: keyboard, links, tables, languages, accessibility; and
+for classes: what will fly out is asked before it is seen, and the lesson is presented step by step."""
 
 import json
 import re
@@ -10,11 +11,10 @@ import numpy as np
 import pytest
 from browser import ready, serious, set_screen, visit
 from conftest import ROOT
-from live_page import each_panel, js, keys, press, wait
+from live_page import boxes, drag, each_panel, js, keys, press, wait
 from newtons_cradle.page import save_site
 from selenium.webdriver import Keys
 from selenium.webdriver.common.by import By
-from test_live_layout import boxes
 
 pytestmark = pytest.mark.all
 
@@ -90,20 +90,18 @@ SLIDERS = {
 }
 
 
+SLIDE = """const [title, place] = arguments, fields = [...document.querySelectorAll(".field")];
+const field = fields.find((field) => field.innerText.includes(title)), input = field.querySelector("input");
+input.value = place;
+for (const kind of ["input", "change"]) input.dispatchEvent(new Event(kind));
+return [field.querySelector("output").textContent, input.ariaValueText]"""
+
+
 def test_sliders_change_what_they_say(page):
     js(page, "cradle.panels.toggle('change')")
     for title, (place, said, name, value) in SLIDERS.items():
         js(page, "cradle.choose(arguments[0])", "rigid" if name == "contact.restitution" else "textbook")
-        shown = js(
-            page,
-            """const fields = [...document.querySelectorAll(".field")], find = (field) => field.innerText.includes(title);
-            const title = arguments[0], field = fields.find(find), input = field.querySelector("input");
-            input.value = arguments[1];
-            for (const kind of ["input", "change"]) input.dispatchEvent(new Event(kind));
-            return [field.querySelector("output").textContent, input.ariaValueText]""",
-            title,
-            place,
-        )
+        shown = js(page, SLIDE, title, place)
         assert shown == [said, said], title
         assert js(page, "return source.setup.get(arguments[0])", name) == pytest.approx(value), title
 
@@ -148,11 +146,7 @@ def test_the_links_of_the_lesson(page):
 
 def test_values_of_a_second_cradle_are_shown_whatever_its_name(page):
     for beside in ("nonsense", "stop"):
-        js(
-            page,
-            "cradle.compare('stop'); location.hash = arguments[0]",
-            f"#beside={beside}&right.gravity=1.62",
-        )
+        js(page, f"cradle.compare('stop'); location.hash = '#beside={beside}&right.gravity=1.62'")
         wait(page, "cradle.stages[1]?.source.setup.get('gravity') === 1.62")
         assert js(page, "return cradle.besideChoice") == "usual"
 
@@ -275,3 +269,79 @@ def test_a_language_has_all_texts_and_they_fit(page, language):
     wait(page, "cradle.clock.inside", 40)
     boxes(page)
     assert f"lang={language}" in js(page, "return linkTo(cradle)")
+
+
+SENTENCE = "cradle.stages[0].sentence.textContent"
+
+
+def guess(page, count: int) -> None:
+    page.find_elements(By.CSS_SELECTOR, "#guesses button")[count - 1].click()
+
+
+@pytest.mark.parametrize(
+    "preset, lifted, guessed, said",
+    [
+        ("textbook", 2, 2, "You said 2, and 2 balls flew out."),
+        ("textbook", 3, 1, "You said 1, but 3 balls flew out."),
+        ("textbook", 1, 5, "You said 5, but one ball flew out."),
+        ("hertz", 2, 2, "You said 2, but 3 balls flew out."),
+        ("rigid", 4, 4, "You said 4, and 4 balls flew out."),
+    ],
+)
+def test_a_class_says_what_will_fly_out(page, preset, lifted, guessed, said):
+    """Time stands still until it has; then it is told what did."""
+    js(page, f"cradle.choose('{preset}'); cradle.setOther('ask', true); cradle.lift({lifted})")
+    wait(page, f"{SENTENCE} === 'How many balls will fly out on the other side?'")
+    assert len(page.find_elements(By.CSS_SELECTOR, "#guesses button")) == 5
+    assert js(page, "return [cradle.clock.running, source.run.time]") == [False, 0]
+    guess(page, guessed)
+    assert not page.find_element(By.ID, "guesses").is_displayed()
+    wait(page, f"{SENTENCE}.startsWith('You said')")
+    shown, detail = js(page, f"return [{SENTENCE}, cradle.stages[0].detail.textContent]")
+    assert shown == said and detail.startswith("Compared with the incoming speed: ball")
+
+
+def test_a_hand_is_asked_as_well_and_may_go_on_without_an_answer(page):
+    js(page, "cradle.setOther('ask', true)")
+    drag(page, 1, -80)
+    shown = js(page, "return [cradle.lesson.phase, cradle.clock.running, source.holds.size]")
+    assert shown == ["asks", False, 0]
+    lifted = js(page, "return source.setup.values.x_start[0]")
+    assert js(page, "return source.state.x[0]") == lifted < -0.01
+    keys(page, "2")  # a guess, not two balls to be lifted
+    assert js(page, "return [cradle.lesson.phase, source.setup.values.x_start[0]]") == ["waits", lifted]
+    js(page, "cradle.lift(1)")
+    keys(page, Keys.SPACE)
+    wait(page, "cradle.lesson.phase === null && source.pulses.length > 0")
+    assert not page.find_element(By.ID, "guesses").is_displayed()
+    js(page, "cradle.lift(2)")
+    assert page.find_element(By.ID, "guesses").is_displayed()
+    js(page, "cradle.stopAll()")
+    assert not page.find_element(By.ID, "guesses").is_displayed()
+    assert "&ask" in js(page, "return linkTo(cradle)")
+
+
+def test_the_lesson_is_presented_step_by_step(page, live_path):
+    """The head of the page does not give the answer away; each step has its link, and Escape leaves."""
+    visit(page, live_path, "#present")
+    titles = []
+    for step in range(1, 7):
+        assert page.execute_script("return location.hash") == f"#present={step}"
+        asked = step in (1, 4, 6)
+        assert (page.find_element(By.TAG_NAME, "h1").text == "What will fly out?") is asked
+        assert page.find_element(By.ID, "guesses").is_displayed() is asked
+        if asked:
+            assert page.find_element(By.ID, "about").text == ""
+            guess(page, 2)
+            js(page, "cradle.clock.slowAt('no')")
+            wait(page, "cradle.lesson.phase === 'knows'")
+        titles.append(page.find_element(By.TAG_NAME, "h1").text)
+        assert not page.find_element(By.ID, "openers").is_displayed()
+        press(page, "nextStep")
+    assert len(set(titles)) == 6 and titles[1] == "Why not one, twice as fast?"
+    assert page.find_element(By.ID, "openers").is_displayed()
+    visit(page, live_path, "#present=5")
+    assert page.find_element(By.TAG_NAME, "h1").text == "See the difference grow"
+    keys(page, Keys.ESCAPE)
+    assert page.find_element(By.TAG_NAME, "h1").text == "Newton's cradle"
+    assert page.execute_script("return location.hash").startswith("#preset=textbook")

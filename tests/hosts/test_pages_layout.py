@@ -1,12 +1,12 @@
-"""All pages in windows of a desktop and of a phone, light and dark: nothing overprints, and axe-core finds nothing
-serious."""
+"""All pages in windows of a desktop and of a phone, light and dark: nothing overprints or is cut off, axe-core finds
+nothing serious, and balls can be dragged beside panels and strips."""
 
 from pathlib import Path
 
 import pytest
 from browser import SIZES, assert_quiet, serious, set_screen, visit
+from live_page import boxes, drag, each_panel, js, wait
 from newtons_cradle import look
-from test_live_layout import boxes
 
 pytestmark = pytest.mark.all
 
@@ -128,3 +128,51 @@ def test_all_pages_have_one_look(pages):
     assert look.series(4) == look.SERIES[:4]
     many = look.series(12)
     assert len(set(many)) == 12 and (many[0], many[-1]) == (look.SERIES[0], look.SERIES[1])
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_balls_are_beside_each_panel(page, size):
+    """They are as large as can be told apart, and a hand takes one of them; in German, whose words are long."""
+    set_screen(page, size)
+    js(page, "cradle.setLanguage('de')")
+    for beside, least in (("stop", 140), ("hertz", 120)):
+        js(page, "cradle.compare(arguments[0])", beside)
+        boxes(page)
+        for panel in each_panel(page):
+            assert all(box["bottom"] - box["top"] > least for box in boxes(page)), panel
+        js(page, "cradle.panels.toggle('change')")
+        boxes(page)
+        drag(page, 0, -30)
+        lifted = page.execute_script("return cradle.sources.map(({setup}) => setup.values.x_start[0])")
+        assert max(lifted) < -0.01
+        js(page, "cradle.panels.toggle('change'); cradle.stopAll()")
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_a_class_sees_all_of_the_lesson(page, size):
+    """Each step in large letters, with its question where there is one."""
+    set_screen(page, size)
+    for step in range(1, 7):
+        js(page, "cradle.open(`present=${arguments[0]}`)", step)
+        assert all(box["bottom"] - box["top"] > 120 for box in boxes(page)), step
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_the_cradle_fills_its_room(page, size):
+    """Swinging, it comes close to two sides of its canvas at least, and sticks out at none. All strips together take
+    no more of its height than two and a bit; the rest is scrolled to."""
+    set_screen(page, size)
+    js(page, "cradle.lift(2)")
+    wait(page, "source.run.time > 1.5")
+    [alone] = boxes(page)
+    across, up = js(
+        page,
+        """const {scene, canvas} = cradle.stages[0], {unit, floor, top} = scene;
+        const {x} = scene.place(0, -0.1), {x: last} = scene.place(4, 0.1);
+        return [(last - x + 2 * unit) / canvas.clientWidth, (floor + 0.42 * unit - top) / canvas.clientHeight]""",
+    )
+    assert 0.85 < max(across, up) < 1
+    js(page, "for (const kind of ['velocity', 'force', 'energy', 'momentum']) cradle.setShow(kind, true)")
+    wait(page, "cradle.stages[0].strips.box.scrollHeight > 1.5 * cradle.stages[0].strips.box.clientHeight")
+    [beside] = boxes(page)
+    assert beside["bottom"] - beside["top"] > 0.6 * (alone["bottom"] - alone["top"])

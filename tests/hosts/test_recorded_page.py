@@ -145,11 +145,11 @@ def test_what_has_no_inside_says_so(browser, fmu_path, tmp_path):
 
 def test_the_values_at_the_pointer(player):
     """Of forces and energies at the time shown, or below the pointer."""
+    js(player, "for (const kind of ['force', 'energy']) cradle.setShow(kind, true)")
     js(
         player,
-        "for (const kind of ['force', 'energy']) cradle.setShow(kind, true); cradle.clock.slowAt('always')",
+        "cradle.clock.slowAt('always'); const [{onset, release}] = source.pulses; cradle.seek(0.5 * (onset + release))",
     )
-    js(player, "const [{onset, release}] = source.pulses; cradle.seek(0.5 * (onset + release))")
     shown = "Forces 1\u20132 0 N 2\u20133 15.8 kN 3\u20134 0 N 4\u20135 0 N"
     assert " ".join(text(player, ".titles p").split()) == shown
     assert "in contacts 12.5 mJ" in text(player, ".titles p:nth-child(2)")
@@ -166,19 +166,14 @@ def test_the_values_at_the_pointer(player):
 
 #: The points of ball 1's curve, and the texts beside it.
 CURVE = """cradle.setShow("velocity", true);
-const {graph} = cradle.stages[0].strips, {fillText} = CanvasRenderingContext2D.prototype, texts = [];
-const curve = graph.points.bind(graph);
-let drawn;
-CanvasRenderingContext2D.prototype.fillText = (text) => texts.push(text);
-graph.points = (kind, i, view) => {
-  const points = curve(kind, i, view);
-  if (kind === "velocity" && i === 0) drawn = points;
-  return points;
-};
-cradle.stages[0].draw(cradle.theme);
-CanvasRenderingContext2D.prototype.fillText = fillText;
+const [stage] = cradle.stages, {graph} = stage.strips, {prototype} = CanvasRenderingContext2D, curves = [], texts = [];
+const {points} = graph, {fillText} = prototype;
+prototype.fillText = (text) => texts.push(text);
+graph.points = (...given) => curves[curves.push(points.apply(graph, given)) - 1];
+stage.draw(cradle.theme);
+prototype.fillText = fillText;
 delete graph.points;
-return [drawn, texts]"""
+return [curves[0], texts]"""
 
 
 def assert_jumps(page) -> None:
