@@ -5,7 +5,7 @@
 
 import { largest } from "#view/common.js";
 
-export const ENERGY_PARTS = ["kinetic", "gravity", "elastic"];
+const ENERGY_PARTS = ["kinetic", "gravity", "elastic"];
 export const LEAST = { velocity: 1e-9, force: 1e-9, energy: 1e-12, momentum: 1e-12 }; // that a scale ends at
 const KEPT = 900; // samples
 
