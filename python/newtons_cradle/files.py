@@ -7,6 +7,7 @@ from typing import Any
 
 HERE = Path(__file__).resolve().parent
 CHECKOUT = HERE.parents[1]  # if this is one
+MODEL = "NewtonsCradle"  # of which the FMUs of this package are
 BUILT = CHECKOUT / "target/fmu/NewtonsCradle.fmu"
 
 

@@ -21,7 +21,6 @@ from . import files
 from .run import FmuError, Model, Result, Run
 from .run.model import Values
 
-MODEL = "NewtonsCradle"
 MOST_STEPS = 100_000_000  # of one run: their samples alone are gigabytes
 
 
@@ -42,10 +41,12 @@ class Fmu(Model):
             description = read_model_description(str(path))
         except Exception as problem:  # FMPy raises what its parser meets
             raise FmuError(f"{path} is not an FMU that FMPy can read: {problem}") from problem
-        own = description.modelName == MODEL and description.fmiVersion.startswith("3.")
+        own = description.modelName == files.MODEL and description.fmiVersion.startswith("3.")
         if not (own or description.fmiVersion.startswith("2.")) or description.coSimulation is None:
             what = f"an FMU of FMI {description.fmiVersion}, the model {description.modelName}"
-            raise FmuError(f"{path} is {what}; allowed: FMI 2.0 for co-simulation, or {MODEL} of FMI 3.0")
+            raise FmuError(
+                f"{path} is {what}; allowed: FMI 2.0 for co-simulation, or {files.MODEL} of FMI 3.0"
+            )
         super().__init__(path, description, extract(str(path), unzipdir=str(folder) if folder else None))
         self._remove = weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)
 
@@ -65,8 +66,8 @@ class Fmu(Model):
         For programs that need a certain cradle, and would fail or give wrong numbers with another one.
         """
         what = f"{self.path} is refused: "
-        if self.description.modelName != MODEL:
-            raise FmuError(f"{what}it is the model {self.description.modelName}; allowed: {MODEL}")
+        if self.description.modelName != files.MODEL:
+            raise FmuError(f"{what}it is the model {self.description.modelName}; allowed: {files.MODEL}")
         if balls is not None and self.balls != balls:
             raise FmuError(f"{what}it has {self.balls} balls where {balls} are needed")
         others = [

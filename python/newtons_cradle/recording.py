@@ -4,14 +4,21 @@ import csv
 import re
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .files import MODEL
 from .pulses import FIELDS, PULSE, Array
+
+if TYPE_CHECKING:
+    from .run.model import Model
 
 #: As many numbers as a recording may hold, so that its page stays below 5 MB.
 LARGEST = 1_200_000
+
+#: A parameter of FMI 3.0 that changes no run.
+DERIVATIVES = "derivatives.of"
 
 #: For the drawing (m), where nothing else is said.
 LENGTH, RADIUS = 1.962, 0.0313
@@ -85,13 +92,44 @@ def from_csv(
     return replace(run, pulses=table)
 
 
-def from_result(columns: Columns, pulses: Array, length: float, radius: float) -> Recording:
-    """The recording of a run whose samples are these columns. Raises RecordingError."""
+def from_result(columns: Columns, pulses: Array, model: "Model | None", given: dict[str, Any]) -> Recording:
+    """The recording of a run whose samples are these columns; see `known_of`. Raises RecordingError."""
     what = "the result"
     n = _number_of_balls(what, columns, 1 if "x[2]" not in columns else None)
-    run = of_columns(what, columns, n, pulses=pulses, length=length, radius=radius)
+    run = of_columns(what, columns, n, pulses=pulses, **known_of(model, given))
     _refuse_coarse(what, run)
     return run
+
+
+def known_of(model: "Model | None", given: dict[str, Any]) -> dict[str, Any]:
+    """What a recording tells besides of a run of this model with these parameters and inputs: see `Recording`. A vector
+    whose elements are equal takes one row of parameters; a live run can go on without inputs."""
+    if model is None or not given:
+        return {}
+    texts: dict[str, list[str]] = {}
+    start: dict[str, Any] = {}
+    parameters = [name for name in given if model.variables[name].causality == "parameter"]
+    for name in parameters:
+        base, bracket, _ = name.partition("[")
+        texts.setdefault(base, []).append(model.written(name, given[name]))
+        exact = texts[base][-1] if model.variables[name].type == "Enumeration" else given[name]
+        if bracket:
+            start.setdefault(base, []).append(exact)
+        elif base != DERIVATIVES:
+            start[base] = exact
+    rows = []
+    for name, each in texts.items():
+        vector = name in model.arrays
+        first = model.variables[f"{name}[1]" if vector else name]
+        value = each[0] if len(set(each)) == 1 else ", ".join(each)
+        unit = "" if first.unit in (None, "1") else first.unit
+        rows.append(
+            (f"{name}[i]" if vector else name, value, unit, "" if vector else first.description or "")
+        )
+    free = not any(value for name, value in given.items() if name not in parameters)
+    own = model.description.modelName == MODEL
+    drawing = {"length": start["pendulum.length"], "radius": start["ball.radius"]} if own else {}
+    return {"parameters": rows, "start": start if own and free else None, **drawing}
 
 
 def _number_of_balls(source: object, columns: Columns, wanted: int | None) -> int:

@@ -2,17 +2,14 @@
 
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from .fmu import MODEL, Fmu
+from .fmu import Fmu
 from .pulses import Array
-from .recording import LARGEST, Recording, of_columns
-from .run import Result, Run
+from .recording import LARGEST, Recording, known_of, of_columns
+from .run import Result
 from .run.model import Values
-
-DERIVATIVES = "derivatives.of"  # a parameter of FMI 3.0 that changes no run
 
 
 def sample_times(pulses: Array, stop: float, step: float, per_pulse: int = 32) -> Array:
@@ -86,37 +83,6 @@ def from_fmu(
         per_pulse = int(np.clip(room // max(1, len(pulses)), 4, 48))
         times = sample_times(pulses[: room // per_pulse], stop, step, per_pulse)
         result = fmu.simulate(values, times=times, record=names, progress=progress)
-        with fmu.start(values) as run:
-            drawing = {"length": run.get("pendulum.length"), "radius": run.get("ball.radius")}
-            parameters, start = _parameters(fmu, run)
     columns = {name: result[name] for name in ("time", *names)}
     title = f"{n} ball{'s' if n > 1 else ''}, {stop:g} s"
-    return of_columns(title, columns, n, pulses=pulses, parameters=parameters, start=start, **drawing)
-
-
-def _parameters(fmu: Fmu, run: Run) -> tuple[list[tuple[str, str, str, str]], dict[str, Any] | None]:
-    """Name, value, unit and meaning of each parameter; a vector whose elements are equal takes one row. And what a live
-    run goes on with: their values by name; None with inputs, or of another model."""
-    names = [v.name for v in fmu.variables.values() if v.causality == "parameter"]
-    values: dict[str, list[str]] = {}
-    start: dict[str, Any] = {}
-    for name, value in zip(names, run.recorder(names).row(), strict=True):
-        base, bracket, _ = name.partition("[")
-        values.setdefault(base, []).append(fmu.written(name, value))
-        exact = values[base][-1] if fmu.variables[name].type == "Enumeration" else value
-        if bracket:
-            start.setdefault(base, []).append(exact)
-        elif base != DERIVATIVES:
-            start[base] = exact
-    inputs = [v.name for v in fmu.variables.values() if v.causality == "input"]
-    known = fmu.description.modelName == MODEL and not any(run.recorder(inputs).row())
-    rows = []
-    for name, texts in values.items():
-        vector = name in fmu.arrays
-        first = fmu.variables[f"{name}[1]" if vector else name]
-        value = texts[0] if len(set(texts)) == 1 else ", ".join(texts)
-        unit = "" if first.unit in (None, "1") else first.unit
-        rows.append(
-            (f"{name}[i]", value, unit, "") if vector else (name, value, unit, first.description or "")
-        )
-    return rows, start if known else None
+    return of_columns(title, columns, n, pulses=pulses, **known_of(result.model, result.given))

@@ -130,6 +130,9 @@ def test_a_click_is_gone_through_by_buttons(player):
     press(player, "inside")
     assert js(player, "return cradle.clock.rate") == 1
     assert text(player, "#inside") == "Look inside a click"
+    # Behind the last one there is none to wait for.
+    js(player, "cradle.clock.slowAt('next'); cradle.seek(source.end)")
+    assert js(player, "return cradle.clock.slow") == "no"
 
 
 def test_what_has_no_inside_says_so(browser, fmu_path, tmp_path):

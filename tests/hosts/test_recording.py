@@ -1,5 +1,6 @@
 """Recordings: what the command and `Result.page` take, and what they refuse in words."""
 
+import pickle
 import sys
 from dataclasses import replace
 
@@ -11,7 +12,7 @@ from fmpy import simulate_fmu
 from fmpy.util import write_csv
 from newtons_cradle import __main__
 from newtons_cradle.page import save_page
-from newtons_cradle.recording import RecordingError, from_csv
+from newtons_cradle.recording import RecordingError, from_csv, known_of
 
 pytestmark = pytest.mark.all
 
@@ -169,4 +170,11 @@ def test_a_result_has_a_page(fmu, tmp_path):
     with pytest.raises(RecordingError, match=coarse):
         fmu.simulate(stop=1.0, step=0.5).page(path)
     assert not path.exists()
-    assert fmu.simulate(stop=1.0).page(path) == path.stat().st_size > 100_000
+    start = nc.lifted(1, amplitude=0.05)
+    result = fmu.simulate(start | {"contact.model": "hertz", "ball.massRatio[2]": 2.0}, stop=1.0)
+    assert result.page(path) == path.stat().st_size > 100_000
+    known = known_of(result.model, result.given)
+    assert known["start"]["contact.model"] == "hertz" and known["start"]["ball.massRatio"] == [1, 2, 1, 1, 1]
+    assert ("ball.massRatio[i]", "1, 2, 1, 1, 1", "", "") in known["parameters"]
+    assert known_of(result.model, result.given | {"F_ext[1]": 1.0})["start"] is None
+    assert pickle.loads(pickle.dumps(result)).page(path) > 100_000  # without what only this process knows

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..pulses import Array, pulse_table
 from .log import LogLine
-from .model import FmuError, Model, Value, Values
+from .model import GIVEN, FmuError, Model, Value, Values
 from .result import Result
 from .slaves import FMU2Instance, FMU3Instance
 
@@ -216,8 +216,10 @@ class Recorder:
         self._rows.append((self._run.time, *self.row()))
 
     def result(self) -> Result:
-        """All samples so far and the run's pulses so far."""
+        """All samples so far, the run's pulses so far and, while the run is open, what it was given."""
         fmu = self._run.fmu
         types = [("time", "f8"), *((name, DTYPES[fmu.variables[name].type]) for name in self._names)]
         units = {"time": "s"} | {name: fmu.unit(name) for name in self._names}
-        return Result(np.array(self._rows, dtype=types), self._run.pulses, units)
+        names = [v.name for v in fmu.variables.values() if v.causality in GIVEN]
+        given = {} if self._run._closed else dict(zip(names, self._run.recorder(names).row(), strict=True))
+        return Result(np.array(self._rows, dtype=types), self._run.pulses, units, fmu, given)

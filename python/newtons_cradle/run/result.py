@@ -9,12 +9,14 @@ import numpy as np
 
 from ..page import save_page
 from ..pulses import Array
-from ..recording import LENGTH, RADIUS, from_result
+from ..recording import from_result
 from .names import UnknownName, did_you_mean
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
+
+    from .model import Model
 
 
 @dataclass
@@ -23,13 +25,20 @@ class Result:
 
     `samples`: structured array with `time` (s) and one field per recorded variable;
     `pulses`: structured array of dtype `PULSE`, finished pulses only, by onset;
-    `units`: of the recorded variables, by name.
+    `units`: of the recorded variables, by name;
+    `model` and `given`: what was run, and its parameters and inputs at the end, by name, if they are known.
     `result["x[1]"]` is short for `result.samples["x[1]"]`, `result["x"]` for `result.stack("x")`.
     """
 
     samples: Array
     pulses: Array
     units: dict[str, str] = field(default_factory=dict)
+    model: "Model | None" = field(default=None, repr=False)
+    given: dict[str, Any] = field(default_factory=dict, repr=False)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What another process gets: all but the model, which belongs to this one."""
+        return vars(self) | {"model": None}
 
     @property
     def names(self) -> list[str]:
@@ -102,15 +111,14 @@ class Result:
         axes[-1, 0].xaxis.set_major_formatter(EngFormatter("s"))
         return figure
 
-    def page(self, path: str | Path, *, length: float = LENGTH, radius: float = RADIUS) -> int:
+    def page(self, path: str | Path) -> int:
         """Writes the run as a page for a browser, one HTML file; returns its size in bytes.
 
         It takes x, v and F of all balls and contacts, samples that follow the balls, and energies if they were recorded;
-        `resolved` samples within the pulses as well. `length` of the strings and `radius` of the balls (m): for the
-        drawing. Raises RecordingError, which says what is missing, or OSError.
+        `resolved` samples within the pulses as well. Raises RecordingError, which says what is missing, or OSError.
         """
         columns = {name: self.samples[name] for name in self.names}
-        return save_page(path, from_result(columns, self.pulses, length, radius))
+        return save_page(path, from_result(columns, self.pulses, self.model, self.given))
 
 
 def _needed(package: str, extra: str) -> Any:

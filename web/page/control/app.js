@@ -216,7 +216,10 @@ class App {
     if (source.live) this.setRunning(false);
     this.clock.reset();
     source.seek(time);
-    if (!source.live) this.clock.land([source.ahead()].filter(Boolean));
+    if (source.live) return;
+    const ahead = source.ahead();
+    if (!ahead && this.clock.slow === "next") this.clock.slowAt("no"); // there is no click any more to wait for
+    this.clock.land(ahead ? [ahead] : []);
   }
 
   // ---- hands
