@@ -11,7 +11,6 @@ into .venv, compiled code into target. You can delete either at any time; it is 
 """
 
 import argparse
-import shutil
 import sys
 import time
 from pathlib import Path
@@ -20,7 +19,7 @@ if sys.version_info < (3, 11):  # noqa: UP036 - the script is the first thing an
     sys.exit(f"Python 3.11 or newer is needed; this is {sys.version.split()[0]}.")
 sys.path[:0] = [str(Path(__file__).resolve().parent / folder) for folder in ("packaging", "tests")]
 
-from checkout import LIVE, PYTHON, ROOT, SOME, Stop, check_machine, fmu_builds, make_venv, run, say, stage  # noqa: E402
+from checkout import ENGINE, PYTHON, SOME, Stop, check_machine, fmu_builds, make_venv, run, say, stage  # noqa: E402
 from make_wheel import make_wheel  # noqa: E402
 from suite import test  # noqa: E402
 
@@ -42,11 +41,10 @@ def paper(_options) -> int:
 
 
 def show_live_page() -> None:
-    """Puts the page in which the cradle runs live beside the report, where it has been built."""
-    if LIVE.exists():
-        copy = ROOT / "out/cradle.html"
-        shutil.copyfile(LIVE, copy)
-        say(f"\nThe cradle live, in a browser: {copy.relative_to(ROOT)}")
+    """Puts the page in which the cradle runs live beside the report, where its engine has been built."""
+    if ENGINE.exists():
+        say("\nThe cradle live, in a browser:")
+        run([PYTHON, "-m", "newtons_cradle", "live", "--out", "out/cradle.html"])
     else:
         say("\nThe cradle live, in a browser: `python3 web/build.py` makes target/web/cradle.html.")
 

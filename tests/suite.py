@@ -202,7 +202,7 @@ def compiled(results: Results) -> None:
 
 
 def apart(results: Results) -> None:
-    """What is compiled in folders of its own: a host, the engine for the page, and what looks at the packages of others."""
+    """What is compiled in folders of its own: a host and the page's engine; and what looks at the packages of others."""
     install_fmi_sim(results)
     results.step("Live page", [sys.executable, "web/build.py", "--or-skip"])
     results.step("Licences, bans and sources", [PYTHON, "packaging/deny.py"])

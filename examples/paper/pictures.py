@@ -94,7 +94,7 @@ def svg(plot: Plot, path: Path) -> None:
 
 
 def photographs(fmus, report: Path, docs: Path, scene: Path) -> None:
-    """The cradle in a click, for `docs` and, without what is around it, as `scene`; the lesson; the top of the report."""
+    """The cradle in a click, for `docs` and, without what is around it, as `scene`; the lesson; the report's top."""
     options = webdriver.ChromeOptions()
     window = "headless=new no-sandbox hide-scrollbars window-size=1280,860 use-angle=swiftshader"
     for argument in window.split():

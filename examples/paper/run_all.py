@@ -1,4 +1,4 @@
-"""All experiments of the paper in one go: pictures, CSV, an interactive report, a page that plays a run, a table of checks."""
+"""All experiments of the paper in one go: pictures, CSV, an interactive report, a page that plays a run, checks."""
 
 import sys
 

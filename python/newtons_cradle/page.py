@@ -24,8 +24,8 @@ def save_page(
 ) -> int:
     """Writes the page; returns its size in bytes. Raises PageError, OSError.
 
-    It plays the `recording`; where the engine for browsers is there, the cradle runs live as well. `head`: what else its
-    head has.
+    It plays the `recording`; where the engine for browsers is there, the cradle runs live as well. `head`: what else
+    its head has.
     """
     engine = engine_file()
     if recording is None and not engine.is_file():

@@ -1,4 +1,4 @@
-"""The page in which the engine runs live, in a headless Chromium: keyboard, links, tables, languages, accessibility; and
+"""The page in which the engine runs live, in a headless Chromium: keyboard, links, tables, languages, accessibility;
 for classes: what will fly out is asked before it is seen, and the lesson is presented step by step."""
 
 import json

@@ -6,12 +6,6 @@ function decoded({ kind, data }) {
   return kind === "f8" ? new Float64Array(bytes.buffer) : new Float32Array(bytes.buffer);
 }
 
-/** 1, 2 or 5 times a power of ten, such that about `count` steps make up `span`. */
-function niceStep(span, count) {
-  const raw = span / count, power = 10 ** Math.floor(Math.log10(raw));
-  return power * [1, 2, 5, 10].find((factor) => factor * power >= raw * 0.999);
-}
-
 /** How numbers from a to b are written: from which origin they are counted, in which unit.
  *
  *  Deep in a zoom all numbers begin alike. Then `origin` is a round value below a, `name` says so; texts count from it.
@@ -30,7 +24,7 @@ function notation(a, b, unit) {
 
 /** Ticks of an axis from a to b: where they are, their texts, and how they are written. */
 function ticks(a, b, count, unit) {
-  const way = notation(a, b, unit), { origin, scale } = way, step = niceStep(b - a, count);
+  const way = notation(a, b, unit), { origin, scale } = way, step = roundStep((b - a) / count);
   const digits = Math.max(0, -Math.floor(Math.log10(step / scale) + 1e-9)), list = [];
   for (let k = Math.ceil((a - origin) / step - 1e-9); k * step <= (b - origin) * (1 + 1e-12) + 1e-9 * step; k++) {
     const short = digits > 5 ? (k * step / scale).toPrecision(2) : (k * step / scale).toFixed(digits);

@@ -18,12 +18,3 @@ function mixed(from, to, part) {
   const mixed = (i) => Math.round(channel(from, i) + part * (channel(to, i) - channel(from, i)));
   return `#${[0, 1, 2].map((i) => mixed(i).toString(16).padStart(2, "0")).join("")}`;
 }
-
-/** Colour of ball or contact i (from 0) of `count`: its own where there are enough, else one from blue over green to
- *  red. */
-function seriesColour(i, count) {
-  if (count <= 6) return colour(`--series-${i + 1}`);
-  const stops = [1, 3, 5, 2].map((number) => colour(`--series-${number}`));
-  const place = (stops.length - 1) * i / (count - 1), below = Math.min(Math.floor(place), stops.length - 2);
-  return mixed(stops[below], stops[below + 1], place - below);
-}

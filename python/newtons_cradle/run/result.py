@@ -114,8 +114,9 @@ class Result:
     def page(self, path: str | Path) -> int:
         """Writes the run as a page for a browser, one HTML file; returns its size in bytes.
 
-        It takes x, v and F of all balls and contacts, samples that follow the balls, and energies if they were recorded;
-        `resolved` samples within the pulses as well. Raises RecordingError, which says what is missing, or OSError.
+        It takes x, v and F of all balls and contacts, samples that follow the balls, and energies if they were
+        recorded; `resolved` samples within the pulses as well. Raises RecordingError, which says what is missing, or
+        OSError.
         """
         columns = {name: self.samples[name] for name in self.names}
         return save_page(path, from_result(columns, self.pulses, self.model, self.given))

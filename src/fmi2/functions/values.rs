@@ -51,11 +51,13 @@ export! {
         instance.set_integers(array("vr", vr, nvr)?, array("value", value, nvr)?)
     };
     /// No boolean can be set: an error unless nothing is set.
-    fn fmi2SetBoolean(vr: *const fmi2ValueReference, nvr: usize, _value: *const fmi2Boolean) as SetDiscrete |instance| {
+    fn fmi2SetBoolean(vr: *const fmi2ValueReference, nvr: usize, value: *const fmi2Boolean) as SetDiscrete |instance| {
+        array("value", value, nvr)?;
         instance.refuse_to_set(array("vr", vr, nvr)?, Type::Boolean)
     };
     /// There are no strings: an error unless nothing is set.
-    fn fmi2SetString(vr: *const fmi2ValueReference, nvr: usize, _value: *const fmi2String) as SetDiscrete |instance| {
+    fn fmi2SetString(vr: *const fmi2ValueReference, nvr: usize, value: *const fmi2String) as SetDiscrete |instance| {
+        array("value", value, nvr)?;
         instance.refuse_to_set(array("vr", vr, nvr)?, Type::String)
     };
     /// Gives derivatives of real inputs by time, of order 1 to 3, for the next fmi2DoStep: all of them, or none if any

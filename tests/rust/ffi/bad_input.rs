@@ -182,6 +182,8 @@ fn null_pointers_are_refused_unless_nothing_is_asked_for() {
         assert_eq!(fmi2GetReal(host.c, null(), 1, &mut value), fmi2Error);
         assert!(host.error().contains("vr = NULL is refused; allowed: an array of 1"));
         host.refused(fmi2GetReal(host.c, &x, 1, null_mut()), "value = NULL");
+        host.refused(fmi2SetBoolean(host.c, &x, 1, null()), "value = NULL");
+        host.refused(fmi2SetString(host.c, &x, 1, null()), "value = NULL");
         host.refused(fmi2GetReal(host.c, &x, 1, 9 as *mut f64), "value = 0x9 is refused");
         host.refused(fmi2SetReal(host.c, &x, usize::MAX, &value), "an array of");
         host.refused(fmi2SetDebugLogging(host.c, 1, 1, null()), "categories = NULL");

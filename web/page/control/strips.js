@@ -58,8 +58,8 @@ export class Strips {
     const { stage: { source }, app } = this, known = click?.sampled && click.length > 0 ? click : null;
     // Within a click, time is that of its run.
     const track = known?.samples ?? this.track, { origin, [known ? "now" : "time"]: now } = source;
-    const kinds = ["force", "velocity", "energy", "momentum"].filter((kind) => track.counts[kind] && (app.shows[kind]
-      || (kind === "force" && click && !source.drawing.rigid)));
+    const kinds = ["force", "velocity", "energy", "momentum"].filter((kind) => track.counts[kind]
+      && (app.shows[kind] || (kind === "force" && click)) && !(kind === "force" && source.drawing.rigid));
     this.box.style.setProperty("--rows", kinds.length);
     this.box.hidden = !kinds.length;
     aria(this.box, { label: say("showWhat") });

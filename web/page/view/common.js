@@ -1,4 +1,4 @@
-// What all pages and the live one share: numbers as they are written, samples of a run, and drawing.
+// What the page and the paper's report share: numbers as they are written, samples of a run, and drawing.
 
 const PREFIXES = { 9: "G", 6: "M", 3: "k", 0: "", "-3": "m", "-6": "µ", "-9": "n", "-12": "p", "-15": "f" };
 
@@ -15,8 +15,15 @@ export function withPrefix(value, unit, digits = 3) {
   return `${String(number).replace("-", "−")} ${PREFIXES[power]}${unit}`;
 }
 
+/** The least of 1, 2 or 5 times a power of ten that is not below `least`, but for rounding. */
+export function roundStep(least) {
+  const power = 10 ** Math.floor(Math.log10(least));
+  return power * [1, 2, 5, 10].find((factor) => factor * power >= 0.999 * least);
+}
+
 /** Number of elements of the rising `array` that are not above `value`. */
-export function countUpTo(array, value, low = 0, high = array.length) {
+export function countUpTo(array, value) {
+  let low = 0, high = array.length;
   while (low < high) {
     const middle = (low + high) >> 1;
     if (array[middle] <= value) low = middle + 1; else high = middle;

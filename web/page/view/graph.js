@@ -1,6 +1,6 @@
 // Strips: velocities, forces, energy and momentum by time, with axes, as far as a track knows them; see history.js.
 
-import { countUpTo, linear, placeIn, prepared, through, withPrefix } from "#view/common.js";
+import { countUpTo, linear, placeIn, prepared, roundStep, through, withPrefix } from "#view/common.js";
 import { ballColour } from "#view/scene.js";
 import { FONT } from "#view/texts.js";
 
@@ -138,7 +138,7 @@ export class Graph {
         if (track.value("force", contact, k) > track.value("force", contact, top)) top = k;
       return { x: place(times[top] ?? onset), y: level(peak) - 2, text: `${contact + 1}–${contact + 2}`, contact };
     });
-    labels.sort((a, b) => a.x - b.x);
+    labels.sort((a, b) => a.x - b.x || a.contact - b.contact);
     for (let i = 0; i < labels.length; i++) {
       const { x, y, text, contact } = labels[i], next = labels[i + 1];
       // Pulses at the same time have one label.
@@ -202,7 +202,7 @@ function roundUp(value) {
 
 /** Round numbers from `low` to `high`, at least `least` apart. */
 function ticks(low, high, least) {
-  const power = 10 ** Math.floor(Math.log10(least)), step = power * [1, 2, 5, 10].find((f) => f * power >= least);
-  const first = Math.ceil(low / step - 1e-9), count = Math.floor(high / step + 1e-9) - first + 1;
+  const step = roundStep(least), first = Math.ceil(low / step - 1e-9);
+  const count = Math.floor(high / step + 1e-9) - first + 1;
   return Array.from({ length: Math.max(0, count) }, (_, k) => (first + k) * step);
 }

@@ -44,7 +44,8 @@ export class Scene {
     let x = 0.5 * (width - row * unit);
     const positions = sizes.map((size) => (x += 2 * size * unit) - size * unit);
     const floor = hanging + 1.75 * largest * unit;
-    Object.assign(this, { width, height, near, drawn, unit, string, top: hanging - string, floor, sizes, positions, length });
+    Object.assign(this, { width, height, near, drawn, unit, string, top: hanging - string, floor, sizes, positions,
+      length });
     return this;
   }
 
