@@ -8,6 +8,7 @@ export const SECONDS = 7; // s on the viewer's clock that are shown
 export const UNITS = { velocity: "m/s", force: "N", energy: "J", momentum: "kg m/s" };
 const GUTTER = 66;     // px for the values on the axis, left of the curves
 const TITLE = 22, FOOT = 17; // px above and below the curves of a row
+const THIN = 520, LINE = 12; // px: where it is not wider, values take a second line
 const NARROW = 4;      // px: a pulse that is not wider is a line as high as its peak
 
 export class Graph {
@@ -23,7 +24,7 @@ export class Graph {
   draw(kinds, track, { left, right, now, pointer, ...shown }) {
     const { context: c, width, height } = prepared(this.canvas, 2), tall = height / kinds.length;
     if (width <= GUTTER || !height) return;
-    const { times } = track, scale = (width - GUTTER) / (right - left);
+    const { times } = track, scale = (width - GUTTER) / (right - left), title = width > THIN ? TITLE : TITLE + LINE;
     const place = (time) => GUTTER + (time - left) * scale;
     const view = { left, right, width, place, from: Math.max(0, countUpTo(times, left) - 1),
       to: Math.min(times.length, countUpTo(times, right) + 1), ...this.pulses(track, left, right, scale), ...shown };
@@ -31,9 +32,9 @@ export class Graph {
     kinds.forEach((kind, i) => {
       c.save();
       c.translate(0, i * tall);
-      this.drawRow(kind, { ...view, top: TITLE + (kind === "force" && shown.click ? 16 : 0), foot: tall - FOOT });
+      this.drawRow(kind, { ...view, top: title + (kind === "force" && shown.click ? 16 : 0), foot: tall - FOOT });
       for (const [time, colour] of [[pointer, shown.theme.grid], [now, shown.theme.accent]])
-        if (time !== null) this.line([[place(time), TITLE], [place(time), tall - FOOT]], colour, 1.5);
+        if (time !== null) this.line([[place(time), title], [place(time), tall - FOOT]], colour, 1.5);
       c.restore();
     });
   }
