@@ -11,11 +11,11 @@
 //! | module | what it does | knows of |
 //! |---|---|---|
 //! | [`model`] | the physics in SI units: parameters, masses, force laws, what a run shows | numbers in `solver` |
-//! | [`solver`] | numerics: oscillators, series, dual numbers, first crossings, event queue, solvers of ODEs | `next` |
+//! | `solver` | numerics: oscillators, series, dual numbers, first crossings, event queue, solvers of ODEs | `next` |
 //! | [`next`] | one type that says when something happens next: at a time, not before one, or never | nothing |
 //! | [`engine`] | a run: flight, impacts, clusters and bodies of balls in contact, events, pulses | `model`, `solver` |
 //! | [`variables`] | the interface as one table | `model`: [`model::Parameters`], [`model::Results`] |
-//! | [`instance`] | one running instance: phases, legality of calls, steps, saved states, log | `variables`, `engine` |
+//! | `instance` | one running instance: phases, legality of calls, steps, saved states, log | `variables`, `engine` |
 //! | `ffi` | what the C functions of all versions share | `instance` |
 //! | [`fmi2`], [`fmi3`] | the C functions of FMI 2.0 and 3.0; with `ffi`, the only unsafe code | `ffi`, `instance` |
 //!
@@ -67,11 +67,11 @@ pub mod fmi2;
 #[cfg(all(feature = "engine", not(target_family = "wasm")))]
 pub mod fmi3;
 #[cfg(feature = "engine")]
-pub mod instance;
+mod instance;
 pub mod model;
 pub mod next;
 #[cfg(feature = "engine")]
-pub mod solver;
+mod solver;
 #[doc = include_str!("../docs/theory.md")]
 #[cfg(doc)]
 pub mod theory {}

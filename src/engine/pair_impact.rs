@@ -105,7 +105,6 @@ pub(crate) struct PairImpact {
     pub interior: OnceCell<Vec<Interior>>,
 }
 
-/// A segment of an impact.
 #[derive(Clone, Debug)]
 pub(crate) struct Interior {
     pub segment: Cluster,
@@ -173,7 +172,6 @@ impl PairImpact {
         })
     }
 
-    /// When the contact opens.
     pub fn end(&self) -> DoubleDouble {
         self.start + self.duration
     }

@@ -44,7 +44,6 @@ pub(crate) fn create(make: impl FnOnce() -> Option<*mut c_void>) -> *mut c_void 
 }
 
 impl<V: Version> Component<V> {
-    /// Hands an instance over to the host.
     pub(crate) fn into_raw(instance: Instance, callbacks: V) -> *mut c_void {
         let component = Self {
             magic: Cell::new(V::MAGIC),

@@ -9,7 +9,6 @@ use crate::variables::Refusal;
 /// Marks memory as a state of ours; "cradleFS" in ASCII.
 const MAGIC: u64 = 0x6372_6164_6c65_4653;
 
-/// What the host's pointer points to.
 struct Saved {
     magic: u64,
     state: SavedState,

@@ -29,7 +29,6 @@ impl Instance {
         Ok(elements)
     }
 
-    /// The elements of the knowns.
     fn knowns(&self, references: &[u32]) -> Result<Vec<Element>, Refusal> {
         let of_step = self.run.purpose.kind == Kind::CoSimulation
             && self.run.phase > Phase::InitializationMode

@@ -7,7 +7,6 @@ use super::values::unknown_reference;
 use crate::engine::{NEVER, Pulse};
 use crate::variables::{Access, Array, Extra, Refusal, Settings, Shape, Type, Variable, padding};
 
-/// The value of an element.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Value {
     /// Of a real variable.

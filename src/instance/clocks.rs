@@ -39,7 +39,6 @@ struct Tick {
 }
 
 impl Tick {
-    /// Whether this may be a part of it.
     fn takes(&self, transition: &Transition) -> bool {
         let mut of_contact = self.transitions.iter().filter(|other| other.contact() == transition.contact());
         match transition {
@@ -73,7 +72,6 @@ pub(super) struct Discrete {
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Clocks {
-    /// Ticks to come, in order.
     pending: VecDeque<Tick>,
     /// Whether the clocks of onsets and of releases are active.
     active: [bool; 2],

@@ -13,7 +13,6 @@ use crate::variables::{Causality, DerivativesOf, Refusal, Settings, Type, Variab
 const OUTPUTS: &str = "real outputs";
 const INITIAL_UNKNOWNS: &str = "real outputs, states, their derivatives and calculated parameters";
 const EXCHANGED: &str = "real outputs and derivatives of states";
-/// Along what.
 const INPUTS: &str = "inputs and, in Initialization Mode or with derivatives.of = run, real parameters; in model \
                       exchange, after it, continuous states";
 /// What derivatives of the run cannot do without.
@@ -143,7 +142,6 @@ impl Instance {
         unknowns.iter().zip(values).map(|(unknown, derivative)| self.finite(*unknown, derivative)).collect()
     }
 
-    /// Which directional and adjoint derivatives there are now.
     fn derived(&self) -> Derived {
         match (self.run.phase, self.run.purpose.kind) {
             (Phase::InitializationMode, _) => Derived::Start,

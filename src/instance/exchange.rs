@@ -11,12 +11,10 @@ use crate::engine::{Observer, Progress, Pulse, state_count};
 use crate::variables::{Array, Extra, Refusal};
 
 impl Instance {
-    /// Number of continuous states.
     pub fn count_states(&self) -> usize {
         state_count(self.balls()) + usize::from(self.run.purpose.arrays)
     }
 
-    /// Number of event indicators.
     pub fn count_indicators(&self) -> usize {
         2 * (self.balls() - 1) + 2 * usize::from(self.run.purpose.arrays)
     }
@@ -76,19 +74,16 @@ impl Instance {
         Ok(values)
     }
 
-    /// The continuous states.
     pub fn continuous_states(&mut self) -> Result<Vec<f64>, Refusal> {
         let states = self.exchange()?.states().to_vec();
         self.padded(states, 0.0)
     }
 
-    /// Their derivatives by time.
     pub fn state_derivatives(&mut self) -> Result<Vec<f64>, Refusal> {
         let derivatives = self.exchange()?.derivatives();
         self.padded(derivatives, 0.0)
     }
 
-    /// Their orders of magnitude.
     pub fn nominals(&mut self) -> Result<Vec<f64>, Refusal> {
         let nominals = self.exchange()?.nominals().to_vec();
         self.padded(nominals, 1.0)

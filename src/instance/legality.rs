@@ -3,12 +3,9 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Who steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Kind {
-    /// The instance by itself.
     CoSimulation,
-    /// The host integrates.
     ModelExchange,
 }
 
@@ -24,13 +21,11 @@ impl std::fmt::Display for Kind {
 /// What a host has created an instance for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Purpose {
-    /// Who steps.
     pub kind: Kind,
     /// Whether the host is one of FMI 3.0, where variables are arrays.
     pub arrays: bool,
     /// Whether clocks tick for it, and in co-simulation it takes part in events.
     pub events: bool,
-    /// Whether steps may end early.
     pub early_return: bool,
 }
 
@@ -48,7 +43,6 @@ impl Purpose {
 
 macro_rules! phases {
     ($($(#[$doc:meta])* $phase:ident $name:literal $exists:expr;)*) => {
-        /// Phases of an instance.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
         pub enum Phase {
             $($(#[$doc])* $phase),*
@@ -77,7 +71,6 @@ macro_rules! phases {
 phases! {
     /// Start values can be set, nothing is calculated.
     Instantiated "the instantiated state" |_| true;
-    /// The number of balls can be set.
     ConfigurationMode "Configuration Mode" |of| of.arrays;
     /// A refused call has ended the run before it began; it can be reset.
     Abandoned "the terminated state, before any calculation" |of| of.arrays;
@@ -93,7 +86,6 @@ phases! {
     IntermediateUpdate "Intermediate Update Mode" |of| of.arrays && of.kind == Kind::CoSimulation;
     /// The run is over, its last values can be read.
     Terminated "the terminated state" |_| true;
-    /// A step failed numerically.
     Error "the error state" |_| true;
 }
 
@@ -103,7 +95,6 @@ const EXCHANGE: Option<Kind> = Some(Kind::ModelExchange);
 
 macro_rules! calls {
     ($($(#[$doc:meta])* $call:ident $kind:ident $phases:literal;)*) => {
-        /// What a host can ask of an instance.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub enum Call {
             $($(#[$doc])* $call),*
@@ -128,17 +119,11 @@ macro_rules! calls {
 // are those of: Instantiated, Configuration Mode, Abandoned, initializatioN Mode, Step mode, Event Mode,
 // continuous-Time Mode, intermediate Update, enDed, Failed.
 calls! {
-    /// Switching log categories on and off.
     SetDebugLogging BOTH b"ICANSETUDF";
-    /// Telling start, stop and tolerance.
     SetupExperiment BOTH b"I.........";
-    /// The way into Initialization Mode.
     EnterInitializationMode BOTH b"I.........";
-    /// The way out of it, to the first step.
     ExitInitializationMode BOTH b"...N......";
-    /// The end of the run.
     Terminate BOTH b"....SET...";
-    /// Back to how it was instantiated.
     Reset BOTH b"ICANSET.DF";
     /// Reading values of any type.
     Get BOTH b"...NSETUDF";
@@ -148,23 +133,17 @@ calls! {
     Set BOTH b"I..NSETU..";
     /// Setting values of any other type.
     SetDiscrete BOTH b"I..NSE....";
-    /// Saving, restoring, freeing and serializing the whole state.
     State BOTH b"ICANSET.DF";
     /// Derivatives by inputs held over the last step, by inputs and states, or by what is known in Initialization Mode.
     DirectionalDerivative BOTH b"...NSET.DF";
-    /// How inputs change within the next step.
     SetInputDerivatives STEPS b"I..NS.....";
-    /// Derivatives of outputs by time.
     GetOutputDerivatives STEPS b"....S..UDF";
-    /// A step.
     DoStep STEPS b"....S.....";
     /// Breaking off a step that goes on by itself, of which there are none.
     CancelStep STEPS b"..........";
     /// Asking about the last step.
     Status STEPS b"....S...D.";
-    /// The way to Configuration Mode.
     EnterConfigurationMode BOTH b"I.........";
-    /// The way back from it.
     ExitConfigurationMode BOTH b".C........";
     /// Setting counts: the number of balls is one.
     SetCounts BOTH b"IC.NSE....";
@@ -174,40 +153,29 @@ calls! {
     EnterEvents BOTH b"....S.T...";
     /// Handling one of them after the other.
     NextEvent BOTH b".....E....";
-    /// The way back from events to steps.
     EnterStepMode STEPS b".....E....";
     /// Going on with a step in which the host has been called.
     ContinueStep STEPS b".......U..";
-    /// The way to an event.
     EnterEventMode EXCHANGE b".....ET...";
-    /// Handling an event.
     NewDiscreteStates EXCHANGE b".....E....";
-    /// The way back from an event to integration.
     EnterContinuousTimeMode EXCHANGE b".....E....";
-    /// The end of a step of the host's solver.
     CompletedIntegratorStep EXCHANGE b"......T...";
-    /// Setting the time.
     SetTime EXCHANGE b".....ET...";
-    /// The same in FMI 3.0.
+    /// [`Self::SetTime`] in FMI 3.0.
     SetTimeOfExchange EXCHANGE b"......T...";
-    /// Setting the continuous states.
     SetContinuousStates EXCHANGE b"......T...";
     /// Reading the derivatives of the states, the event indicators or the states.
     GetContinuous EXCHANGE b"...N.ET.DF";
-    /// Reading the orders of magnitude of the states.
     GetNominals EXCHANGE b"I..N.ET.DF";
-    /// Asking how many states or event indicators there are.
     CountContinuous EXCHANGE b"ICANSET.DF";
 }
 
 impl Call {
-    /// Whether it is legal in this phase.
     #[inline]
     pub fn is_legal_in(self, phase: Phase) -> bool {
         self.phases()[phase as usize] != b'.'
     }
 
-    /// The phases it is legal in.
     pub fn legal_phases(self) -> impl Iterator<Item = Phase> {
         PHASES.into_iter().filter(move |phase| self.is_legal_in(*phase))
     }

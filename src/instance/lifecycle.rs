@@ -6,14 +6,11 @@ use super::run::{Experiment, Run};
 use crate::engine::{EngineError, Exchange, Results, Simulation};
 use crate::variables::{Access, DerivativesOf, LogCategory, Number, Refusal, Settings, Variable, variables};
 
-/// One instance.
 pub struct Instance {
-    /// GUID of its description.
     pub(super) guid: String,
     /// Start values of the description, which a reset returns to.
     start: Settings,
     pub(super) run: Run,
-    /// Where it writes its log lines.
     pub log: Log,
 }
 
@@ -27,7 +24,6 @@ impl Instance {
         Self { guid, start, run, log }
     }
 
-    /// Number of balls n.
     #[inline]
     pub fn balls(&self) -> usize {
         self.run.settings.balls()
@@ -85,7 +81,6 @@ impl Instance {
         Ok(())
     }
 
-    /// Enters Initialization Mode.
     pub fn enter_initialization(&mut self) -> Result<(), Refusal> {
         if self.run.experiment.is_none() {
             return Err(Refusal::new("the experiment must be set up first, so that the start time is known"));

@@ -4,10 +4,8 @@ use std::fmt::Arguments;
 
 use crate::variables::{LOG_CATEGORIES, LogCategory};
 
-/// How serious a log line is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
-    /// Information.
     Ok,
     /// Something is not quite right, the run can go on.
     Warning,
@@ -61,7 +59,6 @@ impl Log {
         self.sink.is_some() && self.enabled[category as usize]
     }
 
-    /// Writes a line, if the host wants it.
     pub fn write(&self, severity: Severity, category: LogCategory, text: Arguments<'_>) {
         if let Some(sink) = &self.sink
             && (self.insists && severity >= Severity::Warning || self.wants(category))
@@ -70,7 +67,6 @@ impl Log {
         }
     }
 
-    /// Information about the solver.
     pub fn solver(&self, text: Arguments<'_>) {
         self.write(Severity::Ok, LogCategory::Solver, text);
     }

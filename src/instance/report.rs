@@ -15,7 +15,6 @@ const EVERY: Duration = Duration::from_secs(10);
 pub(super) struct Reporter<'a> {
     log: &'a Log,
     pulses: bool,
-    /// Where the step ends, s.
     until: f64,
     /// Since the step was first seen to take more than a moment; nearly all of them never ask for the time.
     since: Option<Instant>,

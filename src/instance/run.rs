@@ -10,10 +10,8 @@ use crate::engine::{Exchange, History, MAX_INPUT_DERIVATIVE, Simulation, Unsound
 use crate::model::{Inputs, Parameters, SolverMethod, Tunables};
 use crate::variables::{DerivativesOf, Refusal, Settings};
 
-/// Tightest relative tolerance.
 const MIN_TOLERANCE: f64 = 1e-14;
 
-/// Start, stop and tolerance of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Experiment {
     /// Start time, s, finite.

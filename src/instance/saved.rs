@@ -22,7 +22,6 @@ const MAGIC: [u8; 8] = *b"cradleFS";
 const FORMAT: u32 = 13;
 const HEADER: usize = MAGIC.len() + size_of::<u32>();
 
-/// Length of the digest that the bytes end with.
 const DIGEST: usize = size_of::<uuid::Bytes>();
 
 /// A name-based UUID (version 5, hence by SHA-1) of all bytes before it: no damage goes unnoticed.
@@ -30,14 +29,12 @@ fn digest(bytes: &[u8]) -> uuid::Bytes {
     Uuid::new_v5(&Uuid::NAMESPACE_OID, bytes).into_bytes()
 }
 
-/// Whom a state belongs to.
 #[derive(Serialize, Deserialize)]
 struct Owner {
     guid: String,
     balls: usize,
 }
 
-/// What follows on the owner.
 type Content = (Run, Option<SimulationSnapshot>, Option<Exchange>);
 
 impl std::fmt::Display for Owner {
@@ -90,7 +87,6 @@ fn content(bytes: &[u8]) -> Result<&[u8], Refusal> {
 }
 
 impl Instance {
-    /// Saves the state.
     pub fn state(&self) -> SavedState {
         SavedState { guid: self.guid.clone(), run: self.run.clone() }
     }

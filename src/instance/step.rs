@@ -15,7 +15,6 @@ const CLOCK_TOLERANCE: f64 = 1e-12;
 /// How a step, or a part of it, has ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepEnd {
-    /// Time reached, s.
     pub time: f64,
     /// Whether that is before the end that was asked for.
     pub early: bool,

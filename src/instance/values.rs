@@ -6,7 +6,6 @@ use crate::model::{Inputs, Tunables};
 use crate::variables::{Access, Causality, Number, Refusal, Settings, TABLE, Type, Variability, Variable};
 
 impl Instance {
-    /// Reads a real variable.
     #[inline]
     pub fn real(&mut self, reference: u32) -> Result<f64, Refusal> {
         self.real_of(self.variable(reference)?)
@@ -36,7 +35,6 @@ impl Instance {
         }
     }
 
-    /// Reads a boolean.
     pub fn boolean(&mut self, reference: u32) -> Result<bool, Refusal> {
         let variable = self.variable(reference)?;
         match variable.row.access {

@@ -18,7 +18,6 @@ struct Row {
 }
 
 impl BlockTridiagonal {
-    /// Makes it empty.
     pub fn clear(&mut self) {
         self.rows.clear();
     }

@@ -31,10 +31,8 @@ fn quick_two_sum(a: f64, b: f64) -> DoubleDouble {
 }
 
 impl DoubleDouble {
-    /// Nothing.
     pub const ZERO: Self = Self { hi: 0.0, lo: 0.0 };
 
-    /// The value rounded to a double.
     pub fn value(self) -> f64 {
         self.hi
     }

@@ -24,13 +24,11 @@ pub trait Scalar:
 {
     /// A number of this value and derivative; the latter is lost where there is no room for it.
     fn with_tangent(value: f64, tangent: f64) -> Self;
-    /// Its value.
     fn value(self) -> f64;
     /// Its derivative; 0 where there is no room for it.
     fn tangent(self) -> f64 {
         0.0
     }
-    /// The square root.
     fn sqrt(self) -> Self;
     /// Its power with a real exponent, for a value above 0.
     fn pow(self, exponent: Self) -> Self;
@@ -54,7 +52,6 @@ impl Scalar for f64 {
     }
 }
 
-/// A value and its derivative.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Dual {
     value: f64,

@@ -24,7 +24,6 @@ impl EventQueue {
         Self { time: vec![f64::INFINITY.into(); size], earliest }
     }
 
-    /// The earliest entry.
     pub fn first(&self) -> Option<(DoubleDouble, usize)> {
         let key = self.earliest[1] as usize;
         Some((self.time[key], key)).filter(|(time, _)| time.value() < f64::INFINITY)

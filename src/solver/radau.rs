@@ -10,7 +10,6 @@ use nalgebra::{SMatrix, SVector};
 
 use super::quadrature::gauss_legendre;
 
-/// Number of stages.
 pub const STAGES: usize = 9;
 
 /// One value a stage.
@@ -19,7 +18,6 @@ pub type Stages = SVector<f64, STAGES>;
 /// A linear map of stage values.
 pub type Matrix = SMatrix<f64, STAGES, STAGES>;
 
-/// The coefficients of the method.
 #[derive(Debug)]
 pub struct Radau {
     /// The nodes `c_i`, in (0, 1].

@@ -5,17 +5,14 @@ use super::dual::Scalar;
 /// Sums that are taken side by side where that pays.
 pub const LANES: usize = 4;
 
-/// Value at `t`.
 pub fn value<S: Scalar>(c: &[S], t: S) -> S {
     c.iter().rev().fold(S::default(), |sum, &c| sum * t + c)
 }
 
-/// First derivative at `t`.
 pub fn derivative<S: Scalar>(c: &[S], t: S) -> S {
     c.iter().enumerate().skip(1).rev().fold(S::default(), |sum, (k, &c)| sum * t + S::from(k as f64) * c)
 }
 
-/// Integral from 0 to `t`.
 pub fn integral<S: Scalar>(c: &[S], t: S) -> S {
     t * c.iter().enumerate().rev().fold(S::default(), |sum, (k, &c)| sum * t + c / S::from((k + 1) as f64))
 }
@@ -91,9 +88,7 @@ const fn table(inverse: bool) -> [f64; MOST] {
     }
     table
 }
-/// `k`.
 pub const NUMBERS: [f64; MOST] = table(false);
-/// `1 / k`.
 pub const INVERSES: [f64; MOST] = table(true);
 
 /// Sum of `term(c[k], weights[k]) t^k`, in four sums side by side: not the same bits as by Horner's rule, in less time.

@@ -34,7 +34,6 @@ const SWINGS_OF_A_LOOK: f64 = 4.0;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Modes {
     groups: Vec<Group>,
-    /// The group of each ball.
     group_of: Vec<usize>,
     contacts: Vec<Joint>,
     /// Highest rate of any mode, 1/s.
@@ -43,7 +42,6 @@ pub(crate) struct Modes {
     searched: Cell<u64>,
 }
 
-/// A contact of the window.
 #[derive(Clone, Debug)]
 struct Joint {
     /// Overlap at the start, m, and its rate there, m/s.
@@ -126,7 +124,6 @@ impl Modes {
         sum.without_noise()
     }
 
-    /// The group that contact `j` joins.
     fn joining(&self, j: usize) -> Option<&Group> {
         (self.group_of[j] == self.group_of[j + 1]).then(|| &self.groups[self.group_of[j]])
     }
@@ -315,7 +312,6 @@ impl Watch<'_> {
         }
     }
 
-    /// The level at `t` (s).
     fn level_at(&self, t: f64) -> f64 {
         if self.fading == 0.0 { self.level } else { self.level * libm::exp(-self.fading * t) }
     }

@@ -70,7 +70,6 @@ pub(crate) struct Cluster {
     pub members: Range<usize>,
     /// Members and spectators.
     pub window: Range<usize>,
-    /// Start of the current segment.
     pub start: DoubleDouble,
     /// The balls of the window at the start of the segment.
     pub flights: Vec<Flight>,
@@ -126,7 +125,6 @@ impl Cluster {
         self.members.start
     }
 
-    /// Time that the current segment ends.
     pub fn end(&self) -> DoubleDouble {
         self.start + self.length
     }
@@ -157,7 +155,6 @@ impl Cluster {
         self.description.output().overlap_series(i - self.window.start, tau)
     }
 
-    /// Mode of contact `i` on the segment.
     pub fn mode(&self, i: usize) -> Mode {
         self.contacts[i - self.window.start].mode
     }
@@ -262,9 +259,7 @@ impl Cluster {
         self.switch = None;
         // Switchings within the error of a step are no more real than those by rounding.
         let rounding = Rounding { velocity: rounding.velocity.max(error), ..rounding };
-        let next = self.description.output().next_to_switch();
-        let others = (0..laws.len()).filter(|j| *j != next);
-        for j in (next < laws.len()).then_some(next).into_iter().chain(others) {
+        for j in 0..laws.len() {
             match self.description.first_switch(j, &window, self.length, &rounding) {
                 (Next::At(tau), switch) => (self.length, self.switch) = (tau, Some((self.window.start + j, switch))),
                 (Next::NotBefore(tau), _) => (self.length, self.switch) = (tau, None),

@@ -20,7 +20,6 @@ use nalgebra::{DMatrix, SymmetricEigen};
 /// What `T u` may differ by from `lambda u`, relatively: a mode that rounding has spoiled is none.
 const TOLERANCE: f64 = 1e-12;
 
-/// The modes of one chain.
 #[derive(Clone, Debug)]
 pub(super) struct Shapes {
     size: usize,

@@ -60,7 +60,6 @@ impl Control {
         self.epsilon * scale
     }
 
-    /// Whether this method may be used.
     pub fn allows(&self, method: Method) -> bool {
         self.forbidden != Some(method)
     }

@@ -36,7 +36,6 @@ impl Window<'_> {
         self.contacts.get(j).is_some_and(|contact| contact.mode == Mode::Pressing)
     }
 
-    /// Number of closed contacts.
     pub fn closed(&self) -> usize {
         self.contacts.iter().filter(|contact| contact.mode != Mode::Open).count()
     }
@@ -126,7 +125,6 @@ pub(crate) fn clipping(mode: Mode) -> (f64, Switch) {
 /// A chain in a state, as the recurrences of power series need it: a window of a run in doubles, or a whole chain in
 /// dual numbers. Contact `j` is that of balls `j` and `j + 1`.
 pub(crate) trait Equations<S: Scalar> {
-    /// Number of balls.
     fn balls(&self) -> usize;
     /// Mass and pendulum of ball `i`.
     fn ball(&self, i: usize) -> BallModel<S>;
@@ -140,7 +138,6 @@ pub(crate) trait Equations<S: Scalar> {
     fn law(&self, j: usize) -> &ContactLaw<S>;
     /// Its overlap, m.
     fn overlap(&self, j: usize) -> S;
-    /// Its mode.
     fn mode(&self, j: usize) -> Mode;
 
     /// Rate of its overlap, m/s.
@@ -198,11 +195,6 @@ pub(crate) trait DenseOutput {
     /// The beginning or, in mode `Clipped`, the end of the clipping of contact `j`, before `until`, by more than
     /// `rounding`.
     fn clip(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Next;
-
-    /// The contact that seems to switch first: looked at first, it leaves the others less time to switch in.
-    fn next_to_switch(&self) -> usize {
-        0
-    }
 
     /// Evaluations of closed forms that the searches for switchings have taken so far.
     fn searched(&self) -> u64 {

@@ -72,7 +72,6 @@ impl Dynamics {
         self.since.is_sound() && self.scales.iter().chain([&self.tolerance, &self.energy_scale]).all(positive)
     }
 
-    /// How many components the state has.
     pub fn components(&self) -> usize {
         4 * self.balls() + 1
     }
@@ -95,32 +94,26 @@ impl Dynamics {
         3 * self.balls() - 1
     }
 
-    /// Where the state has the velocity of ball `i`.
     pub fn v(&self, i: usize) -> usize {
         self.balls() + i
     }
 
-    /// Where it has the overlap of contact `i`.
     pub fn overlap(&self, i: usize) -> usize {
         2 * self.balls() + i
     }
 
-    /// Where it has the impulse of contact `i`.
     pub fn impulse(&self, i: usize) -> usize {
         self.unknowns() + i
     }
 
-    /// Where it has the energy dissipated.
     pub fn loss(&self) -> usize {
         4 * self.balls() - 2
     }
 
-    /// Where it has the work of the inputs.
     pub fn work(&self) -> usize {
         4 * self.balls() - 1
     }
 
-    /// Where it has the integral of the force on the support.
     pub fn support(&self) -> usize {
         4 * self.balls()
     }
@@ -277,6 +270,5 @@ pub(super) struct Linearized {
     /// `gamma` times the stiffness of each contact, N.s/m.
     stiffness: Vec<f64>,
     matrix: Tridiagonal,
-    /// Room for the velocities.
     velocities: Vec<f64>,
 }

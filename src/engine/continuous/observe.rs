@@ -17,7 +17,6 @@ impl Continuous {
         self.trajectory.path().place(self.now())
     }
 
-    /// A component of the state.
     pub(super) fn value(&self, component: usize) -> f64 {
         self.trajectory.path().value(component, self.place())
     }
@@ -56,23 +55,19 @@ impl Continuous {
         by_time(self.cradle(), &self.chain(&self.y()), &self.inputs.at(self.time), order)
     }
 
-    /// Total energy at the start, J.
     fn energy_at_start(&self) -> f64 {
         self.energy_at_start
     }
 
-    /// Length of the last step, s; 0 before the first.
     fn step_length(&self) -> f64 {
         self.time - self.step_start
     }
 
-    /// Integral of the force on the support over the last step, N.s.
     fn support_impulse_of_step(&self) -> f64 {
         let support = self.trajectory.dynamics.support();
         self.value(support) - self.y_at_step[support]
     }
 
-    /// Integral of the force of contact `i` over the last step, N.s.
     fn impulse_of_step(&self, i: usize) -> f64 {
         self.impulse(i) - self.y_at_step[self.trajectory.dynamics.impulse(i)]
     }
@@ -141,7 +136,6 @@ impl Chain for Continuous {
     }
 }
 
-/// What can be read at the current time, see [`Results`].
 impl Results for Continuous {
     algebraic_results!(self);
 

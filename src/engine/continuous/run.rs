@@ -34,7 +34,6 @@ pub struct Continuous {
     pub(super) step_start: f64,
     pub(super) y_at_step: Vec<f64>,
     pub(super) energy_at_start: f64,
-    /// Onsets and releases so far.
     pub(super) events: u64,
     /// A copy of the motion that has gone ahead to look for the next onset.
     pub(super) ahead: RefCell<Option<Box<Trajectory>>>,
@@ -222,7 +221,6 @@ impl Continuous {
         }
     }
 
-    /// Enters an event in the ledgers.
     fn enter(&mut self, event: Event, observer: &mut dyn Observer) {
         let Event { time, contact: i, kind, force } = event;
         let path = self.trajectory.path();

@@ -87,7 +87,6 @@ impl Trajectory {
         sound.then_some(self)
     }
 
-    /// The last step.
     pub fn path(&self) -> &Path {
         &self.solver.path
     }

@@ -23,7 +23,6 @@ pub(crate) struct Stretch {
 }
 
 impl Stretch {
-    /// Numbers that it holds.
     fn numbers(&self) -> usize {
         self.inputs.orders().map(|inputs| inputs.force.len() + 1).sum::<usize>() + self.tunables.len()
     }
@@ -33,7 +32,6 @@ impl Stretch {
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct History {
     stretches: Vec<Stretch>,
-    /// Numbers held.
     numbers: usize,
     /// Whether a change was not kept.
     broken: bool,

@@ -12,14 +12,12 @@ use crate::solver::dual::{Dual, Scalar};
 
 /// The last step of a run, by whichever method: all that its derivatives follow from.
 pub struct LastStep<'a> {
-    /// Coefficients of the equations.
     pub(crate) cradle: &'a Cradle,
     /// State and inputs at its start.
     pub(crate) start: ChainState,
     pub(crate) inputs: HeldInputs,
     /// Its length, s; 0 before the first.
     pub(crate) length: f64,
-    /// State at its end.
     pub(crate) end: ChainState,
     /// Whether an onset ahead is known.
     pub(crate) onset_ahead: bool,

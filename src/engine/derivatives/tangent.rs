@@ -113,7 +113,6 @@ impl Run {
         }
     }
 
-    /// The last step begins here.
     pub fn begin_step(&mut self) {
         self.impulse_before.clone_from(&self.impulse);
         self.peak.fill(Dual::default());
@@ -153,7 +152,6 @@ impl Run {
         None
     }
 
-    /// Largest derivative of a velocity.
     fn fastest_change(&self) -> f64 {
         self.state.v.iter().map(|v| v.tangent().abs()).fold(0.0, f64::max)
     }

@@ -138,12 +138,10 @@ impl Exchange {
         (self.state.overlaps[j], self.state.v[j] - self.state.v[j + 1])
     }
 
-    /// Where the states have the impulse of contact `j`.
     pub(super) fn impulse_place(&self, j: usize) -> usize {
         2 * self.balls() + j
     }
 
-    /// Where they have the energy dissipated and the work of the inputs.
     pub(super) fn sums_place(&self) -> [usize; 2] {
         [3 * self.balls() - 1, 3 * self.balls()]
     }

@@ -33,7 +33,6 @@ impl RunningIntegrals {
 /// What a ball takes part in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Regime {
-    /// In flight.
     Flight,
     /// Member of this cluster.
     Cluster(u32),

@@ -18,7 +18,6 @@ pub(crate) struct Caches<R> {
     pub spare: Option<Box<Cluster>>,
 }
 
-/// The state of a ball at a time.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct KnownState {
     /// The time, s; NaN for none.

@@ -18,7 +18,6 @@ pub(crate) struct Contact {
     pub phase: Phase,
 }
 
-/// What a contact is part of.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) enum Phase {
     /// Nothing for the moment: an event regroups the balls about it. Between events no contact is unassigned.

@@ -33,9 +33,7 @@ pub use rule::{NODES, Nodes, Rule, combine, weighted};
 /// The q of a stretching.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Power {
-    /// q = 2.
     Square,
-    /// q = 3.
     Cube,
 }
 

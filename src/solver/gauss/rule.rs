@@ -4,7 +4,6 @@ use std::sync::LazyLock;
 
 use crate::solver::double_double::DoubleDouble;
 
-/// Number of nodes.
 pub const NODES: usize = 16;
 
 /// One value a node.

@@ -19,7 +19,6 @@ use super::system::{Stuck, System, resolved};
 
 /// A step is not changed for less than this ratio.
 const WORTH_IT: f64 = 1.5;
-/// Largest ratio of a step to the one before.
 const GROWTH: f64 = 10.0;
 /// Attempts at one step after which the solver gives up: from the longest step to the resolution of the clock.
 const MAX_ATTEMPTS: usize = 200;
@@ -35,7 +34,6 @@ fn ratio(bias: f64, error: f64, order: usize) -> f64 {
 }
 
 impl Solver {
-    /// Makes a step by a multistep formula.
     pub(super) fn multistep(&mut self, system: &impl System) -> Result<(), Stuck> {
         // From the order of the last step to that of this one.
         match self.order.cmp(&self.path.degree) {

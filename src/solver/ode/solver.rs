@@ -6,12 +6,10 @@ use super::corrector::MAX_ORDER;
 use super::system::{Path, StepCounters, Stuck, System, resolved};
 use crate::solver::double_double::DoubleDouble;
 
-/// Longest step, s.
 pub(super) const LONGEST: f64 = 1e3;
 /// Largest ratio of the second step to the first one, which is a guess.
 const FIRST_GROWTH: f64 = 1e4;
 
-/// Which formulas.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Method {
     /// Adams-Moulton of orders 1 to 12, solved by fixed-point iteration: for motions that are not stiff.
@@ -41,9 +39,7 @@ impl Method {
 /// A run of one of the methods over a [`System`].
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Solver {
-    /// Its formulas.
     pub method: Method,
-    /// The last step.
     pub path: Path,
     /// Where a step is tried.
     #[serde(skip)]
@@ -66,7 +62,6 @@ pub struct Solver {
     pub(super) state: Vec<f64>,
     #[serde(skip)]
     pub(super) rates: Vec<f64>,
-    /// What it took so far.
     pub work: StepCounters,
 }
 

@@ -45,12 +45,9 @@ pub(super) fn resolved(t: DoubleDouble, step: f64) -> bool {
     step > 1e-32 * t.value().abs().max(1.0)
 }
 
-/// What a run took.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct StepCounters {
-    /// Steps accepted.
     pub steps: u64,
-    /// Evaluations of the rates.
     pub evaluations: u64,
 }
 
@@ -60,13 +57,10 @@ pub struct StepCounters {
 /// (1962).
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Path {
-    /// End of the step.
     pub end: DoubleDouble,
     /// Its length, s; 0 before the first step.
     pub step: f64,
-    /// Degree of the polynomials.
     pub degree: usize,
-    /// Number of components.
     size: usize,
     /// Coefficients 0 of all components, then coefficients 1, and so on.
     columns: Vec<f64>,
@@ -100,12 +94,10 @@ impl Path {
         &mut self.columns[j * self.size..(j + 1) * self.size]
     }
 
-    /// The state at the end of the step.
     pub fn last(&self) -> &[f64] {
         self.column(0)
     }
 
-    /// Start of the step.
     pub fn start(&self) -> DoubleDouble {
         self.end + -self.step
     }
@@ -115,12 +107,10 @@ impl Path {
         if self.step == 0.0 { 0.0 } else { ((t - self.end).value() / self.step).clamp(-1.0, 0.0) }
     }
 
-    /// The time at `s`.
     pub fn time(&self, s: f64) -> DoubleDouble {
         self.end + s * self.step
     }
 
-    /// Component `i` at `s`.
     pub fn value(&self, i: usize, s: f64) -> f64 {
         let coefficient = |j: usize| self.columns[j * self.size + i];
         (0..self.degree).rev().fold(coefficient(self.degree), |sum, j| sum * s + coefficient(j))
@@ -133,7 +123,6 @@ impl Path {
         if self.step == 0.0 { 0.0 } else { by_s / self.step }
     }
 
-    /// The state at `s`.
     pub fn state(&self, s: f64) -> Vec<f64> {
         (0..self.size).map(|i| self.value(i, s)).collect()
     }

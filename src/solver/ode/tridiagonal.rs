@@ -3,7 +3,6 @@
 /// Such a matrix; solving replaces it by its factors.
 #[derive(Clone, Debug, Default)]
 pub struct Tridiagonal {
-    /// Diagonal.
     pub diagonal: Vec<f64>,
     /// Beside the diagonal, one element less.
     pub beside: Vec<f64>,
@@ -11,7 +10,6 @@ pub struct Tridiagonal {
 }
 
 impl Tridiagonal {
-    /// The matrix with these elements.
     pub fn new(diagonal: Vec<f64>, beside: Vec<f64>) -> Self {
         Self { diagonal, beside, factored: false }
     }

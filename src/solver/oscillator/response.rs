@@ -17,7 +17,6 @@ pub struct Response {
 /// An oscillator under a constant force.
 #[derive(Clone, Debug)]
 pub struct ForcedOscillator {
-    /// The oscillator.
     pub oscillator: Oscillator,
     /// Velocity (m/s) and acceleration but for that by the velocity (m/s2) at time 0.
     v: f64,
@@ -56,7 +55,6 @@ impl ForcedOscillator {
         Response { change_of_rate: v * slowed + force * u[4], derivatives }
     }
 
-    /// See [`Oscillator::derivatives`].
     fn functions(&self, t: f64) -> [f64; 6] {
         match self.last.get() {
             Some((time, functions)) if time == t => functions,

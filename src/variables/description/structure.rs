@@ -143,9 +143,7 @@ pub(super) fn first_indices(balls: usize) -> Vec<usize> {
 
 /// Variables of one row of the table that others depend on.
 struct Known {
-    /// Index of the first of them.
     first: usize,
-    /// How many there are.
     len: usize,
     /// Which of them belong to the one that depends on them.
     reach: Reach,

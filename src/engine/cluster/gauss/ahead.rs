@@ -23,7 +23,7 @@ const LONGEST: f64 = 0.25;
 const ROUGH: f64 = 0.01;
 
 /// A contact that has closed shortly before a step has a branch point there: one that has changed the speed by more
-/// than this part allows a step of so many times the time since then.
+/// than this part allows a step of so many times the time since then. Guarded by `balls_that_rattle`.
 const BRANCH_POINT: f64 = 1e-15;
 const BEYOND: f64 = 50.0;
 

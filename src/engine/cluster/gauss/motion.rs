@@ -139,12 +139,10 @@ pub(crate) struct Motion {
     pub(super) varies: bool,
     pub(super) drags: bool,
     pub(super) needs_rates: bool,
-    /// Values at the nodes.
     pub(super) at_nodes: Samples,
     /// What accelerates each contact and each ball there, m/s2.
     pub(super) accelerations: Vec<Nodes>,
     pub(super) ball_accelerations: Vec<Nodes>,
-    /// What is known at the time that was asked for last.
     pub(super) moment: RefCell<Moment>,
     /// The same of its integrals.
     pub(super) part: RefCell<Part>,

@@ -33,7 +33,6 @@ impl Motion {
         (self.moment.get_mut().tau, self.part.get_mut().tau) = (None, None);
     }
 
-    /// What is known at `tau` (s).
     fn moment(&self, tau: f64) -> Ref<'_, Moment> {
         if self.moment.borrow().tau != Some(tau) {
             self.compute_moment(&mut self.moment.borrow_mut(), tau);
@@ -128,7 +127,6 @@ impl Motion {
         }
     }
 
-    /// The step up to `tau` (s).
     fn part(&self, tau: f64) -> Ref<'_, Part> {
         if self.part.borrow().tau != Some(tau) {
             let end = self.stretching.inverse(tau / self.length);
@@ -143,7 +141,6 @@ impl Motion {
         self.part.borrow()
     }
 
-    /// Values at these times (s).
     fn samples(&self, times: Nodes) -> Samples {
         let mut samples = Samples { times, ..self.at_nodes.clone() };
         let mut moment = Moment::default();

@@ -35,13 +35,11 @@ pub(super) enum Decision {
     Take(f64),
     /// The step has no length: this contact switches at its start.
     End(usize, Switch),
-    /// Another attempt.
     Try(Plan),
     /// The step is left to another method.
     GiveUp,
 }
 
-/// Plans the attempts at one step.
 #[derive(Debug)]
 pub(super) struct Planner {
     /// The stretching of a step that ends at no release.
@@ -107,7 +105,6 @@ impl Planner {
         Plan { stretching: self.stretching, length, switching: Some(j) }
     }
 
-    /// What to do after this attempt.
     pub fn decide(&mut self, motion: &Motion, plan: &Plan, outcome: Outcome, tolerance: &Tolerance) -> Decision {
         // An iteration that diverges may have moved the end anywhere.
         let least = LEAST * plan.length;
@@ -135,7 +132,6 @@ impl Planner {
             (Outcome::Within(j, _, time), _) => self.to_switching(j, time.max(least)),
             // It nearly opens, and the same step would come to the same end.
             (Outcome::NoSwitching, _) => self.ahead(SHORTER * self.length.min(reached.max(least))),
-            (Outcome::LeftEarly(time), _) => self.ahead(2.0 * time),
             (Outcome::TooLong(_) | Outcome::Failed, Some(_)) => self.ahead(SHORTER * tried),
             (Outcome::TooLong(error), None) => self.ahead(tried * change_for(error).min(SHORTER)),
             (Outcome::Failed, None) => self.ahead(FAILED * tried),

@@ -39,13 +39,9 @@ const FINE: f64 = 1e-5;
 /// within it is less exact than at the end.
 const WITHIN: f64 = 30.0;
 
-/// The least part of the step up to which it may be left: the nodes there tell what happens before.
-const LEAST_PART: f64 = 0.1;
-
 /// How far the end of the step may move within the iteration, as a factor.
 const FARTHEST: f64 = 4.0;
 
-/// What a step is to be.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Plan {
     pub stretching: Stretching,
@@ -66,8 +62,6 @@ pub(super) enum Outcome {
     Within(usize, Switch, f64),
     /// No contact switches where one was to end the step.
     NoSwitching,
-    /// A force changes its sign after this small part of the step (s).
-    LeftEarly(f64),
     /// The error is this many times too large.
     TooLong(f64),
     /// The iteration does not converge, or a switching may have been passed over.
@@ -203,7 +197,6 @@ impl Motion {
             Signs::Stay => {}
             Signs::Unclear => return Outcome::Failed,
             Signs::Change(j, 0.0) => return Outcome::AtOnce(j, clipping(self.tracks[j].mode).1),
-            Signs::Change(_, time) if time < LEAST_PART * self.length => return Outcome::LeftEarly(time),
             Signs::Change(j, time) => {
                 (self.until, self.end) = (time, Some((j, clipping(self.tracks[j].mode).1)));
                 error *= WITHIN;

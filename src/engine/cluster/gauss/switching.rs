@@ -275,7 +275,6 @@ fn first_excess(side: f64, ends: [f64; 2], within: &Nodes, noise: f64) -> Excess
     Excess::Never
 }
 
-/// The least and the largest value.
 #[inline]
 fn range(values: &Nodes) -> [f64; 2] {
     const LANES: usize = 4;

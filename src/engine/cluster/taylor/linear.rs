@@ -170,8 +170,7 @@ impl Workspace {
     }
 
     /// Computes coefficients up to the order `most`, or to that which a switching that seems to come soon takes: by
-    /// then the last terms are at most `allowed` (m). Overlaps up to `noise` (m) are rounding. Returns the order and
-    /// the contact that seems to switch.
+    /// then the last terms are at most `allowed` (m). Overlaps up to `noise` (m) are rounding. Returns the order.
     fn expand(
         &mut self,
         displacements: &mut [Rows],
@@ -180,17 +179,17 @@ impl Workspace {
         most: usize,
         unit: f64,
         [noise, allowed]: [f64; 2],
-    ) -> (usize, usize) {
+    ) -> usize {
         let driven = window.flights.iter().any(|flight| flight.forcing != [0.0; MAX_FORCE_ORDER + 1]);
         let first = if driven { self.advance_driven(window, unit, displacements, overlaps) } else { 0 };
         self.advance(first..LOOK, displacements, overlaps);
-        let next = switching(overlaps.as_flattened(), window.contacts, noise);
+        let switching = switching(overlaps.as_flattened(), window.contacts, noise);
         let mut known = LOOK;
-        if next.is_none() {
+        if switching.is_none() {
             known = known.max(most - TERMS_AT_LEAST);
             self.advance(LOOK..known, displacements, overlaps);
         }
-        let look = next.map_or(f64::INFINITY, |(look, _)| LOOKS[look]);
+        let look = switching.map_or(f64::INFINITY, |look| LOOKS[look]);
         let (mut power, mut negligible) = ((1..known).fold(1.0, |power, _| power * look), 0);
         loop {
             self.largest.rotate_left(1);
@@ -198,7 +197,7 @@ impl Workspace {
             power *= look;
             negligible = if self.largest[TERMS_AT_LEAST] * power <= allowed { negligible + 1 } else { 0 };
             if negligible > TERMS_AT_LEAST || known >= most {
-                return (known, next.map_or(0, |(_, contact)| contact));
+                return known;
             }
             self.advance(known..known + 1, displacements, overlaps);
             known += 1;
@@ -217,14 +216,14 @@ impl Workspace {
 }
 
 /// The first of the [`LOOKS`] by which a contact seems to have switched, by more than `noise` (m), from the first
-/// coefficients; and the contact.
-fn switching(overlaps: &[[f64; ROOM]], contacts: &[WindowContact], noise: f64) -> Option<(usize, usize)> {
-    let seems = |(j, (contact, row)): (usize, (&WindowContact, &[f64; ROOM]))| {
+/// coefficients.
+fn switching(overlaps: &[[f64; ROOM]], contacts: &[WindowContact], noise: f64) -> Option<usize> {
+    let seems = |(contact, row): (&WindowContact, &[f64; ROOM])| {
         let sign = if contact.mode == Mode::Open { 1.0 } else { -1.0 };
         let overlaps = series::sample(&row[..LOOK + 2], &LOOKS);
-        overlaps.iter().position(|overlap| sign * overlap > noise).map(|look| (look, j))
+        overlaps.iter().position(|overlap| sign * overlap > noise)
     };
-    contacts.iter().zip(overlaps).enumerate().filter_map(seems).min()
+    contacts.iter().zip(overlaps).filter_map(seems).min()
 }
 
 impl Series {
@@ -252,8 +251,7 @@ impl Series {
         }
         let starts = overlaps.as_flattened_mut().iter_mut().zip(window.contacts);
         starts.for_each(|(row, contact)| row[0] = contact.overlap);
-        (self.order, self.next_to_switch) =
-            workspace.expand(displacements, overlaps, window, most, unit, [noise, dv * unit]);
+        self.order = workspace.expand(displacements, overlaps, window, most, unit, [noise, dv * unit]);
         self.converges_for = (unit * workspace.convergence(self.order, dv * unit)).min(control.longest);
         for (j, law) in window.laws.iter().enumerate().filter(|(j, _)| window.contacts[*j].mode != Mode::Open) {
             let (damping, terms) = (law.damping_coefficient(), self.order + 2);

@@ -40,8 +40,6 @@ pub(crate) struct Series<S = f64> {
     pub(super) terms: usize,
     /// How long the series converge to the tolerance, s.
     pub(crate) converges_for: f64,
-    /// The contact that seems to switch first, if one does.
-    pub(crate) next_to_switch: usize,
 }
 
 impl<S: Scalar> Series<S> {
@@ -80,8 +78,7 @@ impl<S: Scalar> Series<S> {
 
     /// Rows of the given order and unit of time with nothing but the state at the start.
     pub(crate) fn begin(&mut self, equations: &impl Equations<S>, order: usize, unit: f64) {
-        (self.order, self.stride, self.unit, self.converges_for, self.next_to_switch) =
-            (order, order + 2, unit, unit, 0);
+        (self.order, self.stride, self.unit, self.converges_for) = (order, order + 2, unit, unit);
         let (stride, balls) = (self.stride, equations.balls());
         self.displacements.clear();
         self.displacements.resize(balls * stride, S::default());

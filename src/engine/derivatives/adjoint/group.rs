@@ -33,7 +33,6 @@ const SMOOTH_TAIL: f64 = 1e-7;
 /// Neighbours that press on each other, all contacts between them closed, at the start of a segment.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Group<'a> {
-    /// The first ball.
     pub first: usize,
     pub tuning: usize,
     pub models: &'a [BallModel],

@@ -80,7 +80,6 @@ pub(super) struct Map {
     first: usize,
     balls: usize,
     pub tuning: usize,
-    /// Row by row.
     by: Vec<f64>,
 }
 

@@ -31,13 +31,11 @@ const AGREEMENT: f64 = 1e-9;
 /// How often a segment that is too long is halved.
 const HALVINGS: u32 = 40;
 
-/// Records a run on its way.
 pub(crate) struct Recorder {
     tunings: Vec<Arc<Tuning>>,
     /// Whether there is no tape: it would have too many parts.
     failed: bool,
     parts: Vec<Map>,
-    /// Numbers held.
     numbers: usize,
     /// Each ball: its state, and the time that it refers to, s.
     x: Vec<f64>,
