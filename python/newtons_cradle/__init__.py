@@ -9,26 +9,30 @@
     result.pulses       # one row per contact pulse, however short
     result.plot("x")    # a picture, with the extra `plot`
 
-Modules: `fmu` (open and run an FMU), `run` (its instances, steps, log and results), `pulses` (the log of pulses as a
-table, impact sequences, pulse order), `views` (runs that resolve every pulse), `balances` (energy and momentum),
-`setups` (start values: presets, the paper's experiments), `calibration` (a real cradle's losses from a video),
-`progress` (a progress bar), `recording` and `page` (a run as a page for a browser), `look` (colours and fonts).
+Modules: `fmu` (open and run an FMU), `building` (make others), `run` (its instances, steps, log and results), `pulses`
+(the log of pulses as a table, impact sequences, pulse order), `views` (runs that resolve every pulse), `balances`
+(energy and momentum), `setups` (start values: presets, the paper's experiments), `calibration` (a real cradle's losses
+from a video), `progress` (a progress bar), `recording` and `page` (a run as a page for a browser), `errors` (what all
+functions raise), `testing` (pytest fixtures and assertions), `look` (colours and fonts).
 """
 
 from . import look
 from .balances import energy_error, momentum_defect, momentum_of_sequences
+from .building import build
 from .calibration import Calibration, calibrate
+from .errors import CradleError, FileMissing, FmuError, InvalidValue, PackageMissing, UnknownName
 from .files import version
 from .fmu import Fmu
 from .progress import Progress
 from .pulses import PULSE, impact_sequences, overlapping_neighbours, parse_pulse, pulse_order
-from .run import NEVER, FmuError, LogLine, Result, Run, Saved, UnknownName
+from .run import NEVER, LogLine, Result, Run, Saved
 from .setups import chain, desk, figure3, figure5, figure6, lifted, power_law, preset, presets, steel
 from .views import overlaps, resolved, sample_times
 
 __version__ = version()
 
-__all__ = ["NEVER", "Fmu", "FmuError", "LogLine", "Result", "Run", "Saved", "UnknownName", "look"]
+__all__ = ["NEVER", "Fmu", "LogLine", "Result", "Run", "Saved", "build", "look"]
+__all__ += ["CradleError", "FileMissing", "FmuError", "InvalidValue", "PackageMissing", "UnknownName"]
 __all__ += ["PULSE", "impact_sequences", "overlapping_neighbours", "parse_pulse", "pulse_order"]
 __all__ += [
     "chain",

@@ -5,10 +5,10 @@ import sys
 import zipfile
 from pathlib import Path
 
-from .page import PageError, save_page, save_site
+from .errors import CradleError
+from .page import save_page, save_site
 from .progress import Progress
 from .recording import LENGTH, RADIUS, RecordingError, from_csv
-from .run import FmuError
 from .views import from_fmu
 
 
@@ -112,9 +112,8 @@ def main() -> int:
     options = arguments().parse_args()
     try:
         options.function(options)
-    except (RecordingError, PageError, FmuError, KeyError, OSError, zipfile.BadZipFile) as problem:
-        text = problem.args[0] if isinstance(problem, KeyError) else problem
-        print(f"error: {text}", file=sys.stderr)
+    except (CradleError, OSError, zipfile.BadZipFile) as problem:
+        print(f"error: {problem}", file=sys.stderr)
         return 1
     return 0
 

@@ -17,8 +17,10 @@ from typing import Any
 
 import numpy as np
 
+from .errors import InvalidValue, number, whole
 from .fmu import Fmu
 from .run.model import Values
+from .setups import MOST_BALLS
 
 HALVINGS = 20  # of the interval that the damping lies in
 SAMPLES = 201  # around the highest point
@@ -42,14 +44,14 @@ class Calibration:
         """Start values with which the last ball of this cradle rises as filmed, for power-law or Hertz contacts.
 
         `values` describe the cradle and the lift, as `preset("desk")` does. Runs find the Hunt-Crossley damping factor,
-        because touching balls do not collide one after the other: no formula gives it from e. Raises ValueError,
+        because touching balls do not collide one after the other: no formula gives it from e. Raises InvalidValue,
         FmuError.
         """
         base = {**values, "pendulum.drag": self.drag, "contact.dampingLaw": "huntCrossley"}
         low, high = 0.0, 3.0 / self.speed  # s/m; the law passes on hardly anything at the upper end
         undamped = _rise(fmu, base | {"contact.huntCrossley": low})
         if undamped < self.height:
-            raise ValueError(
+            raise InvalidValue(
                 f"height = {self.height} m is refused: without damping these contacts reach {undamped:.4g} m"
             )
         for _ in range(HALVINGS):
@@ -86,25 +88,25 @@ def calibrate(
     `lift`: how far to the side the first ball is lifted, m; `height`: how high the last ball rises after the first
     click, m, above where it hung; `amplitudes`: two swings to the side, m, once all balls swing together, `interval`
     (s) apart; `length` of the pendulums, m; `mass` of a ball, kg; number of `balls`, at least 2; `gravity`, m/s2.
-    Raises ValueError where a number is impossible.
+    Raises InvalidValue where a number is impossible.
     """
     given = {"lift": lift, "height": height, "interval": interval, "length": length, "mass": mass}
-    given |= {"gravity": gravity, "amplitudes[0]": amplitudes[0], "amplitudes[1]": amplitudes[1]}
-    for name, value in given.items():
-        if not 0.0 < value < math.inf:
-            raise ValueError(f"{name} = {value} is refused; allowed: a positive number")
-    if balls < 2:
-        raise ValueError(f"balls = {balls} is refused; allowed: 2 or more")
+    if np.shape(amplitudes) != (2,):
+        raise InvalidValue(f"amplitudes = {amplitudes!r} is refused; allowed: two of them (m)")
     first, second = amplitudes
+    given |= {"gravity": gravity, "amplitudes[0]": first, "amplitudes[1]": second}
+    for name, value in given.items():
+        number(name, value, positive=True)
+    whole("balls", balls, 2, MOST_BALLS)
     if second > first:
         rule = f"the second, {interval} s later, must not be larger"
-        raise ValueError(f"amplitudes = {amplitudes} is refused: {rule}")
+        raise InvalidValue(f"amplitudes = {amplitudes} is refused: {rule}")
     if lift >= length:
-        raise ValueError(f"lift = {lift} is refused; allowed: less than the length, {length} m")
+        raise InvalidValue(f"lift = {lift} is refused; allowed: less than the length, {length} m")
     delta = math.log(first / second) / interval
     if delta**2 >= gravity / length:
         shown = f"amplitudes = {amplitudes}, interval = {interval}"
-        raise ValueError(f"{shown} are refused: such a pendulum does not swing")
+        raise InvalidValue(f"{shown} are refused: such a pendulum does not swing")
     omega = math.sqrt(gravity / length - delta**2)
     # A height is the square of a deflection, x^2/(2 L) for the FMU's linear pendulums.
     swing = math.exp(math.pi * delta / omega)
@@ -113,7 +115,7 @@ def calibrate(
     if not 0.0 <= restitution <= 1.0:
         most = (lift / swing) ** 2 / (2.0 * length)
         least = most * 0.25 ** (balls - 1)
-        raise ValueError(f"height = {height} is refused; allowed here: {least:.3g} to {most:.3g} m")
+        raise InvalidValue(f"height = {height} is refused; allowed here: {least:.3g} to {most:.3g} m")
     # At x = 0, after a quarter of a period and a little more.
     phase = math.pi / 2.0 + math.asin(delta * math.sqrt(length / gravity))
     speed = lift * math.sqrt(gravity / length) * math.exp(-delta / omega * phase)

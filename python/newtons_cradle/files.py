@@ -1,9 +1,13 @@
 """Where the files are that come with the package: beside it in a wheel, with the sources and builds in a checkout."""
 
+import sys
+import sysconfig
 import tomllib
 from importlib import metadata
 from pathlib import Path
 from typing import Any
+
+from .errors import FileMissing
 
 HERE = Path(__file__).resolve().parent
 CHECKOUT = HERE.parents[1]  # if this is one
@@ -17,12 +21,25 @@ def in_checkout() -> bool:
 
 
 def own_fmu() -> Path:
-    """The FMU that comes with a wheel or, in a checkout, the one that was built last. Raises FileNotFoundError."""
-    path = BUILT if in_checkout() else HERE / "NewtonsCradle.fmu"
-    cure = "run `cargo pack build --release`" if in_checkout() else "install newtons-cradle again"
-    if not path.exists():
-        raise FileNotFoundError(f"{path} is missing: {cure}, or give the path of an FMU")
-    return path
+    """The FMU that comes with a wheel or, in a checkout, the one that was built last. Raises FileMissing."""
+    return newest(BUILT if in_checkout() else HERE / "NewtonsCradle.fmu")
+
+
+def producer() -> Path:
+    """The program cradle-fmu: that of the installation or, in a checkout, the one built last. Raises FileMissing."""
+    name = "cradle-fmu.exe" if sys.platform == "win32" else "cradle-fmu"
+    scripts = Path(sysconfig.get_path("scripts"), name)
+    built = (CHECKOUT / "target" / profile / name for profile in ("release", "debug"))
+    return newest(*(built if in_checkout() else [scripts]))
+
+
+def newest(*paths: Path) -> Path:
+    """The file that was made last of those that are there. Raises FileMissing, with what makes one."""
+    found = [path for path in paths if path.is_file()]
+    if not found:
+        cure = "run `cargo pack build --release`" if in_checkout() else "install newtons-cradle again"
+        raise FileMissing(f"{paths[0]} is missing: {cure}")
+    return max(found, key=lambda path: path.stat().st_mtime)
 
 
 def presets() -> dict[str, dict[str, Any]]:

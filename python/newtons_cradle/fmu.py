@@ -5,8 +5,6 @@ where you need more: a table of all pulses, nanosecond steps at an impact, or co
 """
 
 import hashlib
-import math
-import numbers
 import platform
 import shutil
 import weakref
@@ -18,7 +16,8 @@ import numpy as np
 from fmpy import extract, read_model_description
 
 from . import files
-from .run import FmuError, Model, Result, Run
+from .errors import FileMissing, FmuError, InvalidValue, needed, number
+from .run import Model, Result, Run
 from .run.model import Values
 
 MOST_STEPS = 100_000_000  # of one run: their samples alone are gigabytes
@@ -29,14 +28,15 @@ class Fmu(Model):
 
     `path`: the file; if None, the FMU that comes with the package or, in a checkout, the one that was built last.
     `folder`: where to unpack it; if None, a temporary folder. `close`, or the end of the program, removes it.
-    Raises FileNotFoundError or FmuError.
+    Raises FileMissing or FmuError.
     """
 
     def __init__(self, path: str | Path | None = None, folder: str | Path | None = None):
+        needed("path", path, str | Path | None, "the path of an .fmu file")
         path = files.own_fmu() if path is None else Path(path)
         if not path.exists():
             own = "without a path, nc.Fmu() takes the FMU that comes with the package"
-            raise FileNotFoundError(f"{path}: there is no such file; {own}")
+            raise FileMissing(f"{path}: there is no such file; {own}")
         try:
             description = read_model_description(str(path))
         except Exception as problem:  # FMPy raises what its parser meets
@@ -120,9 +120,11 @@ class Fmu(Model):
         `values`: start values by name, see `Run.set`. `times`: the communication points (s, rising, from 0 on) instead
         of equal steps. `record`: names of variables or arrays, all outputs and E_residual if None. `inputs(t)`: inputs
         for the step that begins at t. `control(run)`: inputs from a controller, which may read the run, `run["v[1]"]`.
-        `progress(fraction)`: called up to 200 times. Raises FmuError, UnknownName, and ValueError for times and steps.
+        `progress(fraction)`: called up to 200 times. Raises FmuError, UnknownName, InvalidValue.
         """
         points = equal_steps(stop, step) if times is None else rising(times)
+        for what, function in (("inputs", inputs), ("control", control), ("progress", progress)):
+            needed(what, function, Callable | None, "a function")
         with self.start(values) as run:
             names = [*self.outputs, *(["E_residual"] if "E_residual" in self.variables else [])]
             recorder = run.recorder(names if record is None else record)
@@ -140,20 +142,22 @@ class Fmu(Model):
 
 
 def equal_steps(stop: float, step: float) -> list[float]:
-    """The ends (s) of equal steps up to `stop` (s), about `step` (s) long. Raises ValueError."""
+    """The ends (s) of equal steps up to `stop` (s), about `step` (s) long. Raises InvalidValue."""
     for name, value in (("stop", stop), ("step", step)):
-        if not isinstance(value, numbers.Real) or not 0.0 < value < math.inf:
-            raise ValueError(f"{name} = {value} is refused; allowed: a positive number of seconds")
+        number(name, value, "s", positive=True)
     if stop / step > MOST_STEPS:
         many = f"up to {stop} s that makes {stop / step:.2g} steps"
-        raise ValueError(f"step = {step} is refused: {many}; allowed: {MOST_STEPS}")
+        raise InvalidValue(f"step = {step} is refused: {many}; allowed: {MOST_STEPS}")
     steps = max(1, round(stop / step))
     return [stop * i / steps for i in range(1, steps + 1)]
 
 
 def rising(times: Iterable[float]) -> list[float]:
-    """The ends of the steps between these times (s). Raises ValueError unless they begin at 0 and rise."""
-    start, *points = [float(time) for time in times] or [math.nan]
-    if start != 0.0 or not np.all(np.diff([start, *points]) > 0.0):
-        raise ValueError("times: the communication points must begin at 0 and rise")
-    return points
+    """The ends of the steps between these times (s). Raises InvalidValue unless they begin at 0 and rise."""
+    try:
+        points = np.array(list(times), dtype=float)
+    except (TypeError, ValueError):
+        points = np.zeros(0)
+    if points[:1].tolist() != [0.0] or not np.all(np.diff(points) > 0.0):
+        raise InvalidValue("times: a list of communication points (s) is needed that begins at 0 and rises")
+    return [float(point) for point in points[1:]]

@@ -10,12 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from .errors import CradleError
 from .files import engine_file, page_folder, presets
 from .pulses import Array
 from .recording import Recording
 
 
-class PageError(RuntimeError):
+class PageError(CradleError, RuntimeError):
     """The page cannot be made; the message says what is missing."""
 
 

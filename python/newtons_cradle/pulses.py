@@ -11,11 +11,35 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .errors import needed
+
 Array = npt.NDArray[Any]
 
 #: One row per finished pulse: contact (1-based), onset and release in s, peak force in N, impulse in N.s.
 FIELDS = ("contact", "onset", "release", "peak", "impulse")
 PULSE = np.dtype([("contact", "i4"), *((name, "f8") for name in FIELDS[1:])])
+
+SHOWN = 10  # rows of a table of pulses that are printed
+
+
+class Pulses(np.ndarray):
+    """A table of pulses: an array of dtype `PULSE`, printed with its units, the first rows only. Its columns are plain
+    arrays."""
+
+    def __getitem__(self, key: Any) -> Any:
+        found = super().__getitem__(key)
+        return found.view(np.ndarray) if isinstance(found, Pulses) and found.dtype != PULSE else found
+
+    def __repr__(self) -> str:
+        rows = [
+            f"{c:7d} {on:18.15g} {off:18.15g} {peak:12.6g} {p:14.6g}" for c, on, off, peak, p in self[:SHOWN]
+        ]
+        head = f"{'contact':7} {'onset (s)':>18} {'release (s)':>18} {'peak (N)':>12} {'impulse (N.s)':>14}"
+        more = [f"... {len(self)} pulses in all"] if len(self) > SHOWN else []
+        return "\n".join([head, *rows, *more])
+
+    __str__ = __repr__
+
 
 _LINE = re.compile(r"contact=(\d+) onset=(\S+) release=(\S+) peak=(\S+) impulse=(\S+)")
 
@@ -31,11 +55,12 @@ def pulse_table(lines: Iterable[str]) -> Array:
 
     Pulses that begin at the same time stay in the order of the log, which is that of rigid impacts.
     """
-    return by_onset(np.array([row for row in map(parse_pulse, lines) if row], dtype=PULSE))
+    return by_onset(np.array([row for row in map(parse_pulse, lines) if row], dtype=PULSE).view(Pulses))
 
 
 def by_onset(pulses: Array) -> Array:
-    """The pulses in the order of their onsets; simultaneous ones stay as they are."""
+    """The pulses in the order of their onsets; simultaneous ones stay as they are. Raises InvalidValue."""
+    needed("pulses", pulses, np.ndarray, "a table such as `result.pulses`")
     ordered: Array = pulses[np.argsort(pulses["onset"], kind="stable")]
     return ordered
 
@@ -46,9 +71,9 @@ def impact_sequences(pulses: Array, pause: float = 0.01) -> list[Array]:
     The cradle clicks twice per period, and a click is a sequence of pulses within microseconds.
     Each returned table is one click.
     """
+    pulses = by_onset(pulses)
     if len(pulses) == 0:
         return []
-    pulses = by_onset(pulses)
     open_until = np.maximum.accumulate(pulses["release"])
     cuts = np.flatnonzero(pulses["onset"][1:] - open_until[:-1] > pause) + 1
     return np.split(pulses, cuts)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .errors import CradleError
 from .files import MODEL
 from .pulses import FIELDS, PULSE, Array
 
@@ -36,7 +37,7 @@ STRUCK = 0.3
 Columns = dict[str, Array]  # by name
 
 
-class RecordingError(ValueError):
+class RecordingError(CradleError, ValueError):
     """A result that cannot be shown; the message says what is needed."""
 
 

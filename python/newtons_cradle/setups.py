@@ -8,9 +8,12 @@ from collections.abc import Sequence
 from typing import Any
 
 from . import files
+from .errors import InvalidValue, number, whole
 from .run.names import did_you_mean
 
 Start = dict[str, Any]
+
+MOST_BALLS = 10_000
 
 
 def presets() -> list[str]:
@@ -19,15 +22,15 @@ def presets() -> list[str]:
 
 
 def preset(name: str) -> Start:
-    """Start values of a preset, `x_start[1]` and so on for arrays. Raises ValueError, which names the presets.
+    """Start values of a preset, `x_start[1]` and so on for arrays. Raises InvalidValue, which names the presets.
 
     The number of balls belongs to the FMU; the number of elements of `x_start` is the one that the preset needs. FMPy's
     `simulate_fmu` takes numbers only: give it `fmu.settings(preset("desk"))`.
     """
     known = files.presets()
     if name not in known:
-        hint = did_you_mean(name, known)
-        raise ValueError(f"there is no preset {name!r}; allowed: {', '.join(known)}{hint}")
+        hint = did_you_mean(str(name), known)
+        raise InvalidValue(f"there is no preset {name!r}; allowed: {', '.join(known)}{hint}")
     values: Start = {}
     for variable, value in known[name].items():
         values |= _vector(variable, value) if isinstance(value, list) else {variable: value}
@@ -36,28 +39,30 @@ def preset(name: str) -> Start:
 
 
 def power_law(k: float, p: float = 1.0, dead_band: float = 0.0) -> Start:
-    """Contacts F = k overlap^p, k in N/m^p; `dead_band` in m."""
+    """Contacts F = k overlap^p, k in N/m^p; `dead_band` in m. Raises InvalidValue."""
     return {
         "contact.model": "powerLaw",
-        "contact.stiffness": k,
+        "contact.stiffness": number("k", k, "N/m^p", positive=True),
         "contact.overlapRef": 1.0,
-        "contact.exponent": p,
-        "contact.deadBand": dead_band,
+        "contact.exponent": number("p", p, positive=True),
+        "contact.deadBand": number("dead_band", dead_band, "m"),
     }
 
 
 def lifted(left: int, right: int = 0, *, n: int = 5, amplitude: float = 1.0) -> Start:
     """`left` of `n` balls lifted to the left and `right` to the right by `amplitude` (m), at rest. Raises
-    ValueError."""
-    if left < 0 or right < 0 or left + right > n:
-        allowed = f"together 0 to {n}, the number of balls n"
-        raise ValueError(f"left = {left}, right = {right} is refused; allowed: {allowed}")
+    InvalidValue."""
+    whole("left", left, 0, whole("n", n, 1, MOST_BALLS))
+    whole("right", right, 0, n - left)
+    number("amplitude", amplitude, "m")
     x = [-amplitude] * left + [0.0] * (n - left - right) + [amplitude] * right
     return _vector("x_start", x) | _vector("v_start", [0.0] * n)
 
 
 def chain(p: float, strikers: int, *, n: int = 5) -> Start:
-    """Free chain: no gravity, balls of 1 kg exactly in touch, F = overlap^p, strikers at 1 m/s."""
+    """Free chain: no gravity, balls of 1 kg exactly in touch, F = overlap^p, strikers at 1 m/s. Raises
+    InvalidValue."""
+    whole("strikers", strikers, 0, whole("n", n, 1, MOST_BALLS))
     v = [1.0] * strikers + [0.0] * (n - strikers)
     at_rest_in_touch = _vector("x_start", [0.0] * n) | _vector("v_start", v)
     return {"gravity": 0.0, "ball.mass": 1.0} | power_law(1.0, p) | at_rest_in_touch
@@ -70,7 +75,8 @@ def figure3() -> Start:
 
 def figure5(dead_band: float | None = None) -> Start:
     """Figures 4 and 5, Table 1: two of five balls lifted; `dead_band` (m) instead of the paper's."""
-    return preset("figure5") | ({} if dead_band is None else {"contact.deadBand": dead_band})
+    changed = {} if dead_band is None else {"contact.deadBand": number("dead_band", dead_band, "m")}
+    return preset("figure5") | changed
 
 
 def figure6() -> Start:

@@ -120,7 +120,7 @@ def test_variables_keep_name_unit_and_default(fmu, name):
 def test_the_table_has_every_variable_and_outputs_in_their_order(fmu):
     assert sorted(fmu.variables) == sorted(element for name in VARIABLES for element in spread(name))
     wanted = [name for name, (kind, *_) in VARIABLES.items() if kind == "output"]
-    assert fmu.outputs == [element for name in wanted for element in spread(name)]
+    assert list(fmu.outputs) == [element for name in wanted for element in spread(name)]
 
 
 def test_two_balls_are_lifted_by_default(fmu):

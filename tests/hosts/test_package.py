@@ -1,5 +1,6 @@
 """The Python package as its users meet it: presets, wrong input, results, one's own controller, types."""
 
+import re
 import sys
 import tomllib
 
@@ -8,49 +9,134 @@ import newtons_cradle as nc
 import numpy as np
 import pytest
 from conftest import ROOT, ended, repacked
-from newtons_cradle.run import result as of_run
+from newtons_cradle.errors import optional
 
 
 @pytest.mark.parametrize(
-    ("call", "error", "complaint"),
+    ("call", "complaint"),
     [
-        (lambda fmu: fmu.simulate(step=0), ValueError, "step = 0 is refused; allowed: a positive number of seconds"),
-        (lambda fmu: fmu.simulate(stop=-1.0), ValueError, "stop = -1.0 is refused"),
-        (lambda fmu: fmu.simulate(stop="soon"), ValueError, "stop = soon is refused"),
-        (lambda fmu: fmu.simulate(step=1e-300), ValueError, "1e-300 is refused: up to 10.0 s that makes 1e+301 steps"),
-        (lambda fmu: fmu.simulate(times=[0.0, 2.0, 1.0]), ValueError, "must begin at 0 and rise"),
-        (lambda fmu: fmu.simulate(times=[]), ValueError, "must begin at 0 and rise"),
-        (lambda fmu: fmu.simulate(nc.figure3()), KeyError, "x_start[1] to x_start[5]"),
-        (lambda fmu: fmu.simulate(nc.figure3()), KeyError, "`cradle-fmu build --balls 13` makes one of 13"),
-        (lambda fmu: fmu.simulate({"x_start[7]": 0.1}), KeyError, "x_start[7] is refused: x_start[1] to x_start[5]"),
-        (lambda fmu: fmu.simulate({"x_start[0]": 0.1}), KeyError, "x_start[0] is refused: x_start[1] to x_start[5]"),
-        (lambda fmu: fmu.simulate({"x": 0.1}), nc.FmuError, "x is refused: it is an output, which the FMU computes"),
-        (lambda fmu: fmu.simulate({"x[2]": 0.1}), nc.FmuError, "; did you mean x_start[2]?"),
-        (lambda fmu: fmu.simulate({"E_total": 0.1}), nc.FmuError, "FMU computes; allowed: parameters and inputs"),
-        (lambda fmu: fmu.simulate({"x_start": [0.1, 0.2]}), nc.FmuError, "x_start takes 5 values"),
-        (lambda fmu: fmu.simulate({"x_start": 0.1}), nc.FmuError, "has 5 elements; allowed: x_start[i], or a list"),
-        (lambda fmu: fmu.simulate({"contact.stifness": 1e9}), KeyError, "did you mean contact.stiffness"),
-        (lambda fmu: fmu.simulate({"drag": 1e-3}), KeyError, "did you mean pendulum.drag?"),
-        (lambda fmu: fmu.simulate({"ball.mass": "1kg"}), nc.FmuError, "give it in kg, without writing the unit"),
-        (lambda fmu: fmu.simulate({"ball.mass": -1}), nc.FmuError, "ball.mass = -1 kg is refused"),
-        (lambda fmu: fmu.simulate({"contact.model": "herz"}), nc.FmuError, "hertz, rigid; did you mean hertz?"),
-        (lambda fmu: fmu.simulate([0.1]), TypeError, "values: a dict"),
-        (lambda fmu: fmu.simulate(record="x"), TypeError, "record: a list of names such as ['x']"),
-        (lambda fmu: fmu.simulate(record=["F[5]"]), KeyError, "F[1] to F[4]"),
-        (lambda fmu: fmu.simulate(stop=0.1)["E_totl"], KeyError, "E_totl was not recorded; did you mean E_total"),
-        (lambda fmu: fmu.start({"contact.model": 1.7}), nc.FmuError, "model = 1.7 is refused; allowed: whole numbers"),
-        (lambda fmu: fmu.start({}).get("x"), KeyError, "x is an array: a single variable is x[i], i from 1 to 5"),
-        (lambda fmu: nc.preset("desc"), ValueError, "did you mean desk?"),
-        (lambda fmu: nc.lifted(4, 2), ValueError, "left = 4, right = 2 is refused"),
-        (lambda fmu: nc.Fmu("missing.fmu"), FileNotFoundError, "missing.fmu: there is no such file"),
-        (lambda fmu: nc.Fmu(ROOT / "README.md"), nc.FmuError, "README.md is not an FMU"),
+        (lambda fmu: fmu.simulate(step=0), "step = 0 is refused; allowed: a positive number (s)"),
+        (lambda fmu: fmu.simulate(stop=-1.0), "stop = -1.0 is refused"),
+        (lambda fmu: fmu.simulate(stop="soon"), "stop = 'soon' is refused"),
+        (lambda fmu: fmu.simulate(step=1e-300), "1e-300 is refused: up to 10.0 s that makes 1e+301 steps"),
+        (lambda fmu: fmu.simulate(times=[0.0, 2.0, 1.0]), "is needed that begins at 0 and rises"),
+        (lambda fmu: fmu.simulate(times=[]), "is needed that begins at 0 and rises"),
+        (lambda fmu: fmu.simulate(nc.figure3()), "x_start[1] to x_start[5]"),
+        (lambda fmu: fmu.simulate(nc.figure3()), "`cradle-fmu build --balls 13` makes one of 13"),
+        (lambda fmu: fmu.simulate({"x_start[7]": 0.1}), "x_start[7] is refused: x_start[1] to x_start[5]"),
+        (lambda fmu: fmu.simulate({"x_start[0]": 0.1}), "x_start[0] is refused: x_start[1] to x_start[5]"),
+        (lambda fmu: fmu.simulate({"x": 0.1}), "x is refused: it is an output, which the FMU computes"),
+        (lambda fmu: fmu.simulate({"x[2]": 0.1}), "; did you mean x_start[2]?"),
+        (lambda fmu: fmu.simulate({"E_total": 0.1}), "FMU computes; allowed: parameters and inputs"),
+        (lambda fmu: fmu.simulate({"x_start": [0.1, 0.2]}), "x_start takes 5 values"),
+        (lambda fmu: fmu.simulate({"x_start": 0.1}), "has 5 elements; allowed: x_start[i], or a list"),
+        (lambda fmu: fmu.simulate({"contact.stifness": 1e9}), "did you mean contact.stiffness"),
+        (lambda fmu: fmu.simulate({"drag": 1e-3}), "did you mean pendulum.drag?"),
+        (lambda fmu: fmu.simulate({"ball.mass": "1kg"}), "give it in kg, without writing the unit"),
+        (lambda fmu: fmu.simulate({"ball.mass": -1}), "ball.mass = -1 kg is refused"),
+        (lambda fmu: fmu.simulate({"contact.model": "herz"}), "hertz, rigid; did you mean hertz?"),
+        (lambda fmu: fmu.simulate([0.1]), "values: a dict"),
+        (lambda fmu: fmu.simulate(record="x"), "record: a list of names such as ['x[1]'] is needed, not 'x'"),
+        (lambda fmu: fmu.simulate(record=["F[5]"]), "F[1] to F[4]"),
+        (lambda fmu: fmu.simulate(stop=0.1)["E_totl"], "E_totl was not recorded; did you mean E_total"),
+        (lambda fmu: fmu.start({"contact.model": 1.7}), "model = 1.7 is refused; allowed: whole numbers"),
+        (lambda fmu: fmu.start({}).get("x"), "x is an array: a single variable is x[i], i from 1 to 5"),
+        (lambda fmu: nc.preset("desc"), "did you mean desk?"),
+        (lambda fmu: nc.lifted(4, 2), "right = 2 is refused; allowed: a whole number from 0 to 1"),
+        (lambda fmu: nc.Fmu("missing.fmu"), "missing.fmu: there is no such file"),
+        (lambda fmu: nc.Fmu(ROOT / "README.md"), "README.md is not an FMU"),
+        (lambda fmu: fmu.simulate(times=5), "a list of communication points (s) is needed"),
+        (lambda fmu: fmu.simulate(record=5), "record: a list of names"),
+        (lambda fmu: fmu.simulate(inputs={"a_support": 1.0}), "inputs: a function is needed"),
+        (lambda fmu: fmu.simulate(inputs=lambda t: None), "values: a dict"),
+        (lambda fmu: fmu.start({5: 1.0}), "the name of a variable is needed, not 5"),
+        (lambda fmu: fmu.start({"ball.mass": None}), "ball.mass = None is not a number"),
+        (lambda fmu: fmu.start({"contact.model": 9}), "contact.model = 9 is refused; allowed: powerLaw (1)"),
+        (lambda fmu: fmu.start().set({"ball.mass": 2.0}), "ball.mass cannot be set after initialization"),
+        (lambda fmu: fmu.start().initialize(), "not allowed in step mode; allowed: "),
+        (lambda fmu: fmu.start().step(-1.0), "h = -1.0 is refused; allowed: a positive number (s)"),
+        (lambda fmu: fmu.start().step_to(0.0), "t = 0.0 s is refused; allowed: later than now, 0.0 s"),
+        (lambda fmu: fmu.start().zoom(1e-6, 0.0, ["F"]), "step = 0.0 is refused"),
+        (lambda fmu: fmu.start().load(b"state"), "saved: what `save` returned is needed"),
+        (lambda fmu: fmu.start().load(nc.Saved(0.0, b"state")), "the state is refused"),
+        (lambda fmu: fmu.items("ball.mass"), "ball.mass is no enumeration"),
+        (lambda fmu: fmu.require(balls=7), "it has 5 balls where 7 are needed"),
+        (lambda fmu: nc.lifted(1.5), "left = 1.5 is refused; allowed: a whole number from 0 to 5"),
+        (lambda fmu: nc.lifted(1, amplitude="far"), "amplitude = 'far' is refused; allowed: a finite number (m)"),
+        (lambda fmu: nc.chain(1.5, 9), "strikers = 9 is refused; allowed: a whole number from 0 to 5"),
+        (lambda fmu: nc.power_law(0), "k = 0 is refused; allowed: a positive number (N/m^p)"),
+        (lambda fmu: nc.figure5("none"), "dead_band = 'none' is refused"),
+        (lambda fmu: nc.preset(5), "there is no preset 5; allowed: "),
+        (lambda fmu: nc.Fmu(5), "the path of an .fmu file is needed, not 5"),
+        (lambda fmu: nc.energy_error(fmu.simulate(stop=0.1, record=["x"])), "E_residual was not recorded"),
+        (lambda fmu: nc.impact_sequences([]), "a table such as `result.pulses` is needed"),
+        (lambda fmu: nc.build(balls=0, binaries=fmu.path), "balls = 0 is refused; allowed: 1 to 10000"),
+        (lambda fmu: nc.build(fmi=4, binaries=fmu.path), "fmi = 4 is refused; allowed: a whole number from 2 to 3"),
+        (lambda fmu: nc.build(preset="desc", binaries=fmu.path), "did you mean \"desk\"?"),
+        (lambda fmu: nc.build(set={"gravity": 1, "drag": 2}, binaries=fmu.path), "did you mean \"pendulum.drag\""),
     ],
 )  # fmt: skip
-def test_wrong_input_is_refused_in_words(fmu, call, error, complaint):
-    """Each message names what was wrong and what is allowed."""
-    with pytest.raises(error) as caught:
+def test_wrong_input_is_refused_in_words(fmu, call, complaint):
+    """Each message names what was wrong and what is allowed; all are errors of one family."""
+    with pytest.raises(nc.CradleError) as caught:
         call(fmu)
     assert complaint in str(caught.value)
+    assert "failed with status" not in str(caught.value)
+
+
+def test_what_is_printed_is_short(fmu):
+    result = fmu.simulate(stop=10.0)
+    with fmu.start() as run:
+        assert repr(run) == f"Run({fmu.path.name}, at 0 s; 0 pulses)"
+    assert repr(fmu).startswith(f"Fmu({fmu.path.name}: 5 balls, FMI 2.0, ")
+    assert re.fullmatch(r"Result\(1001 samples from 0 s to 10 s of x, F, .*; 42 pulses\)", repr(result))
+    lines = str(result.pulses).splitlines()
+    assert len(lines) == 12 and lines[-1] == "... 42 pulses in all"
+    assert type(result.pulses["peak"].max()) is np.float64
+    assert result.pulses[0]["contact"] == 2 and float(lines[1].split()[1]) == pytest.approx(0.7024931006576)
+
+
+def test_variables_are_tables(fmu):
+    """Names as they come, and what is known of each; arrays in a line."""
+    assert fmu.parameters["contact.exponent"].range == ">= 1, <= 10"
+    assert fmu.parameters["contact.model"].range == "powerLaw, hertz, rigid"
+    assert fmu.parameters["contact.model"].default == "powerLaw"
+    assert list(fmu.inputs) == [*(f"F_ext[{i}]" for i in range(1, 6)), "a_support"]
+    shown = str(fmu.outputs)
+    assert re.search(r"^F\[1\] to \[4\] +N .* between balls i and i\+1 ", shown, re.MULTILINE), shown
+
+
+def test_other_cradles_are_built(fmu, tmp_path):
+    lift, hertz = [-0.1] + 12 * [0.0], {"contact.model": "hertz"}
+    with nc.build(balls=13, set={"x_start": lift} | hertz, binaries=fmu.path) as other, other.start() as run:
+        assert other.balls == 13 and run["x"].tolist() == lift and run["contact.model"] == 2
+    with nc.build(preset="desk", fmi=3, out=tmp_path / "desk.fmu", binaries=fmu.path) as desk:
+        assert desk.path == tmp_path / "desk.fmu" and desk.description.fmiVersion == "3.0"
+        assert desk.parameters["ball.radius"].default == repr(nc.desk()["ball.radius"])
+
+
+@pytest.mark.all
+def test_fixtures_and_assertions_for_tests_of_others(tmp_path):
+    (tmp_path / "test_mine.py").write_text("""
+import newtons_cradle as nc
+import pytest
+from newtons_cradle.testing import assert_energy_kept, assert_pulse_order
+
+def test_three_balls(cradle):
+    assert cradle(balls=3).balls == 3 and cradle(balls=3) is cradle(balls=3)
+
+def test_what_is_right_and_what_is_wrong(cradle):
+    result = cradle().simulate(nc.figure5(), stop=2.0)
+    assert_energy_kept(result)
+    assert_pulse_order(result.pulses, [[2], [1, 3], [2, 4], [3]])
+    with pytest.raises(AssertionError, match="expected: \\[\\[1\\]\\]"):
+        assert_pulse_order(result.pulses, [[1]])
+    damped = cradle().simulate({"contact.damping": 1e4}, stop=2.0)
+    damped.samples["E_residual"] += 1.0
+    with pytest.raises(AssertionError, match="the energy is off by"):
+        assert_energy_kept(damped)
+""")
+    ended(sys.executable, "-m", "pytest", "-q", "-p", "newtons_cradle.testing", tmp_path)
 
 
 def test_what_is_closed_says_so(fmu_path):
@@ -123,6 +209,8 @@ def test_a_result_as_data_frame_and_parquet(fmu, tmp_path):
     import pandas
 
     result = fmu.simulate(nc.figure5(), stop=1.0)
+    table = fmu.outputs.to_dataframe()
+    assert list(table.index) == list(fmu.outputs) and table.unit["v[2]"] == "m/s"
     result.to_parquet(tmp_path / "run.parquet")
     frame = pandas.read_parquet(tmp_path / "run.parquet")
     assert frame.index.name == "time" and frame.index[-1] == 1.0
@@ -139,6 +227,10 @@ def test_a_result_as_picture(fmu, tmp_path):
     assert np.array_equal(figure.axes[0].lines[2].get_ydata(), result["x[3]"])
     figure.savefig(tmp_path / "run.png")
     assert len(result.plot().axes) == 1
+    with fmu.start(nc.figure5()) as run:
+        onset, micro = run.zoom(span=1.1e-6, step=1e-9, record=["F"])
+    (axis,) = micro.plot("F").axes
+    assert axis.get_xlabel() == f"time after {onset:.12g} s" and axis.get_xlim()[1] < 2e-6
 
 
 def test_a_missing_package_is_named_with_its_extra(fmu, monkeypatch, tmp_path):
@@ -151,7 +243,7 @@ def test_a_missing_package_is_named_with_its_extra(fmu, monkeypatch, tmp_path):
         result.to_parquet(tmp_path / "run.parquet")
     with pytest.raises(ImportError, match=r"newtons-cradle\[plot\]"):
         result.plot()
-    assert of_run._needed("json", "data")
+    assert optional("json", "data")
 
 
 def filmed(fmu, values, length: float) -> dict:
@@ -200,9 +292,10 @@ FILM = {"lift": 0.03, "height": 0.0026, "amplitudes": (0.006, 0.003), "interval"
         ({"height": 0.004}, "height = 0.004 is refused; allowed here: "),
         ({"amplitudes": (0.003, 0.006)}, "the second, 15.0 s later, must not be larger"),
         ({"lift": -0.03}, "lift = -0.03 is refused; allowed: a positive number"),
+        ({"amplitudes": 0.003}, "amplitudes = 0.003 is refused; allowed: two of them (m)"),
         ({"lift": 0.2}, "allowed: less than the length, 0.14 m"),
         ({"interval": 0.0}, "interval = 0.0 is refused"),
-        ({"balls": 1}, "balls = 1 is refused; allowed: 2 or more"),
+        ({"balls": 1}, "balls = 1 is refused; allowed: a whole number from 2 to 10000"),
     ],
 )
 def test_an_impossible_film_is_refused(wrong, complaint):

@@ -2,8 +2,7 @@
 
 from .instance import NEVER, Recorder, Run, Saved
 from .log import LogLine
-from .model import FmuError, Model
-from .names import UnknownName
+from .model import Model
 from .result import Result
 
-__all__ = ["NEVER", "FmuError", "LogLine", "Model", "Recorder", "Result", "Run", "Saved", "UnknownName"]
+__all__ = ["NEVER", "LogLine", "Model", "Recorder", "Result", "Run", "Saved"]

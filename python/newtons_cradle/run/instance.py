@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from ..errors import FmuError, InvalidValue, needed, number
 from ..pulses import Array, pulse_table
 from .log import LogLine
-from .model import GIVEN, FmuError, Model, Value, Values
+from .model import GIVEN, Model, Value, Values
 from .result import Result
 from .slaves import FMU2Instance, FMU3Instance
 
@@ -55,6 +56,10 @@ class Run:
         self._call(self.slave.initialize, start_time)
         self.time = start_time
 
+    def __repr__(self) -> str:
+        state = "closed" if self._closed else f"at {self.time:.9g} s"
+        return f"Run({self.fmu.path.name}, {state}; {len(self.pulses)} pulses)"
+
     def __enter__(self) -> "Run":
         return self
 
@@ -76,8 +81,9 @@ class Run:
         try:
             return function(*args, **kwargs)
         except Exception as error:
-            said = "; ".join(line.text for line in self.log[before:] if line.status >= 1)
-            raise FmuError(f"{error} {said}".strip()) from error
+            # What the FMU says of it, without the function's name; else what FMPy says.
+            said = [line.text.partition(": ")[2] for line in self.log[before:] if line.status >= 1]
+            raise FmuError("; ".join(said) or str(error)) from error
 
     @property
     def pulses(self) -> Array:
@@ -110,12 +116,15 @@ class Run:
         return self.get(name)
 
     def step(self, h: float) -> None:
-        """One communication step of `h` seconds. Raises FmuError."""
+        """One communication step of `h` seconds. Raises InvalidValue, FmuError."""
+        number("h", h, "s", positive=True)
         self._call(self.slave.doStep, self.time, h)
         self.time += h
 
     def step_to(self, t: float) -> None:
-        """One communication step that ends at `t` (s) exactly, not an ulp beside it."""
+        """One communication step that ends at `t` (s) exactly, not an ulp beside it. Raises InvalidValue, FmuError."""
+        if not number("t", t, "s") > self.time:
+            raise InvalidValue(f"t = {t} s is refused; allowed: later than now, {self.time} s")
         h = t - self.time
         while self.time + h < t:
             h = math.nextafter(h, math.inf)
@@ -163,7 +172,9 @@ class Run:
         self, span: float, step: float, record: Iterable[str], before: float = 0.0
     ) -> tuple[float, Result]:
         """The micro view of the next impact: records every `step` (s) from `before` (s) ahead of the
-        onset until `span` (s) after it. Returns the time of the onset and the samples."""
+        onset until `span` (s) after it. Returns the time of the onset and the samples. Raises InvalidValue, FmuError."""
+        for name, value in (("span", span), ("step", step)):
+            number(name, value, "s", positive=True)
         onset = self.step_to_onset(before)
         recorder = self.recorder(record)
         recorder.sample()
@@ -178,7 +189,8 @@ class Run:
         return Saved(self.time, self._call(self.slave.to_bytes))
 
     def load(self, saved: Saved) -> None:
-        """Continues from a saved state, with the same bits; the log is kept. Raises FmuError."""
+        """Continues from a saved state, with the same bits; the log is kept. Raises InvalidValue, FmuError."""
+        needed("saved", saved, Saved, "what `save` returned")
         self._call(self.slave.go_to, saved.data)
         self.time = saved.time
 

@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 from fmpy.model_description import ModelDescription
 
-from .names import UnknownName, did_you_mean, split
+from ..errors import FmuError, InvalidValue, UnknownName, needed
+from .names import did_you_mean, split
+from .table import Table
 
 Value = float | int | bool | str  #: of a variable; an item of an enumeration may be named
 Values = Mapping[str, Any]  #: by name: a `Value`, or for an array a sequence of them
@@ -26,10 +28,6 @@ OTHERS = ("independent", "structuralParameter")
 OF_LAST_ELEMENT = "; the last element belongs to no contact"
 
 
-class FmuError(RuntimeError):
-    """The FMU refused something, or is itself refused; the message says what is wrong and what is allowed."""
-
-
 class Model:
     """The description of an FMU, unpacked into `folder`. Arrays of FMI 3.0 have elements with the names and types of
     2.0."""
@@ -42,10 +40,18 @@ class Model:
             if name.endswith("]"):
                 self.arrays.setdefault(name.partition("[")[0], []).append(name)
 
-    @property
-    def outputs(self) -> list[str]:
-        """Names of all outputs, in the description's order."""
-        return [v.name for v in self.variables.values() if v.causality == "output"]
+        by_causality = {
+            kind: Table(v for v in self.variables.values() if v.causality == kind)
+            for kind in ("parameter", "input", "output")
+        }
+        #: What there is to set and to see, in the description's order: names with unit, range, default and meaning.
+        self.parameters, self.inputs, self.outputs = by_causality.values()
+
+    def __repr__(self) -> str:
+        what = f"{self.balls} balls, " if self.balls else ""
+        return (
+            f"Fmu({self.path.name}: {what}FMI {self.description.fmiVersion}, {len(self.variables)} variables)"
+        )
 
     @property
     def balls(self) -> int:
@@ -53,8 +59,12 @@ class Model:
         return len(self.arrays.get("x", []))
 
     def items(self, name: str) -> dict[str, int]:
-        """The items of an enumeration and their integers: `items("contact.model")["hertz"]` is 2."""
-        return {item.name: int(item.value) for item in self.variable(name).declaredType.items}
+        """The items of an enumeration and their integers: `items("contact.model")["hertz"]` is 2. Raises UnknownName,
+        FmuError."""
+        declared = self.variable(name).declaredType
+        if not declared or not declared.items:
+            raise FmuError(f"{name} is no enumeration: it has no items")
+        return {item.name: int(item.value) for item in declared.items}
 
     def variable(self, name: str) -> Any:
         """FMPy's description of one variable. Raises UnknownName."""
@@ -104,8 +114,8 @@ class Model:
 
     def names(self, wanted: Iterable[str]) -> list[str]:
         """These variables; where an array x is named, its elements x[1], x[2], ... Raises UnknownName."""
-        if isinstance(wanted, str):
-            raise TypeError(f"record: a list of names such as [{wanted!r}] is needed, not a string")
+        if isinstance(wanted, str) or not isinstance(wanted, Iterable):
+            raise InvalidValue(f"record: a list of names such as ['x[1]'] is needed, not {wanted!r}")
         found: list[str] = []
         for name in wanted:
             found += self.arrays[name] if name in self.arrays else [self.variable(name).name]
@@ -113,12 +123,10 @@ class Model:
 
     def settings(self, values: Values) -> dict[str, float | int | bool]:
         """A value for each variable, arrays by element, in the FMU's types. Raises UnknownName or FmuError."""
-        if not isinstance(values, Mapping):
-            raise TypeError(
-                f'values: a dict such as {{"ball.mass": 0.5}} is needed, not {type(values).__name__}'
-            )
+        needed("values", values, Mapping, 'a dict such as {"ball.mass": 0.5}')
         single: dict[str, Any] = {}
         for name, value in values.items():
+            needed("values", name, str, "the name of a variable")
             array, index = split(name)
             if index is not None and array in self.arrays and name not in self.variables:
                 last = max(i or 0 for base, i in map(split, values) if base == array)

@@ -5,13 +5,6 @@ import re
 from collections.abc import Iterable
 
 
-class UnknownName(KeyError):
-    """A name that no variable has; the message names similar ones, or those that exist."""
-
-    def __str__(self) -> str:
-        return str(self.args[0])
-
-
 def split(name: str) -> tuple[str, int | None]:
     """x[3] as ("x", 3), any other name as (name, None)."""
     match = re.fullmatch(r"(.+)\[(-?\d+)\]", name)

@@ -1,16 +1,16 @@
 """The result of a run: samples and pulses, as NumPy arrays, data frame, Parquet file or plot."""
 
 from dataclasses import dataclass, field
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..errors import UnknownName, optional
 from ..page import save_page
 from ..pulses import Array
 from ..recording import from_result
-from .names import UnknownName, did_you_mean
+from .names import did_you_mean
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -18,8 +18,10 @@ if TYPE_CHECKING:
 
     from .model import Model
 
+NARROW = 0.01  # of the time before it: the length of a view whose axis counts from its first sample
 
-@dataclass
+
+@dataclass(repr=False)
 class Result:
     """Samples of a run and its pulses.
 
@@ -39,6 +41,12 @@ class Result:
     def __getstate__(self) -> dict[str, Any]:
         """What another process gets: all but the model, which belongs to this one."""
         return vars(self) | {"model": None}
+
+    def __repr__(self) -> str:
+        vectors = dict.fromkeys(name.partition("[")[0] for name in self.names[1:])
+        time = self.samples["time"]
+        span = f" from {time[0]:.9g} s to {time[-1]:.9g} s" if len(time) else ""
+        return f"Result({len(time)} samples{span} of {', '.join(vectors)}; {len(self.pulses)} pulses)"
 
     @property
     def names(self) -> list[str]:
@@ -67,47 +75,52 @@ class Result:
         """The samples as a pandas data frame: index `time` (s), a column for each variable, units in
         `attrs["units"]`.
 
-        The pulses are a table of their own, `pandas.DataFrame(result.pulses)`. Raises ImportError without pandas.
+        The pulses are a table of their own, `pandas.DataFrame(result.pulses)`. Raises PackageMissing without pandas.
         """
-        pandas = _needed("pandas", "data")
+        pandas = optional("pandas", "data")
         frame = pandas.DataFrame({name: self.samples[name] for name in self.names}).set_index("time")
         frame.attrs["units"] = self.units
         return frame
 
     def to_parquet(self, path: str | Path) -> None:
-        """Writes the data frame as a Parquet file, which pandas reads with units. Raises ImportError without
-        pyarrow."""
+        """Writes the data frame as a Parquet file, which pandas reads with units. Raises PackageMissing
+        without pyarrow."""
         frame = self.to_dataframe()
-        _needed("pyarrow", "data")
+        optional("pyarrow", "data")
         frame.to_parquet(path, engine="pyarrow")
 
-    def plot(self, *signals: str, origin: float = 0.0) -> "Figure":
-        """A plot with a strip for each signal, over the time from `origin` (s) on:
-        `plot("x", "F[2]").savefig("run.png")`.
+    def plot(self, *signals: str, origin: float | None = None) -> "Figure":
+        """A plot with a strip for each signal: `plot("x", "F[2]").savefig("run.png")`.
 
-        A signal is a variable or an array, whose elements share a strip. Without signals, it shows the positions x or,
-        if those were not recorded, everything that was. Raises UnknownName, and ImportError without matplotlib.
+        A signal is a variable or an array, whose elements share a strip; where they are equal, the first ones show
+        beside the last. Without signals, it shows the positions x or, if those were not recorded, everything that was.
+        `origin`: the time (s) that the axis counts from; if None, 0, or the first sample of a view that is much
+        shorter than the time before it. Raises UnknownName, and PackageMissing without matplotlib.
         """
-        _needed("matplotlib", "plot")
+        optional("matplotlib", "plot")
         from matplotlib import pyplot
         from matplotlib.ticker import EngFormatter
 
         vectors = dict.fromkeys(name.partition("[")[0] for name in self.names[1:])
         shown = signals or (["x"] if "x" in vectors else list(vectors))
         columns = [self._columns(signal) for signal in shown]  # before there is a figure
+        time = self.samples["time"]
+        if origin is None:
+            origin = float(time[0]) if len(time) and time[-1] - time[0] < NARROW * time[0] else 0.0
         size = (8.0, 1.0 + 1.8 * len(shown))
         figure, axes = pyplot.subplots(
             len(shown), figsize=size, sharex=True, squeeze=False, layout="constrained"
         )
         for axis, signal, names in zip(axes.flat, shown, columns, strict=True):
-            for name in names:
-                axis.plot(self.samples["time"] - origin, self.samples[name], label=name, linewidth=1.0)
+            for place, name in enumerate(names, start=1):
+                width = 1.0 + 3.0 * (1 - place / len(names))
+                axis.plot(time - origin, self.samples[name], label=name, linewidth=width)
             axis.set_ylabel(signal)
             axis.yaxis.set_major_formatter(EngFormatter(self.units.get(names[0], "")))
             axis.grid(alpha=0.3)
             if len(names) > 1:
                 axis.legend(ncols=2, fontsize="x-small")
-        axes[-1, 0].set_xlabel(f"time after {origin:.9g} s" if origin else "time")
+        axes[-1, 0].set_xlabel(f"time after {origin:.12g} s" if origin else "time")
         axes[-1, 0].xaxis.set_major_formatter(EngFormatter("s"))
         return figure
 
@@ -120,12 +133,3 @@ class Result:
         """
         columns = {name: self.samples[name] for name in self.names}
         return save_page(path, from_result(columns, self.pulses, self.model, self.given))
-
-
-def _needed(package: str, extra: str) -> Any:
-    """A package that only an extra of this one installs. Raises ImportError, which names package and extra."""
-    try:
-        return import_module(package)
-    except ImportError:
-        advice = f"`pip install 'newtons-cradle[{extra}]'`, or `pip install {package}`"
-        raise ImportError(f"{package} is needed but missing: {advice}", name=package) from None

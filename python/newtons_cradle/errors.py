@@ -1,0 +1,64 @@
+"""The errors of this package: one family, `CradleError`. Their messages say what was wrong and what is allowed."""
+
+import math
+import numbers
+from importlib import import_module
+from typing import Any
+
+
+class CradleError(Exception):
+    """Something was refused, or is missing."""
+
+
+class FmuError(CradleError, RuntimeError):
+    """The FMU refused something, or is itself refused."""
+
+
+class InvalidValue(CradleError, ValueError):
+    """An argument of a function of this package is refused."""
+
+
+class UnknownName(CradleError, KeyError):
+    """A name that no variable has; the message names similar ones, or those that exist."""
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
+class FileMissing(CradleError, FileNotFoundError):
+    """A file is not there."""
+
+
+class PackageMissing(CradleError, ImportError):
+    """A Python package is needed that only an extra of this one installs."""
+
+
+def number(name: str, value: Any, unit: str = "", *, positive: bool = False) -> float:
+    """The value as a finite number, a positive one if wanted. Raises InvalidValue."""
+    real = isinstance(value, numbers.Real) and math.isfinite(value) and not isinstance(value, bool)
+    if not real or (positive and not value > 0):
+        allowed = f"a {'positive' if positive else 'finite'} number{f' ({unit})' if unit else ''}"
+        raise InvalidValue(f"{name} = {value!r} is refused; allowed: {allowed}")
+    return float(value)
+
+
+def whole(name: str, value: Any, least: int, most: int) -> int:
+    """The value as a whole number from `least` to `most`. Raises InvalidValue."""
+    if not isinstance(value, int) or isinstance(value, bool) or not least <= value <= most:
+        raise InvalidValue(f"{name} = {value!r} is refused; allowed: a whole number from {least} to {most}")
+    return value
+
+
+def needed(what: str, value: Any, kind: Any, example: str) -> None:
+    """Raises InvalidValue unless the value is of this kind."""
+    if not isinstance(value, kind):
+        raise InvalidValue(f"{what}: {example} is needed, not {value!r}")
+
+
+def optional(package: str, extra: str) -> Any:
+    """A package that only an extra of this one installs. Raises PackageMissing, which names both."""
+    try:
+        return import_module(package)
+    except ImportError:
+        advice = f"`pip install 'newtons-cradle[{extra}]'`, or `pip install {package}`"
+        raise PackageMissing(f"{package} is needed but missing: {advice}", name=package) from None

@@ -1,0 +1,84 @@
+"""Variables as a table: unit, range, default and meaning of each."""
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+from ..errors import optional
+from .names import split
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One variable. `range`: which values are allowed; `default`: the start value, an item of an enumeration by its
+    name; "" where there is none."""
+
+    name: str
+    unit: str
+    range: str
+    default: str
+    text: str
+
+    @classmethod
+    def of(cls, described: Any) -> "Variable":
+        """From FMPy's description."""
+        declared = described.declaredType
+        items = {str(item.value): item.name for item in (declared and declared.items) or ()}
+        low, high = (getattr(described, end, None) or getattr(declared, end, None) for end in ("min", "max"))
+        ends = [f"{sign} {end}" for sign, end in ((">=", low), ("<=", high)) if end is not None]
+        start = "" if described.start is None else str(described.start)
+        return cls(
+            described.name,
+            "" if described.unit in (None, "1") else described.unit,
+            ", ".join(items.values() or ends),
+            items.get(start, start),
+            described.description or "",
+        )
+
+
+class Table(Mapping[str, Variable]):
+    """Variables by name: `table["gravity"].unit`. Printed, elements of an array that are alike share a line."""
+
+    def __init__(self, described: Iterable[Any]):
+        self._rows = {variable.name: Variable.of(variable) for variable in described}
+
+    def __getitem__(self, name: str) -> Variable:
+        return self._rows[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._rows)
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    def to_dataframe(self) -> "pd.DataFrame":
+        """As a pandas data frame, index `name`. Raises PackageMissing without pandas."""
+        frame: pd.DataFrame = optional("pandas", "data").DataFrame(map(asdict, self._rows.values()))
+        return frame.set_index("name")
+
+    def _lines(self) -> list[tuple[str, ...]]:
+        """A line for each variable, or for neighbours in an array that differ in their number alone."""
+        lines: list[list[str]] = []
+        for row in self._rows.values():
+            array, index = split(row.name)
+            rest = [row.unit, row.range, row.default, general(row.text, index)]
+            if lines and index and lines[-1][0].startswith(f"{array}[") and lines[-1][1:] == rest:
+                lines[-1][0] = f"{lines[-1][0].partition(' ')[0]} to [{index}]"
+            else:
+                lines.append([row.name, *rest])
+        return [("name", "unit", "range", "default", "text"), *map(tuple, lines)]
+
+    def __repr__(self) -> str:
+        lines = self._lines()
+        widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+        return "\n".join("  ".join(map(str.ljust, line, widths)).rstrip() for line in lines)
+
+
+def general(text: str, index: int | None) -> str:
+    """The text about an element of an array as one about all: of i, and of i+1."""
+    numbers = {} if index is None else {str(index): "i", str(index + 1): "i+1"}
+    return re.sub(r"\b\d+\b", lambda number: numbers.get(number[0], number[0]), text)
