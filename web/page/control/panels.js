@@ -147,7 +147,7 @@ export class Panels {
   /** What a recording was run with, and how the drawing departs from it. */
   details() {
     const { source, scene } = this.app.stages[0], { length, radius } = source.drawing, { parameters } = source;
-    const known = parameters.length > 0, larger = length / (2 * radius * scene.drawn);
+    const known = parameters.length > 0, larger = length / (radius * scene.long);
     const note = (textContent) => element(this.body, "p", { textContent });
     note(source.name);
     note(say(known ? "sizes" : "sizesAssumed",

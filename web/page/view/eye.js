@@ -5,7 +5,6 @@
 export const VIEWS = { front: { azimuth: -0.24, height: 0.17 }, side: { azimuth: -1.42, height: 0.34 },
   top: { azimuth: 0, height: 1.45 } };
 const LOWEST = 0.03, HIGHEST = 1.5; // rad; the floor is never seen from below
-const NARROWEST = 0.4; // of a path's length, how long it must at least appear to be drawn along
 
 export const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 export const plus = (a, b, times = 1) => a.map((part, axis) => part + times * b[axis]);
@@ -47,56 +46,39 @@ export class Eye {
   }
 
   /** What is to the right, up and towards the eye, as unit vectors. */
-  get axes() { return axesFrom(this.azimuth, this.height); }
-
-  /** The same; but paths of balls that would be seen end on are seen somewhat from aside. */
-  get axesAside() {
-    const { azimuth, height } = this, across = Math.cos(azimuth);
-    if (Math.abs(across) > NARROWEST || Math.sin(height) > NARROWEST) return this.axes;
-    const aside = Math.acos(across < 0 ? -NARROWEST : NARROWEST);
-    return axesFrom(Math.sin(azimuth) < 0 ? -aside : aside, height);
+  get axes() {
+    const { azimuth, height } = this;
+    const [s, c, high, flat] = [Math.sin(azimuth), Math.cos(azimuth), Math.sin(height), Math.cos(height)];
+    return [[c, 0, -s], [-s * high, flat, -c * high], [s * flat, high, c * flat]];
   }
-}
-
-function axesFrom(azimuth, height) {
-  const [s, c, high, flat] = [Math.sin(azimuth), Math.cos(azimuth), Math.sin(height), Math.cos(height)];
-  return [[c, 0, -s], [-s * high, flat, -c * high], [s * flat, high, c * flat]];
 }
 
 /** How the eye's picture lies on a canvas: `focal` length and `x`, `y` of the origin (px), `distance` of the eye. */
 export class Lens {
-  constructor(axes, distance) { Object.assign(this, { axes, distance }); }
-
-  /** Shows all these points, as large as they fit onto a canvas of this size with a margin, but no larger than `most`
-   *  px for a radius. */
-  fit(points, width, height, margin, most) {
-    const { distance } = this, [right, up, towards] = this.axes;
-    const seen = points.map((point) => {
-      const depth = distance - dot(point, towards);
-      return [dot(point, right) / depth, dot(point, up) / depth];
-    });
-    const range = (axis) => [Math.min(...seen.map((p) => p[axis])), Math.max(...seen.map((p) => p[axis]))];
-    const [[west, east], [south, north]] = [range(0), range(1)];
-    const fitting = Math.min((width - 2 * margin) / (east - west), (height - 2 * margin) / (north - south));
-    this.focal = Math.min(fitting, most * distance);
-    this.x = 0.5 * (width - this.focal * (west + east));
-    this.y = 0.5 * (height + this.focal * (south + north));
-    return this;
-  }
-
-  /** A part of the way towards another lens of the same eye. */
-  towards(other, part) {
-    const between = (a, b) => a + part * (b - a);
-    return Object.assign(new Lens(this.axes, this.distance), { x: between(this.x, other.x),
-      y: between(this.y, other.y), focal: this.focal ** (1 - part) * other.focal ** part });
-  }
-
-  /** Where a point is on the canvas, and how many pixels a radius is there. */
-  place(point, axes = this.axes) {
-    const [right, up, towards] = axes, unit = this.focal / (this.distance - dot(point, towards));
-    return { x: this.x + unit * dot(point, right), y: this.y - unit * dot(point, up), unit };
-  }
+  constructor(axes, distance) { Object.assign(this, { axes, distance, focal: 1, x: 0, y: 0 }); }
 
   /** Where the eye is. */
   get eye() { return this.axes[2].map((part) => part * this.distance); }
+
+  /** Where a point is on the canvas, and how many pixels a radius is there. */
+  place(point) {
+    const [right, up, towards] = this.axes, unit = this.focal / (this.distance - dot(point, towards));
+    return { x: this.x + unit * dot(point, right), y: this.y - unit * dot(point, up), unit };
+  }
+
+  /** The rectangle on the canvas around these points: left, top, right, bottom. */
+  bounds(points) {
+    const places = points.map((point) => this.place(point)), x = places.map((at) => at.x), y = places.map((at) => at.y);
+    return [Math.min(...x), Math.min(...y), Math.max(...x), Math.max(...y)];
+  }
+
+  /** Shows this rectangle as large as it fits onto a canvas of this size with a margin, but no larger than `most` px
+   *  for a radius. */
+  fit([left, top, right, bottom], width, height, margin, most) {
+    const fitting = Math.min((width - 2 * margin) / (right - left), (height - 2 * margin) / (bottom - top));
+    this.focal = Math.min(fitting, most * this.distance);
+    this.x = 0.5 * (width - this.focal * (left + right));
+    this.y = 0.5 * (height - this.focal * (top + bottom));
+    return this;
+  }
 }

@@ -1,9 +1,9 @@
 // Draws things in space with WebGL, those behind first; what they are, their shaders say.
 
-import { PROGRAMS } from "#view/steel.js";
+import { PROGRAMS, VERTEX } from "#view/steel.js";
 
-const FLOATS = 13;   // of a thing: three vectors, and whether it is mirrored
-const UNSEEN = 3e-5; // part by which what is drawn may change without being seen
+const VECTORS = 4; // of a thing, each of four numbers
+export const IN_RECTANGLE = 2;
 
 export class Painter {
   /** Draws on a canvas; null where there is no WebGL 2. */
@@ -15,10 +15,10 @@ export class Painter {
 
   constructor(gl) {
     this.gl = gl;
-    this.programs = Object.fromEntries(Object.entries(PROGRAMS).map(([kind, texts]) => [kind, this.program(texts)]));
+    this.programs = Object.fromEntries(Object.entries(PROGRAMS).map(([kind, text]) => [kind, this.program(text)]));
     gl.bindBufferBase(gl.UNIFORM_BUFFER, 0, gl.createBuffer());
     gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
-    for (let k = 0; k < 4; k++) {
+    for (let k = 0; k < VECTORS; k++) {
       gl.enableVertexAttribArray(k);
       gl.vertexAttribDivisor(k, 1);
     }
@@ -26,19 +26,17 @@ export class Painter {
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
   }
 
-  /** A program of two shaders; null where it does not come about. */
-  program(texts) {
+  /** A program with this fragment shader; null where it does not come about. */
+  program(fragment) {
     const { gl } = this, program = gl.createProgram();
-    texts.forEach((text, k) => {
-      const shader = gl.createShader([gl.VERTEX_SHADER, gl.FRAGMENT_SHADER][k]);
+    for (const [kind, text] of [[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, fragment]]) {
+      const shader = gl.createShader(kind);
       gl.shaderSource(shader, text);
       gl.compileShader(shader);
       gl.attachShader(program, shader);
-    });
+    }
     gl.linkProgram(program);
-    if (!gl.getProgramParameter(program, gl.LINK_STATUS)) return null;
-    gl.uniformBlockBinding(program, gl.getUniformBlockIndex(program, "Space"), 0);
-    return program;
+    return gl.getProgramParameter(program, gl.LINK_STATUS) ? program : null;
   }
 
   close() { this.gl.getExtension("WEBGL_lose_context")?.loseContext(); }
@@ -46,28 +44,26 @@ export class Painter {
   /** Begins a picture. */
   begin() { Object.assign(this, { things: [], runs: [] }); }
 
-  /** One more thing, in front of all before it. */
-  add(kind, a, b = [], c = [], mirrored = 0) {
+  /** One more thing, in front of all before it: what its vectors are, the vertex shader says. `place`: 0 for where they
+   *  say; 1 for mirrored in the base; IN_RECTANGLE of the picture. */
+  add(kind, place, a, b = a, c = [], d = []) {
     const { things, runs } = this;
-    if (runs.at(-1)?.kind !== kind) runs.push({ kind, first: things.length / FLOATS, count: 0 });
+    if (runs.at(-1)?.kind !== kind) runs.push({ kind, first: things.length, count: 0 });
     runs.at(-1).count++;
-    for (const vector of [a, b, c]) for (let k = 0; k < 4; k++) things.push(vector[k] ?? 0);
-    things.push(mirrored);
+    for (const vector of [a, [b[0], b[1], b[2], place], c, d]) for (let k = 0; k < 4; k++) things.push(vector[k] ?? 0);
   }
 
-  /** Ends it; whether it looks otherwise than the last one. `space`: what shaders want to know, as vectors. */
+  /** Ends it; whether it can be seen to differ from the last one. `space`: what shaders want to know. */
   finish(space) {
-    const { drawn: last, things } = this, now = { things, space: space.flat() };
-    const same = (a, b) =>
-      a.length === b.length && a.every((value, k) => Math.abs(value - b[k]) <= UNSEEN * Math.max(1, Math.abs(value)));
-    if (last && same(last.things, now.things) && same(last.space, now.space)) return false;
-    this.drawn = now;
-    return true;
+    const last = this.drawn;
+    this.drawn = [...this.things, ...space].map((value) => value.toFixed(4)).join();
+    this.space = space;
+    return this.drawn !== last;
   }
 
   /** Draws all things on a canvas of this size (px), with `ratio` pixels in one. */
   paint(clientWidth, clientHeight, ratio) {
-    const { gl, runs, drawn: { things, space } } = this, { canvas } = gl;
+    const { gl, runs, things, space } = this, { canvas } = gl;
     const width = Math.round(clientWidth * ratio), height = Math.round(clientHeight * ratio);
     if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
     gl.viewport(0, 0, width, height);
@@ -77,8 +73,8 @@ export class Painter {
     gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(things), gl.DYNAMIC_DRAW);
     for (const { kind, first, count } of runs) {
       gl.useProgram(this.programs[kind]);
-      for (let k = 0; k < 4; k++)
-        gl.vertexAttribPointer(k, k < 3 ? 4 : 1, gl.FLOAT, false, 4 * FLOATS, 4 * (FLOATS * first + 4 * k));
+      for (let k = 0; k < VECTORS; k++)
+        gl.vertexAttribPointer(k, 4, gl.FLOAT, false, 16 * VECTORS, 4 * (first + 4 * k));
       gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, count);
     }
   }

@@ -1,11 +1,13 @@
 // The cradle, drawn: frame, strings, balls, and the glow of the forces between them.
 
 import { prepared, shaded, through, withPrefix } from "#view/common.js";
+import { minus, plus } from "#view/eye.js";
 import { FONT, say } from "#view/texts.js";
 
 const LONGEST_STRING = 4.7, SHORTEST_STRING = 3.2; // lengths as drawn, in diameters of a ball
 const SHORTER = 0.68; // the part of that which is left in a wide room
 export const LARGEST = 110; // px, the radius of a ball
+export const STEEPEST = 1.4; // rad by which a hand can lift a ball
 const AFTERGLOW = 0.5; // s on the viewer's clock that a contact shines after its pulse
 
 /** Distinct colours for up to 20 balls: around the circle, the same lightness. */
@@ -15,7 +17,7 @@ export function ballColour(i, balls, dark) {
 
 export class Scene {
   constructor(canvas) {
-    Object.assign(this, { canvas, glow: [], sprites: new Map() });
+    Object.assign(this, { canvas, glow: [] });
   }
 
   /** The canvases that it draws on, from the one behind. */
@@ -29,56 +31,72 @@ export class Scene {
     // Never quite nothing, whatever is around it.
     const width = Math.max(60, this.canvas.clientWidth), height = Math.max(60, this.canvas.clientHeight);
     const sizes = ratio.map((mass) => Math.min(2.2, Math.max(0.35, Math.cbrt(mass)))); // of a radius
-    const row = sizes.reduce((sum, size) => sum + 2 * size, 0), largest = Math.max(...sizes); // radii
-    // Diameters. In a wide room strings are drawn shorter, so that the balls are larger.
-    const drawn = Math.min(LONGEST_STRING, Math.max(SHORTEST_STRING, length / (2 * radius)))
+    const half = sizes.reduce((sum, size) => sum + size, 0), largest = Math.max(...sizes);
+    // In a wide room strings are drawn shorter, so that the balls are larger.
+    const long = 2 * Math.min(LONGEST_STRING, Math.max(SHORTEST_STRING, length / (2 * radius)))
       * Math.min(1, Math.max(SHORTER, height / width));
     // From afar: room for a swing to both sides, strings, balls and base. Close by: only for the balls and what is
     // above them.
-    const swing = 2 * drawn * Math.sin(swingAngle), tall = 2 * drawn + 1.75 * largest + 0.9; // radii
-    const far = Math.min(width / (row + 2 * swing + 1), (height - 8) / tall, LARGEST);
-    const close = Math.max(far, Math.min(width / (row + 2.4), height / (7 * largest), LARGEST));
-    const unit = far ** (1 - near) * close ** near, string = 2 * drawn * unit;
-    const hanging = (1 - near) * (4 + (0.3 + 2 * drawn) * far + 0.45 * Math.max(0, height - 8 - far * tall))
+    const reach = half + long * Math.sin(swingAngle), tall = long + 1.75 * largest + 0.9;
+    const far = Math.min(width / (2 * reach + 1), (height - 8) / tall, LARGEST);
+    const close = Math.max(far, Math.min(width / (2 * half + 2.4), height / (7 * largest), LARGEST));
+    const unit = far ** (1 - near) * close ** near; // px of a radius
+    const hanging = (1 - near) * (4 + (0.3 + long) * far + 0.45 * Math.max(0, height - 8 - far * tall))
       + near * (height - 2.3 * largest * close);
-    let x = 0.5 * (width - row * unit);
-    const positions = sizes.map((size) => (x += 2 * size * unit) - size * unit);
-    const floor = hanging + 1.75 * largest * unit;
-    Object.assign(this, { width, height, near, drawn, unit, string, top: hanging - string, floor, sizes, positions,
-      length });
+    let x = -half;
+    const rests = sizes.map((size) => (x += 2 * size) - size);
+    Object.assign(this, { width, height, unit, hanging, sizes, half, largest, long, reach, rests, length });
     return this;
   }
 
-  /** Where ball `i` is on the canvas when its displacement is x (m), and how large `unit` is there (px). */
-  place(i, x) {
-    const { string, unit } = this, angle = x / this.length;
-    return { x: this.positions[i] + string * Math.sin(angle), y: this.top + string * Math.cos(angle), unit };
+  /** Where ball `i` is when its displacement is x (m), in radii: to the right, up, towards the viewer. */
+  at(i, x) {
+    const { rests, long } = this, angle = x / this.length;
+    return [rests[i] + long * Math.sin(angle), long * (1 - Math.cos(angle)), 0];
   }
 
+  /** A point, `at`, as it is seen: where on the canvas, and how many px a radius is there, `unit`. */
+  seen(at) {
+    const { width, hanging, unit } = this;
+    return { at, x: 0.5 * width + at[0] * unit, y: hanging - at[1] * unit, unit };
+  }
+
+  /** The ball's place, as it is seen. */
+  place(i, x) { return this.seen(this.at(i, x)); }
+
   /** The displacement (m) of ball `i` that is nearest to a point on the canvas. */
-  displacement(i, { x, y }) { return this.length * Math.atan2(x - this.positions[i],
-    Math.max(y - this.top, 0.15 * this.string)); }
+  displacement(i, { x, y }) {
+    const away = (angle) => {
+      const place = this.place(i, angle * this.length);
+      return Math.hypot(place.x - x, place.y - y);
+    };
+    let best = 0;
+    for (let step = 0.5 * STEEPEST; step > 1e-9; step /= 2)
+      for (const angle of [best - step, best + step]) if (away(angle) < away(best)) best = angle;
+    return this.length * best;
+  }
 
   /** The ball at a point on the canvas, in front of others there, with a margin for fingers (px); -1 for none. */
   ballAt(point, state, margin = 0) {
     let best = -1, least = Infinity;
-    for (let i = 0; i < this.positions.length; i++) {
+    this.sizes.forEach((size, i) => {
       const { x, y, unit } = this.place(i, state.x[i]);
-      const away = Math.hypot(x - point.x, y - point.y) - this.sizes[i] * unit, rank = away < 0 ? -unit : away;
+      const away = Math.hypot(x - point.x, y - point.y) - size * unit, rank = away < 0 ? -unit : away;
       if (away < margin && rank < least) [best, least] = [i, rank];
-    }
+    });
     return best;
   }
 
-  /** The way on the canvas (px) from a place to one `radii` to the right. */
-  ahead({ unit }, radii) { return { x: radii * unit, y: 0 }; }
-
-  /** Where the balls i and i + 1 at these places touch, and how far apart they are, in the distance at which they
-   *  do. */
-  contact(i, a, b) {
-    const from = this.sizes[i], reach = from + this.sizes[i + 1], part = from / reach;
-    const away = Math.hypot(b.x - a.x, b.y - a.y) / (reach * this.unit) - 1;
-    return { x: a.x + part * (b.x - a.x), y: a.y + part * (b.y - a.y), away };
+  /** Contacts as they are seen, with the way between the balls, how far these are apart, in the distance at which they
+   *  touch, and how much the contact shines. */
+  contacts(places) {
+    return places.slice(1).map((right, i) => {
+      const left = places[i].at, way = minus(right.at, left), touching = this.sizes[i] + this.sizes[i + 1];
+      const away = Math.hypot(...way) / touching - 1;
+      // What has parted does not shine any more.
+      const strength = Math.sqrt(this.glow[i] ?? 0) * Math.max(0, 1 - 4 * away);
+      return { ...this.seen(plus(left, way, this.sizes[i] / touching)), way, away, strength };
+    });
   }
 
   /** Lets contacts shine: by their force now, or by what is left of their last pulses after `passed` s of the viewer's
@@ -93,16 +111,17 @@ export class Scene {
   draw(state, options) {
     Object.assign(this, prepared(this.canvas, 2));
     const places = Array.from(state.x, (x, i) => this.place(i, x));
-    this.drawCradle(places, options.theme);
+    this.drawCradle(places, this.contacts(places), options.theme);
     this.drawMarks(places, state, options);
   }
 
-  drawCradle(places, theme) {
-    this.drawFrame(theme);
-    this.drawShadows(places, theme);
-    this.drawStrings(places, theme);
-    places.forEach((place, i) => this.drawBall(place, i, theme));
-    this.drawGlow(places, theme);
+  drawCradle(places, contacts, theme) {
+    const top = this.hanging - this.long * this.unit, floor = this.hanging + 1.75 * this.largest * this.unit;
+    this.drawFrame(top, floor, theme);
+    this.drawShadows(places, floor, theme);
+    this.drawStrings(places, top, theme);
+    places.forEach((place, i) => this.drawBall(place, this.sizes[i] * this.unit, theme));
+    this.drawGlow(contacts, theme);
   }
 
   /** What is no part of the cradle: rings around balls that are held or chosen, arrows, numbers. */
@@ -116,9 +135,9 @@ export class Scene {
   }
 
   /** The rail, on posts that stand on a base. */
-  drawFrame(theme) {
-    const { context: c, unit, top, floor } = this, thick = Math.max(5, 0.2 * unit), edge = 1.9 * unit;
-    const left = this.positions[0] - edge, right = this.positions.at(-1) + edge;
+  drawFrame(top, floor, theme) {
+    const { context: c, unit } = this, thick = Math.max(5, 0.2 * unit);
+    const left = this.seen([this.rests[0] - 1.9, 0]).x, right = this.seen([this.rests.at(-1) + 1.9, 0]).x;
     const slab = (y, from, to, height, shades) => {
       c.fillStyle = shaded(c.createLinearGradient(0, y, 0, y + height), shades);
       c.beginPath();
@@ -134,12 +153,12 @@ export class Scene {
   }
 
   /** A soft shadow for each ball on what the cradle stands on. */
-  drawShadows(places, theme) {
-    const { context: c, unit, string, top } = this, none = theme.shadow.replace(/[\d.]+\)$/, "0)");
-    places.forEach(({ x, y }, i) => {
-      const up = Math.max(0, (top + string - y) / string), wide = this.sizes[i] * unit * (1.15 + up);
+  drawShadows(places, floor, theme) {
+    const { context: c, unit } = this, none = theme.shadow.replace(/[\d.]+\)$/, "0)");
+    places.forEach(({ at, x }, i) => {
+      const up = at[1] / this.long, wide = this.sizes[i] * unit * (1.15 + up);
       c.save();
-      c.translate(x, this.floor + 0.1 * unit);
+      c.translate(x, floor + 0.1 * unit);
       c.scale(1, 0.13);
       c.globalAlpha = Math.max(0.15, 1 - 1.6 * up);
       disc(c, 0, 0, wide, shaded(c.createRadialGradient(0, 0, 0, 0, 0, wide), [theme.shadow, none]));
@@ -147,43 +166,39 @@ export class Scene {
     });
   }
 
-  drawStrings(places, theme) {
-    const { context: c, unit, top } = this;
+  drawStrings(places, top, theme) {
+    const { context: c, unit } = this, high = top - 0.04 * unit;
     c.lineWidth = Math.max(1, 0.028 * unit);
     c.strokeStyle = theme.string;
     places.forEach(({ x, y }, i) => {
-      const rest = this.positions[i], size = this.sizes[i] * unit, angle = Math.atan2(x - rest, y - top);
-      const high = top - 0.04 * unit;
+      const rest = this.place(i, 0).x, size = this.sizes[i] * unit, angle = Math.atan2(x - rest, y - top);
       const eye = [x - size * Math.sin(angle), y - size * Math.cos(angle)];
       through(c, [[rest - 0.16 * unit, high], eye, [rest + 0.16 * unit, high]]).stroke();
     });
   }
 
-  drawBall(place, i, theme) {
-    const { context: c, ratio } = this, radius = this.sizes[i] * this.unit;
-    const key = `${theme.dark} ${radius.toFixed(2)} ${ratio}`;
-    let sprite = this.sprites.get(key);
-    if (!sprite) {
-      if (this.sprites.size > 60) this.sprites.clear();
-      this.sprites.set(key, (sprite = ballSprite(radius, ratio, theme)));
-    }
-    c.drawImage(sprite, place.x - radius - 2, place.y - radius - 2, 2 * radius + 4, 2 * radius + 4);
+  /** A polished ball. */
+  drawBall({ x, y }, r, theme) {
+    const { context: c } = this, cover = (gradient, stops) => disc(c, x, y, r, shaded(gradient, stops));
+    // What it mirrors: the sky above, a horizon, the table below.
+    cover(c.createLinearGradient(0, y - r, 0, y + r), theme.ball);
+    const rim = [[0, "rgba(0, 0, 0, 0)"], [0.72, "rgba(0, 0, 0, 0.06)"], [1, theme.rim]];
+    cover(c.createRadialGradient(x - 0.18 * r, y - 0.25 * r, 0.35 * r, x, y, r), rim);
+    const left = x - 0.36 * r, high = y - 0.46 * r, white = (part) => `rgba(255, 255, 255, ${part})`;
+    cover(c.createRadialGradient(left, high, 0, left, high, 0.55 * r),
+      [[0, white(0.95)], [0.25, white(0.45)], [1, white(0)]]);
   }
 
-  drawGlow(places, theme) {
-    const { context: c, unit } = this;
+  drawGlow(contacts, theme) {
+    const { context: c } = this;
     c.save();
     c.globalCompositeOperation = theme.glowMode;
-    this.glow.forEach((glow, i) => {
-      if (glow < 0.004 || !places[i + 1]) return;
-      // What has parted does not shine any more.
-      const { x, y, away } = this.contact(i, places[i], places[i + 1]);
-      const strength = Math.sqrt(glow) * Math.max(0, 1 - 4 * away);
-      if (strength <= 0.05) return;
-      const radius = unit * (0.35 + 1.15 * strength), inner = [0, theme.glow(Math.min(1, 0.25 + strength))];
+    for (const { x, y, unit, strength } of contacts) {
+      if (strength <= 0.05) continue;
+      const radius = unit * (0.35 + 1.15 * strength), inner = theme.glow(Math.min(1, 0.25 + strength));
       disc(c, x, y, radius, shaded(c.createRadialGradient(x, y, 0, x, y, radius),
-        [inner, [0.25, theme.glow(0.55 * strength)], [1, theme.glow(0)]]));
-    });
+        [[0, inner], [0.25, theme.glow(0.55 * strength)], [1, theme.glow(0)]]));
+    }
     c.restore();
   }
 
@@ -191,11 +206,12 @@ export class Scene {
   drawArrows(places, state, fastest, theme) {
     const { context: c } = this;
     places.forEach((place, i) => {
-      const { unit } = place, way = this.ahead(place, (1.75 * state.v[i]) / fastest), long = Math.hypot(way.x, way.y);
+      const { at, x, y, unit } = place, end = this.seen(plus(at, [1, 0, 0], (1.75 * state.v[i]) / fastest));
+      const long = Math.hypot(end.x - x, end.y - y);
       if (long < 1.5) return;
       c.save();
-      c.translate(place.x, place.y + (this.sizes[i] + 0.32) * unit);
-      c.rotate(Math.atan2(way.y, way.x));
+      c.translate(x, y + (this.sizes[i] + 0.32) * unit);
+      c.rotate(Math.atan2(end.y - y, end.x - x));
       c.strokeStyle = c.fillStyle = ballColour(i, places.length, theme.dark);
       c.lineWidth = Math.max(2, 0.085 * unit);
       const head = Math.min(long, 0.24 * unit), half = 0.13 * unit;
@@ -217,44 +233,23 @@ export class Scene {
   }
 }
 
-/** Fills a circle. */
-function disc(c, x, y, radius, fill) {
-  c.fillStyle = fill;
+/** The path of a circle. */
+function circle(c, x, y, radius) {
   c.beginPath();
   c.arc(x, y, radius, 0, 2 * Math.PI);
+}
+
+/** Fills a circle. */
+function disc(c, x, y, radius, fill) {
+  circle(c, x, y, radius);
+  c.fillStyle = fill;
   c.fill();
 }
 
 /** Draws a circle around a place. */
 function ring(c, { x, y }, radius, colour, width) {
-  c.strokeStyle = colour;
-  c.lineWidth = width;
-  c.beginPath();
-  c.arc(x, y, radius, 0, 2 * Math.PI);
-  c.stroke();
-}
-
-/** A polished ball, drawn once for each size. */
-function ballSprite(r, ratio, theme) {
-  const size = Math.ceil((2 * r + 4) * ratio);
-  const canvas = Object.assign(document.createElement("canvas"), { width: size, height: size });
-  const c = canvas.getContext("2d");
-  c.scale(ratio, ratio);
-  c.translate(r + 2, r + 2);
-  c.beginPath();
-  c.arc(0, 0, r, 0, 2 * Math.PI);
-  c.clip();
-  const cover = (gradient, stops) => {
-    c.fillStyle = shaded(gradient, stops);
-    c.fillRect(-r, -r, 2 * r, 2 * r);
-  };
-  // What a polished ball mirrors: the sky above, a horizon, the table below.
-  cover(c.createLinearGradient(0, -r, 0, r), theme.ball);
-  const rim = [[0, "rgba(0, 0, 0, 0)"], [0.72, "rgba(0, 0, 0, 0.06)"], [1, theme.rim]];
-  cover(c.createRadialGradient(-0.18 * r, -0.25 * r, 0.35 * r, 0, 0, r), rim);
-  const light = [[0, "rgba(255, 255, 255, 0.95)"], [0.25, "rgba(255, 255, 255, 0.45)"], [1, "rgba(255, 255, 255, 0)"]];
-  cover(c.createRadialGradient(-0.36 * r, -0.46 * r, 0, -0.36 * r, -0.46 * r, 0.55 * r), light);
-  return canvas;
+  circle(c, x, y, radius);
+  Object.assign(c, { strokeStyle: colour, lineWidth: width }).stroke();
 }
 
 // ---- microscopes above the contacts: the gap between two balls, or how far they are pressed together, in micrometres
@@ -262,8 +257,7 @@ function ballSprite(r, ratio, theme) {
 /** Draws a lens for each contact; `reach` (m) is half of what it shows. */
 export function drawLenses(scene, state, { reach, theme, opacity }) {
   const { context: c, unit } = scene;
-  const touches = Array.from(state.F, (_, i) =>
-    scene.contact(i, scene.place(i, state.x[i]), scene.place(i + 1, state.x[i + 1])));
+  const touches = scene.contacts(Array.from(state.x, (x, i) => scene.place(i, x)));
   const apart = touches.slice(1).map(({ x, y }, i) => Math.hypot(x - touches[i].x, y - touches[i].y));
   const radius = Math.min(0.9 * unit, 84, 0.48 * Math.min(...apart));
   if (radius < 15 || opacity <= 0) return;

@@ -1,14 +1,14 @@
 // The cradle in space: the scene of scene.js, seen by an eye that goes around it.
 
 import { dot, Lens, minus, plus } from "#view/eye.js";
-import { LARGEST, Scene } from "#view/scene.js";
-import { Painter } from "#view/painter.js";
+import { LARGEST, Scene, STEEPEST } from "#view/scene.js";
+import { IN_RECTANGLE, Painter } from "#view/painter.js";
 
 const BAR = 0.13, BEND = 0.8, BEND_PIECES = 7; // of the frame's round bars: radius, and their bent corners, in radii
 const EYELET = 0.16, STRING = 0.016;           // radii
 const BASE = 0.42, BEYOND = 1.1;               // how thick the base is, and how far it reaches beyond the bars
-const STEEPEST = 1.4;                          // rad by which a hand can lift a ball
 const STEEP = 0.75;                            // sine of the angle from above which the base mirrors nothing to be seen
+const NARROWEST = 0.4;                         // part of its length in which a row is seen at least by a hand along it
 const SLOW = 26;                               // ms between pictures after which they get fewer pixels
 
 export class Scene3D extends Scene {
@@ -19,7 +19,7 @@ export class Scene3D extends Scene {
     Object.assign(back, { className: "space", ariaHidden: "true" });
     canvas.before(back);
     back.addEventListener("webglcontextlost", () => { if (back.isConnected) lost(); });
-    return Object.assign(new Scene3D(canvas), { back, painter, eye, sharp: 1, pace: 0 });
+    return Object.assign(new Scene3D(canvas), { back, painter, eye, sharp: 1, pace: 0, last: 0 });
   }
 
   get layers() { return [this.back, this.canvas]; }
@@ -31,53 +31,25 @@ export class Scene3D extends Scene {
 
   layout(drawing, near = 0, swingAngle = 0.56) {
     super.layout(drawing, near, swingAngle);
-    // From here on in radii: what the flat scene has decided in pixels.
-    const { unit, sizes, width, height } = this;
-    const half = sizes.reduce((sum, size) => sum + size, 0), largest = Math.max(...sizes), long = this.string / unit;
-    const rests = this.positions.map((x) => (x - 0.5 * width) / unit);
+    const { half, largest, long, reach, width, height } = this, rise = long * (1 - Math.cos(swingAngle));
     const wide = half + 0.9, deep = Math.max(2.5, largest + 0.9), floor = -1.75 * largest;
-    Object.assign(this, { rests, long, frame: { wide, deep, floor, top: long } });
-    const reach = half + long * Math.sin(swingAngle), rise = long * (1 - Math.cos(swingAngle));
     const all = [...box(wide, floor, long, deep), ...box(reach, rise - largest, rise + largest, largest),
       ...box(wide + BEYOND + 1.5, floor - BASE, floor, deep + BEYOND + 1.5)];
-    const distance = 2.7 * Math.max(...all.map((point) => Math.hypot(...point)));
-    const lens = () => new Lens(this.eye.axes, distance), far = lens().fit(all, width, height, 12, LARGEST);
-    const close = lens().fit(box(half + 1.2, -2.1 * largest, 4.9 * largest, 0), width, height, 0, LARGEST);
-    this.lens = far.towards(close.focal > far.focal ? close : far, near);
-    this.unit = this.lens.focal / distance;
-    return this;
+    const lens = new Lens(this.eye.axes, 2.7 * Math.max(...all.map((point) => Math.hypot(...point))));
+    const far = lens.bounds(all);
+    const close = lens.bounds(box(half + 1.2, -2.1 * largest, Math.min(4.9 * largest, long + 0.3), 0));
+    lens.fit(far.map((edge, k) => edge + near * (close[k] - edge)), width, height, 12 * (1 - near), LARGEST);
+    return Object.assign(this, { lens, unit: lens.focal / lens.distance, frame: { wide, deep, floor, top: long } });
   }
 
-  /** Where ball `i` is in space. */
-  at(i, x) {
-    const angle = x / this.length;
-    return [this.rests[i] + this.long * Math.sin(angle), this.long * (1 - Math.cos(angle)), 0];
-  }
+  seen(at) { return { at, ...this.lens.place(at) }; }
 
-  place(i, x) {
-    const at = this.at(i, x);
-    return { at, ...this.lens.place(at) };
-  }
-
-  displacement(i, { x, y }) {
-    const { lens, eye } = this, rest = lens.place(this.at(i, 0)), axes = eye.axesAside;
-    const start = lens.place(this.at(i, 0), axes);
-    const away = (angle) => {
-      const place = lens.place(this.at(i, angle * this.length), axes);
-      return Math.hypot(place.x - start.x - (x - rest.x), place.y - start.y - (y - rest.y));
-    };
-    return this.length * lowest(away, -STEEPEST, STEEPEST);
-  }
-
-  ahead({ at, x, y }, radii) {
-    const end = this.lens.place([at[0] + radii, at[1], at[2]]);
-    return { x: end.x - x, y: end.y - y };
-  }
-
-  contact(i, a, b) {
-    const from = this.sizes[i], reach = from + this.sizes[i + 1], part = from / reach;
-    const way = minus(b.at, a.at), at = plus(a.at, way, part);
-    return { at, away: Math.hypot(...way) / reach - 1, ...this.lens.place(at) };
+  displacement(i, point) {
+    const [right, up] = this.lens.axes, { x, unit } = this.place(i, 0);
+    if (Math.hypot(right[0], up[0]) > NARROWEST) return super.displacement(i, point);
+    // A path that is seen end on is drawn along as if from aside.
+    const angle = (point.x - x) / (unit * this.long * (right[0] < 0 ? -NARROWEST : NARROWEST));
+    return this.length * Math.min(STEEPEST, Math.max(-STEEPEST, angle));
   }
 
   /** Numbers only of balls of which others do not hide the middle. */
@@ -90,18 +62,17 @@ export class Scene3D extends Scene {
     c.shadowBlur = 0;
   }
 
-  drawCradle(places, { space }) {
+  drawCradle(places, contacts, { space }) {
     const { canvas, back, lens, frame: { wide, deep, floor, top }, painter, ratio } = this;
     const { offsetLeft, offsetTop, clientWidth, clientHeight } = canvas;
     const box = `left:${offsetLeft}px;top:${offsetTop}px;width:${clientWidth}px;height:${clientHeight}px`;
     if (this.box !== box) back.style.cssText = this.box = box;
     painter.begin();
-    this.addStand(clientHeight);
-    this.addShadows(places);
-    if (lens.axes[2][1] < STEEP) this.addAll(places, 1);
-    this.addAll(places, 0);
+    this.addBase(places, clientHeight);
+    if (lens.axes[2][1] < STEEP) this.addAll(places, contacts, 1);
+    this.addAll(places, contacts, 0);
     const moving = painter.finish([...lens.axes.map((axis) => [...axis, 0]), [...lens.eye, 0],
-      [lens.focal, lens.x, clientHeight - lens.y, 0], [wide, deep, floor, top], [BEYOND, BASE, 0, 0], ...space]);
+      [lens.focal, lens.x, clientHeight - lens.y, 0], [wide, deep, floor, top], [BEYOND, BASE, 0, 0], ...space].flat());
     const wanted = moving ? ratio * this.sharpness() : ratio, size = [clientWidth, clientHeight, wanted].join();
     if (moving || this.size !== size) painter.paint(clientWidth, clientHeight, wanted);
     this.size = size;
@@ -109,121 +80,78 @@ export class Scene3D extends Scene {
 
   /** How much of its pixels a moving picture gets, so that it can be drawn in time. */
   sharpness() {
-    const now = performance.now(), passed = now - this.last;
+    const now = performance.now();
+    this.pace += 0.08 * (Math.min(60, now - this.last) - this.pace);
     this.last = now;
-    if (passed < 200) this.pace += 0.08 * (passed - this.pace);
-    if (this.pace > SLOW && this.sharp > 0.5) Object.assign(this, { sharp: Math.max(0.5, 0.8 * this.sharp), pace: 0 });
+    if (this.pace > SLOW && this.sharp > 0.6) Object.assign(this, { sharp: 0.8 * this.sharp, pace: 0 });
     return this.sharp;
   }
 
-  /** The base, within the part of the picture that it and its shadow take. */
-  addStand(height) {
+  /** The base, and what darkens it: balls, and the feet of the bars. */
+  addBase(places, height) {
     const { painter, lens, frame: { wide, deep, floor } } = this;
-    const places = [...box(wide + BEYOND + 2.5, floor - BASE, floor - BASE, deep + BEYOND + 2.5),
-      ...box(wide + BEYOND, floor, floor, deep + BEYOND)].map((point) => lens.place(point));
-    const range = (axis, reach) => reach(...places.map((place) => place[axis]));
-    painter.add("STAND", [range("x", Math.min), height - range("y", Math.max), range("x", Math.max),
-      height - range("y", Math.min)]);
-  }
-
-  /** What darkens the base below it: balls, and the feet of the bars. */
-  addShadows(places) {
-    const { painter, frame: { wide, deep, floor } } = this;
-    places.forEach(({ at }, i) => painter.add("SHADOW", [...at, this.sizes[i]]));
-    for (const x of [-wide, wide])
-      for (const z of [-deep, deep]) painter.add("SHADOW", [x, floor + 0.2, z, 1.4 * BAR]);
+    const add = (kind, thing, points) => {
+      const [left, top, right, bottom] = lens.bounds(points);
+      painter.add(kind, IN_RECTANGLE, thing, thing, [left, height - bottom, right, height - top]);
+    };
+    add("STAND", [], box(wide + BEYOND + 2.5, floor - BASE, floor, deep + BEYOND + 2.5));
+    const feet = [-wide, wide].flatMap((x) => [-deep, deep].map((z) => [x, floor + 0.2, z, 1.4 * BAR]));
+    for (const thing of [...places.map(({ at }, i) => [...at, this.sizes[i]]), ...feet]) {
+      const reach = 1.7 * (thing[1] - floor);
+      add("SHADOW", thing, box(reach, 0, 0, reach).map((corner) => plus(corner, [thing[0], floor, thing[2]])));
+    }
   }
 
   /** Frame, balls with their strings, and glow; what is farther from the eye comes first, so that what is nearer covers
    *  it. `mirrored`: as the base reflects them. */
-  addAll(places, mirrored) {
-    const { lens: { eye }, frame } = this, { deep } = frame;
-    const sides = [-deep, deep].sort((a, b) => Math.abs(eye[2] - b) - Math.abs(eye[2] - a));
-    this.addBar(sides[0], eye, mirrored);
-    // From the end of the row, both bars are behind the balls, or beside them.
-    if (Math.abs(eye[2]) <= deep) this.addBar(sides[1], eye, mirrored);
-    const order = [...places.keys()].sort((i, j) =>
-      Math.abs(places[j].at[0] - eye[0]) - Math.abs(places[i].at[0] - eye[0]));
-    const done = new Set();
-    for (const i of order) {
-      this.addBall(i, places, eye, mirrored);
-      for (const contact of [i - 1, i])
-        if (done.has(contact === i ? i + 1 : i - 1)) this.addGlow(contact, places, eye, mirrored);
-      done.add(i);
+  addAll(places, contacts, mirrored) {
+    const { painter, sizes, rests, long, lens: { eye }, frame: { deep } } = this, things = [];
+    const from = (point) => Math.hypot(...minus(point, eye));
+    const add = (far, kind, ...vectors) => things.push({ far, kind, vectors });
+    for (const z of [-deep, deep]) {
+      // In front of all balls; or behind them or, seen from the end of the row, beside them.
+      const shift = eye[2] / z > 1 ? -1e3 : 1e3;
+      for (const [a, b, bend] of this.bar(z)) add(shift + from(plus(a, minus(b, a), 0.5)), "ROD", [...a, BAR], b, bend);
     }
-    if (Math.abs(eye[2]) > deep) this.addBar(sides[1], eye, mirrored);
-  }
-
-  /** A bar on two posts, bent from one piece. */
-  addBar(z, eye, mirrored) {
-    const { wide, floor, top } = this.frame, points = [[-wide, floor, z]];
-    for (const side of [-1, 1])
-      for (let k = 0; k <= BEND_PIECES; k++) {
-        const angle = (0.5 * Math.PI * (side < 0 ? k : BEND_PIECES - k)) / BEND_PIECES;
-        points.push([side * (wide - BEND * (1 - Math.cos(angle))), top - BEND * (1 - Math.sin(angle)), z]);
-      }
-    points.push([wide, floor, z]);
-    const middle = wide - BEND, high = top - BEND, straight = [0, BEND_PIECES + 1, 2 * BEND_PIECES + 2];
-    const pieces = points.slice(1).map((to, k) => ({ from: points[k], to,
-      bend: straight.includes(k) ? [] : [0, k <= BEND_PIECES ? -middle : middle, high, BEND] }));
-    const away = ({ from, to }) => Math.hypot(...minus(plus(from, minus(to, from), 0.5), eye));
-    pieces.sort((a, b) => away(b) - away(a));
-    for (const { from, to, bend } of pieces)
-      this.painter.add("ROD", [...from, BAR], to, bend, mirrored);
-  }
-
-  /** A ball on its strings. */
-  addBall(i, places, eye, mirrored) {
-    const { painter, sizes, rests, long, frame: { deep } } = this, { at } = places[i], size = sizes[i];
-    const beside = (k, contact) =>
-      (places[k] ? [places[k].at[0], places[k].at[1], sizes[k], this.shining(contact, places)] : [0, 0, 0, 0]);
-    const up = [(rests[i] - at[0]) / long, (long - at[1]) / long, 0];
-    const hook = plus(at, up, size + EYELET);
-    const string = () => {
+    places.forEach(({ at }, i) => {
+      const far = from(at), up = [(rests[i] - at[0]) / long, (long - at[1]) / long, 0];
+      const hook = plus(at, up, sizes[i] + EYELET), string = far + (dot(up, minus(eye, hook)) < 0 ? 1e-3 : -1e-3);
+      const beside = (k, contact) => (places[k] ? [...places[k].at.slice(0, 2), sizes[k], contact.strength] : []);
+      add(far, "BALL", [...at, sizes[i]], at, beside(i - 1, contacts[i - 1]), beside(i + 1, contacts[i]));
       if (mirrored) return;
-      painter.add("ROD", [...plus(at, up, 0.96 * size), 0.055], hook);
+      add(string, "ROD", [...plus(at, up, 0.96 * sizes[i]), 0.055], hook);
       for (const z of [-deep, deep])
-        painter.add("ROD", [...hook, STRING], [rests[i], long - 0.9 * BAR, z], [1]);
-    };
-    const behind = dot(up, minus(eye, hook)) < 0;
-    if (behind) string();
-    painter.add("BALL", [...at, size], beside(i - 1, i - 1), beside(i + 1, i), mirrored);
-    if (!behind) string();
+        add(string, "ROD", [...hook, STRING], [rests[i], long - 0.9 * BAR, z], [0, 0, 0, 1]);
+    });
+    contacts.forEach(({ at, way, strength }, i) => {
+      if (strength <= 0.05) return;
+      // The balls themselves hide it from who looks along the row.
+      const view = minus(eye, at), along = dot(view, way) / (Math.hypot(...view) * Math.hypot(...way));
+      const seen = strength * Math.sqrt(Math.max(0, 1 - along * along));
+      const nearer = Math.min(from(places[i].at), from(places[i + 1].at));
+      add(nearer - 2e-3, "GLOW", [...at, 0.4 + 1.3 * strength], at, [seen]);
+    });
+    things.sort((a, b) => b.far - a.far);
+    for (const { kind, vectors } of things) painter.add(kind, mirrored, ...vectors);
   }
 
-  /** How much a contact shines; what has parted does not any more. */
-  shining(i, places) {
-    const glow = this.glow[i] ?? 0;
-    if (glow < 0.004 || !places[i] || !places[i + 1]) return 0;
-    return Math.sqrt(glow) * Math.max(0, 1 - 4 * this.contact(i, places[i], places[i + 1]).away);
-  }
-
-  /** Light around a contact. The balls themselves hide it from who looks along the row. */
-  addGlow(i, places, eye, mirrored) {
-    const strength = this.shining(i, places);
-    if (strength <= 0.05) return;
-    const { at } = this.contact(i, places[i], places[i + 1]), view = minus(eye, at);
-    const row = minus(places[i + 1].at, places[i].at);
-    const along = dot(view, row) / (Math.hypot(...view) * Math.hypot(...row));
-    const seen = strength * Math.sqrt(Math.max(0, 1 - along * along));
-    this.painter.add("GLOW", [...at, 0.4 + 1.3 * strength], [], [seen], mirrored);
+  /** A bar on two posts, bent from one piece: from where to where straight pieces of it lead, and how they are bent. */
+  bar(z) {
+    const { wide, floor, top } = this.frame, middle = wide - BEND, high = top - BEND;
+    const rods = [[[-middle, top, z], [middle, top, z]]];
+    for (const side of [-1, 1]) {
+      const point = (k) => {
+        const angle = (0.5 * Math.PI * k) / BEND_PIECES;
+        return [side * (middle + BEND * Math.cos(angle)), high + BEND * Math.sin(angle), z];
+      };
+      rods.push([[side * wide, floor, z], point(0)]);
+      for (let k = 0; k < BEND_PIECES; k++) rods.push([point(k), point(k + 1), [side * middle, high, BEND]]);
+    }
+    return rods;
   }
 }
 
 /** The corners of a box around the origin's height. */
 function box(x, low, high, z) {
   return [-x, x].flatMap((a) => [low, high].flatMap((b) => [-z, z].map((c) => [a, b, c])));
-}
-
-/** Where a function is lowest, of which the lowest of 48 samples is close. */
-function lowest(f, from, to) {
-  const samples = 48, step = (to - from) / samples;
-  let best = from;
-  for (let k = 1; k <= samples; k++) if (f(from + k * step) < f(best)) best = from + k * step;
-  let [low, high] = [Math.max(from, best - step), Math.min(to, best + step)];
-  for (let k = 0; k < 40; k++) {
-    const third = (high - low) / 3;
-    if (f(low + third) < f(high - third)) high -= third; else low += third;
-  }
-  return 0.5 * (low + high);
 }

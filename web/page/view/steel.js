@@ -15,39 +15,29 @@ layout(std140) uniform Space {
 };
 `;
 
-// Of a thing: \`a\`, its centre or one end, and its radius; \`b\`, the other end, or the ball to the left and how the
-// contact with it shines; \`c\`, the same to the right. \`mirrored\` is 1 for what is seen in the base.
-const VERTEX = `${COMMON}
+// Of a thing: `a`, its centre or one end, and its radius; `b`, the other end, and whether it is seen as it is, in the
+// base (1), or within a rectangle of the picture (2); `c` and `d`, what each kind says.
+export const VERTEX = `${COMMON}
 layout(location = 0) in vec4 a;
 layout(location = 1) in vec4 b;
 layout(location = 2) in vec4 c;
-layout(location = 3) in float mirrored;
-flat out vec4 A, B, C;
-flat out float image;
+layout(location = 3) in vec4 d;
+flat out vec4 A, B, C, D;
 
 vec3 seen(vec3 p) { // where in the picture, and how many pixels a radius is there
-  p.y = mix(p.y, 2. * frame.z - p.y, mirrored);
+  if (b.w == 1.) p.y = 2. * frame.z - p.y;
   p -= eye.xyz;
   float unit = -lens.x / dot(p, towards.xyz);
   return vec3(lens.yz + unit * vec2(dot(p, right.xyz), dot(p, up.xyz)), unit);
 }
 
 void main() {
-  A = a; B = b; C = c; image = mirrored;
-  vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 2. - 1., at;
-#if STAND
-  at = mix(a.xy, a.zw, 0.5 + 0.5 * corner);
-#elif SHADOW
-  vec2 wide = corner * 1.7 * (a.y - frame.z);
-  at = seen(vec3(a.x + wide.x, frame.z, a.z + wide.y)).xy;
-#elif ROD
+  A = a; B = b; C = c; D = d;
+  vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 2. - 1.;
   vec3 from = seen(a.xyz), to = seen(b.xyz), near = corner.x < 0. ? from : to;
   vec2 way = normalize(to.xy - from.xy + vec2(1e-4, 0)), across = vec2(-way.y, way.x);
-  at = near.xy + (corner.x * way + corner.y * across) * (1.1 * a.w * near.z + 2.);
-#else
-  vec3 centre = seen(a.xyz);
-  at = centre.xy + corner * (1.12 * a.w * centre.z + 2.);
-#endif
+  vec2 at = near.xy + (corner.x * way + corner.y * across) * (1.12 * a.w * near.z + 2.);
+  if (b.w == 2.) at = mix(c.xy, c.zw, 0.5 + 0.5 * corner);
   gl_Position = vec4(2. * at / size.xy - 1., 0, 1);
 }`;
 
@@ -86,10 +76,12 @@ float shade(vec3 p, vec3 ball, float r) { // how much of the light from above a 
 }
 `;
 
+/** A ball; C and D are the balls to the left and to the right: where in their plane, how large, and how the contact
+ *  shines. */
 const BALL = `
 vec3 around(vec3 p, vec3 ray, float blur) {
   vec3 q = p + ray * (frame.z - p.y) / min(ray.y, -1e-3);
-  float light = (1. - shade(q, A.xyz, A.w)) * (1. - shade(q, vec3(B.xy, 0), B.z)) * (1. - shade(q, vec3(C.xy, 0), C.z));
+  float light = (1. - shade(q, A.xyz, A.w)) * (1. - shade(q, vec3(C.xy, 0), C.z)) * (1. - shade(q, vec3(D.xy, 0), D.z));
   vec3 beyond = mix(table.rgb, horizon.rgb, smoothstep(4., 60., length(q.xz - p.xz)));
   float soft = 0.1 + 5. * blur;
   vec3 ground = mix(wood(q.xz, 0.) * light, beyond, smoothstep(-soft, soft, edge(q.xz)));
@@ -114,9 +106,9 @@ vec4 thing(vec3 o, vec3 ray, float pixel) {
   vec3 aside = along * ray - to;
   float away = length(aside), cover = clamp(0.5 + (A.w - away) / (along * pixel), 0., 1.);
   vec3 n = normalize(aside - ray * sqrt(max(A.w * A.w - away * away, 0.))), p = A.xyz + A.w * n;
-  vec3 onward = reflect(ray, n), left = vec3(B.xy, 0), right = vec3(C.xy, 0);
+  vec3 onward = reflect(ray, n), left = vec3(C.xy, 0), right = vec3(D.xy, 0);
   // Another ball may be mirrored and, in it, once more what is around.
-  float l = meets(p, onward, left, B.z), r = meets(p, onward, right, C.z), loss = 1.;
+  float l = meets(p, onward, left, C.z), r = meets(p, onward, right, D.z), loss = 1.;
   if (l + r > 0.) {
     vec3 q = p + (l + r) * onward, m = normalize(q - (l > 0. ? left : right));
     onward = reflect(onward, m);
@@ -126,16 +118,12 @@ vec4 thing(vec3 o, vec3 ray, float pixel) {
   }
   vec3 light = around(p, onward, blur) * loss * steel * mix(0.78, 1., pow(1. - max(dot(n, -ray), 0.), 5.));
   p = A.xyz + A.w * n;
-  return vec4(light + glowing.rgb * (B.w * shine(p, B.xyz) + C.w * shine(p, C.xyz)), cover);
+  return vec4(light + glowing.rgb * (C.w * shine(p, C.xyz) + D.w * shine(p, D.xyz)), cover);
 }`;
 
-/** A bar, or a string. Where bars are bent, straight pieces have the normals of the bend. */
+/** A piece of a bar, or of a string (C.w). Where bars are bent, around C.xy with radius C.z, straight pieces have the
+ *  normals of the bend. */
 const ROD = `
-vec3 bent(vec3 p) {
-  vec2 middle = C.yz, from = p.xy - middle;
-  return p - vec3(middle + C.w * normalize(from), A.z);
-}
-
 vec4 thing(vec3 o, vec3 ray, float pixel) {
   vec3 way = B.xyz - A.xyz, to = A.xyz - o;
   float long_ = length(way);
@@ -148,13 +136,13 @@ vec4 thing(vec3 o, vec3 ray, float pixel) {
   float away = length(aside), cover = clamp(0.5 + (r - away) / dot_, 0., 1.);
   aside -= dot(aside, axis) * axis;
   vec3 n = normalize(aside + normalize(slant * axis - ray) * sqrt(max(r * r - dot(aside, aside), 0.))), p = q + r * n;
-  if (C.w > 0.) n = normalize(bent(p));
+  if (C.z > 0.) n = normalize(p - vec3(C.xy + C.z * normalize(p.xy - C.xy), A.z));
   cover *= smoothstep(-0.02, 0.02, p.y - frame.z);
   vec3 onward = reflect(ray, n);
   vec3 light = sky(p, vec3(onward.x, 0.15 + abs(onward.y), onward.z), 2. * dot_ / r);
   light = mix(mix(table.rgb, top.rgb, 0.6), light, smoothstep(-0.6, 0., onward.y));
   light *= mix(0.7, 1., pow(1. - max(dot(n, -ray), 0.), 5.));
-  return vec4(mix(light, string_.rgb, C.x), cover);
+  return vec4(mix(light, string_.rgb, C.w), cover);
 }`;
 
 /** The base, and its shadow on what it stands on. */
@@ -193,15 +181,14 @@ vec4 thing(vec3 o, vec3 ray, float pixel) {
 
 /** From the ray to the pixel. */
 const MAIN = `
-flat in vec4 A, B, C;
-flat in float image;
+flat in vec4 A, B, C, D;
 out vec4 colour;
 THING
 void main() {
   vec2 place = (gl_FragCoord.xy / size.z - lens.yz) / lens.x;
   vec3 o = eye.xyz, ray = normalize(right.xyz * place.x + up.xyz * place.y - towards.xyz);
   float part = 1.;
-  if (image > 0.) { // seen in the base
+  if (B.w == 1.) { // seen in the base
     vec3 p = o + ray * (frame.z - o.y) / min(ray.y, -1e-3);
     part = edge(p.xz) < 0. ? 0.65 * pow(1. + ray.y, 5.) : 0.;
     o.y = 2. * frame.z - o.y;
@@ -212,10 +199,8 @@ void main() {
   colour = vec4(sqrt(c.rgb / (1. + 0.18 * c.rgb)), OPAQUE) * c.a * part;
 }`;
 
-/** Programs by the kinds of things: text of the vertex shader, and of the fragment shader. */
+/** Fragment shaders by the kinds of things. */
 export const PROGRAMS = Object.fromEntries(Object.entries({ STAND, SHADOW, ROD, BALL, GLOW }).map(([kind, thing]) => {
-  const kinds = ["STAND", "SHADOW", "ROD"].map((name) => `#define ${name} ${Number(name === kind)}\n`).join("");
-  const vertex = VERTEX.replace("\n", `\n${kinds}`);
   const main = MAIN.replace("THING", AROUND + thing).replace("OPAQUE", kind === "GLOW" ? "1. - glowing.a" : "1");
-  return [kind, [vertex, COMMON + main]];
+  return [kind, COMMON + main];
 }));
