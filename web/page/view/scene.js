@@ -87,15 +87,15 @@ export class Scene {
     return best;
   }
 
-  /** Contacts as they are seen, with the way between the balls, how far these are apart, in the distance at which they
-   *  touch, and how much the contact shines. */
+  /** Contacts as they are seen, with how far the balls are apart, in the distance at which they touch, and how much the
+   *  contact shines. */
   contacts(places) {
     return places.slice(1).map((right, i) => {
       const left = places[i].at, way = minus(right.at, left), touching = this.sizes[i] + this.sizes[i + 1];
       const away = Math.hypot(...way) / touching - 1;
       // What has parted does not shine any more.
       const strength = Math.sqrt(this.glow[i] ?? 0) * Math.max(0, 1 - 4 * away);
-      return { ...this.seen(plus(left, way, this.sizes[i] / touching)), way, away, strength };
+      return { ...this.seen(plus(left, way, this.sizes[i] / touching)), away, strength };
     });
   }
 
@@ -221,35 +221,36 @@ export class Scene {
     });
   }
 
+  /** Numbers of the balls of which others do not hide the middle. */
   drawLabels(places, theme) {
     const { context: c } = this;
-    c.textAlign = "center";
-    c.textBaseline = "middle";
-    c.fillStyle = theme.label;
+    c.save();
+    Object.assign(c, { textAlign: "center", textBaseline: "middle", fillStyle: theme.label });
+    Object.assign(c, { shadowColor: theme.halo, shadowBlur: 8 });
     places.forEach(({ x, y, unit }, i) => {
+      if (places.some((other, k) => other.unit > 1.001 * unit
+        && Math.hypot(other.x - x, other.y - y) < 0.9 * this.sizes[k] * other.unit)) return;
       c.font = `600 ${Math.max(10, 0.42 * unit)}px ${FONT}`;
-      c.fillText(String(i + 1), x, y + 0.02 * unit);
+      for (let k = 0; k < 2; k++) c.fillText(String(i + 1), x, y + 0.02 * unit);
     });
+    c.restore();
   }
-}
-
-/** The path of a circle. */
-function circle(c, x, y, radius) {
-  c.beginPath();
-  c.arc(x, y, radius, 0, 2 * Math.PI);
 }
 
 /** Fills a circle. */
 function disc(c, x, y, radius, fill) {
-  circle(c, x, y, radius);
   c.fillStyle = fill;
+  c.beginPath();
+  c.arc(x, y, radius, 0, 2 * Math.PI);
   c.fill();
 }
 
 /** Draws a circle around a place. */
 function ring(c, { x, y }, radius, colour, width) {
-  circle(c, x, y, radius);
-  Object.assign(c, { strokeStyle: colour, lineWidth: width }).stroke();
+  Object.assign(c, { strokeStyle: colour, lineWidth: width });
+  c.beginPath();
+  c.arc(x, y, radius, 0, 2 * Math.PI);
+  c.stroke();
 }
 
 // ---- microscopes above the contacts: the gap between two balls, or how far they are pressed together, in micrometres

@@ -52,16 +52,6 @@ export class Scene3D extends Scene {
     return this.length * Math.min(STEEPEST, Math.max(-STEEPEST, angle));
   }
 
-  /** Numbers only of balls of which others do not hide the middle. */
-  drawLabels(places, theme) {
-    const hidden = ({ x, y, unit }) => places.some((other, i) => other.unit > 1.001 * unit
-      && Math.hypot(other.x - x, other.y - y) < 0.9 * this.sizes[i] * other.unit);
-    const { context: c } = this, shown = places.map((place) => (hidden(place) ? { ...place, x: -1e4 } : place));
-    Object.assign(c, { shadowColor: theme.halo, shadowBlur: 8 });
-    for (let k = 0; k < 2; k++) super.drawLabels(shown, theme);
-    c.shadowBlur = 0;
-  }
-
   drawCradle(places, contacts, { space }) {
     const { canvas, back, lens, frame: { wide, deep, floor, top }, painter, ratio } = this;
     const { offsetLeft, offsetTop, clientWidth, clientHeight } = canvas;
@@ -94,7 +84,8 @@ export class Scene3D extends Scene {
       const [left, top, right, bottom] = lens.bounds(points);
       painter.add(kind, IN_RECTANGLE, thing, thing, [left, height - bottom, right, height - top]);
     };
-    add("STAND", [], box(wide + BEYOND + 2.5, floor - BASE, floor, deep + BEYOND + 2.5));
+    add("STAND", [], [...box(wide + BEYOND, floor, floor, deep + BEYOND),
+      ...box(wide + BEYOND + 2.5, floor - BASE, floor - BASE, deep + BEYOND + 2.5)]);
     const feet = [-wide, wide].flatMap((x) => [-deep, deep].map((z) => [x, floor + 0.2, z, 1.4 * BAR]));
     for (const thing of [...places.map(({ at }, i) => [...at, this.sizes[i]]), ...feet]) {
       const reach = 1.7 * (thing[1] - floor);
@@ -123,13 +114,11 @@ export class Scene3D extends Scene {
       for (const z of [-deep, deep])
         add(string, "ROD", [...hook, STRING], [rests[i], long - 0.9 * BAR, z], [0, 0, 0, 1]);
     });
-    contacts.forEach(({ at, way, strength }, i) => {
-      if (strength <= 0.05) return;
+    contacts.forEach(({ at, strength }, i) => {
       // The balls themselves hide it from who looks along the row.
-      const view = minus(eye, at), along = dot(view, way) / (Math.hypot(...view) * Math.hypot(...way));
-      const seen = strength * Math.sqrt(Math.max(0, 1 - along * along));
+      const view = minus(eye, at), seen = strength * Math.hypot(view[1], view[2]) / Math.hypot(...view);
       const nearer = Math.min(from(places[i].at), from(places[i + 1].at));
-      add(nearer - 2e-3, "GLOW", [...at, 0.4 + 1.3 * strength], at, [seen]);
+      if (strength > 0.05) add(nearer - 2e-3, "GLOW", [...at, 0.4 + 1.3 * strength], at, [seen]);
     });
     things.sort((a, b) => b.far - a.far);
     for (const { kind, vectors } of things) painter.add(kind, mirrored, ...vectors);
@@ -138,16 +127,13 @@ export class Scene3D extends Scene {
   /** A bar on two posts, bent from one piece: from where to where straight pieces of it lead, and how they are bent. */
   bar(z) {
     const { wide, floor, top } = this.frame, middle = wide - BEND, high = top - BEND;
-    const rods = [[[-middle, top, z], [middle, top, z]]];
-    for (const side of [-1, 1]) {
-      const point = (k) => {
-        const angle = (0.5 * Math.PI * k) / BEND_PIECES;
-        return [side * (middle + BEND * Math.cos(angle)), high + BEND * Math.sin(angle), z];
-      };
-      rods.push([[side * wide, floor, z], point(0)]);
-      for (let k = 0; k < BEND_PIECES; k++) rods.push([point(k), point(k + 1), [side * middle, high, BEND]]);
-    }
-    return rods;
+    const bend = (side) => Array.from({ length: BEND_PIECES + 1 }, (_, k) => {
+      const angle = (0.5 * Math.PI * k) / BEND_PIECES;
+      return [side * (middle + BEND * Math.cos(angle)), high + BEND * Math.sin(angle), z];
+    });
+    const line = [[-wide, floor, z], ...bend(-1), ...bend(1).reverse(), [wide, floor, z]];
+    const bentAt = (k, x) => (k % (BEND_PIECES + 1) ? [Math.sign(x) * middle, high, BEND] : []);
+    return line.slice(1).map((to, k) => [line[k], to, bentAt(k, to[0])]);
   }
 }
 

@@ -13,36 +13,32 @@ layout(std140) uniform Space {
   vec4 zenith, horizon, lamp, window, table, top, side, string_, glowing;
   vec4 size;               // of the picture, and how many of its own pixels a CSS pixel has
 };
+uniform vec4 A;            // of a thing: its centre or one end, and its radius
+uniform vec4 B;            // the other end; 1 for what is seen in the base, 2 for what is in a rectangle of the picture
+uniform vec4 C, D;         // what each kind says
 `;
 
-// Of a thing: `a`, its centre or one end, and its radius; `b`, the other end, and whether it is seen as it is, in the
-// base (1), or within a rectangle of the picture (2); `c` and `d`, what each kind says.
 export const VERTEX = `${COMMON}
-layout(location = 0) in vec4 a;
-layout(location = 1) in vec4 b;
-layout(location = 2) in vec4 c;
-layout(location = 3) in vec4 d;
-flat out vec4 A, B, C, D;
-
 vec3 seen(vec3 p) { // where in the picture, and how many pixels a radius is there
-  if (b.w == 1.) p.y = 2. * frame.z - p.y;
+  if (B.w == 1.) p.y = 2. * frame.z - p.y;
   p -= eye.xyz;
   float unit = -lens.x / dot(p, towards.xyz);
   return vec3(lens.yz + unit * vec2(dot(p, right.xyz), dot(p, up.xyz)), unit);
 }
 
 void main() {
-  A = a; B = b; C = c; D = d;
   vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 2. - 1.;
-  vec3 from = seen(a.xyz), to = seen(b.xyz), near = corner.x < 0. ? from : to;
+  vec3 from = seen(A.xyz), to = seen(B.xyz), near = corner.x < 0. ? from : to;
   vec2 way = normalize(to.xy - from.xy + vec2(1e-4, 0)), across = vec2(-way.y, way.x);
-  vec2 at = near.xy + (corner.x * way + corner.y * across) * (1.12 * a.w * near.z + 2.);
-  if (b.w == 2.) at = mix(c.xy, c.zw, 0.5 + 0.5 * corner);
+  vec2 at = near.xy + (corner.x * way + corner.y * across) * (1.12 * A.w * near.z + 2.);
+  if (B.w == 2.) at = mix(C.xy, C.zw, 0.5 + 0.5 * corner);
   gl_Position = vec4(2. * at / size.xy - 1., 0, 1);
 }`;
 
 /** What is around: the base on a table, a lamp above, windows at the sides. */
 const AROUND = `
+float opaque = 1.; // how much the light of a thing covers of what is behind it
+
 float edge(vec2 p) { // of a point in the base's plane, how far it is from the base; negative within
   vec2 q = abs(p) - frame.xy - base.x + 0.6;
   return length(max(q, 0.)) + min(max(q.x, q.y), 0.) - 0.6;
@@ -176,14 +172,14 @@ const GLOW = `
 vec4 thing(vec3 o, vec3 ray, float pixel) {
   vec3 to = A.xyz - o;
   float left = max(1. - length(dot(to, ray) * ray - to) / A.w, 0.);
+  opaque = 1. - glowing.a;
   return vec4(glowing.rgb, C.x * left * left * (0.35 + 0.65 * left));
 }`;
 
 /** From the ray to the pixel. */
 const MAIN = `
-flat in vec4 A, B, C, D;
 out vec4 colour;
-THING
+
 void main() {
   vec2 place = (gl_FragCoord.xy / size.z - lens.yz) / lens.x;
   vec3 o = eye.xyz, ray = normalize(right.xyz * place.x + up.xyz * place.y - towards.xyz);
@@ -196,11 +192,9 @@ void main() {
   }
   vec4 c = thing(o, ray, 1. / (size.z * lens.x));
   // Light, which adds up, as numbers of the screen, which go with its root.
-  colour = vec4(sqrt(c.rgb / (1. + 0.18 * c.rgb)), OPAQUE) * c.a * part;
+  colour = vec4(sqrt(c.rgb / (1. + 0.18 * c.rgb)), opaque) * c.a * part;
 }`;
 
 /** Fragment shaders by the kinds of things. */
-export const PROGRAMS = Object.fromEntries(Object.entries({ STAND, SHADOW, ROD, BALL, GLOW }).map(([kind, thing]) => {
-  const main = MAIN.replace("THING", AROUND + thing).replace("OPAQUE", kind === "GLOW" ? "1. - glowing.a" : "1");
-  return [kind, COMMON + main];
-}));
+export const PROGRAMS = Object.fromEntries(Object.entries({ STAND, SHADOW, ROD, BALL, GLOW })
+  .map(([kind, thing]) => [kind, COMMON + AROUND + thing + MAIN]));
