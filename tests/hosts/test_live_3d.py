@@ -91,7 +91,7 @@ def test_the_view_turns(space):
     assert js(space, "return source.holds.size") == 0
     assert js(space, "return source.state.x[0]") == 0
     gesture(space, [(80, 600), (80, 100)], kind="touch")
-    assert js(space, "return cradle.stages[0].scene.lens.eye[1] > cradle.stages[0].scene.frame.floor")
+    assert js(space, "return cradle.stages[0].scene.lens.eye[1] > cradle.stages[0].scene.floor")
     assert js(space, angles)[1] < 0.1
 
 

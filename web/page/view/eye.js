@@ -10,11 +10,13 @@ export const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 export const plus = (a, b, times = 1) => a.map((part, axis) => part + times * b[axis]);
 export const minus = (a, b) => plus(a, b, -1);
 
+/** The corners of a box around the origin's height. */
+export function box(x, low, high, z) {
+  return [-x, x].flatMap((a) => [low, high].flatMap((b) => [-z, z].map((c) => [a, b, c])));
+}
+
 export class Eye {
-  constructor() {
-    Object.assign(this, VIEWS.front);
-    this.look("front");
-  }
+  constructor() { Object.assign(this, VIEWS.front, { wanted: VIEWS.front, view: "front" }); }
 
   /** To one of the ready views, the short way round. */
   look(view) {

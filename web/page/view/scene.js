@@ -1,12 +1,14 @@
 // The cradle, drawn: frame, strings, balls, and the glow of the forces between them.
 
 import { prepared, shaded, through, withPrefix } from "#view/common.js";
-import { minus, plus } from "#view/eye.js";
+import { box, Lens, minus, plus } from "#view/eye.js";
 import { FONT, say } from "#view/texts.js";
 
 const LONGEST_STRING = 4.7, SHORTEST_STRING = 3.2; // lengths as drawn, in diameters of a ball
+const MARGIN = 12; // px around all that is seen
 const SHORTER = 0.68; // the part of that which is left in a wide room
-export const LARGEST = 110; // px, the radius of a ball
+const AHEAD = { axes: [[1, 0, 0], [0, 1, 0], [0, 0, 1]] }; // an eye that sees all flat
+const LARGEST = 110; // px, the radius of a ball
 export const STEEPEST = 1.4; // rad by which a hand can lift a ball
 const AFTERGLOW = 0.5; // s on the viewer's clock that a contact shines after its pulse
 
@@ -17,7 +19,7 @@ export function ballColour(i, balls, dark) {
 
 export class Scene {
   constructor(canvas) {
-    Object.assign(this, { canvas, glow: [] });
+    Object.assign(this, { canvas, glow: [], eye: AHEAD });
   }
 
   /** The canvases that it draws on, from the one behind. */
@@ -35,19 +37,19 @@ export class Scene {
     // In a wide room strings are drawn shorter, so that the balls are larger.
     const long = 2 * Math.min(LONGEST_STRING, Math.max(SHORTEST_STRING, length / (2 * radius)))
       * Math.min(1, Math.max(SHORTER, height / width));
-    // From afar: room for a swing to both sides, strings, balls and base. Close by: only for the balls and what is
-    // above them.
-    const reach = half + long * Math.sin(swingAngle), tall = long + 1.75 * largest + 0.9;
-    const far = Math.min(width / (2 * reach + 1), (height - 8) / tall, LARGEST);
-    const close = Math.max(far, Math.min(width / (2 * half + 2.4), height / (7 * largest), LARGEST));
-    const unit = far ** (1 - near) * close ** near; // px of a radius
-    const hanging = (1 - near) * (4 + (0.3 + long) * far + 0.45 * Math.max(0, height - 8 - far * tall))
-      + near * (height - 2.3 * largest * close);
+    const reach = half + long * Math.sin(swingAngle), floor = -1.75 * largest;
     let x = -half;
     const rests = sizes.map((size) => (x += 2 * size) - size);
-    Object.assign(this, { width, height, unit, hanging, sizes, half, largest, long, reach, rests, length });
-    return this;
+    Object.assign(this, { width, height, sizes, half, largest, long, reach, floor, rests, length });
+    const all = this.surroundings(swingAngle), distance = 2.7 * Math.max(...all.map((point) => Math.hypot(...point)));
+    const lens = new Lens(this.eye.axes, distance), far = lens.bounds(all);
+    const close = lens.bounds(box(half + 1.2, -2.1 * largest, Math.min(4.9 * largest, long + 0.3), 0));
+    lens.fit(far.map((edge, k) => edge + near * (close[k] - edge)), width, height, (1 - near) * MARGIN, LARGEST);
+    return Object.assign(this, { lens, unit: lens.focal / distance });
   }
+
+  /** What is to be seen from afar, as points: room for a swing to both sides, strings, balls and base. */
+  surroundings() { return box(this.reach, this.floor - 0.5, this.long + 0.2, 0); }
 
   /** Where ball `i` is when its displacement is x (m), in radii: to the right, up, towards the viewer. */
   at(i, x) {
@@ -56,10 +58,7 @@ export class Scene {
   }
 
   /** A point, `at`, as it is seen: where on the canvas, and how many px a radius is there, `unit`. */
-  seen(at) {
-    const { width, hanging, unit } = this;
-    return { at, x: 0.5 * width + at[0] * unit, y: hanging - at[1] * unit, unit };
-  }
+  seen(at) { return { at, ...this.lens.place(at) }; }
 
   /** The ball's place, as it is seen. */
   place(i, x) { return this.seen(this.at(i, x)); }
@@ -116,7 +115,7 @@ export class Scene {
   }
 
   drawCradle(places, contacts, theme) {
-    const top = this.hanging - this.long * this.unit, floor = this.hanging + 1.75 * this.largest * this.unit;
+    const top = this.seen([0, this.long, 0]).y, floor = this.seen([0, this.floor, 0]).y;
     this.drawFrame(top, floor, theme);
     this.drawShadows(places, floor, theme);
     this.drawStrings(places, top, theme);
@@ -137,19 +136,17 @@ export class Scene {
   /** The rail, on posts that stand on a base. */
   drawFrame(top, floor, theme) {
     const { context: c, unit } = this, thick = Math.max(5, 0.2 * unit);
-    const left = this.seen([this.rests[0] - 1.9, 0]).x, right = this.seen([this.rests.at(-1) + 1.9, 0]).x;
-    const slab = (y, from, to, height, shades) => {
-      c.fillStyle = shaded(c.createLinearGradient(0, y, 0, y + height), shades);
+    const left = this.seen([this.rests[0] - 1.9, 0, 0]).x, right = this.seen([this.rests.at(-1) + 1.9, 0, 0]).x;
+    const slab = (x, y, wide, high, shades, [across, down]) => {
+      c.fillStyle = shaded(c.createLinearGradient(x, y, x + across, y + down), shades);
       c.beginPath();
-      c.roundRect(from, y, to - from, height, Math.min(height / 2, 0.12 * unit));
+      c.roundRect(x, y, wide, high, Math.min(high / 2, 0.12 * unit));
       c.fill();
     };
-    slab(floor, left - 0.7 * unit, right + 0.7 * unit, 0.42 * unit, theme.base);
-    for (const x of [left, right]) {
-      c.fillStyle = shaded(c.createLinearGradient(x - thick / 2, 0, x + thick / 2, 0), theme.rail);
-      c.fillRect(x - thick / 2, top - 0.5 * thick, thick, floor - top + 0.5 * thick);
-    }
-    slab(top - thick, left - thick / 2, right + thick / 2, thick, theme.rail);
+    for (const x of [left, right])
+      slab(x - thick / 2, top - thick / 2, thick, floor - top + thick, theme.rail, [thick, 0]);
+    slab(left - 0.7 * unit, floor, right - left + 1.4 * unit, 0.42 * unit, theme.base, [0, 0.42 * unit]);
+    slab(left - thick / 2, top - thick, right - left + thick, thick, theme.rail, [0, thick]);
   }
 
   /** A soft shadow for each ball on what the cradle stands on. */
@@ -267,7 +264,7 @@ export function drawLenses(scene, state, { reach, theme, opacity }) {
   touches.forEach((touch, i) => {
     const gap = -state.overlap[i]; // m until the law acts; negative while it does
     if (touch.away > 0.25) return;
-    const centre = { x: touch.x, y: touch.y - Math.max(...scene.sizes) * unit - radius - 0.55 * unit };
+    const centre = { x: touch.x, y: touch.y - scene.largest * unit - radius - 0.55 * unit };
     c.strokeStyle = theme.lensLine;
     c.lineWidth = 1;
     through(c, [[touch.x, touch.y], [centre.x, centre.y + radius]]).stroke();

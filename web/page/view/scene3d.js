@@ -1,7 +1,7 @@
 // The cradle in space: the scene of scene.js, seen by an eye that goes around it.
 
-import { dot, Lens, minus, plus } from "#view/eye.js";
-import { LARGEST, Scene, STEEPEST } from "#view/scene.js";
+import { box, dot, minus, plus } from "#view/eye.js";
+import { Scene, STEEPEST } from "#view/scene.js";
 import { IN_RECTANGLE, Painter } from "#view/painter.js";
 
 const BAR = 0.13, BEND = 0.8, BEND_PIECES = 7; // of the frame's round bars: radius, and their bent corners, in radii
@@ -29,20 +29,13 @@ export class Scene3D extends Scene {
     this.painter.close();
   }
 
-  layout(drawing, near = 0, swingAngle = 0.56) {
-    super.layout(drawing, near, swingAngle);
-    const { half, largest, long, reach, width, height } = this, rise = long * (1 - Math.cos(swingAngle));
-    const wide = half + 0.9, deep = Math.max(2.5, largest + 0.9), floor = -1.75 * largest;
-    const all = [...box(wide, floor, long, deep), ...box(reach, rise - largest, rise + largest, largest),
+  surroundings(swingAngle) {
+    const { half, largest, long, reach, floor } = this, rise = long * (1 - Math.cos(swingAngle));
+    const wide = half + 0.9, deep = Math.max(2.5, largest + 0.9);
+    Object.assign(this, { wide, deep });
+    return [...box(wide, floor, long, deep), ...box(reach, rise - largest, rise + largest, largest),
       ...box(wide + BEYOND + 1.5, floor - BASE, floor, deep + BEYOND + 1.5)];
-    const lens = new Lens(this.eye.axes, 2.7 * Math.max(...all.map((point) => Math.hypot(...point))));
-    const far = lens.bounds(all);
-    const close = lens.bounds(box(half + 1.2, -2.1 * largest, Math.min(4.9 * largest, long + 0.3), 0));
-    lens.fit(far.map((edge, k) => edge + near * (close[k] - edge)), width, height, 12 * (1 - near), LARGEST);
-    return Object.assign(this, { lens, unit: lens.focal / lens.distance, frame: { wide, deep, floor, top: long } });
   }
-
-  seen(at) { return { at, ...this.lens.place(at) }; }
 
   displacement(i, point) {
     const [right, up] = this.lens.axes, { x, unit } = this.place(i, 0);
@@ -53,7 +46,7 @@ export class Scene3D extends Scene {
   }
 
   drawCradle(places, contacts, { space }) {
-    const { canvas, back, lens, frame: { wide, deep, floor, top }, painter, ratio } = this;
+    const { canvas, back, lens, wide, deep, floor, long, painter, ratio } = this;
     const { offsetLeft, offsetTop, clientWidth, clientHeight } = canvas;
     const box = `left:${offsetLeft}px;top:${offsetTop}px;width:${clientWidth}px;height:${clientHeight}px`;
     if (this.box !== box) back.style.cssText = this.box = box;
@@ -62,7 +55,7 @@ export class Scene3D extends Scene {
     if (lens.axes[2][1] < STEEP) this.addAll(places, contacts, 1);
     this.addAll(places, contacts, 0);
     const moving = painter.finish([...lens.axes.map((axis) => [...axis, 0]), [...lens.eye, 0],
-      [lens.focal, lens.x, clientHeight - lens.y, 0], [wide, deep, floor, top], [BEYOND, BASE, 0, 0], ...space].flat());
+      [lens.focal, lens.x, clientHeight - lens.y, 0], [wide, deep, floor, long], [BEYOND, BASE, 0, 0], ...space].flat());
     const wanted = moving ? ratio * this.sharpness() : ratio, size = [clientWidth, clientHeight, wanted].join();
     if (moving || this.size !== size) painter.paint(clientWidth, clientHeight, wanted);
     this.size = size;
@@ -79,13 +72,12 @@ export class Scene3D extends Scene {
 
   /** The base, and what darkens it: balls, and the feet of the bars. */
   addBase(places, height) {
-    const { painter, lens, frame: { wide, deep, floor } } = this;
+    const { painter, lens, wide, deep, floor } = this;
     const add = (kind, thing, points) => {
       const [left, top, right, bottom] = lens.bounds(points);
       painter.add(kind, IN_RECTANGLE, thing, thing, [left, height - bottom, right, height - top]);
     };
-    add("STAND", [], [...box(wide + BEYOND, floor, floor, deep + BEYOND),
-      ...box(wide + BEYOND + 2.5, floor - BASE, floor - BASE, deep + BEYOND + 2.5)]);
+    add("STAND", [], box(wide + BEYOND + 2.5, floor - BASE, floor, deep + BEYOND + 2.5));
     const feet = [-wide, wide].flatMap((x) => [-deep, deep].map((z) => [x, floor + 0.2, z, 1.4 * BAR]));
     for (const thing of [...places.map(({ at }, i) => [...at, this.sizes[i]]), ...feet]) {
       const reach = 1.7 * (thing[1] - floor);
@@ -96,7 +88,7 @@ export class Scene3D extends Scene {
   /** Frame, balls with their strings, and glow; what is farther from the eye comes first, so that what is nearer covers
    *  it. `mirrored`: as the base reflects them. */
   addAll(places, contacts, mirrored) {
-    const { painter, sizes, rests, long, lens: { eye }, frame: { deep } } = this, things = [];
+    const { painter, sizes, rests, long, deep, lens: { eye } } = this, things = [];
     const from = (point) => Math.hypot(...minus(point, eye));
     const add = (far, kind, ...vectors) => things.push({ far, kind, vectors });
     for (const z of [-deep, deep]) {
@@ -126,7 +118,7 @@ export class Scene3D extends Scene {
 
   /** A bar on two posts, bent from one piece: from where to where straight pieces of it lead, and how they are bent. */
   bar(z) {
-    const { wide, floor, top } = this.frame, middle = wide - BEND, high = top - BEND;
+    const { wide, floor, long } = this, middle = wide - BEND, high = long - BEND;
     const bend = (side) => Array.from({ length: BEND_PIECES + 1 }, (_, k) => {
       const angle = (0.5 * Math.PI * k) / BEND_PIECES;
       return [side * (middle + BEND * Math.cos(angle)), high + BEND * Math.sin(angle), z];
@@ -135,9 +127,4 @@ export class Scene3D extends Scene {
     const bentAt = (k, x) => (k % (BEND_PIECES + 1) ? [Math.sign(x) * middle, high, BEND] : []);
     return line.slice(1).map((to, k) => [line[k], to, bentAt(k, to[0])]);
   }
-}
-
-/** The corners of a box around the origin's height. */
-function box(x, low, high, z) {
-  return [-x, x].flatMap((a) => [low, high].flatMap((b) => [-z, z].map((c) => [a, b, c])));
 }
