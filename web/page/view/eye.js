@@ -6,11 +6,11 @@ export const VIEWS = { front: { azimuth: -0.24, height: 0.17 }, side: { azimuth:
   top: { azimuth: 0, height: 1.45 } };
 const LOWEST = 0.03, HIGHEST = 1.5; // rad; the floor is never seen from below
 
-export const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 export const plus = (a, b, times = 1) => a.map((part, axis) => part + times * b[axis]);
 export const minus = (a, b) => plus(a, b, -1);
 
-/** The corners of a box around the origin's height. */
+/** The corners of a box with the origin between its sides. */
 export function box(x, low, high, z) {
   return [-x, x].flatMap((a) => [low, high].flatMap((b) => [-z, z].map((c) => [a, b, c])));
 }
@@ -20,9 +20,8 @@ export class Eye {
 
   /** To one of the ready views, the short way round. */
   look(view) {
-    const turns = Math.round((this.azimuth - VIEWS[view].azimuth) / (2 * Math.PI));
-    this.wanted = { ...VIEWS[view], azimuth: VIEWS[view].azimuth + 2 * Math.PI * turns };
-    this.view = view;
+    const { azimuth, height } = VIEWS[view], turns = Math.round((this.azimuth - azimuth) / (2 * Math.PI));
+    Object.assign(this, { view, wanted: { azimuth: azimuth + 2 * Math.PI * turns, height } });
   }
 
   /** To the next one of the ready views. */

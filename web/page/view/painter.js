@@ -3,6 +3,7 @@
 import { PROGRAMS, VERTEX } from "#view/steel.js";
 
 const NAMES = ["A", "B", "C", "D"]; // of a thing's vectors in the shaders
+const SLOW = 26; // ms between pictures after which they get fewer pixels
 const UNSEEN = 1e-4; // radii, or px, by which what is drawn may change without being seen
 export const IN_RECTANGLE = 2;
 
@@ -15,7 +16,7 @@ export class Painter {
   }
 
   constructor(gl) {
-    this.gl = gl;
+    Object.assign(this, { gl, things: [], sharp: 1, pace: 0, last: 0 });
     this.programs = Object.fromEntries(Object.entries(PROGRAMS).map(([kind, text]) => [kind, this.program(text)]));
     gl.bindBufferBase(gl.UNIFORM_BUFFER, 0, gl.createBuffer());
     gl.enable(gl.BLEND);
@@ -38,9 +39,6 @@ export class Painter {
 
   close() { this.gl.getExtension("WEBGL_lose_context")?.loseContext(); }
 
-  /** Begins a picture. */
-  begin() { this.things = []; }
-
   /** One more thing, in front of all before it; what its vectors are, the shaders say. `place`: 0 for where these say,
    *  1 for mirrored in the base, IN_RECTANGLE of the picture. */
   add(kind, place, a, b = a, c = [], d = []) {
@@ -48,23 +46,21 @@ export class Painter {
     this.things.push({ kind, vectors });
   }
 
-  /** Ends it; whether it can be seen to differ from the last one that did. `space`: what shaders want to know. */
-  finish(space) {
-    const numbers = [...space, ...this.things.flatMap(({ vectors }) => vectors.flat())], { drawn } = this;
-    this.space = space;
+  /** Draws what was added, unless it looks as it did, on a canvas of this size (px), with `ratio` pixels in one: fewer
+   *  while it moves where that takes long. `space`: what shaders want to know. */
+  paint(space, clientWidth, clientHeight, ratio) {
+    const { gl, things, drawn } = this, { canvas } = gl;
+    const numbers = [...space, clientWidth, clientHeight, ratio, ...things.flatMap(({ vectors }) => vectors.flat())];
     const same = drawn?.length === numbers.length && numbers.every((k, i) => Math.abs(k - drawn[i]) < UNSEEN);
-    if (!same) this.drawn = numbers;
-    return !same;
-  }
-
-  /** Draws all things on a canvas of this size (px), with `ratio` pixels in one. */
-  paint(clientWidth, clientHeight, ratio) {
-    const { gl, things, space } = this, { canvas } = gl;
-    const width = Math.round(clientWidth * ratio), height = Math.round(clientHeight * ratio);
+    this.things = [];
+    if (same && this.ratio === ratio) return;
+    if (!same) Object.assign(this, { drawn: numbers, sharp: this.sharpness() });
+    this.ratio = same ? ratio : ratio * this.sharp;
+    const width = Math.round(clientWidth * this.ratio), height = Math.round(clientHeight * this.ratio);
     if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
     gl.viewport(0, 0, width, height);
     gl.clear(gl.COLOR_BUFFER_BIT);
-    const known = new Float32Array([...space, clientWidth, clientHeight, ratio, 0]);
+    const known = new Float32Array([...space, clientWidth, clientHeight, this.ratio, 0]);
     gl.bufferData(gl.UNIFORM_BUFFER, known, gl.DYNAMIC_DRAW);
     for (const { kind, vectors } of things) {
       const { program, vectors: places } = this.programs[kind];
@@ -72,5 +68,15 @@ export class Painter {
       vectors.forEach((vector, k) => gl.uniform4fv(places[k], vector));
       gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
     }
+  }
+
+  /** The part of its pixels that a moving picture gets, by the time (ms) that passes from one to the next. */
+  sharpness() {
+    const now = performance.now();
+    this.pace += 0.08 * (Math.min(60, now - this.last) - this.pace);
+    this.last = now;
+    if (this.pace < SLOW || this.sharp < 0.6) return this.sharp;
+    this.pace = 0;
+    return 0.8 * this.sharp;
   }
 }

@@ -77,13 +77,12 @@ export class Scene {
 
   /** The ball at a point on the canvas, in front of others there, with a margin for fingers (px); -1 for none. */
   ballAt(point, state, margin = 0) {
-    let best = -1, least = Infinity;
-    this.sizes.forEach((size, i) => {
-      const { x, y, unit } = this.place(i, state.x[i]);
-      const away = Math.hypot(x - point.x, y - point.y) - size * unit, rank = away < 0 ? -unit : away;
-      if (away < margin && rank < least) [best, least] = [i, rank];
+    const ranks = this.sizes.map((size, i) => {
+      const { x, y, unit } = this.place(i, state.x[i]), away = Math.hypot(x - point.x, y - point.y) - size * unit;
+      return away < 0 ? -unit : away;
     });
-    return best;
+    const least = Math.min(...ranks);
+    return least < margin ? ranks.indexOf(least) : -1;
   }
 
   /** Contacts as they are seen, with how far the balls are apart, in the distance at which they touch, and how much the
@@ -137,16 +136,12 @@ export class Scene {
   drawFrame(top, floor, theme) {
     const { context: c, unit } = this, thick = Math.max(5, 0.2 * unit);
     const left = this.seen([this.rests[0] - 1.9, 0, 0]).x, right = this.seen([this.rests.at(-1) + 1.9, 0, 0]).x;
-    const slab = (x, y, wide, high, shades, [across, down]) => {
-      c.fillStyle = shaded(c.createLinearGradient(x, y, x + across, y + down), shades);
-      c.beginPath();
-      c.roundRect(x, y, wide, high, Math.min(high / 2, 0.12 * unit));
-      c.fill();
-    };
+    const bar = (x, y, wide, high, shades, [across, down]) => slab(c, x, y, wide, high, Math.min(high / 2, 0.12 * unit),
+      shaded(c.createLinearGradient(x, y, x + across, y + down), shades));
     for (const x of [left, right])
-      slab(x - thick / 2, top - thick / 2, thick, floor - top + thick, theme.rail, [thick, 0]);
-    slab(left - 0.7 * unit, floor, right - left + 1.4 * unit, 0.42 * unit, theme.base, [0, 0.42 * unit]);
-    slab(left - thick / 2, top - thick, right - left + thick, thick, theme.rail, [0, thick]);
+      bar(x - thick / 2, top - thick / 2, thick, floor - top + thick, theme.rail, [thick, 0]);
+    bar(left - 0.7 * unit, floor, right - left + 1.4 * unit, 0.42 * unit, theme.base, [0, 0.42 * unit]);
+    bar(left - thick / 2, top - thick, right - left + thick, thick, theme.rail, [0, thick]);
   }
 
   /** A soft shadow for each ball on what the cradle stands on. */
@@ -234,6 +229,14 @@ export class Scene {
   }
 }
 
+/** Fills a rectangle with round corners. */
+function slab(c, x, y, wide, high, round, fill) {
+  c.fillStyle = fill;
+  c.beginPath();
+  c.roundRect(x, y, wide, high, round);
+  c.fill();
+}
+
 /** Fills a circle. */
 function disc(c, x, y, radius, fill) {
   c.fillStyle = fill;
@@ -265,16 +268,13 @@ export function drawLenses(scene, state, { reach, theme, opacity }) {
     const gap = -state.overlap[i]; // m until the law acts; negative while it does
     if (touch.away > 0.25) return;
     const centre = { x: touch.x, y: touch.y - scene.largest * unit - radius - 0.55 * unit };
-    c.strokeStyle = theme.lensLine;
-    c.lineWidth = 1;
+    Object.assign(c, { strokeStyle: theme.lensLine, lineWidth: 1, textAlign: "center", textBaseline: "alphabetic" });
     through(c, [[touch.x, touch.y], [centre.x, centre.y + radius]]).stroke();
     drawLens(c, centre, radius, gap / reach, Math.max(0, state.F[i]), theme);
-    c.fillStyle = gap < 0 ? theme.accent : theme.ink; // pressed, or apart
-    const size = Math.max(10, Math.min(15, 0.3 * unit));
-    c.font = `600 ${size}px ${FONT}`;
-    c.textAlign = "center";
-    c.textBaseline = "alphabetic";
     if (radius < 22) return;
+    const size = Math.max(10, Math.min(15, 0.3 * unit));
+    c.fillStyle = gap < 0 ? theme.accent : theme.ink; // pressed, or apart
+    c.font = `600 ${size}px ${FONT}`;
     c.fillText(say(gap < 0 ? "lensPressed" : "lensGap"), centre.x, centre.y - radius - 6 - 1.2 * size);
     c.fillText(withPrefix(Math.abs(gap), "m", 2), centre.x, centre.y - radius - 6);
   });
@@ -302,10 +302,7 @@ function drawLens(c, { x, y }, radius, gap, force, theme) {
       c.ellipse(x, y, width + 0.4 * half, half + 8, 0, 0, 2 * Math.PI);
       c.fill();
     }
-    c.fillStyle = theme.patch;
-    c.beginPath();
-    c.roundRect(x - width / 2, y - half, width, 2 * half, width / 2);
-    c.fill();
+    slab(c, x - width / 2, y - half, width, 2 * half, width / 2, theme.patch);
   }
   c.restore();
   ring(c, { x, y }, radius, theme.lensLine, 1.5);

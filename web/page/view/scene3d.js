@@ -1,6 +1,6 @@
 // The cradle in space: the scene of scene.js, seen by an eye that goes around it.
 
-import { box, dot, minus, plus } from "#view/eye.js";
+import { box, minus, plus } from "#view/eye.js";
 import { Scene, STEEPEST } from "#view/scene.js";
 import { IN_RECTANGLE, Painter } from "#view/painter.js";
 
@@ -9,7 +9,6 @@ const EYELET = 0.16, STRING = 0.016;           // radii
 const BASE = 0.42, BEYOND = 1.1;               // how thick the base is, and how far it reaches beyond the bars
 const STEEP = 0.75;                            // sine of the angle from above which the base mirrors nothing to be seen
 const NARROWEST = 0.4;                         // part of its length in which a row is seen at least by a hand along it
-const SLOW = 26;                               // ms between pictures after which they get fewer pixels
 
 export class Scene3D extends Scene {
   /** A scene on the canvas seen by the eye; null where there is no WebGL. `lost` is called when it goes away. */
@@ -19,7 +18,7 @@ export class Scene3D extends Scene {
     Object.assign(back, { className: "space", ariaHidden: "true" });
     canvas.before(back);
     back.addEventListener("webglcontextlost", () => { if (back.isConnected) lost(); });
-    return Object.assign(new Scene3D(canvas), { back, painter, eye, sharp: 1, pace: 0, last: 0 });
+    return Object.assign(new Scene3D(canvas), { back, painter, eye });
   }
 
   get layers() { return [this.back, this.canvas]; }
@@ -40,7 +39,7 @@ export class Scene3D extends Scene {
   displacement(i, point) {
     const [right, up] = this.lens.axes, { x, unit } = this.place(i, 0);
     if (Math.hypot(right[0], up[0]) > NARROWEST) return super.displacement(i, point);
-    // A path that is seen end on is drawn along as if from aside.
+    // A path that is seen end on: as if from aside.
     const angle = (point.x - x) / (unit * this.long * (right[0] < 0 ? -NARROWEST : NARROWEST));
     return this.length * Math.min(STEEPEST, Math.max(-STEEPEST, angle));
   }
@@ -48,26 +47,14 @@ export class Scene3D extends Scene {
   drawCradle(places, contacts, { space }) {
     const { canvas, back, lens, wide, deep, floor, long, painter, ratio } = this;
     const { offsetLeft, offsetTop, clientWidth, clientHeight } = canvas;
-    const box = `left:${offsetLeft}px;top:${offsetTop}px;width:${clientWidth}px;height:${clientHeight}px`;
-    if (this.box !== box) back.style.cssText = this.box = box;
-    painter.begin();
+    const room = `left:${offsetLeft}px;top:${offsetTop}px;width:${clientWidth}px;height:${clientHeight}px`;
+    if (this.room !== room) back.style.cssText = this.room = room;
     this.addBase(places, clientHeight);
     if (lens.axes[2][1] < STEEP) this.addAll(places, contacts, 1);
     this.addAll(places, contacts, 0);
-    const moving = painter.finish([...lens.axes.map((axis) => [...axis, 0]), [...lens.eye, 0],
-      [lens.focal, lens.x, clientHeight - lens.y, 0], [wide, deep, floor, long], [BEYOND, BASE, 0, 0], ...space].flat());
-    const wanted = moving ? ratio * this.sharpness() : ratio, size = [clientWidth, clientHeight, wanted].join();
-    if (moving || this.size !== size) painter.paint(clientWidth, clientHeight, wanted);
-    this.size = size;
-  }
-
-  /** How much of its pixels a moving picture gets, so that it can be drawn in time. */
-  sharpness() {
-    const now = performance.now();
-    this.pace += 0.08 * (Math.min(60, now - this.last) - this.pace);
-    this.last = now;
-    if (this.pace > SLOW && this.sharp > 0.6) Object.assign(this, { sharp: 0.8 * this.sharp, pace: 0 });
-    return this.sharp;
+    const seen = [...lens.axes, lens.eye, [lens.focal, lens.x, clientHeight - lens.y]].map((vector) => [...vector, 0]);
+    const known = [...seen, [wide, deep, floor, long], [BEYOND, BASE, 0, 0], ...space].flat();
+    painter.paint(known, clientWidth, clientHeight, ratio);
   }
 
   /** The base, and what darkens it: balls, and the feet of the bars. */
@@ -96,21 +83,23 @@ export class Scene3D extends Scene {
       const shift = eye[2] / z > 1 ? -1e3 : 1e3;
       for (const [a, b, bend] of this.bar(z)) add(shift + from(plus(a, minus(b, a), 0.5)), "ROD", [...a, BAR], b, bend);
     }
+    // A ball is as far as its horizon: an eyelet behind that is covered by it.
+    const balls = places.map(({ at }, i) => Math.sqrt(from(at) ** 2 - (sizes[i] + EYELET) ** 2));
     places.forEach(({ at }, i) => {
-      const far = from(at), up = [(rests[i] - at[0]) / long, (long - at[1]) / long, 0];
-      const hook = plus(at, up, sizes[i] + EYELET), string = far + (dot(up, minus(eye, hook)) < 0 ? 1e-3 : -1e-3);
+      const up = [(rests[i] - at[0]) / long, (long - at[1]) / long, 0];
+      const hook = plus(at, up, sizes[i] + EYELET);
       const beside = (k, contact) => (places[k] ? [...places[k].at.slice(0, 2), sizes[k], contact.strength] : []);
-      add(far, "BALL", [...at, sizes[i]], at, beside(i - 1, contacts[i - 1]), beside(i + 1, contacts[i]));
+      add(balls[i], "BALL", [...at, sizes[i]], at, beside(i - 1, contacts[i - 1]), beside(i + 1, contacts[i]));
       if (mirrored) return;
-      add(string, "ROD", [...plus(at, up, 0.96 * sizes[i]), 0.055], hook);
+      add(from(hook), "ROD", [...plus(at, up, 0.96 * sizes[i]), 0.055], hook);
       for (const z of [-deep, deep])
-        add(string, "ROD", [...hook, STRING], [rests[i], long - 0.9 * BAR, z], [0, 0, 0, 1]);
+        add(from(hook), "ROD", [...hook, STRING], [rests[i], long - 0.9 * BAR, z], [0, 0, 0, 1]);
     });
     contacts.forEach(({ at, strength }, i) => {
       // The balls themselves hide it from who looks along the row.
       const view = minus(eye, at), seen = strength * Math.hypot(view[1], view[2]) / Math.hypot(...view);
-      const nearer = Math.min(from(places[i].at), from(places[i + 1].at));
-      if (strength > 0.05) add(nearer - 2e-3, "GLOW", [...at, 0.4 + 1.3 * strength], at, [seen]);
+      const far = Math.min(balls[i], balls[i + 1]) - 1e-3;
+      if (strength > 0.05) add(far, "GLOW", [...at, 0.4 + 1.3 * strength], at, [seen]);
     });
     things.sort((a, b) => b.far - a.far);
     for (const { kind, vectors } of things) painter.add(kind, mirrored, ...vectors);
