@@ -167,9 +167,9 @@ def test_the_cradle_fills_its_room(page, size):
     [alone] = boxes(page)
     across, up = js(
         page,
-        """const {scene, canvas} = cradle.stages[0], {unit, floor, top} = scene;
+        """const {scene, canvas} = cradle.stages[0], {unit, floor, long} = scene;
         const {x} = scene.place(0, -0.1), {x: last} = scene.place(4, 0.1);
-        return [(last - x + 2 * unit) / canvas.clientWidth, (floor + 0.42 * unit - top) / canvas.clientHeight]""",
+        return [(last - x + 2 * unit) / canvas.clientWidth, unit * (long - floor + 0.42) / canvas.clientHeight]""",
     )
     assert 0.85 < max(across, up) < 1
     js(page, "for (const kind of ['velocity', 'force', 'energy', 'momentum']) cradle.setShow(kind, true)")

@@ -73,13 +73,13 @@ export class Lens {
     return [Math.min(...x), Math.min(...y), Math.max(...x), Math.max(...y)];
   }
 
-  /** Shows this rectangle as large as it fits onto a canvas of this size with a margin, but no larger than `most` px
-   *  for a radius. */
-  fit([left, top, right, bottom], width, height, margin, most) {
-    const fitting = Math.min((width - 2 * margin) / (right - left), (height - 2 * margin) / (bottom - top));
-    this.focal = Math.min(fitting, most * this.distance);
-    this.x = 0.5 * (width - this.focal * (left + right));
-    this.y = 0.5 * (height - this.focal * (top + bottom));
-    return this;
+  /** Shows `part`, a rectangle of its picture, as large as it fits onto a canvas of this size with a margin, but no
+   *  larger than `most` px for a radius; where there is room, the middle of `all` is in the middle. */
+  fit(part, all, width, height, margin, most) {
+    const [left, top, right, bottom] = part, [wide, tall] = [width - 2 * margin, height - 2 * margin];
+    const focal = Math.min(wide / (right - left), tall / (bottom - top), most * this.distance);
+    const origin = (size, k) => Math.max(margin - focal * part[k],
+      Math.min(size - margin - focal * part[k + 2], 0.5 * (size - focal * (all[k] + all[k + 2]))));
+    Object.assign(this, { focal, x: origin(width, 0), y: origin(height, 1) });
   }
 }

@@ -5,11 +5,12 @@ import { box, Lens, minus, plus } from "#view/eye.js";
 import { FONT, say } from "#view/texts.js";
 
 const LONGEST_STRING = 4.7, SHORTEST_STRING = 3.2; // lengths as drawn, in diameters of a ball
-const MARGIN = 12; // px around all that is seen
+const MARGIN = 12, CLOSE_MARGIN = 3; // px around what is shown, from afar and close by
 const SHORTER = 0.68; // the part of that which is left in a wide room
 const AHEAD = { axes: [[1, 0, 0], [0, 1, 0], [0, 0, 1]] }; // an eye that sees all flat
 const LARGEST = 110; // px, the radius of a ball
-export const STEEPEST = 1.4; // rad by which a hand can lift a ball
+const STEEPEST = 1.4; // rad by which a hand can lift a ball
+const NARROWEST = 0.4; // part of its length in which a row is seen at least by a hand along it
 const AFTERGLOW = 0.5; // s on the viewer's clock that a contact shines after its pulse
 
 /** Distinct colours for up to 20 balls: around the circle, the same lightness. */
@@ -43,8 +44,9 @@ export class Scene {
     Object.assign(this, { width, height, sizes, half, largest, long, reach, floor, rests, length });
     const all = this.surroundings(swingAngle), distance = 2.7 * Math.max(...all.map((point) => Math.hypot(...point)));
     const lens = new Lens(this.eye.axes, distance), far = lens.bounds(all);
-    const close = lens.bounds(box(half + 1.2, -2.1 * largest, Math.min(4.9 * largest, long + 0.3), 0));
-    lens.fit(far.map((edge, k) => edge + near * (close[k] - edge)), width, height, (1 - near) * MARGIN, LARGEST);
+    const close = lens.bounds(box(half + 1.2, floor - 0.45, Math.min(4.9 * largest, long + 0.3), 0));
+    const part = far.map((edge, k) => edge + near * (close[k] - edge));
+    lens.fit(part, far, width, height, MARGIN - near * (MARGIN - CLOSE_MARGIN), LARGEST);
     return Object.assign(this, { lens, unit: lens.focal / distance });
   }
 
@@ -63,11 +65,14 @@ export class Scene {
   /** The ball's place, as it is seen. */
   place(i, x) { return this.seen(this.at(i, x)); }
 
-  /** The displacement (m) of ball `i` that is nearest to a point on the canvas. */
+  /** The displacement (m) of ball `i` that is nearest to a point on the canvas. A row that is seen end on is pulled
+   *  as if somewhat from aside. */
   displacement(i, { x, y }) {
+    const { unit, long, lens: { axes: [[along]] } } = this;
+    const aside = unit * long * (along < 0 ? -1 : 1) * Math.max(0, NARROWEST - Math.abs(along));
     const away = (angle) => {
       const place = this.place(i, angle * this.length);
-      return Math.hypot(place.x - x, place.y - y);
+      return Math.hypot(place.x + aside * angle - x, place.y - y);
     };
     let best = 0;
     for (let step = 0.5 * STEEPEST; step > 1e-9; step /= 2)

@@ -1,14 +1,13 @@
 // The cradle in space: the scene of scene.js, seen by an eye that goes around it.
 
 import { box, minus, plus } from "#view/eye.js";
-import { Scene, STEEPEST } from "#view/scene.js";
+import { Scene } from "#view/scene.js";
 import { IN_RECTANGLE, Painter } from "#view/painter.js";
 
 const BAR = 0.13, BEND = 0.8, BEND_PIECES = 7; // of the frame's round bars: radius, and their bent corners, in radii
 const EYELET = 0.16, STRING = 0.016;           // radii
 const BASE = 0.42, BEYOND = 1.1;               // how thick the base is, and how far it reaches beyond the bars
 const STEEP = 0.75;                            // sine of the angle from above which the base mirrors nothing to be seen
-const NARROWEST = 0.4;                         // part of its length in which a row is seen at least by a hand along it
 
 export class Scene3D extends Scene {
   /** A scene on the canvas seen by the eye; null where there is no WebGL. `lost` is called when it goes away. */
@@ -34,14 +33,6 @@ export class Scene3D extends Scene {
     Object.assign(this, { wide, deep });
     return [...box(wide, floor, long, deep), ...box(reach, rise - largest, rise + largest, largest),
       ...box(wide + BEYOND + 1.5, floor - BASE, floor, deep + BEYOND + 1.5)];
-  }
-
-  displacement(i, point) {
-    const [right, up] = this.lens.axes, { x, unit } = this.place(i, 0);
-    if (Math.hypot(right[0], up[0]) > NARROWEST) return super.displacement(i, point);
-    // A path that is seen end on: as if from aside.
-    const angle = (point.x - x) / (unit * this.long * (right[0] < 0 ? -NARROWEST : NARROWEST));
-    return this.length * Math.min(STEEPEST, Math.max(-STEEPEST, angle));
   }
 
   drawCradle(places, contacts, { space }) {
