@@ -15,10 +15,10 @@ export function withPrefix(value, unit, digits = 3) {
   return `${String(number).replace("-", "−")} ${PREFIXES[power]}${unit}`;
 }
 
-/** The least of 1, 2 or 5 times a power of ten that is not below `least`, but for rounding. */
-export function roundStep(least) {
+/** The least of 1, 2 or 5, or other `factors`, times a power of ten that is not below `least`, but for rounding. */
+export function roundStep(least, factors = [1, 2, 5, 10]) {
   const power = 10 ** Math.floor(Math.log10(least));
-  return power * [1, 2, 5, 10].find((factor) => factor * power >= 0.999 * least);
+  return power * factors.find((factor) => factor * power >= 0.999 * least);
 }
 
 /** Number of elements of the rising `array` that are not above `value`. */
