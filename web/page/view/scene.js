@@ -11,6 +11,8 @@ const AHEAD = { axes: [[1, 0, 0], [0, 1, 0], [0, 0, 1]] }; // an eye that sees a
 const LARGEST = 110; // px, the radius of a ball
 const STEEPEST = 1.4; // rad by which a hand can lift a ball
 const NARROWEST = 0.4; // part of its length in which a row is seen at least by a hand along it
+const CENTRE = { x: 0, y: 0 };
+const FAINT = 0.05; // part of the strongest light that is not seen
 const AFTERGLOW = 0.5; // s on the viewer's clock that a contact shines after its pulse
 
 /** Distinct colours for up to 20 balls: around the circle, the same lightness. */
@@ -20,11 +22,9 @@ export function ballColour(i, balls, dark) {
 
 export class Scene {
   constructor(canvas) {
-    Object.assign(this, { canvas, glow: [], eye: AHEAD });
+    // `layers`: the canvases that it draws on, from the one behind.
+    Object.assign(this, { canvas, layers: [canvas], glow: [], eye: AHEAD });
   }
-
-  /** The canvases that it draws on, from the one behind. */
-  get layers() { return [this.canvas]; }
 
   close() {}
 
@@ -53,17 +53,22 @@ export class Scene {
   /** What is to be seen from afar, as points: room for a swing to both sides, strings, balls and base. */
   surroundings() { return box(this.reach, this.floor - 0.5, this.long + 0.2, 0); }
 
-  /** Where ball `i` is when its displacement is x (m), in radii: to the right, up, towards the viewer. */
-  at(i, x) {
-    const { rests, long } = this, angle = x / this.length;
-    return [rests[i] + long * Math.sin(angle), long * (1 - Math.cos(angle)), 0];
-  }
-
   /** A point, `at`, as it is seen: where on the canvas, and how many px a radius is there, `unit`. */
   seen(at) { return { at, ...this.lens.place(at) }; }
 
-  /** The ball's place, as it is seen. */
-  place(i, x) { return this.seen(this.at(i, x)); }
+  /** A point on the canvas, as a pair. */
+  dot(at) { return Object.values(this.lens.place(at)).slice(0, 2); }
+
+  /** Where ball `i` is, and is seen, when its displacement is x (m); in radii: to the right, up, towards the viewer. */
+  place(i, x) {
+    const { rests, long } = this, angle = x / this.length;
+    return this.seen([rests[i] + long * Math.sin(angle), long * (1 - Math.cos(angle)), 0]);
+  }
+
+  places({ x }) { return Array.from(x, (away, i) => this.place(i, away)); }
+
+  /** The point on the string of ball `i`, which is `at`, so many radii from the ball's middle. */
+  onString(i, at, radii) { return plus(at, minus([this.rests[i], this.long, 0], at), radii / this.long); }
 
   /** The displacement (m) of ball `i` that is nearest to a point on the canvas. A row that is seen end on is pulled
    *  as if somewhat from aside. */
@@ -82,8 +87,8 @@ export class Scene {
 
   /** The ball at a point on the canvas, in front of others there, with a margin for fingers (px); -1 for none. */
   ballAt(point, state, margin = 0) {
-    const ranks = this.sizes.map((size, i) => {
-      const { x, y, unit } = this.place(i, state.x[i]), away = Math.hypot(x - point.x, y - point.y) - size * unit;
+    const ranks = this.places(state).map(({ x, y, unit }, i) => {
+      const away = Math.hypot(x - point.x, y - point.y) - this.sizes[i] * unit;
       return away < 0 ? -unit : away;
     });
     const least = Math.min(...ranks);
@@ -111,92 +116,90 @@ export class Scene {
       this.glow[contact] = Math.max(this.glow[contact], Math.min(1, peak / strongest));
   }
 
-  draw(state, options) {
+  draw(state, { theme, labels, held, selected, arrows }) {
     Object.assign(this, prepared(this.canvas, 2));
-    const places = Array.from(state.x, (x, i) => this.place(i, x));
-    this.drawCradle(places, this.contacts(places), options.theme);
-    this.drawMarks(places, state, options);
-  }
-
-  drawCradle(places, contacts, theme) {
-    const top = this.seen([0, this.long, 0]).y, floor = this.seen([0, this.floor, 0]).y;
-    this.drawFrame(top, floor, theme);
-    this.drawShadows(places, floor, theme);
-    this.drawStrings(places, top, theme);
-    places.forEach((place, i) => this.drawBall(place, this.sizes[i] * this.unit, theme));
+    const places = this.places(state), contacts = this.contacts(places);
+    this.drawCradle(places, contacts, theme);
     this.drawGlow(contacts, theme);
-  }
-
-  /** What is no part of the cradle: rings around balls that are held or chosen, arrows, numbers. */
-  drawMarks(places, state, { theme, labels, held, selected, arrows }) {
+    // What is no part of the cradle: rings around balls that are held or chosen, arrows, numbers.
     const around = (i, gap, colour, width) =>
-      ring(this.context, places[i], this.sizes[i] * places[i].unit + gap, colour, width);
+      circle(this.context, places[i], this.sizes[i] * places[i].unit + gap, colour, width);
     for (const i of held.keys()) around(i, 2.5, theme.accent, 2);
     if (arrows) this.drawArrows(places, state, arrows, theme);
     if (labels) this.drawLabels(places, theme);
     if (places[selected]) around(selected, 5, theme.focus, 3);
   }
 
-  /** The rail, on posts that stand on a base. */
-  drawFrame(top, floor, theme) {
-    const { context: c, unit } = this, thick = Math.max(5, 0.2 * unit);
-    const left = this.seen([this.rests[0] - 1.9, 0, 0]).x, right = this.seen([this.rests.at(-1) + 1.9, 0, 0]).x;
-    const bar = (x, y, wide, high, shades, [across, down]) => slab(c, x, y, wide, high, Math.min(high / 2, 0.12 * unit),
-      shaded(c.createLinearGradient(x, y, x + across, y + down), shades));
-    for (const x of [left, right])
-      bar(x - thick / 2, top - thick / 2, thick, floor - top + thick, theme.rail, [thick, 0]);
-    bar(left - 0.7 * unit, floor, right - left + 1.4 * unit, 0.42 * unit, theme.base, [0, 0.42 * unit]);
-    bar(left - thick / 2, top - thick, right - left + thick, thick, theme.rail, [0, thick]);
+  drawCradle(places, contacts, theme) {
+    this.drawFrame(theme);
+    this.drawShadows(places, theme);
+    this.drawStrings(places, theme);
+    places.forEach((place, i) => this.drawBall(place, this.sizes[i] * this.unit, theme));
+  }
+
+  /** A tube, brighter along its middle, on a base. */
+  drawFrame(theme) {
+    const { context: c, unit, half, long, floor } = this, thick = Math.max(5, 0.2 * unit), deep = 0.42 * unit;
+    const [[left, top], [right, foot]] = [[-half - 0.9, long, 0], [half + 0.9, floor, 0]].map((at) => this.dot(at));
+    c.lineJoin = "round";
+    theme.rail.forEach((shade, k) => {
+      Object.assign(c, { strokeStyle: shade, lineWidth: thick * (1 - 0.36 * k) });
+      through(c, [[left, foot], [left, top], [right, top], [right, foot]]).stroke();
+    });
+    c.fillStyle = shaded(c.createLinearGradient(0, foot, 0, foot + deep), theme.base);
+    c.beginPath();
+    c.roundRect(left - 0.7 * unit, foot, right - left + 1.4 * unit, deep, 0.12 * unit);
+    c.fill();
   }
 
   /** A soft shadow for each ball on what the cradle stands on. */
-  drawShadows(places, floor, theme) {
+  drawShadows(places, theme) {
     const { context: c, unit } = this, none = theme.shadow.replace(/[\d.]+\)$/, "0)");
-    places.forEach(({ at, x }, i) => {
+    places.forEach(({ at }, i) => {
       const up = at[1] / this.long, wide = this.sizes[i] * unit * (1.15 + up);
       c.save();
-      c.translate(x, floor + 0.1 * unit);
+      c.translate(...this.dot([at[0], this.floor - 0.1, 0]));
       c.scale(1, 0.13);
       c.globalAlpha = Math.max(0.15, 1 - 1.6 * up);
-      disc(c, 0, 0, wide, shaded(c.createRadialGradient(0, 0, 0, 0, 0, wide), [theme.shadow, none]));
+      circle(c, CENTRE, wide, shaded(c.createRadialGradient(0, 0, 0, 0, 0, wide), [theme.shadow, none]));
       c.restore();
     });
   }
 
-  drawStrings(places, top, theme) {
-    const { context: c, unit } = this, high = top - 0.04 * unit;
-    c.lineWidth = Math.max(1, 0.028 * unit);
-    c.strokeStyle = theme.string;
-    places.forEach(({ x, y }, i) => {
-      const rest = this.place(i, 0).x, size = this.sizes[i] * unit, angle = Math.atan2(x - rest, y - top);
-      const eye = [x - size * Math.sin(angle), y - size * Math.cos(angle)];
-      through(c, [[rest - 0.16 * unit, high], eye, [rest + 0.16 * unit, high]]).stroke();
+  drawStrings(places, theme) {
+    const { context: c, rests, long, sizes } = this;
+    Object.assign(c, { lineWidth: Math.max(1, 0.028 * this.unit), strokeStyle: theme.string });
+    places.forEach(({ at }, i) => {
+      const ends = [-0.16, 0.16].map((aside) => [rests[i] + aside, long, 0]), eye = this.onString(i, at, sizes[i]);
+      through(c, [ends[0], eye, ends[1]].map((point) => this.dot(point))).stroke();
     });
   }
 
   /** A polished ball. */
-  drawBall({ x, y }, r, theme) {
-    const { context: c } = this, cover = (gradient, stops) => disc(c, x, y, r, shaded(gradient, stops));
+  drawBall(place, r, theme) {
+    const { context: c } = this, { x, y } = place, white = (part) => `rgba(255, 255, 255, ${part})`;
+    const cover = (gradient, stops) => circle(c, place, r, shaded(gradient, stops));
     // What it mirrors: the sky above, a horizon, the table below.
     cover(c.createLinearGradient(0, y - r, 0, y + r), theme.ball);
-    const rim = [[0, "rgba(0, 0, 0, 0)"], [0.72, "rgba(0, 0, 0, 0.06)"], [1, theme.rim]];
-    cover(c.createRadialGradient(x - 0.18 * r, y - 0.25 * r, 0.35 * r, x, y, r), rim);
-    const left = x - 0.36 * r, high = y - 0.46 * r, white = (part) => `rgba(255, 255, 255, ${part})`;
+    cover(c.createRadialGradient(x - 0.18 * r, y - 0.25 * r, 0.35 * r, x, y, r),
+      [[0, "rgba(0, 0, 0, 0)"], [0.72, "rgba(0, 0, 0, 0.06)"], [1, theme.rim]]);
+    const left = x - 0.36 * r, high = y - 0.46 * r;
     cover(c.createRadialGradient(left, high, 0, left, high, 0.55 * r),
       [[0, white(0.95)], [0.25, white(0.45)], [1, white(0)]]);
   }
 
   drawGlow(contacts, theme) {
-    const { context: c } = this;
-    c.save();
+    const { context: c, lens: { eye } } = this;
     c.globalCompositeOperation = theme.glowMode;
-    for (const { x, y, unit, strength } of contacts) {
-      if (strength <= 0.05) continue;
-      const radius = unit * (0.35 + 1.15 * strength), inner = theme.glow(Math.min(1, 0.25 + strength));
-      disc(c, x, y, radius, shaded(c.createRadialGradient(x, y, 0, x, y, radius),
-        [[0, inner], [0.25, theme.glow(0.55 * strength)], [1, theme.glow(0)]]));
+    for (const { at, x, y, unit, strength } of contacts) {
+      if (strength <= FAINT) continue;
+      // The balls themselves hide it from who looks along the row.
+      const view = minus(eye, at), seen = strength * Math.hypot(view[1], view[2]) / Math.hypot(...view);
+      const radius = unit * (0.35 + 1.15 * strength), parts = [Math.min(1, 0.25 + seen), 0.42 * seen, 0.1 * seen, 0];
+      const glow = shaded(c.createRadialGradient(x, y, 0, x, y, radius), parts.map((part) => theme.glow(part)));
+      circle(c, { x, y }, radius, glow);
     }
-    c.restore();
+    c.globalCompositeOperation = "source-over";
   }
 
   /** Velocities as arrows below the balls; the longest is `arrows` m/s. */
@@ -234,81 +237,65 @@ export class Scene {
   }
 }
 
-/** Fills a rectangle with round corners. */
-function slab(c, x, y, wide, high, round, fill) {
-  c.fillStyle = fill;
-  c.beginPath();
-  c.roundRect(x, y, wide, high, round);
-  c.fill();
-}
-
-/** Fills a circle. */
-function disc(c, x, y, radius, fill) {
-  c.fillStyle = fill;
+/** Fills a circle around a place, or draws it as a line of this width. */
+function circle(c, { x, y }, radius, colour, width = 0) {
   c.beginPath();
   c.arc(x, y, radius, 0, 2 * Math.PI);
-  c.fill();
-}
-
-/** Draws a circle around a place. */
-function ring(c, { x, y }, radius, colour, width) {
-  Object.assign(c, { strokeStyle: colour, lineWidth: width });
-  c.beginPath();
-  c.arc(x, y, radius, 0, 2 * Math.PI);
-  c.stroke();
+  Object.assign(c, width ? { strokeStyle: colour, lineWidth: width } : { fillStyle: colour });
+  if (width) c.stroke(); else c.fill();
 }
 
 // ---- microscopes above the contacts: the gap between two balls, or how far they are pressed together, in micrometres
 
 /** Draws a lens for each contact; `reach` (m) is half of what it shows. */
 export function drawLenses(scene, state, { reach, theme, opacity }) {
-  const { context: c, unit } = scene;
-  const touches = scene.contacts(Array.from(state.x, (x, i) => scene.place(i, x)));
+  const { context: c, unit } = scene, touches = scene.contacts(scene.places(state));
   const apart = touches.slice(1).map(({ x, y }, i) => Math.hypot(x - touches[i].x, y - touches[i].y));
-  const radius = Math.min(0.9 * unit, 84, 0.48 * Math.min(...apart));
+  const radius = Math.min(0.9 * unit, 84, 0.48 * Math.min(...apart)), size = Math.max(10, Math.min(15, 0.3 * unit));
   if (radius < 15 || opacity <= 0) return;
   c.save();
-  c.globalAlpha = opacity;
-  touches.forEach((touch, i) => {
+  Object.assign(c, { globalAlpha: opacity, font: `600 ${size}px ${FONT}`, textAlign: "center" });
+  touches.forEach(({ x, y, away }, i) => {
+    if (away > 0.25) return;
     const gap = -state.overlap[i]; // m until the law acts; negative while it does
-    if (touch.away > 0.25) return;
-    const centre = { x: touch.x, y: touch.y - scene.largest * unit - radius - 0.55 * unit };
-    Object.assign(c, { strokeStyle: theme.lensLine, lineWidth: 1, textAlign: "center", textBaseline: "alphabetic" });
-    through(c, [[touch.x, touch.y], [centre.x, centre.y + radius]]).stroke();
-    drawLens(c, centre, radius, gap / reach, Math.max(0, state.F[i]), theme);
+    const centre = { x, y: y - scene.largest * unit - radius - 0.55 * unit }, above = centre.y - radius - 6;
+    Object.assign(c, { strokeStyle: theme.lensLine, lineWidth: 1 });
+    through(c, [[x, y], [x, centre.y + radius]]).stroke();
+    drawLens(c, centre, radius, gap / reach, state.F[i] > 0, theme);
     if (radius < 22) return;
-    const size = Math.max(10, Math.min(15, 0.3 * unit));
     c.fillStyle = gap < 0 ? theme.accent : theme.ink; // pressed, or apart
-    c.font = `600 ${size}px ${FONT}`;
-    c.fillText(say(gap < 0 ? "lensPressed" : "lensGap"), centre.x, centre.y - radius - 6 - 1.2 * size);
-    c.fillText(withPrefix(Math.abs(gap), "m", 2), centre.x, centre.y - radius - 6);
+    c.fillText(say(gap < 0 ? "lensPressed" : "lensGap"), x, above - 1.2 * size);
+    c.fillText(withPrefix(Math.abs(gap), "m", 2), x, above);
   });
   c.restore();
 }
 
 /** One lens: `gap` in its half widths, drawn so that one half width is half of its radius. What is farther apart is out
  *  of its sight. */
-function drawLens(c, { x, y }, radius, gap, force, theme) {
+function drawLens(c, centre, radius, gap, glows, theme) {
+  const { x, y } = centre, shift = 0.5 * gap * radius, bend = 2.6 * radius;
   c.save();
-  disc(c, x, y, radius, theme.lens);
+  circle(c, centre, radius, theme.lens);
   c.clip();
-  const shift = 0.5 * gap * radius, bend = 2.6 * radius;
   // Two surfaces that bulge towards each other; where they overlap, they flatten.
   for (const side of [-1, 1]) {
-    const face = x + side * Math.max(0, 0.5 * shift), centre = face + side * bend;
-    disc(c, centre, y, bend, shaded(c.createLinearGradient(face, y, face + side * radius, y), theme.lensBall));
+    const face = x + side * Math.max(0, 0.5 * shift);
+    circle(c, { x: face + side * bend, y }, bend,
+      shaded(c.createLinearGradient(face, y, face + side * radius, y), theme.lensBall));
   }
   if (shift < 0) {
     // The patch that is pressed: as high as the chord in which the undeformed surfaces would overlap.
     const depth = -0.5 * shift, half = Math.min(0.8 * radius, Math.sqrt(2 * bend * depth)), width = 2 + 0.5 * depth;
-    if (force > 0) {
-      c.fillStyle = shaded(c.createRadialGradient(x, y, 0, x, y, half + 8), [theme.glow(0.95), theme.glow(0)]);
+    const oval = (wide, high, fill) => {
+      c.fillStyle = fill;
       c.beginPath();
-      c.ellipse(x, y, width + 0.4 * half, half + 8, 0, 0, 2 * Math.PI);
+      c.ellipse(x, y, wide, high, 0, 0, 2 * Math.PI);
       c.fill();
-    }
-    slab(c, x - width / 2, y - half, width, 2 * half, width / 2, theme.patch);
+    };
+    const glow = shaded(c.createRadialGradient(x, y, 0, x, y, half + 8), [theme.glow(0.95), theme.glow(0)]);
+    if (glows) oval(width + 0.4 * half, half + 8, glow);
+    oval(0.5 * width, half, theme.patch);
   }
   c.restore();
-  ring(c, { x, y }, radius, theme.lensLine, 1.5);
+  circle(c, centre, radius, theme.lensLine, 1.5);
 }

@@ -17,10 +17,8 @@ export class Scene3D extends Scene {
     Object.assign(back, { className: "space", ariaHidden: "true" });
     canvas.before(back);
     back.addEventListener("webglcontextlost", () => { if (back.isConnected) lost(); });
-    return Object.assign(new Scene3D(canvas), { back, painter, eye });
+    return Object.assign(new Scene3D(canvas), { layers: [back, canvas], back, painter, eye });
   }
-
-  get layers() { return [this.back, this.canvas]; }
 
   close() {
     this.back.remove();
@@ -63,7 +61,7 @@ export class Scene3D extends Scene {
     }
   }
 
-  /** Frame, balls with their strings, and glow; what is farther from the eye comes first, so that what is nearer covers
+  /** Frame, and balls with their strings; what is farther from the eye comes first, so that what is nearer covers
    *  it. `mirrored`: as the base reflects them. */
   addAll(places, contacts, mirrored) {
     const { painter, sizes, rests, long, deep, lens: { eye } } = this, things = [];
@@ -77,20 +75,13 @@ export class Scene3D extends Scene {
     // A ball is as far as its horizon: an eyelet behind that is covered by it.
     const balls = places.map(({ at }, i) => Math.sqrt(from(at) ** 2 - (sizes[i] + EYELET) ** 2));
     places.forEach(({ at }, i) => {
-      const up = [(rests[i] - at[0]) / long, (long - at[1]) / long, 0];
-      const hook = plus(at, up, sizes[i] + EYELET);
+      const hook = this.onString(i, at, sizes[i] + EYELET);
       const beside = (k, contact) => (places[k] ? [...places[k].at.slice(0, 2), sizes[k], contact.strength] : []);
       add(balls[i], "BALL", [...at, sizes[i]], at, beside(i - 1, contacts[i - 1]), beside(i + 1, contacts[i]));
       if (mirrored) return;
-      add(from(hook), "ROD", [...plus(at, up, 0.96 * sizes[i]), 0.055], hook);
+      add(from(hook), "ROD", [...this.onString(i, at, 0.96 * sizes[i]), 0.055], hook);
       for (const z of [-deep, deep])
         add(from(hook), "ROD", [...hook, STRING], [rests[i], long - 0.9 * BAR, z], [0, 0, 0, 1]);
-    });
-    contacts.forEach(({ at, strength }, i) => {
-      // The balls themselves hide it from who looks along the row.
-      const view = minus(eye, at), seen = strength * Math.hypot(view[1], view[2]) / Math.hypot(...view);
-      const far = Math.min(balls[i], balls[i + 1]) - 1e-3;
-      if (strength > 0.05) add(far, "GLOW", [...at, 0.4 + 1.3 * strength], at, [seen]);
     });
     things.sort((a, b) => b.far - a.far);
     for (const { kind, vectors } of things) painter.add(kind, mirrored, ...vectors);

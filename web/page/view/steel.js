@@ -37,7 +37,6 @@ void main() {
 
 /** What is around: the base on a table, a lamp above, windows at the sides. */
 const AROUND = `
-float opaque = 1.; // how much the light of a thing covers of what is behind it
 
 float edge(vec2 p) { // of a point in the base's plane, how far it is from the base; negative within
   vec2 q = abs(p) - frame.xy - base.x + 0.6;
@@ -168,14 +167,6 @@ vec4 thing(vec3 o, vec3 ray, float pixel) {
   return vec4(0, 0, 0, edge(p.xz) < 0. ? shade(p, A.xyz, A.w) * max(1. - dot(from, from), 0.) : 0.);
 }`;
 
-const GLOW = `
-vec4 thing(vec3 o, vec3 ray, float pixel) {
-  vec3 to = A.xyz - o;
-  float left = max(1. - length(dot(to, ray) * ray - to) / A.w, 0.);
-  opaque = 1. - glowing.a;
-  return vec4(glowing.rgb, C.x * left * left * (0.35 + 0.65 * left));
-}`;
-
 /** From the ray to the pixel. */
 const MAIN = `
 out vec4 colour;
@@ -192,9 +183,9 @@ void main() {
   }
   vec4 c = thing(o, ray, 1. / (size.z * lens.x));
   // Light, which adds up, as numbers of the screen, which go with its root.
-  colour = vec4(sqrt(c.rgb / (1. + 0.18 * c.rgb)), opaque) * c.a * part;
+  colour = vec4(sqrt(c.rgb / (1. + 0.18 * c.rgb)), 1) * c.a * part;
 }`;
 
 /** Fragment shaders by the kinds of things. */
-export const PROGRAMS = Object.fromEntries(Object.entries({ STAND, SHADOW, ROD, BALL, GLOW })
+export const PROGRAMS = Object.fromEntries(Object.entries({ STAND, SHADOW, ROD, BALL })
   .map(([kind, thing]) => [kind, COMMON + AROUND + thing + MAIN]));
