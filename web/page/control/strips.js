@@ -4,7 +4,7 @@ import { History } from "#engine/history.js";
 import { placeIn, withPrefix } from "#view/common.js";
 import { aria, element } from "#view/elements.js";
 import { colourOf, Graph, SECONDS, UNITS, valueAt } from "#view/graph.js";
-import { power, say } from "#view/texts.js";
+import { rounded, say } from "#view/texts.js";
 
 const MARGIN = 0.06; // of a click's length, before and after it
 const MOST_VALUES = 6; // of one row; of more curves the value that is furthest from 0 is told
@@ -114,7 +114,7 @@ export class Strips {
     if (!live) return [];
     if (kind === "momentum") return [`· ${say("support", { force: withPrefix(state.supportForce, "N") })}`];
     if (kind !== "energy") return [];
-    const sums = { lost: withPrefix(state.dissipated, "J"), residual: power(state.residual) };
+    const sums = { lost: withPrefix(state.dissipated, "J"), residual: rounded(state.residual, 2) };
     return [account ? `${withPrefix(state.energy, "J", 6)} · ${say("exact", sums)}` : say("inHand")];
   }
 }

@@ -36,19 +36,19 @@ function sentence(click, now, state) {
   const events = click.pulses.flatMap(({ contact, onset, release }) => [
     ...(release > onset ? [{ contact, time: release, text: "part" }] : []), { contact, time: onset, text: "touch" },
   ]).filter(({ time }) => time <= now);
-  const last = events.reduce((a, b) => (b.time >= a.time ? b : a), { time: -Infinity }), begins = last.text === "touch";
-  const group = events.filter(({ time, text }) => text === last.text && last.time - time <= TOGETHER * click.length)
+  const last = events.reduce((a, b) => (b.time >= a.time ? b : a), { time: -Infinity });
+  const { contact, text } = last, begins = text === "touch";
+  const group = events.filter((event) => event.text === text && last.time - event.time <= TOGETHER * click.length)
     .sort((a, b) => a.contact - b.contact);
-  const others = [...state.closed.keys()].filter((i) => state.closed[i] && !group.some(({ contact }) => contact === i));
+  const others = [...state.closed.keys()].filter((i) => state.closed[i] && !group.some((event) => event.contact === i));
   if (group.length === 1 && others.length) {
-    const { contact } = last, nearest = others.reduce((a, b) => (Math.abs(b - contact) < Math.abs(a - contact) ? b
-      : a));
-    if (!begins) return say("partWhile", { leaver: nearest < contact ? contact + 2 : contact + 1, ...pair(nearest) });
-    if (nearest === contact - 1) return say("touchWhile", { a: contact, b: contact + 1, c: contact + 2 });
-    if (nearest === contact + 1) return say("touchWhileRight", { a: contact + 1, b: contact + 2, c: contact + 3 });
+    const away = (i) => Math.abs(i - contact), nearest = others.reduce((a, b) => (away(b) < away(a) ? b : a));
+    const [first, second] = [contact, nearest].sort((a, b) => a - b);
+    if (!begins) return say("partWhile", { leaver: nearest === first ? second + 2 : first + 1, ...pair(nearest) });
+    if (second === first + 1)
+      return say(nearest === first ? "touchWhile" : "touchWhileRight", { ...pair(first), c: first + 3 });
   }
-  const told = (group.length > 2 ? [fastest(group, click)] : group)
-    .map(({ contact }) => say(last.text, pair(contact)));
+  const told = (group.length > 2 ? [fastest(group, click)] : group).map((event) => say(text, pair(event.contact)));
   const pressed = others.length + (begins ? group.length : 0);
   if (!begins || pressed > told.length) told.push(pressed ? say("pressed", { count: pressed }) : say("apart"));
   return told.join(" ");
@@ -67,13 +67,12 @@ export function outcome({ speeds, after }) {
 
 /** A set-up in a few words. */
 export function describeSetup(setup) {
-  const band = setup.get("contact.deadBand"), uneven = setup.get("ball.massRatio").some((ratio) => ratio !== 1);
-  const parts = [say(`laws.${setup.law}`)];
-  if (setup.law !== "rigid")
-    parts.push(`${say("deadBand")}: ${band ? withPrefix(band, "m") : say("none")}`);
-  const damping = { huntCrossley: "contact.huntCrossley",
+  const band = setup.get("contact.deadBand"), ratios = setup.get("ball.massRatio");
+  const loss = { huntCrossley: "contact.huntCrossley",
     viscoelastic: "contact.relaxationTime" }[setup.get("contact.dampingLaw")];
-  if (damping && setup.get(damping)) parts.push(say("besides.lossy"));
-  if (uneven) parts.push(setup.get("ball.massRatio").map((ratio) => rounded(ratio)).join(" : "));
-  return parts.join(" · ");
+  return [say(`laws.${setup.law}`),
+    setup.law !== "rigid" && `${say("deadBand")}: ${band ? withPrefix(band, "m") : say("none")}`,
+    loss && setup.get(loss) && say("besides.lossy"),
+    ratios.some((ratio) => ratio !== 1) && ratios.map((ratio) => rounded(ratio)).join(" : "),
+  ].filter(Boolean).join(" · ");
 }

@@ -2,7 +2,6 @@
 
 import { PROGRAMS, VERTEX } from "#view/steel.js";
 
-const NAMES = ["A", "B", "C", "D"]; // of a thing's vectors in the shaders
 const SLOW = 26; // ms between pictures after which they get fewer pixels
 const UNSEEN = 1e-4; // radii, or px, by which what is drawn may change without being seen
 export const IN_RECTANGLE = 2;
@@ -23,7 +22,7 @@ export class Painter {
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
   }
 
-  /** A program with this fragment shader, and where it has a thing's vectors; null where it does not come about. */
+  /** A program with this fragment shader, and where it has a thing's numbers; null where it does not come about. */
   program(fragment) {
     const { gl } = this, program = gl.createProgram();
     for (const [kind, text] of [[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, fragment]]) {
@@ -34,27 +33,27 @@ export class Painter {
     }
     gl.linkProgram(program);
     if (!gl.getProgramParameter(program, gl.LINK_STATUS)) return null;
-    return { program, vectors: NAMES.map((name) => gl.getUniformLocation(program, name)) };
+    return { program, place: gl.getUniformLocation(program, "thing_") };
   }
 
   close() { this.gl.getExtension("WEBGL_lose_context")?.loseContext(); }
 
-  /** One more thing, in front of all before it; what its vectors are, the shaders say. `place`: 0 for where these say,
-   *  1 for mirrored in the base, IN_RECTANGLE of the picture. */
-  add(kind, place, a, b = a, c = [], d = []) {
-    const vectors = [a, [b[0], b[1], b[2], place], c, d].map((vector) => [0, 1, 2, 3].map((k) => vector[k] ?? 0));
-    this.things.push({ kind, vectors });
+  /** One more thing, in front of those that are farther away; what its vectors are, the shaders say. `place`: 0 for
+   *  where these say, 1 for mirrored in the base, IN_RECTANGLE of the picture. */
+  add(kind, place, far, a, b = a, c = [], d = []) {
+    const vectors = [a, [b[0], b[1], b[2], place], c, d];
+    this.things.push({ kind, far, numbers: vectors.flatMap((vector) => [0, 1, 2, 3].map((k) => vector[k] ?? 0)) });
   }
 
   /** Draws what was added, unless it looks as it did, on a canvas of this size (px), with `ratio` pixels in one: fewer
    *  while it moves where that takes long. `space`: what shaders want to know. */
   paint(space, clientWidth, clientHeight, ratio) {
-    const { gl, things, drawn } = this, { canvas } = gl;
-    const numbers = [...space, clientWidth, clientHeight, ratio, ...things.flatMap(({ vectors }) => vectors.flat())];
-    const same = drawn?.length === numbers.length && numbers.every((k, i) => Math.abs(k - drawn[i]) < UNSEEN);
+    const { gl, drawn } = this, { canvas } = gl, things = this.things.sort((a, b) => b.far - a.far);
+    const now = [...space, clientWidth, clientHeight, ratio, ...things.flatMap(({ numbers }) => numbers)];
+    const same = drawn?.length === now.length && now.every((number, k) => Math.abs(number - drawn[k]) < UNSEEN);
     this.things = [];
     if (same && this.ratio === ratio) return;
-    if (!same) Object.assign(this, { drawn: numbers, sharp: this.sharpness() });
+    if (!same) Object.assign(this, { drawn: now, sharp: this.sharpness() });
     this.ratio = same ? ratio : ratio * this.sharp;
     const width = Math.round(clientWidth * this.ratio), height = Math.round(clientHeight * this.ratio);
     if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
@@ -62,10 +61,9 @@ export class Painter {
     gl.clear(gl.COLOR_BUFFER_BIT);
     const known = new Float32Array([...space, clientWidth, clientHeight, this.ratio, 0]);
     gl.bufferData(gl.UNIFORM_BUFFER, known, gl.DYNAMIC_DRAW);
-    for (const { kind, vectors } of things) {
-      const { program, vectors: places } = this.programs[kind];
-      gl.useProgram(program);
-      vectors.forEach((vector, k) => gl.uniform4fv(places[k], vector));
+    for (const { kind, numbers } of things) {
+      gl.useProgram(this.programs[kind].program);
+      gl.uniform4fv(this.programs[kind].place, numbers);
       gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
     }
   }

@@ -224,23 +224,22 @@ export class Scene {
   /** Numbers of the balls of which others do not hide the middle. */
   drawLabels(places, theme) {
     const { context: c } = this;
-    c.save();
-    Object.assign(c, { textAlign: "center", textBaseline: "middle", fillStyle: theme.label });
-    Object.assign(c, { shadowColor: theme.halo, shadowBlur: 8 });
+    Object.assign(c, { textAlign: "center", textBaseline: "middle", fillStyle: theme.label, strokeStyle: theme.halo,
+      lineJoin: "round" });
     places.forEach(({ x, y, unit }, i) => {
       if (places.some((other, k) => other.unit > 1.001 * unit
         && Math.hypot(other.x - x, other.y - y) < 0.9 * this.sizes[k] * other.unit)) return;
-      c.font = `600 ${Math.max(10, 0.42 * unit)}px ${FONT}`;
-      for (let k = 0; k < 2; k++) c.fillText(String(i + 1), x, y + 0.02 * unit);
+      Object.assign(c, { font: `600 ${Math.max(10, 0.42 * unit)}px ${FONT}`, lineWidth: 0.07 * unit });
+      c.strokeText(String(i + 1), x, y + 0.02 * unit);
+      c.fillText(String(i + 1), x, y + 0.02 * unit);
     });
-    c.restore();
   }
 }
 
-/** Fills a circle around a place, or draws it as a line of this width. */
-function circle(c, { x, y }, radius, colour, width = 0) {
+/** Fills a circle, or an ellipse so `tall`, around a place, or draws it as a line of this width. */
+function circle(c, { x, y }, radius, colour, width = 0, tall = radius) {
   c.beginPath();
-  c.arc(x, y, radius, 0, 2 * Math.PI);
+  c.ellipse(x, y, radius, tall, 0, 0, 2 * Math.PI);
   Object.assign(c, width ? { strokeStyle: colour, lineWidth: width } : { fillStyle: colour });
   if (width) c.stroke(); else c.fill();
 }
@@ -254,7 +253,8 @@ export function drawLenses(scene, state, { reach, theme, opacity }) {
   const radius = Math.min(0.9 * unit, 84, 0.48 * Math.min(...apart)), size = Math.max(10, Math.min(15, 0.3 * unit));
   if (radius < 15 || opacity <= 0) return;
   c.save();
-  Object.assign(c, { globalAlpha: opacity, font: `600 ${size}px ${FONT}`, textAlign: "center" });
+  const font = `600 ${size}px ${FONT}`;
+  Object.assign(c, { globalAlpha: opacity, font, textAlign: "center", textBaseline: "alphabetic" });
   touches.forEach(({ x, y, away }, i) => {
     if (away > 0.25) return;
     const gap = -state.overlap[i]; // m until the law acts; negative while it does
@@ -286,15 +286,9 @@ function drawLens(c, centre, radius, gap, glows, theme) {
   if (shift < 0) {
     // The patch that is pressed: as high as the chord in which the undeformed surfaces would overlap.
     const depth = -0.5 * shift, half = Math.min(0.8 * radius, Math.sqrt(2 * bend * depth)), width = 2 + 0.5 * depth;
-    const oval = (wide, high, fill) => {
-      c.fillStyle = fill;
-      c.beginPath();
-      c.ellipse(x, y, wide, high, 0, 0, 2 * Math.PI);
-      c.fill();
-    };
     const glow = shaded(c.createRadialGradient(x, y, 0, x, y, half + 8), [theme.glow(0.95), theme.glow(0)]);
-    if (glows) oval(width + 0.4 * half, half + 8, glow);
-    oval(0.5 * width, half, theme.patch);
+    if (glows) circle(c, centre, width + 0.4 * half, glow, 0, half + 8);
+    circle(c, centre, 0.5 * width, theme.patch, 0, half);
   }
   c.restore();
   circle(c, centre, radius, theme.lensLine, 1.5);

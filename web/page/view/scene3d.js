@@ -7,6 +7,7 @@ import { IN_RECTANGLE, Painter } from "#view/painter.js";
 const BAR = 0.13, BEND = 0.8, BEND_PIECES = 7; // of the frame's round bars: radius, and their bent corners, in radii
 const EYELET = 0.16, STRING = 0.016;           // radii
 const BASE = 0.42, BEYOND = 1.1;               // how thick the base is, and how far it reaches beyond the bars
+const FAR = 1e3;                                // radii, beyond all that is sorted by its distance
 const STEEP = 0.75;                            // sine of the angle from above which the base mirrors nothing to be seen
 
 export class Scene3D extends Scene {
@@ -51,7 +52,7 @@ export class Scene3D extends Scene {
     const { painter, lens, wide, deep, floor } = this;
     const add = (kind, thing, points) => {
       const [left, top, right, bottom] = lens.bounds(points);
-      painter.add(kind, IN_RECTANGLE, thing, thing, [left, height - bottom, right, height - top]);
+      painter.add(kind, IN_RECTANGLE, 9 * FAR, thing, thing, [left, height - bottom, right, height - top]);
     };
     add("STAND", [], box(wide + BEYOND + 2.5, floor - BASE, floor, deep + BEYOND + 2.5));
     const feet = [-wide, wide].flatMap((x) => [-deep, deep].map((z) => [x, floor + 0.2, z, 1.4 * BAR]));
@@ -61,15 +62,14 @@ export class Scene3D extends Scene {
     }
   }
 
-  /** Frame, and balls with their strings; what is farther from the eye comes first, so that what is nearer covers
-   *  it. `mirrored`: as the base reflects them. */
+  /** Frame, and balls with their strings, with how far they are from the eye. `mirrored`: as the base reflects them. */
   addAll(places, contacts, mirrored) {
-    const { painter, sizes, rests, long, deep, lens: { eye } } = this, things = [];
+    const { painter, sizes, rests, long, deep, lens: { eye } } = this;
     const from = (point) => Math.hypot(...minus(point, eye));
-    const add = (far, kind, ...vectors) => things.push({ far, kind, vectors });
+    const add = (far, kind, ...vectors) => painter.add(kind, mirrored, far + 4 * FAR * mirrored, ...vectors);
     for (const z of [-deep, deep]) {
       // In front of all balls; or behind them or, seen from the end of the row, beside them.
-      const shift = eye[2] / z > 1 ? -1e3 : 1e3;
+      const shift = eye[2] / z > 1 ? -FAR : FAR;
       for (const [a, b, bend] of this.bar(z)) add(shift + from(plus(a, minus(b, a), 0.5)), "ROD", [...a, BAR], b, bend);
     }
     // A ball is as far as its horizon: an eyelet behind that is covered by it.
@@ -83,8 +83,6 @@ export class Scene3D extends Scene {
       for (const z of [-deep, deep])
         add(from(hook), "ROD", [...hook, STRING], [rests[i], long - 0.9 * BAR, z], [0, 0, 0, 1]);
     });
-    things.sort((a, b) => b.far - a.far);
-    for (const { kind, vectors } of things) painter.add(kind, mirrored, ...vectors);
   }
 
   /** A bar on two posts, bent from one piece: from where to where straight pieces of it lead, and how they are bent. */

@@ -10,17 +10,14 @@ export class Sound {
   /** Browsers let a page sound after it was touched only. */
   switchOn(on) {
     this.on = on;
-    if (!on || this.context) return void this.context?.resume?.();
-    const Context = window.AudioContext ?? window.webkitAudioContext;
-    if (!Context) return;
-    this.context = new Context();
-    const rate = this.context.sampleRate, samples = new Float32Array(LENGTH * rate);
-    for (let i = 0; i < samples.length; i++) {
+    if (!on || this.context) return void this.context?.resume();
+    this.context = new AudioContext();
+    const rate = this.context.sampleRate;
+    this.buffer = this.context.createBuffer(1, LENGTH * rate, rate);
+    this.buffer.getChannelData(0).forEach((_, i, samples) => {
       const t = i / rate, ring = (f, decay) => Math.sin(2 * Math.PI * f * t) * Math.exp(-t * decay);
       samples[i] = 0.5 * ring(PITCH, 90) + 0.3 * ring(2.76 * PITCH, 160) + 0.2 * ring(5.4 * PITCH, 320);
-    }
-    this.buffer = this.context.createBuffer(1, samples.length, rate);
-    this.buffer.copyToChannel(samples, 0);
+    });
   }
 
   /** The pulses that have finished since the last picture, of balls of this mass (kg). */
@@ -29,12 +26,10 @@ export class Sound {
     const strongest = pulses.reduce((a, b) => (b.impulse > a.impulse ? b : a));
     const loudness = Math.min(1, strongest.impulse / mass / FULL_SPEED) ** 0.8;
     if (loudness < 0.003) return;
-    const duration = strongest.release - strongest.onset, source = this.context.createBufferSource();
-    const gain = this.context.createGain();
-    source.buffer = this.buffer;
-    source.playbackRate.value = Math.max(0.35, Math.min(1.6, (2.5e-5 / Math.max(duration, 1e-6)) ** 0.25));
-    gain.gain.value = 0.6 * loudness;
-    source.connect(gain).connect(this.context.destination);
+    const duration = Math.max(strongest.release - strongest.onset, 1e-6), { context, buffer } = this;
+    const playbackRate = Math.max(0.35, Math.min(1.6, (2.5e-5 / duration) ** 0.25));
+    const source = new AudioBufferSourceNode(context, { buffer, playbackRate });
+    source.connect(new GainNode(context, { gain: 0.6 * loudness })).connect(context.destination);
     source.start();
     this.played++;
   }

@@ -13,9 +13,11 @@ layout(std140) uniform Space {
   vec4 zenith, horizon, lamp, window, table, top, side, string_, glowing;
   vec4 size;               // of the picture, and how many of its own pixels a CSS pixel has
 };
-uniform vec4 A;            // of a thing: its centre or one end, and its radius
-uniform vec4 B;            // the other end; 1 for what is seen in the base, 2 for what is in a rectangle of the picture
-uniform vec4 C, D;         // what each kind says
+uniform vec4 thing_[4];
+#define A thing_[0]        // its centre or one end, and its radius
+#define B thing_[1]        // the other end; 1 for what is seen in the base, 2 for what is in a rectangle of the picture
+#define C thing_[2]        // what each kind says
+#define D thing_[3]
 `;
 
 export const VERTEX = `${COMMON}
