@@ -82,18 +82,24 @@ def check_machine() -> None:
 
 
 def make_venv(requirements: Path) -> None:
-    """Makes .venv with the packages of one of REQUIREMENTS, or adds them; does nothing if it has them."""
+    """Makes .venv with the packages of one of REQUIREMENTS, or adds them; does nothing if it has them. A new one has at
+    least what the old one had."""
     # Its path counts as well: a virtual environment does not survive being moved.
     digest, wanted = hashlib.sha256(str(VENV.resolve()).encode() + LINKERS.read_bytes()), []
     for file in REQUIREMENTS:
         digest.update(file.read_bytes())
         wanted.append(digest.hexdigest())
     stamp, index = VENV / "requirements.sha256", REQUIREMENTS.index(requirements)
-    present = stamp.read_text() if PYTHON.exists() and stamp.exists() else ""
+    present, _, name = (
+        stamp.read_text().partition(" ") if PYTHON.exists() and stamp.exists() else ("", "", "")
+    )
     if present in wanted[index:]:
         say("  .venv is up to date")
         return
     if present not in wanted:
+        # It gets again what it had.
+        index = max([index, *(k for k, file in enumerate(REQUIREMENTS) if file.name == name)])
+        requirements = REQUIREMENTS[index]
         shutil.rmtree(VENV, ignore_errors=True)
         if run([sys.executable, "-m", "venv", VENV], check=False) != 0:
             raise Stop("this Python cannot make virtual environments: on Debian, `apt install python3-venv`.")
@@ -103,7 +109,7 @@ def make_venv(requirements: Path) -> None:
         run([PYTHON, "-m", "pip", "install", *quietly, "--no-deps", "--no-compile", "-r", file])
     packages = Path(sysconfig.get_path("purelib", "venv", {"base": str(VENV)}))
     (packages / "newtons_cradle.pth").write_text(f"{ROOT / 'python'}\n")
-    stamp.write_text(wanted[index])
+    stamp.write_text(f"{wanted[index]} {requirements.name}")
 
 
 def fmu_builds(*producer) -> tuple[list, dict]:

@@ -19,21 +19,18 @@ import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "packaging"))
-from checkout import LIVE, PYTHON, ROOT, SOME, make_venv, run
+from checkout import ENGINE, LIVE, PYTHON, ROOT, SOME, Stop, make_venv, run
+from platforms import with_sources
 
 WEB = Path(__file__).resolve().parent
 TARGET = "wasm32-unknown-unknown"
 FOLDER = ROOT / "target/web"
-ENGINE = FOLDER / TARGET / "release/cradle_web.wasm"
+COMPILED = FOLDER / TARGET / "release/cradle_web.wasm"
 LICENCES = ("LICENSE-MIT", "LICENSE-APACHE", "packaging/assets/third-party.txt")
 
 
-class Missing(Exception):
-    """What is missing, in words."""
-
-
-def toolchain() -> tuple[str, dict]:
-    """The program cargo, and the environment in which it compiles for the target."""
+def toolchain() -> dict:
+    """The environment in which the program CARGO compiles for the target. Raises Stop, which says what is missing."""
     # Paths of this machine have no place in the file.
     home = os.environ.get("CARGO_HOME", str(Path.home() / ".cargo"))
     flags = [f"--remap-path-prefix={ROOT}=.", f"--remap-path-prefix={home}=/cargo"]
@@ -43,46 +40,34 @@ def toolchain() -> tuple[str, dict]:
     if folder:
         usr = Path(folder).resolve() / "usr"
         if not (usr / "bin/rustc").exists():
-            raise Missing(f"CRADLE_DEBIAN_RUST={folder} holds no Rust: `.ci/debian-rust {folder}` unpacks it")
+            raise Stop(f"CRADLE_DEBIAN_RUST={folder} holds no Rust: `.ci/debian-rust {folder}` unpacks it")
         # Debian's Rust comes without a linker for WebAssembly.
         others = [*usr.glob("**/wasm-ld"), *usr.glob("**/rust-lld")]
         others += rustup.glob("lib/rustlib/*/bin/rust-lld") if rustup else ()
         linker = shutil.which("wasm-ld") or shutil.which("rust-lld") or next(map(str, others), None)
         if linker is None:
             cure = "rust-lld of a Rust by rustup, or on Debian `apt install lld`"
-            raise Missing(f"there is no linker for WebAssembly: {cure}")
-        return str(usr / "bin/cargo"), {
-            "RUSTC": str(usr / "bin/rustc"),
-            "LD_LIBRARY_PATH": str(usr / "lib/x86_64-linux-gnu"),
-            "RUSTC_BOOTSTRAP": "1",
+            raise Stop(f"there is no linker for WebAssembly: {cure}")
+        return with_sources(usr) | {
             "CARGO_UNSTABLE_BUILD_STD": "std,panic_abort",
             f"CARGO_TARGET_{TARGET.upper().replace('-', '_')}_LINKER": linker,
             "RUSTFLAGS": " ".join([*flags, f"--remap-path-prefix={usr}=/rust"]),
         }
     if rustup is None:
-        raise Missing("there is no Rust: https://rustup.rs")
+        raise Stop("there is no Rust: https://rustup.rs")
     if not (rustup / "lib/rustlib" / TARGET).exists():
-        raise Missing(
+        raise Stop(
             f"there is no Rust for {TARGET}: `rustup target add {TARGET}`; where rustup cannot fetch it, on Debian, "
             "`.ci/debian-rust target/debian-rust` and CRADLE_DEBIAN_RUST=target/debian-rust"
         )
-    return "cargo", {"RUSTFLAGS": " ".join(flags)}
-
-
-def compile_engine() -> None:
-    """Compiles the engine."""
-    cargo, environment = toolchain()
-    command = [cargo, "build", "--release", "--locked", "--target", TARGET]
-    environment = os.environ | environment | {"CARGO_TARGET_DIR": str(FOLDER)}
-    if code := subprocess.run(command, cwd=WEB, env=environment).returncode:
-        sys.exit(code)
+    return {"CARGO": "cargo", "RUSTFLAGS": " ".join(flags)}
 
 
 def part() -> str:
     """The engine with the licences that go with it, compressed, as a part of the page."""
     licences = b"\n\n".join((ROOT / name).read_bytes() for name in LICENCES)
     text = ""
-    for id, data in {"engine": ENGINE.read_bytes(), "licences": licences}.items():
+    for id, data in {"engine": COMPILED.read_bytes(), "licences": licences}.items():
         packed = base64.b64encode(gzip.compress(data, 9, mtime=0)).decode()
         text += f'<script type="text/plain" id="{id}">{packed}</script>\n'
     return text
@@ -97,11 +82,14 @@ def main() -> int:
     parser.add_argument("--or-skip", action="store_true", help="no failure if something is missing")
     options = parser.parse_args()
     try:
-        compile_engine()
-    except Missing as missing:
+        environment = toolchain() | {"CARGO_TARGET_DIR": str(FOLDER)}
+    except Stop as missing:
         print(f"{'SKIPPED live page' if options.or_skip else 'error'}: {missing}", file=sys.stderr)
         return 0 if options.or_skip else 1
-    (FOLDER / "engine.html").write_text(part(), encoding="utf-8")
+    command = [environment["CARGO"], "build", "--release", "--locked", "--target", TARGET]
+    if code := run(command, check=False, cwd=WEB, env=environment):
+        return code
+    ENGINE.write_text(part(), encoding="utf-8")
     make_venv(SOME)
     options.out.parent.mkdir(parents=True, exist_ok=True)
     return run([PYTHON, "-m", "newtons_cradle", "live", "--out", options.out])

@@ -12,8 +12,8 @@ import numpy as np
 
 from .errors import CradleError
 from .files import engine_file, page_folder, presets
-from .pulses import Array
-from .recording import Recording
+from .pulses import FIELDS
+from .recording import Columns, Recording
 
 
 class PageError(CradleError, RuntimeError):
@@ -45,7 +45,7 @@ def save_page(
         "presets": json.dumps(presets()),
         "engine": engine.read_text(encoding="utf-8") if engine.is_file() else "",
         # Nothing in it ends the element that it is in.
-        "recording": json.dumps(recording and numbers(recording)).replace("<", "\\u003c"),
+        "recording": json.dumps(recording and told(recording)).replace("<", "\\u003c"),
     }
     # One pass, so that nothing in a part is taken for a slot.
     template = (folder / "template.html").read_text(encoding="utf-8")
@@ -65,31 +65,22 @@ def save_site(folder: str | Path) -> int:
     return save_page(folder / "index.html", head=(source / "head.html").read_text(encoding="utf-8"))
 
 
-def numbers(recording: Recording) -> dict[str, Any]:
+def told(recording: Recording) -> dict[str, Any]:
     """The recording as web/page/engine/recording.js reads it."""
-    pulses = recording.pulses
-    # Rigid impacts have no force: their impulse shows how hard they are.
-    strength = "peak" if np.any(pulses["peak"] > 0) else "impulse"
-    return {
-        **{name: getattr(recording, name) for name in ("title", "parameters", "length", "radius", "start")},
-        "balls": recording.x.shape[1],
-        "time": packed(recording.time, "f8"),
-        **{name: packed(getattr(recording, name).T, "f4") for name in "xvF"},
-        "energy": {name: packed(values, "f4") for name, values in recording.energy.items()},
-        "pulses": {
-            "contact": packed(pulses["contact"], "f4"),
-            **{name: packed(pulses[name], "f8") for name in ("onset", "release")},
-            "peak": packed(pulses[strength], "f4"),
-        },
-    }
+    samples = dict(recording.energy)
+    for name in "xvF":
+        samples |= {f"{name}[{i}]": column for i, column in enumerate(getattr(recording, name).T, start=1)}
+    known = {name: getattr(recording, name) for name in ("title", "parameters", "length", "radius", "start")}
+    pulses = {name: recording.pulses[name] for name in FIELDS}
+    exact = {"time": packed({"time": recording.time}, "f8"), "pulses": packed(pulses, "f8")}
+    return {**known, **exact, "samples": packed(samples, "f4")}
 
 
-def packed(array: Array, kind: str) -> dict[str, str]:
-    """An array as bytes, the first ones of all numbers, then the second ones, ...: so they deflate better."""
-    values = np.ascontiguousarray(array, dtype=f"<{kind}").ravel()
-    planes = values.view(np.uint8).reshape(len(values), values.itemsize).T
-    data = base64.b64encode(zlib.compress(planes.tobytes(), 9)).decode("ascii")
-    return {"kind": kind, "data": data}
+def packed(columns: Columns, kind: str) -> dict[str, Any]:
+    """Columns as bytes, the first ones of all numbers, then the second ones, ...: so they deflate better."""
+    values = np.array(list(columns.values()), dtype=f"<{kind}").reshape(-1, 1)
+    data = base64.b64encode(zlib.compress(values.view(np.uint8).T.tobytes(), 9)).decode("ascii")
+    return {"names": list(columns), "kind": kind, "data": data}
 
 
 def modules(folder: Path) -> Iterable[tuple[str, str]]:

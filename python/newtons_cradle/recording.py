@@ -30,9 +30,11 @@ TRUTH = {"True": "1", "False": "0"}
 #: How far a ball may be, between two samples, from where their velocities take it: this part of the largest excursion.
 COARSE = 0.05
 
+#: Vectors with an element for each contact.
+OF_CONTACTS = ("F", "F_peak", "F_mean", "impulse", "E_contact", "gap")
+
 #: A velocity that changes by this part of the largest from one sample to the next has been struck.
 STRUCK = 0.3
-
 
 Columns = dict[str, Array]  # by name
 
@@ -45,9 +47,9 @@ class RecordingError(CradleError, ValueError):
 class Recording:
     """A run, ready to be drawn. SI units; arrays of shape (samples,) or (samples, balls or contacts).
 
-    `energy`: by name, what is known of kinetic, gravity, elastic and total energy. `parameters`: rows of name, value,
-    unit and meaning, as far as known. `length` and `radius`: of pendulum 1 and of a ball, for the drawing. `start`: the
-    parameters by name, vectors as lists, if a live run can go on with them.
+    `energy`: sums of E_kinetic, E_gravity and E_contact, else E_total, as far as known. `parameters`: rows of name,
+    value, unit and meaning, as far as known. `length` and `radius`: of pendulum 1 and of a ball, for the drawing.
+    `start`: the parameters by name, vectors as lists, if a live run can go on with them.
     """
 
     title: str
@@ -80,26 +82,21 @@ def from_csv(
     """
     path = Path(path)
     columns = _read_columns(path)
-    n = _number_of_balls(path, columns, balls)
-    run = of_columns(path.stem, columns, n, length=length, radius=radius)
-    _refuse_coarse(path, run)
+    run = replace(_checked(path, columns, balls, length=length, radius=radius), title=path.stem)
+    n = run.x.shape[1]
     if pulses is not None:
-        table = _pulse_table(Path(pulses), n)
-    elif all(f"F_peak[{i}]" in columns for i in range(1, n)):
-        table = _guessed_pulses(run.time, vector(columns, "F_peak", n - 1))
-    else:
+        return replace(run, pulses=_pulse_table(Path(pulses), n))
+    known = all(f"F_peak[{i}]" in columns for i in range(1, n))
+    if not known:
         _refuse_missed_clicks(path, run)
-        table = _guessed_pulses(run.time, run.F)
-    return replace(run, pulses=table)
+    shown = vector(columns, "F_peak", n - 1) if known else run.F
+    return replace(run, pulses=_guessed_pulses(run.time, shown))
 
 
 def from_result(columns: Columns, pulses: Array, model: "Model | None", given: dict[str, Any]) -> Recording:
     """The recording of a run whose samples are these columns; see `known_of`. Raises RecordingError."""
-    what = "the result"
-    n = _number_of_balls(what, columns, 1 if "x[2]" not in columns else None)
-    run = of_columns(what, columns, n, pulses=pulses, **known_of(model, given))
-    _refuse_coarse(what, run)
-    return run
+    balls = 1 if "x[2]" not in columns else None
+    return _checked("the result", columns, balls, pulses=pulses, **known_of(model, given))
 
 
 def known_of(model: "Model | None", given: dict[str, Any]) -> dict[str, Any]:
@@ -133,16 +130,31 @@ def known_of(model: "Model | None", given: dict[str, Any]) -> dict[str, Any]:
     return {"parameters": rows, "start": start if own and free else None, **drawing}
 
 
+def _checked(source: object, columns: Columns, balls: int | None, **others: Any) -> Recording:
+    """The recording of what these columns hold whole, in samples that are near enough; see `of_columns`."""
+    n = _number_of_balls(source, columns, balls)
+    run = of_columns(str(source), columns, n, **others)
+    time, x, v = run.time, run.x, run.v
+    if len(time) < 2 or np.any(np.diff(time) <= 0):
+        raise RecordingError(f"{source}: at least two rows are needed, with times that rise")
+    step, extent = np.diff(time)[:, None], np.ptp(x)
+    away = np.abs(np.diff(x, axis=0) - 0.5 * step * (v[1:] + v[:-1]))
+    worst = np.unravel_index(np.argmax(away), away.shape)
+    if extent > 0 and away[worst] > COARSE * extent:
+        h = step[worst[0], 0]
+        finer = float(f"{0.9 * h * COARSE * extent / away[worst]:.1g}")
+        raise RecordingError(
+            f"{source}: too coarse. The samples at t = {time[worst[0]]:g} s are {h:g} s apart, and ball {worst[1] + 1} "
+            f"cannot be followed between them. Needed: samples at most about {finer:g} s apart"
+        )
+    return run
+
+
 def _number_of_balls(source: object, columns: Columns, wanted: int | None) -> int:
     """The number of balls in the file, once all their columns are there."""
-
-    def highest(names: str) -> int:
-        found = (re.fullmatch(rf"(?:{names})\[(\d+)\]", name) for name in columns)
-        return max((int(match[1]) for match in found if match), default=0)
-
-    contacts = highest("F|F_peak|F_mean|impulse|E_contact|gap")
-    n = wanted or max(highest(r"\w+"), contacts + 1 if contacts else 0)
-    counts = {"x": max(n, 1), "v": max(n, 1), "F": n - 1}
+    ends = [re.fullmatch(r"(\w+)\[(\d+)\]", name) for name in columns]
+    n = wanted or max([1, *(int(end[2]) + (end[1] in OF_CONTACTS) for end in ends if end)])
+    counts = {"x": n, "v": n, "F": n - 1}
     needed = ["time", *(f"{name}[{i}]" for name, count in counts.items() for i in range(1, count + 1))]
     missing = [name for name in needed if name not in columns]
     if missing:
@@ -158,23 +170,6 @@ def _number_of_balls(source: object, columns: Columns, wanted: int | None) -> in
             "of every ball and F[i] and F_peak[i] of every contact"
         )
     return n
-
-
-def _refuse_coarse(source: object, run: Recording) -> None:
-    """Raises RecordingError where the motion between samples cannot be told from them."""
-    time, x, v = run.time, run.x, run.v
-    if len(time) < 2 or np.any(np.diff(time) <= 0):
-        raise RecordingError(f"{source}: at least two rows are needed, with times that rise")
-    step, extent = np.diff(time)[:, None], np.ptp(x)
-    away = np.abs(np.diff(x, axis=0) - 0.5 * step * (v[1:] + v[:-1]))
-    worst = np.unravel_index(np.argmax(away), away.shape)
-    if extent > 0 and away[worst] > COARSE * extent:
-        h = step[worst[0], 0]
-        finer = float(f"{0.9 * h * COARSE * extent / away[worst]:.1g}")
-        raise RecordingError(
-            f"{source}: too coarse. The samples at t = {time[worst[0]]:g} s are {h:g} s apart, and ball {worst[1] + 1} "
-            f"cannot be followed between them. Needed: samples at most about {finer:g} s apart"
-        )
 
 
 def _refuse_missed_clicks(source: object, run: Recording) -> None:
@@ -251,8 +246,8 @@ def vector(columns: Columns, name: str, count: int) -> Array:
 def energies(columns: Columns) -> Columns:
     """The sums of what is stored where, else the total (J)."""
     sums = {}
-    for name, kind in (("kinetic", "kinetic"), ("gravity", "gravity"), ("elastic", "contact")):
-        parts = [column for key, column in columns.items() if key.startswith(f"E_{kind}[")]
+    for name in ("E_kinetic", "E_gravity", "E_contact"):
+        parts = [column for key, column in columns.items() if key.startswith(f"{name}[")]
         if parts:
             sums[name] = np.sum(parts, axis=0)
-    return sums or ({"total": columns["E_total"]} if "E_total" in columns else {})
+    return sums or ({"E_total": columns["E_total"]} if "E_total" in columns else {})

@@ -1,9 +1,9 @@
 //! The engine in a browser: what the page calls, over the memory that both see.
 //!
-//! A run is a number. What goes in as text lies in one buffer, that [`text`] makes room in; what comes out as numbers
-//! lies where [`look`] and [`pulses`] say, until the next call. The page speaks the language of the FMU: it starts a
-//! run from a [`Recipe`], the JSON that an FMU carries in its resources, with the variables' names, units and ranges,
-//! and gets the same words when one is refused. Nothing here needs unsafe code: buffers and runs belong to this side.
+//! A run is a number. Texts and numbers lie in a buffer each, until the next call. The page speaks the language of the
+//! FMU: it starts a run from a [`Recipe`], the JSON that an FMU carries in its resources, with the variables' names,
+//! units and ranges, and gets the same words when one is refused. Nothing here needs unsafe code: buffers and runs
+//! belong to this side.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -13,32 +13,25 @@ use newtons_cradle::model::SolverMethod;
 use newtons_cradle::next::Next;
 use newtons_cradle::variables::Recipe;
 
-/// A run, the number of its balls, and its pulses that the page has not fetched yet.
-struct Run {
-    engine: Engine,
-    balls: usize,
-    pulses: Vec<Pulse>,
-}
-
 thread_local! {
-    static RUNS: RefCell<BTreeMap<i32, Run>> = RefCell::default();
+    static RUNS: RefCell<BTreeMap<i32, (Engine, usize)>> = RefCell::default();
     static TEXT: RefCell<Vec<u8>> = RefCell::default();
     static NUMBERS: RefCell<Vec<f64>> = RefCell::default();
 }
 
-/// What a call answers that was refused; [`text`] then holds the reason.
-const REFUSED: i32 = -1;
-
-/// Calls `act` on a run of the page's. It knows only numbers that [`start`] and [`copy`] gave.
-fn with<R>(run: i32, act: impl FnOnce(&mut Run) -> R) -> R {
-    RUNS.with_borrow_mut(|runs| act(runs.get_mut(&run).expect("the page asks for runs that it was given")))
+/// Calls `act` on a run of the page's and its number of balls. It knows only numbers that [`start`] and [`copy`] gave.
+fn with<R>(run: i32, act: impl FnOnce(&mut Engine, usize) -> R) -> R {
+    RUNS.with_borrow_mut(|runs| {
+        let (engine, balls) = runs.get_mut(&run).expect("the page asks for runs that it was given");
+        act(engine, *balls)
+    })
 }
 
 /// Keeps a run: its number, which may be that of a forgotten one.
 fn keep(engine: Engine, balls: usize) -> i32 {
     RUNS.with_borrow_mut(|runs| {
         let number = runs.last_key_value().map_or(0, |(last, _)| last + 1);
-        runs.insert(number, Run { engine, balls, pulses: Vec::new() });
+        runs.insert(number, (engine, balls));
         number
     })
 }
@@ -48,35 +41,16 @@ fn say(reason: &str) {
     TEXT.with_borrow_mut(|text| reason.as_bytes().clone_into(text));
 }
 
-/// Leaves numbers where the page reads them: their address.
-fn show(numbers: impl IntoIterator<Item = f64>) -> *const f64 {
-    NUMBERS.with_borrow_mut(|shown| {
-        shown.clear();
-        shown.extend(numbers);
-        shown.as_ptr()
-    })
+/// Makes room for a text of this many bytes.
+#[unsafe(no_mangle)]
+pub extern "C" fn make_room(length: usize) {
+    TEXT.set(vec![0; length]);
 }
 
-/// From now on, the reason of a panic is left as text before the engine ends.
+/// Where the text lies, in UTF-8.
 #[unsafe(no_mangle)]
-pub extern "C" fn prepare() {
-    std::panic::set_hook(Box::new(|panic| say(&panic.to_string())));
-}
-
-/// Room for a text of this many bytes: where to write it, in UTF-8.
-#[unsafe(no_mangle)]
-pub extern "C" fn text(length: usize) -> *mut u8 {
-    TEXT.with_borrow_mut(|text| {
-        text.clear();
-        text.resize(length, 0);
-        text.as_mut_ptr()
-    })
-}
-
-/// Where the text lies that was left last: see [`text_length`].
-#[unsafe(no_mangle)]
-pub extern "C" fn text_left() -> *const u8 {
-    TEXT.with_borrow(|text| text.as_ptr())
+pub extern "C" fn text() -> *mut u8 {
+    TEXT.with_borrow_mut(Vec::as_mut_ptr)
 }
 
 /// Its length in bytes.
@@ -85,12 +59,26 @@ pub extern "C" fn text_length() -> usize {
     TEXT.with_borrow(Vec::len)
 }
 
-/// Starts a run at the time 0 from the recipe that was written as text. -1 if it is refused.
+/// Where the numbers lie that were left last.
+#[unsafe(no_mangle)]
+pub extern "C" fn numbers() -> *const f64 {
+    NUMBERS.with_borrow(Vec::as_ptr)
+}
+
+/// How many they are.
+#[unsafe(no_mangle)]
+pub extern "C" fn numbers_length() -> usize {
+    NUMBERS.with_borrow(Vec::len)
+}
+
+/// Starts a run at the time 0 from the recipe that was written as text. -1 if it is refused; the text is then the
+/// reason, as it is if the engine panics later.
 #[unsafe(no_mangle)]
 pub extern "C" fn start() -> i32 {
+    std::panic::set_hook(Box::new(|panic| say(&panic.to_string())));
     started().unwrap_or_else(|reason| {
         say(&reason);
-        REFUSED
+        -1
     })
 }
 
@@ -104,10 +92,10 @@ fn started() -> Result<i32, String> {
     Ok(keep(engine, settings.balls()))
 }
 
-/// Another run that goes on from where this one is. Its pulses are those that finish from here on.
+/// Another run that goes on from where this one is.
 #[unsafe(no_mangle)]
 pub extern "C" fn copy(run: i32) -> i32 {
-    let (engine, balls) = with(run, |run| (run.engine.clone(), run.balls));
+    let (engine, balls) = with(run, |engine, balls| (engine.clone(), balls));
     keep(engine, balls)
 }
 
@@ -118,33 +106,36 @@ pub extern "C" fn forget(run: i32) {
 }
 
 /// Moves a run on to `time` (s), or to where `effort` (units of about a tenth of a microsecond) is spent: the time
-/// reached. NaN if it cannot go on.
+/// reached. NaN if it cannot go on; the text is then the reason. Leaves the pulses that have finished, five numbers
+/// each: contact (from 0), onset (s), release (s), peak (N), impulse (N.s).
 #[unsafe(no_mangle)]
 pub extern "C" fn advance(run: i32, time: f64, effort: f64) -> f64 {
-    with(run, |Run { engine, pulses, .. }| match engine.advance_within(time, effort as u64, pulses) {
-        Ok(_) => engine.time(),
-        Err(error) => {
-            say(&error.to_string());
-            f64::NAN
-        }
+    let mut pulses = Vec::new();
+    let reached = with(run, |engine, _| engine.advance_within(time, effort as u64, &mut pulses).map(|_| engine.time()));
+    let each = |pulse: Pulse| [pulse.contact as f64, pulse.onset, pulse.release, pulse.peak, pulse.impulse];
+    NUMBERS.set(pulses.into_iter().flat_map(each).collect());
+    reached.unwrap_or_else(|error| {
+        say(&error.to_string());
+        f64::NAN
     })
 }
 
 /// The next onset (s): infinity if there is none; negative if there is none before minus this.
 #[unsafe(no_mangle)]
 pub extern "C" fn next_onset(run: i32) -> f64 {
-    match with(run, |run| run.engine.next_onset()) {
+    match with(run, |engine, _| engine.next_onset()) {
         Next::At(time) => time,
         Next::NotBefore(time) => -time,
         Next::Never => f64::INFINITY,
     }
 }
 
-/// Where the values of a run at its time lie: those of the whole, of each ball, of each contact, as
+/// Leaves the values of a run at its time: those of the whole, of each ball, of each contact, as
 /// `web/page/engine/engine.js` reads them.
 #[unsafe(no_mangle)]
-pub extern "C" fn look(run: i32) -> *const f64 {
-    with(run, |&mut Run { ref engine, balls, .. }| {
+pub extern "C" fn look(run: i32) {
+    with(run, |engine, balls| {
+        let engine = &*engine;
         let whole = [
             engine.time(),
             engine.total_energy(),
@@ -162,22 +153,7 @@ pub extern "C" fn look(run: i32) -> *const f64 {
                 f64::from(u8::from(engine.in_contact(i)))
             }];
         let all = of_balls.map(|of| (of, balls)).into_iter().chain(of_contacts.map(|of| (of, balls - 1)));
-        show(whole.into_iter().chain(all.flat_map(|(of, count)| (0..count).map(move |i| of(engine, i)))))
-    })
-}
-
-/// How many pulses have finished since it was asked last; [`pulses`] says where they lie.
-#[unsafe(no_mangle)]
-pub extern "C" fn pulse_count(run: i32) -> usize {
-    with(run, |run| run.pulses.len())
-}
-
-/// Where these pulses lie, five numbers each: contact (from 0), onset (s), release (s), peak (N), impulse (N.s). They
-/// are then forgotten.
-#[unsafe(no_mangle)]
-pub extern "C" fn pulses(run: i32) -> *const f64 {
-    with(run, |run| {
-        let numbers = |pulse: Pulse| [pulse.contact as f64, pulse.onset, pulse.release, pulse.peak, pulse.impulse];
-        show(run.pulses.drain(..).flat_map(numbers))
+        let each = all.flat_map(|(of, count)| (0..count).map(move |i| of(engine, i)));
+        NUMBERS.set(whole.into_iter().chain(each).collect());
     })
 }

@@ -2,7 +2,7 @@
 
 import { Clock } from "#control/clock.js";
 import { Guide } from "#control/guide.js";
-import { listenToUser } from "#control/keys.js";
+import { listenToUser, offers } from "#control/keys.js";
 import { Lesson } from "#control/lesson.js";
 import { openLink, showLink } from "#control/link.js";
 import { Panels } from "#control/panels.js";
@@ -71,7 +71,7 @@ class App {
 
   /** Shows another source in the first stage. */
   replace(source) {
-    if (source !== this.stages[0].source) this.stages[0].source.forget();
+    this.stages[0].source.forget();
     this.stages[0].source = source;
   }
 
@@ -81,10 +81,9 @@ class App {
     for (const stage of this.stages) stage.changed();
     if (released) this.lesson.ask();
     this.name();
-    const [source] = this.sources;
-    this.timeline.changed(source);
-    this.panels.offer(source, Boolean(this.engine));
-    this.panels.refresh();
+    for (const name of ["again", "rest", "inside", "goOn"]) this.controls[name].hidden = !offers(this, name);
+    this.timeline.changed(this.sources[0]);
+    this.panels.offer();
     showLink(this);
   }
 
@@ -121,16 +120,12 @@ class App {
   }
 
   /** A ready cradle, with what it is lifted by; else at rest. */
-  choose(name) {
-    this.attempt(() => this.begin(PRESETS[name].setup(), name));
-  }
+  choose(name) { this.attempt(() => this.begin(PRESETS[name].setup(), name)); }
 
   begin(setup, preset) {
-    this.engine.start(setup.recipe()).forget();
+    this.replace(new Live(this.engine, setup));
     // Values from an address may have made something else of it.
     this.preset = preset && setup.toLink(preset).startsWith("preset=") ? preset : null;
-    if (this.stages[0].source.live) this.stages[0].source.begin(setup);
-    else this.replace(new Live(this.engine, setup));
     if (this.besideChoice) this.compare(this.besideChoice);
     this.lifted = setup.release;
     this.clock.calm();
@@ -148,35 +143,33 @@ class App {
     if (sources.some(({ pending }) => pending)) this.tell(say("waiting"), 2);
   }
 
-  resize(balls) {
-    this.attempt(() => this.sources.forEach((source) => source.begin(source.setup.resized(balls))));
-    this.preset = null;
-    this.lifted = null;
+  /** Has each source begin another run; what else is `known` of these. */
+  renew(begin, known = {}) {
+    this.attempt(() => this.liveSources.forEach(begin));
+    Object.assign(this, known);
     this.changed();
+  }
+
+  resize(balls) {
+    this.renew((source) => source.begin(source.setup.resized(balls)), { preset: null, lifted: null });
   }
 
   /** Lets go of balls at these places. */
-  letGo({ x_start, v_start }) {
-    this.attempt(() => this.liveSources.forEach((source) => source.restart(source.setup, x_start, v_start)));
-    this.lifted = { x_start, v_start };
+  letGo(lifted) {
     this.setRunning(true);
-    this.changed();
+    this.renew((source) => source.restart(source.setup, lifted.x_start, lifted.v_start), { lifted });
   }
 
   lift(count) {
-    const { setup } = this.stages[0].source;
-    if (!setup || count > setup.balls) return;
-    const x = -Math.round(LIFT * setup.get("pendulum.length") * 1e3) / 1e3;
-    this.letGo({ x_start: Array.from({ length: setup.balls }, (_, i) => (i < count ? x : 0)),
-      v_start: Array(setup.balls).fill(0) });
+    const { live, setup } = this.sources[0];
+    if (!live || count > setup.balls) return;
+    const x = -Math.round(LIFT * setup.get("pendulum.length") * 1e3) / 1e3, rest = Array(setup.balls).fill(0);
+    this.letGo({ x_start: rest.map((_, i) => (i < count ? x : 0)), v_start: rest });
   }
 
   again() { if (this.lifted) this.letGo(this.lifted); else this.lift(1); }
 
-  stopAll() {
-    this.attempt(() => this.liveSources.forEach((source) => source.begin(source.setup.atRest())));
-    this.changed();
-  }
+  stopAll() { this.renew((source) => source.begin(source.setup.atRest())); }
 
   /** A second cradle beside the first, that differs in what `name` says, or in the `values` given; "stop": none. */
   compare(name, values) {
@@ -197,29 +190,32 @@ class App {
   }
 
   setRunning(on) {
-    if (on && !this.clock.running && this.stages[0].source.time >= this.stages[0].source.end) this.seek(0);
+    const [{ time, end }] = this.sources;
+    if (on && !this.clock.running && time >= end) this.seek(0);
     this.clock.running = on;
     this.controls.play.textContent = say(on ? "pause" : "play");
   }
 
-  /** Slows down at the next click, or leaves the one that is shown. */
+  /** Slows down at the next click, or leaves the one that is shown. Where motion is to be reduced, a recording stands
+   *  still at the click's beginning. */
   inside() {
-    const { slow, inside } = this.clock, leave = slow === "next" || (slow !== "no" && inside);
-    if (!leave && !this.sources[0].live) return this.timeline.inside();
-    this.clock.slowAt(leave ? "no" : "next");
-    if (!leave) this.setRunning(true);
+    const { clock, still, sources: [source] } = this;
+    if (clock.slow === "next" || (clock.slow !== "no" && clock.inside)) return clock.slowAt("no");
+    clock.slowAt("next");
+    if (!source.live && !source.ahead()) this.seek(source.openable.at(-1).begin);
+    this.setRunning(source.live || !still);
+    if (!this.clock.running) this.seek(source.now + source.ahead().distance);
   }
 
   /** To any time of a recording's run, or of a live run within a click, which then stands still. */
   seek(time) {
-    const [source] = this.sources;
+    const { clock, sources: [source] } = this;
     if (source.live) this.setRunning(false);
-    this.clock.reset();
+    clock.reset();
     source.seek(time);
-    if (source.live) return;
     const ahead = source.ahead();
-    if (!ahead && this.clock.slow === "next") this.clock.slowAt("no"); // there is no click any more to wait for
-    this.clock.land(ahead ? [ahead] : []);
+    if (!ahead && clock.slow === "next") clock.slowAt("no"); // there is no click any more to wait for
+    clock.land(ahead ? [ahead] : []);
   }
 
   // ---- hands
@@ -236,9 +232,8 @@ class App {
   }
 
   drop(who, speed) {
-    this.attempt(() => this.sources.forEach((source) => source.release(who, this.clock.running ? speed : 0)));
+    this.renew((source) => source.release(who, this.clock.running ? speed : 0));
     this.lifted = this.sources[0].setup.release;
-    this.changed();
   }
 
   // ---- each picture
@@ -253,7 +248,8 @@ class App {
       if (this.sources[0].time >= this.sources[0].end) this.setRunning(false);
     } catch (problem) {
       this.setRunning(false);
-      this.tell(`${say("problem")}: ${problem.message}. ${say("reload")}`, 600);
+      const why = problem instanceof WebAssembly.RuntimeError ? this.engine.text : problem.message;
+      this.tell(`${say("problem")}: ${why}. ${say("reload")}`, 600);
     }
     this.guide.follow(passed);
     this.eye.glide(this.still);
@@ -267,12 +263,11 @@ class App {
   }
 
   showClock() {
-    const { clock } = this, { time, pace, inside, view } = this.controls, [{ source }] = this.stages;
-    const { now } = source;
+    const { clock, controls: { time, pace, inside, view }, sources: [source] } = this;
     this.timeline.show(source);
     const digits = Math.max(2, Math.min(11, Math.ceil(-Math.log10(clock.rate)) + 2));
-    time.textContent = `${now.toFixed(digits)} s`;
-    pace.textContent = paceText(clock.rate * (clock.kept > 0.97 ? 1 : clock.kept));
+    time.textContent = `${source.now.toFixed(digits)} s`;
+    pace.textContent = paceText(clock.rate);
     pace.classList.toggle("slow", clock.rate < 0.5);
     write(view, say(`views.${this.eye.view}`));
     write(inside, say(clock.slow === "next" || clock.inside ? "insideNow" : "inside"));

@@ -2,7 +2,7 @@
 
 import { LAWS, MOST_BALLS } from "#engine/setup.js";
 import { withPrefix } from "#view/common.js";
-import { rounded, say } from "#view/texts.js";
+import { rounded, say, textsOf } from "#view/texts.js";
 
 const GRAVITIES = { earth: 9.81, moon: 1.62, mars: 3.71, jupiter: 24.8 };
 const WEIGHTS = [0.125, 0.25, 0.5, 0.75, 1, 1.5, 2, 4, 8];
@@ -47,30 +47,26 @@ const SCALES = {
 
 /** Fills the panel with what can be changed. */
 export function fillChange(panels) {
-  const { app } = panels, { setup } = app.changedSource;
-  if (!setup || app.stages.length < 2) panels.presets();
-  else panels.chips("side", ["left", "right", "both"], "", app.side, (side) => { app.side = side; panels.refresh(); });
-  if (!setup) return;
-  const set = (values) => app.change(values), get = (name) => setup.get(name);
-  panels.chips("law", Object.keys(LAWS), "laws", setup.law, (law) => set(LAWS[law]));
+  const { app } = panels, { live, setup } = app.changedSource, refresh = () => panels.refresh();
+  if (app.stages.length > 1)
+    panels.chips("side", textsOf("sides"), app.side, (side) => { app.side = side; refresh(); });
+  else panels.chips("preset", textsOf("presets"), app.preset, (name) => app.choose(name));
+  if (!live) return;
+  const set = (values) => app.change(values), get = (name) => setup.get(name), { balls } = setup;
+  panels.chips("law", textsOf("laws"), setup.law, (law) => set(LAWS[law]));
   for (const [title, { needs, at, show, values, ...scale }] of Object.entries(SCALES))
     if (needs?.(setup) ?? true)
       panels.slider(title, { ...scale, value: at(get), show: (place) => show(place, get),
         choose: (place) => set(values(place, get)) });
-  weigh(panels, setup, set);
-  const worlds = Object.keys(GRAVITIES), world = worlds.find((name) => GRAVITIES[name] === get("gravity"));
-  panels.chips("gravity", worlds, "gravities", world, (name) => set({ gravity: GRAVITIES[name] }));
-  panels.slider("balls", { min: 1, max: MOST_BALLS, value: setup.balls, show: String,
-    choose: (balls) => app.resize(balls) });
-}
-
-/** A heavier or a lighter ball. */
-function weigh(panels, setup, set) {
-  const ratios = setup.get("ball.massRatio"), uneven = ratios.findIndex((ratio) => ratio !== 1), { balls } = setup;
+  // A heavier or a lighter ball.
+  const ratios = get("ball.massRatio"), uneven = ratios.findIndex((ratio) => ratio !== 1);
   const ball = Math.min(balls - 1, panels.ball ?? (uneven >= 0 ? uneven : Math.floor(balls / 2)));
   panels.slider("whose", { min: 1, max: balls, value: ball + 1, show: (i) => say("ball", { ball: i }),
-    choose: (i) => { panels.ball = i - 1; panels.refresh(); } });
+    choose: (i) => { panels.ball = i - 1; refresh(); } });
   panels.slider("weight", { list: WEIGHTS, value: ratios[ball],
     show: (ratio) => say("times", { ratio: rounded(ratio) }),
     choose: (ratio) => set({ "ball.massRatio": ratios.map((old, i) => (i === ball ? ratio : old)) }) });
+  const world = Object.keys(GRAVITIES).find((name) => GRAVITIES[name] === get("gravity"));
+  panels.chips("gravity", textsOf("gravities"), world, (name) => set({ gravity: GRAVITIES[name] }));
+  panels.slider("balls", { min: 1, max: MOST_BALLS, value: balls, show: String, choose: (count) => app.resize(count) });
 }

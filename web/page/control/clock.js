@@ -10,18 +10,22 @@ const BUDGET = 4;       // ms after which the engine begins nothing more for a p
 
 export class Clock {
   constructor() {
-    this.base = this.rate = 1; // seconds of the run per second of the viewer's: away from clicks, and now
-    this.slow = "no";   // "next": slow down at the next click; "always": at each; "leaving": one is over
+    this.base = 1;      // seconds of the run per second of the viewer's, away from clicks
     this.running = true;
-    this.kept = 1;      // which part of the viewer's time has passed here, of late
     this.late = 0;      // which part of the time did not pass, of late, because the engine had too much to do
     this.spent = 0;     // ms that the engine took for the last picture
-    this.sinceClick = Infinity; // s of the run
-    this.lastLength = 0;
-    this.targets = new Map();   // what the sources have not reached yet
+    this.targets = new Map(); // what the sources have not reached yet
+    this.slowAt("no");
   }
 
   get inside() { return this.slow !== "no" && this.rate < 0.02 * this.base; }
+
+  /** Slows down at the "next" click, "always" or, "no", not at all; "leaving": the next one is over. */
+  slowAt(slow) {
+    // `rate`: as `base`, now; `sinceClick`: s of the run since the last click, which took `lastLength`.
+    Object.assign(this, { slow, met: false, sinceClick: Infinity, lastLength: 0 });
+    if (slow === "no") this.rate = this.base;
+  }
 
   /** How fast time runs, given the clicks ahead. */
   rateFor(clicks) {
@@ -33,24 +37,21 @@ export class Clock {
 
   /** Moves all sources on by what `seconds` of the viewer's are worth, together, within the budget. */
   frame(seconds, sources) {
-    const begun = performance.now(), watch = this.slow !== "no", deadline = begun + BUDGET;
-    const asked = Math.min(seconds, LONGEST_FRAME), pieces = watch ? 6 : 1;
+    const begun = performance.now(), watch = this.slow !== "no", deadline = begun + BUDGET, pieces = watch ? 6 : 1;
+    const piece = Math.min(seconds, LONGEST_FRAME) / pieces;
     let passed = 0;
-    for (let k = 0; k < pieces; k++) {
-      if (!this.finish(sources, deadline)) break;
+    for (; passed < pieces && this.finish(sources, deadline); passed++) {
       const clicks = watch ? sources.map((source) => source.ahead(begun + 0.5 * BUDGET)).filter(Boolean) : [];
       this.rate = this.rateFor(clicks);
-      let step = (asked / pieces) * this.rate;
       // Not past an onset before it is known what follows it.
-      for (const { distance, done } of clicks) if (!done && distance < step) step = distance;
+      const unknown = clicks.filter(({ done }) => !done).map(({ distance }) => distance);
+      const step = Math.min(piece * this.rate, ...unknown);
       for (const source of sources) this.targets.set(source, Math.min(source.time + step, source.end ?? Infinity));
       this.notice(clicks, step);
-      passed += asked / pieces;
     }
     this.finish(sources, deadline);
     this.spent = performance.now() - begun;
-    if (seconds > 0) this.kept += 0.1 * (passed / seconds - this.kept);
-    this.late += 0.06 * ((asked > 0 ? 1 - passed / asked : 0) - this.late);
+    this.late += 0.06 * ((piece > 0 ? 1 - passed / pieces : 0) - this.late);
   }
 
   /** Keeps account of the click that was passed last. */
@@ -62,15 +63,9 @@ export class Clock {
     if (this.slow === "leaving" && this.rate >= this.base) this.slowAt("no");
   }
 
-  /** Slows down at the "next" click, "always" or, "no", not at all. */
-  slowAt(which) {
-    Object.assign(this, { slow: which, met: false, sinceClick: Infinity, lastLength: 0 });
-    if (which === "no") this.rate = this.base;
-  }
-
   /** As slow as it has to be where a source is now, with these clicks ahead. */
   land(clicks) {
-    this.slowAt(this.slow === "leaving" ? "no" : this.slow);
+    this.slowAt(this.slow !== "leaving" ? this.slow : clicks[0]?.distance === 0 ? "next" : "no");
     this.rate = this.rateFor(clicks);
   }
 

@@ -1,5 +1,6 @@
 // What can be kept: a picture, tables.
 
+import { Live } from "#engine/live.js";
 import { numbered } from "#engine/table.js";
 import { FONT } from "#view/texts.js";
 
@@ -45,21 +46,24 @@ export function pulsesTable({ pulses }) {
     ...pulses.map((p) => [p.contact + 1, p.onset, p.release, p.peak, p.impulse])]);
 }
 
-/** The run so far, computed once more at even times: what `cradle-fmu page` and this page show again. */
+/** The run as a table that `cradle-fmu page` and this page show again: a recording's samples, or a live run so far,
+ *  computed once more at even times. */
 export function runTable(source) {
-  const { balls } = source.setup, counts = { x: balls, v: balls, F: balls - 1, F_peak: balls - 1 };
+  const { live, drawing: { balls }, now } = source, run = live ? new Live(source.engine, source.setup) : source;
+  const rows = Math.max(2, Math.min(RUN_ROWS, Math.floor(now / RUN_STEP)) + 1);
+  const times = live ? Array.from({ length: rows }, (_, k) => k * RUN_STEP) : source.times;
+  const counts = { x: balls, v: balls, F: balls - 1, F_peak: balls - 1 };
   const names = Object.entries(counts).flatMap(([name, count]) => numbered(name, count));
-  const lines = [["time", ...names, "E_total", "p_total"]];
-  const run = source.engine.start(source.setup.recipe());
-  const last = Math.min(RUN_ROWS, Math.floor(source.run.time / RUN_STEP));
-  for (let k = 0; k <= Math.max(1, last); k++) {
-    run.advance(k * RUN_STEP);
-    const { time, x, v, F, energy, momentum } = run.look();
-    const peaks = Array.from(F);
+  const lines = [["time", ...names, ...(live ? ["E_total", "p_total"] : [])]];
+  if (!live) source.seek(source.begin);
+  for (const time of times) {
+    run.advance(time);
+    const { x, v, F, energy, momentum } = run.state, peaks = Array.from(F);
     for (const { contact, peak, impulse } of run.takePulses())
       peaks[contact] = Math.max(peaks[contact], peak || impulse); // of rigid balls, only that is known
-    lines.push([time, ...x, ...v, ...F, ...peaks, energy, momentum]);
+    lines.push([time, ...x, ...v, ...F, ...peaks, ...(live ? [energy, momentum] : [])]);
   }
-  run.forget();
+  if (live) run.forget();
+  else source.seek(now);
   return csv(lines);
 }

@@ -1,25 +1,49 @@
-// What buttons and single keys do.
+// What buttons and single keys do, and what there is to be done.
 
 import { SECONDS } from "#view/graph.js";
 
 const INSIDE_STEP = 0.01; // of a click's length
 const TIME_STEP = 0.02;   // of what the strips show of a recording
-const PANELS = { c: "change", r: "details", s: "show", b: "beside", k: "keep", l: "lesson", "?": "help", h: "help" };
+const SYMBOLS = { ArrowLeft: "←", ArrowRight: "→", Escape: "⎋" };
+
+const toggle = (app, key, name) => app.panels.toggle(name);
+const way = (key) => (",[←".includes(key) ? -1 : 1);
+
+/** By the names of texts, buttons and panels: keys, what is needed, and what is done then. */
 const ACTS = {
-  " ": (app) => app.setRunning(!app.clock.running), i: (app) => app.inside(), a: (app) => app.again(),
-  0: (app) => app.stopAll(), e: (app) => app.setOther("every", app.clock.slow !== "always"),
-  d: (app) => app.setOther("space", !app.space), v: (app) => { if (app.space) app.eye.lookOn(); },
-  p: (app) => app.open("present"), n: (app) => app.lesson.next(),
-  ",": (app) => stepInside(app, -1), ".": (app) => stepInside(app, 1),
-  "[": (app) => app.timeline.jump(-1), "]": (app) => app.timeline.jump(1),
-  ArrowLeft: (app) => stepTime(app, -1), ArrowRight: (app) => stepTime(app, 1),
-  Escape: ({ panels, lesson }) => { if (panels.kind) panels.close(); else if (lesson.step !== null) lesson.leave(); },
+  ball: ["", "live"], pull: ["", "live"], letGo: ["", "live"], // of the sliders in hand.js
+  play: [" ", "any", (app) => app.setRunning(!app.clock.running)],
+  lift: ["123456789", "live", (app, key) => app.lesson.answer(Number(key)) || app.lift(Number(key))],
+  inside: ["i", "clicks", (app) => app.inside()],
+  every: ["e", "clicks", (app) => app.setOther("every", app.clock.slow !== "always")],
+  step: [",.", "clicks", (app, key) => stepInside(app, way(key))],
+  again: ["a", "live", (app) => app.again()],
+  rest: ["0", "live", (app) => app.stopAll()],
+  jump: ["[]", "recorded", (app, key) => app.timeline.jump(way(key))],
+  time: ["←→", "recorded", (app, key) => stepTime(app, way(key))],
+  space: ["d", "any", (app) => app.setOther("space", !app.space)],
+  view: ["v", "any", (app) => { if (app.space) app.eye.lookOn(); }],
+  details: ["r", "recorded", toggle], change: ["c", "engine", toggle], show: ["s", "any", toggle],
+  beside: ["b", "live", toggle], keep: ["k", "any", toggle], help: ["?h", "any", toggle],
+  lesson: ["l", "engine", toggle],
+  present: ["p", "engine", (app) => app.open("present")],
+  next: ["n", "engine", (app) => app.lesson.next()],
+  leave: ["⎋", "any", ({ panels, lesson }) => {
+    if (panels.kind) panels.close();
+    else if (lesson.step !== null) lesson.leave();
+  }],
+  ask: ["", "engine"], link: ["", "setup"], goOn: ["", "both"],
 };
 
-const BUTTONS = { play: " ", again: "a", rest: 0, inside: "i", view: "v" };
+/** Whether anything can be done by this name with what is shown. */
+export function offers({ engine, sources: [{ live, openable, setup }] }, name) {
+  const runs = Boolean(engine && setup), [, need] = ACTS[name] ?? ["", "any"];
+  return { any: true, live, recorded: !live, clicks: live || openable.length > 0, engine: Boolean(engine), setup: runs,
+    both: runs && !live }[need];
+}
 
 export function listenToUser(app) {
-  for (const [name, key] of Object.entries(BUTTONS)) app.controls[name].onclick = () => ACTS[key](app);
+  for (const name of ["play", "again", "rest", "inside", "view"]) app.controls[name].onclick = () => ACTS[name][2](app);
   addEventListener("keydown", (event) => press(app, event));
   // A button that was clicked does not take the space bar, which pauses; one that the keyboard has come to does.
   addEventListener("click", ({ detail }) =>
@@ -28,14 +52,14 @@ export function listenToUser(app) {
 
 /** Does what a key that was pressed stands for, unless something of the page takes it itself. */
 function press(app, event) {
-  if (event.ctrlKey || event.metaKey || event.altKey) return;
-  const at = (selector) => event.target.matches?.(selector), typing = at("#panel input");
-  const key = event.key.length === 1 ? event.key.toLowerCase() : event.key, taken = { " ": "button" }[key] ?? "input";
-  if (typing || ((key === " " || key.startsWith("Arrow")) && at(taken)) || !(app.keys || key === "Escape")) return;
-  const act = /^[1-9]$/.test(key) ? () => app.lesson.answer(Number(key)) || app.lift(Number(key))
-    : PANELS[key] ? () => app.panels.toggle(PANELS[key]) : ACTS[key];
-  if (act) event.preventDefault();
-  act?.(app);
+  const key = SYMBOLS[event.key] ?? event.key.toLowerCase(), taken = { " ": "button, #panel input" }[key];
+  if (event.ctrlKey || event.metaKey || event.altKey || key.length !== 1) return;
+  const at = (selector) => event.target.matches?.(selector);
+  if (at(taken ?? ("←→".includes(key) ? "input" : "#panel input")) || !(app.keys || key === "⎋")) return;
+  const [name, [, , act]] = Object.entries(ACTS).find(([, [keys]]) => keys.includes(key)) ?? ["", []];
+  if (!act || !offers(app, name)) return;
+  event.preventDefault();
+  act(app, key, name);
 }
 
 /** Back or on within a click. */
@@ -45,7 +69,4 @@ function stepInside(app, direction) {
 }
 
 /** Back or on in a recording. */
-function stepTime(app, direction) {
-  const [source] = app.sources;
-  if (!source.live) app.seek(source.now + direction * TIME_STEP * SECONDS * app.clock.rate);
-}
+function stepTime(app, direction) { app.seek(app.sources[0].now + direction * TIME_STEP * SECONDS * app.clock.rate); }

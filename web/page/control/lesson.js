@@ -58,7 +58,7 @@ export class Lesson {
 
   /** Balls have been let go: if the class is to be asked, time stands still until it has answered. */
   ask() {
-    const { app } = this, { live, setup } = app.stages[0].source, { guesses } = app.controls;
+    const { app } = this, [{ live, setup }] = app.sources, { guesses } = app.controls;
     this.enter(this.asks && live && setup.release ? "asks" : null);
     if (!this.phase) return;
     app.setRunning(false);
@@ -69,11 +69,21 @@ export class Lesson {
 
   /** What the class expects; whether it was asked. */
   answer(guess) {
-    if (this.phase !== "asks" || guess > this.app.stages[0].source.setup.balls) return false;
+    if (this.phase !== "asks" || guess > this.app.sources[0].setup.balls) return false;
     Object.assign(this, { guess, click: null });
     this.enter("waits");
     this.app.setRunning(true);
     return true;
+  }
+
+  /** A ball (from 0) is pointed at. If it hangs, it and those beyond it are what the class expects; whether it was
+   *  asked. */
+  point(ball) {
+    if (this.phase !== "asks" || ball < 0) return false;
+    const { release, balls } = this.app.sources[0].setup, moves = (_, i) => release.x_start[i] || release.v_start[i];
+    if (moves(null, ball)) return false;
+    const first = release.x_start.findIndex(moves);
+    return this.answer(first < ball ? balls - ball : ball + 1);
   }
 
   /** Watches the first click, until it is known and seen. A hand, or time that runs unasked, end the question. */

@@ -2,8 +2,9 @@
 
 import { fillChange } from "#control/change.js";
 import { pulsesTable, runTable, save, savePicture } from "#control/keep.js";
+import { offers } from "#control/keys.js";
 import { copyLink } from "#control/link.js";
-import { LESSON, PRESETS } from "#engine/setup.js";
+import { LESSON } from "#engine/setup.js";
 import { withPrefix } from "#view/common.js";
 import { aria, element, unpacked } from "#view/elements.js";
 import { fillTexts, languages, paceText, rounded, say, textsOf } from "#view/texts.js";
@@ -24,21 +25,20 @@ export class Panels {
     app.controls.panel.onkeydown = ({ key }) => { if (key === "Escape") this.close(); };
   }
 
-  /** Only what there is to be done with this source, and with an engine or without one. */
-  offer({ live }, engine) {
-    const needs = { details: !live, change: engine, beside: engine && live, lesson: engine };
-    for (const kind of KINDS) this.openers[kind].hidden = !(needs[kind] ?? true);
+  /** Another source is shown: only panels in which there is something to be done. */
+  offer() {
+    for (const kind of KINDS) this.openers[kind].hidden = !offers(this.app, kind);
     if (this.openers[this.kind]?.hidden) this.close();
+    this.refresh();
   }
 
   toggle(kind) {
-    const { panel, paneltitle, close } = this.app.controls, opener = this.openers[kind];
-    if (kind !== this.kind && opener.hidden) return;
+    const { panel, paneltitle, close } = this.app.controls;
     this.kind = this.kind === kind ? null : kind;
     for (const each of KINDS) aria(this.openers[each], { expanded: each === this.kind });
     panel.hidden = !this.kind;
     document.body.classList.toggle("open", Boolean(this.kind));
-    if (!this.kind) return void opener.focus();
+    if (!this.kind) return void this.openers[kind].focus();
     paneltitle.dataset.text = this.kind;
     fillTexts();
     this.refresh();
@@ -59,19 +59,18 @@ export class Panels {
 
   // ---- pieces
 
-  /** Under the title of this name, one of several, by their names in the table of texts `texts`, or as this function
-   *  says; or, with checkboxes, those for which `chosen` is true. */
-  chips(title, names, texts, chosen, choose) {
+  /** Under the title of this name, one of these choices {key: text}; or, with checkboxes, those for which `chosen` is
+   *  true. */
+  chips(title, choices, chosen, choose) {
     const set = element(this.body, "fieldset"), several = typeof chosen === "function";
     element(set, "legend", { textContent: say(title) });
     const row = element(set, "div", { className: "chips" });
-    for (const key of names) {
+    for (const [key, textContent] of Object.entries(choices)) {
       const label = element(row, "label"), checked = several ? chosen(key) : key === chosen;
       const input = element(label, "input", { type: several ? "checkbox" : "radio", name: `chips ${title}`, checked });
       input.dataset.key = `${title} ${key}`;
-      const text = typeof texts === "function" ? texts(key) : say(texts ? `${texts}.${key}` : key);
-      element(label, "span", { textContent: text });
-      input.addEventListener("change", () => choose(key, input.checked));
+      element(label, "span", { textContent });
+      input.onchange = () => choose(key, input.checked);
     }
   }
 
@@ -90,43 +89,47 @@ export class Panels {
     input.onchange = () => choose(chosen());
   }
 
+  /** A column of buttons with the texts of these names, as far as they can do something. */
+  buttons(acts) {
+    const column = element(this.body, "div", { className: "column" });
+    for (const [name, onclick] of Object.entries(acts))
+      if (offers(this.app, name)) element(column, "button", { type: "button", textContent: say(name), onclick });
+    return column;
+  }
+
+  /** A list of terms, with what is told of each. */
+  terms(className, rows) {
+    const list = element(this.body, "dl", { className, tabIndex: 0 });
+    for (const [term, ...told] of rows) {
+      element(list, "dt", { textContent: term });
+      for (const textContent of told) if (textContent) element(list, "dd", { textContent });
+    }
+  }
+
   // ---- panels
 
   change() { fillChange(this); }
 
-  presets() {
-    this.chips("preset", Object.keys(PRESETS), "presets", this.app.preset, (name) => this.app.choose(name));
-  }
-
   show() {
-    const { app } = this;
-    this.chips("showWhat", Object.keys(textsOf("shows")), "shows", (kind) => app.shows[kind],
-      (kind, on) => app.setShow(kind, on));
-    const { space, clock, sound, theme, keys, lesson } = app;
+    const { app } = this, { space, clock, sound, theme, keys, lesson } = app, [names, spoken] = languages();
     const on = { space, every: clock.slow === "always", sound: sound.on, light: !theme.dark, keys, ask: lesson.asks };
-    this.chips("othersWhat", Object.keys(on), "others", (kind) => on[kind],
-      (kind, checked) => app.setOther(kind, checked));
-    this.slider("pace", {
-      min: -6, max: 0, step: 0.25, value: Math.log10(app.clock.base), show: (p) => paceText(10 ** p),
-      choose: (p) => app.setPace(10 ** p),
-    });
-    const [names, spoken] = languages();
-    this.chips("languages", Object.keys(names), (code) => names[code], spoken, (code) => app.setLanguage(code));
+    const others = Object.entries(textsOf("others")).filter(([kind]) => offers(app, kind));
+    this.chips("showWhat", textsOf("shows"), (kind) => app.shows[kind], (kind, on) => app.setShow(kind, on));
+    this.chips("othersWhat", Object.fromEntries(others), (kind) => on[kind], (kind, on) => app.setOther(kind, on));
+    this.slider("pace", { min: -6, max: 0, step: 0.25, value: Math.log10(clock.base), show: (p) => paceText(10 ** p),
+      choose: (p) => app.setPace(10 ** p) });
+    this.chips("languages", names, spoken, (code) => app.setLanguage(code));
   }
 
   beside() {
     const { app } = this;
-    this.chips("besideWhat", Object.keys(textsOf("besides")), "besides", app.besideChoice ?? "stop",
-      (name) => app.compare(name));
+    this.chips("besideWhat", textsOf("besides"), app.besideChoice ?? "stop", (name) => app.compare(name));
   }
 
   keep() {
-    const { app } = this, column = element(this.body, "div", { className: "column" }), { source } = app.stages[0];
-    const buttons = { link: () => copyLink(app), picture: () => savePicture(app),
-      pulsesFile: () => save("pulses.csv", pulsesTable(source)), runFile: () => save("run.csv", runTable(source)) };
-    for (const [name, onclick] of Object.entries(buttons))
-      if (source.live || name === "picture")
-        element(column, "button", { type: "button", textContent: say(name), onclick });
+    const { app } = this, [source] = app.sources;
+    const column = this.buttons({ link: () => copyLink(app), picture: () => savePicture(app),
+      pulsesFile: () => save("pulses.csv", pulsesTable(source)), runFile: () => save("run.csv", runTable(source)) });
     const label = element(column, "label", { className: "file", textContent: say("open") });
     element(label, "input", { type: "file", accept: ".csv,text/csv",
       onchange: ({ target }) => app.openFile(target.files[0]) });
@@ -134,9 +137,8 @@ export class Panels {
 
   /** Six steps, each a link into this page. */
   lesson() {
-    const column = element(this.body, "div", { className: "column" });
+    this.buttons({ present: () => this.app.open("present") });
     const list = element(this.body, "ol", { className: "lesson" });
-    element(column, "button", { type: "button", textContent: say("present"), onclick: () => this.app.open("present") });
     textsOf("lessons").forEach(({ title, text }, i) => {
       const item = element(list, "li");
       element(item, "a", { href: `#${LESSON[i]}`, textContent: title });
@@ -148,28 +150,18 @@ export class Panels {
   details() {
     const { source, scene } = this.app.stages[0], { length, radius } = source.drawing, { parameters } = source;
     const known = parameters.length > 0, larger = length / (radius * scene.long);
-    const note = (textContent) => element(this.body, "p", { textContent });
-    note(source.name);
-    note(say(known ? "sizes" : "sizesAssumed",
-      { length: withPrefix(length, "m", 4), radius: withPrefix(radius, "m") }));
-    if (larger > 1.01) note(say("enlarged", { times: rounded(larger, 2) }));
-    if (!known) return;
-    const list = element(this.body, "dl", { className: "parameters", tabIndex: 0 });
-    for (const [name, value, unit, meaning] of parameters) {
-      element(list, "dt", { textContent: name });
-      element(list, "dd", { textContent: `${value} ${unit}`.trim() });
-      if (meaning) element(list, "dd", { textContent: meaning, className: "meaning" });
-    }
+    const sizes = { length: withPrefix(length, "m", 4), radius: withPrefix(radius, "m") };
+    const notes = [source.name, say(known ? "sizes" : "sizesAssumed", sizes)];
+    if (larger > 1.01) notes.push(say("enlarged", { times: rounded(larger, 2) }));
+    for (const textContent of notes) element(this.body, "p", { textContent });
+    if (known) this.terms("parameters",
+      parameters.map(([name, value, unit, meaning]) => [name, `${value} ${unit}`.trim(), meaning]));
   }
 
   help() {
-    const list = element(this.body, "dl", { className: "keys" });
-    for (const [key, meaning] of textsOf("keys")) {
-      element(list, "dt", { textContent: key });
-      element(list, "dd", { textContent: meaning });
-    }
-    const column = element(this.body, "div", { className: "column" });
-    element(column, "button", { type: "button", textContent: say("licences"), onclick: async ({ target }) => {
+    const rows = Object.entries(textsOf("keys")).filter(([name]) => offers(this.app, name));
+    this.terms("keys", rows.map(([, row]) => row));
+    const column = this.buttons({ licences: async ({ target }) => {
       target.remove();
       element(column, "pre", { tabIndex: 0, textContent: await unpacked("licences").text() });
     } });

@@ -18,10 +18,10 @@ export class Stage {
     const caption = element(this.figure, "div", { className: "caption" });
     this.sentence = aria(element(caption, "p", { className: "sentence" }), { live: "polite" });
     this.detail = element(caption, "p", { className: "detail" });
-    this.strips = new Strips(this, app);
+    this.strips = new Strips(this);
     this.scene = new Scene(this.canvas);
-    this.hand = new Hand(this, app);
-    this.sliders = new Sliders(this, app);
+    this.hand = new Hand(this);
+    this.sliders = new Sliders(this);
     this.changed();
   }
 
@@ -34,8 +34,7 @@ export class Stage {
   /** Shows the cradle in 3D, or flat; false where that cannot be. */
   setSpace(on) {
     if (on === this.scene instanceof Scene3D) return true;
-    const { app, canvas } = this;
-    const scene = on ? Scene3D.open(canvas, app.eye, () => app.loseSpace()) : new Scene(canvas);
+    const { app, canvas } = this, scene = on ? Scene3D.open(canvas, app.eye, () => app.loseSpace()) : new Scene(canvas);
     if (!scene) return false;
     this.scene.close();
     this.scene = scene;
@@ -53,15 +52,15 @@ export class Stage {
 
   /** The picture. */
   draw(theme) {
-    const { source, scene, app } = this, { state } = source, { shows, clock } = app, drawing = source.drawing;
+    const { source, scene, app: { shows, clock }, sliders: { chosen: selected } } = this, { state, drawing } = source;
     const held = source.held ?? new Map(), click = clock.inside ? source.shownClick : null;
     scene.layout(drawing, this.nearness(), this.room(drawing)).draw(state, {
-      theme, held, labels: shows.numbers || Boolean(click) || this.sliders.chosen >= 0, selected: this.sliders.chosen,
-      arrows: shows.velocity || click ? Math.max(click?.most.velocity ?? this.strips.track.most.velocity, 1e-3) : 0,
+      theme, held, selected, labels: shows.numbers || Boolean(click) || selected >= 0,
+      arrows: shows.velocity || click ? Math.max((click ?? this.strips.track).most.velocity, 1e-3) : 0,
     });
     if (click?.most.overlap) {
       // Half of what a lens shows (m): the play, or the deepest overlap.
-      const reach = 1.3 * Math.max(click.most.overlap, (source.setup ?? source.made).get("contact.deadBand"));
+      const reach = 1.3 * Math.max(click.most.overlap, source.setup.get("contact.deadBand"));
       drawLenses(scene, state, { reach, theme, opacity: drawing.rigid ? 0 : Math.min(1, 2 * this.near - 1) });
     }
     this.describe(click);

@@ -11,8 +11,8 @@ const MOST_VALUES = 6; // of one row; of more curves the value that is furthest 
 const TIDY = 1e-9;   // of the largest: what is less is nothing but rounding
 
 export class Strips {
-  constructor(stage, app) {
-    Object.assign(this, { stage, app, pointer: null });
+  constructor(stage) {
+    Object.assign(this, { stage, app: stage.app, pointer: null });
     // What scrolls can be reached by the keyboard.
     this.box = element(stage.figure, "div", { className: "strips", hidden: true, role: "group", tabIndex: 0 });
     const canvas = this.canvas = element(this.box, "canvas", { className: "graph", role: "img" });
@@ -37,8 +37,9 @@ export class Strips {
 
   /** Takes note of what a live run shows. */
   record(pulses, passed) {
-    const { source } = this.stage, { state } = source;
-    if (passed > 0 || !this.history.times.length) this.history.record(source.time, state, pulses, source.origin);
+    const { source } = this.stage;
+    if (passed > 0 || !this.history.times.length)
+      this.history.record(source.time, source.state, pulses, source.origin);
   }
 
   get track() { return this.stage.source.live ? this.history : this.stage.source; }
@@ -55,7 +56,7 @@ export class Strips {
   }
 
   draw(click, theme) {
-    const { stage: { source }, app } = this, known = click?.sampled && click.length > 0 ? click : null;
+    const { stage: { source }, app, graph, canvas } = this, known = click?.sampled && click.length > 0 ? click : null;
     // Within a click, time is that of its run.
     const track = known?.samples ?? this.track, { origin, [known ? "now" : "time"]: now } = source;
     const kinds = ["force", "velocity", "energy", "momentum"].filter((kind) => track.counts[kind]
@@ -65,39 +66,31 @@ export class Strips {
     aria(this.box, { label: say("showWhat") });
     if (!kinds.length) return;
     this.window = this.frozen ?? this.around(known);
-    const pointer = this.pointer === null ? null : this.graph.timeAt(this.pointer, this.window);
-    this.graph.draw(kinds, track,
-      { ...this.window, now, pointer, click: known, origin: known?.begin ?? origin, theme });
-    this.canvas.style.cursor = this.canSeek ? "ew-resize" : "";
-    const at = pointer ?? now;
-    const titles = kinds.map((kind) => `<p>${this.title(kind, track, at, theme)}</p>`).join("");
+    const pointer = this.pointer === null ? null : graph.timeAt(this.pointer, this.window);
+    graph.draw(kinds, track, { ...this.window, now, pointer, click: known, origin: known?.begin ?? origin, theme });
+    canvas.style.cursor = this.canSeek ? "ew-resize" : "";
+    const titles = kinds.map((kind) => `<p>${this.title(kind, track, pointer ?? now, theme)}</p>`).join("");
     if (this.shownTitles !== titles) this.titles.innerHTML = this.shownTitles = titles;
-    if (performance.now() - (this.told ?? -Infinity) > 1000) {
-      aria(this.canvas, { label: this.titles.textContent });
-      this.told = performance.now();
-    }
+    if (performance.now() - (this.told ?? -Infinity) < 1000) return;
+    aria(canvas, { label: this.titles.textContent });
+    this.told = performance.now();
   }
 
   /** The time between the sides: that of a click, of a recording around now, of a live run up to now. */
   around(click) {
-    const { stage: { source }, app: { clock } } = this, { time: now } = source, span = SECONDS * clock.base;
-    const margin = MARGIN * click?.length;
+    const { stage: { source }, app: { clock } } = this, { live, begin, end, time: now } = source;
+    const span = SECONDS * clock.base, margin = MARGIN * click?.length;
     if (click) return { left: click.begin - margin, right: click.end + margin };
-    if (source.live) {
-      const left = Math.max(now - span, this.history.times[0] ?? now);
-      return { left, right: Math.max(now, left + span / SECONDS) };
-    }
-    const left = Math.max(source.begin, Math.min(now - span / 2, source.end - span));
-    return { left, right: Math.min(left + span, Math.max(source.end, left + 1e-9)) };
+    const left = live ? Math.max(now - span, this.history.times[0] ?? now)
+      : Math.max(begin, Math.min(now - span / 2, end - span));
+    return { left, right: live ? Math.max(now, left + clock.base) : Math.min(left + span, end) };
   }
 
   /** What a row shows, in words, with its values at this time. */
   title(kind, track, at, theme) {
     const count = track.times.length > 1 ? track.counts[kind] : 0, place = placeIn(track.times, at);
-    const several = Array.from({ length: count }, (_, i) => {
-      const value = valueAt(track, kind, i, place);
-      return Math.abs(value) < TIDY * track.most[kind] ? 0 : value;
-    });
+    const several = Array.from({ length: count }, (_, i) => valueAt(track, kind, i, place))
+      .map((value) => (Math.abs(value) < TIDY * track.most[kind] ? 0 : value));
     const names = { velocity: (i) => `${i + 1}`, force: (i) => `${i + 1}–${i + 2}`, momentum: () => "",
       energy: (i) => say(`energies.${track.parts[i]}`) }[kind];
     const colours = (i) => (kind === "momentum" ? "transparent" : colourOf(kind, i, track, theme));
@@ -105,16 +98,15 @@ export class Strips {
     const told = several.length > MOST_VALUES ? [largest] : [...several.keys()];
     const values = told.map((i) => `<span style="border-color: ${colours(i)}">${names(i)}
       <b>${withPrefix(several[i], UNITS[kind])}</b></span>`);
-    return [say(`shows.${kind}`), ...values, ...this.sums(kind)].join(" ");
+    return [say(`shows.${kind}`), ...values, this.sum(kind)].join(" ");
   }
 
   /** What a live run says besides of its energy and momentum. */
-  sums(kind) {
+  sum(kind) {
     const { live, account, state } = this.stage.source;
-    if (!live) return [];
-    if (kind === "momentum") return [`· ${say("support", { force: withPrefix(state.supportForce, "N") })}`];
-    if (kind !== "energy") return [];
+    if (live && kind === "momentum") return `· ${say("support", { force: withPrefix(state.supportForce, "N") })}`;
+    if (!live || kind !== "energy") return "";
     const sums = { lost: withPrefix(state.dissipated, "J"), residual: rounded(state.residual, 2) };
-    return [account ? `${withPrefix(state.energy, "J", 6)} · ${say("exact", sums)}` : say("inHand")];
+    return account ? `${withPrefix(state.energy, "J", 6)} · ${say("exact", sums)}` : say("inHand");
   }
 }

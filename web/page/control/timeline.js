@@ -1,23 +1,23 @@
 // What a recording has besides: a slider over the whole of it with a mark for each click, the way from click to click,
 // how fast time runs, and the way into a live run.
 
-import { Live } from "#engine/live.js";
 import { TOGETHER } from "#view/captions.js";
 import { prepared, write } from "#view/common.js";
 import { aria } from "#view/elements.js";
 import { paceText, say } from "#view/texts.js";
 
 const THUMB = 16; // px of a slider's handle
+const SLOWEST = 1e-6; // that the run can be chosen to be
 
 export class Timeline {
   constructor(app) {
     this.app = app;
-    const { whole, speed, previous, next, goon } = app.controls;
+    const { whole, speed, previous, next, goOn } = app.controls;
     whole.oninput = () => app.seek(Number(whole.value));
-    speed.oninput = () => app.setPace(this.slowest ** (1 - Number(speed.value)));
+    speed.oninput = () => app.setPace(SLOWEST ** (1 - Number(speed.value)));
     previous.onclick = () => this.jump(-1);
     next.onclick = () => this.jump(1);
-    goon.onclick = () => app.attempt(() => this.goOn());
+    goOn.onclick = () => app.attempt(() => this.goOn());
   }
 
   /** Shows a recording from its start on; its first click is slow, where motion need not be reduced. */
@@ -35,23 +35,9 @@ export class Timeline {
 
   /** From the recording into a live run, from the state that is shown. Throws Refusal. */
   goOn() {
-    const { app } = this, [{ made, state }] = app.sources, live = new Live(app.engine, made.atRest());
-    live.restart(made, Array.from(state.x), Array.from(state.v));
-    app.replace(live);
-    Object.assign(app, { preset: null, lifted: live.setup.release });
+    const { app } = this, [{ setup, state: { x, v } }] = app.sources;
     app.clock.slowAt("no");
-    app.setRunning(true);
-    app.changed();
-  }
-
-  /** Slows down at the next click; where motion is to be reduced, it stands still at its beginning. */
-  inside() {
-    const { app } = this, [source] = app.sources;
-    if (!source.openable.length) return app.tell(this.clickOf(source));
-    app.clock.slowAt("next");
-    if (!source.ahead()) app.seek(source.openable.at(-1).begin);
-    app.setRunning(!app.still);
-    if (app.still) app.seek(source.now + source.ahead().distance);
+    app.begin(setup.moving(Array.from(x), Array.from(v)), null);
   }
 
   /** To the next click, or the one before; inside a click, to where balls touch or part. */
@@ -76,15 +62,10 @@ export class Timeline {
   }
 
   /** Another source is shown. */
-  changed({ live, begin, end, pulses, made }) {
-    const { controls, engine } = this.app, { whole, timeline } = controls;
+  changed({ live, begin, end }) {
+    const { whole, timeline } = this.app.controls;
     timeline.hidden = live;
-    for (const name of ["again", "rest"]) controls[name].hidden = !live;
-    controls.goon.hidden = live || !made || !engine;
-    if (live) return;
-    Object.assign(whole, { min: begin, max: end });
-    const shortest = pulses.reduce((least, { onset, release }) => Math.min(least, release - onset || least), 2e-3);
-    this.slowest = 10 ** Math.floor(Math.log10(shortest / 2));
+    if (!live) Object.assign(whole, { min: begin, max: end });
     this.drawn = null;
   }
 
@@ -93,7 +74,7 @@ export class Timeline {
     const { clock, controls: { whole, speed, factor, previous, next } } = this.app;
     if (live) return;
     whole.value = now;
-    speed.value = 1 - Math.log(clock.base) / Math.log(this.slowest);
+    speed.value = 1 - Math.log(clock.base) / Math.log(SLOWEST);
     write(factor, paceText(clock.base));
     aria(whole, { valuetext: `${now.toFixed(2)} s` });
     aria(speed, { valuetext: factor.textContent });

@@ -9,41 +9,31 @@ export class Refusal extends Error {}
 export class Engine {
   /** From the bytes of the .wasm file. */
   static async load(bytes) {
-    const { instance } = await WebAssembly.instantiate(bytes, {});
-    return new Engine(instance.exports);
+    const { instance: { exports } } = await WebAssembly.instantiate(bytes, {});
+    return Object.assign(new Engine(), { functions: exports });
   }
 
-  constructor(functions) {
-    this.functions = functions;
-    functions.prepare();
+  /** The text that the engine left last, as bytes. */
+  get bytes() {
+    const { memory, text, text_length } = this.functions;
+    return new Uint8Array(memory.buffer, text(), text_length());
   }
 
-  /** Calls a function; a panic of the engine becomes an error with what it said. */
-  call(name, ...given) {
-    try {
-      return this.functions[name](...given);
-    } catch (problem) {
-      if (problem instanceof WebAssembly.RuntimeError)
-        throw new Error(`The engine stopped: ${this.text() || problem.message}`);
-      throw problem;
-    }
-  }
+  get text() { return new TextDecoder().decode(this.bytes); }
 
-  /** The text that the engine left last. */
-  text() {
-    const { memory, text_left, text_length } = this.functions;
-    return new TextDecoder().decode(new Uint8Array(memory.buffer, text_left(), text_length()));
+  /** The numbers that the engine left last, until the next call. */
+  get numbers() {
+    const { memory, numbers, numbers_length } = this.functions;
+    return new Float64Array(memory.buffer, numbers(), numbers_length());
   }
-
-  numbers(address, count) { return new Float64Array(this.functions.memory.buffer, address, count); }
 
   /** Starts a run from a recipe {balls, start}, as an FMU carries it. Throws Refusal. */
   start({ balls, start }) {
-    const bytes = new TextEncoder().encode(JSON.stringify({ format: 1, balls, start }));
-    const address = this.call("text", bytes.length);
-    new Uint8Array(this.functions.memory.buffer, address, bytes.length).set(bytes);
-    const number = this.call("start");
-    if (number < 0) throw new Refusal(this.text());
+    const recipe = new TextEncoder().encode(JSON.stringify({ format: 1, balls, start }));
+    this.functions.make_room(recipe.length);
+    this.bytes.set(recipe);
+    const number = this.functions.start();
+    if (number < 0) throw new Refusal(this.text);
     return new Run(this, number, balls);
   }
 }
@@ -56,14 +46,14 @@ export class State {
     const parts = counts.map((count) => numbers.subarray(at, (at += count)));
     Object.assign(this, { balls, numbers });
     [this.x, this.v, this.kinetic, this.gravity, this.F, this.overlap, this.elastic, this.closed] = parts;
-    this.read();
   }
 
-  /** Of the whole: time (s), energies (J), with the work of external forces and the residual, momentum (N.s), force
-   *  (N), events. */
-  read() {
+  /** Takes over numbers. Those of the whole: time (s), energies (J), with the work of external forces and the residual,
+   *  momentum (N.s), force (N), events. */
+  read(numbers) {
+    this.numbers.set(numbers);
     [this.time, this.energy, this.dissipated, this.work, this.residual, this.momentum, this.supportForce, this.events] =
-      this.numbers;
+      numbers;
     return this;
   }
 
@@ -73,52 +63,46 @@ export class State {
 
 /** One run of a cradle. It lives until `forget`. */
 class Run {
-  constructor(engine, number, balls) {
-    Object.assign(this, { engine, number, balls, time: 0, shown: null });
+  constructor(engine, number, balls, time = 0) {
+    Object.assign(this, { engine, number, balls, time, shown: new State(balls), pulses: [] });
   }
 
   /** Moves on to `time` or until `effort` (about 0.1 us each) is spent; the time reached. Throws Refusal. */
   advance(time, effort = Infinity) {
     if (!(time > this.time)) return this.time;
-    const reached = this.engine.call("advance", this.number, time, Math.min(effort, Number.MAX_SAFE_INTEGER));
-    if (Number.isNaN(reached)) throw new Refusal(this.engine.text());
+    const { engine } = this;
+    const reached = engine.functions.advance(this.number, time, Math.min(effort, Number.MAX_SAFE_INTEGER));
+    for (let numbers = engine.numbers; numbers.length; numbers = numbers.subarray(5)) {
+      const [contact, onset, release, peak, impulse] = numbers;
+      this.pulses.push({ contact, onset, release, peak, impulse });
+    }
+    if (Number.isNaN(reached)) throw new Refusal(engine.text);
     return (this.time = reached);
   }
 
   /** What it shows now: always the same object. */
   look() {
-    const state = (this.shown ??= new State(this.balls));
-    state.numbers.set(this.engine.numbers(this.engine.call("look", this.number), state.numbers.length));
-    return state.read();
+    this.engine.functions.look(this.number);
+    return this.shown.read(this.engine.numbers);
   }
 
   /** When the next onset is, or, where it is not `known` yet, before when there is none; infinite if there is none at
    *  all. */
   nextOnset() {
-    const time = this.engine.call("next_onset", this.number), known = time > 0 || Object.is(time, 0);
+    const time = this.engine.functions.next_onset(this.number), known = time > 0 || Object.is(time, 0);
     return { time: Math.abs(time), known };
   }
 
   /** Pulses that have finished since the last call: [{contact, onset, release, peak, impulse}]. */
   takePulses() {
-    const count = this.engine.call("pulse_count", this.number);
-    if (!count) return [];
-    const numbers = this.engine.numbers(this.engine.call("pulses", this.number), 5 * count);
-    return Array.from({ length: count }, (_, i) => {
-      const [contact, onset, release, peak, impulse] = numbers.subarray(5 * i, 5 * i + 5);
-      return { contact, onset, release, peak, impulse };
-    });
+    return this.pulses.splice(0);
   }
 
   /** Another run that goes on from here. */
-  copy() {
-    const copy = new Run(this.engine, this.engine.call("copy", this.number), this.balls);
-    copy.time = this.time;
-    return copy;
-  }
+  copy() { return new Run(this.engine, this.engine.functions.copy(this.number), this.balls, this.time); }
 
   forget() {
-    if (this.number !== null) this.engine.call("forget", this.number);
+    if (this.number !== null) this.engine.functions.forget(this.number);
     this.number = null;
   }
 }

@@ -1,41 +1,49 @@
-// What a live source has shown of late, for the strips: a track, as a recording is one by itself.
-//
-// A track has `times` (s, rising), `value(kind, i, k)` of curve `i` at sample `k`, `counts` of curves, the `most` of
-// each kind, the names of the `parts` of its energy, and `pulsesIn(left, right)`.
+// Tracks: what strips show of a whole recording, of a click, of late of a live run.
 
 import { largest } from "#view/common.js";
 
-const ENERGY_PARTS = ["kinetic", "gravity", "elastic"];
-export const LEAST = { velocity: 1e-9, force: 1e-9, energy: 1e-12, momentum: 1e-12 }; // that a scale ends at
+const PARTS = ["kinetic", "gravity", "elastic"]; // of the energy
+const LEAST = { velocity: 1e-9, force: 1e-9, energy: 1e-12, momentum: 1e-12 }; // that a scale ends at
 const KEPT = 900; // samples
 
-export class History {
+export class Track {
+  /** `times` (s) rise; `curves`: for each kind, a column of samples for each curve; `parts`: what its curves of energy
+   *  are. */
+  constructor(balls, times, curves, parts) {
+    Object.assign(this, { balls, times, curves, parts, pulses: [], most: { ...LEAST, overlap: 1e-9 } });
+    this.counts = Object.fromEntries(Object.entries(curves).map(([kind, { length }]) => [kind, length]));
+  }
+
+  value(kind, i, k) { return this.curves[kind][i][k]; }
+
+  pulsesIn(left, right) { return this.pulses.filter(({ onset, release }) => release >= left && onset <= right); }
+
+  /** Takes note of columns of this kind: the largest value of all is at least theirs. */
+  see(kind, columns) { this.most[kind] = Math.max(this.most[kind], largest(columns)); }
+}
+
+/** What is shown of late. */
+export class History extends Track {
   constructor(balls) {
-    Object.assign(this, { balls, times: [], rows: [], pulses: [], parts: ENERGY_PARTS });
-    this.counts = { velocity: balls, force: balls - 1, energy: ENERGY_PARTS.length, momentum: 1 };
-    this.most = { ...LEAST, overlap: 1e-9 };
+    const curves = (count) => Array.from({ length: count }, () => []);
+    super(balls, [], { velocity: curves(balls), force: curves(balls - 1), energy: curves(PARTS.length),
+      momentum: curves(1) }, PARTS);
   }
 
   /** Notes what is shown at `time`, and pulses by the clock of their run, which began at `origin`. */
-  record(time, state, pulses = [], origin = 0) {
-    const sum = (values) => values.reduce((a, b) => a + b, 0);
-    const row = { velocity: Array.from(state.v), force: Array.from(state.F), momentum: [state.momentum],
-      energy: ENERGY_PARTS.map((part) => Math.max(0, sum(state[part]))) };
-    this.times.push(time);
-    this.rows.push(row);
+  record(time, { v, F, energy, momentum, overlap, ...stored }, pulses = [], origin = 0) {
+    const parts = PARTS.map((part) => Math.max(0, stored[part].reduce((a, b) => a + b, 0))), { times, curves } = this;
+    const row = { velocity: v, force: F, energy: parts, momentum: [momentum] };
+    times.push(time);
+    for (const [kind, values] of Object.entries(row)) values.forEach((value, i) => curves[kind][i].push(value));
     for (const pulse of pulses)
       this.pulses.push({ ...pulse, onset: pulse.onset + origin, release: pulse.release + origin });
-    if (this.rows.length > KEPT) {
-      this.times.shift();
-      this.rows.shift();
-      while (this.pulses[0]?.release < this.times[0]) this.pulses.shift();
+    if (times.length > KEPT) {
+      for (const column of [times, ...Object.values(curves).flat()]) column.shift();
+      while (this.pulses[0]?.release < times[0]) this.pulses.shift();
     }
-    const seen = { ...row, force: [...row.force, ...pulses.map(({ peak }) => peak)], energy: [state.energy],
-      overlap: state.overlap.map((overlap) => Math.max(0, overlap)) };
-    for (const [kind, values] of Object.entries(seen)) this.most[kind] = Math.max(this.most[kind], largest([values]));
+    const seen = { ...row, force: [...F, ...pulses.map(({ peak }) => peak)], energy: [energy],
+      overlap: overlap.map((depth) => Math.max(0, depth)) };
+    for (const [kind, values] of Object.entries(seen)) this.see(kind, [values]);
   }
-
-  value(kind, i, k) { return this.rows[k][kind][i]; }
-
-  pulsesIn(left, right) { return this.pulses.filter(({ onset, release }) => release >= left && onset <= right); }
 }

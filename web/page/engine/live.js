@@ -3,7 +3,6 @@
 // What the page needs of a source, live or recorded: `drawing`, `state`, `account`, `advance`, `takePulses`, `ahead`.
 
 import { Click } from "#engine/click.js";
-import { apart } from "#engine/setup.js";
 import { largest } from "#view/common.js";
 
 const HAND_MASS = 1e9;  // a held ball, in its own masses: the others bounce off it as off a wall
@@ -79,15 +78,8 @@ export class Live {
     done();
   }
 
-  /** A new run at these positions (m) and velocities (m/s). Balls that would overlap under its law are moved apart by
-   *  that much. */
-  restart(setup, x, v) {
-    const band = setup.get("contact.deadBand"), gap = setup.values["contact.gap"] ?? [];
-    const clearance = x.slice(1).map((_, i) => band + (gap[i] ?? 0));
-    // Pre-compressed balls overlap at rest: a force law takes what there is.
-    const kept = setup.law !== "rigid" && clearance.some((least) => least < 0);
-    this.begin(setup.with({ x_start: kept ? x : apart(x, clearance), v_start: v }));
-  }
+  /** A new run at these positions (m) and velocities (m/s). */
+  restart(setup, x, v) { this.begin(setup.moving(x, v)); }
 
   /** Positions (m) and velocities (m/s) now. */
   motion() { return [Array.from(this.state.x), Array.from(this.state.v)]; }

@@ -2,73 +2,54 @@
 
 import { LONGEST, QUIET, QUIET_LEAST } from "#engine/click.js";
 import { State } from "#engine/engine.js";
-import { LEAST } from "#engine/history.js";
+import { Track } from "#engine/history.js";
 import { Setup } from "#engine/setup.js";
-import { fromCsv } from "#engine/table.js";
+import { fromCsv, runOf } from "#engine/table.js";
 import { countUpTo, cubic, largest, linear, placeIn } from "#view/common.js";
 import { inflated } from "#view/elements.js";
 
 const LEAST_SAMPLES = 2; // of each pulse of a click that can be looked into
 
-export class Recording {
+export class Recording extends Track {
   /** From what page.py has packed into the page. */
-  static async load(json) {
-    const data = { ...json, time: await unpacked(json.time) }, { length: samples } = data.time;
-    for (const name of ["x", "v", "F"]) {
-      const values = await unpacked(json[name]), count = values.length / samples;
-      data[name] = Array.from({ length: count }, (_, i) => values.subarray(i * samples, (i + 1) * samples));
-    }
-    for (const name of ["energy", "pulses"]) {
-      const columns = Object.entries(json[name]).map(async ([key, packed]) => [key, await unpacked(packed)]);
-      data[name] = Object.fromEntries(await Promise.all(columns));
-    }
-    const { contact, onset, release, peak } = data.pulses;
-    data.pulses = Array.from(onset, (begin, i) =>
-      ({ contact: contact[i] - 1, onset: begin, release: release[i], peak: peak[i] }));
-    return new Recording(data);
+  static async load({ time, samples, pulses, ...known }) {
+    const [times, columns, table] = await Promise.all([time, samples, pulses].map(unpacked));
+    const rows = Array.from(table.get("contact"), (contact, i) => ({ contact: contact - 1, onset: table.get("onset")[i],
+      release: table.get("release")[i], peak: table.get("peak")[i], impulse: table.get("impulse")[i] }));
+    return new Recording({ ...runOf(new Map([...times, ...columns])), pulses: rows, ...known });
   }
 
   /** From the text of a CSV file. Throws Refusal. */
-  static read(file, text) { return new Recording(fromCsv(file, text)); }
+  static read(file, text) { return new Recording({ title: file, ...fromCsv(file, text) }); }
 
-  /** `pulses`: {contact, from 0, onset, release, peak}. `start`: what it was run with, if that is known. */
+  /** `pulses`: {contact, from 0, onset, release, peak, impulse}. `start`: what it was run with, if that is known. */
   constructor({ title, balls, time, x, v, F, energy, pulses, parameters = [], length, radius, start }) {
-    const made = start ? new Setup(balls, start) : null, [begin, end] = [time[0], time.at(-1)], extent = largest(x);
-    const sizes = { "pendulum.length": length ?? Math.max(0.4, 2 * extent), "ball.radius": radius ?? 0.03 };
-    const { drawing } = made ?? new Setup(balls, sizes), strings = Math.max(drawing.length, extent / 1.1);
+    const sizes = { "pendulum.length": length, "ball.radius": radius }, setup = start ? new Setup(balls, start) : null;
+    const { drawing } = setup ?? new Setup(balls, sizes), extent = largest(x);
+    const sum = (columns) => time.map((_, k) => columns.reduce((sum, column) => sum + column[k], 0));
+    const momenta = v.map((column, i) => column.map((speed) => drawing.mass * drawing.ratio[i] * speed));
+    super(balls, time, { velocity: v, force: F, energy: Object.values(energy), momentum: setup ? [sum(momenta)] : [] },
+      Object.keys(energy));
+    const strings = Math.max(drawing.length, extent / 1.1);
     const rigid = pulses.length > 0 && largest(F) === 0 && pulses.every(({ onset, release }) => onset === release);
     this.drawing = { ...drawing, length: strings, rigid, reach: extent / strings };
-    Object.assign(this, { live: false, account: false, origin: 0, name: title, balls, times: time, x, parameters, made,
-      begin, end });
-    this.follow({ velocity: v, force: F, energy: Object.values(energy) }, Object.keys(energy), pulses);
+    Object.assign(this, { live: false, account: false, origin: 0, name: title, x, parameters, setup,
+      begin: time[0], end: time.at(-1), state: new State(balls) });
     this.findClicks(pulses);
-    this.state = new State(balls);
-    this.seek(begin);
+    for (const kind of ["velocity", "force", "momentum"]) this.see(kind, this.curves[kind]);
+    this.see("force", [pulses.map(({ peak }) => peak)]);
+    this.see("energy", [sum(this.curves.energy)]);
+    this.seek(this.begin);
   }
 
-  /** Makes a track of these curves, see history.js. */
-  follow(curves, parts, pulses) {
-    const { made, times, drawing: { mass, ratio } } = this, { velocity, energy } = curves;
-    const sum = (columns, weight = () => 1) => times.map((_, k) =>
-      columns.reduce((sum, column, i) => sum + weight(i) * column[k], 0));
-    curves.momentum = made ? [sum(velocity, (i) => ratio[i] * mass)] : [];
-    const seen = { ...curves, force: [...curves.force, pulses.map(({ peak }) => peak)], energy: [sum(energy)] };
-    const kinds = Object.keys(curves), by = (of) => Object.fromEntries(kinds.map((kind) => [kind, of(kind)]));
-    Object.assign(this, { curves, parts, counts: by((kind) => curves[kind].length),
-      most: by((kind) => largest(seen[kind]) || LEAST[kind]) });
-  }
-
-  /** Where the clicks are, and pulses by their releases. */
+  /** Where the clicks are. */
   findClicks(pulses) {
-    const column = (items, name) => Float64Array.from(items, (item) => item[name]);
-    // A half-sine's impulse, as the peak is what is known; of rigid impacts, it is the impulse.
-    for (const pulse of pulses)
-      pulse.impulse = (2 / Math.PI) * pulse.peak * (pulse.release - pulse.onset) || pulse.peak;
+    for (const pulse of pulses) {
+      // A half-sine's impulse, where the peak is all that is known; of rigid impacts, only their impulse is.
+      pulse.impulse ||= (2 / Math.PI) * pulse.peak * (pulse.release - pulse.onset) || pulse.peak;
+      pulse.peak ||= pulse.impulse;
+    }
     this.pulses = pulses.sort((a, b) => a.onset - b.onset || a.release - b.release);
-    this.onsets = column(pulses, "onset");
-    this.finished = [...pulses].sort((a, b) => a.release - b.release);
-    this.releases = column(this.finished, "release");
-    this.longest = pulses.reduce((most, pulse) => Math.max(most, pulse.release - pulse.onset), 0);
     this.clicks = [];
     for (const pulse of pulses) {
       const click = this.clicks.at(-1), quiet = click && Math.max(QUIET * click.length, QUIET_LEAST);
@@ -76,8 +57,6 @@ export class Recording {
       else this.clicks.push(new RecordedClick(this, pulse, this.clicks.length));
     }
     this.openable = this.clicks.filter((click) => click.resolved);
-    this.begins = column(this.clicks, "begin");
-    this.openableBegins = column(this.openable, "begin");
   }
 
   get time() { return this.now; }
@@ -92,46 +71,36 @@ export class Recording {
   }
 
   go(now) {
-    const { times, x, curves: { velocity: v, force: F }, state, made } = this, place = placeIn(times, now);
+    const { times, x, curves: { velocity: v, force: F }, state, setup } = this, place = placeIn(times, now);
+    this.now = now;
     x.forEach((column, i) => {
       state.x[i] = cubic(column, v[i], place);
       state.v[i] = linear(v[i], place);
     });
     F.forEach((column, i) => { state.F[i] = linear(column, place); });
     state.closed.fill(0);
-    const click = this.clicks[countUpTo(this.begins, now) - 1];
-    for (const { contact, onset, release } of click && now < click.end ? click.pulses : [])
+    for (const { contact, onset, release } of this.lastClick?.pulses ?? [])
       if (onset <= now && now < release) state.closed[contact] = 1;
-    if (made) state.overlap.forEach((_, i) => { state.overlap[i] = this.overlap(i, state.x[i] - state.x[i + 1]); });
-    this.now = now;
+    if (setup) state.overlap.forEach((_, i) => { state.overlap[i] = this.overlap(i, state.x[i] - state.x[i + 1]); });
   }
 
   /** How far contact `i` is pressed together (m) when its balls have come `nearer` by so much than they hang. */
   overlap(i, nearer) {
-    return nearer - this.made.get("contact.deadBand") - (this.made.values["contact.gap"]?.[i] ?? 0);
+    return nearer - this.setup.get("contact.deadBand") - this.setup.values["contact.gap"][i];
   }
 
   /** Pulses that have finished since the last call. */
   takePulses() {
-    const { releases, finished, told, now } = this;
+    const { told, now } = this;
     this.told = now;
-    return now > told ? finished.slice(countUpTo(releases, told), countUpTo(releases, now)) : [];
-  }
-
-  // ---- as a track, see history.js
-
-  value(kind, i, k) { return this.curves[kind][i][k]; }
-
-  pulsesIn(left, right) {
-    return this.pulses.slice(countUpTo(this.onsets, left - this.longest), countUpTo(this.onsets, right))
-      .filter(({ release }) => release >= left);
+    return now > told ? this.pulsesIn(told, now).filter(({ release }) => release > told && release <= now) : [];
   }
 
   // ---- clicks that can be looked into
 
   /** The last that has begun, and the next one. */
   get around() {
-    const i = countUpTo(this.openableBegins, this.now);
+    const i = begun(this.openable, this.now);
     return [this.openable[i - 1], this.openable[i]];
   }
 
@@ -148,10 +117,13 @@ export class Recording {
   }
 
   /** The click that began last, or none. */
-  get lastClick() { return this.clicks[countUpTo(this.begins, this.now) - 1]; }
+  get lastClick() { return this.clicks[begun(this.clicks, this.now) - 1]; }
 
   forget() {}
 }
+
+/** How many of these clicks have begun at `now`. */
+const begun = (clicks, now) => countUpTo(clicks, now, ({ begin }) => begin);
 
 /** A click of a recording, told as that of a live run in click.js. */
 class RecordedClick {
@@ -191,20 +163,19 @@ class RecordedClick {
   get most() { return (this.found ??= this.measure()); }
 
   measure() {
-    const { samples, range: [from, to] } = this, { x, curves: { velocity, force }, made } = samples;
-    const most = (columns) => Math.max(1e-9, largest(columns.map((column) => column.subarray(from, to))));
-    const pressed = force.map((column, i) =>
-      column.map((_, k) => Math.max(0, samples.overlap(i, x[i][k] - x[i + 1][k]))));
-    return { velocity: most(velocity), force: most(force), overlap: made ? most(pressed) : 0 };
+    const { samples, range } = this, { x, curves: { velocity, force }, setup } = samples;
+    const part = (columns) => columns.map((column) => column.subarray(...range)), places = part(x);
+    const most = (columns) => Math.max(1e-9, largest(columns));
+    const pressed = (_, i) => places[i].map((place, k) => Math.max(0, samples.overlap(i, place - places[i + 1][k])));
+    return { velocity: most(part(velocity)), force: most(part(force)), overlap: setup ? most(force.map(pressed)) : 0 };
   }
 }
 
-/** Undoes `packed` of page.py: base64, deflate, planes of bytes. */
-async function unpacked({ kind, data }) {
-  const planes = new Uint8Array(await inflated(data, "deflate").arrayBuffer());
-  const size = kind === "f8" ? 8 : 4, count = planes.length / size, mixed = new Uint8Array(planes.length);
-  for (let plane = 0; plane < size; plane++) {
-    for (let i = 0; i < count; i++) mixed[i * size + plane] = planes[plane * count + i];
-  }
-  return kind === "f8" ? new Float64Array(mixed.buffer) : new Float32Array(mixed.buffer);
+/** Undoes `packed` of page.py, base64, deflate, planes of bytes: columns by their names. */
+async function unpacked({ names, kind, data }) {
+  const planes = new Uint8Array(await inflated(data, "deflate").arrayBuffer()), mixed = new Uint8Array(planes.length);
+  const [Kind, size] = kind === "f8" ? [Float64Array, 8] : [Float32Array, 4], count = planes.length / size;
+  planes.forEach((byte, k) => { mixed[(k % count) * size + Math.floor(k / count)] = byte; });
+  const numbers = new Kind(mixed.buffer), long = numbers.length / names.length;
+  return new Map(names.map((name, i) => [name, numbers.subarray(i * long, (i + 1) * long)]));
 }

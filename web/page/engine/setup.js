@@ -3,9 +3,12 @@
 
 import { Refusal } from "#engine/engine.js";
 
-const PER_BALL = ["ball.massRatio", "pendulum.lengthRatio", "x_start", "v_start"];
-const PER_CONTACT = ["contact.gap", "contact.stiffnessRatio"];
+/** Of vectors, the elements where nothing else is said: of balls at rest, and of contacts. */
+const USUAL = { "ball.massRatio": 1, "pendulum.lengthRatio": 1, x_start: 0, v_start: 0, "contact.gap": 0,
+  "contact.stiffnessRatio": 1 };
 export const MOST_BALLS = 20;
+
+const elements = (name, balls) => (name.startsWith("contact.") ? balls - 1 : balls);
 
 export const LAWS = {
   linear: { "contact.model": "powerLaw", "contact.exponent": 1 },
@@ -16,14 +19,12 @@ export const LAWS = {
 };
 
 export class Setup {
-  /** `values`: start values by name; those of balls as arrays, filled up with what a ball at rest has. */
+  /** `values`: start values by name; vectors as arrays, filled up with what is usual. */
   constructor(balls, values) {
     this.balls = balls;
     this.values = { ...values };
-    for (const name of PER_BALL) {
-      const given = this.values[name] ?? [];
-      this.values[name] = Array.from({ length: balls }, (_, i) => given[i] ?? rest(name));
-    }
+    for (const [name, usual] of Object.entries(USUAL))
+      this.values[name] = Array.from({ length: elements(name, balls) }, (_, i) => values[name]?.[i] ?? usual);
     for (const [name, value] of Object.entries(DEFAULTS)) if (this.values[name] === value) delete this.values[name];
   }
 
@@ -41,11 +42,18 @@ export class Setup {
   /** All balls at rest, hanging down. */
   atRest() { return this.with({ x_start: [], v_start: [] }); }
 
+  /** At these positions (m) and velocities (m/s). Balls that would overlap under its law are moved apart by that
+   *  much. */
+  moving(x, v) {
+    const clearance = this.values["contact.gap"].map((gap) => this.get("contact.deadBand") + gap);
+    // Pre-compressed balls overlap at rest: a force law takes what there is.
+    const kept = this.law !== "rigid" && clearance.some((least) => least < 0);
+    return this.with({ x_start: kept ? x : apart(x, clearance), v_start: v });
+  }
+
   /** Another number of balls, at rest. */
   resized(balls) {
-    const values = { ...this.values };
-    for (const name of PER_CONTACT) delete values[name];
-    return new Setup(balls, values).atRest();
+    return new Setup(balls, { ...this.values, "contact.gap": [], "contact.stiffnessRatio": [] }).atRest();
   }
 
   /** What does not change while balls move. */
@@ -63,12 +71,9 @@ export class Setup {
 
   /** What the engine starts from. */
   recipe() {
-    const start = {};
-    for (const [name, value] of Object.entries(this.values)) {
-      if (Array.isArray(value)) value.forEach((element, i) => { start[`${name}[${i + 1}]`] = element; });
-      else start[name] = value;
-    }
-    return { balls: this.balls, start };
+    const start = Object.entries(this.values).flatMap(([name, value]) =>
+      Array.isArray(value) ? value.map((element, i) => [`${name}[${i + 1}]`, element]) : [[name, value]]);
+    return { balls: this.balls, start: Object.fromEntries(start) };
   }
 
   /** What a cradle beside it has by this name, as values that differ; `preset`: that it is made from. */
@@ -94,7 +99,7 @@ export class Setup {
 
   /** Values that are not the defaults, as parts of an address. */
   parts() {
-    const usual = (name, value) => Array.isArray(value) && value.every((element) => element === rest(name));
+    const usual = (name, value) => Array.isArray(value) && value.every((element) => element === USUAL[name]);
     return Object.entries(this.values).filter((entry) => !usual(...entry)).map(([name, value]) => `${name}=${value}`);
   }
 
@@ -122,7 +127,7 @@ export class Setup {
     if (!(Number.isInteger(balls) && balls >= 1 && balls <= MOST_BALLS))
       throw new Refusal(`balls = ${balls} is refused; allowed: 1 to ${MOST_BALLS}`);
     for (const [name, given] of Object.entries(own)) {
-      const most = PER_CONTACT.includes(name) ? balls - 1 : balls;
+      const most = elements(name, balls);
       if (Array.isArray(given) && given.length > most)
         throw new Refusal(`${name} has ${given.length} numbers; allowed: up to ${most}`);
     }
@@ -134,7 +139,7 @@ const LINK_OPTIONS = ["preset", "beside", "slow", "show", "lift", "lang", "view"
 
 /** A value from an address: a word, a number, or numbers of balls or contacts. */
 function parsed(name, raw) {
-  const several = [...PER_BALL, ...PER_CONTACT].includes(name);
+  const several = name in USUAL;
   if (!several && /^[a-z]/i.test(raw) && Number.isNaN(Number(raw))) return raw;
   const values = (several ? raw.split(",") : [raw]).map((text) => {
     if (text.trim() === "" || Number.isNaN(Number(text))) throw new Refusal(`${name} = ${text} is not a number`);
@@ -143,13 +148,10 @@ function parsed(name, raw) {
   return several ? values : values[0];
 }
 
-/** What a ball at rest has. */
-function rest(name) { return name.endsWith("Ratio") ? 1 : 0; }
-
 /** Positions near `x` at which no neighbours are nearer than `clearance[i]` allows (m): midway between those to which
  *  balls are only pushed to the right, and only to the left. Balls that touch nothing stay where they are, to the last
  *  bit. */
-export function apart(x, clearance) {
+function apart(x, clearance) {
   const right = [...x], left = [...x], last = x.length - 1;
   for (let i = 0; i < last; i++) right[i + 1] = Math.max(x[i + 1], right[i] - clearance[i]);
   for (let i = last - 1; i >= 0; i--) left[i] = Math.min(x[i], left[i + 1] + clearance[i]);

@@ -1,4 +1,4 @@
-// A recorded run from a CSV file as FMPy writes it, with the checks and the words of
+// Tables in CSV: a recorded run as FMPy writes it, with the checks and the words of
 // python/newtons_cradle/recording.py.
 
 import { Refusal } from "#engine/engine.js";
@@ -8,42 +8,58 @@ import { say } from "#view/texts.js";
 const COARSE = 0.05; // of the largest excursion: how far a ball may be from where its velocities take it
 const STRUCK = 0.3;  // of the largest velocity: a change from one sample to the next that only an impact makes
 const TRUTH = { True: 1, False: 0 };
+const ENERGIES = { kinetic: "E_kinetic", gravity: "E_gravity", elastic: "E_contact" };
 
-/** What a Recording is made of. Throws Refusal, which names what was wrong and what is needed. */
+/** The run in a file {balls, time, x, v, F, energy, pulses}. Throws Refusal, which names what was wrong and what is
+ *  needed. */
 export function fromCsv(file, text) {
   const refuse = (reason, values) => {
     throw new Refusal(say("badFile", { file, reason: say(`refused.${reason}`, values) }));
   };
-  const lines = text.replace(/^\uFEFF/, "").split(/\r?\n/).map((line, i) => ({ line, number: i + 1 }))
-    .filter(({ line }) => line.trim() && !line.startsWith("#"));
-  const cells = ({ line }) => line.split(",").map((cell) => cell.trim().replace(/^"(.*)"$/, "$1"));
-  const names = lines.length ? cells(lines.shift()) : [], balls = ballsOf(names);
-  const columns = new Map(names.map((name) => [name, new Float64Array(lines.length)])), places = [...columns.values()];
-  lines.forEach((line, row) => {
-    const found = cells(line);
-    if (found.length !== names.length) refuse("cells", { line: line.number, found: found.length, names: names.length });
+  const columns = columnsOf(text, refuse), balls = ballsOf([...columns.keys()]);
+  const missing = ["time", ...numbered("x", balls), ...numbered("v", balls), ...numbered("F", balls - 1)]
+    .filter((name) => !columns.has(name));
+  if (missing.length) refuse("missing", { names: [...missing.slice(0, 6), ...(missing[6] ? ["…"] : [])].join(", ") });
+  const run = runOf(columns), { time } = run;
+  if (time.length < 2 || time.some((t, k) => k && t <= time[k - 1])) refuse("rising");
+  refuseCoarse(refuse, run);
+  const peaks = vector(columns, "F_peak", balls - 1), known = peaks.every(Boolean);
+  if (!known) refuseMissed(refuse, run);
+  return { ...run, pulses: guessedPulses(time, known ? peaks : run.F) };
+}
+
+/** The columns of numbers by their names in the first line. */
+function columnsOf(text, refuse) {
+  const lines = text.replace(/^\uFEFF/, "").split(/\r?\n/);
+  const cells = (line) => line.split(",").map((cell) => cell.trim().replace(/^"(.*)"$/, "$1")), names = cells(lines[0]);
+  const rows = [...lines.keys()].slice(1).filter((number) => lines[number].trim());
+  const columns = names.map(() => new Float64Array(rows.length));
+  rows.forEach((number, row) => {
+    const found = cells(lines[number]), line = number + 1;
+    if (found.length !== names.length) refuse("cells", { line, found: found.length, names: names.length });
     found.forEach((cell, i) => {
-      places[i][row] = TRUTH[cell] ?? (cell ? Number(cell) : NaN);
-      if (!Number.isFinite(places[i][row])) refuse("number", { line: line.number, cell });
+      columns[i][row] = TRUTH[cell] ?? (cell ? Number(cell) : NaN);
+      if (!Number.isFinite(columns[i][row])) refuse("number", { line, cell });
     });
   });
-  const missing = ["time", ...numbered("x", balls), ...numbered("v", balls), ...numbered("F", balls - 1)]
-    .filter((name) => !names.includes(name));
-  const told = [...missing.slice(0, 6), ...(missing.length > 6 ? ["…"] : [])].join(", ");
-  if (told) refuse("missing", { names: told });
-  const time = columns.get("time");
-  const vector = (name, count) => numbered(name, count).map((column) => columns.get(column));
-  const [x, v, F] = [vector("x", balls), vector("v", balls), vector("F", balls - 1)];
-  if (time.length < 2 || time.some((t, k) => k && t <= time[k - 1])) refuse("rising");
-  refuseCoarse(refuse, time, x, v);
-  const peaks = vector("F_peak", balls - 1), known = peaks.every(Boolean);
-  if (!known) refuseMissed(refuse, time, v, F);
-  return { title: file, balls, time, x, v, F, energy: energies(columns),
-    pulses: guessedPulses(time, known ? peaks : F) };
+  return new Map(names.map((name, i) => [name, columns[i]]));
+}
+
+/** The motion, forces and energies {balls, time, x, v, F, energy} in these columns. */
+export function runOf(columns) {
+  const balls = ballsOf([...columns.keys()]), of = (name, count = balls) => vector(columns, name, count);
+  const energy = {}, total = columns.get("E_total");
+  for (const [part, stored] of Object.entries(ENERGIES))
+    for (const [name, column] of columns)
+      if (name.split("[")[0] === stored) energy[part] = column.map((value, k) => value + (energy[part]?.[k] ?? 0));
+  return { balls, time: columns.get("time"), x: of("x"), v: of("v"), F: of("F", balls - 1),
+    energy: Object.keys(energy).length || !total ? energy : { total } };
 }
 
 /** The names of a vector's elements, from `name[1]` on. */
 export const numbered = (name, count) => Array.from({ length: count }, (_, i) => `${name}[${i + 1}]`);
+
+const vector = (columns, name, count) => numbered(name, count).map((element) => columns.get(element));
 
 /** As many balls as the file names, at least one. */
 function ballsOf(names) {
@@ -53,7 +69,7 @@ function ballsOf(names) {
 }
 
 /** Refuses where the motion between samples cannot be told from them. */
-function refuseCoarse(refuse, time, x, v) {
+function refuseCoarse(refuse, { time, x, v }) {
   const edge = (of) => of(...x.map((column) => column.reduce((a, b) => of(a, b))));
   const extent = edge(Math.max) - edge(Math.min), worst = { away: COARSE * extent };
   x.forEach((place, ball) => {
@@ -70,7 +86,7 @@ function refuseCoarse(refuse, time, x, v) {
 }
 
 /** Refuses where a ball was struck between samples and neither of them shows a force. */
-function refuseMissed(refuse, time, v, F) {
+function refuseMissed(refuse, { time, v, F }) {
   const fastest = largest(v);
   for (let k = 0; v.length > 1 && k + 1 < time.length; k++) {
     const ball = v.findIndex((column, i) => Math.abs(column[k + 1] - column[k]) > STRUCK * fastest
@@ -91,15 +107,4 @@ function guessedPulses(time, forces) {
     }
   });
   return pulses;
-}
-
-/** The sums of what is stored where, else the total. */
-function energies(columns) {
-  const sums = {};
-  for (const [name, part] of Object.entries({ kinetic: "kinetic", gravity: "gravity", contact: "elastic" })) {
-    for (const [key, column] of columns)
-      if (key.startsWith(`E_${name}[`)) sums[part] = column.map((value, k) => value + (sums[part]?.[k] ?? 0));
-  }
-  const total = columns.get("E_total");
-  return Object.keys(sums).length || !total ? sums : { total };
 }

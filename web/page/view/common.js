@@ -21,12 +21,12 @@ export function roundStep(least, factors = [1, 2, 5, 10]) {
   return power * factors.find((factor) => factor * power >= 0.999 * least);
 }
 
-/** Number of elements of the rising `array` that are not above `value`. */
-export function countUpTo(array, value) {
+/** Number of elements of the `array` that are not above `value`, as rising numbers, which each may be `of`. */
+export function countUpTo(array, value, of = (number) => number) {
   let low = 0, high = array.length;
   while (low < high) {
     const middle = (low + high) >> 1;
-    if (array[middle] <= value) low = middle + 1; else high = middle;
+    if (of(array[middle]) <= value) low = middle + 1; else high = middle;
   }
   return low;
 }
