@@ -17,6 +17,10 @@ impl Build {
         let standard = self.standard()?;
         let (choice, name) = self.choice(standard)?;
         let recipe = choice.recipe()?;
+        // A preset alone is meant as it is.
+        if !self.set.is_empty() || !self.parameters.is_empty() {
+            recipe.settings()?.doubts().iter().for_each(|doubt| eprintln!("warning: {doubt}"));
+        }
         let (ready, folder) = self.ready()?;
         let out = self.out.clone().unwrap_or_else(|| folder.join(format!("{name}.fmu")));
         let real = |path: &Path| fs::canonicalize(path).ok();

@@ -20,7 +20,15 @@ from . import look
 from .balances import energy_error, momentum_defect, momentum_of_sequences
 from .building import build
 from .calibration import Calibration, calibrate
-from .errors import CradleError, FileMissing, FmuError, InvalidValue, PackageMissing, UnknownName
+from .errors import (
+    CradleError,
+    DoubtfulStart,
+    FileMissing,
+    FmuError,
+    InvalidValue,
+    PackageMissing,
+    UnknownName,
+)
 from .files import version
 from .fmu import Fmu
 from .progress import Progress
@@ -32,7 +40,15 @@ from .views import overlaps, resolved, sample_times
 __version__ = version()
 
 __all__ = ["NEVER", "Fmu", "LogLine", "Result", "Run", "Saved", "build", "look"]
-__all__ += ["CradleError", "FileMissing", "FmuError", "InvalidValue", "PackageMissing", "UnknownName"]
+__all__ += [
+    "CradleError",
+    "DoubtfulStart",
+    "FileMissing",
+    "FmuError",
+    "InvalidValue",
+    "PackageMissing",
+    "UnknownName",
+]
 __all__ += ["PULSE", "impact_sequences", "overlapping_neighbours", "parse_pulse", "pulse_order"]
 __all__ += [
     "chain",

@@ -33,6 +33,11 @@ class PackageMissing(CradleError, ImportError):
     """A Python package is needed that only an extra of this one installs."""
 
 
+class DoubtfulStart(UserWarning):
+    """Start values that the FMU accepts, but that are hardly ever meant: balls pressed into each other by a wrong sign,
+    or swings too wide for linear pendulums."""
+
+
 def number(name: str, value: Any, unit: str = "", *, positive: bool = False) -> float:
     """The value as a finite number, a positive one if wanted. Raises InvalidValue."""
     real = isinstance(value, numbers.Real) and math.isfinite(value) and not isinstance(value, bool)

@@ -9,6 +9,7 @@ from typing import Any
 
 from . import files
 from .errors import InvalidValue, number, whole
+from .run.model import Preset
 from .run.names import did_you_mean
 
 Start = dict[str, Any]
@@ -21,7 +22,7 @@ def presets() -> list[str]:
     return list(files.presets())
 
 
-def preset(name: str) -> Start:
+def preset(name: str) -> Preset:
     """Start values of a preset, `x_start[1]` and so on for arrays. Raises InvalidValue, which names the presets.
 
     The number of balls belongs to the FMU; the number of elements of `x_start` is the one that the preset needs. FMPy's
@@ -31,7 +32,7 @@ def preset(name: str) -> Start:
     if name not in known:
         hint = did_you_mean(str(name), known)
         raise InvalidValue(f"there is no preset {name!r}; allowed: {', '.join(known)}{hint}")
-    values: Start = {}
+    values = Preset()
     for variable, value in known[name].items():
         values |= _vector(variable, value) if isinstance(value, list) else {variable: value}
     del values["balls"]
@@ -76,7 +77,7 @@ def figure3() -> Start:
 def figure5(dead_band: float | None = None) -> Start:
     """Figures 4 and 5, Table 1: two of five balls lifted; `dead_band` (m) instead of the paper's."""
     changed = {} if dead_band is None else {"contact.deadBand": number("dead_band", dead_band, "m")}
-    return preset("figure5") | changed
+    return Preset(preset("figure5") | changed)
 
 
 def figure6() -> Start:

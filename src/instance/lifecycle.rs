@@ -1,7 +1,7 @@
 //! An instance and its way through the phases, from start values to the end of the run.
 
 use super::legality::{Call, Kind, Phase, Purpose};
-use super::log::Log;
+use super::log::{Log, Severity};
 use super::run::{Experiment, Run};
 use crate::engine::{EngineError, Exchange, Results, Simulation};
 use crate::variables::{Access, DerivativesOf, LogCategory, Number, Refusal, Settings, Variable, variables};
@@ -92,19 +92,26 @@ impl Instance {
     /// Builds the simulation and enters step mode, or Event Mode in model exchange. Fails, staying in Initialization
     /// Mode, if no run can start like this.
     pub fn exit_initialization(&mut self) -> Result<(), Refusal> {
+        self.leave_initialization()?;
+        // Status OK: several hosts end a run at a warning.
+        for doubt in self.run.settings.doubts() {
+            self.log.write(Severity::Ok, LogCategory::Warning, format_args!("{doubt}"));
+        }
+        self.log_ignored_parameters();
+        Ok(())
+    }
+
+    fn leave_initialization(&mut self) -> Result<(), Refusal> {
         if self.run.purpose.kind == Kind::ModelExchange {
             self.exchange()?;
             self.run.simulation = None;
-            self.log_ignored_parameters();
             return self.enter_events_of_exchange();
         }
         self.simulation()?.set_initializing(false);
         self.run.inputs_changed = !self.run.input_derivatives.is_empty();
         self.run.tuned_from = None;
         self.run.phase = if self.run.purpose.has_event_mode() { Phase::EventMode } else { Phase::StepMode };
-        self.begin_events()?;
-        self.log_ignored_parameters();
-        Ok(())
+        self.begin_events()
     }
 
     /// Back to where it was after it was created; which log categories are on is kept.

@@ -7,6 +7,7 @@
 
 mod arrays;
 mod description;
+mod doubts;
 mod recipe;
 mod refusal;
 mod settings;

@@ -207,6 +207,17 @@ def test_what_the_engine_refuses_changes_nothing(page):
     wait(page, "cradle.controls.status.textContent.includes('balls = 50 is refused; allowed: 1 to 20')")
 
 
+def test_a_wrong_sign_is_told(page):
+    js(page, "location.hash = '#balls=5&x_start=0.1'")
+    wait(
+        page,
+        "cradle.controls.status.textContent.startsWith('Is this meant? x_start[1] = 0.1 m and x_start[2]')",
+    )
+    js(page, "cradle.tell(''); location.hash = '#preset=figure5'")
+    wait(page, "cradle.preset === 'figure5'")
+    assert page.find_element(By.ID, "status").text == ""
+
+
 def test_inside_a_click(page):
     """Time slows down by itself; the captions are those of the pulses; then it is ordinary time again."""
     js(page, "cradle.choose('hertz'); cradle.lift(2); cradle.inside()")

@@ -3,6 +3,7 @@
 import re
 import sys
 import tomllib
+import warnings
 
 import fmpy
 import newtons_cradle as nc
@@ -82,6 +83,21 @@ def test_wrong_input_is_refused_in_words(fmu, call, complaint):
         call(fmu)
     assert complaint in str(caught.value)
     assert "failed with status" not in str(caught.value)
+
+
+def test_a_wrong_sign_is_told(fmu, fmu3_path):
+    """In the FMU's words, whichever the standard; what a preset has is meant."""
+    with nc.Fmu(fmu3_path) as fmu3, warnings.catch_warnings(action="error"):
+        for opened in (fmu, fmu3):
+            with pytest.raises(
+                nc.DoubtfulStart, match=r"x_start\[3\] = 0.1 m and x_start\[4\] = 0 m press balls 3 and 4"
+            ):
+                opened.start({"x_start[3]": 0.1})
+            opened.start(nc.figure5()).close()
+            with pytest.raises(
+                nc.DoubtfulStart, match="ball 1 swings farther than a quarter of its pendulum"
+            ):
+                opened.start(nc.figure5() | {"contact.damping": 1.0})
 
 
 def test_what_is_printed_is_short(fmu):

@@ -72,7 +72,7 @@ pub extern "C" fn numbers_length() -> usize {
 }
 
 /// Starts a run at the time 0 from the recipe that was written as text. -1 if it is refused; the text is then the
-/// reason, as it is if the engine panics later.
+/// reason, as it is if the engine panics later. Else the text is what is doubted of the start, or nothing.
 #[unsafe(no_mangle)]
 pub extern "C" fn start() -> i32 {
     std::panic::set_hook(Box::new(|panic| say(&panic.to_string())));
@@ -89,6 +89,7 @@ fn started() -> Result<i32, String> {
         return Err("solver.method is refused; allowed: eventDriven".into());
     }
     let engine = Engine::new(&settings.parameters, &settings.inputs, 0.0).map_err(|error| error.to_string())?;
+    say(&settings.doubts().join(". "));
     Ok(keep(engine, settings.balls()))
 }
 

@@ -1,16 +1,17 @@
 """A running instance of an FMU, stepped as finely as you like."""
 
 import math
+import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from ..errors import FmuError, InvalidValue, needed, number
+from ..errors import DoubtfulStart, FmuError, InvalidValue, needed, number
 from ..pulses import Array, pulse_table
 from .log import LogLine
-from .model import GIVEN, Model, Value, Values
+from .model import GIVEN, Model, Preset, Value, Values
 from .result import Result
 from .slaves import FMU2Instance, FMU3Instance
 
@@ -38,6 +39,7 @@ class Run:
         self.fmu, self.time = fmu, 0.0
         self.log: list[LogLine] = []
         self._alive = self._closed = False
+        self._meant = isinstance(values, Preset)
         version = FMU2Instance if fmu.description.fmiVersion.startswith("2.") else FMU3Instance
         self.slave = version(fmu, self.log)
         try:
@@ -55,6 +57,9 @@ class Run:
         """Initialises an instance that was only instantiated, at its start time (s). Raises FmuError."""
         self._call(self.slave.initialize, start_time)
         self.time = start_time
+        for line in self.log:
+            if line.category == "logStatusWarning" and not self._meant:
+                warnings.warn(line.text, DoubtfulStart, stacklevel=4)
 
     def __repr__(self) -> str:
         state = "closed" if self._closed else f"at {self.time:.9g} s"

@@ -28,6 +28,10 @@ OTHERS = ("independent", "structuralParameter")
 OF_LAST_ELEMENT = "; the last element belongs to no contact"
 
 
+class Preset(dict[str, Any]):
+    """Start values of a preset, which are meant as they are: a run from them, unchanged, gives no DoubtfulStart."""
+
+
 class Model:
     """The description of an FMU, unpacked into `folder`. Arrays of FMI 3.0 have elements with the names and types of
     2.0."""

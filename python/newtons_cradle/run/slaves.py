@@ -53,8 +53,8 @@ class FMU2Instance(FMU2Slave, States):  # type: ignore[misc]  # FMPy goes by the
         self.instantiate(callbacks=self._log)
 
     def log_events(self) -> None:
-        """Has only pulses and errors logged."""
-        self.setDebugLogging(True, ["logEvents"])
+        """Has pulses, doubts and errors logged."""
+        self.setDebugLogging(True, ["logEvents", "logStatusWarning"])
 
     def forget(self) -> None:
         """Takes no more log messages."""
@@ -95,7 +95,7 @@ class FMU3Instance(FMU3Slave, States):  # type: ignore[misc]
         self.instantiate(loggingOn=True, logMessage=lambda _, *said: self._log.append(log.line(*said)))
 
     def log_events(self) -> None:
-        """Has only pulses and errors logged."""
+        """Has pulses, doubts and errors logged."""
         self.setDebugLogging(False, ["logSolver"])
 
     def forget(self) -> None:

@@ -123,7 +123,8 @@ class App {
   choose(name) { this.attempt(() => this.begin(PRESETS[name].setup(), name)); }
 
   begin(setup, preset) {
-    this.replace(new Live(this.engine, setup));
+    const live = new Live(this.engine, setup), { doubt } = live.run;
+    this.replace(live);
     // Values from an address may have made something else of it.
     this.preset = preset && setup.toLink(preset).startsWith("preset=") ? preset : null;
     if (this.besideChoice) this.compare(this.besideChoice);
@@ -131,6 +132,7 @@ class App {
     this.clock.calm();
     this.setRunning(true);
     this.changed();
+    if (doubt && !this.preset) this.tell(say("doubt", { text: doubt }), 20);
   }
 
   /** Other values from the next instant at which no balls touch. */

@@ -27,14 +27,15 @@ export class Engine {
     return new Float64Array(memory.buffer, numbers(), numbers_length());
   }
 
-  /** Starts a run from a recipe {balls, start}, as an FMU carries it. Throws Refusal. */
+  /** Starts a run from a recipe {balls, start}, as an FMU carries it; `doubt`: what of it is hardly meant. Throws
+   *  Refusal. */
   start({ balls, start }) {
     const recipe = new TextEncoder().encode(JSON.stringify({ format: 1, balls, start }));
     this.functions.make_room(recipe.length);
     this.bytes.set(recipe);
     const number = this.functions.start();
     if (number < 0) throw new Refusal(this.text);
-    return new Run(this, number, balls);
+    return Object.assign(new Run(this, number, balls), { doubt: this.text });
   }
 }
 

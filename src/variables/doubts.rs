@@ -1,0 +1,81 @@
+//! What of a start is allowed, but hardly ever meant.
+
+use super::settings::Settings;
+use super::text::Number;
+
+/// Overlap at the start over the radius above which it is doubted.
+const OVERLAP: f64 = 1e-3;
+/// Amplitude over the length of its pendulum above which a swing is doubted: the period of a circular one is then
+/// longer by 0.4 %.
+const AMPLITUDE: f64 = 0.25;
+
+impl Settings {
+    /// What of the start is allowed, but hardly ever meant: the deepest overlap and the widest swing, in words, with the
+    /// likely cure.
+    pub fn doubts(&self) -> Vec<String> {
+        let p = &self.parameters;
+        let (x, v) = (&p.x_start, &p.v_start);
+        let overlap = |i: usize| x[i] - x[i + 1] - p.gap[i] - p.dead_band;
+        let pressed = largest(p.contacts(), overlap, OVERLAP * p.radius).map(|i| {
+            let (left, right) = (i + 1, i + 2);
+            format!(
+                "x_start[{left}] = {} m and x_start[{right}] = {} m press balls {left} and {right} into each other by \
+                 more than a thousandth of their radius, {} m; positions grow to the right, so that of a ball lifted \
+                 to the left is negative",
+                Number(x[i]),
+                Number(x[i + 1]),
+                Number(p.radius)
+            )
+        });
+        let length = |i: usize| p.length * p.length_ratio[i];
+        let amplitude = |i: usize| match p.gravity > 0.0 {
+            true => x[i].hypot(v[i] * (length(i) / p.gravity).sqrt()) / length(i),
+            false => 0.0,
+        };
+        let wide = largest(p.balls(), amplitude, AMPLITUDE).map(|i| {
+            let ball = i + 1;
+            format!(
+                "with x_start[{ball}] = {} m and v_start[{ball}] = {} m/s, ball {ball} swings farther than a quarter \
+                 of its pendulum, {} m long; pendulums are linear, and real ones swing more slowly there: lift it \
+                 less, or set a larger pendulum.length",
+                Number(x[i]),
+                Number(v[i]),
+                Number(length(i))
+            )
+        });
+        pressed.into_iter().chain(wide).collect()
+    }
+}
+
+/// Where the first of the largest among so many values is, if it exceeds `limit`.
+fn largest(count: usize, value: impl Fn(usize) -> f64, limit: f64) -> Option<usize> {
+    (0..count).rev().max_by(|a, b| value(*a).total_cmp(&value(*b))).filter(|i| value(*i) > limit)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::Parameters;
+
+    #[test]
+    fn a_wrong_sign_and_a_wide_swing_are_doubted() {
+        let doubts = |change: &dyn Fn(&mut Parameters)| {
+            let mut settings = Settings::default_for(5);
+            change(&mut settings.parameters);
+            settings.doubts()
+        };
+        assert_eq!(doubts(&|_| {}), [""; 0]);
+        assert_eq!(doubts(&|p| p.x_start = vec![0.0, 0.0, 0.0, 0.0, 0.49]), [""; 0]);
+        assert_eq!(doubts(&|p| p.gap[2] = -3e-5), [""; 0]);
+        assert_eq!(doubts(&|p| (p.gravity, p.v_start[0]) = (0.0, 9.0)), [""; 0]);
+        let [pressed] = &doubts(&|p| p.x_start = vec![0.1, 0.0, 0.0, 0.0, 0.0])[..] else { panic!("one is expected") };
+        assert!(pressed.starts_with("x_start[1] = 0.1 m and x_start[2] = 0 m press balls 1 and 2 into each other"));
+        assert_eq!(doubts(&|p| p.gap[2] = -4e-5).len(), 1);
+        for change in [|p: &mut Parameters| p.x_start[0] = -0.5, |p: &mut Parameters| p.v_start[0] = 1.2] {
+            let [wide] = &doubts(&change)[..] else { panic!("one is expected") };
+            assert!(wide.contains("ball 1 swings farther than a quarter of its pendulum, 1.962 m long"), "{wide}");
+        }
+        assert_eq!(doubts(&|p| p.x_start = vec![-1.0, -1.0, 0.0, 0.0, 0.0]).len(), 1);
+        assert_eq!(doubts(&|p| p.x_start = vec![0.6, 0.0, 0.0, 0.0, 0.0]).len(), 2);
+    }
+}
