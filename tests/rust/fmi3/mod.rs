@@ -6,6 +6,7 @@ mod exchange;
 mod refused;
 
 use std::cell::Cell;
+use std::collections::BTreeSet;
 use std::ffi::CString;
 use std::ptr::{null, null_mut};
 use std::rc::Rc;
@@ -316,12 +317,14 @@ fn dependencies_are_those_of_any_contact_model() {
     };
     let resolved = structure(ContactModel::PowerLaw);
     assert_eq!(resolved, structure(ContactModel::Rigid));
-    for unknown in ["F", "F_mean", "a", "der(E_dissipated)", "z.contact", "z.clip"] {
-        let entry = format!(" valueReference=\"{}\" dependencies=\"", vr(unknown));
-        let depends =
-            resolved.lines().filter(|line| !line.contains("InitialUnknown")).find_map(|line| line.split_once(&entry));
-        let (_, dependencies) = depends.unwrap_or_else(|| panic!("{unknown}"));
-        let input = vr("F_ext").to_string();
-        assert!(dependencies.split(['"', ' ']).any(|dependency| dependency == input), "{unknown}: {dependencies}");
+    const EVERYTHING: &[&str] = &["q", "v", "F_ext", "a_support"];
+    let of_forces = ["F", "F_mean", "a", "der(E_dissipated)", "z.contact", "z.clip"].map(|name| (name, EVERYTHING));
+    let others = [("t_next", &["F_ext", "a_support"][..]), ("E_total", &["q", "v"]), ("der(q)", &["v"])];
+    for (unknown, dependencies) in of_forces.into_iter().chain(others) {
+        let references = dependencies.iter().map(|name| vr(name)).collect::<BTreeSet<u32>>();
+        let references = references.iter().map(u32::to_string).collect::<Vec<_>>().join(" ");
+        let entry = format!(" valueReference=\"{}\" dependencies=\"{references}\"/>", vr(unknown));
+        let listed = resolved.lines().any(|line| !line.contains("InitialUnknown") && line.ends_with(&entry));
+        assert!(listed, "{unknown} on {dependencies:?}");
     }
 }
