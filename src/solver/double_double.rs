@@ -144,3 +144,18 @@ impl Mul<f64> for DoubleDouble {
         quick_two_sum(product.hi, product.lo + self.lo * b)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_root_has_the_digits_of_two_doubles() {
+        let (root, two) = (DoubleDouble::from(2.0).sqrt(), DoubleDouble::from(2.0));
+        for off in [root * root - two, root * 3.0 - (root + root + root)] {
+            assert!(off.value().abs() < 1e-31, "{off:?}");
+        }
+        assert_eq!([root.value_down(), root.value_up()], [2.0_f64.sqrt().next_down(), 2.0_f64.sqrt()]);
+        assert_eq!((-root).value_up(), -root.value_down());
+    }
+}

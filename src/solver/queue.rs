@@ -56,10 +56,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_number_hides_what_comes() {
-        let mut queue = EventQueue::new(3);
-        (0..3).for_each(|key| queue.set(key, [1.0, f64::NAN, 0.0][key].into()));
+    fn what_is_no_number_comes_first_and_ties_in_the_order_of_their_keys() {
+        let mut queue = EventQueue::new(5);
+        (0..5).for_each(|key| queue.set(key, [1.0, f64::NAN, 0.0, 1.0, 0.0][key].into()));
         let keys = std::iter::from_fn(|| queue.first().map(|(_, key)| key).inspect(|key| queue.remove(*key)));
-        assert_eq!(keys.collect::<Vec<_>>(), [1, 2, 0]);
+        assert_eq!(keys.collect::<Vec<_>>(), [1, 2, 4, 0, 3]);
     }
 }
