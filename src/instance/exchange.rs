@@ -103,11 +103,15 @@ impl Instance {
     /// An element of `z.contact` or `z.clip`, counted from 0. In co-simulation, which has no events of the host's, they
     /// are 1.
     pub(super) fn indicator(&mut self, of: Extra, index: usize) -> Result<f64, Refusal> {
-        if self.run.purpose.kind == Kind::CoSimulation {
+        if self.run.purpose.kind == Kind::CoSimulation || index + 1 == self.balls() {
             return Ok(1.0);
         }
-        let place = if of == Extra::ContactIndicator { index } else { self.balls() + index };
-        Ok(self.event_indicators()?.get(place).copied().unwrap_or(1.0))
+        let exchange = self.exchange()?;
+        Ok(if of == Extra::ContactIndicator {
+            exchange.contact_indicator(index)
+        } else {
+            exchange.clip_indicator(index)
+        })
     }
 
     /// From integration to events. With clocks what is due is handled, and those of the first that has happened are

@@ -27,6 +27,7 @@ impl Refusal {
     }
 
     /// Refuses another number of values, the argument `name`, than there are.
+    #[cfg(feature = "engine")]
     pub(crate) fn unless_count(name: &str, given: usize, wanted: usize) -> Result<(), Self> {
         if given == wanted { Ok(()) } else { Err(Self::argument(name, given, wanted)) }
     }

@@ -253,7 +253,7 @@ impl Exchange {
         self.is_mapped() && self.modes[j] == Mode::Open && (overlap > 0.0 && rate <= 0.0 || self.is_followed(j))
     }
 
-    fn contact_indicator(&self, j: usize) -> f64 {
+    pub(crate) fn contact_indicator(&self, j: usize) -> f64 {
         let ((overlap, rate), shift) = (self.overlap_and_rate(j), self.scales.shift(j));
         if self.modes[j] != Mode::Open {
             return overlap + shift;
@@ -272,7 +272,7 @@ impl Exchange {
     }
 
     /// What the law of a closed contact, or the force of a rigid one, has left before it would pull; 1 for all others.
-    pub(super) fn clip_indicator(&self, j: usize) -> f64 {
+    pub(crate) fn clip_indicator(&self, j: usize) -> f64 {
         let law = &self.cradle.contacts[j];
         let shift = match self.modes[j] {
             Mode::Open => return 1.0,
