@@ -5,6 +5,34 @@
 //! null and alignment; beyond that they must be what the standard says.
 #![allow(unsafe_code)]
 
+/// Exports functions of a component: `fn name(arguments) as Call |instance| body` is the function `name` of the
+/// standard, which is legal where [`Call`](crate::instance::Call) says so and answers what becomes of `body`, by a guard
+/// of a version. What `body` takes for granted are the host's promises, see the module of that version.
+macro_rules! export_by {
+    (
+        ($guard:ident $version:ty, $component:ident: $handle:ty => $status:ty)
+        $(
+            $(#[$doc:meta])* fn $name:ident($($argument:ident: $type:ty),* $(,)?)
+            as $call:ident |$instance:pat_param| $body:expr;
+        )*
+    ) => {$(
+        $(#[$doc])*
+        ///
+        /// # Safety
+        /// See the module of this version of the standard.
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $name($component: $handle, $($argument: $type),*) -> $status {
+            // SAFETY: the host's promises, see the module.
+            unsafe {
+                let body =
+                    |$instance: &mut crate::instance::Instance| -> Result<(), crate::variables::Refusal> { $body };
+                crate::ffi::$guard::<$version>($component, stringify!($name), crate::instance::Call::$call, &mut { body })
+            }
+        }
+    )*};
+}
+pub(crate) use export_by;
+
 mod arrays;
 mod component;
 mod resources;
