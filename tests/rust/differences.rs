@@ -1,5 +1,7 @@
 //! Derivatives by differences, and the laws and dependencies that exact ones are checked for.
 
+use std::collections::BTreeSet;
+
 use newtons_cradle::variables::{Type, Variable, variables};
 
 /// Values of variables.
@@ -46,6 +48,22 @@ pub fn knowns(balls: usize) -> impl Iterator<Item = Variable> {
 pub fn names(arrays: &[(&str, usize)], scalars: &[&str]) -> Vec<String> {
     let elements = arrays.iter().flat_map(|(name, count)| (1..=*count).map(move |i| format!("{name}[{i}]")));
     elements.chain(scalars.iter().map(|name| name.to_string())).collect()
+}
+
+/// The unknowns in a part of a description of FMI 2.0, each with what it depends on, in rising order; with nothing where
+/// that may be everything.
+pub fn dependencies(part: &str, balls: usize) -> Vec<(Variable, Option<BTreeSet<String>>)> {
+    let named = |indices: &str| -> Vec<Variable> {
+        let indices: Vec<usize> = indices.split_whitespace().map(|index| index.parse().unwrap()).collect();
+        assert!(indices.is_sorted_by(|a, b| a < b), "{indices:?}");
+        indices.iter().map(|index| variables(balls).nth(index - 1).unwrap()).collect()
+    };
+    let unknown = |line: &str| {
+        let pieces: Vec<&str> = line.split('"').collect();
+        let on = pieces.get(3).map(|on| named(on).iter().map(Variable::to_string).collect());
+        (named(pieces[1])[0], on)
+    };
+    part.lines().filter(|line| line.contains("<Unknown ")).map(unknown).collect()
 }
 
 /// The change of what has this value by which differences are taken.

@@ -5,32 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use cradle_host::{Host, fmi2OK};
 use newtons_cradle::variables::{Description, Settings, Type, Variable, variables};
 
-use crate::differences::Values;
+use crate::differences::{Values, dependencies};
 
 const BALLS: usize = 5;
-
-/// What each initial unknown depends on, in rising order; nothing is said of those that depend on all knowns.
-fn described() -> BTreeMap<String, Option<BTreeSet<String>>> {
-    let xml = Description::of(&Settings::default_for(BALLS)).xml("2000-01-01T00:00:00Z");
-    let names = |indices: &str| -> Vec<String> {
-        let indices: Vec<usize> = indices.split_whitespace().map(|index| index.parse().unwrap()).collect();
-        assert!(indices.windows(2).all(|pair| pair[0] < pair[1]), "{indices:?}");
-        indices.iter().map(|index| variables(BALLS).nth(index - 1).unwrap().to_string()).collect()
-    };
-    let unknowns = xml.split_once("<InitialUnknowns>").unwrap().1.split_once("</InitialUnknowns>").unwrap().0;
-    let attribute = |line: &str, key: &str| {
-        let (_, rest) = line.split_once(&format!(" {key}=\""))?;
-        Some(rest.split_once('"').unwrap().0.to_owned())
-    };
-    let lines = unknowns.lines().filter(|line| line.contains("<Unknown "));
-    let (indices, dependencies): (Vec<String>, Vec<_>) = lines
-        .map(|line| {
-            let dependencies = attribute(line, "dependencies");
-            (attribute(line, "index").unwrap(), dependencies.map(|indices| names(&indices).into_iter().collect()))
-        })
-        .unzip();
-    names(&indices.join(" ")).into_iter().zip(dependencies).collect()
-}
 
 /// The unknowns in Initialization Mode, bit by bit; none if no run can start like this.
 fn values(host: &Host, unknowns: &[Variable]) -> Option<Vec<u64>> {
@@ -96,9 +73,12 @@ const SETUPS: [Setup; 10] = [
 /// change. That the time of the next onset says nothing is true of it alone.
 #[test]
 fn dependencies_are_those_of_the_values() {
-    let mut described = described();
-    assert_eq!(described.remove("t_next"), Some(None));
-    let unknowns: Vec<Variable> = described.keys().map(|unknown| Variable::named(unknown, BALLS).unwrap()).collect();
+    let xml = Description::of(&Settings::default_for(BALLS)).xml("2000-01-01T00:00:00Z");
+    let mut described = dependencies(xml.split_once("<InitialUnknowns>").unwrap().1, BALLS);
+    assert!(described.is_sorted_by_key(|(unknown, _)| unknown.reference()));
+    let all = described.extract_if(.., |(_, on)| on.is_none()).map(|(unknown, _)| unknown.to_string());
+    assert_eq!(all.collect::<Vec<_>>(), ["t_next"]);
+    let unknowns: Vec<Variable> = described.iter().map(|(unknown, _)| *unknown).collect();
     let mut seen: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
     for setup in SETUPS {
         let host = initializing(setup);
@@ -127,9 +107,8 @@ fn dependencies_are_those_of_the_values() {
             assert_eq!(values(&host, &unknowns).as_ref(), Some(&before), "{name}");
         }
     }
-    for (unknown, dependencies) in &described {
-        let seen = seen.remove(unknown).unwrap_or_default();
-        assert_eq!(Some(&seen), dependencies.as_ref(), "{unknown}");
+    for (unknown, dependencies) in described {
+        assert_eq!(Some(seen.remove(&unknown.to_string()).unwrap_or_default()), dependencies, "{unknown}");
     }
 }
 

@@ -172,23 +172,3 @@ fn derivatives_given_before_the_first_step_act_in_it_and_a_reset_forgets_them() 
     assert_eq!(during.step(0.0, 0.4), fmi2OK);
     assert!(during.get("x[5]").abs() < 1e-15);
 }
-
-#[test]
-fn free_balls_meet_under_changing_forces() {
-    for drag in [0.0, 0.5] {
-        let host = Host::new();
-        host.give(&[("gravity", 0.0), ("pendulum.drag", drag)]);
-        host.start();
-        // Away from the others at first, then back to them.
-        assert_eq!(host.set("F_ext[3]", 0.1), fmi2OK);
-        assert_eq!(host.set_derivative("F_ext[1]", 2, 0.5), fmi2OK);
-        assert_eq!(host.set_derivative("F_ext[2]", 1, -0.2), fmi2OK);
-        assert_eq!(host.set_derivative("F_ext[2]", 3, 1.0), fmi2OK);
-        let foreseen = host.get("t_next");
-        assert_eq!(foreseen, 1e30);
-        assert_eq!(host.step(0.0, 3.0), fmi2OK, "{:?}", host.log());
-        assert!(host.get_integer("pulses[1]") > 0 && host.get_integer("pulses[2]") > 0);
-        assert!(host.get("E_residual").abs() < 1e-12 * host.get("E_total").max(host.get("W_external").abs()));
-        assert!(host.get("t_next") > 3.0);
-    }
-}

@@ -1,6 +1,6 @@
 //! The host of model exchange: it integrates the states by a method with fixed steps.
 
-use super::{Host, Instantiate, fmi2OK, guid, resources};
+use super::{Host, fmi2OK};
 use newtons_cradle::fmi2::*;
 
 /// How a step is made.
@@ -15,12 +15,7 @@ pub enum Method {
 impl Host {
     /// A component for model exchange of the FMU with this many balls.
     pub fn exchanging(balls: usize) -> Self {
-        let recipe = format!("{{\"format\":1,\"balls\":{balls}}}");
-        let (_, location) = resources(&format!("exchange-{balls}"), recipe.as_bytes());
-        let kind = fmi2ModelExchange;
-        Instantiate { kind, guid: Some(guid(balls)), location: Some(location), balls, ..Default::default() }
-            .host()
-            .unwrap()
+        Self::of_kind(fmi2ModelExchange, balls)
     }
 
     /// From Event Mode through an event into Continuous-Time Mode.

@@ -114,9 +114,15 @@ impl Host {
 
     /// A component of the FMU with this many balls.
     pub fn with_balls(balls: usize) -> Self {
+        Self::of_kind(fmi2CoSimulation, balls)
+    }
+
+    /// One of this kind.
+    pub(crate) fn of_kind(kind: fmi2Type, balls: usize) -> Self {
         let recipe = format!("{{\"format\":1,\"balls\":{balls}}}");
         let (_, location) = resources(&format!("balls-{balls}"), recipe.as_bytes());
-        Instantiate { guid: Some(guid(balls)), location: Some(location), balls, ..Default::default() }.host().unwrap()
+        let (guid, location) = (Some(guid(balls)), Some(location));
+        Instantiate { kind, guid, location, balls, ..Default::default() }.host().unwrap()
     }
 
     /// One that has been initialized at t = 0.

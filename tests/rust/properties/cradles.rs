@@ -78,6 +78,19 @@ fn only_if<T: Clone + std::fmt::Debug + 'static>(
     if has { or(plain, value) } else { Just(plain).boxed() }
 }
 
+pub fn laws() -> impl Strategy<Value = DampingLaw> {
+    use DampingLaw::{HuntCrossley, KelvinVoigt, KelvinVoigtNoPull, Viscoelastic};
+    prop_oneof![Just(KelvinVoigt), Just(KelvinVoigtNoPull), Just(HuntCrossley), Just(Viscoelastic)]
+}
+
+/// Gives contacts of this stiffness over mass (1/s2) a law, with coefficients in units of the critical damping, of the
+/// inverse of 1 m/s, and of the time of a linear contact, and the pendulums a drag over mass (1/s).
+pub fn lose(p: &mut Parameters, (law, damping, drag): (DampingLaw, f64, f64), stiffness: f64) {
+    (p.damping_law, p.drag) = (law, drag * p.mass);
+    (p.damping, p.hunt_crossley) = (damping * p.mass * (2.0 * stiffness).sqrt(), damping);
+    p.relaxation_time = damping * (2.0 / stiffness).sqrt();
+}
+
 /// Random cradles of 2 to 6 balls whose largest speeds are of the order of 1 m/s.
 pub fn cradles(family: Family) -> impl Strategy<Value = Case> {
     let ones = || vec![1.0; MOST];
@@ -97,13 +110,8 @@ pub fn cradles(family: Family) -> impl Strategy<Value = Case> {
         exponents().boxed()
     };
     let contacts = (stiffness, exponent, dead_band, only_if(has_gaps, vec![0.0; MOST], vec(gap, MOST)));
-    let law = prop_oneof![
-        Just(DampingLaw::KelvinVoigt),
-        Just(DampingLaw::KelvinVoigtNoPull),
-        Just(DampingLaw::HuntCrossley),
-        Just(DampingLaw::Viscoelastic)
-    ];
-    let losses = (law, only_if(family.damped, 0.0, decades(-3.0, 0.3)), only_if(family.drag, 0.0, decades(-3.0, 0.3)));
+    let losses =
+        (laws(), only_if(family.damped, 0.0, decades(-3.0, 0.3)), only_if(family.drag, 0.0, decades(-3.0, 0.3)));
     let lifted = prop_oneof![2 => Just(0.0), 1 => -1.0..0.0, 1 => 0.0..1.0];
     let start = (decades(-3.0, -0.5), vec(lifted, MOST), or(vec![0.0; MOST], vec(-1.0..1.0, MOST)));
     let inputs =
@@ -120,11 +128,7 @@ pub fn cradles(family: Family) -> impl Strategy<Value = Case> {
             p.stiffness_ratio = ratios.2[..n - 1].to_vec();
             (p.stiffness, p.exponent, p.dead_band) = (contacts.0 * mass, contacts.1, contacts.2);
             p.gap = contacts.3[..n - 1].to_vec();
-            p.damping_law = losses.0;
-            // In units of the critical damping, of the inverse of 1 m/s, and of the time of a linear contact.
-            (p.damping, p.hunt_crossley) = (losses.1 * mass * (2.0 * contacts.0).sqrt(), losses.1);
-            p.relaxation_time = losses.1 * (2.0 / contacts.0).sqrt();
-            p.drag = losses.2 * mass;
+            lose(&mut p, losses, contacts.0);
             let (amplitude, mut x, v) = start;
             x.truncate(n);
             x.sort_by(f64::total_cmp);

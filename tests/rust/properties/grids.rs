@@ -6,19 +6,7 @@ use proptest::prelude::*;
 
 use super::config;
 use super::cradles::{ANY, Case, RIGID, cradles, ended_early};
-
-/// All that a run leaves behind, bit by bit.
-fn bits(engine: &Engine, case: &Case) -> Vec<u64> {
-    let n = case.p.balls();
-    let balls = (0..n).flat_map(|i| [engine.x(i), engine.v(i), engine.a(i)]);
-    let contacts = (0..n - 1).flat_map(|i| {
-        [engine.force(i), engine.overlap(i), engine.impulse(i), engine.last_onset(i), engine.last_release(i)]
-    });
-    let sums = [engine.dissipated_energy(), engine.external_work(), engine.energy_residual()];
-    let work = engine.work();
-    let counts = [work.steps, work.evaluations, work.events].into_iter().chain((0..n - 1).map(|i| engine.pulses(i)));
-    balls.chain(contacts).chain(sums).map(f64::to_bits).chain(counts).collect()
-}
+use crate::methods::bits;
 
 fn pulse_bits(pulse: &Pulse) -> (usize, [u64; 4]) {
     (pulse.contact, [pulse.onset, pulse.release, pulse.peak, pulse.impulse].map(f64::to_bits))
@@ -27,7 +15,7 @@ fn pulse_bits(pulse: &Pulse) -> (usize, [u64; 4]) {
 /// What two runs of `case` leave at their common `times`, the second with `between` more communication points in each
 /// stretch, at which everything is read, the inputs are set to what they are, and the run goes on from a snapshot.
 fn compare(case: &Case, times: &[f64], between: &[f64]) -> Result<(), TestCaseError> {
-    let (mut coarse, mut fine) = (case.start()?, case.start()?);
+    let (mut coarse, mut fine, n) = (case.start()?, case.start()?, case.p.balls());
     let (mut coarse_pulses, mut fine_pulses) = (Vec::new(), Vec::new());
     let mut last = 0.0;
     for &time in times {
@@ -36,7 +24,7 @@ fn compare(case: &Case, times: &[f64], between: &[f64]) -> Result<(), TestCaseEr
             let point = last + share * (time - last);
             if point > fine.time() && point < time {
                 fine.advance(point, &mut fine_pulses).map_err(ended_early)?;
-                bits(&fine, case);
+                bits(&fine, n);
                 fine.next_onset();
                 fine.hold(&case.inputs, &[]).map_err(ended_early)?;
                 fine.retune(&case.p).map_err(ended_early)?;
@@ -45,7 +33,7 @@ fn compare(case: &Case, times: &[f64], between: &[f64]) -> Result<(), TestCaseEr
             }
         }
         fine.advance(time, &mut fine_pulses).map_err(ended_early)?;
-        prop_assert_eq!(bits(&coarse, case), bits(&fine, case), "at {}", time);
+        prop_assert_eq!(bits(&coarse, n), bits(&fine, n), "at {}", time);
         // How far a look ahead gets depends on the looks before, what it finds does not.
         if let (Some(coarse), Some(fine)) = (coarse.next_onset().found(), fine.next_onset().found()) {
             prop_assert_eq!(coarse.to_bits(), fine.to_bits(), "t_next at {}", time);
@@ -87,7 +75,7 @@ fn looks_change_nothing(
     between.sort_by(f64::total_cmp);
     compare(case, &common, &between)?;
 
-    let (whole, pulses) = case.run()?;
+    let ((whole, pulses), n) = (case.run()?, case.p.balls());
     compare(case, &[case.time], &within(&pulses, shares, case.time))?;
 
     let (mut pieces, mut of_pieces) = (case.start()?, Vec::new());
@@ -96,7 +84,7 @@ fn looks_change_nothing(
         pieces.advance_within(case.time, effort, &mut of_pieces).map_err(ended_early)?;
         prop_assert!(pieces.time() >= before);
     }
-    prop_assert_eq!(bits(&whole, case), bits(&pieces, case));
+    prop_assert_eq!(bits(&whole, n), bits(&pieces, n));
     let of = |pulses: &[Pulse]| pulses.iter().map(pulse_bits).collect::<Vec<_>>();
     prop_assert_eq!(of(&pulses), of(&of_pieces));
     Ok(())

@@ -9,7 +9,7 @@ use proptest::test_runner::{Config, TestRunner};
 
 use super::config;
 use super::conservation::energy_scale;
-use super::cradles::{Case, decades, ended_early};
+use super::cradles::{Case, decades, ended_early, laws, lose};
 use super::methods::agrees_with_adams;
 
 /// The most balls of a cradle, and how many most of them have.
@@ -79,33 +79,23 @@ fn touching(most: usize) -> impl Strategy<Value = Case> {
     ];
     let gap = prop_oneof![4 => Just(0.0), 1 => decades(-8.0, -4.0)];
     let contacts = (decades(4.0, 11.0), exponent, prop_oneof![Just(0.0), decades(-9.0, -4.0)], gap);
-    let law = prop_oneof![
-        Just(DampingLaw::KelvinVoigt),
-        Just(DampingLaw::KelvinVoigtNoPull),
-        Just(DampingLaw::HuntCrossley),
-        Just(DampingLaw::Viscoelastic),
-    ];
     let losses =
-        (law, prop_oneof![Just(0.0), decades(-3.0, 0.3)], prop_oneof![4 => Just(0.0), 1 => decades(-3.0, 0.0)]);
+        (laws(), prop_oneof![Just(0.0), decades(-3.0, 0.3)], prop_oneof![4 => Just(0.0), 1 => decades(-3.0, 0.0)]);
     let speed = prop_oneof![4 => decades(-3.0, 0.0), 1 => decades(-30.0, -3.0)];
     let pushed =
         (of_some_balls(speed), seldom(0.0, decades(-2.0, 1.0)), seldom(Vec::new(), of_some_balls(decades(-2.0, 1.0))));
     let time = prop_oneof![3 => 0.01..0.5, 1 => 0.5..3.0];
     (balls, ratios, contacts, losses, rows(), pushed, time).prop_map(
-        move |((n, gravity, mass), ratios, contacts, (law, damping, drag), row, (moving, ends, forces), time)| {
+        move |((n, gravity, mass), ratios, contacts, losses, row, (moving, ends, forces), time)| {
             let (stiffness, exponent, dead_band, gap) = contacts;
             let mut p = Parameters::default_for(n);
-            (p.gravity, p.mass, p.drag) = (gravity, mass, drag * mass);
+            (p.gravity, p.mass) = (gravity, mass);
             p.mass_ratio = ratios.0[..n].to_vec();
             p.length_ratio = ratios.1[..n].to_vec();
             p.stiffness_ratio = ratios.2[..n - 1].to_vec();
             (p.stiffness, p.exponent, p.dead_band) = (stiffness * mass, exponent, dead_band);
             p.gap.fill(gap);
-            p.damping_law = law;
-            // As for the other cradles: in units of the critical damping, of the inverse of 1 m/s, and of the time of a
-            // linear contact.
-            (p.damping, p.hunt_crossley) = (damping * mass * (2.0 * stiffness).sqrt(), damping);
-            p.relaxation_time = damping * (2.0 / stiffness).sqrt();
+            lose(&mut p, losses, stiffness);
             p.x_start = row.positions(n, gap + dead_band);
             p.v_start = vec![0.0; n];
             moving.iter().for_each(|(i, v)| p.v_start[i % n] = *v);
