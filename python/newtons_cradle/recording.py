@@ -15,26 +15,13 @@ from .pulses import FIELDS, PULSE, Array
 if TYPE_CHECKING:
     from .run.model import Model
 
-#: As many numbers as a recording may hold, so that its page stays below 5 MB.
-LARGEST = 1_200_000
-
-#: A parameter of FMI 3.0 that changes no run.
-DERIVATIVES = "derivatives.of"
-
-#: For the drawing (m), where nothing else is said.
-LENGTH, RADIUS = 1.962, 0.0313
-
-#: How FMPy writes Booleans.
-TRUTH = {"True": "1", "False": "0"}
-
-#: How far a ball may be, between two samples, from where their velocities take it: this part of the largest excursion.
-COARSE = 0.05
-
-#: Vectors with an element for each contact.
-OF_CONTACTS = ("F", "F_peak", "F_mean", "impulse", "E_contact", "gap")
-
-#: A velocity that changes by this part of the largest from one sample to the next has been struck.
-STRUCK = 0.3
+LARGEST = 1_200_000  # numbers that a recording may hold, so that its page stays below 5 MB
+DERIVATIVES = "derivatives.of"  # a parameter of FMI 3.0 that changes no run
+LENGTH, RADIUS = 1.962, 0.0313  # m, for the drawing, where nothing else is said
+TRUTH = {"True": "1", "False": "0"}  # how FMPy writes Booleans
+COARSE = 0.05  # of the largest excursion: how far a ball may be from where velocities of two samples take it
+STRUCK = 0.3  # of the largest velocity: a change from one sample to the next that only an impact makes
+OF_CONTACTS = ("F", "F_peak", "F_mean", "impulse", "E_contact", "gap")  # vectors with an element for each
 
 Columns = dict[str, Array]  # by name
 
@@ -109,23 +96,20 @@ def known_of(model: "Model | None", given: dict[str, Any]) -> dict[str, Any]:
     parameters = [name for name in given if model.variables[name].causality == "parameter"]
     for name in parameters:
         base, bracket, _ = name.partition("[")
-        texts.setdefault(base, []).append(model.written(name, given[name]))
-        exact = texts[base][-1] if model.variables[name].type == "Enumeration" else given[name]
-        if bracket:
-            start.setdefault(base, []).append(exact)
-        elif base != DERIVATIVES:
-            start[base] = exact
+        text = model.written(name, given[name])
+        exact = text if model.variables[name].type == "Enumeration" else given[name]
+        texts.setdefault(base, []).append(text)
+        if base != DERIVATIVES:
+            start[base] = [*start.get(base, []), exact] if bracket else exact
     rows = []
     for name, each in texts.items():
         vector = name in model.arrays
-        first = model.variables[f"{name}[1]" if vector else name]
+        shown, first = (f"{name}[i]", f"{name}[1]") if vector else (name, name)
         value = each[0] if len(set(each)) == 1 else ", ".join(each)
-        unit = "" if first.unit in (None, "1") else first.unit
-        rows.append(
-            (f"{name}[i]" if vector else name, value, unit, "" if vector else first.description or "")
-        )
-    free = not any(value for name, value in given.items() if name not in parameters)
+        meaning, unit = "" if vector else model.variables[first].description or "", model.unit(first)
+        rows.append((shown, value, "" if unit == "1" else unit, meaning))
     own = model.description.modelName == MODEL
+    free = not any(given[name] for name in given if name not in parameters)
     drawing = {"length": start["pendulum.length"], "radius": start["ball.radius"]} if own else {}
     return {"parameters": rows, "start": start if own and free else None, **drawing}
 

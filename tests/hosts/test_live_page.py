@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from browser import ready, serious, set_screen, visit
 from conftest import ROOT
-from live_page import boxes, drag, each_panel, js, keys, press, wait
+from live_page import boxes, drag, each_panel, gesture, js, keys, open_page, place, press, wait
 from newtons_cradle.page import save_site
 from selenium.webdriver import Keys
 from selenium.webdriver.common.by import By
@@ -99,9 +99,9 @@ return [field.querySelector("output").textContent, input.ariaValueText]"""
 
 def test_sliders_change_what_they_say(page):
     js(page, "cradle.panels.toggle('change')")
-    for title, (place, said, name, value) in SLIDERS.items():
+    for title, (at, said, name, value) in SLIDERS.items():
         js(page, "cradle.choose(arguments[0])", "rigid" if name == "contact.restitution" else "textbook")
-        shown = js(page, SLIDE, title, place)
+        shown = js(page, SLIDE, title, at)
         assert shown == [said, said], title
         assert js(page, "return source.setup.get(arguments[0])", name) == pytest.approx(value), title
 
@@ -299,6 +299,42 @@ def test_a_class_says_what_will_fly_out(page, preset, lifted, guessed, said):
     wait(page, f"{SENTENCE}.startsWith('You said')")
     shown, detail = js(page, f"return [{SENTENCE}, cradle.stages[0].detail.textContent]")
     assert shown == said and detail.startswith("Compared with the incoming speed: ball")
+
+
+@pytest.mark.parametrize(("start", "ball", "guess"), [("lift=2", 3, 2), ("x_start=0,0,0,0,0.1", 1, 2)])
+def test_a_ball_that_hangs_is_an_answer(page, start, ball, guess):
+    """It and those beyond it are expected to fly out; one that is lifted can still be taken."""
+    js(page, "location.hash = arguments[0]", f"#preset=textbook&ask&{start}")
+    wait(page, "cradle.lesson.phase === 'asks'")
+    lifted = js(page, "return source.setup.values.x_start.findIndex((x) => x !== 0)")
+    drag(page, lifted, 30 if lifted else -30)
+    assert js(page, "return cradle.lesson.phase") == "asks"
+    gesture(page, [place(page, ball)])
+    assert js(page, "return [cradle.lesson.phase, cradle.lesson.guess]") == ["waits", guess]
+    assert js(page, "return [cradle.clock.running, source.holds.size]") == [True, 0]
+
+
+def test_keys_that_are_listed_do_something(page, live_path, recorded_path):
+    """Of a live run, of a recording, and of one whose clicks have no inside."""
+    shown = "cradle.panels.toggle('help'); return [...document.querySelectorAll('.keys dt')].map((key) => key.innerText)"
+    always = {"Space", "D", "V", "C", "S", "L", "P, N", "K"}
+    inside = {"I", "E", ", ."}
+    assert set(js(page, shown)) == always | inside | {
+        "Tab",
+        "\u2190 \u2192",
+        "Enter",
+        "1 to 9",
+        "A",
+        "0",
+        "B",
+    }
+    open_page(page, recorded_path, "")
+    recorded = always | {"[ ]", "\u2190 \u2192", "R"}
+    assert set(js(page, shown)) == recorded | inside
+    js(page, "source.openable = []; cradle.panels.toggle('help'); cradle.clock.slowAt('no')")
+    assert set(js(page, shown)) == recorded
+    keys(page, "0", "a", "2", "b", "i")
+    assert js(page, "return [source.live, cradle.panels.kind, cradle.clock.slow]") == [False, "help", "no"]
 
 
 def test_a_hand_is_asked_as_well_and_may_go_on_without_an_answer(page):

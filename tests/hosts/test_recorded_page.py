@@ -5,7 +5,7 @@ import re
 import newtons_cradle as nc
 import numpy as np
 import pytest
-from browser import colours, set_screen, visit
+from browser import colours, ready, set_screen, visit
 from fmpy import simulate_fmu
 from fmpy.util import write_csv
 from live_page import DRAWN, assert_native, js, open_page, press, text, wait
@@ -319,6 +319,36 @@ def test_a_recording_goes_on_live(player, fmu, live_path, at):
     assert js(player, "return source.live && cradle.clock.running")
     assert js(player, "return source.setup.recipe().start['x_start[1]']") != -0.1
     assert_native(player, fmu)
+
+
+def test_a_recording_is_kept(player):
+    """Its samples are shown again as they were; its link goes on live from the release."""
+    js(player, "cradle.panels.toggle('keep')")
+    buttons = [button.text for button in player.find_elements(By.CSS_SELECTOR, "#panelbody button")]
+    assert buttons == [
+        "Copy a link to this",
+        "Picture (PNG)",
+        "All contacts as a table (CSV)",
+        "The run as a table (CSV)",
+    ]
+    pulses = js(player, "return source.pulses.map(({onset, release, peak}) => [onset, release, peak])")
+    table, run, link = player.execute_async_script(
+        """const done = arguments[0], [source] = cradle.sources;
+        Promise.all([pulsesTable(source).text(), runTable(source).text(), linkTo(cradle)]).then(done)"""
+    )
+    rows = np.genfromtxt(table.splitlines(), delimiter=",", names=True)
+    assert [list(row) for row in rows[["onset", "release", "peak"]].tolist()] == pulses
+    assert rows["impulse"] == pytest.approx(SPEED, rel=1e-3)  # N.s, of 1 kg that takes over all the speed
+    shown = state(player, 1.234)
+    drop(player, "run.csv", run)
+    assert js(player, "return source.name") == "run.csv"
+    assert state(player, 1.234) == shown
+    assert js(player, "return source.setup") is None
+    player.get("about:blank")
+    player.get(link)
+    ready(player)
+    assert js(player, "return source.live")
+    assert js(player, "return source.setup.values.x_start") == [-0.1, -0.1, 0, 0, 0]
 
 
 def test_without_an_engine_it_plays(browser, recorded_path, monkeypatch, tmp_path):

@@ -13,7 +13,6 @@ import { Live } from "#engine/live.js";
 import { Recording } from "#engine/recording.js";
 import { FILES, PRESETS } from "#engine/setup.js";
 import { write } from "#view/common.js";
-import { describeSetup } from "#view/captions.js";
 import { unpacked } from "#view/elements.js";
 import { Eye } from "#view/eye.js";
 import { Sound } from "#view/sound.js";
@@ -31,21 +30,22 @@ class App {
       space: false, stages: [], preset: "textbook" });
     this.shows = Object.fromEntries(Object.keys(textsOf("shows")).map((kind) => [kind, false]));
     this.controls = Object.fromEntries([...document.querySelectorAll("[id]")].map((item) => [item.id, item]));
-    this.setTheme(matchMedia("(prefers-color-scheme: light)").matches);
+    const light = matchMedia("(prefers-color-scheme: light)");
+    light.onchange = () => this.setTheme(light.matches);
+    light.onchange();
     this.still = matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.panels = new Panels(this);
     this.lesson = new Lesson(this);
     this.addStage(recording ?? new Live(engine, PRESETS.textbook.setup()));
     this.timeline = new Timeline(this);
     this.guide = new Guide(this);
-    this.listen();
+    listenToUser(this);
+    this.setRunning(true);
     if (recording) this.timeline.present(recording);
     else this.choose("textbook");
     if (asked && engine) this.open(asked);
     this.frame(performance.now());
   }
-
-  // ---- stages
 
   get sources() { return this.stages.map(({ source }) => source); }
   get liveSources() { return this.sources.filter(({ live }) => live); }
@@ -54,22 +54,14 @@ class App {
 
   addStage(source) {
     this.stages.push(new Stage(source, this));
-    document.body.classList.toggle("two", this.stages.length > 1);
     if (this.space) this.setSpace(true);
   }
 
-  /** Only the first one stays. */
   dropStage() {
     this.besideChoice = null;
-    if (this.stages.length < 2) return;
-    const stage = this.stages.pop();
-    stage.source.forget();
-    stage.scene.close();
-    stage.figure.remove();
-    document.body.classList.remove("two");
+    if (this.stages.length > 1) this.stages.pop().close();
   }
 
-  /** Shows another source in the first stage. */
   replace(source) {
     this.stages[0].source.forget();
     this.stages[0].source = source;
@@ -78,6 +70,7 @@ class App {
   /** All stages show other runs, or other drawings; balls are let go unless it is only a change of what moves. */
   changed(released = true) {
     this.clock.reset();
+    document.body.classList.toggle("two", this.stages.length > 1);
     for (const stage of this.stages) stage.changed();
     if (released) this.lesson.ask();
     this.name();
@@ -89,17 +82,11 @@ class App {
 
   /** What is said about the stages. */
   name() {
-    const { title, text } = this.lesson.heading ?? {}, { live } = this.stages[0].source;
+    const { title, text } = this.lesson.heading ?? {}, [{ live }] = this.sources;
     this.controls.title.textContent = title ?? say("title");
     this.controls.about.textContent = text ?? say(`about.${live ? this.preset ?? "own" : "recorded"}`);
-    for (const stage of this.stages) {
-      const { source } = stage;
-      stage.named = source.live ? describeSetup(source.setup) : source.name;
-      stage.heading.textContent = this.stages.length > 1 ? stage.named : "";
-    }
+    for (const { heading, named } of this.stages) heading.textContent = this.stages.length > 1 ? named : "";
   }
-
-  // ---- what can be done
 
   /** Does something that the engine may refuse: then it says why, and nothing is changed. */
   attempt(act) {
@@ -119,7 +106,6 @@ class App {
     this.silence = setTimeout(() => { this.controls.status.textContent = ""; }, 1000 * lasting);
   }
 
-  /** A ready cradle, with what it is lifted by; else at rest. */
   choose(name) { this.attempt(() => this.begin(PRESETS[name].setup(), name)); }
 
   begin(setup, preset) {
@@ -138,11 +124,11 @@ class App {
   /** Other values from the next instant at which no balls touch. */
   change(values) {
     const sources = this.side === "both" ? this.sources : [this.changedSource];
-    const made = this.attempt(() => sources.forEach((source) => source.change(values, () => this.changed(false))));
-    if (!made) return void this.panels.refresh();
-    this.preset = null;
-    this.name();
-    if (sources.some(({ pending }) => pending)) this.tell(say("waiting"), 2);
+    if (this.attempt(() => sources.forEach((source) => source.change(values, () => this.changed(false))))) {
+      this.preset = null;
+      this.name();
+      if (sources.some(({ pending }) => pending)) this.tell(say("waiting"), 2);
+    } else this.panels.refresh();
   }
 
   /** Has each source begin another run; what else is `known` of these. */
@@ -156,7 +142,6 @@ class App {
     this.renew((source) => source.begin(source.setup.resized(balls)), { preset: null, lifted: null });
   }
 
-  /** Lets go of balls at these places. */
   letGo(lifted) {
     this.setRunning(true);
     this.renew((source) => source.restart(source.setup, lifted.x_start, lifted.v_start), { lifted });
@@ -175,19 +160,15 @@ class App {
 
   /** A second cradle beside the first, that differs in what `name` says, or in the `values` given; "stop": none. */
   compare(name, values) {
-    const first = this.stages[0].source;
+    const [{ live, setup }] = this.sources;
     this.dropStage();
-    if (name !== "stop" && first.live) {
-      // From the same release: both begin again.
-      const again = first.setup.with(this.lifted ?? {});
-      this.attempt(() => {
-        const second = new Live(this.engine, again.with(values ?? first.setup.compared(name, this.preset)));
-        first.begin(again);
-        second.origin = first.origin;
-        this.addStage(second);
-        this.besideChoice = name;
-      });
-    }
+    if (name !== "stop" && live) this.attempt(() => {
+      const again = setup.with(this.lifted ?? {}); // from the same release
+      const second = new Live(this.engine, again.with(values ?? setup.compared(name, this.preset)));
+      this.replace(new Live(this.engine, again));
+      this.addStage(second);
+      this.besideChoice = name;
+    });
     this.changed();
   }
 
@@ -220,8 +201,6 @@ class App {
     clock.land(ahead ? [ahead] : []);
   }
 
-  // ---- hands
-
   take(who, ball, x) {
     this.attempt(() => this.sources.forEach((source) => source.hold(who, ball, x)));
     this.clock.calm();
@@ -237,8 +216,6 @@ class App {
     this.renew((source) => source.release(who, this.clock.running ? speed : 0));
     this.lifted = this.sources[0].setup.release;
   }
-
-  // ---- each picture
 
   frame(now) {
     requestAnimationFrame((later) => this.frame(later));
@@ -273,37 +250,20 @@ class App {
     pace.classList.toggle("slow", clock.rate < 0.5);
     write(view, say(`views.${this.eye.view}`));
     write(inside, say(clock.slow === "next" || clock.inside ? "insideNow" : "inside"));
-    if (clock.late > 0.25 && clock.running) {
-      const part = String(Math.min(90, Math.round(10 * clock.late) * 10));
-      if (this.lateTold !== part) this.tell(say("late", { percent: part }), 4);
-      this.lateTold = part;
-    } else this.lateTold = null;
+    const percent = clock.late > 0.25 && clock.running ? Math.min(90, Math.round(10 * clock.late) * 10) : null;
+    if (percent && percent !== this.lateTold) this.tell(say("late", { percent }), 4);
+    this.lateTold = percent;
   }
 
   /** What is said below the balls away from clicks: {text, detail}. */
   hintFor({ source }) {
     const { running, inside } = this.clock, { lesson, guide, stages } = this;
     if (!source.live) return { text: inside ? "" : this.timeline.clickOf(source) };
-    if (source !== stages[0].source) return {};
-    if (lesson.said) return lesson.said;
+    if (source === stages[0].source && lesson.said) return lesson.said;
     if (stages.length > 1) return {};
     const rests = guide.phase || source.state.v.every((v) => v === 0);
     const hint = source.holds.size && !guide.phase ? "hintHeld" : rests ? "hint" : "";
     return running ? { text: hint && say(hint) } : { text: inside ? "" : say("hintPaused") };
-  }
-
-  // ---- wishes that are no physics: keys, the address, what is shown, day and night
-
-  listen() {
-    listenToUser(this);
-    addEventListener("hashchange", () => this.open(location.hash));
-    matchMedia("(prefers-color-scheme: light)").addEventListener("change", ({ matches }) => this.setTheme(matches));
-    addEventListener("dragover", (event) => event.preventDefault());
-    addEventListener("drop", (event) => {
-      event.preventDefault();
-      this.openFile(event.dataTransfer.files[0]);
-    });
-    this.setRunning(true);
   }
 
   setShow(kind, on) {
@@ -321,7 +281,6 @@ class App {
     showLink(this);
   }
 
-  /** Shows all in 3D, or flat. */
   setSpace(on) {
     const told = on && !this.space;
     this.space = on && this.stages.every((stage) => stage.setSpace(true));
@@ -332,7 +291,6 @@ class App {
     showLink(this);
   }
 
-  /** The browser has taken WebGL away. */
   loseSpace() {
     this.setSpace(false);
     this.tell(say("noSpace"));
@@ -358,17 +316,14 @@ class App {
     showLink(this);
   }
 
-  /** What an address asks for. */
   open(hash) { if (this.engine) this.attempt(() => openLink(this, hash)); }
 
-  /** Shows a recorded run from a file. */
   async openFile(file) {
     const text = await file?.text();
     if (file) this.attempt(() => this.timeline.present(Recording.read(file.name, text)));
   }
 }
 
-/** Starts the page. */
 export async function start() {
   const data = (id) => JSON.parse(document.getElementById(id).textContent);
   learn(data("texts"), navigator.languages);

@@ -8,44 +8,30 @@ const GRAVITIES = { earth: 9.81, moon: 1.62, mars: 3.71, jupiter: 24.8 };
 const WEIGHTS = [0.125, 0.25, 0.5, 0.75, 1, 1.5, 2, 4, 8];
 
 const some = (value, text) => (value ? text : say("none")), length = (m) => some(m, withPrefix(m, "m"));
-const isRigid = ({ law }) => law === "rigid", hasLosses = (get) => get("contact.dampingLaw") === "huntCrossley";
+const isRigid = ({ law }) => law === "rigid";
 
 /** Numbers on scales: where a set-up is that `get`s its values, how that is said, and the values that a place stands
  *  for. `needs`: which set-ups have it. */
 const SCALES = {
-  deadBand: {
-    list: [0, 1e-7, 2.6e-7, 5e-7, 1e-6, 2.6e-6, 5e-6, 1e-5, 2e-5, 5e-5, 1e-4],
-    at: (get) => get("contact.deadBand"), show: length, values: (m) => ({ "contact.deadBand": m }),
-  },
-  stiffness: {
-    needs: (setup) => setup.get("contact.model") === "powerLaw", min: 4, max: 14, step: 0.5,
-    at: (get) => // a power of ten, N/m
+  deadBand: { list: [0, 1e-7, 2.6e-7, 5e-7, 1e-6, 2.6e-6, 5e-6, 1e-5, 2e-5, 5e-5, 1e-4], show: length,
+    at: (get) => get("contact.deadBand"), values: (m) => ({ "contact.deadBand": m }) },
+  stiffness: { min: 4, max: 14, step: 0.5, show: (power) => withPrefix(10 ** power, "N/m", 2),
+    needs: (setup) => setup.get("contact.model") === "powerLaw",
+    at: (get) =>
       Math.log10(get("contact.stiffness") * (get("contact.overlapRef") / 1e-6) ** (1 - get("contact.exponent"))),
-    show: (power) => withPrefix(10 ** power, "N/m", 2),
-    values: (power) => ({ "contact.stiffness": 10 ** power, "contact.overlapRef": 1e-6 }),
-  },
-  restitution: {
-    needs: isRigid, max: 100, at: (get) => 100 * get("contact.restitution"), show: (percent) => `${percent} %`,
-    values: (percent) => ({ "contact.restitution": percent / 100 }),
-  },
-  loss: {
-    needs: (setup) => !isRigid(setup), max: 1, step: 0.05,
-    at: (get) => (hasLosses(get) ? get("contact.huntCrossley") : 0),
-    show: (alpha) => some(alpha, `${rounded(alpha)} s/m`),
-    values: (alpha) => ({ "contact.dampingLaw": "huntCrossley", "contact.huntCrossley": alpha }),
-  },
-  drag: {
-    max: 0.5, step: 0.01, at: (get) => get("pendulum.drag") / get("ball.mass"),
-    show: (rate, get) => some(rate, `${rounded(rate * get("ball.mass"))} kg/s`),
-    values: (rate, get) => ({ "pendulum.drag": rate * get("ball.mass") }),
-  },
-  length: {
-    min: 0.05, max: 2, step: 0.05, at: (get) => get("pendulum.length"), show: length,
-    values: (m) => ({ "pendulum.length": m }),
-  },
+    values: (power) => ({ "contact.stiffness": 10 ** power, "contact.overlapRef": 1e-6 }) },
+  restitution: { max: 100, show: (percent) => `${percent} %`, needs: isRigid,
+    at: (get) => 100 * get("contact.restitution"), values: (percent) => ({ "contact.restitution": percent / 100 }) },
+  loss: { max: 1, step: 0.05, show: (alpha) => some(alpha, `${rounded(alpha)} s/m`), needs: (setup) => !isRigid(setup),
+    at: (get) => (get("contact.dampingLaw") === "huntCrossley" ? get("contact.huntCrossley") : 0),
+    values: (alpha) => ({ "contact.dampingLaw": "huntCrossley", "contact.huntCrossley": alpha }) },
+  drag: { max: 0.5, step: 0.01, show: (rate, get) => some(rate, `${rounded(rate * get("ball.mass"))} kg/s`),
+    at: (get) => get("pendulum.drag") / get("ball.mass"),
+    values: (rate, get) => ({ "pendulum.drag": rate * get("ball.mass") }) },
+  length: { min: 0.05, max: 2, step: 0.05, show: length, at: (get) => get("pendulum.length"),
+    values: (m) => ({ "pendulum.length": m }) },
 };
 
-/** Fills the panel with what can be changed. */
 export function fillChange(panels) {
   const { app } = panels, { live, setup } = app.changedSource, refresh = () => panels.refresh();
   if (app.stages.length > 1)
@@ -58,7 +44,6 @@ export function fillChange(panels) {
     if (needs?.(setup) ?? true)
       panels.slider(title, { ...scale, value: at(get), show: (place) => show(place, get),
         choose: (place) => set(values(place, get)) });
-  // A heavier or a lighter ball.
   const ratios = get("ball.massRatio"), uneven = ratios.findIndex((ratio) => ratio !== 1);
   const ball = Math.min(balls - 1, panels.ball ?? (uneven >= 0 ? uneven : Math.floor(balls / 2)));
   panels.slider("whose", { min: 1, max: balls, value: ball + 1, show: (i) => say("ball", { ball: i }),

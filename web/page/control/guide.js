@@ -11,7 +11,6 @@ export class Guide {
       addEventListener(touched, () => this.leave(), { capture: true });
   }
 
-  /** Goes on by so many seconds of the viewer's. */
   follow(passed) {
     this.seconds += passed;
     const { app, seconds } = this, [{ scene, source, canvas }] = app.stages, { hand } = app.controls;

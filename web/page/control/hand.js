@@ -75,7 +75,6 @@ export class Sliders {
     Object.assign(this, { stage, app: stage.app, inputs: [], box });
   }
 
-  /** As many as there are balls. */
   fit() {
     const { live, drawing: { balls } } = this.stage.source;
     while (this.inputs.length > balls) this.inputs.pop().remove();

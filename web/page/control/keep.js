@@ -7,7 +7,6 @@ import { FONT } from "#view/texts.js";
 const RUN_STEP = 0.01; // s between the rows of a run in CSV
 const RUN_ROWS = 6000;
 
-/** Hands a file to the viewer. */
 export function save(name, content) {
   const url = URL.createObjectURL(content), link = document.createElement("a");
   Object.assign(link, { href: url, download: name });

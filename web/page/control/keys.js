@@ -45,6 +45,12 @@ export function offers({ engine, sources: [{ live, openable, setup }] }, name) {
 export function listenToUser(app) {
   for (const name of ["play", "again", "rest", "inside", "view"]) app.controls[name].onclick = () => ACTS[name][2](app);
   addEventListener("keydown", (event) => press(app, event));
+  addEventListener("hashchange", () => app.open(location.hash));
+  addEventListener("dragover", (event) => event.preventDefault());
+  addEventListener("drop", (event) => {
+    event.preventDefault();
+    app.openFile(event.dataTransfer.files[0]);
+  });
   // A button that was clicked does not take the space bar, which pauses; one that the keyboard has come to does.
   addEventListener("click", ({ detail }) =>
     { if (detail && document.activeElement?.matches("button")) document.activeElement.blur(); });
@@ -62,11 +68,9 @@ function press(app, event) {
   act(app, key, name);
 }
 
-/** Back or on within a click. */
 function stepInside(app, direction) {
   const { source } = app.stages[0], click = source.shownClick;
   if (click?.length && app.stages.length === 1) app.seek(source.now + direction * INSIDE_STEP * click.length);
 }
 
-/** Back or on in a recording. */
 function stepTime(app, direction) { app.seek(app.sources[0].now + direction * TIME_STEP * SECONDS * app.clock.rate); }

@@ -19,19 +19,19 @@ export class Lesson {
     app.controls.endLesson.onclick = () => this.leave();
   }
 
-  /** Presents the step with this number, from 1; the step, from 0. */
+  /** Presents the step with this number, from 1: what the page is asked for then. */
   turnTo(number) {
     this.step = Math.min(LESSON.length, Math.max(1, Math.round(number) || 1)) - 1;
     this.asks = ASKING.includes(this.step);
     document.body.classList.add("present");
     this.app.panels.close();
-    return this.step;
+    return LESSON[this.step];
   }
 
   /** To the next step; from the last one back to the page as it is otherwise. */
   next() {
-    if (this.step === LESSON.length - 1) this.leave();
-    else if (this.step !== null) this.app.open(`present=${this.step + 2}`);
+    if (this.step !== null && this.step + 1 < LESSON.length) this.app.open(`present=${this.step + 2}`);
+    else if (this.step !== null) this.leave();
   }
 
   leave(asks = false) {
@@ -47,8 +47,6 @@ export class Lesson {
     return ["asks", "waits"].includes(this.phase) ? { title: say("ask"), text: "" } : textsOf("lessons")[this.step];
   }
 
-  // ---- the question
-
   enter(phase) {
     const { guesses } = this.app.controls;
     this.phase = phase;
@@ -63,8 +61,8 @@ export class Lesson {
     if (!this.phase) return;
     app.setRunning(false);
     guesses.replaceChildren();
-    for (let count = 1; count <= setup.balls; count++)
-      element(guesses, "button", { type: "button", textContent: count, onclick: () => this.answer(count) });
+    setup.values.x_start.forEach((_, i) =>
+      element(guesses, "button", { type: "button", textContent: i + 1, onclick: () => this.answer(i + 1) }));
   }
 
   /** What the class expects; whether it was asked. */
@@ -80,15 +78,15 @@ export class Lesson {
    *  asked. */
   point(ball) {
     if (this.phase !== "asks" || ball < 0) return false;
-    const { release, balls } = this.app.sources[0].setup, moves = (_, i) => release.x_start[i] || release.v_start[i];
-    if (moves(null, ball)) return false;
-    const first = release.x_start.findIndex(moves);
-    return this.answer(first < ball ? balls - ball : ball + 1);
+    const { release: { x_start, v_start }, balls } = this.app.sources[0].setup;
+    const away = x_start.map((x, i) => Math.abs(x) + Math.abs(v_start[i])), least = 0.1 * Math.max(...away);
+    if (away[ball] > least) return false;
+    return this.answer(away.findIndex((far) => far > least) < ball ? balls - ball : ball + 1);
   }
 
   /** Watches the first click, until it is known and seen. A hand, or time that runs unasked, end the question. */
   follow() {
-    const { app, phase } = this, [{ source }] = app.stages;
+    const { app, phase } = this, [source] = app.sources;
     if (phase && (source.holds?.size || (phase === "asks" && app.clock.running))) this.enter(null);
     if (this.phase !== "waits") return;
     source.ahead(performance.now() + 2);

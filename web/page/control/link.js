@@ -1,6 +1,6 @@
 // Addresses: what they ask for, and that of what is shown.
 
-import { LESSON, Setup } from "#engine/setup.js";
+import { Setup } from "#engine/setup.js";
 import { languages, say, textsOf } from "#view/texts.js";
 
 /** The address of this page with everything that is set. */
@@ -38,7 +38,7 @@ export async function copyLink(app) {
 /** Shows what the part of an address behind # asks for. Throws Refusal. */
 export function openLink(app, hash) {
   const { present } = Setup.fromLink(hash).options;
-  const link = present === undefined ? hash : LESSON[app.lesson.turnTo(present)];
+  const link = present === undefined ? hash : app.lesson.turnTo(present);
   const { setup, options } = Setup.fromLink(link);
   app.engine.start(setup.recipe()).forget();
   if (link === hash) app.lesson.leave("ask" in options);

@@ -42,8 +42,9 @@ export class Panels {
     paneltitle.dataset.text = this.kind;
     fillTexts();
     this.refresh();
-    const first = ["fieldset:first-child [type=radio]:checked", "input, .column:first-child button"];
-    (first.map((kind) => this.body.querySelector(kind)).find(Boolean) ?? close).focus();
+    const [chosen, first] = ["fieldset:first-child [type=radio]:checked", "input, .column:first-child button"]
+      .map((item) => this.body.querySelector(item));
+    (chosen ?? first ?? close).focus();
   }
 
   close() { if (this.kind) this.toggle(this.kind); }
@@ -56,8 +57,6 @@ export class Panels {
     this[this.kind]();
     if (focus) [...this.body.querySelectorAll("[data-key]")].find(({ dataset }) => dataset.key === focus)?.focus();
   }
-
-  // ---- pieces
 
   /** Under the title of this name, one of these choices {key: text}; or, with checkboxes, those for which `chosen` is
    *  true. */
@@ -105,8 +104,6 @@ export class Panels {
       for (const textContent of told) if (textContent) element(list, "dd", { textContent });
     }
   }
-
-  // ---- panels
 
   change() { fillChange(this); }
 

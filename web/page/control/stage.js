@@ -3,7 +3,7 @@
 import { Hand, Sliders } from "#control/hand.js";
 import { Strips } from "#control/strips.js";
 import { write } from "#view/common.js";
-import { captionOf } from "#view/captions.js";
+import { captionOf, describeSetup } from "#view/captions.js";
 import { aria, element } from "#view/elements.js";
 import { drawLenses, Scene } from "#view/scene.js";
 import { Scene3D } from "#view/scene3d.js";
@@ -11,7 +11,7 @@ import { say } from "#view/texts.js";
 
 export class Stage {
   constructor(source, app) {
-    Object.assign(this, { source, app, named: "" });
+    Object.assign(this, { source, app });
     this.figure = element(app.controls.stages, "figure", { className: "stage" });
     this.heading = element(this.figure, "figcaption", { className: "name" });
     this.canvas = element(this.figure, "canvas", { className: "cradle", role: "img" });
@@ -31,6 +31,14 @@ export class Stage {
     this.strips.clear();
   }
 
+  close() {
+    this.source.forget();
+    this.scene.close();
+    this.figure.remove();
+  }
+
+  get named() { return this.source.live ? describeSetup(this.source.setup) : this.source.name; }
+
   /** Shows the cradle in 3D, or flat; false where that cannot be. */
   setSpace(on) {
     if (on === this.scene instanceof Scene3D) return true;
@@ -43,14 +51,13 @@ export class Stage {
 
   /** Takes note of what happened since the last picture. */
   follow(passed) {
-    const { source, strips } = this, { state } = source, pulses = source.takePulses();
-    if (source.live) strips.record(pulses, passed);
+    const { source, strips } = this, pulses = source.takePulses();
+    strips.record(source, pulses, passed);
     const inside = this.app.clock.inside && source.shownClick?.most.force;
-    this.scene.shine(state, pulses, Math.max(strips.track.most.force, inside || 0), passed);
+    this.scene.shine(source.state, pulses, Math.max(strips.track.most.force, inside || 0), passed);
     return pulses;
   }
 
-  /** The picture. */
   draw(theme) {
     const { source, scene, app: { shows, clock }, sliders: { chosen: selected } } = this, { state, drawing } = source;
     const held = source.held ?? new Map(), click = clock.inside ? source.shownClick : null;

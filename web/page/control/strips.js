@@ -32,14 +32,10 @@ export class Strips {
     canvas.onpointerleave = () => { this.pointer = null; };
   }
 
-  /** Forgets what a live run has shown. */
   clear() { this.history = new History(this.stage.source.drawing.balls); }
 
-  /** Takes note of what a live run shows. */
-  record(pulses, passed) {
-    const { source } = this.stage;
-    if (passed > 0 || !this.history.times.length)
-      this.history.record(source.time, source.state, pulses, source.origin);
+  record({ live, time, state, origin }, pulses, passed) {
+    if (live && (passed > 0 || !this.history.times.length)) this.history.record(time, state, pulses, origin);
   }
 
   get track() { return this.stage.source.live ? this.history : this.stage.source; }

@@ -48,20 +48,17 @@ export class Timeline {
       : clicks.map(({ begin }) => begin);
     const times = all.filter((time, k) => !(all[k + 1] - time <= away)); // the last of those that are told as one
     const time = direction > 0 ? times.find((time) => time > now) : times.findLast((time) => time < now - away);
-    if (time === undefined) return;
     if (inside) app.setRunning(false);
-    app.seek(time);
+    if (time !== undefined) app.seek(time);
   }
 
   /** Which click is shown, or was last, and why one cannot look inside. */
   clickOf({ clicks, lastClick, openable, drawing }) {
     if (!clicks.length) return say("noClicks");
-    const why = openable.length ? "" : say(drawing.rigid ? "noInside" : "notResolved");
     const which = lastClick ? say("clickOf", { click: lastClick.number + 1, clicks: clicks.length }) : "";
-    return `${which} ${why}`.trim();
+    return openable.length ? which : `${which} ${say(drawing.rigid ? "noInside" : "notResolved")}`.trim();
   }
 
-  /** Another source is shown. */
   changed({ live, begin, end }) {
     const { whole, timeline } = this.app.controls;
     timeline.hidden = live;
@@ -69,7 +66,6 @@ export class Timeline {
     this.drawn = null;
   }
 
-  /** What changes with the time shown. */
   show({ live, now }) {
     const { clock, controls: { whole, speed, factor, previous, next } } = this.app;
     if (live) return;

@@ -29,7 +29,6 @@ export class Click {
     }
   }
 
-  /** One look further. */
   explore() {
     const { scout } = this;
     if (!this.speeds) {
@@ -53,26 +52,21 @@ export class Click {
 
   finish(state) {
     this.after = Array.from(state.v);
-    this.scout.forget();
     this.done = true;
     this.pulses.sort((a, b) => a.onset - b.onset || a.release - b.release);
     this.samples.pulses = this.pulses;
     this.length = this.end - this.begin;
-    if (this.length === 0) this.sampled = true; // rigid: at one instant
+    this.sampled = this.length === 0; // rigid: at one instant
   }
 
-  /** Some more of what it shows, at instants from a little before it to a little after. */
+  /** One more of the instants from a little before it to a little after. */
   sample() {
     const { samples, sampler } = this, { times } = samples, margin = 0.06 * this.length;
     const from = Math.max(this.begin - margin, this.before.time), step = (this.length + 2 * margin) / (SAMPLES - 1);
-    for (let left = 8; left > 0 && times.length < SAMPLES; left--) {
-      const t = from + times.length * step;
-      if (sampler.advance(t, EFFORT) < t) return;
-      samples.record(t, sampler.look());
-    }
-    if (times.length < SAMPLES) return;
-    this.sampled = true;
-    sampler.forget();
+    const time = from + times.length * step;
+    if (sampler.advance(time, EFFORT) < time) return;
+    samples.record(time, sampler.look());
+    this.sampled = times.length === SAMPLES;
   }
 
   /** The largest velocity, force and overlap in it (SI). */

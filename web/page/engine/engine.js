@@ -7,7 +7,6 @@ export class Refusal extends Error {}
 
 /** The compiled engine. Its functions are those of web/src/lib.rs. */
 export class Engine {
-  /** From the bytes of the .wasm file. */
   static async load(bytes) {
     const { instance: { exports } } = await WebAssembly.instantiate(bytes, {});
     return Object.assign(new Engine(), { functions: exports });
@@ -99,7 +98,6 @@ class Run {
     return this.pulses.splice(0);
   }
 
-  /** Another run that goes on from here. */
   copy() { return new Run(this.engine, this.engine.functions.copy(this.number), this.balls, this.time); }
 
   forget() {

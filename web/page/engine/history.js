@@ -22,7 +22,6 @@ export class Track {
   see(kind, columns) { this.most[kind] = Math.max(this.most[kind], largest(columns)); }
 }
 
-/** What is shown of late. */
 export class History extends Track {
   constructor(balls) {
     const curves = (count) => Array.from({ length: count }, () => []);
@@ -36,8 +35,8 @@ export class History extends Track {
     const row = { velocity: v, force: F, energy: parts, momentum: [momentum] };
     times.push(time);
     for (const [kind, values] of Object.entries(row)) values.forEach((value, i) => curves[kind][i].push(value));
-    for (const pulse of pulses)
-      this.pulses.push({ ...pulse, onset: pulse.onset + origin, release: pulse.release + origin });
+    this.pulses.push(...pulses.map((pulse) =>
+      ({ ...pulse, onset: pulse.onset + origin, release: pulse.release + origin })));
     if (times.length > KEPT) {
       for (const column of [times, ...Object.values(curves).flat()]) column.shift();
       while (this.pulses[0]?.release < times[0]) this.pulses.shift();

@@ -33,11 +33,9 @@ export class Live {
   /** Whether its sums are those of one undisturbed run. */
   get account() { return this.holds.size === 0; }
 
-  /** Time on the clock of the page (s): it goes on when a new run begins. */
-  get time() { return this.origin + this.run.time; }
-
-  /** Time of the run (s). */
+  /** Time of the run (s), and on the clock of the page, which goes on when a new run begins. */
   get now() { return this.run.time; }
+  get time() { return this.origin + this.run.time; }
 
   /** Moves on to `time` on the clock of the page (s), as far as `effort` goes. */
   advance(time, effort) {
@@ -53,20 +51,13 @@ export class Live {
   }
 
   /** Pulses that have finished since the last call. */
-  takePulses() {
-    const { fresh } = this;
-    this.fresh = [];
-    return fresh;
-  }
-
-  // ---- changes
+  takePulses() { return this.fresh.splice(0); }
 
   /** A new run with other values, from the next instant at which all contacts are open. `done(reason)` is told. */
-  change(values, done = () => {}) {
-    // Refused now rather than later, and without any trace.
-    const wanted = { ...this.pending?.values, ...values };
-    this.engine.start(this.setup.with(wanted).atRest().recipe()).forget();
-    this.pending = { values: wanted, since: this.pending?.since ?? this.time, done };
+  change(given, done = () => {}) {
+    const values = { ...this.pending?.values, ...given };
+    this.engine.start(this.setup.with(values).atRest().recipe()).forget(); // refused now rather than later
+    this.pending = { since: this.time, ...this.pending, values, done };
     this.tryPending();
   }
 
@@ -81,10 +72,7 @@ export class Live {
   /** A new run at these positions (m) and velocities (m/s). */
   restart(setup, x, v) { this.begin(setup.moving(x, v)); }
 
-  /** Positions (m) and velocities (m/s) now. */
   motion() { return [Array.from(this.state.x), Array.from(this.state.v)]; }
-
-  // ---- hands
 
   /** Which balls are held, and where: {ball: x}. */
   get held() {
@@ -110,10 +98,8 @@ export class Live {
     const { held } = this, [x] = this.motion();
     for (const [ball, place] of held) x[ball] = place;
     // What the hand pushes gives way.
-    for (const [ball, place] of held) {
-      for (let i = ball + 1; i < x.length && x[i] < place && !held.has(i); i++) x[i] = place;
-      for (let i = ball - 1; i >= 0 && x[i] > place && !held.has(i); i--) x[i] = place;
-    }
+    for (const [ball, place] of held)
+      x.forEach((other, i) => { if (!held.has(i) && (i - ball) * (place - other) > 0) x[i] = place; });
     this.restart(this.setup, x, x.map(() => 0));
   }
 
@@ -146,8 +132,6 @@ export class Live {
     for (const ball of hold.balls) if (!still.has(ball)) [x[ball], v[ball]] = [place, speed];
     this.restart(this.setup, x, v);
   }
-
-  // ---- clicks
 
   dropClicks() {
     this.click?.forget();

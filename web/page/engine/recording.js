@@ -42,7 +42,6 @@ export class Recording extends Track {
     this.seek(this.begin);
   }
 
-  /** Where the clicks are. */
   findClicks(pulses) {
     for (const pulse of pulses) {
       // A half-sine's impulse, where the peak is all that is known; of rigid impacts, only their impulse is.
@@ -61,10 +60,8 @@ export class Recording extends Track {
 
   get time() { return this.now; }
 
-  /** Moves on to `time` (s), at most to the end. */
   advance(time) { this.go(Math.min(time, this.end)); }
 
-  /** To any time of the run. */
   seek(time) {
     this.go(Math.min(Math.max(time, this.begin), this.end));
     this.told = this.now;
@@ -73,15 +70,13 @@ export class Recording extends Track {
   go(now) {
     const { times, x, curves: { velocity: v, force: F }, state, setup } = this, place = placeIn(times, now);
     this.now = now;
-    x.forEach((column, i) => {
-      state.x[i] = cubic(column, v[i], place);
-      state.v[i] = linear(v[i], place);
-    });
-    F.forEach((column, i) => { state.F[i] = linear(column, place); });
+    state.x.set(x.map((column, i) => cubic(column, v[i], place)));
+    state.v.set(this.speedsAt(now));
+    state.F.set(F.map((column) => linear(column, place)));
     state.closed.fill(0);
     for (const { contact, onset, release } of this.lastClick?.pulses ?? [])
       if (onset <= now && now < release) state.closed[contact] = 1;
-    if (setup) state.overlap.forEach((_, i) => { state.overlap[i] = this.overlap(i, state.x[i] - state.x[i + 1]); });
+    if (setup) state.overlap.set(F.map((_, i) => this.overlap(i, state.x[i] - state.x[i + 1])));
   }
 
   /** How far contact `i` is pressed together (m) when its balls have come `nearer` by so much than they hang. */
@@ -89,14 +84,17 @@ export class Recording extends Track {
     return nearer - this.setup.get("contact.deadBand") - this.setup.values["contact.gap"][i];
   }
 
-  /** Pulses that have finished since the last call. */
   takePulses() {
     const { told, now } = this;
     this.told = now;
     return now > told ? this.pulsesIn(told, now).filter(({ release }) => release > told && release <= now) : [];
   }
 
-  // ---- clicks that can be looked into
+  /** Velocities of the balls (m/s). */
+  speedsAt(time) {
+    const place = placeIn(this.times, time);
+    return this.curves.velocity.map((column) => linear(column, place));
+  }
 
   /** The last that has begun, and the next one. */
   get around() {
@@ -145,29 +143,20 @@ class RecordedClick {
     return [Math.max(0, countUpTo(times, this.begin) - 2), Math.min(times.length, countUpTo(times, this.end) + 1)];
   }
 
-  /** Whether it can be looked into. */
   get resolved() {
     const [from, to] = this.range;
     return this.length > 0 && to - from - 2 >= LEAST_SAMPLES * this.pulses.length;
   }
 
-  get speeds() { return this.velocities(this.begin); }
-  get after() { return this.velocities(this.end); }
+  get speeds() { return this.samples.speedsAt(this.begin); }
+  get after() { return this.samples.speedsAt(this.end); }
 
-  velocities(time) {
-    const place = placeIn(this.samples.times, time);
-    return this.samples.curves.velocity.map((column) => linear(column, place));
-  }
-
-  /** The largest velocity, force and overlap in it (SI), looked for once; an overlap of 0 where that is not known. */
-  get most() { return (this.found ??= this.measure()); }
-
-  measure() {
-    const { samples, range } = this, { x, curves: { velocity, force }, setup } = samples;
-    const part = (columns) => columns.map((column) => column.subarray(...range)), places = part(x);
-    const most = (columns) => Math.max(1e-9, largest(columns));
-    const pressed = (_, i) => places[i].map((place, k) => Math.max(0, samples.overlap(i, place - places[i + 1][k])));
-    return { velocity: most(part(velocity)), force: most(part(force)), overlap: setup ? most(force.map(pressed)) : 0 };
+  /** The largest velocity, force and overlap in it (SI); an overlap of 0 where that is not known. */
+  get most() {
+    const { samples, pulses, speeds, after, range } = this, part = (i) => samples.x[i].subarray(...range);
+    const pressed = (_, i) => part(i).map((place, k) => Math.max(1e-9, samples.overlap(i, place - part(i + 1)[k])));
+    return { velocity: largest([speeds, after]), force: largest([pulses.map(({ peak }) => peak)]),
+      overlap: samples.setup ? largest(samples.curves.force.map(pressed)) : 0 };
   }
 }
 

@@ -30,25 +30,24 @@ export class Setup {
 
   get(name) { return this.values[name] ?? DEFAULTS[name]; }
 
-  /** The same with other values. */
   with(values) { return new Setup(this.balls, { ...this.values, ...values }); }
 
   /** What balls are let go with, {x_start, v_start}; null where they rest. */
   get release() {
     const { x_start, v_start } = this.values;
-    return [...x_start, ...v_start].some((value) => value !== 0) ? { x_start, v_start } : null;
+    return [...x_start, ...v_start].some(Boolean) ? { x_start, v_start } : null;
   }
 
-  /** All balls at rest, hanging down. */
   atRest() { return this.with({ x_start: [], v_start: [] }); }
 
-  /** At these positions (m) and velocities (m/s). Balls that would overlap under its law are moved apart by that
-   *  much. */
+  /** At these positions (m) and velocities (m/s). Where balls would overlap under its law, those on the right give way;
+   *  the others stay where they are, to the last bit. */
   moving(x, v) {
-    const clearance = this.values["contact.gap"].map((gap) => this.get("contact.deadBand") + gap);
+    const clearance = this.values["contact.gap"].map((gap) => this.get("contact.deadBand") + gap), places = [...x];
     // Pre-compressed balls overlap at rest: a force law takes what there is.
-    const kept = this.law !== "rigid" && clearance.some((least) => least < 0);
-    return this.with({ x_start: kept ? x : apart(x, clearance), v_start: v });
+    if (this.law === "rigid" || clearance.every((least) => least >= 0))
+      clearance.forEach((least, i) => { places[i + 1] = Math.max(places[i + 1], places[i] - least); });
+    return this.with({ x_start: places, v_start: v });
   }
 
   /** Another number of balls, at rest. */
@@ -64,9 +63,9 @@ export class Setup {
 
   /** Which of the laws of contact it has. */
   get law() {
-    const model = this.get("contact.model");
-    if (model !== "powerLaw") return model;
-    return Object.keys(LAWS).find((law) => LAWS[law]["contact.exponent"] === this.get("contact.exponent")) ?? "linear";
+    const model = this.get("contact.model"), exponent = this.get("contact.exponent");
+    const known = Object.keys(LAWS).find((law) => LAWS[law]["contact.exponent"] === exponent) ?? "linear";
+    return model === "powerLaw" ? known : model;
   }
 
   /** What the engine starts from. */
@@ -90,17 +89,16 @@ export class Setup {
   /** As the part of an address behind #. Values that are the defaults are left out, and those of the `preset` it is
    *  made from. */
   toLink(preset) {
-    const ready = PRESETS[preset]?.setup(), parts = this.parts();
-    const alike = (one) => String([one.balls, ...one.atRest().parts()]);
-    if (!ready || alike(ready) !== alike(this)) return [`balls=${this.balls}`, ...parts].join("&");
-    const given = ready.parts();
-    return [`preset=${preset}`, ...parts.filter((part) => !given.includes(part))].join("&");
+    const ready = PRESETS[preset]?.setup(), alike = (one) => String([one.balls, ...one.atRest().parts()]);
+    const same = ready && alike(ready) === alike(this), given = same ? ready.parts() : [];
+    const parts = this.parts().filter((part) => !given.includes(part));
+    return [same ? `preset=${preset}` : `balls=${this.balls}`, ...parts].join("&");
   }
 
   /** Values that are not the defaults, as parts of an address. */
   parts() {
-    const usual = (name, value) => Array.isArray(value) && value.every((element) => element === USUAL[name]);
-    return Object.entries(this.values).filter((entry) => !usual(...entry)).map(([name, value]) => `${name}=${value}`);
+    return Object.entries(this.values).filter(([name, value]) => ![value].flat().every((one) => one === USUAL[name]))
+      .map(([name, value]) => `${name}=${value}`);
   }
 
   /** What it has other than `first`, with the same balls, as parts of an address. */
@@ -127,9 +125,8 @@ export class Setup {
     if (!(Number.isInteger(balls) && balls >= 1 && balls <= MOST_BALLS))
       throw new Refusal(`balls = ${balls} is refused; allowed: 1 to ${MOST_BALLS}`);
     for (const [name, given] of Object.entries(own)) {
-      const most = elements(name, balls);
-      if (Array.isArray(given) && given.length > most)
-        throw new Refusal(`${name} has ${given.length} numbers; allowed: up to ${most}`);
+      if (Array.isArray(given) && given.length > elements(name, balls))
+        throw new Refusal(`${name} has ${given.length} numbers; allowed: up to ${elements(name, balls)}`);
     }
     return { setup: new Setup(balls, { ...ready?.values, ...own }), options };
   }
@@ -139,32 +136,16 @@ const LINK_OPTIONS = ["preset", "beside", "slow", "show", "lift", "lang", "view"
 
 /** A value from an address: a word, a number, or numbers of balls or contacts. */
 function parsed(name, raw) {
-  const several = name in USUAL;
-  if (!several && /^[a-z]/i.test(raw) && Number.isNaN(Number(raw))) return raw;
-  const values = (several ? raw.split(",") : [raw]).map((text) => {
-    if (text.trim() === "" || Number.isNaN(Number(text))) throw new Refusal(`${name} = ${text} is not a number`);
-    return Number(text);
-  });
-  return several ? values : values[0];
-}
-
-/** Positions near `x` at which no neighbours are nearer than `clearance[i]` allows (m): midway between those to which
- *  balls are only pushed to the right, and only to the left. Balls that touch nothing stay where they are, to the last
- *  bit. */
-function apart(x, clearance) {
-  const right = [...x], left = [...x], last = x.length - 1;
-  for (let i = 0; i < last; i++) right[i + 1] = Math.max(x[i + 1], right[i] - clearance[i]);
-  for (let i = last - 1; i >= 0; i--) left[i] = Math.min(x[i], left[i + 1] + clearance[i]);
-  const places = x.map((_, i) => 0.5 * (left[i] + right[i]));
-  // Rounding may leave an overlap.
-  for (let i = 0; i < last; i++) if (places[i] - places[i + 1] > clearance[i]) places[i + 1] = places[i] - clearance[i];
-  return places;
+  const values = (name in USUAL ? raw.split(",") : [raw]).map((text) => (text.trim() ? Number(text) : NaN));
+  const word = values.findIndex(Number.isNaN);
+  if (word >= 0 && (name in USUAL || !/^[a-z]/i.test(raw)))
+    throw new Refusal(`${name} = ${raw.split(",")[word]} is not a number`);
+  return word >= 0 ? raw : name in USUAL ? values : values[0];
 }
 
 // ---- ready set-ups
 
-/** Those of the paper and the desk, by name: the producer's, which the page carries along. */
-export const FILES = {};
+export const FILES = {}; // those of the paper and the desk, by name: the producer's, which the page carries along
 
 /** Values of the FMU where nothing else is said. */
 export const DEFAULTS = {
@@ -190,15 +171,10 @@ function fromFile(name, changes = {}) {
   return new Setup(balls, { ...values, ...changes });
 }
 
-/** A cradle that fits a table: 1 kg balls on strings of 0.4 m. */
-const TABLE = { "pendulum.length": 0.4 };
-
-/** Steel balls that touch each other. */
-const TOUCHING = { "contact.model": "hertz", "contact.deadBand": 0 };
-
-/** Hard balls that press on each other at rest. */
+const TABLE = { "pendulum.length": 0.4 }; // fits a table
+const TOUCHING = { "contact.model": "hertz", "contact.deadBand": 0 }; // steel
 const PRESSED = { "contact.deadBand": 0, "contact.stiffness": 1e14, "contact.exponent": 1.5,
-  "contact.gap": Array(19).fill(-2e-8), x_start: [-0.1] };
+  "contact.gap": Array(19).fill(-2e-8), x_start: [-0.1] }; // at rest
 
 /** `beside`: what it is compared with, as changes of its values. */
 export const PRESETS = {

@@ -71,28 +71,24 @@ function ballsOf(names) {
 /** Refuses where the motion between samples cannot be told from them. */
 function refuseCoarse(refuse, { time, x, v }) {
   const edge = (of) => of(...x.map((column) => column.reduce((a, b) => of(a, b))));
-  const extent = edge(Math.max) - edge(Math.min), worst = { away: COARSE * extent };
-  x.forEach((place, ball) => {
-    for (let k = 0; k + 1 < time.length; k++) {
-      const h = time[k + 1] - time[k], way = 0.5 * h * (v[ball][k + 1] + v[ball][k]);
-      const away = Math.abs(place[k + 1] - place[k] - way);
-      if (away > worst.away) Object.assign(worst, { away, ball, k, h });
-    }
-  });
-  if (worst.h === undefined) return;
-  const finer = Number((0.9 * worst.h * COARSE * extent / worst.away).toPrecision(1));
-  refuse("coarse", { time: `${time[worst.k]} s`, step: withPrefix(worst.h, "s"), ball: worst.ball + 1,
-    finer: withPrefix(finer, "s") });
+  const extent = edge(Math.max) - edge(Math.min);
+  let worst = { away: COARSE * extent };
+  x.forEach((place, i) => place.forEach((_, k) => {
+    const h = time[k + 1] - time[k], away = Math.abs(place[k + 1] - place[k] - 0.5 * h * (v[i][k + 1] + v[i][k]));
+    if (away > worst.away) worst = { away, h, ball: i + 1, time: `${time[k]} s` };
+  }));
+  const { away, h, ...where } = worst, finer = Number((0.9 * h * COARSE * extent / away).toPrecision(1));
+  if (h) refuse("coarse", { ...where, step: withPrefix(h, "s"), finer: withPrefix(finer, "s") });
 }
 
 /** Refuses where a ball was struck between samples and neither of them shows a force. */
 function refuseMissed(refuse, { time, v, F }) {
   const fastest = largest(v);
-  for (let k = 0; v.length > 1 && k + 1 < time.length; k++) {
-    const ball = v.findIndex((column, i) => Math.abs(column[k + 1] - column[k]) > STRUCK * fastest
+  time.forEach((from, k) => {
+    const ball = 1 + v.findIndex((column, i) => Math.abs(column[k + 1] - column[k]) > STRUCK * fastest
       && ![F[i - 1], F[i]].some((force) => force && (force[k] || force[k + 1])));
-    if (ball >= 0) refuse("missed", { ball: ball + 1, from: `${time[k]} s`, to: `${time[k + 1]} s` });
-  }
+    if (ball && v.length > 1) refuse("missed", { ball, from: `${from} s`, to: `${time[k + 1]} s` });
+  });
 }
 
 /** Pulses as far as samples of the forces show them: as long as a contact's samples are not 0. */
