@@ -5,7 +5,7 @@ use std::process::Command;
 
 use super::Line;
 
-const SOURCE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/comparison/cvode.c");
+const SOURCE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/comparison/cvode.c");
 
 /// Title, and the arguments of the program: contacts, method, relative and absolute tolerance. Of the absolute ones
 /// tried, from 1 to 1e-5 of the relative one, those that were fastest.

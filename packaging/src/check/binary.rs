@@ -153,9 +153,15 @@ fn glibc(version: &[u8]) -> Option<(u32, u32)> {
 }
 
 fn paths(bytes: &[u8]) -> BTreeSet<String> {
-    let begins = (0..bytes.len()).filter(|begin| PATHS.iter().any(|path| bytes[*begin..].starts_with(path)));
-    let path = |begin| bytes[begin..].iter().take(80).take_while(|byte: &&u8| byte.is_ascii_graphic());
-    begins.map(|begin| path(begin).map(|byte| char::from(*byte)).collect()).collect()
+    let mut found = BTreeSet::new();
+    // A loop, which is fast enough where it is not optimised.
+    for (begin, byte) in bytes.iter().enumerate() {
+        if matches!(byte, b'/' | b':') && PATHS.iter().any(|path| bytes[begin..].starts_with(path)) {
+            let path = bytes[begin..].iter().take(80).take_while(|byte| byte.is_ascii_graphic());
+            found.insert(path.map(|byte| char::from(*byte)).collect());
+        }
+    }
+    found
 }
 
 /// Names of all functions: the same binary serves both versions.
