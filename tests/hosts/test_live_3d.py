@@ -13,7 +13,7 @@ VIEWS = ("front", "side", "top")
 # A picture of the balls alone: where it covers what is behind it, row by row, and how large it is.
 COVER = """
 const {scene} = cradle.stages[0], {painter} = scene, {add} = painter, done = arguments[0];
-painter.add = (...thing) => { if (thing[0] === "BALL" && !thing[1]) add.apply(painter, thing); };
+painter.add = (...thing) => { if (thing[0] === "BALL") add.apply(painter, thing); };
 requestAnimationFrame(() => requestAnimationFrame(() => {
   const [{width, height}] = scene.layers, copy = new OffscreenCanvas(width, height).getContext("2d");
   copy.drawImage(scene.layers[0], 0, 0);

@@ -22,7 +22,7 @@ const ACTS = {
   jump: ["[]", "recorded", (app, key) => app.timeline.jump(way(key))],
   time: ["←→", "recorded", (app, key) => stepTime(app, way(key))],
   space: ["d", "any", (app) => app.setOther("space", !app.space)],
-  view: ["v", "any", (app) => { if (app.space) app.eye.lookOn(); }],
+  view: ["v", "any", (app) => { if (app.space) app.eye.look(); }],
   details: ["r", "recorded", toggle], change: ["c", "engine", toggle], show: ["s", "any", toggle],
   beside: ["b", "live", toggle], keep: ["k", "any", toggle], help: ["?h", "any", toggle],
   lesson: ["l", "engine", toggle],

@@ -14,10 +14,11 @@ export function captionOf(click, now, state) {
     return { text: say("approaching", { ...pair(contact), time: withPrefix(click.begin - now, "s", 2) }) };
   }
   const { length, pulses } = click, strongest = Math.max(0, ...state.F);
-  const force = strongest > 0 ? withPrefix(strongest, "N") : "";
-  const since = say("sinceTouch", { time: withPrefix(now - click.begin, "s") });
-  if (now < click.end)
-    return { text: sentence(click, now, state), detail: [since, force].filter(Boolean).join(" · ") };
+  if (now < click.end) {
+    const since = say("sinceTouch", { time: withPrefix(now - click.begin, "s") });
+    const detail = strongest > 0 ? `${since} · ${withPrefix(strongest, "N")}` : since;
+    return { text: sentence(click, now, state), detail };
+  }
   const text = say(length ? "over" : "overRigid", { time: withPrefix(length, "s"), count: pulses.length });
   return { text, detail: outcome(click) };
 }

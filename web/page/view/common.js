@@ -55,14 +55,16 @@ export function cubic(x, v, { i, h, part }) {
 /** Writes a text where it is not there yet. */
 export function write(item, text) { if (item && item.textContent !== text) item.textContent = text; }
 
+/** The canvas with so many pixels. */
+export function sized(canvas, ...sizes) {
+  const [width, height] = sizes.map(Math.round);
+  return canvas.width === width && canvas.height === height ? canvas : Object.assign(canvas, { width, height });
+}
+
 /** A canvas's 2D context, cleared, scaled so that one unit is one CSS pixel: {context, width, height, ratio}. */
 export function prepared(canvas, most = Infinity) {
-  const ratio = Math.min(devicePixelRatio || 1, most), width = canvas.clientWidth, height = canvas.clientHeight;
-  if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
-    canvas.width = Math.round(width * ratio);
-    canvas.height = Math.round(height * ratio);
-  }
-  const context = canvas.getContext("2d");
+  const ratio = Math.min(devicePixelRatio || 1, most), { clientWidth: width, clientHeight: height } = canvas;
+  const context = sized(canvas, width * ratio, height * ratio).getContext("2d");
   context.setTransform(ratio, 0, 0, ratio, 0, 0);
   context.clearRect(0, 0, width, height);
   context.font = "12px system-ui, sans-serif";

@@ -2,7 +2,7 @@
 // viewer, in radii of a ball; the origin is the middle of the balls at rest.
 
 /** Ready views, by how far the eye is to the right and how high (rad). */
-export const VIEWS = { front: { azimuth: -0.24, height: 0.17 }, side: { azimuth: -1.42, height: 0.34 },
+const VIEWS = { front: { azimuth: -0.24, height: 0.17 }, side: { azimuth: -1.42, height: 0.34 },
   top: { azimuth: 0, height: 1.45 } };
 const LOWEST = 0.03, HIGHEST = 1.5; // rad; the floor is never seen from below
 
@@ -18,24 +18,17 @@ export function box(x, low, high, z) {
 export class Eye {
   constructor() { Object.assign(this, VIEWS.front, { wanted: VIEWS.front, view: "front" }); }
 
-  /** To one of the ready views, the short way round. */
-  look(view) {
+  /** To this one of the ready views or, without a name, the next one; the short way round. */
+  look(name) {
+    const views = Object.keys(VIEWS), view = name ?? views[(views.indexOf(this.view) + 1) % views.length];
     const { azimuth, height } = VIEWS[view], turns = Math.round((this.azimuth - azimuth) / (2 * Math.PI));
     Object.assign(this, { view, wanted: { azimuth: azimuth + 2 * Math.PI * turns, height } });
   }
 
-  /** To the next one of the ready views. */
-  lookOn() {
-    const views = Object.keys(VIEWS);
-    this.look(views[(views.indexOf(this.view) + 1) % views.length]);
-  }
-
   /** Turned by hand (rad). */
   turn(right, up) {
-    this.azimuth -= right;
-    this.height = Math.min(HIGHEST, Math.max(LOWEST, this.height + up));
-    this.wanted = { azimuth: this.azimuth, height: this.height };
-    this.view = "free";
+    const wanted = { azimuth: this.azimuth - right, height: Math.min(HIGHEST, Math.max(LOWEST, this.height + up)) };
+    Object.assign(this, wanted, { wanted, view: "free" });
   }
 
   /** A part of the way to where it shall be; `still`: there at once. */

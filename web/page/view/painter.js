@@ -1,10 +1,10 @@
 // Draws things in space with WebGL, those behind first; what they are, their shaders say.
 
+import { sized } from "#view/common.js";
 import { PROGRAMS, VERTEX } from "#view/steel.js";
 
 const SLOW = 26; // ms between pictures after which they get fewer pixels
 const UNSEEN = 1e-4; // radii, or px, by which what is drawn may change without being seen
-export const IN_RECTANGLE = 2;
 
 export class Painter {
   /** Draws on a canvas; null where there is no WebGL 2. */
@@ -38,25 +38,23 @@ export class Painter {
 
   close() { this.gl.getExtension("WEBGL_lose_context")?.loseContext(); }
 
-  /** One more thing, in front of those that are farther away; what its vectors are, the shaders say. `place`: 0 for
-   *  where these say, 1 for mirrored in the base, IN_RECTANGLE of the picture. */
-  add(kind, place, far, a, b = a, c = [], d = []) {
-    const vectors = [a, [b[0], b[1], b[2], place], c, d];
-    this.things.push({ kind, far, numbers: vectors.flatMap((vector) => [0, 1, 2, 3].map((k) => vector[k] ?? 0)) });
+  /** One more thing, in front of those that are farther away; what its vectors are, the shaders say. */
+  add(kind, far, ...vectors) {
+    const four = [0, 1, 2, 3];
+    this.things.push({ kind, far, numbers: four.flatMap((k) => four.map((axis) => vectors[k]?.[axis] ?? 0)) });
   }
 
   /** Draws what was added, unless it looks as it did, on a canvas of this size (px), with `ratio` pixels in one: fewer
    *  while it moves where that takes long. `space`: what shaders want to know. */
   paint(space, clientWidth, clientHeight, ratio) {
-    const { gl, drawn } = this, { canvas } = gl, things = this.things.sort((a, b) => b.far - a.far);
+    const { gl, drawn } = this, things = this.things.sort((a, b) => b.far - a.far);
     const now = [...space, clientWidth, clientHeight, ratio, ...things.flatMap(({ numbers }) => numbers)];
     const same = drawn?.length === now.length && now.every((number, k) => Math.abs(number - drawn[k]) < UNSEEN);
     this.things = [];
     if (same && this.ratio === ratio) return;
     if (!same) Object.assign(this, { drawn: now, sharp: this.sharpness() });
     this.ratio = same ? ratio : ratio * this.sharp;
-    const width = Math.round(clientWidth * this.ratio), height = Math.round(clientHeight * this.ratio);
-    if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
+    const { width, height } = sized(gl.canvas, clientWidth * this.ratio, clientHeight * this.ratio);
     gl.viewport(0, 0, width, height);
     gl.clear(gl.COLOR_BUFFER_BIT);
     const known = new Float32Array([...space, clientWidth, clientHeight, this.ratio, 0]);

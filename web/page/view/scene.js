@@ -11,8 +11,6 @@ const AHEAD = { axes: [[1, 0, 0], [0, 1, 0], [0, 0, 1]] }; // an eye that sees a
 const LARGEST = 110; // px, the radius of a ball
 const STEEPEST = 1.4; // rad by which a hand can lift a ball
 const NARROWEST = 0.4; // part of its length in which a row is seen at least by a hand along it
-const CENTRE = { x: 0, y: 0 };
-const FAINT = 0.05; // part of the strongest light that is not seen
 const AFTERGLOW = 0.5; // s on the viewer's clock that a contact shines after its pulse
 
 /** Distinct colours for up to 20 balls: around the circle, the same lightness. */
@@ -41,7 +39,7 @@ export class Scene {
     const reach = half + long * Math.sin(swingAngle), floor = -1.75 * largest;
     let x = -half;
     const rests = sizes.map((size) => (x += 2 * size) - size);
-    Object.assign(this, { width, height, sizes, half, largest, long, reach, floor, rests, length });
+    Object.assign(this, { sizes, half, largest, long, reach, floor, rests, length });
     const all = this.surroundings(swingAngle), distance = 2.7 * Math.max(...all.map((point) => Math.hypot(...point)));
     const lens = new Lens(this.eye.axes, distance), far = lens.bounds(all);
     const close = lens.bounds(box(half + 1.2, floor - 0.45, Math.min(4.9 * largest, long + 0.3), 0));
@@ -55,9 +53,6 @@ export class Scene {
 
   /** A point, `at`, as it is seen: where on the canvas, and how many px a radius is there, `unit`. */
   seen(at) { return { at, ...this.lens.place(at) }; }
-
-  /** A point on the canvas, as a pair. */
-  dot(at) { return Object.values(this.lens.place(at)).slice(0, 2); }
 
   /** Where ball `i` is, and is seen, when its displacement is x (m); in radii: to the right, up, towards the viewer. */
   place(i, x) {
@@ -140,7 +135,8 @@ export class Scene {
   /** A tube, brighter along its middle, on a base. */
   drawFrame(theme) {
     const { context: c, unit, half, long, floor } = this, thick = Math.max(5, 0.2 * unit), deep = 0.42 * unit;
-    const [[left, top], [right, foot]] = [[-half - 0.9, long, 0], [half + 0.9, floor, 0]].map((at) => this.dot(at));
+    const { x: left, y: top } = this.seen([-half - 0.9, long, 0]);
+    const { x: right, y: foot } = this.seen([half + 0.9, floor, 0]);
     c.lineJoin = "round";
     theme.rail.forEach((shade, k) => {
       Object.assign(c, { strokeStyle: shade, lineWidth: thick * (1 - 0.36 * k) });
@@ -155,13 +151,13 @@ export class Scene {
   /** A soft shadow for each ball on what the cradle stands on. */
   drawShadows(places, theme) {
     const { context: c, unit } = this, none = theme.shadow.replace(/[\d.]+\)$/, "0)");
-    places.forEach(({ at }, i) => {
+    places.forEach(({ at, x }, i) => {
       const up = at[1] / this.long, wide = this.sizes[i] * unit * (1.15 + up);
       c.save();
-      c.translate(...this.dot([at[0], this.floor - 0.1, 0]));
+      c.translate(x, this.seen([0, this.floor - 0.1, 0]).y);
       c.scale(1, 0.13);
       c.globalAlpha = Math.max(0.15, 1 - 1.6 * up);
-      circle(c, CENTRE, wide, shaded(c.createRadialGradient(0, 0, 0, 0, 0, wide), [theme.shadow, none]));
+      circle(c, { x: 0, y: 0 }, wide, shaded(c.createRadialGradient(0, 0, 0, 0, 0, wide), [theme.shadow, none]));
       c.restore();
     });
   }
@@ -170,8 +166,8 @@ export class Scene {
     const { context: c, rests, long, sizes } = this;
     Object.assign(c, { lineWidth: Math.max(1, 0.028 * this.unit), strokeStyle: theme.string });
     places.forEach(({ at }, i) => {
-      const ends = [-0.16, 0.16].map((aside) => [rests[i] + aside, long, 0]), eye = this.onString(i, at, sizes[i]);
-      through(c, [ends[0], eye, ends[1]].map((point) => this.dot(point))).stroke();
+      const points = [[rests[i] - 0.16, long, 0], this.onString(i, at, sizes[i]), [rests[i] + 0.16, long, 0]];
+      through(c, points.map((point) => this.seen(point)).map(({ x, y }) => [x, y])).stroke();
     });
   }
 
@@ -191,11 +187,10 @@ export class Scene {
   drawGlow(contacts, theme) {
     const { context: c, lens: { eye } } = this;
     c.globalCompositeOperation = theme.glowMode;
-    for (const { at, x, y, unit, strength } of contacts) {
-      if (strength <= FAINT) continue;
+    for (const { at, x, y, unit, strength } of contacts.filter((contact) => contact.strength > 0)) {
       // The balls themselves hide it from who looks along the row.
       const view = minus(eye, at), seen = strength * Math.hypot(view[1], view[2]) / Math.hypot(...view);
-      const radius = unit * (0.35 + 1.15 * strength), parts = [Math.min(1, 0.25 + seen), 0.42 * seen, 0.1 * seen, 0];
+      const radius = unit * (0.35 + 1.15 * strength), parts = [Math.min(1, 1.4 * seen), 0.42 * seen, 0.1 * seen, 0];
       const glow = shaded(c.createRadialGradient(x, y, 0, x, y, radius), parts.map((part) => theme.glow(part)));
       circle(c, { x, y }, radius, glow);
     }
@@ -207,16 +202,14 @@ export class Scene {
     const { context: c } = this;
     places.forEach((place, i) => {
       const { at, x, y, unit } = place, end = this.seen(plus(at, [1, 0, 0], (1.75 * state.v[i]) / fastest));
-      const long = Math.hypot(end.x - x, end.y - y);
+      const long = Math.hypot(end.x - x, end.y - y), neck = Math.max(0, long - 0.24 * unit);
+      const half = 0.13 * unit, thin = Math.max(1, 0.043 * unit);
       if (long < 1.5) return;
       c.save();
       c.translate(x, y + (this.sizes[i] + 0.32) * unit);
       c.rotate(Math.atan2(end.y - y, end.x - x));
-      c.strokeStyle = c.fillStyle = ballColour(i, places.length, theme.dark);
-      c.lineWidth = Math.max(2, 0.085 * unit);
-      const head = Math.min(long, 0.24 * unit), half = 0.13 * unit;
-      through(c, [[0, 0], [long - 0.7 * head, 0]]).stroke();
-      through(c, [[long, 0], [long - head, -half], [long - head, half]]).fill();
+      c.fillStyle = ballColour(i, places.length, theme.dark);
+      through(c, [[0, -thin], [neck, -thin], [neck, -half], [long, 0], [neck, half], [neck, thin], [0, thin]]).fill();
       c.restore();
     });
   }

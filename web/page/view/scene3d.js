@@ -2,13 +2,13 @@
 
 import { box, minus, plus } from "#view/eye.js";
 import { Scene } from "#view/scene.js";
-import { IN_RECTANGLE, Painter } from "#view/painter.js";
+import { Painter } from "#view/painter.js";
 
 const BAR = 0.13, BEND = 0.8, BEND_PIECES = 7; // of the frame's round bars: radius, and their bent corners, in radii
 const EYELET = 0.16, STRING = 0.016;           // radii
 const BASE = 0.42, BEYOND = 1.1;               // how thick the base is, and how far it reaches beyond the bars
-const FAR = 1e3;                                // radii, beyond all that is sorted by its distance
-const STEEP = 0.75;                            // sine of the angle from above which the base mirrors nothing to be seen
+const FAR = 1e3;                               // beyond all that is sorted by its distance, in radii
+const IN_RECTANGLE = [0, 0, 0, 1];             // of a thing that is within a rectangle of the picture
 
 export class Scene3D extends Scene {
   /** A scene on the canvas seen by the eye; null where there is no WebGL. `lost` is called when it goes away. */
@@ -40,8 +40,7 @@ export class Scene3D extends Scene {
     const room = `left:${offsetLeft}px;top:${offsetTop}px;width:${clientWidth}px;height:${clientHeight}px`;
     if (this.room !== room) back.style.cssText = this.room = room;
     this.addBase(places, clientHeight);
-    if (lens.axes[2][1] < STEEP) this.addAll(places, contacts, 1);
-    this.addAll(places, contacts, 0);
+    this.addAll(places, contacts);
     const seen = [...lens.axes, lens.eye, [lens.focal, lens.x, clientHeight - lens.y]].map((vector) => [...vector, 0]);
     const known = [...seen, [wide, deep, floor, long], [BEYOND, BASE, 0, 0], ...space].flat();
     painter.paint(known, clientWidth, clientHeight, ratio);
@@ -52,7 +51,7 @@ export class Scene3D extends Scene {
     const { painter, lens, wide, deep, floor } = this;
     const add = (kind, thing, points) => {
       const [left, top, right, bottom] = lens.bounds(points);
-      painter.add(kind, IN_RECTANGLE, 9 * FAR, thing, thing, [left, height - bottom, right, height - top]);
+      painter.add(kind, 2 * FAR, thing, IN_RECTANGLE, [left, height - bottom, right, height - top]);
     };
     add("STAND", [], box(wide + BEYOND + 2.5, floor - BASE, floor, deep + BEYOND + 2.5));
     const feet = [-wide, wide].flatMap((x) => [-deep, deep].map((z) => [x, floor + 0.2, z, 1.4 * BAR]));
@@ -62,26 +61,25 @@ export class Scene3D extends Scene {
     }
   }
 
-  /** Frame, and balls with their strings, with how far they are from the eye. `mirrored`: as the base reflects them. */
-  addAll(places, contacts, mirrored) {
+  /** Frame, and balls with their strings, with how far they are from the eye. */
+  addAll(places, contacts) {
     const { painter, sizes, rests, long, deep, lens: { eye } } = this;
     const from = (point) => Math.hypot(...minus(point, eye));
-    const add = (far, kind, ...vectors) => painter.add(kind, mirrored, far + 4 * FAR * mirrored, ...vectors);
     for (const z of [-deep, deep]) {
       // In front of all balls; or behind them or, seen from the end of the row, beside them.
       const shift = eye[2] / z > 1 ? -FAR : FAR;
-      for (const [a, b, bend] of this.bar(z)) add(shift + from(plus(a, minus(b, a), 0.5)), "ROD", [...a, BAR], b, bend);
+      for (const [a, b, bend] of this.bar(z))
+        painter.add("ROD", shift + from(plus(a, minus(b, a), 0.5)), [...a, BAR], b, bend);
     }
     // A ball is as far as its horizon: an eyelet behind that is covered by it.
     const balls = places.map(({ at }, i) => Math.sqrt(from(at) ** 2 - (sizes[i] + EYELET) ** 2));
     places.forEach(({ at }, i) => {
       const hook = this.onString(i, at, sizes[i] + EYELET);
       const beside = (k, contact) => (places[k] ? [...places[k].at.slice(0, 2), sizes[k], contact.strength] : []);
-      add(balls[i], "BALL", [...at, sizes[i]], at, beside(i - 1, contacts[i - 1]), beside(i + 1, contacts[i]));
-      if (mirrored) return;
-      add(from(hook), "ROD", [...this.onString(i, at, 0.96 * sizes[i]), 0.055], hook);
+      painter.add("BALL", balls[i], [...at, sizes[i]], at, beside(i - 1, contacts[i - 1]), beside(i + 1, contacts[i]));
+      painter.add("ROD", from(hook), [...this.onString(i, at, 0.96 * sizes[i]), 0.055], hook);
       for (const z of [-deep, deep])
-        add(from(hook), "ROD", [...hook, STRING], [rests[i], long - 0.9 * BAR, z], [0, 0, 0, 1]);
+        painter.add("ROD", from(hook), [...hook, STRING], [rests[i], long - 0.9 * BAR, z], [0, 0, 0, 1]);
     });
   }
 

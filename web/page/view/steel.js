@@ -15,14 +15,13 @@ layout(std140) uniform Space {
 };
 uniform vec4 thing_[4];
 #define A thing_[0]        // its centre or one end, and its radius
-#define B thing_[1]        // the other end; 1 for what is seen in the base, 2 for what is in a rectangle of the picture
+#define B thing_[1]        // the other end; 1 for what is within a rectangle of the picture
 #define C thing_[2]        // what each kind says
 #define D thing_[3]
 `;
 
 export const VERTEX = `${COMMON}
 vec3 seen(vec3 p) { // where in the picture, and how many pixels a radius is there
-  if (B.w == 1.) p.y = 2. * frame.z - p.y;
   p -= eye.xyz;
   float unit = -lens.x / dot(p, towards.xyz);
   return vec3(lens.yz + unit * vec2(dot(p, right.xyz), dot(p, up.xyz)), unit);
@@ -33,7 +32,7 @@ void main() {
   vec3 from = seen(A.xyz), to = seen(B.xyz), near = corner.x < 0. ? from : to;
   vec2 way = normalize(to.xy - from.xy + vec2(1e-4, 0)), across = vec2(-way.y, way.x);
   vec2 at = near.xy + (corner.x * way + corner.y * across) * (1.12 * A.w * near.z + 2.);
-  if (B.w == 2.) at = mix(C.xy, C.zw, 0.5 + 0.5 * corner);
+  if (B.w == 1.) at = mix(C.xy, C.zw, 0.5 + 0.5 * corner);
   gl_Position = vec4(2. * at / size.xy - 1., 0, 1);
 }`;
 
@@ -176,16 +175,9 @@ out vec4 colour;
 void main() {
   vec2 place = (gl_FragCoord.xy / size.z - lens.yz) / lens.x;
   vec3 o = eye.xyz, ray = normalize(right.xyz * place.x + up.xyz * place.y - towards.xyz);
-  float part = 1.;
-  if (B.w == 1.) { // seen in the base
-    vec3 p = o + ray * (frame.z - o.y) / min(ray.y, -1e-3);
-    part = edge(p.xz) < 0. ? 0.65 * pow(1. + ray.y, 5.) : 0.;
-    o.y = 2. * frame.z - o.y;
-    ray.y = -ray.y;
-  }
   vec4 c = thing(o, ray, 1. / (size.z * lens.x));
   // Light, which adds up, as numbers of the screen, which go with its root.
-  colour = vec4(sqrt(c.rgb / (1. + 0.18 * c.rgb)), 1) * c.a * part;
+  colour = vec4(sqrt(c.rgb / (1. + 0.18 * c.rgb)), 1) * c.a;
 }`;
 
 /** Fragment shaders by the kinds of things. */
