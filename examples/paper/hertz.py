@@ -23,7 +23,7 @@ def run(fmus: Fmus, found: Found) -> None:
         ("Hertz, steel balls that touch", {}, "balls that touch", "balls that touch"),
         ("Hertz with a dead band", {"contact.deadBand": DEAD_BAND}, "dead band of 20 µm", "with the dead band"),
     ):  # fmt: skip
-        values = nc.steel(amplitude=AMPLITUDE) | dead_band
+        values = nc.steel(amplitude=AMPLITUDE) | {"pendulum.length": 1.962} | dead_band
         macro = fmus.five.simulate(values, stop=STOP, progress=nc.Progress(label))
         with fmus.five.start(values) as run:
             onset, micro = run.zoom(span=1.7e-3, step=1e-6, record=["x", "v", "F"], before=5e-5)

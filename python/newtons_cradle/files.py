@@ -43,10 +43,12 @@ def newest(*paths: Path) -> Path:
 
 
 def presets() -> dict[str, dict[str, Any]]:
-    """The parameters in the files of the presets that `cradle-fmu build --preset` knows, by name."""
+    """The parameters in the files of the presets that `cradle-fmu build --preset` knows, in its order."""
     folder = CHECKOUT / "packaging/presets" if in_checkout() else HERE / "presets"
-    texts = {path.stem: path.read_text(encoding="utf-8") for path in sorted(folder.glob("*.toml"))}
-    return {name: _dotted(tomllib.loads(text)) for name, text in texts.items()}
+    names = (folder / "order.txt").read_text(encoding="utf-8").split()
+    return {
+        name: _dotted(tomllib.loads((folder / f"{name}.toml").read_text(encoding="utf-8"))) for name in names
+    }
 
 
 def _dotted(table: dict[str, Any], before: str = "") -> dict[str, Any]:

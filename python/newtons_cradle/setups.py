@@ -91,13 +91,8 @@ def desk() -> Start:
 
 
 def steel(lifted_balls: int = 1, *, amplitude: float = 0.05) -> Start:
-    """Five touching steel balls (Hertz contacts) of the paper's mass on its pendulums, lifted by `amplitude` (m)."""
-    of_paper = ("gravity", "pendulum.length", "ball.mass")
-    of_steel = ("ball.youngModulus", "ball.poissonRatio", "contact.model", "contact.deadBand")
-    parts = ((of_paper, preset("figure5")), (of_steel, preset("desk")))
-    start = {name: values[name] for names, values in parts for name in names}
-    start["ball.radius"] = 0.0313  # m, of a steel ball of 1 kg
-    return start | lifted(lifted_balls, amplitude=amplitude)
+    """The preset `steel`, touching balls with Hertz contacts, but with as many lifted by `amplitude` (m)."""
+    return preset("steel") | lifted(lifted_balls, amplitude=amplitude)
 
 
 def _vector(name: str, values: Sequence[float]) -> Start:

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import newtons_cradle as nc
 import pytest
+from newtons_cradle import files
 
 ROOT = Path(__file__).resolve().parents[2]
 AXE = "4.14.1"  # version of axe-core, which the tests install below target
@@ -62,12 +63,10 @@ def fmu(fmu_path) -> nc.Fmu:
 @pytest.fixture(scope="session")
 def producer() -> Path:
     """The program cradle-fmu, newest first."""
-    suffix = ".exe" if os.name == "nt" else ""
-    built = [ROOT / f"target/{profile}/cradle-fmu{suffix}" for profile in ("debug", "release")]
-    built = sorted((path for path in built if path.exists()), key=lambda path: -path.stat().st_mtime)
-    if not built:
-        pytest.skip("cradle-fmu is missing: `cargo build --workspace`")
-    return built[0]
+    try:
+        return files.producer()
+    except nc.FileMissing as missing:
+        pytest.skip(str(missing))
 
 
 @pytest.fixture(scope="session")

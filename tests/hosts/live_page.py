@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from browser import visit
 from conftest import ROOT
+from newtons_cradle.files import presets
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.actions.action_builder import ActionBuilder
 from selenium.webdriver.common.actions.pointer_input import PointerInput
@@ -39,9 +40,14 @@ def node(script: str):
     if shutil.which("node") is None:
         pytest.skip("node is missing")
     names = {"readFileSync": "node:fs", "Engine": "#engine/engine.js", "Live": "#engine/live.js"}
-    names |= {"PRESETS": "#engine/setup.js", "captionOf": "#view/captions.js", "learn": "#view/texts.js"}
+    names |= {
+        "FILES, PRESETS": "#engine/setup.js",
+        "captionOf": "#view/captions.js",
+        "learn": "#view/texts.js",
+    }
     lines = [f'import {{ {name} }} from "{module}";' for name, module in names.items()]
     lines.append('learn({ en: JSON.parse(readFileSync("page/texts/en.json")) });')
+    lines.append(f"Object.assign(FILES, {json.dumps(presets())});")
     lines.append(f"const engine = await Engine.load(readFileSync({json.dumps(str(ROOT / ENGINE))}));")
     lines.append(f"console.log(JSON.stringify(await (async () => {{ {script} }})()));")
     command = ["node", "--input-type=module"]

@@ -56,7 +56,7 @@ CAPTIONS = {
         "The click took 177 µs: 6 pushes.",
         "Compared with the incoming speed: ball 4 100 %, ball 5 100 %.",
     ],
-    ("hertz", 2): [
+    ("steel", 2): [
         "Ball 2 is 21 µs from ball 3.",
         "Ball 2 touches ball 3. 4 contacts press at once.",
         "Ball 2 still touches ball 3 when ball 1 leaves.",
@@ -220,7 +220,7 @@ def test_a_wrong_sign_is_told(page):
 
 def test_inside_a_click(page):
     """Time slows down by itself; the captions are those of the pulses; then it is ordinary time again."""
-    js(page, "cradle.choose('hertz'); cradle.lift(2); cradle.inside()")
+    js(page, "cradle.choose('steel'); cradle.lift(2); cradle.inside()")
     wait(page, "cradle.clock.inside && source.shownClick?.sampled && cradle.clock.rate < 1e-4", 40)
     assert colours(page, page.find_element(By.CSS_SELECTOR, "canvas.cradle")) > 500
     caption = """cradle.seek(source.shownClick.begin + 1e-5);

@@ -221,7 +221,7 @@ def test_tables_and_a_recorded_run(page):
 def test_axe_finds_nothing_serious(page, axe):
     """The page and each of its panels, dark and light; in 3D; and inside a click, on a phone."""
     page.execute_script(axe)
-    js(page, "cradle.choose('hertz'); cradle.lift(2); cradle.setShow('energy', true)")
+    js(page, "cradle.choose('steel'); cradle.lift(2); cradle.setShow('energy', true)")
     for light in (False, True):
         js(page, "cradle.setTheme(arguments[0])", light)
         assert serious(page) == [], light
@@ -230,7 +230,7 @@ def test_axe_finds_nothing_serious(page, axe):
         for other in ("view=3d", "present"):
             js(page, "cradle.open(arguments[0])", other)
             assert serious(page) == [], (light, other)
-        js(page, "cradle.open('preset=hertz&lift=2&show=energy')")
+        js(page, "cradle.open('preset=steel&lift=2&show=energy')")
     set_screen(page, "phone")
     js(page, "cradle.inside()")
     wait(page, "cradle.clock.inside && source.shownClick?.sampled", 40)
@@ -284,7 +284,7 @@ def guess(page, count: int) -> None:
         ("textbook", 2, 2, "You said 2, and 2 balls flew out."),
         ("textbook", 3, 1, "You said 1, but 3 balls flew out."),
         ("textbook", 1, 5, "You said 5, but one ball flew out."),
-        ("hertz", 2, 2, "You said 2, but 3 balls flew out."),
+        ("steel", 2, 2, "You said 2, but 3 balls flew out."),
         ("rigid", 4, 4, "You said 4, and 4 balls flew out."),
     ],
 )

@@ -19,8 +19,8 @@ pytestmark = pytest.mark.all
 
 SCRIPT = ROOT / "examples/mechatronics/couple.py"
 # Those that numbers alone tell an FMU of five balls.
-PRESETS = {name: nc.preset(name) for name in nc.presets() if name not in ("desk", "figure3")}
-PRESETS |= {"default": {}, "figure5_overlapping": nc.figure5(0.0)}
+PRESETS = {"default": {}, "figure5_overlapping": nc.figure5(0.0)}
+PRESETS |= {name: nc.preset(name) for name in ("textbook", "figure5", "figure6")}
 
 
 @pytest.fixture(scope="module")
@@ -73,6 +73,19 @@ def test_system_structures_obey_their_schema(coupled, fmu, name, structures):
         )
         assert whole == {f"cradle.{variable}": value for variable, value in part.items()}
         assert {fmu.variables[variable].type for variable in part} <= {"Real"}
+
+
+def test_the_presets_are_those_of_the_package(coupled, fmu):
+    path = coupled[0] / "presets.ssp"
+    with zipfile.ZipFile(path) as archive:
+        names = [name.removesuffix(".ssd") for name in archive.namelist() if name.endswith(".ssd")]
+    assert names == ["SystemStructure", *list(PRESETS)[1:]]
+    for name, values in PRESETS.items():
+        told = {
+            one.name: float(one.value) for one in read_ssv(path, f"resources/{name}_cradle.ssv").parameters
+        }
+        settings = fmu.settings(values).items()
+        assert told == {key: value for key, value in settings if fmu.variables[key].type == "Real"}
 
 
 def by_another_host(host, archive, structure, parameter_set, h, steps, names):

@@ -2,14 +2,13 @@
 
 import re
 import sys
-import tomllib
 import warnings
 
 import fmpy
 import newtons_cradle as nc
 import numpy as np
 import pytest
-from conftest import ROOT, ended, repacked
+from conftest import ROOT, ended
 from newtons_cradle.errors import optional
 
 
@@ -180,22 +179,6 @@ def test_a_folder_with_a_name_of_fmi_2_0_4_is_found(fmu_path, tmp_path):
         (tmp_path / "binaries" / fmpy.platform).rename(tmp_path / "binaries" / fmpy.platform_tuple)
         with fmu.start() as run:
             assert run["x[1]"] == -0.1
-
-
-def test_presets_are_those_of_the_command_line(producer):
-    listed = ended(producer, "build", "--help").stdout
-    assert nc.presets()
-    for name in nc.presets():
-        assert f"\n  {name} " in listed
-
-
-@pytest.mark.all
-def test_an_fmu_built_with_a_preset_has_its_start_values(producer, fmu_path, tmp_path):
-    for name in nc.presets():
-        balls = tomllib.loads((ROOT / f"packaging/presets/{name}.toml").read_text(encoding="utf-8"))["balls"]
-        with nc.Fmu(repacked(producer, fmu_path, tmp_path / f"{name}.fmu", "--preset", name)) as built:
-            assert built.balls == balls
-            built.require(balls=balls, starts=nc.preset(name))
 
 
 def test_a_list_sets_an_array(fmu):

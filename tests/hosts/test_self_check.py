@@ -40,7 +40,11 @@ def test_parameter_sets_give_the_reference_results(producer, fmu_path, balls, tm
         assert source.exists(), source
         for label in related.findall("Label"):
             files.setdefault(label.get("name"), {})[related.get("role")] = source
-    names = {1: {"start"}, 5: {"start", "figure4", "figure5", "figure6", "desk"}, 13: {"start", "figure3"}}
+    names = {
+        1: {"start"},
+        5: {"start", "textbook", "figure5", "figure6", "steel", "desk", "rigid"},
+        13: {"start", "figure3"},
+    }
     assert set(files) == {f"cradle:{name}" for name in names[balls]}
     with nc.Fmu(path) as fmu:
         for name, roles in files.items():

@@ -4,7 +4,8 @@
 use std::fmt::Write;
 
 use newtons_cradle::variables::{
-    Access, Causality, ENUMERATIONS, Escaped, Number, Recipe, Settings, Shape, Variable, variables,
+    Access, Causality, ENUMERATIONS, Escaped, Number, QUANTITIES, Quantity, Recipe, Settings, Shape, Variable,
+    variables,
 };
 
 use crate::build::PRESETS;
@@ -91,7 +92,8 @@ impl Case {
                 let (item, of_type) = (item.map_or("", |item| item.name), enumeration.type_name);
                 format!("<ssv:Enumeration value=\"{item}\" name=\"{of_type}\"/>")
             } else {
-                format!("<ssv:Real value=\"{}\"/>", Number(variable.real(&self.settings).unwrap_or_default()))
+                let value = Number(variable.real(&self.settings).unwrap_or_default());
+                format!("<ssv:Real value=\"{value}\" unit=\"{}\"/>", variable.row.unit())
             };
             let _ = writeln!(xml, "    <ssv:Parameter name=\"{variable}\">{value}</ssv:Parameter>");
         }
@@ -103,7 +105,13 @@ impl Case {
             }
             xml.push_str("    </ssc:Enumeration>\n");
         }
-        xml.push_str("  </ssv:Enumerations>\n</ssv:ParameterSet>\n");
+        xml.push_str("  </ssv:Enumerations>\n  <ssv:Units>\n");
+        for Quantity { unit, exponents, .. } in QUANTITIES {
+            let powers = ["kg", "m", "s"].into_iter().zip(exponents).filter(|(_, power)| **power != 0);
+            let base: String = powers.map(|(base, power)| format!(" {base}=\"{power}\"")).collect();
+            let _ = writeln!(xml, "    <ssc:Unit name=\"{unit}\"><ssc:BaseUnit{base}/></ssc:Unit>");
+        }
+        xml.push_str("  </ssv:Units>\n</ssv:ParameterSet>\n");
         xml
     }
 }

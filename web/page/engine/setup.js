@@ -145,7 +145,7 @@ function parsed(name, raw) {
 
 // ---- ready set-ups
 
-export const FILES = {}; // those of the paper and the desk, by name: the producer's, which the page carries along
+export const FILES = {}; // their values by name: the producer's, which the page carries along
 
 /** Values of the FMU where nothing else is said. */
 export const DEFAULTS = {
@@ -161,32 +161,29 @@ export const LESSON = [
   "preset=textbook&lift=2",
   "preset=textbook&lift=2&show=energy,momentum",
   "preset=textbook&lift=2&slow=next",
-  "preset=hertz&lift=2&slow=next",
+  "preset=steel&lift=2&slow=next",
   "preset=textbook&lift=2&beside=hertz",
   "preset=textbook&ball.massRatio=1,1,1,1,0.5&lift=1&slow=next&show=velocity",
 ];
 
-function fromFile(name, changes = {}) {
-  const { balls, ...values } = FILES[name];
-  return new Setup(balls, { ...values, ...changes });
+const TOUCHING = { "contact.model": "hertz", "contact.deadBand": 0 }; // steel
+
+/** Of those that one lifts by hand here, the release is left out. `beside`: what each is compared with, as changes. */
+function ready(name, beside, byHand = false) {
+  const setup = () => {
+    const { balls, ...values } = FILES[name], made = new Setup(balls, values);
+    return byHand ? made.atRest() : made;
+  };
+  return { setup, beside };
 }
 
-const TABLE = { "pendulum.length": 0.4 }; // fits a table
-const TOUCHING = { "contact.model": "hertz", "contact.deadBand": 0 }; // steel
-const PRESSED = { "contact.deadBand": 0, "contact.stiffness": 1e14, "contact.exponent": 1.5,
-  "contact.gap": Array(19).fill(-2e-8), x_start: [-0.1] }; // at rest
-
-/** `beside`: what it is compared with, as changes of its values. */
 export const PRESETS = {
-  textbook: { setup: () => new Setup(5, { ...TABLE, "contact.deadBand": 2e-5 }), beside: TOUCHING },
-  hertz: { setup: () => new Setup(5, { ...TABLE, ...TOUCHING }), beside: LAWS.rigid },
-  desk: { setup: () => fromFile("desk"), beside: { "contact.huntCrossley": 0 } },
-  figure5: { setup: () => fromFile("figure5"), beside: { "contact.deadBand": 0 } },
-  figure5touching: { setup: () => fromFile("figure5", { "contact.deadBand": 0 }),
-    beside: { "contact.deadBand": 2.6e-7 } },
-  thirteen: { setup: () => fromFile("figure3"), beside: { "contact.exponent": 1.5 } },
-  rigid: { setup: () => new Setup(5, { ...TABLE, ...LAWS.rigid, "contact.deadBand": 0 }),
-    beside: { "contact.restitution": 0.95 } },
-  buzzing: { setup: () => new Setup(20, { ...TABLE, ...PRESSED }),
-    beside: { "contact.dampingLaw": "huntCrossley", "contact.huntCrossley": 0.3 } },
+  textbook: ready("textbook", TOUCHING, true),
+  figure3: ready("figure3", { "contact.exponent": 1.5 }),
+  figure5: ready("figure5", { "contact.deadBand": 0 }),
+  figure6: ready("figure6", { "contact.deadBand": 0 }),
+  steel: ready("steel", LAWS.rigid, true),
+  desk: ready("desk", { "contact.huntCrossley": 0 }),
+  rigid: ready("rigid", { "contact.restitution": 0.95 }, true),
+  buzzing: ready("buzzing", { "contact.dampingLaw": "huntCrossley", "contact.huntCrossley": 0.3 }),
 };

@@ -1,0 +1,62 @@
+"""One list of presets: the command line, Python, the live page, SSP, and both kinds of FMUs have it, with equal values."""
+
+import json
+import zipfile
+
+import newtons_cradle as nc
+import pytest
+from conftest import ROOT, ended, repacked
+from fmpy.ssp.ssd import read_ssv
+from live_page import node
+
+pytestmark = pytest.mark.all
+
+LIFTED_BY_HAND = ("textbook", "steel", "rigid")  # on the page, which therefore leaves their release out
+REFERENCE = "extra/org.fmi-standard.fmi-ls-ref"
+
+
+def numbers(fmu, values: dict) -> dict:
+    return {name: float(value) for name, value in fmu.settings(values).items()}
+
+
+def in_set(fmu, path, source: str) -> dict:
+    """The values in a parameter set, which has the FMU's units."""
+    parameters = read_ssv(path, source).parameters
+    for parameter in parameters:
+        assert parameter.type != "Real" or parameter.unit == (fmu.variables[parameter.name].unit or "1")
+    return numbers(
+        fmu, {parameter.name: fmu.number(parameter.name, parameter.value) for parameter in parameters}
+    )
+
+
+def test_names_are_listed_in_one_order(producer):
+    lines = ended(producer, "presets").stdout.splitlines()
+    assert [line.split()[0] for line in lines] == nc.presets() == node("return Object.keys(PRESETS)")
+    for path in (ROOT / "web/page/texts").glob("*.json"):
+        assert list(json.loads(path.read_bytes())["presets"]) == nc.presets()
+
+
+@pytest.mark.parametrize("name", nc.presets())
+@pytest.mark.parametrize("standard", [2, 3])
+def test_an_fmu_built_with_a_preset_has_its_start_values(producer, fmu_path, tmp_path, name, standard):
+    path = repacked(producer, fmu_path, tmp_path / "x.fmu", "--preset", name, "--fmi", standard)
+    with nc.Fmu(path) as built, zipfile.ZipFile(path) as archive:
+        wanted = numbers(built, nc.preset(name))
+        assert built.balls == sum(key.startswith("x_start[") for key in wanted)
+        assert {key: built.built_with(key) for key in wanted} == wanted
+        source = f"{REFERENCE}/{name}.ssv"
+        # One without arrays is all that FMI 3.0 has.
+        assert source in archive.namelist() or standard == 3
+        if source in archive.namelist():
+            told = in_set(built, path, source)
+            assert {key: told.get(key, built.built_with(key)) for key in wanted} == wanted
+
+
+@pytest.mark.parametrize("name", nc.presets())
+def test_the_page_has_its_start_values(fmu, name):
+    """What it leaves out are the FMU's own."""
+    start = node(f"return PRESETS.{name}.setup().recipe().start")
+    rest = ("x_start", "v_start") if name in LIFTED_BY_HAND else ()
+    for key, value in nc.preset(name).items():
+        if not key.startswith(rest or "?"):
+            assert start[key] == value if key in start else fmu.built_with(key) == fmu.number(key, value), key
