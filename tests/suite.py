@@ -6,7 +6,6 @@ import re
 import shutil
 import subprocess
 import sys
-import tempfile
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -21,7 +20,6 @@ from checkout import (
     fmu_builds,
     host_target,
     make_venv,
-    old_linux,
     run,
     say,
     stage,
@@ -196,7 +194,6 @@ def compiled(results: Results) -> None:
     commands, environment = fmu_builds(PRODUCER)
     commands.append([PRODUCER, "build", "--from", FMU, "--fmi", "3", "--out", FMU3])
     if all(results.step("FMU", command, env=environment) for command in commands):
-        same_bytes(results)
         platforms = [sys.executable, "packaging/platforms.py", PRODUCER, FMU]
         results.step("FMU for all platforms", platforms, env=environment)
 
@@ -236,20 +233,6 @@ def rust_host(results: Results) -> None:
         return results.skip("Rust host", LIBCLANG)
     command = ["cargo", "test", "--manifest-path", "tests/hosts/fmi-rs/Cargo.toml", "--target-dir", HOSTS]
     return results.step("Rust host", command, env={"CRADLE_FMU": str(FMU), "CRADLE_FMU3": str(FMU3)})
-
-
-def same_bytes(results: Results) -> None:
-    """Builds the FMU once more from a copy of the sources in another folder: the same bytes. What runs while compiling
-    is there already; what goes into the binary is compiled anew, because its flags name the folder."""
-    with tempfile.TemporaryDirectory() as folder:
-        copy = Path(folder) / "another/checkout"
-        shutil.copytree(ROOT, copy, ignore=shutil.ignore_patterns("target", ".venv", "out", ".git"))
-        options, environment = old_linux()
-        command = [PRODUCER, "build", "--release", *options, "--out", copy / FMU.name]
-        environment["CARGO_TARGET_DIR"] = str(ROOT / "target")
-        built = results.step("FMU from another folder", command, cwd=copy, env=environment)
-        if built and (copy / FMU.name).read_bytes() != FMU.read_bytes():
-            results.fail("FMU from another folder: not the same bytes")
 
 
 def install_fmi_sim(results: Results) -> None:
