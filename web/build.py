@@ -42,8 +42,7 @@ def toolchain() -> dict:
         if not (usr / "bin/rustc").exists():
             raise Stop(f"CRADLE_DEBIAN_RUST={folder} holds no Rust: `.ci/debian-rust {folder}` unpacks it")
         # Debian's Rust comes without a linker for WebAssembly.
-        others = [*usr.glob("**/wasm-ld"), *usr.glob("**/rust-lld")]
-        others += rustup.glob("lib/rustlib/*/bin/rust-lld") if rustup else ()
+        others = rustup.glob("lib/rustlib/*/bin/rust-lld") if rustup else ()
         linker = shutil.which("wasm-ld") or shutil.which("rust-lld") or next(map(str, others), None)
         if linker is None:
             cure = "rust-lld of a Rust by rustup, or on Debian `apt install lld`"

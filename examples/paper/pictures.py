@@ -144,7 +144,6 @@ def lesson(browser, page: Path, folder: Path) -> None:
         browser.get("about:blank")
         browser.get(page.as_uri() + "#preset=textbook")
         WebDriverWait(browser, 60).until(lambda _: browser.execute_script("return Boolean(window.cradle)"))
-        WebDriverWait(browser, 60).until(lambda _: browser.execute_script("return Boolean(window.cradle)"))
         browser.execute_async_script(OPEN, step)
         swung = f"cradle.clock.base === 1 && cradle.sources[0].run?.time > {seconds}"
         until = f"return {INSIDE if seconds is None else swung}"

@@ -194,5 +194,6 @@ def boxes(page) -> list:
     return found["canvases"]
 
 
-def wait(page, condition: str, seconds=20):
-    WebDriverWait(page, seconds).until(lambda _: js(page, f"return {condition}"), condition)
+def wait(page, condition: str) -> None:
+    """Until this is the case. However busy the machine is, a picture moves a run on by 50 ms at most."""
+    WebDriverWait(page, 240).until(lambda _: js(page, f"return {condition}"), condition)

@@ -221,7 +221,7 @@ def test_a_wrong_sign_is_told(page):
 def test_inside_a_click(page):
     """Time slows down by itself; the captions are those of the pulses; then it is ordinary time again."""
     js(page, "cradle.choose('steel'); cradle.lift(2); cradle.inside()")
-    wait(page, "cradle.clock.inside && source.shownClick?.sampled && cradle.clock.rate < 1e-4", 40)
+    wait(page, "cradle.clock.inside && source.shownClick?.sampled && cradle.clock.rate < 1e-4")
     assert colours(page, page.find_element(By.CSS_SELECTOR, "canvas.cradle")) > 500
     caption = """cradle.seek(source.shownClick.begin + 1e-5);
     return captionOf(source.shownClick, source.run.time, source.state)"""
@@ -229,7 +229,7 @@ def test_inside_a_click(page):
     pulses = js(page, "return source.shownClick.pulses")
     assert len(pulses) >= 4
     js(page, "cradle.seek(source.shownClick.end); cradle.setRunning(true)")
-    wait(page, "cradle.clock.slow === 'no'", 60)
+    wait(page, "cradle.clock.slow === 'no'")
     assert js(page, "return cradle.clock.rate") == 1
 
 
@@ -252,7 +252,7 @@ def test_more_contacts_than_time_slow_the_clock_and_not_the_page(page):
     # Swings that take 0.4 ms: a second of them is work for several, whatever the machine.
     js(page, "cradle.begin(PRESETS.buzzing.setup().with({gravity: 1e8}), null); window.spent = []")
     js(page, "(function note() { spent.push(cradle.clock.spent); requestAnimationFrame(note); })()")
-    wait(page, "cradle.controls.status.textContent.includes('the clock runs')", 30)
+    wait(page, "cradle.controls.status.textContent.includes('the clock runs')")
     assert np.median(js(page, "return spent")) < 20
     page.find_element(By.ID, "rest").click()
     wait(page, "source.run.time > 0")

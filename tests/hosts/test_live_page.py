@@ -163,6 +163,10 @@ def test_a_web_server_is_as_good(browser, live_path, tmp_path):
         manifest = browser.execute_cdp_cmd("Page.getAppManifest", {})
         assert json.loads(manifest["data"])["icons"] and manifest["errors"] == []
         assert browser.execute_cdp_cmd("Page.getInstallabilityErrors", {})["installabilityErrors"] == []
+        page = tmp_path / "index.html"
+        page.write_bytes(page.read_bytes().replace(b"<html", b"<html data-newer", 1))
+        browser.get(address)
+        assert browser.execute_script("return 'newer' in document.documentElement.dataset")
     finally:
         server.shutdown()
         server.server_close()
@@ -170,7 +174,7 @@ def test_a_web_server_is_as_good(browser, live_path, tmp_path):
     browser.get(address + "#preset=desk&lift=1")
     ready(browser)
     wait(browser, "source.run.time > 0.1")
-    assert js(browser, "return cradle.preset") == "desk"
+    assert js(browser, "return [cradle.preset, 'newer' in document.documentElement.dataset]") == ["desk", True]
 
 
 def test_a_click_sounds(page):
@@ -233,7 +237,7 @@ def test_axe_finds_nothing_serious(page, axe):
         js(page, "cradle.open('preset=steel&lift=2&show=energy')")
     set_screen(page, "phone")
     js(page, "cradle.inside()")
-    wait(page, "cradle.clock.inside && source.shownClick?.sampled", 40)
+    wait(page, "cradle.clock.inside && source.shownClick?.sampled")
     assert serious(page) == []
 
 
@@ -266,7 +270,7 @@ def test_a_language_has_all_texts_and_they_fit(page, language):
     for _ in each_panel(page):
         boxes(page)
     js(page, "cradle.compare('stop'); cradle.lift(2); cradle.inside()")
-    wait(page, "cradle.clock.inside", 40)
+    wait(page, "cradle.clock.inside")
     boxes(page)
     assert f"lang={language}" in js(page, "return linkTo(cradle)")
 

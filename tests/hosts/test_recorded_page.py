@@ -115,7 +115,7 @@ def test_a_click_is_gone_through_by_buttons(player):
     state(player, 3.4)
     assert text(player, ".sentence") == "Click 2 of 7."
     press(player, "inside")
-    wait(player, "cradle.clock.inside", 120)  # a picture moves it on by 50 ms at most, however long it takes
+    wait(player, "cradle.clock.inside")
     js(player, "cradle.setRunning(false); cradle.seek(source.shownClick.begin - 1e-7)")
     assert text(player, ".sentence") == "Ball 2 is 100 ns from ball 3."
     assert "Slowed" in text(player, "#pace")

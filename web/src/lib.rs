@@ -47,28 +47,21 @@ pub extern "C" fn make_room(length: usize) {
     TEXT.set(vec![0; length]);
 }
 
-/// Where the text lies, in UTF-8.
-#[unsafe(no_mangle)]
-pub extern "C" fn text() -> *mut u8 {
-    TEXT.with_borrow_mut(Vec::as_mut_ptr)
+/// Where something lies: its address times 2^32, and how many elements it has.
+fn place<T>(items: &[T]) -> u64 {
+    (items.as_ptr() as u64) << 32 | items.len() as u64
 }
 
-/// Its length in bytes.
+/// The text that was left last, or written, in UTF-8.
 #[unsafe(no_mangle)]
-pub extern "C" fn text_length() -> usize {
-    TEXT.with_borrow(Vec::len)
+pub extern "C" fn text() -> u64 {
+    TEXT.with_borrow(|text| place(text))
 }
 
-/// Where the numbers lie that were left last.
+/// The numbers that were left last.
 #[unsafe(no_mangle)]
-pub extern "C" fn numbers() -> *const f64 {
-    NUMBERS.with_borrow(Vec::as_ptr)
-}
-
-/// How many they are.
-#[unsafe(no_mangle)]
-pub extern "C" fn numbers_length() -> usize {
-    NUMBERS.with_borrow(Vec::len)
+pub extern "C" fn numbers() -> u64 {
+    NUMBERS.with_borrow(|numbers| place(numbers))
 }
 
 /// Starts a run at the time 0 from the recipe that was written as text. -1 if it is refused; the text is then the

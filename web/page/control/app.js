@@ -16,7 +16,7 @@ import { write } from "#view/common.js";
 import { unpacked } from "#view/elements.js";
 import { Eye } from "#view/eye.js";
 import { Sound } from "#view/sound.js";
-import { fillTexts, learn, paceText, say, speak, textsOf } from "#view/texts.js";
+import { learn, paceText, say, speak, textsOf } from "#view/texts.js";
 import { DAY, NIGHT } from "#view/themes.js";
 
 const LIFT = 0.25; // of the strings' length, by the button and the keys
@@ -201,6 +201,12 @@ class App {
     clock.land(ahead ? [ahead] : []);
   }
 
+  /** Back or on within a click, by a part of its length. */
+  step(part) {
+    const [{ now, shownClick: click }, other] = this.sources;
+    if (click?.length && !other) this.seek(now + part * click.length);
+  }
+
   take(who, ball, x) {
     this.attempt(() => this.sources.forEach((source) => source.hold(who, ball, x)));
     this.clock.calm();
@@ -308,7 +314,6 @@ class App {
 
   setLanguage(code) {
     speak(code);
-    fillTexts();
     this.language = code;
     this.setRunning(this.clock.running);
     this.name();
@@ -327,7 +332,6 @@ class App {
 export async function start() {
   const data = (id) => JSON.parse(document.getElementById(id).textContent);
   learn(data("texts"), navigator.languages);
-  fillTexts();
   try {
     Object.assign(FILES, data("presets"));
     const packed = document.getElementById("engine"), recorded = data("recording");

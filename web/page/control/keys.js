@@ -3,7 +3,7 @@
 import { SECONDS } from "#view/graph.js";
 
 const INSIDE_STEP = 0.01; // of a click's length
-const TIME_STEP = 0.02;   // of what the strips show of a recording
+const TIME_STEP = 0.02 * SECONDS; // on the viewer's clock
 const SYMBOLS = { ArrowLeft: "←", ArrowRight: "→", Escape: "⎋" };
 
 const toggle = (app, key, name) => app.panels.toggle(name);
@@ -16,11 +16,11 @@ const ACTS = {
   lift: ["123456789", "live", (app, key) => app.lesson.answer(Number(key)) || app.lift(Number(key))],
   inside: ["i", "clicks", (app) => app.inside()],
   every: ["e", "clicks", (app) => app.setOther("every", app.clock.slow !== "always")],
-  step: [",.", "clicks", (app, key) => stepInside(app, way(key))],
+  step: [",.", "clicks", (app, key) => app.step(way(key) * INSIDE_STEP)],
   again: ["a", "live", (app) => app.again()],
   rest: ["0", "live", (app) => app.stopAll()],
   jump: ["[]", "recorded", (app, key) => app.timeline.jump(way(key))],
-  time: ["←→", "recorded", (app, key) => stepTime(app, way(key))],
+  time: ["←→", "recorded", (app, key) => app.seek(app.sources[0].now + way(key) * TIME_STEP * app.clock.rate)],
   space: ["d", "any", (app) => app.setOther("space", !app.space)],
   view: ["v", "any", (app) => { if (app.space) app.eye.look(); }],
   details: ["r", "recorded", toggle], change: ["c", "engine", toggle], show: ["s", "any", toggle],
@@ -60,17 +60,10 @@ export function listenToUser(app) {
 function press(app, event) {
   const key = SYMBOLS[event.key] ?? event.key.toLowerCase(), taken = { " ": "button, #panel input" }[key];
   if (event.ctrlKey || event.metaKey || event.altKey || key.length !== 1) return;
-  const at = (selector) => event.target.matches?.(selector);
-  if (at(taken ?? ("←→".includes(key) ? "input" : "#panel input")) || !(app.keys || key === "⎋")) return;
+  if (event.target.matches?.(taken ?? ("←→".includes(key) ? "input" : "#panel input"))) return;
+  if (!app.keys && key !== "⎋") return;
   const [name, [, , act]] = Object.entries(ACTS).find(([, [keys]]) => keys.includes(key)) ?? ["", []];
   if (!act || !offers(app, name)) return;
   event.preventDefault();
   act(app, key, name);
 }
-
-function stepInside(app, direction) {
-  const { source } = app.stages[0], click = source.shownClick;
-  if (click?.length && app.stages.length === 1) app.seek(source.now + direction * INSIDE_STEP * click.length);
-}
-
-function stepTime(app, direction) { app.seek(app.sources[0].now + direction * TIME_STEP * SECONDS * app.clock.rate); }

@@ -26,13 +26,9 @@ export function showLink(app) {
 }
 
 export async function copyLink(app) {
-  const link = linkTo(app);
-  try {
-    await navigator.clipboard.writeText(link);
-    app.tell(say("copied"));
-  } catch {
-    app.tell(`${say("linkHere")} ${link}`, 60);
-  }
+  const link = linkTo(app), copied = await navigator.clipboard?.writeText(link).then(() => true, () => false);
+  if (copied) app.tell(say("copied"));
+  else app.tell(`${say("linkHere")} ${link}`, 60);
 }
 
 /** Shows what the part of an address behind # asks for. Throws Refusal. */

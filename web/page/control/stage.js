@@ -59,8 +59,8 @@ export class Stage {
   }
 
   draw(theme) {
-    const { source, scene, app: { shows, clock }, sliders: { chosen: selected } } = this, { state, drawing } = source;
-    const held = source.held ?? new Map(), click = clock.inside ? source.shownClick : null;
+    const { source, scene, app, sliders: { chosen: selected } } = this, { state, drawing } = source;
+    const { shows, clock } = app, held = source.held ?? new Map(), click = clock.inside ? source.shownClick : null;
     scene.layout(drawing, this.nearness(), this.room(drawing)).draw(state, {
       theme, held, selected, labels: shows.numbers || Boolean(click) || selected >= 0,
       arrows: shows.velocity || click ? Math.max((click ?? this.strips.track).most.velocity, 1e-3) : 0,
@@ -70,7 +70,10 @@ export class Stage {
       const reach = 1.3 * Math.max(click.most.overlap, source.setup.get("contact.deadBand"));
       drawLenses(scene, state, { reach, theme, opacity: drawing.rigid ? 0 : Math.min(1, 2 * this.near - 1) });
     }
-    this.describe(click);
+    const { text = "", detail = "" } = click?.done ? captionOf(click, source.now, state) : app.hintFor(this);
+    write(this.sentence, text);
+    write(this.detail, detail);
+    aria(this.canvas, { label: say("stageName", { name: this.named }) });
     this.strips.draw(click, theme);
   }
 
@@ -89,13 +92,5 @@ export class Stage {
     const { swing = wanted } = this, held = this.source.holds?.size;
     if (!held) this.swing = this.app.still ? wanted : swing + 0.08 * (wanted - swing);
     return this.swing ?? wanted;
-  }
-
-  describe(click) {
-    const { source, app } = this;
-    const { text = "", detail = "" } = click?.done ? captionOf(click, source.now, source.state) : app.hintFor(this);
-    write(this.sentence, text);
-    write(this.detail, detail);
-    aria(this.canvas, { label: say("stageName", { name: this.named }) });
   }
 }

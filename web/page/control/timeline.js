@@ -2,11 +2,10 @@
 // how fast time runs, and the way into a live run.
 
 import { TOGETHER } from "#view/captions.js";
-import { prepared, write } from "#view/common.js";
+import { write } from "#view/common.js";
 import { aria } from "#view/elements.js";
 import { paceText, say } from "#view/texts.js";
 
-const THUMB = 16; // px of a slider's handle
 const SLOWEST = 1e-6; // that the run can be chosen to be
 
 export class Timeline {
@@ -59,11 +58,15 @@ export class Timeline {
     return openable.length ? which : `${which} ${say(drawing.rigid ? "noInside" : "notResolved")}`.trim();
   }
 
-  changed({ live, begin, end }) {
-    const { whole, timeline } = this.app.controls;
+  /** Another source is shown: its clicks are marked, as near as a slider can tell them apart. */
+  changed({ live, begin, end, clicks }) {
+    const { whole, marks, timeline } = this.app.controls;
     timeline.hidden = live;
-    if (!live) Object.assign(whole, { min: begin, max: end });
-    this.drawn = null;
+    if (live) return;
+    Object.assign(whole, { min: begin, max: end });
+    const places = new Set(clicks.map((click) => Math.round((1000 * (click.begin - begin)) / (end - begin)) / 10));
+    const stops = [...places].map((place) => `#0000 ${place}%, var(--soft) 0 calc(${place}% + 1.5px), #0000 0`);
+    marks.style.backgroundImage = `linear-gradient(to right, ${stops.join() || "#0000, #0000"})`;
   }
 
   show({ live, now }) {
@@ -76,16 +79,5 @@ export class Timeline {
     aria(speed, { valuetext: factor.textContent });
     write(previous, say(clock.inside ? "previousEvent" : "previousClick"));
     write(next, say(clock.inside ? "nextEvent" : "nextClick"));
-    this.drawMarks();
-  }
-
-  drawMarks() {
-    const { theme, controls: { marks }, stages: [{ source }] } = this.app, key = `${marks.clientWidth} ${theme.dark}`;
-    if (this.drawn === key) return;
-    const { context, width, height } = prepared(marks), scale = (width - THUMB) / (source.end - source.begin);
-    context.fillStyle = theme.soft;
-    for (const { begin, length } of source.clicks)
-      context.fillRect(THUMB / 2 + (begin - source.begin) * scale - 0.75, 0, Math.max(1.5, length * scale), height);
-    this.drawn = key;
   }
 }

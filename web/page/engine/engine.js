@@ -12,26 +12,21 @@ export class Engine {
     return Object.assign(new Engine(), { functions: exports });
   }
 
-  /** The text that the engine left last, as bytes. */
-  get bytes() {
-    const { memory, text, text_length } = this.functions;
-    return new Uint8Array(memory.buffer, text(), text_length());
+  /** What the engine left last as "text" or "numbers", until the next call. */
+  left(name, Kind) {
+    const place = BigInt.asUintN(64, this.functions[name]());
+    return new Kind(this.functions.memory.buffer, Number(place >> 32n), Number(place & 0xffffffffn));
   }
 
-  get text() { return new TextDecoder().decode(this.bytes); }
-
-  /** The numbers that the engine left last, until the next call. */
-  get numbers() {
-    const { memory, numbers, numbers_length } = this.functions;
-    return new Float64Array(memory.buffer, numbers(), numbers_length());
-  }
+  get text() { return new TextDecoder().decode(this.left("text", Uint8Array)); }
+  get numbers() { return this.left("numbers", Float64Array); }
 
   /** Starts a run from a recipe {balls, start}, as an FMU carries it; `doubt`: what of it is hardly meant. Throws
    *  Refusal. */
   start({ balls, start }) {
     const recipe = new TextEncoder().encode(JSON.stringify({ format: 1, balls, start }));
     this.functions.make_room(recipe.length);
-    this.bytes.set(recipe);
+    this.left("text", Uint8Array).set(recipe);
     const number = this.functions.start();
     if (number < 0) throw new Refusal(this.text);
     return Object.assign(new Run(this, number, balls), { doubt: this.text });

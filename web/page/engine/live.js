@@ -71,7 +71,6 @@ export class Live {
 
   /** A new run at these positions (m) and velocities (m/s). */
   restart(setup, x, v) { this.begin(setup.moving(x, v)); }
-
   motion() { return [Array.from(this.state.x), Array.from(this.state.v)]; }
 
   /** Which balls are held, and where: {ball: x}. */

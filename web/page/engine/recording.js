@@ -49,13 +49,16 @@ export class Recording extends Track {
       pulse.peak ||= pulse.impulse;
     }
     this.pulses = pulses.sort((a, b) => a.onset - b.onset || a.release - b.release);
-    this.clicks = [];
+    const clicks = [];
     for (const pulse of pulses) {
-      const click = this.clicks.at(-1), quiet = click && Math.max(QUIET * click.length, QUIET_LEAST);
-      if (click && pulse.onset - click.end <= quiet && pulse.onset - click.begin <= LONGEST) click.take(pulse);
-      else this.clicks.push(new RecordedClick(this, pulse, this.clicks.length));
+      const click = clicks.at(-1), quiet = click && Math.max(QUIET * (click.end - click.begin), QUIET_LEAST);
+      if (click && pulse.onset - click.end <= quiet && pulse.onset - click.begin <= LONGEST) {
+        click.pulses.push(pulse);
+        click.end = Math.max(click.end, pulse.release);
+      } else clicks.push({ begin: pulse.onset, end: pulse.release, pulses: [pulse] });
     }
-    this.openable = this.clicks.filter((click) => click.resolved);
+    this.clicks = clicks.map((click, number) => new RecordedClick(this, click, number));
+    this.openable = this.clicks.filter(({ resolved }) => resolved);
   }
 
   get time() { return this.now; }
@@ -125,27 +128,13 @@ const begun = (clicks, now) => countUpTo(clicks, now, ({ begin }) => begin);
 
 /** A click of a recording, told as that of a live run in click.js. */
 class RecordedClick {
-  constructor(recording, first, number) {
-    Object.assign(this, { samples: recording, number, begin: first.onset, end: first.release, pulses: [first],
-      done: true, sampled: true });
-  }
-
-  take(pulse) {
-    this.pulses.push(pulse);
-    this.end = Math.max(this.end, pulse.release);
-  }
-
-  get length() { return this.end - this.begin; }
-
-  /** From the last sample before it to the first one after it. */
-  get range() {
-    const { times } = this.samples;
-    return [Math.max(0, countUpTo(times, this.begin) - 2), Math.min(times.length, countUpTo(times, this.end) + 1)];
-  }
-
-  get resolved() {
-    const [from, to] = this.range;
-    return this.length > 0 && to - from - 2 >= LEAST_SAMPLES * this.pulses.length;
+  constructor(samples, { begin, end, pulses }, number) {
+    const { times } = samples, length = end - begin;
+    // From the last sample before it to the first one after it.
+    const from = Math.max(0, countUpTo(times, begin) - 2), to = Math.min(times.length, countUpTo(times, end) + 1);
+    const resolved = length > 0 && to - from - 2 >= LEAST_SAMPLES * pulses.length;
+    Object.assign(this, { samples, number, begin, end, length, pulses, range: [from, to], resolved, done: true,
+      sampled: true });
   }
 
   get speeds() { return this.samples.speedsAt(this.begin); }

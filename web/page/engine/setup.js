@@ -29,16 +29,14 @@ export class Setup {
   }
 
   get(name) { return this.values[name] ?? DEFAULTS[name]; }
-
   with(values) { return new Setup(this.balls, { ...this.values, ...values }); }
+  atRest() { return this.with({ x_start: [], v_start: [] }); }
 
   /** What balls are let go with, {x_start, v_start}; null where they rest. */
   get release() {
     const { x_start, v_start } = this.values;
     return [...x_start, ...v_start].some(Boolean) ? { x_start, v_start } : null;
   }
-
-  atRest() { return this.with({ x_start: [], v_start: [] }); }
 
   /** At these positions (m) and velocities (m/s). Where balls would overlap under its law, those on the right give way;
    *  the others stay where they are, to the last bit. */

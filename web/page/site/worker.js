@@ -7,13 +7,6 @@ addEventListener("fetch", (event) => event.respondWith(answer(event.request)));
 
 async function answer(request) {
   const cache = await kept;
-  try {
-    const fresh = await fetch(request);
-    if (fresh.ok && request.method === "GET") await cache.put(request, fresh.clone());
-    return fresh;
-  } catch (problem) {
-    const found = await cache.match(request, { ignoreSearch: true });
-    if (!found) throw problem;
-    return found;
-  }
+  await cache.add(request).catch(() => {}); // asks the server
+  return await cache.match(request, { ignoreSearch: true }) ?? fetch(request);
 }

@@ -14,7 +14,7 @@ export function speak(code) {
   [language, table] = [code, tables[code]];
   plurals = new Intl.PluralRules(code);
   roughly = new Intl.NumberFormat(code, { maximumSignificantDigits: 2 });
-  globalThis.document?.documentElement.setAttribute("lang", code);
+  if (globalThis.document) fillTexts();
 }
 
 /** The languages that there are, {code: name}, and the code of the one that is spoken. */
@@ -34,6 +34,7 @@ export function say(name, values = {}) {
 /** Fills in what elements of the page ask for: data-text their text, data-label their accessible name. */
 export function fillTexts() {
   document.title = say("title");
+  document.documentElement.lang = language;
   for (const element of document.querySelectorAll("[data-text]")) element.textContent = say(element.dataset.text);
   for (const element of document.querySelectorAll("[data-label]"))
     element.setAttribute("aria-label", say(element.dataset.label));
