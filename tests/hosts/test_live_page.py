@@ -174,7 +174,10 @@ def test_a_web_server_is_as_good(browser, live_path, tmp_path):
     browser.get(address + "#preset=desk&lift=1")
     ready(browser)
     wait(browser, "source.run.time > 0.1")
-    assert js(browser, "return [cradle.preset, 'newer' in document.documentElement.dataset]") == ["desk", True]
+    assert js(browser, "return [cradle.preset, 'newer' in document.documentElement.dataset]") == [
+        "desk",
+        True,
+    ]
 
 
 def test_a_click_sounds(page):
