@@ -155,10 +155,7 @@ export function valueAt(track, kind, i, { i: k, part }) {
 
 /** A curve as it is drawn: its value at sample `k`. Energies lie on top of one another. */
 function curveOf(track, kind, i) {
+  const parts = [...Array(i + 1).keys()];
   if (kind !== "energy") return (k) => track.value(kind, i, k);
-  return (k) => {
-    let sum = 0;
-    for (let part = 0; part <= i; part++) sum += Math.max(0, track.value(kind, part, k));
-    return sum;
-  };
+  return (k) => parts.reduce((sum, part) => sum + Math.max(0, track.value(kind, part, k)), 0);
 }

@@ -7,16 +7,10 @@ const SLOW = 26; // ms between pictures after which they get fewer pixels
 const UNSEEN = 1e-4; // radii, or px, by which what is drawn may change without being seen
 
 export class Painter {
-  /** Draws on a canvas; null where there is no WebGL 2. */
-  static open(canvas) {
-    const gl = canvas.getContext("webgl2", { antialias: false, depth: false, preserveDrawingBuffer: true });
-    const painter = gl && new Painter(gl);
-    return painter && Object.values(painter.programs).every(Boolean) ? painter : null;
-  }
-
   constructor(gl) {
     Object.assign(this, { gl, things: [], sharp: 1, pace: 0, last: 0 });
     this.programs = Object.fromEntries(Object.entries(PROGRAMS).map(([kind, text]) => [kind, this.program(text)]));
+    this.works = Object.values(this.programs).every(Boolean);
     gl.bindBufferBase(gl.UNIFORM_BUFFER, 0, gl.createBuffer());
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
@@ -36,19 +30,15 @@ export class Painter {
     return { program, place: gl.getUniformLocation(program, "thing_") };
   }
 
-  close() { this.gl.getExtension("WEBGL_lose_context")?.loseContext(); }
-
   /** One more thing, in front of those that are farther away; what its vectors are, the shaders say. */
-  add(kind, far, ...vectors) {
-    const four = [0, 1, 2, 3];
-    this.things.push({ kind, far, numbers: four.flatMap((k) => four.map((axis) => vectors[k]?.[axis] ?? 0)) });
-  }
+  add(kind, far, a, b, c = [], d = []) { this.things.push({ kind, far, numbers: padded([a, b, c, d]) }); }
 
   /** Draws what was added, unless it looks as it did, on a canvas of this size (px), with `ratio` pixels in one: fewer
-   *  while it moves where that takes long. `space`: what shaders want to know. */
-  paint(space, clientWidth, clientHeight, ratio) {
+   *  while it moves where that takes long. `known`: the vectors that all shaders know. */
+  paint(known, clientWidth, clientHeight, ratio) {
     const { gl, drawn } = this, things = this.things.sort((a, b) => b.far - a.far);
-    const now = [...space, clientWidth, clientHeight, ratio, ...things.flatMap(({ numbers }) => numbers)];
+    const all = (ratio) => padded([...known, [clientWidth, clientHeight, ratio]]);
+    const now = [...all(ratio), ...things.flatMap(({ numbers }) => numbers)];
     const same = drawn?.length === now.length && now.every((number, k) => Math.abs(number - drawn[k]) < UNSEEN);
     this.things = [];
     if (same && this.ratio === ratio) return;
@@ -57,8 +47,7 @@ export class Painter {
     const { width, height } = sized(gl.canvas, clientWidth * this.ratio, clientHeight * this.ratio);
     gl.viewport(0, 0, width, height);
     gl.clear(gl.COLOR_BUFFER_BIT);
-    const known = new Float32Array([...space, clientWidth, clientHeight, this.ratio, 0]);
-    gl.bufferData(gl.UNIFORM_BUFFER, known, gl.DYNAMIC_DRAW);
+    gl.bufferData(gl.UNIFORM_BUFFER, new Float32Array(all(this.ratio)), gl.DYNAMIC_DRAW);
     for (const { kind, numbers } of things) {
       gl.useProgram(this.programs[kind].program);
       gl.uniform4fv(this.programs[kind].place, numbers);
@@ -76,3 +65,6 @@ export class Painter {
     return 0.8 * this.sharp;
   }
 }
+
+/** The numbers of vectors, four of each. */
+function padded(vectors) { return vectors.flatMap((vector) => [0, 1, 2, 3].map((axis) => vector[axis] ?? 0)); }

@@ -150,14 +150,15 @@ export class Scene {
 
   /** A soft shadow for each ball on what the cradle stands on. */
   drawShadows(places, theme) {
-    const { context: c, unit } = this, none = theme.shadow.replace(/[\d.]+\)$/, "0)");
+    const { context: c, unit } = this;
     places.forEach(({ at, x }, i) => {
       const up = at[1] / this.long, wide = this.sizes[i] * unit * (1.15 + up);
       c.save();
       c.translate(x, this.seen([0, this.floor - 0.1, 0]).y);
       c.scale(1, 0.13);
       c.globalAlpha = Math.max(0.15, 1 - 1.6 * up);
-      circle(c, { x: 0, y: 0 }, wide, shaded(c.createRadialGradient(0, 0, 0, 0, 0, wide), [theme.shadow, none]));
+      const fill = shaded(c.createRadialGradient(0, 0, 0, 0, 0, wide), [theme.shadow, "transparent"]);
+      circle(c, { x: 0, y: 0 }, wide, fill);
       c.restore();
     });
   }

@@ -13,8 +13,10 @@ const IN_RECTANGLE = [0, 0, 0, 1];             // of a thing that is within a re
 export class Scene3D extends Scene {
   /** A scene on the canvas seen by the eye; null where there is no WebGL. `lost` is called when it goes away. */
   static open(canvas, eye, lost) {
-    const back = document.createElement("canvas"), painter = Painter.open(back);
-    if (!painter) return null;
+    const back = document.createElement("canvas");
+    const gl = back.getContext("webgl2", { antialias: false, depth: false, preserveDrawingBuffer: true });
+    const painter = gl && new Painter(gl);
+    if (!painter?.works) return null;
     Object.assign(back, { className: "space", ariaHidden: "true" });
     canvas.before(back);
     back.addEventListener("webglcontextlost", () => { if (back.isConnected) lost(); });
@@ -23,13 +25,12 @@ export class Scene3D extends Scene {
 
   close() {
     this.back.remove();
-    this.painter.close();
+    this.painter.gl.getExtension("WEBGL_lose_context")?.loseContext();
   }
 
   surroundings(swingAngle) {
     const { half, largest, long, reach, floor } = this, rise = long * (1 - Math.cos(swingAngle));
-    const wide = half + 0.9, deep = Math.max(2.5, largest + 0.9);
-    Object.assign(this, { wide, deep });
+    const { wide, deep } = Object.assign(this, { wide: half + 0.9, deep: Math.max(2.5, largest + 0.9) });
     return [...box(wide, floor, long, deep), ...box(reach, rise - largest, rise + largest, largest),
       ...box(wide + BEYOND + 1.5, floor - BASE, floor, deep + BEYOND + 1.5)];
   }
@@ -41,9 +42,8 @@ export class Scene3D extends Scene {
     if (this.room !== room) back.style.cssText = this.room = room;
     this.addBase(places, clientHeight);
     this.addAll(places, contacts);
-    const seen = [...lens.axes, lens.eye, [lens.focal, lens.x, clientHeight - lens.y]].map((vector) => [...vector, 0]);
-    const known = [...seen, [wide, deep, floor, long], [BEYOND, BASE, 0, 0], ...space].flat();
-    painter.paint(known, clientWidth, clientHeight, ratio);
+    painter.paint([...lens.axes, lens.eye, [lens.focal, lens.x, clientHeight - lens.y], [wide, deep, floor, long],
+      [BEYOND, BASE], ...space], clientWidth, clientHeight, ratio);
   }
 
   /** The base, and what darkens it: balls, and the feet of the bars. */
