@@ -55,13 +55,14 @@ fn write(out: &mut String, model: &Model, entries: &Entries) -> std::fmt::Result
     let all = all.len();
     writeln!(out, "variables    {all}: {parameters} parameters, {inputs} inputs, {outputs} outputs, {locals} locals")?;
     let identifiers: BTreeSet<&String> = model.interfaces.iter().map(|[_, identifier]| identifier).collect();
-    for identifier in identifiers {
-        for (_, path, library) in libraries(entries, identifier, model.is_fmi3()) {
-            write_library(out, path.split('/').nth(1).unwrap_or_default(), library)?;
-        }
+    let libraries = identifiers.into_iter().flat_map(|identifier| libraries(entries, identifier, model.is_fmi3()));
+    let libraries: Vec<_> = libraries.collect();
+    for (_, path, library) in &libraries {
+        write_library(out, path.split('/').nth(1).unwrap_or_default(), library)?;
     }
     writeln!(out, "files")?;
-    entries.iter().try_for_each(|(name, contents)| writeln!(out, "{:>12} {name}", contents.len()))
+    let others = entries.iter().filter(|(name, _)| libraries.iter().all(|(_, path, _)| path != *name));
+    others.into_iter().try_for_each(|(name, contents)| writeln!(out, "{:>12} {name}", contents.len()))
 }
 
 fn write_library(out: &mut String, folder: &str, bytes: &[u8]) -> std::fmt::Result {

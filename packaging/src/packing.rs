@@ -21,6 +21,9 @@ impl Build {
         if !self.set.is_empty() || !self.parameters.is_empty() {
             recipe.settings()?.doubts().iter().for_each(|doubt| eprintln!("warning: {doubt}"));
         }
+        if let Some(missing) = self.out.as_deref().and_then(Path::parent).filter(|folder| !exists(folder)) {
+            return Err(Error::Usage(format!("--out: there is no folder {}", missing.display())));
+        }
         let (ready, folder) = self.ready()?;
         let out = self.out.clone().unwrap_or_else(|| folder.join(format!("{name}.fmu")));
         let real = |path: &Path| fs::canonicalize(path).ok();
@@ -125,8 +128,7 @@ const NO_BINARY: &str = concat!(
 
 fn add(ready: &mut Ready, platform: &'static Platform, file: &Path, argument: &str) -> Result<(), Error> {
     let name = file.display();
-    let contents =
-        fs::read(file).map_err(|error| Error::Failure(format!("{argument}: cannot read {name}: {error}")))?;
+    let contents = fs::read(file).map_err(|error| Error::Usage(format!("{argument}: cannot read {name}: {error}")))?;
     platform.check(&contents).map_err(|error| Error::Usage(format!("{argument}: {name} is {error}")))?;
     ready.add(Binary { platform, contents }).map_err(|error| Error::Usage(format!("{argument}: {error}")))
 }
@@ -134,6 +136,11 @@ fn add(ready: &mut Ready, platform: &'static Platform, file: &Path, argument: &s
 /// A path as short as it can be typed from here.
 fn shown(path: &Path) -> &Path {
     std::env::current_dir().ok().and_then(|here| path.strip_prefix(here).ok()).unwrap_or(path)
+}
+
+/// Whether this folder is there; no name is the current one.
+fn exists(folder: &Path) -> bool {
+    folder.as_os_str().is_empty() || folder.is_dir()
 }
 
 /// A word for the shell.

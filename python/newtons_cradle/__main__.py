@@ -5,11 +5,13 @@ import sys
 import zipfile
 from pathlib import Path
 
-from .errors import CradleError
+from .errors import CradleError, FileMissing, InvalidValue
 from .page import save_page, save_site
 from .progress import Progress
 from .recording import LENGTH, RADIUS, RecordingError, from_csv
 from .views import from_fmu
+
+LONGEST = 3600.0  # s, of a run that nobody insists on
 
 
 def setting(text: str) -> tuple[str, str]:
@@ -52,6 +54,11 @@ def arguments() -> argparse.ArgumentParser:
     run = page.add_argument_group("for an FMU").add_argument
     run("--stop", type=positive, default=10.0, metavar="SECONDS", help="how long to run (default 10)")
     help = "a start value, such as contact.model=hertz; may be repeated"
+    run(
+        "--force",
+        action="store_true",
+        help=f"run longer than {LONGEST:g} s, which takes minutes and makes huge pages",
+    )
     run("--set", type=setting, action="append", default=[], metavar="NAME=VALUE", help=help)
     result = page.add_argument_group("for a CSV file").add_argument
     result("--pulses", type=Path, metavar="FILE.csv", help="the run's table of pulses")
@@ -82,8 +89,15 @@ def arguments() -> argparse.ArgumentParser:
 def make_page(options: argparse.Namespace) -> None:
     """Makes the page that the command line asks for."""
     kind = options.file.suffix.lower()
+    out = options.out or options.file.with_suffix(".html")
+    needs_folder(out)
     if kind == ".fmu":
-        progress = Progress(f"Running {options.file.name}")
+        if options.stop > LONGEST and not options.force:
+            raise InvalidValue(
+                f"--stop {options.stop:g} is refused; allowed: up to {LONGEST:g} s, more with --force"
+            )
+        progress = Progress(f"Running {options.file.name} for {options.stop:g} s")
+        progress(0.0)
         recording = from_fmu(options.file, dict(options.set), stop=options.stop, progress=progress)
     elif kind == ".csv":
         recording = from_csv(
@@ -91,7 +105,6 @@ def make_page(options: argparse.Namespace) -> None:
         )
     else:
         raise RecordingError(f"{options.file}: only .fmu and .csv files can be shown")
-    out = options.out or options.file.with_suffix(".html")
     written(out, save_page(out, recording))
 
 
@@ -100,7 +113,16 @@ def make_live(options: argparse.Namespace) -> None:
     if options.site:
         written(options.site / "index.html", save_site(options.site))
     else:
+        needs_folder(options.out)
         written(options.out, save_page(options.out))
+
+
+def needs_folder(out: Path) -> None:
+    """Before the work is done. Raises FileMissing."""
+    if not out.parent.is_dir():
+        raise FileMissing(f"--out: there is no folder {out.parent}")
+    if out.exists():
+        print(f"Replacing {out}", file=sys.stderr)
 
 
 def written(out: Path, size: int) -> None:
@@ -108,13 +130,13 @@ def written(out: Path, size: int) -> None:
 
 
 def main() -> int:
-    """Returns 0, or 1 after saying what is wrong."""
+    """Returns 0, or, after saying what is wrong, 1; 2 if it is in the command, such as a file that is missing."""
     options = arguments().parse_args()
     try:
         options.function(options)
     except (CradleError, OSError, zipfile.BadZipFile) as problem:
         print(f"error: {problem}", file=sys.stderr)
-        return 1
+        return 2 if isinstance(problem, (FileNotFoundError, InvalidValue)) else 1
     return 0
 
 

@@ -23,7 +23,7 @@ def page(monkeypatch, capsys):
 
     def make(*arguments, refused="") -> None:
         monkeypatch.setattr(sys, "argv", ["newtons_cradle", "page", *map(str, arguments)])
-        assert __main__.main() == bool(refused)
+        assert bool(__main__.main()) == bool(refused)
         said = capsys.readouterr().err
         assert said.startswith("error: " if refused else "") and refused in said
 
@@ -38,7 +38,7 @@ def test_the_producer_makes_the_same_page(producer, fmu_path, tmp_path):
     command = [producer, "page", "--python", sys.executable]
     ended(*command, *options, two)
     assert one.read_bytes() == two.read_bytes()
-    failed = ended(*command, "missing.fmu", code=1)
+    failed = ended(*command, "missing.fmu", code=2)
     assert failed.stderr.startswith("error: ") and "import" not in failed.stderr
 
 
@@ -149,6 +149,8 @@ def test_names_do_not_become_markup(fine, tmp_path):
         (["missing.csv"], "No such file"),
         (["missing.fmu"], "missing.fmu"),
         (["README.md"], "only .fmu and .csv files can be shown"),
+        (["FMU", "--stop", "100000"], "--stop 100000 is refused; allowed: up to 3600 s, more with --force"),
+        (["FMU", "--out", "nowhere/x.html"], "--out: there is no folder nowhere"),
         (["FMU", "--set", "foo=1"], "has no variable 'foo'"),
         (["FMU", "--set", "ball.mass=-1"], "ball.mass = -1 kg is refused"),
         (["FMU", "--set", "ball.mass=heavy"], "ball.mass = heavy is not a number"),

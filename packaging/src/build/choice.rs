@@ -83,8 +83,7 @@ impl Choice {
     /// Takes everything from a parameter file.
     pub fn file(&mut self, path: &Path) -> Result<(), Error> {
         let origin = path.display().to_string();
-        let text =
-            fs::read_to_string(path).map_err(|error| Error::Failure(format!("cannot read {origin}: {error}")))?;
+        let text = fs::read_to_string(path).map_err(|error| Error::Usage(format!("cannot read {origin}: {error}")))?;
         self.toml(&origin, &text)
     }
 
