@@ -7,7 +7,7 @@ const TIME_STEP = 0.02 * SECONDS; // on the viewer's clock
 const SYMBOLS = { ArrowLeft: "←", ArrowRight: "→", Escape: "⎋" };
 
 const toggle = (app, key, name) => app.panels.toggle(name);
-const way = (key) => (",[←".includes(key) ? -1 : 1);
+const way = (key) => (",←".includes(key) ? -1 : 1);
 
 /** By the names of texts, buttons and panels: keys, what is needed, and what is done then. */
 const ACTS = {
@@ -19,7 +19,10 @@ const ACTS = {
   step: [",.", "clicks", (app, key) => app.step(way(key) * INSIDE_STEP)],
   again: ["a", "live", (app) => app.again()],
   rest: ["0", "live", (app) => app.stopAll()],
-  jump: ["[]", "recorded", (app, key) => app.timeline.jump(way(key))],
+  jump: ["", "recorded"],
+  previous: ["[", "recorded", (app) => app.timeline.jump(-1)],
+  next: ["]", "recorded", (app) => app.timeline.jump(1)],
+  goOn: ["", "both", (app) => app.timeline.goOn()],
   time: ["←→", "recorded", (app, key) => app.seek(app.sources[0].now + way(key) * TIME_STEP * app.clock.rate)],
   space: ["d", "any", (app) => app.setOther("space", !app.space)],
   view: ["v", "any", (app) => { if (app.space) app.eye.look(); }],
@@ -27,12 +30,13 @@ const ACTS = {
   beside: ["b", "live", toggle], keep: ["k", "any", toggle], help: ["?h", "any", toggle],
   lesson: ["l", "engine", toggle],
   present: ["p", "engine", (app) => app.open("present")],
-  next: ["n", "engine", (app) => app.lesson.next()],
+  nextStep: ["n", "engine", (app) => app.lesson.next()],
+  endLesson: ["", "engine", (app) => app.lesson.leave()],
   leave: ["⎋", "any", ({ panels, lesson }) => {
     if (panels.kind) panels.close();
     else if (lesson.step !== null) lesson.leave();
   }],
-  ask: ["", "engine"], link: ["", "setup"], goOn: ["", "both"],
+  ask: ["", "engine"], link: ["", "setup"],
 };
 
 /** Whether anything can be done by this name with what is shown. */
@@ -43,7 +47,8 @@ export function offers({ engine, sources: [{ live, openable, setup }] }, name) {
 }
 
 export function listenToUser(app) {
-  for (const name of ["play", "again", "rest", "inside", "view"]) app.controls[name].onclick = () => ACTS[name][2](app);
+  for (const [name, [, , act]] of Object.entries(ACTS))
+    if (app.controls[name]?.matches("button")) app.controls[name].onclick = () => act(app);
   addEventListener("keydown", (event) => press(app, event));
   addEventListener("hashchange", () => app.open(location.hash));
   addEventListener("dragover", (event) => event.preventDefault());

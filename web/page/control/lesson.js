@@ -13,11 +13,7 @@ const LATER = 0.15;       // s after a click at which it is said what flew out
 export class Lesson {
   /** `step`: of the lesson that is presented, from 0, or null; `asks`: whether there is a question; `phase`: "asks",
    *  "waits" for the click, "knows", or null. */
-  constructor(app) {
-    Object.assign(this, { app, step: null, asks: false, phase: null });
-    app.controls.nextStep.onclick = () => this.next();
-    app.controls.endLesson.onclick = () => this.leave();
-  }
+  constructor(app) { Object.assign(this, { app, step: null, asks: false, phase: null }); }
 
   /** Presents the step with this number, from 1: what the page is asked for then. */
   turnTo(number) {
@@ -48,9 +44,8 @@ export class Lesson {
   }
 
   enter(phase) {
-    const { guesses } = this.app.controls;
     this.phase = phase;
-    guesses.hidden = phase !== "asks";
+    this.app.controls.guesses.hidden = phase !== "asks";
     this.app.name();
   }
 

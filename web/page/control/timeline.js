@@ -11,12 +11,9 @@ const SLOWEST = 1e-6; // that the run can be chosen to be
 export class Timeline {
   constructor(app) {
     this.app = app;
-    const { whole, speed, previous, next, goOn } = app.controls;
+    const { whole, speed } = app.controls;
     whole.oninput = () => app.seek(Number(whole.value));
     speed.oninput = () => app.setPace(SLOWEST ** (1 - Number(speed.value)));
-    previous.onclick = () => this.jump(-1);
-    next.onclick = () => this.jump(1);
-    goOn.onclick = () => app.attempt(() => this.goOn());
   }
 
   /** Shows a recording from its start on; its first click is slow, where motion need not be reduced. */
@@ -32,11 +29,11 @@ export class Timeline {
     app.changed();
   }
 
-  /** From the recording into a live run, from the state that is shown. Throws Refusal. */
+  /** From the recording into a live run, from the state that is shown. */
   goOn() {
     const { app } = this, [{ setup, state: { x, v } }] = app.sources;
     app.clock.slowAt("no");
-    app.begin(setup.moving(Array.from(x), Array.from(v)), null);
+    app.attempt(() => app.begin(setup.moving(Array.from(x), Array.from(v)), null));
   }
 
   /** To the next click, or the one before; inside a click, to where balls touch or part. */

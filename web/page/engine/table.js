@@ -94,13 +94,11 @@ function refuseMissed(refuse, { time, v, F }) {
 /** Pulses as far as samples of the forces show them: as long as a contact's samples are not 0. */
 function guessedPulses(time, forces) {
   const pulses = [];
-  forces.forEach((force, contact) => {
-    for (let k = 0; k < time.length; k++) {
-      if (!(force[k] > 0)) continue;
-      const pulse = { contact, onset: time[Math.max(0, k - 1)], peak: 0 };
-      for (; k < time.length && force[k] > 0; k++) pulse.peak = Math.max(pulse.peak, force[k]);
-      pulses.push({ ...pulse, release: time[k - 1] });
-    }
-  });
+  forces.forEach((force, contact) => force.forEach((size, k) => {
+    if (!(size > 0)) return;
+    if (!(force[k - 1] > 0)) pulses.push({ contact, onset: time[Math.max(0, k - 1)], peak: 0 });
+    const pulse = pulses.at(-1);
+    Object.assign(pulse, { release: time[k], peak: Math.max(pulse.peak, size) });
+  }));
   return pulses;
 }
