@@ -140,8 +140,8 @@ def plot_machine(found: Found, table: np.ndarray, momenta: np.ndarray) -> None:
         "The coil, mounted on the cart, pulls ball 1 to the left with a current of the form sin² for 1.6 s, then "
         "lets go. Each click sends the last ball up and induces a voltage in the coil; the cart swings on its "
         "spring all the while. The energies of balls and cart and what the damper took add up to what the coil put "
-        f"in. Bottom: no spring and damper to ground, last means held over steps of {STEPS[-1] * 1e3:g} ms. If the "
-        "momentum in transit between the FMUs is counted, none is lost.",
+        f"in. Bottom: no spring and damper to ground, last means held over steps of {STEPS[-1] * 1e3:g} ms. Once the "
+        "impulse computed by one FMU but not yet applied by the other is included, no momentum is lost.",
         [Column(strips, {"all": (0.0, STOP)})],
         height=1.4,
     )

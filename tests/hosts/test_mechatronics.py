@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 import zipfile
+from contextlib import nullcontext
 
 import newtons_cradle as nc
 import numpy as np
@@ -152,6 +153,21 @@ def test_another_cradle_is_refused(producer, fmu_path, tmp_path, arguments, comp
     other = repacked(producer, fmu_path, tmp_path / "other.fmu", *arguments)
     done = ended(sys.executable, SCRIPT, "--fmu", other, "--out", tmp_path, code=1)
     assert complaint in done.stderr and "DIFFERS" not in done.stdout
+
+
+@pytest.mark.parametrize(("step", "row"), [(0.1, "1.9 %"), (0.0125, "0.029 %"), (0.001, "0.026 %")])
+def test_the_check_of_the_coil_fails_where_the_step_is_too_long(fmu, step, row, monkeypatch):
+    """The program of the document, and the row of its table."""
+    document = (ROOT / "docs/coupling.md").read_text(encoding="utf-8")
+    program = document.split("```python\n")[1].split("```")[0].replace("h = 1e-3", f"h = {step}")
+    monkeypatch.setattr(nc, "Fmu", lambda: nullcontext(fmu))
+    found = {}
+    with pytest.raises(AssertionError, match="the step is too long") if step == 0.1 else nullcontext():
+        exec(program, found)
+    numbers = (found["work"], found["received"], found["energy"])
+    work, received, energy = (f"{number:.4f}" for number in numbers)
+    assert f"| {step} | {work} | {received} | {row} | {energy} |" in document
+    assert f"{abs(found['work'] / found['received'] - 1) * 100:.2g} %" == row
 
 
 def test_the_results_say_what_they_are_of(coupled, fmu):
