@@ -133,8 +133,6 @@ def test(options) -> int:
     """Runs what a change needs, or everything that checks the project, and prints one line of totals."""
     begin = time.perf_counter()
     results = Results(options.all)
-    with stage("Python packages"):
-        make_venv(ALL if options.all else TESTS)
     (everything if options.all else what_a_change_needs)(results)
     for skip in results.unexpected_skips() if options.strict else ():
         results.fail(f"unexpected skip: {skip}")
@@ -151,8 +149,12 @@ def test(options) -> int:
 
 def what_a_change_needs(results: Results) -> None:
     """The Rust tests but for the longest, and FMPy with the FMU as they have compiled it."""
-    style(results)
-    rust_tests(results, env={"PROPTEST_CASES": FEW_CASES})
+
+    def rust(part):
+        rust_style(part)
+        rust_tests(part, env={"PROPTEST_CASES": FEW_CASES})
+
+    results.beside(python=lambda part: python_style(part, TESTS), rust=rust)
     system, library = {
         "win32": ("win", "newtons_cradle.dll"),
         "darwin": ("darwin", "libnewtons_cradle.dylib"),
@@ -166,6 +168,7 @@ def what_a_change_needs(results: Results) -> None:
 
 def everything(results: Results) -> None:
     """All tests of all kinds."""
+    python_style(results, ALL)
     for path in (FMU, FMU3):
         path.unlink(missing_ok=True)
     results.beside(build=compiled, fuzz=fuzz, others=apart)
@@ -186,7 +189,7 @@ def rust_tests(results: Results, *options: str, **environment) -> None:
 
 def compiled(results: Results) -> None:
     """What compiles the root package: lints, its tests and benches, the FMU for this and other platforms."""
-    style(results)
+    rust_style(results)
     rust_tests(results, "--", "--include-ignored")
     # Of the workspace, whose packages the tests have compiled: the root package alone needs fewer of their features.
     options = ["--workspace", "--bench=*", "--profile=dev", "--", "--test"]
@@ -206,8 +209,8 @@ def apart(results: Results) -> None:
     results.step("Bill of materials", [PYTHON, "packaging/sbom.py", ROOT / "target/newtons-cradle.cdx.json"])
 
 
-def style(results: Results) -> None:
-    """rustfmt and clippy, where the toolchain has them, and ruff."""
+def rust_style(results: Results) -> None:
+    """rustfmt and clippy, where the toolchain has them."""
     for tool, *command in (
         ("fmt", "--check", "--all"),
         ("fmt", "--check", "--manifest-path", "fuzz/Cargo.toml"),
@@ -217,6 +220,12 @@ def style(results: Results) -> None:
             results.step(f"cargo {tool}", ["cargo", tool, *command])
         else:
             results.skip(f"cargo {tool}", f"it is missing: `rustup component add {tool}`")
+
+
+def python_style(results: Results, requirements: Path) -> None:
+    """ruff, once .venv has these packages."""
+    with stage("Python packages", results.show):
+        make_venv(requirements)
     results.step("Python lints", [PYTHON, "-m", "ruff", "check", "."])
     results.step("Python format", [PYTHON, "-m", "ruff", "format", "--check", "."])
 
