@@ -38,8 +38,6 @@ def make_wheel(fmu: Path | None) -> int:
             run([sys.executable, "web/build.py", "--or-skip"])
         if ENGINE.exists():
             shutil.copyfile(ENGINE, FOLDER / ENGINE.name)
-        else:
-            say("  !! without the engine for browsers, so that `cradle-fmu live` will not work: see above")
         # zig has linked for glibc 2.17, whichever version this machine has.
         processor = host_target().split("-")[0]
         platform = {"CRADLE_WHEEL_PLATFORM": f"manylinux_2_17_{processor}"} if target else {}
@@ -47,4 +45,7 @@ def make_wheel(fmu: Path | None) -> int:
         run(pack, env=environment | platform)
         (wheel,) = FOLDER.glob("*.whl")
         say(f"  pip install '{wheel.relative_to(ROOT)}[plot]'   ({wheel.stat().st_size / 1e6:.1f} MB)")
+    if not ENGINE.exists():
+        say("!! This wheel has no engine for browsers: `cradle-fmu live` will not work. `rustup target add")
+        say("!! wasm32-unknown-unknown` and `python3 web/build.py` make it; then make the wheel again.")
     return 0
