@@ -35,8 +35,8 @@ def toolchain() -> dict:
     home = os.environ.get("CARGO_HOME", str(Path.home() / ".cargo"))
     flags = [f"--remap-path-prefix={ROOT}=.", f"--remap-path-prefix={home}=/cargo"]
     folder = os.environ.get("CRADLE_DEBIAN_RUST")
-    print_root = ["rustc", "--print", "sysroot"]
-    rustup = Path(subprocess.check_output(print_root, text=True).strip()) if shutil.which("rustc") else None
+    root = ["rustc", "--print", "sysroot"]
+    rustup = Path(subprocess.check_output(root, text=True).strip()) if shutil.which("rustc") else None
     if folder:
         usr = Path(folder).resolve() / "usr"
         if not (usr / "bin/rustc").exists():
@@ -45,8 +45,9 @@ def toolchain() -> dict:
         others = rustup.glob("lib/rustlib/*/bin/rust-lld") if rustup else ()
         linker = shutil.which("wasm-ld") or shutil.which("rust-lld") or next(map(str, others), None)
         if linker is None:
-            cure = "rust-lld of a Rust by rustup, or on Debian `apt install lld`"
-            raise Stop(f"there is no linker for WebAssembly: {cure}")
+            raise Stop(
+                "there is no linker for WebAssembly: rust-lld of rustup's Rust, or on Debian `apt install lld`"
+            )
         return with_sources(usr) | {
             "CARGO_UNSTABLE_BUILD_STD": "std,panic_abort",
             f"CARGO_TARGET_{TARGET.upper().replace('-', '_')}_LINKER": linker,

@@ -23,11 +23,8 @@ class PageError(CradleError, RuntimeError):
 def save_page(
     path: str | Path, recording: Recording | None = None, head: str = '<link rel="icon" href="data:,">'
 ) -> int:
-    """Writes the page; returns its size in bytes. Raises PageError, OSError.
-
-    It plays the `recording`; where the engine for browsers is there, the cradle runs live as well. `head`: what else
-    its head has.
-    """
+    """Writes the page, which plays the `recording` and, where the engine for browsers is there, runs live. `head`: what
+    else its head has. Returns its size in bytes. Raises PageError, OSError."""
     engine = engine_file()
     if recording is None and not engine.is_file():
         raise PageError(

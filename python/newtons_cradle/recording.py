@@ -35,8 +35,8 @@ class Recording:
     """A run, ready to be drawn. SI units; arrays of shape (samples,) or (samples, balls or contacts).
 
     `energy`: sums of E_kinetic, E_gravity and E_contact, else E_total, as far as known. `parameters`: rows of name,
-    value, unit and meaning, as far as known. `length` and `radius`: of pendulum 1 and of a ball, for the drawing.
-    `start`: the parameters by name, vectors as lists, if a live run can go on with them.
+    value, unit and meaning, as far as known, a row for a vector. `length` and `radius`: of pendulum 1 and of a ball,
+    for the drawing. `start`: the parameters by name, vectors as lists, if a live run can go on with them.
     """
 
     title: str
@@ -60,12 +60,10 @@ def from_csv(
     length: float = LENGTH,
     radius: float = RADIUS,
 ) -> Recording:
-    """Reads a result in the layout that FMPy writes: time, x[i], v[i] of all balls, F[i] of all contacts; energies if
-    there.
+    """Reads a result as FMPy writes it: time, x[i], v[i] of all balls, F[i] of all contacts; energies if there.
 
-    `pulses`: CSV file of the pulse table. Without it, pulses are taken from F_peak, else from F. `balls`: how many
-    there are, None for as many as the file names. `length` and `radius` (m): for the drawing. Raises RecordingError,
-    OSError.
+    `pulses`: CSV file of the pulse table; without it, they are taken from F_peak, else from F. `balls`: how many there
+    are, None for as many as are named. `length`, `radius` (m): for the drawing. Raises RecordingError, OSError.
     """
     path = Path(path)
     columns = _read_columns(path)
@@ -87,8 +85,7 @@ def from_result(columns: Columns, pulses: Array, model: "Model | None", given: d
 
 
 def known_of(model: "Model | None", given: dict[str, Any]) -> dict[str, Any]:
-    """What a recording tells besides of a run of this model with these parameters and inputs: see `Recording`. A vector
-    whose elements are equal takes one row of parameters; a live run can go on without inputs."""
+    """What a recording tells besides of a run of this model with these parameters and inputs, see `Recording`."""
     if model is None or not given:
         return {}
     texts: dict[str, list[str]] = {}
@@ -193,9 +190,8 @@ def _read_columns(path: Path) -> Columns:
                 rows.append([float(TRUTH.get(cell, cell)) for cell in row])
             except ValueError as problem:
                 raise RecordingError(f"{path}, line {lines.line_num}: {problem}") from None
-            if len(row) != len(names):
-                wrong = f"{len(row)} numbers for {len(names)} names"
-                raise RecordingError(f"{path}, line {lines.line_num}: {wrong}")
+            if (count := len(row)) != len(names):
+                raise RecordingError(f"{path}, line {lines.line_num}: {count} numbers for {len(names)} names")
     table = np.array(rows, dtype=float).reshape(len(rows), len(names))
     if not np.isfinite(table).all():
         raise RecordingError(f"{path}: NaN or infinite numbers cannot be drawn")

@@ -49,7 +49,6 @@ class App {
 
   get sources() { return this.stages.map(({ source }) => source); }
   get liveSources() { return this.sources.filter(({ live }) => live); }
-  /** The source that changes go to. */
   get changedSource() { return this.sources.at(this.side === "left" ? 0 : -1); }
 
   addStage(source) {
@@ -80,7 +79,6 @@ class App {
     showLink(this);
   }
 
-  /** What is said about the stages. */
   name() {
     const { title, text } = this.lesson.heading ?? {}, [{ live }] = this.sources;
     this.controls.title.textContent = title ?? say("title");
@@ -179,8 +177,7 @@ class App {
     this.controls.play.textContent = say(on ? "pause" : "play");
   }
 
-  /** Slows down at the next click, or leaves the one that is shown. Where motion is to be reduced, a recording stands
-   *  still at the click's beginning. */
+  /** Slows down at the next click, or leaves it; with reduced motion, a recording stands still at its beginning. */
   inside() {
     const { clock, still, sources: [source] } = this;
     if (clock.slow === "next" || (clock.slow !== "no" && clock.inside)) return clock.slowAt("no");

@@ -69,10 +69,7 @@ export class Clock {
     this.rate = this.rateFor(clicks);
   }
 
-  /** Ends what was slowed down, unless it is for each click. */
   calm() { this.slowAt(this.slow === "always" ? "always" : "no"); }
-
-  /** The sources are what they were not: nothing is left to be reached. */
   reset() { this.targets.clear(); }
 
   /** Whether all sources have come to their targets: each call of the engine is short, and they end at the deadline. */

@@ -10,8 +10,7 @@ const MEMORY = 90;        // ms of a hand's way that say how fast it throws
 const FASTEST_THROW = 4;  // m/s
 
 export class Hand {
-  /** Tells the app of the `stage`: `take`, `move`, `drop`. `ways`: what pointers do; those with a `ball` of -1 turn the
-   *  view. */
+  /** `ways`: what pointers do on the canvas; those with a `ball` of -1 turn the view. */
   constructor(stage) {
     const { canvas, app } = stage;
     Object.assign(this, { stage, app, ways: new Map() });
@@ -43,8 +42,7 @@ export class Hand {
     const { stage: { scene, canvas }, app } = this, hold = this.ways.get(pointerId), { ball, way } = hold ?? {};
     if (!hold) canvas.style.cursor = this.ballAt(point, 6) >= 0 ? "grab" : "";
     else if (ball < 0) {
-      // Several fingers turn it together.
-      const part = TURN / [...this.ways.values()].filter(({ ball }) => ball < 0).length;
+      const part = TURN / [...this.ways.values()].filter(({ ball }) => ball < 0).length; // fingers turn it together
       app.eye.turn(part * (point.x - hold.point.x), part * (point.y - hold.point.y));
       hold.point = point;
     } else {

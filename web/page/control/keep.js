@@ -45,8 +45,7 @@ export function pulsesTable({ pulses }) {
     ...pulses.map((p) => [p.contact + 1, p.onset, p.release, p.peak, p.impulse])]);
 }
 
-/** The run as a table that `cradle-fmu page` and this page show again: a recording's samples, or a live run so far,
- *  computed once more at even times. */
+/** The run for this page and `cradle-fmu page`: a recording's samples; a live run so far, once more at even times. */
 export function runTable(source) {
   const { live, drawing: { balls }, now } = source, run = live ? new Live(source.engine, source.setup) : source;
   const rows = Math.max(2, Math.min(RUN_ROWS, Math.floor(now / RUN_STEP)) + 1);

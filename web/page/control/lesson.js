@@ -11,8 +11,7 @@ const FLIES = 0.1;        // of the incoming speed: a ball that is faster has fl
 const LATER = 0.15;       // s after a click at which it is said what flew out
 
 export class Lesson {
-  /** `step`: of the lesson that is presented, from 0, or null; `asks`: whether there is a question; `phase`: "asks",
-   *  "waits" for the click, "knows", or null. */
+  /** `step`: that is presented, from 0, or null; `phase` of the question: "asks", "waits" for the click, "knows". */
   constructor(app) { Object.assign(this, { app, step: null, asks: false, phase: null }); }
 
   /** Presents the step with this number, from 1: what the page is asked for then. */
@@ -24,7 +23,6 @@ export class Lesson {
     return LESSON[this.step];
   }
 
-  /** To the next step; from the last one back to the page as it is otherwise. */
   next() {
     if (this.step !== null && this.step + 1 < LESSON.length) this.app.open(`present=${this.step + 2}`);
     else if (this.step !== null) this.leave();
@@ -69,8 +67,7 @@ export class Lesson {
     return true;
   }
 
-  /** A ball (from 0) is pointed at. If it hangs, it and those beyond it are what the class expects; whether it was
-   *  asked. */
+  /** A ball (from 0) is pointed at: if it hangs, it and those beyond it are expected; whether that is an answer. */
   point(ball) {
     if (this.phase !== "asks" || ball < 0) return false;
     const { release: { x_start, v_start }, balls } = this.app.sources[0].setup;

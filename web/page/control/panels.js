@@ -58,8 +58,7 @@ export class Panels {
     if (focus) [...this.body.querySelectorAll("[data-key]")].find(({ dataset }) => dataset.key === focus)?.focus();
   }
 
-  /** Under the title of this name, one of these choices {key: text}; or, with checkboxes, those for which `chosen` is
-   *  true. */
+  /** Under the title of this name, one of these choices {key: text}, or those for which `chosen` is true. */
   chips(title, choices, chosen, choose) {
     const set = element(this.body, "fieldset"), several = typeof chosen === "function";
     element(set, "legend", { textContent: say(title) });
@@ -96,7 +95,6 @@ export class Panels {
     return column;
   }
 
-  /** A list of terms, with what is told of each. */
   terms(className, rows) {
     const list = element(this.body, "dl", { className, tabIndex: 0 });
     for (const [term, ...told] of rows) {
@@ -132,7 +130,6 @@ export class Panels {
       onchange: ({ target }) => app.openFile(target.files[0]) });
   }
 
-  /** Six steps, each a link into this page. */
   lesson() {
     this.buttons({ present: () => this.app.open("present") });
     const list = element(this.body, "ol", { className: "lesson" });

@@ -25,7 +25,6 @@ export class Stage {
     this.changed();
   }
 
-  /** The source has become another one, or has another drawing. */
   changed() {
     this.sliders.fit();
     this.strips.clear();
@@ -49,7 +48,6 @@ export class Stage {
     return true;
   }
 
-  /** Takes note of what happened since the last picture. */
   follow(passed) {
     const { source, strips } = this, pulses = source.takePulses();
     strips.record(source, pulses, passed);
@@ -66,8 +64,7 @@ export class Stage {
       arrows: shows.velocity || click ? Math.max((click ?? this.strips.track).most.velocity, 1e-3) : 0,
     });
     if (click?.most.overlap) {
-      // Half of what a lens shows (m): the play, or the deepest overlap.
-      const reach = 1.3 * Math.max(click.most.overlap, source.setup.get("contact.deadBand"));
+      const reach = 1.3 * Math.max(click.most.overlap, source.setup.get("contact.deadBand")); // m, half of a lens
       drawLenses(scene, state, { reach, theme, opacity: drawing.rigid ? 0 : Math.min(1, 2 * this.near - 1) });
     }
     const { text = "", detail = "" } = click?.done ? captionOf(click, source.now, state) : app.hintFor(this);

@@ -53,8 +53,7 @@ export class Strips {
 
   draw(click, theme) {
     const { stage: { source }, app, graph, canvas } = this, known = click?.sampled && click.length > 0 ? click : null;
-    // Within a click, time is that of its run.
-    const track = known?.samples ?? this.track, { origin, [known ? "now" : "time"]: now } = source;
+    const track = known?.samples ?? this.track, { origin, [known ? "now" : "time"]: now } = source; // in its run
     const kinds = ["force", "velocity", "energy", "momentum"].filter((kind) => track.counts[kind]
       && (app.shows[kind] || (kind === "force" && click)) && !(kind === "force" && source.drawing.rigid));
     this.box.style.setProperty("--rows", kinds.length);

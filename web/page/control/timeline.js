@@ -1,5 +1,4 @@
-// What a recording has besides: a slider over the whole of it with a mark for each click, the way from click to click,
-// how fast time runs, and the way into a live run.
+// What a recording has besides: a slider with its clicks, the way from one to the next, and into a live run.
 
 import { TOGETHER } from "#view/captions.js";
 import { write } from "#view/common.js";

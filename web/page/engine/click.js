@@ -1,5 +1,4 @@
-// A click: the contacts that follow each other so closely that they are one sound, from a few nanoseconds to
-// milliseconds.
+// A click: contacts that follow each other so closely that they are one sound, from nanoseconds to milliseconds.
 
 import { EFFORT } from "#engine/engine.js";
 import { History } from "#engine/history.js";
@@ -19,8 +18,7 @@ export class Click {
     Object.assign(this, { before, scout, sampler, samples: new History(run.balls) });
   }
 
-  /** Goes on until the clock shows `deadline` (ms); `done` says when all is known but the samples, `sampled` when these
-   *  are. */
+  /** Goes on until the clock shows `deadline` (ms), all but the samples is known (`done`), and these (`sampled`). */
   work(deadline = performance.now() + CLICK_TIME) {
     while (!this.sampled) {
       if (this.done) this.sample();

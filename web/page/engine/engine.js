@@ -21,8 +21,7 @@ export class Engine {
   get text() { return new TextDecoder().decode(this.left("text", Uint8Array)); }
   get numbers() { return this.left("numbers", Float64Array); }
 
-  /** Starts a run from a recipe {balls, start}, as an FMU carries it; `doubt`: what of it is hardly meant. Throws
-   *  Refusal. */
+  /** Starts a run from an FMU's recipe {balls, start}; its `doubt`: what of that is hardly meant. Throws Refusal. */
   start({ balls, start }) {
     const recipe = new TextEncoder().encode(JSON.stringify({ format: 1, balls, start }));
     this.functions.make_room(recipe.length);
@@ -43,8 +42,7 @@ export class State {
     [this.x, this.v, this.kinetic, this.gravity, this.F, this.overlap, this.elastic, this.closed] = parts;
   }
 
-  /** Takes over numbers. Those of the whole: time (s), energies (J), with the work of external forces and the residual,
-   *  momentum (N.s), force (N), events. */
+  /** Takes over numbers: of the whole in s, J, N.s and N, then the parts. */
   read(numbers) {
     this.numbers.set(numbers);
     [this.time, this.energy, this.dissipated, this.work, this.residual, this.momentum, this.supportForce, this.events] =
@@ -75,14 +73,12 @@ class Run {
     return (this.time = reached);
   }
 
-  /** What it shows now: always the same object. */
   look() {
     this.engine.functions.look(this.number);
     return this.shown.read(this.engine.numbers);
   }
 
-  /** When the next onset is, or, where it is not `known` yet, before when there is none; infinite if there is none at
-   *  all. */
+  /** When the next onset is (s), or, if that is not `known` yet, before when there is none; infinite: never. */
   nextOnset() {
     const time = this.engine.functions.next_onset(this.number), known = time > 0 || Object.is(time, 0);
     return { time: Math.abs(time), known };

@@ -7,8 +7,7 @@ const LEAST = { velocity: 1e-9, force: 1e-9, energy: 1e-12, momentum: 1e-12 }; /
 const KEPT = 900; // samples
 
 export class Track {
-  /** `times` (s) rise; `curves`: for each kind, a column of samples for each curve; `parts`: what its curves of energy
-   *  are. */
+  /** `times` (s) rise; `curves`: by kind, a column of samples for each; `parts`: what its curves of energy are. */
   constructor(balls, times, curves, parts) {
     Object.assign(this, { balls, times, curves, parts, pulses: [], most: { ...LEAST, overlap: 1e-9 } });
     this.counts = Object.fromEntries(Object.entries(curves).map(([kind, { length }]) => [kind, length]));

@@ -1,6 +1,5 @@
 // A live source: a run of the engine that hands can take hold of and that changes can be made to while it moves.
-//
-// What the page needs of a source, live or recorded: `drawing`, `state`, `account`, `advance`, `takePulses`, `ahead`.
+// Both kinds of sources have `drawing`, `state`, `account`, `advance`, `takePulses`, `ahead` and `shownClick`.
 
 import { Click } from "#engine/click.js";
 import { largest } from "#view/common.js";
@@ -50,7 +49,6 @@ export class Live {
     if (this.pending) this.tryPending();
   }
 
-  /** Pulses that have finished since the last call. */
   takePulses() { return this.fresh.splice(0); }
 
   /** A new run with other values, from the next instant at which all contacts are open. `done(reason)` is told. */
@@ -96,14 +94,12 @@ export class Live {
   place() {
     const { held } = this, [x] = this.motion();
     for (const [ball, place] of held) x[ball] = place;
-    // What the hand pushes gives way.
-    for (const [ball, place] of held)
+    for (const [ball, place] of held) // what the hand pushes gives way
       x.forEach((other, i) => { if (!held.has(i) && (i - ball) * (place - other) > 0) x[i] = place; });
     this.restart(this.setup, x, x.map(() => 0));
   }
 
-  /** The others swing on while some are held: in runs of a frame each, in which held balls are heavy and move as the
-   *  hand does. */
+  /** The others swing on: in runs of a frame each, in which held balls are heavy and move as the hand does. */
   advanceHeld(time, effort) {
     const { held, setup, time: before } = this, passed = time - before;
     if (!(passed > 0)) return;
@@ -138,8 +134,7 @@ export class Live {
     this.click = this.past = null;
   }
 
-  /** The next click, or the one that lasts: {distance, length, done}, s; null if none is in sight. It is explored
-   *  until the clock shows `deadline` (ms). */
+  /** The next click, or the one that lasts {distance, length, done} (s), explored until `deadline` (ms); or null. */
   ahead(deadline) {
     if (this.holds.size) return null;
     const now = this.run.time;

@@ -129,8 +129,7 @@ const begun = (clicks, now) => countUpTo(clicks, now, ({ begin }) => begin);
 /** A click of a recording, told as that of a live run in click.js. */
 class RecordedClick {
   constructor(samples, { begin, end, pulses }, number) {
-    const { times } = samples, length = end - begin;
-    // From the last sample before it to the first one after it.
+    const { times } = samples, length = end - begin; // from the last sample before it to the first one after it
     const from = Math.max(0, countUpTo(times, begin) - 2), to = Math.min(times.length, countUpTo(times, end) + 1);
     const resolved = length > 0 && to - from - 2 >= LEAST_SAMPLES * pulses.length;
     Object.assign(this, { samples, number, begin, end, length, pulses, range: [from, to], resolved, done: true,

@@ -1,5 +1,4 @@
-// A set-up: the number of balls, and start values by the names that the FMU gives them. Values of balls and contacts
-// are arrays.
+// A set-up: the number of balls, and start values by the FMU's names; those of balls and contacts are arrays.
 
 import { Refusal } from "#engine/engine.js";
 
@@ -38,8 +37,7 @@ export class Setup {
     return [...x_start, ...v_start].some(Boolean) ? { x_start, v_start } : null;
   }
 
-  /** At these positions (m) and velocities (m/s). Where balls would overlap under its law, those on the right give way;
-   *  the others stay where they are, to the last bit. */
+  /** At these positions (m) and velocities (m/s), without overlaps under its law: balls on the right give way. */
   moving(x, v) {
     const clearance = this.values["contact.gap"].map((gap) => this.get("contact.deadBand") + gap), places = [...x];
     // Pre-compressed balls overlap at rest: a force law takes what there is.
@@ -48,7 +46,6 @@ export class Setup {
     return this.with({ x_start: places, v_start: v });
   }
 
-  /** Another number of balls, at rest. */
   resized(balls) {
     return new Setup(balls, { ...this.values, "contact.gap": [], "contact.stiffnessRatio": [] }).atRest();
   }
@@ -59,14 +56,12 @@ export class Setup {
       ratio: this.get("ball.massRatio"), length: this.get("pendulum.length"), rigid: this.law === "rigid" };
   }
 
-  /** Which of the laws of contact it has. */
   get law() {
     const model = this.get("contact.model"), exponent = this.get("contact.exponent");
     const known = Object.keys(LAWS).find((law) => LAWS[law]["contact.exponent"] === exponent) ?? "linear";
     return model === "powerLaw" ? known : model;
   }
 
-  /** What the engine starts from. */
   recipe() {
     const start = Object.entries(this.values).flatMap(([name, value]) =>
       Array.isArray(value) ? value.map((element, i) => [`${name}[${i + 1}]`, element]) : [[name, value]]);
@@ -84,8 +79,7 @@ export class Setup {
     }[name];
   }
 
-  /** As the part of an address behind #. Values that are the defaults are left out, and those of the `preset` it is
-   *  made from. */
+  /** As the part of an address behind #, without values that are the defaults or those of the `preset` it is from. */
   toLink(preset) {
     const ready = PRESETS[preset]?.setup(), alike = (one) => String([one.balls, ...one.atRest().parts()]);
     const same = ready && alike(ready) === alike(this), given = same ? ready.parts() : [];
@@ -106,8 +100,7 @@ export class Setup {
       .map((name) => `right.${name}=${this.get(name)}`);
   }
 
-  /** From the part of an address behind #: {setup, options}; options are the names that are not the engine's. Throws
-   *  Refusal. */
+  /** From the part of an address behind #: {setup, options}, which are not the engine's. Throws Refusal. */
   static fromLink(text) {
     const values = {}, options = {};
     for (const part of text.replace(/^#/, "").split("&").filter(Boolean)) {
@@ -140,8 +133,6 @@ function parsed(name, raw) {
     throw new Refusal(`${name} = ${raw.split(",")[word]} is not a number`);
   return word >= 0 ? raw : name in USUAL ? values : values[0];
 }
-
-// ---- ready set-ups
 
 export const FILES = {}; // their values by name: the producer's, which the page carries along
 

@@ -1,5 +1,4 @@
-// Tables in CSV: a recorded run as FMPy writes it, with the checks and the words of
-// python/newtons_cradle/recording.py.
+// A recorded run in CSV as FMPy writes it, with the checks and words of python/newtons_cradle/recording.py.
 
 import { Refusal } from "#engine/engine.js";
 import { largest, withPrefix } from "#view/common.js";
@@ -10,8 +9,7 @@ const STRUCK = 0.3;  // of the largest velocity: a change from one sample to the
 const TRUTH = { True: 1, False: 0 };
 const ENERGIES = { kinetic: "E_kinetic", gravity: "E_gravity", elastic: "E_contact" };
 
-/** The run in a file {balls, time, x, v, F, energy, pulses}. Throws Refusal, which names what was wrong and what is
- *  needed. */
+/** The run in a file {balls, time, x, v, F, energy, pulses}. Throws Refusal, which names what is wrong and needed. */
 export function fromCsv(file, text) {
   const refuse = (reason, values) => {
     throw new Refusal(say("badFile", { file, reason: say(`refused.${reason}`, values) }));
