@@ -38,7 +38,6 @@ void main() {
 
 /** What is around: the base on a table, a lamp above, windows at the sides. */
 const AROUND = `
-
 float edge(vec2 p) { // of a point in the base's plane, how far it is from the base; negative within
   vec2 q = abs(p) - frame.xy - base.x + 0.6;
   return length(max(q, 0.)) + min(max(q.x, q.y), 0.) - 0.6;
@@ -171,7 +170,6 @@ vec4 thing(vec3 o, vec3 ray, float pixel) {
 /** From the ray to the pixel. */
 const MAIN = `
 out vec4 colour;
-
 void main() {
   vec2 place = (gl_FragCoord.xy / size.z - lens.yz) / lens.x;
   vec3 o = eye.xyz, ray = normalize(right.xyz * place.x + up.xyz * place.y - towards.xyz);
