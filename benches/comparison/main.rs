@@ -1,6 +1,6 @@
 //! The methods of the FMU and SUNDIALS CVODE on the same runs, as tables.
 //!
-//!     cargo bench -p cradle-benches --bench comparison
+//!     cargo bench --bench comparison
 //!
 //! CVODE is left out where its library or a C compiler is missing.
 
