@@ -30,7 +30,7 @@ TOLERANCES = {
 PULSES = [f"pulses[{i}]" for i in range(1, 5)]
 FIGURES = {  # start values as FMPy takes them: without names of items, all of which are defaults here
     name: {key: value for key, value in values.items() if not isinstance(value, str)}
-    for name, values in {"Figure 5": nc.figure5(), "Figure 6": nc.figure6()}.items()
+    for name, values in {"Figure 5": nc.figure5(), "Figure 6": nc.preset("figure6")}.items()
 }
 COLUMNS = ["figure", "way", "tolerance", "error", "evaluations", "seconds", "pulses"]
 

@@ -15,9 +15,9 @@ def run(fmus: Fmus, found: Found) -> None:
     """Both waves, each wave alone, and the classical model: instantaneous impacts, with waves that pass through each
     other."""
     fmu = fmus.thirteen
-    both = simulate(fmu, nc.figure3(), nc.Progress("Figure 3, 13 balls"))
-    alone = [simulate(fmu, nc.figure3() | nc.lifted(*side, n=13)) for side in ((3, 0), (0, 2))]
-    rigid = simulate(fmu, nc.figure3() | {"contact.model": "rigid"})
+    both = simulate(fmu, nc.preset("figure3"), nc.Progress("Figure 3, 13 balls"))
+    alone = [simulate(fmu, nc.preset("figure3") | nc.lifted(*side, n=13)) for side in ((3, 0), (0, 2))]
+    rigid = simulate(fmu, nc.preset("figure3") | {"contact.model": "rigid"})
     outcomes = {"compliant": velocities(both), "rigid": velocities(rigid)}
     departure = {name: np.abs(outcome - CLASSICAL).max() for name, outcome in outcomes.items()}
     peaks = np.array([result.stack("F").max(axis=0) for result in alone])

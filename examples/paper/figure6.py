@@ -16,7 +16,7 @@ RECORD = ["x", "v", "E_total", "E_residual", "p_total", "F_support_mean"]
 def run(fmus: Fmus, found: Found) -> None:
     """Four minutes in steps of 10 ms: the paper's 1e-4 after 240 s, and the law behind it."""
     progress = nc.Progress(f"Figure 6, {STOP:g} s in steps of 10 ms")
-    result = fmus.five.simulate(nc.figure6(), stop=STOP, record=RECORD, progress=progress)
+    result = fmus.five.simulate(nc.preset("figure6"), stop=STOP, record=RECORD, progress=progress)
     time, x3 = result["time"], result["x[3]"]
     found.save("figure6.csv", result.samples[time <= SHOWN])
     found.save("figure6_pulses.csv", result.pulses)

@@ -14,8 +14,8 @@ def run(fmus: Fmus, found: Found) -> None:
     """In steps of 25 ms, and in one step, which is timed: all clicks are in order until the end, and the same in one
     step."""
     progress = nc.Progress("Ten minutes in steps of 25 ms")
-    result = fmus.five.simulate(nc.figure6(), stop=STOP, step=0.025, record=RECORD, progress=progress)
-    with fmus.five.start(nc.figure6()) as single:
+    result = fmus.five.simulate(nc.preset("figure6"), stop=STOP, step=0.025, record=RECORD, progress=progress)
+    with fmus.five.start(nc.preset("figure6")) as single:
         begin = time.perf_counter()
         single.step_to(STOP)
         seconds = time.perf_counter() - begin

@@ -17,7 +17,7 @@ functions raise), `testing` (pytest fixtures and assertions), `look` (colours an
 """
 
 from . import look
-from .balances import energy_error, momentum_defect, momentum_of_sequences
+from .balances import energy_error, momentum_of_sequences
 from .building import build
 from .calibration import Calibration, calibrate
 from .errors import (
@@ -34,7 +34,7 @@ from .fmu import Fmu
 from .progress import Progress
 from .pulses import PULSE, impact_sequences, overlapping_neighbours, parse_pulse, pulse_order
 from .run import NEVER, LogLine, Result, Run, Saved
-from .setups import chain, desk, figure3, figure5, figure6, lifted, power_law, preset, presets, steel
+from .setups import chain, figure5, lifted, power_law, preset, presets, steel
 from .views import overlaps, resolved, sample_times
 
 __version__ = version()
@@ -52,10 +52,7 @@ __all__ += [
 __all__ += ["PULSE", "impact_sequences", "overlapping_neighbours", "parse_pulse", "pulse_order"]
 __all__ += [
     "chain",
-    "desk",
-    "figure3",
     "figure5",
-    "figure6",
     "lifted",
     "power_law",
     "preset",
@@ -63,4 +60,4 @@ __all__ += [
     "steel",
 ]
 __all__ += ["Calibration", "Progress", "calibrate", "overlaps", "resolved", "sample_times"]
-__all__ += ["energy_error", "momentum_defect", "momentum_of_sequences"]
+__all__ += ["energy_error", "momentum_of_sequences"]

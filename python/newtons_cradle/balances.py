@@ -15,18 +15,10 @@ def energy_error(result: Result) -> float:
     return float(np.max(np.abs(result["E_residual"])) / result["E_total"][0])
 
 
-def momentum_defect(result: Result) -> Array:
-    """p_total(after) - p_total(before) + h F_support_mean of every step, kg.m/s, shape (steps,).
+def momentum_of_sequences(result: Result, pause: float = 0.01) -> Array:
+    """p_total(after) - p_total(before) + the integral of F_support_mean over each impact sequence, kg.m/s.
 
     Zero for a cradle without external forces, because only the support changes its momentum.
-    """
-    h = np.diff(result["time"])
-    defect: Array = np.diff(result["p_total"]) + h * result["F_support_mean"][1:]
-    return defect
-
-
-def momentum_of_sequences(result: Result, pause: float = 0.01) -> Array:
-    """The same over each impact sequence, kg.m/s, shape (sequences,).
 
     Each sequence is taken over the whole communication steps around it; sequences that begin before
     the first or end after the last communication point are left out.

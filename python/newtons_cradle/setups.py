@@ -69,25 +69,10 @@ def chain(p: float, strikers: int, *, n: int = 5) -> Start:
     return {"gravity": 0.0, "ball.mass": 1.0} | power_law(1.0, p) | at_rest_in_touch
 
 
-def figure3() -> Start:
-    """Figure 3, of 13 balls: three lifted left and two right, soft contacts."""
-    return preset("figure3")
-
-
 def figure5(dead_band: float | None = None) -> Start:
     """Figures 4 and 5, Table 1: two of five balls lifted; `dead_band` (m) instead of the paper's."""
     changed = {} if dead_band is None else {"contact.deadBand": number("dead_band", dead_band, "m")}
     return Preset(preset("figure5") | changed)
-
-
-def figure6() -> Start:
-    """Figure 6: as Figure 5 with stiffer contacts and a smaller dead band."""
-    return preset("figure6")
-
-
-def desk() -> Start:
-    """A desk cradle of five steel balls, one lifted, losing energy as a real one does."""
-    return preset("desk")
 
 
 def steel(lifted_balls: int = 1, *, amplitude: float = 0.05) -> Start:

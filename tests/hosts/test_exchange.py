@@ -80,7 +80,9 @@ def error(result) -> float:
 def test_figure_6_mapped_in_cvode(exchange, tolerance, limit):
     """240 s; what is left is the error of BDF in flight. It depends on the steps that CVODE happens to take: at
     1e-10, nominal values changed by any factor gave between 6e-8 and 7e-6."""
-    result = run(exchange, numbers(nc.figure6()), 240.0, relative_tolerance=tolerance, output_interval=0.1)
+    result = run(
+        exchange, numbers(nc.preset("figure6")), 240.0, relative_tolerance=tolerance, output_interval=0.1
+    )
     assert last(result) == [171, 342, 342, 171]
     assert error(result) < limit
 
@@ -91,8 +93,8 @@ def test_figure_6_mapped_in_cvode(exchange, tolerance, limit):
         ({}, 1e-4, False),
         ({}, 1e-7, True),
         ({}, 1e-10, True),
-        (nc.figure6(), 1e-5, False),
-        (nc.figure6(), 1e-10, True),
+        (nc.preset("figure6"), 1e-5, False),
+        (nc.preset("figure6"), 1e-10, True),
     ],
 )
 def test_resolved_contacts_need_a_tight_tolerance(exchange, values, tolerance, right):

@@ -18,7 +18,7 @@ def pulses(lines):
 
 @pytest.mark.parametrize("options", [BOTH, {"eventModeUsed": True}])
 def test_each_pulse_of_ten_minutes_ticks_once(make3, options):
-    cradle = make3().start(nc.figure6(), **options)
+    cradle = make3().start(nc.preset("figure6"), **options)
     ticks = cradle.events()[0]
     if "earlyReturnAllowed" in options:
         ticks += cradle.walk(0.0, 600.0)
@@ -42,14 +42,14 @@ def test_each_pulse_of_ten_minutes_ticks_once(make3, options):
 
 @pytest.mark.parametrize("options", [{}, BOTH])
 def test_the_pulses_as_bytes_are_those_of_the_log(make3, options):
-    cradle = make3().start(nc.figure6(), **options)
+    cradle = make3().start(nc.preset("figure6"), **options)
     if options:
         cradle.events()
     assert cradle.csv() == []
     cradle.walk(0.0, 30.0)
     log = pulses(cradle.lines)
     assert cradle.csv() == log and len(log) > 100
-    other = make3().start(nc.figure6(), **options)
+    other = make3().start(nc.preset("figure6"), **options)
     other.go_back(cradle.state())
     assert other.csv() == log
     # The last ones, as far as there is room.

@@ -21,8 +21,8 @@ from newtons_cradle.errors import optional
         (lambda fmu: fmu.simulate(step=1e-300), "1e-300 is refused: up to 10.0 s that makes 1e+301 steps"),
         (lambda fmu: fmu.simulate(times=[0.0, 2.0, 1.0]), "is needed that begins at 0 and rises"),
         (lambda fmu: fmu.simulate(times=[]), "is needed that begins at 0 and rises"),
-        (lambda fmu: fmu.simulate(nc.figure3()), "x_start[1] to x_start[5]"),
-        (lambda fmu: fmu.simulate(nc.figure3()), "`cradle-fmu build --balls 13` makes one of 13"),
+        (lambda fmu: fmu.simulate(nc.preset("figure3")), "x_start[1] to x_start[5]"),
+        (lambda fmu: fmu.simulate(nc.preset("figure3")), "`cradle-fmu build --balls 13` makes one of 13"),
         (lambda fmu: fmu.simulate({"x_start[7]": 0.1}), "x_start[7] is refused: x_start[1] to x_start[5]"),
         (lambda fmu: fmu.simulate({"x_start[0]": 0.1}), "x_start[0] is refused: x_start[1] to x_start[5]"),
         (lambda fmu: fmu.simulate({"x": 0.1}), "x is refused: it is an output, which the FMU computes"),
@@ -127,7 +127,7 @@ def test_other_cradles_are_built(fmu, tmp_path):
         assert other.balls == 13 and run["x"].tolist() == lift and run["contact.model"] == 2
     with nc.build(preset="desk", fmi=3, out=tmp_path / "desk.fmu", binaries=fmu.path) as desk:
         assert desk.path == tmp_path / "desk.fmu" and desk.description.fmiVersion == "3.0"
-        assert desk.parameters["ball.radius"].default == repr(nc.desk()["ball.radius"])
+        assert desk.parameters["ball.radius"].default == repr(nc.preset("desk")["ball.radius"])
 
 
 @pytest.mark.all
@@ -262,7 +262,11 @@ def filmed(fmu, values, length: float) -> dict:
 @pytest.mark.parametrize("restitution", [0.85, 0.9, 0.97])
 def test_calibration_finds_restitution_and_drag(fmu, restitution):
     """Of rigid contacts, from what a film of a run shows."""
-    desk = nc.desk() | {"contact.model": "rigid", "contact.restitution": restitution, "pendulum.drag": 0.003}
+    desk = nc.preset("desk") | {
+        "contact.model": "rigid",
+        "contact.restitution": restitution,
+        "pendulum.drag": 0.003,
+    }
     found = nc.calibrate(lift=0.03, length=0.14, mass=0.04377, **filmed(fmu, desk, 0.14))
     assert found.restitution == pytest.approx(restitution, abs=1e-4)
     assert found.drag == pytest.approx(0.003, rel=1e-3)
@@ -274,7 +278,7 @@ def test_calibration_finds_restitution_and_drag(fmu, restitution):
 @pytest.mark.parametrize("gap", [0.0, 1e-4])
 def test_calibration_finds_the_damping_of_hertz_contacts(fmu, gap):
     """Touching, when pulses overlap, and apart, when they do not."""
-    desk = nc.desk() | {"contact.gap": [gap] * 4, "contact.huntCrossley": 0.2, "pendulum.drag": 0.003}
+    desk = nc.preset("desk") | {"contact.gap": [gap] * 4, "contact.huntCrossley": 0.2, "pendulum.drag": 0.003}
     found = nc.calibrate(lift=0.03, length=0.14, mass=0.04377, **filmed(fmu, desk, 0.14))
     unknown = desk | {"contact.huntCrossley": 0.0, "pendulum.drag": 0.0}
     values = found.compliant(fmu, unknown)

@@ -78,7 +78,7 @@ def test_an_fmu_is_unpacked_where_told(fmu_path, tmp_path):
 
 def test_instances_side_by_side_and_in_threads_keep_their_own_pulses(fmu):
     """One is freed half-way."""
-    few = [nc.figure5(0.0), nc.figure5(), nc.figure6(), {}]
+    few = [nc.figure5(0.0), nc.figure5(), nc.preset("figure6"), {}]
     alone = [fmu.simulate(values, stop=3.0).pulses.tobytes() for values in few]
     with fmu.start(few[0]) as one, fmu.start(few[2]) as other:
         for time in np.linspace(0.1, 3.0, 30):
@@ -98,7 +98,7 @@ def test_instances_side_by_side_and_in_threads_keep_their_own_pulses(fmu):
     [
         (nc.figure5(0.0), 0.702481473104),
         (nc.figure5(), 0.702481589380),
-        (nc.figure6(), 0.702481538397),
+        (nc.preset("figure6"), 0.702481538397),
         ({}, 0.702493100658),
     ],
 )

@@ -76,7 +76,7 @@ def test_from_install_to_figure_5(bare):
     assert drawn.stdout.split()[-1 - len(nc.presets()) :] == [nc.__version__, *nc.presets()]
     with nc.Fmu(bare.folder / "thirteen.fmu") as fmu:
         fmu.require(balls=13)
-        assert len(fmu.simulate(nc.figure3(), stop=1.0).pulses) > 0
+        assert len(fmu.simulate(nc.preset("figure3"), stop=1.0).pulses) > 0
 
 
 def test_a_page_needs_nothing_else(bare):
