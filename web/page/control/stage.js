@@ -44,7 +44,7 @@ export class Stage {
     const { app, canvas } = this, scene = on ? Scene3D.open(canvas, app.eye, () => app.loseSpace()) : new Scene(canvas);
     if (!scene) return false;
     this.scene.close();
-    this.scene = scene;
+    this.scene = scene.layout(this.source.drawing); // hands ask for places before it is drawn
     return true;
   }
 
