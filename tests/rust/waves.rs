@@ -77,6 +77,16 @@ fn forces_of_any_degree_press_balls_at_rest() {
     }
 }
 
+/// Where damping is stiff, series follow balls from rest: their forces begin with a power of the time that lies beyond
+/// the order.
+#[test]
+fn forces_press_stiffly_damped_balls_from_rest() {
+    let mut parameters = balls_that_touch(3, 5.0, 1e4);
+    (parameters.damping_law, parameters.hunt_crossley) = (DampingLaw::HuntCrossley, 1e5);
+    let forces = [[0.0; 3], [0.0; 3], [-0.367, -0.592, -0.799], [0.574, 0.0266, -0.00476]];
+    complete_under(&parameters, forces.map(Vec::from).to_vec(), 1.0, 1e-12);
+}
+
 /// Two balls part at a force that begins with `-a t` and come together again where its other terms have made up for
 /// that: at the root of a polynomial.
 #[test]
