@@ -1,6 +1,7 @@
 """The sources: no file of Rust imports one that imports it, directly or through others."""
 
 import re
+from graphlib import CycleError, TopologicalSorter
 
 import pytest
 from checkout import ROOT
@@ -67,20 +68,11 @@ def imports(texts: dict) -> dict:
 
 def circle(graph: dict) -> list:
     """The modules of a circle, if there is one."""
-    done, way = set(), []
-
-    def visit(module) -> list:
-        if module in way:
-            return way[way.index(module) :]
-        if module not in done:
-            way.append(module)
-            found = next(filter(None, map(visit, graph[module])), [])
-            if found:
-                return found
-            done.add(way.pop())
-        return []
-
-    return next(filter(None, map(visit, graph)), [])
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as found:
+        return found.args[1]
+    return []
 
 
 @pytest.mark.parametrize("folder", ["src", "packaging/src", "web/src"])
