@@ -8,7 +8,6 @@ import os
 import re
 import shutil
 import sys
-from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -32,26 +31,18 @@ LESS = {
 NOT_RUN = re.compile(r"<!-- not run here: (.+?) -->", re.DOTALL)
 
 
-@dataclass(frozen=True)
-class Block:
-    """A block of code in a document; its language is empty for indented blocks, which are commands."""
-
-    line: int
-    language: str
-    code: str
-
-
 def tokens(document: str) -> list:
     """The parts of a Markdown file."""
     return MarkdownIt().enable("table").parse((ROOT / document).read_text(encoding="utf-8"))
 
 
-def blocks(document: str) -> list[Block]:
-    """What a document shows to be run: its code but for formulas and listings, and what is marked."""
+def blocks(document: str) -> list:
+    """What a document shows to be run: its code but for formulas and listings, and what is marked. The language, `info`,
+    is empty for indented blocks, which are commands."""
     found, marked = [], False
     for token in tokens(document):
         if token.type in ("fence", "code_block") and token.info != "text" and not marked:
-            found.append(Block(token.map[0] + 1, token.info, token.content))
+            found.append(token)
         marked = token.type == "html_block" and NOT_RUN.search(token.content) is not None
     return found
 
@@ -95,20 +86,19 @@ def test_everything_in_a_document_runs(checkout, ran, producer, fmu_path, docume
     build = [producer, "build", "--from", fmu_path, "--parameters", file, "--out", file.with_suffix(".fmu")]
     commands = {"": ["bash", "-ec"], "python": [sys.executable, "-c"], "toml": build}
     for block in blocks(document):
-        if block.code in ran:
+        code, command = block.content, commands[block.info]
+        if code in ran:
             continue
-        ran.add(block.code)
-        command = commands[block.language]
-        if block.language == "toml":
-            file.write_text(block.code, encoding="utf-8")
+        ran.add(code)
+        print(f"{document}:{block.map[0] + 1}\n{code}")  # shown if it fails
+        if block.info == "toml":
+            file.write_text(code, encoding="utf-8")
         else:
-            code = block.code
             for whole, less in LESS.items():
                 code = code.replace(whole, less)
             command = [*command, code]
-        print(f"{document}:{block.line}\n{block.code}")  # shown if it fails
         ended(*command, cwd=checkout, env=os.environ | {"PATH": path})
-        if block.code == PAPER and fmu_path == FMU:
+        if block.content == PAPER and fmu_path == FMU:
             assert (checkout / FMU.relative_to(ROOT)).read_bytes() == FMU.read_bytes(), "not the same bytes"
     assert PAPER in ran or document != DOCUMENTS[0]
 
