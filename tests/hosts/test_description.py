@@ -4,8 +4,9 @@ import pytest
 from fmpy.validation import validate_fmu
 
 N = 5
-# name: causality, unit, start (None where it differs per element, or there is none)
+# name: variability where it matters and causality, unit, start (None where there is none)
 FIXED, TUNABLE = "fixed parameter", "tunable parameter"
+CONTINUOUS, DISCRETE = "continuous output", "discrete output"
 VARIABLES = {
     "gravity": (FIXED, "m/s2", 9.81),
     "ball.mass": (FIXED, "kg", 1.0),
@@ -29,7 +30,7 @@ VARIABLES = {
     "contact.huntCrossley": (TUNABLE, "s/m", 0.0),
     "contact.relaxationTime": (TUNABLE, "s", 0.0),
     "contact.restitution": (TUNABLE, "1", 1.0),
-    "x_start[#n]": (FIXED, "m", None),
+    "x_start[#n]": (FIXED, "m", (-0.1, -0.1, 0.0, 0.0, 0.0)),
     "v_start[#n]": (FIXED, "m/s", 0.0),
     "solver.method": (FIXED, None, 1),
     "solver.tolerance": (FIXED, "1", 1e-12),
@@ -38,18 +39,18 @@ VARIABLES = {
     "F_ext[#n]": ("input", "N", 0.0),
     "a_support": ("input", "m/s2", 0.0),
     "x[#n]": ("output", "m", None),
-    "F[#c]": ("output", "N", None),
+    "F[#c]": (CONTINUOUS, "N", None),
     "v[#n]": ("output", "m/s", None),
     "E_total": ("output", "J", None),
     "p_total": ("output", "kg.m/s", None),
     "F_support": ("output", "N", None),
-    "t_next": ("output", "s", None),
+    "t_next": (DISCRETE, "s", None),
     "impulse[#c]": ("output", "N.s", None),
-    "F_mean[#c]": ("output", "N", None),
-    "F_peak[#c]": ("output", "N", None),
-    "F_support_mean": ("output", "N", None),
-    "pulses[#c]": ("output", None, None),
-    "inContact[#c]": ("output", None, None),
+    "F_mean[#c]": (CONTINUOUS, "N", None),
+    "F_peak[#c]": (DISCRETE, "N", None),
+    "F_support_mean": (CONTINUOUS, "N", None),
+    "pulses[#c]": (DISCRETE, None, None),
+    "inContact[#c]": (DISCRETE, None, None),
     "t_onset[#c]": ("local", "s", None),
     "t_release[#c]": ("local", "s", None),
     "overlap[#c]": ("local", "m", None),
@@ -107,31 +108,20 @@ def test_identity_capabilities_and_default_experiment(fmu):
 @pytest.mark.parametrize("name", VARIABLES)
 def test_variables_keep_name_unit_and_default(fmu, name):
     kind, unit, start = VARIABLES[name]
-    for element in spread(name):
+    *variability, causality = kind.split()
+    for i, element in enumerate(spread(name)):
         variable = fmu.variables[element]
         assert variable.description
-        assert variable.causality == kind.split()[-1]
-        assert variable.causality != "parameter" or variable.variability == kind.split()[0]
+        assert variable.causality == causality and variability in ([], [variable.variability])
         assert unit_of(variable) == unit
         if start is not None:
-            assert float(variable.start) == start
+            assert float(variable.start) == (start[i] if isinstance(start, tuple) else start)
 
 
 def test_the_table_has_every_variable_and_outputs_in_their_order(fmu):
     assert sorted(fmu.variables) == sorted(element for name in VARIABLES for element in spread(name))
-    wanted = [name for name, (kind, *_) in VARIABLES.items() if kind == "output"]
+    wanted = [name for name, (kind, *_) in VARIABLES.items() if kind.endswith("output")]
     assert list(fmu.outputs) == [element for name in wanted for element in spread(name)]
-
-
-def test_two_balls_are_lifted_by_default(fmu):
-    assert [float(fmu.variables[name].start) for name in spread("x_start[#n]")] == [-0.1, -0.1, 0, 0, 0]
-
-
-def test_values_of_communication_points_are_discrete(fmu):
-    for variable in fmu.description.modelVariables:
-        discrete = variable.name.split("[")[0] in ("F_peak", "t_next", "pulses", "inContact")
-        if discrete or variable.name in ("F_mean[1]", "F_support_mean", "F[1]"):
-            assert (variable.variability == "discrete") == discrete, variable.name
 
 
 def test_states_of_model_exchange_in_their_order(fmu):
