@@ -10,6 +10,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import fmpy
 import newtons_cradle as nc
 import pytest
 from newtons_cradle import files
@@ -79,20 +80,24 @@ def fmu3_path(fmu_path, producer, tmp_path_factory):
 @pytest.fixture
 def make3(fmu3_path, tmp_path):
     """Makes instances of the FMU of FMI 3.0."""
-    import fmi3_host
+    from fmi3_host import Cradle
 
-    with fmi3_host.opened(fmu3_path, tmp_path) as make:
-        yield make
+    def make(version=Cradle):
+        made.append(version(folder, description))
+        return made[-1]
+
+    folder, made = fmpy.extract(str(fmu3_path), unzipdir=str(tmp_path)), []
+    description = fmpy.read_model_description(folder, validate=False)
+    yield make
+    for cradle in made:
+        if cradle.component:
+            cradle.freeInstance()
 
 
 @pytest.fixture(scope="session")
-def fmu13_path() -> Path:
-    """An FMU of 13 balls, packed here where `cradle.py` has not left one."""
-    path = ROOT / "target/fmu/NewtonsCradle13.fmu"
-    if not path.exists():
-        command = ["cargo", "pack", "build", "--release", "--balls", "13", "--out", path]
-        subprocess.run(command, cwd=ROOT, check=True)
-    return path
+def fmu13_path(fmu_path, producer, tmp_path_factory) -> Path:
+    """The FMU under test as one of 13 balls."""
+    return repacked(producer, fmu_path, tmp_path_factory.mktemp("13") / "NewtonsCradle13.fmu", "--balls", 13)
 
 
 @pytest.fixture(scope="session")

@@ -1,11 +1,8 @@
 """An FMU of FMI 3.0 through FMPy's low-level classes, with the names of its variables."""
 
 import re
-import zipfile
-from contextlib import contextmanager
 
 import numpy as np
-from fmpy import extract, read_model_description
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 
 
@@ -166,30 +163,3 @@ class Cradle(Named, FMU3Slave):
                 self.enterEventMode()
                 told += self.events()[0]
         return told
-
-
-def redescribed(path, out, change):
-    """An FMU with another description, made of the text by `change`."""
-    with zipfile.ZipFile(path) as entries, zipfile.ZipFile(out, "w") as written:
-        for name in entries.namelist():
-            contents = entries.read(name)
-            if name == "modelDescription.xml":
-                contents = change(contents.decode()).encode()
-            written.writestr(name, contents)
-    return out
-
-
-@contextmanager
-def opened(path, tmp):
-    """A function that makes instances of the FMU; all of them are freed in the end."""
-    folder, made = extract(str(path), unzipdir=str(tmp)), []
-    description = read_model_description(folder, validate=False)
-
-    def make(version=Cradle):
-        made.append(version(folder, description))
-        return made[-1]
-
-    yield make
-    for cradle in made:
-        if cradle.component:
-            cradle.freeInstance()

@@ -174,11 +174,13 @@ def test_another_guid_is_refused_with_both(fmu):
 
 
 def test_a_folder_with_a_name_of_fmi_2_0_4_is_found(fmu_path, tmp_path):
-    """As Linux on ARM needs it: FMPy knows the older names only."""
-    with nc.Fmu(fmu_path, tmp_path) as fmu:
-        (tmp_path / "binaries" / fmpy.platform).rename(tmp_path / "binaries" / fmpy.platform_tuple)
+    """As Linux on ARM needs it: FMPy knows the older names only. The FMU is unpacked where told, and removed."""
+    folder = tmp_path / "unpacked"
+    with nc.Fmu(fmu_path, folder) as fmu:
+        (folder / "binaries" / fmpy.platform).rename(folder / "binaries" / fmpy.platform_tuple)
         with fmu.start() as run:
             assert run["x[1]"] == -0.1
+    assert not folder.exists()
 
 
 def test_a_list_sets_an_array(fmu):

@@ -68,14 +68,6 @@ def test_a_saved_state_can_be_loaded_again_and_again(fmu):
             assert target.get("E_residual") == wanted
 
 
-def test_an_fmu_is_unpacked_where_told(fmu_path, tmp_path):
-    folder = tmp_path / "unpacked"
-    with nc.Fmu(fmu_path, folder) as opened:
-        assert (folder / "binaries").is_dir()
-        assert opened.simulate(stop=0.1, step=0.1)["x[1]"][-1] > -0.1
-    assert not folder.exists()
-
-
 def test_instances_side_by_side_and_in_threads_keep_their_own_pulses(fmu):
     """One is freed half-way."""
     few = [nc.figure5(0.0), nc.figure5(), nc.preset("figure6"), {}]
