@@ -20,14 +20,13 @@ GRID = [k / 64 for k in range(60 * 64 + 1)]  # s; doubles without rounding error
 SUMS = ("E_total", "E_dissipated", "W_external", "E_residual", "p_total", "F_support", "solver.events")
 COLUMNS = ("onset", "contact", "release", "peak", "impulse")  # of a pulse
 # What a run shows at given times, and its pulses.
-FOLLOW = """(engine, recipe, times) => {
-  const run = engine.start(recipe), pulses = [];
+FOLLOW = """(run, times) => {
+  const pulses = [];
   const rows = times.map((time) => {
     run.advance(time);
     pulses.push(...run.takePulses());
     return Array.from(run.look().numbers);
   });
-  run.forget();
   return [rows, pulses];
 }"""
 ITEMS = {"powerLaw": 1, "hertz": 2, "rigid": 3}
@@ -162,8 +161,8 @@ def each_panel(page):
 def assert_native(page, fmu) -> None:
     """Ten seconds of what runs in the page, from its start, are the native run."""
     js(page, "cradle.setRunning(false)")
-    run = f"const recipe = source.setup.recipe(); return [recipe, ...({FOLLOW})(source.engine, recipe, arguments[0])]"
-    recipe, rows, pulses = js(page, run, GRID[:640])
+    begin = "const recipe = source.setup.recipe(), run = source.engine.start(recipe)"
+    recipe, rows, pulses = js(page, f"{begin}; return [recipe, ...({FOLLOW})(run, arguments[0])]", GRID[:640])
     assert same_run(fmu, recipe, rows, pulses, GRID[:640]) and len(pulses) > 10
 
 

@@ -22,6 +22,7 @@ from test_recording import REFUSED
 pytestmark = pytest.mark.all
 
 SPEED = np.sqrt(5.0) * 0.1  # m/s, of the two balls that the default parameters lift by 0.1 m
+STOP = "cradle.setRunning(false); cradle.clock.slowAt('no'); cradle.seek(0)"
 ONSET = 0.702493100658  # s, of the first contact
 STATE = (
     "const {now, state: {x, v, F}} = source; return [now, ...[x, v, F].map((values) => Array.from(values))]"
@@ -33,13 +34,8 @@ def player(browser, recorded_path):
     """The browser with the recording of the default experiment, which stands still."""
     set_screen(browser)
     open_page(browser, recorded_path, "")
-    stop(browser)
+    js(browser, STOP)
     return browser
-
-
-def stop(page) -> None:
-    """At ordinary speed, at the beginning, and not running."""
-    js(page, "cradle.setRunning(false); cradle.clock.slowAt('no'); cradle.seek(0)")
 
 
 def state(page, t: float | None = None) -> tuple[float, list, list, list]:
@@ -142,7 +138,7 @@ def test_what_has_no_inside_says_so(browser, fmu_path, tmp_path):
     assert not browser.find_element(By.ID, "inside").is_displayed()
     why = "Rigid impacts take no time: there is nothing to look into."
     assert text(browser, ".sentence").endswith(why) and text(browser, "#status") == ""
-    stop(browser)
+    js(browser, STOP)
     assert js(browser, PLAYED, 2.9) == pytest.approx(2.9, abs=0.1)
 
 
