@@ -7,8 +7,16 @@ import numpy as np
 import pytest
 from conftest import ROOT, ended, repacked
 from fmpy.fmi3 import FMU3Slave
+from pythonfmu.builder import FmuBuilder
 
 pytestmark = pytest.mark.all
+
+EXAMPLES = ROOT / "examples"
+PAPER = EXAMPLES / "paper/run_all.py"
+COUPLED = EXAMPLES / "mechatronics/couple.py"
+PLANT = COUPLED.with_name("plant.py")
+FIT = EXAMPLES / "fit/contacts.py"
+STUDY = EXAMPLES / "study/study.py"
 
 
 def test_the_papers_experiments(paper):
@@ -23,17 +31,9 @@ def test_the_papers_experiments(paper):
     assert table[-1] == "end,stopped,stopped,stopped,moving,moving"
 
 
-def test_figures_refuse_the_wrong_fmu(fmu_path, tmp_path):
-    """Five balls where 13 are needed: a sentence, not a traceback."""
-    script = ROOT / "examples/paper/run_all.py"
-    fmus = ["--fmu", fmu_path, "--fmu13", fmu_path]
-    done = ended(sys.executable, script, *fmus, "--out", tmp_path, code=1)
-    assert done.stderr.strip().endswith("has 5 balls where 13 are needed")
-
-
 def test_a_controller_acts_at_the_very_onset(fmu3_path, tmp_path):
     """With event mode it keeps the exact energy and tempo; on a grid the errors shrink with the step only."""
-    script = ROOT / "examples/events/metronome.py"
+    script = EXAMPLES / "events/metronome.py"
     ended(sys.executable, script, "--fmu", fmu3_path, "--out", tmp_path, "--stop", "4.5")
     assert (tmp_path / "metronome.png").read_bytes().startswith(b"\x89PNG")
     events, *grids = csv.DictReader((tmp_path / "metronome.csv").open())
@@ -46,9 +46,6 @@ def test_a_controller_acts_at_the_very_onset(fmu3_path, tmp_path):
         assert float(grid["energy_error"]) > 1e-2 * step
         assert float(grid["time_error"]) == pytest.approx(2 * step, abs=2 * step)
         assert float(grid["time_error"]) > 1e-2 * step and int(grid["calls"]) == round(4.5 / step)
-
-
-FIT = ROOT / "examples/fit/contacts.py"
 
 
 def test_a_fit_finds_stiffness_and_damping(fmu3_path, tmp_path):
@@ -87,16 +84,41 @@ def test_a_fit_uses_the_derivatives_of_the_run(fmu3_path, monkeypatch):
             contacts.fit(camera, seen, contacts.GUESS)
 
 
-def test_a_fit_refuses_the_wrong_fmu(fmu_path, producer, tmp_path):
-    """FMI 2.0, one ball, no file, no FMU: a sentence, not a traceback."""
-    one = repacked(producer, fmu_path, tmp_path / "one.fmu", "--fmi", "3", "--balls", "1")
-    refused = {
-        fmu_path: "is the model NewtonsCradle of FMI 2.0; needed: NewtonsCradle of FMI 3.0 for co-simulation",
-        one: "has one ball, which touches no other; needed: two or more",
-        tmp_path / "none.fmu": "is missing: build it with `cargo pack build --release --fmi 3`",
-        FIT: "is not an FMU that FMPy can read",
-    }
-    for path, reason in refused.items():
-        done = ended(sys.executable, FIT, "--fmu", path, "--out", tmp_path, code=1)
-        assert len(done.stderr.splitlines()) == 1
-        assert str(path) in done.stderr and reason in done.stderr
+@pytest.mark.parametrize(
+    ("example", "given", "complaint"),
+    [
+        (PAPER, [], "has 5 balls where 13 are needed"),
+        (COUPLED, ["--balls", "13"], "has 13 balls where 5 are needed"),
+        (COUPLED, ["--set", "contact.model=rigid"], "contact.model = rigid where powerLaw is needed"),
+        (
+            FIT,
+            [],
+            "is the model NewtonsCradle of FMI 2.0; needed: NewtonsCradle of FMI 3.0 for co-simulation",
+        ),
+        (FIT, ["--fmi", "3", "--balls", "1"], "has one ball, which touches no other; needed: two or more"),
+        (FIT, ROOT / "none.fmu", "none.fmu is missing: build it with `cargo pack build --release --fmi 3`"),
+        (FIT, FIT, "contacts.py is not an FMU that FMPy can read"),
+        (STUDY, ["--preset", "desk"], "contact.model = hertz where powerLaw is needed"),
+        (STUDY, ["--set", "contact.model=rigid"], "contact.model = rigid where powerLaw is needed"),
+        (STUDY, ["--set", "contact.gap[2]=1e-6"], "contact.gap[2] = 1e-06 m where 0 m is needed"),
+        (STUDY, ["--balls", "2"], "it has 2 balls where 3 or more are needed"),
+        (STUDY, ROOT / "none.fmu", "none.fmu"),
+        (STUDY, PLANT, "it is the model CartAndCoil; allowed: NewtonsCradle"),
+    ],
+)
+def test_another_fmu_is_refused(fmu_path, producer, tmp_path, example, given, complaint):
+    """Before any run, in a sentence: no traceback, no table of checks that fail."""
+    if isinstance(given, list):
+        path = repacked(producer, fmu_path, tmp_path / "other.fmu", *given)
+    else:
+        path = FmuBuilder.build_FMU(given, dest=tmp_path) if given == PLANT else given
+    more = {PAPER: ["--fmu13", path], STUDY: ["--workers", "1", "--orders", "1", "2"]}.get(example, [])
+    out = tmp_path / "out"
+    command = [sys.executable, example, "--fmu", path, "--out", out, *more]
+    done = ended(*command, code=2 if example == STUDY else 1)
+    (said,) = done.stderr.splitlines()
+    assert complaint in said
+    assert said.startswith("error: ") or example != STUDY
+    assert str(path) in said or example != FIT
+    assert "DIFFERS" not in done.stdout and "runs" not in done.stdout
+    assert not out.exists() or not list(out.iterdir())
