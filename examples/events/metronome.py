@@ -11,8 +11,6 @@ The balls are rigid and lose nothing, so the times of all clicks and the energy 
 writes it, with a plot of both errors, into the folder (out/events).
 """
 
-import argparse
-import csv
 import math
 import sys
 import time
@@ -22,7 +20,11 @@ import numpy as np
 from fmpy import extract, read_model_description
 from fmpy.fmi3 import FMU3Slave
 
-ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "paper"))
+
+from plots import diagrams
+from support import command_line, parsed, write_rows
+
 RIGID, BALLS = 3, 5
 MASS, GRAVITY, LENGTH = 1.0, 9.81, 1.962  # kg, m/s2, m
 AMPLITUDE, FORCE = 0.1, 0.1  # m, N
@@ -173,49 +175,31 @@ def compare(path: Path, stop: float) -> list[dict]:
 
 def save_plot(path: Path, rows: list[dict]) -> None:
     """The energy error over the cost, and how far off each click is."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    plt.rcParams.update({"font.family": "DejaVu Sans", "font.size": 9, "axes.grid": True, "grid.alpha": 0.3})
-    figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.6), layout="constrained")
-    for row, colour in zip(rows, ("#208030", "#c04000", "#0060a0", "#805080"), strict=True):
-        left.loglog(row["calls"], max(row["energy_error"], 1e-16), "o", color=colour, label=row["way"])
-        numbers = range(1, len(row["late"]) + 1)
-        right.semilogy(numbers, np.maximum(np.abs(row["late"]), 1e-16), ".-", color=colour, linewidth=1)
-    left.set(xlabel="steps and iterations of events", ylabel="energy error / energy")
-    right.set(xlabel="click", ylabel="time error, s")
-    left.legend(fontsize=8)
-    figure.savefig(path, dpi=110)
+    with diagrams(path, 3.6) as (left, right):
+        for row, colour in zip(rows, ("#208030", "#c04000", "#0060a0", "#805080"), strict=True):
+            left.loglog(row["calls"], max(row["energy_error"], 1e-16), "o", color=colour, label=row["way"])
+            numbers = range(1, len(row["late"]) + 1)
+            right.semilogy(numbers, np.maximum(np.abs(row["late"]), 1e-16), ".-", color=colour, linewidth=1)
+        left.set(xlabel="steps and iterations of events", ylabel="energy error / energy")
+        right.set(xlabel="click", ylabel="time error, s")
+        left.legend(fontsize=8)
 
 
 def main() -> int:
     """Runs all of it."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--fmu", type=Path, default=ROOT / "target/fmu/NewtonsCradle.fmi3.fmu")
-    parser.add_argument("--out", type=Path, default=ROOT / "out/events")
+    parser = command_line(__doc__.splitlines()[0], "events", "NewtonsCradle.fmi3.fmu")
     parser.add_argument("--stop", type=float, default=10.0, help="s")
-    arguments = parser.parse_args()
-    if not arguments.fmu.exists():
-        print(
-            f"{arguments.fmu} is missing: build it with `cargo pack build --release --fmi 3`", file=sys.stderr
-        )
-        return 1
-    rows = compare(arguments.fmu, arguments.stop)
-    arguments.out.mkdir(parents=True, exist_ok=True)
-    with (arguments.out / "metronome.csv").open("w", newline="") as file:
-        writer = csv.DictWriter(file, COLUMNS, extrasaction="ignore")
-        writer.writeheader()
-        writer.writerows(rows)
+    options = parsed(parser)
+    rows = compare(options.fmu, options.stop)
+    write_rows(options.out / "metronome.csv", [COLUMNS, *([row[name] for name in COLUMNS] for row in rows)])
     print(f"{'way':18} {'calls':>7} {'s':>6} {'clicks':>6} {'energy error':>12} {'time error, s':>13}")
     for row in rows:
         print(
             f"{row['way']:18} {row['calls']:7d} {row['seconds']:6.2f} {row['clicks']:6d} "
             f"{row['energy_error']:12.1e} {row['time_error']:13.1e}"
         )
-    save_plot(arguments.out / "metronome.png", rows)
-    print(f"wrote {arguments.out / 'metronome.png'}")
+    save_plot(options.out / "metronome.png", rows)
+    print(f"wrote {options.out / 'metronome.png'}")
     return 0
 
 

@@ -6,8 +6,6 @@ Prints a table and writes it, with a plot of the energy error over the cost, int
 is counted in evaluations: of the derivatives, which the host asks for, or of the contact forces within the FMU.
 """
 
-import argparse
-import csv
 import math
 import sys
 import time
@@ -16,10 +14,10 @@ from pathlib import Path
 import fmpy
 from fmpy.simulation import instantiate_fmu
 
-ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "python"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "paper"))
 
-import newtons_cradle as nc  # noqa: E402
+from plots import diagrams
+from support import command_line, nc, parsed, write_rows
 
 RESOLVED, MAPPED = 1, 2  # exchange.contacts
 TOLERANCES = {
@@ -35,112 +33,93 @@ FIGURES = {  # start values as FMPy takes them: without names of items, all of w
 COLUMNS = ["figure", "way", "tolerance", "error", "evaluations", "seconds", "pulses"]
 
 
-class Unpacked:
-    """An FMU, unpacked once for all runs."""
+def run(fmu: nc.Fmu, way: str, values: dict, tolerance: float, stop: float) -> dict:
+    """One run: its relative energy error, its cost, and its pulses."""
+    exchange = way != "co-simulation"
+    kind = "ModelExchange" if exchange else "CoSimulation"
+    instance = instantiate_fmu(fmu.folder, fmu.description, kind)
+    evaluations = 0
+    if exchange:
+        own = instance.getDerivatives
 
-    def __init__(self, path: Path) -> None:
-        self.folder = fmpy.extract(str(path))
-        self.description = fmpy.read_model_description(self.folder)
+        def counted(*arguments):
+            nonlocal evaluations
+            evaluations += 1
+            return own(*arguments)
 
-    def run(self, way: str, values: dict, tolerance: float, stop: float) -> dict:
-        """One run: its relative energy error, its cost, and its pulses."""
-        exchange = way != "co-simulation"
-        kind = "ModelExchange" if exchange else "CoSimulation"
-        instance = instantiate_fmu(self.folder, self.description, kind)
-        evaluations = 0
-        if exchange:
-            own = instance.getDerivatives
-
-            def counted(*arguments):
-                nonlocal evaluations
-                evaluations += 1
-                return own(*arguments)
-
-            instance.getDerivatives = counted
-            values = values | {"exchange.contacts": RESOLVED if way == "resolved" else MAPPED}
-        else:
-            values = values | {"solver.tolerance": tolerance}
-        begin = time.perf_counter()
-        try:
-            result = fmpy.simulate_fmu(
-                self.folder,
-                model_description=self.description,
-                fmu_instance=instance,
-                fmi_type=kind,
-                start_values=values,
-                stop_time=stop,
-                output_interval=0.01,
-                relative_tolerance=tolerance if exchange else None,
-                output=["E_total", "E_residual", *PULSES, "solver.evaluations"],
-                record_events=False,
-            )
-        except RuntimeError:
-            # CVODE gave up, as it does after 500 steps within one interval of the output.
-            return {"error": math.nan, "evaluations": evaluations, "seconds": math.nan, "pulses": ()}
-        finally:
-            instance.freeInstance()
-        return {
-            "error": abs(float(result["E_residual"][-1] / result["E_total"][0])),
-            "evaluations": evaluations or int(result["solver.evaluations"][-1]),
-            "seconds": time.perf_counter() - begin,
-            "pulses": tuple(int(result[name][-1]) for name in PULSES),
-        }
+        instance.getDerivatives = counted
+        values = values | {"exchange.contacts": RESOLVED if way == "resolved" else MAPPED}
+    else:
+        values = values | {"solver.tolerance": tolerance}
+    begin = time.perf_counter()
+    try:
+        result = fmpy.simulate_fmu(
+            fmu.folder,
+            model_description=fmu.description,
+            fmu_instance=instance,
+            fmi_type=kind,
+            start_values=values,
+            stop_time=stop,
+            output_interval=0.01,
+            relative_tolerance=tolerance if exchange else None,
+            output=["E_total", "E_residual", *PULSES, "solver.evaluations"],
+            record_events=False,
+        )
+    except RuntimeError:
+        # CVODE gave up, as it does after 500 steps within one interval of the output.
+        return {"error": math.nan, "evaluations": evaluations, "seconds": math.nan, "pulses": ()}
+    finally:
+        instance.freeInstance()
+    return {
+        "error": abs(float(result["E_residual"][-1] / result["E_total"][0])),
+        "evaluations": evaluations or int(result["solver.evaluations"][-1]),
+        "seconds": time.perf_counter() - begin,
+        "pulses": tuple(int(result[name][-1]) for name in PULSES),
+    }
 
 
 def compare(path: Path, stop: float) -> list[dict]:
     """All runs, as rows of the table; `right`: whether the pulses are those of co-simulation."""
-    fmu, rows = Unpacked(path), []
+    fmu, rows = nc.Fmu(path), []
+    ways = [(way, tolerance) for way, tolerances in TOLERANCES.items() for tolerance in tolerances]
     for figure, values in FIGURES.items():
         of_figure = []
-        for way, tolerances in TOLERANCES.items():
-            for tolerance in tolerances:
-                row = {"figure": figure, "way": way, "tolerance": tolerance}
-                of_figure.append(row | fmu.run(way, values, tolerance, stop))
+        for way, tolerance in ways:
+            row = {"figure": figure, "way": way, "tolerance": tolerance}
+            of_figure.append(row | run(fmu, way, values, tolerance, stop))
         rows += [row | {"right": row["pulses"] == of_figure[-1]["pulses"]} for row in of_figure]
     return rows
 
 
 def save_plot(path: Path, rows: list[dict]) -> None:
     """Energy error over evaluations; hollow where pulses are wrong."""
-    import matplotlib
+    with diagrams(path, 4, sharey=True) as axes:
+        for name, axis in zip(FIGURES, axes, strict=True):
+            for way, colour in zip(TOLERANCES, ("#c04000", "#0060a0", "#208030"), strict=True):
+                shown = [row for row in rows if (row["figure"], row["way"]) == (name, way) and row["pulses"]]
+                draw(axis, shown, "-", colour)
+                draw(axis, [row for row in shown if row["right"]], "o", colour, label=way)
+                wrong = [row for row in shown if not row["right"]]
+                draw(axis, wrong, "o", colour, markerfacecolor="white", label=f"{way}, wrong pulses")
+            axis.set(title=name, xlabel="evaluations in 10 s")
+        axes[0].set_ylabel("energy error / energy")
+        axes[1].legend(fontsize=8)
 
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
 
-    plt.rcParams.update({"font.family": "DejaVu Sans", "font.size": 9, "axes.grid": True, "grid.alpha": 0.3})
-    figure, axes = plt.subplots(1, len(FIGURES), figsize=(9, 4), sharey=True, layout="constrained")
-    for name, axis in zip(FIGURES, axes, strict=True):
-        for way, colour in zip(TOLERANCES, ("#c04000", "#0060a0", "#208030"), strict=True):
-            shown = [row for row in rows if (row["figure"], row["way"]) == (name, way) and row["pulses"]]
-            for right, style in ((None, "-"), (True, "o"), (False, "o")):
-                points = [row for row in shown if right in (None, row["right"])]
-                label = {None: None, True: way, False: f"{way}, wrong pulses"}[right] if points else None
-                cost = [row["evaluations"] for row in points]
-                error = [max(row["error"], 1e-16) for row in points]
-                face = "white" if right is False else colour
-                axis.loglog(cost, error, style, color=colour, linewidth=1, markerfacecolor=face, label=label)
-        axis.set(title=name, xlabel="evaluations in 10 s")
-    axes[0].set_ylabel("energy error / energy")
-    axes[1].legend(fontsize=8)
-    figure.savefig(path, dpi=110)
+def draw(axis, rows: list[dict], style: str, colour: str, **options) -> None:
+    """The errors of these rows, if there are any."""
+    if rows:
+        cost, error = ([row["evaluations"] for row in rows], [max(row["error"], 1e-16) for row in rows])
+        axis.loglog(cost, error, style, color=colour, linewidth=1, **options)
 
 
 def main() -> int:
     """Runs all of it."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--fmu", type=Path, default=ROOT / "target/fmu/NewtonsCradle.fmu")
-    parser.add_argument("--out", type=Path, default=ROOT / "out/exchange")
+    parser = command_line(__doc__.splitlines()[0], "exchange")
     parser.add_argument("--stop", type=float, default=10.0, help="s")
-    arguments = parser.parse_args()
-    if not arguments.fmu.exists():
-        print(f"{arguments.fmu} is missing: build it with `cargo pack build --release`", file=sys.stderr)
-        return 1
-    rows = compare(arguments.fmu, arguments.stop)
-    arguments.out.mkdir(parents=True, exist_ok=True)
-    with (arguments.out / "exchange.csv").open("w", newline="") as file:
-        writer = csv.DictWriter(file, COLUMNS, extrasaction="ignore")
-        writer.writeheader()
-        writer.writerows(rows)
+    options = parsed(parser)
+    rows = compare(options.fmu, options.stop)
+    write_rows(options.out / "exchange.csv", [COLUMNS, *([row[name] for name in COLUMNS] for row in rows)])
     print(f"{'':9} {'way':14} {'tolerance':>9} {'error':>8} {'evaluations':>11} {'s':>6}  pulses")
     for row in rows:
         pulses = " ".join(map(str, row["pulses"])) or "gave up"
@@ -149,7 +128,7 @@ def main() -> int:
             f"{row['figure']:9} {row['way']:14} {row['tolerance']:9.0e} {row['error']:8.1e} {row['evaluations']:11d} "
             f"{row['seconds']:6.2f}  {pulses}{mark}"
         )
-    save_plot(arguments.out / "exchange.png", rows)
+    save_plot(options.out / "exchange.png", rows)
     return 0
 
 

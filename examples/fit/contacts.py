@@ -11,17 +11,15 @@ all contacts so far: the Jacobian is exact and comes from the same run as the po
 fitted values with their standard errors, and writes them, with a plot, into the folder (out/fit).
 """
 
-import argparse
-import csv
 import sys
 from pathlib import Path
 
 import numpy as np
 
-ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "python"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "paper"))
 
-import newtons_cradle as nc  # noqa: E402
+from plots import diagrams
+from support import command_line, nc, parsed, write_rows
 
 LINEAR = {"contact.model": "powerLaw", "contact.dampingLaw": "kelvinVoigt", "contact.exponent": 1.0}
 UNITS = {"contact.stiffness": "N/m", "contact.damping": "N.s/m"}
@@ -110,64 +108,46 @@ def fit(camera: Camera, filmed: np.ndarray, guess: np.ndarray) -> tuple[list[np.
 
 def save_plot(path: Path, camera: Camera, filmed: np.ndarray, course: list, errors: np.ndarray) -> None:
     """The outer balls as filmed, guessed and fitted, and how the parameters come closer."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    plt.rcParams.update({"font.family": "DejaVu Sans", "font.size": 9, "axes.grid": True, "grid.alpha": 0.3})
-    figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.6), width_ratios=[1.6, 1], layout="constrained")
     time = np.arange(1, len(filmed) + 1) / RATE
     guessed, fitted = camera.film(course[0])[0], camera.film(course[-1])[0]
-    for ball, colour in ((0, "#0060a0"), (camera.fmu.balls - 1, "#c04000")):
-        label = f"x[{ball + 1}], filmed"
-        left.plot(time, 1e3 * filmed[:, ball], ".", color=colour, markersize=3, label=label)
-        left.plot(time, 1e3 * fitted[:, ball], color=colour, linewidth=0.8, label="fitted")
-        left.plot(time, 1e3 * guessed[:, ball], "--", color="#909090", linewidth=0.8, label="first guess")
-    left.set(xlabel="time, s", ylabel="position, mm")
-    left.legend(fontsize=7, ncols=2)
-    for i, (name, colour) in enumerate(zip(FITTED, ("#208030", "#805080"), strict=True)):
-        off = [abs(values[i] / TRUE[i] - 1) for values in course]
-        right.semilogy(off, "o-", color=colour, linewidth=1, markersize=4, label=name)
-        right.axhline(errors[i], color=colour, linestyle=":", linewidth=1, label="standard error")
-    right.set(xlabel="iteration", ylabel="relative difference from the true value")
-    right.xaxis.get_major_locator().set_params(integer=True)
-    right.legend(fontsize=7)
-    figure.savefig(path, dpi=110)
+    with diagrams(path, 3.6, width_ratios=[1.6, 1]) as (left, right):
+        for ball, colour in ((0, "#0060a0"), (camera.fmu.balls - 1, "#c04000")):
+            label = f"x[{ball + 1}], filmed"
+            left.plot(time, 1e3 * filmed[:, ball], ".", color=colour, markersize=3, label=label)
+            left.plot(time, 1e3 * fitted[:, ball], color=colour, linewidth=0.8, label="fitted")
+            left.plot(time, 1e3 * guessed[:, ball], "--", color="#909090", linewidth=0.8, label="first guess")
+        left.set(xlabel="time, s", ylabel="position, mm")
+        left.legend(fontsize=7, ncols=2)
+        for i, (name, colour) in enumerate(zip(FITTED, ("#208030", "#805080"), strict=True)):
+            off = [abs(values[i] / TRUE[i] - 1) for values in course]
+            right.semilogy(off, "o-", color=colour, linewidth=1, markersize=4, label=name)
+            right.axhline(errors[i], color=colour, linestyle=":", linewidth=1, label="standard error")
+        right.set(xlabel="iteration", ylabel="relative difference from the true value")
+        right.xaxis.get_major_locator().set_params(integer=True)
+        right.legend(fontsize=7)
 
 
 def main() -> int:
     """Films, fits and shows."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--fmu", type=Path, default=ROOT / "target/fmu/NewtonsCradle.fmi3.fmu")
-    parser.add_argument("--out", type=Path, default=ROOT / "out/fit")
-    arguments = parser.parse_args()
-    if not arguments.fmu.exists():
-        cure = "build it with `cargo pack build --release --fmi 3`"
-        print(f"{arguments.fmu} is missing: {cure}", file=sys.stderr)
-        return 1
+    options = parsed(command_line(__doc__.splitlines()[0], "fit", "NewtonsCradle.fmi3.fmu"))
     try:
-        camera = Camera(arguments.fmu)
+        camera = Camera(options.fmu)
         exact = camera.film(TRUE)[0]
         filmed = exact + np.random.default_rng(SEED).normal(0.0, NOISE, exact.shape)
         camera.runs = 0
         course, relative = fit(camera, filmed, GUESS)
     except (Refused, nc.FmuError) as reason:
-        print(reason, file=sys.stderr)
-        return 1
+        sys.exit(str(reason))
     print(f"{filmed.size} positions, {len(course) - 1} iterations, {camera.runs} runs")
     print(f"{'parameter':20} {'unit':6} {'true':>8} {'guess':>8} {'fitted':>10} {'error':>8} {'off by':>12}")
-    rows = zip(UNITS.items(), TRUE, GUESS, course[-1], relative * course[-1], strict=True)
-    arguments.out.mkdir(parents=True, exist_ok=True)
-    with (arguments.out / "contacts.csv").open("w", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow(["parameter", "unit", "true", "guess", "fitted", "standard_error"])
-        for (name, unit), true, guess, found, error in rows:
-            writer.writerow([name, unit, true, guess, found, error])
-            off = f"{(found - true) / error:+.1f} errors"
-            print(f"{name:20} {unit:6} {true:8g} {guess:8g} {found:10.6g} {error:8.2g} {off:>12}")
-    save_plot(arguments.out / "contacts.png", camera, filmed, course, relative)
-    print(f"wrote {arguments.out / 'contacts.png'}")
+    rows = list(zip(UNITS, UNITS.values(), TRUE, GUESS, course[-1], relative * course[-1], strict=True))
+    for name, unit, true, guess, found, error in rows:
+        off = f"{(found - true) / error:+.1f} errors"
+        print(f"{name:20} {unit:6} {true:8g} {guess:8g} {found:10.6g} {error:8.2g} {off:>12}")
+    head = ("parameter", "unit", "true", "guess", "fitted", "standard_error")
+    write_rows(options.out / "contacts.csv", [head, *rows])
+    save_plot(options.out / "contacts.png", camera, filmed, course, relative)
+    print(f"wrote {options.out / 'contacts.png'}")
     return 0
 
 

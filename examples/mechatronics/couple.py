@@ -6,17 +6,16 @@ builds the plant's FMU with PythonFMU, runs both with the master in master.py an
 machine.ssp, presets.ssp, pictures and CSV files in out/mechatronics. It ends with a table of checks.
 """
 
-import argparse
 import json
 import sys
 from pathlib import Path
 
 import numpy as np
 import ssp
-from machine import COMMON, CRADLE, FREE, ROOT, STOP, Fmus, nc, opened, plant, positions, reference
+from machine import COMMON, CRADLE, FREE, STOP, Fmus, nc, opened, plant, positions, reference
 from master import METHODS, REPEATING
 from plots import COLOURS, Column, Strip, Trace
-from support import Found
+from support import Found, command_line, tracked
 
 STEPS = [0.1, 0.05, 0.025, 0.0125]  # s, of the comparison
 ITERATED = 0.1  # s, at which the trials per step are counted
@@ -34,7 +33,12 @@ ORDERS = {"FMPy": 0.9, "hold": 0.9, "extrapolate": 2.5, "repeat, at impacts": 1.
 
 def main() -> int:
     """Runs everything; returns 0 if every check passes, else 1."""
-    options = command_line()
+    parser = command_line(__doc__, "mechatronics")
+    parser.add_argument(
+        "--steps", type=int, default=len(STEPS), choices=range(2, len(STEPS) + 1),
+        help=f"how many communication steps to compare, of {STEPS} s",
+    )  # fmt: skip
+    options = parser.parse_args()
     found = Found(options.out)
     try:
         with opened(options.fmu, options.out) as fmus:
@@ -48,22 +52,6 @@ def main() -> int:
     except (FileNotFoundError, nc.FmuError) as problem:
         sys.exit(f"error: {problem}")
     return 0 if found.conclude() else 1
-
-
-def command_line() -> argparse.Namespace:
-    """FMU, folder, and how fine the comparison is."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument(
-        "--fmu", type=Path, default=ROOT / "target/fmu/NewtonsCradle.fmu", help="FMU of 5 balls"
-    )
-    parser.add_argument("--out", type=Path, default=ROOT / "out/mechatronics", help="folder for the results")
-    parser.add_argument(
-        "--steps", type=int, default=len(STEPS), choices=range(2, len(STEPS) + 1),
-        help=f"how many communication steps to compare, of {STEPS} s",
-    )  # fmt: skip
-    return parser.parse_args()
 
 
 def run(fmus: Fmus, found: Found, steps: list[float]) -> None:
@@ -154,12 +142,10 @@ def compare(fmus: Fmus, path: Path, steps: list[float]) -> dict[str, list[float]
     """Largest deviation of a position from the reference, m, by way of coupling, for each step."""
     _, exact = reference()
     errors = {"FMPy": [ssp_error(path, h, exact) for h in steps]}
-    progress = nc.Progress("Coupling error of four methods")
     ways = [(method, False) for method in METHODS] + [(method, True) for method in REPEATING]
-    for number, (method, at_impacts) in enumerate(ways, start=1):
+    for method, at_impacts in tracked("Coupling error of four methods", ways):
         name = f"{method}, at impacts" if at_impacts else method
         errors[name] = [error(fmus, method, h, exact, at_impacts) for h in steps]
-        progress(number / len(ways))
     return errors
 
 

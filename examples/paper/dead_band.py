@@ -2,7 +2,7 @@
 
 import numpy as np
 from plots import COLOURS, Column, Strip, Trace
-from support import Fmus, Found, nc
+from support import Fmus, Found, nc, tracked
 
 # deadBand / largest overlap at which neighbouring pulses part: I_p = B(1/(p+1), 1/2)/(p+1).
 THRESHOLD = {1.0: 1.5708, 1.5: 1.4716, 2.0: 1.4022, 3.0: 1.3110, 4.0: 1.2537, 5.0: 1.2143}
@@ -12,11 +12,8 @@ RATIOS = np.linspace(0.0, 1.6, 17)
 def run(fmus: Fmus, found: Found) -> None:
     """The overlap over the dead band for each order; the threshold by bisection, which does not depend on the number
     of balls."""
-    progress = nc.Progress("Dead band scan for orders 1 to 5")
-    curves = {}
-    for number, p in enumerate(THRESHOLD, start=1):
-        curves[p] = np.array([overlap(fmus.five, p, ratio) for ratio in RATIOS])
-        progress(number / len(THRESHOLD))
+    orders = tracked("Dead band scan for orders 1 to 5", THRESHOLD)
+    curves = {p: np.array([overlap(fmus.five, p, ratio) for ratio in RATIOS]) for p in orders}
     kinds = [("deadBand_over_overlap", "f8"), *((f"p={p:g}", "f8") for p in curves)]
     found.save("dead_band.csv", np.array(list(zip(RATIOS, *curves.values(), strict=True)), dtype=kinds))
     for fmu in (fmus.five, fmus.thirteen):

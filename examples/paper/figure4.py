@@ -1,11 +1,9 @@
 """Figure 4: ten seconds of contact forces. The pulses look like simultaneous spikes; they are not."""
 
 import numpy as np
+from figure5 import SPEED, STOP
 from plots import Column, forces
 from support import Fmus, Found, nc
-
-STOP = 10.0  # s
-SPEED = np.sqrt(5.0) * 1.0  # m/s, sqrt(g/L) times amplitude: of a lifted ball when it is back at x = 0
 
 
 def run(fmus: Fmus, found: Found) -> None:

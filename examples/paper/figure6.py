@@ -1,6 +1,7 @@
 """Figure 6: where the balls are. The middle ball should stand still, and very slowly does not."""
 
 import numpy as np
+from figure5 import MIRRORED, ORDER
 from plots import COLOURS, Column, Strip, Trace, family
 from support import Fmus, Found, nc
 
@@ -77,6 +78,4 @@ def growth(result: nc.Result) -> tuple[np.ndarray, np.ndarray]:
 
 def is_sequenced(sequence: np.ndarray) -> bool:
     """Six pulses in the order of Table 1 or its mirror image, none overlapping a neighbour."""
-    table1 = [[2], [1, 3], [2, 4], [3]]
-    mirrored = [[3], [2, 4], [1, 3], [2]]
-    return nc.pulse_order(sequence) in (table1, mirrored) and nc.overlapping_neighbours(sequence) == 0
+    return nc.pulse_order(sequence) in (ORDER, MIRRORED) and nc.overlapping_neighbours(sequence) == 0

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 from plots import COLOURS, Column, Strip, Trace, forces
-from support import Fmus, Found, nc
+from support import Fmus, Found, nc, tracked
 
 # Overlap with one ball lifted, from an independent computation in quadruple precision.
 OVERLAP = {1.0: 0.536, 1.5: 0.357, 2.0: 0.234, 3.0: 0.108, 4.0: 0.0523, 5.0: 0.0261}
@@ -14,12 +14,9 @@ STOP = 12.0  # duration of the chain's units, sqrt(m/k) for p = 1: the pulses ar
 
 def run(fmus: Fmus, found: Found) -> None:
     """A chain of five balls that just touch, struck by the first one, for each order."""
-    progress = nc.Progress("Overlap for orders 1 to 5")
-    results = {}
-    for number, p in enumerate(OVERLAP, start=1):
-        values = nc.chain(p, strikers=1)
-        results[p] = nc.resolved(fmus.five, values, stop=STOP, step=0.05, per_pulse=800, record=["F"])
-        progress(number / len(OVERLAP))
+    fine = {"stop": STOP, "step": 0.05, "per_pulse": 800, "record": ["F"]}
+    orders = tracked("Overlap for orders 1 to 5", OVERLAP)
+    results = {p: nc.resolved(fmus.five, nc.chain(p, strikers=1), **fine) for p in orders}
     overlap = {p: nc.overlaps(result).mean() for p, result in results.items()}
     found.save(
         "overlap_order.csv", np.array(list(overlap.items()), dtype=[("order", "f8"), ("overlap", "f8")])

@@ -25,7 +25,7 @@ from plots import Column, Plot, Strip, Trace, family, forces, save_picture
 from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.support.wait import WebDriverWait
-from support import ROOT, command_line, nc, opened, shorter
+from support import ROOT, nc, opened, paper_command_line, shorter
 
 # Of each step of the lesson: a name, and when, in seconds after the release or as a part of the click.
 LESSON = (("two", 0.52, None), ("energy", 3.4, None), ("inside", None, 0.115), ("steel", None, 0.36))
@@ -42,13 +42,11 @@ SEEK = "const click = cradle.sources[0].shownClick; cradle.seek(click.begin + ar
 
 def main() -> int:
     """Makes all pictures."""
-    options = command_line(__doc__.splitlines()[0]).parse_args()
+    options = paper_command_line(__doc__.splitlines()[0]).parse_args()
     docs, assets = ROOT / "docs", ROOT / "packaging/assets"
     with opened(options) as fmus:
         svg(default_run(fmus.five), assets / "run.svg")
         photographs(fmus, options.out / "report.html", docs, assets / "scene.svg")
-    for name in ("figure3", "figure5"):
-        small(Image.open(options.out / f"{name}.png"), docs / f"{name}.png")
     of_others = [
         "study/study",
         "mechatronics/coupling",
@@ -56,8 +54,9 @@ def main() -> int:
         "events/metronome",
         "fit/contacts",
     ]
-    for path in of_others:
-        small(Image.open(ROOT / f"out/{path}.png"), docs / f"{Path(path).name}.png")
+    pictures = [options.out / "figure3.png", options.out / "figure5.png"]
+    for path in [*pictures, *(ROOT / f"out/{name}.png" for name in of_others)]:
+        small(Image.open(path), docs / path.name)
     return 0
 
 

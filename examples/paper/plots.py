@@ -2,6 +2,7 @@
 
 import sys
 import textwrap
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -118,6 +119,17 @@ def save_picture(plot: Plot, path: Path, **options) -> None:
         }
         figure.supxlabel(textwrap.fill(plot.caption, 150), **look)
     figure.savefig(path, dpi=130, **options)
+    plt.close(figure)
+
+
+@contextmanager
+def diagrams(path: Path, height: float, **options):
+    """Two diagrams side by side, for curves that no `Plot` has, such as those over a logarithmic axis: yields their
+    axes, and then writes the picture as PNG. `height`: in inches; `options`: those of `subplots`."""
+    plt.rcParams.update({"font.family": "DejaVu Sans", "font.size": 9, "axes.grid": True, "grid.alpha": 0.3})
+    figure, axes = plt.subplots(1, 2, figsize=(9, height), layout="constrained", **options)
+    yield axes
+    figure.savefig(path, dpi=110)
     plt.close(figure)
 
 

@@ -1,12 +1,11 @@
 """Stiffness: a stiffer linear contact shortens the pulses, but does not change their overlap."""
 
 import numpy as np
+from figure5 import DEAD_BAND, SPEED  # of the arriving balls, of 1 kg each
 from plots import COLOURS, Column, Strip, Trace
-from support import Fmus, Found, nc
+from support import Fmus, Found, nc, tracked
 
 STIFFNESS = [1e10, 1e12, 1e13, 1e14]  # N/m
-SPEED = np.sqrt(5.0)  # m/s, of the arriving balls; their mass is 1 kg
-DEAD_BAND = 2.6e-7  # m
 SPAN, STEPS = 10.0, 1000  # how long to look after the onset, in sqrt(m/k), and in how many steps
 TIME = np.linspace(0.0, SPAN, STEPS + 1)
 
@@ -14,12 +13,10 @@ TIME = np.linspace(0.0, SPAN, STEPS + 1)
 def run(fmus: Fmus, found: Found) -> None:
     """The first impact of Figure 5 at four stiffnesses, in units of the impact, without and with dead band: the same
     shape, apart from the effect of gravity (about omega^2 m/k) and rounding; not so with a fixed dead band."""
-    progress = nc.Progress("Stiffness from 1e10 to 1e14 N/m")
     cases = [(k, dead_band) for dead_band in (0.0, DEAD_BAND) for k in STIFFNESS]
     force, outcome, neighbours = {}, {}, {}
-    for number, case in enumerate(cases, start=1):
+    for case in tracked("Stiffness from 1e10 to 1e14 N/m", cases):
         force[case], outcome[case], neighbours[case] = impact(fmus.five, *case)
-        progress(number / len(cases))
     kinds = [("stiffness", "f8"), ("deadBand", "f8"), *((f"v[{i}]", "f8") for i in range(1, 6))]
     table = np.array([(*case, *velocities) for case, velocities in outcome.items()], dtype=kinds)
     found.save("stiffness.csv", table)

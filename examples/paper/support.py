@@ -1,4 +1,4 @@
-"""What the experiments share: the command line, and what they find: checks, plots and CSV files."""
+"""What the examples share: the command line, and what they find: checks, plots and CSV files."""
 
 import argparse
 import csv
@@ -91,8 +91,7 @@ class Found:
 
     def save_rows(self, name: str, rows) -> None:
         """Writes rows of texts and numbers as CSV. The next plot links it."""
-        with (self.out / name).open("w", newline="", encoding="utf-8") as file:
-            csv.writer(file).writerows(rows)
+        write_rows(self.out / name, rows)
         self._files.append(name)
 
     def plot(self, name: str, title: str, caption: str, columns: list[Column], height: float = 1.25) -> None:
@@ -120,14 +119,47 @@ class Found:
         return all(holds)
 
 
-def command_line(description: str) -> argparse.ArgumentParser:
-    """The options that programs of the paper have: `--fmu`, `--fmu13`, `--out`."""
-    built = ROOT / "target/fmu"
-    parser = argparse.ArgumentParser(description=description)
-    parser.add_argument("--fmu", type=Path, default=built / "NewtonsCradle.fmu", help="FMU of five balls")
-    parser.add_argument("--fmu13", type=Path, default=built / "NewtonsCradle13.fmu", help="FMU of 13 balls")
-    parser.add_argument("--out", type=Path, default=ROOT / "out/paper", help="folder for CSV and pictures")
+def write_rows(path: Path, rows) -> None:
+    """Writes rows of texts and numbers as CSV, with all digits; None stays empty."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        csv.writer(file).writerows(rows)
+
+
+def tracked(label: str, items, count: int | None = None):
+    """The items one after the other; a bar shows how many of them, or of `count`, are done."""
+    progress = nc.Progress(label)
+    for number, item in enumerate(items, start=1):
+        yield item
+        progress(number / (count or len(items)))
+
+
+def command_line(description: str, out: str, fmu: str = "NewtonsCradle.fmu") -> argparse.ArgumentParser:
+    """The options that all examples have: `--fmu`, one of those built unless given, and `--out`, a folder in out/."""
+    form = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(description=description, formatter_class=form)
+    parser.add_argument(
+        "--fmu", type=Path, default=ROOT / "target/fmu" / fmu, help="FMU, usually of five balls"
+    )
+    parser.add_argument("--out", type=Path, default=ROOT / "out" / out, help="folder for CSV and pictures")
     return parser
+
+
+def paper_command_line(description: str) -> argparse.ArgumentParser:
+    """The options of the paper's programs, which also need 13 balls: `--fmu13`."""
+    parser = command_line(description, "paper")
+    thirteen = ROOT / "target/fmu/NewtonsCradle13.fmu"
+    parser.add_argument("--fmu13", type=Path, default=thirteen, help="FMU of 13 balls")
+    return parser
+
+
+def parsed(parser: argparse.ArgumentParser) -> argparse.Namespace:
+    """The options of the command line, with the folder made. Ends the script if there is no such FMU."""
+    options = parser.parse_args()
+    if not options.fmu.exists():
+        fmi = " --fmi 3" if ".fmi3." in parser.get_default("fmu").name else ""
+        sys.exit(f"{options.fmu} is missing: build it with `cargo pack build --release{fmi}`")
+    options.out.mkdir(parents=True, exist_ok=True)
+    return options
 
 
 @contextmanager

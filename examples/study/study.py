@@ -10,25 +10,26 @@ the rows come from: FMU, start values and versions.
 """
 
 import argparse
-import csv
 import itertools
 import json
 import math
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import dask
-import newtons_cradle as nc
 import numpy as np
 import one_run
 from dask.system import CPU_COUNT
-from distributed import Client, LocalCluster, as_completed
+from distributed import Client, as_completed
 from maps import save_maps
 
-ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "paper"))
+
+import support
+from support import nc
+
 MEASURED = ["overlap", "last_ball", "middle_ball", "energy_left", "energy_error", "pulses"]
 COLUMNS = ["order", "dead_band", "damping", "lifted", *MEASURED, "error", "seconds"]
 
@@ -50,7 +51,8 @@ def main() -> int:
     seconds = time.perf_counter() - begin
     rows.sort(key=lambda row: [row[name] for name in COLUMNS[:4]])
     options.out.mkdir(parents=True, exist_ok=True)
-    save_rows(options.out / "runs.csv", rows)
+    lines = [[row.get(name) for name in COLUMNS] for row in rows]
+    support.write_rows(options.out / "runs.csv", [COLUMNS, *lines])
     about |= {"axes": dict(zip(COLUMNS, axes, strict=False)), "dask": dask.__version__}
     (options.out / "about.json").write_text(json.dumps(about, indent=1), encoding="utf-8")
     good = report(rows, seconds)
@@ -67,9 +69,7 @@ def main() -> int:
 
 def command_line() -> argparse.Namespace:
     """The study's axes, and where it runs."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = support.command_line(__doc__, "study")
     axis = {"nargs": "+", "metavar": "X"}
     parser.add_argument("--orders", type=float, default=np.linspace(1, 5, 17).tolist(), **axis)
     parser.add_argument(
@@ -82,8 +82,6 @@ def command_line() -> argparse.Namespace:
     parser.add_argument(
         "--workers", type=int, default=CPU_COUNT, help="number of local processes [default: one per core]"
     )
-    parser.add_argument("--fmu", type=Path, default=ROOT / "target/fmu/NewtonsCradle.fmu")
-    parser.add_argument("--out", type=Path, default=ROOT / "out/study", help="folder for the results")
     return parser.parse_args()
 
 
@@ -120,19 +118,12 @@ def without_effect(rows: list[dict]) -> list[str]:
     return idle
 
 
-@contextmanager
-def connected(scheduler: str | None, workers: int) -> Iterator[Client]:
+def connected(scheduler: str | None, workers: int) -> Client:
     """A client of the scheduler at this address, or of local processes that end with it. Raises OSError."""
     if scheduler is not None:
-        with Client(scheduler, timeout="10s") as client:
-            yield client
-        return
-    with (
-        dask.config.set({"distributed.logging.distributed": "error"}),
-        LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None) as cluster,
-        Client(cluster) as client,
-    ):
-        yield client
+        return Client(scheduler, timeout="10s")
+    dask.config.set({"distributed.logging.distributed": "error"})
+    return Client(n_workers=workers, threads_per_worker=1, dashboard_address=None)
 
 
 def outcomes(client: Client, fmu: Path, cases: list[dict]) -> Iterator[dict]:
@@ -140,23 +131,13 @@ def outcomes(client: Client, fmu: Path, cases: list[dict]) -> Iterator[dict]:
     opener = one_run.OpenFmu(fmu)
     client.upload_file(one_run.__file__)
     client.register_plugin(opener)
-    progress = nc.Progress("Study")
     futures = client.map(one_run.outcome, cases, pure=False)
     case_of = {future.key: case for future, case in zip(futures, cases, strict=True)}
     finished = as_completed(futures, with_results=True, raise_errors=False)
-    for number, (future, result) in enumerate(finished, start=1):
+    for future, result in support.tracked("Study", finished, len(cases)):
         if future.status == "error":  # not the run's own failure: its workers died
             result = case_of[future.key] | {"error": f"lost: {result[1]}", "seconds": 0.0}
-        progress(number / len(cases))
         yield result
-
-
-def save_rows(path: Path, rows: list[dict]) -> None:
-    """Writes a CSV file; numbers with all their digits, missing ones empty."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        table = csv.DictWriter(file, COLUMNS)
-        table.writeheader()
-        table.writerows(rows)
 
 
 def report(rows: list[dict], seconds: float) -> list[dict]:
