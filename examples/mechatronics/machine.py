@@ -8,14 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "python"), str(ROOT / "examples/paper")]
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "paper"))
 
-import newtons_cradle as nc  # noqa: E402
-import plant  # noqa: E402
-from master import Master  # noqa: E402
-from pythonfmu.builder import FmuBuilder  # noqa: E402
-from reference import Machine  # noqa: E402
+import plant
+from master import Master
+from pythonfmu.builder import FmuBuilder
+from reference import Machine
+from support import nc
 
 STOP = 5.0  # s
 COMMON = 0.2  # s, distance of the times at which runs are compared
@@ -30,9 +29,9 @@ CRADLE = {  # all that the equations in reference.py take for granted
     "contact.deadBand": 2.6e-6,
     "contact.damping": 0.0,
 } | nc.lifted(0)  # all balls hang at rest: the coil pulls the first one
-for ratio in ("ball.massRatio", "pendulum.lengthRatio", "contact.stiffnessRatio"):
-    CRADLE |= {f"{ratio}[{i}]": 1.0 for i in range(1, 5 if ratio.startswith("contact") else 6)}
-CRADLE |= {f"contact.gap[{i}]": 0.0 for i in range(1, 5)}
+CRADLE |= {f"{name}[{i}]": 1.0 for name in ("ball.massRatio", "pendulum.lengthRatio") for i in range(1, 6)}
+for i in range(1, 5):
+    CRADLE |= {f"contact.stiffnessRatio[{i}]": 1.0, f"contact.gap[{i}]": 0.0}
 # These cannot be set by every tool that runs an SSP: the FMU must have been built with them.
 BUILT_IN = {"contact.model": "powerLaw", "contact.dampingLaw": "kelvinVoigt", "solver.method": "eventDriven"}
 

@@ -14,7 +14,6 @@ Nothing is lost in transit: what has been sent but not delivered is added to the
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import newtons_cradle as nc
 import numpy as np
@@ -28,21 +27,6 @@ TOLERANCE = 1e-13  # of the integrals (N.s, m, m/s, N.s), when steps are repeate
 FORCE, COIL, ACCELERATION, PUSH = range(4)  # the signals: two to the plant, two to the cradle
 
 
-@dataclass
-class Signals:
-    """Of each signal: integral sent and delivered so far, value and rate where the sender is."""
-
-    sent: np.ndarray
-    delivered: np.ndarray
-    value: np.ndarray
-    rate: np.ndarray
-
-    @property
-    def pending(self) -> np.ndarray:
-        """Sent but not yet delivered."""
-        return self.sent - self.delivered
-
-
 class Master:
     """A cradle and a plant at the same time, and the signals between them."""
 
@@ -51,10 +35,12 @@ class Master:
         self.cradle_mass = cradle.get("ball.mass") * sum(
             cradle.get(f"ball.massRatio[{i}]") for i in range(1, cradle.fmu.balls + 1)
         )
-        self.supported = 0.0  # N.s, integral of F_support
         self.trials = 0  # steps of the cradle, repeated ones counted
-        sent = self._sent(0.0)
-        self.signals = Signals(sent, sent.copy(), *self._look())
+        # Of each signal: integral sent and delivered so far, value and rate where the sender is.
+        self.sent = np.zeros(4)
+        self.sent = self._sent(0.0)
+        self.delivered = self.sent.copy()
+        self.value, self.rate = self._look()
         self._responses: dict[float, np.ndarray] = {}  # of the plant, by length of step
 
     @property
@@ -62,17 +48,22 @@ class Master:
         """s"""
         return self.cradle.time
 
+    @property
+    def pending(self) -> np.ndarray:
+        """Sent but not yet delivered."""
+        return self.sent - self.delivered
+
     def momenta(self) -> dict[str, float]:
         """kg.m/s: of the balls, of the cart, and of what is on its way from one to the other."""
         return {
-            "balls": self.cradle.get("p_total") + self.cradle_mass * self.signals.delivered[ACCELERATION],
+            "balls": self.cradle.get("p_total") + self.cradle_mass * self.delivered[ACCELERATION],
             "cart": self.plant.get("mass") * self.plant.get("v"),
-            "on its way": self.signals.pending[FORCE] + self.signals.pending[PUSH],
+            "on its way": self.pending[FORCE] + self.pending[PUSH],
         }
 
     def energies(self) -> dict[str, float]:
         """J: of the balls (at the velocity of the cart that they know), of the cart, lost, and put in by the coil."""
-        known = self.signals.delivered[ACCELERATION]
+        known = self.delivered[ACCELERATION]
         balls = (
             self.cradle.get("E_total")
             + known * self.cradle.get("p_total")
@@ -110,32 +101,31 @@ class Master:
 
     def step_to(self, end: float) -> None:
         """One communication step of both. Raises RuntimeError if a repeated one does not converge."""
-        signals, h = self.signals, end - self.time
+        h = end - self.time
         if self.method in REPEATING:
             share = self._repeat(self.time, end)
         else:
-            share, rate = signals.pending, np.zeros(4)
+            share, rate = self.pending, np.zeros(4)
             if self.method == "extrapolate":
-                share, rate = share + h * signals.value + 0.5 * h**2 * signals.rate, signals.rate
+                share, rate = share + h * self.value + 0.5 * h**2 * self.rate, self.rate
             self._try(end, h, share, rate)
-        signals.delivered += share
-        signals.sent = self._sent(h)
-        self.supported = signals.sent[FORCE]
-        signals.value, signals.rate = self._look()
+        self.delivered += share
+        self.sent = self._sent(h)
+        self.value, self.rate = self._look()
 
     def _repeat(self, begin: float, end: float) -> np.ndarray:
         """Steps both FMUs until each did what the other one was told; returns these shares."""
-        signals, h = self.signals, end - begin
-        share, rate = signals.pending + h * signals.value, np.zeros(4)
+        h = end - begin
+        share, rate = self.pending + h * self.value, np.zeros(4)
         before = [run.slave.getFMUstate() for run in (self.cradle, self.plant)]
-        limit = TOLERANCE * (1.0 + np.abs(signals.sent))
+        limit = TOLERANCE * (1.0 + np.abs(self.sent))
         for _ in range(MOST_TRIALS):
             self._try(end, h, share, rate)
-            defect = self._sent(h) - signals.delivered - share
+            defect = self._sent(h) - self.delivered - share
             if np.all(np.abs(defect) <= limit):
                 break
             if self.method == "smooth":
-                rate = (self._look()[0] - signals.value) / h
+                rate = (self._look()[0] - self.value) / h
             if self.newton:
                 defect = np.linalg.solve(np.eye(4) - self._response(begin, end, before), defect)
             share = share + defect
@@ -174,7 +164,7 @@ class Master:
 
     def _sent(self, h: float) -> np.ndarray:
         """Integrals that each side has sent, after a step of length h."""
-        supported = self.supported + h * self.cradle.get("F_support_mean")
+        supported = self.sent[FORCE] + h * self.cradle.get("F_support_mean")
         pushed = self.plant.get("force_constant") * self.plant.get("q")
         return np.array([supported, self.cradle.get("x[1]"), self.plant.get("v"), pushed])
 

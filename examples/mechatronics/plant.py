@@ -89,15 +89,14 @@ class CartAndCoil(Fmi2Slave):
         """One communication step; it is cut where the pull ends, the exact solution having a kink there."""
         self._sense()
         v, q, end = self.v, self.q, current_time + step_size
-        inputs = np.array([self.F_support, self.F_support_rate, self.v_coil, self.v_coil_rate])
-        state = np.array([self.s, self.v, self.i, self.q])
+        inputs = [self.F_support, self.F_support_rate, self.v_coil, self.v_coil_rate]
+        z = np.array([self.s, self.v, self.i, self.q, *inputs])
         cuts = [t for t in (self.pull_time,) if current_time < t < end]
         for t0, t1 in zip([current_time, *cuts], [*cuts, end], strict=True):
-            self._book(t0, t1, np.concatenate([state, inputs]))
-            z = self._flow(t0, t1, np.concatenate([state, inputs]))
-            state, inputs = z[:4], z[4:8]
-        self.s, self.v, self.i, self.q = map(float, state)
-        self._rates(end, inputs)
+            self._book(t0, t1, z)
+            z = self._flow(t0, t1, z)
+        self.s, self.v, self.i, self.q = map(float, z[:4])
+        self._rates(end, z)
         self.a_mean = (self.v - v) / step_size
         self.F_coil_mean = self.force_constant * (self.q - q) / step_size
         self.last_step = step_size
@@ -118,28 +117,33 @@ class CartAndCoil(Fmi2Slave):
 
     def _flow(self, t0: float, t1: float, z: np.ndarray) -> np.ndarray:
         """States and inputs at t1, from those at t0."""
-        pulls = t0 < self.pull_time
-        angle = 2.0 * math.pi * t0 / self.pull_time
-        reference = [1.0, math.cos(angle), math.sin(angle)] if pulls else [0.0, 0.0, 0.0]
-        values = tuple(getattr(self, name) for name in PARAMETERS)
-        return (_propagator(values, t1 - t0) @ np.concatenate([z, reference]))[:8]
+        return (_propagator(self._values(), t1 - t0) @ self._with_pull(t0, z))[:8]
 
-    def _rates(self, t: float, inputs: np.ndarray) -> None:
-        """Acceleration and force at the end of a step, and their rates."""
-        force, force_rate, velocity, _ = inputs
-        i_ref = self.pull * math.sin(math.pi * t / self.pull_time) ** 2 if t < self.pull_time else 0.0
-        loop = (self.resistance + self.gain) * (i_ref - self.i)
-        i_rate = (loop - self.force_constant * velocity) / self.inductance
-        self.F_coil, self.F_coil_rate = self.force_constant * self.i, self.force_constant * i_rate
-        spring = self.stiffness * self.s + self.damping * self.v
-        self.a = float(force - self.F_coil - spring) / self.mass
-        spring_rate = self.stiffness * self.v + self.damping * self.a
-        self.a_rate = float(force_rate - self.F_coil_rate - spring_rate) / self.mass
+    def _rates(self, t: float, z: np.ndarray) -> None:
+        """Acceleration and force at the end of a step, and their rates: the equations once and twice."""
+        equations = _equations(self._values())
+        first = equations @ self._with_pull(t, z)
+        self.a, self.a_rate = float(first[1]), float((equations @ first)[1])
+        self.F_coil, self.F_coil_rate = self.force_constant * self.i, self.force_constant * float(first[2])
+
+    def _values(self) -> tuple:
+        return tuple(getattr(self, name) for name in PARAMETERS)
+
+    def _with_pull(self, t: float, z: np.ndarray) -> np.ndarray:
+        """States and inputs, and 1, cos and sin of the pull, which are 0 after it."""
+        angle = 2.0 * math.pi * t / self.pull_time
+        pull = [1.0, math.cos(angle), math.sin(angle)] if t < self.pull_time else [0.0, 0.0, 0.0]
+        return np.concatenate([z, pull])
 
 
 @lru_cache(maxsize=4096)
 def _propagator(values: tuple, h: float) -> np.ndarray:
-    """exp(A h) of s, v, i, q, F_support, F_support_rate, v_coil, v_coil_rate, and of 1, cos and sin of the pull."""
+    return expm(_equations(values) * h)
+
+
+def _equations(values: tuple) -> np.ndarray:
+    """The matrix A in z' = A z, where z is s, v, i, q, F_support, F_support_rate, v_coil, v_coil_rate, and 1, cos and
+    sin of the pull."""
     p = dict(zip(PARAMETERS, values, strict=True))
     a = np.zeros((11, 11))
     s, v, i, q, force, force_rate, coil, coil_rate, one, cos, sin = range(11)
@@ -150,4 +154,4 @@ def _propagator(values: tuple, h: float) -> np.ndarray:
     a[i, [i, coil, one, cos]] = -loop, -p["force_constant"], loop * p["pull"] / 2, -loop * p["pull"] / 2
     a[i] /= p["inductance"]
     a[cos, sin], a[sin, cos] = -2.0 * math.pi / p["pull_time"], 2.0 * math.pi / p["pull_time"]
-    return expm(a * h)
+    return a

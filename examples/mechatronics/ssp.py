@@ -9,6 +9,7 @@ was built with.
 
 import zipfile
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 from fmpy.ssp.simulation import simulate_ssp
@@ -22,14 +23,13 @@ NAMESPACES = {
     for prefix, name in (("ssd", "Description"), ("ssc", "Common"), ("ssv", "ParameterValues"))
 }
 SSD, SSC, SSV = (ElementMaker(namespace=space, nsmap=NAMESPACES) for space in NAMESPACES.values())
-CONNECTIONS = [  # cradle's variable, direction, plant's variable
-    ("F_support_mean", ">", "F_support"),
-    ("v[1]", ">", "v_coil"),
-    ("F_mean[4]", ">", "F_sensor"),
-    ("pulses[4]", ">", "pulses"),
-    ("a_support", "<", "a_mean"),
-    ("F_ext[1]", "<", "F_coil_mean"),
-]
+TO_PLANT = {  # cradle's output: plant's input
+    "F_support_mean": "F_support",
+    "v[1]": "v_coil",
+    "F_mean[4]": "F_sensor",
+    "pulses[4]": "pulses",
+}
+TO_CRADLE = {"a_mean": "a_support", "F_coil_mean": "F_ext[1]"}  # plant's output: cradle's input
 SHOWN = ["p_total", *(f"x[{i}]" for i in range(1, 6))]  # by the cradle, without being connected
 # Of the plant, with the units that PythonFMU does not write.
 SHOWN_PLANT = {"s": "m", "v": "m/s", "sensed": "N.s", "impacts": ""}
@@ -51,14 +51,10 @@ def by_numbers(fmu: nc.Fmu, values: dict) -> bool:
 
 def save_machine(path: Path, fmus: Fmus) -> None:
     """The cradle and its plant, connected."""
-    cradle, plant = [], []
-    for of_cradle, direction, of_plant in CONNECTIONS:
-        unit = fmus.cradle.variables[of_cradle].unit
-        kinds = ("output", "input") if direction == ">" else ("input", "output")
-        cradle.append(connector(fmus.cradle, of_cradle, kinds[0], unit))
-        plant.append(connector(fmus.plant, of_plant, kinds[1], unit))
-    cradle += [connector(fmus.cradle, name, "output") for name in SHOWN]
-    plant += [connector(fmus.plant, name, "output", unit) for name, unit in SHOWN_PLANT.items()]
+    cradle = [connector(fmus.cradle, name) for name in [*TO_PLANT, *TO_CRADLE.values(), *SHOWN]]
+    partners = {plant: cradle for cradle, plant in TO_PLANT.items()} | TO_CRADLE
+    known = {name: fmus.cradle.variables[partner].unit for name, partner in partners.items()} | SHOWN_PLANT
+    plant = [connector(fmus.plant, name, unit) for name, unit in known.items()]
     elements = [component("cradle", fmus.cradle, cradle, "start"), component("plant", fmus.plant, plant)]
     files = {"SystemStructure.ssd": system("Machine", fmus, elements, "start", STOP, connections())}
     files |= parameter_sets("start", CRADLE, fmus.cradle)
@@ -72,7 +68,7 @@ def save_presets(path: Path, fmus: Fmus) -> None:
     """
     files = {}
     for preset, values in presets(fmus.cradle).items():
-        connectors = [connector(fmus.cradle, name, "output") for name in fmus.cradle.outputs]
+        connectors = [connector(fmus.cradle, name) for name in fmus.cradle.outputs]
         elements = [component("cradle", fmus.cradle, connectors, preset)]
         name = "SystemStructure" if preset == "default" else preset
         files[f"{name}.ssd"] = system(preset, fmus, elements, preset, 10.0)
@@ -87,24 +83,19 @@ def run(path: Path, h: float, values: dict | None = None) -> np.ndarray:
     """
     start = read_ssv(path, "resources/start.ssv")
     more = ParameterSet(name="more")
-    more.parameters = [*start.parameters, *(_Parameter(*item) for item in (values or {}).items())]
+    added = [SimpleNamespace(name=name, value=value) for name, value in (values or {}).items()]
+    more.parameters = [*start.parameters, *added]  # of which FMPy's runner reads no more than name and value
     result = simulate_ssp(path, stop_time=STOP - 0.5 * h, step_size=h, parameter_set=more)
     result["time"] = h * np.arange(1, len(result) + 1)  # FMPy writes the start of the step
     return result
 
 
-class _Parameter:
-    """A name and a value, all that FMPy's runner reads of a parameter."""
-
-    def __init__(self, name: str, value: float):
-        self.name, self.value = name, value
-
-
-def connector(fmu: nc.Fmu, name: str, kind: str, unit: str | None = None):
+def connector(fmu: nc.Fmu, name: str, unit: str = ""):
     """A connector of a component, with the unit that the FMU or the caller knows."""
     variable = fmu.variables[name]
     unit = unit or variable.unit
-    return SSD.Connector(SSC(variable.type, **({"unit": unit} if unit else {})), name=name, kind=kind)
+    kind = SSC(variable.type, **({"unit": unit} if unit else {}))
+    return SSD.Connector(kind, name=name, kind=variable.causality)
 
 
 def component(name: str, fmu: nc.Fmu, connectors: list, parameter_set: str | None = None):
@@ -124,11 +115,12 @@ def bindings(parameter_set: str):
 
 def connections():
     """The lines between cradle and plant."""
-    lines = []
-    for cradle, direction, plant in CONNECTIONS:
-        ends = [("cradle", cradle), ("plant", plant)]
-        (of, start), (to, end) = ends if direction == ">" else reversed(ends)
-        lines.append(SSD.Connection(startElement=of, startConnector=start, endElement=to, endConnector=end))
+    ways = (("cradle", "plant", TO_PLANT), ("plant", "cradle", TO_CRADLE))
+    lines = [
+        SSD.Connection(startElement=of, startConnector=start, endElement=to, endConnector=end)
+        for of, to, names in ways
+        for start, end in names.items()
+    ]
     return SSD.Connections(*lines)
 
 
@@ -164,12 +156,10 @@ def parameters(name: str, values: dict, fmu: nc.Fmu, prefix: str = ""):
 
 def units(fmu: nc.Fmu) -> list:
     """The FMU's units by their base units."""
-    found = []
+    bases, found = ("kg", "m", "s", "A", "K", "mol", "cd", "rad"), []
     for unit in fmu.description.unitDefinitions:
-        powers = {
-            name: getattr(unit.baseUnit, name, 0) for name in ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
-        }
-        base = SSC.BaseUnit(**{name: str(power) for name, power in powers.items() if int(power)})
+        powers = {name: int(getattr(unit.baseUnit, name, 0)) for name in bases}
+        base = SSC.BaseUnit(**{name: str(power) for name, power in powers.items() if power})
         found.append(SSC.Unit(base, name=unit.name))
     return found
 
