@@ -50,14 +50,6 @@ __all__ += [
     "UnknownName",
 ]
 __all__ += ["PULSE", "impact_sequences", "overlapping_neighbours", "parse_pulse", "pulse_order"]
-__all__ += [
-    "chain",
-    "figure5",
-    "lifted",
-    "power_law",
-    "preset",
-    "presets",
-    "steel",
-]
+__all__ += ["chain", "figure5", "lifted", "power_law", "preset", "presets", "steel"]
 __all__ += ["Calibration", "Progress", "calibrate", "overlaps", "resolved", "sample_times"]
 __all__ += ["energy_error", "momentum_of_sequences"]

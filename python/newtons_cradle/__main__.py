@@ -8,7 +8,7 @@ from pathlib import Path
 from .errors import CradleError, FileMissing, InvalidValue
 from .page import save_page, save_site
 from .progress import Progress
-from .recording import LENGTH, RADIUS, RecordingError, from_csv
+from .recording import LENGTH, RADIUS, Recording, RecordingError, from_csv
 from .views import from_fmu
 
 LONGEST = 3600.0  # s, of a run that nobody insists on
@@ -105,7 +105,7 @@ def make_page(options: argparse.Namespace) -> None:
         )
     else:
         raise RecordingError(f"{options.file}: only .fmu and .csv files can be shown")
-    written(out, save_page(out, recording))
+    save(out, recording)
 
 
 def make_live(options: argparse.Namespace) -> None:
@@ -114,15 +114,19 @@ def make_live(options: argparse.Namespace) -> None:
         written(options.site / "index.html", save_site(options.site))
     else:
         needs_folder(options.out)
-        written(options.out, save_page(options.out))
+        save(options.out)
 
 
 def needs_folder(out: Path) -> None:
     """Before the work is done. Raises FileMissing."""
     if not out.parent.is_dir():
         raise FileMissing(f"--out: there is no folder {out.parent}")
+
+
+def save(out: Path, recording: Recording | None = None) -> None:
     if out.exists():
         print(f"Replacing {out}", file=sys.stderr)
+    written(out, save_page(out, recording))
 
 
 def written(out: Path, size: int) -> None:

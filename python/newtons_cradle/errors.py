@@ -1,7 +1,9 @@
 """The errors of this package: one family, `CradleError`. Their messages say what was wrong and what is allowed."""
 
+import difflib
 import math
 import numbers
+from collections.abc import Iterable
 from importlib import import_module
 from typing import Any
 
@@ -67,3 +69,14 @@ def optional(package: str, extra: str) -> Any:
     except ImportError:
         advice = f"`pip install 'newtons-cradle[{extra}]'`, or `pip install {package}`"
         raise PackageMissing(f"{package} is needed but missing: {advice}", name=package) from None
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """`; did you mean a or b?`: up to three known names that are similar, whole or after their dot, the best first."""
+    by_form: dict[str, str] = {}
+    for other in known:
+        by_form.setdefault(other.lower().rpartition(".")[2], other)
+        by_form[other.lower()] = other
+    close = difflib.get_close_matches(name.lower(), by_form, n=5, cutoff=0.7)
+    meant = list(dict.fromkeys(by_form[form] for form in close))[:3]
+    return f"; did you mean {' or '.join(meant)}?" if meant else ""

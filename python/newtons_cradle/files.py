@@ -12,43 +12,51 @@ from .errors import FileMissing
 HERE = Path(__file__).resolve().parent
 CHECKOUT = HERE.parents[1]  # if this is one
 MODEL = "NewtonsCradle"  # of which the FMUs of this package are
-BUILT = CHECKOUT / "target/fmu/NewtonsCradle.fmu"
+IN_CHECKOUT = (CHECKOUT / "packaging/presets").is_dir()  # the package runs from its sources
 
 
-def in_checkout() -> bool:
-    """Whether the package runs from its sources."""
-    return (CHECKOUT / "packaging/presets").is_dir()
+def own(sources: str, wheel: str) -> Path:
+    return CHECKOUT / sources if IN_CHECKOUT else HERE / wheel
+
+
+FMU = own("target/fmu/NewtonsCradle.fmu", "NewtonsCradle.fmu")
+PRESETS = own("packaging/presets", "presets")
+PAGE = own("web/page", "web")  # the page's template, style and scripts
+ENGINE = own(
+    "target/web/engine.html", "engine.html"
+)  # for browsers, as a part of a page, if built; see web/build.py
 
 
 def own_fmu() -> Path:
     """The FMU that comes with a wheel or, in a checkout, the one that was built last. Raises FileMissing."""
-    return newest(BUILT if in_checkout() else HERE / "NewtonsCradle.fmu")
+    return newest(FMU)
 
 
 def producer() -> Path:
     """The program cradle-fmu: that of the installation or, in a checkout, the one built last. Raises FileMissing."""
     name = "cradle-fmu.exe" if sys.platform == "win32" else "cradle-fmu"
-    scripts = Path(sysconfig.get_path("scripts"), name)
-    built = (CHECKOUT / "target" / profile / name for profile in ("release", "debug"))
-    return newest(*(built if in_checkout() else [scripts]))
+    if not IN_CHECKOUT:
+        return newest(Path(sysconfig.get_path("scripts"), name))
+    return newest(*(CHECKOUT / "target" / profile / name for profile in ("release", "debug")))
 
 
 def newest(*paths: Path) -> Path:
     """The file that was made last of those that are there. Raises FileMissing, with what makes one."""
     found = [path for path in paths if path.is_file()]
     if not found:
-        cure = "run `cargo pack build --release`" if in_checkout() else "install newtons-cradle again"
+        cure = "run `cargo pack build --release`" if IN_CHECKOUT else "install newtons-cradle again"
         raise FileMissing(f"{paths[0]} is missing: {cure}")
     return max(found, key=lambda path: path.stat().st_mtime)
 
 
 def presets() -> dict[str, dict[str, Any]]:
     """The parameters in the files of the presets that `cradle-fmu build --preset` knows, in its order."""
-    folder = CHECKOUT / "packaging/presets" if in_checkout() else HERE / "presets"
-    names = (folder / "order.txt").read_text(encoding="utf-8").split()
-    return {
-        name: _dotted(tomllib.loads((folder / f"{name}.toml").read_text(encoding="utf-8"))) for name in names
-    }
+    names = (PRESETS / "order.txt").read_text(encoding="utf-8").split()
+    return {name: _dotted(_toml(PRESETS / f"{name}.toml")) for name in names}
+
+
+def _toml(path: Path) -> dict[str, Any]:
+    return tomllib.loads(path.read_text(encoding="utf-8"))
 
 
 def _dotted(table: dict[str, Any], before: str = "") -> dict[str, Any]:
@@ -59,19 +67,8 @@ def _dotted(table: dict[str, Any], before: str = "") -> dict[str, Any]:
     return names
 
 
-def page_folder() -> Path:
-    """The page's template, style and scripts."""
-    return CHECKOUT / "web/page" if in_checkout() else HERE / "web"
-
-
-def engine_file() -> Path:
-    """The engine for browsers, as a part of a page, if it has been built; see web/build.py."""
-    return CHECKOUT / "target/web/engine.html" if in_checkout() else HERE / "engine.html"
-
-
 def version() -> str:
     """The version of the package: that of the installation or, in a checkout, of the sources."""
-    if in_checkout():
-        workspace = tomllib.loads((CHECKOUT / "Cargo.toml").read_text(encoding="utf-8"))["workspace"]
-        return str(workspace["package"]["version"])
+    if IN_CHECKOUT:
+        return str(_toml(CHECKOUT / "Cargo.toml")["workspace"]["package"]["version"])
     return metadata.version("newtons-cradle")

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from .errors import CradleError
-from .files import engine_file, page_folder, presets
+from .files import ENGINE, PAGE, presets
 from .pulses import FIELDS
 from .recording import Columns, Recording
 
@@ -25,27 +25,23 @@ def save_page(
 ) -> int:
     """Writes the page, which plays the `recording` and, where the engine for browsers is there, runs live. `head`: what
     else its head has. Returns its size in bytes. Raises PageError, OSError."""
-    engine = engine_file()
-    if recording is None and not engine.is_file():
+    if recording is None and not ENGINE.is_file():
         raise PageError(
             "the engine for browsers is missing: the wheels of a release have it; in the folder of the sources, "
             "`rustup target add wasm32-unknown-unknown` and `python3 web/build.py` make it, for `cradle.py wheel` too"
         )
-    folder = page_folder()
     parts = {
         "head": head,
-        "style": (folder / "style.css").read_text(encoding="utf-8"),
-        "modules": json.dumps({"imports": dict(modules(folder))}),
-        "texts": json.dumps(
-            {path.stem: json.loads(path.read_bytes()) for path in folder.glob("texts/*.json")}
-        ),
+        "style": (PAGE / "style.css").read_text(encoding="utf-8"),
+        "modules": json.dumps({"imports": dict(modules())}),
+        "texts": json.dumps({path.stem: json.loads(path.read_bytes()) for path in PAGE.glob("texts/*.json")}),
         "presets": json.dumps(presets()),
-        "engine": engine.read_text(encoding="utf-8") if engine.is_file() else "",
+        "engine": ENGINE.read_text(encoding="utf-8") if ENGINE.is_file() else "",
         # Nothing in it ends the element that it is in.
         "recording": json.dumps(recording and told(recording)).replace("<", "\\u003c"),
     }
     # One pass, so that nothing in a part is taken for a slot.
-    template = (folder / "template.html").read_text(encoding="utf-8")
+    template = (PAGE / "template.html").read_text(encoding="utf-8")
     finished = re.sub(r"{{(\w+)}}", lambda slot: parts[slot[1]], template)
     return Path(path).write_bytes(finished.encode("utf-8"))
 
@@ -55,7 +51,7 @@ def save_site(folder: str | Path) -> int:
 
     Browsers can install what is served from there, and keep it for when there is no network.
     """
-    source, folder = page_folder() / "site", Path(folder)
+    source, folder = PAGE / "site", Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     for name in ("cradle.webmanifest", "icon.svg", "worker.js"):
         (folder / name).write_bytes((source / name).read_bytes())
@@ -80,9 +76,9 @@ def packed(columns: Columns, kind: str) -> dict[str, Any]:
     return {"names": list(columns), "kind": kind, "data": data}
 
 
-def modules(folder: Path) -> Iterable[tuple[str, str]]:
+def modules() -> Iterable[tuple[str, str]]:
     """The scripts by the names that they import each other by, as an import map's addresses."""
     for room in ("engine", "view", "control"):
-        for path in sorted((folder / room).glob("*.js")):
+        for path in sorted((PAGE / room).glob("*.js")):
             script = base64.b64encode(path.read_bytes()).decode()
             yield f"#{room}/{path.name}", f"data:text/javascript;base64,{script}"

@@ -90,7 +90,7 @@ def known_of(model: "Model | None", given: dict[str, Any]) -> dict[str, Any]:
         return {}
     texts: dict[str, list[str]] = {}
     start: dict[str, Any] = {}
-    parameters = [name for name in given if model.variables[name].causality == "parameter"]
+    parameters = [name for name in given if name in model.parameters]
     for name in parameters:
         base, bracket, _ = name.partition("[")
         text = model.written(name, given[name])
@@ -101,10 +101,9 @@ def known_of(model: "Model | None", given: dict[str, Any]) -> dict[str, Any]:
     rows = []
     for name, each in texts.items():
         vector = name in model.arrays
-        shown, first = (f"{name}[i]", f"{name}[1]") if vector else (name, name)
+        first = model.parameters[f"{name}[1]" if vector else name]
         value = each[0] if len(set(each)) == 1 else ", ".join(each)
-        meaning, unit = "" if vector else model.variables[first].description or "", model.unit(first)
-        rows.append((shown, value, "" if unit == "1" else unit, meaning))
+        rows.append((f"{name}[i]" if vector else name, value, first.unit, "" if vector else first.text))
     own = model.description.modelName == MODEL
     free = not any(given[name] for name in given if name not in parameters)
     drawing = {"length": start["pendulum.length"], "radius": start["ball.radius"]} if own else {}
@@ -214,20 +213,17 @@ def _pulse_table(path: Path, balls: int) -> Array:
 def of_columns(title: str, columns: Columns, n: int, **others: Any) -> Recording:
     """The recording of n balls whose variables are in these columns; `others` of its fields."""
     motion = vector(columns, "x", n), vector(columns, "v", n), vector(columns, "F", n - 1)
-    return Recording(title, columns["time"], *motion, energy=energies(columns), **others)
+    energy = {}
+    for name in ("E_kinetic", "E_gravity", "E_contact"):
+        parts = [column for key, column in columns.items() if key.startswith(f"{name}[")]
+        if parts:
+            energy[name] = np.sum(parts, axis=0)
+    if not energy and "E_total" in columns:
+        energy["E_total"] = columns["E_total"]
+    return Recording(title, columns["time"], *motion, energy=energy, **others)
 
 
 def vector(columns: Columns, name: str, count: int) -> Array:
     """Columns name[1] to name[count] side by side, shape (samples, count)."""
     found = [columns[f"{name}[{i}]"] for i in range(1, count + 1)]
     return np.column_stack(found) if found else np.zeros((len(columns["time"]), 0))
-
-
-def energies(columns: Columns) -> Columns:
-    """The sums of what is stored where, else the total (J)."""
-    sums = {}
-    for name in ("E_kinetic", "E_gravity", "E_contact"):
-        parts = [column for key, column in columns.items() if key.startswith(f"{name}[")]
-        if parts:
-            sums[name] = np.sum(parts, axis=0)
-    return sums or ({"E_total": columns["E_total"]} if "E_total" in columns else {})

@@ -8,9 +8,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from . import files
-from .errors import InvalidValue, number, whole
+from .errors import InvalidValue, did_you_mean, number, whole
 from .run.model import Preset
-from .run.names import did_you_mean
 
 Start = dict[str, Any]
 

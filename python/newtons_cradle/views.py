@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .fmu import Fmu
+from .fmu import Fmu, equal_steps
 from .pulses import Array
 from .recording import LARGEST, Recording, known_of, of_columns
 from .run import Result
@@ -17,11 +17,9 @@ def sample_times(pulses: Array, stop: float, step: float, per_pulse: int = 32) -
 
     Pulses without duration, such as those of rigid contacts, get points from a nanosecond before them.
     """
-    steps = max(1, round(stop / step))
-    grid = stop * np.arange(steps + 1) / steps
     begins = np.minimum(pulses["onset"], pulses["release"] - 1e-9)
     inside = [np.linspace(*ends, per_pulse) for ends in zip(begins, pulses["release"], strict=True)]
-    times = np.unique(np.concatenate([grid, *inside]))
+    times = np.unique(np.concatenate([[0.0], equal_steps(stop, step), *inside]))
     return times[(times >= 0.0) & (times <= stop)]
 
 
@@ -75,14 +73,13 @@ def from_fmu(
     with Fmu(path) as fmu:
         pulses = fmu.simulate(values, times=[0.0, stop], record=[]).pulses
         n = fmu.balls
-        names = [f"{name}[{i}]" for name in ("x", "v", "E_kinetic", "E_gravity") for i in range(1, n + 1)]
-        names += [f"{name}[{i}]" for name in ("F", "E_contact") for i in range(1, n)]
-        steps = max(1, round(stop / step))
+        shown = ("x", "v", "F", "E_kinetic", "E_gravity", "E_contact")
         # As many samples in each pulse as fit; where not even four do, the later pulses go without.
-        room = max(4, LARGEST // (3 * n + 3) - steps)
+        room = max(4, LARGEST // (3 * n + 3) - len(equal_steps(stop, step)))
         per_pulse = int(np.clip(room // max(1, len(pulses)), 4, 48))
         times = sample_times(pulses[: room // per_pulse], stop, step, per_pulse)
-        result = fmu.simulate(values, times=times, record=names, progress=progress)
-    columns = {name: result[name] for name in ("time", *names)}
+        record = [name for name in shown if name in fmu.arrays]
+        result = fmu.simulate(values, times=times, record=record, progress=progress)
+    columns = {name: result[name] for name in result.names}
     title = f"{n} ball{'s' if n > 1 else ''}, {stop:g} s"
     return of_columns(title, columns, n, pulses=pulses, **known_of(result.model, result.given))

@@ -349,7 +349,7 @@ def test_a_recording_is_kept(player):
 
 def test_without_an_engine_it_plays(browser, recorded_path, monkeypatch, tmp_path):
     """What needs one is not offered."""
-    monkeypatch.setattr(pages, "engine_file", lambda: tmp_path / "none")
+    monkeypatch.setattr(pages, "ENGINE", tmp_path / "none")
     path = tmp_path / "run.html"
     with nc.Fmu() as fmu:
         result = nc.resolved(fmu, stop=3.0, record=["x", "v", "F", "E_kinetic", "E_gravity", "E_contact"])

@@ -9,13 +9,13 @@ from importlib.resources import files
 
 import numpy as np
 
-from ..files import page_folder
+from ..files import PAGE
 
 STYLE, _colours = (
     (files(__package__) / name).read_text(encoding="utf-8") for name in ("look.css", "look.js")
 )
 #: Of a module; that common.js exports its functions does no harm there.
-SCRIPT = (page_folder() / "view/common.js").read_text(encoding="utf-8") + _colours
+SCRIPT = (PAGE / "view/common.js").read_text(encoding="utf-8") + _colours
 
 #: Colours by name, `COLOURS["series-1"]`, as "#rrggbb", where pages are light.
 COLOURS = dict(re.findall(r"--([\w-]+): (#[0-9a-f]{6});", STYLE.partition("@media")[0]))

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..errors import DoubtfulStart, FmuError, InvalidValue, needed, number
 from ..pulses import Array, pulse_table
-from .log import LogLine
+from .log import Log
 from .model import GIVEN, Model, Preset, Value, Values
 from .result import Result
 from .slaves import FMU2Instance, FMU3Instance
@@ -37,15 +37,13 @@ class Run:
 
     def __init__(self, fmu: Model, values: Values | None = None, *, initialize: bool = True):
         self.fmu, self.time = fmu, 0.0
-        self.log: list[LogLine] = []
-        self._alive = self._closed = False
+        self.log = Log()
+        self._closed = False
         self._meant = isinstance(values, Preset)
         version = FMU2Instance if fmu.description.fmiVersion.startswith("2.") else FMU3Instance
-        self.slave = version(fmu, self.log)
+        self.slave = version(fmu)
         try:
-            self._call(self.slave.create)
-            self._alive = True
-            self._call(self.slave.log_events)
+            self._call(self.slave.create, self.log)
             self.set({} if values is None else values)
             if initialize:
                 self.initialize()
@@ -73,11 +71,9 @@ class Run:
 
     def close(self) -> None:
         """Frees the instance; the log and the pulses stay readable."""
-        self._closed = True
-        if self._alive:
-            self._alive = False
+        if self.slave.component and not self._closed:
             self.slave.freeInstance()
-        self.slave.forget()
+        self._closed = True
 
     def _call(self, function: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
         if self._closed:

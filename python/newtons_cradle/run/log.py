@@ -2,6 +2,7 @@
 
 from ctypes import byref
 from dataclasses import dataclass
+from weakref import WeakValueDictionary
 
 from fmpy.fmi2 import fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 from fmpy.logging import addLoggerProxy
@@ -16,33 +17,31 @@ class LogLine:
     text: str
 
 
-def line(status: int, *texts: bytes | None) -> LogLine:
-    """A message as C passes it: status, category, text."""
-    return LogLine(status, *((text or b"").decode("utf-8", "replace") for text in texts))
+class Log(list[LogLine]):
+    """The messages of one instance."""
+
+    def take(self, status: int, *texts: bytes | None) -> None:
+        """A message as C passes it: status, category, text."""
+        self.append(LogLine(status, *((text or b"").decode("utf-8", "replace") for text in texts)))
 
 
 # FMPy's proxy formats C-style messages, but keeps one logger for the process: the last one registered gets the messages
 # of every instance. So all runs of FMI 2.0 share `_logger`, and the componentEnvironment, which the FMU hands back,
 # tells them apart. (A `simulate_fmu(..., logger=...)` that starts during a run takes over its later messages.)
-_logs: dict[int, list[LogLine]] = {}
+_logs: WeakValueDictionary[int, Log] = WeakValueDictionary()
 
 
 @fmi2CallbackLoggerTYPE  # type: ignore[untyped-decorator]
 def _logger(environment: int, _instance: bytes, status: int, *texts: bytes | None) -> None:
-    if environment in _logs:
-        _logs[environment].append(line(status, *texts))
+    if (log := _logs.get(environment)) is not None:
+        log.take(status, *texts)
 
 
-def callbacks(log: list[LogLine]) -> fmi2CallbackFunctions:
-    """Callbacks of a new instance of FMI 2.0, whose messages are appended to `log`."""
+def callbacks(log: Log) -> fmi2CallbackFunctions:
+    """Callbacks of a new instance of FMI 2.0, whose messages `log` takes."""
     functions = fmi2CallbackFunctions()
     functions.logger = _logger
     addLoggerProxy(byref(functions))
     functions.componentEnvironment = id(log)
     _logs[id(log)] = log
     return functions
-
-
-def forget(functions: fmi2CallbackFunctions) -> None:
-    """Takes no more messages of the instance with these callbacks."""
-    _logs.pop(functions.componentEnvironment, None)

@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 from fmpy.model_description import ModelDescription
 
-from ..errors import FmuError, InvalidValue, UnknownName, needed
-from .names import did_you_mean, split
-from .table import Table
+from ..errors import FmuError, InvalidValue, UnknownName, did_you_mean, needed
+from .table import Table, Variable, split
 
 Value = float | int | bool | str  #: of a variable; an item of an enumeration may be named
 Values = Mapping[str, Any]  #: by name: a `Value`, or for an array a sequence of them
@@ -44,12 +43,11 @@ class Model:
             if name.endswith("]"):
                 self.arrays.setdefault(name.partition("[")[0], []).append(name)
 
-        by_causality = {
-            kind: Table(v for v in self.variables.values() if v.causality == kind)
-            for kind in ("parameter", "input", "output")
-        }
         #: What there is to set and to see, in the description's order: names with unit, range, default and meaning.
-        self.parameters, self.inputs, self.outputs = by_causality.values()
+        self.parameters, self.inputs, self.outputs = (
+            Table({v.name: Variable.of(v) for v in self.variables.values() if v.causality == kind})
+            for kind in ("parameter", "input", "output")
+        )
 
     def __repr__(self) -> str:
         what = f"{self.balls} balls, " if self.balls else ""
@@ -132,10 +130,9 @@ class Model:
         for name, value in values.items():
             needed("values", name, str, "the name of a variable")
             array, index = split(name)
-            if index is not None and array in self.arrays and name not in self.variables:
+            if index is not None and name not in self.variables:
                 last = max(i or 0 for base, i in map(split, values) if base == array)
-                own = f"{array}[1] to {array}[{len(self.arrays[array])}]"
-                raise UnknownName(f"{name} is refused: {own} are in {self._shape()}{_cure(array, last)}")
+                raise UnknownName(self._unknown(name, _cure(array, last)))
             elements = self.arrays.get(name)
             self._check_settable(elements[0] if elements else name, name)
             single |= {name: value} if elements is None else self._elements(name, value)
@@ -165,15 +162,13 @@ class Model:
     def _shape(self) -> str:
         return f"{self.path.name}, a cradle of {self.balls} balls" if self.balls else self.path.name
 
-    def _unknown(self, name: str) -> str:
+    def _unknown(self, name: str, cure: str = "") -> str:
         array, index = split(name)
-        if array in self.arrays and index is not None:
-            allowed = f"{array}[1] to {array}[{len(self.arrays[array])}]"
-            return f"{name} is refused: allowed in {self._shape()}: {allowed}"
         if array in self.arrays:
-            return (
-                f"{name} is an array: a single variable is {name}[i], i from 1 to {len(self.arrays[array])}"
-            )
+            last = len(self.arrays[array])
+            if index is None:
+                return f"{name} is an array: a single variable is {name}[i], i from 1 to {last}"
+            return f"{name} is refused: {array}[1] to {array}[{last}] are in {self._shape()}{cure}"
         known = [f"{array}[i]" for array in self.arrays] + [
             name for name in self.variables if name[-1] != "]"
         ]
@@ -188,13 +183,20 @@ def _cure(array: str, count: int) -> str:
 
 
 @dataclass(frozen=True)
-class Place:
-    """Where FMI 3.0 has an element: type of its accessors, value reference, index from 0, length of the array."""
+class Whole:
+    """An array of FMI 3.0: type of its accessors, value reference, number of elements."""
 
     type: str
     reference: int
-    index: int
     length: int
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where FMI 3.0 has an element: its array, and its index from 0."""
+
+    array: Whole
+    index: int
 
 
 def variables(description: ModelDescription) -> dict[str, Any]:
@@ -212,12 +214,13 @@ def _elements(variable: Any) -> Iterator[Any]:
     length = variable.shape[0] if variable.shape else 1
     starts = (variable.start or "").split()
     stored = "Int64" if variable.type == "Enumeration" else variable.type
+    array = Whole(stored, variable.valueReference, length)
     meaning = variable.description or ""
     for index in range(length - meaning.endswith(OF_LAST_ELEMENT)):
         element = copy.copy(variable)
         element.name = _name(variable.name, index) if variable.shape else variable.name
         element.type = TYPES[variable.type]
-        element.valueReference = Place(stored, variable.valueReference, index, length)
+        element.valueReference = Place(array, index)
         element.start = starts[index % len(starts)] if starts else None
         element.description = meaning.removesuffix(OF_LAST_ELEMENT)
         if variable.declaredType is not None:

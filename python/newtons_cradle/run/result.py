@@ -6,11 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import UnknownName, optional
+from ..errors import UnknownName, did_you_mean, optional
 from ..page import save_page
 from ..pulses import Array
 from ..recording import from_result
-from .names import did_you_mean
 
 if TYPE_CHECKING:
     import pandas as pd

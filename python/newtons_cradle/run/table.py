@@ -1,15 +1,19 @@
 """Variables as a table: unit, range, default and meaning of each."""
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from ..errors import optional
-from .names import split
 
 if TYPE_CHECKING:
     import pandas as pd
+
+
+def split(name: str) -> tuple[str, int | None]:
+    """x[3] as ("x", 3), any other name as (name, None)."""
+    match = re.fullmatch(r"(.+)\[(-?\d+)\]", name)
+    return (match[1], int(match[2])) if match else (name, None)
 
 
 @dataclass(frozen=True)
@@ -40,40 +44,24 @@ class Variable:
         )
 
 
-class Table(Mapping[str, Variable]):
+class Table(dict[str, Variable]):
     """Variables by name: `table["gravity"].unit`. Printed, elements of an array that are alike share a line."""
-
-    def __init__(self, described: Iterable[Any]):
-        self._rows = {variable.name: Variable.of(variable) for variable in described}
-
-    def __getitem__(self, name: str) -> Variable:
-        return self._rows[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._rows)
-
-    def __len__(self) -> int:
-        return len(self._rows)
 
     def to_dataframe(self) -> "pd.DataFrame":
         """As a pandas data frame, index `name`. Raises PackageMissing without pandas."""
-        frame: pd.DataFrame = optional("pandas", "data").DataFrame(map(asdict, self._rows.values()))
+        frame: pd.DataFrame = optional("pandas", "data").DataFrame(map(asdict, self.values()))
         return frame.set_index("name")
 
-    def _lines(self) -> list[tuple[str, ...]]:
+    def __repr__(self) -> str:
         """A line for each variable, or for neighbours in an array that differ in their number alone."""
-        lines: list[list[str]] = []
-        for row in self._rows.values():
+        lines = [["name", "unit", "range", "default", "text"]]
+        for row in self.values():
             array, index = split(row.name)
             rest = [row.unit, row.range, row.default, general(row.text, index)]
-            if lines and index and lines[-1][0].startswith(f"{array}[") and lines[-1][1:] == rest:
+            if index and lines[-1][0].startswith(f"{array}[") and lines[-1][1:] == rest:
                 lines[-1][0] = f"{lines[-1][0].partition(' ')[0]} to [{index}]"
             else:
                 lines.append([row.name, *rest])
-        return [("name", "unit", "range", "default", "text"), *map(tuple, lines)]
-
-    def __repr__(self) -> str:
-        lines = self._lines()
         widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
         return "\n".join("  ".join(map(str.ljust, line, widths)).rstrip() for line in lines)
 
