@@ -39,13 +39,3 @@ function written(value, { origin, name, scale, unit }, finest) {
   const text = (digits > 6 ? number.toExponential(3) : number.toFixed(digits)).replace(/^-/, "−");
   return `${name && `${name} + `}${text}${unit}`;
 }
-
-/** First index of a rising array whose value is not below `value`. */
-function lowerBound(array, value) {
-  let low = 0, high = array.length;
-  while (low < high) {
-    const middle = (low + high) >> 1;
-    if (array[middle] < value) low = middle + 1; else high = middle;
-  }
-  return low;
-}

@@ -52,7 +52,8 @@ class Chart {
     }));
     this.canvas = make("canvas", { tabIndex: 0, role: "img" });
     this.canvas.ariaLabel = `${title}: ${this.strips.map((strip) => strip.label).join(", ")}`;
-    this.canvas.style.height = `${this.height()}px`;
+    const count = this.strips.length, inner = count * this.stripHeight + (count - 1) * MARGIN.gap;
+    this.canvas.style.height = `${MARGIN.top + inner + MARGIN.bottom}px`;
     this.spoken = make("p", { className: "spoken", ariaLive: "polite" });
     const above = [...(zooms || title ? [bar] : []), ...(named.length ? [this.legend] : [])];
     parent.append(make("figure", { className: "chart" }, ...above, this.canvas, this.spoken));
@@ -63,11 +64,6 @@ class Chart {
     const button = make("button", { type: "button", textContent: text, onclick: action });
     bar.append(button);
     return button;
-  }
-
-  height() {
-    const count = this.strips.length;
-    return MARGIN.top + count * this.stripHeight + (count - 1) * MARGIN.gap + MARGIN.bottom;
   }
 
   listen() {
@@ -138,10 +134,9 @@ class Chart {
 
   /** A curve's value at x = `at`, of points that of the nearest one; null beside the data. */
   static valueAt(x, y, at, nearest) {
-    const i = lowerBound(x, at);
-    if (nearest) return y[i > 0 && (i === x.length || at - x[i - 1] < x[i] - at) ? i - 1 : i];
-    if (i === 0 || i === x.length) return x[i] === at ? y[i] : null;
-    return y[i - 1] + (y[i] - y[i - 1]) * (at - x[i - 1]) / (x[i] - x[i - 1]);
+    const place = placeIn(x, at);
+    if (nearest) return y[place.i + Math.round(place.part)];
+    return at < x[0] || at > x[x.length - 1] ? null : linear(y, place);
   }
 
   /** Width of the strips in pixels. */
@@ -235,7 +230,7 @@ class Chart {
   }
 
   drawTrace(context, { x, y, colour: shade, style }, px, py, inner) {
-    const first = Math.max(0, lowerBound(x, this.left) - 1), last = Math.min(x.length - 1, lowerBound(x, this.right));
+    const first = Math.max(0, countUpTo(x, this.left) - 1), last = Math.min(x.length - 1, countUpTo(x, this.right));
     context.strokeStyle = context.fillStyle = colour(shade);
     if (style === "points") {
       for (let i = first; i <= last; i++) {
@@ -322,10 +317,7 @@ class Chart {
     const y = height - MARGIN.bottom;
     context.strokeStyle = colour("--edge");
     context.lineWidth = 1;
-    context.beginPath();
-    context.moveTo(MARGIN.left, y + 0.5);
-    context.lineTo(MARGIN.left + inner, y + 0.5);
-    context.stroke();
+    through(context, [[MARGIN.left, y + 0.5], [MARGIN.left + inner, y + 0.5]]).stroke();
     context.fillStyle = colour("--soft");
     context.textBaseline = "top";
     context.textAlign = "center";
