@@ -1,9 +1,10 @@
 """An FMU of FMI 3.0 through FMPy's low-level classes, with the names of its variables."""
 
-import re
-
 import numpy as np
 from fmpy.fmi3 import FMU3Model, FMU3Slave
+
+BOTH = {"eventModeUsed": True, "earlyReturnAllowed": True}
+RESOLVED, MAPPED = 1, 2  # exchange.contacts
 
 
 class Named:
@@ -38,29 +39,21 @@ class Named:
         self.n = balls
 
     def start(self, parameters=None, balls=None, **options):
-        """Instantiates and goes through initialization with these parameters, in a cradle of so many balls."""
+        """Instantiates and goes through initialization with these parameters, elements of arrays by names with an index,
+        in a cradle of so many balls."""
         self.make(**options)
         if balls is not None:
             self.resize(balls)
-        for name, value in self.arrays(parameters or {}).items():
-            self.set(name, value)
+        for name, value in (parameters or {}).items():
+            array, _, index = name.removesuffix("]").partition("[")
+            if index:
+                elements = self.get(array)
+                elements[int(index) - 1] = value
+                value = elements
+            self.set(array, value)
         self.enterInitializationMode()
         self.exitInitializationMode()
         return self
-
-    def arrays(self, parameters):
-        """Parameters by the names of FMI 3.0, from those that may have an index; other elements are those of the
-        description."""
-        arrays = {}
-        for name, value in parameters.items():
-            family, index = re.fullmatch(r"(.*?)(?:\[(\d+)])?", name).groups()
-            if index is None:
-                arrays[name] = value
-                continue
-            start = [float(text) for text in self.variables[family].start.split()]
-            elements = arrays.setdefault(family, start if len(start) == self.n else [start[-1]] * self.n)
-            elements[int(index) - 1] = value
-        return arrays
 
     def reference(self, *names):
         """Value references."""

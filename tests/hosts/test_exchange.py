@@ -9,10 +9,10 @@ import fmpy
 import newtons_cradle as nc
 import numpy as np
 import pytest
+from fmi3_host import MAPPED, RESOLVED
 from fmpy.simulation import instantiate_fmu
 
 N = 5
-RESOLVED, MAPPED = 1, 2  # exchange.contacts
 PULSES = [f"pulses[{i}]" for i in range(1, N)]
 LAWS = (1, 1, 2, 3, 4)  # contact.dampingLaw, drawn
 

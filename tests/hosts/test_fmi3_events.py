@@ -6,14 +6,12 @@ import math
 import newtons_cradle as nc
 import numpy as np
 import pytest
-
-BOTH = {"eventModeUsed": True, "earlyReturnAllowed": True}
+from fmi3_host import BOTH
 
 
 def pulses(lines):
     """The pulses of the log: contact, onset, release, peak, impulse."""
-    texts = (text for _, category, text in lines if category == "logEvents")
-    return [tuple(float(part.split("=")[1]) for part in text.split()) for text in texts]
+    return [nc.parse_pulse(text) for _, category, text in lines if category == "logEvents"]
 
 
 @pytest.mark.parametrize("options", [BOTH, {"eventModeUsed": True}])
