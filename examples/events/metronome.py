@@ -187,7 +187,7 @@ def save_plot(path: Path, rows: list[dict]) -> None:
 
 def main() -> int:
     """Runs all of it."""
-    parser = command_line(__doc__.splitlines()[0], "events", "NewtonsCradle.fmi3.fmu")
+    parser = command_line(__doc__.splitlines()[0], "events", fmu="NewtonsCradle.fmi3.fmu")
     parser.add_argument("--stop", type=float, default=10.0, help="s")
     options = parsed(parser)
     rows = compare(options.fmu, options.stop)

@@ -19,7 +19,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "paper"))
 from plots import diagrams
 from support import command_line, nc, parsed, write_rows
 
-RESOLVED, MAPPED = 1, 2  # exchange.contacts
+CONTACTS = {"resolved": 1, "mapped": 2}  # exchange.contacts, by way of model exchange
 TOLERANCES = {
     "resolved": [10.0**-k for k in range(4, 13)],
     "mapped": [10.0**-k for k in range(4, 14)],
@@ -35,7 +35,7 @@ COLUMNS = ["figure", "way", "tolerance", "error", "evaluations", "seconds", "pul
 
 def run(fmu: nc.Fmu, way: str, values: dict, tolerance: float, stop: float) -> dict:
     """One run: its relative energy error, its cost, and its pulses."""
-    exchange = way != "co-simulation"
+    exchange = way in CONTACTS
     kind = "ModelExchange" if exchange else "CoSimulation"
     instance = instantiate_fmu(fmu.folder, fmu.description, kind)
     evaluations = 0
@@ -48,7 +48,7 @@ def run(fmu: nc.Fmu, way: str, values: dict, tolerance: float, stop: float) -> d
             return own(*arguments)
 
         instance.getDerivatives = counted
-        values = values | {"exchange.contacts": RESOLVED if way == "resolved" else MAPPED}
+        values = values | {"exchange.contacts": CONTACTS[way]}
     else:
         values = values | {"solver.tolerance": tolerance}
     begin = time.perf_counter()
@@ -109,7 +109,7 @@ def save_plot(path: Path, rows: list[dict]) -> None:
 def draw(axis, rows: list[dict], style: str, colour: str, **options) -> None:
     """The errors of these rows, if there are any."""
     if rows:
-        cost, error = ([row["evaluations"] for row in rows], [max(row["error"], 1e-16) for row in rows])
+        cost, error = zip(*((row["evaluations"], max(row["error"], 1e-16)) for row in rows), strict=True)
         axis.loglog(cost, error, style, color=colour, linewidth=1, **options)
 
 

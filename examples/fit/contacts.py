@@ -129,7 +129,7 @@ def save_plot(path: Path, camera: Camera, filmed: np.ndarray, course: list, erro
 
 def main() -> int:
     """Films, fits and shows."""
-    options = parsed(command_line(__doc__.splitlines()[0], "fit", "NewtonsCradle.fmi3.fmu"))
+    options = parsed(command_line(__doc__.splitlines()[0], "fit", fmu="NewtonsCradle.fmi3.fmu"))
     try:
         camera = Camera(options.fmu)
         exact = camera.film(TRUE)[0]

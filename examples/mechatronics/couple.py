@@ -43,11 +43,8 @@ def main() -> int:
     try:
         with opened(options.fmu, options.out) as fmus:
             run(fmus, found, STEPS[: options.steps])
-            about = fmus.cradle.provenance() | {
-                "cradle": CRADLE,
-                "plant": plant.PARAMETERS,
-                "plant guid": fmus.plant.description.guid,
-            }
+            about = fmus.cradle.provenance() | {"cradle": CRADLE, "plant": plant.PARAMETERS}
+            about["plant guid"] = fmus.plant.description.guid
             (options.out / "about.json").write_text(json.dumps(about, indent=1), encoding="utf-8")
     except (FileNotFoundError, nc.FmuError) as problem:
         sys.exit(f"error: {problem}")
@@ -140,7 +137,7 @@ def plot_machine(found: Found, table: np.ndarray, momenta: np.ndarray) -> None:
 
 def compare(fmus: Fmus, path: Path, steps: list[float]) -> dict[str, list[float]]:
     """Largest deviation of a position from the reference, m, by way of coupling, for each step."""
-    _, exact = reference()
+    exact = reference()
     errors = {"FMPy": [ssp_error(path, h, exact) for h in steps]}
     ways = [(method, False) for method in METHODS] + [(method, True) for method in REPEATING]
     for method, at_impacts in tracked("Coupling error of four methods", ways):

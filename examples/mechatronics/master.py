@@ -32,9 +32,7 @@ class Master:
 
     def __init__(self, cradle: nc.Run, plant: nc.Run, method: str = "hold", *, newton: bool = False):
         self.cradle, self.plant, self.method, self.newton = cradle, plant, method, newton
-        self.cradle_mass = cradle.get("ball.mass") * sum(
-            cradle.get(f"ball.massRatio[{i}]") for i in range(1, cradle.fmu.balls + 1)
-        )
+        self.cradle_mass = cradle.get("ball.mass") * sum(cradle["ball.massRatio"])
         self.trials = 0  # steps of the cradle, repeated ones counted
         # Of each signal: integral sent and delivered so far, value and rate where the sender is.
         self.sent = np.zeros(4)
@@ -144,9 +142,7 @@ class Master:
         self.trials += 1
         self.cradle.set({"a_support": value[ACCELERATION], "F_ext[1]": value[PUSH]})
         if np.any(rate):
-            references = [
-                self.cradle.fmu.variables[name].valueReference for name in ("a_support", "F_ext[1]")
-            ]
+            references = self._references("a_support", "F_ext[1]")
             self.cradle.slave.setRealInputDerivatives(references, [1, 1], [rate[ACCELERATION], rate[PUSH]])
         last = f"[{self.cradle.fmu.balls - 1}]"
         sensor = {"F_sensor": self.cradle.get("F_mean" + last), "pulses": self.cradle.get("pulses" + last)}
@@ -162,6 +158,10 @@ class Master:
             run.slave.setFMUstate(state)
             run.time = time
 
+    def _references(self, *names: str) -> list[int]:
+        """The cradle's value references of these variables."""
+        return [self.cradle.fmu.variables[name].valueReference for name in names]
+
     def _sent(self, h: float) -> np.ndarray:
         """Integrals that each side has sent, after a step of length h."""
         supported = self.sent[FORCE] + h * self.cradle.get("F_support_mean")
@@ -171,8 +171,7 @@ class Master:
     def _look(self) -> tuple[np.ndarray, np.ndarray]:
         """Values and rates at the present time: the cradle's rates are its output derivatives."""
         names = ("F_support", "v[1]")
-        references = [self.cradle.fmu.variables[name].valueReference for name in names]
-        rates = self.cradle.slave.getRealOutputDerivatives(references, [1, 1])
+        rates = self.cradle.slave.getRealOutputDerivatives(self._references(*names), [1, 1])
         plant = [self.plant.get(name) for name in ("a", "F_coil", "a_rate", "F_coil_rate")]
         values = [self.cradle.get(name) for name in names]
         return np.array([*values, *plant[:2]]), np.array([*rates, *plant[2:]])
@@ -181,10 +180,9 @@ class Master:
         """How the signals that both send change with those that they receive; the cradle's part by directional
         derivatives."""
         cradle, h, response = self.cradle, end - begin, np.zeros((4, 4))
-        variables = cradle.fmu.variables
-        unknowns = [variables[name].valueReference for name in ("F_support_mean", "x[1]")]
+        unknowns = self._references("F_support_mean", "x[1]")
         for signal, name in ((ACCELERATION, "a_support"), (PUSH, "F_ext[1]")):
-            known = [variables[name].valueReference]
+            known = self._references(name)
             force, position = cradle.slave.getDirectionalDerivative(unknowns, known, [1.0 / h])
             response[FORCE, signal], response[COIL, signal] = h * force, position
         response[2:, :2] = self._plant_response(begin, end, before)

@@ -15,8 +15,8 @@ OVERLAPPING = [-0.170899748309, -0.049200786161, 0.382027214318, 0.660994995746,
 
 def run(fmus: Fmus, found: Found) -> None:
     """Both cases: macro run, micro view, Table 1."""
-    onset, macro, micro, column = case(fmus.five, found, "without dead band", 0.0)
-    columns = [column("without a dead band: the pulses overlap")]
+    title = "without a dead band: the pulses overlap"
+    onset, macro, micro, overlapping = case(fmus.five, found, "without dead band", 0.0, title)
     figure, first = "5, none", micro.pulses
     worst = np.abs(micro.stack("v")[-1] / SPEED - OVERLAPPING).max()
     found.conserved(figure, macro, SPEED)
@@ -25,8 +25,8 @@ def run(fmus: Fmus, found: Found) -> None:
     found.within(figure, "impact lasts", first["release"].max() - onset, 5.830036335e-7, 1e-12, "s")
     found.at_most(figure, "final velocities / speed, worst error", worst, 1e-8)
 
-    onset, macro, micro, column = case(fmus.five, found, "with dead band", DEAD_BAND)
-    columns.append(column("with a dead band of 0.26 µm: one after the other"))
+    title = "with a dead band of 0.26 µm: one after the other"
+    onset, macro, micro, separate = case(fmus.five, found, "with dead band", DEAD_BAND, title)
     figure, (first, second) = "5, band", nc.impact_sequences(macro.pulses)[:2]
     states = table1(micro)
     found.conserved(figure, macro, SPEED)
@@ -42,11 +42,11 @@ def run(fmus: Fmus, found: Found) -> None:
         "Two balls arrive at 2.236 m/s. Left: neighbouring contacts are closed together, every ball ends up moving, "
         "and balls 1 and 2 bounce back. Right: the dead band lets each collision finish before the next begins, so "
         "the balls exchange velocities pair by pair (Table 1), and exactly two leave on the other side.",
-        columns,
+        [overlapping, separate],
     )
 
 
-def case(fmu: nc.Fmu, found: Found, label: str, dead_band: float) -> tuple:
+def case(fmu: nc.Fmu, found: Found, label: str, dead_band: float, title: str) -> tuple:
     """One dead band (m): its first onset (s), ten seconds, the first impact in nanosecond steps, and its column in
     the plot."""
     values = nc.figure5(dead_band)
@@ -57,13 +57,9 @@ def case(fmu: nc.Fmu, found: Found, label: str, dead_band: float) -> tuple:
     found.save(f"{stem}.csv", macro.samples)
     found.save(f"{stem}_pulses.csv", macro.pulses)
     found.save(f"{stem}_micro.csv", micro.samples)
-
-    def column(title: str) -> Column:
-        views = {"impact": (-5e-8, 1.1e-6), "onset": (-2e-9, 4e-8)}
-        strips = forces(micro, origin=onset, limits=(0, 1.8e7))
-        return Column(strips, views, title, f"time after the first onset at {onset:.12f} s")
-
-    return onset, macro, micro, column
+    views = {"impact": (-5e-8, 1.1e-6), "onset": (-2e-9, 4e-8)}
+    strips = forces(micro, origin=onset, limits=(0, 1.8e7))
+    return onset, macro, micro, Column(strips, views, title, f"time after the first onset at {onset:.12f} s")
 
 
 def counted(pulses: np.ndarray) -> tuple[int, int]:

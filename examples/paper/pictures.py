@@ -25,7 +25,7 @@ from plots import Column, Plot, Strip, Trace, family, forces, save_picture
 from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.support.wait import WebDriverWait
-from support import ROOT, nc, opened, paper_command_line, shorter
+from support import ROOT, command_line, nc, opened, shorter
 
 # Of each step of the lesson: a name, and when, in seconds after the release or as a part of the click.
 LESSON = (("two", 0.52, None), ("energy", 3.4, None), ("inside", None, 0.115), ("steel", None, 0.36))
@@ -42,7 +42,7 @@ SEEK = "const click = cradle.sources[0].shownClick; cradle.seek(click.begin + ar
 
 def main() -> int:
     """Makes all pictures."""
-    options = paper_command_line(__doc__.splitlines()[0]).parse_args()
+    options = command_line(__doc__.splitlines()[0], "paper", fmu13="NewtonsCradle13.fmu").parse_args()
     docs, assets = ROOT / "docs", ROOT / "packaging/assets"
     with opened(options) as fmus:
         svg(default_run(fmus.five), assets / "run.svg")

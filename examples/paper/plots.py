@@ -20,7 +20,7 @@ import newtons_cradle as nc  # noqa: E402
 
 #: One colour per ball or contact, from left to right; told apart by colour-blind eyes as well.
 COLOURS = nc.look.SERIES
-INK, FAINT, GRID = (nc.look.COLOURS[name] for name in ("ink", "edge", "line"))
+INK, SOFT, FAINT, GRID = (nc.look.COLOURS[name] for name in ("ink", "soft", "edge", "line"))
 
 
 @dataclass(frozen=True)
@@ -110,13 +110,7 @@ def save_picture(plot: Plot, path: Path, **options) -> None:
     for column, strips in zip(plot.columns, axes.T, strict=True):
         _draw_column(column, strips)
     if plot.caption:
-        look = {
-            "fontsize": 8.5,
-            "color": nc.look.COLOURS["soft"],
-            "x": 0.01,
-            "ha": "left",
-            "linespacing": 1.5,
-        }
+        look = {"fontsize": 8.5, "color": SOFT, "x": 0.01, "ha": "left", "linespacing": 1.5}
         figure.supxlabel(textwrap.fill(plot.caption, 150), **look)
     figure.savefig(path, dpi=130, **options)
     plt.close(figure)

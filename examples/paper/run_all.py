@@ -14,14 +14,14 @@ import ten_minutes
 from newtons_cradle.page import save_page
 from newtons_cradle.views import from_fmu
 from report import save_report
-from support import Found, nc, opened, paper_command_line, shorter
+from support import Found, command_line, nc, opened, shorter
 
 EXPERIMENTS = [figure3, figure4, figure5, figure6, ten_minutes, overlap_order, dead_band, stiffness, hertz]
 
 
 def main() -> int:
     """Runs the experiments; returns 0 if every check passes, else 1."""
-    parser = paper_command_line(__doc__)
+    parser = command_line(__doc__, "paper", fmu13="NewtonsCradle13.fmu")
     known = {experiment.__name__: experiment for experiment in EXPERIMENTS}
     parser.add_argument("--only", nargs="+", choices=known, default=list(known), help="some experiments")
     options = parser.parse_args()

@@ -106,15 +106,15 @@ class Found:
         """Prints the table of checks, and writes it as checks.csv; returns True if all pass."""
         head = ("figure", "what", "measured", "required")
         rows = [(c.figure, c.what, c.measured, c.required) for c in self.checks]
-        marks = ["agrees" if c.holds else "DIFFERS" for c in self.checks]
+        holds = [c.holds for c in self.checks]
+        marks = ["agrees" if held else "DIFFERS" for held in holds]
         table = [(*head, ""), *((*row, mark) for row, mark in zip(rows, marks, strict=True))]
         widths = [max(map(len, column)) for column in zip(*table, strict=True)]
         table.insert(1, tuple("-" * width for width in widths))
         for row in table:
             line = "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))
             print(f"  {line}".rstrip())
-        holds = [int(c.holds) for c in self.checks]
-        lines = [(*row, held) for row, held in zip(rows, holds, strict=True)]
+        lines = [(*row, int(held)) for row, held in zip(rows, holds, strict=True)]
         self.save_rows("checks.csv", [(*head, "holds"), *lines])
         return all(holds)
 
@@ -133,22 +133,15 @@ def tracked(label: str, items, count: int | None = None):
         progress(number / (count or len(items)))
 
 
-def command_line(description: str, out: str, fmu: str = "NewtonsCradle.fmu") -> argparse.ArgumentParser:
-    """The options that all examples have: `--fmu`, one of those built unless given, and `--out`, a folder in out/."""
+def command_line(description: str, out: str, **fmus: str) -> argparse.ArgumentParser:
+    """The options that all examples have: `--fmu` and others for these FMUs of target/fmu, and `--out`, a folder in
+    out/ unless given."""
     form = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(description=description, formatter_class=form)
-    parser.add_argument(
-        "--fmu", type=Path, default=ROOT / "target/fmu" / fmu, help="FMU, usually of five balls"
-    )
+    for name, file in ({"fmu": "NewtonsCradle.fmu"} | fmus).items():
+        place = f"target/fmu/{file}"
+        parser.add_argument(f"--{name}", type=Path, default=ROOT / place, help=f"FMU [default: {place}]")
     parser.add_argument("--out", type=Path, default=ROOT / "out" / out, help="folder for CSV and pictures")
-    return parser
-
-
-def paper_command_line(description: str) -> argparse.ArgumentParser:
-    """The options of the paper's programs, which also need 13 balls: `--fmu13`."""
-    parser = command_line(description, "paper")
-    thirteen = ROOT / "target/fmu/NewtonsCradle13.fmu"
-    parser.add_argument("--fmu13", type=Path, default=thirteen, help="FMU of 13 balls")
     return parser
 
 

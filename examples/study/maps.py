@@ -21,15 +21,8 @@ def save_maps(path: Path, rows: list[dict]) -> None:
     plt.rcParams.update({"font.family": "DejaVu Sans", "font.size": 9, "axes.facecolor": "#d0d0d0"})
     cases = sorted({(row["lifted"], row["damping"]) for row in rows})
     size = (1.4 + 2.3 * len(cases), 0.6 + 2.3 * len(QUANTITIES))
-    figure, axes = plt.subplots(
-        len(QUANTITIES),
-        len(cases),
-        figsize=size,
-        sharex=True,
-        sharey=True,
-        squeeze=False,
-        layout="constrained",
-    )
+    shape = {"sharex": True, "sharey": True, "squeeze": False, "layout": "constrained", "figsize": size}
+    figure, axes = plt.subplots(len(QUANTITIES), len(cases), **shape)
     for (name, (title, colours)), line in zip(QUANTITIES.items(), axes, strict=True):
         largest = max(row[name] for row in rows)
         for (lifted, damping), axis in zip(cases, line, strict=True):

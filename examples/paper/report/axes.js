@@ -22,7 +22,7 @@ function notation(a, b, unit) {
   return { origin, name, scale: 10 ** power, unit: unit && ` ${PREFIXES[power]}${unit}` };
 }
 
-/** Ticks of an axis from a to b: where they are, their texts, and how they are written. */
+/** Ticks of an axis from a to b: where they are, their texts, and what they are counted from. */
 function ticks(a, b, count, unit) {
   const way = notation(a, b, unit), { origin, scale } = way, step = roundStep((b - a) / count);
   const digits = Math.max(0, -Math.floor(Math.log10(step / scale) + 1e-9)), list = [];
@@ -30,7 +30,7 @@ function ticks(a, b, count, unit) {
     const short = digits > 5 ? (k * step / scale).toPrecision(2) : (k * step / scale).toFixed(digits);
     list.push({ at: origin + k * step, text: short.replace("-", "−") + way.unit });
   }
-  return { list, name: way.name && `${way.name} + …`, way };
+  return { list, name: way.name && `${way.name} + …` };
 }
 
 /** A value in the axis's unit, to about `finest`. */
