@@ -16,6 +16,7 @@ import pytest
 from newtons_cradle import files
 
 ROOT = Path(__file__).resolve().parents[2]
+SCRIPTS = Path(sys.executable).parent  # the virtual environment's programs
 AXE = "4.14.1"  # version of axe-core, which the tests install below target
 
 
@@ -75,6 +76,13 @@ def fmu3_path(fmu_path, producer, tmp_path_factory):
     """The FMU under test as one of FMI 3.0, with the same binaries."""
     out = tmp_path_factory.mktemp("fmi3") / "NewtonsCradle.fmi3.fmu"
     return repacked(producer, fmu_path, out, "--fmi", "3")
+
+
+@pytest.fixture(scope="session")
+def fmu3(fmu3_path) -> nc.Fmu:
+    """The FMU of FMI 3.0, unpacked once."""
+    with nc.Fmu(fmu3_path) as opened:
+        yield opened
 
 
 @pytest.fixture

@@ -8,12 +8,11 @@ import json
 import re
 import shutil
 import sys
-from pathlib import Path
 
 import fmpy
 import numpy as np
 import pytest
-from conftest import ROOT, ended
+from conftest import ROOT, SCRIPTS, ended
 from fmpy.simulation import instantiate_fmu
 from newtons_cradle.pulses import pulse_table
 
@@ -22,7 +21,6 @@ pytestmark = pytest.mark.all
 STEP = 1 / 128  # s
 STOP = 10.0  # s
 STEPS = 1280
-SCRIPTS = Path(sys.executable).parent  # the virtual environment's programs
 
 
 # FMPy's proxy of loggers hands every message of the process to the logger registered last, even when that is gone.

@@ -19,14 +19,13 @@ from pathlib import Path
 
 import fmpy
 import pytest
-from conftest import ROOT, ended, repacked
+from conftest import ROOT, SCRIPTS, ended, repacked
 from fmpy.validation import validate_fmu
 
 pytestmark = pytest.mark.all
 
 PATH = ROOT / "target/fmu/platforms/NewtonsCradle.fmu"
 STEPS = 1000
-SCRIPTS = Path(sys.executable).parent  # the virtual environment's programs
 ZIG = [sys.executable, "-m", "ziglang", "cc", "-target"]
 # A C library for ARM lies where Debian's cross compilers have it.
 QEMU = [[name, "-L", "/usr/aarch64-linux-gnu"] for name in ("qemu-aarch64-static", "qemu-aarch64")]

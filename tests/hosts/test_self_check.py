@@ -6,21 +6,19 @@ import re
 import sys
 import zipfile
 from html import unescape
-from pathlib import Path
 from xml.etree import ElementTree
 
 import fmpy
 import newtons_cradle as nc
 import numpy as np
 import pytest
-from conftest import ROOT, ended, repacked
+from conftest import ROOT, SCRIPTS, ended, repacked
 from fmpy.ssp.ssd import read_ssv
 from fmpy.validation import validate_fmu
 
 pytestmark = pytest.mark.all
 
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
-SCRIPTS = Path(sys.executable).parent  # the virtual environment's programs
 ENVIRONMENT = os.environ | {
     "PATH": f"{SCRIPTS}{os.pathsep}{os.environ['PATH']}",
     "PYTHONPATH": str(ROOT / "python"),
