@@ -10,14 +10,14 @@
     result.plot("x")    # a picture, with the extra `plot`
 
 Modules: `fmu` (open and run an FMU), `building` (make others), `run` (its instances, steps, log and results), `pulses`
-(the log of pulses as a table, impact sequences, pulse order), `views` (runs that resolve every pulse), `balances`
-(energy and momentum), `setups` (start values: presets, the paper's experiments), `calibration` (a real cradle's losses
-from a video), `progress` (a progress bar), `recording` and `page` (a run as a page for a browser), `errors` (what all
-functions raise), `testing` (pytest fixtures and assertions), `look` (colours and fonts).
+(the log of pulses as a table, impact sequences, pulse order), `views` (runs that resolve every pulse, and how much
+pulses overlap in them; balances of energy and momentum), `setups` (start values: presets, the paper's experiments),
+`calibration` (a real cradle's losses from a video), `progress` (a progress bar), `recording` and `page` (a run as a
+page for a browser), `errors` (what all functions raise), `testing` (pytest fixtures and assertions), `look` (colours
+and fonts).
 """
 
 from . import look
-from .balances import energy_error, momentum_of_sequences
 from .building import build
 from .calibration import Calibration, calibrate
 from .errors import (
@@ -35,20 +35,13 @@ from .progress import Progress
 from .pulses import PULSE, impact_sequences, overlapping_neighbours, parse_pulse, pulse_order
 from .run import NEVER, LogLine, Result, Run, Saved
 from .setups import chain, figure5, lifted, power_law, preset, presets, steel
-from .views import overlaps, resolved, sample_times
+from .views import energy_error, momentum_of_sequences, overlaps, resolved, sample_times
 
 __version__ = version()
 
 __all__ = ["NEVER", "Fmu", "LogLine", "Result", "Run", "Saved", "build", "look"]
-__all__ += [
-    "CradleError",
-    "DoubtfulStart",
-    "FileMissing",
-    "FmuError",
-    "InvalidValue",
-    "PackageMissing",
-    "UnknownName",
-]
+__all__ += ["CradleError", "DoubtfulStart", "FileMissing", "FmuError"]
+__all__ += ["InvalidValue", "PackageMissing", "UnknownName"]
 __all__ += ["PULSE", "impact_sequences", "overlapping_neighbours", "parse_pulse", "pulse_order"]
 __all__ += ["chain", "figure5", "lifted", "power_law", "preset", "presets", "steel"]
 __all__ += ["Calibration", "Progress", "calibrate", "overlaps", "resolved", "sample_times"]

@@ -13,11 +13,11 @@ from typing import Any
 
 import pytest
 
-from .balances import energy_error
 from .building import build
 from .fmu import Fmu
 from .pulses import Array, impact_sequences, pulse_order
 from .run import Result
+from .views import energy_error
 
 
 @pytest.fixture(scope="session")

@@ -17,7 +17,7 @@ from .slaves import FMU2Instance, FMU3Instance
 
 LOOKS = 10_000  # by which an onset must be in sight
 NEVER = 1e30  # s, what `t_next` says when no impact lies ahead
-DTYPES = {"Real": "f8", "Integer": "i4", "Enumeration": "i4", "Boolean": "?"}  # FMI type to NumPy's
+DTYPES = {"Real": "f8", "Integer": "i8", "Enumeration": "i4", "Boolean": "?"}  # FMI type to NumPy's
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,8 @@ class Run:
 
     def initialize(self, start_time: float = 0.0) -> None:
         """Initialises an instance that was only instantiated, at its start time (s). Raises FmuError."""
-        self._call(self.slave.initialize, start_time)
+        self._call(self.slave.enterInitializationMode, startTime=start_time)
+        self._call(self.slave.exitInitializationMode)
         self.time = start_time
         for line in self.log:
             if line.category == "logStatusWarning" and not self._meant:
@@ -104,7 +105,7 @@ class Run:
     def get(self, name: str) -> float | int | bool:
         """The value of one variable. Raises UnknownName or FmuError."""
         self.fmu.variable(name)
-        value: float | int | bool = self.recorder([name]).row()[0]
+        value: float | int | bool = self[name]
         return value
 
     def __setitem__(self, name: str, value: Value) -> None:
@@ -112,9 +113,8 @@ class Run:
 
     def __getitem__(self, name: str) -> Any:
         """The value of a variable; for an array, the values of all elements, shape (elements,)."""
-        if name in self.fmu.arrays:
-            return np.array(self.recorder([name]).row())
-        return self.get(name)
+        values = self.recorder([name]).row()
+        return np.array(values) if name in self.fmu.arrays else values[0]
 
     def step(self, h: float) -> None:
         """One communication step of `h` seconds. Raises InvalidValue, FmuError."""

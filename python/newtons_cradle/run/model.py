@@ -216,9 +216,10 @@ def _elements(variable: Any) -> Iterator[Any]:
     stored = "Int64" if variable.type == "Enumeration" else variable.type
     array = Whole(stored, variable.valueReference, length)
     meaning = variable.description or ""
+    bare, end, _ = variable.name.partition(")")  # der(x) has der(x[1])
     for index in range(length - meaning.endswith(OF_LAST_ELEMENT)):
         element = copy.copy(variable)
-        element.name = _name(variable.name, index) if variable.shape else variable.name
+        element.name = f"{bare}[{index + 1}]{end}" if variable.shape else variable.name
         element.type = TYPES[variable.type]
         element.valueReference = Place(array, index)
         element.start = starts[index % len(starts)] if starts else None
@@ -226,9 +227,3 @@ def _elements(variable: Any) -> Iterator[Any]:
         if variable.declaredType is not None:
             element.unit = variable.unit or variable.declaredType.unit
         yield element
-
-
-def _name(array: str, index: int) -> str:
-    """x and 0 to x[1], der(x) and 0 to der(x[1])."""
-    bare = array.removesuffix(")")
-    return f"{bare}[{index + 1}]{array[len(bare) :]}"

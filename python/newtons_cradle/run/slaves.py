@@ -10,52 +10,45 @@ from fmpy.fmi3 import FMU3Slave
 from .log import Log, callbacks
 from .model import Model, Place, Whole
 
-LARGEST = 2**31 - 1  # that counters show, as in FMI 2.0
 
+class Instance:
+    """What is the same in both versions of FMI."""
 
-def arguments(fmu: Model) -> dict[str, str]:
-    """What FMPy makes an instance of."""
-    identifier = fmu.description.coSimulation.modelIdentifier
-    folder, guid = fmu.folder, fmu.description.guid
-    return {"guid": guid, "modelIdentifier": identifier, "unzipDirectory": folder, "instanceName": "cradle"}
-
-
-class States:
-    """States as bytes."""
+    def __init__(self, fmu: Model):
+        identifier, guid = fmu.description.coSimulation.modelIdentifier, fmu.description.guid
+        given = {"guid": guid, "modelIdentifier": identifier, "unzipDirectory": fmu.folder}
+        # FMPy looks in linux64 for FMI 2.0 on ARM, too; FMI 2.0.4 has aarch64-linux, as FMI 3.0.
+        library = Path(fmu.folder, "binaries", platform_tuple, identifier + sharedLibraryExtension)
+        path = str(library) if library.is_file() else None
+        super().__init__(**given, instanceName="cradle", libraryPath=path)  # type: ignore[call-arg]
 
     def to_bytes(self: Any) -> bytes:
+        """The state."""
         state = self.getFMUState()
         data: bytes = self.serializeFMUState(state)
         self.freeFMUState(state)
         return data
 
     def go_to(self: Any, data: bytes) -> None:
+        """Goes to the state in these bytes."""
         state = self.deserializeFMUState(data)
         self.setFMUState(state)
         self.freeFMUState(state)
 
 
-class FMU2Instance(FMU2Slave, States):  # type: ignore[misc]  # FMPy goes by the first letters
+class FMU2Instance(Instance, FMU2Slave):  # type: ignore[misc]  # FMPy goes by the first letters
     """An instance of FMI 2.0."""
 
     getEnumeration, setEnumeration = FMU2Slave.getInteger, FMU2Slave.setInteger
-
-    def __init__(self, fmu: Model):
-        given = arguments(fmu)
-        # FMPy looks in linux64 on ARM, too; FMI 2.0.4 has aarch64-linux.
-        name = given["modelIdentifier"] + sharedLibraryExtension
-        library = Path(fmu.folder, "binaries", platform_tuple, name)
-        super().__init__(**given, libraryPath=str(library) if library.is_file() else None)
 
     def create(self, log: Log) -> None:
         """Instantiates it; pulses, doubts and errors are logged."""
         self.instantiate(callbacks=callbacks(log))
         self.setDebugLogging(True, ["logEvents", "logStatusWarning"])
 
-    def initialize(self, start_time: float) -> None:
-        self.setupExperiment(startTime=start_time)
-        self.enterInitializationMode()
-        self.exitInitializationMode()
+    def enterInitializationMode(self, startTime: float) -> None:
+        self.setupExperiment(startTime=startTime)
+        super().enterInitializationMode()
 
     def read(self, kind: str, references: list[int]) -> list[Any]:
         values: list[Any] = getattr(self, f"get{kind}")(references)
@@ -65,25 +58,17 @@ class FMU2Instance(FMU2Slave, States):  # type: ignore[misc]  # FMPy goes by the
         getattr(self, f"set{kind}")(references, values)
 
 
-class FMU3Instance(FMU3Slave, States):  # type: ignore[misc]
+class FMU3Instance(Instance, FMU3Slave):  # type: ignore[misc]
     """An instance of FMI 3.0: by the elements of its arrays, in steps without event mode."""
-
-    def __init__(self, fmu: Model):
-        super().__init__(**arguments(fmu))
 
     def create(self, log: Log) -> None:
         """Instantiates it; pulses, doubts and errors are logged."""
         self.instantiate(loggingOn=True, logMessage=lambda _, *said: log.take(*said))
         self.setDebugLogging(False, ["logSolver"])
 
-    def initialize(self, start_time: float) -> None:
-        self.enterInitializationMode(startTime=start_time)
-        self.exitInitializationMode()
-
-    def read(self, kind: str, places: list[Place]) -> list[Any]:
+    def read(self, _kind: str, places: list[Place]) -> list[Any]:
         arrays = self._arrays(places)
-        found = [arrays[place.array][place.index] for place in places]
-        return [min(value, LARGEST) for value in found] if kind == "Integer" else found
+        return [arrays[place.array][place.index] for place in places]
 
     def write(self, _kind: str, places: list[Place], values: list[Any]) -> None:
         """The other elements of their arrays stay as they are."""
