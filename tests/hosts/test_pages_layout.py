@@ -92,32 +92,25 @@ def test_nothing_overprints_and_axe_finds_nothing_serious(browser, axe, pages, p
 #: Of the report: colours of texts, of curves, and of what they are drawn on.
 TEXT_COLOURS, GROUNDS = ("ink", "soft", "accent", "good", "bad"), ("paper", "card")
 CURVES = ("edge", *(f"series-{i}" for i in range(1, 7)))
+#: The contrast of two of them after WCAG 2, 1 to 21.
+CONTRAST = """const {Color, getContrast} = axe.commons.color, style = getComputedStyle(document.documentElement);
+return getContrast(...[...arguments].map((name) => {
+  const colour = new Color();
+  colour.parseString(style.getPropertyValue(`--${name}`).trim());
+  return colour;
+}))"""
 
 
 @pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
-def test_colours_are_told_from_what_they_are_on(browser, pages, dark):
+def test_colours_are_told_from_what_they_are_on(browser, axe, pages, dark):
     """Texts, also those drawn on canvases, which axe-core does not see: 4.5 to 1; curves: 3 to 1."""
     set_screen(browser, dark=dark)
     visit(browser, pages["report"])
-    look = "return getComputedStyle(document.documentElement).getPropertyValue(`--${arguments[0]}`)"
-    names = (*TEXT_COLOURS, *CURVES, *GROUNDS, "on-accent")
-    shown = {name: browser.execute_script(look, name).strip() for name in names}
+    browser.execute_script(axe)
     for name in TEXT_COLOURS + CURVES:
-        least = min(contrast(shown[name], shown[ground]) for ground in GROUNDS)
+        least = min(browser.execute_script(CONTRAST, name, ground) for ground in GROUNDS)
         assert least >= (4.5 if name in TEXT_COLOURS else 3), name
-    assert contrast(shown["on-accent"], shown["accent"]) >= 4.5
-
-
-def contrast(one: str, other: str) -> float:
-    """Contrast of two colours #rrggbb after WCAG 2, 1 to 21."""
-
-    def luminance(colour):
-        channels = [int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)]
-        linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in channels]
-        return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
-
-    low, high = sorted((luminance(one), luminance(other)))
-    return (high + 0.05) / (low + 0.05)
+    assert browser.execute_script(CONTRAST, "on-accent", "accent") >= 4.5
 
 
 def test_all_pages_have_one_look(pages):
@@ -131,10 +124,14 @@ def test_all_pages_have_one_look(pages):
 
 
 @pytest.mark.parametrize("size", SIZES)
-def test_balls_are_beside_each_panel(page, size):
-    """They are as large as can be told apart, and a hand takes one of them; in German, whose words are long."""
+def test_balls_are_beside_the_lesson_and_each_panel(page, size):
+    """They are as large as can be told apart, beside each step in large letters with its question where there is one,
+    and, in German, whose words are long, beside panels, where a hand takes one of them."""
     set_screen(page, size)
-    js(page, "cradle.setLanguage('de')")
+    for step in range(1, 7):
+        js(page, "cradle.open(`present=${arguments[0]}`)", step)
+        assert all(box["bottom"] - box["top"] > 120 for box in boxes(page)), step
+    js(page, "cradle.open('preset=textbook&lang=de')")
     for beside, least in (("stop", 140), ("hertz", 120)):
         js(page, "cradle.compare(arguments[0])", beside)
         boxes(page)
@@ -146,15 +143,6 @@ def test_balls_are_beside_each_panel(page, size):
         lifted = page.execute_script("return cradle.sources.map(({setup}) => setup.values.x_start[0])")
         assert max(lifted) < -0.01
         js(page, "cradle.panels.toggle('change'); cradle.stopAll()")
-
-
-@pytest.mark.parametrize("size", SIZES)
-def test_a_class_sees_all_of_the_lesson(page, size):
-    """Each step in large letters, with its question where there is one."""
-    set_screen(page, size)
-    for step in range(1, 7):
-        js(page, "cradle.open(`present=${arguments[0]}`)", step)
-        assert all(box["bottom"] - box["top"] > 120 for box in boxes(page)), step
 
 
 @pytest.mark.parametrize("size", SIZES)

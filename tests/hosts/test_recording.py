@@ -45,6 +45,7 @@ def test_the_producer_makes_the_same_page(producer, fmu_path, tmp_path):
 ONE, TWO = "time,x[1],v[1]\n", "time,x[1],x[2],v[1],v[2],F[1]\n"
 
 
+#: What is in a file, what a command says of it, and what the page says where it has words of its own.
 REFUSED = [
     ("", "missing: time, x[1], v[1]. Needed: time, x[i] and v[i] of every ball"),
     ("time,y\n0,1\n1,2\n", "missing: x[1], v[1]"),
@@ -55,13 +56,21 @@ REFUSED = [
     (TWO.replace("F[1]", "F[1],F[2]") + "0,1,2,3,4,0,0\n", "of 3 balls; missing: x[3], v[3]"),
     (TWO + "0,1,2,3,4,0\n", "at least two rows are needed, with times that rise"),
     (TWO + "0,1,2,3,4,0\n0,1,2,3,4,0\n", "at least two rows are needed, with times that rise"),
-    ("time,x[1]\n0,1\n1,red\n", "line 3: could not convert string to float: 'red'"),
-    ("time,x[1]\n0,1\n1,2,3\n", "line 3: 3 numbers for 2 names"),
-    ("time,x[1]\n0,1\n1,nan\n", "NaN or infinite numbers cannot be drawn"),
+    (
+        "time,x[1]\n0,1\n1,red\n",
+        "line 3: could not convert string to float: 'red'",
+        "in line 3, “red” is not a number",
+    ),
+    ("time,x[1]\n0,1\n1,2,3\n", "line 3: 3 numbers for 2 names", "line 3 has 3 numbers for 2 names"),
+    (
+        "time,x[1]\n0,1\n1,nan\n",
+        "NaN or infinite numbers cannot be drawn",
+        "in line 3, “nan” is not a number",
+    ),
 ]
 
 
-@pytest.mark.parametrize(("text", "complaint"), REFUSED)
+@pytest.mark.parametrize(("text", "complaint"), [row[:2] for row in REFUSED])
 def test_a_bad_result_is_refused_in_words(page, tmp_path, text, complaint):
     path = tmp_path / "bad.csv"
     path.write_text(text)
@@ -126,10 +135,9 @@ def test_one_ball_is_drawn_if_said_so(page, tmp_path, capsys):
     path = tmp_path / "one.csv"
     table = np.column_stack([time, np.cos(2 * time), -2 * np.sin(2 * time)])
     np.savetxt(path, table, delimiter=",", header="time,x[1],v[1]", comments="")
-    page(path, refused="has only one ball")
+    page(path, "--balls", 2, refused="missing: x[2], v[2], F[1]")
     page(path, "--balls", 1)
     assert from_csv(path, balls=1).F.shape == (301, 0)
-    page(path, "--balls", 2, refused="missing: x[2], v[2], F[1]")
     with pytest.raises(SystemExit):
         page(path, "--balls", 0)
     assert "is not a number of balls" in capsys.readouterr().err
@@ -164,13 +172,12 @@ def test_a_bad_command_is_refused_in_words(page, fmu_path, arguments, complaint)
 def test_a_result_has_a_page(fmu, tmp_path):
     """What is missing or too coarse is said."""
     path = tmp_path / "result.html"
-    coarse = r"the result: too coarse. The samples at t = 0.5 s are 0.5 s apart"
-    with pytest.raises(
-        RecordingError, match=r"the result: not a whole result of 5 balls; missing: v\[1\], v\[2\]"
+    for options, complaint in (
+        ({"record": ["x"]}, r"not a whole result of 5 balls; missing: v\[1\], v\[2\]"),
+        ({"step": 0.5}, "too coarse. The samples at t = 0.5 s are 0.5 s apart"),
     ):
-        fmu.simulate(stop=1.0, record=["x"]).page(path)
-    with pytest.raises(RecordingError, match=coarse):
-        fmu.simulate(stop=1.0, step=0.5).page(path)
+        with pytest.raises(RecordingError, match=f"the result: {complaint}"):
+            fmu.simulate(stop=1.0, **options).page(path)
     assert not path.exists()
     start = nc.lifted(1, amplitude=0.05)
     result = fmu.simulate(start | {"contact.model": "hertz", "ball.massRatio[2]": 2.0}, stop=1.0)
