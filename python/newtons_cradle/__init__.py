@@ -9,7 +9,7 @@
     result.pulses       # one row per contact pulse, however short
     result.plot("x")    # a picture, with the extra `plot`
 
-Modules: `fmu` (open and run an FMU), `building` (make others), `run` (its instances, steps, log and results), `pulses`
+Modules: `fmu` (open, make and run FMUs), `run` (its instances, steps, log and results), `pulses`
 (the log of pulses as a table, impact sequences, pulse order), `views` (runs that resolve every pulse, and how much
 pulses overlap in them; balances of energy and momentum), `setups` (start values: presets, the paper's experiments),
 `calibration` (a real cradle's losses from a video), `progress` (a progress bar), `recording` and `page` (a run as a
@@ -18,7 +18,6 @@ and fonts).
 """
 
 from . import look
-from .building import build
 from .calibration import Calibration, calibrate
 from .errors import (
     CradleError,
@@ -30,7 +29,7 @@ from .errors import (
     UnknownName,
 )
 from .files import version
-from .fmu import Fmu
+from .fmu import Fmu, build
 from .progress import Progress
 from .pulses import PULSE, impact_sequences, overlapping_neighbours, parse_pulse, pulse_order
 from .run import NEVER, LogLine, Result, Run, Saved

@@ -27,11 +27,6 @@ ENGINE = own(
 )  # for browsers, as a part of a page, if built; see web/build.py
 
 
-def own_fmu() -> Path:
-    """The FMU that comes with a wheel or, in a checkout, the one that was built last. Raises FileMissing."""
-    return newest(FMU)
-
-
 def producer() -> Path:
     """The program cradle-fmu: that of the installation or, in a checkout, the one built last. Raises FileMissing."""
     name = "cradle-fmu.exe" if sys.platform == "win32" else "cradle-fmu"

@@ -1,4 +1,4 @@
-"""Open an FMU, start instances of it, or run it from start to stop.
+"""Open an FMU, or make one of another cradle; start instances of it, or run it from start to stop.
 
 FMPy's `simulate_fmu` is the right tool for an ordinary run. This package drives FMPy's slave directly
 where you need more: a table of all pulses, nanosecond steps at an impact, or control over each step.
@@ -7,16 +7,19 @@ where you need more: a table of all pulses, nanosecond steps at an impact, or co
 import hashlib
 import platform
 import shutil
+import subprocess
+import tempfile
 import weakref
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from fmpy import extract, read_model_description
 
 from . import files
-from .errors import FileMissing, FmuError, InvalidValue, needed, number
+from .errors import FileMissing, FmuError, InvalidValue, needed, number, whole
 from .run import Model, Result, Run
 from .run.model import Values
 
@@ -33,7 +36,7 @@ class Fmu(Model):
 
     def __init__(self, path: str | Path | None = None, folder: str | Path | None = None):
         needed("path", path, str | Path | None, "the path of an .fmu file")
-        path = files.own_fmu() if path is None else Path(path)
+        path = files.newest(files.FMU) if path is None else Path(path)
         if not path.exists():
             own = "without a path, nc.Fmu() takes the FMU that comes with the package"
             raise FileMissing(f"{path}: there is no such file; {own}")
@@ -139,6 +142,43 @@ class Fmu(Model):
                 if progress is not None and (i * 200 // len(points) != (i - 1) * 200 // len(points)):
                     progress(i / len(points))
             return recorder.result()
+
+
+def build(
+    *,
+    balls: int | None = None,
+    preset: str | None = None,
+    set: Mapping[str, Any] | None = None,
+    fmi: int = 2,
+    out: str | Path | None = None,
+    binaries: str | Path | None = None,
+) -> Fmu:
+    """An FMU of a cradle of so many `balls`, from a `preset`, with other start values by `set`, as `cradle-fmu build`
+    makes it; opened.
+
+    `nc.build(balls=13, set={"x_start": [-0.1] + 12 * [0], "contact.model": "hertz"})`. `fmi`: the version of the
+    standard, 2 or 3. `out`: where to write the file; if None, into a temporary folder, removed with the FMU. Nothing is
+    compiled: `binaries` is the FMU whose binaries it gets; if None, the one that comes with the package. Raises
+    FmuError with what `cradle-fmu` says, and FileMissing where that program is missing.
+    """
+    needed("set", set, Mapping | None, 'a dict such as {"ball.mass": 0.5}')
+    whole("fmi", fmi, 2, 3)
+    folder = Path(tempfile.mkdtemp(prefix="cradle-"))
+    path = Path(out or folder / "NewtonsCradle.fmu").absolute()
+    command: list[str | Path] = [files.producer(), "build", "--from", binaries or files.newest(files.FMU)]
+    command += ["--out", path, "--fmi", str(fmi)]
+    command += ["--balls", str(balls)] if balls is not None else []
+    command += ["--preset", preset] if preset is not None else []
+    for name, value in (set or {}).items():
+        several = isinstance(value, (list, tuple)) or hasattr(value, "tolist")
+        command += ["--set", f"{name}={','.join(map(repr, map(float, value))) if several else value}"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise FmuError(done.stderr.strip().removeprefix("error: "))
+    fmu = Fmu(path)
+    weakref.finalize(fmu, shutil.rmtree, folder, ignore_errors=True)
+    return fmu
 
 
 def equal_steps(stop: float, step: float) -> list[float]:

@@ -13,8 +13,7 @@ from typing import Any
 
 import pytest
 
-from .building import build
-from .fmu import Fmu
+from .fmu import Fmu, build
 from .pulses import Array, impact_sequences, pulse_order
 from .run import Result
 from .views import energy_error

@@ -1,4 +1,4 @@
-"""Views that show a run at two time scales at once; how much pulses overlap, and what energy and momentum balance to."""
+"""Views that show a run at two time scales at once; how much pulses overlap; balances of energy and momentum."""
 
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -61,8 +61,7 @@ def overlaps(result: Result) -> Array:
 def energy_error(result: Result) -> float:
     """Largest |E_residual| of a run, divided by its start energy. E_residual and E_total must be recorded.
 
-    E_residual is E_total + E_dissipated - W_external - E_total(start). Damping and external work are
-    accounted for; what is left is the solver's own error.
+    E_residual is E_total + E_dissipated - W_external - E_total(start): the solver's own error.
     """
     return float(np.max(np.abs(result["E_residual"])) / result["E_total"][0])
 
@@ -70,10 +69,8 @@ def energy_error(result: Result) -> float:
 def momentum_of_sequences(result: Result, pause: float = 0.01) -> Array:
     """p_total(after) - p_total(before) + the integral of F_support_mean over each impact sequence, kg.m/s.
 
-    Zero for a cradle without external forces, because only the support changes its momentum.
-
-    Each sequence is taken over the whole communication steps around it; sequences that begin before
-    the first or end after the last communication point are left out.
+    Zero for a cradle without external forces, because only the support changes its momentum. Each sequence is taken
+    over the whole communication steps around it; those that have no communication point on either side are left out.
     """
     time = result["time"]
     supported = np.concatenate([[0.0], np.cumsum(np.diff(time) * result["F_support_mean"][1:])])

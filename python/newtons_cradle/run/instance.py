@@ -172,8 +172,8 @@ class Run:
     def zoom(
         self, span: float, step: float, record: Iterable[str], before: float = 0.0
     ) -> tuple[float, Result]:
-        """The micro view of the next impact: records every `step` (s) from `before` (s) ahead of the
-        onset until `span` (s) after it. Returns the time of the onset and the samples. Raises InvalidValue, FmuError."""
+        """The micro view of the next impact: records every `step` (s) from `before` (s) ahead of the onset until `span`
+        (s) after it. Returns the time of the onset and the samples. Raises InvalidValue, FmuError."""
         for name, value in (("span", span), ("step", step)):
             number(name, value, "s", positive=True)
         onset = self.step_to_onset(before)
