@@ -111,26 +111,24 @@ def test_what_stands_still_is_drawn_once(space):
     assert space.execute_async_script(drawn) >= 8
 
 
-def test_without_webgl_it_stays_flat(page):
-    js(page, """const {getContext} = HTMLCanvasElement.prototype;
-      HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
-        return kind.startsWith("webgl") ? null : getContext.call(this, kind, ...more); }""")  # fmt: skip
-    page.find_element(By.TAG_NAME, "body").send_keys("s")
-    choice = page.find_element(By.CSS_SELECTOR, "[data-key$=space]")
-    choice.send_keys(Keys.SPACE)
-    assert "WebGL" in page.find_element(By.ID, "status").text
-    assert not page.find_element(By.CSS_SELECTOR, "[data-key$=space]").is_selected()
-    shown = js(page, "return [cradle.space, cradle.controls.view.hidden, document.querySelector('.space')]")
-    assert shown == [False, True, None]
-    drag(page, 0, -60)
-    assert js(page, "return source.setup.values.x_start[0]") < -0.02
-
-
-def test_when_webgl_is_lost_it_becomes_flat(space):
+def test_without_webgl_it_is_flat(space):
+    """Where it is lost, until it is asked for again; and where there is none."""
     js(space, "cradle.compare('hertz')")
     js(space, "cradle.stages[1].scene.painter.gl.getExtension('WEBGL_lose_context').loseContext()")
-    wait(space, "!cradle.space")
-    assert "WebGL" in space.find_element(By.ID, "status").text
-    assert js(space, "return document.querySelectorAll('.space').length") == 0
+    wait(space, "!cradle.space && cradle.controls.status.textContent.includes('WebGL')")
+    flat = "return [cradle.space, cradle.controls.view.hidden, document.querySelectorAll('.space').length]"
+    assert js(space, flat) == [False, True, 0]
     js(space, "cradle.setOther('space', true)")
-    assert js(space, "return document.querySelectorAll('.space').length") == 2
+    assert js(space, flat) == [True, False, 2]
+    js(space, """cradle.compare('stop'); cradle.setOther('space', false); cradle.tell('');
+      const {getContext} = HTMLCanvasElement.prototype;
+      HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
+        return kind.startsWith("webgl") ? null : getContext.call(this, kind, ...more); }""")  # fmt: skip
+    space.find_element(By.TAG_NAME, "body").send_keys("s")
+    choice = space.find_element(By.CSS_SELECTOR, "[data-key$=space]")
+    choice.send_keys(Keys.SPACE)
+    assert "WebGL" in space.find_element(By.ID, "status").text
+    assert not space.find_element(By.CSS_SELECTOR, "[data-key$=space]").is_selected()
+    assert js(space, flat) == [False, True, 0]
+    drag(space, 0, -60)
+    assert js(space, "return source.setup.values.x_start[0]") < -0.02

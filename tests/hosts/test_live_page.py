@@ -105,10 +105,7 @@ def test_the_links_of_the_lesson(page):
         shown = js(page, "return [cradle.controls.status.textContent, cradle.stages.length]")
         assert shown == ["", 2 if "beside" in link else 1], link
         js(page, "cradle.stopAll()")
-
-
-def test_values_of_a_second_cradle_are_shown_whatever_its_name(page):
-    for beside in ("nonsense", "stop"):
+    for beside in ("nonsense", "stop"):  # the values of a second cradle are shown, whatever its name
         js(page, f"cradle.compare('stop'); location.hash = '#beside={beside}&right.gravity=1.62'")
         wait(page, "cradle.stages[1]?.source.setup.get('gravity') === 1.62")
         assert js(page, "return cradle.besideChoice") == "usual"

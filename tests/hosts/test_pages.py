@@ -92,9 +92,25 @@ def ranges(browser, figure: str) -> list:
 
 
 def test_charts_side_by_side_move_together(report):
-    """Those of the same range; by buttons, dragging and keys."""
+    """Those of the same range; by buttons, dragging and keys. The pointer reads both, in the units of their axes."""
     left, right = report.find_elements(By.CSS_SELECTOR, "#figure5 canvas")
     show(report, left)
+    before = left.screenshot_as_png
+    ActionChains(report).move_to_element_with_offset(left, -100, 0).perform()
+    read = "({...chart.readings(), seconds: chart.reading})"
+    one, other = report.execute_script(f"return report.charts.figure5.map((chart) => {read})")
+    assert one["at"] == other["at"]
+    time, unit = one["at"].split()
+    assert unit == "µs" and float(time) * 1e-6 == pytest.approx(one["seconds"], abs=3e-9)
+    exact = report.execute_script(
+        """const [{reading, strips}] = report.charts.figure5, {x, y} = strips[0].traces[0], i = x.findIndex((at) => at
+        > reading); return y[i - 1] + (y[i] - y[i - 1]) * (reading - x[i - 1]) / (x[i] - x[i - 1])"""
+    )
+    [first] = one["values"][0]
+    value, unit = first["text"].split()
+    assert first["name"] == "F[1]" and unit == "MN"
+    assert exact > 1e5 and float(value) * 1e6 == pytest.approx(exact, abs=6e3)
+    assert left.screenshot_as_png != before
     onset = report.find_elements(By.CSS_SELECTOR, "#figure5 button")[1]
     assert onset.text == "onset"
     onset.click()
@@ -111,24 +127,3 @@ def test_charts_side_by_side_move_together(report):
     left.send_keys("0")
     WebDriverWait(report, 30).until(lambda _: ranges(report, "figure5") == [[-5e-8, 1.1e-6]] * 2)
     assert ranges(report, "figure4") == [[0, 10]]
-
-
-def test_the_pointer_reads_time_and_values_in_the_axes_units(report):
-    chart = report.find_element(By.CSS_SELECTOR, "#figure5 canvas")
-    show(report, chart)
-    before = chart.screenshot_as_png
-    ActionChains(report).move_to_element_with_offset(chart, -100, 0).perform()
-    read = "({...chart.readings(), seconds: chart.reading})"
-    one, other = report.execute_script(f"return report.charts.figure5.map((chart) => {read})")
-    assert one["at"] == other["at"]
-    time, unit = one["at"].split()
-    assert unit == "µs" and float(time) * 1e-6 == pytest.approx(one["seconds"], abs=3e-9)
-    exact = report.execute_script(
-        """const [{reading, strips}] = report.charts.figure5, {x, y} = strips[0].traces[0], i = x.findIndex((at) => at
-        > reading); return y[i - 1] + (y[i] - y[i - 1]) * (reading - x[i - 1]) / (x[i] - x[i - 1])"""
-    )
-    [first] = one["values"][0]
-    value, unit = first["text"].split()
-    assert first["name"] == "F[1]" and unit == "MN"
-    assert exact > 1e5 and float(value) * 1e6 == pytest.approx(exact, abs=6e3)
-    assert chart.screenshot_as_png != before

@@ -44,10 +44,9 @@ def pages(recorded_path, paper, fmu) -> dict[str, Path]:
     }
 
 
-def overprints(browser) -> list[tuple[str, str]]:
+def overprints(texts: list) -> list[tuple[str, str]]:
     """Pairs of texts that lie on each other, by more than what letters leave free in their line."""
-    texts = sorted(browser.execute_script(TEXTS), key=lambda text: text[2])
-    found = []
+    texts, found = sorted(texts, key=lambda text: text[2]), []
     for i, (text, left, top, right, bottom, _) in enumerate(texts):
         for other, *box, _ in texts[i + 1 :]:
             if box[1] >= bottom:
@@ -61,10 +60,8 @@ def overprints(browser) -> list[tuple[str, str]]:
 
 def assert_fits(browser) -> None:
     """No text on another one or beyond the sides of the window, and nothing that makes the page scroll sideways."""
-    assert overprints(browser) == []
-    width = browser.execute_script("return innerWidth")
-    texts = browser.execute_script(TEXTS)
-    assert len(texts) > 10
+    width, texts = browser.execute_script("return innerWidth"), browser.execute_script(TEXTS)
+    assert len(texts) > 10 and overprints(texts) == []
     assert [t for t in texts if not t[5] and not (t[1] >= 0 and t[3] <= width + 0.5)] == []
     assert browser.execute_script("return document.documentElement.scrollWidth") <= width
 
@@ -115,8 +112,7 @@ def test_colours_are_told_from_what_they_are_on(browser, axe, pages, dark):
 
 def test_all_pages_have_one_look(pages):
     for name in ("report", "fmu"):
-        path = pages[name]
-        assert look.STYLE in path.read_text(encoding="utf-8")
+        assert look.STYLE in pages[name].read_text(encoding="utf-8")
     assert len(look.SERIES) == len(set(look.SERIES)) == 6
     assert look.series(4) == look.SERIES[:4]
     many = look.series(12)

@@ -143,11 +143,11 @@ def test_what_has_no_inside_says_so(browser, fmu_path, tmp_path):
 
 def test_the_values_at_the_pointer(player):
     """Of forces and energies at the time shown, or below the pointer."""
-    js(player, "for (const kind of ['force', 'energy']) cradle.setShow(kind, true)")
     js(
         player,
-        "cradle.clock.slowAt('always'); const [{onset, release}] = source.pulses; cradle.seek(0.5 * (onset + release))",
+        "for (const kind of ['force', 'energy']) cradle.setShow(kind, true); cradle.clock.slowAt('always')",
     )
+    js(player, "const [{onset, release}] = source.pulses; cradle.seek(0.5 * (onset + release))")
     shown = "Forces 1\u20132 0 N 2\u20133 15.8 kN 3\u20134 0 N 4\u20135 0 N"
     assert " ".join(text(player, ".titles p").split()) == shown
     assert "in contacts 12.5 mJ" in text(player, ".titles p:nth-child(2)")
@@ -349,10 +349,8 @@ def test_without_an_engine_it_plays(browser, recorded_path, monkeypatch, tmp_pat
     assert result.page(path) < 1e6
     open_page(browser, path, "")
     wait(browser, "source.now > 0.5")
-    buttons = [
-        button for button in browser.find_elements(By.CSS_SELECTOR, "nav button") if button.is_displayed()
-    ]
-    shown = [button.get_attribute("data-opens") or button.get_attribute("id") for button in buttons]
+    buttons = "[...document.querySelectorAll('nav button')].filter((button) => button.checkVisibility())"
+    shown = js(browser, f"return {buttons}.map(({{id, dataset}}) => dataset.opens ?? id)")
     assert shown == ["previous", "next", "play", "inside", "details", "show", "keep", "help"]
     with pytest.raises(pages.PageError, match="the engine for browsers is missing"):
         save_page(path)
