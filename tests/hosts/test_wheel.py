@@ -4,7 +4,6 @@ import os
 import subprocess
 import sys
 import zipfile
-from dataclasses import dataclass
 from pathlib import Path
 
 import newtons_cradle as nc
@@ -23,21 +22,6 @@ print(nc.pulse_order(micro.pulses), fmu.path, nc.__version__, *nc.presets())
 """
 
 
-@dataclass
-class Bare:
-    """A virtual environment with the wheel, and a folder to work in."""
-
-    programs: Path
-    folder: Path
-
-    def run(self, *command) -> subprocess.CompletedProcess:
-        """Runs a program of the environment, with nothing else on the path."""
-        environment = {"PATH": str(self.programs), "HOME": str(self.folder), "LANG": "C.UTF-8"}
-        if "SYSTEMROOT" in os.environ:
-            environment["SYSTEMROOT"] = os.environ["SYSTEMROOT"]
-        return ended(self.programs / command[0], *command[1:], cwd=self.folder, env=environment)
-
-
 @pytest.fixture(scope="module")
 def wheel() -> Path:
     """The wheel that `cradle.py wheel` has left."""
@@ -48,11 +32,17 @@ def wheel() -> Path:
 
 
 @pytest.fixture(scope="module")
-def bare(wheel, tmp_path_factory) -> Bare:
-    """The wheel with its extra `plot` in an empty environment; what it needs is downloaded first."""
+def work(tmp_path_factory) -> Path:
+    """The folder to work in."""
+    return tmp_path_factory.mktemp("work")
+
+
+@pytest.fixture(scope="module")
+def bare(wheel, work, tmp_path_factory):
+    """The wheel with its extra `plot` in an empty virtual environment, whose programs this runs in the folder `work`
+    with nothing else on the path; what it needs is downloaded first."""
     root = tmp_path_factory.mktemp("bare")
-    folder, downloads, programs = root / "work", root / "downloads", root / "venv/bin"
-    folder.mkdir()
+    downloads, programs = root / "downloads", root / "venv/bin"
     wanted = f"{wheel}[plot]"
     pip = [sys.executable, "-m", "pip", "--disable-pip-version-check"]
     loaded = subprocess.run([*pip, "download", "-q", "-d", downloads, wanted], capture_output=True, text=True)
@@ -63,27 +53,29 @@ def bare(wheel, tmp_path_factory) -> Bare:
     subprocess.run([sys.executable, "-m", "venv", root / "venv"], check=True)
     offline = ["install", "-q", "--no-index", "--find-links", downloads, wanted]
     subprocess.run([programs / "python", "-m", "pip", *offline], check=True)
-    return Bare(programs, folder)
+    environment = {"PATH": str(programs), "HOME": str(work), "LANG": "C.UTF-8"}
+    environment |= {name: os.environ[name] for name in ("SYSTEMROOT",) if name in os.environ}
+    return lambda program, *arguments: ended(programs / program, *arguments, cwd=work, env=environment)
 
 
-def test_from_install_to_figure_5(bare):
-    bare.run("cradle-fmu", "build", "--balls", "13", "--out", "thirteen.fmu")
-    drawn = bare.run("python", "-c", FIGURE_5)
-    assert (bare.folder / "figure5.png").read_bytes().startswith(b"\x89PNG")
+def test_from_install_to_figure_5(bare, work):
+    bare("cradle-fmu", "build", "--balls", "13", "--out", "thirteen.fmu")
+    drawn = bare("python", "-c", FIGURE_5)
+    assert (work / "figure5.png").read_bytes().startswith(b"\x89PNG")
     order, path = drawn.stdout.split("]] ")[0], drawn.stdout.split("]] ")[1].split()[0]
     assert order == "[[2], [1, 3], [2, 4], [3"
     assert "site-packages" in path
     assert drawn.stdout.split()[-1 - len(nc.presets()) :] == [nc.__version__, *nc.presets()]
-    with nc.Fmu(bare.folder / "thirteen.fmu") as fmu:
+    with nc.Fmu(work / "thirteen.fmu") as fmu:
         fmu.require(balls=13)
         assert len(fmu.simulate(nc.preset("figure3"), stop=1.0).pulses) > 0
 
 
-def test_a_page_needs_nothing_else(bare):
+def test_a_page_needs_nothing_else(bare, work):
     """The template, the scripts and, where it has been built, the engine come along."""
-    bare.run("cradle-fmu", "build", "--preset", "desk", "--out", "desk.fmu")
-    bare.run("cradle-fmu", "page", "desk.fmu", "--stop", "1")
-    text = (bare.folder / "desk.html").read_text(encoding="utf-8")
+    bare("cradle-fmu", "build", "--preset", "desk", "--out", "desk.fmu")
+    bare("cradle-fmu", "page", "desk.fmu", "--stop", "1")
+    text = (work / "desk.html").read_text(encoding="utf-8")
     assert '"title": "5 balls, 1 s"' in text and "#engine/recording.js" in text
 
 
