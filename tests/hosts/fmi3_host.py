@@ -40,7 +40,8 @@ class Named:
 
     def start(self, parameters=None, balls=None, **options):
         """Instantiates and goes through initialization with these parameters, elements of arrays by names with an index,
-        in a cradle of so many balls."""
+        in a cradle of so many balls. With event mode it goes on to step mode: the first ticks are in `told`, the time of
+        the next event in `due`."""
         self.make(**options)
         if balls is not None:
             self.resize(balls)
@@ -53,6 +54,8 @@ class Named:
             self.set(array, value)
         self.enterInitializationMode()
         self.exitInitializationMode()
+        if options.get("eventModeUsed"):
+            self.told, self.due = self.events()
         return self
 
     def reference(self, *names):

@@ -2,7 +2,6 @@
 
 import json
 import random
-from contextlib import contextmanager
 from pathlib import Path
 
 import fmpy
@@ -22,7 +21,6 @@ def numbers(values: dict) -> dict:
     return {name: value for name, value in values.items() if not isinstance(value, str)}
 
 
-@contextmanager
 def opened(fmu_path, kind):
     """An instance with its folder and description."""
     folder = fmpy.extract(str(fmu_path))
@@ -34,14 +32,12 @@ def opened(fmu_path, kind):
 
 @pytest.fixture(scope="module")
 def exchange(fmu_path):
-    with opened(fmu_path, "ModelExchange") as opening:
-        yield opening
+    yield from opened(fmu_path, "ModelExchange")
 
 
 @pytest.fixture(scope="module")
 def steps(fmu_path):
-    with opened(fmu_path, "CoSimulation") as opening:
-        yield opening
+    yield from opened(fmu_path, "CoSimulation")
 
 
 def run(opening, values, stop=10.0, **options):

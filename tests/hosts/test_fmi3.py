@@ -25,8 +25,6 @@ def test_the_same_bits_as_fmi_2(make3, fmu, step, setup):
     times = np.arange(round(stop / step) + 1) * step
     for options in ({}, {"eventModeUsed": True}, BOTH):
         cradle = make3().start(setup, **options)
-        if options:
-            cradle.events()
         for i, time in enumerate(times):
             if i:
                 cradle.walk(times[i - 1], time)
@@ -159,9 +157,6 @@ def test_slopes_of_inputs_are_those_of_fmi_2(make3):
 @pytest.mark.parametrize("options", [{}, BOTH], ids=["steps", "events"])
 def test_a_state_goes_on_in_another_instance(make3, options):
     one, other = (make3().start(balls=balls, **options) for balls in (7, 3))
-    for cradle in (one, other):
-        if options:
-            cradle.events()
     one.walk(0.0, 0.5)
     other.go_back(one.state())
     other.n = 7

@@ -13,16 +13,13 @@ def pulses(*rows) -> np.ndarray:
     return np.array([(c, on, off, 1.0, 1.0) for c, on, off in rows], dtype=nc.PULSE)
 
 
-def test_a_log_line_becomes_a_row():
-    line = "contact=3 onset=0.70248147310409812 release=7.0248200000000001e-01 peak=1.5e7 impulse=2.25"
-    assert nc.parse_pulse(line) == (3, 0.70248147310409812, 0.702482, 1.5e7, 2.25)
+PULSE = "contact=3 onset=0.70248147310409812 release=7.0248200000000001e-01 peak=1.5e7 impulse=2.25"
+OTHERS = ["", "contact=3 onset=", "solver: 12 steps", "contact=x onset=1 release=2 peak=3 impulse=4"]
 
 
-@pytest.mark.parametrize(
-    "line", ["", "contact=3 onset=", "solver: 12 steps", "contact=x onset=1 release=2 peak=3 impulse=4"]
-)
-def test_other_log_lines_are_left_alone(line):
-    assert nc.parse_pulse(line) is None
+def test_log_lines_of_pulses_become_rows():
+    assert nc.parse_pulse(PULSE) == (3, 0.70248147310409812, 0.702482, 1.5e7, 2.25)
+    assert [nc.parse_pulse(line) for line in OTHERS] == [None] * len(OTHERS)
 
 
 def test_sequences_are_cut_at_pauses_and_not_within_a_long_pulse():

@@ -31,22 +31,21 @@ def coupled(fmu_path, tmp_path_factory):
     return out, ended(sys.executable, SCRIPT, "--fmu", fmu_path, "--out", out, "--steps", "2")
 
 
-def test_every_number_holds(coupled):
-    """Orders of the masters, momentum, the force sensor, directional derivatives, energy."""
+def test_every_number_holds(coupled, fmu):
+    """Orders of the masters, momentum, the force sensor, directional derivatives, energy. The CSV of the run shown has
+    the energies exchanged: the coil puts some in, the clicks move it to the last ball. Results say what they are of."""
     out, done = coupled
     assert done.stdout.count("agrees") == 17 and "DIFFERS" not in done.stdout
     for name in ("coupling", "machine"):
         assert (out / f"{name}.png").read_bytes().startswith(b"\x89PNG")
     assert len((out / "convergence.csv").read_text().splitlines()) == 3
-
-
-def test_the_energies_of_the_machine_are_exchanged(coupled):
-    """The CSV of the run shown: the coil puts energy in, the clicks move it to the last ball."""
-    out, _ = coupled
     table = np.genfromtxt(out / "machine.csv", delimiter=",", names=True, deletechars="")
     assert table["put_in"].max() > 0.1
     assert table["pulses"][-1] >= 2
     assert table["x[5]"].max() > 0.15
+    about = json.loads((out / "about.json").read_text(encoding="utf-8"))
+    assert about["guid"] == fmu.description.guid
+    assert about["cradle"]["contact.stiffness"] == 1e10 and about["numpy"] == np.__version__
 
 
 @pytest.mark.parametrize(("name", "structures"), [("machine", 1), ("presets", len(PRESETS))])
@@ -154,10 +153,3 @@ def test_the_check_of_the_coil_fails_where_the_step_is_too_long(fmu, step, row, 
     work, received, energy = (f"{number:.4f}" for number in numbers)
     assert f"| {step} | {work} | {received} | {row} | {energy} |" in document
     assert f"{abs(found['work'] / found['received'] - 1) * 100:.2g} %" == row
-
-
-def test_the_results_say_what_they_are_of(coupled, fmu):
-    out, _ = coupled
-    about = json.loads((out / "about.json").read_text(encoding="utf-8"))
-    assert about["guid"] == fmu.description.guid
-    assert about["cradle"]["contact.stiffness"] == 1e10 and about["numpy"] == np.__version__

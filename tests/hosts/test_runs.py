@@ -24,11 +24,6 @@ TABLE1 = [[2], [1, 3], [2, 4], [3]]
 MIRRORED = [[3], [2, 4], [1, 3], [2]]
 
 
-@pytest.fixture(params=SETUPS)
-def setup(request) -> dict:
-    return SETUPS[request.param]
-
-
 def test_simulate_fmu_with_no_arguments(fmu, fmu_path, capfd):
     result = fmpy.simulate_fmu(str(fmu_path))
     assert list(result.dtype.names) == ["time", *fmu.outputs]
@@ -40,6 +35,7 @@ def test_simulate_fmu_with_no_arguments(fmu, fmu_path, capfd):
     assert capfd.readouterr() == ("", "")
 
 
+@pytest.mark.parametrize("setup", SETUPS.values(), ids=SETUPS)
 def test_the_package_and_simulate_fmu_read_the_same_numbers(fmu, fmu_path, setup):
     theirs = fmpy.simulate_fmu(
         str(fmu_path), stop_time=3.0, output_interval=0.01, start_values=fmu.settings(setup)
