@@ -53,12 +53,9 @@ def arguments() -> argparse.ArgumentParser:
     page.set_defaults(function=make_page)
     run = page.add_argument_group("for an FMU").add_argument
     run("--stop", type=positive, default=10.0, metavar="SECONDS", help="how long to run (default 10)")
+    help = f"run longer than {LONGEST:g} s, which takes minutes and makes huge pages"
+    run("--force", action="store_true", help=help)
     help = "a start value, such as contact.model=hertz; may be repeated"
-    run(
-        "--force",
-        action="store_true",
-        help=f"run longer than {LONGEST:g} s, which takes minutes and makes huge pages",
-    )
     run("--set", type=setting, action="append", default=[], metavar="NAME=VALUE", help=help)
     result = page.add_argument_group("for a CSV file").add_argument
     result("--pulses", type=Path, metavar="FILE.csv", help="the run's table of pulses")
@@ -70,14 +67,8 @@ def arguments() -> argparse.ArgumentParser:
     what = "the page in which the cradle runs live: one HTML file for a browser, no network needed"
     live = commands.add_parser("live", help=f"write {what}", description=f"Writes {what}.")
     place = live.add_mutually_exclusive_group().add_argument
-    place(
-        "-o",
-        "--out",
-        type=Path,
-        default=Path("cradle.html"),
-        metavar="FILE.html",
-        help="default: cradle.html",
-    )
+    help = "default: %(default)s"
+    place("-o", "--out", type=Path, default=Path("cradle.html"), metavar="FILE.html", help=help)
     help = (
         "as index.html in a folder for a web server: browsers can install it, and keep it without a network"
     )

@@ -10,10 +10,9 @@ import numpy as np
 
 from ..errors import DoubtfulStart, FmuError, InvalidValue, needed, number
 from ..pulses import Array, pulse_table
-from .log import Log
 from .model import GIVEN, Model, Preset, Value, Values
 from .result import Result
-from .slaves import FMU2Instance, FMU3Instance
+from .slaves import FMU2Instance, FMU3Instance, Log
 
 LOOKS = 10_000  # by which an onset must be in sight
 NEVER = 1e30  # s, what `t_next` says when no impact lies ahead

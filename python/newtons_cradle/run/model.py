@@ -191,12 +191,7 @@ class Whole:
     length: int
 
 
-@dataclass(frozen=True)
-class Place:
-    """Where FMI 3.0 has an element: its array, and its index from 0."""
-
-    array: Whole
-    index: int
+Place = tuple[Whole, int]  #: Where FMI 3.0 has an element: its array, and its index from 0.
 
 
 def variables(description: ModelDescription) -> dict[str, Any]:
@@ -221,7 +216,7 @@ def _elements(variable: Any) -> Iterator[Any]:
         element = copy.copy(variable)
         element.name = f"{bare}[{index + 1}]{end}" if variable.shape else variable.name
         element.type = TYPES[variable.type]
-        element.valueReference = Place(array, index)
+        element.valueReference = array, index
         element.start = starts[index % len(starts)] if starts else None
         element.description = meaning.removesuffix(OF_LAST_ELEMENT)
         if variable.declaredType is not None:

@@ -1,14 +1,56 @@
 """FMPy's slaves as runs use them, of FMI 2.0 and 3.0: their log goes to a list, variables are read and set by type."""
 
+from ctypes import byref
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from weakref import WeakValueDictionary
 
 from fmpy import platform_tuple, sharedLibraryExtension
-from fmpy.fmi2 import FMU2Slave
+from fmpy.fmi2 import FMU2Slave, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 from fmpy.fmi3 import FMU3Slave
+from fmpy.logging import addLoggerProxy
 
-from .log import Log, callbacks
 from .model import Model, Place, Whole
+
+
+@dataclass(frozen=True)
+class LogLine:
+    """One message of an FMU: FMI status (0 OK, 1 warning, 3 error, 4 fatal), category and text."""
+
+    status: int
+    category: str
+    text: str
+
+
+class Log(list[LogLine]):
+    """The messages of one instance."""
+
+    def take(self, status: int, *texts: bytes | None) -> None:
+        """A message as C passes it: status, category, text."""
+        self.append(LogLine(status, *((text or b"").decode("utf-8", "replace") for text in texts)))
+
+
+# FMPy's proxy formats C-style messages, but keeps one logger for the process: the last one registered gets the messages
+# of every instance. So all runs of FMI 2.0 share `_logger`, and the componentEnvironment, which the FMU hands back,
+# tells them apart. (A `simulate_fmu(..., logger=...)` that starts during a run takes over its later messages.)
+_logs: WeakValueDictionary[int, Log] = WeakValueDictionary()
+
+
+@fmi2CallbackLoggerTYPE  # type: ignore[untyped-decorator]
+def _logger(environment: int, _instance: bytes, status: int, *texts: bytes | None) -> None:
+    if (log := _logs.get(environment)) is not None:
+        log.take(status, *texts)
+
+
+def callbacks(log: Log) -> fmi2CallbackFunctions:
+    """Callbacks of a new instance of FMI 2.0, whose messages `log` takes."""
+    functions = fmi2CallbackFunctions()
+    functions.logger = _logger
+    addLoggerProxy(byref(functions))
+    functions.componentEnvironment = id(log)
+    _logs[id(log)] = log
+    return functions
 
 
 class Instance:
@@ -68,17 +110,17 @@ class FMU3Instance(Instance, FMU3Slave):  # type: ignore[misc]
 
     def read(self, _kind: str, places: list[Place]) -> list[Any]:
         arrays = self._arrays(places)
-        return [arrays[place.array][place.index] for place in places]
+        return [arrays[array][index] for array, index in places]
 
     def write(self, _kind: str, places: list[Place], values: list[Any]) -> None:
         """The other elements of their arrays stay as they are."""
         arrays = self._arrays(places)
-        for place, value in zip(places, values, strict=True):
-            arrays[place.array][place.index] = value
+        for (array, index), value in zip(places, values, strict=True):
+            arrays[array][index] = value
         for array, elements in arrays.items():
             getattr(self, f"set{array.type}")([array.reference], elements)
 
     def _arrays(self, places: list[Place]) -> dict[Whole, list[Any]]:
         """The arrays that these are in, with all their elements."""
-        arrays = dict.fromkeys(place.array for place in places)
+        arrays = dict.fromkeys(array for array, _ in places)
         return {a: getattr(self, f"get{a.type}")([a.reference], nValues=a.length) for a in arrays}
