@@ -62,14 +62,10 @@ class Master:
     def energies(self) -> dict[str, float]:
         """J: of the balls (at the velocity of the cart that they know), of the cart, lost, and put in by the coil."""
         known = self.delivered[ACCELERATION]
-        balls = (
-            self.cradle.get("E_total")
-            + known * self.cradle.get("p_total")
-            + 0.5 * self.cradle_mass * known**2
-        )
+        energy, momentum = self.cradle.get("E_total"), self.cradle.get("p_total")
         s, v, mass, stiffness = (self.plant.get(name) for name in ("s", "v", "mass", "stiffness"))
         return {
-            "balls": balls,
+            "balls": energy + known * momentum + 0.5 * self.cradle_mass * known**2,
             "cart": 0.5 * mass * v**2 + 0.5 * stiffness * s**2,
             "lost": self.plant.get("damper_loss") + self.cradle.get("E_dissipated"),
             "put in": self.plant.get("coil_work"),

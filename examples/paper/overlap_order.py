@@ -1,7 +1,5 @@
 """The overlap of pulses as a function of the order p of the force law F = k overlap^p."""
 
-from dataclasses import replace
-
 import numpy as np
 from plots import COLOURS, Column, Strip, Trace, forces
 from support import Fmus, Found, nc, tracked
@@ -39,16 +37,10 @@ def run(fmus: Fmus, found: Found) -> None:
         [Column([strip], views, xlabel="order p", xunit="")],
         height=2.6,
     )
-    columns = [
-        Column(
-            [replace(strip, unit="") for strip in forces(results[p], limits=(0.0, 1.1))],
-            {"all": (0.0, STOP)},
-            f"order {p:g}",
-            "time / unit",
-            "",
-        )
-        for p in SHOWN
-    ]
+    columns = []
+    for p in SHOWN:
+        strips = forces(results[p], unit="", limits=(0.0, 1.1))
+        columns.append(Column(strips, {"all": (0.0, STOP)}, f"order {p:g}", "time / unit", ""))
     found.plot(
         "overlap_pulses",
         "Pulses for orders 1, 2 and 4",

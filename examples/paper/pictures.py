@@ -122,9 +122,8 @@ def photographs(fmus, report: Path, docs: Path, scene: Path) -> None:
 
 def save_scene(browser, path: Path, width: int = 960) -> None:
     """The balls alone, as SVG to be put into a page: that needs no other file then."""
-    picture = Image.open(io.BytesIO(browser.find_element("class name", "cradle").screenshot_as_png)).convert(
-        "RGB"
-    )
+    png = browser.find_element("class name", "cradle").screenshot_as_png
+    picture = Image.open(io.BytesIO(png)).convert("RGB")
     picture.thumbnail((width, width))
     (width, height), file = picture.size, io.BytesIO()
     picture.save(file, "JPEG", optimize=True, quality=72)

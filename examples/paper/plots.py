@@ -79,9 +79,9 @@ def family(result, name: str, unit: str, *, origin=0.0, limits=None, style="line
     ]
 
 
-def forces(result, **options) -> list[Strip]:
+def forces(result, unit: str = "N", **options) -> list[Strip]:
     """A strip for each contact force of a run, as `family`."""
-    return family(result, "F", "N", style="area", **options)
+    return family(result, "F", unit, style="area", **options)
 
 
 STYLE = {

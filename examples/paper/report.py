@@ -42,16 +42,16 @@ class Arrays:
     """Arrays as base64 of little-endian bytes, each kept once."""
 
     def __init__(self):
-        self.texts: list[dict] = []
-        self._places: dict[tuple[str, bytes], int] = {}
+        self._places: dict[tuple[str, str], int] = {}
 
     def place(self, array: np.ndarray, kind: str) -> int:
         """The number of `array` among those kept; `kind`: f4, or f8 for times that are zoomed into."""
-        data = np.ascontiguousarray(array, dtype=f"<{kind}").tobytes()
-        if (kind, data) not in self._places:
-            self._places[kind, data] = len(self.texts)
-            self.texts.append({"kind": kind, "data": base64.b64encode(data).decode("ascii")})
-        return self._places[kind, data]
+        data = base64.b64encode(np.ascontiguousarray(array, dtype=f"<{kind}")).decode("ascii")
+        return self._places.setdefault((kind, data), len(self._places))
+
+    @property
+    def texts(self) -> list[dict]:
+        return [{"kind": kind, "data": data} for kind, data in self._places]
 
 
 def figure(plot: Plot, data: Arrays) -> dict:

@@ -110,13 +110,11 @@ class Chart {
     event.preventDefault();
   }
 
-  /** Reads all strips at a place on the axis, null for none; in the charts beside it as well. */
-  read(at) {
-    for (const mate of this.mates) {
-      mate.reading = at;
-      mate.draw();
-    }
-  }
+  /** Reads all strips at a place on the axis, null for none. */
+  read(at) { this.share({ reading: at }); }
+
+  /** Draws with new properties, here and in the charts beside it. */
+  share(properties) { for (const mate of this.mates) Object.assign(mate, properties).draw(); }
 
   /** What is read, in the units of the axes: the place, and for each strip its traces' values: {name, colour, text}. */
   readings() {
@@ -157,15 +155,7 @@ class Chart {
     const widest = 1.5 * Math.max(...this.views.map((view) => view.right - view.left));
     if (right - left < finest || right - left > widest) return;
     this.turn = null;
-    this.place(left, right);
-  }
-
-  /** Shows a range here and in the charts beside it. */
-  place(left, right) {
-    for (const mate of this.mates) {
-      Object.assign(mate, { left, right });
-      mate.draw();
-    }
+    this.share({ left, right });
   }
 
   /** Moves to a view so that the eye can follow: the width shrinks or grows by the same factor in each frame. */
@@ -180,7 +170,7 @@ class Chart {
       const part = Math.min(1, (now - begin) / duration || 1), eased = part * part * (3 - 2 * part);
       const width = w0 * (w1 / w0) ** eased, rest = w0 === w1 ? 1 - eased : (width - w1) / (w0 - w1);
       const left = part === 1 ? view.left : view.left + (from.left - view.left) * rest;
-      this.place(left, part === 1 ? view.right : left + width);
+      this.share({ left, right: part === 1 ? view.right : left + width });
       if (part < 1) requestAnimationFrame(frame);
     };
     frame(begin);
