@@ -69,21 +69,19 @@ class CartAndCoil(Fmi2Slave):
             setattr(self, name, start)
             fixed = {"causality": Fmi2Causality.parameter, "variability": Fmi2Variability.fixed}
             self.register_variable(Real(name, description=text, **fixed, **exact))
-        kinds = [
-            (INPUTS, {"causality": Fmi2Causality.input}),
-            (STATES | OUTPUTS, {"causality": Fmi2Causality.output, **exact}),
-            ({"last_step": "s, length of the last step"}, {"causality": Fmi2Causality.local, **exact}),
-        ]
-        for texts, options in kinds:
-            for name, text in texts.items():
-                setattr(self, name, 0.0)
-                self.register_variable(Real(name, description=text, **options))
-        self.pulses = self.impacts = 0
+        given, output = {"causality": Fmi2Causality.input}, {"causality": Fmi2Causality.output, **exact}
         discrete = {"variability": Fmi2Variability.discrete}
-        counter = {"description": "pulses of the last contact so far", "causality": Fmi2Causality.input}
-        self.register_variable(Integer("pulses", **counter, **discrete))
-        counter = {"description": "impacts that the sensor has felt", "causality": Fmi2Causality.output}
-        self.register_variable(Integer("impacts", **counter, **discrete, **exact))
+        kinds = [
+            (Real, INPUTS, given),
+            (Real, STATES | OUTPUTS, output),
+            (Real, {"last_step": "s, length of the last step"}, {"causality": Fmi2Causality.local, **exact}),
+            (Integer, {"pulses": "pulses of the last contact so far"}, given | discrete),
+            (Integer, {"impacts": "impacts that the sensor has felt"}, output | discrete),
+        ]
+        for kind, texts, options in kinds:
+            for name, text in texts.items():
+                setattr(self, name, 0 if kind is Integer else 0.0)
+                self.register_variable(kind(name, description=text, **options))
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         """One communication step; it is cut where the pull ends, the exact solution having a kink there."""

@@ -15,8 +15,9 @@ SCRIPTS = ("axes.js", "charts.js")
 
 def save_report(path: Path, plots: list[Plot], checks: list[Check], cradle: Path) -> None:
     """Writes the report; `cradle`: the page beside it that it links."""
-    data = Arrays()
-    figures = [figure(plot, data) for plot in plots]
+    places: dict[tuple[str, str], int] = {}  # of arrays, by their kind and data: each is kept once
+    figures = [figure(plot, places) for plot in plots]
+    arrays = [{"kind": kind, "data": data} for kind, data in places]
     parts = {
         "{{style}}": nc.look.STYLE + asset("report.css"),
         "{{script}}": "\n".join([nc.look.SCRIPT, *map(asset, SCRIPTS)]),
@@ -26,7 +27,7 @@ def save_report(path: Path, plots: list[Plot], checks: list[Check], cradle: Path
         "{{contents}}": "\n".join(map(entry, plots)),
         "{{figures}}": "\n".join(map(section, plots)),
         "{{rows}}": "\n".join(map(row, checks)),
-        "{{data}}": json.dumps({"figures": figures, "arrays": data.texts}).replace("<", "\\u003c"),
+        "{{data}}": json.dumps({"figures": figures, "arrays": arrays}).replace("<", "\\u003c"),
     }
     page = asset("template.html")
     for mark, text in parts.items():
@@ -38,28 +39,19 @@ def asset(name: str) -> str:
     return (ASSETS / name).read_text(encoding="utf-8")
 
 
-class Arrays:
-    """Arrays as base64 of little-endian bytes, each kept once."""
-
-    def __init__(self):
-        self._places: dict[tuple[str, str], int] = {}
-
-    def place(self, array: np.ndarray, kind: str) -> int:
-        """The number of `array` among those kept; `kind`: f4, or f8 for times that are zoomed into."""
-        data = base64.b64encode(np.ascontiguousarray(array, dtype=f"<{kind}")).decode("ascii")
-        return self._places.setdefault((kind, data), len(self._places))
-
-    @property
-    def texts(self) -> list[dict]:
-        return [{"kind": kind, "data": data} for kind, data in self._places]
+def place(array: np.ndarray, kind: str, places: dict) -> int:
+    """The number of an array among those kept, as base64 of little-endian bytes; `kind`: f4, or f8 for times that are
+    zoomed into."""
+    data = base64.b64encode(np.ascontiguousarray(array, dtype=f"<{kind}")).decode("ascii")
+    return places.setdefault((kind, data), len(places))
 
 
-def figure(plot: Plot, data: Arrays) -> dict:
+def figure(plot: Plot, places: dict) -> dict:
     """A plot as the script reads it."""
 
     def trace(trace) -> dict:
-        places = {"x": data.place(trace.x, "f8"), "y": data.place(trace.y, "f4")}
-        return vars(trace) | places | {"colour": themed(trace.colour)}
+        points = {"x": place(trace.x, "f8", places), "y": place(trace.y, "f4", places)}
+        return vars(trace) | points | {"colour": themed(trace.colour)}
 
     def strip(strip) -> dict:
         return vars(strip) | {"traces": list(map(trace, strip.traces))}

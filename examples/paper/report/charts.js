@@ -60,10 +60,8 @@ class Chart {
     this.listen();
   }
 
-  button(bar, text, action) {
-    const button = make("button", { type: "button", textContent: text, onclick: action });
-    bar.append(button);
-    return button;
+  button(bar, textContent, onclick) {
+    return bar.appendChild(make("button", { type: "button", textContent, onclick }));
   }
 
   listen() {
