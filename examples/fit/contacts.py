@@ -53,8 +53,8 @@ class Camera:
         """A run with these values of the fitted parameters: positions (m; frames, balls), and their derivatives by
         the parameters."""
         self.runs += 1
-        places = [self.fmu.variables[name].valueReference.reference for name in ("x[1]", *FITTED)]
-        x, parameters = places[:1], places[1:]
+        variables = [self.fmu.variables[name] for name in ("x[1]", *FITTED)]
+        x, *parameters = (variable.valueReference.array.reference for variable in variables)
         positions, derivatives = [], []
         start = dict(zip(FITTED, values, strict=True)) | {"derivatives.of": "run"}
         with self.fmu.start(LINEAR | start) as run:
@@ -62,7 +62,7 @@ class Camera:
                 run.step_to(frame / RATE)
                 positions.append(run["x"])
                 along = [
-                    run.slave.getDirectionalDerivative(x, parameters, list(one), self.fmu.balls)
+                    run.slave.getDirectionalDerivative([x], parameters, list(one), self.fmu.balls)
                     for one in np.eye(len(FITTED))
                 ]
                 derivatives.append(np.transpose(along))
