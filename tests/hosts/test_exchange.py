@@ -1,4 +1,4 @@
-"""Model exchange in FMPy: its CVODE and its Euler, with contacts mapped and resolved, beside co-simulation."""
+"""Model exchange in FMPy: its CVODE, with contacts mapped and resolved, beside co-simulation."""
 
 import json
 import random
@@ -14,11 +14,6 @@ from fmpy.simulation import instantiate_fmu
 N = 5
 PULSES = [f"pulses[{i}]" for i in range(1, N)]
 LAWS = (1, 1, 2, 3, 4)  # contact.dampingLaw, drawn
-
-
-def numbers(values: dict) -> dict:
-    """Start values as FMPy takes them: without names of items, all of which are defaults here."""
-    return {name: value for name, value in values.items() if not isinstance(value, str)}
 
 
 def opened(fmu_path, kind):
@@ -73,11 +68,11 @@ def error(result) -> float:
 
 
 @pytest.mark.parametrize(("tolerance", "limit"), [(1e-8, 1e-4), (1e-10, 1e-5), (1e-12, 1e-7)])
-def test_figure_6_mapped_in_cvode(exchange, tolerance, limit):
+def test_figure_6_mapped_in_cvode(fmu, exchange, tolerance, limit):
     """240 s; what is left is the error of BDF in flight. It depends on the steps that CVODE happens to take: at
     1e-10, nominal values changed by any factor gave between 6e-8 and 7e-6."""
     result = run(
-        exchange, numbers(nc.preset("figure6")), 240.0, relative_tolerance=tolerance, output_interval=0.1
+        exchange, fmu.settings(nc.preset("figure6")), 240.0, relative_tolerance=tolerance, output_interval=0.1
     )
     assert last(result) == [171, 342, 342, 171]
     assert error(result) < limit
@@ -93,8 +88,8 @@ def test_figure_6_mapped_in_cvode(exchange, tolerance, limit):
         (nc.preset("figure6"), 1e-10, True),
     ],
 )
-def test_resolved_contacts_need_a_tight_tolerance(exchange, values, tolerance, right):
-    values = numbers(values) | {"exchange.contacts": RESOLVED}
+def test_resolved_contacts_need_a_tight_tolerance(fmu, exchange, values, tolerance, right):
+    values = fmu.settings(values) | {"exchange.contacts": RESOLVED}
     result = run(exchange, values, relative_tolerance=tolerance)
     assert (last(result) == [7, 14, 14, 7]) == right
     assert not right or error(result) < 1e4 * tolerance
@@ -105,7 +100,7 @@ CHAINS = {case["id"]: case for case in REFERENCE["free_chain"] if case["N"] == N
 
 
 @pytest.mark.parametrize("case", CHAINS)
-def test_resolved_impacts_against_the_reference(exchange, case):
+def test_resolved_impacts_against_the_reference(fmu, exchange, case):
     """The impacts of a free chain, integrated by CVODE: final velocities and impulses beside those in quadruple
     precision."""
     chain = CHAINS[case]
@@ -114,7 +109,7 @@ def test_resolved_impacts_against_the_reference(exchange, case):
         for name, values in (("v", chain["v_final"]), ("impulse", chain["impulse"]))
         for i, value in enumerate(values, start=1)
     }
-    values = numbers(nc.chain(chain["p"], chain["strikers"])) | {"exchange.contacts": RESOLVED}
+    values = fmu.settings(nc.chain(chain["p"], chain["strikers"])) | {"exchange.contacts": RESOLVED}
     result = run(exchange, values, relative_tolerance=1e-10, output_interval=0.1, output=list(wanted))
     assert {name: result[name][-1] for name in wanted} == pytest.approx(wanted, abs=1e-7)
 
