@@ -63,10 +63,25 @@ def test_the_right_balls_move(player):
 
 
 def test_it_is_drawn(player):
-    """Picture, strips and slider: not blank, other after scrubbing, and playing moves on."""
+    """Picture, strips and slider: not blank, other after scrubbing, and playing moves on. Values of forces and energies
+    are those of the time shown, or below the pointer."""
     js(player, "for (const kind of ['force', 'energy']) cradle.setShow(kind, true); cradle.setPace(1)")
     cradle, strips = (player.find_element(By.CSS_SELECTOR, name) for name in (".cradle", ".graph"))
     assert colours(player, cradle) > 500 and colours(player, strips) > 20
+    js(player, "cradle.clock.slowAt('always')")
+    js(player, "const [{onset, release}] = source.pulses; cradle.seek(0.5 * (onset + release))")
+    shown = "Forces 1\u20132 0 N 2\u20133 15.8 kN 3\u20134 0 N 4\u20135 0 N"
+    assert " ".join(text(player, ".titles p").split()) == shown
+    assert "in contacts 12.5 mJ" in text(player, ".titles p:nth-child(2)")
+    away = strips.size["width"] // 5
+    ActionChains(player).move_to_element_with_offset(strips, away, -30).perform()
+    wait(player, "cradle.stages[0].strips.pointer !== null")
+    at = "const {strips} = cradle.stages[0]; return strips.graph.timeAt(strips.pointer, strips.window)"
+    _, _, _, forces = state(player, js(player, at))
+    shown = re.findall(r"\u2013\d ([\d.]+) (k?)N", text(player, ".titles p"))
+    numbers = [float(number) * (1000 if kilo else 1) for number, kilo in shown]
+    assert numbers == pytest.approx(forces, rel=5e-3) and max(forces) > 1000 and forces[2] != forces[3]
+    js(player, STOP)
     before = cradle.screenshot_as_png
     whole = player.find_element(By.ID, "whole")
     ActionChains(player).move_to_element_with_offset(whole, whole.size["width"] // 4, 0).click().perform()
@@ -139,27 +154,6 @@ def test_what_has_no_inside_says_so(browser, fmu_path, tmp_path):
     assert text(browser, ".sentence").endswith(why) and text(browser, "#status") == ""
     js(browser, STOP)
     assert js(browser, PLAYED, 2.9) == pytest.approx(2.9, abs=0.1)
-
-
-def test_the_values_at_the_pointer(player):
-    """Of forces and energies at the time shown, or below the pointer."""
-    js(
-        player,
-        "for (const kind of ['force', 'energy']) cradle.setShow(kind, true); cradle.clock.slowAt('always')",
-    )
-    js(player, "const [{onset, release}] = source.pulses; cradle.seek(0.5 * (onset + release))")
-    shown = "Forces 1\u20132 0 N 2\u20133 15.8 kN 3\u20134 0 N 4\u20135 0 N"
-    assert " ".join(text(player, ".titles p").split()) == shown
-    assert "in contacts 12.5 mJ" in text(player, ".titles p:nth-child(2)")
-    strips = player.find_element(By.CSS_SELECTOR, ".graph")
-    away = strips.size["width"] // 5
-    ActionChains(player).move_to_element_with_offset(strips, away, -30).perform()
-    wait(player, "cradle.stages[0].strips.pointer !== null")
-    at = "const {strips} = cradle.stages[0]; return strips.graph.timeAt(strips.pointer, strips.window)"
-    _, _, _, forces = state(player, js(player, at))
-    shown = re.findall(r"\u2013\d ([\d.]+) (k?)N", text(player, ".titles p"))
-    numbers = [float(number) * (1000 if kilo else 1) for number, kilo in shown]
-    assert numbers == pytest.approx(forces, rel=5e-3) and max(forces) > 1000 and forces[2] != forces[3]
 
 
 #: The points of ball 1's curve, and the texts beside it.
