@@ -120,31 +120,11 @@ def test_all_pages_have_one_look(pages):
 
 
 @pytest.mark.parametrize("size", SIZES)
-def test_balls_are_beside_the_lesson_and_each_panel(page, size):
-    """They are as large as can be told apart, beside each step in large letters with its question where there is one,
-    and, in German, whose words are long, beside panels, where a hand takes one of them."""
-    set_screen(page, size)
-    for step in range(1, 7):
-        js(page, "cradle.open(`present=${arguments[0]}`)", step)
-        assert all(box["bottom"] - box["top"] > 120 for box in boxes(page)), step
-    js(page, "cradle.open('preset=textbook&lang=de')")
-    for beside, least in (("stop", 140), ("hertz", 120)):
-        js(page, "cradle.compare(arguments[0])", beside)
-        boxes(page)
-        for panel in each_panel(page):
-            assert all(box["bottom"] - box["top"] > least for box in boxes(page)), panel
-        js(page, "cradle.panels.toggle('change')")
-        boxes(page)
-        drag(page, 0, -30)
-        lifted = page.execute_script("return cradle.sources.map(({setup}) => setup.values.x_start[0])")
-        assert max(lifted) < -0.01
-        js(page, "cradle.panels.toggle('change'); cradle.stopAll()")
-
-
-@pytest.mark.parametrize("size", SIZES)
-def test_the_cradle_fills_its_room(page, size):
+def test_the_cradle_has_room(page, size):
     """Swinging, it comes close to two sides of its canvas at least, and sticks out at none. All strips together take
-    no more of its height than two and a bit; the rest is scrolled to."""
+    no more of its height than two and a bit; the rest is scrolled to. Balls are as large as can be told apart, beside
+    each step of the lesson in large letters, and, in German, whose words are long, beside panels, where a hand takes
+    one of them."""
     set_screen(page, size)
     js(page, "cradle.lift(2)")
     wait(page, "source.run.time > 1.5")
@@ -160,3 +140,18 @@ def test_the_cradle_fills_its_room(page, size):
     wait(page, "cradle.stages[0].strips.box.scrollHeight > 1.5 * cradle.stages[0].strips.box.clientHeight")
     [beside] = boxes(page)
     assert beside["bottom"] - beside["top"] > 0.6 * (alone["bottom"] - alone["top"])
+    for step in range(1, 7):
+        js(page, "cradle.open(`present=${arguments[0]}`)", step)
+        assert all(box["bottom"] - box["top"] > 120 for box in boxes(page)), step
+    js(page, "cradle.open('preset=textbook&lang=de')")
+    for beside, least in (("stop", 140), ("hertz", 120)):
+        js(page, "cradle.compare(arguments[0])", beside)
+        boxes(page)
+        for panel in each_panel(page):
+            assert all(box["bottom"] - box["top"] > least for box in boxes(page)), panel
+        js(page, "cradle.panels.toggle('change')")
+        boxes(page)
+        drag(page, 0, -30)
+        lifted = page.execute_script("return cradle.sources.map(({setup}) => setup.values.x_start[0])")
+        assert max(lifted) < -0.01
+        js(page, "cradle.panels.toggle('change'); cradle.stopAll()")
