@@ -141,25 +141,20 @@ class Run:
         """
         for _ in range(LOOKS):
             onset = float(self.get("t_next"))
+            if onset >= NEVER:
+                raise FmuError(f"no contact closes any more after t = {self.time} s")
             if self._is_onset(onset):
-                break
+                if onset - before > self.time:
+                    self.step_to(onset - before)
+                return onset
             # A look goes on as soon as time has moved.
             self.step_to(max(onset - before, math.nextafter(self.time, math.inf)))
-        else:
-            raise FmuError(f"no contact closes within {LOOKS} looks ahead, up to t = {onset} s")
-        if onset >= NEVER:
-            raise FmuError(f"no contact closes any more after t = {self.time} s")
-        if onset - before > self.time:
-            self.step_to(onset - before)
-        return onset
+        raise FmuError(f"no contact closes within {LOOKS} looks ahead, up to t = {onset} s")
 
     def _is_onset(self, ahead: float) -> bool:
-        """Whether `t_next` is an onset, or says that there is none: FMI 3.0 has no variable for it, a step there
-        tells."""
+        """Whether `t_next` is an onset: FMI 3.0 has no variable for it, a step there tells."""
         if "t_next_isOnset" in self.fmu.variables:
             return bool(self.get("t_next_isOnset"))
-        if ahead >= NEVER:
-            return True
         here, lines, before = self.save(), len(self.log), self["pulses"]
         try:
             self.step_to(ahead)
