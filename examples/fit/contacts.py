@@ -54,7 +54,7 @@ class Camera:
         the parameters."""
         self.runs += 1
         variables = [self.fmu.variables[name] for name in ("x[1]", *FITTED)]
-        x, *parameters = (variable.valueReference.array.reference for variable in variables)
+        x, *parameters = (variable.valueReference[0].reference for variable in variables)
         positions, derivatives = [], []
         start = dict(zip(FITTED, values, strict=True)) | {"derivatives.of": "run"}
         with self.fmu.start(LINEAR | start) as run:
