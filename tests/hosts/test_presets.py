@@ -24,9 +24,7 @@ def in_set(fmu, path, source: str) -> dict:
     parameters = read_ssv(path, source).parameters
     for parameter in parameters:
         assert parameter.type != "Real" or parameter.unit == (fmu.variables[parameter.name].unit or "1")
-    return numbers(
-        fmu, {parameter.name: fmu.number(parameter.name, parameter.value) for parameter in parameters}
-    )
+    return numbers(fmu, {parameter.name: parameter.value for parameter in parameters})
 
 
 def test_names_are_listed_in_one_order(producer):
