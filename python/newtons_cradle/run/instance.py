@@ -195,13 +195,9 @@ class Run:
 
     def _by_type(self, names: Iterable[str]) -> list[tuple[str, list[str], list[Any]]]:
         """These variables by type: type, names, references."""
-        known = self.fmu.variables
-        groups: dict[str, list[str]] = {}
-        for name in names:
-            groups.setdefault(known[name].type, []).append(name)
-        return [
-            (kind, group, [known[name].valueReference for name in group]) for kind, group in groups.items()
-        ]
+        known = [self.fmu.variables[name] for name in names]
+        groups = {kind: [v for v in known if v.type == kind] for kind in dict.fromkeys(v.type for v in known)}
+        return [(kind, [v.name for v in g], [v.valueReference for v in g]) for kind, g in groups.items()]
 
 
 class Recorder:

@@ -169,9 +169,7 @@ class Model:
             if index is None:
                 return f"{name} is an array: a single variable is {name}[i], i from 1 to {last}"
             return f"{name} is refused: {array}[1] to {array}[{last}] are in {self._shape()}{cure}"
-        known = [f"{array}[i]" for array in self.arrays] + [
-            name for name in self.variables if name[-1] != "]"
-        ]
+        known = [*(f"{array}[i]" for array in self.arrays), *(v for v in self.variables if v[-1] != "]")]
         hint = did_you_mean(array if index is None else f"{array}[i]", known)
         return f"{self.path.name} has no variable {name!r}{hint}"
 
@@ -199,9 +197,9 @@ def variables(description: ModelDescription) -> dict[str, Any]:
     reference is a `Place`."""
     if description.fmiVersion.startswith("2."):
         return {variable.name: variable for variable in description.modelVariables}
-    kept = [v for v in description.modelVariables if v.type in TYPES and v.causality not in OTHERS]
-    known = [v for v in kept if not v.clocks]  # clocks tick in event mode only
-    return {element.name: element for variable in known for element in _elements(variable)}
+    known = [v for v in description.modelVariables if v.type in TYPES and v.causality not in OTHERS]
+    # Clocks tick in event mode only.
+    return {element.name: element for v in known if not v.clocks for element in _elements(v)}
 
 
 def _elements(variable: Any) -> Iterator[Any]:
