@@ -138,7 +138,7 @@ fn parameter_sets_and_reference_results_are_in_the_fmu_and_beside_it() {
     // Labels are new in it.
     assert!(manifest.contains("fmi-ls:fmi-ls-version=\"1.0.0-beta.1\"") && manifest.contains("<Label "), "{manifest}");
     let listed: Vec<&str> = manifest.split(" source=\"").skip(1).map(|rest| rest.split('"').next().unwrap()).collect();
-    assert_eq!(listed.len(), 12, "{manifest}");
+    assert_eq!(listed.len(), 16, "{manifest}");
     for source in listed {
         let name = source.strip_prefix("../../").map_or_else(|| format!("{REFERENCE}/{source}"), str::to_owned);
         assert!(entries.contains_key(&name), "{name}");
@@ -172,9 +172,12 @@ fn an_fmu_of_fmi_3_has_the_parameter_sets_that_need_no_array() {
     };
     let (_, two) = related("two.fmu", &[]);
     let (files, three) = related("three.fmu", &["--fmi", "3"]);
-    // The presets lift other balls.
-    assert_eq!(files, ["/fmi-ls-manifest.xml", "/start.csv", "/start.ssv"]);
-    for name in files.iter().filter(|name| !name.ends_with(".xml")) {
+    // The other presets lift other balls.
+    let cases = ["rigid", "start", "steel", "textbook"];
+    let expected = cases.iter().flat_map(|case| [".csv", ".ssv"].map(|end| format!("/{case}{end}")));
+    assert_eq!(files[0], "/fmi-ls-manifest.xml");
+    assert_eq!(files[1..], expected.collect::<Vec<_>>());
+    for name in &files[1..] {
         let name = format!("{REFERENCE}{name}");
         assert!(two[&name] == three[&name] && (name.ends_with(".csv") || !three[&name].contains(&b'[')), "{name}");
     }
