@@ -182,7 +182,7 @@ fn an_fmu_of_fmi_3_has_the_parameter_sets_that_need_no_array() {
         assert!(two[&name] == three[&name] && (name.ends_with(".csv") || !three[&name].contains(&b'[')), "{name}");
     }
     // What starts elsewhere needs an array: as it is, it has results.
-    let (files, other) = related("other.fmu", &["--fmi", "3", "--set", "x_start[1]=-0.05"]);
+    let (files, other) = related("other.fmu", &["--fmi", "3", "--set", "x_start[1]=-0.15"]);
     assert_eq!(files, ["/fmi-ls-manifest.xml", "/start.csv"]);
     let manifest = text(&other, &format!("{REFERENCE}/fmi-ls-manifest.xml"));
     let told = "Results with the start values of this FMU.";
