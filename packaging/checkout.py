@@ -115,6 +115,7 @@ def make_venv(requirements: Path) -> None:
 def fmu_builds(*producer) -> tuple[list, dict]:
     """The commands that build the FMUs of five and 13 balls in target/fmu with cradle-fmu, and their environment."""
     options, environment = old_linux()
+    FMU.parent.mkdir(parents=True, exist_ok=True)
     build = [*producer, "build", "--release", *options]
     return [
         [*build, "--balls", str(balls), "--out", path] for balls, path in ((5, FMU), (13, FMU13))

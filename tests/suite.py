@@ -162,6 +162,7 @@ def what_a_change_needs(results: Results) -> None:
     folder = f"{system}{64 if sys.maxsize > 2**32 else 32}"
     binary = f"--binary={folder}={PRODUCER.parent / 'deps' / library}"
     fmu = FMU.parent / "tested" / FMU.name
+    fmu.parent.mkdir(parents=True, exist_ok=True)
     if results.step("FMU", [PRODUCER, "build", binary, "--out", fmu]):
         python_hosts(results, fmu, "-m", "not all")
 
