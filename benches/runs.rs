@@ -27,18 +27,12 @@ fn one_step(c: &mut Criterion, group: &str, name: &str, scene: impl Fn() -> Host
     c.benchmark_group(group).bench_function(name, |b| b.iter_batched(ready, step, BatchSize::PerIteration));
 }
 
-fn paper(c: &mut Criterion) {
+fn runs(c: &mut Criterion) {
     one_step(c, "paper", "ten minutes", || scenes::ten_minutes(&[]), (0.0, 600.0));
     one_step(c, "paper", "cubic, 600 s", || scenes::cubic(&[]), (0.0, 600.0));
     one_step(c, "paper", "figure 3, 10 s", scenes::figure3, (0.0, 10.0));
-}
-
-fn waves(c: &mut Criterion) {
     one_step(c, "hertz line struck once", "n = 100", || scenes::hertz_line(100), (0.0, 0.2));
     one_step(c, "hertz line struck once", "n = 1000", || scenes::hertz_line(1000), (0.0, 0.2));
-}
-
-fn damping(c: &mut Criterion) {
     one_step(c, "settling cradle", "first 100 s", scenes::settling, (0.0, 100.0));
     one_step(c, "settling cradle", "last 100 s of 600 s", scenes::settling, (500.0, 600.0));
     one_step(c, "damping, 10 s", "none", || scenes::damped(0.0), (0.0, 10.0));
@@ -49,6 +43,7 @@ fn damping(c: &mut Criterion) {
     one_step(c, "pressed chain", "undamped, p = 1.5, 0.05 s", || scenes::rattling(1.5), (0.0, 0.05));
     one_step(c, "pressed chain", "Hunt-Crossley, unequal, 1 s", scenes::ringing, (0.0, 1.0));
     one_step(c, "pressed chain", "rigid, elastic, 600 s", scenes::elastic_chatter, (0.0, 600.0));
+    one_step(c, "call", "doStep over an impact sequence", scenes::default_cradle, (0.7, 0.71));
 }
 
 /// Time per pulse of a run of `time` (s).
@@ -73,33 +68,18 @@ fn pulses(c: &mut Criterion) {
     }
 }
 
-/// Single calls, as a host makes them.
+/// A step in flight and what a host reads after it.
 fn calls(c: &mut Criterion) {
     let host = scenes::in_flight();
-    let mut time = 0.0;
-    c.bench_function("call/doStep in flight", |b| {
-        b.iter(|| {
-            let status = unsafe { fmi2DoStep(host.c, time, 1e-3, 1) };
-            time += 1e-3;
-            status
-        });
-    });
     let references: Vec<u32> = (1..=5).map(|i| host.vr(&format!("x[{i}]"))).collect();
-    let mut values = [0.0; 5];
-    let mut group = c.benchmark_group("call");
-    group.throughput(Throughput::Elements(5));
-    group.bench_function("getReal of x[1..5]", |b| {
-        b.iter(|| unsafe { fmi2GetReal(host.c, references.as_ptr(), 5, values.as_mut_ptr()) });
-    });
-    group.bench_function("doStep in flight and getReal of x[1..5]", |b| {
+    let (mut time, mut values) = (0.0, [0.0; 5]);
+    c.bench_function("call/doStep in flight and getReal of x[1..5]", |b| {
         b.iter(|| {
             let status = unsafe { fmi2DoStep(host.c, time, 1e-3, 1) };
             time += 1e-3;
             (status, unsafe { fmi2GetReal(host.c, references.as_ptr(), 5, values.as_mut_ptr()) })
         });
     });
-    group.finish();
-    one_step(c, "call", "doStep over an impact sequence", scenes::default_cradle, (0.7, 0.71));
 }
 
 /// Steps from onset to onset, and t_next after each.
@@ -203,6 +183,6 @@ criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20).warm_up_time(Duration::from_millis(300))
         .measurement_time(Duration::from_secs(2));
-    targets = paper, waves, damping, pulses, calls, onsets, versions, gradients
+    targets = runs, pulses, calls, onsets, versions, gradients
 }
 criterion_main!(benches);

@@ -17,14 +17,12 @@ impl Settings {
         let (x, v) = (&p.x_start, &p.v_start);
         let overlap = |i: usize| x[i] - x[i + 1] - p.gap[i] - p.dead_band;
         let pressed = largest(p.contacts(), overlap, OVERLAP * p.radius).map(|i| {
-            let (left, right) = (i + 1, i + 2);
+            let (left, right, radius) = (i + 1, i + 2, Number(p.radius));
+            let [at, next] = [x[i], x[i + 1]].map(Number);
             format!(
-                "x_start[{left}] = {} m and x_start[{right}] = {} m press balls {left} and {right} into each other by \
-                 more than a thousandth of their radius, {} m; positions grow to the right, so that of a ball lifted \
-                 to the left is negative",
-                Number(x[i]),
-                Number(x[i + 1]),
-                Number(p.radius)
+                "x_start[{left}] = {at} m and x_start[{right}] = {next} m press balls {left} and {right} into each \
+                 other by more than a thousandth of their radius, {radius} m; positions grow to the right, so that of \
+                 a ball lifted to the left is negative"
             )
         });
         let length = |i: usize| p.length * p.length_ratio[i];
@@ -33,14 +31,11 @@ impl Settings {
             false => 0.0,
         };
         let wide = largest(p.balls(), amplitude, AMPLITUDE).map(|i| {
-            let ball = i + 1;
+            let (ball, [at, speed, length]) = (i + 1, [x[i], v[i], length(i)].map(Number));
             format!(
-                "with x_start[{ball}] = {} m and v_start[{ball}] = {} m/s, ball {ball} swings farther than a quarter \
-                 of its pendulum, {} m long; pendulums are linear, and real ones swing more slowly there: lift it \
-                 less, or set a larger pendulum.length",
-                Number(x[i]),
-                Number(v[i]),
-                Number(length(i))
+                "with x_start[{ball}] = {at} m and v_start[{ball}] = {speed} m/s, ball {ball} swings farther than a \
+                 quarter of its pendulum, {length} m long; pendulums are linear, and real ones swing more slowly \
+                 there: lift it less, or set a larger pendulum.length"
             )
         });
         pressed.into_iter().chain(wide).collect()
