@@ -276,8 +276,7 @@ def install_fmi_sim(results: Results) -> None:
 def has_libclang() -> bool:
     """Whether libclang's shared library is where bindgen looks for it."""
     folders = [os.environ.get("LIBCLANG_PATH", "/usr/lib"), "/usr/lib", "/usr/lib64"]
-    folders += [f"/usr/lib/{processor}-linux-gnu" for processor in ("x86_64", "aarch64")]
-    folders += Path("/usr/lib").glob("llvm*/lib")
+    folders += [*Path("/usr/lib").glob("*-linux-gnu"), *Path("/usr/lib").glob("llvm*/lib")]
     if shutil.which("llvm-config"):
         answer = subprocess.run(["llvm-config", "--libdir"], capture_output=True, text=True)
         folders.append(answer.stdout.strip() or "/usr/lib")

@@ -121,19 +121,16 @@ int main(int count, char **arguments) {
         if (i > 0 && do_step(c, (double)(i - 1) * step, step, 0)) fail("the step failed");
         for (int k = first; k < count; k++) {
             uint32_t reference = (uint32_t)strtoul(arguments[k] + 2, NULL, 10);
-            double real = 0.0;
-            int integer = 0, status;
             uint64_t bits = 0;
-            switch (arguments[k][0]) {
-            case 'r':
-                status = get_real(c, &reference, 1, &real);
-                memcpy(&bits, &real, sizeof bits);
-                break;
-            case 'i': status = get_integer(c, &reference, 1, &integer); break;
-            default: status = get_boolean(c, &reference, 1, &integer);
-            }
-            if (status) fail("reading failed");
-            if (arguments[k][0] == 'r') printf("%016" PRIx64 " ", bits);
+            double real = 0.0;
+            int integer = 0;
+            char type = arguments[k][0];
+            if (type == 'r'   ? get_real(c, &reference, 1, &real)
+                : type == 'i' ? get_integer(c, &reference, 1, &integer)
+                              : get_boolean(c, &reference, 1, &integer))
+                fail("reading failed");
+            memcpy(&bits, &real, sizeof bits);
+            if (type == 'r') printf("%016" PRIx64 " ", bits);
             else printf("%d ", integer);
         }
         printf("\n");
