@@ -41,9 +41,11 @@ def blocks(document: str) -> list:
     is empty for indented blocks, which are commands."""
     found, marked = [], False
     for token in tokens(document):
-        if token.type in ("fence", "code_block") and token.info != "text" and not marked:
+        code = token.type in ("fence", "code_block")
+        if code and token.info != "text" and not marked:
             found.append(token)
-        marked = token.type == "html_block" and NOT_RUN.search(token.content) is not None
+        if code or token.content:  # the end of a paragraph has none
+            marked = NOT_RUN.search(token.content) is not None
     return found
 
 
