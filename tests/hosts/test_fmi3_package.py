@@ -18,7 +18,7 @@ pytestmark = pytest.mark.all
         nc.figure5(),
         {"contact.model": "hertz", "contact.relaxationTime": 1e-6, "F_ext[2]": 0.1},
         {"contact.model": "rigid", "contact.restitution": 0.9},
-        {"x_start[1]": -0.05, "v_start": [0, 0, 0.1, 0, 0], "contact.gap[4]": 1e-4, "ball.massRatio[5]": 2.0},
+        {"x_start[1]": -0.15, "v_start": [0, 0, 0.1, 0, 0], "contact.gap[4]": 1e-4, "ball.massRatio[5]": 2.0},
     ],
 )
 def test_data_frames_are_those_of_fmi_2(fmu, fmu3, values):
