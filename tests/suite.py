@@ -203,7 +203,7 @@ def compiled(results: Results) -> None:
 
 
 def apart(results: Results) -> None:
-    """What is compiled in folders of its own: a host and the page's engine; and what looks at the packages of others."""
+    """What is compiled in folders of its own: a host and the page's engine; and what looks at others' packages."""
     install_fmi_sim(results)
     results.step("Live page", [sys.executable, "web/build.py", "--or-skip"])
     deny(results)
@@ -244,7 +244,7 @@ def python_style(results: Results, requirements: Path) -> None:
 
 
 def python_hosts(results: Results, fmu: Path, *options) -> None:
-    """tests/hosts by pytest, on all cores: files by their names, by which those with few but long tests are not last."""
+    """tests/hosts by pytest, on all cores: files by name, which has those with few but long tests not last."""
     command = [PYTHON, "-m", "pytest", "tests/hosts", "--fmu", fmu, *options]
     cores = ["--numprocesses", "auto", "--dist", "loadfile", "--no-loadscope-reorder"]
     results.step("Python hosts", [*command, *cores])

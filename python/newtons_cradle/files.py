@@ -22,9 +22,8 @@ def own(sources: str, wheel: str) -> Path:
 FMU = own("target/fmu/NewtonsCradle.fmu", "NewtonsCradle.fmu")
 PRESETS = own("packaging/presets", "presets")
 PAGE = own("web/page", "web")  # the page's template, style and scripts
-ENGINE = own(
-    "target/web/engine.html", "engine.html"
-)  # for browsers, as a part of a page, if built; see web/build.py
+# For browsers, as a part of a page, if built; see web/build.py.
+ENGINE = own("target/web/engine.html", "engine.html")
 
 
 def producer() -> Path:

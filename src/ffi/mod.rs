@@ -6,8 +6,8 @@
 #![allow(unsafe_code)]
 
 /// Exports functions of a component: `fn name(arguments) as Call |instance| body` is the function `name` of the
-/// standard, which is legal where [`Call`](crate::instance::Call) says so and answers what becomes of `body`, by a guard
-/// of a version. What `body` takes for granted are the host's promises, see the module of that version.
+/// standard, which is legal where [`Call`](crate::instance::Call) says so and answers what becomes of `body`, by a
+/// guard of a version. What `body` takes for granted are the host's promises, see the module of that version.
 macro_rules! export_by {
     (
         ($guard:ident $version:ty, $component:ident: $handle:ty => $status:ty)
@@ -26,7 +26,8 @@ macro_rules! export_by {
             unsafe {
                 let body =
                     |$instance: &mut crate::instance::Instance| -> Result<(), crate::variables::Refusal> { $body };
-                crate::ffi::$guard::<$version>($component, stringify!($name), crate::instance::Call::$call, &mut { body })
+                let call = crate::instance::Call::$call;
+                crate::ffi::$guard::<$version>($component, stringify!($name), call, &mut { body })
             }
         }
     )*};

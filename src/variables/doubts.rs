@@ -10,8 +10,8 @@ const OVERLAP: f64 = 1e-3;
 const AMPLITUDE: f64 = 0.25;
 
 impl Settings {
-    /// What of the start is allowed, but hardly ever meant: the deepest overlap and the widest swing, in words, with the
-    /// likely cure.
+    /// What of the start is allowed, but hardly ever meant: the deepest overlap and the widest swing, in words, with
+    /// the likely cure.
     pub fn doubts(&self) -> Vec<String> {
         let p = &self.parameters;
         let (x, v) = (&p.x_start, &p.v_start);

@@ -39,9 +39,9 @@ class Named:
         self.n = balls
 
     def start(self, parameters=None, balls=None, **options):
-        """Instantiates and goes through initialization with these parameters, elements of arrays by names with an index,
-        in a cradle of so many balls. With event mode it goes on to step mode: the first ticks are in `told`, the time of
-        the next event in `due`."""
+        """Instantiates and goes through initialization with these parameters, elements of arrays by names with an
+        index, in a cradle of so many balls. With event mode it goes on to step mode: the first ticks are in `told`, the
+        time of the next event in `due`."""
         self.make(**options)
         if balls is not None:
             self.resize(balls)

@@ -1,7 +1,7 @@
 """README and docs: every command and program in them is run as it stands, but for what would take long, in a copy of
-the checkout, and every link leads somewhere. The first command compiles the FMU anew, in another folder: it gets the same bytes.
+the checkout, and every link leads somewhere. The FMU that the first command compiles there has the same bytes.
 
-A block that cannot be run here has a comment before it with the reason: `<!-- not run here: REASON -->`.
+A block that cannot be run here follows a comment with the reason: `<!-- not run here: REASON -->`.
 """
 
 import os
@@ -37,8 +37,8 @@ def tokens(document: str) -> list:
 
 
 def blocks(document: str) -> list:
-    """What a document shows to be run: its code but for formulas and listings, and what is marked. The language, `info`,
-    is empty for indented blocks, which are commands."""
+    """What a document shows to be run: its code but for formulas and listings, and what is marked. The language,
+    `info`, is empty for indented blocks, which are commands."""
     found, marked = [], False
     for token in tokens(document):
         code = token.type in ("fence", "code_block")

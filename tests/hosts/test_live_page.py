@@ -258,7 +258,7 @@ def test_a_ball_that_hangs_is_an_answer(page, start, ball, guess):
 
 def test_keys_that_are_listed_do_something(page, live_path, recorded_path):
     """Of a live run, of a recording, and of one whose clicks have no inside."""
-    shown = "cradle.panels.toggle('help'); return [...document.querySelectorAll('.keys dt')].map((key) => key.innerText)"
+    shown = "cradle.panels.toggle('help'); return [...document.querySelectorAll('.keys dt')].map((k) => k.innerText)"
     always = {"Space", "D", "V", "C", "S", "L", "P, N", "K"}
     inside = {"I", "E", ", ."}
     assert set(js(page, shown)) == always | inside | {

@@ -1,4 +1,4 @@
-"""One list of presets: the command line, Python, the live page, SSP, and both kinds of FMUs have it, with equal values."""
+"""One list of presets, with equal values: in the command line, Python, the live page, SSP and both kinds of FMUs."""
 
 import json
 import zipfile

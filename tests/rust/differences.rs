@@ -50,8 +50,8 @@ pub fn names(arrays: &[(&str, usize)], scalars: &[&str]) -> Vec<String> {
     elements.chain(scalars.iter().map(|name| name.to_string())).collect()
 }
 
-/// The unknowns in a part of a description of FMI 2.0, each with what it depends on, in rising order; with nothing where
-/// that may be everything.
+/// The unknowns in a part of a description of FMI 2.0, each with what it depends on, in rising order; with nothing
+/// where that may be everything.
 pub fn dependencies(part: &str, balls: usize) -> Vec<(Variable, Option<BTreeSet<String>>)> {
     let named = |indices: &str| -> Vec<Variable> {
         let indices: Vec<usize> = indices.split_whitespace().map(|index| index.parse().unwrap()).collect();
