@@ -12,7 +12,7 @@ use super::table::row::Causality::{Independent, Input, Local, Output, Structural
 use super::table::row::Shape::{Balls, Contacts, Scalar};
 use super::table::row::Type::{Binary, Boolean, Clock, Integer, Real};
 use super::table::row::{Access, Edge, Extra, Row, Variability, enumeration, extra, row};
-use super::table::unit::{FORCE, IMPULSE, LENGTH, TIME, VELOCITY};
+use super::table::unit::{FORCE_KN, IMPULSE, LENGTH, TIME, TIME_US, VELOCITY};
 use super::variable::{MAX_BALLS, MIN_BALLS, Variable};
 
 /// A variable of FMI 3.0: a scalar or an array.
@@ -67,9 +67,9 @@ static EXTRA: &[(u32, Row)] = &[
     (14, extra("release.impulse", Contacts, Output, Real, Extra::EndedImpulse,
         "Impulse of the pulses that ended at the last tick").of(&IMPULSE).clocked(RELEASE)),
     (15, extra("release.peak", Contacts, Output, Real, Extra::EndedPeak,
-        "Largest force of the pulses that ended at the last tick").of(&FORCE).clocked(RELEASE)),
+        "Largest force of the pulses that ended at the last tick").of(&FORCE_KN).clocked(RELEASE)),
     (16, extra("release.duration", Contacts, Output, Real, Extra::EndedDuration,
-        "Duration of the pulses that ended at the last tick").of(&TIME).clocked(RELEASE)),
+        "Duration of the pulses that ended at the last tick").of(&TIME_US).clocked(RELEASE)),
     (17, extra("q", Balls, Local, Real, Extra::Joined("x", "overlap"),
         "Position of the first ball, then the overlaps").of(&LENGTH).continuous()
         .initially(&[&["contact.deadBand", "contact.gap", "x_start"]])),

@@ -68,7 +68,7 @@ fn quantities_have_their_units_and_these_the_right_base_units() {
     let exponents = |name: &str| {
         let unit: &fmi2::Fmi2Unit = units.iter().find(|unit| unit.name == name).expect(name);
         let base = unit.base_unit.as_ref().unwrap();
-        assert!(base.factor.is_none() && base.offset.is_none() && unit.display_unit.is_empty());
+        assert!(base.factor.is_none() && base.offset.is_none());
         [base.kg, base.m, base.s].map(Option::unwrap_or_default)
     };
     for (quantity, unit, expected) in [
@@ -94,4 +94,35 @@ fn quantities_have_their_units_and_these_the_right_base_units() {
         assert!(text.contains(&declared), "{declared}");
     }
     assert_eq!(units.len(), 16);
+}
+
+#[test]
+fn small_and_large_numbers_are_shown_in_other_units() {
+    let (two, settings) = (xml(2), Settings::default_for(2));
+    let three = Description::fmi3(&settings).xml("2000-01-01T00:00:00Z");
+    for (name, quantity, unit, shown, factor) in [
+        ("ball.radius", "Length", "m", "mm", "1000"),
+        ("contact.gap", "Length", "m", "um", "1e6"),
+        ("overlap", "Length", "m", "um", "1e6"),
+        ("contact.relaxationTime", "Time", "s", "us", "1e6"),
+        ("F_peak", "Force", "N", "kN", "0.001"),
+        ("contact.stiffness", "Stiffness", "N/m", "N/um", "1e-6"),
+        ("ball.youngModulus", "ElasticModulus", "Pa", "GPa", "1e-9"),
+    ] {
+        let declared = format!("quantity=\"{quantity}\" unit=\"{unit}\" displayUnit=\"{shown}\"");
+        for text in [&two, &three] {
+            let (_, units) = text.split_once(&format!("<Unit name=\"{unit}\">")).unwrap();
+            let (units, _) = units.split_once("</Unit>").unwrap();
+            assert!(units.contains(&format!("<DisplayUnit name=\"{unit}\"/>")), "{units}");
+            assert!(units.contains(&format!("<DisplayUnit name=\"{shown}\" factor=\"{factor}\"/>")), "{units}");
+            let (_, variable) = text.split_once(&format!(" name=\"{name}")).unwrap();
+            let (_, of) = variable.split_once("declaredType=\"").unwrap();
+            let named = format!("Type name=\"{}\"", of.split('"').next().unwrap());
+            assert!(text.split_once(&named).unwrap().1.lines().next().unwrap().contains(&declared), "{name}: {named}");
+        }
+        let (_, variable) = two.split_once(&format!(" name=\"{name}")).unwrap();
+        let (_, element) = variable.split_once("<Real").unwrap();
+        let own = format!(" unit=\"{unit}\" displayUnit=\"{shown}\"");
+        assert!(element.split_once("/>").unwrap().0.contains(&own), "{name}");
+    }
 }

@@ -9,7 +9,7 @@ use crate::variables::settings::Settings;
 use crate::variables::table::TABLE;
 use crate::variables::table::enumeration::{DERIVATIVES_OF, ENUMERATIONS, Item};
 use crate::variables::table::row::{Access, Causality, Row, Shape, Type, Variability};
-use crate::variables::table::unit::QUANTITIES;
+use crate::variables::table::unit::{DISPLAYED, QUANTITIES, Quantity};
 use crate::variables::text::{Escaped, Number, camel};
 use crate::variables::variable::{Variable, variables};
 
@@ -21,17 +21,39 @@ pub(super) fn write_units(out: &mut String) -> fmt::Result {
                 write!(out, " {base}=\"{exponent}\"")?;
             }
         }
-        out.write_str("/></Unit>\n")?;
+        out.write_str("/>")?;
+        // First the unit itself: FMPy plots whatever has a unit in the first one that it can be shown in.
+        let alike: Vec<&Quantity> = displayed(quantity).collect();
+        if !alike.is_empty() {
+            write!(out, "<DisplayUnit name=\"{}\"/>", quantity.unit)?;
+        }
+        for (name, factor) in alike.iter().filter_map(|quantity| quantity.display) {
+            write!(out, "<DisplayUnit name=\"{name}\" factor=\"{}\"/>", Number(factor))?;
+        }
+        out.write_str("</Unit>\n")?;
     }
     Ok(())
 }
 
+/// Unit of a type or a variable, and the one that it is shown in.
+fn units_of(quantity: &Quantity) -> String {
+    let display = quantity.display.map(|(name, _)| format!(" displayUnit=\"{name}\"")).unwrap_or_default();
+    format!(" unit=\"{}\"{display}", quantity.unit)
+}
+
+/// The quantity again, in each unit that it is shown in for some variables.
+fn displayed(quantity: &Quantity) -> impl Iterator<Item = &'static Quantity> {
+    DISPLAYED.iter().copied().filter(|shown| shown.unit == quantity.unit)
+}
+
 pub(super) fn write_types(out: &mut String, fmi3: bool) -> fmt::Result {
     for quantity in QUANTITIES {
-        let attributes = format!("quantity=\"{0}\" unit=\"{1}\"/>", quantity.name, quantity.unit);
-        match fmi3 {
-            true => writeln!(out, "    <Float64Type name=\"{}\" {attributes}", quantity.name)?,
-            false => writeln!(out, "    <SimpleType name=\"{}\"><Real {attributes}</SimpleType>", quantity.name)?,
+        for shown in std::iter::once(*quantity).chain(displayed(quantity)) {
+            let (name, attributes) = (shown.name, format!("quantity=\"{}\"{}", quantity.name, units_of(shown)));
+            match fmi3 {
+                true => writeln!(out, "    <Float64Type name=\"{name}\" {attributes}/>")?,
+                false => writeln!(out, "    <SimpleType name=\"{name}\"><Real {attributes}/></SimpleType>")?,
+            }
         }
     }
     for enumeration in ENUMERATIONS.iter().copied().chain(fmi3.then_some(&DERIVATIVES_OF)) {
@@ -57,17 +79,15 @@ pub(super) fn write_variables(out: &mut String, start: &Settings) -> fmt::Result
     let states: Vec<(Variable, Variable)> = states(balls).collect();
     let state_of: HashMap<u32, usize> = states.iter().map(|(state, rate)| (rate.reference(), index(*state))).collect();
     let is_state: HashSet<u32> = states.iter().map(|(state, _)| state.reference()).collect();
+    let units = |row: &Row| row.quantity.map(units_of).unwrap_or_default();
     let rows: Vec<[String; 2]> =
-        TABLE.iter().map(|row| [common_attributes(row, row.variability), typed(row)]).collect();
+        TABLE.iter().map(|row| [common_attributes(row, row.variability), typed(row) + &units(row)]).collect();
     for variable in variables(balls) {
         let [common, typed] = &rows[variable.position];
         let reference = variable.reference();
         write!(out, "    <ScalarVariable name=\"{variable}\" valueReference=\"{reference}\"{common} description=\"")?;
         write_text(out, variable.row, variable.index + 1, variable.index + 2)?;
         write!(out, "\">\n      <{:?}{typed}", variable.row.access.data_type())?;
-        if let Some(quantity) = variable.row.quantity {
-            write!(out, " unit=\"{}\"", quantity.unit)?;
-        }
         if let Some(nominal) = variable.row.nominal {
             write!(out, " nominal=\"{}\"", Number(nominal))?;
         }

@@ -18,8 +18,8 @@ use row::Shape::{Balls, Contacts, Scalar};
 use row::{Access, Row};
 use row::{count, enumeration, parameter, real, row};
 use unit::{
-    ACCELERATION, DAMPING, DRAG, ELASTIC_MODULUS, ENERGY, FORCE, IMPULSE, LENGTH, MASS, MOMENTUM, POWER, RATIO,
-    SLOWNESS, STIFFNESS, TIME, VELOCITY,
+    ACCELERATION, DAMPING, DRAG, ELASTIC_MODULUS_GPA, ENERGY, FORCE, FORCE_KN, IMPULSE, LENGTH, LENGTH_MM, LENGTH_UM,
+    MASS, MOMENTUM, POWER, RATIO, SLOWNESS, STIFFNESS_N_UM, TIME, TIME_US, VELOCITY,
 };
 
 /// A parameter that is one number of [`Parameters`].
@@ -81,9 +81,9 @@ pub static TABLE: &[Row] = &[
         "Mass of a ball with mass ratio 1"),
     parameter("ball.massRatio", Balls, &RATIO, POSITIVE, each!(mass_ratio),
         "Mass of ball {i}, as a multiple of ball.mass"),
-    parameter("ball.radius", Scalar, &LENGTH, POSITIVE, one!(radius),
+    parameter("ball.radius", Scalar, &LENGTH_MM, POSITIVE, one!(radius),
         "Radius of the balls, for hertz contacts and for animations").nominal(0.01),
-    parameter("ball.youngModulus", Scalar, &ELASTIC_MODULUS, POSITIVE, one!(young_modulus),
+    parameter("ball.youngModulus", Scalar, &ELASTIC_MODULUS_GPA, POSITIVE, one!(young_modulus),
         "Young's modulus E of the balls, for hertz contacts").nominal(1e11).used_if(HERTZ),
     parameter("ball.poissonRatio", Scalar, &RATIO, between(0.0, 0.5), one!(poisson_ratio),
         "Poisson's ratio of the balls, for hertz contacts").used_if(HERTZ),
@@ -95,17 +95,17 @@ pub static TABLE: &[Row] = &[
         "Viscous drag b on every ball; the reaction acts on the support").tunable(),
     enumeration("contact.model", &CONTACT_MODEL,
         "Force law of the contacts"),
-    parameter("contact.stiffness", Scalar, &STIFFNESS, POSITIVE, one!(stiffness),
+    parameter("contact.stiffness", Scalar, &STIFFNESS_N_UM, POSITIVE, one!(stiffness),
         "Secant stiffness k at the overlap contact.overlapRef, for powerLaw contacts").nominal(1e10).used_if(POWER_LAW),
     parameter("contact.stiffnessRatio", Contacts, &RATIO, POSITIVE, each!(stiffness_ratio),
         "Stiffness ratio r of the contact between balls {i} and {j}: a factor on its elastic force").used_if(COMPLIANT),
-    parameter("contact.overlapRef", Scalar, &LENGTH, POSITIVE, one!(overlap_ref),
+    parameter("contact.overlapRef", Scalar, &LENGTH_UM, POSITIVE, one!(overlap_ref),
         "Overlap d_ref at which the secant stiffness is contact.stiffness").nominal(1e-6).used_if(POWER_LAW),
     parameter("contact.exponent", Scalar, &RATIO, between(1.0, 10.0), one!(exponent),
         "Exponent p of the powerLaw contacts").used_if(POWER_LAW),
-    parameter("contact.deadBand", Scalar, &LENGTH, NOT_NEGATIVE, one!(dead_band),
+    parameter("contact.deadBand", Scalar, &LENGTH_UM, NOT_NEGATIVE, one!(dead_band),
         "Distance that neighbours travel beyond the gap before their contact acts").nominal(1e-6),
-    parameter("contact.gap", Contacts, &LENGTH, ANY, each!(gap),
+    parameter("contact.gap", Contacts, &LENGTH_UM, ANY, each!(gap),
         "Gap between balls {i} and {j} at rest; negative if they are pre-compressed").nominal(1e-6),
     enumeration("contact.dampingLaw", &DAMPING_LAW,
         "Damping law of the contacts").used_if(COMPLIANT),
@@ -113,7 +113,7 @@ pub static TABLE: &[Row] = &[
         "Damping c of the kelvinVoigt laws").tunable().used_if(KELVIN_VOIGT),
     parameter("contact.huntCrossley", Scalar, &SLOWNESS, NOT_NEGATIVE, one!(hunt_crossley),
         "Damping factor alpha of the huntCrossley law").tunable().used_if(HUNT_CROSSLEY),
-    parameter("contact.relaxationTime", Scalar, &TIME, NOT_NEGATIVE, one!(relaxation_time),
+    parameter("contact.relaxationTime", Scalar, &TIME_US, NOT_NEGATIVE, one!(relaxation_time),
         "Relaxation time A of the viscoelastic law").nominal(1e-6).tunable().used_if(VISCOELASTIC),
     parameter("contact.restitution", Scalar, &RATIO, between(0.0, 1.0), one!(restitution),
         "Coefficient of restitution of rigid contacts").tunable().used_if(RIGID),
@@ -126,7 +126,7 @@ pub static TABLE: &[Row] = &[
     parameter("solver.tolerance", Scalar, &RATIO, between(1e-14, 1e-3), one!(tolerance),
         "Relative tolerance of all methods except rk4; a host's own tolerance can only tighten it").nominal(1e-12)
         .used_if(|p| p.method != SolverMethod::Rk4),
-    parameter("solver.fixedStep", Scalar, &TIME, POSITIVE, one!(fixed_step),
+    parameter("solver.fixedStep", Scalar, &TIME_US, POSITIVE, one!(fixed_step),
         "Step of the rk4 method").nominal(1e-6).used_if(|p| p.method == SolverMethod::Rk4),
     enumeration("exchange.contacts", &EXCHANGED_CONTACTS,
         "What the host sees of contacts in model exchange; resolved needs a tolerance of 1e-8 or tighter"),
@@ -145,7 +145,7 @@ pub static TABLE: &[Row] = &[
         "Position of ball {i}, to the right of its rest position, relative to the support")
         .initially(&[&["x_start"]]).follows(&[&["position"]])
         .derivative(|d, i| d.x[i]),
-    real("F", Contacts, Output, &FORCE, |s, i| s.force(i),
+    real("F", Contacts, Output, &FORCE_KN, |s, i| s.force(i),
         "Contact force between balls {i} and {j} at this instant, pushing them apart")
         .initially(FORCE_AT_START).follows(&[&["overlap", "v"]])
         .derivative(|d, i| d.force[i]),
@@ -174,7 +174,7 @@ pub static TABLE: &[Row] = &[
         "Mean of F[{i}] over the last step; F[{i}] in model exchange").initially(FORCE_AT_START)
         .follows(&[&["overlap", "v"]])
         .derivative(|d, i| d.force_mean[i]),
-    real("F_peak", Contacts, Output, &FORCE, |s, i| s.force_peak(i),
+    real("F_peak", Contacts, Output, &FORCE_KN, |s, i| s.force_peak(i),
         "Largest F[{i}] in the last step, in model exchange in the last pulse; 0 if the contact stayed open")
         .discrete().initially(FORCE_AT_START)
         .derivative(|d, i| d.force_peak[i]),
@@ -193,7 +193,7 @@ pub static TABLE: &[Row] = &[
         "Last onset of the contact between balls {i} and {j}; -1e30 before the first").discrete(),
     real("t_release", Contacts, Local, &TIME, |s, i| s.last_release(i),
         "Last release of the contact between balls {i} and {j}; -1e30 before the first").discrete(),
-    real("overlap", Contacts, Local, &LENGTH, |s, i| s.overlap(i),
+    real("overlap", Contacts, Local, &LENGTH_UM, |s, i| s.overlap(i),
         "x[{i}] - x[{j}] - contact.gap[{i}] - contact.deadBand; negative while the contact is open").nominal(1e-6)
         .initially(&[OVERLAP]).derivative(|d, i| d.overlap[i]),
     real("a", Balls, Local, &ACCELERATION, |s, i| s.a(i),

@@ -1,23 +1,34 @@
 //! The physical quantities that the variables are declared with, with their units.
 
 /// A physical quantity: the type definition that real variables are declared with.
-#[derive(Debug, PartialEq, Eq)]
+#[derive(Debug, PartialEq)]
 pub struct Quantity {
     /// Name of the type definition; capitalised, so that it never equals a variable's name.
     pub name: &'static str,
-    /// Unit of every variable of this quantity, which no other quantity has. All are SI units, so factor 1 and offset
-    /// 0.
+    /// Unit of every variable of this quantity, which no other of [`QUANTITIES`] has. All are SI units, so factor 1 and
+    /// offset 0.
     pub unit: &'static str,
     /// Exponents of kg, m and s in the unit.
     pub exponents: [i8; 3],
+    /// Unit that tools show values in instead, and how many of these are one of `unit`.
+    pub display: Option<(&'static str, f64)>,
 }
 
 macro_rules! quantities {
     ($($id:ident $name:literal $unit:literal $kg:literal $m:literal $s:literal;)*) => {
         $(#[doc = concat!("The quantity ", $name, ".")]
-        pub static $id: Quantity = Quantity { name: $name, unit: $unit, exponents: [$kg, $m, $s] };)*
-        /// Every quantity; a variable can only be declared with one of these.
+        pub static $id: Quantity = Quantity { name: $name, unit: $unit, exponents: [$kg, $m, $s], display: None };)*
+        /// Every quantity, as shown in its SI unit; a variable is declared with one of these or of [`DISPLAYED`].
         pub static QUANTITIES: &[&Quantity] = &[$(&$id),*];
+    };
+}
+
+macro_rules! displayed {
+    ($($id:ident $name:literal $of:ident $unit:literal $factor:literal;)*) => {
+        $(#[doc = concat!("The same as [`", stringify!($of), "`], shown in ", $unit, ".")]
+        pub static $id: Quantity = Quantity { name: $name, display: Some(($unit, $factor)), ..$of };)*
+        /// Quantities again where numbers are far from 1: shown in another unit.
+        pub static DISPLAYED: &[&Quantity] = &[$(&$id),*];
     };
 }
 
@@ -38,4 +49,13 @@ quantities! {
     ENERGY "Energy" "J" 1 2 -2;
     POWER "Power" "W" 1 2 -3;
     ELASTIC_MODULUS "ElasticModulus" "Pa" 1 -1 -2;
+}
+
+displayed! {
+    LENGTH_MM "Length_mm" LENGTH "mm" 1e3;
+    LENGTH_UM "Length_um" LENGTH "um" 1e6;
+    TIME_US "Time_us" TIME "us" 1e6;
+    FORCE_KN "Force_kN" FORCE "kN" 1e-3;
+    STIFFNESS_N_UM "Stiffness_N_um" STIFFNESS "N/um" 1e-6;
+    ELASTIC_MODULUS_GPA "ElasticModulus_GPa" ELASTIC_MODULUS "GPa" 1e-9;
 }
